@@ -1,0 +1,51 @@
+"""Every error gaitopt raises on purpose.
+
+A message says what was wrong, the value with its unit, what is allowed, and what to do next.
+"""
+
+
+class GaitoptError(Exception):
+    """Base of all gaitopt errors.
+
+    Attributes:
+        exit_code: what the command line returns when this error reaches it.
+    """
+
+    exit_code = 2
+
+
+class InputError(GaitoptError):
+    """A value, option or file given by the user cannot be used."""
+
+
+class SpecError(InputError):
+    """A biped parameter table is not physical or not complete."""
+
+
+class RobotError(InputError):
+    """A URDF cannot be read, or is not a biped with two six-joint legs."""
+
+
+class GaitFileError(InputError):
+    """A gait file is missing, truncated, or was not written by gaitopt."""
+
+
+class MissingExtraError(InputError):
+    """A feature needs an optional package that is not installed."""
+
+    def __init__(self, feature: str, extra: str) -> None:
+        super().__init__(f"{feature} needs an optional package; run: pip install 'gaitopt[{extra}]'")
+
+
+class EvaluationError(GaitoptError):
+    """The problem has no value at a trial point (the solvers then try a shorter step)."""
+
+
+class UnreachableError(EvaluationError):
+    """A leg cannot reach the posture asked of it."""
+
+
+class NoGaitFoundError(GaitoptError):
+    """No feasible gait was found for the task."""
+
+    exit_code = 3

@@ -1,0 +1,1 @@
+"""What walking means: task, parameters, motion, constraints and the result."""

@@ -1,0 +1,139 @@
+"""Families of constraint rows: one quantity in, rows with limits, unit and names out."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+
+import numpy as np
+
+from gaitopt.gait.step import Reads
+from gaitopt.nlp import Array
+
+
+class RowMap(ABC):
+    """A function from one row of a quantity (entries,) to constraint rows (r,)."""
+
+    @abstractmethod
+    def value(self, quantity: Array) -> Array:
+        """Return rows (K, r) of a quantity (K, entries)."""
+
+    @abstractmethod
+    def slope(self, quantity: Array) -> Array:
+        """Return the derivative, shape (K, r, entries), or (r, entries) where it is constant."""
+
+    @abstractmethod
+    def curvature(self, quantity: Array, weights: Array) -> Array | None:
+        """Return the Hessian of weights . rows, shape (K, entries, entries); None if linear."""
+
+
+@dataclass(frozen=True)
+class Linear(RowMap):
+    """Rows = matrix @ quantity, matrix (r, entries)."""
+
+    matrix: Array
+
+    def value(self, quantity: Array) -> Array:
+        """Return matrix @ quantity."""
+        return quantity @ self.matrix.T
+
+    def slope(self, quantity: Array) -> Array:
+        """Return the matrix."""
+        del quantity
+        return self.matrix
+
+    def curvature(self, quantity: Array, weights: Array) -> None:
+        """Return None: the rows are linear."""
+        del quantity, weights
+
+
+@dataclass(frozen=True)
+class FrictionCone(RowMap):
+    """mu f_z - sqrt(f_x² + f_y² + smoothing²) of a force (or force and moment), Eqs. (33), (34).
+
+    The smoothing keeps the cone differentiable where the force is vertical.
+    """
+
+    friction: float
+    smoothing: float
+
+    def value(self, quantity: Array) -> Array:
+        """Return the margin to the cone, shape (K, 1)."""
+        return self.friction * quantity[:, 2:3] - self._tangential(quantity)[:, None]
+
+    def slope(self, quantity: Array) -> Array:
+        """Return the derivative, shape (K, 1, entries)."""
+        slope = np.zeros((quantity.shape[0], 1, quantity.shape[1]))
+        slope[:, 0, :2] = -quantity[:, :2] / self._tangential(quantity)[:, None]
+        slope[:, 0, 2] = self.friction
+        return slope
+
+    def curvature(self, quantity: Array, weights: Array) -> Array:
+        """Return the Hessian, shape (K, entries, entries)."""
+        length = self._tangential(quantity)[:, None, None]
+        f = quantity[:, :2]
+        hessian = np.zeros((*quantity.shape, quantity.shape[1]))
+        hessian[:, :2, :2] = (f[:, :, None] * f[:, None, :] / length**2 - np.eye(2)) / length
+        return weights[:, :1, None] * hessian
+
+    def _tangential(self, quantity: Array) -> Array:
+        return np.sqrt((quantity[:, :2] ** 2).sum(axis=1) + self.smoothing**2)
+
+
+@dataclass(frozen=True)
+class Length(RowMap):
+    """Euclidean length of a vector, Eq. (31)."""
+
+    def value(self, quantity: Array) -> Array:
+        """Return the lengths, shape (K, 1)."""
+        return np.linalg.norm(quantity, axis=1)[:, None]
+
+    def slope(self, quantity: Array) -> Array:
+        """Return the unit vectors, shape (K, 1, 3)."""
+        return (quantity / self.value(quantity))[:, None, :]
+
+    def curvature(self, quantity: Array, weights: Array) -> Array:
+        """Return weights (I - u u') / length, shape (K, 3, 3)."""
+        length = self.value(quantity)[:, :, None]
+        u = self.slope(quantity)
+        return weights[:, :1, None] * (np.eye(3) - u.swapaxes(1, 2) * u) / length
+
+
+@dataclass(frozen=True)
+class Family:
+    """Constraint rows of one kind.
+
+    Attributes:
+        name: of the family: "torque".
+        equation: of the paper: "(28)".
+        reads: the quantity.
+        rows: the map from that quantity.
+        labels: what each of the r rows speaks of: ("right_knee torque", ...).
+        unit: of value and limits.
+        lower, upper: limits, shape (K, r); infinite where there is none.
+        scale: a change of the value that matters, shape (r,).
+        instants: rows of the quantity it looks at, shape (K,).
+        times: s = t / T of each of the K, or None where time means nothing.
+    """
+
+    name: str
+    equation: str
+    reads: Reads
+    rows: RowMap
+    labels: tuple[str, ...]
+    unit: str
+    lower: Array
+    upper: Array
+    scale: Array
+    instants: Array
+    times: Array | None
+
+    @property
+    def size(self) -> int:
+        """Number of rows, K * r."""
+        return int(self.lower.size)
+
+    def take(self, quantity: Array) -> Array:
+        """Return the instants of a quantity (K, ...) that the family looks at."""
+        everything = self.instants.size == quantity.shape[0]
+        return quantity if everything else quantity[self.instants]

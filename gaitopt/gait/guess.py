@@ -1,0 +1,99 @@
+"""A first guess that walks badly but is a walk: straight-line swing foot, pelvis midway."""
+
+from __future__ import annotations
+
+import numpy as np
+import pinocchio as pin
+
+from gaitopt.errors import UnreachableError
+from gaitopt.gait.parameters import (
+    DURATION,
+    FOOT_SPACING,
+    PELVIS_FORWARD,
+    PELVIS_HEIGHT,
+    PELVIS_LATERAL,
+    STEP_LENGTH,
+    TRUNK_PITCH,
+)
+from gaitopt.gait.placement import PELVIS_CHAIN, SWING_SOLE_CHAIN, place
+from gaitopt.gait.problem import WalkProblem
+from gaitopt.mechanics.legs import LegKinematics
+from gaitopt.nlp import Array
+
+_CROUCH = 0.875  # hip height above the ankle over the leg's length; measured to start well
+_LONGEST = 0.97  # of the leg's length, in double support
+_TRUNK_PITCH = 0.05  # rad
+_GAP_BETWEEN_SOLES = 0.024  # m: the guess keeps clear of the lateral constraint
+_EXTRA_LIFT = 0.02  # m above the clearance profile
+_RATE_FRACTION = 0.5  # of the last secant: the foot slows down before it lands
+
+
+def first_guess(problem: WalkProblem) -> Array:
+    """Return a starting point x for a walk, shape (P,).
+
+    Raises:
+        UnreachableError: the step is too long for the legs.
+    """
+    geometry = _geometry(problem)
+    kinematics = LegKinematics(problem.robot)
+    pelvis, _ = place(PELVIS_CHAIN, geometry)
+    rear, _ = place(SWING_SOLE_CHAIN, geometry)
+    q_start = kinematics.solve(pelvis, rear)
+    q_end = problem.robot.mirror @ q_start
+    pelvis_end, front = kinematics.placements(q_end)
+    count = problem.layout.postures
+    lift = problem.task.margins.clearance + _EXTRA_LIFT
+    knots = []
+    for s in np.arange(1, count + 1) / (count + 1):
+        sole = pin.SE3.Interpolate(rear, front, float(s))
+        sole.translation = sole.translation + np.array([0.0, 0.0, lift * np.sin(np.pi * s)])
+        knots.append(kinematics.solve(pin.SE3.Interpolate(pelvis, pelvis_end, float(s)), sole))
+    last = geometry[DURATION] / (count + 1)
+    rate_before = _RATE_FRACTION * (q_end - knots[-1]) / last
+    return problem.layout.pack(np.array(knots), rate_before, geometry)
+
+
+def perturbed(problem: WalkProblem, x: Array, sigma: float, seed: int) -> Array:
+    """Return x with normal noise of standard deviation sigma on every joint parameter.
+
+    Args:
+        problem: the walk x belongs to.
+        x: parameters, shape (P,).
+        sigma: standard deviation [rad], and [rad/s] for the rates before impact.
+        seed: of the random generator.
+    """
+    noisy = np.array(x)
+    joints = slice(0, problem.layout.rates.stop)
+    noisy[joints] += np.random.default_rng(seed).normal(0.0, sigma, joints.stop)
+    return noisy
+
+
+def _geometry(problem: WalkProblem) -> Array:
+    """Geometric quantities of the guess: fixed ones keep their value."""
+    robot, task = problem.robot, problem.task
+    legs = robot.legs
+    guess = problem.layout.fixed_values.copy()
+    step = guess[STEP_LENGTH]
+    natural = float(legs.hips[1, 1] - legs.hips[0, 1])
+    narrowest = robot.sole.left - robot.sole.right + task.margins.lateral_gap
+    spacing = max(natural, narrowest + _GAP_BETWEEN_SOLES - task.margins.lateral_gap)
+    if abs(step) / 2.0 >= _LONGEST * legs.reach:
+        raise UnreachableError(
+            f"a step of {step:.3f} m ({task.speed:g} m/s for {task.duration:g} s) is longer than "
+            f"the legs can span: at most {2.0 * _LONGEST * legs.reach:.3f} m; "
+            "ask for a lower speed or a shorter step duration"
+        )
+    height = min(_CROUCH * legs.reach, np.sqrt((_LONGEST * legs.reach) ** 2 - (step / 2.0) ** 2))
+    ankle, middle = legs.ankles.mean(axis=0), legs.hips.mean(axis=0)
+    values = {
+        PELVIS_HEIGHT: ankle[2] + height - middle[2],
+        PELVIS_LATERAL: spacing / 2.0,
+        PELVIS_FORWARD: ankle[0] - step / 2.0 - middle[0],
+        TRUNK_PITCH: _TRUNK_PITCH,
+        FOOT_SPACING: spacing,
+    }
+    for row, value in values.items():
+        if problem.layout.geometry[row].free:
+            quantity = problem.layout.geometry[row]
+            guess[row] = np.clip(value, quantity.lower, quantity.upper)
+    return guess

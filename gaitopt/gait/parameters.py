@@ -1,0 +1,164 @@
+"""The parameters P of Eq. (45): one table, from which every index and every name comes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from gaitopt.errors import InputError
+from gaitopt.nlp import Array
+
+INFINITY = float("inf")
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """One geometric parameter of the double support, or the duration of the step.
+
+    Attributes:
+        name: as in files and messages.
+        unit: "m", "rad" or "s".
+        scale: a sensible size of one optimisation step.
+        lower, upper: bounds while it is free.
+        free: whether the optimiser may change it.
+        value: its value while it is fixed, and its first guess while it is free.
+    """
+
+    name: str
+    unit: str
+    scale: float
+    lower: float = -INFINITY
+    upper: float = INFINITY
+    free: bool = True
+    value: float = 0.0
+
+
+GEOMETRY = (
+    Quantity("pelvis_height", "m", 0.1),  # p1 of section 4.2
+    Quantity("pelvis_lateral", "m", 0.1),  # p2
+    Quantity("pelvis_forward", "m", 0.1),  # p3
+    Quantity("trunk_pitch", "rad", 0.1),  # p4
+    Quantity("foot_spacing", "m", 0.1),  # p5
+    Quantity("step_length", "m", 0.1),  # p6
+    Quantity("pelvis_yaw", "rad", 0.1, lower=-0.2, upper=0.2),
+    Quantity("pelvis_roll", "rad", 0.1, lower=-0.2, upper=0.2, free=False),
+    Quantity("foot_yaw", "rad", 0.1, lower=-0.3, upper=0.3, free=False),
+    Quantity("duration", "s", 0.1, lower=0.05, upper=5.0, free=False),
+)
+"""The nine geometric quantities of section 4.2 (six named there) and the step duration."""
+
+GEOMETRY_NAMES = tuple(q.name for q in GEOMETRY)
+PELVIS_HEIGHT, PELVIS_LATERAL, PELVIS_FORWARD, TRUNK_PITCH, FOOT_SPACING = range(5)
+STEP_LENGTH, PELVIS_YAW, PELVIS_ROLL, FOOT_YAW, DURATION = range(5, 10)
+
+KNOT_SCALE = 1.0  # rad; measured to be the main lever of the solvers, with the next
+RATE_SCALE = 4.0  # rad/s
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Where each parameter stands in x: intermediate postures, rates before impact, geometry.
+
+    Attributes:
+        joint_names: of the twelve joints.
+        postures: number of intermediate postures, n - 2 of section 4.2.
+        geometry: the table, complete, in the order of `GEOMETRY`.
+    """
+
+    joint_names: tuple[str, ...]
+    postures: int
+    geometry: tuple[Quantity, ...] = GEOMETRY
+
+    @cached_property
+    def free(self) -> list[int]:
+        """Rows of the geometry table that are in x."""
+        return [i for i, quantity in enumerate(self.geometry) if quantity.free]
+
+    @cached_property
+    def fixed_values(self) -> Array:
+        """The geometry table's values, shape (10,)."""
+        return np.array([quantity.value for quantity in self.geometry])
+
+    @property
+    def knots(self) -> slice:
+        """Entries of the intermediate postures."""
+        return slice(0, 12 * self.postures)
+
+    @property
+    def rates(self) -> slice:
+        """Entries of the rates before impact."""
+        return slice(12 * self.postures, 12 * self.postures + 12)
+
+    @property
+    def shape(self) -> slice:
+        """Entries of the free geometric quantities."""
+        return slice(12 * self.postures + 12, self.size)
+
+    @property
+    def size(self) -> int:
+        """Length of x."""
+        return 12 * self.postures + 12 + len(self.free)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Name of every entry of x."""
+        knots = [f"{j}_at_knot_{k + 1}" for k in range(self.postures) for j in self.joint_names]
+        rates = [f"{j}_rate_before_impact" for j in self.joint_names]
+        return (*knots, *rates, *(self.geometry[i].name for i in self.free))
+
+    def index(self, name: str) -> int | None:
+        """Return where a geometric quantity stands in x, or None if it is fixed."""
+        row = GEOMETRY_NAMES.index(name)
+        return self.shape.start + self.free.index(row) if row in self.free else None
+
+    def geometry_of(self, x: Array) -> Array:
+        """Return the ten geometric quantities at x, free and fixed, shape (10,)."""
+        values = self.fixed_values.copy()
+        values[self.free] = x[self.shape]
+        return values
+
+    def pack(self, knots: Array, rate_before: Array, geometry: Array) -> Array:
+        """Return x from postures (n - 2, 12), rates (12,) and all geometry (10,)."""
+        return np.concatenate([knots.ravel(), rate_before, geometry[self.free]])
+
+    def bounds(self) -> tuple[Array, Array]:
+        """Return lower and upper bounds of x."""
+        lower, upper = np.full(self.size, -INFINITY), np.full(self.size, INFINITY)
+        lower[self.shape] = [self.geometry[i].lower for i in self.free]
+        upper[self.shape] = [self.geometry[i].upper for i in self.free]
+        return lower, upper
+
+    def scale(self) -> Array:
+        """Return the size of a sensible step of each entry of x."""
+        scale = np.full(self.size, KNOT_SCALE)
+        scale[self.rates] = RATE_SCALE
+        scale[self.shape] = [self.geometry[i].scale for i in self.free]
+        return scale
+
+
+def set_quantities(
+    table: tuple[Quantity, ...], changes: dict[str, dict[str, float | bool]]
+) -> tuple[Quantity, ...]:
+    """Return the table with some fields of some quantities changed.
+
+    Raises:
+        InputError: an unknown quantity, or bounds that leave no room.
+    """
+    for name in changes:
+        if name not in GEOMETRY_NAMES:
+            raise InputError(
+                f"there is no geometric quantity '{name}'; there are {', '.join(GEOMETRY_NAMES)}"
+            )
+    changed = tuple(
+        replace(q, **changes[q.name]) if q.name in changes else q  # type: ignore[arg-type]
+        for q in table
+    )
+    for quantity in changed:
+        if not quantity.lower < quantity.upper:
+            raise InputError(
+                f"{quantity.name}: lower bound {quantity.lower} {quantity.unit} is not below "
+                f"upper bound {quantity.upper} {quantity.unit}"
+            )
+    return changed

@@ -1,0 +1,217 @@
+"""A gait: one optimal step, everything it asks of the robot, and where it came from."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from gaitopt.errors import InputError
+from gaitopt.nlp import Array
+
+JOINTS = 12  # of the two legs; the paper's chain, Table 1
+_EXCHANGE_TOLERANCE = 1e-9  # on E E = 1, whose entries are 0 and +-1
+
+# Sizes that are not numbers: N samples, n knots, P parameters.
+SHAPES: dict[str, tuple[int | str, ...]] = {
+    "time": ("N",),
+    "q": ("N", JOINTS),
+    "dq": ("N", JOINTS),
+    "ddq": ("N", JOINTS),
+    "torque": ("N", JOINTS),
+    "ground_wrench": ("N", 6),
+    "cop": ("N", 2),
+    "swing_sole": ("N", 4, 3),
+    "knots": ("n",),
+    "impulse": (6,),
+    "rate_before": (JOINTS,),
+    "rate_after": (JOINTS,),
+    "parameters": ("P",),
+    "mirror": (JOINTS, JOINTS),
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Gait:
+    """One step of a cyclic gait; the next step is its mirror image. All arrays are read-only.
+
+    The joints are in the order stance leg from ankle to hip, then swing leg from hip to ankle,
+    with the signs of the URDF; the computed step is the one with the stance foot of `stance_sole`.
+
+    Attributes:
+        time: sample times from 0 to the step duration [s], shape (N,).
+        q, dq, ddq: joint angles [rad], rates [rad/s], accelerations [rad/s²], shape (N, 12).
+        torque: joint torques [N·m], shape (N, 12), Eq. (1).
+        ground_wrench: force [N] then moment [N·m] of the ground on the stance foot, in its sole
+            frame, shape (N, 6), Eqs. (11)-(13).
+        cop: centre of pressure in the stance sole frame [m], shape (N, 2).
+        swing_sole: corners (toe left, toe right, heel left, heel right) of the swing sole in the
+            stance sole frame [m], shape (N, 4, 3).
+        knots: knots of the joint splines [s], shape (n,).
+        impulse: of the ground on the landing foot, in its sole frame [N·s, N·m·s], shape (6,).
+        rate_before, rate_after: joint rates around the impact, same joints [rad/s], shape (12,).
+        parameters: the optimum, shape (P,); units as the parameter names say.
+        parameter_names: P names.
+        joint_names: 12 names of the URDF.
+        mirror: leg exchange E, shape (12, 12): the next step starts at E q(T), Eq. (26).
+        urdf: text of the robot's URDF.
+        stance_sole, swing_sole_frame: names of the sole frames in the URDF.
+        meta: JSON-able record (task, limits, sole, mass, cost, solver, status, certificate,
+            versions); every key is optional.
+
+    Raises:
+        InputError: an array has the wrong shape or holds NaN, times do not increase, names do not
+            match, E is not an exchange, or `meta` is not JSON-able.
+    """
+
+    time: Array
+    q: Array
+    dq: Array
+    ddq: Array
+    torque: Array
+    ground_wrench: Array
+    cop: Array
+    swing_sole: Array
+    knots: Array
+    impulse: Array
+    rate_before: Array
+    rate_after: Array
+    parameters: Array
+    parameter_names: tuple[str, ...]
+    joint_names: tuple[str, ...]
+    mirror: Array
+    urdf: str
+    stance_sole: str
+    swing_sole_frame: str
+    meta: Mapping[str, object]
+
+    def __post_init__(self) -> None:
+        for name in SHAPES:
+            object.__setattr__(self, name, _frozen(name, getattr(self, name)))
+        for name in ("parameter_names", "joint_names"):
+            object.__setattr__(self, name, _names(name, getattr(self, name)))
+        for name in ("urdf", "stance_sole", "swing_sole_frame"):
+            if not isinstance(getattr(self, name), str) or not getattr(self, name):
+                raise InputError(f"the gait's '{name}' must be a non-empty text")
+        object.__setattr__(self, "meta", _json_copy(self.meta))
+        _check_sizes(self)
+        _check_times(self)
+        _check_mirror(self.mirror)
+
+    @property
+    def duration(self) -> float:
+        """Duration of the step [s]."""
+        return float(self.time[-1])
+
+    @property
+    def step_length(self) -> float:
+        """Distance the robot advances in one step [m]: half the travel of the swing sole."""
+        centre = self.swing_sole.mean(axis=1)
+        return float(centre[-1, 0] - centre[0, 0]) / 2.0
+
+    @property
+    def speed(self) -> float:
+        """Walking speed [m/s]."""
+        return self.step_length / self.duration
+
+    @property
+    def cost(self) -> float | None:
+        """Value of the cost the gait was optimised for, None if it was not recorded."""
+        return self.number("cost")
+
+    def fact(self, *keys: str) -> object | None:
+        """Return meta[key][key]..., None if any of the keys is absent."""
+        value: object | None = self.meta
+        for key in keys:
+            value = value.get(key) if isinstance(value, Mapping) else None
+        return value
+
+    def number(self, *keys: str) -> float | None:
+        """Return a number of `meta`, None if it is absent or not a number."""
+        value = self.fact(*keys)
+        if isinstance(value, bool) or not isinstance(value, (int, float)):
+            return None
+        return float(value)
+
+    def joint_limit(self, kind: str) -> Array | None:
+        """Return meta["limits"][kind], shape (12,), None if it is absent.
+
+        Args:
+            kind: "torque" [N·m], "speed" [rad/s], "lower" or "upper" [rad].
+        """
+        value = self.fact("limits", kind)
+        if not isinstance(value, list) or len(value) != JOINTS:
+            return None
+        return np.array([np.nan if v is None else v for v in value], dtype=np.float64)
+
+
+def array_names() -> tuple[str, ...]:
+    """Return the names of the numeric arrays of a gait, in their order."""
+    return tuple(f.name for f in fields(Gait) if f.name in SHAPES)
+
+
+def _frozen(name: str, value: object) -> Array:
+    try:
+        array = np.array(value, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"the gait's '{name}' is not an array of numbers") from error
+    if array.ndim != len(SHAPES[name]):
+        expected = " x ".join(map(str, SHAPES[name]))
+        raise InputError(f"the gait's '{name}' has shape {array.shape}; it must be {expected}")
+    if not np.isfinite(array).all():
+        index = ", ".join(str(i) for i in np.argwhere(~np.isfinite(array))[0])
+        raise InputError(f"the gait's '{name}' holds NaN or infinity at [{index}]")
+    array.setflags(write=False)
+    return array
+
+
+def _names(name: str, value: object) -> tuple[str, ...]:
+    names = tuple(value) if isinstance(value, (list, tuple, np.ndarray)) else ()
+    if not all(isinstance(n, str) for n in names) or len(set(names)) != len(names):
+        raise InputError(f"the gait's '{name}' must be different texts")
+    return tuple(str(n) for n in names)
+
+
+def _json_copy(meta: Mapping[str, object]) -> dict[str, object]:
+    try:
+        copy = json.loads(json.dumps(dict(meta), allow_nan=False))
+    except (TypeError, ValueError) as error:
+        raise InputError(
+            f"the gait's 'meta' cannot be written as JSON ({error}); "
+            "use plain numbers (no NaN), texts, lists and dicts"
+        ) from error
+    return dict(copy)
+
+
+def _check_sizes(gait: Gait) -> None:
+    sizes: dict[int | str, int] = {"N": len(gait.time), "n": len(gait.knots)}
+    sizes["P"] = len(gait.parameter_names)
+    for name, shape in SHAPES.items():
+        expected = tuple(sizes.get(s, s) for s in shape)
+        found = getattr(gait, name).shape
+        if found != expected:
+            raise InputError(f"the gait's '{name}' has shape {found}; it must be {expected}")
+    if len(gait.joint_names) != JOINTS:
+        raise InputError(f"the gait names {len(gait.joint_names)} joints; it must name {JOINTS}")
+
+
+def _check_times(gait: Gait) -> None:
+    for name in ("time", "knots"):
+        values = getattr(gait, name)
+        if len(values) < 2 or values[0] != 0.0 or not (np.diff(values) > 0.0).all():
+            raise InputError(f"the gait's '{name}' must increase from 0 s, two values at least")
+    if not np.isclose(gait.knots[-1], gait.duration, rtol=1e-9, atol=0.0):
+        raise InputError(
+            f"the gait's last knot is {gait.knots[-1]:.6g} s; "
+            f"it must be the end of the step, {gait.duration:.6g} s"
+        )
+
+
+def _check_mirror(mirror: Array) -> None:
+    error = float(np.abs(mirror @ mirror - np.eye(JOINTS)).max())
+    if error > _EXCHANGE_TOLERANCE:
+        raise InputError(
+            f"the gait's 'mirror' E is not a leg exchange: E E differs from 1 by {error:.3g}"
+        )

@@ -1,0 +1,97 @@
+"""Clamped cubic splines through knots, Eqs. (40)-(44), as constant matrices.
+
+In s = t / T a spline is linear in its coefficients c = (knot values, T * rate at start, T * rate at
+end), so a whole motion is one matrix product, and so is its derivative with respect to any of them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gaitopt.nlp import Array
+
+_VALUE_POWERS = np.array([0.0, -1.0, -2.0])  # of T, for q, dq, ddq per unit of a knot value
+_RATE_POWERS = np.array([1.0, 0.0, -1.0])  # of T, for q, dq, ddq per unit of an end rate
+
+
+@dataclass(frozen=True)
+class SplineBasis:
+    """The linear map from coefficients to motion at chosen instants.
+
+    Coefficients are ordered: value at each of the n knots, rate at the start, rate at the end.
+
+    Attributes:
+        knots: s of the knots, from 0 to 1, shape (n,).
+        instants: s of the instants, shape (N,).
+        unit: the map for T = 1, shape (N, 3, n + 2); the middle axis is (q, dq, ddq).
+    """
+
+    knots: Array
+    instants: Array
+    unit: Array
+
+    def at(self, duration: float, order: int = 0) -> Array:
+        """Return the map for step duration T, or its derivative of given order in T.
+
+        Args:
+            duration: T [s].
+            order: 0, 1 or 2.
+
+        Returns:
+            Shape (N, 3, n + 2).
+        """
+        powers = np.repeat(_VALUE_POWERS[:, None], self.knots.size + 2, axis=1)
+        powers[:, -2:] = _RATE_POWERS[:, None]
+        factor = np.ones_like(powers)
+        for k in range(order):
+            factor = factor * (powers - k)
+        return self.unit * (factor * duration ** (powers - order))
+
+
+def spline_basis(knots: Array, instants: Array) -> SplineBasis:
+    """Build the basis for knots and instants in s = t / T.
+
+    Args:
+        knots: increasing, first 0, last 1, shape (n,), n >= 2.
+        instants: within [0, 1], shape (N,).
+    """
+    size = knots.size
+    curvature = _knot_curvatures(knots)
+    values = np.eye(size, size + 2)
+    piece = np.clip(np.searchsorted(knots, instants, side="right") - 1, 0, size - 2)
+    h = np.diff(knots)[piece][:, None]
+    b = (instants - knots[piece])[:, None] / h
+    a = 1.0 - b
+    left, right = values[piece], values[piece + 1]
+    bend_left, bend_right = curvature[piece], curvature[piece + 1]
+    position = a * left + b * right + h**2 / 6 * ((a**3 - a) * bend_left + (b**3 - b) * bend_right)
+    rate = (right - left) / h + h / 6 * (
+        (3 * b**2 - 1) * bend_right - (3 * a**2 - 1) * bend_left
+    )
+    return SplineBasis(knots, instants, np.stack([position, rate, a * bend_left + b * bend_right], 1))
+
+
+def _knot_curvatures(knots: Array) -> Array:
+    """Second derivatives at the knots as a map of the coefficients, shape (n, n + 2).
+
+    Continuity of the first derivative at the inner knots and the given end rates make a tridiagonal
+    system (de Boor, 2001, chapter IV).
+    """
+    size = knots.size
+    h = np.diff(knots)
+    matrix, rhs = np.zeros((size, size)), np.zeros((size, size + 2))
+    slope = np.zeros((size - 1, size + 2))
+    rows = np.arange(size - 1)
+    slope[rows, rows + 1], slope[rows, rows] = 1.0 / h, -1.0 / h
+    matrix[0, :2] = h[0] / 3, h[0] / 6
+    rhs[0] = slope[0]
+    rhs[0, -2] -= 1.0
+    matrix[-1, -2:] = h[-1] / 6, h[-1] / 3
+    rhs[-1] = -slope[-1]
+    rhs[-1, -1] += 1.0
+    for i in range(1, size - 1):
+        matrix[i, i - 1 : i + 2] = h[i - 1] / 6, (h[i - 1] + h[i]) / 3, h[i] / 6
+        rhs[i] = slope[i] - slope[i - 1]
+    return np.linalg.solve(matrix, rhs)

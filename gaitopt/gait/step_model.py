@@ -1,0 +1,154 @@
+"""One step of the walk as a function of the parameters, in the order of the method.
+
+    x -> boundary (26) -> impact (16)-(20), (27) -> spline (40)-(44) -> single support (1)-(13)
+
+Derivatives take the same road: local ones at each instant with respect to (q, dq, ddq), then one
+constant linear map to the spline's coefficients, then the coefficients' dependence on x.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gaitopt.errors import EvaluationError
+from gaitopt.gait.boundary import Boundary, Posture, PostureSlope
+from gaitopt.gait.grid import Grid
+from gaitopt.gait.parameters import DURATION, STEP_LENGTH, Layout
+from gaitopt.gait.spline import spline_basis
+from gaitopt.gait.step import Reads, Step, StepSlope
+from gaitopt.mechanics.impact import Impact, ImpactSlope
+from gaitopt.mechanics.support import SingleSupport, SupportSlope
+from gaitopt.nlp import Array
+from gaitopt.robot.model import Robot
+
+
+class StepModel:
+    """Evaluates steps of one robot on one grid; every result is a pure function of x."""
+
+    def __init__(self, robot: Robot, layout: Layout, grid: Grid) -> None:
+        self.robot, self.layout, self.grid = robot, layout, grid
+        knots = np.linspace(0.0, 1.0, layout.postures + 2)
+        self.basis = spline_basis(knots, grid.instants)
+        self.boundary = Boundary(robot)
+        self.impact = Impact(robot)
+        self._support = SingleSupport(robot, grid.count)
+
+    def step(self, x: Array) -> Step:
+        """Return the step at x (P,).
+
+        Raises:
+            EvaluationError: a parameter is not finite, or a leg cannot reach.
+        """
+        geometry, posture = self._double_support(x)
+        q_end, rate_before = self._end(x, posture)
+        impact = self.impact.state(q_end, rate_before)
+        rate_start = self.robot.mirror @ impact.rate_after
+        coefficients = self._coefficients(x, posture, q_end, rate_start, rate_before)
+        motion = self._motion(coefficients, geometry)
+        support = self._support.state(*motion)
+        return Step(
+            x, geometry, posture, q_end, rate_before, impact, coefficients, motion, support
+        )
+
+    def slope(self, x: Array) -> tuple[Step, StepSlope]:
+        """Return the step at x (P,) and its exact derivatives.
+
+        Raises:
+            EvaluationError: a parameter is not finite, or a leg cannot reach.
+        """
+        geometry, posture = self._double_support(x)
+        q_end, rate_before = self._end(x, posture)
+        impact, at_impact = self.impact.slope(q_end, rate_before)
+        rate_start = self.robot.mirror @ impact.rate_after
+        coefficients = self._coefficients(x, posture, q_end, rate_start, rate_before)
+        motion = self._motion(coefficients, geometry)
+        support, at_support = self._support.slope(*motion)
+        step = Step(
+            x, geometry, posture, q_end, rate_before, impact, coefficients, motion, support
+        )
+        return step, self._chain(step, self.boundary.slope(posture), at_impact, at_support)
+
+    def _double_support(self, x: Array) -> tuple[Array, Posture]:
+        if not np.all(np.isfinite(x)):
+            raise EvaluationError("a parameter is not finite")
+        geometry = self.layout.geometry_of(x)
+        if geometry[DURATION] <= 0.0 or geometry[STEP_LENGTH] == 0.0:
+            raise EvaluationError(
+                f"a step of {geometry[DURATION]} s and {geometry[STEP_LENGTH]} m is not a step"
+            )
+        return geometry, self.boundary.posture(geometry)
+
+    def _end(self, x: Array, posture: Posture) -> tuple[Array, Array]:
+        """Posture (26) and rates at the end of the step."""
+        return self.robot.mirror @ posture.q_start, x[self.layout.rates]
+
+    def _coefficients(
+        self, x: Array, posture: Posture, q_end: Array, rate_start: Array, rate_before: Array
+    ) -> Array:
+        knots = x[self.layout.knots].reshape(-1, 12)
+        return np.vstack([posture.q_start, knots, q_end, rate_start, rate_before])
+
+    def _motion(self, coefficients: Array, geometry: Array) -> Array:
+        """q, dq, ddq at the instants, shape (3, N, 12), Eqs. (42)-(44)."""
+        motion = self.basis.at(geometry[DURATION]) @ coefficients
+        return np.ascontiguousarray(motion.swapaxes(0, 1))
+
+    def _chain(
+        self, step: Step, posture: PostureSlope, impact: ImpactSlope, support: SupportSlope
+    ) -> StepSlope:
+        size, free, shape = self.layout.size, self.layout.free, self.layout.shape
+        q_start = np.zeros((12, size))
+        q_start[:, shape] = posture.q_start[:, free]
+        rate_before = np.zeros((12, size))
+        rate_before[:, self.layout.rates] = np.eye(12)
+        q_end = self.robot.mirror @ q_start
+        after = impact.posture @ q_end + impact.rate @ rate_before
+        coefficients = self._coefficient_slopes(q_start, q_end, after[6:18], rate_before)
+        motion = self._motion_slopes(step, coefficients)
+        legs = np.zeros((2, 3, size))
+        legs[:, :, shape] = posture.legs[:, :, free]
+        travel = np.zeros((1, 2, size))
+        for row, name in enumerate(("step_length", "duration")):
+            column = self.layout.index(name)
+            if column is not None:
+                travel[0, row, column] = 1.0
+        effort = support.effort @ motion
+        corners = support.corners.reshape(-1, 12, 12) @ motion[:, :12]
+        reads = {
+            Reads.TORQUE: effort[:, 6:],
+            Reads.WRENCH: effort[:, :6],
+            Reads.CORNERS: corners,
+            Reads.ANGLES: motion[:, :12],
+            Reads.RATES: motion[:, 12:24],
+            Reads.IMPULSE: after[None, 18:],
+            Reads.SOLE_TWIST: after[None, :6],
+            Reads.LEGS: legs,
+            Reads.TRAVEL: travel,
+        }
+        return StepSlope(posture, impact, support, coefficients, motion, reads)
+
+    def _coefficient_slopes(
+        self, q_start: Array, q_end: Array, rate_after: Array, rate_before: Array
+    ) -> Array:
+        postures, size = self.layout.postures, self.layout.size
+        slopes = np.zeros((postures + 4, 12, size))
+        slopes[0] = q_start
+        slopes[1 : postures + 1, :, self.layout.knots] = np.eye(12 * postures).reshape(
+            postures, 12, -1
+        )
+        slopes[postures + 1] = q_end
+        slopes[postures + 2] = self.robot.mirror @ rate_after
+        slopes[postures + 3] = rate_before
+        return slopes
+
+    def _motion_slopes(self, step: Step, coefficients: Array) -> Array:
+        """Derivatives of (q, dq, ddq) at the instants, shape (N, 36, P)."""
+        count, width = self.grid.count, coefficients.shape[0]
+        basis = self.basis.at(step.duration).reshape(3 * count, width)
+        slopes = basis @ coefficients.reshape(width, -1)
+        slopes = slopes.reshape(count, 36, -1)
+        column = self.layout.index("duration")
+        if column is not None:
+            stretched = self.basis.at(step.duration, 1) @ step.coefficients
+            slopes[:, :, column] += stretched.reshape(count, 36)
+        return slopes

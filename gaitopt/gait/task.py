@@ -1,0 +1,145 @@
+"""What is asked of the walk: speed, duration, margins, and how finely it is looked at."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, fields
+
+from gaitopt.errors import InputError
+from gaitopt.gait.grid import QUADRATURES
+from gaitopt.gait.parameters import GEOMETRY, STEP_LENGTH, Quantity, set_quantities
+
+SPEED_AS = ("constraint", "penalty")
+
+
+@dataclass(frozen=True)
+class Margins:
+    """The limits of section 3.2 that are not facts of the robot.
+
+    Attributes:
+        friction: coefficient mu of Eqs. (33)-(34).
+        minimum_load: least vertical ground force, Eq. (35) [N].
+        cop_margin: distance of the centre of pressure from the sole's edge, Eqs. (37)-(38) [m].
+        clearance: height of the swing foot's corners at mid-step; the profile is
+            clearance * sin²(pi t / T) [m].
+        lateral_gap: between the swing sole and the edge of the stance sole, Eq. (32) [m].
+        knee_flexion: least bend of both knees from straight [rad].
+        leg_extension: largest hip-ankle distance in double support over the straight leg, Eq. (31).
+        liftoff_speed: least upward speed of the old stance sole's corners after impact [m/s];
+            a small negative value relaxes section 2.4.1.
+        joint_range: whether the joint ranges of Eq. (30) are imposed.
+        impulse_cop: whether the impulsive centre of pressure must lie in the landing sole.
+        torque_limit, speed_limit: replace the robot's limits when given [N.m], [rad/s].
+    """
+
+    friction: float = 0.7
+    minimum_load: float = 25.0
+    cop_margin: float = 0.005
+    clearance: float = 0.03
+    lateral_gap: float = 0.01
+    knee_flexion: float = 0.1
+    leg_extension: float = 0.9995
+    liftoff_speed: float = 0.0
+    joint_range: bool = True
+    impulse_cop: bool = True
+    torque_limit: float | None = None
+    speed_limit: float | None = None
+
+    def __post_init__(self) -> None:
+        for entry in fields(self):
+            value = getattr(self, entry.name)
+            if isinstance(value, float | int) and not math.isfinite(value):
+                raise InputError(f"{entry.name} is {value}; it must be a finite number")
+        for name, unit in (
+            ("friction", ""),
+            ("leg_extension", ""),
+            ("torque_limit", " N.m"),
+            ("speed_limit", " rad/s"),
+        ):
+            value = getattr(self, name)
+            if value is not None and not value > 0.0:
+                raise InputError(f"{name} is {value}{unit}; it must be above 0")
+        for name, unit in (("minimum_load", "N"), ("clearance", "m"), ("cop_margin", "m")):
+            if getattr(self, name) < 0.0:
+                raise InputError(f"{name} is {getattr(self, name)} {unit}; it must not be negative")
+        if self.leg_extension > 1.0:
+            raise InputError(f"leg_extension is {self.leg_extension}; a leg reaches at most 1")
+
+
+@dataclass(frozen=True)
+class Task:
+    """One walking problem.
+
+    Attributes:
+        speed: walking speed V of Eq. (39) [m/s].
+        duration: of one step, T [s]; free if the geometry table says so, then the first guess.
+        postures: intermediate postures of the splines, n - 2 of section 4.1.
+        samples: equidistant instants of the step.
+        quadrature: rule for the cost, "simpson" or "euler".
+        speed_as: "constraint", Eq. (39), or "penalty", Eq. (47).
+        penalty_weight: rho of Eq. (47) [cost / m²].
+        margins: limits of section 3.2.
+        geometry: table of the geometric quantities, free and fixed.
+    """
+
+    speed: float = 1.0
+    duration: float = 0.4
+    postures: int = 2
+    samples: int = 31
+    quadrature: str = "simpson"
+    speed_as: str = "constraint"
+    penalty_weight: float = 1e6
+    margins: Margins = field(default_factory=Margins)
+    geometry: tuple[Quantity, ...] = GEOMETRY
+
+    def __post_init__(self) -> None:
+        for name, unit in (("speed", "m/s"), ("duration", "s"), ("penalty_weight", "cost/m²")):
+            value = getattr(self, name)
+            if not (math.isfinite(value) and value > 0.0):
+                raise InputError(f"{name} is {value} {unit}; it must be a finite number above 0")
+        if self.postures < 1:
+            raise InputError(f"postures is {self.postures}; at least 1 intermediate posture")
+        if self.speed_as not in SPEED_AS:
+            raise InputError(f"speed_as '{self.speed_as}' is unknown; choose {' or '.join(SPEED_AS)}")
+        if self.quadrature not in QUADRATURES:
+            raise InputError(
+                f"quadrature '{self.quadrature}' is unknown; choose {' or '.join(QUADRATURES)}"
+            )
+        if not self.geometry[STEP_LENGTH].free and self.speed_as == "constraint":
+            raise InputError("step_length is fixed; free it, or take the speed as a penalty")
+
+    @property
+    def step_length(self) -> float:
+        """Step length that the speed asks for, V T [m]."""
+        return self.speed * self.duration
+
+
+PRESETS = ("standard", "paper")
+
+
+def preset_task(preset: str = "standard", **changes: object) -> Task:
+    """Return a task of a named preset, with some fields changed.
+
+    `standard`: 43 parameters and every constraint. `paper`: the constraints of section 3.2 only,
+    the six geometric parameters of section 4.2, speed as the constraint (39).
+
+    Raises:
+        InputError: unknown preset or field, or a value out of range.
+    """
+    if preset not in PRESETS:
+        raise InputError(f"preset '{preset}' is unknown; choose {' or '.join(PRESETS)}")
+    values: dict[str, object] = {}
+    margin_names = {f.name for f in fields(Margins)}
+    margins = {k: changes.pop(k) for k in list(changes) if k in margin_names}
+    if preset == "paper":
+        margins = {"impulse_cop": False, **margins}
+        values["geometry"] = set_quantities(GEOMETRY, {"pelvis_yaw": {"free": False}})
+    unknown = set(changes) - {f.name for f in fields(Task)}
+    if unknown:
+        raise InputError(
+            f"there is no task field {', '.join(sorted(unknown))}; there are "
+            f"{', '.join(f.name for f in fields(Task))}, {', '.join(sorted(margin_names))}"
+        )
+    if margins:
+        values["margins"] = Margins(**margins)  # type: ignore[arg-type]
+    return Task(**{**values, **changes})  # type: ignore[arg-type]

@@ -1,0 +1,1 @@
+"""What the machine does: kinematics, inverse dynamics, impact, and an independent referee."""

@@ -1,0 +1,216 @@
+"""A serial chain of rigid links in modified Denavit-Hartenberg notation: the paper's Table 1.
+
+Link 0 is the stance foot, link n the swing foot. Frame R0 sits at the stance sole: x0 up, y0 right,
+z0 forward (Section 2.2). The sole frame has the same origin and x forward, y left, z up.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from gaitopt.errors import InputError
+from gaitopt.mechanics.mdh import placements, times, transforms
+from gaitopt.nlp import Array
+
+SOLE_AXES: Array = np.array([[0.0, 0.0, 1.0], [0.0, -1.0, 0.0], [1.0, 0.0, 0.0]])
+"""Turns components along x0, y0, z0 into components along sole axes; its own inverse."""
+SOLE_AXES.setflags(write=False)
+
+
+@dataclass(frozen=True)
+class JointTable:
+    """The rows of Table 1, one per joint; every array has shape (n,).
+
+    Attributes:
+        alpha: angle from z_{j-1} to z_j about the common normal [rad].
+        d: distance from z_{j-1} to z_j along the common normal [m].
+        theta: turn about z_j at zero joint value [rad].
+        r: move along z_j at zero joint value [m].
+        sigma: 0 for a revolute joint, 1 for a prismatic one.
+        gamma: angle from x_{j-1} to the common normal about z_{j-1} [rad]; 0 in Table 1.
+        b: distance from O_{j-1} to the common normal along z_{j-1} [m]; 0 in Table 1.
+    """
+
+    alpha: Array
+    d: Array
+    theta: Array
+    r: Array
+    sigma: Array
+    gamma: Array
+    b: Array
+
+    def __post_init__(self) -> None:
+        _freeze(self, {field.name: (len(self.alpha),) for field in fields(self)})
+        if not np.isin(self.sigma, (0.0, 1.0)).all():
+            raise InputError(
+                f"sigma = {self.sigma} is not allowed; use 0 (revolute) or 1 (prismatic)"
+            )
+
+
+@dataclass(frozen=True)
+class LinkTable:
+    """Mass properties of links 0 to n, each in its own frame R_j, about its origin O_j.
+
+    Attributes:
+        mass: M_j, shape (n + 1,) [kg].
+        first_moment: MS_j, mass times centre of mass, shape (n + 1, 3) [kg·m].
+        inertia: J_j about O_j, shape (n + 1, 3, 3) [kg·m²].
+    """
+
+    mass: Array
+    first_moment: Array
+    inertia: Array
+
+    def __post_init__(self) -> None:
+        count = len(self.mass)
+        shapes = {"mass": (count,), "first_moment": (count, 3), "inertia": (count, 3, 3)}
+        _freeze(self, shapes)
+
+
+@dataclass(frozen=True)
+class Chain:
+    """A serial chain from the stance foot to the swing foot.
+
+    The values a caller gives are those of the robot's joints; the paper's are q_j = sign_j times
+    them. Torques come back in the robot's sign too.
+
+    Attributes:
+        joints: geometry.
+        links: mass properties; one link more than joints.
+        sign: +1 or -1 for each joint, shape (n,).
+        armature: reflected inertia of each motor, shape (n,) [kg·m²; kg if prismatic].
+        tool_rotation: axes of the swing sole frame in R_n, shape (3, 3).
+        tool_position: origin of the swing sole frame in R_n, shape (3,) [m].
+
+    Raises:
+        InputError: an array has the wrong shape, is not finite, or a sign is not +1 or -1.
+    """
+
+    joints: JointTable
+    links: LinkTable
+    sign: Array
+    armature: Array
+    tool_rotation: Array
+    tool_position: Array
+
+    def __post_init__(self) -> None:
+        n = self.dof
+        shapes = {"sign": (n,), "armature": (n,), "tool_rotation": (3, 3), "tool_position": (3,)}
+        _freeze(self, shapes)
+        if not np.isin(self.sign, (-1.0, 1.0)).all():
+            raise InputError(f"sign = {self.sign} is not allowed; use +1 or -1 for each joint")
+        if len(self.links.mass) != n + 1:
+            raise InputError(
+                f"the chain has {n} joints and {len(self.links.mass)} links; give {n + 1} links"
+            )
+
+    @property
+    def dof(self) -> int:
+        """Number of joints n."""
+        return len(self.joints.alpha)
+
+    @property
+    def mass(self) -> float:
+        """Total mass [kg]."""
+        return float(self.links.mass.sum())
+
+
+def joint_values(chain: Chain, name: str, value: ArrayLike) -> Array:
+    """Return values given by a caller as an array, shape (..., n).
+
+    Raises:
+        InputError: the last axis does not have one entry for each joint, or one is not finite.
+    """
+    return _checked(name, value, (chain.dof,))
+
+
+def six_vector(name: str, value: ArrayLike) -> Array:
+    """Return a twist or wrench given by a caller as an array, shape (..., 6).
+
+    Raises:
+        InputError: the last axis does not have six entries, or one is not finite.
+    """
+    return _checked(name, value, (6,))
+
+
+def joint_transforms(chain: Chain, q: Array) -> tuple[Array, Array]:
+    """Return rotations ^{j-1}A_j (..., n, 3, 3) and origins ^{j-1}P_j (..., n, 3) [m] at q."""
+    table = chain.joints
+    move = chain.sign * q
+    theta = table.theta + (1.0 - table.sigma) * move
+    r = table.r + table.sigma * move
+    return transforms(table.gamma, table.b, table.alpha, table.d, theta, r)
+
+
+def link_placements(chain: Chain, q: ArrayLike) -> tuple[Array, Array]:
+    """Return where the link frames R_0 to R_n lie in R0.
+
+    Args:
+        chain: the chain.
+        q: joint values, shape (..., n) [rad, m].
+
+    Returns:
+        Rotations ^0A_j, shape (..., n + 1, 3, 3), and origins ^0P_j, shape (..., n + 1, 3) [m].
+
+    Raises:
+        InputError: q has the wrong shape or is not finite.
+    """
+    return placements(*joint_transforms(chain, joint_values(chain, "q", q)))
+
+
+def sole_placement(chain: Chain, q: ArrayLike) -> tuple[Array, Array]:
+    """Return the swing sole in the stance sole frame.
+
+    Args:
+        chain: the chain.
+        q: joint values, shape (..., n) [rad, m].
+
+    Returns:
+        Its rotation, shape (..., 3, 3), and its origin, shape (..., 3) [m].
+
+    Raises:
+        InputError: q has the wrong shape or is not finite.
+    """
+    A, P = link_placements(chain, q)
+    rotation = SOLE_AXES @ A[..., -1, :, :] @ chain.tool_rotation
+    origin = P[..., -1, :] + times(A[..., -1, :, :], chain.tool_position)
+    return rotation, turned(origin)
+
+
+def centre_of_mass(chain: Chain, q: ArrayLike) -> Array:
+    """Return the centre of mass in the stance sole frame, shape (..., 3) [m].
+
+    Raises:
+        InputError: q has the wrong shape or is not finite.
+    """
+    A, P = link_placements(chain, q)
+    moments = chain.links.mass[:, None] * P + times(A, chain.links.first_moment)
+    return turned(moments.sum(axis=-2) / chain.mass)
+
+
+def turned(vector: Array) -> Array:
+    """Turn vectors (..., 3) from R0 axes into sole axes, or from those into R0 axes."""
+    product: Array = vector @ SOLE_AXES
+    return product
+
+
+def _freeze(table: object, shapes: dict[str, tuple[int, ...]]) -> None:
+    for name, shape in shapes.items():
+        value = getattr(table, name)
+        if np.shape(value) != shape:
+            raise InputError(f"{name} has shape {np.shape(value)}; give shape {shape}")
+        array = np.array(_checked(name, value, shape))
+        array.setflags(write=False)
+        object.__setattr__(table, name, array)
+
+
+def _checked(name: str, value: ArrayLike, shape: tuple[int, ...]) -> Array:
+    array = np.asarray(value, dtype=np.float64)
+    if array.shape[-len(shape) :] != shape:
+        raise InputError(f"{name} has shape {array.shape}; its last axes must be {shape}")
+    if not np.isfinite(array).all():
+        raise InputError(f"{name} has an entry that is not finite; give finite numbers")
+    return array

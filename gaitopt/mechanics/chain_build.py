@@ -1,0 +1,242 @@
+"""Chains of the paper's biped (from Table 1 alone) and of any robot (from its joint lines)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pinocchio as pin
+
+from gaitopt.errors import InputError, RobotError
+from gaitopt.mechanics.chain import SOLE_AXES, Chain, JointTable, LinkTable, turned
+from gaitopt.mechanics.mdh import hat, parameters, placements, transforms
+from gaitopt.nlp import Array
+from gaitopt.robot.inertia import mirrored_inertia
+from gaitopt.robot.model import Robot
+from gaitopt.robot.spec import BipedSpec, Geometry, LinkSpec
+
+
+@dataclass(frozen=True)
+class Bodies:
+    """Mass properties of rigid links at the zero posture, all in one common frame.
+
+    Attributes:
+        masses: shape (n + 1,) [kg].
+        coms: centres of mass, shape (n + 1, 3) [m].
+        inertias: about the centres of mass, shape (n + 1, 3, 3) [kg·m²].
+    """
+
+    masses: Array
+    coms: Array
+    inertias: Array
+
+
+def chain_of_spec(spec: BipedSpec) -> Chain:
+    """Return the chain of the paper's Table 1 with a specification's lengths and links.
+
+    Table 1 has thirteen rows for twelve joints: row 13 places the swing sole in R12 (q13 = 0).
+    Stance-leg joints get sign -1: in a URDF the torso carries the leg, in Table 1 the foot carries
+    the torso, about axes that point the same way.
+    """
+    joints, tool_rotation, tool_position = _table_1(spec.geometry)
+    rotations, origins = _zero_posture(joints)
+    return Chain(
+        joints=joints,
+        links=_link_table(rotations, origins, _bodies_of_spec(spec, turned(origins))),
+        sign=np.repeat([-1.0, 1.0], 6),
+        armature=np.zeros(12),
+        tool_rotation=tool_rotation,
+        tool_position=tool_position,
+    )
+
+
+def _table_1(g: Geometry) -> tuple[JointTable, Array, Array]:
+    """Rows 1 to 12 as the joints; row 13, and R13 to the sole axes, as the tool."""
+    quarter, zero = np.pi / 2.0, np.zeros(13)
+    alpha = np.array([0, 1, 0, 0, -1, -1, 0, 1, -1, 0, 0, 1, 0]) * quarter
+    theta = np.array([0, 0, 0, 0, -1, 0, 0, -1, 0, 0, 0, 0, 0]) * quarter
+    d = np.array([g.d1, 0, g.d3, g.d4, 0, 0, g.d7, 0, 0, g.d4, g.d3, 0, g.d1])
+    r = np.array([g.l1, 0, 0, g.l4, 0, 0, 0, 0, 0, g.l4, 0, 0, -g.l1])
+    A, P = transforms(zero, zero, alpha, d, theta, r)
+    joints = JointTable(
+        alpha=alpha[:12],
+        d=d[:12],
+        theta=theta[:12],
+        r=r[:12],
+        sigma=zero[:12],
+        gamma=zero[:12],
+        b=zero[:12],
+    )
+    # R13 is R0 turned upside down about z: x13 down, y13 left, z13 forward.
+    sole_in_13 = np.array([[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]])
+    return joints, A[12] @ sole_in_13, P[12]
+
+
+def _bodies_of_spec(spec: BipedSpec, origins: Array) -> Bodies:
+    """Links 0 to 12 in the stance sole frame; origins (13, 3) of the link frames there [m]."""
+    hips = (origins[6] + origins[7]) / 2.0
+    right = [(part, -1.0) for part in reversed(spec.links.leg)]
+    left = [(part, 1.0) for part in spec.links.leg]
+    parts = [*right, (spec.links.torso, 1.0), *left]
+    # A specification measures from the joint nearer the torso: for right links, the next one.
+    points = [*origins[1:7], hips, *origins[7:]]
+    return Bodies(
+        masses=np.array([part.mass for part, _ in parts]),
+        coms=np.array(
+            [point + _side(part, side) for (part, side), point in zip(parts, points, strict=True)]
+        ),
+        inertias=np.array([_com_inertia(part, side) for part, side in parts]),
+    )
+
+
+def _side(part: LinkSpec, side: float) -> Array:
+    return np.array(part.com) * [1.0, side, 1.0]
+
+
+def _com_inertia(part: LinkSpec, side: float) -> Array:
+    return np.array(part.com_inertia if side > 0.0 else mirrored_inertia(part.com_inertia))
+
+
+def chain_of_robot(robot: Robot) -> Chain:
+    """Return the chain of a robot rooted at its stance sole.
+
+    Pinocchio only hands over what the URDF says: placements, axes and inertias.
+
+    Raises:
+        RobotError: the model is not a serial chain of one-axis joints after the foot.
+    """
+    model = robot.model
+    frames = [_frame(model, name) for name in (robot.stance_sole, robot.swing_sole)]
+    joints = _serial_joints(model, frames[0].parentJoint, frames[1].parentJoint)
+    places = [frames[0].placement.inverse()]
+    for joint in joints:
+        places.append(places[-1] * model.jointPlacements[joint])
+    motions = [_motion(model, joint) for joint in joints]
+    tool = places[-1] * frames[1].placement
+    return chain_from_axes(
+        np.array([place.translation for place in places[1:]]),
+        np.array(
+            [place.rotation @ axis for place, (axis, _) in zip(places[1:], motions, strict=True)]
+        ),
+        _bodies_of_model(model, [frames[0].parentJoint, *joints], places),
+        (tool.rotation, tool.translation),
+        sigma=np.array([sigma for _, sigma in motions]),
+        armature=np.array([model.armature[model.joints[joint].idx_v] for joint in joints]),
+    )
+
+
+def _frame(model: pin.Model, name: str) -> pin.Frame:
+    return model.frames[model.getFrameId(name)]
+
+
+def _serial_joints(model: pin.Model, first: int, last: int) -> list[int]:
+    joints = list(range(first + 1, model.njoints))
+    parents = [model.parents[joint] for joint in joints]
+    if first != 1 or parents != list(range(first, last)):
+        raise RobotError(
+            f"the joints {list(model.names)[1:]} are not one chain from foot to foot; "
+            "root the model at the stance sole first"
+        )
+    return joints
+
+
+def _motion(model: pin.Model, joint: int) -> tuple[Array, float]:
+    """Axis of a joint in its own frame (3,), and sigma."""
+    kind = model.joints[joint]
+    data = kind.createData()
+    kind.calc(data, pin.neutral(model))
+    subspace = np.asarray(data.S, dtype=np.float64)
+    if subspace.size == 6:
+        linear, angular = subspace.reshape(6)[:3], subspace.reshape(6)[3:]
+        if not linear.any():
+            return angular, 0.0
+        if not angular.any():
+            return linear, 1.0
+    raise RobotError(f"joint '{model.names[joint]}' must be revolute or prismatic")
+
+
+def _bodies_of_model(model: pin.Model, joints: list[int], places: list[pin.SE3]) -> Bodies:
+    bodies = [place.act(model.inertias[joint]) for joint, place in zip(joints, places, strict=True)]
+    return Bodies(
+        masses=np.array([body.mass for body in bodies]),
+        coms=np.array([body.lever for body in bodies]),
+        inertias=np.array([body.inertia for body in bodies]),
+    )
+
+
+def chain_from_axes(
+    origins: Array,
+    axes: Array,
+    bodies: Bodies,
+    tool: tuple[Array, Array],
+    *,
+    sigma: Array | None = None,
+    armature: Array | None = None,
+) -> Chain:
+    """Return the chain of given joint lines, by geometry alone.
+
+    Everything is given at the zero posture in the stance sole frame. Frame R_j gets its origin at
+    the given point and its z axis along the given axis; consecutive axes are joined by their common
+    normal, whether they are skew, intersecting or parallel.
+
+    Args:
+        origins: a point on each joint axis, shape (n, 3) [m].
+        axes: direction in which link j turns or slides relative to link j-1, shape (n, 3).
+        bodies: links 0 to n.
+        tool: rotation (3, 3) and origin (3,) [m] of the swing sole frame.
+        sigma: 0 for revolute, 1 for prismatic joints, shape (n,); None: all revolute.
+        armature: reflected inertia of the motors, shape (n,) [kg·m²]; None: zero.
+
+    Raises:
+        InputError: an array has the wrong shape or is not finite, or an axis has no direction.
+    """
+    n = len(origins)
+    rotations = np.array([SOLE_AXES, *(_axes_about(axis) for axis in axes)])
+    points = np.concatenate([np.zeros((1, 3)), origins])
+    rows = [
+        parameters(rotations[j].T @ rotations[j + 1], rotations[j].T @ (points[j + 1] - points[j]))
+        for j in range(n)
+    ]
+    gamma, b, alpha, d, theta, r = np.array(rows).T
+    sigma = np.zeros(n) if sigma is None else sigma
+    joints = JointTable(alpha=alpha, d=d, theta=theta, r=r, sigma=sigma, gamma=gamma, b=b)
+    return Chain(
+        joints=joints,
+        links=_link_table(*_zero_posture(joints), bodies),
+        sign=np.ones(n),
+        armature=np.zeros(n) if armature is None else armature,
+        tool_rotation=rotations[-1].T @ tool[0],
+        tool_position=rotations[-1].T @ (tool[1] - points[-1]),
+    )
+
+
+def _axes_about(axis: Array) -> Array:
+    """Rotation whose z axis is the given direction, shape (3, 3)."""
+    length = float(np.linalg.norm(axis))
+    if not length > 0.0:
+        raise InputError(f"a joint axis is {axis}; give a finite direction of non-zero length")
+    z = axis / length
+    x = np.eye(3)[np.argmin(np.abs(z))]
+    x = x - (x @ z) * z
+    x /= np.linalg.norm(x)
+    return np.stack([x, np.cross(z, x), z], axis=-1)
+
+
+def _zero_posture(joints: JointTable) -> tuple[Array, Array]:
+    """Placements of R_0 to R_n in R0 at zero joint values."""
+    table = (joints.gamma, joints.b, joints.alpha, joints.d, joints.theta, joints.r)
+    return placements(*transforms(*table))
+
+
+def _link_table(rotations: Array, origins: Array, bodies: Bodies) -> LinkTable:
+    """Express bodies given in the stance sole frame in the link frames, about their origins."""
+    to_link = np.swapaxes(rotations, -1, -2) @ SOLE_AXES
+    arms = bodies.coms - turned(origins)
+    arms = (to_link @ arms[..., None])[..., 0]
+    skew = hat(arms)
+    return LinkTable(
+        mass=bodies.masses,
+        first_moment=bodies.masses[:, None] * arms,
+        inertia=to_link @ bodies.inertias @ np.swapaxes(to_link, -1, -2)
+        - bodies.masses[:, None, None] * skew @ skew,
+    )

@@ -1,0 +1,165 @@
+"""Closed-form second derivatives of inverse dynamics and of frame velocities for a serial chain.
+
+All in the world frame at the base, batched over instants. Body b carries joint b; S_j are the joint
+motion axes; u, v, a are virtual, real and (gravity-included) accelerations of the bodies:
+
+    u_b = u_0 + sum_{j<=b} S_j lambda_j      v_b = sum_{j<=b} S_j dq_j
+    a_b = a_0 + sum_{j<=b} (S_j ddq_j + (v_{j-1} x S_j) dq_j)
+
+By d'Alembert's principle lambda . tau = sum_b u_b . (I_b a_b + v_b x* I_b v_b). Turning joint j turns
+all bodies beyond it, which gives every second derivative as products of one term of joint j and one
+composite term of joint k >= j (derivation: docs/derivations.md).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gaitopt.mechanics.spatial import cross_force, force_cross, motion_cross
+from gaitopt.nlp import Array
+
+
+@dataclass(frozen=True)
+class TorqueCurvature:
+    """Second derivatives of lambda . tau at N instants, shape (N, 12, 12) each.
+
+    Attributes:
+        qq, vv: symmetric blocks.
+        qv: rows q, columns dq.
+        qa: rows q, columns ddq (the other blocks with ddq vanish).
+        base: d²(lambda . tau) / d q d a_0, shape (N, 12, 6).
+    """
+
+    qq: Array
+    qv: Array
+    vv: Array
+    qa: Array
+    base: Array
+
+
+def torque_curvature(
+    axes: Array,
+    inertias: Array,
+    rate: Array,
+    acceleration: Array,
+    base_acceleration: Array,
+    weights: Array,
+    base_weights: Array,
+) -> TorqueCurvature:
+    """Return the second derivatives of base_weights . wrench + weights . torque.
+
+    Args:
+        axes: S_j, shape (N, 12, 6).
+        inertias: world spatial inertias of the twelve moving bodies, shape (N, 12, 6, 6).
+        rate, acceleration: dq, ddq, shape (N, 12).
+        base_acceleration: a_0, shape (6,) or (N, 6); minus gravity for a foot at rest.
+        weights: lambda of the torques, shape (N, 12).
+        base_weights: lambda of the ground wrench, shape (N, 6).
+    """
+    u = base_weights[:, None] + np.cumsum(axes * weights[:, :, None], axis=1)
+    v = np.cumsum(axes * rate[:, :, None], axis=1)
+    u_before, v_before = u - axes * weights[:, :, None], v - axes * rate[:, :, None]
+    p = _apply(motion_cross(v_before), axes)
+    steps = axes * acceleration[:, :, None] + p * rate[:, :, None]
+    base = np.broadcast_to(base_acceleration, (axes.shape[0], 6))
+    a = base[:, None] + np.cumsum(steps, axis=1)
+    a_before = a - steps
+    U = _apply(motion_cross(u_before), axes)
+    r = _apply(motion_cross(a_before), axes) + _apply(motion_cross(v_before), p)
+
+    # Per body, then summed over the bodies beyond each joint.
+    I = inertias  # noqa: E741
+    v_force, S_force = force_cross(v), force_cross(axes)
+    momentum = _apply(I, v)
+    C = v_force @ I  # 2 B y = -I (v x y) + y x* (I v) + v x* (I y)
+    twice_B = C + np.swapaxes(C, 2, 3) + cross_force(momentum)
+    force = _apply(I, a) + _apply(v_force, momentum)
+    u_cross = motion_cross(u)
+    turn = np.swapaxes(u_cross, 2, 3) @ I
+    Z = _beyond(turn + np.swapaxes(turn, 2, 3))
+    yI = _beyond(_apply(I, u))
+    yB = _beyond(_apply(np.swapaxes(twice_B, 2, 3), u))
+    inertia, coriolis, subtree_force = _beyond(I), _beyond(twice_B), _beyond(force)
+
+    IS = _apply(inertia, axes)
+    alpha = _apply(S_force, subtree_force) + _apply(inertia, r) + _apply(coriolis, p)
+    alpha_v = _apply(coriolis, axes) + 2.0 * _apply(inertia, p)
+    SyI = _apply(S_force, yI)
+    beta = (
+        _apply(np.swapaxes(coriolis, 2, 3), U)
+        + _apply(Z, p)
+        + _apply(force_cross(p), yI)
+        + _apply(S_force, yB)
+    )
+    gamma = _apply(inertia, U) + SyI
+    beta_v = _apply(Z, axes) + SyI
+
+    left = np.concatenate([U, p, r], axis=2)
+    qq = left @ _columns(alpha, beta, gamma)
+    qv_lower_q = left[:, :, :12] @ _columns(alpha_v, beta_v)
+    vq = np.concatenate([2.0 * p, axes], axis=2) @ _columns(gamma, beta)
+    vv = axes @ np.swapaxes(beta_v, 1, 2)
+    qa = U @ np.swapaxes(IS, 1, 2)
+    aq = axes @ np.swapaxes(gamma, 1, 2)
+    return TorqueCurvature(
+        qq=_symmetric(qq),
+        qv=np.triu(qv_lower_q) + np.swapaxes(np.triu(vq, 1), 1, 2),
+        vv=_symmetric(vv),
+        qa=np.triu(qa) + np.swapaxes(np.triu(aq, 1), 1, 2),
+        base=gamma,
+    )
+
+
+def velocity_curvature(axes: Array, rate: Array, base: Array, force: Array) -> Array:
+    """Return the second derivative in q of force . (end velocity in the end's own frame).
+
+    The force is fixed in the end body. Seen from that body, turning joint j moves everything
+    before it: the slope in q_k is force . (v_{k-1} x S_k), the curvature
+    -force . (S_max x (v_{min-1} x S_min)).
+
+    Args:
+        axes: S_j, shape (12, 6).
+        rate: joint rates, shape (12,).
+        base: twist of the base, shape (6,).
+        force: in the world at the current posture, shape (6,).
+    """
+    before = base + np.cumsum(axes * rate[:, None], axis=0) - axes * rate[:, None]
+    p = _apply(motion_cross(before), axes)
+    pushed = force_cross(axes) @ force  # -(S_max x y) . force = (S_max x* force) . y
+    lower = np.tril(pushed @ p.T)
+    return lower + np.tril(lower, -1).T
+
+
+def velocity_rate_slope(axes: Array, force: Array) -> tuple[Array, Array]:
+    """Return d²/dq d(rate) (12, 12) and d²/dq d(base twist) (12, 6) of force . (end velocity).
+
+    Args:
+        axes, force: as for `velocity_curvature`.
+    """
+    # slope in q_k: force . (v_{k-1} x S_k) with v_{k-1} = base + sum_{i<k} S_i rate_i
+    turned = cross_force_of(axes, force)
+    return np.tril(turned @ axes.T, -1), turned
+
+
+def cross_force_of(axes: Array, force: Array) -> Array:
+    """Return g_k with force . (y x S_k) = g_k . y, shape (12, 6)."""
+    return -np.swapaxes(motion_cross(axes), 1, 2) @ force
+
+
+def _apply(matrices: Array, vectors: Array) -> Array:
+    return (matrices @ vectors[..., None])[..., 0]
+
+
+def _beyond(per_body: Array) -> Array:
+    """Sum over the bodies from each joint to the end of the chain (axis 1)."""
+    return np.cumsum(per_body[:, ::-1], axis=1)[:, ::-1]
+
+
+def _columns(*parts: Array) -> Array:
+    return np.swapaxes(np.concatenate(parts, axis=2), 1, 2)
+
+
+def _symmetric(upper: Array) -> Array:
+    return np.triu(upper) + np.swapaxes(np.triu(upper, 1), 1, 2)

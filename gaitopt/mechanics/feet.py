@@ -1,0 +1,61 @@
+"""The corners of a sole: where they are, how they move, how that bends."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gaitopt.nlp import Array
+
+
+def corner_positions(rotation: Array, origin: Array, corners: Array) -> Array:
+    """Return corners (4, 3) of a body frame in the world, shape (N, 4, 3) [m].
+
+    Args:
+        rotation, origin: placement of the body, shapes (N, 3, 3) and (N, 3).
+        corners: in the body frame [m].
+    """
+    return corners @ rotation.swapaxes(1, 2) + origin[:, None, :]
+
+
+def corner_slopes(axes: Array, corners: Array) -> Array:
+    """Return d corner / d q, shape (N, 4, 3, j).
+
+    A joint with world axis (l, w) moves the point p by l + w x p.
+
+    Args:
+        axes: joint motion axes in the world, shape (N, j, 6).
+        corners: positions in the world [m], shape (N, 4, 3).
+    """
+    linear, angular = axes[:, None, :, :3], axes[:, None, :, 3:]
+    moved = linear + np.cross(angular, corners[:, :, None, :])
+    return moved.swapaxes(2, 3)
+
+
+def corner_curvature(axes: Array, slopes: Array, weights: Array) -> Array:
+    """Return the Hessian of sum(weights * corners) with respect to q, shape (N, j, j).
+
+    For j <= k the second derivative is w_j x (d p / d q_k): turning joint j turns all that joint k
+    moves.
+
+    Args:
+        axes: joint motion axes in the world, shape (N, j, 6).
+        slopes: of the corners, shape (N, 4, 3, j).
+        weights: shape (N, 4, 3).
+    """
+    # sum over corners of weight . (w_j x slope_k) = w_j . (slope_k x weight)
+    turned = np.cross(slopes.swapaxes(2, 3), weights[:, :, None, :]).sum(axis=1)
+    upper = np.triu(axes[:, :, 3:] @ turned.swapaxes(1, 2))
+    return upper + np.triu(upper, 1).swapaxes(1, 2)
+
+
+def sole_edge_speeds(corners: Array) -> Array:
+    """Return the matrix from a sole's twist to the upward speeds of its corners, shape (4, 6).
+
+    The twist is (linear velocity of the sole origin, angular velocity) in the sole frame of a flat
+    foot; a corner (x, y) rises at v_z + w_x y - w_y x.
+
+    Args:
+        corners: in the sole frame [m], shape (4, 3).
+    """
+    zero, one = np.zeros(4), np.ones(4)
+    return np.stack([zero, zero, one, corners[:, 1], -corners[:, 0], zero], axis=1)

@@ -1,0 +1,167 @@
+"""Inverse kinematics of the two legs, its slope and its curvature (section 3.1 of the paper).
+
+Both feet on the ground close the chain: pelvis and swing sole have given placements, and the twelve
+joint angles follow. Each closure reads "twist of the joints = twist of the target", so the slope is
+one linear solve, and the curvature of a serial chain gives the second derivative exactly.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pinocchio as pin
+
+from gaitopt.errors import UnreachableError
+from gaitopt.mechanics.spatial import force_cross
+from gaitopt.nlp import Array
+from gaitopt.robot.model import Robot
+
+_TOLERANCE = 1e-12  # m and rad: residual of the closure
+_MAX_ITERATIONS = 40
+_MAX_STEP = 0.5  # rad: keeps Newton on the branch of the seed
+_SEED_KNEE = 0.6  # rad: flexion of the posture every search starts from
+_SEED_REACH = 0.94  # of the leg's length, for the seed posture
+
+
+class LegKinematics:
+    """Solves for the joint angles of a double-support posture.
+
+    Every search starts from the same bent posture, so the result is a pure function of the targets.
+    """
+
+    def __init__(self, robot: Robot) -> None:
+        self.robot = robot
+        self._model = robot.model
+        self._data = robot.model.createData()
+        self._q = pin.neutral(robot.model)
+        self._seed = self._standing_posture()
+
+    def solve(self, pelvis: pin.SE3, sole: pin.SE3) -> Array:
+        """Return the joint angles that place pelvis and swing sole [rad], shape (12,).
+
+        Args:
+            pelvis, sole: placements in the stance sole frame.
+
+        Raises:
+            UnreachableError: a leg is too short, or the search does not converge.
+        """
+        self._check_reach(pelvis, sole)
+        q = self._newton(self._seed.copy(), pelvis, sole)
+        legs = self.robot.legs
+        bend = legs.flexion * (q[list(legs.knees)] - legs.straight)
+        if bend.min() < 0.0:
+            raise UnreachableError(
+                f"the posture was reached only with a knee bent backwards by {-bend.min():.3f} rad; "
+                "lower the pelvis or shorten the step"
+            )
+        return q
+
+    def placements(self, q: Array) -> tuple[pin.SE3, pin.SE3]:
+        """Return the placements of pelvis and swing sole at joint angles q (12,)."""
+        self._q[7:] = q
+        pin.framesForwardKinematics(self._model, self._data, self._q)
+        frames = self._data.oMf
+        return frames[self.robot.pelvis_frame].copy(), frames[self.robot.swing_frame].copy()
+
+    def axes(self, q: Array) -> Array:
+        """Return the joint motion axes in the stance sole frame at q (12,), shape (12, 6)."""
+        self._q[7:] = q
+        J = pin.computeJointJacobians(self._model, self._data, self._q)
+        return np.asarray(J[:, 6:].T).copy()
+
+    def _check_reach(self, pelvis: pin.SE3, sole: pin.SE3) -> None:
+        legs = self.robot.legs
+        hips = [pelvis.act(h) for h in legs.hips]
+        ankles = [legs.ankles[0], sole.act(legs.ankles[1])]
+        for name, hip, ankle in zip(("stance", "swing"), hips, ankles, strict=True):
+            distance = float(np.linalg.norm(hip - ankle))
+            if distance > legs.reach:
+                raise UnreachableError(
+                    f"the {name} leg is too short: hip and ankle are {distance:.4f} m apart, the "
+                    f"straight leg measures {legs.reach:.4f} m; lower the pelvis by at least "
+                    f"{distance - legs.reach:.4f} m or shorten the step"
+                )
+
+    def _newton(self, q: Array, pelvis: pin.SE3, sole: pin.SE3) -> Array:
+        for _ in range(_MAX_ITERATIONS):
+            at_pelvis, at_sole = self.placements(q)
+            gap = np.concatenate(
+                [
+                    pin.log6(pelvis * at_pelvis.inverse()).vector,
+                    pin.log6(sole * at_sole.inverse()).vector,
+                ]
+            )
+            size = float(np.abs(gap).max())
+            if not np.isfinite(size):
+                break
+            step = _solve(closure_matrix(self.axes(q)), gap)
+            largest = float(np.abs(step).max())
+            q = q + step * min(1.0, _MAX_STEP / max(largest, _MAX_STEP))
+            if size < _TOLERANCE ** 0.5 and largest < 1e-7:  # quadratic: the next gap is below eps
+                return q
+        raise UnreachableError(
+            "the legs found no posture for this double support; lower the pelvis, shorten the step "
+            "or bring the trunk closer to upright"
+        )
+
+    def _standing_posture(self) -> Array:
+        """Feet below the hips, soles flat, trunk upright, knees bent: the seed of every search."""
+        legs = self.robot.legs
+        q = np.zeros(12)
+        q[list(legs.knees)] = legs.straight + legs.flexion * _SEED_KNEE
+        height = _SEED_REACH * legs.reach
+        middle = legs.hips.mean(axis=0)
+        ankle, other = legs.ankles
+        spacing = float(legs.hips[1, 1] - legs.hips[0, 1])
+        target = ankle + np.array([0.0, spacing / 2.0, height]) - middle
+        sole = pin.SE3(np.eye(3), ankle + np.array([0.0, spacing, 0.0]) - other)
+        return self._newton(q, pin.SE3(np.eye(3), target), sole)
+
+
+def closure_matrix(axes: Array) -> Array:
+    """Return the (12, 12) matrix from joint rates to the twists of pelvis and swing sole.
+
+    Args:
+        axes: joint motion axes, shape (12, 6).
+    """
+    matrix = np.zeros((12, 12))
+    matrix[:6, :6] = axes[:6].T
+    matrix[6:] = axes.T
+    return matrix
+
+
+def closure_slope(axes: Array, pelvis_twists: Array, sole_twists: Array) -> Array:
+    """Return d q / d p, shape (12, p), from the twists of the targets, shape (6, p) each."""
+    return _solve(closure_matrix(axes), np.vstack([pelvis_twists, sole_twists]))
+
+
+def closure_forces(axes: Array, weights: Array) -> Array:
+    """Return the forces (2, 6) on pelvis and sole that the joint weights (12,) are worth.
+
+    They solve closure_matrix' f = weights, so weights . dq = f . (twists of the targets).
+    """
+    return _solve(closure_matrix(axes).T, weights).reshape(2, 6)
+
+
+def chain_curvature(axes: Array, force: Array) -> Array:
+    """Return the symmetric U with force . (acceleration of the chain's end) = rates' U rates.
+
+    At constant rates the end of a serial chain accelerates by the sum over i < j of S_i x S_j
+    (Featherstone, 2008, chapter 3).
+
+    Args:
+        axes: joint motion axes in order from the base, shape (j, 6).
+        force: six-vector paired with the end's spatial acceleration.
+    """
+    # force . (S_i x S_j) = -(S_i x* force) . S_j
+    pushed = -(force_cross(axes) @ force)
+    upper = np.triu(pushed @ axes.T, 1)
+    return (upper + upper.T) / 2.0
+
+
+def _solve(matrix: Array, rhs: Array) -> Array:
+    try:
+        return np.linalg.solve(matrix, rhs)
+    except np.linalg.LinAlgError as error:
+        raise UnreachableError(
+            "a leg is singular (straight knee); lower the pelvis or shorten the step"
+        ) from error

@@ -1,0 +1,244 @@
+"""The recursive Newton-Euler algorithm of Section 2.3, equation by equation, without Pinocchio.
+
+It referees the production code, which computes the same on Pinocchio from a URDF. Any number of
+states is evaluated at once: every argument may carry the same leading axes "...".
+
+Frame R0 (x0 up, y0 right, z0 forward) sits at the stance sole; `sole_axes` turns twists and
+wrenches from R0 to the axes of the sole frame (x forward, y left, z up) and back.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from gaitopt.errors import EvaluationError
+from gaitopt.mechanics.chain import Chain, joint_transforms, joint_values, six_vector, turned
+from gaitopt.mechanics.mdh import hat, times
+from gaitopt.nlp import Array
+
+GRAVITY = 9.81
+"""Acceleration of free fall [m/s²]."""
+
+_A_J: Array = np.array([0.0, 0.0, 1.0])
+"""Joint axis a_j in R_j: the z axis."""
+
+_Pair = tuple[Array, Array]
+"""A linear and an angular vector of one link, each (..., 3)."""
+
+
+def inverse_dynamics(
+    chain: Chain,
+    q: ArrayLike,
+    dq: ArrayLike,
+    ddq: ArrayLike,
+    *,
+    gravity: float = GRAVITY,
+    base_velocity: ArrayLike | None = None,
+    base_acceleration: ArrayLike | None = None,
+    end_wrench: ArrayLike | None = None,
+) -> tuple[Array, Array]:
+    """Return the ground wrench and the joint torques: [R0; Gamma] = NE(q, dq, ddq, R13), Eq. (1).
+
+    Args:
+        chain: the chain.
+        q: joint values, shape (..., n) [rad; m if prismatic].
+        dq: joint rates, shape (..., n) [rad/s; m/s].
+        ddq: joint accelerations, shape (..., n) [rad/s²; m/s²].
+        gravity: g, along -x0 [m/s²].
+        base_velocity: [V_0; omega_0] of link 0 in R0, shape (..., 6) [m/s, rad/s]; None: at rest.
+        base_acceleration: of O_0, and angular, in R0, shape (..., 6) [m/s², rad/s²]; None: zero.
+        end_wrench: R13, force and moment about O_n that link n exerts on its surroundings, in
+            R_n, shape (..., 6) [N, N·m]; None: zero.
+
+    Returns:
+        R0 = [f_0; m_0], ground on stance foot about O_0 in R0, shape (..., 6) [N, N·m], and the
+        torques, shape (..., n) [N·m; N if prismatic], which include armature * ddq.
+
+    Raises:
+        InputError: an argument has the wrong shape or is not finite.
+    """
+    A, P = joint_transforms(chain, joint_values(chain, "q", q))
+    rate, ddq = joint_values(chain, "dq", dq), joint_values(chain, "ddq", ddq)
+    start = _six_or_zero("base_acceleration", base_acceleration) + _eq2(gravity)
+    velocity = _velocities(chain, A, P, rate, _six_or_zero("base_velocity", base_velocity))
+    acceleration = _accelerations(chain, A, P, rate, ddq, velocity, start)
+    wrenches = _inertial_wrenches(chain, velocity, acceleration)
+    f, m = _equilibrium(A, P, wrenches, _six_or_zero("end_wrench", end_wrench))
+    return _joined(f[0], m[0]), _torques(chain, f, m) + chain.armature * ddq
+
+
+def ground_wrench(
+    chain: Chain, q: ArrayLike, dq: ArrayLike, ddq: ArrayLike, *, gravity: float = GRAVITY
+) -> Array:
+    """Return the wrench of the ground on the stance foot in its sole frame, (..., 6) [N, N·m].
+
+    Force, then moment about the sole origin; see `inverse_dynamics` for arguments and errors.
+    """
+    return sole_axes(inverse_dynamics(chain, q, dq, ddq, gravity=gravity)[0])
+
+
+def zero_moment_point(R0: Array) -> tuple[Array, Array]:
+    """Return the ZMP on the stance sole, Eqs. (12) and (13).
+
+    Args:
+        R0: ground wrench in R0, shape (..., 6) [N, N·m].
+
+    Returns:
+        (y, z) along y0 and z0, shape (..., 2) [m], and the same point as (x, y) of the sole frame
+        (forward, left), shape (..., 2) [m].
+
+    Raises:
+        EvaluationError: the ground carries no vertical force, so that there is no such point.
+        InputError: the wrench has the wrong shape or is not finite.
+    """
+    R0 = six_vector("R0", R0)
+    f_x, m_y, m_z = R0[..., 0], R0[..., 4], R0[..., 5]
+    if not f_x.all():
+        raise EvaluationError("the vertical ground force is 0 N: there is no zero-moment point")
+    y, z = -m_z / f_x, m_y / f_x
+    return np.stack([y, z], axis=-1), np.stack([z, -y], axis=-1)
+
+
+def inertia_matrix(chain: Chain, q: ArrayLike) -> Array:
+    """Return D of Eq. (14) by Walker's method, Section 2.4.3: column i is NE for dV = e_i.
+
+    Args:
+        chain: the chain.
+        q: joint values, shape (..., n) [rad, m].
+
+    Returns:
+        Shape (..., 6 + n, 6 + n), for V = [V_0; omega_0; dq] with the base in R0.
+
+    Raises:
+        InputError: q has the wrong shape or is not finite.
+    """
+    q = joint_values(chain, "q", q)[..., None, :]
+    unit = np.eye(6 + chain.dof)
+    R0, torque = inverse_dynamics(
+        chain, q, np.zeros(chain.dof), unit[:, 6:], gravity=0.0, base_acceleration=unit[:, :6]
+    )
+    return np.swapaxes(np.concatenate([R0, torque], axis=-1), -1, -2)
+
+
+def momentum(
+    chain: Chain, q: ArrayLike, dq: ArrayLike, base_velocity: ArrayLike | None = None
+) -> Array:
+    """Return the momentum of the links: linear, then angular about the stance sole origin.
+
+    Args:
+        chain: the chain.
+        q: joint values, shape (..., n) [rad, m].
+        dq: joint rates, shape (..., n) [rad/s, m/s].
+        base_velocity: [V_0; omega_0] of link 0 in R0, shape (..., 6); None: at rest.
+
+    Returns:
+        Shape (..., 6) in the axes of the stance sole frame [N·s, N·m·s].
+
+    Raises:
+        InputError: an argument has the wrong shape or is not finite.
+    """
+    A, P = joint_transforms(chain, joint_values(chain, "q", q))
+    base = _six_or_zero("base_velocity", base_velocity)
+    links = []
+    for j, (V, omega) in enumerate(_velocities(chain, A, P, joint_values(chain, "dq", dq), base)):
+        MS, J = chain.links.first_moment[j], chain.links.inertia[j]
+        links.append((chain.links.mass[j] * V + _cross(omega, MS), times(J, omega) + _cross(MS, V)))
+    # Momenta of the links gather at O_0 as their inertial wrenches do.
+    linear, angular = _equilibrium(A, P, links, np.zeros(6))
+    return sole_axes(_joined(linear[0], angular[0]))
+
+
+def sole_axes(vector: Array) -> Array:
+    """Turn a twist or wrench (..., 6) at O_0 from R0 into sole axes, or from those into R0."""
+    return _joined(turned(vector[..., :3]), turned(vector[..., 3:]))
+
+
+def _six_or_zero(name: str, value: ArrayLike | None) -> Array:
+    return six_vector(name, np.zeros(6) if value is None else value)
+
+
+def _eq2(gravity: float) -> Array:
+    """Acceleration of the ground that stands for weight, Eq. (2): up, which is +x0."""
+    return np.array([gravity, 0.0, 0.0, 0.0, 0.0, 0.0])
+
+
+def _velocities(chain: Chain, A: Array, P: Array, dq: Array, base: Array) -> list[_Pair]:
+    """(V_j, omega_j) of links 0 to n in their own frames, Eqs. (3) and (4)."""
+    V, omega = base[..., :3], base[..., 3:]
+    links = [(V, omega)]
+    rate = (chain.sign * dq)[..., None] * _A_J
+    for j, sigma in enumerate(chain.joints.sigma):
+        R = np.swapaxes(A[..., j, :, :], -1, -2)
+        V = times(R, V + _cross(omega, P[..., j, :])) + sigma * rate[..., j, :]
+        omega = times(R, omega) + (1.0 - sigma) * rate[..., j, :]
+        links.append((V, omega))
+    return links
+
+
+def _accelerations(
+    chain: Chain, A: Array, P: Array, dq: Array, ddq: Array, velocity: list[_Pair], base: Array
+) -> list[_Pair]:
+    """(dV_j, domega_j) of links 0 to n in their own frames, Eqs. (5) and (6)."""
+    dV, domega = base[..., :3], base[..., 3:]
+    links = [(dV, domega)]
+    rate, change = ((chain.sign * value)[..., None] * _A_J for value in (dq, ddq))
+    for j, sigma in enumerate(chain.joints.sigma):
+        R = np.swapaxes(A[..., j, :, :], -1, -2)
+        omega = velocity[j][1]
+        turned = _cross(times(R, omega), rate[..., j, :])
+        U = _field(omega, domega)
+        dV = times(R, dV + times(U, P[..., j, :])) + sigma * (change[..., j, :] + 2.0 * turned)
+        domega = times(R, domega) + (1.0 - sigma) * (change[..., j, :] + turned)
+        links.append((dV, domega))
+    return links
+
+
+def _inertial_wrenches(
+    chain: Chain, velocity: list[_Pair], acceleration: list[_Pair]
+) -> list[_Pair]:
+    """(F_j, M_j) of links 0 to n about O_j in their own frames, Eqs. (7) and (8)."""
+    wrenches = []
+    for j, ((_, omega), (dV, domega)) in enumerate(zip(velocity, acceleration, strict=True)):
+        MS, J = chain.links.first_moment[j], chain.links.inertia[j]
+        F = chain.links.mass[j] * dV + times(_field(omega, domega), MS)
+        M = times(J, domega) + _cross(omega, times(J, omega)) + _cross(MS, dV)
+        wrenches.append((F, M))
+    return wrenches
+
+
+def _equilibrium(
+    A: Array, P: Array, wrenches: list[_Pair], end: Array
+) -> tuple[list[Array], list[Array]]:
+    """f_j and m_j for j = 0 to n, Eqs. (9) and (10); `end` acts about O_n in R_n."""
+    F, M = wrenches[-1]
+    f, m = [F + end[..., :3]], [M + end[..., 3:]]
+    for j in reversed(range(len(wrenches) - 1)):
+        F, M = wrenches[j]
+        passed = times(A[..., j, :, :], f[0])
+        f.insert(0, F + passed)
+        m.insert(0, M + times(A[..., j, :, :], m[0]) + _cross(P[..., j, :], passed))
+    return f, m
+
+
+def _torques(chain: Chain, f: list[Array], m: list[Array]) -> Array:
+    """Projections on the joint axes z_j, Eq. (11), in the sign of the robot's joints."""
+    force = np.stack([f_j[..., 2] for f_j in f[1:]], axis=-1)
+    moment = np.stack([m_j[..., 2] for m_j in m[1:]], axis=-1)
+    sigma = chain.joints.sigma
+    return chain.sign * (sigma * force + (1.0 - sigma) * moment)
+
+
+def _field(omega: Array, domega: Array) -> Array:
+    """Matrix of the acceleration field of a link, below Eq. (6), shape (..., 3, 3)."""
+    turn = hat(omega)
+    U: Array = hat(domega) + turn @ turn
+    return U
+
+
+def _cross(a: Array, b: Array) -> Array:
+    return times(hat(a), b)
+
+
+def _joined(first: Array, second: Array) -> Array:
+    return np.concatenate(np.broadcast_arrays(first, second), axis=-1)

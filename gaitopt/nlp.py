@@ -1,0 +1,249 @@
+"""The narrow waist between walking and optimisation: a nonlinear program and its solution.
+
+    minimise    cost(x)
+    subject to  variables.lower <= x       <= variables.upper
+                rows.lower      <= rows(x) <= rows.upper
+
+Rows are scaled so that one unit of each matters about as much as one of another. The Lagrangian is
+
+    L(x, y, z) = cost_scale * cost(x) + y . rows(x) + z . x
+
+with y, z > 0 at an upper limit, < 0 at a lower one, 0 elsewhere. Nothing here knows robots.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitopt.errors import EvaluationError
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Variables:
+    """The unknowns.
+
+    Attributes:
+        names: one per variable.
+        lower, upper: bounds, shape (n,); infinite where there is none.
+        scale: typical size of a sensible step of each variable, shape (n,), positive.
+    """
+
+    names: tuple[str, ...]
+    lower: Array
+    upper: Array
+    scale: Array
+
+
+@dataclass(frozen=True)
+class Rows:
+    """The limits of the constraint rows, shape (m,), scaled; equal where a row is an equality."""
+
+    lower: Array
+    upper: Array
+
+
+@dataclass(frozen=True)
+class Values:
+    """Cost and scaled rows (m,) at x (n,)."""
+
+    x: Array
+    cost: float
+    rows: Array
+
+
+@dataclass(frozen=True)
+class Point(Values):
+    """Values with their exact first derivatives: gradient (n,) of the cost, jacobian (m, n)."""
+
+    gradient: Array
+    jacobian: Array
+
+
+class NLP(ABC):
+    """A nonlinear program; every method is a pure function of its arguments.
+
+    Attributes:
+        variables: names, bounds and scale of x.
+        rows: limits of the scaled constraint rows.
+        cost_scale: makes the cost of order one to ten; solvers minimise cost_scale * cost.
+        has_hessian: whether `hessian` may be called.
+    """
+
+    variables: Variables
+    rows: Rows
+    cost_scale: float
+    has_hessian: bool
+
+    @abstractmethod
+    def values(self, x: Array) -> Values:
+        """Return cost and rows at x (n,).
+
+        Raises:
+            EvaluationError: the problem is not defined at x.
+        """
+
+    @abstractmethod
+    def point(self, x: Array) -> Point:
+        """Return cost, rows and their derivatives at x (n,).
+
+        Raises:
+            EvaluationError: the problem is not defined at x.
+        """
+
+    @abstractmethod
+    def hessian(self, x: Array, multipliers: Array, cost_weight: float) -> Array:
+        """Return the (n, n) Hessian of cost_weight * cost(x) + multipliers . rows(x).
+
+        Raises:
+            EvaluationError: the problem is not defined at x.
+        """
+
+    @abstractmethod
+    def describe(self, row: int) -> str:
+        """Name a row to a person: "left knee torque at t = 0.320 s"."""
+
+
+class Status(Enum):
+    """How a solver stopped; the value is a sentence for people."""
+
+    OPTIMAL = "optimal: the first-order conditions hold"
+    STALLED = "feasible but stalled: no further progress before the optimality tolerance"
+    INFEASIBLE = "infeasible: no nearby point reduces the violation"
+    ITERATION_LIMIT = "iteration limit reached"
+    INTERRUPTED = "interrupted: the best iterate so far was kept"
+    NUMERICAL = "numerical trouble: the problem could not be evaluated near the iterate"
+
+
+@dataclass(frozen=True)
+class Progress:
+    """One line of a solver's progress.
+
+    Attributes:
+        iteration: from 0.
+        cost: unscaled cost.
+        violation: largest scaled row or bound violation.
+        worst: index of the row with the largest violation.
+        optimality: infinity norm of the Lagrangian's gradient (scaled cost), nan if unknown.
+        radius: step bound in units of variables.scale, nan if the solver has none.
+        seconds: wall time since the start.
+        evaluations: values and points computed so far.
+    """
+
+    iteration: int
+    cost: float
+    violation: float
+    worst: int
+    optimality: float
+    radius: float
+    seconds: float
+    evaluations: int
+
+
+ProgressCallback = Callable[[Progress], None]
+
+
+@dataclass(frozen=True)
+class Start:
+    """Where a solver starts: x (n,), and multipliers (m,) if a good guess is known."""
+
+    x: Array
+    multipliers: Array | None = None
+
+
+@dataclass(frozen=True)
+class Solution:
+    """What a solver found.
+
+    Attributes:
+        x: best point, shape (n,).
+        cost: unscaled cost at x.
+        multipliers: of the scaled rows, shape (m,); sign as in the module docstring.
+        bound_multipliers: of the bounds on x, shape (n,).
+        status: how it stopped.
+        violation: largest scaled row or bound violation at x.
+        optimality: infinity norm of the Lagrangian's gradient at x (see `kkt_residual`).
+        iterations, evaluations, hessians: counts (evaluations of values or points).
+        seconds: wall time.
+        solver: name of the solver.
+        history: one record per iteration.
+    """
+
+    x: Array
+    cost: float
+    multipliers: Array
+    bound_multipliers: Array
+    status: Status
+    violation: float
+    optimality: float
+    iterations: int
+    evaluations: int
+    hessians: int
+    seconds: float
+    solver: str
+    history: tuple[Progress, ...] = ()
+
+
+@dataclass(frozen=True)
+class Residual:
+    """How far a point and its multipliers are from satisfying the KKT conditions.
+
+    Attributes:
+        stationarity: infinity norm of cost_scale * grad f + J' y + z.
+        feasibility: largest violation of a row or bound.
+        complementarity: largest |multiplier| times distance to the limit it belongs to.
+    """
+
+    stationarity: float
+    feasibility: float
+    complementarity: float
+
+    @property
+    def worst(self) -> float:
+        """Largest of the three."""
+        return max(self.stationarity, self.feasibility, self.complementarity)
+
+
+def violations(lower: Array, upper: Array, value: Array) -> Array:
+    """Return how far each value lies outside [lower, upper], zero inside; same shape."""
+    return np.maximum(0.0, np.maximum(lower - value, value - upper))
+
+
+def worst_violation(nlp: NLP, values: Values) -> tuple[float, int]:
+    """Return the largest row or bound violation and the index of the worst row."""
+    rows = violations(nlp.rows.lower, nlp.rows.upper, values.rows)
+    bounds = violations(nlp.variables.lower, nlp.variables.upper, values.x)
+    row = int(np.argmax(rows)) if rows.size else 0
+    return float(max(rows.max(initial=0.0), bounds.max(initial=0.0))), row
+
+
+def kkt_residual(nlp: NLP, point: Point, multipliers: Array, bound_multipliers: Array) -> Residual:
+    """Compute the KKT residual from its definition (Nocedal & Wright, 2006, Theorem 12.1)."""
+    slope = (
+        nlp.cost_scale * point.gradient + point.jacobian.T @ multipliers + bound_multipliers
+    )
+    return Residual(
+        stationarity=float(np.abs(slope).max(initial=0.0)),
+        feasibility=worst_violation(nlp, point)[0],
+        complementarity=max(
+            _complementarity(nlp.rows.lower, nlp.rows.upper, point.rows, multipliers),
+            _complementarity(
+                nlp.variables.lower, nlp.variables.upper, point.x, bound_multipliers
+            ),
+        ),
+    )
+
+
+def _complementarity(lower: Array, upper: Array, value: Array, multiplier: Array) -> float:
+    active = multiplier != 0.0
+    distance = np.where(multiplier > 0.0, upper - value, value - lower)[active]
+    if not np.all(np.isfinite(distance)):
+        raise EvaluationError("a multiplier belongs to a limit that does not exist")
+    return float(np.abs(distance * multiplier[active]).max(initial=0.0))

@@ -1,0 +1,135 @@
+"""The leg exchange E of Eq. (26), found from the joint axes of the model, never typed."""
+
+from __future__ import annotations
+
+from itertools import permutations
+
+import numpy as np
+import pinocchio as pin
+
+from gaitopt.errors import RobotError
+from gaitopt.nlp import Array
+
+_REFLECTION = np.diag([1.0, -1.0, 1.0])  # left <-> right, in axes x forward, y left, z up
+_ORDER_WEIGHT = 1e-3  # breaks ties between parallel axes (knee, ankle pitch) by order in the leg
+_LINE_TOLERANCE = 1e-4  # m and rad: how far a mirrored joint axis may lie from its partner
+
+
+def joint_lines(model: pin.Model, pelvis: pin.SE3) -> tuple[Array, Array]:
+    """Return a point on and the direction of the twelve joint axes at the neutral posture.
+
+    Args:
+        model: re-rooted model (free-flyer and twelve joints).
+        pelvis: placement of the pelvis in the world at the neutral posture.
+
+    Returns:
+        Points and unit axes in the pelvis frame, each of shape (12, 3).
+    """
+    data = model.createData()
+    pin.computeJointJacobians(model, data, pin.neutral(model))
+    to_pelvis = pelvis.inverse()
+    points, axes = np.empty((12, 3)), np.empty((12, 3))
+    for row, joint in enumerate(range(2, 14)):
+        column = model.joints[joint].idx_v
+        axis = pin.getJointJacobian(model, data, joint, pin.LOCAL_WORLD_ALIGNED)[3:, column]
+        points[row] = to_pelvis.act(data.oMi[joint].translation)
+        axes[row] = to_pelvis.rotation @ axis
+    return points, axes
+
+
+def leg_exchange(names: tuple[str, ...], points: Array, axes: Array, outward: Array) -> Array:
+    """Return E, shape (12, 12): `E q` is the posture q with the legs exchanged by reflection.
+
+    A joint's partner is the joint of the other leg whose axis lies on the mirror image of its own;
+    the sign is that between the partner's axis and the mirrored one (a rotation vector mirrors to
+    minus its reflection).
+
+    Args:
+        names: joint names, stance leg then swing leg, for messages.
+        points, axes: joint lines in the pelvis frame, shape (12, 3) each.
+        outward: (12,) +1 where the joint turns its URDF child by +axis in the re-rooted model, -1
+            where the chain runs against the URDF.
+
+    Raises:
+        RobotError: the legs are not mirror images of each other.
+    """
+    stance, swing = range(6), range(6, 12)
+    distance = np.array([[_line_distance(points, axes, i, j) for j in swing] for i in stance])
+    order = np.array([[abs(i - (11 - j)) for j in swing] for i in stance])
+    cost = distance + _ORDER_WEIGHT * order
+    best = min(permutations(range(6)), key=lambda p: float(cost[range(6), p].sum()))
+    E = np.zeros((12, 12))
+    for i, j in zip(stance, best, strict=True):
+        partner = 6 + j
+        if distance[i, j] > _LINE_TOLERANCE:
+            raise RobotError(
+                f"the legs are not mirror images: the axis of '{names[i]}' mirrors to a line "
+                f"{distance[i, j]:.4g} (m + rad) away from its nearest match '{names[partner]}'; "
+                f"allowed is {_LINE_TOLERANCE:g}"
+            )
+        mirrored = -_REFLECTION @ (outward[i] * axes[i])
+        sign = np.sign(mirrored @ (outward[partner] * axes[partner]))
+        E[i, partner] = E[partner, i] = sign
+    return E
+
+
+def mirror_placement(placement: pin.SE3) -> pin.SE3:
+    """Return the mirror image of a placement in the plane y = 0."""
+    S = _REFLECTION
+    return pin.SE3(S @ placement.rotation @ S, S @ placement.translation)
+
+
+def exchange_error(model: pin.Model, E: Array, stance_sole: str, swing_sole: str) -> float:
+    """Return the largest error of mirrored kinematics and inertia over a few postures.
+
+    The swing sole seen from the stance sole at q must mirror to the stance sole seen from the
+    swing sole at E q, and the kinetic energy of the mirrored motion must be the same.
+    """
+    data = model.createData()
+    worst = 0.0
+    for angles, rates in _probe_motions():
+        placement, energy = _swing_placement(model, data, angles, rates, stance_sole, swing_sole)
+        exchanged, other = _swing_placement(
+            model, data, E @ angles, E @ rates, stance_sole, swing_sole, about_swing=True
+        )
+        gap = mirror_placement(placement).homogeneous - exchanged.homogeneous
+        worst = max(worst, float(np.abs(gap).max()), abs(energy - other) / energy)
+    return worst
+
+
+def _probe_motions() -> list[tuple[Array, Array]]:
+    rng = np.random.default_rng(0)
+    return [(rng.uniform(-0.4, 0.4, 12), rng.uniform(-1.0, 1.0, 12)) for _ in range(3)]
+
+
+def _swing_placement(
+    model: pin.Model,
+    data: pin.Data,
+    angles: Array,
+    rates: Array,
+    stance_sole: str,
+    swing_sole: str,
+    *,
+    about_swing: bool = False,
+) -> tuple[pin.SE3, float]:
+    """Placement of one sole in the other and the kinetic energy with that other sole at rest."""
+    q = np.concatenate([pin.neutral(model)[:7], angles])
+    v = np.concatenate([np.zeros(6), rates])
+    stance, swing = model.getFrameId(stance_sole), model.getFrameId(swing_sole)
+    if about_swing:  # free-flyer twist that keeps the swing sole at rest
+        pin.computeJointJacobians(model, data, q)
+        J = pin.computeFrameJacobian(model, data, q, swing, pin.LOCAL)
+        v[:6] = -np.linalg.solve(J[:, :6], J[:, 6:] @ rates)
+    pin.forwardKinematics(model, data, q, v)
+    pin.updateFramePlacements(model, data)
+    energy = pin.computeKineticEnergy(model, data)
+    first, second = (swing, stance) if about_swing else (stance, swing)
+    return data.oMf[first].actInv(data.oMf[second]), float(energy)
+
+
+def _line_distance(points: Array, axes: Array, i: int, j: int) -> float:
+    """Distance plus angle between the mirror image of line i and line j."""
+    point, axis = _REFLECTION @ points[i], _REFLECTION @ axes[i]
+    offset = point - points[j]
+    apart = np.linalg.norm(offset - (offset @ axes[j]) * axes[j])
+    return float(apart + np.linalg.norm(np.cross(axis, axes[j])))

@@ -1,0 +1,86 @@
+"""One solver travels, another arrives and signs.
+
+The SQP method reaches the solution in few evaluations; the interior point method, which takes
+another road to it, then starts from there. That it agrees is worth more than either word alone.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import ClassVar
+
+from gaitopt.nlp import NLP, Progress, ProgressCallback, Solution, Start, Status, kkt_residual
+from gaitopt.solvers.sqp import SQP
+from gaitopt.solvers.trust_constr import TrustConstr
+
+CERTIFIER = TrustConstr(max_iterations=100, initial_radius=0.1, initial_barrier=0.1)
+"""The interior point method for starts that are solutions already (measured)."""
+NOT_WORTH = (Status.INFEASIBLE, Status.NUMERICAL, Status.INTERRUPTED)
+"""Ends of the journey after which there is nothing to sign."""
+
+
+@dataclass(frozen=True)
+class CertifiedSQP:
+    """SQP followed by trust-constr from its answer; the default.
+
+    `Solution.solver` is "sqp+trust-constr", with "(answer of sqp)" behind it when the second
+    stage made nothing better and the first one's answer was kept. `Solution.history` is that of
+    both stages.
+
+    Attributes:
+        travel: the solver that goes first.
+        certify: the solver that starts from its answer.
+    """
+
+    name: ClassVar[str] = "sqp+trust-constr"
+    travel: SQP = field(default_factory=SQP)
+    certify: TrustConstr = CERTIFIER
+
+    def solve(
+        self, nlp: NLP, start: Start, on_progress: ProgressCallback | None = None
+    ) -> Solution:
+        """Solve the program; see `Solver.solve`."""
+        first = self.travel.solve(nlp, start, on_progress)
+        if first.status in NOT_WORTH:
+            return replace(first, solver=f"{self.name} (answer of sqp)")
+        second = self.certify.solve(
+            nlp,
+            Start(first.x, first.multipliers),
+            None if on_progress is None else lambda record: on_progress(_after(first, record)),
+        )
+        return _joined(self.name, nlp, first, second)
+
+
+def _after(first: Solution, record: Progress) -> Progress:
+    """Count a record of the second stage on from the first."""
+    return replace(
+        record,
+        iteration=record.iteration + len(first.history),
+        seconds=record.seconds + first.seconds,
+        evaluations=record.evaluations + first.evaluations,
+    )
+
+
+def _joined(name: str, nlp: NLP, first: Solution, second: Solution) -> Solution:
+    """Keep the better answer, with the work of both."""
+    kept = _error(nlp, first) <= _error(nlp, second)
+    best = first if kept else second
+    status = best.status
+    if Status.INTERRUPTED in (first.status, second.status) and status is not Status.OPTIMAL:
+        status = Status.INTERRUPTED
+    return replace(
+        best,
+        status=status,
+        iterations=first.iterations + second.iterations,
+        evaluations=first.evaluations + second.evaluations,
+        hessians=first.hessians + second.hessians,
+        seconds=first.seconds + second.seconds,
+        solver=f"{name} (answer of sqp)" if kept else name,
+        history=first.history + tuple(_after(first, record) for record in second.history),
+    )
+
+
+def _error(nlp: NLP, solution: Solution) -> float:
+    """Return the largest KKT residual of a solution, from its definition."""
+    point = nlp.point(solution.x)
+    return kkt_residual(nlp, point, solution.multipliers, solution.bound_multipliers).worst

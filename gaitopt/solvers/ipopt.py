@@ -1,0 +1,165 @@
+"""IPOPT through cyipopt, for those who have it.
+
+A. Waechter, L. Biegler, "On the implementation of an interior-point filter line-search algorithm
+for large-scale nonlinear programming", Mathematical Programming 106 (2006).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+
+from gaitopt.errors import EvaluationError, MissingExtraError
+from gaitopt.nlp import NLP, Array, ProgressCallback, Solution, Start, Status
+from gaitopt.solvers.evaluator import Evaluator
+from gaitopt.solvers.multipliers import one_sided
+from gaitopt.solvers.recorder import FEASIBLE, Iterate, Recorder, make_iterate
+from gaitopt.solvers.scaled_program import ScaledProgram
+from gaitopt.solvers.solver import require_positive
+
+STATUS = {
+    -1: Status.ITERATION_LIMIT,
+    2: Status.INFEASIBLE,
+    5: Status.INTERRUPTED,
+}
+"""IPOPT's return codes that say more than the point itself."""
+
+
+@dataclass(frozen=True)
+class Ipopt:
+    """Interior point method of IPOPT.
+
+    Attributes:
+        tolerance: on the gradient of the Lagrangian and on complementarity.
+        feasibility: on the largest violation of a row or bound.
+        max_iterations: of IPOPT.
+    """
+
+    name: ClassVar[str] = "ipopt"
+    tolerance: float = 1e-6
+    feasibility: float = 1e-8
+    max_iterations: int = 1000
+
+    def __post_init__(self) -> None:
+        """Check the options.
+
+        Raises:
+            InputError: an option cannot be used.
+        """
+        require_positive(
+            self.name,
+            tolerance=self.tolerance,
+            feasibility=self.feasibility,
+            max_iterations=self.max_iterations,
+        )
+
+    def solve(
+        self, nlp: NLP, start: Start, on_progress: ProgressCallback | None = None
+    ) -> Solution:
+        """Solve the program; see `Solver.solve`.
+
+        Raises:
+            MissingExtraError: cyipopt is not installed.
+        """
+        try:
+            import cyipopt
+        except ImportError as error:
+            raise MissingExtraError("solver ipopt", "ipopt") from error
+        evaluator = Evaluator(nlp)
+        recorder = Recorder(self.name, evaluator, on_progress)
+        x = np.clip(start.x, nlp.variables.lower, nlp.variables.upper)
+        try:
+            point = evaluator.point(x)
+        except EvaluationError:
+            return recorder.failure(x)
+        callbacks = _Callbacks(ScaledProgram(evaluator, point), recorder)
+        problem = self._problem(cyipopt, callbacks)
+        u, info = problem.solve(x / nlp.variables.scale)
+        last = callbacks.judge(u, info)
+        recorder.keep(last)
+        status = self._status(last, int(info["status"]))
+        best = last if status is Status.OPTIMAL or recorder.best is None else recorder.best
+        return recorder.solution(status, best)
+
+    def _problem(self, cyipopt: Any, callbacks: _Callbacks) -> Any:
+        nlp, scale = callbacks.program.nlp, callbacks.program.scale
+        problem = cyipopt.Problem(
+            n=scale.size,
+            m=nlp.rows.lower.size,
+            problem_obj=callbacks,
+            lb=nlp.variables.lower / scale,
+            ub=nlp.variables.upper / scale,
+            cl=nlp.rows.lower,
+            cu=nlp.rows.upper,
+        )
+        problem.add_option("print_level", 0)
+        problem.add_option("sb", "yes")  # no banner
+        # IPOPT widens bounds a little by default; then no answer would be feasible.
+        problem.add_option("bound_relax_factor", 0.0)
+        problem.add_option("tol", 0.1 * self.tolerance * min(1.0, float(scale.min())))
+        problem.add_option("constr_viol_tol", 0.1 * self.feasibility)
+        problem.add_option("max_iter", self.max_iterations)
+        if not nlp.has_hessian:
+            problem.add_option("hessian_approximation", "limited-memory")
+        return problem
+
+    def _status(self, iterate: Iterate, code: int) -> Status:
+        if iterate.is_optimal(self.tolerance, self.feasibility):
+            return Status.OPTIMAL
+        feasible = iterate.violation <= FEASIBLE
+        return STATUS.get(code, Status.STALLED if feasible else Status.NUMERICAL)
+
+
+class _Callbacks:
+    """The functions IPOPT calls, by the names it gives them."""
+
+    def __init__(self, program: ScaledProgram, recorder: Recorder) -> None:
+        self.program = program
+        self.recorder = recorder
+        self.u = program.first.x / program.scale
+
+    def objective(self, u: Array) -> float:
+        self.u = u.copy()
+        cost = self.program.cost(u)
+        return cost if np.isfinite(cost) else np.nan  # IPOPT then shortens its step
+
+    def gradient(self, u: Array) -> Array:
+        return self.program.gradient(u)
+
+    def constraints(self, u: Array) -> Array:
+        return self.program.rows(u)
+
+    def jacobian(self, u: Array) -> Array:
+        return self.program.jacobian(u).ravel()
+
+    def hessianstructure(self) -> tuple[Array, Array]:
+        rows, columns = np.tril_indices(self.program.scale.size)
+        return rows, columns
+
+    def hessian(self, u: Array, multipliers: Array, weight: float) -> Array:
+        H = self.program.hessian(u, multipliers, weight * self.program.nlp.cost_scale)
+        return np.asarray(H[np.tril_indices(u.size)])
+
+    def intermediate(self, *_: Any) -> bool:
+        """Record an iteration; False tells IPOPT to stop."""
+        zeros = {"mult_g": 0.0, "mult_x_U": 0.0, "mult_x_L": 0.0}
+        try:
+            self.recorder.record(self.judge(self.u, zeros))
+        except KeyboardInterrupt:
+            return False
+        return True
+
+    def judge(self, u: Array, info: dict[str, Any]) -> Iterate:
+        """Judge a point with IPOPT's multipliers."""
+        nlp = self.program.nlp
+        variables, rows = nlp.variables, nlp.rows
+        multipliers = np.broadcast_to(info["mult_g"], rows.lower.shape)
+        bounds = (info["mult_x_U"] - info["mult_x_L"]) / self.program.scale
+        return make_iterate(
+            nlp,
+            self.program.point(u),
+            one_sided(multipliers, rows.lower, rows.upper),
+            one_sided(bounds, variables.lower, variables.upper),
+        )

@@ -1,0 +1,207 @@
+"""The local model of a program: everything the subproblems of one iterate share.
+
+All in scaled variables u = x / scale: gradients are multiplied by the scale, and the trust
+region is a cube.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from gaitopt.nlp import NLP, Array
+from gaitopt.solvers.convexify import ConvexModel, convexify, unchanged
+from gaitopt.solvers.elastic import STIFFNESS, ElasticStep, Indices, Subproblem
+from gaitopt.solvers.recorder import Iterate
+
+ACTIVE = 1e-7
+"""Multipliers below this fraction of the largest count as zero."""
+REACH = 0.3
+"""Rows nearer than this share of the largest change a step can make are given to the quadratic
+program (measured: one round nearly always suffices)."""
+
+
+@dataclass(frozen=True)
+class LocalModel:
+    """First and second derivatives at an iterate, and the convex model made from them.
+
+    Attributes:
+        gradient: of the scaled cost, shape (n,).
+        hessian: of the Lagrangian, unmodified, shape (n, n).
+        convex: model in (d, s), see `convexify`.
+        jacobian: of the rows, shape (m, n).
+        row_sizes: 1-norm of each row of the Jacobian, shape (m,).
+        below, above: limits of the rows less their values, shape (m,).
+        bound_below, bound_above: the same for the variables, shape (n,).
+        up, down: rows believed active at their upper, lower limit.
+        bound_up, bound_down: variables believed active at their upper, lower bound.
+    """
+
+    gradient: Array
+    hessian: Array
+    convex: ConvexModel
+    jacobian: Array
+    row_sizes: Array
+    below: Array
+    above: Array
+    bound_below: Array
+    bound_above: Array
+    up: Indices
+    down: Indices
+    bound_up: Indices
+    bound_down: Indices
+
+    def predicted_decrease(self, d: Array) -> float:
+        """Return how much the scaled cost should fall, by the unmodified Hessian."""
+        return -float(self.gradient @ d + 0.5 * d @ self.hessian @ d)
+
+
+def build_model(
+    nlp: NLP, iterate: Iterate, hessian: Array, definite: bool, penalty: float, tight: bool
+) -> LocalModel:
+    """Build the local model at an iterate.
+
+    Args:
+        nlp: the program.
+        iterate: where; its nonzero multipliers tell which rows are believed active.
+        hessian: of the Lagrangian in scaled variables, shape (n, n).
+        definite: whether it is known to be positive definite.
+        penalty: nu, the weight of the slack.
+        tight: whether the slack is believed to be zero at the next step.
+    """
+    point, scale = iterate.point, nlp.variables.scale
+    jacobian = point.jacobian * scale
+    up, down = _signs(iterate.multipliers)
+    bound_up, bound_down = _signs(iterate.bound_multipliers)
+    elastic = _with_slack(hessian, STIFFNESS * penalty)
+    if definite:
+        convex = unchanged(elastic)
+    elif tight:
+        convex = convexify(elastic, _active(jacobian, up, down, bound_up, bound_down))
+    else:
+        # With slack left the rows do not fix the step's range part (measured: it stalls).
+        convex = convexify(elastic, np.zeros((0, elastic.shape[0])))
+    return LocalModel(
+        gradient=nlp.cost_scale * point.gradient * scale,
+        hessian=hessian,
+        convex=convex,
+        jacobian=jacobian,
+        row_sizes=np.abs(jacobian).sum(axis=1),
+        below=nlp.rows.lower - point.rows,
+        above=nlp.rows.upper - point.rows,
+        bound_below=(nlp.variables.lower - point.x) / scale,
+        bound_above=(nlp.variables.upper - point.x) / scale,
+        up=up,
+        down=down,
+        bound_up=bound_up,
+        bound_down=bound_down,
+    )
+
+
+def pose_subproblem(model: LocalModel, radius: float, penalty: float, reach: float) -> Subproblem:
+    """Pose the subproblem of a trust region of this radius.
+
+    Args:
+        model: the local model.
+        radius: of the trust region.
+        penalty: nu.
+        reach: infinity norm of the longest step to expect.
+    """
+    near = REACH * reach * model.row_sizes
+    use_above, use_below = model.above <= near, -model.below <= near
+    use_above[model.up] = True
+    use_below[model.down] = True
+    return Subproblem(
+        slope=_slope(model, model.below, model.above, radius, penalty),
+        curvature=model.convex.matrix,
+        jacobian=model.jacobian,
+        below=model.below,
+        above=model.above,
+        box_lower=np.maximum(-radius, np.minimum(0.0, model.bound_below)),
+        box_upper=np.minimum(radius, np.maximum(0.0, model.bound_above)),
+        use_below=use_below,
+        use_above=use_above,
+    )
+
+
+def pose_correction(
+    model: LocalModel,
+    posed: Subproblem,
+    step: ElasticStep,
+    change: Array,
+    radius: float,
+    penalty: float,
+) -> Subproblem:
+    """Pose the second-order correction: rows as they are at x + d, moved back along J d.
+
+    Nocedal & Wright (2006), Eq. 18.57, after Fletcher (1982).
+
+    Args:
+        model: the local model.
+        posed: the subproblem already solved.
+        step: its solution.
+        change: rows at the trial point less rows at the iterate, shape (m,).
+        radius: of the trust region.
+        penalty: nu.
+    """
+    curved = change - model.jacobian @ step.d
+    below, above = model.below - curved, model.above - curved
+    return replace(
+        posed,
+        slope=_slope(model, below, above, radius, penalty),
+        below=below,
+        above=above,
+        use_below=step.use_below,
+        use_above=step.use_above,
+    )
+
+
+def _slope(
+    model: LocalModel, below: Array, above: Array, radius: float, penalty: float
+) -> Array:
+    slope = np.append(model.gradient, penalty)
+    if model.convex.sigma == 0.0:
+        return slope
+    target = np.concatenate(
+        [
+            above[model.up],
+            -below[model.down],
+            model.bound_above[model.bound_up],
+            -model.bound_below[model.bound_down],
+            [0.0],  # the slack
+        ]
+    )
+    return slope + model.convex.slope(target, radius)
+
+
+def _with_slack(hessian: Array, stiffness: float) -> Array:
+    n = hessian.shape[0]
+    matrix = np.zeros((n + 1, n + 1))
+    matrix[:n, :n] = hessian
+    matrix[n, n] = stiffness
+    return matrix
+
+
+def _active(
+    jacobian: Array, up: Indices, down: Indices, bound_up: Indices, bound_down: Indices
+) -> Array:
+    """Return the gradients in (d, s) of the rows believed active, shape (k, n + 1).
+
+    The last is that of s = 0.
+    """
+    n = jacobian.shape[1]
+    unit = np.eye(n)
+    rows = np.vstack([jacobian[up], -jacobian[down]])
+    bounds = np.vstack([unit[bound_up], -unit[bound_down]])
+    active = np.zeros((rows.shape[0] + bounds.shape[0] + 1, n + 1))
+    active[:-1, :n] = np.vstack([rows, bounds])
+    active[: rows.shape[0], n] = -1.0
+    active[-1, n] = 1.0
+    return active
+
+
+def _signs(multipliers: Array) -> tuple[Indices, Indices]:
+    """Return the indices of positive and of negative multipliers."""
+    threshold = ACTIVE * float(np.abs(multipliers).max(initial=0.0))
+    return np.flatnonzero(multipliers > threshold), np.flatnonzero(multipliers < -threshold)

@@ -1,0 +1,75 @@
+"""Lagrange multipliers of a point, from the point alone.
+
+    minimise over y, z   | cost_scale grad f + J'y + z |_2
+    subject to           y, z >= 0 at upper limits, <= 0 at lower ones, 0 away from limits
+
+(Nocedal & Wright, 2006, Eq. 18.21, with signs.) No solver's word is used, so that a certificate
+made from these does not depend on how the point was found.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gaitopt.nlp import NLP, Array, Point
+
+ACTIVITY = 1e-6
+"""Distance to a limit below which it may carry a multiplier, in scaled rows and variables."""
+
+
+def least_squares_multipliers(
+    nlp: NLP, point: Point, activity_tolerance: float = ACTIVITY
+) -> tuple[Array, Array]:
+    """Return the multipliers that come nearest to making a point stationary.
+
+    Args:
+        nlp: the program.
+        point: values and derivatives at the point.
+        activity_tolerance: limits nearer than this may carry a multiplier.
+
+    Returns:
+        Multipliers of the rows (m,) and of the bounds (n,), signs as in `gaitopt.nlp`.
+    """
+    from scipy.optimize import lsq_linear, nnls
+
+    m, scale = point.rows.size, nlp.variables.scale
+    sides = [
+        nlp.rows.upper - point.rows <= activity_tolerance,
+        point.rows - nlp.rows.lower <= activity_tolerance,
+        nlp.variables.upper - point.x <= activity_tolerance * scale,
+        point.x - nlp.variables.lower <= activity_tolerance * scale,
+    ]
+    row_up, row_down, up, down = (np.flatnonzero(side) for side in sides)
+    unit = np.eye(point.x.size)
+    columns = np.vstack(
+        [point.jacobian[row_up], -point.jacobian[row_down], unit[up], -unit[down]]
+    ).T
+    if columns.shape[1] == 0:
+        return np.zeros(m), np.zeros(point.x.size)
+    slope = -nlp.cost_scale * point.gradient
+    # Columns of equal length make the active-set method immune to badly scaled rows.
+    length = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
+    try:
+        size = nnls(columns / length, slope)[0]
+    except RuntimeError:  # its iteration limit, reached on degenerate sets
+        size = lsq_linear(columns / length, slope, bounds=(0.0, np.inf)).x
+    size = size / length
+    parts = np.split(size, np.cumsum([row_up.size, row_down.size, up.size]))
+    multipliers, bound_multipliers = np.zeros(m), np.zeros(point.x.size)
+    np.add.at(multipliers, row_up, parts[0])
+    np.add.at(multipliers, row_down, -parts[1])
+    np.add.at(bound_multipliers, up, parts[2])
+    np.add.at(bound_multipliers, down, -parts[3])
+    return multipliers, bound_multipliers
+
+
+def one_sided(multipliers: Array, lower: Array, upper: Array) -> Array:
+    """Return multipliers without those that belong to a limit which does not exist.
+
+    Args:
+        multipliers: of rows or variables, shape (m,).
+        lower, upper: their limits, shape (m,).
+    """
+    at_upper = np.where(np.isfinite(upper), np.maximum(multipliers, 0.0), 0.0)
+    at_lower = np.where(np.isfinite(lower), np.minimum(multipliers, 0.0), 0.0)
+    return np.asarray(at_upper + at_lower)

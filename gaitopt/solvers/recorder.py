@@ -1,0 +1,146 @@
+"""The diary of one solver run: history, best iterate, clock; and the solution written from it."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from gaitopt.nlp import (
+    NLP,
+    Array,
+    Point,
+    Progress,
+    ProgressCallback,
+    Residual,
+    Solution,
+    Status,
+    kkt_residual,
+    worst_violation,
+)
+from gaitopt.solvers.evaluator import Evaluator
+
+FEASIBLE = 1e-6
+"""Largest violation of a point called feasible when iterates are compared, in scaled rows."""
+
+
+@dataclass(frozen=True)
+class Iterate:
+    """A point, its multipliers, and how far they are from optimal.
+
+    Attributes:
+        point: values and derivatives.
+        multipliers: of the rows, shape (m,).
+        bound_multipliers: of the bounds, shape (n,).
+        residual: KKT residual of the three above.
+        violation: largest violation of a row or bound.
+        worst: index of the worst row.
+    """
+
+    point: Point
+    multipliers: Array
+    bound_multipliers: Array
+    residual: Residual
+    violation: float
+    worst: int
+
+    def is_optimal(self, tolerance: float, feasibility: float) -> bool:
+        """Return whether the optimality conditions hold to these tolerances."""
+        residual = self.residual
+        return (
+            max(residual.stationarity, residual.complementarity) <= tolerance
+            and residual.feasibility <= feasibility
+        )
+
+
+def make_iterate(nlp: NLP, point: Point, multipliers: Array, bound_multipliers: Array) -> Iterate:
+    """Judge a point and its multipliers by the definition of optimality."""
+    violation, worst = worst_violation(nlp, point)
+    residual = kkt_residual(nlp, point, multipliers, bound_multipliers)
+    return Iterate(point, multipliers, bound_multipliers, residual, violation, worst)
+
+
+@dataclass
+class Recorder:
+    """Keeps the history and the best iterate of one run.
+
+    Attributes:
+        solver: name of the solver.
+        evaluator: its counts go into every record.
+        on_progress: called with every record.
+        best: the feasible iterate of least cost, else the one of least violation.
+        history: one record per iteration.
+    """
+
+    solver: str
+    evaluator: Evaluator
+    on_progress: ProgressCallback | None = None
+    best: Iterate | None = None
+    history: list[Progress] = field(default_factory=list)
+    started: float = field(default_factory=time.perf_counter)
+
+    def keep(self, iterate: Iterate) -> None:
+        """Remember an iterate if it is the best so far."""
+        if self.best is None or _better(iterate, self.best):
+            self.best = iterate
+
+    def record(self, iterate: Iterate, radius: float = np.nan) -> None:
+        """Add one iteration to the history and tell the caller."""
+        self.keep(iterate)
+        progress = Progress(
+            iteration=len(self.history),
+            cost=iterate.point.cost,
+            violation=iterate.violation,
+            worst=iterate.worst,
+            optimality=iterate.residual.stationarity,
+            radius=radius,
+            seconds=time.perf_counter() - self.started,
+            evaluations=self.evaluator.evaluations,
+        )
+        self.history.append(progress)
+        if self.on_progress is not None:
+            self.on_progress(progress)
+
+    def solution(self, status: Status, iterate: Iterate) -> Solution:
+        """Write the solution at an iterate."""
+        return Solution(
+            x=iterate.point.x.copy(),
+            cost=iterate.point.cost,
+            multipliers=iterate.multipliers.copy(),
+            bound_multipliers=iterate.bound_multipliers.copy(),
+            status=status,
+            violation=iterate.violation,
+            optimality=iterate.residual.stationarity,
+            iterations=max(0, len(self.history) - 1),
+            evaluations=self.evaluator.evaluations,
+            hessians=self.evaluator.hessians,
+            seconds=time.perf_counter() - self.started,
+            solver=self.solver,
+            history=tuple(self.history),
+        )
+
+    def failure(self, x: Array) -> Solution:
+        """Write the solution of a run whose start could not be evaluated: all numbers nan."""
+        return Solution(
+            x=x,
+            cost=np.nan,
+            multipliers=np.zeros(self.evaluator.nlp.rows.lower.size),
+            bound_multipliers=np.zeros(x.size),
+            status=Status.NUMERICAL,
+            violation=np.nan,
+            optimality=np.nan,
+            iterations=0,
+            evaluations=self.evaluator.evaluations,
+            hessians=self.evaluator.hessians,
+            seconds=time.perf_counter() - self.started,
+            solver=self.solver,
+        )
+
+
+def _better(a: Iterate, b: Iterate) -> bool:
+    if a.violation <= FEASIBLE and b.violation <= FEASIBLE:
+        return a.point.cost < b.point.cost or (
+            a.point.cost == b.point.cost and a.residual.worst <= b.residual.worst
+        )
+    return a.violation < b.violation

@@ -1,0 +1,143 @@
+"""SciPy's SLSQP: sequential least squares programming without second derivatives.
+
+D. Kraft, "A software package for sequential quadratic programming", DFVLR-FB 88-28 (1988). Of
+the methods here the nearest kin of the active-set SQP usual in engineering toolboxes, hence the
+one to compare with. It returns no multipliers; they are those of `multipliers`.
+"""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+
+from gaitopt.errors import EvaluationError
+from gaitopt.nlp import NLP, Array, ProgressCallback, Solution, Start, Status
+from gaitopt.solvers.evaluator import Evaluator
+from gaitopt.solvers.multipliers import least_squares_multipliers
+from gaitopt.solvers.recorder import FEASIBLE, Iterate, Recorder, make_iterate
+from gaitopt.solvers.scaled_program import ScaledProgram
+from gaitopt.solvers.solver import require_positive
+
+LIMIT_REACHED = 9
+"""SciPy's status for too many iterations."""
+
+
+@dataclass(frozen=True)
+class SLSQP:
+    """Quasi-Newton SQP of SciPy, on one-sided rows and scaled variables.
+
+    Attributes:
+        tolerance: on the gradient of the Lagrangian and on complementarity, for the status.
+        feasibility: on the largest violation of a row or bound, for the status.
+        cost_tolerance: SciPy's `ftol`, on the change of the scaled cost, which stops the run.
+        max_iterations: of SciPy's main loop.
+    """
+
+    name: ClassVar[str] = "slsqp"
+    tolerance: float = 1e-5
+    feasibility: float = 1e-7
+    cost_tolerance: float = 1e-12
+    max_iterations: int = 500
+
+    def __post_init__(self) -> None:
+        """Check the options.
+
+        Raises:
+            InputError: an option cannot be used.
+        """
+        require_positive(
+            self.name,
+            tolerance=self.tolerance,
+            feasibility=self.feasibility,
+            cost_tolerance=self.cost_tolerance,
+            max_iterations=self.max_iterations,
+        )
+
+    def solve(
+        self, nlp: NLP, start: Start, on_progress: ProgressCallback | None = None
+    ) -> Solution:
+        """Solve the program; see `Solver.solve`."""
+        evaluator = Evaluator(nlp)
+        recorder = Recorder(self.name, evaluator, on_progress)
+        x = np.clip(start.x, nlp.variables.lower, nlp.variables.upper)
+        try:
+            point = evaluator.point(x)
+        except EvaluationError:
+            return recorder.failure(x)
+        program = ScaledProgram(evaluator, point)
+        last = _judge(program, x / program.scale)
+        try:
+            recorder.record(last)
+            stopped, u = self._minimise(program, recorder)
+            last = _judge(program, u)
+            recorder.keep(last)
+            status = self._status(last, stopped)
+        except KeyboardInterrupt:
+            status = Status.INTERRUPTED
+        best = last if status is Status.OPTIMAL or recorder.best is None else recorder.best
+        return recorder.solution(status, best)
+
+    def _minimise(self, program: ScaledProgram, recorder: Recorder) -> tuple[int, Array]:
+        """Run SciPy's method; return its status and where it stopped."""
+        from scipy.optimize import Bounds, minimize
+
+        variables, scale = program.nlp.variables, program.scale
+        with warnings.catch_warnings():
+            # SciPy warns when it clips a step to the bounds, and of infinite costs in its search.
+            warnings.simplefilter("ignore", RuntimeWarning)
+            result = minimize(
+                program.cost,
+                program.first.x / scale,
+                jac=program.gradient,
+                method="SLSQP",
+                bounds=Bounds(variables.lower / scale, variables.upper / scale),
+                constraints=_constraints(program),
+                callback=lambda u: recorder.record(_judge(program, u)),
+                options={"maxiter": self.max_iterations, "ftol": self.cost_tolerance},
+            )
+        return int(result.status), np.asarray(result.x)
+
+    def _status(self, iterate: Iterate, stopped: int) -> Status:
+        if iterate.is_optimal(self.tolerance, self.feasibility):
+            return Status.OPTIMAL
+        if stopped == LIMIT_REACHED:
+            return Status.ITERATION_LIMIT
+        return Status.STALLED if iterate.violation <= FEASIBLE else Status.INFEASIBLE
+
+
+def _constraints(program: ScaledProgram) -> list[dict[str, Any]]:
+    """Return equalities c = 0 and one-sided rows c >= 0; limits that do not exist are dropped."""
+    lower, upper = program.nlp.rows.lower, program.nlp.rows.upper
+    equal = np.flatnonzero(lower == upper)
+    low = np.flatnonzero((lower < upper) & np.isfinite(lower))
+    high = np.flatnonzero((lower < upper) & np.isfinite(upper))
+
+    def one_sided(u: Array) -> Array:
+        rows = program.rows(u)
+        return np.concatenate([rows[low] - lower[low], upper[high] - rows[high]])
+
+    def one_sided_slope(u: Array) -> Array:
+        jacobian = program.jacobian(u)
+        return np.vstack([jacobian[low], -jacobian[high]])
+
+    constraints: list[dict[str, Any]] = []
+    if equal.size:
+        constraints.append(
+            {
+                "type": "eq",
+                "fun": lambda u: program.rows(u)[equal] - lower[equal],
+                "jac": lambda u: program.jacobian(u)[equal],
+            }
+        )
+    if low.size + high.size:
+        constraints.append({"type": "ineq", "fun": one_sided, "jac": one_sided_slope})
+    return constraints
+
+
+def _judge(program: ScaledProgram, u: Array) -> Iterate:
+    """Judge a point by the multipliers that suit it best."""
+    point = program.point(u)
+    return make_iterate(program.nlp, point, *least_squares_multipliers(program.nlp, point))

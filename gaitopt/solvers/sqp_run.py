@@ -1,0 +1,252 @@
+"""One run of the SQP method: the loop, its verdicts, and the trials of each step."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gaitopt.errors import EvaluationError
+from gaitopt.nlp import NLP, Array, ProgressCallback, Solution, Start, Status
+from gaitopt.solvers.acceptance import Trial, accepts, judge
+from gaitopt.solvers.curvature import Curvature
+from gaitopt.solvers.elastic import ElasticStep, Subproblem, solve_subproblem
+from gaitopt.solvers.evaluator import Evaluator
+from gaitopt.solvers.filter import Filter
+from gaitopt.solvers.model import LocalModel, build_model, pose_correction, pose_subproblem
+from gaitopt.solvers.multipliers import least_squares_multipliers, one_sided
+from gaitopt.solvers.recorder import FEASIBLE, Iterate, Recorder, make_iterate
+from gaitopt.solvers.trust_region import TrustRegion
+
+if TYPE_CHECKING:
+    from gaitopt.solvers.sqp import SQP
+
+CORRECT_BELOW = 0.5
+"""A step agreeing less than this with its model is corrected once (measured)."""
+RAISE = 10.0
+"""Factor of a penalty that proved too small (Nocedal & Wright, 2006, Algorithm 18.5)."""
+NO_DECREASE = 1e-4
+"""Relative decrease of the violation below which the model is called stationary (measured)."""
+CEILING = 10.0
+"""Largest violation the filter ever lets in, in scaled rows, unless the start is worse
+(Fletcher & Leyffer, 2002, use 100 for rows that are not scaled)."""
+FILTER_RESETS = 5
+"""Times the filter may be emptied when it alone blocks progress (Waechter & Biegler, 2006)."""
+INTERIOR = 0.99
+"""A step shorter than this share of the radius is not held by the trust region."""
+
+
+def run_sqp(
+    options: SQP, nlp: NLP, start: Start, on_progress: ProgressCallback | None
+) -> Solution:
+    """Run the method from a start until it has a verdict."""
+    evaluator = Evaluator(nlp)
+    recorder = Recorder(options.name, evaluator, on_progress)
+    x = np.clip(start.x, nlp.variables.lower, nlp.variables.upper)
+    try:
+        point = evaluator.point(x)
+    except EvaluationError:
+        return recorder.failure(x)
+    multipliers = np.zeros(nlp.rows.lower.size)
+    if start.multipliers is not None:
+        multipliers = one_sided(start.multipliers, nlp.rows.lower, nlp.rows.upper)
+    run = _Run(options, nlp, recorder, make_iterate(nlp, point, multipliers, np.zeros(x.size)))
+    try:
+        status = run.iterate_until_verdict()
+    except KeyboardInterrupt:
+        status = Status.INTERRUPTED
+    best = run.iterate if status is Status.OPTIMAL or recorder.best is None else recorder.best
+    return recorder.solution(status, best)
+
+
+class _Run:
+    """The state of a run: the iterate, its model, and what has been learnt on the way."""
+
+    def __init__(self, options: SQP, nlp: NLP, recorder: Recorder, iterate: Iterate) -> None:
+        self.options = options
+        self.nlp = nlp
+        self.recorder = recorder
+        self.evaluator = recorder.evaluator
+        self.iterate = iterate
+        self.region = TrustRegion(options.initial_radius, options.max_radius)
+        self.filter = Filter(max(CEILING, 1.25 * iterate.violation))
+        self.resets_left = FILTER_RESETS
+        self.curvature = Curvature(self.evaluator, options.hessian == "exact")
+        self.penalty = options.penalty
+        self.slack = 0.0
+        self.last_length = options.initial_radius
+        self.undefined = False
+        self.model: LocalModel | None = None
+
+    def iterate_until_verdict(self) -> Status:
+        for _ in range(self.options.max_iterations):
+            self.recorder.record(self.iterate, self.region.radius)
+            if self._is_optimal(self.iterate):
+                return Status.OPTIMAL
+            status = self._iteration()
+            if status is not None:
+                return status
+        self.recorder.record(self.iterate, self.region.radius)
+        return Status.OPTIMAL if self._is_optimal(self.iterate) else Status.ITERATION_LIMIT
+
+    def _iteration(self) -> Status | None:
+        model = self._model()
+        posed, step = self._solve_subproblem(model)
+        if step is None:
+            self._shrink(self.region.radius)
+        else:
+            status = self._verdict(step)
+            if status is not None:
+                return status
+            self._advance(model, posed, step)
+        return self._collapsed() if self.region.radius < self.options.min_radius else None
+
+    def _model(self) -> LocalModel:
+        if self.model is None:
+            self.model = build_model(
+                self.nlp,
+                self.iterate,
+                self.curvature.hessian(self.iterate),
+                self.curvature.definite,
+                self.penalty,
+                tight=self.slack <= self.options.feasibility,
+            )
+        return self.model
+
+    def _solve_subproblem(self, model: LocalModel) -> tuple[Subproblem, ElasticStep | None]:
+        """Solve the subproblem; raise the penalty while only it keeps the violation up."""
+        radius = self.region.radius
+        reach = min(radius, 2.0 * self.last_length)
+        while True:
+            posed = pose_subproblem(model, radius, self.penalty, reach)
+            step = solve_subproblem(posed, self.options.qp_solver)
+            if step is None or not self._penalty_too_small(step):
+                return posed, step
+            self.penalty = min(RAISE * self.penalty, self.options.max_penalty)
+
+    def _penalty_too_small(self, step: ElasticStep) -> bool:
+        return (
+            step.slack > self.options.feasibility
+            and _length(step.d) < INTERIOR * self.region.radius
+            and self.penalty < self.options.max_penalty
+        )
+
+    def _verdict(self, step: ElasticStep) -> Status | None:
+        """Judge the iterate with the new multipliers, before any step is taken."""
+        iterate = make_iterate(
+            self.nlp, self.iterate.point, step.multipliers, self._bound_multipliers(step)
+        )
+        if self._is_optimal(iterate):
+            self.iterate = iterate
+            return Status.OPTIMAL
+        if (
+            step.slack > FEASIBLE
+            and self.penalty >= self.options.max_penalty
+            and _length(step.d) < INTERIOR * self.region.radius
+            and iterate.violation - step.slack <= NO_DECREASE * iterate.violation
+        ):
+            return Status.INFEASIBLE
+        return None
+
+    def _bound_multipliers(self, step: ElasticStep) -> Array:
+        """Return the box multipliers that belong to bounds, not to the trust region."""
+        variables, x = self.nlp.variables, self.iterate.point.x
+        held, radius = step.box_multipliers / variables.scale, self.region.radius
+        upper = (held > 0.0) & (variables.upper - x <= radius * variables.scale)
+        lower = (held < 0.0) & (x - variables.lower <= radius * variables.scale)
+        return np.where(upper | lower, held, 0.0)
+
+    def _advance(self, model: LocalModel, posed: Subproblem, step: ElasticStep) -> None:
+        """Try the step, then its correction; move to the better one or shrink the region."""
+        trial = self._try(model, step, step)
+        if trial is not None and (trial.ratio < CORRECT_BELOW or not self._accepts(trial)):
+            trial = self._corrected(model, posed, step, trial)
+        if trial is None or not self._accepts(trial) or not self._move(trial):
+            self._unblock(trial)
+            self._shrink(_length(step.d))
+
+    def _try(self, model: LocalModel, step: ElasticStep, judged: ElasticStep) -> Trial | None:
+        """Evaluate a step; its predicted decrease is that of `judged`."""
+        x = self.iterate.point.x + self.nlp.variables.scale * step.d
+        x = np.clip(x, self.nlp.variables.lower, self.nlp.variables.upper)
+        try:
+            values = self.evaluator.values(x)
+        except EvaluationError:
+            self.undefined = True
+            return None
+        self.undefined = False
+        return judge(self.nlp, self.iterate, model, step, judged, values)
+
+    def _corrected(
+        self, model: LocalModel, posed: Subproblem, step: ElasticStep, trial: Trial
+    ) -> Trial:
+        """Return the second-order correction if it is better than the trial, else the trial."""
+        if trial.violation <= self.options.feasibility:
+            return trial
+        change = trial.values.rows - self.iterate.point.rows
+        correction = solve_subproblem(
+            pose_correction(model, posed, step, change, self.region.radius, self.penalty),
+            self.options.qp_solver,
+        )
+        second = None if correction is None else self._try(model, correction, step)
+        if second is None or not self._accepts(second):
+            return trial
+        return second if second.ratio > trial.ratio or not self._accepts(trial) else trial
+
+    def _accepts(self, trial: Trial) -> bool:
+        return accepts(trial, self.iterate, self.nlp.cost_scale, self.filter)
+
+    def _move(self, trial: Trial) -> bool:
+        """Make an accepted trial the iterate; False if it has no derivatives."""
+        try:
+            point = self.evaluator.point(trial.values.x)
+        except EvaluationError:
+            self.undefined = True
+            return False
+        if not trial.for_cost:
+            self.filter.add(self.iterate.violation, self.nlp.cost_scale * self.iterate.point.cost)
+        old = self.iterate
+        self.iterate = make_iterate(
+            self.nlp, point, trial.step.multipliers, self._bound_multipliers(trial.step)
+        )
+        self.curvature.learn(old, self.iterate)
+        self.last_length = _length(trial.step.d)
+        self.region = self.region.after(trial.ratio, self.last_length)
+        self.slack = trial.step.slack
+        self.model = None
+        return True
+
+    def _unblock(self, trial: Trial | None) -> None:
+        """Empty the filter when it alone blocks a step that betters the iterate."""
+        if trial is None or not self.filter.entries or self.resets_left == 0:
+            return
+        lenient = Filter(self.filter.ceiling)
+        small = self.region.radius < 1e-2 * self.options.initial_radius
+        if small and accepts(trial, self.iterate, self.nlp.cost_scale, lenient):
+            self.filter = lenient
+            self.resets_left -= 1
+
+    def _shrink(self, length: float) -> None:
+        self.region = self.region.shrunk(max(length, self.options.min_radius))
+        self.last_length = self.region.radius
+
+    def _is_optimal(self, iterate: Iterate) -> bool:
+        return iterate.is_optimal(self.options.tolerance, self.options.feasibility)
+
+    def _collapsed(self) -> Status:
+        """Say why the region collapsed; the multipliers of short steps are poor, so ask again."""
+        if self.undefined:
+            return Status.NUMERICAL
+        if self.iterate.violation > FEASIBLE:
+            return Status.INFEASIBLE
+        point = self.iterate.point
+        iterate = make_iterate(self.nlp, point, *least_squares_multipliers(self.nlp, point))
+        if iterate.residual.worst < self.iterate.residual.worst:
+            self.iterate = iterate
+            self.recorder.keep(iterate)
+        return Status.OPTIMAL if self._is_optimal(self.iterate) else Status.STALLED
+
+
+def _length(d: Array) -> float:
+    return float(np.abs(d).max(initial=0.0))

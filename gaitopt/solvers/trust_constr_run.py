@@ -1,0 +1,166 @@
+"""One run of SciPy's trust-constr: rounds on growing sets of rows, multipliers mapped back."""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gaitopt.nlp import Array, Status
+from gaitopt.solvers.multipliers import least_squares_multipliers, one_sided
+from gaitopt.solvers.recorder import FEASIBLE, Iterate, Recorder, make_iterate
+from gaitopt.solvers.row_choice import RowChoice, missed_rows
+from gaitopt.solvers.scaled_program import ScaledProgram
+
+if TYPE_CHECKING:
+    from scipy.optimize import NonlinearConstraint
+
+    from gaitopt.solvers.trust_constr import TrustConstr
+
+ROUNDS = 6
+"""Times the method is started again, with rows it had not been given and then violated."""
+SHARPEN = 1e-2
+"""Factor of the barrier parameter when a round ended before complementarity was small."""
+NEVER = 1e-300
+"""SciPy's own test knows nothing of complementarity and would stop far from an active vertex;
+ours, in the callback, takes its place."""
+SHORTEST = 1e-12
+"""Trust radius at which the method gives up, in units of the variables' scale."""
+
+
+class TrustConstrRun:
+    """The state of a run; `iterate` is always the last one judged."""
+
+    def __init__(
+        self, options: TrustConstr, program: ScaledProgram, recorder: Recorder, choice: RowChoice
+    ) -> None:
+        """Begin at the point the program begins with."""
+        self.options = options
+        self.program = program
+        self.recorder = recorder
+        self.choice = choice
+        self.barrier = options.initial_barrier
+        nlp, point = program.nlp, program.first
+        self.iterate = make_iterate(nlp, point, np.zeros(point.rows.size), np.zeros(point.x.size))
+
+    def solve(self, x: Array) -> Status:
+        """Run rounds until the answer is optimal over all rows, or nothing more helps."""
+        u = x / self.program.scale
+        for _ in range(ROUNDS):
+            left = self.options.max_iterations - len(self.recorder.history)
+            if left <= 0:
+                return Status.ITERATION_LIMIT
+            u = self._minimise(u, left)
+            self._polish()
+            if self._is_optimal(self.iterate):
+                return Status.OPTIMAL
+            if not self._better_posed():
+                break
+        if len(self.recorder.history) >= self.options.max_iterations:
+            return Status.ITERATION_LIMIT
+        return Status.STALLED if self.iterate.violation <= FEASIBLE else Status.INFEASIBLE
+
+    def _better_posed(self) -> bool:
+        """Add the rows missed, or sharpen the barrier; return whether there is a reason to go on."""
+        nlp, point = self.program.nlp, self.iterate.point
+        missed = missed_rows(nlp, point, self.choice, self.options.feasibility)
+        if missed.size:
+            self.choice = replace(self.choice, rows=np.union1d(self.choice.rows, missed))
+            return True
+        self.barrier *= SHARPEN
+        return self.iterate.residual.complementarity > self.options.tolerance
+
+    def _minimise(self, u: Array, iterations: int) -> Array:
+        """Run SciPy's method once from u and return where it stopped."""
+        from scipy.optimize import BFGS, minimize
+
+        program, nlp = self.program, self.program.nlp
+        hessian: Any = BFGS(exception_strategy="damp_update")
+        if nlp.has_hessian:
+            none = np.zeros(nlp.rows.lower.size)
+            hessian = lambda u: program.hessian(u, none, nlp.cost_scale)  # noqa: E731
+        with warnings.catch_warnings():
+            # SciPy warns of singular Jacobians and of gradients that do not change.
+            warnings.simplefilter("ignore", UserWarning)
+            result = minimize(
+                program.cost,
+                u,
+                jac=program.gradient,
+                hess=hessian,
+                method="trust-constr",
+                constraints=self._constraints(),
+                callback=self._callback,
+                options={
+                    "maxiter": iterations,
+                    "gtol": NEVER,
+                    "xtol": SHORTEST,
+                    "barrier_tol": 0.1 * self.options.tolerance,
+                    "initial_tr_radius": self.options.initial_radius,
+                    "initial_barrier_parameter": self.barrier,
+                    "initial_barrier_tolerance": self.barrier,
+                },
+            )
+        return np.asarray(result.x)
+
+    def _constraints(self) -> list[NonlinearConstraint]:
+        """Return the chosen rows and the bounds, in this order, multiplied by the row scale."""
+        from scipy.optimize import BFGS, NonlinearConstraint
+        from scipy.sparse import csr_array
+
+        program, nlp, rows, bounds = (
+            self.program, self.program.nlp, self.choice.rows, self.choice.bounds
+        )
+        if rows.size + bounds.size == 0:
+            return []
+        factor, m = self.options.row_scale, nlp.rows.lower.size
+        unit = np.eye(program.scale.size)[bounds]
+        lower = np.append(nlp.rows.lower[rows], (nlp.variables.lower / program.scale)[bounds])
+        upper = np.append(nlp.rows.upper[rows], (nlp.variables.upper / program.scale)[bounds])
+
+        def hessian(u: Array, v: Array) -> Array:
+            multipliers = np.zeros(m)
+            multipliers[rows] = factor * v[: rows.size]
+            return program.hessian(u, multipliers, 0.0)
+
+        return [
+            NonlinearConstraint(
+                lambda u: factor * np.append(program.rows(u)[rows], u[bounds]),
+                factor * lower,
+                factor * upper,
+                jac=lambda u: csr_array(factor * np.vstack([program.jacobian(u)[rows], unit])),
+                hess=hessian if nlp.has_hessian else BFGS(exception_strategy="damp_update"),
+            )
+        ]
+
+    def _callback(self, u: Array, state: Any) -> bool:
+        """Judge SciPy's iterate over all rows; stop when it is optimal."""
+        nlp, k = self.program.nlp, self.choice.rows.size
+        multipliers = np.zeros(nlp.rows.lower.size)
+        bound_multipliers = np.zeros(u.size)
+        if state.v:
+            v = self.options.row_scale * np.asarray(state.v[0])
+            multipliers[self.choice.rows] = v[:k]
+            bound_multipliers[self.choice.bounds] = v[k:]
+        self.iterate = make_iterate(
+            nlp,
+            self.program.point(u),
+            one_sided(multipliers, nlp.rows.lower, nlp.rows.upper),
+            one_sided(
+                bound_multipliers / self.program.scale, nlp.variables.lower, nlp.variables.upper
+            ),
+        )
+        self.recorder.record(self.iterate, float(state.tr_radius))
+        return self._is_optimal(self.iterate)
+
+    def _polish(self) -> None:
+        """Take least-squares multipliers if they satisfy the conditions better."""
+        nlp, point = self.program.nlp, self.iterate.point
+        iterate: Iterate = make_iterate(nlp, point, *least_squares_multipliers(nlp, point))
+        if iterate.residual.worst < self.iterate.residual.worst:
+            self.iterate = iterate
+            self.recorder.keep(iterate)
+
+    def _is_optimal(self, iterate: Iterate) -> bool:
+        return iterate.is_optimal(self.options.tolerance, self.options.feasibility)

@@ -1,0 +1,49 @@
+"""How far a step may go: the radius of the trust region and the ratio that drives it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+POOR = 0.25
+"""Below this ratio the radius shrinks (Nocedal & Wright, 2006, Algorithm 4.1)."""
+GOOD = 0.75
+"""Above this ratio the radius grows if the step was held by it (same algorithm)."""
+SHRINK = 0.25
+"""Factor of a shrinking radius, applied to the step's length (same algorithm)."""
+GROW = 2.0
+"""Factor of a growing radius (same algorithm)."""
+ROUNDING = 1e-13
+"""Relative rounding error of cost and rows (Conn, Gould & Toint, 2000, section 17.4.2)."""
+
+
+@dataclass(frozen=True)
+class TrustRegion:
+    """A box around the iterate, in units of the variables' scale.
+
+    Attributes:
+        radius: half edge of the box.
+        largest: the radius never exceeds it.
+    """
+
+    radius: float
+    largest: float
+
+    def after(self, ratio: float, length: float) -> TrustRegion:
+        """Return the region after an accepted step of infinity norm `length`."""
+        if ratio < POOR:
+            return self.shrunk(length)
+        if ratio > GOOD and length > 0.99 * self.radius:
+            return TrustRegion(min(self.largest, GROW * self.radius), self.largest)
+        return self
+
+    def shrunk(self, length: float) -> TrustRegion:
+        """Return the region after a rejected step of infinity norm `length`."""
+        return TrustRegion(SHRINK * min(self.radius, length), self.largest)
+
+
+def agreement(actual: float, predicted: float, rounding: float) -> float:
+    """Return the ratio of actual to predicted reduction, one when both are rounding errors.
+
+    Conn, Gould & Toint (2000), section 17.4.2: both reductions are raised by the rounding error.
+    """
+    return (actual + rounding) / (max(predicted, 0.0) + rounding)

@@ -1,0 +1,67 @@
+"""How every figure looks: sizes, colours, axes."""
+
+from __future__ import annotations
+
+from contextlib import AbstractContextManager
+from typing import Any
+
+from matplotlib import rc_context
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+# Okabe & Ito's palette (2008): told apart with any colour vision and in grey print.
+STANCE = "#0072B2"
+SWING = "#D55E00"
+TRUNK = "#333333"
+SECOND = "#009E73"
+MEAN = "#CC79A7"
+LIMIT = "#B00020"
+GREY = "#8A8A8A"
+GROUND = "#B5B5B5"
+INSIDE = "#F1F4F7"
+
+_STYLE: Any = {
+    "font.size": 9.0,
+    "axes.titlesize": 9.5,
+    "axes.labelsize": 9.0,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.linewidth": 0.8,
+    "axes.grid": True,
+    "grid.color": "#E4E4E4",
+    "grid.linewidth": 0.6,
+    "axes.axisbelow": True,
+    "lines.linewidth": 1.6,
+    "legend.frameon": False,
+    "legend.fontsize": 8.0,
+    "xtick.labelsize": 8.0,
+    "ytick.labelsize": 8.0,
+    "figure.titlesize": 11.0,
+    "savefig.dpi": 150,
+    "svg.fonttype": "none",
+    "svg.hashsalt": "gaitopt",
+}
+
+
+def styled() -> AbstractContextManager[None]:
+    """Return the context in which figures are made and saved."""
+    return rc_context(_STYLE)
+
+
+def new_figure(width: float, height: float) -> Figure:
+    """Return an empty figure of that size [inch], without any global plotting state."""
+    return Figure(figsize=(width, height), layout="constrained")
+
+
+def draw_limits(axes: Axes, low: float, high: float, label: str | None) -> None:
+    """Draw two limits as dashed lines."""
+    axes.axhline(low, color=LIMIT, linestyle="--", linewidth=1.0, label=label)
+    axes.axhline(high, color=LIMIT, linestyle="--", linewidth=1.0)
+
+
+def label_axes(axes: Axes, x: str, y: str, title: str = "") -> None:
+    """Name both axes, with units, and the panel."""
+    axes.set_xlabel(x)
+    axes.set_ylabel(y)
+    if title:
+        axes.set_title(title, loc="left")

@@ -1,0 +1,93 @@
+"""What the robot is drawn with: the URDF's visual shapes, or a skeleton if it has none."""
+
+from __future__ import annotations
+
+import coal
+import numpy as np
+import pinocchio as pin
+
+from gaitopt.errors import RobotError
+from gaitopt.gait.result import Gait
+from gaitopt.nlp import Array
+from gaitopt.view.figure_style import STANCE, SWING, TRUNK
+from gaitopt.view.skeleton import sole_corners, stick_figures
+
+_BONE = 0.025  # m: radius of the skeleton's limbs
+_FOOT = 0.02  # m: thickness of its feet
+
+
+def robot_shapes(
+    gait: Gait, model: pin.Model, package_dirs: tuple[str, ...] = ()
+) -> pin.GeometryModel:
+    """Return the visual shapes of the gait's robot.
+
+    Args:
+        gait: its URDF is drawn.
+        model: from `walking_model`.
+        package_dirs: where to look for the meshes named `package://...` in the URDF.
+
+    Raises:
+        RobotError: a mesh cannot be found or read.
+    """
+    try:
+        shapes = pin.buildGeomFromUrdfString(
+            model, gait.urdf, pin.GeometryType.VISUAL, package_dirs=list(package_dirs)
+        )
+    except (ValueError, RuntimeError) as error:
+        raise RobotError(
+            f"the meshes of the robot cannot be read: {error}; "
+            "give the directories that hold its packages"
+        ) from error
+    return shapes if shapes.ngeoms else _skeleton(gait, model)
+
+
+def _skeleton(gait: Gait, model: pin.Model) -> pin.GeometryModel:
+    """Return capsules from joint to joint, plates for the feet and a bar for the trunk."""
+    shapes = pin.GeometryModel()
+    q = pin.neutral(model)
+    data = model.createData()
+    pin.forwardKinematics(model, data, q)
+    sticks = stick_figures(gait, model, q[None])
+    names = (gait.joint_names[:6], gait.joint_names[:5:-1])
+    for leg, colour in ((0, STANCE), (1, SWING)):
+        joints = [model.getJointId(n) for n in names[leg]]
+        for lower, upper, joint in zip(
+            sticks.legs[0, leg], sticks.legs[0, leg, 1:], joints[1:], strict=False
+        ):
+            _add_bar(shapes, data, joint, (lower, upper), colour)
+        _add_foot(shapes, gait, model, leg, colour)
+    _add_bar(shapes, data, 1, tuple(sticks.trunk[0]), TRUNK)
+    _add_bar(shapes, data, 1, tuple(sticks.legs[0, :, 5]), TRUNK)
+    return shapes
+
+
+def _add_bar(
+    shapes: pin.GeometryModel, data: pin.Data, joint: int, ends: tuple[Array, Array], colour: str
+) -> None:
+    """Add a capsule between two points of the world, fixed to a joint's link."""
+    span = ends[1] - ends[0]
+    length = float(np.linalg.norm(span))
+    if length < 1e-6:
+        return
+    turn = pin.Quaternion.FromTwoVectors(np.array([0.0, 0.0, 1.0]), span / length).matrix()
+    placement = data.oMi[joint].inverse() * pin.SE3(turn, (ends[0] + ends[1]) / 2.0)
+    _add(shapes, joint, coal.Capsule(_BONE, length), placement, colour)
+
+
+def _add_foot(
+    shapes: pin.GeometryModel, gait: Gait, model: pin.Model, leg: int, colour: str
+) -> None:
+    corners = sole_corners(gait, model) * (1.0, 1.0 - 2.0 * leg, 1.0)
+    length, width = np.ptp(corners, axis=0)[:2]
+    centre = np.array([*corners.mean(axis=0)[:2], _FOOT / 2.0])
+    frame = model.frames[model.getFrameId((gait.stance_sole, gait.swing_sole_frame)[leg])]
+    placement = frame.placement * pin.SE3(np.eye(3), centre)
+    _add(shapes, frame.parentJoint, coal.Box(length, width, _FOOT), placement, colour)
+
+
+def _add(
+    shapes: pin.GeometryModel, joint: int, shape: object, placement: pin.SE3, colour: str
+) -> None:
+    item = pin.GeometryObject(f"bone_{shapes.ngeoms}", joint, placement, shape)
+    item.meshColor = np.array([*(int(colour[i : i + 2], 16) / 255.0 for i in (1, 3, 5)), 1.0])
+    shapes.addGeometryObject(item)

@@ -1,0 +1,139 @@
+"""Several steps of a gait as a film: where every part of the robot is, in the world."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pinocchio as pin
+
+from gaitopt.errors import InputError, RobotError
+from gaitopt.gait.result import Gait
+from gaitopt.nlp import Array
+
+DEFAULT_STEPS = 6
+_REFLECTION = np.array([1.0, -1.0, 1.0])  # left <-> right in sole axes: x forward, y left, z up
+
+
+@dataclass(frozen=True, eq=False)
+class Walk:
+    """Frames of several steps; the frames of one step follow those of the step before.
+
+    The last frame of a step and the first of the next are the same instant and posture, before
+    and after the impact: rates, force and standing foot jump there. The world's origin is below
+    the first stance sole frame's origin.
+
+    Attributes:
+        time: [s], shape (M,), not decreasing.
+        step: number of the step of each frame, from 0, shape (M,).
+        q: configuration of the free-flyer model (root position, quaternion, joints), (M, nq).
+        joints: angles of `Gait.joint_names` [rad], shape (M, 12).
+        rates: of the same joints [rad/s], shape (M, 12).
+        standing: name of the standing foot's sole frame, one for each step.
+        stance: placement of the standing sole in the world, one for each step.
+        cop: centre of pressure in the world [m], shape (M, 3).
+        force: force of the ground in world axes [N], shape (M, 3).
+    """
+
+    time: Array
+    step: np.ndarray[tuple[int], np.dtype[np.intp]]
+    q: Array
+    joints: Array
+    rates: Array
+    standing: tuple[str, ...]
+    stance: tuple[pin.SE3, ...]
+    cop: Array
+    force: Array
+
+
+def walking_model(gait: Gait) -> pin.Model:
+    """Return the free-flyer model of a gait's robot; joints beyond the legs stay in the model.
+
+    Raises:
+        RobotError: the URDF cannot be read, or lacks a joint or sole frame the gait names.
+    """
+    try:
+        model = pin.buildModelFromXML(gait.urdf, pin.JointModelFreeFlyer())
+    except (ValueError, RuntimeError, IndexError) as error:
+        raise RobotError(f"the gait's URDF cannot be read: {error}") from error
+    for name in gait.joint_names:
+        if not model.existJointName(name):
+            raise RobotError(f"the gait's URDF has no joint '{name}', which the gait moves")
+    for name in (gait.stance_sole, gait.swing_sole_frame):
+        if not model.existFrame(name):
+            raise RobotError(f"the gait's URDF has no sole frame '{name}'; add a link of that name")
+    return model
+
+
+def joint_indices(gait: Gait, model: pin.Model) -> list[int]:
+    """Return the place of each of the gait's joints in a configuration of the model."""
+    return [model.joints[model.getJointId(name)].idx_q for name in gait.joint_names]
+
+
+def walk(gait: Gait, model: pin.Model, steps: int = DEFAULT_STEPS) -> Walk:
+    """Let a gait walk: each step is the mirror image of the one before, from where it landed.
+
+    Even steps are the gait as computed. In odd steps the legs have changed roles and the same
+    joints take the values E q(t), Eq. (26). The standing sole stays where it landed.
+
+    Args:
+        gait: one step.
+        model: from `walking_model`.
+        steps: how many, at least one.
+
+    Raises:
+        InputError: steps < 1.
+    """
+    if steps < 1:
+        raise InputError(f"{steps} steps cannot be shown; ask for one or more")
+    soles = (gait.stance_sole, gait.swing_sole_frame)
+    data = model.createData()
+    stance, q = [pin.SE3.Identity()], []
+    for step in range(steps):
+        standing, swinging = soles[step % 2], soles[(step + 1) % 2]
+        for posture in _mirrored(gait.q, gait, step):
+            q.append(_standing_at(gait, model, data, posture, standing, stance[-1]))
+        stance.append(data.oMf[model.getFrameId(swinging)].copy())
+    count = len(gait.time)
+    return Walk(
+        time=np.concatenate([gait.time + k * gait.duration for k in range(steps)]),
+        step=np.repeat(np.arange(steps), count),
+        q=np.array(q),
+        joints=np.concatenate([_mirrored(gait.q, gait, k) for k in range(steps)]),
+        rates=np.concatenate([_mirrored(gait.dq, gait, k) for k in range(steps)]),
+        standing=tuple(soles[k % 2] for k in range(steps)),
+        stance=tuple(stance[:-1]),
+        cop=np.concatenate([_cop(gait, k, stance[k]) for k in range(steps)]),
+        force=np.concatenate([_force(gait, k, stance[k]) for k in range(steps)]),
+    )
+
+
+def _mirrored(values: Array, gait: Gait, step: int) -> Array:
+    """Return joint values (N, 12) of a step: as computed, or with the legs exchanged."""
+    return values if step % 2 == 0 else values @ gait.mirror.T
+
+
+def _standing_at(
+    gait: Gait, model: pin.Model, data: pin.Data, posture: Array, sole: str, place: pin.SE3
+) -> Array:
+    """Return the configuration with `sole` at `place`; leave its kinematics in `data`."""
+    q = pin.neutral(model)
+    q[joint_indices(gait, model)] = posture
+    pin.framesForwardKinematics(model, data, q)
+    root = place * data.oMf[model.getFrameId(sole)].inverse() * data.oMi[1]
+    q[:7] = pin.SE3ToXYZQUAT(root)
+    pin.framesForwardKinematics(model, data, q)
+    return np.array(q)
+
+
+def _cop(gait: Gait, step: int, place: pin.SE3) -> Array:
+    local = np.column_stack([gait.cop, np.zeros(len(gait.cop))])
+    return np.array(_reflected(local, step) @ place.rotation.T + place.translation)
+
+
+def _force(gait: Gait, step: int, place: pin.SE3) -> Array:
+    return np.array(_reflected(gait.ground_wrench[:, :3], step) @ place.rotation.T)
+
+
+def _reflected(vectors: Array, step: int) -> Array:
+    return vectors if step % 2 == 0 else vectors * _REFLECTION

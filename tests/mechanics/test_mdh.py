@@ -1,0 +1,63 @@
+"""Khalil and Kleinfinger's parameters: every frame can be placed, however the axes lie."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from random_chains import link_matrices, random_cloud_chain, relative
+from scipy.spatial.transform import Rotation
+
+from gaitopt.mechanics.chain import link_placements
+from gaitopt.mechanics.mdh import PARALLEL, parameters, transforms
+
+EXACT = 1e-9  # relative: rounding of twelve chained transforms, with a wide margin
+
+rngs = st.integers(0, 2**32 - 1).map(np.random.default_rng)
+quick = settings(max_examples=20, derandomize=True, deadline=None)
+
+X, _, Z = np.eye(3)
+
+
+def turned_about(axis, angle):
+    return Rotation.from_rotvec(np.asarray(axis) * angle).as_matrix()
+
+
+@quick
+@given(rngs)
+def test_link_frames_are_products_of_elementary_matrices(rng):
+    chain, _ = random_cloud_chain(rng)
+    q = rng.uniform(-3.0, 3.0, chain.dof)
+    rotations, origins = link_placements(chain, q)
+    expected = np.array(link_matrices(chain, q))
+    assert relative(rotations, expected[:, :3, :3]) < EXACT
+    assert relative(origins, expected[:, :3, 3]) < EXACT
+
+
+@pytest.mark.parametrize(
+    "tilt", [0.7, 3.0, np.pi, 0.0, 1e-3, 1e-6, 2.0 * PARALLEL, 0.5 * PARALLEL, np.pi - 1e-6]
+)
+@quick
+@given(rng=rngs)
+def test_parameters_place_any_frame(tilt, rng):
+    about = rng.normal(size=2)
+    tilted = turned_about([*about / np.linalg.norm(about), 0.0], tilt)
+    turns = (turned_about(Z, angle) for angle in rng.uniform(-3.0, 3.0, 2))
+    rotation = next(turns) @ tilted @ next(turns)
+    origin = rng.uniform(-1.0, 1.0, 3)
+    values = [np.array([value]) for value in parameters(rotation, origin)]
+    A, P = transforms(*values)
+    # Nearly parallel axes: the common normal is far away, at worst 1e8 lengths.
+    sine = abs(np.sin(tilt))
+    loss = 1e-14 / sine if sine > PARALLEL else 2.0 * PARALLEL
+    assert relative(A[0], rotation) < max(1e-12, min(loss, 2.0 * PARALLEL))
+    assert relative(P[0], origin) < max(1e-12, 10.0 * loss)
+
+
+def test_parameters_of_axes_that_meet_or_coincide():
+    quarter = turned_about(X, np.pi / 2.0)
+    assert parameters(quarter, np.zeros(3)) == pytest.approx((0, 0, np.pi / 2, 0, 0, 0))
+    moved_along = parameters(turned_about(Z, 0.3), 0.2 * Z)
+    assert moved_along == pytest.approx((0, 0, 0, 0, 0.3, 0.2))
+    parallel = parameters(np.eye(3), np.array([0.3, 0.4, -0.1]))
+    turn = np.arctan2(4.0, 3.0)
+    assert parallel == pytest.approx((turn, 0, 0, 0.5, -turn, -0.1))
