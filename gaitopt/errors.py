@@ -34,7 +34,9 @@ class MissingExtraError(InputError):
     """A feature needs an optional package that is not installed."""
 
     def __init__(self, feature: str, extra: str) -> None:
-        super().__init__(f"{feature} needs an optional package; run: pip install 'gaitopt[{extra}]'")
+        super().__init__(
+            f"{feature} needs an optional package; run: pip install 'gaitopt[{extra}]'"
+        )
 
 
 class EvaluationError(GaitoptError):

@@ -226,17 +226,13 @@ def worst_violation(nlp: NLP, values: Values) -> tuple[float, int]:
 
 def kkt_residual(nlp: NLP, point: Point, multipliers: Array, bound_multipliers: Array) -> Residual:
     """Compute the KKT residual from its definition (Nocedal & Wright, 2006, Theorem 12.1)."""
-    slope = (
-        nlp.cost_scale * point.gradient + point.jacobian.T @ multipliers + bound_multipliers
-    )
+    slope = nlp.cost_scale * point.gradient + point.jacobian.T @ multipliers + bound_multipliers
     return Residual(
         stationarity=float(np.abs(slope).max(initial=0.0)),
         feasibility=worst_violation(nlp, point)[0],
         complementarity=max(
             _complementarity(nlp.rows.lower, nlp.rows.upper, point.rows, multipliers),
-            _complementarity(
-                nlp.variables.lower, nlp.variables.upper, point.x, bound_multipliers
-            ),
+            _complementarity(nlp.variables.lower, nlp.variables.upper, point.x, bound_multipliers),
         ),
     )
 

@@ -1,44 +1,36 @@
-"""Every constraint of section 3.2, one function each, and the few that a real walk needs besides."""
+"""Every constraint of section 3.2, one function each, and the few a real walk needs besides."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 
-from gaitopt.gait.families import Family, FrictionCone, Length, Linear, RowMap
+from gaitopt.gait.families import Family, FrictionCone, Length, Linear
 from gaitopt.gait.grid import Grid
+from gaitopt.gait.rows import (
+    EDGES,
+    FORCE_SCALE,
+    FORCE_SMOOTHING,
+    FREE,
+    IMPULSE_MOMENT_SCALE,
+    IMPULSE_SCALE,
+    IMPULSE_SMOOTHING,
+    LENGTH_SCALE,
+    MOMENT_SCALE,
+    Setting,
+    edge_moments,
+    family_over_step,
+    ground_rows,
+    joint_rows,
+    rows_once,
+)
 from gaitopt.gait.step import Reads
-from gaitopt.gait.task import Margins, Task
+from gaitopt.gait.task import Task
 from gaitopt.mechanics.feet import sole_edge_speeds
-from gaitopt.nlp import Array
 from gaitopt.robot.model import Robot
 
 CORNERS = ("toe left", "toe right", "heel left", "heel right")
-FORCE_SCALE = 500.0  # N
-MOMENT_SCALE = 100.0  # N.m
-IMPULSE_SCALE = 50.0  # N.s
-IMPULSE_MOMENT_SCALE = 5.0  # N.m.s
-LENGTH_SCALE = 0.1  # m
-FORCE_SMOOTHING = 0.05  # N, rounds the tip of the friction cone
-IMPULSE_SMOOTHING = 10**-4.5  # N.s
-
-_FREE = np.inf
-
-
-@dataclass(frozen=True)
-class Setting:
-    """What a constraint is made from."""
-
-    robot: Robot
-    task: Task
-    grid: Grid
-
-    @property
-    def margins(self) -> Margins:
-        """The task's margins."""
-        return self.task.margins
 
 
 def torque(at: Setting) -> Family:
@@ -46,7 +38,7 @@ def torque(at: Setting) -> Family:
     limit = at.robot.limits.torque
     if at.margins.torque_limit is not None:
         limit = np.full(12, at.margins.torque_limit)
-    return _joint_rows(at, "torque", "(28)", Reads.TORQUE, "N·m", -limit, limit, limit)
+    return joint_rows(at, "torque", "(28)", Reads.TORQUE, "N·m", -limit, limit, limit)
 
 
 def speed(at: Setting) -> Family:
@@ -54,15 +46,13 @@ def speed(at: Setting) -> Family:
     limit = at.robot.limits.speed
     if at.margins.speed_limit is not None:
         limit = np.full(12, at.margins.speed_limit)
-    return _joint_rows(at, "speed", "(29)", Reads.RATES, "rad/s", -limit, limit, limit)
+    return joint_rows(at, "speed", "(29)", Reads.RATES, "rad/s", -limit, limit, limit)
 
 
 def joint_range(at: Setting) -> Family:
     """Eq. (30): q_min <= q <= q_max."""
     limits, one = at.robot.limits, np.ones(12)
-    return _joint_rows(
-        at, "range", "(30)", Reads.ANGLES, "rad", limits.lower, limits.upper, one
-    )
+    return joint_rows(at, "range", "(30)", Reads.ANGLES, "rad", limits.lower, limits.upper, one)
 
 
 def knee_flexion(at: Setting) -> Family:
@@ -72,7 +62,7 @@ def knee_flexion(at: Setting) -> Family:
     bend[[0, 1], list(legs.knees)] = legs.flexion
     least = legs.flexion * legs.straight + at.margins.knee_flexion
     labels = tuple(f"{at.robot.joint_names[k]} flexion" for k in legs.knees)
-    return _family(
+    return family_over_step(
         at, "knee", "3.2.1", Reads.ANGLES, Linear(bend), labels, "rad", lower=least, scale=1.0
     )
 
@@ -87,7 +77,7 @@ def leg_length(at: Setting) -> Family:
         rows=Length(),
         labels=("hip-ankle distance",),
         unit="m",
-        lower=np.full((2, 1), -_FREE),
+        lower=np.full((2, 1), -FREE),
         upper=np.full((2, 1), longest),
         scale=np.full(1, LENGTH_SCALE),
         instants=np.arange(2),
@@ -102,7 +92,7 @@ def lateral(at: Setting) -> Family:
     side = np.sign(at.robot.legs.hips[1, 1] - at.robot.legs.hips[0, 1])
     edge = at.robot.sole.left if side > 0 else -at.robot.sole.right
     labels = tuple(f"swing foot {c} sideways" for c in CORNERS)
-    return _family(
+    return family_over_step(
         at,
         "lateral",
         "(32)",
@@ -122,7 +112,7 @@ def clearance(at: Setting) -> Family:
     inside = np.flatnonzero((at.grid.instants > 0.0) & (at.grid.instants < 1.0))
     profile = at.margins.clearance * np.sin(np.pi * at.grid.instants[inside]) ** 2
     labels = tuple(f"swing foot {c} height" for c in CORNERS)
-    return _family(
+    return family_over_step(
         at,
         "clearance",
         "3.2.3",
@@ -139,26 +129,26 @@ def clearance(at: Setting) -> Family:
 def friction(at: Setting) -> Family:
     """Eq. (33): the ground force stays inside the friction cone."""
     cone = FrictionCone(at.margins.friction, FORCE_SMOOTHING)
-    return _ground(at, "friction", "(33)", cone, ("friction cone margin",), 0.0, FORCE_SCALE)
+    return ground_rows(at, "friction", "(33)", cone, ("friction cone margin",), 0.0, FORCE_SCALE)
 
 
 def load(at: Setting) -> Family:
     """Eq. (35): the stance foot keeps pressing on the ground."""
     vertical = Linear(np.eye(6)[2:3])
     least = at.margins.minimum_load
-    return _ground(at, "load", "(35)", vertical, ("vertical ground force",), least, FORCE_SCALE)
+    return ground_rows(at, "load", "(35)", vertical, ("vertical ground force",), least, FORCE_SCALE)
 
 
 def centre_of_pressure(at: Setting) -> Family:
     """Eqs. (37)-(38) as moments about the edges: they stay linear when the load vanishes."""
-    rows = Linear(_edge_moments(at))
-    labels = tuple(f"centre of pressure, moment about the {e} edge" for e in _EDGES)
-    return _ground(at, "cop", "(37)-(38)", rows, labels, 0.0, MOMENT_SCALE, unit="N·m")
+    rows = Linear(edge_moments(at))
+    labels = tuple(f"centre of pressure, moment about the {e} edge" for e in EDGES)
+    return ground_rows(at, "cop", "(37)-(38)", rows, labels, 0.0, MOMENT_SCALE, unit="N·m")
 
 
 def impulse_up(at: Setting) -> Family:
     """Eq. (36): the ground pushes the landing foot up."""
-    return _once(
+    return rows_once(
         "impulse", "(36)", Reads.IMPULSE, Linear(np.eye(6)[2:3]), ("vertical impact impulse",),
         "N·s", 0.0, IMPULSE_SCALE,
     )  # fmt: skip
@@ -167,7 +157,7 @@ def impulse_up(at: Setting) -> Family:
 def impulse_friction(at: Setting) -> Family:
     """Eq. (34): the impulse stays inside the friction cone."""
     cone = FrictionCone(at.margins.friction, IMPULSE_SMOOTHING)
-    return _once(
+    return rows_once(
         "impulse friction", "(34)", Reads.IMPULSE, cone, ("impulse friction cone margin",),
         "N·s", 0.0, IMPULSE_SCALE,
     )  # fmt: skip
@@ -175,9 +165,9 @@ def impulse_friction(at: Setting) -> Family:
 
 def impulse_cop(at: Setting) -> Family:
     """The landing foot does not tip: impulsive centre of pressure inside the landing sole."""
-    labels = tuple(f"impulsive centre of pressure, moment about the {e} edge" for e in _EDGES)
-    return _once(
-        "impulse cop", "3.2.3", Reads.IMPULSE, Linear(_edge_moments(at)), labels,
+    labels = tuple(f"impulsive centre of pressure, moment about the {e} edge" for e in EDGES)
+    return rows_once(
+        "impulse cop", "3.2.3", Reads.IMPULSE, Linear(edge_moments(at)), labels,
         "N·m·s", 0.0, IMPULSE_MOMENT_SCALE,
     )  # fmt: skip
 
@@ -186,7 +176,7 @@ def liftoff(at: Setting) -> Family:
     """Section 2.4.1, first case: the old stance foot leaves the ground at all four corners."""
     rows = Linear(sole_edge_speeds(at.robot.sole.corners))
     labels = tuple(f"rear foot {c} lift-off speed" for c in CORNERS)
-    return _once(
+    return rows_once(
         "lift-off", "2.4.1", Reads.SOLE_TWIST, rows, labels, "m/s", at.margins.liftoff_speed, 1.0
     )
 
@@ -194,7 +184,7 @@ def liftoff(at: Setting) -> Family:
 def walking_speed(at: Setting) -> Family:
     """Eq. (39): V T - d = 0."""
     rows = Linear(np.array([[-1.0, at.task.speed]]))
-    return _once(
+    return rows_once(
         "walking speed", "(39)", Reads.TRAVEL, rows, ("V T - d",), "m", 0.0, 1.0, upper=0.0
     )
 
@@ -229,83 +219,3 @@ def families(robot: Robot, task: Task, grid: Grid) -> tuple[Family, ...]:
     if task.speed_as == "constraint":
         chosen.append(walking_speed)
     return tuple(make(at) for make in chosen)
-
-
-_EDGES = ("front", "rear", "left", "right")
-
-
-def _edge_moments(at: Setting) -> Array:
-    """Rows that are >= 0 while the centre of pressure (-m_y/f_z, m_x/f_z) is inside the margins."""
-    sole, margin = at.robot.sole, at.margins.cop_margin
-    rows = np.zeros((4, 6))
-    rows[0, [2, 4]] = sole.toe - margin, 1.0
-    rows[1, [2, 4]] = -sole.heel - margin, -1.0
-    rows[2, [2, 3]] = sole.left - margin, -1.0
-    rows[3, [2, 3]] = -sole.right - margin, 1.0
-    return rows
-
-
-def _family(
-    at: Setting,
-    name: str,
-    equation: str,
-    reads: Reads,
-    rows: RowMap,
-    labels: tuple[str, ...],
-    unit: str,
-    *,
-    lower: Array | float = -_FREE,
-    upper: Array | float = _FREE,
-    scale: Array | float,
-    instants: Array | None = None,
-) -> Family:
-    """A family over the instants of the step."""
-    if instants is None:
-        instants = np.arange(at.grid.count)
-    shape = (instants.size, len(labels))
-    return Family(
-        name=name,
-        equation=equation,
-        reads=reads,
-        rows=rows,
-        labels=labels,
-        unit=unit,
-        lower=np.broadcast_to(lower, shape).copy(),
-        upper=np.broadcast_to(upper, shape).copy(),
-        scale=np.broadcast_to(scale, shape[1:]).copy(),
-        instants=instants,
-        times=at.grid.instants[instants],
-    )
-
-
-def _joint_rows(
-    at: Setting, name: str, equation: str, reads: Reads, unit: str,
-    lower: Array, upper: Array, scale: Array,
-) -> Family:  # fmt: skip
-    labels = tuple(f"{joint} {name}" for joint in at.robot.joint_names)
-    return _family(
-        at, name, equation, reads, Linear(np.eye(12)), labels, unit,
-        lower=lower, upper=upper, scale=scale,
-    )  # fmt: skip
-
-
-def _ground(
-    at: Setting, name: str, equation: str, rows: RowMap, labels: tuple[str, ...],
-    lower: float, scale: float, unit: str = "N",
-) -> Family:  # fmt: skip
-    return _family(
-        at, name, equation, Reads.WRENCH, rows, labels, unit, lower=lower, scale=scale
-    )
-
-
-def _once(
-    name: str, equation: str, reads: Reads, rows: RowMap, labels: tuple[str, ...], unit: str,
-    lower: float, scale: float, upper: float = _FREE,
-) -> Family:  # fmt: skip
-    """A family that is looked at once in a step."""
-    shape = (1, len(labels))
-    return Family(
-        name=name, equation=equation, reads=reads, rows=rows, labels=labels, unit=unit,
-        lower=np.full(shape, lower), upper=np.full(shape, upper),
-        scale=np.full(len(labels), scale), instants=np.arange(1), times=None,
-    )  # fmt: skip

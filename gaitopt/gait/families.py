@@ -6,6 +6,7 @@ from abc import ABC, abstractmethod
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gaitopt.gait.step import Reads
 from gaitopt.nlp import Array
@@ -77,7 +78,7 @@ class FrictionCone(RowMap):
         return weights[:, :1, None] * hessian
 
     def _tangential(self, quantity: Array) -> Array:
-        return np.sqrt((quantity[:, :2] ** 2).sum(axis=1) + self.smoothing**2)
+        return np.asarray(np.sqrt((quantity[:, :2] ** 2).sum(axis=1) + self.smoothing**2))
 
 
 @dataclass(frozen=True)
@@ -86,7 +87,7 @@ class Length(RowMap):
 
     def value(self, quantity: Array) -> Array:
         """Return the lengths, shape (K, 1)."""
-        return np.linalg.norm(quantity, axis=1)[:, None]
+        return np.asarray(np.linalg.norm(quantity, axis=1)[:, None])
 
     def slope(self, quantity: Array) -> Array:
         """Return the unit vectors, shape (K, 1, 3)."""
@@ -125,7 +126,7 @@ class Family:
     lower: Array
     upper: Array
     scale: Array
-    instants: Array
+    instants: NDArray[np.int_]
     times: Array | None
 
     @property

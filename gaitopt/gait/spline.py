@@ -67,10 +67,10 @@ def spline_basis(knots: Array, instants: Array) -> SplineBasis:
     left, right = values[piece], values[piece + 1]
     bend_left, bend_right = curvature[piece], curvature[piece + 1]
     position = a * left + b * right + h**2 / 6 * ((a**3 - a) * bend_left + (b**3 - b) * bend_right)
-    rate = (right - left) / h + h / 6 * (
-        (3 * b**2 - 1) * bend_right - (3 * a**2 - 1) * bend_left
+    rate = (right - left) / h + h / 6 * ((3 * b**2 - 1) * bend_right - (3 * a**2 - 1) * bend_left)
+    return SplineBasis(
+        knots, instants, np.stack([position, rate, a * bend_left + b * bend_right], 1)
     )
-    return SplineBasis(knots, instants, np.stack([position, rate, a * bend_left + b * bend_right], 1))
 
 
 def _knot_curvatures(knots: Array) -> Array:
@@ -94,4 +94,4 @@ def _knot_curvatures(knots: Array) -> Array:
     for i in range(1, size - 1):
         matrix[i, i - 1 : i + 2] = h[i - 1] / 6, (h[i - 1] + h[i]) / 3, h[i] / 6
         rhs[i] = slope[i] - slope[i - 1]
-    return np.linalg.solve(matrix, rhs)
+    return np.asarray(np.linalg.solve(matrix, rhs), dtype=np.float64)

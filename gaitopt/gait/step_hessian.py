@@ -97,7 +97,7 @@ def _coefficient_curvature(
     q_weights = q_weights + E.T @ (slope.impact.posture.T @ after)
 
     H = np.zeros((layout.size, layout.size))
-    bend = model.impact.curvature(
+    bend = model.impact_curvature.hessian(
         E @ step.posture.q_start, step.rate_before, step.impact, slope.impact, after
     )
     inputs = np.concatenate([slope.coefficients[-3], slope.coefficients[-1]])

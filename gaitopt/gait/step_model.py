@@ -17,6 +17,7 @@ from gaitopt.gait.parameters import DURATION, STEP_LENGTH, Layout
 from gaitopt.gait.spline import spline_basis
 from gaitopt.gait.step import Reads, Step, StepSlope
 from gaitopt.mechanics.impact import Impact, ImpactSlope
+from gaitopt.mechanics.impact_curvature import ImpactCurvature
 from gaitopt.mechanics.support import SingleSupport, SupportSlope
 from gaitopt.nlp import Array
 from gaitopt.robot.model import Robot
@@ -31,6 +32,7 @@ class StepModel:
         self.basis = spline_basis(knots, grid.instants)
         self.boundary = Boundary(robot)
         self.impact = Impact(robot)
+        self.impact_curvature = ImpactCurvature(robot)
         self._support = SingleSupport(robot, grid.count)
 
     def step(self, x: Array) -> Step:
@@ -46,9 +48,7 @@ class StepModel:
         coefficients = self._coefficients(x, posture, q_end, rate_start, rate_before)
         motion = self._motion(coefficients, geometry)
         support = self._support.state(*motion)
-        return Step(
-            x, geometry, posture, q_end, rate_before, impact, coefficients, motion, support
-        )
+        return Step(x, geometry, posture, q_end, rate_before, impact, coefficients, motion, support)
 
     def slope(self, x: Array) -> tuple[Step, StepSlope]:
         """Return the step at x (P,) and its exact derivatives.
@@ -63,9 +63,7 @@ class StepModel:
         coefficients = self._coefficients(x, posture, q_end, rate_start, rate_before)
         motion = self._motion(coefficients, geometry)
         support, at_support = self._support.slope(*motion)
-        step = Step(
-            x, geometry, posture, q_end, rate_before, impact, coefficients, motion, support
-        )
+        step = Step(x, geometry, posture, q_end, rate_before, impact, coefficients, motion, support)
         return step, self._chain(step, self.boundary.slope(posture), at_impact, at_support)
 
     def _double_support(self, x: Array) -> tuple[Array, Posture]:

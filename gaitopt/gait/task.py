@@ -100,7 +100,9 @@ class Task:
         if self.postures < 1:
             raise InputError(f"postures is {self.postures}; at least 1 intermediate posture")
         if self.speed_as not in SPEED_AS:
-            raise InputError(f"speed_as '{self.speed_as}' is unknown; choose {' or '.join(SPEED_AS)}")
+            raise InputError(
+                f"speed_as '{self.speed_as}' is unknown; choose {' or '.join(SPEED_AS)}"
+            )
         if self.quadrature not in QUADRATURES:
             raise InputError(
                 f"quadrature '{self.quadrature}' is unknown; choose {' or '.join(QUADRATURES)}"

@@ -6,9 +6,9 @@ motion axes; u, v, a are virtual, real and (gravity-included) accelerations of t
     u_b = u_0 + sum_{j<=b} S_j lambda_j      v_b = sum_{j<=b} S_j dq_j
     a_b = a_0 + sum_{j<=b} (S_j ddq_j + (v_{j-1} x S_j) dq_j)
 
-By d'Alembert's principle lambda . tau = sum_b u_b . (I_b a_b + v_b x* I_b v_b). Turning joint j turns
-all bodies beyond it, which gives every second derivative as products of one term of joint j and one
-composite term of joint k >= j (derivation: docs/derivations.md).
+By d'Alembert's principle lambda . tau = sum_b u_b . (I_b a_b + v_b x* I_b v_b). Turning joint j
+turns all bodies beyond it, which gives every second derivative as products of one term of joint j
+and one composite term of joint k >= j (derivation: docs/derivations.md).
 """
 
 from __future__ import annotations

@@ -45,7 +45,7 @@ def corner_curvature(axes: Array, slopes: Array, weights: Array) -> Array:
     # sum over corners of weight . (w_j x slope_k) = w_j . (slope_k x weight)
     turned = np.cross(slopes.swapaxes(2, 3), weights[:, :, None, :]).sum(axis=1)
     upper = np.triu(axes[:, :, 3:] @ turned.swapaxes(1, 2))
-    return upper + np.triu(upper, 1).swapaxes(1, 2)
+    return np.asarray(upper + np.triu(upper, 1).swapaxes(1, 2))
 
 
 def sole_edge_speeds(corners: Array) -> Array:

@@ -50,7 +50,7 @@ class LegKinematics:
         bend = legs.flexion * (q[list(legs.knees)] - legs.straight)
         if bend.min() < 0.0:
             raise UnreachableError(
-                f"the posture was reached only with a knee bent backwards by {-bend.min():.3f} rad; "
+                f"only a knee bent backwards by {-bend.min():.3f} rad reaches the posture; "
                 "lower the pelvis or shorten the step"
             )
         return q
@@ -96,7 +96,7 @@ class LegKinematics:
             step = _solve(closure_matrix(self.axes(q)), gap)
             largest = float(np.abs(step).max())
             q = q + step * min(1.0, _MAX_STEP / max(largest, _MAX_STEP))
-            if size < _TOLERANCE ** 0.5 and largest < 1e-7:  # quadratic: the next gap is below eps
+            if size < _TOLERANCE**0.5 and largest < 1e-7:  # quadratic: the next gap is below eps
                 return q
         raise UnreachableError(
             "the legs found no posture for this double support; lower the pelvis, shorten the step "
@@ -160,7 +160,7 @@ def chain_curvature(axes: Array, force: Array) -> Array:
 
 def _solve(matrix: Array, rhs: Array) -> Array:
     try:
-        return np.linalg.solve(matrix, rhs)
+        return np.asarray(np.linalg.solve(matrix, rhs), dtype=np.float64)
     except np.linalg.LinAlgError as error:
         raise UnreachableError(
             "a leg is singular (straight knee); lower the pelvis or shorten the step"

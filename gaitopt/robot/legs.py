@@ -42,7 +42,7 @@ def common_point(points: Array, axes: Array) -> Array:
     projectors = np.eye(3) - axes[:, :, None] * axes[:, None, :]
     mean = points.mean(axis=0)
     rhs = np.einsum("nij,nj->i", projectors, points - mean)
-    return mean + np.linalg.lstsq(projectors.sum(axis=0), rhs, rcond=1e-9)[0]
+    return np.asarray(mean + np.linalg.lstsq(projectors.sum(axis=0), rhs, rcond=1e-9)[0])
 
 
 def find_knee(

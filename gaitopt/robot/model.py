@@ -1,4 +1,4 @@
-"""A biped as the rest of gaitopt sees it: one chain rooted at the stance sole, and facts about it."""
+"""A biped as gaitopt sees it: one chain rooted at the stance sole, and facts about it."""
 
 from __future__ import annotations
 
@@ -151,7 +151,9 @@ def _place_pelvis(model: pin.Model, whole: pin.Model) -> tuple[pin.SE3, Array, A
     """Add the pelvis frame midway between the hips; return it with the joint lines in it."""
     data = model.createData()
     pin.framesForwardKinematics(model, data, pin.neutral(model))
-    root_name = next(f.name for f in whole.frames if f.type == pin.FrameType.BODY and f.name != "universe")
+    root_name = next(
+        f.name for f in whole.frames if f.type == pin.FrameType.BODY and f.name != "universe"
+    )
     root = data.oMf[model.getFrameId(root_name)]
     points, axes = joint_lines(model, root)
     hips = [common_point(points[list(rows)], axes[list(rows)]) for rows in HIP_JOINTS]
@@ -161,7 +163,9 @@ def _place_pelvis(model: pin.Model, whole: pin.Model) -> tuple[pin.SE3, Array, A
     if model.existFrame(PELVIS_FRAME) and root_name != PELVIS_FRAME:
         raise RobotError(f"the URDF already has a frame '{PELVIS_FRAME}' that is not its root link")
     placement = frame.placement * pin.SE3(np.eye(3), middle)
-    model.addFrame(pin.Frame(PELVIS_FRAME, frame.parentJoint, placement, pin.FrameType.OP_FRAME), False)
+    model.addFrame(
+        pin.Frame(PELVIS_FRAME, frame.parentJoint, placement, pin.FrameType.OP_FRAME), False
+    )
     return pelvis, points - middle, axes
 
 

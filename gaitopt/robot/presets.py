@@ -41,10 +41,10 @@ def _joints() -> Joints:
         return JointLimits(torque=150.0, speed=10.0, lower=lower, upper=upper)
 
     return Joints(
-        hip_yaw=limits(-0.8, 0.8),
-        hip_roll=limits(-0.6, 0.6),
-        hip_pitch=limits(-2.0, 1.2),
-        knee=limits(0.0, 2.4),
-        ankle_pitch=limits(-1.2, 1.2),
-        ankle_roll=limits(-0.6, 0.6),
+        hip_yaw=limits(-1.0, 1.0),
+        hip_roll=limits(-0.8, 0.8),
+        hip_pitch=limits(-2.2, 1.2),
+        knee=limits(0.0, 2.6),
+        ankle_pitch=limits(-2.2, 1.2),
+        ankle_roll=limits(-1.5, 1.5),
     )

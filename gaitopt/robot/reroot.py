@@ -1,8 +1,8 @@
 """Root a humanoid at its stance sole: the paper's serial chain from right foot to left foot.
 
-A pelvis-rooted model carries the ground reaction in its free-flyer only after solving for it. Rooted
-at the sole, one recursive Newton-Euler call returns [R0; Gamma] of Eq. (1), and its derivatives come
-with it. Every joint keeps the sign and the meaning it has in the URDF.
+A pelvis-rooted model carries the ground reaction in its free-flyer only after solving for it.
+Rooted at the sole, one recursive Newton-Euler call returns [R0; Gamma] of Eq. (1), and its
+derivatives come with it. Every joint keeps the sign and the meaning it has in the URDF.
 """
 
 from __future__ import annotations
@@ -99,7 +99,13 @@ def joint_axis(model: pin.Model, joint: int) -> np.ndarray:
 
 
 def _add_joint(
-    rooted: pin.Model, parent: int, model: pin.Model, joint: int, placement: pin.SE3, *, reverse: bool
+    rooted: pin.Model,
+    parent: int,
+    model: pin.Model,
+    joint: int,
+    placement: pin.SE3,
+    *,
+    reverse: bool,
 ) -> int:
     axis = joint_axis(model, joint)
     new = rooted.addJoint(

@@ -56,18 +56,17 @@ def _shoulders(depth: float, width: float, height: float) -> list[Shape]:
 
 
 def _head(depth: float, height: float) -> list[Shape]:
-    radius = 0.30 * depth
-    dome = height - radius
+    radius = 0.34 * depth
+    centre = height - radius
     return [
-        cylinder("z", 0.16 * depth, 0.10 * height, (0.0, 0.0, 0.74 * height), "dark"),
-        cylinder("z", radius, 0.10 * height, (0.0, 0.0, dome - 0.05 * height), "shell"),
-        sphere(radius, (0.0, 0.0, dome), "shell"),
-        cylinder(
-            "z", 1.04 * radius, 0.055 * height, (0.01 * depth, 0.0, dome - 0.03 * height), "dark"
-        ),
+        cylinder("z", 0.15 * depth, 0.12 * height, (0.0, 0.0, 0.75 * height), "dark"),
+        cylinder("z", 0.24 * depth, 0.02 * height, (0.0, 0.0, 0.74 * height), "metal"),
+        sphere(radius, (0.0, 0.0, centre), "shell"),
+        sphere(0.84 * radius, (0.26 * radius, 0.0, centre), "dark"),
+        cylinder("y", 0.40 * radius, 2.10 * radius, (-0.10 * radius, 0.0, centre), "metal"),
         *(
-            sphere(0.05 * depth, (0.93 * radius, y, dome - 0.03 * height), "light")
-            for y in (0.4 * radius, -0.4 * radius)
+            sphere(0.15 * radius, (0.96 * radius, y, centre + 0.10 * radius), "light")
+            for y in (0.36 * radius, -0.36 * radius)
         ),
     ]
 

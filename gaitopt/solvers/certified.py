@@ -15,17 +15,22 @@ from gaitopt.solvers.trust_constr import TrustConstr
 
 CERTIFIER = TrustConstr(max_iterations=100, initial_radius=0.1, initial_barrier=0.1)
 """The interior point method for starts that are solutions already (measured)."""
+AGREEMENT = 1e-4
+"""Largest difference of the two answers' scaled costs, relative to one or to the cost if larger:
+an interior point stays off each active limit by its complementarity tolerance."""
 NOT_WORTH = (Status.INFEASIBLE, Status.NUMERICAL, Status.INTERRUPTED)
 """Ends of the journey after which there is nothing to sign."""
+UNCONFIRMED = "sqp (not confirmed by trust-constr)"
 
 
 @dataclass(frozen=True)
 class CertifiedSQP:
     """SQP followed by trust-constr from its answer; the default.
 
-    `Solution.solver` is "sqp+trust-constr", with "(answer of sqp)" behind it when the second
-    stage made nothing better and the first one's answer was kept. `Solution.history` is that of
-    both stages.
+    The answer is that of the stage with the smaller KKT residual. `Solution.solver` is
+    "sqp+trust-constr" when the second stage confirmed the first, else "sqp (not confirmed by
+    trust-constr)" or "trust-constr (after sqp)", after the stage whose answer it is.
+    `Solution.history` is that of both stages.
 
     Attributes:
         travel: the solver that goes first.
@@ -42,13 +47,13 @@ class CertifiedSQP:
         """Solve the program; see `Solver.solve`."""
         first = self.travel.solve(nlp, start, on_progress)
         if first.status in NOT_WORTH:
-            return replace(first, solver=f"{self.name} (answer of sqp)")
+            return replace(first, solver=UNCONFIRMED)
         second = self.certify.solve(
             nlp,
             Start(first.x, first.multipliers),
             None if on_progress is None else lambda record: on_progress(_after(first, record)),
         )
-        return _joined(self.name, nlp, first, second)
+        return _joined(nlp, first, second)
 
 
 def _after(first: Solution, record: Progress) -> Progress:
@@ -61,10 +66,9 @@ def _after(first: Solution, record: Progress) -> Progress:
     )
 
 
-def _joined(name: str, nlp: NLP, first: Solution, second: Solution) -> Solution:
+def _joined(nlp: NLP, first: Solution, second: Solution) -> Solution:
     """Keep the better answer, with the work of both."""
-    kept = _error(nlp, first) <= _error(nlp, second)
-    best = first if kept else second
+    best = first if _error(nlp, first) <= _error(nlp, second) else second
     status = best.status
     if Status.INTERRUPTED in (first.status, second.status) and status is not Status.OPTIMAL:
         status = Status.INTERRUPTED
@@ -75,9 +79,18 @@ def _joined(name: str, nlp: NLP, first: Solution, second: Solution) -> Solution:
         evaluations=first.evaluations + second.evaluations,
         hessians=first.hessians + second.hessians,
         seconds=first.seconds + second.seconds,
-        solver=f"{name} (answer of sqp)" if kept else name,
+        solver=_signature(nlp, first, second, best),
         history=first.history + tuple(_after(first, record) for record in second.history),
     )
+
+
+def _signature(nlp: NLP, first: Solution, second: Solution, best: Solution) -> str:
+    """Tell which stage's answer it is, and whether the other one agrees."""
+    difference = nlp.cost_scale * abs(first.cost - second.cost)
+    agree = difference <= AGREEMENT * max(1.0, nlp.cost_scale * abs(first.cost))
+    if agree and second.status is Status.OPTIMAL:
+        return CertifiedSQP.name
+    return UNCONFIRMED if best is first else "trust-constr (after sqp)"
 
 
 def _error(nlp: NLP, solution: Solution) -> float:

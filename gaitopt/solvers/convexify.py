@@ -21,7 +21,9 @@ import numpy as np
 from gaitopt.nlp import Array
 
 FLOOR = 1e-4
-"""Least curvature of the convex model, variables scaled, cost of order one to ten (measured)."""
+"""Least curvature on the null space, variables scaled, cost of order one to ten (measured)."""
+LEAST = 0.5 * FLOOR
+"""Least eigenvalue of the convex model: without it, condition numbers of 1e16 (measured)."""
 RANK = 1e-8
 """Singular values below this fraction of the largest count as zero (measured)."""
 
@@ -96,10 +98,15 @@ def _absolute(matrix: Array) -> Array:
 
 
 def _range_curvature(range_block: Array, coupling: Array, null_block: Array) -> float:
-    """Return sigma such that the Schur complement of the null block is at least FLOOR."""
+    """Return the sigma from which on the model less LEAST is positive semidefinite.
+
+    It is when its null block, which is, and the Schur complement of that block are (Boyd &
+    Vandenberghe, "Convex Optimization", 2004, section A.5.5).
+    """
     if range_block.size == 0:
         return 0.0
-    schur = range_block
+    schur = range_block - LEAST * np.eye(range_block.shape[0])
     if null_block.size:
-        schur = schur - coupling @ np.linalg.solve(null_block, coupling.T)
-    return max(0.0, FLOOR - float(np.linalg.eigvalsh(schur)[0]))
+        above = null_block - LEAST * np.eye(null_block.shape[0])
+        schur = schur - coupling @ np.linalg.solve(above, coupling.T)
+    return max(0.0, -float(np.linalg.eigvalsh(schur)[0]))

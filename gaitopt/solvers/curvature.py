@@ -37,9 +37,7 @@ class Curvature:
             nlp = self._evaluator.nlp
             scale = nlp.variables.scale
             try:
-                H = self._evaluator.hessian(
-                    iterate.point.x, iterate.multipliers, nlp.cost_scale
-                )
+                H = self._evaluator.hessian(iterate.point.x, iterate.multipliers, nlp.cost_scale)
             except EvaluationError:
                 return self._matrix
             self._matrix = 0.5 * (H + H.T) * np.outer(scale, scale)

@@ -5,9 +5,9 @@
                          box_lower <= d <= box_upper,   s >= 0
 
 (Nocedal & Wright, 2006, section 18.5, with the infinity norm in place of the 1-norm.) All in
-variables divided by their scale, and H made convex. Of the thousand rows only those that the step may reach are
-given to the quadratic program; a row left out and then violated is added and the program solved
-again.
+variables divided by their scale, and H made convex. Of the thousand rows only those that the
+step may reach are given to the quadratic program; a row left out and then violated is added and
+the program solved again.
 """
 
 from __future__ import annotations

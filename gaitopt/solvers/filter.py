@@ -43,11 +43,12 @@ def improves(
     """Return whether a pair is enough below the old one in violation or in cost.
 
     Args:
-        violation, cost: of the new point.
-        old_violation, old_cost: of the point or filter entry to be bettered.
+        violation: of the new point.
+        cost: of the new point.
+        old_violation: of the point or filter entry to be bettered.
+        old_cost: of the same.
         noise: rounding error of a cost; a rise below it is not a rise.
     """
     return (
-        violation < (1.0 - MARGIN) * old_violation
-        or cost <= old_cost - MARGIN * violation + noise
+        violation < (1.0 - MARGIN) * old_violation or cost <= old_cost - MARGIN * violation + noise
     )

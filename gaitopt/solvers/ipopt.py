@@ -6,6 +6,7 @@ for large-scale nonlinear programming", Mathematical Programming 106 (2006).
 
 from __future__ import annotations
 
+import importlib
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -13,6 +14,7 @@ import numpy as np
 
 from gaitopt.errors import EvaluationError, MissingExtraError
 from gaitopt.nlp import NLP, Array, ProgressCallback, Solution, Start, Status
+from gaitopt.solvers.elastic import Indices
 from gaitopt.solvers.evaluator import Evaluator
 from gaitopt.solvers.multipliers import one_sided
 from gaitopt.solvers.recorder import FEASIBLE, Iterate, Recorder, make_iterate
@@ -64,7 +66,7 @@ class Ipopt:
             MissingExtraError: cyipopt is not installed.
         """
         try:
-            import cyipopt
+            cyipopt = importlib.import_module("cyipopt")
         except ImportError as error:
             raise MissingExtraError("solver ipopt", "ipopt") from error
         evaluator = Evaluator(nlp)
@@ -134,7 +136,7 @@ class _Callbacks:
     def jacobian(self, u: Array) -> Array:
         return self.program.jacobian(u).ravel()
 
-    def hessianstructure(self) -> tuple[Array, Array]:
+    def hessianstructure(self) -> tuple[Indices, Indices]:
         rows, columns = np.tril_indices(self.program.scale.size)
         return rows, columns
 

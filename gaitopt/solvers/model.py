@@ -157,9 +157,7 @@ def pose_correction(
     )
 
 
-def _slope(
-    model: LocalModel, below: Array, above: Array, radius: float, penalty: float
-) -> Array:
+def _slope(model: LocalModel, below: Array, above: Array, radius: float, penalty: float) -> Array:
     slope = np.append(model.gradient, penalty)
     if model.convex.sigma == 0.0:
         return slope

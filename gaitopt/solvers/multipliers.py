@@ -68,7 +68,8 @@ def one_sided(multipliers: Array, lower: Array, upper: Array) -> Array:
 
     Args:
         multipliers: of rows or variables, shape (m,).
-        lower, upper: their limits, shape (m,).
+        lower: their lower limits, shape (m,).
+        upper: their upper limits, shape (m,).
     """
     at_upper = np.where(np.isfinite(upper), np.maximum(multipliers, 0.0), 0.0)
     at_lower = np.where(np.isfinite(lower), np.minimum(multipliers, 0.0), 0.0)

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import warnings
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -18,11 +19,11 @@ from gaitopt.nlp import Array
 
 BACKENDS = ("daqp", "quadprog", "proxqp")
 """In order of speed on these programs: about 1, 2 and 8 ms with 44 variables and 400 rows."""
-TRUSTED = 1e-8
+TRUSTED = 1e-9
 """Relative optimality error below which an answer is taken without asking another backend."""
 TOLERABLE = 1e-4
 """Relative optimality error above which an answer is not used at all."""
-_OPTIONS: dict[str, dict[str, float]] = {
+_OPTIONS: dict[str, dict[str, Any]] = {
     "daqp": {"iter_limit": 1000, "primal_tol": 1e-10, "dual_tol": 1e-12},
     "quadprog": {},
     "proxqp": {"eps_abs": 1e-9, "eps_rel": 0.0, "max_iter": 2000},
@@ -99,6 +100,6 @@ def _ask(program: QuadraticProgram, backend: str) -> QuadraticSolution | None:
             found = qpsolvers.solve_problem(problem, solver=backend, **_OPTIONS[backend])
         except (qpsolvers.exceptions.QPError, ValueError):
             return None
-    if not found.found or found.x is None:
+    if not found.found or found.x is None or found.z is None or found.z_box is None:
         return None
     return QuadraticSolution(found.x, np.maximum(found.z, 0.0), found.z_box)

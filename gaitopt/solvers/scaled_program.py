@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+
 import numpy as np
 
 from gaitopt.errors import EvaluationError
@@ -48,10 +50,8 @@ class ScaledProgram:
         """Return the unscaled point at u, or the last one defined."""
         x = self.x(u)
         if not np.array_equal(x, self._point.x):
-            try:
+            with contextlib.suppress(EvaluationError):
                 self._point = self._evaluator.point(x)
-            except EvaluationError:
-                pass
         return self._point
 
     def hessian(self, u: Array, multipliers: Array, cost_weight: float) -> Array:

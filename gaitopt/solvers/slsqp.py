@@ -30,9 +30,9 @@ class SLSQP:
     """Quasi-Newton SQP of SciPy, on one-sided rows and scaled variables.
 
     Attributes:
-        tolerance: on the gradient of the Lagrangian and on complementarity, for the status.
-        feasibility: on the largest violation of a row or bound, for the status.
-        cost_tolerance: SciPy's `ftol`, on the change of the scaled cost, which stops the run.
+        tolerance: on the gradient of the Lagrangian and on complementarity.
+        feasibility: on the largest violation of a row or bound.
+        cost_tolerance: SciPy's `ftol`, on the change of the scaled cost, which stops the run too.
         max_iterations: of SciPy's main loop.
     """
 
@@ -82,21 +82,31 @@ class SLSQP:
 
     def _minimise(self, program: ScaledProgram, recorder: Recorder) -> tuple[int, Array]:
         """Run SciPy's method; return its status and where it stopped."""
-        from scipy.optimize import Bounds, minimize
+        from scipy import optimize
 
         variables, scale = program.nlp.variables, program.scale
+        options: Any = {"maxiter": self.max_iterations, "ftol": self.cost_tolerance}
+
+        def judge_and_record(u: Array) -> None:
+            iterate = _judge(program, u)
+            recorder.record(iterate)
+            if iterate.is_optimal(self.tolerance, self.feasibility):
+                raise StopIteration
+
         with warnings.catch_warnings():
             # SciPy warns when it clips a step to the bounds, and of infinite costs in its search.
             warnings.simplefilter("ignore", RuntimeWarning)
-            result = minimize(
+            # The published types admit neither our arrays nor our callbacks.
+            minimise: Any = optimize.minimize
+            result = minimise(
                 program.cost,
                 program.first.x / scale,
                 jac=program.gradient,
                 method="SLSQP",
-                bounds=Bounds(variables.lower / scale, variables.upper / scale),
+                bounds=optimize.Bounds(variables.lower / scale, variables.upper / scale),
                 constraints=_constraints(program),
-                callback=lambda u: recorder.record(_judge(program, u)),
-                options={"maxiter": self.max_iterations, "ftol": self.cost_tolerance},
+                callback=judge_and_record,
+                options=options,
             )
         return int(result.status), np.asarray(result.x)
 
@@ -108,7 +118,7 @@ class SLSQP:
         return Status.STALLED if iterate.violation <= FEASIBLE else Status.INFEASIBLE
 
 
-def _constraints(program: ScaledProgram) -> list[dict[str, Any]]:
+def _constraints(program: ScaledProgram) -> list[Any]:
     """Return equalities c = 0 and one-sided rows c >= 0; limits that do not exist are dropped."""
     lower, upper = program.nlp.rows.lower, program.nlp.rows.upper
     equal = np.flatnonzero(lower == upper)
@@ -123,7 +133,7 @@ def _constraints(program: ScaledProgram) -> list[dict[str, Any]]:
         jacobian = program.jacobian(u)
         return np.vstack([jacobian[low], -jacobian[high]])
 
-    constraints: list[dict[str, Any]] = []
+    constraints: list[Any] = []
     if equal.size:
         constraints.append(
             {

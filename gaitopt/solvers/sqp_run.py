@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -37,9 +36,7 @@ INTERIOR = 0.99
 """A step shorter than this share of the radius is not held by the trust region."""
 
 
-def run_sqp(
-    options: SQP, nlp: NLP, start: Start, on_progress: ProgressCallback | None
-) -> Solution:
+def run_sqp(options: SQP, nlp: NLP, start: Start, on_progress: ProgressCallback | None) -> Solution:
     """Run the method from a start until it has a verdict."""
     evaluator = Evaluator(nlp)
     recorder = Recorder(options.name, evaluator, on_progress)

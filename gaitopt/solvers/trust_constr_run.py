@@ -63,7 +63,7 @@ class TrustConstrRun:
         return Status.STALLED if self.iterate.violation <= FEASIBLE else Status.INFEASIBLE
 
     def _better_posed(self) -> bool:
-        """Add the rows missed, or sharpen the barrier; return whether there is a reason to go on."""
+        """Add the rows missed, or sharpen the barrier; False when neither is of use."""
         nlp, point = self.program.nlp, self.iterate.point
         missed = missed_rows(nlp, point, self.choice, self.options.feasibility)
         if missed.size:
@@ -74,17 +74,28 @@ class TrustConstrRun:
 
     def _minimise(self, u: Array, iterations: int) -> Array:
         """Run SciPy's method once from u and return where it stopped."""
-        from scipy.optimize import BFGS, minimize
+        from scipy import optimize
 
         program, nlp = self.program, self.program.nlp
-        hessian: Any = BFGS(exception_strategy="damp_update")
+        options: Any = {
+            "maxiter": iterations,
+            "gtol": NEVER,
+            "xtol": SHORTEST,
+            "barrier_tol": 0.1 * self.options.tolerance,
+            "initial_tr_radius": self.options.initial_radius,
+            "initial_barrier_parameter": self.barrier,
+            "initial_barrier_tolerance": self.barrier,
+        }
+        hessian: Any = optimize.BFGS(exception_strategy="damp_update")
         if nlp.has_hessian:
             none = np.zeros(nlp.rows.lower.size)
             hessian = lambda u: program.hessian(u, none, nlp.cost_scale)  # noqa: E731
         with warnings.catch_warnings():
             # SciPy warns of singular Jacobians and of gradients that do not change.
             warnings.simplefilter("ignore", UserWarning)
-            result = minimize(
+            # The published types admit neither our arrays nor our callbacks.
+            minimise: Any = optimize.minimize
+            result = minimise(
                 program.cost,
                 u,
                 jac=program.gradient,
@@ -92,15 +103,7 @@ class TrustConstrRun:
                 method="trust-constr",
                 constraints=self._constraints(),
                 callback=self._callback,
-                options={
-                    "maxiter": iterations,
-                    "gtol": NEVER,
-                    "xtol": SHORTEST,
-                    "barrier_tol": 0.1 * self.options.tolerance,
-                    "initial_tr_radius": self.options.initial_radius,
-                    "initial_barrier_parameter": self.barrier,
-                    "initial_barrier_tolerance": self.barrier,
-                },
+                options=options,
             )
         return np.asarray(result.x)
 
@@ -109,9 +112,8 @@ class TrustConstrRun:
         from scipy.optimize import BFGS, NonlinearConstraint
         from scipy.sparse import csr_array
 
-        program, nlp, rows, bounds = (
-            self.program, self.program.nlp, self.choice.rows, self.choice.bounds
-        )
+        program, nlp = self.program, self.program.nlp
+        rows, bounds = self.choice.rows, self.choice.bounds
         if rows.size + bounds.size == 0:
             return []
         factor, m = self.options.row_scale, nlp.rows.lower.size
@@ -119,18 +121,20 @@ class TrustConstrRun:
         lower = np.append(nlp.rows.lower[rows], (nlp.variables.lower / program.scale)[bounds])
         upper = np.append(nlp.rows.upper[rows], (nlp.variables.upper / program.scale)[bounds])
 
-        def hessian(u: Array, v: Array) -> Array:
+        def weighed(u: Array, v: Array) -> Array:
             multipliers = np.zeros(m)
             multipliers[rows] = factor * v[: rows.size]
             return program.hessian(u, multipliers, 0.0)
 
+        # The published type of `hess` lacks its second argument.
+        hessian: Any = weighed if nlp.has_hessian else BFGS(exception_strategy="damp_update")
         return [
             NonlinearConstraint(
                 lambda u: factor * np.append(program.rows(u)[rows], u[bounds]),
                 factor * lower,
                 factor * upper,
                 jac=lambda u: csr_array(factor * np.vstack([program.jacobian(u)[rows], unit])),
-                hess=hessian if nlp.has_hessian else BFGS(exception_strategy="damp_update"),
+                hess=hessian,
             )
         ]
 

@@ -12,8 +12,9 @@ SHRINK = 0.25
 """Factor of a shrinking radius, applied to the step's length (same algorithm)."""
 GROW = 2.0
 """Factor of a growing radius (same algorithm)."""
-ROUNDING = 1e-13
-"""Relative rounding error of cost and rows (Conn, Gould & Toint, 2000, section 17.4.2)."""
+ROUNDING = 1e-12
+"""Relative rounding error of cost and rows (measured; its use is that of Conn,
+Gould & Toint, 2000, section 17.4.2)."""
 
 
 @dataclass(frozen=True)

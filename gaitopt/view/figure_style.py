@@ -10,8 +10,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 # Okabe & Ito's palette (2008): told apart with any colour vision and in grey print.
-STANCE = "#0072B2"
-SWING = "#D55E00"
+STANCE = "#D55E00"
+SWING = "#0072B2"
 TRUNK = "#333333"
 SECOND = "#009E73"
 MEAN = "#CC79A7"

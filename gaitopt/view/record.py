@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 
 import numpy as np
 
@@ -12,12 +13,23 @@ from gaitopt.view.pieces import cubic_pieces
 from gaitopt.view.stride import Stride
 
 _WRENCH = ("force_x", "force_y", "force_z", "moment_x", "moment_y", "moment_z")
+_TEXT_OR_EXPONENT = re.compile(r'"(?:[^"\\]|\\.)*"|(?P<digits>(?<![\d.])\d+)(?P<power>e[+-]?\d+)')
 _IMPULSE = ("linear_x", "linear_y", "linear_z", "angular_x", "angular_y", "angular_z")
 
 
 def json_text(gait: Gait, stride: Stride) -> str:
-    """Return the record of a gait as JSON, which is YAML too."""
-    return json.dumps(record(gait, stride), indent=1, ensure_ascii=False) + "\n"
+    """Return the record of a gait as JSON, which is YAML too.
+
+    Raises:
+        InputError: there are too few samples between two knots to tell the spline.
+    """
+    text = json.dumps(record(gait, stride), indent=1, ensure_ascii=False) + "\n"
+    return _TEXT_OR_EXPONENT.sub(_with_point, text)
+
+
+def _with_point(token: re.Match[str]) -> str:
+    """Write 1e-05 as 1.0e-05: readers of YAML 1.1 take the first for a text."""
+    return f"{token['digits']}.0{token['power']}" if token["digits"] else token[0]
 
 
 def record(gait: Gait, stride: Stride) -> dict[str, object]:

@@ -21,13 +21,13 @@ from gaitopt.view.walk import Walk, walk, walking_model
 
 _WORLD = "world"
 FORCE_SCALE = 1.0e-3  # m of arrow for 1 N
-CAMERA = (1.35, 0.4, 1.45)  # m from what it looks at: ahead, up, right (MeshCat's own axes)
+CAMERA = (1.2, 0.38, 1.3)  # m from what it looks at: ahead, up, right (MeshCat's own axes)
 TARGET_HEIGHT = 0.58  # m above the ground, of the point the camera looks at
 _SWITCH = 1e-4  # s: marks leave the old foot this long before they are on the new one
 _PRINT = 0.004  # m: thickness of the marks on the ground
 _BORDER = 0.05  # m: by how much the mark of the standing foot is larger than its sole
-_GROUND_SIZE = 40.0  # m, square
-_GRID = 0.25  # m between the lines on the ground
+_GROUND_SIZE = 20.0  # m, square
+_GRID = 0.5  # m between the lines on the ground
 _GROUND, _LINE, _FOOTPRINT = 0xEDF0F2, 0xC9D1D8, 0x9DB4C8
 _STANDING, _COP, _FORCE = 0x2E9E5B, 0xB00020, 0xE07A10
 
@@ -84,11 +84,13 @@ def _draw_ground(node: meshcat.Visualizer) -> None:
     plain = _painted(node["plane"], geometry.MeshBasicMaterial, _GROUND, layer=-3)
     node["plane"].set_object(geometry.Box([_GROUND_SIZE, _GROUND_SIZE, 0.01]), plain)
     node["plane"].set_transform(_shift([0.0, 0.0, -0.5 * 0.01]))
-    half = _GROUND_SIZE / 2.0
-    at = np.arange(-half, half + _GRID / 2.0, _GRID)
-    ends, zero = np.full_like(at, half), np.zeros_like(at)
-    along = np.stack([[at, -ends, zero], [at, ends, zero]], axis=-1)
-    lines = np.concatenate([along, along[[1, 0, 2]]], axis=1).reshape(3, -1)
+    # Short pieces: software renderers drop a line with one end behind the camera.
+    at = np.arange(-_GROUND_SIZE / 2.0, _GROUND_SIZE / 2.0, _GRID)
+    x, y = (c.ravel() for c in np.meshgrid(at, at))
+    zero = np.zeros_like(x)
+    along_x = np.stack([[x, y, zero], [x + _GRID, y, zero]], axis=-1)
+    along_y = np.stack([[x, y, zero], [x, y + _GRID, zero]], axis=-1)
+    lines = np.concatenate([along_x, along_y], axis=1).reshape(3, -1)
     points = geometry.PointsGeometry(lines.astype(np.float32))
     material = _painted(node["grid"], geometry.LineBasicMaterial, _LINE, layer=-2)
     node["grid"].set_object(geometry.LineSegments(points, material))

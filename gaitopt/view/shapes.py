@@ -56,6 +56,8 @@ def _skeleton(gait: Gait, model: pin.Model) -> pin.GeometryModel:
         ):
             _add_bar(shapes, data, joint, (lower, upper), colour)
         _add_foot(shapes, gait, model, leg, colour)
+        heel = (sticks.legs[0, leg, 0], sticks.soles[0, leg].mean(axis=0))
+        _add_bar(shapes, data, joints[0], heel, colour)
     _add_bar(shapes, data, 1, tuple(sticks.trunk[0]), TRUNK)
     _add_bar(shapes, data, 1, tuple(sticks.legs[0, :, 5]), TRUNK)
     return shapes

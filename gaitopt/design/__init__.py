@@ -1,0 +1,1 @@
+"""From a robot and a task to one certified gait."""

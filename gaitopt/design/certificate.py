@@ -1,0 +1,196 @@
+"""Proof that a gait is what it claims, computed without the solver that found it."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+
+import numpy as np
+
+from gaitopt.design.referee import Verdict, judge
+from gaitopt.gait.grid import Grid, uniform_grid
+from gaitopt.gait.problem import WalkProblem
+from gaitopt.nlp import Array, Residual, kkt_residual, violations
+from gaitopt.solvers.multipliers import least_squares_multipliers
+
+FINER = 10  # the certificate's grid over the task's
+KKT_TOLERANCE = 1e-6  # scaled stationarity, feasibility and complementarity
+FINE_TOLERANCE = 1e-6  # scaled violation between the samples
+REFEREE_TOLERANCE = 1e-8  # relative; two formulations agree to rounding times conditioning
+MOMENTUM_TOLERANCE = 1e-5  # of m g T; the fine grid's quadrature error
+
+
+@dataclass(frozen=True)
+class WorstRow:
+    """The row of a family that comes nearest to its limit, or exceeds it most.
+
+    Attributes:
+        family, equation: which constraint.
+        row: joint, corner or edge it speaks of.
+        time: instant [s], None where the constraint is not one of an instant.
+        value, limit, unit: measured and allowed.
+        violation: scaled, zero if the limit is kept.
+        margin: scaled distance to the limit; negative if it is exceeded.
+    """
+
+    family: str
+    equation: str
+    row: str
+    time: float | None
+    value: float
+    limit: float
+    unit: str
+    violation: float
+    margin: float
+
+    @property
+    def sentence(self) -> str:
+        """The row in words."""
+        when = "" if self.time is None else f" at t = {self.time:.4f} s"
+        return f"{self.row}{when}: {self.value:.5g} {self.unit}, allowed {self.limit:.5g}"
+
+
+@dataclass(frozen=True)
+class Certificate:
+    """What was checked and what came out.
+
+    Attributes:
+        kkt: residuals at the samples that were optimised, from least-squares multipliers.
+        samples: instants of the fine grid.
+        cost: on the fine grid [N²·m·s].
+        families: worst row of every family on the fine grid, worst first.
+        referee: disagreement with the Newton-Euler referee on the fine grid.
+        rear_foot_lifts: first outcome of section 2.4.1: no corner of the rear sole moves down.
+        both_feet_stay: second outcome: the ground would only push on both feet.
+    """
+
+    kkt: Residual
+    samples: int
+    cost: float
+    families: tuple[WorstRow, ...]
+    referee: Verdict
+    rear_foot_lifts: bool
+    both_feet_stay: bool
+
+    @property
+    def worst(self) -> WorstRow:
+        """Worst row of all."""
+        return self.families[0]
+
+    @property
+    def optimal(self) -> bool:
+        """Whether the KKT conditions hold at the optimised samples."""
+        return self.kkt.worst <= KKT_TOLERANCE
+
+    @property
+    def refereed(self) -> bool:
+        """Whether the referee agrees, momentum balance included."""
+        return (
+            self.referee.worst <= REFEREE_TOLERANCE and self.referee.momentum <= MOMENTUM_TOLERANCE
+        )
+
+    @property
+    def certified(self) -> bool:
+        """Whether everything holds, between the samples too."""
+        return (
+            self.optimal
+            and self.refereed
+            and self.rear_foot_lifts
+            and self.worst.violation <= FINE_TOLERANCE
+        )
+
+    @property
+    def verdict(self) -> str:
+        """One sentence."""
+        if self.certified:
+            return "certified"
+        if not self.refereed:
+            return f"not certified: the referee disagrees by {self.referee.worst:.2e}"
+        if not self.optimal:
+            return f"not certified: KKT residual {self.kkt.worst:.2e}, allowed {KKT_TOLERANCE:.0e}"
+        if self.worst.violation > FINE_TOLERANCE:
+            return f"optimal at the given samples only; between them {self.worst.sentence}"
+        return "not certified: the rear foot does not lift off at the impact"
+
+    def record(self) -> dict[str, object]:
+        """Return the certificate as JSON-able data."""
+        return {
+            "certified": self.certified,
+            "verdict": self.verdict,
+            "optimal": self.optimal,
+            "kkt": asdict(self.kkt),
+            "kkt_tolerance": KKT_TOLERANCE,
+            "fine_samples": self.samples,
+            "fine_cost": self.cost,
+            "fine_violation": self.worst.violation,
+            "fine_tolerance": FINE_TOLERANCE,
+            "worst": asdict(self.worst),
+            "families": [asdict(row) for row in self.families],
+            "referee": asdict(self.referee),
+            "rear_foot_lifts": self.rear_foot_lifts,
+            "both_feet_stay": self.both_feet_stay,
+        }
+
+
+def certify(problem: WalkProblem, x: Array) -> Certificate:
+    """Check a point of a walk from first principles.
+
+    Args:
+        problem: the walk on the grid that was optimised.
+        x: parameters, shape (P,).
+
+    Raises:
+        EvaluationError: the walk is not defined at x.
+    """
+    point = problem.point(x)
+    multipliers = least_squares_multipliers(problem, point)
+    grid = fine_grid(problem)
+    fine = problem.with_grid(grid)
+    step = fine.step(x)
+    locked = problem.model.impact.locked(step.q_end, step.rate_before)
+    rows = worst_rows(fine, x)
+    lift = next(r for r in rows if r.family == "lift-off")
+    return Certificate(
+        kkt=kkt_residual(problem, point, *multipliers),
+        samples=grid.count,
+        cost=fine.cost.value(step),
+        families=rows,
+        referee=judge(problem.robot, step, grid),
+        rear_foot_lifts=lift.violation <= FINE_TOLERANCE,
+        both_feet_stay=locked.valid,
+    )
+
+
+def fine_grid(problem: WalkProblem) -> Grid:
+    """Return the certificate's grid: the task's, ten times finer, by Simpson's rule."""
+    return uniform_grid(FINER * (problem.task.samples - 1) + 1)
+
+
+def worst_rows(problem: WalkProblem, x: Array) -> tuple[WorstRow, ...]:
+    """Return the worst row of every family, the family that fares worst first."""
+    values = problem.values(x).rows
+    rows = [_worst_of(problem, name, values, x) for name in (f.name for f in problem.families)]
+    return tuple(sorted(rows, key=lambda row: row.margin))
+
+
+def _worst_of(problem: WalkProblem, name: str, values: Array, x: Array) -> WorstRow:
+    rows = problem.family_rows(name)
+    value, lower, upper = values[rows], problem.rows.lower[rows], problem.rows.upper[rows]
+    margin = np.minimum(value - lower, upper - value)
+    index = int(np.argmin(margin))
+    at = problem.address(rows.start + index)
+    scale = float(at.family.scale[at.entry])
+    low = value[index] - lower[index] < upper[index] - value[index]
+    time = None
+    if at.family.times is not None:
+        time = float(at.family.times[at.instant]) * problem.step(x).duration
+    return WorstRow(
+        family=name,
+        equation=at.family.equation,
+        row=at.family.labels[at.entry],
+        time=time,
+        value=float(value[index]) * scale,
+        limit=float(lower[index] if low else upper[index]) * scale,
+        unit=at.family.unit,
+        violation=float(violations(lower, upper, value).max()),
+        margin=float(margin[index]),
+    )

@@ -1,0 +1,152 @@
+"""The one question gaitopt answers: how does this robot walk at this speed for the least effort?"""
+
+from __future__ import annotations
+
+import platform
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+import pinocchio as pin
+
+from gaitopt.design.certificate import Certificate, certify
+from gaitopt.design.refine import refine
+from gaitopt.errors import EvaluationError, NoGaitFoundError
+from gaitopt.gait.assemble import gait_at
+from gaitopt.gait.guess import first_guess
+from gaitopt.gait.problem import WalkProblem
+from gaitopt.gait.result import Gait
+from gaitopt.gait.task import Task
+from gaitopt.nlp import NLP, Array, ProgressCallback, Solution, Start
+from gaitopt.robot.model import Robot
+from gaitopt.solvers import FiniteDifferenceNLP, Solver, solver_by_name
+from gaitopt.version import __version__
+
+FEASIBLE = 1e-6  # scaled violation below which a solution is a gait
+
+
+@dataclass(frozen=True)
+class DesignOptions:
+    """How a gait is searched for.
+
+    Attributes:
+        solver: does the work.
+        refine: whether constraints must hold between the samples too.
+        differences: "none" for exact derivatives; "all" for finite-difference gradients, or
+            "constraints" for the paper's mode (exact gradient of the cost alone).
+    """
+
+    solver: Solver = field(default_factory=lambda: solver_by_name("default"))
+    refine: bool = True
+    differences: str = "none"
+
+
+@dataclass(frozen=True)
+class Design:
+    """A gait with how it was found.
+
+    Attributes:
+        gait: the result.
+        certificate: its proof.
+        solution: what the solver returned, with the work of all rounds.
+        problem: the walk on its final grid.
+    """
+
+    gait: Gait
+    certificate: Certificate
+    solution: Solution
+    problem: WalkProblem
+
+
+def design(
+    robot: Robot,
+    task: Task | None = None,
+    options: DesignOptions | None = None,
+    *,
+    start: Array | None = None,
+    on_progress: Callable[[WalkProblem], ProgressCallback] | None = None,
+) -> Design:
+    """Design the optimal gait of a robot for a task.
+
+    Args:
+        robot: the biped.
+        task: speed, duration, margins; by default 1 m/s with steps of 0.4 s.
+        options: solver, refinement, kind of derivatives.
+        start: first guess of the parameters, shape (P,); by default `first_guess`.
+        on_progress: makes the progress callback of a walk (it can name the walk's rows).
+
+    Raises:
+        NoGaitFoundError: no feasible gait was found; the message says what stands in the way.
+        UnreachableError: the step asked for is longer than the legs.
+    """
+    task, options = task or Task(), options or DesignOptions()
+    problem = WalkProblem(robot, task)
+    x = first_guess(problem) if start is None else np.asarray(start, dtype=np.float64)
+    callback = None if on_progress is None else on_progress(problem)
+    solution = options.solver.solve(_derived(problem, options), Start(x), callback)
+    _require_gait(problem, solution)
+    if options.refine:
+        problem, solution = refine(problem, solution, options.solver, on_progress)
+        _require_gait(problem, solution)
+    certificate = certify(problem, solution.x)
+    meta = {
+        "solver": solution_record(solution),
+        "status": solution.status.value,
+        "refined": options.refine,
+        "certificate": certificate.record(),
+        "versions": versions(),
+    }
+    return Design(gait_at(problem, solution.x, meta), certificate, solution, problem)
+
+
+def solution_record(solution: Solution) -> dict[str, object]:
+    """Return how a solution was found, JSON-able."""
+    return {
+        "name": solution.solver,
+        "status": solution.status.name.lower(),
+        "violation": solution.violation,
+        "optimality": solution.optimality,
+        "iterations": solution.iterations,
+        "evaluations": solution.evaluations,
+        "hessians": solution.hessians,
+        "seconds": solution.seconds,
+    }
+
+
+def versions() -> dict[str, str]:
+    """Return the versions that a result depends on."""
+    return {
+        "gaitopt": __version__,
+        "pinocchio": str(pin.__version__),
+        "numpy": np.__version__,
+        "python": platform.python_version(),
+    }
+
+
+def _derived(problem: WalkProblem, options: DesignOptions) -> NLP:
+    if options.differences == "none":
+        return problem
+    return FiniteDifferenceNLP(problem, cost_gradient_only=options.differences == "constraints")
+
+
+def _require_gait(problem: WalkProblem, solution: Solution) -> None:
+    """Raise if a solution is not a walk."""
+    if np.isfinite(solution.cost) and solution.violation <= FEASIBLE:
+        return
+    reason = f"no feasible gait was found ({solution.status.value})"
+    try:
+        rows = problem.values(solution.x).rows
+    except EvaluationError as error:
+        raise NoGaitFoundError(f"{reason}; {error}") from error
+    worst = np.maximum(problem.rows.lower - rows, rows - problem.rows.upper)
+    row = int(np.argmax(worst))
+    at = problem.address(row)
+    scale = at.family.scale[at.entry]
+    limit = (
+        problem.rows.lower[row] if rows[row] < problem.rows.lower[row] else problem.rows.upper[row]
+    )
+    raise NoGaitFoundError(
+        f"{reason} at {problem.task.speed:g} m/s with steps of {problem.task.duration:g} s; the "
+        f"least violation leaves {problem.describe(row)}: {rows[row] * scale:.4g} "
+        f"{at.family.unit}, allowed {limit * scale:.4g}"
+    )

@@ -1,0 +1,87 @@
+"""A gait from a point of a walk: sampled motion, loads, impact, and what they refer to."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from gaitopt.gait.problem import WalkProblem
+from gaitopt.gait.result import Gait
+from gaitopt.gait.step import Reads
+from gaitopt.gait.task_record import task_record
+from gaitopt.nlp import Array
+from gaitopt.robot.model import Robot
+
+
+def gait_at(problem: WalkProblem, x: Array, meta: Mapping[str, object]) -> Gait:
+    """Return the gait at parameters x, sampled at the task's quadrature nodes.
+
+    Args:
+        problem: the walk.
+        x: parameters, shape (P,).
+        meta: what to record besides robot, task and cost (solver, certificate, ...).
+
+    Raises:
+        EvaluationError: the walk is not defined at x.
+    """
+    step, robot = problem.step(x), problem.robot
+    nodes = slice(0, problem.grid.nodes)
+    wrench = step.read(Reads.WRENCH)[nodes]
+    facts = {
+        **robot_record(robot),
+        "limits": limits_record(problem),
+        "task": task_record(problem.task),
+        "instants": problem.grid.instants[problem.grid.nodes :].tolist(),
+        "cost": problem.cost.value(step),
+        "step_length": step.step_length,
+        "duration": step.duration,
+    }
+    return Gait(
+        time=problem.grid.instants[nodes] * step.duration,
+        q=step.motion[0, nodes],
+        dq=step.motion[1, nodes],
+        ddq=step.motion[2, nodes],
+        torque=step.read(Reads.TORQUE)[nodes],
+        ground_wrench=wrench,
+        cop=np.stack([-wrench[:, 4], wrench[:, 3]], axis=1) / wrench[:, 2:3],
+        swing_sole=step.support.corners[nodes],
+        knots=problem.model.basis.knots * step.duration,
+        impulse=step.impact.impulse,
+        rate_before=step.rate_before,
+        rate_after=step.impact.rate_after,
+        parameters=step.x,
+        parameter_names=problem.layout.names,
+        joint_names=robot.joint_names,
+        mirror=robot.mirror,
+        urdf=robot.urdf,
+        stance_sole=robot.stance_sole,
+        swing_sole_frame=robot.swing_sole,
+        meta={**facts, **meta},
+    )
+
+
+def robot_record(robot: Robot) -> dict[str, object]:
+    """Return the facts about a robot that figures and summaries need, JSON-able."""
+    sole = robot.sole
+    return {
+        "robot": robot.name,
+        "mass": robot.mass,
+        "leg_length": robot.legs.reach,
+        "sole": {"toe": sole.toe, "heel": sole.heel, "left": sole.left, "right": sole.right},
+    }
+
+
+def limits_record(problem: WalkProblem) -> dict[str, list[float | None]]:
+    """Return the joint limits that were imposed, None where there is none."""
+    limits, margins = problem.robot.limits, problem.task.margins
+    torque, speed = limits.torque, limits.speed
+    if margins.torque_limit is not None:
+        torque = np.full(12, margins.torque_limit)
+    if margins.speed_limit is not None:
+        speed = np.full(12, margins.speed_limit)
+    named = {"torque": torque, "speed": speed, "lower": limits.lower, "upper": limits.upper}
+    return {
+        name: [float(v) if np.isfinite(v) else None for v in values]
+        for name, values in named.items()
+    }
