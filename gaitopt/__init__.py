@@ -1,1 +1,148 @@
-"""gaitopt."""
+"""Optimal walking gaits for bipeds: how to walk at a given speed for the least effort.
+
+Everything a user needs stands here; each name is imported when it is first used, so that
+`import gaitopt` costs nothing.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+from gaitopt.version import __version__
+
+if TYPE_CHECKING:
+    from gaitopt.design.audit import Audit, audit
+    from gaitopt.design.certificate import Certificate, certify
+    from gaitopt.design.design import Design, DesignOptions
+    from gaitopt.design.design import design as design_gait
+    from gaitopt.design.summary import summarise
+    from gaitopt.errors import (
+        EvaluationError,
+        GaitFileError,
+        GaitoptError,
+        InputError,
+        MissingExtraError,
+        NoGaitFoundError,
+        RobotError,
+        SpecError,
+        UnreachableError,
+    )
+    from gaitopt.gait.problem import WalkProblem
+    from gaitopt.gait.result import Gait
+    from gaitopt.gait.result_file import load_gait, save_gait
+    from gaitopt.gait.task import Margins, Task, preset_task
+    from gaitopt.nlp import Status
+    from gaitopt.robot.model import Robot
+    from gaitopt.robot.presets import biped13
+    from gaitopt.robot.soles import Sole
+    from gaitopt.robot.spec import BipedSpec
+    from gaitopt.robot.spec_file import read_spec, write_spec
+    from gaitopt.robot.urdf import urdf_text
+    from gaitopt.solvers import solver_by_name
+    from gaitopt.view.export import export
+    from gaitopt.view.figures import write_figures
+    from gaitopt.view.page import write_page
+    from gaitopt.view.player import play
+
+_HOMES = {
+    # the machine
+    "BipedSpec": "gaitopt.robot.spec",
+    "Robot": "gaitopt.robot.model",
+    "Sole": "gaitopt.robot.soles",
+    "biped13": "gaitopt.robot.presets",
+    "read_spec": "gaitopt.robot.spec_file",
+    "urdf_text": "gaitopt.robot.urdf",
+    "write_spec": "gaitopt.robot.spec_file",
+    # the question
+    "Margins": "gaitopt.gait.task",
+    "Task": "gaitopt.gait.task",
+    "WalkProblem": "gaitopt.gait.problem",
+    "preset_task": "gaitopt.gait.task",
+    # the answer
+    "Audit": "gaitopt.design.audit",
+    "Certificate": "gaitopt.design.certificate",
+    "Design": "gaitopt.design.design",
+    "DesignOptions": "gaitopt.design.design",
+    "Gait": "gaitopt.gait.result",
+    "Status": "gaitopt.nlp",
+    "audit": "gaitopt.design.audit",
+    "certify": "gaitopt.design.certificate",
+    "design_gait": "gaitopt.design.design",
+    "load_gait": "gaitopt.gait.result_file",
+    "save_gait": "gaitopt.gait.result_file",
+    "solver_by_name": "gaitopt.solvers",
+    "summarise": "gaitopt.design.summary",
+    # what people look at
+    "export": "gaitopt.view.export",
+    "play": "gaitopt.view.player",
+    "write_figures": "gaitopt.view.figures",
+    "write_page": "gaitopt.view.page",
+    # what can go wrong
+    "EvaluationError": "gaitopt.errors",
+    "GaitFileError": "gaitopt.errors",
+    "GaitoptError": "gaitopt.errors",
+    "InputError": "gaitopt.errors",
+    "MissingExtraError": "gaitopt.errors",
+    "NoGaitFoundError": "gaitopt.errors",
+    "RobotError": "gaitopt.errors",
+    "SpecError": "gaitopt.errors",
+    "UnreachableError": "gaitopt.errors",
+}
+_NAMES_THERE = {"design_gait": "design"}  # `gaitopt.design` is the package
+
+
+def __getattr__(name: str) -> object:
+    """Import a public name when it is first used."""
+    if name not in _HOMES:
+        raise AttributeError(f"module 'gaitopt' has no attribute '{name}'")
+    value: object = getattr(import_module(_HOMES[name]), _NAMES_THERE.get(name, name))
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    """Return the public names."""
+    return __all__
+
+
+__all__ = [
+    "Audit",
+    "BipedSpec",
+    "Certificate",
+    "Design",
+    "DesignOptions",
+    "EvaluationError",
+    "Gait",
+    "GaitFileError",
+    "GaitoptError",
+    "InputError",
+    "Margins",
+    "MissingExtraError",
+    "NoGaitFoundError",
+    "Robot",
+    "RobotError",
+    "Sole",
+    "SpecError",
+    "Status",
+    "Task",
+    "UnreachableError",
+    "WalkProblem",
+    "__version__",
+    "audit",
+    "biped13",
+    "certify",
+    "design_gait",
+    "export",
+    "load_gait",
+    "play",
+    "preset_task",
+    "read_spec",
+    "save_gait",
+    "solver_by_name",
+    "summarise",
+    "urdf_text",
+    "write_figures",
+    "write_page",
+    "write_spec",
+]

@@ -1,1 +1,50 @@
-"""Its presence puts this directory on the import path, for the helpers all tests share."""
+"""Fixtures that all tests share; its presence also puts this directory on the import path."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from reference_cases import ReferenceCase, biped, reference_case
+
+from gaitopt.design.design import Design, DesignOptions, design
+from gaitopt.gait.task import Task, preset_task
+from gaitopt.robot.model import Robot
+from gaitopt.solvers import solver_by_name
+
+
+@pytest.fixture(scope="session")
+def robot() -> Robot:
+    """The paper's biped, standing on its right foot."""
+    return biped()
+
+
+@pytest.fixture(scope="session")
+def reference() -> Callable[[str], ReferenceCase]:
+    """Loader of the independent solution's cases."""
+    return reference_case
+
+
+@pytest.fixture
+def rng() -> np.random.Generator:
+    """Random numbers, the same for every test."""
+    return np.random.default_rng(20)
+
+
+@pytest.fixture(scope="session")
+def standard_task() -> Task:
+    """The walk of 1.0 m/s with 43 parameters and every constraint."""
+    return preset_task("standard", speed=1.0)
+
+
+@pytest.fixture(scope="session")
+def sampled_design(robot: Robot, standard_task: Task) -> Design:
+    """An optimal gait whose constraints hold at the given samples."""
+    options = DesignOptions(solver=solver_by_name("sqp"), refine=False)
+    return design(robot, standard_task, options)
+
+
+@pytest.fixture(scope="session")
+def refined_design(robot: Robot, standard_task: Task) -> Design:
+    """An optimal gait whose constraints hold between the samples too."""
+    options = DesignOptions(solver=solver_by_name("sqp"), refine=True)
+    return design(robot, standard_task, options)

@@ -15,6 +15,7 @@ from gaitopt.errors import EvaluationError, UnreachableError
 from gaitopt.gait.parameters import FOOT_SPACING, PELVIS_FORWARD, PELVIS_HEIGHT, STEP_LENGTH
 from gaitopt.gait.placement import PELVIS_CHAIN, SWING_SOLE_CHAIN, drive, place
 from gaitopt.mechanics.legs import LegKinematics, chain_curvature, closure_forces, closure_slope
+from gaitopt.mechanics.spatial import skew
 from gaitopt.nlp import Array
 from gaitopt.robot.model import Robot
 
@@ -149,7 +150,7 @@ class Boundary:
 
 def _point_slope(point: Array, twists: Array) -> Array:
     """Velocity of a body point per unit of each twist (6, p), shape (3, p)."""
-    return twists[:3] + np.cross(twists[3:].T, point).T
+    return np.asarray(twists[:3] - skew(point) @ twists[3:])
 
 
 def _centripetal(point: Array, twists: Array, weight: Array) -> Array:

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from gaitopt.gait.families import Family, FrictionCone, Length, Linear
+from gaitopt.gait.families import Entries, Family, FrictionCone, Length, Linear
 from gaitopt.gait.grid import Grid
 from gaitopt.gait.rows import (
     EDGES,
@@ -58,12 +58,12 @@ def joint_range(at: Setting) -> Family:
 def knee_flexion(at: Setting) -> Family:
     """Both knees stay bent by a margin from the straight leg."""
     legs = at.robot.legs
-    bend = np.zeros((2, 12))
-    bend[[0, 1], list(legs.knees)] = legs.flexion
+    first, second = legs.knees
+    bend = Entries(slice(first, second + 1, second - first), 12, legs.flexion)
     least = legs.flexion * legs.straight + at.margins.knee_flexion
     labels = tuple(f"{at.robot.joint_names[k]} flexion" for k in legs.knees)
     return family_over_step(
-        at, "knee", "3.2.1", Reads.ANGLES, Linear(bend), labels, "rad", lower=least, scale=1.0
+        at, "knee", "3.2.1", Reads.ANGLES, bend, labels, "rad", lower=least, scale=1.0
     )
 
 
@@ -87,8 +87,6 @@ def leg_length(at: Setting) -> Family:
 
 def lateral(at: Setting) -> Family:
     """Eq. (32) over the whole step: the swing foot stays beside the stance foot."""
-    pick = np.zeros((4, 12))
-    pick[range(4), [1, 4, 7, 10]] = 1.0
     side = np.sign(at.robot.legs.hips[1, 1] - at.robot.legs.hips[0, 1])
     edge = at.robot.sole.left if side > 0 else -at.robot.sole.right
     labels = tuple(f"swing foot {c} sideways" for c in CORNERS)
@@ -97,7 +95,7 @@ def lateral(at: Setting) -> Family:
         "lateral",
         "(32)",
         Reads.CORNERS,
-        Linear(side * pick),
+        Entries(slice(1, 12, 3), 12, side),
         labels,
         "m",
         lower=edge + at.margins.lateral_gap,
@@ -107,8 +105,6 @@ def lateral(at: Setting) -> Family:
 
 def clearance(at: Setting) -> Family:
     """Section 3.2.3: the swing foot's corners stay above a smooth profile."""
-    pick = np.zeros((4, 12))
-    pick[range(4), [2, 5, 8, 11]] = 1.0
     inside = np.flatnonzero((at.grid.instants > 0.0) & (at.grid.instants < 1.0))
     profile = at.margins.clearance * np.sin(np.pi * at.grid.instants[inside]) ** 2
     labels = tuple(f"swing foot {c} height" for c in CORNERS)
@@ -117,7 +113,7 @@ def clearance(at: Setting) -> Family:
         "clearance",
         "3.2.3",
         Reads.CORNERS,
-        Linear(pick),
+        Entries(slice(2, 12, 3), 12),
         labels,
         "m",
         lower=profile[:, None],
@@ -134,7 +130,7 @@ def friction(at: Setting) -> Family:
 
 def load(at: Setting) -> Family:
     """Eq. (35): the stance foot keeps pressing on the ground."""
-    vertical = Linear(np.eye(6)[2:3])
+    vertical = Entries(slice(2, 3), 6)
     least = at.margins.minimum_load
     return ground_rows(at, "load", "(35)", vertical, ("vertical ground force",), least, FORCE_SCALE)
 
@@ -149,7 +145,7 @@ def centre_of_pressure(at: Setting) -> Family:
 def impulse_up(at: Setting) -> Family:
     """Eq. (36): the ground pushes the landing foot up."""
     return rows_once(
-        "impulse", "(36)", Reads.IMPULSE, Linear(np.eye(6)[2:3]), ("vertical impact impulse",),
+        "impulse", "(36)", Reads.IMPULSE, Entries(slice(2, 3), 6), ("vertical impact impulse",),
         "N·s", 0.0, IMPULSE_SCALE,
     )  # fmt: skip
 

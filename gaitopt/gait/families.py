@@ -24,6 +24,10 @@ class RowMap(ABC):
         """Return the derivative, shape (K, r, entries), or (r, entries) where it is constant."""
 
     @abstractmethod
+    def jacobian(self, quantity: Array, slopes: Array) -> Array:
+        """Return d rows / d x, shape (K, r, P), from d quantity / d x, shape (K, entries, P)."""
+
+    @abstractmethod
     def curvature(self, quantity: Array, weights: Array) -> Array | None:
         """Return the Hessian of weights . rows, shape (K, entries, entries); None if linear."""
 
@@ -42,6 +46,46 @@ class Linear(RowMap):
         """Return the matrix."""
         del quantity
         return self.matrix
+
+    def jacobian(self, quantity: Array, slopes: Array) -> Array:
+        """Return slope @ slopes."""
+        return np.asarray(self.slope(quantity) @ slopes)
+
+    def curvature(self, quantity: Array, weights: Array) -> None:
+        """Return None: the rows are linear."""
+        del quantity, weights
+
+
+@dataclass(frozen=True)
+class Entries(RowMap):
+    """Rows = factor * chosen entries of the quantity: a linear map without a product.
+
+    Attributes:
+        chosen: a slice of the entries, so that nothing is copied.
+        count: number of entries of the quantity.
+        factor: one for all rows, or shape (r,).
+    """
+
+    chosen: slice
+    count: int
+    factor: float | Array = 1.0
+
+    def value(self, quantity: Array) -> Array:
+        """Return factor * entries."""
+        return np.asarray(quantity[:, self.chosen] * self.factor)
+
+    def slope(self, quantity: Array) -> Array:
+        """Return the constant derivative, shape (r, entries)."""
+        del quantity
+        return np.eye(self.count)[self.chosen] * np.reshape(self.factor, (-1, 1))
+
+    def jacobian(self, quantity: Array, slopes: Array) -> Array:
+        """Return factor * chosen slopes."""
+        del quantity
+        chosen = slopes[:, self.chosen]
+        if isinstance(self.factor, float) and self.factor == 1.0:
+            return chosen
+        return np.asarray(chosen * np.reshape(self.factor, (-1, 1)))
 
     def curvature(self, quantity: Array, weights: Array) -> None:
         """Return None: the rows are linear."""
@@ -69,6 +113,10 @@ class FrictionCone(RowMap):
         slope[:, 0, 2] = self.friction
         return slope
 
+    def jacobian(self, quantity: Array, slopes: Array) -> Array:
+        """Return slope @ slopes."""
+        return np.asarray(self.slope(quantity) @ slopes)
+
     def curvature(self, quantity: Array, weights: Array) -> Array:
         """Return the Hessian, shape (K, entries, entries)."""
         length = self._tangential(quantity)[:, None, None]
@@ -92,6 +140,10 @@ class Length(RowMap):
     def slope(self, quantity: Array) -> Array:
         """Return the unit vectors, shape (K, 1, 3)."""
         return (quantity / self.value(quantity))[:, None, :]
+
+    def jacobian(self, quantity: Array, slopes: Array) -> Array:
+        """Return slope @ slopes."""
+        return np.asarray(self.slope(quantity) @ slopes)
 
     def curvature(self, quantity: Array, weights: Array) -> Array:
         """Return weights (I - u u') / length, shape (K, 3, 3)."""

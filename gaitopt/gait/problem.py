@@ -91,10 +91,11 @@ class WalkProblem(NLP):
             gradient += weight.ravel() @ slope.reads[what].reshape(weight.size, -1)
         jacobian = np.empty((self.rows.lower.size, self.layout.size))
         for family, rows in zip(self.families, self._slices, strict=True):
-            local = family.rows.slope(family.take(step.read(family.reads)))
-            scaled = local / family.scale[:, None]
-            block = scaled @ family.take(slope.reads[family.reads])
-            jacobian[rows] = block.reshape(family.size, -1)
+            quantity = family.take(step.read(family.reads))
+            block = family.rows.jacobian(quantity, family.take(slope.reads[family.reads]))
+            np.divide(
+                block, family.scale[:, None], out=jacobian[rows].reshape(*family.lower.shape, -1)
+            )
         return Point(step.x, self.cost.value(step), self._row_values(step), gradient, jacobian)
 
     def hessian(self, x: Array, multipliers: Array, cost_weight: float) -> Array:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitopt.gait.families import Family, Linear, RowMap
+from gaitopt.gait.families import Entries, Family, RowMap
 from gaitopt.gait.grid import Grid
 from gaitopt.gait.step import Reads
 from gaitopt.gait.task import Margins, Task
@@ -91,7 +91,7 @@ def joint_rows(
     """A family with one row per joint and instant."""
     labels = tuple(f"{joint} {name}" for joint in at.robot.joint_names)
     return family_over_step(
-        at, name, equation, reads, Linear(np.eye(12)), labels, unit,
+        at, name, equation, reads, Entries(slice(0, 12), 12), labels, unit,
         lower=lower, upper=upper, scale=scale,
     )  # fmt: skip
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import Enum
+from functools import cached_property
 
 from gaitopt.gait.boundary import Posture, PostureSlope
 from gaitopt.gait.parameters import DURATION, STEP_LENGTH
@@ -67,9 +68,10 @@ class Step:
 
     def read(self, what: Reads) -> Array:
         """Return a quantity, one row per instant (or leg), shape (K, entries)."""
-        return self._readers()[what]
+        return self._readings[what]
 
-    def _readers(self) -> dict[Reads, Array]:
+    @cached_property
+    def _readings(self) -> dict[Reads, Array]:
         effort, corners = self.support.effort, self.support.corners
         return {
             Reads.TORQUE: effort[:, 6:],

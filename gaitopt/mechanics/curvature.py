@@ -17,7 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gaitopt.mechanics.spatial import cross_force, force_cross, motion_cross
+from gaitopt.mechanics.spatial import cross_force, force_cross, motion_cross, moved, pushed
 from gaitopt.nlp import Array
 
 
@@ -58,43 +58,34 @@ def torque_curvature(
         weights: lambda of the torques, shape (N, 12).
         base_weights: lambda of the ground wrench, shape (N, 6).
     """
-    u = base_weights[:, None] + np.cumsum(axes * weights[:, :, None], axis=1)
-    v = np.cumsum(axes * rate[:, :, None], axis=1)
-    u_before, v_before = u - axes * weights[:, :, None], v - axes * rate[:, :, None]
-    p = _apply(motion_cross(v_before), axes)
-    steps = axes * acceleration[:, :, None] + p * rate[:, :, None]
+    du, dv = axes * weights[:, :, None], axes * rate[:, :, None]
+    u, v = base_weights[:, None] + np.cumsum(du, axis=1), np.cumsum(dv, axis=1)
+    p = moved(v - dv, axes)
+    da = axes * acceleration[:, :, None] + p * rate[:, :, None]
     base = np.broadcast_to(base_acceleration, (axes.shape[0], 6))
-    a = base[:, None] + np.cumsum(steps, axis=1)
-    a_before = a - steps
-    U = _apply(motion_cross(u_before), axes)
-    r = _apply(motion_cross(a_before), axes) + _apply(motion_cross(v_before), p)
+    a = base[:, None] + np.cumsum(da, axis=1)
+    U = moved(u - du, axes)
+    r = moved(a - da, axes) + moved(v - dv, p)
 
     # Per body, then summed over the bodies beyond each joint.
     I = inertias  # noqa: E741
-    v_force, S_force = force_cross(v), force_cross(axes)
     momentum = _apply(I, v)
-    C = v_force @ I  # 2 B y = -I (v x y) + y x* (I v) + v x* (I y)
+    C = force_cross(v) @ I  # 2 B y = -I (v x y) + y x* (I v) + v x* (I y)
     twice_B = C + np.swapaxes(C, 2, 3) + cross_force(momentum)
-    force = _apply(I, a) + _apply(v_force, momentum)
-    u_cross = motion_cross(u)
-    turn = np.swapaxes(u_cross, 2, 3) @ I
+    turn = np.swapaxes(motion_cross(u), 2, 3) @ I
     Z = _beyond(turn + np.swapaxes(turn, 2, 3))
     yI = _beyond(_apply(I, u))
     yB = _beyond(_apply(np.swapaxes(twice_B, 2, 3), u))
-    inertia, coriolis, subtree_force = _beyond(I), _beyond(twice_B), _beyond(force)
+    force = _beyond(_apply(I, a) + pushed(v, momentum))
+    inertia, coriolis = _beyond(I), _beyond(twice_B)
 
     IS = _apply(inertia, axes)
-    alpha = _apply(S_force, subtree_force) + _apply(inertia, r) + _apply(coriolis, p)
+    SyI = pushed(axes, yI)
+    alpha = pushed(axes, force) + _apply(inertia, r) + _apply(coriolis, p)
     alpha_v = _apply(coriolis, axes) + 2.0 * _apply(inertia, p)
-    SyI = _apply(S_force, yI)
-    beta = (
-        _apply(np.swapaxes(coriolis, 2, 3), U)
-        + _apply(Z, p)
-        + _apply(force_cross(p), yI)
-        + _apply(S_force, yB)
-    )
-    gamma = _apply(inertia, U) + SyI
+    beta = _apply(np.swapaxes(coriolis, 2, 3), U) + _apply(Z, p) + pushed(p, yI) + pushed(axes, yB)
     beta_v = _apply(Z, axes) + SyI
+    gamma = _apply(inertia, U) + SyI
 
     left = np.concatenate([U, p, r], axis=2)
     qq = left @ _columns(alpha, beta, gamma)
@@ -126,9 +117,9 @@ def velocity_curvature(axes: Array, rate: Array, base: Array, force: Array) -> A
         force: in the world at the current posture, shape (6,).
     """
     before = base + np.cumsum(axes * rate[:, None], axis=0) - axes * rate[:, None]
-    p = _apply(motion_cross(before), axes)
-    pushed = force_cross(axes) @ force  # -(S_max x y) . force = (S_max x* force) . y
-    lower = np.tril(pushed @ p.T)
+    p = moved(before, axes)
+    turned = pushed(axes, force)  # -(S_max x y) . force = (S_max x* force) . y
+    lower = np.tril(turned @ p.T)
     return lower + np.tril(lower, -1).T
 
 
@@ -149,7 +140,7 @@ def cross_force_of(axes: Array, force: Array) -> Array:
 
 
 def _apply(matrices: Array, vectors: Array) -> Array:
-    return (matrices @ vectors[..., None])[..., 0]
+    return np.einsum("...ij,...j->...i", matrices, vectors)
 
 
 def _beyond(per_body: Array) -> Array:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from gaitopt.mechanics.spatial import cross, skew
 from gaitopt.nlp import Array
 
 
@@ -26,9 +27,8 @@ def corner_slopes(axes: Array, corners: Array) -> Array:
         axes: joint motion axes in the world, shape (N, j, 6).
         corners: positions in the world [m], shape (N, 4, 3).
     """
-    linear, angular = axes[:, None, :, :3], axes[:, None, :, 3:]
-    moved = linear + np.cross(angular, corners[:, :, None, :])
-    return moved.swapaxes(2, 3)
+    linear, angular = axes[:, None, :, :3].swapaxes(2, 3), axes[:, None, :, 3:].swapaxes(2, 3)
+    return np.asarray(linear - skew(corners) @ angular)
 
 
 def corner_curvature(axes: Array, slopes: Array, weights: Array) -> Array:
@@ -43,7 +43,7 @@ def corner_curvature(axes: Array, slopes: Array, weights: Array) -> Array:
         weights: shape (N, 4, 3).
     """
     # sum over corners of weight . (w_j x slope_k) = w_j . (slope_k x weight)
-    turned = np.cross(slopes.swapaxes(2, 3), weights[:, :, None, :]).sum(axis=1)
+    turned = cross(slopes.swapaxes(2, 3), weights[:, :, None, :]).sum(axis=1)
     upper = np.triu(axes[:, :, 3:] @ turned.swapaxes(1, 2))
     return np.asarray(upper + np.triu(upper, 1).swapaxes(1, 2))
 

@@ -8,7 +8,7 @@ import pinocchio as pin
 from gaitopt.mechanics.bodies import BodyInertias
 from gaitopt.mechanics.curvature import torque_curvature, velocity_curvature, velocity_rate_slope
 from gaitopt.mechanics.impact import BASE, NV, ImpactSlope, ImpactState
-from gaitopt.mechanics.spatial import motion_cross
+from gaitopt.mechanics.spatial import moved
 from gaitopt.nlp import Array
 from gaitopt.robot.model import Robot
 
@@ -24,7 +24,6 @@ class ImpactCurvature:
         self._model = robot.model
         self._data = robot.model.createData()
         self._bodies = BodyInertias(robot.model)
-        self._views = [self._bodies.placement_views(self._data)]
         foot = robot.model.frames[robot.swing_frame]
         self._last, self._to_last = foot.parentJoint, foot.placement
         self._q = pin.neutral(robot.model)
@@ -72,7 +71,7 @@ class ImpactCurvature:
 
         inertial = torque_curvature(
             axes=axes[None],
-            inertias=self._bodies.in_world(self._views),
+            inertias=self._bodies.in_world(posture[None]),
             rate=np.zeros((1, 12)),
             acceleration=(state.rate_after - rate_before)[None],
             base_acceleration=state.sole_twist,
@@ -98,5 +97,4 @@ def _landing_slopes(axes: Array, velocity: Array, foot: pin.SE3) -> Array:
         foot: placement of the landing sole.
     """
     before = velocity[:BASE] + np.cumsum(axes * velocity[BASE:, None], axis=0)
-    swept = (motion_cross(before) @ axes[:, :, None])[..., 0]
-    return np.asarray(swept @ foot.toActionMatrixInverse().T)
+    return np.asarray(moved(before, axes) @ foot.toActionMatrixInverse().T)

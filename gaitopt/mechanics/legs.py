@@ -11,11 +11,11 @@ import numpy as np
 import pinocchio as pin
 
 from gaitopt.errors import UnreachableError
-from gaitopt.mechanics.spatial import force_cross
+from gaitopt.mechanics.spatial import pushed
 from gaitopt.nlp import Array
 from gaitopt.robot.model import Robot
 
-_TOLERANCE = 1e-12  # m and rad: residual of the closure
+_LAST_STEP = 1e-7  # rad: Newton is quadratic, so the error left is below rounding
 _MAX_ITERATIONS = 40
 _MAX_STEP = 0.5  # rad: keeps Newton on the branch of the seed
 _SEED_KNEE = 0.6  # rad: flexion of the posture every search starts from
@@ -82,21 +82,22 @@ class LegKinematics:
                 )
 
     def _newton(self, q: Array, pelvis: pin.SE3, sole: pin.SE3) -> Array:
+        model, data, robot = self._model, self._data, self.robot
+        matrix, gap = np.zeros((12, 12)), np.empty(12)
         for _ in range(_MAX_ITERATIONS):
-            at_pelvis, at_sole = self.placements(q)
-            gap = np.concatenate(
-                [
-                    pin.log6(pelvis * at_pelvis.inverse()).vector,
-                    pin.log6(sole * at_sole.inverse()).vector,
-                ]
-            )
-            size = float(np.abs(gap).max())
-            if not np.isfinite(size):
-                break
-            step = _solve(closure_matrix(self.axes(q)), gap)
+            self._q[7:] = q
+            J = pin.computeJointJacobians(model, data, self._q)
+            at_pelvis = pin.updateFramePlacement(model, data, robot.pelvis_frame)
+            gap[:6] = pin.log6(pelvis * at_pelvis.inverse()).vector
+            at_sole = pin.updateFramePlacement(model, data, robot.swing_frame)
+            gap[6:] = pin.log6(sole * at_sole.inverse()).vector
+            matrix[:6, :6], matrix[6:] = J[:, 6:12], J[:, 6:]
+            step = _solve(matrix, gap)
             largest = float(np.abs(step).max())
+            if not np.isfinite(largest):
+                break
             q = q + step * min(1.0, _MAX_STEP / max(largest, _MAX_STEP))
-            if size < _TOLERANCE**0.5 and largest < 1e-7:  # quadratic: the next gap is below eps
+            if largest < _LAST_STEP:
                 return q
         raise UnreachableError(
             "the legs found no posture for this double support; lower the pelvis, shorten the step "
@@ -153,8 +154,7 @@ def chain_curvature(axes: Array, force: Array) -> Array:
         force: six-vector paired with the end's spatial acceleration.
     """
     # force . (S_i x S_j) = -(S_i x* force) . S_j
-    pushed = -(force_cross(axes) @ force)
-    upper = np.triu(pushed @ axes.T, 1)
+    upper = np.triu(-pushed(axes, force) @ axes.T, 1)
     return (upper + upper.T) / 2.0
 
 

@@ -21,6 +21,32 @@ def skew(vector: Array) -> Array:
     return matrix
 
 
+def cross(a: Array, b: Array) -> Array:
+    """Return a x b for stacks of vectors (..., 3); on small stacks much faster than NumPy's."""
+    result = np.empty(np.broadcast_shapes(a.shape, b.shape))
+    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        np.subtract(a[..., j] * b[..., k], a[..., k] * b[..., j], out=result[..., i])
+    return result
+
+
+def moved(motion: Array, other: Array) -> Array:
+    """Return motion x other for stacks of motions (..., 6)."""
+    result = np.empty(np.broadcast_shapes(motion.shape, other.shape))
+    linear, angular = motion[..., :3], motion[..., 3:]
+    result[..., :3] = cross(angular, other[..., :3]) + cross(linear, other[..., 3:])
+    result[..., 3:] = cross(angular, other[..., 3:])
+    return result
+
+
+def pushed(motion: Array, force: Array) -> Array:
+    """Return motion x* force for stacks of motions and forces (..., 6)."""
+    result = np.empty(np.broadcast_shapes(motion.shape, force.shape))
+    linear, angular = motion[..., :3], motion[..., 3:]
+    result[..., :3] = cross(angular, force[..., :3])
+    result[..., 3:] = cross(angular, force[..., 3:]) + cross(linear, force[..., :3])
+    return result
+
+
 def motion_cross(motion: Array) -> Array:
     """Return the matrices of y -> motion x y on motions, shape (..., 6, 6)."""
     matrix = np.zeros((*motion.shape, 6))

@@ -40,26 +40,26 @@ class SupportSlope:
         effort: with respect to (q, dq, ddq) side by side, shape (N, 18, 36).
         corners: with respect to q, shape (N, 4, 3, 12).
         axes: joint motion axes in the world, shape (N, 12, 6).
-        inertias: world spatial inertias of the moving bodies, shape (N, 12, 6, 6).
-        rate, acceleration: dq and ddq it was taken at, shape (N, 12).
+        motion: q, dq, ddq it was taken at, shape (N, 12) each.
+        bodies: of the robot, for the curvature.
         gravity: spatial acceleration of gravity, shape (6,).
     """
 
     effort: Array
     corners: Array
     axes: Array
-    inertias: Array
-    rate: Array
-    acceleration: Array
+    motion: tuple[Array, Array, Array]
+    bodies: BodyInertias
     gravity: Array
 
     def curvature(self, weights: Array) -> TorqueCurvature:
         """Return the second derivatives of sum(weights * effort), weights (N, 18)."""
+        q, dq, ddq = self.motion
         return torque_curvature(
             self.axes,
-            self.inertias,
-            self.rate,
-            self.acceleration,
+            self.bodies.in_world(q),
+            dq,
+            ddq,
             -self.gravity,
             weights[:, 6:],
             weights[:, :6],
@@ -91,7 +91,6 @@ class SingleSupport:
         self._axes = [d.J.T for d in self._data]
         self._rotation = [d.oMi[self._last].rotation for d in self._data]
         self._origin = [d.oMi[self._last].translation for d in self._data]
-        self._placements = [self._bodies.placement_views(d) for d in self._data]
 
     def _load(self, q: Array, dq: Array, ddq: Array) -> None:
         self._q[:, 7:], self._v[:, 6:], self._a[:, 6:] = q, dq, ddq
@@ -123,9 +122,8 @@ class SingleSupport:
             effort=effort,
             corners=corner_slopes(axes, corners),
             axes=axes,
-            inertias=self._bodies.in_world(self._placements),
-            rate=dq,
-            acceleration=ddq,
+            motion=(q, dq, ddq),
+            bodies=self._bodies,
             gravity=model.gravity.vector,
         )
         return state, slope

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import Field, dataclass, fields, is_dataclass, replace
+from collections.abc import Sequence
+from dataclasses import Field, dataclass, fields, is_dataclass
 from numbers import Real
 from typing import Any, TypeVar
+
+import numpy as np
 
 from gaitopt.errors import SpecError
 
@@ -73,7 +75,7 @@ def checked(part: Part, expected: type[Part], path: str) -> Part:
             changes[entry.name] = checked(value, entry.metadata["part"], where)
         else:
             changes[entry.name] = checked_value(value, quantity, where)
-    return replace(part, **changes)  # type: ignore[return-value]
+    return expected(**changes)
 
 
 def checked_value(value: object, quantity: Quantity, path: str) -> Any:
@@ -102,14 +104,11 @@ def _checked_array(value: object, quantity: Quantity, shape: tuple[int, ...], pa
 
 
 def _listed(value: object) -> list[Any] | None:
-    if isinstance(value, (str, bytes, Mapping)):
-        return None
-    if isinstance(value, Sequence):
+    if isinstance(value, np.ndarray) and value.ndim > 0:
         return list(value)
-    try:
-        return list(value)  # type: ignore[call-overload, no-any-return]  # a NumPy array
-    except TypeError:
-        return None
+    if isinstance(value, Sequence) and not isinstance(value, (str, bytes)):
+        return list(value)
+    return None
 
 
 def _checked_number(value: object, quantity: Quantity, path: str) -> float:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 
 from gaitopt.errors import SpecError
 from gaitopt.robot.inertia import Matrix3, Vector3, box_inertia, checked_inertia
@@ -218,8 +218,9 @@ def _check_range(limits: JointLimits, path: str) -> None:
 
 def _checked_links(links: Links) -> Links:
     links = checked(links, Links, "links")
-    for name, link in links.named():
-        if link.inertia is not None:
-            symmetric = checked_inertia(link.inertia, f"links.{name}.inertia")
-            object.__setattr__(link, "inertia", symmetric)
-    return links
+    symmetric = {
+        name: replace(link, inertia=checked_inertia(link.inertia, f"links.{name}.inertia"))
+        for name, link in links.named()
+        if link.inertia is not None
+    }
+    return replace(links, **symmetric)

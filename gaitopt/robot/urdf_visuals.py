@@ -8,8 +8,9 @@ from gaitopt.robot.urdf_shapes import Shape, box, cylinder, sphere
 
 def torso_shapes(spec: BipedSpec) -> list[Shape]:
     """Return pelvis, waist, chest, shoulders and head, as high and as wide as the torso's box."""
-    depth, width, _ = spec.links.torso.size
-    height = spec.standing_height - spec.geometry.hip_height
+    depth, width, tall = spec.links.torso.size
+    # A torso that hangs below the hips is odd but allowed; it still needs something to draw.
+    height = max(spec.standing_height - spec.geometry.hip_height, 0.5 * tall)
     return [
         *_pelvis(spec, depth, height),
         *_chest(depth, width, height),
@@ -155,7 +156,7 @@ def _foot(spec: BipedSpec, side: str) -> list[Shape]:
     geometry, height = spec.geometry, spec.links.foot.size[2]
     long, wide = geometry.foot_length, geometry.foot_width
     sole, toe = -geometry.d1, -geometry.l1
-    ankle_gap = geometry.d1 - height
+    ankle_gap = max(geometry.d1 - height, 0.1 * geometry.d1)
     return [
         box((long, wide, 0.3 * height), (toe - 0.5 * long, 0.0, sole + 0.15 * height), "rubber"),
         box((0.90 * long, 0.90 * wide, 0.5 * height),
@@ -165,7 +166,7 @@ def _foot(spec: BipedSpec, side: str) -> list[Shape]:
         box((0.55 * long, 0.70 * wide, 0.4 * height),
             (toe - 0.62 * long, 0.0, sole + 0.95 * height), "shell"),
         *(
-            box((0.14 * long, 0.42 * wide, ankle_gap), (x, 0.0, -0.5 * ankle_gap), "metal")
+            box((0.12 * long, 0.34 * wide, ankle_gap), (x, 0.0, -0.5 * ankle_gap), "metal")
             for x in (0.26 * long, -0.26 * long)
         ),
     ]  # fmt: skip

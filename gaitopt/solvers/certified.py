@@ -15,6 +15,8 @@ from gaitopt.solvers.trust_constr import TrustConstr
 
 CERTIFIER = TrustConstr(max_iterations=100, initial_radius=0.1, initial_barrier=0.1)
 """The interior point method for starts that are solutions already (measured)."""
+CERTIFIER = TrustConstr(max_iterations=60, initial_barrier=1e-6)
+"""The interior point method for starts that are nearly solutions (measured)."""
 AGREEMENT = 1e-4
 """Largest difference of the two answers' scaled costs, relative to one or to the cost if larger:
 an interior point stays off each active limit by its complementarity tolerance."""

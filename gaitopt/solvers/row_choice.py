@@ -17,10 +17,13 @@ class RowChoice:
     Attributes:
         rows: indices of rows, ascending.
         bounds: indices of variables with a finite bound, ascending.
+        row_limits, bound_limits: lower and upper limits of them, shape (2, k).
     """
 
     rows: Indices
     bounds: Indices
+    row_limits: Array
+    bound_limits: Array
 
 
 def choose_rows(nlp: NLP, point: Point, multipliers: Array, count: int) -> RowChoice:
@@ -41,8 +44,29 @@ def choose_rows(nlp: NLP, point: Point, multipliers: Array, count: int) -> RowCh
     needed = int(np.isneginf(distance).sum())
     nearest = np.argsort(distance, kind="stable")[: max(count, needed)]
     rows = np.sort(nearest[np.isfinite(margin[nearest])])
+    return given_rows(nlp, rows)
+
+
+def given_rows(nlp: NLP, rows: Indices) -> RowChoice:
+    """Choose these rows, with their own limits, and all bounds."""
     finite = np.isfinite(nlp.variables.lower) | np.isfinite(nlp.variables.upper)
-    return RowChoice(rows, np.flatnonzero(finite))
+    bounds = np.flatnonzero(finite)
+    return RowChoice(
+        rows,
+        bounds,
+        np.stack([nlp.rows.lower[rows], nlp.rows.upper[rows]]),
+        np.stack([nlp.variables.lower[bounds], nlp.variables.upper[bounds]]),
+    )
+
+
+def held_rows(nlp: NLP, multipliers: Array, bound_multipliers: Array) -> RowChoice:
+    """Choose the rows and bounds that carry a multiplier, as equalities at the limit it tells."""
+    rows = np.flatnonzero((multipliers != 0.0) | (nlp.rows.lower == nlp.rows.upper))
+    bounds = np.flatnonzero(bound_multipliers)
+    at_row = np.where(multipliers > 0.0, nlp.rows.upper, nlp.rows.lower)[rows]
+    variables = nlp.variables
+    at_bound = np.where(bound_multipliers > 0.0, variables.upper, variables.lower)[bounds]
+    return RowChoice(rows, bounds, np.stack([at_row, at_row]), np.stack([at_bound, at_bound]))
 
 
 def missed_rows(nlp: NLP, point: Point, choice: RowChoice, tolerance: float) -> Indices:

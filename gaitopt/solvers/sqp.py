@@ -1,7 +1,7 @@
 """Sequential quadratic programming with a filter and a trust region, in scaled variables.
 
 Each iteration solves a convex quadratic program for a step d within a cube (`elastic`,
-`convexify`), tries it, corrects it once for the curvature of the rows if it disappoints
+`convexify`), tries it, corrects it for the curvature of the rows if it disappoints
 (`model.pose_correction`), and accepts it when it betters cost or violation against a filter
 (`filter`). The agreement of model and function drives the size of the cube (`trust_region`).
 

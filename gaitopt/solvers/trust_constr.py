@@ -4,7 +4,11 @@ R. Byrd, M. Hribar, J. Nocedal, "An interior point algorithm for large-scale non
 programming", SIAM J. Optim. 9 (1999), as scipy.optimize.minimize(method="trust-constr").
 Its cost grows with the rows, so that it is given only those nearest to their limits; it starts
 every inequality with a slack of at least one, so that rows are multiplied by a large number lest
-a good start be thrown away.
+a good start be thrown away. Even so the barrier leads away from a start that is a solution
+(measured: 30 iterations come back to six digits of the cost, not to the tolerance). Such a start,
+told by its multipliers, is therefore first tried with the rows that hold it as equalities: then
+the method is the SQP of Byrd and Omojokun without a barrier. Signs of multipliers and rows left
+out are judged afterwards; if they do not hold, the interior point method goes on.
 """
 
 from __future__ import annotations
@@ -83,7 +87,7 @@ class TrustConstr:
         choice = choose_rows(nlp, point, multipliers, self.rows_kept)
         run = TrustConstrRun(self, ScaledProgram(evaluator, point), recorder, choice)
         try:
-            status = run.solve(x)
+            status = run.solve(x, warm=start.multipliers is not None)
         except KeyboardInterrupt:
             status = Status.INTERRUPTED
         best = run.iterate if status is Status.OPTIMAL or recorder.best is None else recorder.best

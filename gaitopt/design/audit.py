@@ -1,0 +1,145 @@
+"""A gait file looked at with distrust: is it the walk of its own parameters, and is it optimal?"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from gaitopt.design.certificate import Certificate, certify
+from gaitopt.errors import EvaluationError, GaitFileError, InputError
+from gaitopt.gait.assemble import gait_at
+from gaitopt.gait.grid import uniform_grid
+from gaitopt.gait.problem import WalkProblem
+from gaitopt.gait.result import Gait, array_names
+from gaitopt.gait.task_record import task_from_record
+from gaitopt.nlp import Array
+from gaitopt.robot.model import Robot
+from gaitopt.robot.soles import Sole
+
+SAME = 1e-9  # relative: one formula computed twice, rounding apart
+_FACTS = ("robot", "mass", "leg_length", "limits", "cost", "step_length", "duration")
+
+
+@dataclass(frozen=True)
+class Audit:
+    """What is left of a gait file when everything in it is computed again.
+
+    Attributes:
+        differences: of each stored array from the one computed from `parameters`, largest entry,
+            relative to the largest entry of either.
+        facts: records of `meta` that are not what was computed again.
+        certificate: computed now, from `parameters`, `urdf` and the task.
+    """
+
+    differences: Mapping[str, float]
+    facts: tuple[str, ...]
+    certificate: Certificate
+
+    @property
+    def altered(self) -> tuple[str, ...]:
+        """Arrays and records that do not follow from the parameters."""
+        arrays = (name for name, value in self.differences.items() if not value <= SAME)
+        return (*arrays, *self.facts)
+
+    @property
+    def passed(self) -> bool:
+        """Whether the file is what it says, and certified."""
+        return not self.altered and self.certificate.certified
+
+
+def audit(gait: Gait) -> Audit:
+    """Compute a gait again from its parameters, its URDF and its task, and certify it.
+
+    Raises:
+        GaitFileError: the gait lacks what is needed for that, or its parameters make no walk.
+        RobotError: its URDF is not a biped.
+    """
+    problem = problem_of(gait)
+    try:
+        again = gait_at(problem, gait.parameters, {})
+        certificate = certify(problem, gait.parameters)
+    except EvaluationError as error:
+        raise GaitFileError(f"the gait's parameters do not make a walk: {error}") from error
+    differences = {
+        name: _difference(getattr(gait, name), getattr(again, name)) for name in array_names()
+    }
+    facts = [name for name in _FACTS if not _same(gait.fact(name), again.fact(name))]
+    if gait.fact("certificate", "certified") != certificate.certified:
+        facts.append("certificate")
+    return Audit(differences, tuple(facts), certificate)
+
+
+def problem_of(gait: Gait) -> WalkProblem:
+    """Return the walk that a gait says it solves.
+
+    Raises:
+        GaitFileError: robot, task or parameters are not recorded as gaitopt records them.
+        RobotError: the URDF is not a biped.
+    """
+    robot = robot_of(gait)
+    try:
+        task = task_from_record(gait.fact("task"))
+        grid = uniform_grid(task.samples, task.quadrature).with_instants(_instants(gait))
+        problem = WalkProblem(robot, task, grid)
+    except InputError as error:
+        raise GaitFileError(f"the gait's task cannot be used: {error}") from error
+    if gait.joint_names != robot.joint_names or gait.parameter_names != problem.layout.names:
+        raise GaitFileError(
+            "the gait's joint or parameter names are not those of its robot and task; "
+            "it was not designed by gaitopt, or its URDF or task has been changed"
+        )
+    return problem
+
+
+def robot_of(gait: Gait) -> Robot:
+    """Return the robot a gait was designed for.
+
+    Raises:
+        GaitFileError: its sole is not recorded.
+        RobotError: the URDF is not a biped.
+    """
+    edges = {name: gait.number("sole", name) for name in ("toe", "heel", "left", "right")}
+    missing = [name for name, value in edges.items() if value is None]
+    if missing:
+        raise GaitFileError(
+            f"the gait does not record the {missing[0]} edge of the sole in its 'meta'; "
+            "was it designed by gaitopt?"
+        )
+    sole = Sole(**{name: value for name, value in edges.items() if value is not None})
+    return Robot.from_urdf(
+        gait.urdf, stance_sole=gait.stance_sole, swing_sole=gait.swing_sole_frame, sole=sole
+    )
+
+
+def _instants(gait: Gait) -> Array:
+    """Return the instants that refinement added to the task's grid."""
+    recorded = gait.fact("instants") or []
+    try:
+        instants = np.asarray(recorded, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise InputError("its 'instants' are not numbers") from error
+    if instants.ndim != 1 or not ((instants >= 0.0) & (instants <= 1.0)).all():
+        raise InputError("its 'instants' are not numbers from 0 to 1")
+    return instants
+
+
+def _difference(stored: Array, computed: Array) -> float:
+    if stored.shape != computed.shape:
+        return float("inf")
+    size = max(float(np.abs(stored).max()), float(np.abs(computed).max()))
+    return float(np.abs(stored - computed).max()) / size if size > 0.0 else 0.0
+
+
+def _same(stored: object, computed: object) -> bool:
+    """Whether two records agree, numbers to rounding."""
+    if isinstance(stored, Mapping) and isinstance(computed, Mapping):
+        return stored.keys() == computed.keys() and all(
+            _same(stored[key], computed[key]) for key in stored
+        )
+    if isinstance(stored, list) and isinstance(computed, list):
+        return len(stored) == len(computed) and all(map(_same, stored, computed))
+    if isinstance(stored, int | float) and isinstance(computed, int | float):
+        return abs(stored - computed) <= SAME * max(abs(stored), abs(computed))
+    return stored == computed

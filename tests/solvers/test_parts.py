@@ -1,0 +1,123 @@
+"""The parts of the SQP method, each against its definition."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from gaitopt.solvers.convexify import LEAST, convexify
+from gaitopt.solvers.filter import MARGIN, Filter, improves
+from gaitopt.solvers.hessians import damped_bfgs, first_scale
+from gaitopt.solvers.trust_region import TrustRegion, agreement
+
+SEEDS = st.integers(0, 10_000)
+FAST = settings(derandomize=True, deadline=None, max_examples=50)
+
+
+def equality_solution(
+    H: np.ndarray, g: np.ndarray, A: np.ndarray, b: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Solve min g'd + d'Hd/2 with A d = b by its KKT matrix (Nocedal & Wright, Eq. 16.4)."""
+    k = A.shape[0]
+    K = np.block([[H, A.T], [A, np.zeros((k, k))]])
+    solution = np.linalg.solve(K, np.concatenate([-g, b]))
+    return solution[: g.size], solution[g.size :]
+
+
+@FAST
+@given(SEEDS, st.integers(0, 6))
+def test_convex_model_keeps_step_and_multipliers(seed: int, k: int) -> None:
+    rng = np.random.default_rng(seed)
+    n = 6
+    A, b, g = rng.normal(size=(k, n)), rng.normal(size=k), rng.normal(size=n)
+    H = rng.normal(size=(n, n))
+    H = H + H.T
+    if k:
+        # Convex where the step is free, indefinite elsewhere: as at a strict minimiser.
+        Z = np.linalg.svd(A)[2][k:].T
+        H += Z @ ((np.abs(np.linalg.eigvalsh(H)).max() + 1.0) * np.eye(n - k)) @ Z.T
+    else:
+        H = H @ H + np.eye(n)
+    model = convexify(H, A)
+    assert np.linalg.eigvalsh(model.matrix)[0] >= 0.9 * LEAST
+    d, y = equality_solution(H, g, A, b)
+    d_model, y_model = equality_solution(model.matrix, g + model.slope(b, np.inf), A, b)
+    np.testing.assert_allclose(d_model, d, atol=1e-7 * (1.0 + np.abs(d).max()))
+    np.testing.assert_allclose(y_model, y, atol=1e-5 * (1.0 + model.sigma + np.abs(y).max()))
+
+
+@FAST
+@given(SEEDS)
+def test_convex_model_of_dependent_rows(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    H = rng.normal(size=(5, 5))
+    row = rng.normal(size=(1, 5))
+    model = convexify(H + H.T, np.vstack([row, 2.0 * row, row]))
+    assert model.range_space.shape == (5, 1)
+    assert np.linalg.eigvalsh(model.matrix)[0] >= 0.9 * LEAST
+
+
+def test_free_directions_get_the_absolute_curvature() -> None:
+    model = convexify(np.diag([3.0, -2.0, -5.0]), np.array([[0.0, 0.0, 4.0]]))
+    np.testing.assert_allclose(model.matrix, np.diag([3.0, 2.0, LEAST]), atol=1e-12)
+    assert model.sigma == pytest.approx(5.0 + LEAST)
+    np.testing.assert_allclose(model.slope(np.array([2.0]), np.inf), [0, 0, -0.5 * model.sigma])
+    np.testing.assert_allclose(model.slope(np.array([2.0]), 0.1), [0, 0, -0.1 * model.sigma])
+
+
+def test_filter_by_hand() -> None:
+    entries = Filter(ceiling=10.0)
+    entries.add(1.0, 5.0)
+    entries.add(0.1, 7.0)
+    assert entries.accepts(0.5, 6.0)  # less violation than the one, less cost than the other
+    assert not entries.accepts(0.5, 7.5)
+    assert not entries.accepts(11.0, 0.0)
+    entries.add(0.05, 4.0)  # dominates both
+    assert entries.entries == [(0.05, 4.0)]
+
+
+def test_betterment_has_a_margin() -> None:
+    assert not improves((1.0 - 0.5 * MARGIN) * 2.0, 3.0, 2.0, 3.0)
+    assert improves((1.0 - 2.0 * MARGIN) * 2.0, 3.0, 2.0, 3.0)
+    assert not improves(2.0, 3.0 - MARGIN, 2.0, 3.0)
+    assert improves(2.0, 3.0 - 3.0 * MARGIN, 2.0, 3.0)
+    assert improves(0.0, 3.0 + 1e-13, 0.0, 3.0, noise=1e-12)
+
+
+def test_region_grows_only_if_it_held_a_good_step() -> None:
+    region = TrustRegion(0.4, largest=0.7)
+    assert region.after(0.9, 0.4).radius == 0.7
+    assert region.after(0.9, 0.2) == region
+    assert region.after(0.5, 0.4) == region
+    assert region.after(0.1, 0.2).radius == pytest.approx(0.05)
+    assert region.shrunk(9.0).radius == pytest.approx(0.1)
+
+
+def test_agreement_of_rounding_errors_is_one() -> None:
+    assert agreement(-1e-16, 1e-16, rounding=1e-12) == pytest.approx(1.0, abs=1e-3)
+    assert agreement(0.3, 0.4, rounding=1e-12) == pytest.approx(0.75)
+
+
+@FAST
+@given(SEEDS, st.booleans())
+def test_bfgs_stays_positive_definite(seed: int, convex: bool) -> None:
+    rng = np.random.default_rng(seed)
+    M = rng.normal(size=(4, 4))
+    B = M @ M.T + 0.5 * np.eye(4)
+    s = rng.normal(size=4)
+    # Along a convex direction the secant equation holds; elsewhere Powell's damping keeps a fifth.
+    y = 3.0 * B @ s if convex else rng.normal(size=4) - 2.0 * B @ s
+    updated = damped_bfgs(B, s, y)
+    assert np.linalg.eigvalsh(updated)[0] > 0.0
+    if convex:
+        np.testing.assert_allclose(updated @ s, y, rtol=1e-9)
+    elif s @ y < 0.2 * s @ B @ s:
+        assert s @ updated @ s == pytest.approx(0.2 * s @ B @ s, rel=1e-9)
+
+
+def test_first_scale_is_the_curvature_of_a_quadratic() -> None:
+    s = np.array([1.0, -2.0, 0.5])
+    assert first_scale(s, 7.0 * s) == pytest.approx(7.0)
+    assert first_scale(s, -s) == 1.0

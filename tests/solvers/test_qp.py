@@ -1,0 +1,122 @@
+"""The quadratic programs of the SQP method: backends, screening of rows, multipliers."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from gaitopt.solvers import qp
+from gaitopt.solvers.elastic import Subproblem, solve_subproblem
+from gaitopt.solvers.qp import BACKENDS, QuadraticProgram, optimality_error, solve_qp
+
+
+def random_program(seed: int, n: int = 8, k: int = 30) -> QuadraticProgram:
+    rng = np.random.default_rng(seed)
+    M = rng.normal(size=(n, n))
+    return QuadraticProgram(
+        P=M @ M.T + 0.1 * np.eye(n),
+        q=5.0 * rng.normal(size=n),
+        G=rng.normal(size=(k, n)),
+        h=rng.uniform(0.0, 0.5, size=k),
+        lower=np.full(n, -0.4),
+        upper=np.full(n, 0.3),
+    )
+
+
+def test_known_solution() -> None:
+    # min (x - 3)^2 + (y + 2)^2 with x + y <= 0.5, y >= -1.5: at the corner (2, -1.5).
+    program = QuadraticProgram(
+        P=2.0 * np.eye(2),
+        q=np.array([-6.0, 4.0]),
+        G=np.array([[1.0, 1.0]]),
+        h=np.array([0.5]),
+        lower=np.array([-9.0, -1.5]),
+        upper=np.array([9.0, 9.0]),
+    )
+    for backend in BACKENDS:
+        solution = solve_qp(program, backend)
+        assert solution is not None
+        np.testing.assert_allclose(solution.x, [2.0, -1.5], atol=1e-8)
+        np.testing.assert_allclose(solution.rows, [2.0], atol=1e-7)
+        np.testing.assert_allclose(solution.bounds, [0.0, -3.0], atol=1e-7)
+
+
+@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_backends_agree(backend: str, seed: int) -> None:
+    program = random_program(seed)
+    solution, reference = solve_qp(program, backend), solve_qp(program, "quadprog")
+    assert solution is not None
+    assert reference is not None
+    np.testing.assert_allclose(solution.x, reference.x, atol=1e-7)
+    np.testing.assert_allclose(solution.rows, reference.rows, atol=1e-5)
+    assert optimality_error(program, solution) < 1e-8
+    assert (solution.rows > 1e-3).sum() >= 2
+
+
+def test_wrong_answer_is_not_believed(monkeypatch: pytest.MonkeyPatch) -> None:
+    program, asked, honest = random_program(7), [], qp._ask
+
+    def lying(given: QuadraticProgram, backend: str) -> qp.QuadraticSolution | None:
+        asked.append(backend)
+        solution = honest(given, backend)
+        assert solution is not None
+        return replace(solution, x=solution.x + 1e-3) if backend == "daqp" else solution
+
+    monkeypatch.setattr(qp, "_ask", lying)
+    solution = solve_qp(program, "daqp")
+    assert asked == ["daqp", "quadprog"]
+    assert solution is not None
+    assert optimality_error(program, solution) < 1e-9
+
+
+def test_no_backend_no_answer() -> None:
+    program = replace(random_program(3), h=np.full(30, -9.0))  # incompatible
+    assert solve_qp(program, "daqp") is None
+
+
+def subproblem(seed: int) -> Subproblem:
+    rng = np.random.default_rng(seed)
+    n, m = 6, 200
+    M = rng.normal(size=(n + 1, n + 1))
+    value = rng.uniform(-1.0, 1.0, size=m)
+    return Subproblem(
+        slope=np.append(3.0 * rng.normal(size=n), 1000.0),
+        curvature=M @ M.T + np.eye(n + 1),
+        jacobian=rng.normal(size=(m, n)),
+        below=-1.05 - value,
+        above=1.05 - value,
+        box_lower=np.full(n, -0.5),
+        box_upper=np.full(n, 0.5),
+        use_below=np.zeros(m, dtype=bool),
+        use_above=np.zeros(m, dtype=bool),
+    )
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_rows_left_out_do_not_change_the_step(seed: int) -> None:
+    screened = subproblem(seed)
+    whole = replace(
+        screened,
+        use_below=np.ones_like(screened.use_below),
+        use_above=np.ones_like(screened.use_above),
+    )
+    few, all_rows = solve_subproblem(screened, "daqp"), solve_subproblem(whole, "daqp")
+    assert few is not None
+    assert all_rows is not None
+    np.testing.assert_allclose(few.d, all_rows.d, atol=1e-8)
+    np.testing.assert_allclose(few.multipliers, all_rows.multipliers, atol=1e-5)
+    assert np.abs(few.multipliers).sum() > 0.1
+    assert few.use_above.sum() + few.use_below.sum() < 200
+
+
+def test_slack_is_the_violation_left() -> None:
+    posed = replace(subproblem(1), above=np.full(200, -2.0), below=np.full(200, -np.inf))
+    step = solve_subproblem(posed, "daqp")
+    assert step is not None
+    left = (posed.jacobian @ step.d - posed.above).max()
+    assert step.slack == pytest.approx(left, rel=1e-6)
+    assert step.slack > 1.0
+    assert step.multipliers.min() >= 0.0

@@ -1,0 +1,128 @@
+"""Finding solvers by name, multipliers from a point alone, differences, missing packages."""
+
+from __future__ import annotations
+
+import importlib.util
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+import textbook_programs as bank
+
+from gaitopt import solvers
+from gaitopt.errors import EvaluationError, InputError, MissingExtraError
+from gaitopt.nlp import Start
+from gaitopt.solvers import (
+    SOLVERS,
+    FiniteDifferenceNLP,
+    Ipopt,
+    least_squares_multipliers,
+    solver_by_name,
+)
+
+
+@pytest.mark.parametrize("name", SOLVERS)
+def test_every_name_makes_its_solver(name: str) -> None:
+    solver = solver_by_name(name)
+    assert solver.name == ("sqp+trust-constr" if name == "default" else name)
+
+
+def test_options_reach_the_solver() -> None:
+    assert solver_by_name("sqp", tolerance=3e-5, qp_solver="proxqp").tolerance == 3e-5
+
+
+def test_unknown_name_lists_the_known_ones() -> None:
+    with pytest.raises(InputError, match=r"no solver 'spq'.*sqp, trust-constr, slsqp, ipopt"):
+        solver_by_name("spq")
+
+
+def test_unknown_option_lists_the_known_ones() -> None:
+    with pytest.raises(InputError, match=r"sqp has no option 'tol'; it has tolerance, .*penalty"):
+        solver_by_name("sqp", tol=1e-3)
+
+
+def test_all_names_exist() -> None:
+    assert all(hasattr(solvers, name) for name in solvers.__all__)
+
+
+def test_import_is_light() -> None:
+    code = "import sys, gaitopt.solvers; print(sorted({'scipy', 'qpsolvers'} & set(sys.modules)))"
+    found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert found.stdout.strip() == "[]"
+
+
+@pytest.mark.skipif(importlib.util.find_spec("cyipopt") is not None, reason="cyipopt is installed")
+def test_ipopt_says_how_to_get_it() -> None:
+    program = bank.hs71()
+    with pytest.raises(MissingExtraError, match=r"gaitopt\[ipopt\]"):
+        Ipopt().solve(program, Start(program.start))
+
+
+@pytest.mark.skipif(importlib.util.find_spec("cyipopt") is None, reason="needs cyipopt")
+@pytest.mark.parametrize("program", bank.SOLVABLE, ids=lambda program: program.title)
+def test_ipopt_solves(program: bank.Textbook) -> None:
+    solution = Ipopt().solve(program, Start(program.start))
+    assert solution.status.name == "OPTIMAL"
+    np.testing.assert_allclose(solution.x, program.solution, atol=1e-5)
+    np.testing.assert_allclose(solution.multipliers, program.multipliers, rtol=1e-4, atol=1e-5)
+
+
+@pytest.mark.parametrize("program", bank.SOLVABLE, ids=lambda program: program.title)
+def test_multipliers_from_the_point_alone(program: bank.Textbook) -> None:
+    point = program.point(program.solution)
+    multipliers, bound_multipliers = least_squares_multipliers(program, point, 1e-5)
+    size = max(1.0, np.abs(program.multipliers).max())
+    np.testing.assert_allclose(multipliers, program.multipliers, atol=1e-5 * size)
+    np.testing.assert_allclose(bound_multipliers, program.bound_multipliers, atol=1e-5 * size)
+
+
+def test_multipliers_never_pull_the_wrong_way() -> None:
+    program = bank.two_sided()
+    # On the upper limit of the slab, but on the far side of the target: nothing to hold.
+    point = program.point(np.array([4.0, -3.0, -2.0]))
+    multipliers, bound_multipliers = least_squares_multipliers(program, point)
+    assert multipliers.min() >= 0.0
+    assert bound_multipliers[2] == pytest.approx(-2.0)
+
+
+def test_differences_match_derivatives() -> None:
+    program = bank.hs100()
+    differences = FiniteDifferenceNLP(program)
+    x = np.linspace(0.3, 1.4, 7)
+    rough, exact = differences.point(x), program.point(x)
+    np.testing.assert_allclose(rough.gradient, exact.gradient, rtol=1e-6, atol=1e-4)
+    np.testing.assert_allclose(rough.jacobian, exact.jacobian, rtol=1e-6, atol=1e-4)
+    assert not np.array_equal(rough.gradient, exact.gradient)
+    assert differences.evaluations == 8
+    assert not differences.has_hessian
+    assert differences.describe(2) == program.describe(2)
+    with pytest.raises(EvaluationError, match="no second derivatives"):
+        differences.hessian(x, np.zeros(4), 1.0)
+
+
+def test_differences_keep_an_exact_cost_gradient() -> None:
+    program = bank.hs100()
+    x = np.linspace(0.3, 1.4, 7)
+    point = FiniteDifferenceNLP(program, cost_gradient_only=True).point(x)
+    np.testing.assert_array_equal(point.gradient, program.point(x).gradient)
+    assert not np.array_equal(point.jacobian, program.point(x).jacobian)
+
+
+def test_differences_stay_inside_bounds_and_domain() -> None:
+    program = bank.hs71()
+    x = np.array([1.0, 5.0, 5.0, 1.0])  # the second and third at their upper bounds
+    seen: list[np.ndarray] = []
+    inner = bank.replace(program, cost=lambda x: seen.append(x.copy()) or program.cost(x))
+    point = FiniteDifferenceNLP(inner, step=1e-6).point(x)
+    assert np.max(seen) <= 5.0
+    np.testing.assert_allclose(point.gradient, program.point(x).gradient, atol=1e-4)
+    edge = bank.undefined_region()
+    mirrored = bank.replace(
+        edge,
+        cost=lambda x: edge.cost(-x),
+        gradient=lambda x: -edge.gradient(-x),
+    )
+    at_edge = np.array([-2.0, -1e-9])  # a forward step would leave the domain
+    slope = FiniteDifferenceNLP(mirrored, step=1e-10).point(at_edge).gradient
+    assert slope[1] == pytest.approx(0.5e9**0.5 * np.sqrt(0.5), rel=0.1)

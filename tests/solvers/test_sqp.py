@@ -1,0 +1,148 @@
+"""What the SQP method does when things do not go by the book."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+import textbook_programs as bank
+
+from gaitopt.errors import EvaluationError, InputError
+from gaitopt.nlp import Array, Point, Start, Status, Values
+from gaitopt.solvers import SQP
+
+
+@dataclass(frozen=True)
+class Spoilt(bank.Textbook):
+    """A textbook program, some of whose answers are spoilt."""
+
+    nan_beyond: float = np.inf
+    only_at_start: bool = False
+    slope_sign: float = 1.0
+
+    def values(self, x: Array) -> Values:
+        if self.only_at_start and not np.array_equal(x, self.start):
+            raise EvaluationError("undefined but at the start")
+        values = super().values(x)
+        return replace(values, cost=np.nan) if x[0] > self.nan_beyond else values
+
+    def point(self, x: Array) -> Point:
+        point = super().point(x)
+        return replace(point, gradient=self.slope_sign * point.gradient)
+
+
+def spoilt(program: bank.Textbook, **changes: object) -> Spoilt:
+    return Spoilt(**{**vars(program), **changes})
+
+
+def test_infeasible_program_ends_at_the_least_violation() -> None:
+    program = bank.infeasible()
+    solution = SQP().solve(program, Start(program.start))
+    assert solution.status is Status.INFEASIBLE
+    np.testing.assert_allclose(solution.x, program.solution, atol=5e-3)
+    assert solution.violation == pytest.approx(1.0, abs=1e-3)
+
+
+def test_stationary_violation_of_a_feasible_program() -> None:
+    program = bank.waechter_biegler()
+    solution = SQP().solve(program, Start(program.start))
+    assert solution.status is Status.INFEASIBLE
+    assert solution.violation == pytest.approx(np.sqrt(3.0) / 2.0, abs=1e-4)
+    assert "no nearby point" in solution.status.value
+
+
+def test_feasible_program_is_solved_from_a_better_start() -> None:
+    program = bank.waechter_biegler()
+    solution = SQP().solve(program, Start(np.array([2.0, 3.0, 1.0])))
+    assert solution.status is Status.OPTIMAL
+    np.testing.assert_allclose(solution.x, program.solution, atol=1e-6)
+
+
+def test_penalty_rises_when_multipliers_exceed_it() -> None:
+    program = bank.hs15()  # the multipliers add to 2451
+    solution = SQP(penalty=10.0).solve(program, Start(program.start))
+    assert solution.status is Status.OPTIMAL
+    np.testing.assert_allclose(solution.x, program.solution, atol=1e-6)
+    np.testing.assert_allclose(solution.multipliers, program.multipliers, rtol=1e-6)
+
+
+def test_penalty_that_may_not_rise_is_no_proof_of_infeasibility() -> None:
+    program = bank.hs15()
+    solution = SQP(penalty=10.0, max_penalty=10.0).solve(program, Start(program.start))
+    assert solution.status is not Status.OPTIMAL
+    assert solution.violation > 0.1
+
+
+def test_start_outside_its_bounds_is_moved_onto_them() -> None:
+    program = bank.hs71()
+    solution = SQP().solve(program, Start(np.array([0.0, 9.0, 5.0, 1.0])))
+    assert solution.status is Status.OPTIMAL
+    np.testing.assert_allclose(solution.x, program.solution, atol=1e-6)
+
+
+def test_never_leaves_the_bounds() -> None:
+    program, seen = bank.hs76(), []
+    watched = replace(program, cost=lambda x: seen.append(x.copy()) or program.cost(x))
+    SQP().solve(watched, Start(program.start))
+    assert len(seen) > 3
+    assert np.min(seen) >= 0.0
+
+
+def test_not_a_number_is_a_rejected_step() -> None:
+    program = spoilt(bank.hs43(), nan_beyond=0.9, start=np.array([-1.0, 0.5, 0.5, 0.5]))
+    solution = SQP(initial_radius=2.0).solve(program, Start(program.start))
+    assert solution.status is Status.OPTIMAL
+    np.testing.assert_allclose(solution.x, program.solution, atol=1e-6)
+
+
+def test_undefined_all_around() -> None:
+    program = spoilt(bank.hs43(), only_at_start=True)
+    solution = SQP().solve(program, Start(program.start))
+    assert solution.status is Status.NUMERICAL
+    np.testing.assert_array_equal(solution.x, program.start)
+    assert np.isfinite(solution.optimality)
+
+
+def test_wrong_slope_stalls() -> None:
+    program = spoilt(bank.hs43(), slope_sign=-1.0, start=np.array([0.1, 0.2, 0.3, 0.4]))
+    solution = SQP().solve(program, Start(program.start))
+    assert solution.status is Status.STALLED
+    np.testing.assert_array_equal(solution.x, program.start)
+
+
+def test_good_multipliers_at_the_solution_save_the_work() -> None:
+    program = bank.hs100()
+    cold = SQP(tolerance=1e-9).solve(program, Start(program.start))
+    warm = SQP().solve(program, Start(cold.x + 1e-4, cold.multipliers))
+    assert warm.status is Status.OPTIMAL
+    assert warm.iterations <= 2 < cold.iterations
+
+
+def test_converges_quadratically() -> None:
+    program = bank.hs71()
+    solution = SQP(tolerance=1e-12).solve(program, Start(program.start))
+    tail = [r.optimality for r in solution.history if 1e-11 < r.optimality < 1e-1]
+    # Each error is at most a moderate multiple of the square of the one before.
+    assert len(tail) >= 2
+    assert all(after < 100.0 * before**2 for before, after in zip(tail, tail[1:], strict=False))
+
+
+def test_second_order_correction_takes_full_steps_along_a_circle() -> None:
+    program = bank.maratos()
+    solution = SQP(initial_radius=2.0).solve(program, Start(program.start))
+    assert solution.status is Status.OPTIMAL
+    assert solution.iterations <= 7
+    # Every step was accepted: the circle's curvature never shortened the trust region below it.
+    assert min(record.radius for record in solution.history) > 0.1
+
+
+@pytest.mark.parametrize(
+    ("option", "value", "word"),
+    [("tolerance", 0.0, "positive"), ("qp_solver", "gurobi", "daqp"), ("hessian", "sr1", "bfgs")],
+)
+def test_options_are_checked(option: str, value: object, word: str) -> None:
+    with pytest.raises(InputError, match=word) as error:
+        SQP(**{option: value})
+    assert str(value) in str(error.value)
+    assert option in str(error.value)
