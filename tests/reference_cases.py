@@ -58,9 +58,7 @@ def reference_case(name: str) -> ReferenceCase:
     """One case by its name."""
     with np.load(FILE) as content:
         arrays = {
-            key.split("/")[1]: content[key]
-            for key in content.files
-            if key.startswith(name + "/")
+            key.split("/")[1]: content[key] for key in content.files if key.startswith(name + "/")
         }
     return ReferenceCase(name, arrays)
 

@@ -78,9 +78,7 @@ class ProgressDisplay:
         )
 
 
-def _row(
-    describe: Callable[[int], str], number: int, progress: Progress, elapsed: float
-) -> Row:
+def _row(describe: Callable[[int], str], number: int, progress: Progress, elapsed: float) -> Row:
     violation = "none"
     if progress.violation > NO_VIOLATION:
         violation = f"{progress.violation:.1e}  {describe(progress.worst)}"
@@ -99,7 +97,7 @@ def _table(rows: list[Row], stopping: bool) -> Table:
     table = Table(box=None, pad_edge=False, header_style="dim", caption_justify="left")
     for name in ("round", "iteration", "cost"):
         table.add_column(name, justify="right")
-    table.add_column("worst violation", width=58, no_wrap=True, overflow="ellipsis")
+    table.add_column("worst violation", width=46, no_wrap=True, overflow="ellipsis")
     table.add_column("optimality", justify="right")
     table.add_column("time", justify="right")
     for row in rows[-8:]:

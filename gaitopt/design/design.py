@@ -79,7 +79,20 @@ def design(
         NoGaitFoundError: no feasible gait was found; the message says what stands in the way.
         UnreachableError: the step asked for is longer than the legs.
     """
+    from threadpoolctl import threadpool_limits
+
     task, options = task or Task(), options or DesignOptions()
+    with threadpool_limits(limits=1, user_api="blas"):  # matrices this small lose with threads
+        return _design(robot, task, options, start, on_progress)
+
+
+def _design(
+    robot: Robot,
+    task: Task,
+    options: DesignOptions,
+    start: Array | None,
+    on_progress: Callable[[WalkProblem], ProgressCallback] | None,
+) -> Design:
     problem = WalkProblem(robot, task)
     x = first_guess(problem) if start is None else np.asarray(start, dtype=np.float64)
     callback = None if on_progress is None else on_progress(problem)

@@ -25,9 +25,7 @@ def joint_summaries(gait: Gait) -> list[dict[str, object]]:
 
 def motor_summaries(gait: Gait) -> list[dict[str, object]]:
     """Return one record per motor of a leg, from hip to ankle, over a stance and a swing phase."""
-    return [
-        {"joint": pair_name(gait, i)} | _demand(gait, [i, partner(gait, i)]) for i in _FROM_HIP
-    ]
+    return [{"joint": pair_name(gait, i)} | _demand(gait, [i, partner(gait, i)]) for i in _FROM_HIP]
 
 
 def partner(gait: Gait, joint: int) -> int:

@@ -105,7 +105,9 @@ def centre_of_pressure(wrench: Array) -> Array:
 def _friction(force: Array) -> Array:
     """Return tangential over normal force of each row."""
     tangential = np.hypot(force[:, 0], force[:, 1])
-    return np.divide(tangential, force[:, 2], out=np.full(len(force), np.inf), where=force[:, 2] > 0)
+    return np.divide(
+        tangential, force[:, 2], out=np.full(len(force), np.inf), where=force[:, 2] > 0
+    )
 
 
 def _edge_distances(gait: Gait, points: Array) -> Facts | None:

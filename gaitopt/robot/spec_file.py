@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import contextlib
 import os
-import secrets
 import sys
 from collections.abc import Iterator
 from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
+from gaitopt.atomic import write_atomically
 from gaitopt.errors import SpecError
 from gaitopt.robot.presets import biped13
 from gaitopt.robot.quantity import quantity_of
@@ -54,15 +53,9 @@ def write_spec(spec: BipedSpec, path: str | os.PathLike[str]) -> None:
         path: of the file; one that exists is replaced.
 
     Raises:
-        SpecError: the file cannot be written.
+        InputError: the file cannot be written.
     """
-    try:
-        _replace_file(Path(os.path.realpath(path)), spec_text(spec).encode())
-    except (OSError, ValueError) as error:
-        raise SpecError(
-            f"cannot write {os.fspath(path)!r}: {error}; "
-            "give a path in a directory that exists and can be written"
-        ) from None
+    write_atomically(path, spec_text(spec).encode())
 
 
 def spec_text(spec: BipedSpec) -> str:
@@ -101,18 +94,3 @@ def _read_table(path: Path) -> dict[str, Any]:
             f"{path} is not a TOML file: {str(error)[:200]}; write a correct one with write_spec "
             "and edit that"
         ) from None
-
-
-def _replace_file(target: Path, data: bytes) -> None:
-    """Write next to the target, then rename: readers see the old file or the new one."""
-    temporary = target.with_name(f".{secrets.token_hex(6)}.tmp")
-    try:
-        with temporary.open("xb") as stream:
-            stream.write(data)
-            stream.flush()
-            os.fsync(stream.fileno())
-        os.replace(temporary, target)
-    except BaseException:
-        with contextlib.suppress(OSError):
-            temporary.unlink()
-        raise

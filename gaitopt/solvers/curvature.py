@@ -7,7 +7,7 @@ import numpy as np
 from gaitopt.errors import EvaluationError
 from gaitopt.nlp import Array
 from gaitopt.solvers.evaluator import Evaluator
-from gaitopt.solvers.hessians import damped_bfgs, first_scale
+from gaitopt.solvers.hessians import damped_bfgs
 from gaitopt.solvers.recorder import Iterate
 
 
@@ -21,6 +21,9 @@ class Curvature:
     def __init__(self, evaluator: Evaluator, exact: bool) -> None:
         """Begin with the identity.
 
+        In scaled variables that is a fair guess; scaling it by the first step, as Nocedal &
+        Wright (2006), Eq. 6.20, do, takes more than twice the iterations (measured).
+
         Args:
             evaluator: the program.
             exact: use its second derivatives if it has any.
@@ -28,7 +31,6 @@ class Curvature:
         self._evaluator = evaluator
         self._exact = exact and evaluator.nlp.has_hessian
         self._matrix = np.eye(evaluator.nlp.variables.scale.size)
-        self._updates = 0
         self.definite = True
 
     def hessian(self, iterate: Iterate) -> Array:
@@ -54,7 +56,4 @@ class Curvature:
         change = nlp.cost_scale * (new.point.gradient - old.point.gradient)
         change = change + (new.point.jacobian - old.point.jacobian).T @ new.multipliers
         change = change * scale
-        if self._updates == 0:
-            self._matrix *= first_scale(step, change)
         self._matrix = damped_bfgs(self._matrix, step, change)
-        self._updates += 1

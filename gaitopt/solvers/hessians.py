@@ -29,11 +29,3 @@ def damped_bfgs(B: Array, step: Array, change: Array) -> Array:
     r = theta * change + (1.0 - theta) * Bs
     updated = B - np.outer(Bs, Bs) / sBs + np.outer(r, r) / float(step @ r)
     return np.asarray(0.5 * (updated + updated.T))
-
-
-def first_scale(step: Array, change: Array) -> float:
-    """Return the multiple of the identity to start from (Nocedal & Wright, 2006, Eq. 6.20)."""
-    sy = float(step @ change)
-    if sy <= 0.0:
-        return 1.0
-    return float(np.clip(float(change @ change) / sy, 1e-3, 1e3))

@@ -39,6 +39,10 @@ CEILING = 10.0
 (Fletcher & Leyffer, 2002, use 100 for rows that are not scaled)."""
 FILTER_RESETS = 5
 """Times the filter may be emptied when it alone blocks progress (Waechter & Biegler, 2006)."""
+POLISH_BELOW = 1e-1
+"""KKT residual below which a step may be judged by that residual (measured) ..."""
+POLISH_GAIN = 0.5
+"""... which must fall to this share."""
 INTERIOR = 0.99
 """A step shorter than this share of the radius is not held by the trust region."""
 
@@ -61,6 +65,8 @@ def run_sqp(options: SQP, nlp: NLP, start: Start, on_progress: ProgressCallback 
     except KeyboardInterrupt:
         status = Status.INTERRUPTED
     best = run.iterate if status is Status.OPTIMAL or recorder.best is None else recorder.best
+    if status is Status.INFEASIBLE and best.violation <= FEASIBLE:
+        status = Status.STALLED  # it went astray from a feasible iterate
     return recorder.solution(status, best)
 
 
@@ -166,7 +172,10 @@ class _Run:
         trial = self._try(model, step, step)
         if trial is not None and (trial.ratio < CORRECT_BELOW or not self._accepts(trial)):
             trial = self._corrected(model, posed, step, trial)
-        if trial is None or not self._accepts(trial) or not self._move(trial):
+        moved = trial is not None and (
+            (self._accepts(trial) and self._move(trial)) or self._polish(trial, step)
+        )
+        if not moved:
             self._unblock(trial)
             self._shrink(_length(step.d))
 
@@ -207,6 +216,32 @@ class _Run:
                 break
             last = second
         return best
+
+    def _polish(self, trial: Trial, step: ElasticStep) -> bool:
+        """Move although cost and violation look no better, if the KKT residual falls.
+
+        Near a solution with large multipliers a violation at the rounding level outweighs the
+        decrease predicted, and no merit of values can see it; the residual can. It falls with
+        every such move, so they cannot cycle.
+        """
+        near = (
+            max(self.iterate.violation, trial.violation, step.slack) <= FEASIBLE
+            and self.iterate.residual.worst <= POLISH_BELOW
+            and _length(step.d) < INTERIOR * self.region.radius
+        )
+        if not near:
+            return False
+        try:
+            point = self.evaluator.point(trial.values.x)
+        except EvaluationError:
+            return False
+        held = self._bound_multipliers(trial.step)
+        polished = make_iterate(self.nlp, point, trial.step.multipliers, held)
+        if polished.residual.worst > POLISH_GAIN * self.iterate.residual.worst:
+            return False
+        self.iterate, self.model = polished, None
+        self.last_length = _length(step.d)
+        return True
 
     def _accepts(self, trial: Trial) -> bool:
         return accepts(trial, self.iterate, self.nlp.cost_scale, self.filter)

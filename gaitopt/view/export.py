@@ -6,7 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from gaitopt.errors import InputError
-from gaitopt.gait.atomic import write_atomically
+from gaitopt.atomic import write_atomically
 from gaitopt.gait.result import Gait
 from gaitopt.view.record import json_text
 from gaitopt.view.stride import Stride, stride

@@ -9,7 +9,7 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 from gaitopt.errors import InputError
-from gaitopt.gait.atomic import write_atomically
+from gaitopt.atomic import write_atomically
 from gaitopt.gait.result import Gait
 from gaitopt.view.figure_style import styled
 from gaitopt.view.ground_figures import cop_figure, force_figure

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from sample_gait import bare_gait, sample_gait
 
 from gaitopt.errors import GaitFileError, InputError
-from gaitopt.gait.atomic import write_atomically
+from gaitopt.atomic import write_atomically
 from gaitopt.gait.result import SHAPES, array_names
 from gaitopt.gait.result_file import load_gait, save_gait
 

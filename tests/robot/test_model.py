@@ -59,9 +59,7 @@ def test_pelvis_frame_lies_midway_between_the_hips(robot):
 
 
 def test_the_other_foot_can_stand():
-    robot = Robot.from_urdf(
-        urdf_text(biped13()), stance_sole="left_sole", swing_sole="right_sole"
-    )
+    robot = Robot.from_urdf(urdf_text(biped13()), stance_sole="left_sole", swing_sole="right_sole")
     assert robot.joint_names[0] == "left_ankle_roll"
     data = robot.model.createData()
     pin.framesForwardKinematics(robot.model, data, pin.neutral(robot.model))

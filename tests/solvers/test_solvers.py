@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib.util
 import subprocess
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -71,10 +72,10 @@ def test_ipopt_solves(program: bank.Textbook) -> None:
 @pytest.mark.parametrize("program", bank.SOLVABLE, ids=lambda program: program.title)
 def test_multipliers_from_the_point_alone(program: bank.Textbook) -> None:
     point = program.point(program.solution)
-    multipliers, bound_multipliers = least_squares_multipliers(program, point, 1e-5)
+    multipliers, bound_multipliers = least_squares_multipliers(program, point, 1e-4)
     size = max(1.0, np.abs(program.multipliers).max())
-    np.testing.assert_allclose(multipliers, program.multipliers, atol=1e-5 * size)
-    np.testing.assert_allclose(bound_multipliers, program.bound_multipliers, atol=1e-5 * size)
+    np.testing.assert_allclose(multipliers, program.multipliers, atol=2e-5 * size)
+    np.testing.assert_allclose(bound_multipliers, program.bound_multipliers, atol=2e-5 * size)
 
 
 def test_multipliers_never_pull_the_wrong_way() -> None:
@@ -113,12 +114,12 @@ def test_differences_stay_inside_bounds_and_domain() -> None:
     program = bank.hs71()
     x = np.array([1.0, 5.0, 5.0, 1.0])  # the second and third at their upper bounds
     seen: list[np.ndarray] = []
-    inner = bank.replace(program, cost=lambda x: seen.append(x.copy()) or program.cost(x))
+    inner = replace(program, cost=lambda x: seen.append(x.copy()) or program.cost(x))
     point = FiniteDifferenceNLP(inner, step=1e-6).point(x)
     assert np.max(seen) <= 5.0
     np.testing.assert_allclose(point.gradient, program.point(x).gradient, atol=1e-4)
     edge = bank.undefined_region()
-    mirrored = bank.replace(
+    mirrored = replace(
         edge,
         cost=lambda x: edge.cost(-x),
         gradient=lambda x: -edge.gradient(-x),

@@ -61,7 +61,7 @@ def test_bank_satisfies_the_optimality_conditions(program: bank.Textbook) -> Non
 
 @pytest.mark.parametrize(
     "program",
-    (*bank.SOLVABLE, bank.hs26(), bank.waechter_biegler(), bank.degenerate(), bank.infeasible()),
+    [*bank.SOLVABLE, bank.hs26(), bank.waechter_biegler(), bank.degenerate(), bank.infeasible()],
     ids=lambda program: program.title,
 )
 def test_bank_has_right_derivatives(program: bank.Textbook) -> None:
@@ -90,10 +90,10 @@ def test_solves(program: bank.Textbook, entry: Entry) -> None:
     assert counts[-1] <= solution.evaluations
 
 
-@pytest.mark.parametrize("entry", (ENTRIES[0], ENTRIES[4]), ids=lambda entry: entry.label)
+@pytest.mark.parametrize("entry", [ENTRIES[0], ENTRIES[4]], ids=lambda entry: entry.label)
 @pytest.mark.parametrize(
     "program",
-    (bank.hs7(), bank.hs43(), bank.hs71(), bank.hs76(), bank.two_sided()),
+    [bank.hs7(), bank.hs43(), bank.hs71(), bank.hs76(), bank.two_sided()],
     ids=lambda program: program.title,
 )
 def test_solves_without_second_derivatives(program: bank.Textbook, entry: Entry) -> None:
@@ -102,9 +102,9 @@ def test_solves_without_second_derivatives(program: bank.Textbook, entry: Entry)
     assert solution.hessians == 0
 
 
-@pytest.mark.parametrize("cost_gradient_only", (False, True))
+@pytest.mark.parametrize("cost_gradient_only", [False, True])
 @pytest.mark.parametrize(
-    "program", (bank.hs43(), bank.hs71(), bank.two_sided()), ids=lambda program: program.title
+    "program", [bank.hs43(), bank.hs71(), bank.two_sided()], ids=lambda program: program.title
 )
 def test_solves_by_finite_differences(program: bank.Textbook, cost_gradient_only: bool) -> None:
     differences = FiniteDifferenceNLP(program, cost_gradient_only=cost_gradient_only)
@@ -124,7 +124,7 @@ def test_solves_what_is_degenerate(entry: Entry) -> None:
     np.testing.assert_allclose(pull, [3.0, 0.0], atol=1e-4)  # minus the gradient of the cost
 
 
-@pytest.mark.parametrize("solver", (SQP(), SQP(hessian="bfgs"), SLSQP()), ids=repr)
+@pytest.mark.parametrize("solver", [SQP(), SQP(hessian="bfgs"), SLSQP()], ids=repr)
 def test_finds_a_flat_solution(solver: Solver) -> None:
     program = bank.hs26()
     solution = solver.solve(program, Start(program.start))

@@ -15,27 +15,27 @@ from gaitopt.solvers.row_choice import choose_rows, held_rows, missed_rows
 
 
 def many_sided_disk(m: int = 60) -> bank.Textbook:
-    """Maximise x + 2 y in a polygon of m sides around the unit disk."""
+    """Nearest point to (1, 2) in a polygon of m sides around the unit disk."""
     angle = 2.0 * np.pi * np.arange(m) / m
     sides = np.stack([np.cos(angle), np.sin(angle)], axis=1)
     slope = np.array([-1.0, -2.0])
     order = np.argsort(sides @ slope)[:2]  # the corner lies between the two steepest sides
     corner = np.linalg.solve(sides[order], np.ones(2))
     multipliers = np.zeros(m)
-    multipliers[order] = np.linalg.solve(sides[order].T, -slope)
+    multipliers[order] = np.linalg.solve(sides[order].T, -slope - corner)
     return bank.Textbook(
         title="polygon",
         start=np.array([-0.5, 0.1]),
-        cost=lambda x: slope @ x,
-        gradient=lambda x: slope,
-        curvature=lambda x: np.zeros((2, 2)),
+        cost=lambda x: slope @ x + 0.5 * x @ x,
+        gradient=lambda x: slope + x,
+        curvature=lambda x: np.eye(2),
         value=lambda x: sides @ x,
         jacobian=lambda x: sides,
         row_curvatures=lambda x: [np.zeros((2, 2))] * m,
         variables=bank.free(2),
         rows=bank.limits([-np.inf] * m, [1.0] * m),
         solution=corner,
-        best=float(slope @ corner),
+        best=float(slope @ corner + 0.5 * corner @ corner),
         multipliers=multipliers,
         bound_multipliers=np.zeros(2),
     )
@@ -70,8 +70,8 @@ def test_held_rows_are_equalities_at_the_limit_their_multiplier_tells() -> None:
 
 @pytest.mark.parametrize("program", bank.SOLVABLE, ids=lambda program: program.title)
 def test_confirms_a_solution_in_few_iterations(program: bank.Textbook) -> None:
-    start = Start(program.solution, program.multipliers)
-    solution = TrustConstr().solve(program, start)
+    answer = SQP().solve(program, Start(program.start))
+    solution = TrustConstr().solve(program, Start(answer.x, answer.multipliers))
     assert solution.status is Status.OPTIMAL
     assert solution.iterations <= 9
     np.testing.assert_allclose(solution.x, program.solution, atol=1e-6)

@@ -8,7 +8,7 @@ Multipliers follow gaitopt.nlp: positive at an upper limit, negative at a lower 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace  # noqa: F401
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -243,12 +243,12 @@ def hs76() -> Textbook:
 
 def hs100() -> Textbook:
     """Seven variables, sixth powers, four rows of which two are active."""
-    cost_H = lambda x: (
-        np.diag(  # noqa: E731
-            [2, 10, 12 * x[2] ** 2, 6, 300 * x[4] ** 4, 14, 12 * x[6] ** 2]
+
+    def cost_H(x):
+        return np.diag([2, 10, 12 * x[2] ** 2, 6, 300 * x[4] ** 4, 14, 12 * x[6] ** 2]) + np.array(
+            [[0.0] * 7] * 5 + [[0] * 6 + [-4], [0] * 5 + [-4, 0]]
         )
-        + np.array([[0.0] * 7] * 5 + [[0] * 6 + [-4], [0] * 5 + [-4, 0]])
-    )
+
     quarter = np.zeros((7, 7))
     quarter[0, 1] = quarter[1, 0] = -3
     return Textbook(

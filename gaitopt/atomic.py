@@ -10,7 +10,7 @@ from pathlib import Path
 from gaitopt.errors import InputError
 
 
-def write_atomically(path: str | Path, data: bytes) -> Path:
+def write_atomically(path: str | os.PathLike[str], data: bytes) -> Path:
     """Write bytes to a file so that a reader sees the old or the new content, never a part.
 
     The data go to a temporary file in the same directory, to the disk, then take the name.

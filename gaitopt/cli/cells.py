@@ -1,0 +1,66 @@
+"""Cells of the tables: numbers with units, shares of limits."""
+
+from __future__ import annotations
+
+from rich.box import SIMPLE_HEAD
+from rich.table import Table
+from rich.text import Text
+
+_LENGTH = 8  # characters of a full bar
+_AT_LIMIT, _NEAR_LIMIT = 0.999, 0.8
+ABSENT = "-"
+
+
+def new_table(title: str, *columns: str) -> Table:
+    """Return an empty table; a column's name is its header, with ">" before it if it holds numbers.
+
+    A header may have a second line, for the unit.
+    """
+    table = Table(
+        title=title, title_justify="left", title_style="bold", header_style="dim",
+        box=SIMPLE_HEAD, pad_edge=False, show_edge=False, expand=True,
+    )  # fmt: skip
+    for name in columns:
+        justify = "right" if name.startswith(">") else "left"
+        table.add_column(Text(name.removeprefix(">")), justify=justify)
+    return table
+
+
+def number(value: float | None, unit: str, digits: int = 3) -> str:
+    """Return a number with significant digits and unit, or a dash."""
+    if value is None:
+        return ABSENT
+    return f"{value:.{digits}g} {unit}".rstrip()
+
+
+def fixed(value: float | None, decimals: int) -> str:
+    """Return a number with a fixed number of decimals, or a dash."""
+    return ABSENT if value is None else f"{value:.{decimals}f}"
+
+
+def bar(used: float | None, limit: float | None) -> Text:
+    """Return the share of a limit as a bar, a percentage, and the limit."""
+    if used is None or limit is None:
+        return Text("no limit", style="dim")
+    full = min(_LENGTH, round(_LENGTH * used))
+    text = Text("━" * full, style=shade(used))
+    text.append("─" * (_LENGTH - full), style="dim")
+    text.append(f" {100.0 * used:3.0f} %", style=shade(used))
+    text.append(f" of {limit:g}", style="dim")
+    return text
+
+
+def share(used: float | None, limit: float | None) -> Text:
+    """Return a quantity with its limit: 0.31 of 0.7."""
+    if used is None:
+        return Text(ABSENT)
+    if limit is None:
+        return Text(f"{used:.3f}")
+    return Text(f"{used:.3f} of {limit:g}", style=shade(used / limit))
+
+
+def shade(used: float) -> str:
+    """Return the colour of a share of a limit."""
+    if used >= _AT_LIMIT:
+        return "bold red"
+    return "yellow" if used >= _NEAR_LIMIT else "green"

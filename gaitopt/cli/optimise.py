@@ -1,0 +1,73 @@
+"""`gaitopt optimise`: from a request to a gait on paper and on disk."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import typer
+from rich.console import Console
+
+from gaitopt.cli.config import Settings
+from gaitopt.cli.failures import ExitCode
+from gaitopt.cli.interrupt import ctrl_c_asks
+from gaitopt.cli.progress import ProgressDisplay
+from gaitopt.cli.report import print_gait
+from gaitopt.cli.request import Request, make_request
+from gaitopt.cli.results import require_writable, write_results
+from gaitopt.cli.screen import screen
+from gaitopt.design.design import Design, design
+from gaitopt.nlp import Status
+
+
+def run(
+    given: Settings,
+    *,
+    config: Path | None,
+    output: Path | None,
+    page: bool,
+    figures: bool,
+    quiet: bool,
+) -> None:
+    """Design a gait, show it, write it; leave with the exit code it deserves.
+
+    Raises:
+        GaitoptError: bad input, or no gait found.
+        typer.Exit: the gait is not certified.
+    """
+    if output is not None:
+        require_writable(output)
+    request = make_request(given, config)
+    errors = screen(stderr=True)
+    found = _search(request, errors, quiet)
+    out = screen()
+    if not quiet:
+        print_gait(out, found.gait)
+    if output is not None:
+        written = write_results(found.gait, request, output, page=page, figures=figures)
+        if not quiet:
+            out.print("wrote " + ", ".join(str(path) for path in written), soft_wrap=True)
+    code = exit_code(found, request.options.refine)
+    if code is not ExitCode.OK:
+        errors.print(f"[yellow]warning:[/] {found.certificate.verdict}", soft_wrap=True)
+        raise typer.Exit(code)
+
+
+def exit_code(found: Design, refined: bool) -> ExitCode:
+    """Return the exit code of a gait: unrefined, being optimal at the samples is enough."""
+    certificate = found.certificate
+    at_samples = certificate.optimal and certificate.refereed
+    good = certificate.certified if refined else at_samples
+    return ExitCode.OK if good else ExitCode.NOT_CERTIFIED
+
+
+def _search(request: Request, errors: Console, quiet: bool) -> Design:
+    with ctrl_c_asks() as stop, ProgressDisplay(errors, stop, quiet) as progress:
+        found = design(
+            request.robot, request.task, request.options,
+            start=request.start, on_progress=progress,
+        )  # fmt: skip
+    if found.solution.status is Status.INTERRUPTED:
+        errors.print(
+            "[yellow]interrupted:[/] this is the best gait so far; it walks but is not optimal"
+        )
+    return found

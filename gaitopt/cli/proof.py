@@ -1,0 +1,76 @@
+"""The proof of a gait as a table: what was checked, what came out, what is allowed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from rich.table import Table
+from rich.text import Text
+
+from gaitopt.cli.cells import ABSENT, new_table
+from gaitopt.design.certificate import (
+    FINE_TOLERANCE,
+    KKT_TOLERANCE,
+    MOMENTUM_TOLERANCE,
+    REFEREE_TOLERANCE,
+)
+
+_REFEREE = ("torque", "wrench", "impulse", "rate_after", "sole_twist", "posture", "rate")
+
+
+def proof_table(solver: Mapping[str, Any], certificate: Mapping[str, Any]) -> Table:
+    """Return the table of a gait's solver and certificate records (of `summarise`)."""
+    table = new_table("Proof", "check", "result", ">allowed")
+    if solver["name"] is not None:
+        table.add_row("solver", _solver(solver), "")
+    if isinstance(certificate["kkt"], Mapping):
+        _add_checks(table, certificate)
+    table.add_row("verdict", _verdict(certificate), "")
+    return table
+
+
+def _solver(solver: Mapping[str, Any]) -> str:
+    return (
+        f"{solver['name']}: {solver['iterations']} iterations, "
+        f"{solver['evaluations']} evaluations, {solver['seconds']:.2f} s\n{solver['sentence']}"
+    )
+
+
+def _add_checks(table: Table, certificate: Mapping[str, Any]) -> None:
+    kkt, referee, worst = certificate["kkt"], certificate["referee"], certificate["worst"]
+    table.add_row(
+        "optimal at the samples (KKT)",
+        f"gradient {kkt['stationarity']:.1e}, limits {kkt['feasibility']:.1e}, "
+        f"complementarity {kkt['complementarity']:.1e}",
+        f"{KKT_TOLERANCE:.0e}",
+    )
+    table.add_row(
+        f"limits at {certificate['fine_samples']} instants",
+        f"worst violation {certificate['fine_violation']:.1e}\n{_named(worst)}",
+        f"{FINE_TOLERANCE:.0e}",
+    )
+    table.add_row(
+        "Newton-Euler referee",
+        f"disagrees by {max(referee[name] for name in _REFEREE):.1e}",
+        f"{REFEREE_TOLERANCE:.0e}",
+    )
+    table.add_row(
+        "momentum over a step",
+        f"ground {referee['vertical']:.3f} N·s = m g T {referee['weight']:.3f} N·s, "
+        f"apart by {referee['momentum']:.1e}",
+        f"{MOMENTUM_TOLERANCE:.0e}",
+    )
+    lifts = "lifts off" if certificate["rear_foot_lifts"] else "stays on the ground"
+    table.add_row("rear foot after the impact", lifts, "lifts off")
+
+
+def _named(row: Mapping[str, Any]) -> str:
+    """Return a row of the certificate in words."""
+    when = "" if row["time"] is None else f" at {row['time']:.4f} s"
+    return f"{row['row']}{when}: {row['value']:.4g} {row['unit']}, limit {row['limit']:.4g}"
+
+
+def _verdict(certificate: Mapping[str, Any]) -> Text:
+    style = "bold green" if certificate["certified"] else "bold yellow"
+    return Text(str(certificate["verdict"] or ABSENT), style=style)

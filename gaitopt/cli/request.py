@@ -1,0 +1,204 @@
+"""From settings to what `design` takes: robot, task, method, first guess."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from gaitopt.cli.config import SCHEMA, Settings, read_config
+from gaitopt.design.design import DesignOptions
+from gaitopt.errors import InputError
+from gaitopt.gait.guess import first_guess, perturbed
+from gaitopt.gait.parameters import set_quantities
+from gaitopt.gait.problem import WalkProblem
+from gaitopt.gait.result import Gait
+from gaitopt.gait.result_file import load_gait
+from gaitopt.gait.task import Task, preset_task
+from gaitopt.nlp import Array
+from gaitopt.robot.model import Robot
+from gaitopt.robot.presets import biped13
+from gaitopt.robot.spec_file import read_spec
+from gaitopt.robot.urdf import urdf_text
+from gaitopt.solvers import Solver, solver_by_name
+from gaitopt.solvers.certified import CERTIFIER, CertifiedSQP
+from gaitopt.solvers.sqp import SQP
+
+STANCE_SOLE, SWING_SOLE = "right_sole", "left_sole"
+DEFAULT_SIGMA = 0.05  # rad; a guess that still looks like a walk
+DIFFERENCES = ("none", "constraints", "all")
+
+Geometry = dict[str, dict[str, float | bool]]
+
+
+@dataclass(frozen=True)
+class Request:
+    """What the user asked for.
+
+    Attributes:
+        robot, task, options: as `design` takes them.
+        start: first guess, None for the usual one.
+        settings: what was given, for the record.
+    """
+
+    robot: Robot
+    task: Task
+    options: DesignOptions
+    start: Array | None
+    settings: Settings
+
+
+def make_request(given: Settings, config: Path | None) -> Request:
+    """Return the request of a command line.
+
+    Args:
+        given: options of the command line, those not given left out; "free" and "fix" as typed.
+        config: configuration file, if any; the command line wins.
+
+    Raises:
+        InputError: an option, a file or a value cannot be used.
+        UnreachableError: the step asked for is longer than the legs.
+    """
+    settings = _merged({} if config is None else read_config(config), given)
+    robot, task = make_robot(settings), make_task(settings)
+    options = DesignOptions(
+        solver=make_solver(settings),
+        refine=bool(settings.get("refine", DesignOptions().refine)),
+        differences=_differences(settings),
+    )
+    return Request(robot, task, options, _start(WalkProblem(robot, task), settings), settings)
+
+
+def make_robot(settings: Settings) -> Robot:
+    """Return the robot of a URDF or of a specification, by default the thirteen-link biped.
+
+    Raises:
+        InputError: a file cannot be used, or both are given.
+    """
+    spec, urdf = settings.get("spec"), settings.get("urdf")
+    if spec is not None and urdf is not None:
+        raise InputError("--spec and --urdf exclude each other; give one of them")
+    source: str | Path = Path(str(urdf)) if urdf is not None else ""
+    if urdf is None:
+        source = urdf_text(biped13() if spec is None else read_spec(Path(str(spec))))
+    return Robot.from_urdf(
+        source,
+        stance_sole=str(settings.get("stance_sole", STANCE_SOLE)),
+        swing_sole=str(settings.get("swing_sole", SWING_SOLE)),
+    )
+
+
+def make_task(settings: Settings) -> Task:
+    """Return the task.
+
+    Raises:
+        InputError: a value is out of range, or a geometric quantity unknown.
+    """
+    preset = str(settings.get("preset", "standard"))
+    names = [*SCHEMA["task"], *SCHEMA["margins"]]
+    changes = {n: settings[n] for n in names if n in settings and n != "preset"}
+    geometry: Any = settings.get("geometry", {})
+    table = set_quantities(preset_task(preset).geometry, geometry)
+    return preset_task(preset, geometry=table, **changes)
+
+
+def make_solver(settings: Settings) -> Solver:
+    """Return the solver with its options.
+
+    Raises:
+        InputError: there is no such solver, or it does not take an option given.
+    """
+    name = str(settings.get("solver", "default"))
+    keys = ("tolerance", "max_iterations", "qp_solver")
+    options = {key: settings[key] for key in keys if key in settings}
+    if name not in ("default", CertifiedSQP.name):
+        return solver_by_name(name, **options)
+    # both stages aim at the same tolerance; the other options are those of the first
+    both = {key: value for key, value in options.items() if key == "tolerance"}
+    travel: Any = solver_by_name(SQP.name, **options)
+    certify: Any = replace(CERTIFIER, **both)  # type: ignore[arg-type]
+    return solver_by_name(name, travel=travel, certify=certify)
+
+
+def _merged(config: Settings, given: Settings) -> Settings:
+    """The settings of both; a robot given on the command line replaces one of the file."""
+    if "spec" in given or "urdf" in given:
+        config = {k: v for k, v in config.items() if k not in ("spec", "urdf")}
+    fixed = config.get("fix", {})
+    geometry: Geometry = {**_free(config), **_fixed(fixed if isinstance(fixed, Mapping) else {})}
+    geometry |= _free(given) | _fixed(_parsed(given.get("fix", [])))
+    rest = {k: v for k, v in {**config, **given}.items() if k not in ("free", "fix")}
+    return {**rest, "geometry": geometry}
+
+
+def _free(settings: Settings) -> Geometry:
+    names: Any = settings.get("free", [])
+    return {name: {"free": True} for name in names}
+
+
+def _fixed(values: Mapping[str, float]) -> Geometry:
+    for name, value in values.items():
+        if not math.isfinite(value):
+            raise InputError(f"{name} cannot be fixed at {value}; give a finite number")
+        if name == "duration":
+            raise InputError("the duration is fixed by --duration, not by --fix")
+    return {name: {"free": False, "value": float(value)} for name, value in values.items()}
+
+
+def _parsed(texts: object) -> dict[str, float]:
+    """Read NAME=VALUE texts."""
+    values = {}
+    for text in texts if isinstance(texts, list | tuple) else []:
+        name, _, number = str(text).partition("=")
+        try:
+            values[name.strip()] = float(number)
+        except ValueError as error:
+            raise InputError(
+                f"--fix {text}: give a name and a number, as in --fix pelvis_roll=0.05"
+            ) from error
+    return values
+
+
+def _differences(settings: Settings) -> str:
+    kind = str(settings.get("differences", DesignOptions().differences))
+    if kind not in DIFFERENCES:
+        raise InputError(f"differences '{kind}' is unknown; choose {', '.join(DIFFERENCES)}")
+    return kind
+
+
+def _start(problem: WalkProblem, settings: Settings) -> Array | None:
+    """Return the first guess: of a gait, disturbed, or None for the usual one."""
+    x = first_guess(problem)
+    if "start" in settings:
+        x = parameters_of(load_gait(Path(str(settings["start"]))), problem, x)
+    if "seed" not in settings and "sigma" not in settings:
+        return x if "start" in settings else None
+    sigma, seed = (
+        float(str(settings.get("sigma", DEFAULT_SIGMA))),
+        int(str(settings.get("seed", 0))),
+    )
+    if not (math.isfinite(sigma) and sigma >= 0.0 and seed >= 0):
+        raise InputError(f"sigma {sigma} rad or seed {seed} is wrong; neither may be negative")
+    return perturbed(problem, x, sigma, seed)
+
+
+def parameters_of(gait: Gait, problem: WalkProblem, x: Array) -> Array:
+    """Return x with every parameter that a gait knows taken from the gait.
+
+    Raises:
+        InputError: the gait moves other joints or has another number of postures.
+    """
+    known = dict(zip(gait.parameter_names, gait.parameters, strict=True))
+    names = problem.layout.names
+    joints = names[: problem.layout.shape.start]
+    if set(joints) != {n for n in known if "_at_knot_" in n or n.endswith("_rate_before_impact")}:
+        raise InputError(
+            "the gait given as start moves other joints or has another number of intermediate "
+            "postures; take one of the same robot and --postures"
+        )
+    start = x.copy()
+    for i, name in enumerate(names):
+        start[i] = known.get(name, x[i])
+    return start

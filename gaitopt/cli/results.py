@@ -1,0 +1,109 @@
+"""Where the results of `gaitopt optimise` go: one directory that tells the whole story."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+
+import tomli_w
+
+from gaitopt.atomic import write_atomically
+from gaitopt.cli.config import SCHEMA, Settings
+from gaitopt.cli.request import Request
+from gaitopt.design.summary import summarise
+from gaitopt.errors import InputError
+from gaitopt.gait.result import Gait
+from gaitopt.gait.result_file import save_gait
+from gaitopt.gait.task import Margins, Task
+
+GAIT, PAGE, FIGURES, SUMMARY = "gait.npz", "gait.html", "figures", "summary.json"
+TASK, URDF = "task.toml", "robot.urdf"
+
+
+def require_writable(directory: Path) -> None:
+    """Check, before any work and leaving no trace, that a directory can be made and written.
+
+    Raises:
+        InputError: it cannot.
+    """
+    nearest = directory.absolute()
+    while not nearest.exists() and nearest != nearest.parent:
+        nearest = nearest.parent
+    if not nearest.is_dir():
+        reason = f"'{nearest}' is a file"
+    elif not os.access(nearest, os.W_OK | os.X_OK):
+        reason = f"'{nearest}' may not be written"
+    else:
+        return
+    raise InputError(f"cannot write to '{directory}': {reason}; give another --output directory")
+
+
+def write_results(
+    gait: Gait, request: Request, directory: Path, *, page: bool, figures: bool
+) -> list[Path]:
+    """Write the gait and everything made from it; return what was written.
+
+    Raises:
+        InputError: the directory cannot be written.
+    """
+    from gaitopt.view.figures import write_figures
+    from gaitopt.view.page import write_page
+
+    try:
+        directory.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"cannot make the directory '{directory}': {error.strerror}") from error
+    written = [
+        save_gait(gait, directory / GAIT),
+        write_atomically(directory / SUMMARY, summary_text(gait).encode()),
+        write_atomically(directory / URDF, gait.urdf.encode()),
+        write_atomically(directory / TASK, task_text(request, directory).encode()),
+    ]
+    if page:
+        written.append(write_page(gait, directory / PAGE))
+    if figures:
+        write_figures(gait, directory / FIGURES)
+        written.append(directory / FIGURES)
+    return written
+
+
+def summary_text(gait: Gait) -> str:
+    """Return the figures of a gait as JSON."""
+    return json.dumps(summarise(gait), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
+
+
+def task_text(request: Request, directory: Path) -> str:
+    """Return a configuration that asks for the same again, defaults written out."""
+    task, robot = request.task, request.robot
+    sections: dict[str, Settings] = {
+        "task": _known(task, "task"),
+        "margins": _known(task.margins, "margins"),
+        "geometry": _geometry(task),
+        "robot": {
+            "urdf": URDF,
+            "stance_sole": robot.stance_sole,
+            "swing_sole": robot.swing_sole,
+        },
+        "solver": {n: v for n, v in request.settings.items() if n in SCHEMA["solver"]},
+    }
+    solver = sections["solver"]
+    solver |= {"refine": request.options.refine, "differences": request.options.differences}
+    if "start" in solver:
+        start = Path(str(solver["start"])).absolute()
+        solver["start"] = Path(os.path.relpath(start, directory.absolute())).as_posix()
+    return f"# gaitopt optimise --config {TASK} --output again\n\n{tomli_w.dumps(sections)}"
+
+
+def _known(owner: Task | Margins, section: str) -> Settings:
+    """Return the values of a section's names that an object has."""
+    values = {name: getattr(owner, name, None) for name in SCHEMA[section]}
+    return {name: value for name, value in values.items() if value is not None}
+
+
+def _geometry(task: Task) -> Settings:
+    fixed = [q for q in task.geometry if not q.free and q.name != "duration"]
+    return {
+        "free": [q.name for q in task.geometry if q.free],
+        "fix": {q.name: q.value for q in fixed},
+    }

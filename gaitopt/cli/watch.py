@@ -1,0 +1,54 @@
+"""`gaitopt play`, `plot` and `export`: a gait for eyes and for other programs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import typer
+
+from gaitopt.gait.result_file import load_gait
+from gaitopt.view.walk import DEFAULT_STEPS
+
+
+def run_play(path: Path, html: Path | None, steps: int | None) -> None:
+    """Show a gait in the browser until Ctrl-C, or write it as a page.
+
+    Raises:
+        GaitoptError: the gait cannot be read or shown.
+    """
+    from gaitopt.view.page import write_page
+    from gaitopt.view.player import play
+
+    gait = load_gait(path)
+    count = DEFAULT_STEPS if steps is None else steps
+    if html is not None:
+        typer.echo(f"wrote {write_page(gait, html, count)}")
+        return
+    with play(gait, count) as player:
+        typer.echo(f"{path} walks at {player.url} (Ctrl-C stops)")
+        player.wait()
+
+
+def run_plot(path: Path, output: Path | None, formats: list[str] | None) -> None:
+    """Draw a gait's figures.
+
+    Raises:
+        GaitoptError: the gait cannot be read, or the figures not be written.
+    """
+    from gaitopt.view.figures import write_figures
+
+    gait = load_gait(path)
+    directory = path.parent / "figures" if output is None else output
+    for figure in write_figures(gait, directory, tuple(formats or ("png",))):
+        typer.echo(f"wrote {figure}")
+
+
+def run_export(path: Path, output: Path, both_legs: bool) -> None:
+    """Write a gait for other programs.
+
+    Raises:
+        GaitoptError: the gait cannot be read, the suffix is unknown, or the file not written.
+    """
+    from gaitopt.view.export import export
+
+    typer.echo(f"wrote {export(load_gait(path), output, both_legs=both_legs)}")

@@ -1,0 +1,69 @@
+"""Spatial algebra against Pinocchio's own."""
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from numerics import relative_error
+
+from gaitopt.mechanics.spatial import (
+    cross_force,
+    force_cross,
+    motion_cross,
+    skew,
+    world_inertias,
+)
+
+STACK = (2, 3)
+
+
+@pytest.fixture
+def motions(rng):
+    return rng.normal(size=(*STACK, 6)), rng.normal(size=(*STACK, 6))
+
+
+def each(function, *stacks):
+    """Apply a function to every pair of six-vectors of a stack."""
+    pairs = zip(*(s.reshape(-1, 6) for s in stacks), strict=True)
+    return np.array([function(*pair).vector for pair in pairs]).reshape(*STACK, 6)
+
+
+def test_skew_is_the_cross_product(rng):
+    a, b = rng.normal(size=(2, *STACK, 3))
+    product = (skew(a) @ b[..., None])[..., 0]
+    assert relative_error(product, np.cross(a, b)) < 1e-15
+
+
+def test_motion_cross_motion(motions):
+    m, n = motions
+    expected = each(lambda a, b: pin.Motion(a).cross(pin.Motion(b)), m, n)
+    assert relative_error((motion_cross(m) @ n[..., None])[..., 0], expected) < 1e-15
+
+
+def test_motion_cross_force(motions):
+    m, f = motions
+    expected = each(lambda a, b: pin.Motion(a).cross(pin.Force(b)), m, f)
+    assert relative_error((force_cross(m) @ f[..., None])[..., 0], expected) < 1e-15
+    assert relative_error((cross_force(f) @ m[..., None])[..., 0], expected) < 1e-15
+
+
+def test_force_cross_is_dual_to_motion_cross(motions, rng):
+    m, n = motions
+    f = rng.normal(size=(*STACK, 6))
+    # f . (m x n) = -(m x* f) . n: the power of a force does not depend on who looks at it.
+    power = (f * (motion_cross(m) @ n[..., None])[..., 0]).sum(axis=-1)
+    dual = -((force_cross(m) @ f[..., None])[..., 0] * n).sum(axis=-1)
+    assert relative_error(power, dual) < 1e-13
+
+
+def test_inertias_in_the_world(rng):
+    bodies = [pin.Inertia.Random() for _ in range(4)]
+    placements = [[pin.SE3.Random() for _ in bodies] for _ in range(3)]
+    inertias = world_inertias(
+        np.array([b.mass for b in bodies]),
+        np.array([b.lever for b in bodies]),
+        np.array([b.inertia for b in bodies]),
+        np.array([[p.rotation for p in row] for row in placements]),
+        np.array([[p.translation for p in row] for row in placements]),
+    )
+    expected = [[p.act(b).matrix() for p, b in zip(row, bodies, strict=True)] for row in placements]
+    assert relative_error(inertias, expected) < 1e-14
