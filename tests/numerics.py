@@ -1,13 +1,14 @@
 """Checks of derivatives and of closeness, shared by all tests."""
 
 from collections.abc import Callable
+from itertools import pairwise
 
 import numpy as np
 
 Function = Callable[[np.ndarray], object]
 TOLERANCE = 1e-6  # of a derivative, relative to its largest entry
 REFINEMENT = 4.0  # between the two steps of a difference
-_EPS = np.finfo(float).eps
+ROUNDING = 1e-7  # errors below this need not shrink with the step any more
 
 
 def relative_error(actual: object, expected: object) -> float:
@@ -24,6 +25,11 @@ def central_difference(function: Function, x: np.ndarray, move: np.ndarray) -> n
     return (_value(function, x + move) - _value(function, x - move)) / 2.0
 
 
+def steps(step: float, count: int = 2) -> list[float]:
+    """Steps of differences, the largest first."""
+    return [step / REFINEMENT**k for k in range(count)]
+
+
 def check_derivative(
     function: Function,
     derivative: object,
@@ -35,14 +41,11 @@ def check_derivative(
 ) -> None:
     """Assert that `derivative`, shaped as f(x), is that of f at x along `direction`.
 
-    Central differences at two steps: the error must be small, and while it is above rounding it
-    must shrink as the square of the step.
+    Central differences at two steps: the error must be small, and must shrink as the square of
+    the step (or grow with its inverse, which is rounding): one that stays is a wrong derivative.
     """
-    differences = [
-        central_difference(function, x, h * direction) / h for h in (step, step / REFINEMENT)
-    ]
-    largest = float(np.abs(_value(function, x)).max())
-    check_differences(np.asarray(derivative, dtype=float), differences, largest, step, tolerance)
+    found = [central_difference(function, x, h * direction) / h for h in steps(step)]
+    check_differences(np.asarray(derivative, dtype=float), found, tolerance)
 
 
 def check_jacobian(
@@ -56,46 +59,37 @@ def check_jacobian(
 ) -> None:
     """Assert that `jacobian`, shape (*f(x).shape, n), holds; column j is seen in units scale_j."""
     scales = np.broadcast_to(scale, x.shape)
-    exact = np.asarray(jacobian, dtype=float) * scales
-    differences = jacobian_differences(function, x, scales, step)
-    largest = float(np.abs(_value(function, x)).max())
-    check_differences(exact, differences, largest, step, tolerance)
+    found = [jacobian_difference(function, x, scales, h) for h in steps(step)]
+    check_differences(np.asarray(jacobian, dtype=float) * scales, found, tolerance)
 
 
-def jacobian_differences(
+def jacobian_difference(
     function: Function, x: np.ndarray, scales: np.ndarray, step: float
-) -> list[np.ndarray]:
-    """Differences along every scaled axis at the two steps, shape (*f(x).shape, n) each."""
-    return [
-        np.stack([central_difference(function, x, h * move) / h for move in np.diag(scales)], -1)
-        for h in (step, step / REFINEMENT)
-    ]
+) -> np.ndarray:
+    """Central differences along every scaled axis, shape (*f(x).shape, n)."""
+    moves = step * np.diag(scales)
+    return np.stack([central_difference(function, x, move) / step for move in moves], axis=-1)
 
 
 def check_differences(
-    exact: np.ndarray,
-    differences: list[np.ndarray],
-    largest: float,
-    step: float,
-    tolerance: float = TOLERANCE,
+    exact: np.ndarray, differences: list[np.ndarray], tolerance: float = TOLERANCE
 ) -> None:
-    """Assert that differences at two steps agree with an exact derivative.
+    """Assert that differences at several steps agree with an exact derivative.
 
     Args:
         exact: the derivative.
-        differences: its approximations at `step` and `step` / REFINEMENT.
-        largest: size of the function's values, which sets the rounding.
-        step: the larger step.
+        differences: its approximations at `steps(...)`, the largest step first.
         tolerance: relative to the largest entry of the derivative.
     """
     size = float(np.abs(exact).max())
     assert size > 0.0, "a derivative of zero checks nothing"
     assert all(d.shape == exact.shape for d in differences)
-    coarse, fine = (float(np.abs(d - exact).max()) / size for d in differences)
-    assert min(coarse, fine) <= tolerance, f"relative errors {coarse:.2e} and {fine:.2e}"
-    rounding = 1e3 * _EPS * (largest + size) / (step * size)
-    if coarse > 10.0 * REFINEMENT * rounding:
-        assert coarse / fine > 0.5 * REFINEMENT**2, f"not of order 2: {coarse:.2e}, {fine:.2e}"
+    errors = [float(np.abs(d - exact).max()) / size for d in differences]
+    told = "relative errors " + ", ".join(f"{e:.2e}" for e in errors)
+    assert min(errors) <= tolerance, told
+    ratios = [a / b for a, b in pairwise(errors)]
+    shrinks, grows = max(ratios) > 0.5 * REFINEMENT**2, min(ratios) < 0.5
+    assert min(errors) <= ROUNDING or shrinks or grows, f"not of order 2: {told}"
 
 
 def _value(function: Function, x: np.ndarray) -> np.ndarray:

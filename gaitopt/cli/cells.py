@@ -6,7 +6,7 @@ from rich.box import SIMPLE_HEAD
 from rich.table import Table
 from rich.text import Text
 
-_LENGTH = 8  # characters of a full bar
+_LENGTH = 6  # characters of a full bar
 _AT_LIMIT, _NEAR_LIMIT = 0.999, 0.8
 ABSENT = "-"
 

@@ -85,7 +85,7 @@ def _row(describe: Callable[[int], str], number: int, progress: Progress, elapse
     return (
         str(number),
         str(progress.iteration),
-        f"{progress.cost:.2f}",
+        f"{progress.cost:.6g}",
         violation,
         f"{progress.optimality:.0e}",
         f"{elapsed:.1f} s",

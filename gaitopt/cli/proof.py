@@ -47,7 +47,7 @@ def _add_checks(table: Table, certificate: Mapping[str, Any]) -> None:
     )
     table.add_row(
         f"limits at {certificate['fine_samples']} instants",
-        f"worst violation {certificate['fine_violation']:.1e}\n{_named(worst)}",
+        f"worst violation {certificate['fine_violation']:.1e}\nworst row: {_named(worst)}",
         f"{FINE_TOLERANCE:.0e}",
     )
     table.add_row(

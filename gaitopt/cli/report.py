@@ -37,7 +37,7 @@ def _headline(facts: Any) -> RenderableType:
     verdict = ("certified", "bold green") if certified else ("not certified", "bold yellow")
     speed = facts["walk"]["speed_m_per_s"]
     name = facts["robot"]["name"] or "the robot"
-    return Rule(Text.assemble((f"{name} walks at {speed:.3g} m/s", "bold"), "  ", verdict))
+    return Rule(Text.assemble((f"{name} walks at {speed:.3f} m/s", "bold"), "  ", verdict))
 
 
 def _walk(facts: Any) -> Table:
@@ -62,8 +62,8 @@ def _walk(facts: Any) -> Table:
 
 def _joints(joints: list[Mapping[str, Any]]) -> Table:
     table = new_table(
-        "Motors", "joint", "leg", ">torque\npeak [N·m]", ">\nRMS", "\nof the limit [N·m]",
-        ">speed\npeak [rad/s]", "\nof the limit [rad/s]", ">power\npeak [W]",
+        "Motors", "joint", "leg", ">peak\nN·m", ">RMS\nN·m", "torque\nof limit, N·m",
+        ">peak\nrad/s", "speed\nof limit, rad/s", ">peak\nW",
     )  # fmt: skip
     for i, joint in enumerate(joints):
         table.add_row(
@@ -81,8 +81,8 @@ def _joints(joints: list[Mapping[str, Any]]) -> Table:
 
 def _ground(contact: Mapping[str, Any], impact: Mapping[str, Any]) -> Table:
     table = new_table(
-        "Ground", "", ">CoP to edge [mm]\nfront", ">\nrear", ">\nleft", ">\nright",
-        "friction\nused", "vertical",
+        "Ground", "", ">CoP to edge, mm\nfront", ">\nrear", ">\nleft", ">\nright",
+        "friction\nused", "vertical\npush",
     )  # fmt: skip
     low, high = contact["least_vertical_force_N"], contact["largest_vertical_force_N"]
     rows = (

@@ -25,6 +25,13 @@ LIMIT_REACHED = 9
 """SciPy's status for too many iterations."""
 
 
+RESTARTS = 4
+"""Times a stalled run is begun anew where it stopped: SciPy's line search gives up when its learnt
+curvature has become poor, and a restart forgets it ..."""
+RESTART_GAIN = 0.9
+"""... as long as the KKT residual falls to this share."""
+
+
 @dataclass(frozen=True)
 class SLSQP:
     """Quasi-Newton SQP of SciPy, on one-sided rows and scaled variables.
@@ -71,16 +78,22 @@ class SLSQP:
         last = _judge(program, x / program.scale)
         try:
             recorder.record(last)
-            stopped, u = self._minimise(program, recorder)
-            last = _judge(program, u)
-            recorder.keep(last)
-            status = self._status(last, stopped)
+            for _ in range(1 + RESTARTS):
+                stopped, u = self._minimise(program, last.point.x / program.scale, recorder)
+                before, last = last, _judge(program, u)
+                recorder.keep(last)
+                status = self._status(last, stopped)
+                fell = last.residual.worst < RESTART_GAIN * before.residual.worst
+                if status is not Status.STALLED or not fell:
+                    break
         except KeyboardInterrupt:
             status = Status.INTERRUPTED
         best = last if status is Status.OPTIMAL or recorder.best is None else recorder.best
         return recorder.solution(status, best)
 
-    def _minimise(self, program: ScaledProgram, recorder: Recorder) -> tuple[int, Array]:
+    def _minimise(
+        self, program: ScaledProgram, start: Array, recorder: Recorder
+    ) -> tuple[int, Array]:
         """Run SciPy's method; return its status and where it stopped."""
         from scipy import optimize
 
@@ -100,7 +113,7 @@ class SLSQP:
             minimise: Any = optimize.minimize
             result = minimise(
                 program.cost,
-                program.first.x / scale,
+                start,
                 jac=program.gradient,
                 method="SLSQP",
                 bounds=optimize.Bounds(variables.lower / scale, variables.upper / scale),

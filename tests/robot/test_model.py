@@ -134,7 +134,7 @@ def test_an_unknown_sole_lists_those_there_are():
 
 @pytest.mark.parametrize("text", ["<robot", "<robot name='a'/>", "<a/>"])
 def test_text_that_is_no_urdf_is_refused(text):
-    with pytest.raises(RobotError, match="the URDF cannot be read|no frame named"):
+    with pytest.raises(RobotError, match=r"the URDF cannot be read|no frame named"):
         Robot.from_urdf(text)
 
 

@@ -34,7 +34,7 @@ def test_corners_start_at_the_toes_on_the_left():
     ("toe", "heel", "left", "right"), [(-0.2, 0.1, 0.05, -0.05), (0.1, -0.2, -0.05, 0.05)]
 )
 def test_an_empty_rectangle_is_refused(toe, heel, left, right):
-    with pytest.raises(RobotError, match="sole rectangle is empty.*toe must exceed heel"):
+    with pytest.raises(RobotError, match=r"sole rectangle is empty.*toe must exceed heel"):
         Sole(toe, heel, left, right)
 
 

@@ -43,7 +43,7 @@ def many_sided_disk(m: int = 60) -> bank.Textbook:
 
 def test_rows_not_given_are_found_when_violated() -> None:
     program = many_sided_disk()
-    solver = TrustConstr(rows_kept=5)
+    solver = TrustConstr(rows_kept=5, tolerance=1e-9)
     solution = solver.solve(program, Start(program.start))
     assert solution.status is Status.OPTIMAL
     np.testing.assert_allclose(solution.x, program.solution, atol=1e-5)

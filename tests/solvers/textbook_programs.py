@@ -300,9 +300,9 @@ def hs100() -> Textbook:
         rows=limits([-INF] * 4, [127, 282, 196, 0]),
         solution=array(2.330499, 1.951372, -0.4775414, 4.365726, -0.6244870, 1.038131, 1.594227),
         best=680.6300573,
-        multipliers=array(1.139725, 0, 0, 0.3686155),
+        multipliers=0.1 * array(1.139725, 0, 0, 0.3686155),
         bound_multipliers=np.zeros(7),
-        cost_scale=1.0,
+        cost_scale=0.1,
     )
 
 

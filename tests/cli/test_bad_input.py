@@ -1,0 +1,133 @@
+"""Everything a user can get wrong: one clear message, exit code 2, nothing written, no traceback."""
+
+import re
+
+import numpy as np
+import pytest
+
+FILES = {
+    "broken.toml": "x = [",
+    "binary.toml": b"\xff\xfe\x00",
+    "typo.toml": "[task]\nsped = 1.0\n",
+    "section.toml": "[tsk]\nspeed = 1.0\n",
+    "kind.toml": '[task]\nspeed = "fast"\n',
+    "flag.toml": "[task]\nsamples = true\n",
+    "bare.toml": "speed = 1.0\n",
+    "quantity.toml": '[geometry]\nfree = ["durtion"]\n',
+    "negative.toml": "[links.shin]\nmass = -1\n",
+    "inertia.toml": "[links.shin]\ninertia = [[1, 0, 0], [0, 1, 0], [0, 0, 5]]\n",
+    "range.toml": "[joints.knee]\nlower = 1.0\nupper = 0.5\n",
+    "broken.urdf": "<robot",
+    "legless.urdf": '<robot name="a"><link name="b"/></robot>',
+    "file": "a regular file",
+}
+
+CASES = [
+    (["--bogus"], "No such option"),
+    (["--speed", "-1"], "speed is -1.0 m/s"),
+    (["--speed", "nan"], "speed is nan m/s"),
+    (["--speed", "inf"], "speed is inf m/s"),
+    (["--speed", "quick"], "--speed"),
+    (["--duration", "0"], "duration is 0.0 s"),
+    (["--speed", "5"], "a step of 2.000 m .* longer than the legs can span: at most 1.164 m"),
+    (["--samples", "30"], "odd number of samples, not 30"),
+    (["--samples", "1"], "1 samples are too few"),
+    (["--postures", "0"], "postures is 0"),
+    (["--friction", "0"], "friction is 0.0"),
+    (["--preset", "standart"], "preset 'standart' is unknown; choose standard or paper"),
+    (["--solver", "sqpp"], "no solver 'sqpp'; choose one of .*sqp"),
+    (["--qp-solver", "cvx"], "qp_solver is 'cvx'; choose one of"),
+    (["--differences", "some"], "'some' is unknown; choose none, constraints, all"),
+    (["--tolerance", "-1"], "tolerance is -1.0"),
+    (["--max-iterations", "0"], "max_iterations is 0"),
+    (["--seed", "-1"], "seed -1 is wrong"),
+    (["--free", "bogus"], "no geometric quantity 'bogus'"),
+    (["--fix", "pelvis_roll"], "--fix pelvis_roll: give a name and a number"),
+    (["--fix", "pelvis_roll=nan"], "cannot be fixed at nan"),
+    (["--fix", "duration=1"], "by --duration"),
+    (["--fix", "step_length=0.4"], "step_length is fixed"),
+    (["--config", "absent.toml"], "cannot read the configuration .*no such file"),
+    (["--config", "broken.toml"], "not TOML"),
+    (["--config", "binary.toml"], "not TOML"),
+    (["--config", "typo.toml"], "unknown entry in .task. 'sped'; did you mean 'speed'"),
+    (["--config", "section.toml"], "unknown section 'tsk'; did you mean 'task'"),
+    (["--config", "kind.toml"], "task.speed = 'fast' is wrong; give a number"),
+    (["--config", "flag.toml"], "task.samples = 'True' is wrong; give a whole number"),
+    (["--config", "bare.toml"], "unknown section 'speed'"),
+    (["--config", "quantity.toml"], "no geometric quantity 'durtion'"),
+    (["--spec", "absent.toml"], "cannot read .*absent.toml"),
+    (["--spec", "broken.toml"], "not a TOML file"),
+    (["--spec", "negative.toml"], "links.shin.mass = -1 kg"),
+    (["--spec", "inertia.toml"], "links.shin.inertia cannot belong to a body"),
+    (["--spec", "range.toml"], "joints.knee.lower = 1 rad is not below"),
+    (["--urdf", "absent.urdf"], "cannot read the URDF .*no such file"),
+    (["--urdf", "broken.urdf"], "the URDF cannot be read"),
+    (["--urdf", "legless.urdf"], "no frame named 'right_sole'"),
+    (["--urdf", "legless.urdf", "--spec", "negative.toml"], "exclude each other"),
+    (["--stance-sole", "toes"], "no frame named 'toes'"),
+    (["--start", "absent.npz"], "cannot read the gait file"),
+    (["--output", "file/walk"], "cannot write to .*is a file"),
+]
+
+
+@pytest.fixture
+def workplace(tmp_path, monkeypatch):
+    for name, content in FILES.items():
+        (tmp_path / name).write_bytes(content if isinstance(content, bytes) else content.encode())
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def refused(result, pattern):
+    """One message that matches, exit code 2, nothing on stdout."""
+    message = " ".join(result.stderr.replace("│", " ").split())
+    assert result.exit_code == 2, message
+    assert result.stdout == ""
+    assert re.search(pattern, message), message
+
+
+@pytest.mark.parametrize(("words", "pattern"), CASES, ids=[" ".join(c[0]) for c in CASES])
+def test_optimise_refuses(quick, workplace, words, pattern):
+    refused(quick("--output", "out", *words), pattern)
+    assert {path.name for path in workplace.iterdir()} == set(FILES)
+
+
+@pytest.mark.parametrize(
+    ("words", "pattern"),
+    [
+        (["urdf", "--spec", "negative.toml", "-o", "out.urdf"], "links.shin.mass = -1 kg"),
+        (["urdf", "-o", "file/out.urdf"], "cannot write"),
+        (["urdf", "--write-spec", "file/out.toml"], "cannot write"),
+        (["check", "absent.npz"], "there is no such file"),
+        (["check", "file"], "truncated, or not a gait file"),
+        (["walk"], "No such command 'walk'"),
+    ],
+)
+def test_other_commands_refuse(cli, workplace, words, pattern):
+    refused(cli(*words), pattern)
+    assert {path.name for path in workplace.iterdir()} == set(FILES)
+
+
+@pytest.mark.parametrize(
+    ("words", "pattern"),
+    [
+        (["play", "--html", "file/out.html"], "cannot write"),
+        (["play", "--html", "out.html", "--steps", "0"], "0 steps cannot be shown"),
+        (["plot", "--format", "bmp"], "choose png, svg, pdf"),
+        (["plot", "--output", "file"], "cannot make the directory"),
+        (["export", "--output", "out.doc"], "suffix must be one of"),
+        (["export"], "Missing option '--output'"),
+    ],
+)
+def test_commands_that_take_a_gait_refuse(cli, workplace, designed, words, pattern):
+    refused(cli(words[0], designed / "gait.npz", *words[1:]), pattern)
+    assert {path.name for path in workplace.iterdir()} == set(FILES)
+
+
+@pytest.mark.parametrize("command", ["check", "play", "plot"])
+def test_truncated_and_foreign_gaits_are_refused(cli, gait_file, command):
+    gait_file.write_bytes(gait_file.read_bytes()[:3000])
+    refused(cli(command, gait_file), "truncated")
+    with gait_file.open("wb") as stream:
+        np.savez(stream, a=np.arange(3))
+    refused(cli(command, gait_file), "'time' is missing")

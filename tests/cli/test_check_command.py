@@ -1,0 +1,92 @@
+"""`gaitopt check`: a gait file is believed only if everything in it follows from its parameters."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from gaitopt import audit, load_gait, save_gait
+from gaitopt.gait.result import array_names
+
+
+def test_designed_gait_passes(cli, designed):
+    result = cli("check", designed / "gait.npz")
+    assert result.exit_code == 0, result.stderr
+    assert "certified" in result.stdout
+    assert "m g T 223.158 N·s" in result.stdout
+
+
+def test_unrefined_gait_is_not_certified(cli, quick, tmp_path):
+    assert quick("-o", tmp_path, "-q").exit_code == 0
+    result = cli("check", tmp_path / "gait.npz")
+    assert result.exit_code == 1
+    assert "optimal at the given samples only" in result.stdout
+    assert "altered" not in result.stderr
+
+
+@pytest.mark.parametrize(
+    "name", [n for n in array_names() if n not in ("parameters", "time", "knots", "mirror")]
+)
+def test_altered_array_is_named(cli, gait_file, name):
+    gait = load_gait(gait_file)
+    values = np.array(getattr(gait, name))
+    values.flat[np.abs(values).argmax()] *= 1.0 + 1e-7
+    save_gait(replace(gait, **{name: values}), gait_file)
+    result = cli("check", gait_file)
+    assert result.exit_code == 1
+    assert f"these differ: {name} (by 1.0e-07)" in result.stderr
+
+
+def test_altered_parameters_are_caught(gait_file):
+    gait = load_gait(gait_file)
+    values = gait.parameters + np.eye(len(gait.parameters))[3] * 1e-6
+    found = audit(replace(gait, parameters=values))
+    assert {"q", "torque", "cop"} <= set(found.altered)
+    assert not found.passed
+
+
+@pytest.mark.parametrize(
+    ("keys", "value", "caught"),
+    [
+        (("cost",), 3000.0, "cost"),
+        (("mass",), 50.0, "mass"),
+        (("limits", "torque"), [200.0] * 12, "limits"),
+        (("task", "margins", "torque_limit"), 90.0, "limits"),
+        (("task", "margins", "friction"), 0.5, "certificate"),
+        (("certificate", "certified"), False, "certificate"),
+    ],
+)
+def test_altered_record_is_named(cli, gait_file, keys, value, caught):
+    gait = load_gait(gait_file)
+    meta = json.loads(json.dumps(gait.meta))
+    record = meta
+    for key in keys[:-1]:
+        record = record[key]
+    record[keys[-1]] = value
+    save_gait(replace(gait, meta=meta), gait_file)
+    result = cli("check", gait_file)
+    assert result.exit_code == 1
+    assert caught in result.stderr
+
+
+def test_another_robot_is_caught(cli, gait_file):
+    gait = load_gait(gait_file)
+    heavier = gait.urdf.replace('mass value="1.75"', 'mass value="1.76"')
+    assert heavier != gait.urdf
+    save_gait(replace(gait, urdf=heavier), gait_file)
+    result = cli("check", gait_file)
+    assert result.exit_code == 1
+    assert "torque" in result.stderr
+    assert "mass" in result.stderr
+
+
+@pytest.mark.parametrize(
+    ("remove", "pattern"), [("task", "record of the task is missing"), ("sole", "edge of the sole")]
+)
+def test_gait_without_its_task_cannot_be_checked(cli, gait_file, remove, pattern):
+    gait = load_gait(gait_file)
+    save_gait(replace(gait, meta={k: v for k, v in gait.meta.items() if k != remove}), gait_file)
+    result = cli("check", gait_file)
+    assert result.exit_code == 2
+    assert pattern in result.stderr

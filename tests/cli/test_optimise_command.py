@@ -1,0 +1,153 @@
+"""`gaitopt optimise`, end to end."""
+
+import json
+import os
+import signal
+
+import numpy as np
+import pytest
+
+from gaitopt import load_gait
+from gaitopt.cli import optimise as optimise_command
+from gaitopt.cli.config import read_config
+from gaitopt.cli.results import require_writable
+from gaitopt.errors import InputError
+
+
+def test_writes_the_whole_story(designed):
+    names = {path.name for path in designed.iterdir()}
+    assert names >= {"gait.npz", "gait.html", "figures", "summary.json", "task.toml", "robot.urdf"}
+    assert {p.stem for p in (designed / "figures").glob("*.png")} >= {"step", "torques", "walk"}
+    assert not list(designed.glob(".*"))  # no temporary file is left
+
+
+def test_summary_is_that_of_the_gait(designed):
+    summary = json.loads((designed / "summary.json").read_text())
+    gait = load_gait(designed / "gait.npz")
+    assert summary["walk"]["cost_N2ms"] == gait.cost
+    assert summary["walk"]["speed_m_per_s"] == pytest.approx(1.0, abs=1e-12)
+    assert summary["certificate"]["certified"] is True
+    assert summary["robot"]["mass_kg"] == pytest.approx(56.87)
+
+
+def test_table_says_what_a_roboticist_asks(designed):
+    text = (designed / "stdout.txt").read_text()
+    gait = load_gait(designed / "gait.npz")
+    peak = np.abs(gait.torque).max()
+    for word in ("biped13 walks at 1.000 m/s", "certified", "N²·m·s", "hip pitch", "ankle roll",
+                 f"{peak:.1f}", "of 150", "ground 223.158 N·s = m g T 223.158 N·s"):  # fmt: skip
+        assert word in text
+    assert max(map(len, text.splitlines()[:-2])) <= 100  # the last line names the files
+
+
+def test_recorded_task_reproduces_the_gait(designed, cli, tmp_path):
+    again = tmp_path / "again"
+    config = designed / "task.toml"
+    result = cli("optimize", "--config", config, "-o", again, "--no-page", "--no-figures", "-q")
+    assert (result.exit_code, result.stdout, result.stderr) == (0, "", "")
+    first, second = load_gait(designed / "gait.npz"), load_gait(again / "gait.npz")
+    assert np.array_equal(first.parameters, second.parameters)
+    assert not (again / "gait.html").exists()
+
+
+def test_command_line_wins_over_the_file(quick, tmp_path):
+    config = tmp_path / "c.toml"
+    config.write_text("[task]\nspeed = 0.5\nduration = 0.45\n[margins]\nfriction = 0.6\n")
+    result = quick("--config", config, "--speed", "0.8", "-q", "-o", tmp_path / "out")
+    assert result.exit_code == 0
+    gait = load_gait(tmp_path / "out" / "gait.npz")
+    assert gait.speed == pytest.approx(0.8)
+    assert gait.duration == pytest.approx(0.45)
+    assert gait.number("task", "margins", "friction") == 0.6
+
+
+def test_starts_from_a_gait(quick, designed, tmp_path):
+    result = quick("--start", designed / "gait.npz", "-o", tmp_path, "-q")
+    assert result.exit_code == 0
+    warm = load_gait(tmp_path / "gait.npz").number("solver", "iterations")
+    assert warm is not None
+    assert 0 < warm < 12  # cold it takes about 20
+    assert read_config(tmp_path / "task.toml")["start"].resolve() == designed / "gait.npz"
+
+
+def test_start_of_another_kind_is_refused(quick, designed):
+    result = quick("--start", designed / "gait.npz", "--postures", "1")
+    assert result.exit_code == 2
+    assert "number of intermediate postures" in result.stderr
+
+
+def test_seed_decides_the_first_guess(quick, tmp_path):
+    found = []
+    for run, seed in enumerate("112"):
+        where = tmp_path / str(run)
+        assert quick("--seed", seed, "--sigma", "0.02", "-q", "-o", where).exit_code == 0
+        found.append(load_gait(where / "gait.npz").parameters)
+    assert np.array_equal(found[0], found[1])
+    assert not np.array_equal(found[0], found[2])
+
+
+@pytest.mark.parametrize(
+    ("words", "free"),
+    [
+        (("--preset", "paper"), 42),
+        (("--free", "pelvis_roll"), 44),
+        (("--fix", "pelvis_yaw=0.05"), 42),
+        (("--postures", "1"), 31),
+    ],
+)
+def test_parameters_asked_for(quick, tmp_path, words, free):
+    assert quick(*words, "-q", "-o", tmp_path).exit_code == 0
+    gait = load_gait(tmp_path / "gait.npz")
+    assert len(gait.parameters) == free
+
+
+def test_unrefined_gait_says_so(quick):
+    result = quick()
+    assert result.exit_code == 0
+    assert "optimal at the given samples only" in result.stdout
+
+
+def test_no_gait_found(quick, tmp_path):
+    result = quick("--torque-limit", "20", "-o", tmp_path / "none")
+    assert result.exit_code == 3
+    assert "no feasible gait was found" in result.stderr
+    assert "torque at" in result.stderr
+    assert "allowed" in result.stderr
+    assert not (tmp_path / "none").exists()
+
+
+def test_interrupt_before_a_gait_stops_at_the_next_iteration(quick, monkeypatch):
+    search = optimise_command.design
+
+    def design_interrupted(*args, on_progress, **options):
+        os.kill(os.getpid(), signal.SIGINT)
+        return search(*args, on_progress=on_progress, **options)
+
+    monkeypatch.setattr(optimise_command, "design", design_interrupted)
+    result = quick()
+    assert result.exit_code == 3
+    assert "interrupted" in result.stderr
+
+
+def test_interrupt_with_a_gait_writes_it(quick, designed, monkeypatch, tmp_path):
+    search = optimise_command.design
+
+    def design_interrupted(*args, **options):
+        os.kill(os.getpid(), signal.SIGINT)
+        return search(*args, **options)
+
+    monkeypatch.setattr(optimise_command, "design", design_interrupted)
+    # tolerances that the start does not meet, so that it is feasible and not yet optimal
+    result = quick("--start", designed / "gait.npz", "--samples", "61", "--tolerance", "1e-14",
+                   "-o", tmp_path)  # fmt: skip
+    assert result.exit_code in (0, 1)
+    assert "interrupted" in result.stderr
+    assert load_gait(tmp_path / "gait.npz").cost > 3000.0
+
+
+def test_writability_is_checked_without_leaving_a_trace(tmp_path):
+    require_writable(tmp_path / "a" / "b")
+    assert not (tmp_path / "a").exists()
+    (tmp_path / "file").touch()
+    with pytest.raises(InputError, match="is a file"):
+        require_writable(tmp_path / "file" / "b")

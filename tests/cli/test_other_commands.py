@@ -1,0 +1,125 @@
+"""`gaitopt urdf`, `play`, `plot`, `export`, and the program itself."""
+
+import csv
+import os
+import subprocess
+import sys
+import time
+import tomllib
+from dataclasses import fields
+from pathlib import Path
+
+import pytest
+
+from gaitopt import Margins, Robot, Task, biped13, read_spec, urdf_text
+from gaitopt.cli.config import SCHEMA
+from gaitopt.cli.help_defaults import defaults
+from gaitopt.version import __version__
+
+
+def program(*words, **options):
+    return subprocess.run(
+        [sys.executable, "-m", "gaitopt", *map(str, words)], capture_output=True, text=True,
+        check=False, **options,
+    )  # fmt: skip
+
+
+def test_urdf_of_the_preset(cli):
+    result = cli("urdf")
+    assert result.exit_code == 0
+    assert result.stdout == urdf_text(biped13())
+
+
+def test_specification_to_start_from(cli, tmp_path):
+    spec, urdf = tmp_path / "mine.toml", tmp_path / "mine.urdf"
+    assert cli("urdf", "--write-spec", spec).exit_code == 0
+    assert read_spec(spec) == biped13()
+    assert tomllib.loads(spec.read_text())["geometry"]["d3"] == 0.3
+    spec.write_text(spec.read_text().replace("mass = 40.55", "mass = 45.0"))
+    assert cli("urdf", "--spec", spec, "-o", urdf).exit_code == 0
+    assert Robot.from_urdf(urdf).mass == pytest.approx(56.87 + 4.45)
+
+
+def test_page_of_a_gait(cli, designed, tmp_path):
+    result = cli("play", designed / "gait.npz", "--html", tmp_path / "a.html", "--steps", "2")
+    assert result.exit_code == 0
+    assert "<html" in (tmp_path / "a.html").read_text()
+
+
+def test_figures_of_a_gait(cli, designed, tmp_path):
+    gait = designed / "gait.npz"
+    result = cli("plot", gait, "-o", tmp_path / "f", "--format", "svg")
+    assert result.exit_code == 0
+    written = sorted((tmp_path / "f").iterdir())
+    assert [f"wrote {path}" for path in written] == sorted(result.stdout.splitlines())
+
+
+def test_export_of_both_legs(cli, designed, tmp_path):
+    lengths = []
+    for words in ((), ("--both-legs",)):
+        assert cli("export", designed / "gait.npz", "-o", tmp_path / "a.csv", *words).exit_code == 0
+        with (tmp_path / "a.csv").open() as stream:
+            lengths.append(len(list(csv.reader(stream))))
+    assert lengths == [32, 63]
+
+
+def test_version(cli):
+    result = cli("--version")
+    assert (result.exit_code, result.stdout) == (0, f"gaitopt {__version__}\n")
+
+
+def test_help_shows_defaults_and_does_not_set_them(cli, quick):
+    text = cli("optimise", "--help").stdout
+    assert f"[default: {Task().speed}]" in text
+    assert f"[default: {Margins().friction}]" in text
+    assert "optimize" not in cli("--help").stdout
+
+
+def test_every_task_and_margin_field_is_an_option():
+    given_otherwise = {"margins", "geometry"}
+    assert set(SCHEMA["task"]) - {"preset"} == {f.name for f in fields(Task)} - given_otherwise
+    assert set(SCHEMA["margins"]) == {f.name for f in fields(Margins)}
+
+
+def test_defaults_are_those_of_the_method():
+    shown = defaults()
+    assert shown["speed"] == Task().speed
+    assert shown["clearance"] == Margins().clearance
+    assert "torque_limit" not in shown  # that is the robot's
+
+
+def test_help_is_fast_and_imports_nothing_heavy():
+    code = (
+        "import sys, gaitopt, gaitopt.cli.app; from typer.testing import CliRunner; "
+        "r = CliRunner().invoke(gaitopt.cli.app.app, ['--help']); assert r.exit_code == 0; "
+        "print([m for m in ('pinocchio', 'scipy', 'matplotlib', 'meshcat', 'numpy') "
+        "if m in sys.modules])"
+    )
+    found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert found.stdout == "[]\n"
+    begin = time.perf_counter()
+    assert "Design the gait" in program("--help").stdout
+    assert time.perf_counter() - begin < 2.0  # 0.2 s on an idle machine
+
+
+def test_reader_that_goes_away(tmp_path):
+    head = subprocess.run(
+        f"'{sys.executable}' -m gaitopt urdf | head -n 1; echo ${{PIPESTATUS[0]}}",
+        shell=True, executable="/bin/bash", capture_output=True, text=True, check=True,
+    )  # fmt: skip
+    assert head.stdout.startswith("<?xml")
+    assert "Traceback" not in head.stderr
+
+
+def test_terminal_without_unicode(designed):
+    env = {**os.environ, "PYTHONIOENCODING": "ascii", "PYTHONWARNINGS": "default"}
+    result = program("check", designed / "gait.npz", env=env)
+    assert result.returncode == 0, result.stderr
+    assert "N?s" in result.stdout
+
+
+def test_error_in_a_process(tmp_path):
+    result = program("check", "absent.npz", cwd=tmp_path)
+    assert result.returncode == 2
+    assert result.stderr.startswith("error: cannot read the gait file 'absent.npz'")
+    assert list(Path(tmp_path).iterdir()) == []

@@ -1,0 +1,77 @@
+import numpy as np
+import pytest
+from numerics import check_jacobian, relative_error
+
+from gaitopt.gait.families import Family, FrictionCone, Length, Linear
+from gaitopt.gait.step import Reads
+
+FORCES = np.array([[30.0, -40.0, 200.0, 1.0, 2.0, 3.0], [-3.0, 5.0, 80.0, 0.0, 1.0, 4.0]])
+LEGS = np.array([[0.1, -0.06, 0.55], [-0.2, 0.07, 0.5]])
+MAPS = (
+    (Linear(np.array([[1.0, 0.0, 2.0, 0.0, -1.0, 0.0], [0.0, 3.0, 0.0, 0.5, 0.0, 1.0]])), FORCES),
+    (FrictionCone(0.7, 0.05), FORCES),
+    (Length(), LEGS),
+)
+maps = pytest.mark.parametrize(("rows", "quantity"), MAPS, ids=["linear", "cone", "length"])
+curved = pytest.mark.parametrize(("rows", "quantity"), MAPS[1:], ids=["cone", "length"])
+
+
+@maps
+def test_slope(rows, quantity):
+    """Instants do not see each other, so both may move at once."""
+    move = np.zeros(quantity.shape[1])
+    slope = np.broadcast_to(
+        rows.slope(quantity), (len(quantity), rows.value(quantity).shape[1], move.size)
+    )
+    check_jacobian(lambda d: rows.value(quantity + d), slope, move, step=1e-3)
+
+
+@curved
+def test_curvature(rows, quantity):
+    weights = np.array([[0.7], [-1.3]])
+    H = rows.curvature(quantity, weights)
+
+    def slope(d):
+        return weights * rows.slope(quantity + d)[:, 0]
+
+    check_jacobian(slope, H, np.zeros(quantity.shape[1]), step=1e-3)
+    np.testing.assert_allclose(H, H.swapaxes(1, 2), atol=1e-15)
+
+
+def test_linear_rows_do_not_bend():
+    rows, quantity = MAPS[0]
+    assert rows.curvature(quantity, np.ones((2, 2))) is None
+    np.testing.assert_allclose(rows.value(quantity)[0], [30.0 + 400.0 - 2.0, -120.0 + 0.5 + 3.0])
+
+
+def test_the_cone_is_coulombs():
+    sharp = FrictionCone(0.7, 1e-9)
+    np.testing.assert_allclose(sharp.value(FORCES)[0], [0.7 * 200.0 - 50.0])
+
+
+def test_smoothing_moves_the_cone_inwards_by_no_more_than_itself():
+    smooth, sharp = FrictionCone(0.7, 0.05).value(FORCES), FrictionCone(0.7, 0.0).value(FORCES)
+    assert (smooth < sharp).all()
+    vertical = np.array([[0.0, 0.0, 100.0]])
+    assert FrictionCone(0.7, 0.05).value(vertical)[0, 0] == pytest.approx(70.0 - 0.05)
+    assert np.isfinite(FrictionCone(0.7, 0.05).slope(vertical)).all()
+
+
+def test_lengths():
+    assert relative_error(Length().value(LEGS)[:, 0], np.sqrt((LEGS**2).sum(axis=1))) < 1e-15
+
+
+def family(instants: np.ndarray) -> Family:
+    shape = (instants.size, 2)
+    return Family(
+        name="example", equation="(1)", reads=Reads.WRENCH, rows=MAPS[0][0], labels=("a", "b"),
+        unit="N", lower=np.zeros(shape), upper=np.ones(shape), scale=np.ones(2),
+        instants=instants, times=None,
+    )  # fmt: skip
+
+
+def test_a_family_takes_its_instants():
+    quantity = np.arange(15.0).reshape(5, 3)
+    np.testing.assert_array_equal(family(np.array([1, 4])).take(quantity), quantity[[1, 4]])
+    np.testing.assert_array_equal(family(np.arange(5)).take(quantity), quantity)
+    assert family(np.array([1, 4])).size == 4

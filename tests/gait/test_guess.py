@@ -1,0 +1,98 @@
+import numpy as np
+import pytest
+from motions import kinematics
+
+from gaitopt.errors import UnreachableError
+from gaitopt.gait.guess import first_guess, perturbed
+from gaitopt.gait.parameters import GEOMETRY, set_quantities
+from gaitopt.gait.problem import WalkProblem
+from gaitopt.gait.task import preset_task
+
+
+def guess_for(robot, **changes):
+    problem = WalkProblem(robot, preset_task(**changes))
+    return problem, first_guess(problem)
+
+
+@pytest.mark.parametrize("speed", [0.4, 1.0, 1.5])
+@pytest.mark.parametrize("postures", [1, 2, 4])
+def test_it_walks_at_the_speed_asked_for(robot, speed, postures):
+    problem, x = guess_for(robot, speed=speed, postures=postures)
+    step = problem.step(x)
+    assert step.step_length / step.duration == pytest.approx(speed)
+    assert np.isfinite(problem.values(x).cost)
+
+
+def test_the_swing_foot_is_lifted_level_over_the_ground(robot):
+    problem, x = guess_for(robot, postures=3, clearance=0.04)
+    heights = []
+    for q in x[problem.layout.knots].reshape(-1, 12):
+        sole = kinematics(robot, q).frame(robot.swing_frame)
+        np.testing.assert_allclose(sole.rotation, np.eye(3), atol=1e-9)
+        heights.append(sole.translation[2])
+    assert min(heights) > 0.04 * np.sin(np.pi / 4.0) ** 2
+    assert heights[1] == max(heights)
+
+
+def test_the_pelvis_stands_midway_between_the_feet(robot):
+    problem, x = guess_for(robot)
+    step = problem.step(x)
+    sole = step.posture.sole.translation
+    pelvis = step.posture.pelvis.translation
+    ankle = robot.legs.ankles[0]
+    assert pelvis[1] == pytest.approx(sole[1] / 2.0)
+    assert pelvis[0] == pytest.approx(ankle[0] + sole[0] / 2.0)
+    np.testing.assert_allclose(*np.linalg.norm(step.posture.legs, axis=1), rtol=0.02)
+
+
+def test_it_keeps_clear_of_the_stance_foot(robot):
+    problem, x = guess_for(robot, lateral_gap=0.05)
+    rows = problem.family_rows("lateral")
+    slack = problem.values(x).rows[rows] - problem.rows.lower[rows]
+    nodes = problem.grid.nodes
+    assert slack.reshape(nodes, 4)[[0, -1]].min() > -1e-9
+
+
+def test_the_foot_slows_down_before_it_lands(robot):
+    problem, x = guess_for(robot)
+    step = problem.step(x)
+    last = (step.q_end - x[problem.layout.knots].reshape(-1, 12)[-1]) / (step.duration / 3.0)
+    assert 0.0 < step.rate_before @ last / (last @ last) < 1.0
+
+
+def test_fixed_quantities_keep_their_value(robot):
+    values = {"trunk_pitch": 0.11, "foot_spacing": 0.19, "foot_yaw": 0.15, "pelvis_roll": 0.02}
+    table = set_quantities(
+        GEOMETRY, {n: {"free": False, "value": v} for n, v in values.items()}
+    )
+    problem, x = guess_for(robot, geometry=table)
+    geometry = dict(zip([q.name for q in GEOMETRY], problem.step(x).geometry, strict=True))
+    assert {n: geometry[n] for n in values} == values
+
+
+def test_bounds_are_kept(robot):
+    table = set_quantities(GEOMETRY, {"pelvis_height": {"lower": 0.4, "upper": 0.55}})
+    problem, x = guess_for(robot, geometry=table)
+    assert x[problem.layout.index("pelvis_height")] == 0.55
+    assert (x >= problem.variables.lower).all()
+    assert (x <= problem.variables.upper).all()
+
+
+def test_a_step_longer_than_the_legs_is_refused(robot):
+    with pytest.raises(
+        UnreachableError,
+        match=r"a step of 1\.600 m \(4 m/s for 0\.4 s\) is longer than the legs can span: at most "
+        r"1\.164 m; ask for a lower speed or a shorter step duration",
+    ):
+        guess_for(robot, speed=4.0)
+
+
+def test_noise_is_on_the_joints_only_and_repeats(robot):
+    problem, x = guess_for(robot)
+    noisy = perturbed(problem, x, 0.2, seed=7)
+    np.testing.assert_array_equal(noisy, perturbed(problem, x, 0.2, seed=7))
+    np.testing.assert_array_equal(noisy[problem.layout.shape], x[problem.layout.shape])
+    noise = (noisy - x)[: problem.layout.rates.stop]
+    assert np.std(noise) == pytest.approx(0.2, rel=0.3)
+    assert np.abs(perturbed(problem, x, 0.2, seed=8) - noisy).max() > 0.05
+    assert (x == first_guess(problem)).all()

@@ -1,0 +1,96 @@
+"""Exact Hessians of the cost and of every family against differences of exact gradients."""
+
+import functools
+
+import numpy as np
+import pytest
+from numerics import check_differences, steps
+from walks import FAMILIES, PAIRS, WALKS, walk
+
+STEPS = steps(4e-4, 6)  # of variables.scale; friction cones need small ones, impacts large ones
+DIRECTIONS = ("joints", "geometry", "all")
+LINEAR = "walking speed"
+PARTS = {"leg length": ("geometry",)}  # of families that do not depend on all parameters
+
+
+@functools.cache
+def direction(name: str, part: str) -> np.ndarray:
+    """A random direction in scaled parameters."""
+    problem = walk(name).problem
+    d = np.random.default_rng(9).normal(size=problem.layout.size)
+    if part == "joints":
+        d[problem.layout.shape] = 0.0
+    if part == "geometry":
+        d[: problem.layout.shape.start] = 0.0
+    return d * problem.variables.scale
+
+
+@functools.cache
+def slope_differences(name: str, part: str) -> list[np.ndarray]:
+    """Change of the gradients of cost (first) and rows along a direction, at two steps."""
+    problem, x = walk(name).problem, walk(name).x
+
+    def slopes(at):
+        point = problem.point(at)
+        return np.vstack([point.gradient, point.jacobian])
+
+    moves = [(h, h * direction(name, part)) for h in STEPS]
+    return [(slopes(x + move) - slopes(x - move)) / (2.0 * h) for h, move in moves]
+
+
+@functools.cache
+def weights(name: str, family: str) -> np.ndarray:
+    """Random multipliers of the rows of one family, zero elsewhere."""
+    problem = walk(name).problem
+    y = np.zeros(problem.rows.lower.size)
+    rows = problem.family_rows(family)
+    y[rows] = np.random.default_rng(11).normal(size=rows.stop - rows.start)
+    return y
+
+
+@functools.cache
+def family_hessian(name: str, family: str) -> np.ndarray:
+    return walk(name).problem.hessian(walk(name).x, weights(name, family), 0.0)
+
+
+def check(name: str, part: str, H: np.ndarray, w: np.ndarray) -> None:
+    """Compare H d with the differences of w . slopes, both in scaled parameters."""
+    scale = walk(name).problem.variables.scale
+    found = [(w @ d) * scale for d in slope_differences(name, part)]
+    check_differences(scale * (H @ direction(name, part)), found)
+
+
+@pytest.mark.parametrize("part", DIRECTIONS)
+@pytest.mark.parametrize("name", WALKS)
+def test_hessian_of_the_cost(name, part):
+    problem, x = walk(name).problem, walk(name).x
+    m = problem.rows.lower.size
+    check(name, part, problem.hessian(x, np.zeros(m), 1.0), np.eye(1, m + 1)[0])
+
+
+@pytest.mark.parametrize(("name", "family"), [p for p in PAIRS if p[1] != LINEAR])
+def test_hessian_of_every_family(name, family):
+    weight = np.concatenate([[0.0], weights(name, family)])
+    for part in PARTS.get(family, DIRECTIONS):
+        check(name, part, family_hessian(name, family), weight)
+
+
+@pytest.mark.parametrize("name", ["guess", "everything free"])
+def test_the_walking_speed_is_linear(name):
+    problem, x = walk(name).problem, walk(name).x
+    assert np.abs(weights(name, LINEAR)).max() > 0.0
+    assert np.abs(family_hessian(name, LINEAR)).max() == 0.0
+    assert np.abs(problem.point(x).jacobian[problem.family_rows(LINEAR)]).max() == 1.0
+
+
+@pytest.mark.parametrize("name", WALKS)
+def test_hessians_add_up_and_are_symmetric(name):
+    """That of the Lagrangian is the weighted sum of the parts."""
+    problem, x = walk(name).problem, walk(name).x
+    families = [f for f in FAMILIES if (name, f) in PAIRS]
+    total = sum(weights(name, f) for f in families)
+    H = problem.hessian(x, total, 3.0)
+    parts = [family_hessian(name, f) for f in families]
+    expected = 3.0 * problem.hessian(x, np.zeros_like(total), 1.0) + sum(parts)
+    np.testing.assert_allclose(H, expected, atol=1e-10 * np.abs(expected).max())
+    np.testing.assert_array_equal(H, H.T)

@@ -1,0 +1,97 @@
+import math
+from dataclasses import replace
+
+import pytest
+
+from gaitopt.errors import InputError
+from gaitopt.gait.parameters import GEOMETRY, set_quantities
+from gaitopt.gait.task import Margins, Task, preset_task
+
+NUMBERS = (
+    "friction", "minimum_load", "cop_margin", "clearance", "lateral_gap", "knee_flexion",
+    "leg_extension", "liftoff_speed", "torque_limit", "speed_limit",
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("name", NUMBERS)
+@pytest.mark.parametrize("value", [math.nan, math.inf])
+def test_margins_must_be_numbers(name, value):
+    with pytest.raises(InputError, match=f"{name} is {value}; it must be a finite number"):
+        Margins(**{name: value})
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "message"),
+    [
+        ("friction", 0.0, "friction is 0.0; it must be above 0"),
+        ("leg_extension", -0.5, "leg_extension is -0.5; it must be above 0"),
+        ("leg_extension", 1.01, "leg_extension is 1.01; a leg reaches at most 1"),
+        ("torque_limit", 0.0, r"torque_limit is 0.0 N.m; it must be above 0"),
+        ("speed_limit", -3.0, "speed_limit is -3.0 rad/s; it must be above 0"),
+        ("minimum_load", -1.0, "minimum_load is -1.0 N; it must not be negative"),
+        ("clearance", -0.01, "clearance is -0.01 m; it must not be negative"),
+        ("cop_margin", -0.02, "cop_margin is -0.02 m; it must not be negative"),
+    ],
+)
+def test_margins_out_of_range_are_refused(name, value, message):
+    with pytest.raises(InputError, match=message):
+        Margins(**{name: value})
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"speed": 0.0}, "speed is 0.0 m/s; it must be a finite number above 0"),
+        ({"speed": math.nan}, "speed is nan m/s"),
+        ({"duration": -0.4}, "duration is -0.4 s; it must be"),
+        ({"penalty_weight": math.inf}, "penalty_weight is inf cost/m²"),
+        ({"postures": 0}, "postures is 0; at least 1 intermediate posture"),
+        ({"speed_as": "wish"}, "speed_as 'wish' is unknown; choose constraint or penalty"),
+        ({"quadrature": "gauss"}, "quadrature 'gauss' is unknown; choose simpson or euler"),
+    ],
+)
+def test_tasks_out_of_range_are_refused(changes, message):
+    with pytest.raises(InputError, match=message):
+        Task(**changes)
+
+
+def test_a_fixed_step_length_cannot_also_be_constrained():
+    fixed = set_quantities(GEOMETRY, {"step_length": {"free": False, "value": 0.4}})
+    with pytest.raises(InputError, match="step_length is fixed; free it, or take the speed as a"):
+        Task(geometry=fixed)
+    assert Task(geometry=fixed, speed_as="penalty").geometry == fixed
+
+
+def test_the_step_length_is_what_the_speed_asks_for():
+    assert Task(speed=0.8, duration=0.45).step_length == pytest.approx(0.36)
+
+
+def test_the_standard_preset_is_the_default_task():
+    assert preset_task() == preset_task("standard") == Task()
+
+
+def test_the_paper_preset_knows_only_its_constraints():
+    standard, paper = preset_task("standard"), preset_task("paper")
+    assert [q.name for q in standard.geometry if q.free][-1] == "pelvis_yaw"
+    assert sum(q.free for q in paper.geometry) == 6
+    assert (standard.margins.impulse_cop, paper.margins.impulse_cop) == (True, False)
+    assert paper == replace(
+        standard, geometry=paper.geometry, margins=replace(standard.margins, impulse_cop=False)
+    )
+
+
+def test_changes_reach_task_and_margins():
+    task = preset_task("paper", speed=0.7, friction=0.4, postures=3, impulse_cop=True)
+    assert (task.speed, task.postures) == (0.7, 3)
+    assert (task.margins.friction, task.margins.impulse_cop) == (0.4, True)
+    assert task.margins.clearance == Margins().clearance
+
+
+def test_an_unknown_preset_lists_those_there_are():
+    with pytest.raises(InputError, match="preset 'papper' is unknown; choose standard or paper"):
+        preset_task("papper")
+
+
+def test_a_misspelt_field_lists_those_there_are():
+    with pytest.raises(InputError, match=r"no task field sped; there are speed, .*, friction"):
+        preset_task(sped=1.0)

@@ -1,0 +1,100 @@
+"""What holds for the whole house: layers, public names, the README, generated files."""
+
+import importlib
+import json
+import re
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import pytest
+
+import gaitopt
+
+ROOT = Path(__file__).parents[1]
+PACKAGES = sorted(
+    ".".join(path.parent.relative_to(ROOT).parts) for path in ROOT.glob("gaitopt/**/__init__.py")
+)
+
+
+def run(*command: str) -> "subprocess.CompletedProcess[str]":
+    return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+
+
+def test_imports_point_down():
+    found = run(str(Path(sys.executable).with_name("lint-imports")), "--no-cache")
+    assert found.returncode == 0, found.stdout
+    assert "1 kept, 0 broken" in found.stdout
+
+
+@pytest.mark.parametrize("name", PACKAGES)
+def test_public_names_exist(name):
+    package = importlib.import_module(name)
+    names = getattr(package, "__all__", [])
+    assert [n for n in names if not hasattr(package, n)] == []
+
+
+def test_public_names_are_the_ones_with_a_home():
+    lazy = set(gaitopt.__all__) - {"__version__"}
+    assert lazy == set(gaitopt._HOMES)
+    assert set(dir(gaitopt)) == set(gaitopt.__all__)
+    typed = re.search(r"if TYPE_CHECKING:(.*?)\n\n_HOMES", Path(gaitopt.__file__).read_text(), re.S)
+    assert typed is not None
+    assert {n for n in lazy if not re.search(rf"\b{n}\b", typed[1])} == set()
+
+
+def test_unknown_name_is_an_attribute_error():
+    with pytest.raises(AttributeError, match="no attribute 'desing'"):
+        gaitopt.desing  # noqa: B018
+
+
+def test_import_is_light():
+    code = "import sys, gaitopt; print([m for m in ('numpy', 'pinocchio') if m in sys.modules])"
+    assert run(sys.executable, "-c", code).stdout == "[]\n"
+
+
+def test_version_has_one_place():
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())
+    assert project["project"]["dynamic"] == ["version"]
+    assert project["tool"]["setuptools"]["dynamic"]["version"]["attr"] == (
+        "gaitopt.version.__version__"
+    )
+    assert f"## [{gaitopt.__version__}]" in (ROOT / "CHANGELOG.md").read_text()
+
+
+def test_urdf_is_current():
+    found = run(sys.executable, "scripts/generate_urdf", "--check")
+    assert found.returncode == 0, found.stderr
+
+
+def test_readme_example_runs(capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    blocks = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(), re.S)
+    assert len(blocks) == 1
+    exec(compile(blocks[0], "README.md", "exec"), {})
+    assert "certified" in capsys.readouterr().out
+    assert (tmp_path / "walk.npz").exists()
+
+
+def test_readme_links_exist():
+    text = (ROOT / "README.md").read_text()
+    targets = [t for t in re.findall(r"\]\(([^)#]+)\)", text) if "://" not in t]
+    assert targets
+    assert [t for t in targets if not (ROOT / t).exists()] == []
+
+
+def test_picture_is_of_the_gait_it_claims(refined_design):
+    record = json.loads((ROOT / "docs" / "images" / "walk.json").read_text())
+    assert record["speed_m_per_s"] == pytest.approx(1.0)
+    assert record["cost_N2ms"] == pytest.approx(refined_design.gait.cost, rel=1e-5)
+    assert record["gaitopt"] == gaitopt.__version__
+    assert (ROOT / "docs" / "images" / "walk.png").stat().st_size < 300_000
+
+
+@pytest.mark.parametrize("name", ["scripts/walk", "scripts/test", ".ci/run"])
+def test_scripts_are_sound(name):
+    script = ROOT / name
+    assert script.stat().st_mode & 0o111 == 0o111
+    assert "set -euo pipefail" in script.read_text()
+    assert run("bash", "-n", str(script)).returncode == 0

@@ -1,0 +1,100 @@
+"""Walks and points on which derivatives are checked: every option of a task is in one of them."""
+
+import functools
+from dataclasses import dataclass
+
+import numpy as np
+from reference_cases import biped, reference_case
+
+from gaitopt.gait.grid import uniform_grid
+from gaitopt.gait.guess import first_guess, perturbed
+from gaitopt.gait.parameters import GEOMETRY, set_quantities
+from gaitopt.gait.problem import WalkProblem
+from gaitopt.gait.task import preset_task
+
+FAMILIES = (
+    "torque",
+    "speed",
+    "load",
+    "friction",
+    "cop",
+    "impulse",
+    "impulse friction",
+    "lift-off",
+    "clearance",
+    "lateral",
+    "knee",
+    "leg length",
+    "range",
+    "impulse cop",
+    "walking speed",
+)
+_ALL = {"joint_range": True, "impulse_cop": True}
+_EVERYTHING_FREE = {
+    "pelvis_roll": {"free": True, "value": 0.03},
+    "foot_yaw": {"free": True, "value": -0.1},
+    "duration": {"free": True},
+}
+
+
+@dataclass(frozen=True)
+class Walk:
+    """A problem and a point of it."""
+
+    problem: WalkProblem
+    x: np.ndarray
+
+
+def _reference(name: str) -> Walk:
+    case = reference_case(name)
+    return Walk(case.problem(biped(), **_ALL), case.x)
+
+
+def _guess(seed: int, sigma: float = 0.1, **changes: object) -> Walk:
+    problem = WalkProblem(biped(), preset_task(**_ALL, **changes))
+    x = perturbed(problem, first_guess(problem), sigma, seed)
+    noise = np.random.default_rng(seed).normal(0.0, 0.02, x.size)
+    x[problem.layout.shape] += noise[problem.layout.shape] * problem.layout.scale()[
+        problem.layout.shape
+    ]
+    return Walk(problem, x)
+
+
+def _everything_free(**changes: object) -> Walk:
+    geometry = set_quantities(GEOMETRY, _EVERYTHING_FREE)
+    return _guess(4, geometry=geometry, **changes)
+
+
+def _added_instants() -> Walk:
+    walk = _guess(5)
+    grid = uniform_grid(31).with_instants(np.array([0.11, 0.777]))
+    return Walk(walk.problem.with_grid(grid), walk.x)
+
+
+_MAKERS = {
+    "optimum 43": lambda: _reference("p43_v1.0_optimum"),
+    "optimum 42": lambda: _reference("p42_v0.8_optimum"),
+    "infeasible 43": lambda: _reference("p43_v1.0_infeasible"),
+    "infeasible 42": lambda: _reference("p42_v1.0_infeasible"),
+    "guess": lambda: _guess(1),
+    "one posture": lambda: _guess(2, postures=1, speed=0.7),
+    "three postures, speed as penalty": lambda: _guess(3, postures=3, speed_as="penalty"),
+    "everything free": _everything_free,
+    "everything free, penalty, Euler": lambda: _everything_free(
+        speed_as="penalty", quadrature="euler", samples=20
+    ),
+    "added instants": _added_instants,
+}
+WALKS = tuple(_MAKERS)
+PAIRS = tuple(
+    (walk, family)
+    for walk in WALKS
+    for family in FAMILIES
+    if not (family == "walking speed" and "penalty" in walk)
+)
+
+
+@functools.cache
+def walk(name: str) -> Walk:
+    """One of `WALKS`."""
+    return _MAKERS[name]()
