@@ -54,9 +54,9 @@ def _guess(seed: int, sigma: float = 0.1, **changes: object) -> Walk:
     problem = WalkProblem(biped(), preset_task(**_ALL, **changes))
     x = perturbed(problem, first_guess(problem), sigma, seed)
     noise = np.random.default_rng(seed).normal(0.0, 0.02, x.size)
-    x[problem.layout.shape] += noise[problem.layout.shape] * problem.layout.scale()[
-        problem.layout.shape
-    ]
+    x[problem.layout.shape] += (
+        noise[problem.layout.shape] * problem.layout.scale()[problem.layout.shape]
+    )
     return Walk(problem, x)
 
 

@@ -21,8 +21,9 @@ def new_table(title: str, *columns: str) -> Table:
         box=SIMPLE_HEAD, pad_edge=False, show_edge=False, expand=True,
     )  # fmt: skip
     for name in columns:
-        justify = "right" if name.startswith(">") else "left"
-        table.add_column(Text(name.removeprefix(">")), justify=justify)
+        table.add_column(
+            Text(name.removeprefix(">")), justify="right" if name.startswith(">") else "left"
+        )
     return table
 
 

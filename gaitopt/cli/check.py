@@ -26,6 +26,7 @@ def run(path: Path) -> None:
     out.print(
         f"{path}: {gait.fact('robot')} at {gait.speed:.3g} m/s, computed again from its parameters",
         soft_wrap=True,
+        markup=False,
     )
     no_solver = {"name": None}
     record = found.certificate.record()

@@ -45,7 +45,8 @@ def run(
     if output is not None:
         written = write_results(found.gait, request, output, page=page, figures=figures)
         if not quiet:
-            out.print("wrote " + ", ".join(str(path) for path in written), soft_wrap=True)
+            names = ", ".join(path.name for path in written)
+            out.print(f"wrote to {output}: {names}", soft_wrap=True, markup=False)
     code = exit_code(found, request.options.refine)
     if code is not ExitCode.OK:
         errors.print(f"[yellow]warning:[/] {found.certificate.verdict}", soft_wrap=True)

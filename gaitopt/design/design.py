@@ -11,6 +11,7 @@ import pinocchio as pin
 
 from gaitopt.design.certificate import Certificate, certify
 from gaitopt.design.refine import refine
+from gaitopt.design.runtime import small_matrices
 from gaitopt.errors import EvaluationError, NoGaitFoundError
 from gaitopt.gait.assemble import gait_at
 from gaitopt.gait.guess import first_guess
@@ -79,10 +80,8 @@ def design(
         NoGaitFoundError: no feasible gait was found; the message says what stands in the way.
         UnreachableError: the step asked for is longer than the legs.
     """
-    from threadpoolctl import threadpool_limits
-
     task, options = task or Task(), options or DesignOptions()
-    with threadpool_limits(limits=1, user_api="blas"):  # matrices this small lose with threads
+    with small_matrices():
         return _design(robot, task, options, start, on_progress)
 
 

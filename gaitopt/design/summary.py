@@ -60,7 +60,7 @@ def _contact(gait: Gait) -> Facts:
     force = gait.ground_wrench[:, :3]
     return {
         "cop_to_edge_mm": _edge_distances(gait, gait.cop),
-        "friction_used": float(_friction(force).max()),
+        "friction_used": _friction(force),
         "friction_limit": gait.number("task", "margins", "friction"),
         "least_vertical_force_N": float(force[:, 2].min()),
         "largest_vertical_force_N": float(force[:, 2].max()),
@@ -75,7 +75,7 @@ def _impact(gait: Gait) -> Facts:
     return {
         "vertical_impulse_Ns": float(impulse[0, 2]),
         "horizontal_impulse_Ns": float(np.hypot(impulse[0, 0], impulse[0, 1])),
-        "friction_used": float(_friction(impulse[:, :3])[0]) if pushes else None,
+        "friction_used": _friction(impulse[:, :3]),
         "friction_limit": gait.number("task", "margins", "friction"),
         "cop_to_edge_mm": _edge_distances(gait, centre_of_pressure(impulse)) if pushes else None,
         "largest_rate_jump_rad_per_s": float(np.abs(gait.rate_after - gait.rate_before).max()),
@@ -102,12 +102,11 @@ def centre_of_pressure(wrench: Array) -> Array:
     return np.stack([-wrench[:, 4], wrench[:, 3]], axis=1) / wrench[:, 2:3]
 
 
-def _friction(force: Array) -> Array:
-    """Return tangential over normal force of each row."""
-    tangential = np.hypot(force[:, 0], force[:, 1])
-    return np.divide(
-        tangential, force[:, 2], out=np.full(len(force), np.inf), where=force[:, 2] > 0
-    )
+def _friction(force: Array) -> float | None:
+    """Return the largest tangential over normal force of rows (K, 3), None if one does not push."""
+    if not (force[:, 2] > 0.0).all():
+        return None
+    return float((np.hypot(force[:, 0], force[:, 1]) / force[:, 2]).max())
 
 
 def _edge_distances(gait: Gait, points: Array) -> Facts | None:

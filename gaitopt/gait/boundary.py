@@ -15,7 +15,7 @@ from gaitopt.errors import EvaluationError, UnreachableError
 from gaitopt.gait.parameters import FOOT_SPACING, PELVIS_FORWARD, PELVIS_HEIGHT, STEP_LENGTH
 from gaitopt.gait.placement import PELVIS_CHAIN, SWING_SOLE_CHAIN, drive, place
 from gaitopt.mechanics.legs import LegKinematics, chain_curvature, closure_forces, closure_slope
-from gaitopt.mechanics.spatial import skew
+from gaitopt.mechanics.spatial import cross, skew
 from gaitopt.nlp import Array
 from gaitopt.robot.model import Robot
 
@@ -130,8 +130,8 @@ class Boundary:
     def _point_forces(self, posture: Posture, weights: Array) -> tuple[Array, Array]:
         """Six-forces on pelvis and sole that the leg weights (2, 3) are worth."""
         points = self._points(posture)
-        pelvis = np.concatenate([weights.sum(axis=0), np.cross(points[:2], weights).sum(axis=0)])
-        return pelvis, np.concatenate([weights[1], np.cross(points[2], weights[1])])
+        pelvis = np.concatenate([weights.sum(axis=0), cross(points[:2], weights).sum(axis=0)])
+        return pelvis, np.concatenate([weights[1], cross(points[2], weights[1])])
 
     def _centripetal(self, posture: Posture, weights: Array) -> Array:
         """Second derivative of the leg vectors that a spatial acceleration does not carry.
@@ -155,6 +155,6 @@ def _point_slope(point: Array, twists: Array) -> Array:
 
 def _centripetal(point: Array, twists: Array, weight: Array) -> Array:
     moved = _point_slope(point, twists)
-    turned = np.cross(moved.T, weight)  # weight . (w x m) = w . (m x weight)
-    matrix = twists[3:].T @ turned.T
+    turned = -skew(weight) @ moved  # weight . (w x m) = w . (m x weight)
+    matrix = twists[3:].T @ turned
     return (matrix + matrix.T) / 2.0

@@ -77,7 +77,7 @@ class Entries(RowMap):
     def slope(self, quantity: Array) -> Array:
         """Return the constant derivative, shape (r, entries)."""
         del quantity
-        return np.eye(self.count)[self.chosen] * np.reshape(self.factor, (-1, 1))
+        return np.asarray(np.eye(self.count)[self.chosen] * np.reshape(self.factor, (-1, 1)))
 
     def jacobian(self, quantity: Array, slopes: Array) -> Array:
         """Return factor * chosen slopes."""

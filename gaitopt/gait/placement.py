@@ -27,6 +27,7 @@ from gaitopt.gait.parameters import (
 from gaitopt.nlp import Array
 
 _X, _Y, _Z = np.eye(3)
+_ZERO, _ONE = np.zeros(3), np.eye(3)
 
 
 @dataclass(frozen=True)
@@ -80,13 +81,12 @@ def place(chain: tuple[Displacement, ...], geometry: Array) -> tuple[pin.SE3, Ar
     axes = np.zeros((len(chain), 6))
     for row, joint in zip(axes, chain, strict=True):
         amount = joint.factor * geometry[joint.quantity]
-        axis = placement.rotation @ joint.axis
         if joint.turns:
-            row[:3], row[3:] = np.cross(placement.translation, axis), axis
-            placement = placement * pin.SE3(pin.exp3(amount * joint.axis), np.zeros(3))
+            row[:] = placement.act(pin.Motion(_ZERO, joint.axis)).vector
+            placement = placement * pin.SE3(pin.exp3(amount * joint.axis), _ZERO)
         else:
-            row[:3] = axis
-            placement = placement * pin.SE3(np.eye(3), amount * joint.axis)
+            row[:] = placement.act(pin.Motion(joint.axis, _ZERO)).vector
+            placement = placement * pin.SE3(_ONE, amount * joint.axis)
     return placement, axes
 
 

@@ -93,9 +93,8 @@ class WalkProblem(NLP):
         for family, rows in zip(self.families, self._slices, strict=True):
             quantity = family.take(step.read(family.reads))
             block = family.rows.jacobian(quantity, family.take(slope.reads[family.reads]))
-            np.divide(
-                block, family.scale[:, None], out=jacobian[rows].reshape(*family.lower.shape, -1)
-            )
+            out = jacobian[rows].reshape(*family.lower.shape, -1)
+            np.multiply(block, 1.0 / family.scale[:, None], out=out)
         return Point(step.x, self.cost.value(step), self._row_values(step), gradient, jacobian)
 
     def hessian(self, x: Array, multipliers: Array, cost_weight: float) -> Array:

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitopt.errors import GaitFileError, InputError
 from gaitopt.atomic import write_atomically
+from gaitopt.errors import GaitFileError, InputError
 from gaitopt.gait.result import Gait, array_names
 
 FORMAT = 1  # raised when a reader of the older format would misread the file

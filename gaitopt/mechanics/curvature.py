@@ -17,8 +17,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gaitopt.mechanics.spatial import cross_force, force_cross, motion_cross, moved, pushed
+from gaitopt.mechanics.spatial import apply, cross_force, force_cross, motion_cross, moved, pushed
 from gaitopt.nlp import Array
+
+_OUTWARD = np.tril(np.ones((12, 12)))  # a product with it sums along the chain
 
 
 @dataclass(frozen=True)
@@ -59,33 +61,33 @@ def torque_curvature(
         base_weights: lambda of the ground wrench, shape (N, 6).
     """
     du, dv = axes * weights[:, :, None], axes * rate[:, :, None]
-    u, v = base_weights[:, None] + np.cumsum(du, axis=1), np.cumsum(dv, axis=1)
+    u, v = base_weights[:, None] + _up_to(du), _up_to(dv)
     p = moved(v - dv, axes)
     da = axes * acceleration[:, :, None] + p * rate[:, :, None]
     base = np.broadcast_to(base_acceleration, (axes.shape[0], 6))
-    a = base[:, None] + np.cumsum(da, axis=1)
+    a = base[:, None] + _up_to(da)
     U = moved(u - du, axes)
     r = moved(a - da, axes) + moved(v - dv, p)
 
     # Per body, then summed over the bodies beyond each joint.
     I = inertias  # noqa: E741
-    momentum = _apply(I, v)
+    momentum = apply(I, v)
     C = force_cross(v) @ I  # 2 B y = -I (v x y) + y x* (I v) + v x* (I y)
     twice_B = C + np.swapaxes(C, 2, 3) + cross_force(momentum)
     turn = np.swapaxes(motion_cross(u), 2, 3) @ I
     Z = _beyond(turn + np.swapaxes(turn, 2, 3))
-    yI = _beyond(_apply(I, u))
-    yB = _beyond(_apply(np.swapaxes(twice_B, 2, 3), u))
-    force = _beyond(_apply(I, a) + pushed(v, momentum))
+    yI = _beyond(apply(I, u))
+    yB = _beyond(apply(np.swapaxes(twice_B, 2, 3), u))
+    force = _beyond(apply(I, a) + pushed(v, momentum))
     inertia, coriolis = _beyond(I), _beyond(twice_B)
 
-    IS = _apply(inertia, axes)
+    IS = apply(inertia, axes)
     SyI = pushed(axes, yI)
-    alpha = pushed(axes, force) + _apply(inertia, r) + _apply(coriolis, p)
-    alpha_v = _apply(coriolis, axes) + 2.0 * _apply(inertia, p)
-    beta = _apply(np.swapaxes(coriolis, 2, 3), U) + _apply(Z, p) + pushed(p, yI) + pushed(axes, yB)
-    beta_v = _apply(Z, axes) + SyI
-    gamma = _apply(inertia, U) + SyI
+    alpha = pushed(axes, force) + apply(inertia, r) + apply(coriolis, p)
+    alpha_v = apply(coriolis, axes) + 2.0 * apply(inertia, p)
+    beta = apply(np.swapaxes(coriolis, 2, 3), U) + apply(Z, p) + pushed(p, yI) + pushed(axes, yB)
+    beta_v = apply(Z, axes) + SyI
+    gamma = apply(inertia, U) + SyI
 
     left = np.concatenate([U, p, r], axis=2)
     qq = left @ _columns(alpha, beta, gamma)
@@ -139,13 +141,15 @@ def cross_force_of(axes: Array, force: Array) -> Array:
     return -np.swapaxes(motion_cross(axes), 1, 2) @ force
 
 
-def _apply(matrices: Array, vectors: Array) -> Array:
-    return np.einsum("...ij,...j->...i", matrices, vectors)
+def _up_to(per_body: Array) -> Array:
+    """Sum over the joints from the base to each body, shape (N, 12, ...)."""
+    return _OUTWARD @ per_body
 
 
 def _beyond(per_body: Array) -> Array:
-    """Sum over the bodies from each joint to the end of the chain (axis 1)."""
-    return np.cumsum(per_body[:, ::-1], axis=1)[:, ::-1]
+    """Sum over the bodies from each joint to the end of the chain, shape (N, 12, ...)."""
+    flat = per_body.reshape(*per_body.shape[:2], -1)
+    return (_OUTWARD.T @ flat).reshape(per_body.shape)
 
 
 def _columns(*parts: Array) -> Array:

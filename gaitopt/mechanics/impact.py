@@ -103,7 +103,8 @@ class Impact:
 
     def _configuration(self, posture: Array) -> Array:
         self._q[BASE + 1 :] = posture
-        return self._q
+        q: Array = self._q
+        return q
 
     def _matrices(self, posture: Array) -> tuple[Array, Array]:
         """Inertia matrix D (18, 18) and landing Jacobian J (6, 18) at a posture."""

@@ -3,6 +3,9 @@
 A motion is the velocity [m/s, rad/s] of the body point at the origin and its rotation; a force is
 [N, N.m] with the moment about the origin (Featherstone, 2008, chapter 2, with linear and angular
 parts exchanged).
+
+The cross products are linear in their first factor, so their matrices for a whole stack are one
+product with a constant matrix: on the small stacks met here many times faster than slicing.
 """
 
 from __future__ import annotations
@@ -12,61 +15,73 @@ import numpy as np
 from gaitopt.nlp import Array
 
 
+def _levi_civita() -> Array:
+    """Return e with (a x b)_k = sum_ij a_i e[i, k, j] b_j, shape (3, 3, 3)."""
+    e = np.zeros((3, 3, 3))
+    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        e[i, k, j], e[j, k, i] = 1.0, -1.0
+    return e
+
+
+def _motion_constants() -> Array:
+    """Return the matrices of e_i x, stacked over the six unit motions, shape (6, 6, 6)."""
+    e = _levi_civita()
+    constants = np.zeros((6, 6, 6))
+    constants[:3, :3, 3:] = e  # linear x angular -> linear
+    constants[3:, :3, :3] = constants[3:, 3:, 3:] = e
+    return constants
+
+
+_SKEW = _levi_civita().reshape(3, 9)
+_MOTION = _motion_constants().reshape(6, 36)
+_FORCE = -_motion_constants().swapaxes(1, 2).reshape(6, 36)
+_ON_FORCE = -_motion_constants().swapaxes(1, 2).transpose(2, 1, 0).reshape(6, 36)
+
+
 def skew(vector: Array) -> Array:
     """Return the cross-product matrices of vectors (..., 3), shape (..., 3, 3)."""
-    matrix = np.zeros((*vector.shape, 3))
-    x, y, z = vector[..., 0], vector[..., 1], vector[..., 2]
-    matrix[..., 0, 1], matrix[..., 0, 2], matrix[..., 1, 2] = -z, y, -x
-    matrix[..., 1, 0], matrix[..., 2, 0], matrix[..., 2, 1] = z, -y, x
-    return matrix
-
-
-def cross(a: Array, b: Array) -> Array:
-    """Return a x b for stacks of vectors (..., 3); on small stacks much faster than NumPy's."""
-    result = np.empty(np.broadcast_shapes(a.shape, b.shape))
-    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
-        np.subtract(a[..., j] * b[..., k], a[..., k] * b[..., j], out=result[..., i])
-    return result
-
-
-def moved(motion: Array, other: Array) -> Array:
-    """Return motion x other for stacks of motions (..., 6)."""
-    result = np.empty(np.broadcast_shapes(motion.shape, other.shape))
-    linear, angular = motion[..., :3], motion[..., 3:]
-    result[..., :3] = cross(angular, other[..., :3]) + cross(linear, other[..., 3:])
-    result[..., 3:] = cross(angular, other[..., 3:])
-    return result
-
-
-def pushed(motion: Array, force: Array) -> Array:
-    """Return motion x* force for stacks of motions and forces (..., 6)."""
-    result = np.empty(np.broadcast_shapes(motion.shape, force.shape))
-    linear, angular = motion[..., :3], motion[..., 3:]
-    result[..., :3] = cross(angular, force[..., :3])
-    result[..., 3:] = cross(angular, force[..., 3:]) + cross(linear, force[..., :3])
-    return result
+    return _matrices(vector, _SKEW)
 
 
 def motion_cross(motion: Array) -> Array:
     """Return the matrices of y -> motion x y on motions, shape (..., 6, 6)."""
-    matrix = np.zeros((*motion.shape, 6))
-    matrix[..., :3, :3] = matrix[..., 3:, 3:] = skew(motion[..., 3:])
-    matrix[..., :3, 3:] = skew(motion[..., :3])
-    return matrix
+    return _matrices(motion, _MOTION)
 
 
 def force_cross(motion: Array) -> Array:
     """Return the matrices of f -> motion x* f on forces, shape (..., 6, 6)."""
-    return -np.swapaxes(motion_cross(motion), -1, -2)
+    return _matrices(motion, _FORCE)
 
 
 def cross_force(force: Array) -> Array:
     """Return the matrices of y -> y x* force, shape (..., 6, 6)."""
-    matrix = np.zeros((*force.shape, 6))
-    linear = skew(force[..., :3])
-    matrix[..., :3, 3:] = matrix[..., 3:, :3] = -linear
-    matrix[..., 3:, 3:] = -skew(force[..., 3:])
-    return matrix
+    return _matrices(force, _ON_FORCE)
+
+
+def apply(matrices: Array, vectors: Array) -> Array:
+    """Return the product of each matrix (..., m, n) with its vector (..., n), shape (..., m)."""
+    return np.asarray(np.einsum("...ij,...j->...i", matrices, vectors))
+
+
+def cross(a: Array, b: Array) -> Array:
+    """Return a x b for stacks of vectors (..., 3)."""
+    return apply(skew(a), b)
+
+
+def moved(motion: Array, other: Array) -> Array:
+    """Return motion x other for stacks of motions (..., 6)."""
+    return apply(motion_cross(motion), other)
+
+
+def pushed(motion: Array, force: Array) -> Array:
+    """Return motion x* force for stacks of motions and forces (..., 6)."""
+    return apply(force_cross(motion), force)
+
+
+def _matrices(vectors: Array, constants: Array) -> Array:
+    size = vectors.shape[-1]
+    product = vectors.reshape(-1, size) @ constants
+    return np.asarray(product.reshape(*vectors.shape, size))
 
 
 def world_inertias(

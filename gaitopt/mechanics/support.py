@@ -87,7 +87,8 @@ class SingleSupport:
     def _bind_views(self) -> None:
         """Bind Pinocchio's results once: these arrays follow the Data they belong to."""
         self._effort = [d.tau for d in self._data]
-        self._slopes = [[getattr(d, n) for d in self._data] for n in ("dtau_dq", "dtau_dv", "M")]
+        names = ("dtau_dq", "dtau_dv", "M")
+        self._slopes = [[getattr(d, name)[:, 6:] for d in self._data] for name in names]
         self._axes = [d.J.T for d in self._data]
         self._rotation = [d.oMi[self._last].rotation for d in self._data]
         self._origin = [d.oMi[self._last].translation for d in self._data]
@@ -116,7 +117,9 @@ class SingleSupport:
             pin.computeRNEADerivatives(model, data, qk, vk, ak)
         axes = np.stack(self._axes)[:, 6:]
         corners = self._swing_corners()
-        effort = np.concatenate([np.stack(s)[:, :, 6:] for s in self._slopes], axis=2)
+        effort = np.empty((self.count, 18, 36))
+        for column, views in zip((0, 12, 24), self._slopes, strict=True):
+            np.stack(views, out=effort[:, :, column : column + 12])
         state = SupportState(np.stack(self._effort), corners)
         slope = SupportSlope(
             effort=effort,

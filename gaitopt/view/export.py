@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from gaitopt.errors import InputError
 from gaitopt.atomic import write_atomically
+from gaitopt.errors import InputError
 from gaitopt.gait.result import Gait
 from gaitopt.view.record import json_text
 from gaitopt.view.stride import Stride, stride

@@ -8,8 +8,8 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
-from gaitopt.errors import InputError
 from gaitopt.atomic import write_atomically
+from gaitopt.errors import InputError
 from gaitopt.gait.result import Gait
 from gaitopt.view.figure_style import styled
 from gaitopt.view.ground_figures import cop_figure, force_figure

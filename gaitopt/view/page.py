@@ -7,8 +7,8 @@ import html
 import json
 from pathlib import Path
 
-from gaitopt.errors import InputError
 from gaitopt.atomic import write_atomically
+from gaitopt.errors import InputError
 from gaitopt.gait.result import Gait
 from gaitopt.view.meshcat_quiet import meshcat, umsgpack, zmqserver
 from gaitopt.view.page_template import PAGE

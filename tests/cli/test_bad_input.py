@@ -1,4 +1,4 @@
-"""Everything a user can get wrong: one clear message, exit code 2, nothing written, no traceback."""
+"""What a user can get wrong: one clear message, exit code 2, nothing written, no traceback."""
 
 import re
 

@@ -5,7 +5,6 @@ import os
 import subprocess
 import sys
 import time
-import tomllib
 from dataclasses import fields
 from pathlib import Path
 
@@ -15,6 +14,11 @@ from gaitopt import Margins, Robot, Task, biped13, read_spec, urdf_text
 from gaitopt.cli.config import SCHEMA
 from gaitopt.cli.help_defaults import defaults
 from gaitopt.version import __version__
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
 
 
 def program(*words, **options):

@@ -65,6 +65,14 @@ def test_contact_of_known_wrench():
     assert contact["largest_vertical_force_N"] == pytest.approx(500.0)
 
 
+def test_foot_that_pulls_has_no_friction_to_speak_of():
+    wrench = np.array(sample_gait().ground_wrench)
+    wrench[4, 2] = -1.5
+    contact = summarise(replace(sample_gait(), ground_wrench=wrench))["contact"]
+    assert contact["friction_used"] is None
+    assert contact["least_vertical_force_N"] == -1.5
+
+
 def test_impact_of_known_impulse():
     impulse = np.array([3.0, 4.0, 20.0, 0.5, 2.0, 0.0])
     facts = summarise(replace(sample_gait(), impulse=impulse))["impact"]

@@ -31,7 +31,9 @@ def test_pelvis_and_sole_are_where_the_quantities_put_them(robot, boundary, g):
     np.testing.assert_allclose(
         at.frame(robot.pelvis_frame).homogeneous, pelvis.homogeneous, atol=1e-11
     )
-    np.testing.assert_allclose(at.frame(robot.swing_frame).homogeneous, sole.homogeneous, atol=1e-11)
+    np.testing.assert_allclose(
+        at.frame(robot.swing_frame).homogeneous, sole.homogeneous, atol=1e-11
+    )
 
 
 @at_points

@@ -17,9 +17,7 @@ def test_simpson_is_exact_on_cubics(half, powers):
 
 
 def test_simpson_has_order_four_on_quartics():
-    errors = [
-        abs(g.weights @ g.instants**4 - 0.2) for g in (uniform_grid(11), uniform_grid(21))
-    ]
+    errors = [abs(g.weights @ g.instants**4 - 0.2) for g in (uniform_grid(11), uniform_grid(21))]
     assert errors[0] / errors[1] == pytest.approx(16.0, rel=0.01)
 
 

@@ -11,8 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from sample_gait import bare_gait, sample_gait
 
-from gaitopt.errors import GaitFileError, InputError
 from gaitopt.atomic import write_atomically
+from gaitopt.errors import GaitFileError, InputError
 from gaitopt.gait.result import SHAPES, array_names
 from gaitopt.gait.result_file import load_gait, save_gait
 

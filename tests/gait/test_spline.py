@@ -39,9 +39,9 @@ def test_cubics_are_exact(s, powers, duration):
     motion = spline_basis(s, INSTANTS).at(duration) @ coefficients
     for order in range(3):
         expected = cubic.deriv(order)(INSTANTS * duration)
-        np.testing.assert_allclose(motion[:, order], expected, atol=1e-10 * np.abs(powers).max(
-            initial=1.0
-        ) / duration**2)
+        np.testing.assert_allclose(
+            motion[:, order], expected, atol=1e-10 * np.abs(powers).max(initial=1.0) / duration**2
+        )
 
 
 @pytest.mark.parametrize("count", [2, 3, 4, 7])

@@ -7,7 +7,7 @@ from numerics import relative_error
 from urdf_edits import add_arm, edited_urdf
 
 from gaitopt.robot.model import Robot
-from gaitopt.robot.reroot import lock_upper_body
+from gaitopt.robot.reroot import lock_upper_body, reroot
 from gaitopt.robot.symmetry import mirror_placement
 
 TOLERANCE = 1e-10
@@ -114,7 +114,7 @@ def test_the_sole_stays_at_rest_in_the_oracle(robot):
 
 
 def test_a_locked_arm_hangs_where_it_was():
-    robot = Robot.from_urdf(edited_urdf(lambda root: add_arm(root)))
+    robot = Robot.from_urdf(edited_urdf(add_arm))
     other = PelvisRooted(robot, 3)
     effort = pin.rnea(robot.model, robot.model.createData(), *rerooted_state(robot, other))
     assert relative_error(effort, other.effort()) < TOLERANCE
@@ -122,8 +122,6 @@ def test_a_locked_arm_hangs_where_it_was():
 
 def test_armature_moves_with_its_joint(robot):
     whole = pin.buildModelFromXML(robot.urdf, pin.JointModelFreeFlyer())
-    from gaitopt.robot.reroot import reroot
-
     reduced = lock_upper_body(whole, robot.stance_sole, robot.swing_sole)
     armature = np.arange(18) / 100.0
     reduced.armature = armature
@@ -131,6 +129,14 @@ def test_armature_moves_with_its_joint(robot):
     for name in robot.joint_names:
         before = armature[reduced.joints[reduced.getJointId(name)].idx_v]
         assert model.armature[model.joints[model.getJointId(name)].idx_v] == before > 0.0
+
+
+def test_gravity_is_kept(robot):
+    whole = pin.buildModelFromXML(robot.urdf, pin.JointModelFreeFlyer())
+    reduced = lock_upper_body(whole, robot.stance_sole, robot.swing_sole)
+    reduced.gravity.linear = np.array([0.3, -0.2, -1.62])  # a slope on the moon
+    model = reroot(reduced, robot.stance_sole, robot.swing_sole)
+    np.testing.assert_array_equal(model.gravity.linear, [0.3, -0.2, -1.62])
 
 
 def test_the_given_model_is_not_changed(robot):

@@ -1,0 +1,1 @@
+"""Many gaits: sweeps over speed and design, and what they teach."""

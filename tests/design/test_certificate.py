@@ -1,0 +1,138 @@
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numerics import relative_error
+from reference_cases import biped, reference_case
+
+from gaitopt.design.certificate import (
+    FINE_TOLERANCE,
+    KKT_TOLERANCE,
+    certify,
+    fine_grid,
+    worst_rows,
+)
+from gaitopt.gait.step import Reads
+from gaitopt.nlp import Residual
+
+
+def test_a_refined_optimum_is_certified(refined_design):
+    certificate = refined_design.certificate
+    assert certificate.certified
+    assert certificate.verdict == "certified"
+    assert certificate.kkt.worst < KKT_TOLERANCE
+    assert certificate.worst.violation <= FINE_TOLERANCE
+    assert certificate.rear_foot_lifts
+
+
+def test_an_optimum_at_the_samples_is_called_just_that(sampled_design):
+    certificate = sampled_design.certificate
+    assert certificate.optimal
+    assert certificate.refereed
+    assert not certificate.certified
+    assert certificate.verdict.startswith("optimal at the given samples only; between them ")
+    assert certificate.worst.sentence in certificate.verdict
+    assert certificate.worst.violation > 100.0 * FINE_TOLERANCE
+
+
+def test_their_optimum_does_not_hold_between_the_samples():
+    case = reference_case("p43_v1.0_optimum")
+    certificate = certify(case.problem(biped()), case.x)
+    assert certificate.refereed
+    assert not certificate.certified
+    assert certificate.kkt.feasibility < 1e-6  # at the samples
+    assert certificate.worst.violation > 1e-3  # between them
+
+
+def test_an_infeasible_point_is_told_by_its_worst_row():
+    case = reference_case("p43_v1.0_infeasible")
+    certificate = certify(case.problem(biped()), case.x)
+    assert not certificate.optimal
+    assert certificate.verdict.startswith("not certified: KKT residual")
+    assert certificate.worst.family == "cop"
+    assert certificate.worst.violation >= -case["slack"].min()
+
+
+@pytest.mark.parametrize("index", [3, 30, 40])
+def test_tampering_with_the_parameters_is_found(refined_design, index):
+    x = refined_design.solution.x.copy()
+    x[index] += 1e-3
+    certificate = certify(refined_design.problem, x)
+    assert not certificate.optimal
+    assert not certificate.certified
+    assert certificate.refereed  # a step it still is, only not the optimal one
+
+
+def test_the_fine_grid_contains_the_samples(refined_design):
+    grid = fine_grid(refined_design.problem)
+    assert grid.count == refined_design.certificate.samples == 301
+    samples = refined_design.problem.grid.instants[: refined_design.problem.grid.nodes]
+    np.testing.assert_allclose(grid.instants[::10], samples, atol=1e-12)
+
+
+def test_the_fine_cost_is_close_to_that_of_the_samples(refined_design):
+    certificate = refined_design.certificate
+    assert relative_error(certificate.cost, refined_design.solution.cost) < 2e-3
+    assert certificate.cost != refined_design.solution.cost
+
+
+def test_worst_rows_are_in_order_and_of_every_family(refined_design):
+    rows = refined_design.certificate.families
+    margins = [row.margin for row in rows]
+    assert margins == sorted(margins)
+    assert {r.family for r in rows} == {f.name for f in refined_design.problem.families}
+    assert all(row.violation == pytest.approx(max(0.0, -row.margin)) for row in rows)
+
+
+def test_a_worst_row_says_what_where_and_when(sampled_design):
+    problem, x = sampled_design.problem, sampled_design.solution.x
+    torque = next(r for r in worst_rows(problem, x) if r.family == "torque")
+    sampled = np.abs(problem.step(x).read(Reads.TORQUE))
+    instant, joint = np.unravel_index(np.argmax(sampled), sampled.shape)
+    assert torque.row == f"{problem.robot.joint_names[joint]} torque"
+    assert torque.time == pytest.approx(problem.grid.instants[instant] * 0.4)
+    assert abs(torque.value) == pytest.approx(sampled.max())
+    assert (abs(torque.limit), torque.unit, torque.equation) == (150.0, "N·m", "(28)")
+    assert torque.sentence == (
+        f"{torque.row} at t = {torque.time:.4f} s: {torque.value:.5g} N·m, "
+        f"allowed {torque.limit:.5g}"
+    )
+
+
+def test_a_row_without_an_instant_has_no_time(sampled_design):
+    rows = worst_rows(sampled_design.problem, sampled_design.solution.x)
+    lift = next(r for r in rows if r.family == "lift-off")
+    assert lift.time is None
+    assert "t =" not in lift.sentence
+
+
+@pytest.mark.parametrize(
+    ("change", "verdict"),
+    [
+        ({"kkt": Residual(2e-3, 1e-9, 1e-9)}, "not certified: KKT residual 2.00e-03, allowed"),
+        ({"rear_foot_lifts": False}, "not certified: the rear foot does not lift off"),
+    ],
+)
+def test_each_condition_can_fail_alone(refined_design, change, verdict):
+    certificate = replace(refined_design.certificate, **change)
+    assert not certificate.certified
+    assert certificate.verdict.startswith(verdict)
+
+
+@pytest.mark.parametrize("name", ["torque", "impulse", "posture", "momentum"])
+def test_the_referee_can_refuse(refined_design, name):
+    referee = replace(refined_design.certificate.referee, **{name: 0.01})
+    certificate = replace(refined_design.certificate, referee=referee)
+    assert not certificate.refereed
+    assert not certificate.certified
+    assert certificate.verdict.startswith("not certified: the referee disagrees")
+
+
+def test_the_record_is_plain_data(refined_design):
+    record = json.loads(json.dumps(refined_design.certificate.record(), allow_nan=False))
+    assert record["certified"] is True
+    assert record["fine_samples"] == 301
+    assert record["kkt"]["stationarity"] == refined_design.certificate.kkt.stationarity
+    assert record["worst"] == record["families"][0]
+    assert record["referee"]["weight"] == pytest.approx(56.87 * 9.81 * 0.4)

@@ -1,0 +1,111 @@
+"""The referee agrees with Pinocchio, and disagrees when something is wrong."""
+
+from dataclasses import replace
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from walks import WALKS, walk
+
+from gaitopt.design.certificate import MOMENTUM_TOLERANCE, REFEREE_TOLERANCE
+from gaitopt.design.referee import judge
+from gaitopt.gait.grid import uniform_grid
+from gaitopt.robot.model import Robot
+
+GRID = uniform_grid(301)
+
+
+def fine_step(name: str):
+    problem, x = walk(name).problem.with_grid(GRID), walk(name).x
+    return problem.robot, problem.step(x)
+
+
+@pytest.fixture(scope="module")
+def judged():
+    return fine_step("optimum 43")
+
+
+@pytest.mark.parametrize("name", WALKS)
+def test_it_agrees_with_every_step(name):
+    assert 0.0 < judge(*fine_step(name), GRID).worst < REFEREE_TOLERANCE
+
+
+@pytest.mark.parametrize("name", ["optimum 43", "infeasible 42", "guess", "one posture"])
+def test_momentum_is_balanced(name):
+    assert 0.0 < judge(*fine_step(name), GRID).momentum < MOMENTUM_TOLERANCE
+
+
+def test_the_ground_carries_the_weight(judged):
+    robot, step = judged
+    verdict = judge(robot, step, GRID)
+    assert verdict.weight == pytest.approx(56.87 * 9.81 * step.duration)
+    assert verdict.vertical == pytest.approx(verdict.weight, rel=1e-5)
+
+
+def heavier(robot: Robot, joint: int) -> Robot:
+    """The robot with two percent more mass beyond one of its joints."""
+    model = robot.model.copy()
+    body = model.inertias[joint]
+    model.inertias[joint] = pin.Inertia(1.02 * body.mass, body.lever, body.inertia)
+    return replace(robot, model=model)
+
+
+@pytest.mark.parametrize("joint", [2, 7, 13])
+def test_a_changed_mass_is_found(judged, joint):
+    """A body that is 2 % heavier than the one the step was evaluated with."""
+    robot, step = judged
+    verdict = judge(heavier(robot, joint), step, GRID)
+    assert verdict.wrench > 1e-5
+    assert verdict.impulse > 1e-6
+    assert verdict.worst > REFEREE_TOLERANCE
+
+
+def test_changed_gravity_is_found(judged):
+    robot, step = judged
+    model = robot.model.copy()
+    model.gravity.linear = np.array([0.0, 0.0, -9.80665])
+    verdict = judge(replace(robot, model=model), step, GRID)
+    assert verdict.torque > REFEREE_TOLERANCE
+    assert verdict.impulse < REFEREE_TOLERANCE  # the impact knows no weight
+
+
+def test_changed_loads_are_found(judged):
+    robot, step = judged
+    effort = step.support.effort.copy()
+    effort[100, 9] += 1e-3
+    wrong = replace(step, support=replace(step.support, effort=effort))
+    verdict = judge(robot, wrong, GRID)
+    assert verdict.torque > REFEREE_TOLERANCE > verdict.wrench
+
+
+def test_a_changed_impact_is_found(judged):
+    robot, step = judged
+    wrong = replace(step, impact=replace(step.impact, impulse=1.001 * step.impact.impulse))
+    verdict = judge(robot, wrong, GRID)
+    assert verdict.impulse == pytest.approx(1e-3, rel=1e-3)
+    velocity = step.impact.velocity + 1e-5
+    verdict = judge(robot, replace(step, impact=replace(step.impact, velocity=velocity)), GRID)
+    assert min(verdict.rate_after, verdict.sole_twist) > REFEREE_TOLERANCE
+
+
+def test_a_step_that_is_not_periodic_is_found(judged):
+    robot, step = judged
+    motion = step.motion.copy()
+    motion[0, 0, 4] += 1e-4
+    verdict = judge(robot, replace(step, motion=motion), GRID)
+    assert verdict.posture == pytest.approx(1e-4, rel=1e-6)
+    motion = step.motion.copy()
+    motion[1, 0, 4] += 1e-3
+    assert judge(robot, replace(step, motion=motion), GRID).rate > 1e-5
+
+
+def test_momentum_that_comes_from_nowhere_is_found(judged):
+    robot, step = judged
+    motion = step.motion.copy()
+    motion[2] *= 1.01  # accelerations that do not belong to the rates
+    assert judge(robot, replace(step, motion=motion), GRID).momentum > MOMENTUM_TOLERANCE
+
+
+def test_worst_is_the_largest_but_for_the_momentum(judged):
+    verdict = replace(judge(*judged, GRID), momentum=1.0, sole_twist=0.02)
+    assert verdict.worst == 0.02

@@ -1,0 +1,117 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from walks import walk
+
+from gaitopt.design.certificate import FINE_TOLERANCE, fine_grid
+from gaitopt.design.refine import carry_multipliers, refine, violated_instants
+from gaitopt.gait.problem import WalkProblem
+from gaitopt.gait.task import Margins
+from gaitopt.nlp import Solution, Status, violations
+from gaitopt.solvers import solver_by_name
+
+
+def with_margins(problem: WalkProblem, **changes: object) -> WalkProblem:
+    task = replace(problem.task, margins=replace(problem.task.margins, **changes))
+    return WalkProblem(problem.robot, task, problem.grid)
+
+
+@pytest.fixture(scope="module")
+def lenient(refined_design):
+    """A walk that holds between its samples, with room to plant a violation."""
+    return refined_design.problem, refined_design.solution.x
+
+
+def test_a_refined_gait_has_no_violated_instant(lenient):
+    assert violated_instants(*lenient).size == 0
+
+
+def test_a_planted_violation_is_found(lenient):
+    """Limit the torques just below the largest one on the fine grid: its instant is found."""
+    problem, x = lenient
+    fine = problem.with_grid(fine_grid(problem))
+    torque = np.abs(fine.step(x).support.effort[:, 6:])
+    instant, _ = np.unravel_index(np.argmax(torque), torque.shape)
+    lowered = with_margins(problem, torque_limit=float(torque.max()) * (1.0 - 1e-4))
+    np.testing.assert_allclose(
+        violated_instants(lowered, x), [fine.grid.instants[instant]], atol=1e-12
+    )
+
+
+def test_of_every_stretch_the_worst_instant_is_taken(lenient):
+    problem, x = lenient
+    lowered = with_margins(problem, torque_limit=40.0)
+    found = violated_instants(lowered, x)
+    fine = lowered.with_grid(fine_grid(lowered))
+    rows = fine.family_rows("torque")
+    excess = violations(fine.rows.lower, fine.rows.upper, fine.values(x).rows)[rows]
+    excess = excess.reshape(-1, 12)
+    violated = fine.grid.instants[(excess > FINE_TOLERANCE).any(axis=1)]
+    assert 0 < found.size < violated.size / 3
+    worst = fine.grid.instants[np.argmax(excess, axis=0)[excess.max(axis=0) > FINE_TOLERANCE]]
+    assert set(np.round(worst, 9)) <= set(np.round(found, 9))
+
+
+def test_samples_alone_leave_violations_between_them(sampled_design):
+    found = violated_instants(sampled_design.problem, sampled_design.solution.x)
+    assert found.size > 0
+    samples = sampled_design.problem.grid.instants
+    assert np.abs(found[:, None] - samples).min() > 1e-3
+
+
+def test_multipliers_keep_their_rows(rng):
+    old = walk("guess").problem
+    new = old.with_grid(old.grid.with_instants(np.array([0.111, 0.222])))
+    multipliers = rng.normal(size=old.rows.lower.size)
+    carried = carry_multipliers(old, new, multipliers)
+    assert carried.size > multipliers.size
+    named = {old.describe(i): m for i, m in enumerate(multipliers)}
+    for row, value in enumerate(carried):
+        assert value == named.get(new.describe(row), 0.0)
+
+
+def test_a_walk_with_nothing_violated_is_returned_as_it_is(refined_design):
+    problem, solution = refine(
+        refined_design.problem, refined_design.solution, solver_by_name("sqp")
+    )
+    assert problem is refined_design.problem
+    assert solution is refined_design.solution
+
+
+class Refusing:
+    """A solver that must not be asked, or that fails when it is."""
+
+    name = "refusing"
+
+    def __init__(self, status: Status | None) -> None:
+        self.status = status
+
+    def solve(self, nlp, start, on_progress=None) -> Solution:
+        assert self.status is not None, "this solver must not be asked"
+        m, n = nlp.rows.lower.size, start.x.size
+        return Solution(
+            start.x, 1.0, np.zeros(m), np.zeros(n), self.status, 1.0, 1.0, 3, 4, 2, 0.5, self.name
+        )
+
+
+def test_a_solution_that_is_none_is_not_refined(sampled_design):
+    failed = replace(sampled_design.solution, status=Status.INFEASIBLE)
+    problem, solution = refine(sampled_design.problem, failed, Refusing(None))
+    assert solution is failed
+    assert problem is sampled_design.problem
+
+
+def test_a_round_that_fails_is_told_with_the_work_of_all(sampled_design):
+    first = sampled_design.solution
+    problem, solution = refine(sampled_design.problem, first, Refusing(Status.INFEASIBLE))
+    assert solution.status is Status.INFEASIBLE
+    assert problem.grid.count > sampled_design.problem.grid.count
+    assert solution.iterations == first.iterations + 3
+    assert solution.evaluations == first.evaluations + 4
+    assert solution.hessians == first.hessians + 2
+    assert solution.seconds == pytest.approx(first.seconds + 0.5)
+
+
+def test_margins_of_the_helper_are_real():
+    assert with_margins(walk("guess").problem, friction=0.5).task.margins == Margins(friction=0.5)
