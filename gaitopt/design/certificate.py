@@ -103,8 +103,10 @@ class Certificate:
         """One sentence."""
         if self.certified:
             return "certified"
-        if not self.refereed:
+        if self.referee.worst > REFEREE_TOLERANCE:
             return f"not certified: the referee disagrees by {self.referee.worst:.2e}"
+        if not self.refereed:
+            return f"not certified: momentum is off by {self.referee.momentum:.2e} of m g T"
         if not self.optimal:
             return f"not certified: KKT residual {self.kkt.worst:.2e}, allowed {KKT_TOLERANCE:.0e}"
         if self.worst.violation > FINE_TOLERANCE:

@@ -12,7 +12,7 @@ import numpy as np
 
 from gaitopt.gait.grid import Grid
 from gaitopt.gait.step import Reads, Step
-from gaitopt.mechanics.chain import Chain
+from gaitopt.mechanics.chain import Chain, sole_placement
 from gaitopt.mechanics.chain_build import chain_of_robot
 from gaitopt.mechanics.chain_impact import (
     at_rest,
@@ -98,15 +98,17 @@ def _momentum_balance(
 ) -> tuple[float, float, float]:
     """Over a step the ground's impulse is the weight's plus the change of momentum.
 
-    From just after one impact to just after the next; there the robot is its own mirror image, so
-    the lateral momentum has changed sign and the others are as before.
+    From just after one impact to just after the next; there the robot is its own mirror image,
+    seen from the foot that has landed.
     """
     weight = chain.mass * gravity * step.duration
     force = step.duration * grid.weights @ wrench[:, :3]
+    landed, _ = sole_placement(chain, step.q_end)
+    push = landed @ impulse[:3]
     start = momentum(chain, step.motion[0, 0], step.motion[1, 0])[:3]
-    change = np.array([0.0, -2.0 * start[1], 0.0])
-    gap = force + impulse[:3] - np.array([0.0, 0.0, weight]) - change
-    return float(np.abs(gap).max() / weight), float(force[2] + impulse[2]), weight
+    change = landed @ (np.array([1.0, -1.0, 1.0]) * start) - start
+    gap = force + push - np.array([0.0, 0.0, weight]) - change
+    return float(np.abs(gap).max() / weight), float(force[2] + push[2]), weight
 
 
 def _apart(a: Array, b: Array) -> float:

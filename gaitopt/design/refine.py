@@ -43,7 +43,7 @@ def refine(
         start = Start(solution.x, carry_multipliers(problem, finer, solution.multipliers))
         again = solver.solve(finer, start, None if on_progress is None else on_progress(finer))
         if again.status not in _WORTH_SOLVING:
-            return finer, _with_work(again, solution)
+            return problem, _kept(solution, again)
         problem, solution = finer, _with_work(again, solution)
     return problem, solution
 
@@ -83,7 +83,14 @@ def _peaks(excess: Array) -> NDArray[np.int_]:
     return np.flatnonzero(peak)
 
 
+def _kept(solution: Solution, failed: Solution) -> Solution:
+    """Return the solution before a round that failed: a gait at its own samples at least."""
+    status = Status.INTERRUPTED if failed.status is Status.INTERRUPTED else solution.status
+    return replace(_with_work(solution, failed), status=status)
+
+
 def _with_work(solution: Solution, before: Solution) -> Solution:
+    """Return a solution that counts the work of another round as well."""
     return replace(
         solution,
         iterations=solution.iterations + before.iterations,

@@ -15,6 +15,7 @@ from gaitopt.robot.legs import HIP_JOINTS, Legs, common_point, find_knee
 from gaitopt.robot.reroot import PELVIS_FRAME, lock_upper_body, reroot
 from gaitopt.robot.soles import Sole, sole_from_collision
 from gaitopt.robot.symmetry import exchange_error, joint_lines, leg_exchange
+from gaitopt.robot.urdf_check import check_urdf
 
 _SYMMETRY_TOLERANCE = 1e-6  # relative: a half step and its mirror must be the same motion
 
@@ -141,6 +142,7 @@ def _reason(error: OSError | UnicodeDecodeError) -> str:
 
 
 def _parse(text: str) -> pin.Model:
+    check_urdf(text)
     try:
         return pin.buildModelFromXML(text, pin.JointModelFreeFlyer())
     except (ValueError, RuntimeError, IndexError) as error:
@@ -196,9 +198,6 @@ def _limits(model: pin.Model, names: tuple[str, ...], mirror: Array) -> JointLim
                     f"the {field} limits of '{name}' and its partner in the other leg differ: "
                     f"{value} and {other} {unit}; make them equal in the URDF"
                 )
-    for name, low, high in zip(names, limits.lower, limits.upper, strict=True):
-        if not low < high:
-            raise RobotError(f"the range of '{name}' is empty: lower {low}, upper {high} rad")
     return limits
 
 
