@@ -61,7 +61,7 @@ CASES = [
     (["--spec", "inertia.toml"], "links.shin.inertia cannot belong to a body"),
     (["--spec", "range.toml"], "joints.knee.lower = 1 rad is not below"),
     (["--urdf", "absent.urdf"], "cannot read the URDF .*no such file"),
-    (["--urdf", "broken.urdf"], "the URDF cannot be read"),
+    (["--urdf", "broken.urdf"], "the URDF is not well-formed XML"),
     (["--urdf", "legless.urdf"], "no frame named 'right_sole'"),
     (["--urdf", "legless.urdf", "--spec", "negative.toml"], "exclude each other"),
     (["--stance-sole", "toes"], "no frame named 'toes'"),

@@ -102,11 +102,16 @@ def test_a_solution_that_is_none_is_not_refined(sampled_design):
     assert problem is sampled_design.problem
 
 
-def test_a_round_that_fails_is_told_with_the_work_of_all(sampled_design):
+@pytest.mark.parametrize(
+    ("failure", "kept"),
+    [(Status.INFEASIBLE, Status.OPTIMAL), (Status.INTERRUPTED, Status.INTERRUPTED)],
+)
+def test_a_round_that_fails_keeps_the_gait_before_it(sampled_design, failure, kept):
     first = sampled_design.solution
-    problem, solution = refine(sampled_design.problem, first, Refusing(Status.INFEASIBLE))
-    assert solution.status is Status.INFEASIBLE
-    assert problem.grid.count > sampled_design.problem.grid.count
+    problem, solution = refine(sampled_design.problem, first, Refusing(failure))
+    assert solution.status is kept
+    assert solution.x is first.x
+    assert problem is sampled_design.problem
     assert solution.iterations == first.iterations + 3
     assert solution.evaluations == first.evaluations + 4
     assert solution.hessians == first.hessians + 2
