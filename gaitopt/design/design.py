@@ -20,7 +20,7 @@ from gaitopt.gait.result import Gait
 from gaitopt.gait.task import Task
 from gaitopt.nlp import NLP, Array, ProgressCallback, Solution, Start
 from gaitopt.robot.model import Robot
-from gaitopt.solvers import FiniteDifferenceNLP, Solver, solver_by_name
+from gaitopt.solvers import CertifiedSQP, FiniteDifferenceNLP, Solver, solver_by_name
 from gaitopt.version import __version__
 
 FEASIBLE = 1e-6  # scaled violation below which a solution is a gait
@@ -34,7 +34,8 @@ class DesignOptions:
         solver: does the work.
         refine: whether constraints must hold between the samples too.
         differences: "none" for exact derivatives; "all" for finite-difference gradients, or
-            "constraints" for the paper's mode (exact gradient of the cost alone).
+            "constraints" for the paper's mode (exact gradient of the cost alone). Refinement and
+            confirmation always have the exact ones.
     """
 
     solver: Solver = field(default_factory=lambda: solver_by_name("default"))
@@ -94,12 +95,16 @@ def _design(
 ) -> Design:
     problem = WalkProblem(robot, task)
     x = first_guess(problem) if start is None else np.asarray(start, dtype=np.float64)
+    solver = options.solver
+    travel = solver.travel if isinstance(solver, CertifiedSQP) else solver
     callback = None if on_progress is None else on_progress(problem)
-    solution = options.solver.solve(_derived(problem, options), Start(x), callback)
+    solution = travel.solve(_derived(problem, options), Start(x), callback)
     _require_gait(problem, solution)
     if options.refine:
-        problem, solution = refine(problem, solution, options.solver, on_progress)
-        _require_gait(problem, solution)
+        problem, solution = refine(problem, solution, travel, on_progress)
+    if isinstance(solver, CertifiedSQP):
+        callback = None if on_progress is None else on_progress(problem)
+        solution = solver.confirm(problem, solution, callback)
     certificate = certify(problem, solution.x)
     meta = {
         "solver": solution_record(solution),

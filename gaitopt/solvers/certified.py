@@ -13,8 +13,6 @@ from gaitopt.nlp import NLP, Progress, ProgressCallback, Solution, Start, Status
 from gaitopt.solvers.sqp import SQP
 from gaitopt.solvers.trust_constr import TrustConstr
 
-CERTIFIER = TrustConstr(max_iterations=100, initial_radius=0.1, initial_barrier=0.1)
-"""The interior point method for starts that are solutions already (measured)."""
 CERTIFIER = TrustConstr(max_iterations=60, initial_barrier=1e-6)
 """The interior point method for starts that are nearly solutions (measured)."""
 AGREEMENT = 1e-4
@@ -47,7 +45,18 @@ class CertifiedSQP:
         self, nlp: NLP, start: Start, on_progress: ProgressCallback | None = None
     ) -> Solution:
         """Solve the program; see `Solver.solve`."""
-        first = self.travel.solve(nlp, start, on_progress)
+        return self.confirm(nlp, self.travel.solve(nlp, start, on_progress), on_progress)
+
+    def confirm(
+        self, nlp: NLP, first: Solution, on_progress: ProgressCallback | None = None
+    ) -> Solution:
+        """Run the second stage from an answer of the first.
+
+        Args:
+            nlp: the program.
+            first: what `travel` found.
+            on_progress: called for every iteration of the second stage.
+        """
         if first.status in NOT_WORTH:
             return replace(first, solver=UNCONFIRMED)
         second = self.certify.solve(
@@ -55,7 +64,7 @@ class CertifiedSQP:
             Start(first.x, first.multipliers),
             None if on_progress is None else lambda record: on_progress(_after(first, record)),
         )
-        return _joined(nlp, first, second)
+        return _joined(nlp, first, second, self.travel.tolerance)
 
 
 def _after(first: Solution, record: Progress) -> Progress:
@@ -68,11 +77,13 @@ def _after(first: Solution, record: Progress) -> Progress:
     )
 
 
-def _joined(nlp: NLP, first: Solution, second: Solution) -> Solution:
+def _joined(nlp: NLP, first: Solution, second: Solution, tolerance: float) -> Solution:
     """Keep the better answer, with the work of both."""
     best = first if _error(nlp, first) <= _error(nlp, second) else second
     status = best.status
-    if Status.INTERRUPTED in (first.status, second.status) and status is not Status.OPTIMAL:
+    if _error(nlp, best) <= tolerance:
+        status = Status.OPTIMAL  # whatever the stage did after it
+    elif Status.INTERRUPTED in (first.status, second.status):
         status = Status.INTERRUPTED
     return replace(
         best,

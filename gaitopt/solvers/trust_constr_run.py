@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gaitopt.nlp import Array, Status
-from gaitopt.solvers.multipliers import least_squares_multipliers, one_sided
+from gaitopt.solvers.multipliers import ACTIVITY, least_squares_multipliers, one_sided
 from gaitopt.solvers.recorder import FEASIBLE, Iterate, Recorder, make_iterate
 from gaitopt.solvers.row_choice import RowChoice, choose_rows, given_rows, held_rows, missed_rows
 from gaitopt.solvers.scaled_program import ScaledProgram
@@ -30,7 +30,7 @@ third round on (measured on gaits, with all rows at scale 100 to 1000 none conve
 APPROACHED = 1e-4
 """Violation below which the end of such a round may be near a solution."""
 HELD = 1e-4
-"""Distance to its limit within which a row may be one of those that hold the solution."""
+"""Distance to its limit within which a row may hold a solution that is only near."""
 CONFIRM = 20
 """Iterations to confirm a start that is a solution (measured: 2 to 5)."""
 SHARPEN = 1e-2
@@ -61,7 +61,7 @@ class TrustConstrRun:
     def solve(self, x: Array, warm: bool) -> Status:
         """Run rounds until the answer is optimal over all rows, or nothing more helps."""
         u = x / self.program.scale
-        if warm and self._confirmed(u):
+        if warm and self._confirmed(u, ACTIVITY):
             return Status.OPTIMAL
         if not warm:
             u = self._approach(u)
@@ -113,12 +113,12 @@ class TrustConstrRun:
     def _confirmed_aside(self, u: Array) -> bool:
         """Confirm the iterate; go on from it if that fails."""
         kept = self.iterate
-        if self._confirmed(u):
+        if self._confirmed(u, HELD):
             return True
         self.iterate = kept
         return False
 
-    def _confirmed(self, u: Array) -> bool:
+    def _confirmed(self, u: Array, activity: float) -> bool:
         """Try the rows that hold the start as equalities, the others left out.
 
         Then no slack and no barrier moves the iterate away from a start that is a solution. What
@@ -126,7 +126,7 @@ class TrustConstrRun:
         """
         nlp, inequalities = self.program.nlp, self.choice
         point = self.iterate.point
-        self.choice = held_rows(nlp, *least_squares_multipliers(nlp, point, HELD))
+        self.choice = held_rows(nlp, *least_squares_multipliers(nlp, point, activity))
         self._minimise(u, min(CONFIRM, self.options.max_iterations))
         self.choice = inequalities
         return self._is_optimal(self.iterate)

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from numerics import relative_error
 from reference_cases import biped, reference_case
+from walks import walk
 
 from gaitopt.design.certificate import (
     FINE_TOLERANCE,
@@ -52,6 +53,7 @@ def test_an_infeasible_point_is_told_by_its_worst_row():
     assert certificate.verdict.startswith("not certified: KKT residual")
     assert certificate.worst.family == "cop"
     assert certificate.worst.violation >= -case["slack"].min()
+    assert not certificate.rear_foot_lifts  # its lift-off rows are negative
 
 
 @pytest.mark.parametrize("index", [3, 30, 40])
@@ -62,6 +64,20 @@ def test_tampering_with_the_parameters_is_found(refined_design, index):
     assert not certificate.optimal
     assert not certificate.certified
     assert certificate.refereed  # a step it still is, only not the optimal one
+
+
+def test_both_outcomes_of_the_impact_are_told(robot, refined_design):
+    """The second one is real where both feet can stay: a foot that comes straight down."""
+    assert not refined_design.certificate.both_feet_stay
+    problem, x = walk("guess").problem, walk("guess").x.copy()
+    seen = set()
+    for scale in (-1.0, 1.0):
+        x[problem.layout.rates] *= scale
+        step = problem.step(x)
+        locked = problem.model.impact.locked(step.q_end, step.rate_before)
+        assert certify(problem, x).both_feet_stay == locked.valid
+        seen.add(locked.valid)
+    assert seen == {True, False}
 
 
 def test_the_fine_grid_contains_the_samples(refined_design):

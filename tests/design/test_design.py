@@ -20,6 +20,7 @@ def test_the_cost_at_1_metre_per_second(sampled_design):
     assert sampled_design.solution.status is Status.OPTIMAL
     assert sampled_design.gait.meta["cost"] == pytest.approx(3346.4, rel=5e-3)
     assert sampled_design.problem.grid.count == 31
+    assert sampled_design.gait.meta["refined"] is False
 
 
 def test_the_gait_walks_as_asked(refined_design):

@@ -13,6 +13,8 @@ from gaitopt.gait.grid import uniform_grid
 from gaitopt.robot.model import Robot
 
 GRID = uniform_grid(301)
+# Simpson's rule needs the spline's knots at even instants of the grid.
+BALANCED = tuple(name for name in WALKS if "three postures" not in name)
 
 
 def fine_step(name: str):
@@ -30,7 +32,7 @@ def test_it_agrees_with_every_step(name):
     assert 0.0 < judge(*fine_step(name), GRID).worst < REFEREE_TOLERANCE
 
 
-@pytest.mark.parametrize("name", ["optimum 43", "infeasible 42", "guess", "one posture"])
+@pytest.mark.parametrize("name", BALANCED)
 def test_momentum_is_balanced(name):
     assert 0.0 < judge(*fine_step(name), GRID).momentum < MOMENTUM_TOLERANCE
 

@@ -15,6 +15,7 @@ from gaitopt.gait.grid import uniform_grid
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.step import Reads
 from gaitopt.gait.task import Margins, Task, preset_task
+from gaitopt.robot.soles import Sole
 
 NAME = "guess"
 
@@ -192,6 +193,21 @@ def test_the_swing_foot_stays_on_its_own_side():
     outside = np.tile([0.0, -0.16, 0.0], 4)[None]
     assert (family.rows.value(outside) > family.lower[:1]).all()
     assert (family.rows.value(-outside) < family.lower[:1]).all()
+
+
+def test_the_edge_beside_the_swing_foot_counts():
+    """A sole that reaches 5 cm to its left and 7 cm to its right."""
+    sole = Sole(toe=0.0, heel=-0.214, left=0.05, right=-0.07)
+    for side, edge in (("right", 0.05), ("left", 0.07)):
+        lower = limits("lateral", robot=replace(biped(side), sole=sole))[0]
+        np.testing.assert_allclose(lower, edge + 0.01)
+
+
+def test_rounding_the_tips_of_the_cones_costs_next_to_nothing():
+    upright = np.array([[0.0, 0.0, 1.0, 0.0, 0.0, 0.0]])
+    force, impulse = (limits(n)[2].rows.value(upright) for n in ("friction", "impulse friction"))
+    assert 0.7 - force == pytest.approx(0.05)  # N
+    assert 0.7 - impulse == pytest.approx(1e-9**0.5)  # N.s
 
 
 def test_switches_and_speed_choose_the_families():

@@ -37,6 +37,24 @@ def test_inverse_kinematics_undoes_forward_kinematics(seed):
     np.testing.assert_allclose(legs.solve(*legs.placements(q)), q, atol=1e-11)
 
 
+@settings(deadline=None, derandomize=True, max_examples=60)
+@given(st.integers(0, 10**6))
+def test_postures_no_walk_has_are_reached_or_refused(seed):
+    """Trunk and foot anywhere within 1 rad: never a wrong posture, never a knee bent backwards."""
+    robot = biped()
+    legs = LegKinematics(robot)
+    wild = np.random.default_rng(seed).uniform(-0.7, 0.7, 12)
+    wild[list(robot.legs.knees)] = np.abs(wild[list(robot.legs.knees)]) + 0.2
+    wanted = legs.placements(wild)
+    try:
+        q = legs.solve(*wanted)
+    except UnreachableError:
+        return
+    assert q[list(robot.legs.knees)].min() >= 0.0
+    for found, target in zip(legs.placements(q), wanted, strict=True):
+        np.testing.assert_allclose(found.homogeneous, target.homogeneous, atol=1e-10)
+
+
 def test_placements_are_pinocchios(robot, legs, rng):
     q = bent_posture(robot, rng)
     at = kinematics(robot, q)

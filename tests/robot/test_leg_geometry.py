@@ -28,8 +28,10 @@ def test_skew_lines_meet_halfway():
 
 
 def test_parallel_lines_keep_the_mean_along_them():
-    points, axes = np.array([[1.0, 2.0, 3.0], [2.0, 4.0, 3.0]]), np.tile([0.0, 1.0, 0.0], (2, 1))
-    np.testing.assert_allclose(common_point(points, axes), [1.5, 3.0, 3.0], atol=1e-12)
+    along, across = np.array([1.0, 2.0, 2.0]) / 3.0, np.array([2.0, -2.0, 1.0]) / 3.0
+    points = np.array([0.4 * along + 0.1 * across, 1.0 * along + 0.3 * across])
+    expected = 0.7 * along + 0.2 * across
+    np.testing.assert_allclose(common_point(points, np.array([along, along])), expected, atol=1e-12)
 
 
 def test_the_biped_is_measured_right(robot):

@@ -1,0 +1,251 @@
+"""What a person can turn to make a walk possible: one number of the task or of the robot each."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from gaitopt.design.relaxation import Coupling, RelaxedProgram, Relaxation
+from gaitopt.gait.constraints import families
+from gaitopt.gait.parameters import set_quantities
+from gaitopt.gait.problem import WalkProblem
+from gaitopt.gait.task import Task
+from gaitopt.nlp import Array
+from gaitopt.robot.model import Robot
+
+STRONGEST = 10.0  # times: no motor is asked to be stronger or faster than this
+WIDEST = 1.0  # rad: no joint range is widened by more
+ROUGHEST = 2.0  # coefficient of friction of rubber on rough concrete
+SINKING = -0.1  # m/s: a rear foot that sinks faster has not lifted off
+SLOWEST = 0.05  # m/s
+LONGEST, SHORTEST = 2.0, 0.5  # step duration over the one asked for
+
+_COUPLED = {
+    "friction": (("friction", "load", 1.0), ("impulse friction", "impulse", 1.0)),
+    "cop_margin": (("cop", "load", -1.0), ("impulse cop", "impulse", -1.0)),
+}
+"""Margins that multiply the vertical force or impulse: family, row of that force, sign."""
+
+
+class Knob(ABC):
+    """Something that can be turned, and the program that tells how far.
+
+    Attributes:
+        name: as in `Task` and `Margins`, or of a property of the robot.
+        words: for a person.
+        unit: of its value; empty where it has none.
+        before: its value in the task.
+        bound: the farthest value that makes sense.
+        families: constraint families that it relaxes.
+    """
+
+    name: str
+    words: str
+    unit: str
+    before: float
+    bound: float
+    families: tuple[str, ...]
+
+    @abstractmethod
+    def turned(self, robot: Robot, task: Task, value: float) -> tuple[Robot, Task]:
+        """Return robot and task with another value.
+
+        Raises:
+            InputError: the value is out of range.
+        """
+
+    @abstractmethod
+    def program(self, problem: WalkProblem) -> RelaxedProgram:
+        """Return the program whose solution turns the knob the least."""
+
+    @abstractmethod
+    def start(self, x: Array, amount: float) -> Array:
+        """Return variables of the program: x of the walk and the knob turned by an amount."""
+
+    @abstractmethod
+    def value(self, z: Array) -> float:
+        """Return the knob's value at variables of the program."""
+
+
+@dataclass(frozen=True)
+class LimitKnob(Knob):
+    """A number that enters the limits of rows linearly.
+
+    Attributes:
+        step: change of the value that matters, signed: one unit of t.
+    """
+
+    name: str
+    words: str
+    unit: str
+    before: float
+    bound: float
+    step: float
+    families: tuple[str, ...]
+
+    def turned(self, robot: Robot, task: Task, value: float) -> tuple[Robot, Task]:
+        """Return robot and task with another value."""
+        if self.name in _ROBOT_KNOBS:
+            limits = robot.limits
+            changes = {
+                "robot torque limits": {"torque": value * limits.torque},
+                "robot speed limits": {"speed": value * limits.speed},
+                "robot joint ranges": {"lower": limits.lower - value, "upper": limits.upper + value},
+            }
+            return replace(robot, limits=replace(limits, **changes[self.name])), task
+        if self.name == "speed":
+            return robot, replace(task, speed=value)
+        # setting a field of Margins by its name is beyond what the type checker follows
+        changed = replace(task.margins, **{self.name: value})  # type: ignore[arg-type]
+        return robot, replace(task, margins=changed)
+
+    def program(self, problem: WalkProblem) -> RelaxedProgram:
+        """Return the walk with the limits as functions of t."""
+        return RelaxedProgram(problem, (self.relaxation(problem),))
+
+    def relaxation(self, problem: WalkProblem) -> Relaxation:
+        """Return how the rows' limits give per unit of t."""
+        size = problem.rows.lower.size
+        lower, upper = np.zeros(size), np.zeros(size)
+        if self.name == "speed":
+            upper[problem.family_rows("walking speed")] = -self.step * problem.task.duration
+        else:
+            robot, task = self.turned(problem.robot, problem.task, self.bound)
+            share = self.step / (self.bound - self.before)
+            pairs = zip(problem.families, families(robot, task, problem.grid), strict=True)
+            for old, new in pairs:
+                rows = problem.family_rows(old.name)
+                lower[rows] = share * _moved(new.lower, old.lower, old.scale)
+                upper[rows] = share * _moved(old.upper, new.upper, old.scale)
+        largest = (self.bound - self.before) / self.step
+        return Relaxation(self.name, lower, upper, self._couplings(problem), largest)
+
+    def start(self, x: Array, amount: float) -> Array:
+        """Return (x, t)."""
+        return np.append(x, min(amount, (self.bound - self.before) / self.step))
+
+    def value(self, z: Array) -> float:
+        """Return the value at (x, t)."""
+        return self.before + self.step * float(z[-1])
+
+    def _couplings(self, problem: WalkProblem) -> tuple[Coupling, ...]:
+        present = {f.name: f for f in problem.families}
+        found = []
+        for name, force, sign in _COUPLED.get(self.name, ()):
+            if name not in present:
+                continue
+            rows = np.arange(problem.rows.lower.size)[problem.family_rows(name)]
+            per_force = rows.size // present[force].size
+            first = problem.family_rows(force).start
+            partners = first + np.arange(rows.size) // per_force
+            factor = float(present[force].scale[0] / present[name].scale[0])
+            found.append((rows, partners, sign * self.step * factor))
+        return tuple(found)
+
+
+@dataclass(frozen=True)
+class DurationKnob(Knob):
+    """The duration of the step, made a variable of the walk.
+
+    Attributes:
+        free: the walk with its duration free between `before` and `bound`.
+    """
+
+    before: float
+    bound: float
+    free: WalkProblem
+    name: str = "duration"
+    words: str = "the duration of a step"
+    unit: str = "s"
+    families: tuple[str, ...] = ("walking speed",)
+
+    def turned(self, robot: Robot, task: Task, value: float) -> tuple[Robot, Task]:
+        """Return robot and task with another duration."""
+        return robot, replace(task, duration=value)
+
+    def program(self, problem: WalkProblem) -> RelaxedProgram:
+        """Return the walk that keeps its duration as near as it can to the one asked for."""
+        del problem
+        pull = np.zeros(self.free.layout.size)
+        pull[self._index] = 1.0 / (self.bound - self.before)
+        return RelaxedProgram(self.free, (), pull)
+
+    def start(self, x: Array, amount: float) -> Array:
+        """Return the variables of the walk with a free duration."""
+        value = self.before + min(amount, 1.0) * (self.bound - self.before)
+        return np.insert(x, self._index, value)
+
+    def value(self, z: Array) -> float:
+        """Return the duration."""
+        return float(z[self._index])
+
+    @property
+    def _index(self) -> int:
+        return self.free.layout.size - 1  # the last of the table
+
+
+def limit_knobs(problem: WalkProblem) -> tuple[LimitKnob, ...]:
+    """Return everything that can be turned in the limits of a walk."""
+    margins, task = problem.task.margins, problem.task
+    knobs = [*_motor_knobs(problem)]
+    for name, words, unit, bound, step, relaxed in (
+        ("friction", "the coefficient of friction", "", ROUGHEST, 0.1,
+         ("friction", "impulse friction")),
+        ("minimum_load", "the least vertical ground force", "N", 0.0, -100.0, ("load",)),
+        ("cop_margin", "the margin of the centre of pressure", "m", 0.0, -0.01,
+         ("cop", "impulse cop")),
+        ("clearance", "the clearance of the swing foot", "m", 0.0, -0.1, ("clearance",)),
+        ("lateral_gap", "the gap between the feet", "m", 0.0, -0.1, ("lateral",)),
+        ("knee_flexion", "the least bend of the knees", "rad", 0.0, -0.3, ("knee",)),
+        ("leg_extension", "the largest extension of the legs", "", 1.0, 0.01, ("leg length",)),
+        ("liftoff_speed", "the least lift-off speed of the rear foot", "m/s", SINKING, -0.1,
+         ("lift-off",)),
+    ):  # fmt: skip
+        before = getattr(margins, name)
+        knobs.append(LimitKnob(name, words, unit, before, bound, step, relaxed))
+    if margins.joint_range:
+        words = "the joint ranges of the robot, widened at both ends"
+        knobs.append(LimitKnob("robot joint ranges", words, "rad", 0.0, WIDEST, 0.3, ("range",)))
+    if task.speed_as == "constraint":
+        words, relaxed = "the walking speed", ("walking speed",)
+        knobs.append(LimitKnob("speed", words, "m/s", task.speed, SLOWEST, -0.2, relaxed))
+    return tuple(k for k in knobs if (k.bound - k.before) / k.step > 1e-9)
+
+
+def duration_knob(problem: WalkProblem, shorter: bool) -> DurationKnob:
+    """Return the knob of the step duration, to be made shorter or longer."""
+    before = problem.task.duration
+    bound = before * (SHORTEST if shorter else LONGEST)
+    span = {"lower": min(before, bound), "upper": max(before, bound), "free": True}
+    table = set_quantities(problem.task.geometry, {"duration": span})
+    task = replace(problem.task, geometry=table)
+    return DurationKnob(before, bound, WalkProblem(problem.robot, task, problem.grid))
+
+
+_ROBOT_KNOBS = ("robot torque limits", "robot speed limits", "robot joint ranges")
+
+
+def _motor_knobs(problem: WalkProblem) -> list[LimitKnob]:
+    """Torque and speed of the motors: one number where all joints have the same limit."""
+    knobs = []
+    for quantity, unit in (("torque", "N·m"), ("speed", "rad/s")):
+        name, words = f"{quantity}_limit", f"the {quantity} limit of every joint"
+        given = getattr(problem.task.margins, name)
+        own = getattr(problem.robot.limits, quantity)
+        if given is None and np.ptp(own) > 0.0:
+            name, words = f"robot {quantity} limits", f"the {quantity} limits of the robot"
+            unit, before = "times its own", 1.0
+        else:
+            before = float(own[0] if given is None else given)
+        knobs.append(
+            LimitKnob(name, words, unit, before, STRONGEST * before, before, (quantity,))
+        )
+    return knobs
+
+
+def _moved(start: Array, end: Array, scale: Array) -> Array:
+    """Scaled end - start of limits, zero where there are none."""
+    there = np.isfinite(start)
+    return (np.subtract(end, start, out=np.zeros(start.shape), where=there) / scale).ravel()
