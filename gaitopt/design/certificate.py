@@ -163,8 +163,12 @@ def certify(problem: WalkProblem, x: Array) -> Certificate:
 
 
 def fine_grid(problem: WalkProblem) -> Grid:
-    """Return the certificate's grid: the task's, ten times finer, by Simpson's rule."""
-    return uniform_grid(FINER * (problem.task.samples - 1) + 1)
+    """Return the certificate's grid: at least ten times finer than the task's, Simpson's rule.
+
+    The knots fall between panels of two intervals, since the jerk jumps there.
+    """
+    panels = 2 * (problem.task.postures + 1)
+    return uniform_grid(panels * -(-FINER * (problem.task.samples - 1) // panels) + 1)
 
 
 def worst_rows(problem: WalkProblem, x: Array) -> tuple[WorstRow, ...]:

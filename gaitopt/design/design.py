@@ -12,7 +12,7 @@ import pinocchio as pin
 from gaitopt.design.certificate import Certificate, certify
 from gaitopt.design.refine import refine
 from gaitopt.design.runtime import small_matrices
-from gaitopt.errors import EvaluationError, NoGaitFoundError
+from gaitopt.errors import EvaluationError, InputError, NoGaitFoundError
 from gaitopt.gait.assemble import gait_at
 from gaitopt.gait.guess import first_guess
 from gaitopt.gait.problem import WalkProblem
@@ -24,6 +24,9 @@ from gaitopt.solvers import CertifiedSQP, FiniteDifferenceNLP, Solver, solver_by
 from gaitopt.version import __version__
 
 FEASIBLE = 1e-6  # scaled violation below which a solution is a gait
+
+
+DIFFERENCES = ("none", "constraints", "all")
 
 
 @dataclass(frozen=True)
@@ -41,6 +44,17 @@ class DesignOptions:
     solver: Solver = field(default_factory=lambda: solver_by_name("default"))
     refine: bool = True
     differences: str = "none"
+
+    def __post_init__(self) -> None:
+        """Check the options.
+
+        Raises:
+            InputError: an unknown kind of derivatives.
+        """
+        if self.differences not in DIFFERENCES:
+            raise InputError(
+                f"differences '{self.differences}' is unknown; choose {', '.join(DIFFERENCES)}"
+            )
 
 
 @dataclass(frozen=True)
@@ -94,7 +108,7 @@ def _design(
     on_progress: Callable[[WalkProblem], ProgressCallback] | None,
 ) -> Design:
     problem = WalkProblem(robot, task)
-    x = first_guess(problem) if start is None else np.asarray(start, dtype=np.float64)
+    x = first_guess(problem) if start is None else _checked_start(problem, start)
     solver = options.solver
     travel = solver.travel if isinstance(solver, CertifiedSQP) else solver
     callback = None if on_progress is None else on_progress(problem)
@@ -114,6 +128,16 @@ def _design(
         "versions": versions(),
     }
     return Design(gait_at(problem, solution.x, meta), certificate, solution, problem)
+
+
+def _checked_start(problem: WalkProblem, start: Array) -> Array:
+    x = np.array(start, dtype=np.float64)
+    if x.shape != (problem.layout.size,) or not np.all(np.isfinite(x)):
+        raise InputError(
+            f"the first guess has shape {x.shape}; give {problem.layout.size} finite numbers, "
+            "in the order of WalkProblem(robot, task).layout.names"
+        )
+    return x
 
 
 def solution_record(solution: Solution) -> dict[str, object]:

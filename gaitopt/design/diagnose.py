@@ -17,18 +17,20 @@ from gaitopt.design.certificate import worst_rows
 from gaitopt.design.contradictions import contradictions
 from gaitopt.design.diagnosis import Diagnosis, Suggestion, conflicts
 from gaitopt.design.knobs import Knob, duration_knob, limit_knobs
-from gaitopt.design.refine import refine, violated_instants
+from gaitopt.design.refine import violated_instants
 from gaitopt.design.relaxation import RelaxedProgram, Relaxation
-from gaitopt.errors import EvaluationError, InputError, UnreachableError
+from gaitopt.errors import UnreachableError
 from gaitopt.gait.guess import first_guess, perturbed
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.nlp import Array, Solution, Start, Status
 from gaitopt.solvers.sqp import SQP
 
-SEARCHER = SQP(max_iterations=100, tolerance=1e-3)
+SEARCHER = SQP(max_iterations=80, tolerance=1e-3)
 """For relaxations: they need few digits (measured: half the time of 1e-4)."""
-TRAVELLER = SQP(max_iterations=100)
-"""For walks."""
+TRAVELLER = SQP(max_iterations=40)
+"""For a second opinion: another start."""
+VERIFIER = SQP(max_iterations=60, tolerance=1e-3)
+"""For the walk of a suggestion: it must be feasible; its cost is right to three digits."""
 FEASIBLE = 1e-6
 """Scaled violation below which there is a walk."""
 MATTERS = {"walking speed": 0.1, "lift-off": 0.1, "knee": 0.3}
@@ -39,12 +41,14 @@ SHORTER = 0.8
 """Where the first guess cannot stand, its step is this share of the longest."""
 HOLDS = 0.05
 """Share of the push from which a family that holds belongs to the conflict."""
-KNOBS = 7
+KNOBS = 5
 """Knobs that are tried, the most promising first."""
-FAR = 5.0
-"""A knob that would have to be turned this much farther than its bound is not tried."""
-OUTWARD = (0, 1, 2, 4, 8)
+COARSE = 3.0
+"""A suggestion is rounded to a power of ten below this part of the change."""
+OUTWARD = (0, 1, 4, 10)
 """Last digits by which a knob is turned farther until a walk is found."""
+ROUNDS = 4
+"""Times instants are added where a limit is exceeded between the samples."""
 
 
 @dataclass(frozen=True)
@@ -60,7 +64,9 @@ class _Reason:
         return float(self.program.split(self.solution.x)[1].sum())
 
 
-def diagnose(problem: WalkProblem, tried: Solution | None = None, refined: bool = True) -> Diagnosis:
+def diagnose(
+    problem: WalkProblem, tried: Solution | None = None, refined: bool = True
+) -> Diagnosis:
     """Find out why a walk has no feasible gait and what change would give it one.
 
     Args:
@@ -81,9 +87,7 @@ def diagnose(problem: WalkProblem, tried: Solution | None = None, refined: bool 
         return Diagnosis((), walk.violation, None, (), (), walk.x, _since(started))
     conflict, suggestions = (), ()
     if reason is not None:
-        conflict = conflicts(
-            problem, reason.program, reason.solution.x, reason.multipliers, HOLDS
-        )
+        conflict = conflicts(problem, reason.program, reason.solution.x, reason.multipliers, HOLDS)
         suggestions = tuple(_suggestions(problem, reason, refined))
     return Diagnosis(
         impossible=tuple(sentence for _, sentence in impossible),
@@ -166,7 +170,7 @@ def _promising(problem: WalkProblem, reason: _Reason) -> list[tuple[Knob, float]
     for knob in limit_knobs(problem):
         relaxation = knob.relaxation(problem)
         relief = relaxation.relief(rows, reason.multipliers)
-        if relief * FAR * relaxation.largest > reason.amount:
+        if relief * relaxation.largest > reason.amount:
             found.append((knob, reason.amount / relief))
     found.extend(_promising_duration(problem, reason, x))
     return sorted(found, key=lambda pair: pair[1])[:KNOBS]
@@ -180,9 +184,9 @@ def _promising_duration(
         return []
     for shorter in (True, False):
         knob = duration_knob(problem, shorter)
-        slope = knob.free.point(knob.start(x, 0.0)).jacobian[:, -1]
+        slope = knob.program(problem).point(knob.start(x, 0.0)).jacobian[:, -1]
         relief = -float(reason.multipliers @ slope) * (knob.bound - knob.before)
-        if relief * FAR > reason.amount:
+        if relief > reason.amount:
             return [(knob, reason.amount / relief)]
     return []
 
@@ -194,28 +198,38 @@ def _pushes(problem: WalkProblem, reason: _Reason, name: str) -> bool:
 
 def _turn(problem: WalkProblem, knob: Knob, start: Array, refined: bool) -> Suggestion | None:
     """Turn one knob as little as possible; return None if that does not suffice."""
-    program = knob.program(problem)
-    solution = SEARCHER.solve(program, Start(start))
+    problem, solution = _least_turn(problem, knob, start, refined)
     if not solution.violation <= FEASIBLE:
         return None
-    x = solution.x[:-1] if solution.x.size > problem.layout.size else solution.x
     for value in _outward(knob.before, knob.value(solution.x), knob.bound):
-        try:
-            robot, task = knob.turned(problem.robot, problem.task, value)
-        except InputError:
-            return None
-        walk = _walk(WalkProblem(robot, task), x, refined)
+        robot, task = knob.turned(problem.robot, problem.task, value)
+        walk = _walk(WalkProblem(robot, task, problem.grid), solution.x[:-1], refined)
         if walk is not None:
-            return Suggestion(
-                knob.name, knob.words, knob.before, value, knob.unit, True, walk.cost
-            )
+            return Suggestion(knob.name, knob.words, knob.before, value, knob.unit, True, walk.cost)
     return None
+
+
+def _least_turn(
+    problem: WalkProblem, knob: Knob, start: Array, refined: bool
+) -> tuple[WalkProblem, Solution]:
+    """Return the solution of a knob's program, and the walk with the instants that matter to it."""
+    solution = SEARCHER.solve(knob.program(problem), Start(start))
+    for _ in range(ROUNDS if refined else 0):
+        if not solution.violation <= FEASIBLE:
+            break
+        robot, task = knob.turned(problem.robot, problem.task, knob.value(solution.x))
+        extra = violated_instants(WalkProblem(robot, task, problem.grid), solution.x[:-1])
+        if extra.size == 0:
+            break
+        problem = problem.with_grid(problem.grid.with_instants(extra))
+        solution = SEARCHER.solve(knob.program(problem), Start(solution.x))
+    return problem, solution
 
 
 def _without_impulse_cop(problem: WalkProblem, x: Array, refined: bool) -> list[Suggestion]:
     margins = replace(problem.task.margins, impulse_cop=False)
     task = replace(problem.task, margins=margins)
-    walk = _walk(WalkProblem(problem.robot, task), x, refined)
+    walk = _walk(WalkProblem(problem.robot, task, problem.grid), x, refined)
     if walk is None:
         return []
     words = "the limit on the centre of pressure at the impact (impulse_cop)"
@@ -224,31 +238,28 @@ def _without_impulse_cop(problem: WalkProblem, x: Array, refined: bool) -> list[
 
 def _walk(problem: WalkProblem, x: Array, refined: bool) -> Solution | None:
     """Return a gait of a changed task, found from x, or None."""
-    solution = TRAVELLER.solve(problem, Start(x))
-    if not solution.violation <= FEASIBLE:
-        return None
-    if not refined:
-        return solution
-    try:
-        problem, solution = refine(problem, solution, TRAVELLER)
-        held = solution.violation <= FEASIBLE and not violated_instants(problem, solution.x).size
-    except EvaluationError:
-        return None
-    return solution if held else None
+    for _ in range(ROUNDS):
+        solution = VERIFIER.solve(problem, Start(x))
+        if not solution.violation <= FEASIBLE:
+            return None
+        extra = violated_instants(problem, solution.x) if refined else np.zeros(0)
+        if extra.size == 0:
+            return solution
+        problem, x = problem.with_grid(problem.grid.with_instants(extra)), solution.x
+    return None
 
 
 def _outward(before: float, exact: float, bound: float) -> Iterator[float]:
     """Yield rounded values beyond the exact one, ever farther from the value before."""
-    change = exact - before
-    digit = 10.0 ** np.floor(np.log10(max(abs(change), 1e-9) / 3.0))
-    sign = np.sign(bound - before)
+    sign = 1.0 if bound > before else -1.0
+    digit = 10.0 ** np.floor(np.log10(max(abs(exact - before), 1e-9) / COARSE))
     nearest = np.ceil(sign * exact / digit - 1e-9)
     for more in OUTWARD:
-        value = float(sign * (nearest + more) * digit)
-        inside = sign * (bound - value) > 0.0
-        yield round(value, 9) if inside else bound
-        if not inside:
+        value = round(float(sign * (nearest + more) * digit), 9) + 0.0
+        if sign * (bound - value) <= 0.0:
+            yield bound
             return
+        yield value
 
 
 def _since(started: float) -> float:

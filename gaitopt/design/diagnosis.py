@@ -53,9 +53,10 @@ class Conflict:
     def sentence(self) -> str:
         """In words."""
         words = PLAIN_WORDS.get(self.family, self.family)
+        where = "" if self.family == "walking speed" else f" ({self.row})"
         if self.amount == 0.0:
-            return f"{words}: held, most firmly at {self.row}"
-        return f"{words}: exceeded by {self.amount:.3g} {self.unit}, at {self.row}"
+            return words + where
+        return f"{words} by {self.amount:.2g} {self.unit}{where}"
 
 
 @dataclass(frozen=True)
@@ -130,10 +131,12 @@ class Diagnosis:
             said.append(f"the least violation found leaves {self.worst.sentence}")
         gives = [c for c in self.conflict if c.amount > 0.0]
         if gives:
-            said.append("the limits that would have to give: " + "; ".join(map(_sentence, gives)))
+            said.append(
+                "the smallest relaxation that admits a walk: " + "; ".join(map(_sentence, gives))
+            )
         holds = [c for c in self.conflict if c.amount == 0.0]
         if holds:
-            said.append("the limits they conflict with: " + "; ".join(map(_sentence, holds)))
+            said.append("what stands against it: " + "; ".join(map(_sentence, holds)))
         if not self.suggestions:
             said.append("no change of a single number was found that makes it feasible")
         return (*said, *map(_sentence, self.suggestions))
@@ -177,15 +180,17 @@ def conflicts(
         row = rows.start + int(np.argmax(np.abs(multipliers[rows])))
         share = push[family.name] / total if total > 0.0 else 0.0
         scale = float(family.scale[problem.address(row).entry])
-        amount = float(t[i] * matter[i]) * scale if t[i] > GIVES else 0.0
-        if amount > 0.0 or share >= least:
-            where = problem.describe(row)
-            found.append(Conflict(family.name, amount, family.unit, where, share))
-    return tuple(sorted(found, key=lambda c: (c.amount == 0.0, -c.share)))
+        gives = t[i] > GIVES * t.sum()
+        if gives or share >= least:
+            amount = float(t[i] * matter[i]) * scale if gives else 0.0
+            there = Conflict(family.name, amount, family.unit, problem.describe(row), share)
+            found.append((float(t[i]), there))
+    found.sort(key=lambda pair: (-pair[0] if pair[1].amount else 0.0, -pair[1].share))
+    return tuple(there for _, there in found)
 
 
-GIVES = 1e-5
-"""A relaxation below this is the solver's tolerance."""
+GIVES = 1e-2
+"""A relaxation below this part of all is left out."""
 
 
 def _sentence(said: Conflict | Suggestion) -> str:

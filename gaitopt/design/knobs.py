@@ -62,7 +62,7 @@ class Knob(ABC):
 
     @abstractmethod
     def start(self, x: Array, amount: float) -> Array:
-        """Return variables of the program: x of the walk and the knob turned by an amount."""
+        """Return variables of the program: x of the walk, then the knob turned by an amount."""
 
     @abstractmethod
     def value(self, z: Array) -> float:
@@ -92,7 +92,10 @@ class LimitKnob(Knob):
             changes = {
                 "robot torque limits": {"torque": value * limits.torque},
                 "robot speed limits": {"speed": value * limits.speed},
-                "robot joint ranges": {"lower": limits.lower - value, "upper": limits.upper + value},
+                "robot joint ranges": {
+                    "lower": limits.lower - value,
+                    "upper": limits.upper + value,
+                },
             }
             return replace(robot, limits=replace(limits, **changes[self.name])), task
         if self.name == "speed":
@@ -147,15 +150,10 @@ class LimitKnob(Knob):
 
 @dataclass(frozen=True)
 class DurationKnob(Knob):
-    """The duration of the step, made a variable of the walk.
-
-    Attributes:
-        free: the walk with its duration free between `before` and `bound`.
-    """
+    """The duration of the step, made a variable of the walk."""
 
     before: float
     bound: float
-    free: WalkProblem
     name: str = "duration"
     words: str = "the duration of a step"
     unit: str = "s"
@@ -167,23 +165,22 @@ class DurationKnob(Knob):
 
     def program(self, problem: WalkProblem) -> RelaxedProgram:
         """Return the walk that keeps its duration as near as it can to the one asked for."""
-        del problem
-        pull = np.zeros(self.free.layout.size)
-        pull[self._index] = 1.0 / (self.bound - self.before)
-        return RelaxedProgram(self.free, (), pull)
+        low, high = sorted((self.before, self.bound))
+        free: dict[str, float | bool] = {"lower": low, "upper": high, "free": True}
+        table = set_quantities(problem.task.geometry, {"duration": free})
+        task = replace(problem.task, geometry=table)
+        walk = WalkProblem(problem.robot, task, problem.grid)
+        pull = np.zeros(walk.layout.size)
+        pull[-1] = 1.0 / (self.bound - self.before)  # the last of the geometric quantities
+        return RelaxedProgram(walk, (), pull)
 
     def start(self, x: Array, amount: float) -> Array:
         """Return the variables of the walk with a free duration."""
-        value = self.before + min(amount, 1.0) * (self.bound - self.before)
-        return np.insert(x, self._index, value)
+        return np.append(x, self.before + min(amount, 1.0) * (self.bound - self.before))
 
     def value(self, z: Array) -> float:
         """Return the duration."""
-        return float(z[self._index])
-
-    @property
-    def _index(self) -> int:
-        return self.free.layout.size - 1  # the last of the table
+        return float(z[-1])
 
 
 def limit_knobs(problem: WalkProblem) -> tuple[LimitKnob, ...]:
@@ -217,11 +214,7 @@ def limit_knobs(problem: WalkProblem) -> tuple[LimitKnob, ...]:
 def duration_knob(problem: WalkProblem, shorter: bool) -> DurationKnob:
     """Return the knob of the step duration, to be made shorter or longer."""
     before = problem.task.duration
-    bound = before * (SHORTEST if shorter else LONGEST)
-    span = {"lower": min(before, bound), "upper": max(before, bound), "free": True}
-    table = set_quantities(problem.task.geometry, {"duration": span})
-    task = replace(problem.task, geometry=table)
-    return DurationKnob(before, bound, WalkProblem(problem.robot, task, problem.grid))
+    return DurationKnob(before, before * (SHORTEST if shorter else LONGEST))
 
 
 _ROBOT_KNOBS = ("robot torque limits", "robot speed limits", "robot joint ranges")
@@ -239,9 +232,7 @@ def _motor_knobs(problem: WalkProblem) -> list[LimitKnob]:
             unit, before = "times its own", 1.0
         else:
             before = float(own[0] if given is None else given)
-        knobs.append(
-            LimitKnob(name, words, unit, before, STRONGEST * before, before, (quantity,))
-        )
+        knobs.append(LimitKnob(name, words, unit, before, STRONGEST * before, before, (quantity,)))
     return knobs
 
 

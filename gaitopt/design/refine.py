@@ -86,7 +86,8 @@ def _peaks(excess: Array) -> NDArray[np.int_]:
 def _kept(solution: Solution, failed: Solution) -> Solution:
     """Return the solution before a round that failed: a gait at its own samples at least."""
     status = Status.INTERRUPTED if failed.status is Status.INTERRUPTED else solution.status
-    return replace(_with_work(solution, failed), status=status)
+    kept = _with_work(solution, failed)
+    return replace(kept, status=status, history=solution.history + failed.history)
 
 
 def _with_work(solution: Solution, before: Solution) -> Solution:

@@ -23,7 +23,7 @@ from gaitopt.nlp import Array
 _CROUCH = 0.875  # hip height above the ankle over the leg's length; measured to start well
 _LONGEST = 0.97  # of the leg's length, in double support
 _TRUNK_PITCH = 0.05  # rad
-_GAP_BETWEEN_SOLES = 0.024  # m: the guess keeps clear of the lateral constraint
+_CLEAR_OF_GAP = 0.014  # m: the guess keeps this much off the lateral constraint
 _EXTRA_LIFT = 0.02  # m above the clearance profile
 _RATE_FRACTION = 0.5  # of the last secant: the foot slows down before it lands
 
@@ -76,7 +76,7 @@ def _geometry(problem: WalkProblem) -> Array:
     step = guess[STEP_LENGTH]
     natural = float(legs.hips[1, 1] - legs.hips[0, 1])
     narrowest = robot.sole.left - robot.sole.right + task.margins.lateral_gap
-    spacing = max(natural, narrowest + _GAP_BETWEEN_SOLES - task.margins.lateral_gap)
+    spacing = max(natural, narrowest + _CLEAR_OF_GAP)
     if abs(step) / 2.0 >= _LONGEST * legs.reach:
         raise UnreachableError(
             f"a step of {step:.3f} m ({task.speed:g} m/s for {task.duration:g} s) is longer than "

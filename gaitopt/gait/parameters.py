@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
+from math import isfinite
 
 import numpy as np
 
@@ -45,7 +46,7 @@ GEOMETRY = (
     Quantity("pelvis_yaw", "rad", 0.1, lower=-0.2, upper=0.2),
     Quantity("pelvis_roll", "rad", 0.1, lower=-0.2, upper=0.2, free=False),
     Quantity("foot_yaw", "rad", 0.1, lower=-0.3, upper=0.3, free=False),
-    Quantity("duration", "s", 0.1, lower=0.05, upper=5.0, free=False),
+    Quantity("duration", "s", 0.1, lower=0.05, upper=5.0, free=False, value=0.4),
 )
 """The nine geometric quantities of section 4.2 (six named there) and the step duration."""
 
@@ -146,19 +147,32 @@ def set_quantities(
     Raises:
         InputError: an unknown quantity, or bounds that leave no room.
     """
-    for name in changes:
+    known = {f.name for f in fields(Quantity)} - {"name", "unit"}
+    for name, change in changes.items():
         if name not in GEOMETRY_NAMES:
             raise InputError(
                 f"there is no geometric quantity '{name}'; there are {', '.join(GEOMETRY_NAMES)}"
+            )
+        if unknown := set(change) - known:
+            raise InputError(
+                f"{name} has no field {', '.join(sorted(unknown))}; "
+                f"it has {', '.join(sorted(known))}"
             )
     changed = tuple(
         replace(q, **changes[q.name]) if q.name in changes else q  # type: ignore[arg-type]
         for q in table
     )
     for quantity in changed:
-        if not quantity.lower < quantity.upper:
-            raise InputError(
-                f"{quantity.name}: lower bound {quantity.lower} {quantity.unit} is not below "
-                f"upper bound {quantity.upper} {quantity.unit}"
-            )
+        _check_quantity(quantity)
     return changed
+
+
+def _check_quantity(q: Quantity) -> None:
+    if not q.lower < q.upper:
+        raise InputError(
+            f"{q.name}: lower bound {q.lower} {q.unit} is not below upper bound {q.upper} {q.unit}"
+        )
+    if not isfinite(q.value):
+        raise InputError(f"{q.name} is {q.value} {q.unit}; it must be a finite number")
+    if not (isfinite(q.scale) and q.scale > 0.0):
+        raise InputError(f"{q.name}: scale is {q.scale} {q.unit}; it must be above 0")

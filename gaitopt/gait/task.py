@@ -6,10 +6,14 @@ import math
 from dataclasses import dataclass, field, fields
 
 from gaitopt.errors import InputError
-from gaitopt.gait.grid import QUADRATURES
-from gaitopt.gait.parameters import GEOMETRY, STEP_LENGTH, Quantity, set_quantities
+from gaitopt.gait.grid import QUADRATURES, uniform_grid
+from gaitopt.gait.parameters import DURATION, GEOMETRY, STEP_LENGTH, Quantity, set_quantities
 
 SPEED_AS = ("constraint", "penalty")
+
+
+def _is_finite(value: object) -> bool:
+    return isinstance(value, float | int) and math.isfinite(value)
 
 
 @dataclass(frozen=True)
@@ -48,8 +52,8 @@ class Margins:
     def __post_init__(self) -> None:
         for entry in fields(self):
             value = getattr(self, entry.name)
-            if isinstance(value, float | int) and not math.isfinite(value):
-                raise InputError(f"{entry.name} is {value}; it must be a finite number")
+            if value is not None and not _is_finite(value):
+                raise InputError(f"{entry.name} is {value!r}; it must be a finite number")
         for name, unit in (
             ("friction", ""),
             ("leg_extension", ""),
@@ -95,8 +99,11 @@ class Task:
     def __post_init__(self) -> None:
         for name, unit in (("speed", "m/s"), ("duration", "s"), ("penalty_weight", "cost/m²")):
             value = getattr(self, name)
-            if not (math.isfinite(value) and value > 0.0):
-                raise InputError(f"{name} is {value} {unit}; it must be a finite number above 0")
+            if not (_is_finite(value) and value > 0.0):
+                raise InputError(f"{name} is {value!r} {unit}; it must be a finite number above 0")
+        for name in ("postures", "samples"):
+            if not isinstance(getattr(self, name), int):
+                raise InputError(f"{name} is {getattr(self, name)!r}; it must be a whole number")
         if self.postures < 1:
             raise InputError(f"postures is {self.postures}; at least 1 intermediate posture")
         if self.speed_as not in SPEED_AS:
@@ -106,6 +113,13 @@ class Task:
         if self.quadrature not in QUADRATURES:
             raise InputError(
                 f"quadrature '{self.quadrature}' is unknown; choose {' or '.join(QUADRATURES)}"
+            )
+        uniform_grid(self.samples, self.quadrature)  # refuses numbers of samples it cannot use
+        time = self.geometry[DURATION]
+        if time.free and not time.lower <= self.duration <= time.upper:
+            raise InputError(
+                f"duration is {self.duration} s, but it is free only between {time.lower} and "
+                f"{time.upper} s"
             )
         if not self.geometry[STEP_LENGTH].free and self.speed_as == "constraint":
             raise InputError("step_length is fixed; free it, or take the speed as a penalty")

@@ -17,6 +17,7 @@ from gaitopt.robot.model import Robot
 
 _LAST_STEP = 1e-7  # rad: Newton is quadratic, so the error left is below rounding
 _MAX_ITERATIONS = 40
+_BRANCHES = 3  # searches, each from the last one's posture with its knees bent the other way
 _MAX_STEP = 0.5  # rad: keeps Newton on the branch of the seed
 _SEED_KNEE = 0.6  # rad: flexion of the posture every search starts from
 _SEED_REACH = 0.94  # of the leg's length, for the seed posture
@@ -45,15 +46,18 @@ class LegKinematics:
             UnreachableError: a leg is too short, or the search does not converge.
         """
         self._check_reach(pelvis, sole)
-        q = self._newton(self._seed.copy(), pelvis, sole)
-        legs = self.robot.legs
-        bend = legs.flexion * (q[list(legs.knees)] - legs.straight)
-        if bend.min() < 0.0:
-            raise UnreachableError(
-                f"only a knee bent backwards by {-bend.min():.3f} rad reaches the posture; "
-                "lower the pelvis or shorten the step"
-            )
-        return q
+        legs, knees = self.robot.legs, list(self.robot.legs.knees)
+        q = self._seed.copy()
+        for _ in range(_BRANCHES):
+            q = self._newton(q, pelvis, sole)
+            bend = legs.flexion * (q[knees] - legs.straight)
+            if bend.min() >= 0.0:
+                return q
+            q[knees] = legs.straight + legs.flexion * np.abs(bend)  # the leg's other branch
+        raise UnreachableError(
+            f"the search ended with a knee bent backwards by {-bend.min():.3f} rad; "
+            "lower the pelvis or shorten the step"
+        )
 
     def placements(self, q: Array) -> tuple[pin.SE3, pin.SE3]:
         """Return the placements of pelvis and swing sole at joint angles q (12,)."""

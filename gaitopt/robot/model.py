@@ -12,28 +12,13 @@ import pinocchio as pin
 from gaitopt.errors import RobotError
 from gaitopt.nlp import Array
 from gaitopt.robot.legs import HIP_JOINTS, Legs, common_point, find_knee
+from gaitopt.robot.limits import JointLimits, joint_limits
 from gaitopt.robot.reroot import PELVIS_FRAME, lock_upper_body, reroot
 from gaitopt.robot.soles import Sole, sole_from_collision
 from gaitopt.robot.symmetry import exchange_error, joint_lines, leg_exchange
 from gaitopt.robot.urdf_check import check_urdf
 
 _SYMMETRY_TOLERANCE = 1e-6  # relative: a half step and its mirror must be the same motion
-
-
-@dataclass(frozen=True)
-class JointLimits:
-    """Limits of the twelve joints, in the order of `Robot.joint_names`, shape (12,) each.
-
-    Attributes:
-        torque: largest |torque| [N.m].
-        speed: largest |rate| [rad/s].
-        lower, upper: joint range [rad].
-    """
-
-    torque: Array
-    speed: Array
-    lower: Array
-    upper: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,7 +90,7 @@ class Robot:
             stance_sole=stance_sole,
             swing_sole=swing_sole,
             sole=sole,
-            limits=_limits(model, names, mirror),
+            limits=joint_limits(model, names, mirror),
             legs=_legs(model, pelvis, points, axes, (stance_sole, swing_sole)),
         )
 
@@ -179,26 +164,6 @@ def _check_symmetry(model: pin.Model, mirror: Array, stance_sole: str, swing_sol
             f"feet and kinetic energy); allowed is {_SYMMETRY_TOLERANCE:g}. Make the two legs and "
             "the trunk symmetric in the URDF"
         )
-
-
-def _limits(model: pin.Model, names: tuple[str, ...], mirror: Array) -> JointLimits:
-    limits = JointLimits(
-        torque=np.array(model.effortLimit[6:]),
-        speed=np.array(model.velocityLimit[6:]),
-        lower=np.array(model.lowerPositionLimit[7:]),
-        upper=np.array(model.upperPositionLimit[7:]),
-    )
-    for field, unit in (("torque", "N.m"), ("speed", "rad/s")):
-        values = getattr(limits, field)
-        for name, value, other in zip(names, values, np.abs(mirror) @ values, strict=True):
-            if not value > 0.0:
-                raise RobotError(f"the {field} limit of '{name}' is {value} {unit}; it must be > 0")
-            if value != other:
-                raise RobotError(
-                    f"the {field} limits of '{name}' and its partner in the other leg differ: "
-                    f"{value} and {other} {unit}; make them equal in the URDF"
-                )
-    return limits
 
 
 def _legs(

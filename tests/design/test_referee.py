@@ -14,7 +14,7 @@ from gaitopt.robot.model import Robot
 
 GRID = uniform_grid(301)
 # Simpson's rule needs the spline's knots at even instants of the grid.
-BALANCED = tuple(name for name in WALKS if "three postures" not in name)
+BALANCED = WALKS
 
 
 def fine_step(name: str):
