@@ -61,10 +61,13 @@ class TrustConstrRun:
     def solve(self, x: Array, warm: bool) -> Status:
         """Run rounds until the answer is optimal over all rows, or nothing more helps."""
         u = x / self.program.scale
-        if warm and self._confirmed(u, ACTIVITY):
+        if warm and (self._confirmed_aside(u, ACTIVITY) or self._confirmed_aside(u, HELD)):
             return Status.OPTIMAL
-        if not warm:
-            u = self._approach(u)
+        u = self._approach(u)
+        return self._arrive(u)
+
+    def _arrive(self, u: Array) -> Status:
+        """Run rounds on growing sets of rows until the answer is optimal over all of them."""
         for _ in range(ROUNDS):
             if self._is_optimal(self.iterate):
                 return Status.OPTIMAL
@@ -104,16 +107,16 @@ class TrustConstrRun:
             u = self._minimise(u, min(APPROACH_ITERATIONS, left))
             self._polish()
             if self._is_optimal(self.iterate) or (
-                self.iterate.violation <= APPROACHED and self._confirmed_aside(u)
+                self.iterate.violation <= APPROACHED and self._confirmed_aside(u, HELD)
             ):
                 break
         self.row_scale = self.options.row_scale
         return u
 
-    def _confirmed_aside(self, u: Array) -> bool:
+    def _confirmed_aside(self, u: Array, activity: float) -> bool:
         """Confirm the iterate; go on from it if that fails."""
         kept = self.iterate
-        if self._confirmed(u, HELD):
+        if self._confirmed(u, activity):
             return True
         self.iterate = kept
         return False
