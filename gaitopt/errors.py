@@ -44,10 +44,27 @@ class EvaluationError(GaitoptError):
 
 
 class UnreachableError(EvaluationError):
-    """A leg cannot reach the posture asked of it."""
+    """A leg cannot reach the posture asked of it.
+
+    Attributes:
+        diagnosis: a `Diagnosis` of the walk asked for, if one was made, else None.
+    """
+
+    def __init__(self, message: str, diagnosis: object = None) -> None:
+        super().__init__(message)
+        self.diagnosis = diagnosis
 
 
 class NoGaitFoundError(GaitoptError):
-    """No feasible gait was found for the task."""
+    """No feasible gait was found for the task.
+
+    Attributes:
+        solution: the `Solution` the solver gave up with, if any, else None.
+        diagnosis: a `Diagnosis` of why, if one was made, else None.
+    """
 
     exit_code = 3
+
+    def __init__(self, message: str, solution: object = None, diagnosis: object = None) -> None:
+        super().__init__(message)
+        self.solution, self.diagnosis = solution, diagnosis

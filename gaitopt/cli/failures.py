@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from enum import IntEnum
 
@@ -36,6 +36,7 @@ def failures_reported() -> Iterator[None]:
         yield
     except GaitoptError as error:
         complain(str(error))
+        advise(getattr(getattr(error, "diagnosis", None), "sentences", ()))
         raise typer.Exit(error.exit_code) from error
     except BrokenPipeError:
         raise
@@ -45,6 +46,12 @@ def failures_reported() -> Iterator[None]:
     except KeyboardInterrupt as error:
         complain("interrupted before there was a result; nothing was written")
         raise typer.Exit(ExitCode.INTERRUPTED) from error
+
+
+def advise(sentences: Iterable[str]) -> None:
+    """Print why there is no gait and what would help, a line each."""
+    for sentence in sentences:
+        print(f"- {sentence}", file=sys.stderr)  # noqa: T201
 
 
 def complain(message: str) -> None:

@@ -14,8 +14,7 @@ Contradiction = tuple[str, str]
 
 def contradictions(problem: WalkProblem) -> tuple[Contradiction, ...]:
     """Return what is impossible whatever the motion, as pairs of family and sentence."""
-    found = (*_step(problem), *_sole(problem), *_load(problem), *_knees(problem))
-    return found
+    return (*_step(problem), *_sole(problem), *_load(problem), *_knees(problem))
 
 
 def _step(problem: WalkProblem) -> list[Contradiction]:

@@ -10,15 +10,17 @@ import numpy as np
 import pinocchio as pin
 
 from gaitopt.design.certificate import Certificate, certify
+from gaitopt.design.diagnose import diagnose
+from gaitopt.design.diagnosis import Diagnosis
 from gaitopt.design.refine import refine
 from gaitopt.design.runtime import small_matrices
-from gaitopt.errors import EvaluationError, InputError, NoGaitFoundError
+from gaitopt.errors import EvaluationError, InputError, NoGaitFoundError, UnreachableError
 from gaitopt.gait.assemble import gait_at
 from gaitopt.gait.guess import first_guess
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.result import Gait
 from gaitopt.gait.task import Task
-from gaitopt.nlp import NLP, Array, ProgressCallback, Solution, Start
+from gaitopt.nlp import NLP, Array, ProgressCallback, Solution, Start, Status
 from gaitopt.robot.model import Robot
 from gaitopt.solvers import CertifiedSQP, FiniteDifferenceNLP, Solver, solver_by_name
 from gaitopt.version import __version__
@@ -39,11 +41,13 @@ class DesignOptions:
         differences: "none" for exact derivatives; "all" for finite-difference gradients, or
             "constraints" for the paper's mode (exact gradient of the cost alone). Refinement and
             confirmation always have the exact ones.
+        diagnose: whether to find out why when there is no gait (some seconds).
     """
 
     solver: Solver = field(default_factory=lambda: solver_by_name("default"))
     refine: bool = True
     differences: str = "none"
+    diagnose: bool = True
 
     def __post_init__(self) -> None:
         """Check the options.
@@ -92,8 +96,9 @@ def design(
         on_progress: makes the progress callback of a walk (it can name the walk's rows).
 
     Raises:
-        NoGaitFoundError: no feasible gait was found; the message says what stands in the way.
-        UnreachableError: the step asked for is longer than the legs.
+        NoGaitFoundError: no feasible gait was found; the message says what stands in the way, and
+            `diagnosis` why and what would help.
+        UnreachableError: the step asked for is longer than the legs; with a `diagnosis` too.
     """
     task, options = task or Task(), options or DesignOptions()
     with small_matrices():
@@ -108,17 +113,14 @@ def _design(
     on_progress: Callable[[WalkProblem], ProgressCallback] | None,
 ) -> Design:
     problem = WalkProblem(robot, task)
-    x = first_guess(problem) if start is None else _checked_start(problem, start)
-    solver = options.solver
-    travel = solver.travel if isinstance(solver, CertifiedSQP) else solver
+    x = _guess(problem, options) if start is None else _checked_start(problem, start)
     callback = None if on_progress is None else on_progress(problem)
-    solution = travel.solve(_derived(problem, options), Start(x), callback)
-    _require_gait(problem, solution)
+    solution = _walk(problem, options, x, callback)
     if options.refine:
-        problem, solution = refine(problem, solution, travel, on_progress)
-    if isinstance(solver, CertifiedSQP):
+        problem, solution = refine(problem, solution, traveller(options.solver), on_progress)
+    if isinstance(options.solver, CertifiedSQP):
         callback = None if on_progress is None else on_progress(problem)
-        solution = solver.confirm(problem, solution, callback)
+        solution = options.solver.confirm(problem, solution, callback)
     certificate = certify(problem, solution.x)
     meta = {
         "solver": solution_record(solution),
@@ -128,6 +130,51 @@ def _design(
         "versions": versions(),
     }
     return Design(gait_at(problem, solution.x, meta), certificate, solution, problem)
+
+
+def _guess(problem: WalkProblem, options: DesignOptions) -> Array:
+    """Return the first guess, or the walk that a diagnosis finds where there is none."""
+    try:
+        return first_guess(problem)
+    except UnreachableError as error:
+        diagnosis = _diagnosis(problem, None, options)
+        if diagnosis is None or diagnosis.gait is None:
+            raise UnreachableError(str(error), diagnosis) from error
+        return diagnosis.gait
+
+
+def _walk(
+    problem: WalkProblem, options: DesignOptions, x: Array, callback: ProgressCallback | None
+) -> Solution:
+    """Solve, once more from the walk that a diagnosis finds; raise if there is none."""
+    solver, nlp = traveller(options.solver), _derived(problem, options)
+    solution = solver.solve(nlp, Start(x), callback)
+    if _is_gait(solution):
+        return solution
+    diagnosis = _diagnosis(problem, solution, options)
+    if diagnosis is not None and diagnosis.gait is not None:
+        second = solver.solve(nlp, Start(diagnosis.gait), callback)
+        if _is_gait(second):
+            return second
+    raise NoGaitFoundError(_refusal(problem, solution), solution, diagnosis)
+
+
+def traveller(solver: Solver) -> Solver:
+    """Return the solver that goes from a first guess to a gait."""
+    return solver.travel if isinstance(solver, CertifiedSQP) else solver
+
+
+def _diagnosis(
+    problem: WalkProblem, solution: Solution | None, options: DesignOptions
+) -> Diagnosis | None:
+    """Return a diagnosis, unless it is not wanted, cannot be made or is given up by Ctrl-C."""
+    interrupted = solution is not None and solution.status is Status.INTERRUPTED
+    if interrupted or not options.diagnose:
+        return None
+    try:
+        return diagnose(problem, solution, refined=options.refine)
+    except (UnreachableError, KeyboardInterrupt):
+        return None
 
 
 def _checked_start(problem: WalkProblem, start: Array) -> Array:
@@ -170,15 +217,17 @@ def _derived(problem: WalkProblem, options: DesignOptions) -> NLP:
     return FiniteDifferenceNLP(problem, cost_gradient_only=options.differences == "constraints")
 
 
-def _require_gait(problem: WalkProblem, solution: Solution) -> None:
-    """Raise if a solution is not a walk."""
-    if np.isfinite(solution.cost) and solution.violation <= FEASIBLE:
-        return
+def _is_gait(solution: Solution) -> bool:
+    return bool(np.isfinite(solution.cost)) and solution.violation <= FEASIBLE
+
+
+def _refusal(problem: WalkProblem, solution: Solution) -> str:
+    """Say what is wrong with a solution that is not a walk."""
     reason = f"no feasible gait was found ({solution.status.value})"
     try:
         rows = problem.values(solution.x).rows
     except EvaluationError as error:
-        raise NoGaitFoundError(f"{reason}; {error}") from error
+        return f"{reason}; {error}"
     worst = np.maximum(problem.rows.lower - rows, rows - problem.rows.upper)
     row = int(np.argmax(worst))
     at = problem.address(row)
@@ -186,7 +235,7 @@ def _require_gait(problem: WalkProblem, solution: Solution) -> None:
     limit = (
         problem.rows.lower[row] if rows[row] < problem.rows.lower[row] else problem.rows.upper[row]
     )
-    raise NoGaitFoundError(
+    return (
         f"{reason} at {problem.task.speed:g} m/s with steps of {problem.task.duration:g} s; the "
         f"least violation leaves {problem.describe(row)}: {rows[row] * scale:.4g} "
         f"{at.family.unit}, allowed {limit * scale:.4g}"

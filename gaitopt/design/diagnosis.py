@@ -7,8 +7,6 @@ from dataclasses import asdict, dataclass
 import numpy as np
 
 from gaitopt.design.certificate import WorstRow
-from gaitopt.design.relaxation import RelaxedProgram
-from gaitopt.gait.problem import WalkProblem
 from gaitopt.nlp import Array
 
 PLAIN_WORDS = {
@@ -68,8 +66,8 @@ class Suggestion:
         words: for a person.
         before, after: its value in the task, and one with which a gait was found.
         unit: of both, empty where there is none.
-        verified: whether a gait of the changed task was found.
-        cost: of that gait [N²·m·s].
+        cost: of that gait, which is feasible but not optimal [N²·m·s].
+        gait: its parameters, shape (P,).
     """
 
     knob: str
@@ -77,21 +75,22 @@ class Suggestion:
     before: float
     after: float
     unit: str
-    verified: bool
     cost: float
+    gait: Array
 
     @property
     def sentence(self) -> str:
         """In words."""
         if self.knob == "impulse_cop":
-            change = f"dropping {self.words} makes it feasible"
-        else:
-            unit = f" {self.unit}" if self.unit else ""
-            change = (
-                f"changing {self.words} ({self.knob}) from {self.before:g} to {self.after:g}{unit} "
-                "makes it feasible"
-            )
-        return f"{change} (a gait of cost {self.cost:.5g} was found)" if self.verified else change
+            return f"without {self.words} it is feasible"
+        unit = f" {self.unit}" if self.unit else ""
+        change = f"{self.words} ({self.knob}) from {self.before:g} to {self.after:g}{unit}"
+        fastest = " (about the fastest walk found)" if self.knob == "speed" else ""
+        return f"changing {change}{fastest} makes it feasible"
+
+    def record(self) -> dict[str, object]:
+        """Return the suggestion as JSON-able data."""
+        return {**asdict(self), "gait": self.gait.tolist()}
 
 
 @dataclass(frozen=True)
@@ -149,48 +148,10 @@ class Diagnosis:
             "violation": self.violation if np.isfinite(self.violation) else None,
             "worst": None if self.worst is None else asdict(self.worst),
             "conflict": [asdict(c) for c in self.conflict],
-            "suggestions": [asdict(s) for s in self.suggestions],
+            "suggestions": [s.record() for s in self.suggestions],
             "gait": None if self.gait is None else self.gait.tolist(),
             "seconds": self.seconds,
         }
-
-
-def conflicts(
-    problem: WalkProblem, program: RelaxedProgram, z: Array, multipliers: Array, least: float
-) -> tuple[Conflict, ...]:
-    """Return the families in conflict at the solution of a program that relaxes each of them.
-
-    Args:
-        problem: the walk.
-        program: one relaxation per family, in their order.
-        z: its solution.
-        multipliers: of the walk's rows there, shape (m,).
-        least: share from which a family that holds counts.
-    """
-    _, t = program.split(z)
-    matter = np.array([max(r.upper.max(), r.lower.max()) for r in program.relaxations])
-    push = {
-        f.name: float(np.abs(multipliers[problem.family_rows(f.name)]).sum()) * matter[i]
-        for i, f in enumerate(problem.families)
-    }
-    total = sum(push.values())
-    found = []
-    for i, family in enumerate(problem.families):
-        rows = problem.family_rows(family.name)
-        row = rows.start + int(np.argmax(np.abs(multipliers[rows])))
-        share = push[family.name] / total if total > 0.0 else 0.0
-        scale = float(family.scale[problem.address(row).entry])
-        gives = t[i] > GIVES * t.sum()
-        if gives or share >= least:
-            amount = float(t[i] * matter[i]) * scale if gives else 0.0
-            there = Conflict(family.name, amount, family.unit, problem.describe(row), share)
-            found.append((float(t[i]), there))
-    found.sort(key=lambda pair: (-pair[0] if pair[1].amount else 0.0, -pair[1].share))
-    return tuple(there for _, there in found)
-
-
-GIVES = 1e-2
-"""A relaxation below this part of all is left out."""
 
 
 def _sentence(said: Conflict | Suggestion) -> str:

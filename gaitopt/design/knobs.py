@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from gaitopt.design.relaxation import Coupling, RelaxedProgram, Relaxation
+from gaitopt.design.relaxation import Coupling, Relaxation, RelaxedProgram
 from gaitopt.gait.constraints import families
 from gaitopt.gait.parameters import set_quantities
 from gaitopt.gait.problem import WalkProblem
@@ -18,7 +18,7 @@ from gaitopt.robot.model import Robot
 STRONGEST = 10.0  # times: no motor is asked to be stronger or faster than this
 WIDEST = 1.0  # rad: no joint range is widened by more
 ROUGHEST = 2.0  # coefficient of friction of rubber on rough concrete
-SINKING = -0.1  # m/s: a rear foot that sinks faster has not lifted off
+SINKING = -0.05  # m/s: a rear foot that sinks faster has not lifted off
 SLOWEST = 0.05  # m/s
 LONGEST, SHORTEST = 2.0, 0.5  # step duration over the one asked for
 
@@ -57,8 +57,13 @@ class Knob(ABC):
         """
 
     @abstractmethod
-    def program(self, problem: WalkProblem) -> RelaxedProgram:
-        """Return the program whose solution turns the knob the least."""
+    def program(self, problem: WalkProblem, start: Array) -> RelaxedProgram:
+        """Return the program whose solution turns the knob the least.
+
+        Args:
+            problem: the walk.
+            start: variables as `start` returns them; the solution is sought near their x.
+        """
 
     @abstractmethod
     def start(self, x: Array, amount: float) -> Array:
@@ -104,9 +109,9 @@ class LimitKnob(Knob):
         changed = replace(task.margins, **{self.name: value})  # type: ignore[arg-type]
         return robot, replace(task, margins=changed)
 
-    def program(self, problem: WalkProblem) -> RelaxedProgram:
+    def program(self, problem: WalkProblem, start: Array) -> RelaxedProgram:
         """Return the walk with the limits as functions of t."""
-        return RelaxedProgram(problem, (self.relaxation(problem),))
+        return RelaxedProgram(problem, (self.relaxation(problem),), start[:-1])
 
     def relaxation(self, problem: WalkProblem) -> Relaxation:
         """Return how the rows' limits give per unit of t."""
@@ -163,7 +168,7 @@ class DurationKnob(Knob):
         """Return robot and task with another duration."""
         return robot, replace(task, duration=value)
 
-    def program(self, problem: WalkProblem) -> RelaxedProgram:
+    def program(self, problem: WalkProblem, start: Array) -> RelaxedProgram:
         """Return the walk that keeps its duration as near as it can to the one asked for."""
         low, high = sorted((self.before, self.bound))
         free: dict[str, float | bool] = {"lower": low, "upper": high, "free": True}
@@ -172,7 +177,7 @@ class DurationKnob(Knob):
         walk = WalkProblem(problem.robot, task, problem.grid)
         pull = np.zeros(walk.layout.size)
         pull[-1] = 1.0 / (self.bound - self.before)  # the last of the geometric quantities
-        return RelaxedProgram(walk, (), pull)
+        return RelaxedProgram(walk, (), start, pull)
 
     def start(self, x: Array, amount: float) -> Array:
         """Return the variables of the walk with a free duration."""

@@ -1,14 +1,15 @@
 """The elastic program of a walk: how little must the limits give for a walk to exist?
 
-    minimise over x, t   t_1 + t_2 + ... + pull . x + epsilon f(x)
+    minimise over x, t   t_1 + t_2 + ... + pull . x + epsilon/2 |(x - x_0) / scale|²
     subject to           lower <= c(x) + t_1 (A_1 + B_1 c(x)) + t_2 (A_2 + B_2 c(x)) + ... <= upper
                          0 <= t <= t_max
 
-with f the scaled cost of the walk and c its scaled rows. Where a row has two limits and is
+with c the scaled rows of the walk; its cost plays no part. Where a row has two limits and is
 relaxed, it stands there twice, once for each limit. The sum of t (a 1-norm) keeps most of them at
 exactly zero (Nocedal & Wright, 2006, section 17.2): what is left is a small set of limits that
 conflict. B couples rows: a coefficient of friction multiplies the vertical force, which is a row
-of its own. `pull` asks for little of one variable instead, where nothing is to be relaxed.
+of its own. `pull` asks for little of one variable instead. With neither t nor pull, the program
+asks for the nearest walk.
 """
 
 from __future__ import annotations
@@ -21,8 +22,7 @@ from numpy.typing import NDArray
 from gaitopt.nlp import NLP, Array, Point, Rows, Values, Variables
 
 REGULARITY = 1e-3
-"""epsilon: the cost only chooses among walks that are equally near to the limits (measured: 1e-4
-takes half as long again and changes t by 2 %)."""
+"""epsilon: the distance only chooses among walks that are equally near to the limits."""
 STEP = 0.3
 """Scale of t for the solver; one unit of t is a change that matters."""
 
@@ -73,21 +73,26 @@ class RelaxedProgram(NLP):
     """A program whose limits give; its variables are (x, t)."""
 
     def __init__(
-        self, base: NLP, relaxations: tuple[Relaxation, ...], pull: Array | None = None
+        self,
+        base: NLP,
+        relaxations: tuple[Relaxation, ...],
+        centre: Array,
+        pull: Array | None = None,
     ) -> None:
         """Relax a program.
 
         Args:
-            base: the program; its cost only chooses among equal relaxations.
+            base: the program.
             relaxations: k of them.
+            centre: x_0, shape (n,).
             pull: linear objective on x, shape (n,), by default none.
         """
-        self.base, self.relaxations = base, relaxations
-        self._cost_weight = REGULARITY * base.cost_scale
+        self.base, self.relaxations, self.centre = base, relaxations, centre
         self.has_hessian, self.cost_scale = base.has_hessian, 1.0
         k, variables = len(relaxations), base.variables
         self.size = variables.lower.size
         self._pull = np.zeros(self.size) if pull is None else pull
+        self._stiffness = REGULARITY / variables.scale**2
         self.variables = Variables(
             (*variables.names, *(r.name for r in relaxations)),
             np.append(variables.lower, np.zeros(k)),
@@ -132,7 +137,7 @@ class RelaxedProgram(NLP):
         """Return objective and rows at (x, t)."""
         x, t = self.split(z)
         at = self.base.values(x)
-        return Values(z, self._objective(at, t), self._rows(at.rows, t))
+        return Values(z, self._objective(x, t), self._rows(at.rows, t))
 
     def point(self, z: Array) -> Point:
         """Return objective, rows and their derivatives at (x, t)."""
@@ -142,8 +147,9 @@ class RelaxedProgram(NLP):
         jacobian[:, : x.size] = (at.jacobian + self._coupled(at.jacobian, t))[self.source]
         for i in range(t.size):
             jacobian[:, x.size + i] = self.column(i, at.rows)
-        gradient = np.append(self._pull + self._cost_weight * at.gradient, np.ones(t.size))
-        return Point(z, self._objective(at, t), self._rows(at.rows, t), gradient, jacobian)
+        slope = self._pull + self._stiffness * (x - self.centre)
+        gradient = np.append(slope, np.ones(t.size))
+        return Point(z, self._objective(x, t), self._rows(at.rows, t), gradient, jacobian)
 
     def hessian(self, z: Array, multipliers: Array, cost_weight: float) -> Array:
         """Return the exact Hessian of cost_weight * objective + multipliers . rows."""
@@ -152,7 +158,8 @@ class RelaxedProgram(NLP):
         pulled = [self._pulled(i, y) for i in range(t.size)]
         at_base = y + sum((t[i] * pulled[i] for i in range(t.size)), np.zeros(y.size))
         H = np.zeros((z.size, z.size))
-        H[: x.size, : x.size] = self.base.hessian(x, at_base, cost_weight * self._cost_weight)
+        H[: x.size, : x.size] = self.base.hessian(x, at_base, 0.0)
+        H[: x.size, : x.size] += cost_weight * np.diag(self._stiffness)
         for i in range(t.size):
             if pulled[i].any():
                 H[: x.size, x.size + i] = pulled[i] @ self.base.point(x).jacobian
@@ -165,7 +172,9 @@ class RelaxedProgram(NLP):
 
     def base_multipliers(self, multipliers: Array) -> Array:
         """Return the multipliers of the base's rows, those of both limits together, shape (m,)."""
-        return np.bincount(self.source, multipliers, minlength=self.base.rows.lower.size)
+        together = np.zeros(self.base.rows.lower.size)
+        np.add.at(together, self.source, multipliers)
+        return together
 
     def column(self, index: int, rows: Array) -> Array:
         """Return the derivative of the rows with respect to one t, shape (M,)."""
@@ -174,11 +183,12 @@ class RelaxedProgram(NLP):
             moved[target] += factor * rows[partner]
         return np.asarray(self._offsets[index] + moved[self.source])
 
-    def _objective(self, at: Values, t: Array) -> float:
-        return float(t.sum() + self._pull @ at.x) + self._cost_weight * at.cost
+    def _objective(self, x: Array, t: Array) -> float:
+        away = x - self.centre
+        return float(t.sum() + self._pull @ x + 0.5 * away @ (self._stiffness * away))
 
     def _rows(self, rows: Array, t: Array) -> Array:
-        moved = rows[self.source]
+        moved: Array = rows[self.source]
         for i in range(t.size):
             moved = moved + t[i] * self.column(i, rows)
         return moved

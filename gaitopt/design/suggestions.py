@@ -1,0 +1,183 @@
+"""Single changes that make a walk possible: knobs turned as little as possible, and a walk found.
+
+The multipliers of the smallest relaxation tell what turning each knob would bring; the most
+promising are turned, one at a time.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from gaitopt.design.diagnosis import Suggestion
+from gaitopt.design.knobs import Knob, duration_knob, limit_knobs
+from gaitopt.design.reason import FEASIBLE, SEARCHER, Reason, solve_or_stop
+from gaitopt.design.refine import violated_instants
+from gaitopt.design.relaxation import RelaxedProgram
+from gaitopt.gait.problem import WalkProblem
+from gaitopt.nlp import Array, Progress, Solution, Start, Values, worst_violation
+from gaitopt.solvers.sqp import SQP
+
+WARM = replace(SEARCHER, max_iterations=30)
+"""For relaxations that were solved on a coarser grid."""
+VERIFIER = SQP(max_iterations=20)
+"""For the walk of a suggestion, which is nearly feasible."""
+INSIDE = 5e-7
+"""Scaled violation at which the verifier rests."""
+KNOBS, ENOUGH = 5, 3
+"""Knobs that are tried, the most promising first, and suggestions that are enough."""
+COARSE = 3.0
+"""A suggestion is rounded to a power of ten below this part of the change."""
+OUTWARD = (0, 1, 3, 8)
+"""Last digits by which a knob is turned farther until a walk is found."""
+SEARCHES, ROUNDS = 3, 5
+"""Times instants are added where a limit is exceeded between the samples: while the knob is
+turned, and while a walk is sought."""
+
+
+def find_suggestions(problem: WalkProblem, reason: Reason, refined: bool) -> tuple[Suggestion, ...]:
+    """Return what suffices alone, the most promising first.
+
+    Args:
+        problem: a walk without a gait.
+        reason: its smallest relaxation.
+        refined: whether the gaits found must hold between the samples too.
+
+    Raises:
+        KeyboardInterrupt: Ctrl-C was pressed.
+    """
+    x = reason.x
+    found: list[Suggestion] = []
+    for knob, amount in _promising(problem, reason):
+        suggestion = _turn(problem, knob, knob.start(x, amount), refined)
+        found += [] if suggestion is None else [suggestion]
+        if len(found) == ENOUGH:
+            return tuple(found)
+    if _pushes(problem, reason, "impulse cop"):
+        found += _without_impulse_cop(problem, x, refined)
+    return tuple(found)
+
+
+def _promising(problem: WalkProblem, reason: Reason) -> list[tuple[Knob, float]]:
+    """Return the knobs to try, with how far they should have to be turned by the multipliers.
+
+    Knobs that may suffice come first, of these the ones of families that give, then those that
+    have to be turned less.
+    """
+    rows = problem.values(reason.x).rows
+    pairs = zip(problem.families, reason.amounts, strict=True)
+    gives = {family.name for family, amount in pairs if amount > FEASIBLE}
+    found: list[tuple[bool, bool, float, Knob]] = []
+    for knob in limit_knobs(problem):
+        relaxation = knob.relaxation(problem)
+        relief = relaxation.relief(rows, reason.multipliers)
+        short = relief * relaxation.largest <= reason.amount
+        stands = gives.isdisjoint(knob.families)
+        if relief > 0.0 and not (short and stands):
+            found.append((short, stands, reason.amount / relief, knob))
+    found += [(False, True, far, knob) for knob, far in _promising_duration(problem, reason)]
+    found.sort(key=lambda entry: entry[:3])
+    return [(knob, far) for _, _, far, knob in found[:KNOBS]]
+
+
+def _promising_duration(problem: WalkProblem, reason: Reason) -> list[tuple[Knob, float]]:
+    """The step duration, in the direction that the multipliers ask for."""
+    if problem.layout.index("duration") is not None:
+        return []
+    for shorter in (True, False):
+        knob = duration_knob(problem, shorter)
+        start = knob.start(reason.x, 0.0)
+        slope = knob.program(problem, start).point(start).jacobian[:, -1]
+        relief = -float(reason.multipliers @ slope) * (knob.bound - knob.before)
+        if relief > reason.amount:
+            return [(knob, reason.amount / relief)]
+    return []
+
+
+def _pushes(problem: WalkProblem, reason: Reason, name: str) -> bool:
+    present = name in (f.name for f in problem.families)
+    return present and bool(reason.multipliers[problem.family_rows(name)].any())
+
+
+def _turn(problem: WalkProblem, knob: Knob, start: Array, refined: bool) -> Suggestion | None:
+    """Turn one knob as little as possible; return None if that does not suffice."""
+    problem, solution = _least_turn(problem, knob, start, refined)
+    if not solution.violation <= FEASIBLE:
+        return None
+    for value in _outward(knob.before, knob.value(solution.x), knob.bound):
+        robot, task = knob.turned(problem.robot, problem.task, value)
+        walk = _walk(WalkProblem(robot, task, problem.grid), solution.x[:-1], refined)
+        if walk is not None:
+            return Suggestion(
+                knob.name, knob.words, knob.before, value, knob.unit, walk.cost, walk.x
+            )
+    return None
+
+
+def _least_turn(
+    problem: WalkProblem, knob: Knob, start: Array, refined: bool
+) -> tuple[WalkProblem, Solution]:
+    """Return the solution of a knob's program, and the walk with the instants that matter to it."""
+    solution = solve_or_stop(SEARCHER, knob.program(problem, start), start)
+    if not refined or not solution.violation <= FEASIBLE:
+        return problem, solution
+    for _ in range(SEARCHES):
+        robot, task = knob.turned(problem.robot, problem.task, knob.value(solution.x))
+        extra = violated_instants(WalkProblem(robot, task, problem.grid), solution.x[:-1])
+        if extra.size == 0:
+            break
+        finer = problem.with_grid(problem.grid.with_instants(extra))
+        again = solve_or_stop(WARM, knob.program(finer, solution.x), solution.x)
+        if not again.violation <= FEASIBLE:
+            break
+        problem, solution = finer, again
+    return problem, solution
+
+
+def _without_impulse_cop(problem: WalkProblem, x: Array, refined: bool) -> list[Suggestion]:
+    margins = replace(problem.task.margins, impulse_cop=False)
+    task = replace(problem.task, margins=margins)
+    walk = _walk(WalkProblem(problem.robot, task, problem.grid), x, refined)
+    if walk is None:
+        return []
+    words = "the limit on the centre of pressure at the impact (impulse_cop)"
+    return [Suggestion("impulse_cop", words, 1.0, 0.0, "", walk.cost, walk.x)]
+
+
+def _walk(problem: WalkProblem, x: Array, refined: bool) -> Values | None:
+    """Return a gait of a changed task near x, or None.
+
+    It is not optimised: an optimum would lean on the limits between the samples again.
+    """
+    for _ in range(ROUNDS):
+        if worst_violation(problem, problem.values(x))[0] > FEASIBLE:
+            nearest = VERIFIER.solve(RelaxedProgram(problem, (), x), Start(x), _stop_if_feasible)
+            if not nearest.violation <= FEASIBLE:
+                return None
+            x = nearest.x
+        extra = violated_instants(problem, x) if refined else np.zeros(0)
+        if extra.size == 0:
+            return problem.values(x)
+        problem = problem.with_grid(problem.grid.with_instants(extra))
+    return None
+
+
+def _stop_if_feasible(progress: Progress) -> None:
+    """Let a solver stop at its first feasible iterate, as it would for Ctrl-C."""
+    if progress.violation <= INSIDE:
+        raise KeyboardInterrupt
+
+
+def _outward(before: float, exact: float, bound: float) -> Iterator[float]:
+    """Yield rounded values beyond the exact one, ever farther from the value before."""
+    sign = 1.0 if bound > before else -1.0
+    digit = 10.0 ** np.floor(np.log10(max(abs(exact - before), 1e-9) / COARSE))
+    nearest = np.ceil(sign * exact / digit - 1e-9)
+    for more in OUTWARD:
+        value = round(float(sign * (nearest + more) * digit), 9) + 0.0
+        if sign * (bound - value) <= 0.0:
+            yield bound
+            return
+        yield value

@@ -1,0 +1,184 @@
+import json
+import re
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from gaitopt.design.contradictions import contradictions
+from gaitopt.design.design import DesignOptions, design
+from gaitopt.design.diagnose import diagnose
+from gaitopt.design.refine import violated_instants
+from gaitopt.errors import NoGaitFoundError, UnreachableError
+from gaitopt.gait.problem import WalkProblem
+from gaitopt.gait.task import preset_task
+from gaitopt.nlp import violations
+from gaitopt.robot.model import JointLimits
+from gaitopt.solvers import solver_by_name
+
+QUICK = DesignOptions(solver=solver_by_name("sqp", max_iterations=60), refine=False)
+COARSE = {"samples": 21}  # for speed
+INFEASIBLE = {
+    "weak motors": ({"torque_limit": 25.0}, "torque", "torque_limit"),
+    "slow motors": ({"speed_limit": 2.0, **COARSE}, "speed", "speed_limit"),
+    "margin wider than the foot": ({"cop_margin": 0.07, **COARSE}, "cop", "cop_margin"),
+    "step longer than the legs": ({"speed": 3.2, **COARSE}, "walking speed", "speed"),
+    "ice": ({"friction": 0.02, "torque_limit": 45.0, **COARSE}, "friction", "friction"),
+    "knees bent too far": ({"knee_flexion": 2.5, **COARSE}, "knee", "knee_flexion"),
+}
+BETWEEN = "weak motors"  # the one whose suggestions must hold between the samples too
+
+
+@pytest.fixture(scope="session")
+def refusals(robot):
+    """The error that each infeasible task ends with."""
+    found = {}
+    for name, (changes, _, _) in INFEASIBLE.items():
+        options = replace(QUICK, refine=name == BETWEEN)
+        with pytest.raises((NoGaitFoundError, UnreachableError)) as caught:
+            design(robot, preset_task(**changes), options)
+        found[name] = caught.value
+    return found
+
+
+@pytest.fixture(params=INFEASIBLE)
+def case(request, refusals):
+    changes, family, knob = INFEASIBLE[request.param]
+    return preset_task(**changes), family, knob, refusals[request.param].diagnosis
+
+
+def changed_problem(robot, task, suggestion):
+    """The walk with a suggestion followed, put together without the code that made it."""
+    name, value = suggestion.knob, suggestion.after
+    if name in ("speed", "duration"):
+        return WalkProblem(robot, replace(task, **{name: value}))
+    if name == "robot joint ranges":
+        lower, upper = robot.limits.lower - value, robot.limits.upper + value
+        limits = JointLimits(robot.limits.torque, robot.limits.speed, lower, upper)
+        return WalkProblem(replace(robot, limits=limits), task)
+    margins = replace(task.margins, **{name: bool(value) if name == "impulse_cop" else value})
+    return WalkProblem(robot, replace(task, margins=margins))
+
+
+def test_the_family_in_the_way_is_named(case):
+    _, family, _, diagnosis = case
+    assert family in diagnosis.families
+    named = {c.family: c for c in diagnosis.conflict}
+    assert named[family].amount > 0.0
+    assert named[family].row
+    assert diagnosis.violation > 1e-4
+    assert sum(c.share for c in diagnosis.conflict) <= 1.0 + 1e-9
+
+
+def test_its_own_knob_is_suggested(case):
+    task, _, knob, diagnosis = case
+    found = {s.knob: s for s in diagnosis.suggestions}
+    assert knob in found
+    before = task.speed if knob == "speed" else getattr(task.margins, knob)
+    assert found[knob].before == before
+    assert (found[knob].after > before) == (knob in ("torque_limit", "speed_limit", "friction"))
+
+
+def test_every_suggestion_has_a_walk(robot, case):
+    """Each is followed, and the walk that comes with it judged by the changed task itself."""
+    task, _, _, diagnosis = case
+    for suggestion in diagnosis.suggestions:
+        problem = changed_problem(robot, task, suggestion)
+        values = problem.values(suggestion.gait)
+        excess = violations(problem.rows.lower, problem.rows.upper, values.rows)
+        assert excess.max() <= 1e-6, suggestion.sentence
+        assert values.cost == pytest.approx(suggestion.cost)
+
+
+def test_a_suggestion_holds_between_the_samples(robot, refusals):
+    task = preset_task(**INFEASIBLE[BETWEEN][0])
+    for suggestion in refusals[BETWEEN].diagnosis.suggestions:
+        problem = changed_problem(robot, task, suggestion)
+        assert violated_instants(problem, suggestion.gait).size == 0
+
+
+def test_a_suggestion_is_the_least_that_helps(robot, refusals):
+    """Half of the change does not do: motors of 33 N.m are too weak as well."""
+    task = preset_task(**INFEASIBLE[BETWEEN][0])
+    weak = next(s for s in refusals[BETWEEN].diagnosis.suggestions if s.knob == "torque_limit")
+    half = (weak.before + weak.after) / 2.0
+    task = replace(task, margins=replace(task.margins, torque_limit=half))
+    with pytest.raises(NoGaitFoundError):
+        design(robot, task, replace(QUICK, diagnose=False))
+
+
+def test_a_suggestion_can_be_designed(robot, refusals):
+    task = preset_task(**INFEASIBLE[BETWEEN][0])
+    weak = next(s for s in refusals[BETWEEN].diagnosis.suggestions if s.knob == "torque_limit")
+    task = replace(task, margins=replace(task.margins, torque_limit=weak.after))
+    found = design(robot, task, QUICK, start=weak.gait)
+    assert 1000.0 < found.gait.cost <= weak.cost * (1.0 + 1e-9)
+    assert weak.before < np.abs(found.gait.torque).max() <= weak.after * (1.0 + 1e-6)
+
+
+def test_people_can_read_it(case):
+    task, _, knob, diagnosis = case
+    text = "\n".join(diagnosis.sentences)
+    assert "the least violation found leaves" in text
+    assert "the smallest relaxation that admits a walk: " in text
+    suggestion = next(s for s in diagnosis.suggestions if s.knob == knob)
+    assert f"({knob}) from {suggestion.before:g} to {suggestion.after:g}" in text
+    assert "nan" not in text
+    assert task.speed > 0.0
+
+
+def test_machines_can_read_it(case):
+    *_, diagnosis = case
+    record = json.loads(json.dumps(diagnosis.record(), allow_nan=False))
+    assert record["sentences"] == list(diagnosis.sentences)
+    assert [s["after"] for s in record["suggestions"]] == [s.after for s in diagnosis.suggestions]
+    assert [c["family"] for c in record["conflict"]] == list(diagnosis.families)
+    assert len(record["suggestions"][0]["gait"]) == 43
+
+
+def test_the_error_carries_what_is_known(refusals):
+    error = refusals["weak motors"]
+    assert isinstance(error, NoGaitFoundError)
+    assert error.exit_code == 3
+    assert error.solution.violation >= error.diagnosis.violation > 0.01
+    long_step = refusals["step longer than the legs"]
+    assert isinstance(long_step, UnreachableError)
+    assert "at most 1.164 m" in long_step.diagnosis.sentences[0]
+
+
+@pytest.mark.parametrize(
+    ("changes", "family", "sentence"),
+    [
+        ({"cop_margin": 0.07}, "cop", "0.07 m from every edge .* sole 0.136 m wide"),
+        ({"minimum_load": 600.0}, "load", "600 N .* weight of the robot, 557.9 N"),
+        ({"knee_flexion": 2.7}, "knee", "_knee bends by at most 2.6 rad; .* at least 2.7 rad"),
+        ({"speed": 3.0}, "leg length", r"a step of 1.200 m .* at most 1.164 m"),
+    ],
+)
+def test_what_no_motion_can_meet_is_seen_at_once(robot, changes, family, sentence):
+    found = contradictions(WalkProblem(robot, preset_task(**changes)))
+    assert {name for name, _ in found} == {family}
+    assert all(re.search(sentence, said) for _, said in found)
+
+
+def test_a_walk_that_can_be_walked_contradicts_nothing(robot):
+    limits = {"cop_margin": 0.067, "minimum_load": 557.0, "knee_flexion": 2.59, "speed": 2.9}
+    assert contradictions(WalkProblem(robot, preset_task(**limits))) == ()
+
+
+def test_a_walk_found_after_all_is_handed_over(robot, standard_task):
+    problem = WalkProblem(robot, standard_task)
+    diagnosis = diagnose(problem, None)
+    assert diagnosis.gait is not None
+    excess = violations(problem.rows.lower, problem.rows.upper, problem.values(diagnosis.gait).rows)
+    assert excess.max() <= 1e-6
+    assert diagnosis.sentences == (
+        "a feasible walk exists: start from the one that the diagnosis found",
+    )
+    assert diagnosis.suggestions == ()
+
+
+def test_a_diagnosis_can_be_done_without(robot):
+    with pytest.raises(UnreachableError) as caught:
+        design(robot, preset_task(speed=3.2), replace(QUICK, diagnose=False))
+    assert caught.value.diagnosis is None

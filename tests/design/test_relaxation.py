@@ -1,0 +1,168 @@
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numerics import check_jacobian, relative_error
+from walks import walk
+
+from gaitopt.design.knobs import duration_knob, limit_knobs
+from gaitopt.design.reason import easier_guess
+from gaitopt.design.relaxation import Relaxation, RelaxedProgram
+from gaitopt.design.suggestions import _outward
+from gaitopt.gait.problem import WalkProblem
+from gaitopt.gait.task import preset_task
+from gaitopt.nlp import Start, Status
+from gaitopt.solvers import SQP
+
+KNOBS = (
+    "torque_limit",
+    "speed_limit",
+    "friction",
+    "minimum_load",
+    "cop_margin",
+    "clearance",
+    "lateral_gap",
+    "knee_flexion",
+    "leg_extension",
+    "liftoff_speed",
+    "robot joint ranges",
+    "speed",
+)
+
+
+def knob_of(problem, name):
+    return next(k for k in limit_knobs(problem) if k.name == name)
+
+
+def room(program, x):
+    """Signed distance of every row to its two limits, infinite where there is none, (2, m)."""
+    rows = program.values(x).rows
+    lower, upper = program.rows.lower, program.rows.upper
+    low, high = np.isfinite(lower), np.isfinite(upper)
+    distance = np.full((2, rows.size), np.inf)
+    distance[0, low] = rows[low] - lower[low]
+    distance[1, high] = upper[high] - rows[high]
+    return distance
+
+
+def per_row(problem, values):
+    """Scaled values, shape (2, m), in the units of the families."""
+    scales = [np.tile(f.scale, len(f.instants)) for f in problem.families]
+    return values * np.concatenate(scales)
+
+
+def test_every_knob_is_there():
+    problem = walk("guess").problem
+    assert tuple(k.name for k in limit_knobs(problem)) == KNOBS
+
+
+@pytest.mark.parametrize("name", KNOBS)
+def test_a_relaxed_row_has_the_room_that_the_changed_task_gives_it(name):
+    """The same limits, reached through t and through the task: two roads to one number."""
+    problem, x = walk("guess").problem, walk("guess").x
+    knob = knob_of(problem, name)
+    z = knob.start(x, 0.3 * (knob.bound - knob.before) / knob.step)
+    program = knob.program(problem, z)
+    robot, task = knob.turned(problem.robot, problem.task, knob.value(z))
+    changed = WalkProblem(robot, task, problem.grid)
+    expected, before = per_row(changed, room(changed, x)), per_row(problem, room(problem, x))
+    found = np.full(expected.shape, np.inf)
+    for side, distance in enumerate(room(program, z)):
+        np.minimum.at(found[side], program.source, distance)
+    found = per_row(problem, found)
+    there = np.isfinite(expected)
+    np.testing.assert_array_equal(there, np.isfinite(found))
+    np.testing.assert_allclose(found[there], expected[there], atol=1e-8)
+    assert np.abs(expected[there] - before[there]).max() > 1e-5
+
+
+@pytest.mark.parametrize("name", ["friction", "cop_margin", "torque_limit", "speed"])
+def test_derivatives_of_the_relaxed_program(name, rng):
+    problem, x = walk("guess").problem, walk("guess").x
+    z = knob_of(problem, name).start(x, 0.37)
+    program = knob_of(problem, name).program(problem, z + 0.1)
+    weights = rng.normal(size=program.rows.lower.size)
+    point, scale = program.point(z), program.variables.scale
+
+    def lagrangian_slope(at):
+        there = program.point(at)
+        return there.gradient * 0.7 + there.jacobian.T @ weights
+
+    def sums(at):
+        there = program.values(at)
+        return np.array([there.cost, weights @ there.rows])
+
+    check_jacobian(
+        sums, np.vstack([point.gradient, weights @ point.jacobian]), z, scale=scale, tolerance=1e-5
+    )
+    check_jacobian(
+        lagrangian_slope, program.hessian(z, weights, 0.7), z, scale=scale, tolerance=1e-4
+    )
+
+
+def test_multipliers_tell_how_much_turning_a_knob_brings(robot):
+    """The relief of a knob is the slope of the least relaxation along its value."""
+    gap = 0.45
+    task = preset_task(lateral_gap=gap, knee_flexion=2.0)
+    problem = WalkProblem(robot, task)
+    x = easier_guess(problem)
+    found = problem.values(x)
+    knob = knob_of(problem, "lateral_gap")
+    relaxation = knob.relaxation(problem)
+    y = np.zeros(problem.rows.lower.size)
+    y[problem.family_rows("lateral")] = -0.25
+    count = y[y != 0.0].size
+    assert relaxation.relief(found.rows, y) == pytest.approx(0.25 * count)  # 0.1 m is one unit
+
+
+def test_the_smallest_relaxation_of_two_planes():
+    """min t1 + t2: x >= 1 - t1, x <= -1 + 2 t2; the cheap one gives: x = 1, t2 = 1."""
+    from textbook_relaxation import Line
+
+    relaxations = (
+        Relaxation("left", np.array([1.0, 0.0]), np.zeros(2)),
+        Relaxation("right", np.zeros(2), np.array([0.0, 2.0])),
+    )
+    program = RelaxedProgram(Line(), relaxations, np.zeros(1))
+    start = program.needed(np.array([0.25]))
+    np.testing.assert_allclose(start, [0.25, 0.75, 0.625])
+    solution = SQP(tolerance=1e-8).solve(program, Start(start))
+    assert solution.status is Status.OPTIMAL
+    np.testing.assert_allclose(solution.x, [1.0, 0.0, 1.0], atol=1e-6)
+    assert solution.cost == pytest.approx(1.0 + 0.5e-3, rel=1e-6)
+
+
+@pytest.mark.parametrize(("shorter", "value"), [(True, 0.34), (False, 0.52)])
+def test_the_duration_knob_pulls_towards_the_duration_asked_for(shorter, value):
+    problem, x = walk("guess").problem, walk("guess").x
+    knob = duration_knob(problem, shorter)
+    amount = (value - knob.before) / (knob.bound - knob.before)
+    z = knob.start(x, amount)
+    program = knob.program(problem, z)
+    assert knob.value(z) == pytest.approx(value)
+    assert program.values(z).cost - program.values(knob.start(x, 0.0)).cost == pytest.approx(
+        amount, rel=0.1
+    )
+    _, task = knob.turned(problem.robot, problem.task, value)
+    changed = WalkProblem(problem.robot, task, problem.grid)
+    assert relative_error(program.base.values(z).rows, changed.values(x).rows) < 1e-12
+
+
+@settings(derandomize=True, deadline=None)
+@given(
+    before=st.floats(0.01, 300.0),
+    share=st.floats(0.01, 0.99),
+    room=st.floats(0.1, 10.0),
+    up=st.booleans(),
+)
+def test_suggestions_are_rounded_away_from_the_value_before(before, share, room, up):
+    bound = before + room if up else before - room
+    exact = before + share * (bound - before)
+    values = list(_outward(before, exact, bound))
+    sign = 1.0 if up else -1.0
+    assert values
+    assert all(sign * (v - exact) >= -1e-8 * abs(exact - before) for v in values)
+    assert all(sign * (bound - v) >= -1e-12 * abs(bound) for v in values)
+    assert sign * (values[0] - exact) <= 0.34 * abs(exact - before) + 1e-9
+    assert [sign * v for v in values] == sorted(sign * v for v in values)
+    assert all(len(f"{v:.9f}".rstrip("0")) <= 12 for v in values[:-1])

@@ -1,0 +1,159 @@
+import json
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+
+from gaitopt.design.design import DesignOptions
+from gaitopt.design.starts import Outcome, _distinct, many_starts
+from gaitopt.errors import InputError, NoGaitFoundError
+from gaitopt.gait.guess import first_guess
+from gaitopt.gait.problem import WalkProblem
+from gaitopt.gait.task import preset_task
+from gaitopt.nlp import Solution, Status
+from gaitopt.solvers import solver_by_name
+
+QUICK = DesignOptions(solver=solver_by_name("sqp"), refine=False, diagnose=False)
+
+
+@dataclass(frozen=True)
+class Still:
+    """A solver that stays where it starts; its cost tells the starts apart."""
+
+    violation: float = 0.0
+    name = "still"
+
+    def solve(self, nlp, start, on_progress=None):
+        m, n = nlp.rows.lower.size, start.x.size
+        cost = 1000.0 + float(np.abs(start.x).sum())
+        return Solution(
+            start.x, cost, np.zeros(m), np.zeros(n), Status.OPTIMAL, self.violation, 0.0, 1, 1, 0,
+            0.0, "still",
+        )  # fmt: skip
+
+
+STILL = replace(QUICK, solver=Still())
+
+
+@pytest.fixture(scope="module")
+def report(robot, standard_task):
+    return many_starts(robot, standard_task, QUICK, count=3, seed=5, sigma=0.2)
+
+
+def test_the_best_of_all_starts_is_designed(report, sampled_design):
+    costs = [o.solution.cost for o in report.outcomes if o.walks]
+    assert [o.number for o in report.outcomes] == [0, 1, 2]
+    assert report.design.gait.cost == pytest.approx(min(costs), rel=1e-8)
+    assert report.design.gait.cost <= sampled_design.gait.cost * (1.0 + 1e-6)
+    assert report.optima[0].cost == pytest.approx(min(costs), rel=1e-12)
+    assert sum(len(o.starts) for o in report.optima) == sum(o.walks for o in report.outcomes)
+
+
+def test_the_number_of_workers_changes_nothing(robot, standard_task, report):
+    again = many_starts(robot, standard_task, QUICK, count=3, seed=5, sigma=0.2, workers=2)
+    for one, other in zip(report.outcomes, again.outcomes, strict=True):
+        np.testing.assert_array_equal(one.solution.x, other.solution.x)
+    np.testing.assert_array_equal(report.design.gait.parameters, again.design.gait.parameters)
+
+
+def test_the_first_start_is_the_guess_and_the_others_are_not(robot, standard_task):
+    seen = {}
+    for seed in (5, 6):
+        found = many_starts(robot, standard_task, STILL, count=3, seed=seed, sigma=0.1)
+        seen[seed] = [o.solution.x for o in found.outcomes]
+    guess = first_guess(WalkProblem(robot, standard_task))
+    np.testing.assert_array_equal(seen[5][0], guess)
+    np.testing.assert_array_equal(seen[6][0], guess)
+    others = [*seen[5][1:], *seen[6][1:]]
+    away = [np.std((x - guess)[:36]) for x in others]
+    assert np.allclose(away, 0.1, rtol=0.4)
+    assert len({x.tobytes() for x in others}) == 4
+
+
+def test_a_start_of_ones_own_is_the_centre(robot, standard_task):
+    own = first_guess(WalkProblem(robot, standard_task)) + 0.01
+    found = many_starts(robot, standard_task, STILL, count=1, start=own)
+    np.testing.assert_array_equal(found.outcomes[0].solution.x, own)
+
+
+def test_outcomes_are_told_one_by_one_and_can_end_it(robot, standard_task):
+    told = []
+
+    def watch(outcome):
+        told.append(outcome.number)
+        if outcome.number == 1:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        many_starts(robot, standard_task, STILL, count=5, on_outcome=watch)
+    assert told == [0, 1]
+
+
+def test_ctrl_c_in_a_start_ends_all(robot, standard_task):
+    class Interrupted(Still):
+        def solve(self, nlp, start, on_progress=None):
+            return replace(super().solve(nlp, start), status=Status.INTERRUPTED)
+
+    with pytest.raises(KeyboardInterrupt):
+        many_starts(robot, standard_task, replace(QUICK, solver=Interrupted()), count=2)
+
+
+def test_no_walk_from_any_start_is_refused(robot, standard_task):
+    lost = replace(QUICK, solver=Still(violation=0.3))
+    with pytest.raises(NoGaitFoundError, match="no feasible gait was found"):
+        many_starts(robot, standard_task, lost, count=2)
+
+
+def outcome(number, cost, place, problem, status=Status.OPTIMAL, violation=0.0):
+    x = place * problem.variables.scale
+    empty = np.zeros(1)
+    solution = Solution(
+        x, cost, empty, empty, status, violation, 0.0, 1, 1, 0, 0.0, "x"
+    )  # fmt: skip
+    return Outcome(number, solution)
+
+
+def test_optima_are_the_same_if_cost_and_place_agree(robot):
+    problem = WalkProblem(robot, preset_task())
+    found = _distinct(
+        [
+            outcome(0, 850.0, 0.30, problem),
+            outcome(1, 846.0, 0.10, problem),
+            outcome(2, 846.00001, 0.11, problem),  # the same
+            outcome(3, 846.00002, 0.70, problem),  # as good, another place
+            outcome(4, 846.3, 0.12, problem),  # near, another cost
+            outcome(5, 800.0, 0.10, problem, Status.ITERATION_LIMIT),  # not optimal
+            outcome(6, 700.0, 0.10, problem, violation=0.1),  # no walk
+            outcome(7, np.nan, 0.10, problem, Status.NUMERICAL, np.nan),
+        ],
+        problem,
+    )
+    assert [(o.cost, o.starts) for o in found] == [
+        (846.0, (1, 2)),
+        (846.00002, (3,)),
+        (846.3, (4,)),
+        (850.0, (0,)),
+    ]
+
+
+def test_the_report_can_be_read(report):
+    record = json.loads(json.dumps(report.record(), allow_nan=False))
+    assert record["starts"] == 3
+    assert record["optima"][0]["cost"] == report.optima[0].cost
+    assert report.sentences[0] == f"{record['walks']} of 3 starts led to a walk"
+    assert len(report.sentences) == 1 + len(report.optima)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"count": 0}, "0 starts are too few"),
+        ({"workers": 0}, "0 workers are too few"),
+        ({"seed": -1}, "seed -1 is negative"),
+        ({"sigma": -0.1}, "sigma is -0.1 rad"),
+        ({"sigma": float("nan")}, "sigma is nan rad"),
+    ],
+)
+def test_bad_options_are_refused(robot, options, message):
+    with pytest.raises(InputError, match=message):
+        many_starts(robot, **options)
