@@ -100,6 +100,7 @@ def optimise(
     differences: opt.Differences = None,
     refine: opt.Refine = None,
     start: opt.Start = None,
+    starts: opt.Starts = None,
     seed: opt.Seed = None,
     sigma: opt.Sigma = None,
     config: opt.Config = None,

@@ -56,6 +56,7 @@ SCHEMA: dict[str, dict[str, str]] = {
         "differences": "text",
         "refine": "true or false",
         "start": "file name",
+        "starts": "whole number",
         "seed": "whole number",
         "sigma": "number",
     },

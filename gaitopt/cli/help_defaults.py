@@ -41,6 +41,7 @@ def defaults() -> dict[str, object]:
         "max_iterations": sqp.max_iterations,
         "differences": options.differences,
         "refine": options.refine,
+        "starts": 1,
         "sigma": DEFAULT_SIGMA,
     }
     known = {name for section in SCHEMA.values() for name in section}

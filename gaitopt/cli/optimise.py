@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import typer
@@ -16,6 +17,7 @@ from gaitopt.cli.request import Request, make_request
 from gaitopt.cli.results import require_writable, write_results
 from gaitopt.cli.screen import screen
 from gaitopt.design.design import Design, design
+from gaitopt.design.starts import many_starts
 from gaitopt.nlp import Status
 
 
@@ -61,12 +63,26 @@ def exit_code(found: Design, refined: bool) -> ExitCode:
     return ExitCode.OK if good else ExitCode.NOT_CERTIFIED
 
 
+def _designed(request: Request, progress: ProgressDisplay) -> tuple[Design, tuple[str, ...]]:
+    """Design from one start, or from several with a report on them."""
+    robot, task, options = request.robot, request.task, request.options
+    if request.starts == 1:
+        return design(robot, task, options, start=request.start, on_progress=progress), ()
+    sigma, seed = request.noise
+    report = many_starts(
+        robot, task, options, count=request.starts, seed=seed, sigma=sigma,
+        workers=min(request.starts, os.cpu_count() or 1), start=request.start,
+        on_progress=progress,
+    )  # fmt: skip
+    return report.design, report.sentences
+
+
 def _search(request: Request, errors: Console, quiet: bool) -> Design:
     with ctrl_c_asks() as stop, ProgressDisplay(errors, stop, quiet) as progress:
-        found = design(
-            request.robot, request.task, request.options,
-            start=request.start, on_progress=progress,
-        )  # fmt: skip
+        found, said = _designed(request, progress)
+    if not quiet:
+        for sentence in said:
+            errors.print(sentence, markup=False)
     if found.solution.status is Status.INTERRUPTED:
         errors.print(
             "[yellow]interrupted:[/] this is the best gait so far; it walks but is not optimal"

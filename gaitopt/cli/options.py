@@ -130,6 +130,10 @@ Refine = Annotated[
 Start = Annotated[
     Path | None, _option("--start", "Gait whose parameters are the first guess.", _METHOD, "GAIT")
 ]
+Starts = Annotated[
+    int | None,
+    _option("--starts", "First guesses to try; the best walk is kept.", _METHOD, "N"),
+]
 Seed = Annotated[
     int | None, _option("--seed", "Disturb the first guess; number of the noise.", _METHOD, "N")
 ]

@@ -40,6 +40,8 @@ class Request:
     Attributes:
         robot, task, options: as `design` takes them.
         start: first guess, None for the usual one.
+        starts: how many guesses to try; with more than one, `noise` makes the others.
+        noise: standard deviation [rad] and seed.
         settings: what was given, for the record.
     """
 
@@ -47,6 +49,8 @@ class Request:
     task: Task
     options: DesignOptions
     start: Array | None
+    starts: int
+    noise: tuple[float, int]
     settings: Settings
 
 
@@ -68,7 +72,11 @@ def make_request(given: Settings, config: Path | None) -> Request:
         refine=bool(settings.get("refine", DesignOptions().refine)),
         differences=_differences(settings),
     )
-    return Request(robot, task, options, _start(WalkProblem(robot, task), settings), settings)
+    starts = int(str(settings.get("starts", 1)))
+    if starts < 1:
+        raise InputError(f"{starts} starts are too few; give at least 1")
+    start = _start(WalkProblem(robot, task), settings, disturb=starts == 1)
+    return Request(robot, task, options, start, starts, _noise(settings), settings)
 
 
 def make_robot(settings: Settings) -> Robot:
@@ -168,20 +176,26 @@ def _differences(settings: Settings) -> str:
     return kind
 
 
-def _start(problem: WalkProblem, settings: Settings) -> Array | None:
+def _start(problem: WalkProblem, settings: Settings, disturb: bool) -> Array | None:
     """Return the first guess: of a gait, disturbed, or None for the usual one."""
+    disturb = disturb and ("seed" in settings or "sigma" in settings)
+    if "start" not in settings and not disturb:
+        return None
     x = first_guess(problem)
     if "start" in settings:
         x = parameters_of(load_gait(Path(str(settings["start"]))), problem, x)
-    if "seed" not in settings and "sigma" not in settings:
-        return x if "start" in settings else None
+    return perturbed(problem, x, *_noise(settings)) if disturb else x
+
+
+def _noise(settings: Settings) -> tuple[float, int]:
+    """Return standard deviation and seed of the noise on a first guess."""
     sigma, seed = (
         float(str(settings.get("sigma", DEFAULT_SIGMA))),
         int(str(settings.get("seed", 0))),
     )
     if not (math.isfinite(sigma) and sigma >= 0.0 and seed >= 0):
         raise InputError(f"sigma {sigma} rad or seed {seed} is wrong; neither may be negative")
-    return perturbed(problem, x, sigma, seed)
+    return sigma, seed
 
 
 def parameters_of(gait: Gait, problem: WalkProblem, x: Array) -> Array:

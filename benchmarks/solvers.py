@@ -1,0 +1,193 @@
+"""Solvers on the same program with the same derivatives, from the same perturbed starts."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from importlib import import_module
+from importlib.util import find_spec
+from typing import Any
+
+import numpy as np
+import snopt
+from common import OutOfTimeError, TimedNLP, arguments, save, start, walk
+
+from gaitopt.design.runtime import small_matrices
+from gaitopt.errors import EvaluationError
+from gaitopt.gait.problem import WalkProblem
+from gaitopt.nlp import NLP, Array, Start, kkt_residual, worst_violation
+from gaitopt.solvers import SLSQP, SQP, CertifiedSQP, Ipopt, Solver, TrustConstr
+from gaitopt.solvers.multipliers import least_squares_multipliers
+
+SIGMAS = (0.05, 0.1, 0.2)
+STARTS = 20
+CAP = 60.0
+"""Seconds after which a run is stopped."""
+SEVERAL, SOME, FEW = 10, 5, 1
+"""Starts per sigma for methods that take several seconds, and for those that may be stopped."""
+FEASIBLE, OPTIMAL, SAME_COST = 1e-6, 1e-5, 1e-4
+"""Largest violation and KKT residual, and relative difference of costs, of a success."""
+
+
+@dataclass(frozen=True)
+class Method:
+    """One line of the table.
+
+    Attributes:
+        run: solves a program from a point; returns x, iterations and more to record.
+        hessian: whether it is given second derivatives.
+        starts: per sigma.
+    """
+
+    run: Callable[[NLP, Array], tuple[Array, int, dict[str, Any]]]
+    hessian: bool = True
+    starts: int = STARTS
+
+
+def _ours(solver: Solver) -> Callable[[NLP, Array], tuple[Array, int, dict[str, Any]]]:
+    def run(nlp: NLP, x: Array) -> tuple[Array, int, dict[str, Any]]:
+        solution = solver.solve(nlp, Start(x))
+        return solution.x, solution.iterations, {"status": solution.status.name}
+
+    return run
+
+
+def _snopt(nlp: NLP, x: Array) -> tuple[Array, int, dict[str, Any]]:
+    found = snopt.solve(nlp, x)
+    more = {"status": f"INFO {found.status}", "marshalling": found.marshalling}
+    return found.x, found.iterations, more
+
+
+class ScaledIpopt(Ipopt):
+    """IPOPT with the options found best here: no second scaling, adaptive barrier."""
+
+    def _problem(self, cyipopt: Any, callbacks: Any) -> Any:
+        problem = super()._problem(cyipopt, callbacks)
+        problem.add_option("nlp_scaling_method", "none")
+        problem.add_option("mu_strategy", "adaptive")
+        return problem
+
+
+def methods() -> dict[str, Method]:
+    """Return the methods that are installed."""
+    table = {
+        "gaitopt SQP, exact Hessian": Method(_ours(SQP())),
+        "gaitopt SQP, then trust-constr": Method(_ours(CertifiedSQP())),
+        "gaitopt SQP, BFGS": Method(_ours(SQP(hessian="bfgs")), hessian=False),
+    }
+    if find_spec("pydrake"):
+        table["SNOPT"] = Method(_snopt, hessian=False)
+    if find_spec("cyipopt"):
+        import_module("cyipopt")  # its BLAS must be there when the threads are limited
+        table["IPOPT, exact Hessian"] = Method(_ours(ScaledIpopt()), starts=SOME)
+        table["IPOPT, limited memory"] = Method(_ours(ScaledIpopt()), hessian=False, starts=FEW)
+    table["SciPy SLSQP"] = Method(_ours(SLSQP()), hessian=False, starts=SEVERAL)
+    table["SciPy trust-constr"] = Method(_ours(TrustConstr()), starts=FEW)
+    return table
+
+
+def run(problem: WalkProblem, method: Method, x: Array) -> dict[str, Any]:
+    """Run one method from one start and judge where it ended."""
+    counted = TimedNLP(problem, method.hessian, CAP)
+    started, cpu = time.perf_counter(), time.process_time()
+    record: dict[str, Any] = {"capped": False}
+    try:
+        end, iterations, more = method.run(counted, x)
+        record |= {"iterations": iterations, **more}
+    except OutOfTimeError:
+        end, record["capped"] = x, True
+    seconds, cpu = time.perf_counter() - started, time.process_time() - cpu
+    record["capped"] |= seconds > CAP
+    return record | _judged(problem, end) | {
+        "evaluations": counted.evaluations,
+        "points": counted.points,
+        "hessians": counted.hessians,
+        "seconds": seconds,
+        "evaluation seconds": counted.seconds,
+        "cpu seconds": cpu,
+        "evaluation cpu seconds": counted.cpu_seconds,
+    }  # fmt: skip
+
+
+def _judged(problem: WalkProblem, x: Array) -> dict[str, Any]:
+    """Judge a point from the point alone."""
+    x = np.clip(x, problem.variables.lower, problem.variables.upper)
+    try:
+        point = problem.point(x)
+    except EvaluationError:
+        return {"cost": None, "violation": None, "kkt": None}
+    residual = kkt_residual(problem, point, *least_squares_multipliers(problem, point, 1e-5))
+    return {
+        "cost": point.cost,
+        "violation": worst_violation(problem, point)[0],
+        "kkt": max(residual.stationarity, residual.complementarity),
+    }
+
+
+def known_optima(records: list[dict[str, Any]]) -> list[float]:
+    """Return the distinct costs of all points that satisfy the KKT conditions."""
+    costs: list[float] = []
+    for record in sorted(
+        (r for r in records if _is_feasible(r) and r["kkt"] <= OPTIMAL), key=lambda r: r["cost"]
+    ):
+        if not costs or record["cost"] > costs[-1] * (1.0 + SAME_COST):
+            costs.append(record["cost"])
+    return costs
+
+
+def _is_feasible(record: dict[str, Any]) -> bool:
+    return record["violation"] is not None and record["violation"] <= FEASIBLE
+
+
+def mark_success(records: list[dict[str, Any]], optima: list[float]) -> None:
+    """Say of every run whether it ended at a known optimum, and at which."""
+    for record in records:
+        near = [
+            i
+            for i, cost in enumerate(optima)
+            if _is_feasible(record) and abs(record["cost"] - cost) <= SAME_COST * cost
+        ]
+        record["optimum"] = near[0] if near else None
+
+
+def main() -> None:
+    parser = arguments(__doc__)
+    parser.add_argument("--starts", type=int, default=STARTS)
+    options = parser.parse_args()
+    sigmas, count = (SIGMAS[:1], 1) if options.quick else (SIGMAS, options.starts)
+    table = methods()
+    if options.quick:
+        table["SciPy trust-constr"] = replace(table["SciPy trust-constr"], starts=0)
+    problem, records = walk(), []
+    with small_matrices():
+        # Starts outside, methods inside: all methods see the same load.
+        for seed in range(count):
+            for sigma in sigmas:
+                x = start(problem, sigma, seed)
+                for name, method in table.items():
+                    if seed < method.starts:
+                        found = run(problem, method, x)
+                        records.append({"method": name, "sigma": sigma, "seed": seed, **found})
+                        print(_line(records[-1]), flush=True)
+            if not options.quick:
+                _save(records, False)
+    _save(records, options.quick)
+
+
+def _save(records: list[dict[str, Any]], quick: bool) -> None:
+    optima = known_optima(records)
+    mark_success(records, optima)
+    save("solvers", {"optima": optima, "cap": CAP, "runs": records}, quick)
+
+
+def _line(r: dict[str, Any]) -> str:
+    return (
+        f"{r['sigma']} {r['seed']:2d} {r['method']:32s} J {r['cost']} violation {r['violation']} "
+        f"KKT {r['kkt']} {r.get('status')} {r.get('iterations')} it {r['evaluations']} ev "
+        f"{r['seconds']:.2f} s"
+    )
+
+
+if __name__ == "__main__":
+    main()
