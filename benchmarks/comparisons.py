@@ -24,7 +24,7 @@ def solvers(data: Record) -> str:
         "The same `WalkProblem` with the same derivatives for all, medians over starts; methods "
         "that are slow have fewer of them. Success: violation at most 1e-6 and cost within "
         f"0.01 % of a point that satisfies the KKT conditions ({optima}). A run is stopped after "
-        f"{data['cap']:.0f} s. Each evaluation of cost and rows at a new point counts, with "
+        f"{data['cap']:.0f} s of CPU. Each evaluation of cost and rows at a new point counts, with "
         "derivatives or without. Time in the solver includes the adapter: for SNOPT Drake's "
         "automatic differentiation types, for the SciPy methods and IPOPT the judgement of every "
         "iterate. J spread is largest less smallest cost of the successful runs.\n\n"
@@ -62,17 +62,17 @@ def pairs(runs: list[Record], theirs: str, ours: str) -> list[tuple[Record, Reco
 def snopt_ratios(runs: list[Record]) -> Record | None:
     """Ours against SNOPT, start by start."""
     paired = pairs(runs, "SNOPT", "gaitopt SQP, exact Hessian")
-    if not paired:
-        return None
     both = [(s, g) for s, g in paired if s["optimum"] is not None and g["optimum"] is not None]
-    bare = [(s["cpu seconds"] - s["marshalling"]) / g["cpu seconds"] for s, g in paired]
+    if not both:
+        return None
+    bare = [(s["cpu seconds"] - s["marshalling"]) / g["cpu seconds"] for s, g in both]
     return {
         "starts": len(paired),
         "same": sum(abs(s["cost"] - g["cost"]) <= 1e-4 * g["cost"] for s, g in both),
         "both": len(both),
-        "evaluations": median(s["evaluations"] / g["evaluations"] for s, g in paired),
-        "seconds": median(s["seconds"] / g["seconds"] for s, g in paired),
-        "cpu": median(s["cpu seconds"] / g["cpu seconds"] for s, g in paired),
+        "evaluations": median(s["evaluations"] / g["evaluations"] for s, g in both),
+        "seconds": median(s["seconds"] / g["seconds"] for s, g in both),
+        "cpu": median(s["cpu seconds"] / g["cpu seconds"] for s, g in both),
         "without types": median(bare),
         "apart": min(abs(s["cost"] / g["cost"] - 1.0) for s, g in both),
     }
@@ -81,12 +81,13 @@ def snopt_ratios(runs: list[Record]) -> Record | None:
 def against_snopt(runs: list[Record]) -> str:
     r = snopt_ratios(runs)
     if r is None:
-        return "SNOPT was not installed."
+        return "There is no run of SNOPT to compare with."
     return (
-        f"Against SNOPT, start by start (median of {r['starts']}): {r['evaluations']:.1f} times "
+        f"Against SNOPT, start by start (median of the {r['both']} of {r['starts']} from "
+        f"which both succeed): {r['evaluations']:.1f} times "
         f"fewer evaluations, {r['seconds']:.0f} times less wall time, {r['cpu']:.0f} times less "
         f"CPU time ({r['without types']:.0f} times without the making of Drake's types). "
-        f"Of the {r['both']} starts from which both succeed, {r['same']} end at the same optimum "
+        f"From {r['same']} of them both end at the same optimum "
         "within 1e-4; the others end at another of the optima above."
     )
 
@@ -106,8 +107,8 @@ def paper_method(data: Record) -> str:
         "SLSQP with forward differences from the same guess, on gaitopt's own evaluation, whose "
         "values are cheap; the time of the paper's own evaluation is not in these ratios. Time "
         "to J is when a feasible iterate first costs no more than that above gaitopt's "
-        f"optimum. Times are of the CPU. Runs are stopped after {data['cap']:.0f} s; ours is the median of "
-        f"{len(data['runs'])}.\n\n" + table(head, rows)
+        f"optimum. Times are of the CPU. Runs are stopped after {data['cap']:.0f} s; ours is the "
+        f"median of {len(data['runs'])}.\n\n" + table(head, rows)
     )
 
 

@@ -63,7 +63,7 @@ def _cold(data: list[Record]) -> list[tuple[str, str, str, bool]]:
 def _snopt(data: Record) -> list[tuple[str, str, str, bool]]:
     r = snopt_ratios(data["runs"])
     if r is None:
-        return [("against SNOPT", "same optimum", "not installed", False)]
+        return [("against SNOPT", "same optimum", "not run", False)]
     return [
         ("SNOPT's optimum", "the same within 1e-4", f"closest pair {r['apart']:.0e}; same "
          f"one from {r['same']} of {r['both']} starts", r["apart"] <= 1e-4),

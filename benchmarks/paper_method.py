@@ -17,7 +17,7 @@ from gaitopt.nlp import NLP, Array, Progress, Start
 from gaitopt.solvers import SLSQP, SQP, FiniteDifferenceNLP, Solver
 
 CAP = 600.0
-"""Seconds after which a run is stopped."""
+"""CPU seconds after which a run is stopped."""
 REPEATS = 5
 """Of our own solve, before and after each of the others."""
 FEASIBLE = 1e-6

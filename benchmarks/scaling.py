@@ -15,7 +15,7 @@ POSTURES = (1, 2, 3, 4, 5, 6, 7, 8)
 SAMPLES = (11, 31, 61, 101, 151, 201, 301)
 DEFAULT_POSTURES, DEFAULT_SAMPLES = 2, 31
 CAP = 60.0
-"""Seconds after which a run is stopped."""
+"""CPU seconds after which a run is stopped."""
 
 
 def run(postures: int, samples: int) -> dict[str, Any]:

@@ -72,8 +72,9 @@ def scaling(data: Record) -> str:
     head = (*keys, "ended as", "J", "iterations", "evaluations", "s", "bare sweeps")
     return (
         "One cold solve each from the first guess, stopped after "
-        f"{data['cap']:.0f} s. J falls with the postures; with the samples it changes, since "
-        "constraints hold at more instants.\n\n" + table(head, rows)
+        f"{data['cap']:.0f} s of CPU. J falls with the postures; with the samples it changes, "
+        "since constraints hold at more instants, and where another optimum is found.\n\n"
+        + table(head, rows)
     )
 
 

@@ -32,7 +32,7 @@ class SnoptRun:
         x: shape (n,).
         status: SNOPT's INFO code; 1 is "optimality conditions satisfied".
         iterations: major ones.
-        marshalling: time spent on Drake's automatic differentiation types [s].
+        marshalling: time spent on Drake's automatic differentiation types [CPU s].
     """
 
     x: Array
@@ -79,9 +79,9 @@ class _Functions:
             return self._program.rows(u)
         value = self._autodiff.ExtractValue(u).ravel()
         rows, jacobian = self._program.rows(value), self._program.jacobian(value)
-        started = time.perf_counter()
+        started = time.process_time()
         marked = self._autodiff.InitializeAutoDiff(rows[:, None], jacobian).ravel()
-        self.marshalling += time.perf_counter() - started
+        self.marshalling += time.process_time() - started
         return marked
 
 

@@ -51,9 +51,9 @@ class Conflict:
     def sentence(self) -> str:
         """In words."""
         words = PLAIN_WORDS.get(self.family, self.family)
-        where = "" if self.family == "walking speed" else f" ({self.row})"
+        where = " in every step" if self.family == "walking speed" else f" ({self.row})"
         if self.amount == 0.0:
-            return words + where
+            return words if self.family == "walking speed" else words + where
         return f"{words} by {self.amount:.2g} {self.unit}{where}"
 
 
@@ -127,11 +127,12 @@ class Diagnosis:
             return ("a feasible walk exists: start from the one that the diagnosis found",)
         said = list(self.impossible)
         if self.worst is not None:
-            said.append(f"the least violation found leaves {self.worst.sentence}")
+            said.append("the least violation found leaves " + _worst_sentence(self.worst))
         gives = [c for c in self.conflict if c.amount > 0.0]
         if gives:
             said.append(
-                "the smallest relaxation that admits a walk: " + "; ".join(map(_sentence, gives))
+                "the smallest relaxation found that admits a walk: "
+                + "; ".join(map(_sentence, gives))
             )
         holds = [c for c in self.conflict if c.amount == 0.0]
         if holds:
@@ -152,6 +153,12 @@ class Diagnosis:
             "gait": None if self.gait is None else self.gait.tolist(),
             "seconds": self.seconds,
         }
+
+
+def _worst_sentence(row: WorstRow) -> str:
+    if row.family != "walking speed":
+        return row.sentence
+    return f"a step that is {abs(row.value):.3g} m too {'short' if row.value > 0.0 else 'long'}"
 
 
 def _sentence(said: Conflict | Suggestion) -> str:

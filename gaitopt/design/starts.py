@@ -21,8 +21,8 @@ from gaitopt.nlp import Array, ProgressCallback, Solution, Start, Status
 from gaitopt.robot.model import Robot
 from gaitopt.solvers import Solver
 
-SIGMA = 0.1  # rad and rad/s; measured, see docs/diagnosis.md
-COUNT = 4  # measured: the best known optimum is found in 95 % of runs
+SIGMA = 0.1  # rad and rad/s: still a walk, no longer the same one; measured
+COUNT = 4  # measured: enough for 95 % of runs to find the best, docs/diagnosis.md has the exception
 SAME_COST = 1e-4  # relative
 SAME_PLACE = 0.05  # largest difference of parameters over their scale
 
