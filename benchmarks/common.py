@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import datetime
+import itertools
 import json
 import os
 import platform
@@ -75,22 +76,28 @@ def interleaved(
 
 
 class BareSweep:
-    """One `computeRNEADerivatives` call per sample: the least that exact derivatives can cost."""
+    """One `computeRNEADerivatives` call per sample: the least that exact derivatives can cost.
 
-    def __init__(self, problem: WalkProblem, x: Array) -> None:
+    Like the evaluation it keeps one `pin.Data` per sample; each call takes the next point.
+    """
+
+    def __init__(self, problem: WalkProblem, *points: Array) -> None:
         self._model = problem.robot.model
-        q, v, a = problem.step(x).motion
-        count = problem.grid.count
-        self._q = np.tile(pin.neutral(self._model), (count, 1))
-        self._v = np.zeros((count, self._model.nv))
-        self._a = np.zeros((count, self._model.nv))
-        self._q[:, 7:], self._v[:, 6:], self._a[:, 6:] = q, v, a
-        self._data = [self._model.createData() for _ in range(count)]
+        self._data = [self._model.createData() for _ in range(problem.grid.count)]
+        self._motions = itertools.cycle([self._motion(problem, x) for x in points])
 
     def __call__(self) -> None:
         model = self._model
-        for data, q, v, a in zip(self._data, self._q, self._v, self._a, strict=True):
-            pin.computeRNEADerivatives(model, data, q, v, a)
+        for data, state in zip(self._data, next(self._motions), strict=True):
+            pin.computeRNEADerivatives(model, data, *state)
+
+    def _motion(self, problem: WalkProblem, x: Array) -> list[tuple[Array, Array, Array]]:
+        """Return configuration, rate and acceleration of the free-floating model at the samples."""
+        count, nv = problem.grid.count, self._model.nv
+        q = np.tile(pin.neutral(self._model), (count, 1))
+        v, a = np.zeros((count, nv)), np.zeros((count, nv))
+        q[:, 7:], v[:, 6:], a[:, 6:] = problem.step(x).motion
+        return list(zip(q, v, a, strict=True))
 
 
 class OutOfTimeError(KeyboardInterrupt):

@@ -24,11 +24,10 @@ def run(samples: int, rounds: int) -> dict[str, Any]:
     solution = SQP().solve(problem, Start(start(problem)))
     rng = np.random.default_rng(0)
     nearby = [solution.x + 1e-4 * rng.normal(size=solution.x.size) for _ in range(POINTS)]
-    bare = itertools.cycle([BareSweep(problem, x) for x in nearby])
     # Started apart, so that none of them meets the point which the one before it has left.
     first, second, third = (itertools.cycle(nearby[i:] + nearby[:i]) for i in (0, 1, 3))
     parts = {
-        "bare": lambda: next(bare)(),
+        "bare": BareSweep(problem, *nearby),
         "values": lambda: problem.values(next(first)),
         "point": lambda: problem.point(next(second)),
         "point and hessian": lambda: _both(problem, next(third), solution.multipliers),
