@@ -10,14 +10,14 @@ from rich.console import Console
 
 from gaitopt.cli.config import Settings
 from gaitopt.cli.failures import ExitCode
-from gaitopt.cli.interrupt import ctrl_c_asks
+from gaitopt.cli.interrupt import StopRequest, ctrl_c_asks
 from gaitopt.cli.progress import ProgressDisplay
 from gaitopt.cli.report import print_gait
 from gaitopt.cli.request import Request, make_request
 from gaitopt.cli.results import require_writable, write_results
 from gaitopt.cli.screen import screen
 from gaitopt.design.design import Design, design
-from gaitopt.design.starts import many_starts
+from gaitopt.design.starts import Outcome, many_starts
 from gaitopt.nlp import Status
 
 
@@ -63,23 +63,30 @@ def exit_code(found: Design, refined: bool) -> ExitCode:
     return ExitCode.OK if good else ExitCode.NOT_CERTIFIED
 
 
-def _designed(request: Request, progress: ProgressDisplay) -> tuple[Design, tuple[str, ...]]:
+def _designed(
+    request: Request, progress: ProgressDisplay, stop: StopRequest
+) -> tuple[Design, tuple[str, ...]]:
     """Design from one start, or from several with a report on them."""
     robot, task, options = request.robot, request.task, request.options
     if request.starts == 1:
         return design(robot, task, options, start=request.start, on_progress=progress), ()
+
+    def go_on(_: Outcome) -> None:
+        if stop.asked:
+            raise KeyboardInterrupt
+
     sigma, seed = request.noise
     report = many_starts(
         robot, task, options, count=request.starts, seed=seed, sigma=sigma,
         workers=min(request.starts, os.cpu_count() or 1), start=request.start,
-        on_progress=progress,
+        on_outcome=go_on, on_progress=progress,
     )  # fmt: skip
     return report.design, report.sentences
 
 
 def _search(request: Request, errors: Console, quiet: bool) -> Design:
     with ctrl_c_asks() as stop, ProgressDisplay(errors, stop, quiet) as progress:
-        found, said = _designed(request, progress)
+        found, said = _designed(request, progress, stop)
     if not quiet:
         for sentence in said:
             errors.print(sentence, markup=False)

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 _TRIM_THRESHOLD, _MMAP_THRESHOLD = -1, -3  # parameters of glibc's mallopt
-_KEPT = 64 * 2**20  # bytes
+_KEPT = 32 * 2**20  # bytes; glibc refuses a larger threshold for mmap
 
 
 @contextmanager
@@ -19,6 +19,7 @@ def small_matrices() -> Iterator[None]:
     megabyte to the system after every evaluation spends a quarter of the time on page faults; on
     glibc it is told to keep what it has, for the rest of the process.
     """
+    import scipy.optimize  # noqa: F401  its BLAS must be loaded to be limited
     from threadpoolctl import threadpool_limits
 
     if sys.platform.startswith("linux"):

@@ -75,7 +75,9 @@ class WalkProblem(NLP):
     def slope(self, x: Array) -> tuple[Step, StepSlope]:
         """Return the step at x and its derivatives (the last one is kept)."""
         if self._last_slope is None or not np.array_equal(self._last_slope[0].x, x):
-            self._last_slope = self.model.slope(np.array(x))
+            step = self._last_step
+            kept = step.posture if step is not None and np.array_equal(step.x, x) else None
+            self._last_slope = self.model.slope(np.array(x), kept)
         return self._last_slope
 
     def values(self, x: Array) -> Values:

@@ -50,13 +50,20 @@ class StepModel:
         support = self._support.state(*motion)
         return Step(x, geometry, posture, q_end, rate_before, impact, coefficients, motion, support)
 
-    def slope(self, x: Array) -> tuple[Step, StepSlope]:
+    def slope(self, x: Array, posture: Posture | None = None) -> tuple[Step, StepSlope]:
         """Return the step at x (P,) and its exact derivatives.
+
+        Args:
+            x: parameters.
+            posture: the double support at x, if a step there was computed before.
 
         Raises:
             EvaluationError: a parameter is not finite, or a leg cannot reach.
         """
-        geometry, posture = self._double_support(x)
+        if posture is None:
+            geometry, posture = self._double_support(x)
+        else:
+            geometry = self.layout.geometry_of(x)
         q_end, rate_before = self._end(x, posture)
         impact, at_impact = self.impact.slope(q_end, rate_before)
         rate_start = self.robot.mirror @ impact.rate_after

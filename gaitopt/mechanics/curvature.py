@@ -132,13 +132,8 @@ def velocity_rate_slope(axes: Array, force: Array) -> tuple[Array, Array]:
         axes, force: as for `velocity_curvature`.
     """
     # slope in q_k: force . (v_{k-1} x S_k) with v_{k-1} = base + sum_{i<k} S_i rate_i
-    turned = cross_force_of(axes, force)
+    turned = pushed(axes, force)  # force . (y x S_k) = (S_k x* force) . y
     return np.tril(turned @ axes.T, -1), turned
-
-
-def cross_force_of(axes: Array, force: Array) -> Array:
-    """Return g_k with force . (y x S_k) = g_k . y, shape (12, 6)."""
-    return -np.swapaxes(motion_cross(axes), 1, 2) @ force
 
 
 def _up_to(per_body: Array) -> Array:

@@ -71,7 +71,6 @@ class LockedImpact:
     Attributes:
         velocity: V+, shape (18,); the first six entries are zero.
         impulse_landing, impulse_rear: ground on foot, each in its sole frame, shape (6,).
-        valid: whether the ground only pushes: both vertical impulses are upward.
     """
 
     velocity: Array
@@ -80,7 +79,7 @@ class LockedImpact:
 
     @property
     def valid(self) -> bool:
-        """Whether both vertical impulses are upward."""
+        """Whether the ground only pushes: both vertical impulses are upward."""
         return bool(self.impulse_landing[2] >= 0.0 and self.impulse_rear[2] >= 0.0)
 
 

@@ -12,12 +12,11 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from gaitopt.errors import EvaluationError, MissingExtraError
+from gaitopt.errors import MissingExtraError
 from gaitopt.nlp import NLP, Array, ProgressCallback, Solution, Start, Status
 from gaitopt.solvers.elastic import Indices
-from gaitopt.solvers.evaluator import Evaluator
 from gaitopt.solvers.multipliers import one_sided
-from gaitopt.solvers.recorder import FEASIBLE, Iterate, Recorder, make_iterate
+from gaitopt.solvers.recorder import FEASIBLE, Iterate, Recorder, begin, make_iterate
 from gaitopt.solvers.scaled_program import ScaledProgram
 from gaitopt.solvers.solver import require_positive
 
@@ -69,16 +68,12 @@ class Ipopt:
             cyipopt = importlib.import_module("cyipopt")
         except ImportError as error:
             raise MissingExtraError("solver ipopt", "ipopt") from error
-        evaluator = Evaluator(nlp)
-        recorder = Recorder(self.name, evaluator, on_progress)
-        x = np.clip(start.x, nlp.variables.lower, nlp.variables.upper)
-        try:
-            point = evaluator.point(x)
-        except EvaluationError:
-            return recorder.failure(x)
-        callbacks = _Callbacks(ScaledProgram(evaluator, point), recorder)
+        recorder, point = begin(self.name, nlp, start, on_progress)
+        if point is None:
+            return recorder.failure(start.x)
+        callbacks = _Callbacks(ScaledProgram(recorder.evaluator, point), recorder)
         problem = self._problem(cyipopt, callbacks)
-        u, info = problem.solve(x / nlp.variables.scale)
+        u, info = problem.solve(point.x / nlp.variables.scale)
         last = callbacks.judge(u, info)
         recorder.keep(last)
         status = self._status(last, int(info["status"]))
@@ -102,6 +97,9 @@ class Ipopt:
         problem.add_option("bound_relax_factor", 0.0)
         problem.add_option("tol", 0.1 * self.tolerance * min(1.0, float(scale.min())))
         problem.add_option("constr_viol_tol", 0.1 * self.feasibility)
+        # Rows and cost are scaled already, and a fixed barrier stalls on gaits (measured).
+        problem.add_option("nlp_scaling_method", "none")
+        problem.add_option("mu_strategy", "adaptive")
         problem.add_option("max_iter", self.max_iterations)
         if not nlp.has_hessian:
             problem.add_option("hessian_approximation", "limited-memory")

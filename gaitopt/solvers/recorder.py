@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from gaitopt.errors import EvaluationError
 from gaitopt.nlp import (
     NLP,
     Array,
@@ -15,6 +16,7 @@ from gaitopt.nlp import (
     ProgressCallback,
     Residual,
     Solution,
+    Start,
     Status,
     kkt_residual,
     worst_violation,
@@ -136,6 +138,26 @@ class Recorder:
             seconds=time.perf_counter() - self.started,
             solver=self.solver,
         )
+
+
+def begin(
+    name: str, nlp: NLP, start: Start, on_progress: ProgressCallback | None
+) -> tuple[Recorder, Point | None]:
+    """Begin a run: its recorder, and the start moved into its bounds, None if it has no value.
+
+    Args:
+        name: of the solver.
+        nlp: the program.
+        start: where to begin.
+        on_progress: called for every iteration.
+    """
+    evaluator = Evaluator(nlp)
+    recorder = Recorder(name, evaluator, on_progress)
+    try:
+        point = evaluator.point(np.clip(start.x, nlp.variables.lower, nlp.variables.upper))
+    except EvaluationError:
+        return recorder, None
+    return recorder, point
 
 
 def _better(a: Iterate, b: Iterate) -> bool:

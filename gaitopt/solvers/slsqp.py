@@ -13,11 +13,9 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from gaitopt.errors import EvaluationError
 from gaitopt.nlp import NLP, Array, ProgressCallback, Solution, Start, Status
-from gaitopt.solvers.evaluator import Evaluator
 from gaitopt.solvers.multipliers import least_squares_multipliers
-from gaitopt.solvers.recorder import FEASIBLE, Iterate, Recorder, make_iterate
+from gaitopt.solvers.recorder import FEASIBLE, Iterate, Recorder, begin, make_iterate
 from gaitopt.solvers.scaled_program import ScaledProgram
 from gaitopt.solvers.solver import require_positive
 
@@ -67,15 +65,11 @@ class SLSQP:
         self, nlp: NLP, start: Start, on_progress: ProgressCallback | None = None
     ) -> Solution:
         """Solve the program; see `Solver.solve`."""
-        evaluator = Evaluator(nlp)
-        recorder = Recorder(self.name, evaluator, on_progress)
-        x = np.clip(start.x, nlp.variables.lower, nlp.variables.upper)
-        try:
-            point = evaluator.point(x)
-        except EvaluationError:
-            return recorder.failure(x)
-        program = ScaledProgram(evaluator, point)
-        last = _judge(program, x / program.scale)
+        recorder, point = begin(self.name, nlp, start, on_progress)
+        if point is None:
+            return recorder.failure(start.x)
+        program = ScaledProgram(recorder.evaluator, point)
+        last = _judge(program, point.x / program.scale)
         try:
             recorder.record(last)
             for _ in range(1 + RESTARTS):

@@ -11,11 +11,10 @@ from gaitopt.nlp import NLP, Array, ProgressCallback, Solution, Start, Status
 from gaitopt.solvers.acceptance import Trial, accepts, judge
 from gaitopt.solvers.curvature import Curvature
 from gaitopt.solvers.elastic import ElasticStep, Subproblem, solve_subproblem
-from gaitopt.solvers.evaluator import Evaluator
 from gaitopt.solvers.filter import Filter
 from gaitopt.solvers.model import LocalModel, build_model, pose_correction, pose_subproblem
 from gaitopt.solvers.multipliers import least_squares_multipliers, one_sided
-from gaitopt.solvers.recorder import FEASIBLE, Iterate, Recorder, make_iterate
+from gaitopt.solvers.recorder import FEASIBLE, Iterate, Recorder, begin, make_iterate
 from gaitopt.solvers.trust_region import TrustRegion
 
 if TYPE_CHECKING:
@@ -49,17 +48,15 @@ INTERIOR = 0.99
 
 def run_sqp(options: SQP, nlp: NLP, start: Start, on_progress: ProgressCallback | None) -> Solution:
     """Run the method from a start until it has a verdict."""
-    evaluator = Evaluator(nlp)
-    recorder = Recorder(options.name, evaluator, on_progress)
-    x = np.clip(start.x, nlp.variables.lower, nlp.variables.upper)
-    try:
-        point = evaluator.point(x)
-    except EvaluationError:
-        return recorder.failure(x)
+    recorder, point = begin(options.name, nlp, start, on_progress)
+    if point is None:
+        return recorder.failure(start.x)
     multipliers = np.zeros(nlp.rows.lower.size)
     if start.multipliers is not None:
         multipliers = one_sided(start.multipliers, nlp.rows.lower, nlp.rows.upper)
-    run = _Run(options, nlp, recorder, make_iterate(nlp, point, multipliers, np.zeros(x.size)))
+    run = _Run(
+        options, nlp, recorder, make_iterate(nlp, point, multipliers, np.zeros(point.x.size))
+    )
     try:
         status = run.iterate_until_verdict()
     except KeyboardInterrupt:
@@ -229,18 +226,10 @@ class _Run:
             and self.iterate.residual.worst <= POLISH_BELOW
             and _length(step.d) < INTERIOR * self.region.radius
         )
-        if not near:
+        polished = self._derived(trial) if near else None
+        if polished is None or polished.residual.worst > POLISH_GAIN * self.iterate.residual.worst:
             return False
-        try:
-            point = self.evaluator.point(trial.values.x)
-        except EvaluationError:
-            return False
-        held = self._bound_multipliers(trial.step)
-        polished = make_iterate(self.nlp, point, trial.step.multipliers, held)
-        if polished.residual.worst > POLISH_GAIN * self.iterate.residual.worst:
-            return False
-        self.iterate, self.model = polished, None
-        self.last_length = _length(step.d)
+        self._settle(polished, trial)
         return True
 
     def _accepts(self, trial: Trial) -> bool:
@@ -248,23 +237,30 @@ class _Run:
 
     def _move(self, trial: Trial) -> bool:
         """Make an accepted trial the iterate; False if it has no derivatives."""
+        iterate = self._derived(trial)
+        if iterate is None:
+            return False
+        if not trial.for_cost:
+            self.filter.add(self.iterate.violation, self.nlp.cost_scale * self.iterate.point.cost)
+        self._settle(iterate, trial)
+        self.region = self.region.after(trial.ratio, self.last_length)
+        return True
+
+    def _derived(self, trial: Trial) -> Iterate | None:
+        """Return a trial with its derivatives and multipliers, None if it has none."""
         try:
             point = self.evaluator.point(trial.values.x)
         except EvaluationError:
             self.undefined = True
-            return False
-        if not trial.for_cost:
-            self.filter.add(self.iterate.violation, self.nlp.cost_scale * self.iterate.point.cost)
-        old = self.iterate
-        self.iterate = make_iterate(
-            self.nlp, point, trial.step.multipliers, self._bound_multipliers(trial.step)
-        )
-        self.curvature.learn(old, self.iterate)
-        self.last_length = _length(trial.step.d)
-        self.region = self.region.after(trial.ratio, self.last_length)
-        self.slack = trial.step.slack
-        self.model = None
-        return True
+            return None
+        held = self._bound_multipliers(trial.step)
+        return make_iterate(self.nlp, point, trial.step.multipliers, held)
+
+    def _settle(self, iterate: Iterate, trial: Trial) -> None:
+        """Take an iterate, and learn from the step to it."""
+        self.curvature.learn(self.iterate, iterate)
+        self.iterate, self.model = iterate, None
+        self.last_length, self.slack = _length(trial.step.d), trial.step.slack
 
     def _unblock(self, trial: Trial | None) -> None:
         """Empty the filter when it alone blocks a step that betters the iterate."""

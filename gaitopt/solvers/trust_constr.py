@@ -18,10 +18,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from gaitopt.errors import EvaluationError
 from gaitopt.nlp import NLP, ProgressCallback, Solution, Start, Status
-from gaitopt.solvers.evaluator import Evaluator
-from gaitopt.solvers.recorder import Recorder
+from gaitopt.solvers.recorder import begin
 from gaitopt.solvers.row_choice import choose_rows
 from gaitopt.solvers.scaled_program import ScaledProgram
 from gaitopt.solvers.solver import require_positive
@@ -74,20 +72,16 @@ class TrustConstr:
         """Solve the program; see `Solver.solve`."""
         from gaitopt.solvers.trust_constr_run import TrustConstrRun
 
-        evaluator = Evaluator(nlp)
-        recorder = Recorder(self.name, evaluator, on_progress)
-        x = np.clip(start.x, nlp.variables.lower, nlp.variables.upper)
-        try:
-            point = evaluator.point(x)
-        except EvaluationError:
-            return recorder.failure(x)
+        recorder, point = begin(self.name, nlp, start, on_progress)
+        if point is None:
+            return recorder.failure(start.x)
         multipliers = start.multipliers
         if multipliers is None:
             multipliers = np.zeros(point.rows.size)
         choice = choose_rows(nlp, point, multipliers, self.rows_kept)
-        run = TrustConstrRun(self, ScaledProgram(evaluator, point), recorder, choice)
+        run = TrustConstrRun(self, ScaledProgram(recorder.evaluator, point), recorder, choice)
         try:
-            status = run.solve(x, warm=start.multipliers is not None)
+            status = run.solve(point.x, warm=start.multipliers is not None)
         except KeyboardInterrupt:
             status = Status.INTERRUPTED
         best = run.iterate if status is Status.OPTIMAL or recorder.best is None else recorder.best
