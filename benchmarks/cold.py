@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from typing import Any
 
-from common import BareSweep, arguments, interleaved, save, start, walk
+from common import BareSweep, arguments, interleaved, save, start, told, walk
 
 from gaitopt.design.runtime import small_matrices
 from gaitopt.nlp import Array, Start
@@ -33,12 +33,7 @@ def main() -> None:
             seconds, cpu = time.perf_counter() - started, time.process_time() - cpu
             after = interleaved({"bare": sweep}, SWEEPS)["bare"]["median"]
             return {
-                "status": solution.status.name,
-                "cost": solution.cost,
-                "violation": solution.violation,
-                "kkt": solution.optimality,
-                "iterations": solution.iterations,
-                "evaluations": solution.evaluations,
+                **told(solution),
                 "seconds": seconds,
                 "cpu seconds": cpu,
                 "bare": (before + after) / 2.0,

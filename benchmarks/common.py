@@ -17,13 +17,12 @@ from typing import Any
 
 import numpy as np
 import pinocchio as pin
-import scipy.optimize  # noqa: F401  (its BLAS must be there when the threads are limited)
 
 from gaitopt.errors import EvaluationError
 from gaitopt.gait.guess import first_guess, perturbed
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.task import preset_task
-from gaitopt.nlp import NLP, Array, Point, Progress, Values
+from gaitopt.nlp import NLP, Array, Point, Progress, Solution, Values
 from gaitopt.robot import biped13, urdf_text
 from gaitopt.robot.model import Robot
 from gaitopt.robot.spec import BipedSpec
@@ -199,3 +198,15 @@ def arguments(description: str | None) -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(description=description)
     parser.add_argument("--quick", action="store_true", help="a small run; saves nothing")
     return parser
+
+
+def told(solution: Solution) -> dict[str, Any]:
+    """Return what every benchmark keeps of a solution."""
+    return {
+        "status": solution.status.name,
+        "cost": solution.cost,
+        "violation": solution.violation,
+        "kkt": solution.optimality,
+        "iterations": solution.iterations,
+        "evaluations": solution.evaluations,
+    }

@@ -9,7 +9,7 @@ from __future__ import annotations
 import time
 from typing import Any
 
-from common import Clock, TimedNLP, arguments, save, start, walk
+from common import Clock, TimedNLP, arguments, save, start, told, walk
 
 from gaitopt.design.runtime import small_matrices
 from gaitopt.gait.problem import WalkProblem
@@ -43,11 +43,7 @@ def run(problem: WalkProblem, solver: Solver, x: Array, differences: str, cap: f
     solution = solver.solve(nlp, Start(x), record)
     seconds, cpu = time.perf_counter() - started, time.process_time() - cpu
     return {
-        "status": solution.status.name,
-        "cost": solution.cost,
-        "violation": solution.violation,
-        "kkt": solution.optimality,
-        "iterations": solution.iterations,
+        **told(solution),
         "evaluations": counted.evaluations,
         "points": counted.points,
         "hessians": counted.hessians,

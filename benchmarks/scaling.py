@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from typing import Any
 
-from common import BareSweep, Clock, TimedNLP, arguments, interleaved, save, start, walk
+from common import BareSweep, Clock, TimedNLP, arguments, interleaved, save, start, told, walk
 
 from gaitopt.design.runtime import small_matrices
 from gaitopt.nlp import Start
@@ -32,11 +32,7 @@ def run(postures: int, samples: int) -> dict[str, Any]:
         "samples": samples,
         "parameters": problem.layout.size,
         "rows": problem.rows.lower.size,
-        "status": solution.status.name,
-        "cost": solution.cost,
-        "violation": solution.violation,
-        "kkt": solution.optimality,
-        "iterations": solution.iterations,
+        **told(solution),
         "evaluations": counted.evaluations,
         "seconds": seconds,
         "cpu seconds": cpu,

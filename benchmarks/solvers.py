@@ -60,16 +60,6 @@ def _snopt(nlp: NLP, x: Array) -> tuple[Array, int, dict[str, Any]]:
     return found.x, found.iterations, more
 
 
-class ScaledIpopt(Ipopt):
-    """IPOPT with the options found best here: no second scaling, adaptive barrier."""
-
-    def _problem(self, cyipopt: Any, callbacks: Any) -> Any:
-        problem = super()._problem(cyipopt, callbacks)
-        problem.add_option("nlp_scaling_method", "none")
-        problem.add_option("mu_strategy", "adaptive")
-        return problem
-
-
 def methods() -> dict[str, Method]:
     """Return the methods that are installed."""
     table = {
@@ -81,8 +71,8 @@ def methods() -> dict[str, Method]:
         table["SNOPT"] = Method(_snopt, hessian=False, starts=SEVERAL)
     if find_spec("cyipopt"):
         import_module("cyipopt")  # its BLAS must be there when the threads are limited
-        table["IPOPT, exact Hessian"] = Method(_ours(ScaledIpopt()), starts=SOME)
-        table["IPOPT, limited memory"] = Method(_ours(ScaledIpopt()), hessian=False, starts=FEW)
+        table["IPOPT, exact Hessian"] = Method(_ours(Ipopt()), starts=SOME)
+        table["IPOPT, limited memory"] = Method(_ours(Ipopt()), hessian=False, starts=FEW)
     table["SciPy SLSQP"] = Method(_ours(SLSQP()), hessian=False, starts=SEVERAL)
     table["SciPy trust-constr"] = Method(_ours(TrustConstr()), starts=FEW)
     return table
