@@ -108,7 +108,7 @@ class NLP(ABC):
 
     @abstractmethod
     def describe(self, row: int) -> str:
-        """Name a row to a person: "left knee torque at t = 0.320 s"."""
+        """Name a row to a person: "left_knee torque at 80.0 % of the step"."""
 
 
 class Status(Enum):

@@ -120,7 +120,7 @@ class WalkProblem(NLP):
         return H + cost_weight * self._coupling(step, slope)
 
     def describe(self, row: int) -> str:
-        """Name a row: "right_knee torque at t = 0.3200 s"."""
+        """Name a row: "right_knee torque at 80.0 % of the step"."""
         at = self.address(row)
         label = at.family.labels[at.entry]
         if at.family.reads is Reads.LEGS:
