@@ -28,6 +28,7 @@ FAMILIES = (
     "range",
     "impulse cop",
     "walking speed",
+    "closure",
 )
 _ALL = {"joint_range": True, "impulse_cop": True}
 _EVERYTHING_FREE = {
@@ -84,6 +85,7 @@ _MAKERS = {
         speed_as="penalty", quadrature="euler", samples=20
     ),
     "added instants": _added_instants,
+    "lifted, everything free": lambda: _everything_free(boundary="lifted"),
 }
 WALKS = tuple(_MAKERS)
 PAIRS = tuple(
@@ -91,6 +93,7 @@ PAIRS = tuple(
     for walk in WALKS
     for family in FAMILIES
     if not (family == "walking speed" and "penalty" in walk)
+    and not (family == "closure" and "lifted" not in walk)
 )
 
 

@@ -1,26 +1,30 @@
 """The double-support posture, Eq. (26) and Fig. 2: q_start from the geometric quantities.
 
-The paper's form: inverse kinematics from p_G. A boundary answers three questions (posture, slope,
-curvature) as a pure function of the geometric quantities, so another form can take its place.
+Two forms, with the same geometric quantities. The paper's solves the inverse kinematics; the
+lifted one takes the joint angles as parameters too and reports how far pelvis and swing foot are
+from where the quantities put them, which no trial point can fail to do. A boundary answers three
+questions (posture, slope, curvature) as a pure function of its coordinates.
 """
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import pinocchio as pin
 
-from gaitopt.errors import EvaluationError, UnreachableError
-from gaitopt.gait.parameters import FOOT_SPACING, PELVIS_FORWARD, PELVIS_HEIGHT, STEP_LENGTH
+from gaitopt.errors import EvaluationError
 from gaitopt.gait.placement import PELVIS_CHAIN, SWING_SOLE_CHAIN, drive, place
-from gaitopt.mechanics.legs import LegKinematics, chain_curvature, closure_forces, closure_slope
+from gaitopt.mechanics.closure import loop_gap
+from gaitopt.mechanics.legs import LegKinematics, chain_curvature
 from gaitopt.mechanics.spatial import cross, skew
 from gaitopt.nlp import Array
 from gaitopt.robot.model import Robot
 
-_PELVIS_DRIVE = drive(PELVIS_CHAIN)
-_SOLE_DRIVE = drive(SWING_SOLE_CHAIN)
+PELVIS_DRIVE = drive(PELVIS_CHAIN)
+SOLE_DRIVE = drive(SWING_SOLE_CHAIN)
 
 
 @dataclass(frozen=True)
@@ -30,8 +34,10 @@ class Posture:
     Attributes:
         q_start: joint angles [rad], shape (12,).
         legs: from ankle centre to hip centre, in stance sole axes [m], shape (2, 3).
-        pelvis, sole: placements of pelvis and swing sole in the stance sole frame.
+        pelvis, sole: placements of pelvis and swing sole that the quantities ask for, in the
+            stance sole frame.
         pelvis_axes, sole_axes: world axes of the displacement chains, shape (k, 6).
+        loops: lifted form only: where pelvis and swing sole ought to be, seen from where they are.
     """
 
     q_start: Array
@@ -40,88 +46,91 @@ class Posture:
     sole: pin.SE3
     pelvis_axes: Array
     sole_axes: Array
+    loops: tuple[pin.SE3, ...] = ()
+
+    @cached_property
+    def gaps(self) -> Array:
+        """How far pelvis and swing sole are from where they ought to be, shape (0 or 2, 6)."""
+        return np.array([loop_gap(loop) for loop in self.loops]).reshape(-1, 6)
 
 
 @dataclass(frozen=True)
 class PostureSlope:
-    """Derivatives of a Posture with respect to the geometric quantities.
+    """Derivatives of a Posture with respect to the boundary's coordinates, B of them.
+
+    The coordinates are the ten geometric quantities; in the lifted form the twelve joint angles
+    come before them.
 
     Attributes:
-        q_start: shape (12, 10).
-        legs: shape (2, 3, 10).
+        q_start: shape (12, B).
+        legs: shape (2, 3, B).
         joint_axes: joint motion axes at q_start, shape (12, 6).
+        gaps: shape (0 or 2, 6, B).
+        loop_axes: lifted form only: axes of each loop's chain in its base.
     """
 
     q_start: Array
     legs: Array
     joint_axes: Array
+    gaps: Array
+    loop_axes: tuple[Array, ...] = ()
 
 
-class Boundary:
-    """The paper's boundary: two feet and a pelvis placed by the geometric quantities."""
+class Boundary(ABC):
+    """Two feet on the ground and a pelvis, placed by the geometric quantities."""
 
     def __init__(self, robot: Robot) -> None:
         self.robot = robot
-        self._kinematics = LegKinematics(robot)
+        self.kinematics = LegKinematics(robot)
 
-    def posture(self, geometry: Array) -> Posture:
+    @abstractmethod
+    def posture(self, geometry: Array, q_start: Array) -> Posture:
         """Return the posture for geometric quantities, shape (10,).
 
+        Args:
+            geometry: the quantities.
+            q_start: joint angles (12,); empty unless they are parameters.
+
         Raises:
+            EvaluationError: a quantity is not finite.
             UnreachableError: a leg cannot reach, or the feet or pelvis are misplaced.
         """
-        if not np.all(np.isfinite(geometry)):
-            raise EvaluationError("a geometric quantity is not finite")
-        pelvis, pelvis_axes = place(PELVIS_CHAIN, geometry)
-        sole, sole_axes = place(SWING_SOLE_CHAIN, geometry)
-        try:
-            q_start = self._kinematics.solve(pelvis, sole)
-        except UnreachableError as error:
-            raise UnreachableError(
-                f"{error} (pelvis height {geometry[PELVIS_HEIGHT]:.4f} m, "
-                f"pelvis {geometry[PELVIS_FORWARD]:+.4f} m forward of the stance toes, "
-                f"step length {geometry[STEP_LENGTH]:.4f} m, "
-                f"foot spacing {geometry[FOOT_SPACING]:.4f} m)"
-            ) from error
-        hips = self.robot.legs.hips @ pelvis.rotation.T + pelvis.translation
-        ankles = np.stack([self.robot.legs.ankles[0], sole.act(self.robot.legs.ankles[1])])
-        return Posture(q_start, hips - ankles, pelvis, sole, pelvis_axes, sole_axes)
 
+    @abstractmethod
     def slope(self, posture: Posture) -> PostureSlope:
         """Return the derivatives of a posture."""
-        axes = self._kinematics.axes(posture.q_start)
-        pelvis_twists = posture.pelvis_axes.T @ _PELVIS_DRIVE
-        sole_twists = posture.sole_axes.T @ _SOLE_DRIVE
-        return PostureSlope(
-            closure_slope(axes, pelvis_twists, sole_twists),
-            self._leg_slopes(posture, pelvis_twists, sole_twists),
-            axes,
-        )
 
+    @abstractmethod
     def curvature(
-        self, posture: Posture, slope: PostureSlope, q_weights: Array, leg_weights: Array
+        self,
+        posture: Posture,
+        slope: PostureSlope,
+        q_weights: Array,
+        leg_weights: Array,
+        gap_weights: Array,
     ) -> Array:
-        """Return the Hessian of q_weights . q_start + sum(leg_weights * legs), shape (10, 10).
+        """Return the Hessian of weights . (q_start, legs, gaps), shape (B, B)."""
 
-        Along straight lines in the geometric quantities both sides of each closure accelerate:
-        S q'' + (curvature of the leg) = (curvature of the displacement chain).
-        """
-        forces = closure_forces(slope.joint_axes, q_weights)
-        on_pelvis = forces[0] + self._point_forces(posture, leg_weights)[0]
-        targets = _PELVIS_DRIVE.T @ chain_curvature(posture.pelvis_axes, on_pelvis) @ _PELVIS_DRIVE
-        on_sole = forces[1] - self._point_forces(posture, leg_weights)[1]
-        targets += _SOLE_DRIVE.T @ chain_curvature(posture.sole_axes, on_sole) @ _SOLE_DRIVE
-        own = chain_curvature(slope.joint_axes, forces[1])
-        own[:6, :6] += chain_curvature(slope.joint_axes[:6], forces[0])
-        H = targets - slope.q_start.T @ own @ slope.q_start
-        return H + self._centripetal(posture, leg_weights)
+    def place(self, geometry: Array) -> tuple[tuple[pin.SE3, Array], tuple[pin.SE3, Array]]:
+        """Return placement and displacement axes of pelvis and of swing sole."""
+        if not np.all(np.isfinite(geometry)):
+            raise EvaluationError("a geometric quantity is not finite")
+        return place(PELVIS_CHAIN, geometry), place(SWING_SOLE_CHAIN, geometry)
+
+    def leg_vectors(self, pelvis: pin.SE3, sole: pin.SE3) -> Array:
+        """Return the vectors from ankle to hip centres, shape (2, 3)."""
+        hips = self.robot.legs.hips @ pelvis.rotation.T + pelvis.translation
+        ankles = np.stack([self.robot.legs.ankles[0], sole.act(self.robot.legs.ankles[1])])
+        return np.asarray(hips - ankles)
 
     def _points(self, posture: Posture) -> Array:
         """Hips of both legs, then the swing ankle, in the world, shape (3, 3)."""
         hips = self.robot.legs.hips @ posture.pelvis.rotation.T + posture.pelvis.translation
         return np.vstack([hips, posture.sole.act(self.robot.legs.ankles[1])])
 
-    def _leg_slopes(self, posture: Posture, pelvis_twists: Array, sole_twists: Array) -> Array:
+    def leg_slopes(self, posture: Posture) -> Array:
+        """Return the slopes of the legs in the geometric quantities, shape (2, 3, 10)."""
+        pelvis_twists, sole_twists = target_twists(posture)
         points = self._points(posture)
         hips = [_point_slope(p, pelvis_twists) for p in points[:2]]
         ankle = _point_slope(points[2], sole_twists)
@@ -133,19 +142,40 @@ class Boundary:
         pelvis = np.concatenate([weights.sum(axis=0), cross(points[:2], weights).sum(axis=0)])
         return pelvis, np.concatenate([weights[1], cross(points[2], weights[1])])
 
+    def target_curvature(
+        self, posture: Posture, forces: tuple[Array, Array], leg_weights: Array
+    ) -> Array:
+        """Return the curvature in the geometric quantities of legs and of what forces pair with.
+
+        Args:
+            posture: the double support.
+            forces: six-forces on pelvis and on swing sole.
+            leg_weights: shape (2, 3).
+        """
+        on_pelvis, on_sole = self._point_forces(posture, leg_weights)
+        H = PELVIS_DRIVE.T @ chain_curvature(posture.pelvis_axes, forces[0] + on_pelvis)
+        H = H @ PELVIS_DRIVE
+        sole = chain_curvature(posture.sole_axes, forces[1] - on_sole)
+        H += SOLE_DRIVE.T @ sole @ SOLE_DRIVE
+        return np.asarray(H + self._centripetal(posture, leg_weights))
+
     def _centripetal(self, posture: Posture, weights: Array) -> Array:
         """Second derivative of the leg vectors that a spatial acceleration does not carry.
 
         A body point accelerates by (spatial acceleration at p) + w x (l + w x p).
         """
         points = self._points(posture)
-        pelvis_twists = posture.pelvis_axes.T @ _PELVIS_DRIVE
-        sole_twists = posture.sole_axes.T @ _SOLE_DRIVE
+        pelvis_twists, sole_twists = target_twists(posture)
         return (
             _centripetal(points[0], pelvis_twists, weights[0])
             + _centripetal(points[1], pelvis_twists, weights[1])
             - _centripetal(points[2], sole_twists, weights[1])
         )
+
+
+def target_twists(posture: Posture) -> tuple[Array, Array]:
+    """Return the twists of pelvis and swing sole per unit of each quantity, (6, 10) each."""
+    return posture.pelvis_axes.T @ PELVIS_DRIVE, posture.sole_axes.T @ SOLE_DRIVE
 
 
 def _point_slope(point: Array, twists: Array) -> Array:

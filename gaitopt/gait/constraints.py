@@ -185,6 +185,24 @@ def walking_speed(at: Setting) -> Family:
     )
 
 
+def closure(at: Setting) -> Family:
+    """Lifted form of Eq. (26): pelvis and swing sole are where the quantities put them."""
+    labels = tuple(f"closure along {a}" for a in "xyz") + tuple(f"closure about {a}" for a in "xyz")
+    return Family(
+        name="closure",
+        equation="(26)",
+        reads=Reads.GAPS,
+        rows=Entries(slice(0, 6), 6),
+        labels=labels,
+        unit="m, rad",
+        lower=np.zeros((2, 6)),
+        upper=np.zeros((2, 6)),
+        scale=np.full(6, LENGTH_SCALE),
+        instants=np.arange(2),
+        times=None,
+    )
+
+
 _STANDARD: tuple[Callable[[Setting], Family], ...] = (
     torque,
     speed,
@@ -214,4 +232,6 @@ def families(robot: Robot, task: Task, grid: Grid) -> tuple[Family, ...]:
         chosen.append(impulse_cop)
     if task.speed_as == "constraint":
         chosen.append(walking_speed)
+    if task.boundary == "lifted":
+        chosen.append(closure)
     return tuple(make(at) for make in chosen)

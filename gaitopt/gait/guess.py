@@ -50,7 +50,7 @@ def first_guess(problem: WalkProblem) -> Array:
         knots.append(kinematics.solve(pin.SE3.Interpolate(pelvis, pelvis_end, float(s)), sole))
     last = geometry[DURATION] / (count + 1)
     rate_before = _RATE_FRACTION * (q_end - knots[-1]) / last
-    return problem.layout.pack(np.array(knots), rate_before, geometry)
+    return problem.layout.pack(np.array(knots), rate_before, q_start, geometry)
 
 
 def perturbed(problem: WalkProblem, x: Array, sigma: float, seed: int) -> Array:
@@ -63,7 +63,7 @@ def perturbed(problem: WalkProblem, x: Array, sigma: float, seed: int) -> Array:
         seed: of the random generator.
     """
     noisy = np.array(x)
-    joints = slice(0, problem.layout.rates.stop)
+    joints = slice(0, problem.layout.start.stop)
     noisy[joints] += np.random.default_rng(seed).normal(0.0, sigma, joints.stop)
     return noisy
 

@@ -60,17 +60,20 @@ RATE_SCALE = 4.0  # rad/s
 
 @dataclass(frozen=True)
 class Layout:
-    """Where each parameter stands in x: intermediate postures, rates before impact, geometry.
+    """Where each parameter stands in x: intermediate postures, rates before impact, double support.
 
     Attributes:
         joint_names: of the twelve joints.
         postures: number of intermediate postures, n - 2 of section 4.2.
         geometry: the table, complete, in the order of `GEOMETRY`.
+        lifted: whether the posture at the start is in x as well, tied to the geometry by equalities
+            instead of inverse kinematics.
     """
 
     joint_names: tuple[str, ...]
     postures: int
     geometry: tuple[Quantity, ...] = GEOMETRY
+    lifted: bool = False
 
     @cached_property
     def free(self) -> list[int]:
@@ -93,21 +96,39 @@ class Layout:
         return slice(12 * self.postures, 12 * self.postures + 12)
 
     @property
+    def start(self) -> slice:
+        """Entries of the posture at the start: twelve in the lifted form, else none."""
+        first = self.rates.stop
+        return slice(first, first + 12 * self.lifted)
+
+    @property
     def shape(self) -> slice:
         """Entries of the free geometric quantities."""
-        return slice(12 * self.postures + 12, self.size)
+        return slice(self.start.stop, self.size)
+
+    @property
+    def boundary(self) -> slice:
+        """Entries that shape the double support: posture at the start and geometry."""
+        return slice(self.start.start, self.size)
+
+    @cached_property
+    def boundary_columns(self) -> list[int]:
+        """Which of the boundary's own coordinates (12 angles if lifted, 10 quantities) are in x."""
+        angles = 12 * self.lifted
+        return [*range(angles), *(angles + row for row in self.free)]
 
     @property
     def size(self) -> int:
         """Length of x."""
-        return 12 * self.postures + 12 + len(self.free)
+        return int(self.start.stop) + len(self.free)
 
     @property
     def names(self) -> tuple[str, ...]:
         """Name of every entry of x."""
         knots = [f"{j}_at_knot_{k + 1}" for k in range(self.postures) for j in self.joint_names]
         rates = [f"{j}_rate_before_impact" for j in self.joint_names]
-        return (*knots, *rates, *(self.geometry[i].name for i in self.free))
+        start = [f"{j}_at_start" for j in self.joint_names] if self.lifted else []
+        return (*knots, *rates, *start, *(self.geometry[i].name for i in self.free))
 
     def index(self, name: str) -> int | None:
         """Return where a geometric quantity stands in x, or None if it is fixed."""
@@ -120,9 +141,13 @@ class Layout:
         values[self.free] = x[self.shape]
         return values
 
-    def pack(self, knots: Array, rate_before: Array, geometry: Array) -> Array:
-        """Return x from postures (n - 2, 12), rates (12,) and all geometry (10,)."""
-        return np.concatenate([knots.ravel(), rate_before, geometry[self.free]])
+    def pack(self, knots: Array, rate_before: Array, q_start: Array, geometry: Array) -> Array:
+        """Return x from postures (n - 2, 12), rates (12,), start (12,) and all geometry (10,).
+
+        The posture at the start goes in only in the lifted form.
+        """
+        start = q_start if self.lifted else q_start[:0]
+        return np.concatenate([knots.ravel(), rate_before, start, geometry[self.free]])
 
     def bounds(self) -> tuple[Array, Array]:
         """Return lower and upper bounds of x."""

@@ -125,6 +125,8 @@ class WalkProblem(NLP):
         label = at.family.labels[at.entry]
         if at.family.reads is Reads.LEGS:
             return f"{('stance', 'swing')[at.instant]} leg {label}"
+        if at.family.reads is Reads.GAPS:
+            return f"{('pelvis', 'swing sole')[at.instant]} {label}"
         if at.family.times is None:
             return label
         return f"{label} at {100.0 * at.family.times[at.instant]:.1f} % of the step"
@@ -168,7 +170,7 @@ def walk_layout(robot: Robot, task: Task) -> Layout:
     table = set_quantities(task.geometry, {"duration": {"value": task.duration}})
     if table[STEP_LENGTH].free:
         table = set_quantities(table, {"step_length": {"value": task.step_length}})
-    return Layout(robot.joint_names, task.postures, table)
+    return Layout(robot.joint_names, task.postures, table, task.boundary == "lifted")
 
 
 def cost_scale(robot: Robot, task: Task) -> float:

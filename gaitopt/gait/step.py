@@ -27,6 +27,7 @@ class Reads(Enum):
     IMPULSE = "impulse"  # once (6): of the ground on the landing foot [N.s, N.m.s]
     SOLE_TWIST = "sole_twist"  # once (6): old stance sole after the impact [m/s, rad/s]
     LEGS = "legs"  # two legs (3): ankle to hip in double support [m]
+    GAPS = "gaps"  # two loops (6) in the lifted form, else none: pelvis, swing sole [m, 1]
     TRAVEL = "travel"  # once (2): step length [m], duration [s]
 
 
@@ -82,6 +83,7 @@ class Step:
             Reads.IMPULSE: self.impact.impulse[None],
             Reads.SOLE_TWIST: self.impact.sole_twist[None],
             Reads.LEGS: self.posture.legs,
+            Reads.GAPS: self.posture.gaps,
             Reads.TRAVEL: self.geometry[None, [STEP_LENGTH, DURATION]],
         }
 

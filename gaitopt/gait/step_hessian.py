@@ -102,10 +102,12 @@ def _coefficient_curvature(
     )
     inputs = np.concatenate([slope.coefficients[-3], slope.coefficients[-1]])
     H += inputs.T @ bend @ inputs
+    first = weights.first
     posture = model.boundary.curvature(
-        step.posture, slope.posture, q_weights, weights.first[Reads.LEGS]
+        step.posture, slope.posture, q_weights, first[Reads.LEGS], first[Reads.GAPS]
     )
-    H[layout.shape, layout.shape] += posture[np.ix_(layout.free, layout.free)]
+    own = layout.boundary_columns
+    H[layout.boundary, layout.boundary] += posture[np.ix_(own, own)]
     column = layout.index("duration")
     if column is not None:
         H += _duration_curvature(model, step, slope, by_sample, column)

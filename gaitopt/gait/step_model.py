@@ -11,7 +11,9 @@ from __future__ import annotations
 import numpy as np
 
 from gaitopt.errors import EvaluationError
-from gaitopt.gait.boundary import Boundary, Posture, PostureSlope
+from gaitopt.gait.boundary import Posture, PostureSlope
+from gaitopt.gait.boundary_closed import ClosedBoundary
+from gaitopt.gait.boundary_lifted import LiftedBoundary
 from gaitopt.gait.grid import Grid
 from gaitopt.gait.parameters import DURATION, STEP_LENGTH, Layout
 from gaitopt.gait.spline import spline_basis
@@ -30,7 +32,7 @@ class StepModel:
         self.robot, self.layout, self.grid = robot, layout, grid
         knots = np.linspace(0.0, 1.0, layout.postures + 2)
         self.basis = spline_basis(knots, grid.instants)
-        self.boundary = Boundary(robot)
+        self.boundary = LiftedBoundary(robot) if layout.lifted else ClosedBoundary(robot)
         self.impact = Impact(robot)
         self.impact_curvature = ImpactCurvature(robot)
         self._support = SingleSupport(robot, grid.count)
@@ -81,7 +83,7 @@ class StepModel:
             raise EvaluationError(
                 f"a step of {geometry[DURATION]} s and {geometry[STEP_LENGTH]} m is not a step"
             )
-        return geometry, self.boundary.posture(geometry)
+        return geometry, self.boundary.posture(geometry, x[self.layout.start])
 
     def _end(self, x: Array, posture: Posture) -> tuple[Array, Array]:
         """Posture (26) and rates at the end of the step."""
@@ -101,9 +103,9 @@ class StepModel:
     def _chain(
         self, step: Step, posture: PostureSlope, impact: ImpactSlope, support: SupportSlope
     ) -> StepSlope:
-        size, free, shape = self.layout.size, self.layout.free, self.layout.shape
+        size, own = self.layout.size, self.layout.boundary_columns
         q_start = np.zeros((12, size))
-        q_start[:, shape] = posture.q_start[:, free]
+        q_start[:, self.layout.boundary] = posture.q_start[:, own]
         rate_before = np.zeros((12, size))
         rate_before[:, self.layout.rates] = np.eye(12)
         q_end = self.robot.mirror @ q_start
@@ -111,7 +113,9 @@ class StepModel:
         coefficients = self._coefficient_slopes(q_start, q_end, after[6:18], rate_before)
         motion = self._motion_slopes(step, coefficients)
         legs = np.zeros((2, 3, size))
-        legs[:, :, shape] = posture.legs[:, :, free]
+        legs[:, :, self.layout.boundary] = posture.legs[:, :, own]
+        gaps = np.zeros((len(posture.gaps), 6, size))
+        gaps[:, :, self.layout.boundary] = posture.gaps[:, :, own]
         travel = np.zeros((1, 2, size))
         for row, name in enumerate(("step_length", "duration")):
             column = self.layout.index(name)
@@ -128,6 +132,7 @@ class StepModel:
             Reads.IMPULSE: after[None, 18:],
             Reads.SOLE_TWIST: after[None, :6],
             Reads.LEGS: legs,
+            Reads.GAPS: gaps,
             Reads.TRAVEL: travel,
         }
         return StepSlope(posture, impact, support, coefficients, motion, reads)

@@ -10,6 +10,7 @@ from gaitopt.gait.grid import QUADRATURES, uniform_grid
 from gaitopt.gait.parameters import DURATION, GEOMETRY, STEP_LENGTH, Quantity, set_quantities
 
 SPEED_AS = ("constraint", "penalty")
+BOUNDARIES = ("closed", "lifted")
 
 
 def _is_finite(value: object) -> bool:
@@ -82,6 +83,8 @@ class Task:
         quadrature: rule for the cost, "simpson" or "euler".
         speed_as: "constraint", Eq. (39), or "penalty", Eq. (47).
         penalty_weight: rho of Eq. (47) [cost / m²].
+        boundary: of the double support: "closed" by inverse kinematics as in section 4.2, or
+            "lifted": its twelve joint angles are parameters as well, tied to it by equalities.
         margins: limits of section 3.2.
         geometry: table of the geometric quantities, free and fixed.
     """
@@ -93,6 +96,7 @@ class Task:
     quadrature: str = "simpson"
     speed_as: str = "constraint"
     penalty_weight: float = 1e6
+    boundary: str = "closed"
     margins: Margins = field(default_factory=Margins)
     geometry: tuple[Quantity, ...] = GEOMETRY
 
@@ -109,6 +113,10 @@ class Task:
         if self.speed_as not in SPEED_AS:
             raise InputError(
                 f"speed_as '{self.speed_as}' is unknown; choose {' or '.join(SPEED_AS)}"
+            )
+        if self.boundary not in BOUNDARIES:
+            raise InputError(
+                f"boundary '{self.boundary}' is unknown; choose {' or '.join(BOUNDARIES)}"
             )
         if self.quadrature not in QUADRATURES:
             raise InputError(

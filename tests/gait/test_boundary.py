@@ -5,7 +5,7 @@ from motions import kinematics
 from numerics import check_jacobian, relative_error
 
 from gaitopt.errors import EvaluationError, UnreachableError
-from gaitopt.gait.boundary import Boundary
+from gaitopt.gait.boundary_closed import ClosedBoundary
 from gaitopt.gait.parameters import FOOT_SPACING, GEOMETRY, PELVIS_HEIGHT, STEP_LENGTH
 from gaitopt.gait.placement import PELVIS_CHAIN, SWING_SOLE_CHAIN, place
 
@@ -16,17 +16,18 @@ POINTS = (
     np.array([0.55, 0.1, -0.4, 0.2, 0.13, 0.45, -0.09, 0.05, -0.1, 0.3]),
 )
 SIZES = np.array([q.scale for q in GEOMETRY])
+NONE = np.zeros(0)  # the angles are no parameters here
 at_points = pytest.mark.parametrize("g", POINTS)
 
 
 @pytest.fixture(scope="module")
 def boundary(robot):
-    return Boundary(robot)
+    return ClosedBoundary(robot)
 
 
 @at_points
 def test_pelvis_and_sole_are_where_the_quantities_put_them(robot, boundary, g):
-    at = kinematics(robot, boundary.posture(g).q_start)
+    at = kinematics(robot, boundary.posture(g, NONE).q_start)
     pelvis, sole = place(PELVIS_CHAIN, g)[0], place(SWING_SOLE_CHAIN, g)[0]
     np.testing.assert_allclose(
         at.frame(robot.pelvis_frame).homogeneous, pelvis.homogeneous, atol=1e-11
@@ -38,7 +39,7 @@ def test_pelvis_and_sole_are_where_the_quantities_put_them(robot, boundary, g):
 
 @at_points
 def test_legs_run_from_ankle_to_hip(robot, boundary, g):
-    posture = boundary.posture(g)
+    posture = boundary.posture(g, NONE)
     at, legs = kinematics(robot, posture.q_start), robot.legs
     hips = [at.frame(robot.pelvis_frame).act(h) for h in legs.hips]
     ankles = [legs.ankles[0], at.frame(robot.swing_frame).act(legs.ankles[1])]
@@ -47,14 +48,16 @@ def test_legs_run_from_ankle_to_hip(robot, boundary, g):
 
 @at_points
 def test_slope_of_the_posture(boundary, g):
-    slope = boundary.slope(boundary.posture(g))
-    check_jacobian(lambda p: boundary.posture(p).q_start, slope.q_start, g, scale=SIZES, step=1e-4)
+    slope = boundary.slope(boundary.posture(g, NONE))
+    check_jacobian(
+        lambda p: boundary.posture(p, NONE).q_start, slope.q_start, g, scale=SIZES, step=1e-4
+    )
 
 
 @at_points
 def test_slope_of_the_legs(boundary, g):
-    slope = boundary.slope(boundary.posture(g))
-    check_jacobian(lambda p: boundary.posture(p).legs, slope.legs, g, scale=SIZES, step=1e-2)
+    slope = boundary.slope(boundary.posture(g, NONE))
+    check_jacobian(lambda p: boundary.posture(p, NONE).legs, slope.legs, g, scale=SIZES, step=1e-2)
 
 
 @at_points
@@ -62,11 +65,13 @@ def test_slope_of_the_legs(boundary, g):
 def test_curvature(boundary, g, part, rng):
     q_weights = rng.normal(size=12) * (part != "legs")
     leg_weights = rng.normal(size=(2, 3)) * (part != "posture")
-    posture = boundary.posture(g)
-    H = boundary.curvature(posture, boundary.slope(posture), q_weights, leg_weights)
+    posture = boundary.posture(g, NONE)
+    H = boundary.curvature(
+        posture, boundary.slope(posture), q_weights, leg_weights, np.zeros((0, 6))
+    )
 
     def gradient(p):
-        slope = boundary.slope(boundary.posture(p))
+        slope = boundary.slope(boundary.posture(p, NONE))
         return (q_weights @ slope.q_start + np.einsum("lk,lkg->g", leg_weights, slope.legs)) * SIZES
 
     check_jacobian(gradient, SIZES[:, None] * H, g, scale=SIZES, step=3e-4)
@@ -74,14 +79,14 @@ def test_curvature(boundary, g, part, rng):
 
 
 def test_no_quantity_but_the_duration_is_idle(boundary):
-    slope = boundary.slope(boundary.posture(POINTS[1])).q_start
+    slope = boundary.slope(boundary.posture(POINTS[1], NONE)).q_start
     moves = np.abs(slope).max(axis=0)
     assert (moves[:9] > 0.1).all()
     assert moves[9] == 0.0
 
 
 def test_joint_axes_are_those_of_the_posture(robot, boundary):
-    posture = boundary.posture(POINTS[2])
+    posture = boundary.posture(POINTS[2], NONE)
     axes = kinematics(robot, posture.q_start).axes
     assert relative_error(boundary.slope(posture).joint_axes, axes) < 1e-13
 
@@ -89,7 +94,7 @@ def test_joint_axes_are_those_of_the_posture(robot, boundary):
 def test_a_mirrored_double_support_is_the_next_one(robot, boundary):
     """E q_start stands with the other foot behind, mirrored: Fig. 2."""
     g = POINTS[1]
-    at = kinematics(robot, robot.mirror @ boundary.posture(g).q_start)
+    at = kinematics(robot, robot.mirror @ boundary.posture(g, NONE).q_start)
     start = place(SWING_SOLE_CHAIN, g)[0].inverse()
     mirror = np.diag([1.0, -1.0, 1.0])
     expected = pin.SE3(mirror @ start.rotation @ mirror, mirror @ start.translation)
@@ -106,7 +111,7 @@ def test_out_of_reach_tells_the_quantities(boundary):
         match=r"leg is too short: .*pelvis height 0\.7200 m, pelvis -0\.3100 m forward of the "
         r"stance toes, step length 0\.4000 m, foot spacing 0\.1600 m",
     ):
-        boundary.posture(g)
+        boundary.posture(g, NONE)
 
 
 @pytest.mark.parametrize("row", [PELVIS_HEIGHT, FOOT_SPACING, STEP_LENGTH])
@@ -115,4 +120,4 @@ def test_what_is_no_number_is_refused(boundary, row, value):
     g = POINTS[0].copy()
     g[row] = value
     with pytest.raises(EvaluationError, match="a geometric quantity is not finite"):
-        boundary.posture(g)
+        boundary.posture(g, NONE)

@@ -229,8 +229,10 @@ def test_every_family_cites_its_equation_and_names_its_rows(problem):
         assert family.unit
 
 
-def test_every_quantity_is_constrained_somewhere(problem):
-    assert {f.reads for f in problem.families} == set(Reads)
+def test_every_quantity_is_constrained_somewhere(robot, problem):
+    lifted = families(robot, preset_task(boundary="lifted"), problem.grid)
+    assert {f.reads for f in lifted} == set(Reads)
+    assert {f.reads for f in problem.families} == set(Reads) - {Reads.GAPS}
 
 
 def test_added_instants_are_constrained_too(robot):

@@ -67,7 +67,7 @@ def test_what_is_packed_is_found_again(postures, free, seed):
     rng = np.random.default_rng(seed)
     knots, rates, geometry = rng.normal(size=(postures, 12)), rng.normal(size=12), rng.normal(10)
     geometry = np.broadcast_to(geometry, 10) + np.arange(10)
-    x = table.pack(knots, rates, geometry)
+    x = table.pack(knots, rates, np.zeros(12), geometry)
     np.testing.assert_array_equal(x[table.knots].reshape(-1, 12), knots)
     np.testing.assert_array_equal(x[table.rates], rates)
     expected = [g if n in free else 7.5 for n, g in zip(GEOMETRY_NAMES, geometry, strict=True)]
