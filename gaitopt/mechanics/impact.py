@@ -17,6 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
+from gaitopt.mechanics.linear import solve
 from gaitopt.nlp import Array
 from gaitopt.robot.model import Robot
 
@@ -128,7 +129,7 @@ class Impact:
         """
         D, J = self._matrices(posture)
         rhs = np.concatenate([D[:, BASE:] @ rate_before, np.zeros(BASE)])
-        y = _solve(self._kkt(D, J), rhs)
+        y = solve(self._kkt(D, J), rhs)
         return ImpactState(y[:NV], y[NV:])
 
     def slope(self, posture: Array, rate_before: Array) -> tuple[ImpactState, ImpactSlope]:
@@ -136,13 +137,13 @@ class Impact:
         D, J = self._matrices(posture)
         K = self._kkt(D, J)
         rhs = np.concatenate([D[:, BASE:] @ rate_before, np.zeros(BASE)])
-        y = _solve(K, rhs)
+        y = solve(K, rhs)
         state = ImpactState(y[:NV], y[NV:])
         sides = np.zeros((NV + BASE, 24))
         sides[:NV, :12], sides[NV:, :12] = self._residual_slopes(posture, rate_before, state)
         sides[:, :12] *= -1.0
         sides[:NV, 12:] = D[:, BASE:]
-        slopes = _solve(K, sides)
+        slopes = solve(K, sides)
         return state, ImpactSlope(slopes[:, :12], slopes[:, 12:], K)
 
     def _residual_slopes(
@@ -175,11 +176,9 @@ class Impact:
         both = np.vstack([np.eye(BASE, NV), J])
         K = np.block([[D, -both.T], [both, np.zeros((12, 12))]])
         rhs = np.concatenate([D[:, BASE:] @ rate_before, np.zeros(12)])
-        y = _solve(K, rhs)
+        y = solve(K, rhs)
         velocity = y[:NV].copy()
         velocity[:BASE] = 0.0
         return LockedImpact(velocity, y[NV + BASE :], y[NV : NV + BASE])
 
 
-def _solve(matrix: Array, rhs: Array) -> Array:
-    return np.asarray(np.linalg.solve(matrix, rhs), dtype=np.float64)

@@ -7,10 +7,13 @@ one linear solve, and the curvature of a serial chain gives the second derivativ
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pinocchio as pin
 
 from gaitopt.errors import UnreachableError
+from gaitopt.mechanics.linear import solve
 from gaitopt.mechanics.spatial import pushed
 from gaitopt.nlp import Array
 from gaitopt.robot.model import Robot
@@ -21,6 +24,7 @@ _BRANCHES = 3  # searches, each from the last one's posture with its knees bent 
 _MAX_STEP = 0.5  # rad: keeps Newton on the branch of the seed
 _SEED_KNEE = 0.6  # rad: flexion of the posture every search starts from
 _SEED_REACH = 0.94  # of the leg's length, for the seed posture
+_SEED_STEP = 0.5  # of the leg's length: a usual step is near it, so few iterations are left
 
 
 class LegKinematics:
@@ -34,7 +38,7 @@ class LegKinematics:
         self._model = robot.model
         self._data = robot.model.createData()
         self._q = pin.neutral(robot.model)
-        self._seed = self._standing_posture()
+        self._seed = self._seed_posture()
 
     def solve(self, pelvis: pin.SE3, sole: pin.SE3) -> Array:
         """Return the joint angles that place pelvis and swing sole [rad], shape (12,).
@@ -74,10 +78,10 @@ class LegKinematics:
 
     def _check_reach(self, pelvis: pin.SE3, sole: pin.SE3) -> None:
         legs = self.robot.legs
-        hips = [pelvis.act(h) for h in legs.hips]
-        ankles = [legs.ankles[0], sole.act(legs.ankles[1])]
-        for name, hip, ankle in zip(("stance", "swing"), hips, ankles, strict=True):
-            distance = float(np.linalg.norm(hip - ankle))
+        ankles = legs.ankles[0], sole.act(legs.ankles[1])
+        for name, hip, ankle in zip(("stance", "swing"), legs.hips, ankles, strict=True):
+            apart = pelvis.act(hip) - ankle
+            distance = math.sqrt(apart @ apart)
             if distance > legs.reach:
                 raise UnreachableError(
                     f"the {name} leg is too short: hip and ankle are {distance:.4f} m apart, the "
@@ -108,18 +112,24 @@ class LegKinematics:
             "or bring the trunk closer to upright"
         )
 
-    def _standing_posture(self) -> Array:
-        """Feet below the hips, soles flat, trunk upright, knees bent: the seed of every search."""
+    def _seed_posture(self) -> Array:
+        """In double support, soles flat, trunk upright, knees bent: the seed of every search."""
         legs = self.robot.legs
         q = np.zeros(12)
         q[list(legs.knees)] = legs.straight + legs.flexion * _SEED_KNEE
-        height = _SEED_REACH * legs.reach
-        middle = legs.hips.mean(axis=0)
-        ankle, other = legs.ankles
+        for step in (0.0, _SEED_STEP * legs.reach):
+            q = self._newton(q, *self._flat_feet(step))
+        return q
+
+    def _flat_feet(self, step: float) -> tuple[pin.SE3, pin.SE3]:
+        """Pelvis and swing sole with the swing foot a step [m] behind, the pelvis midway."""
+        legs = self.robot.legs
+        height = math.sqrt((_SEED_REACH * legs.reach) ** 2 - (step / 2.0) ** 2)
+        (ankle, other), middle = legs.ankles, legs.hips.mean(axis=0)
         spacing = float(legs.hips[1, 1] - legs.hips[0, 1])
-        target = ankle + np.array([0.0, spacing / 2.0, height]) - middle
-        sole = pin.SE3(np.eye(3), ankle + np.array([0.0, spacing, 0.0]) - other)
-        return self._newton(q, pin.SE3(np.eye(3), target), sole)
+        pelvis = ankle + np.array([-step / 2.0, spacing / 2.0, height]) - middle
+        sole = ankle + np.array([-step, spacing, 0.0]) - other
+        return pin.SE3(np.eye(3), pelvis), pin.SE3(np.eye(3), sole)
 
 
 def closure_matrix(axes: Array) -> Array:
@@ -164,7 +174,7 @@ def chain_curvature(axes: Array, force: Array) -> Array:
 
 def _solve(matrix: Array, rhs: Array) -> Array:
     try:
-        return np.asarray(np.linalg.solve(matrix, rhs), dtype=np.float64)
+        return solve(matrix, rhs)
     except np.linalg.LinAlgError as error:
         raise UnreachableError(
             "a leg is singular (straight knee); lower the pelvis or shorten the step"
