@@ -82,11 +82,11 @@ class LegKinematics:
         for name, hip, ankle in zip(("stance", "swing"), legs.hips, ankles, strict=True):
             apart = pelvis.act(hip) - ankle
             distance = math.sqrt(apart @ apart)
-            if distance > legs.reach:
+            if distance > legs.bound:
                 raise UnreachableError(
                     f"the {name} leg is too short: hip and ankle are {distance:.4f} m apart, the "
-                    f"straight leg measures {legs.reach:.4f} m; lower the pelvis by at least "
-                    f"{distance - legs.reach:.4f} m or shorten the step"
+                    f"straight leg measures {legs.bound:.4f} m; lower the pelvis by at least "
+                    f"{distance - legs.bound:.4f} m or shorten the step"
                 )
 
     def _newton(self, q: Array, pelvis: pin.SE3, sole: pin.SE3) -> Array:

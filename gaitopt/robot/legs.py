@@ -8,8 +8,15 @@ import numpy as np
 import pinocchio as pin
 
 from gaitopt.nlp import Array
+from gaitopt.robot.limits import JointLimits
 
 HIP_JOINTS = ((3, 4, 5), (6, 7, 8))  # rows of the joint vector: stance leg, swing leg
+ANKLE_JOINTS = ((0, 1), (10, 11))
+
+_ONE_SIDED = 0.1  # of the range: how far the middle of a knee's range must be from straight
+_BEND = 0.2  # rad
+_MEET = 1e-6  # m: lines that pass a point this closely meet there
+_GRAVITY = 9.81  # m/s²
 
 
 @dataclass(frozen=True)
@@ -22,7 +29,10 @@ class Legs:
         knees: index of each knee in the joint vector.
         straight: knee angle at which the leg is longest [rad], shape (2,).
         flexion: +1 where the knee bends with increasing angle, else -1, shape (2,).
-        reach: largest distance between hip and ankle centres [m].
+        reach: distance between hip and ankle centres with the knee straight and the other joints
+            at 0 [m]; the largest possible one where the axes of a hip meet in one point.
+        bound: what that distance cannot exceed at any angles within the joints' ranges [m]; equal
+            to `reach` where the axes of hip and ankle meet in one point each.
     """
 
     hips: Array
@@ -31,6 +41,102 @@ class Legs:
     straight: Array
     flexion: Array
     reach: float
+    bound: float
+
+    @property
+    def height(self) -> float:
+        """Height of the pelvis frame above the soles with straight, upright legs [m]."""
+        return self.reach + float(self.ankles[:, 2].mean() - self.hips[:, 2].mean())
+
+    def natural_step(self, speed: float) -> float:
+        """Return the step length [m] with which animals of this size walk at a speed [m/s].
+
+        Relative stride length 2.3 (v² / g h)^0.3 with h the height of the hips above the ground,
+        the fit over many species of Alexander (1989), Physiological Reviews 69(4), 1199-1227.
+        """
+        h = self.height
+        return 0.5 * 2.3 * h * float((speed**2 / (_GRAVITY * h)) ** 0.3)
+
+
+@dataclass(frozen=True)
+class ChainLines:
+    """The joint lines of a re-rooted model at its neutral posture.
+
+    Attributes:
+        model: free-flyer and twelve joints.
+        frame: name of the pelvis frame.
+        pelvis: its placement.
+        points, axes: joint lines in the pelvis frame, shape (12, 3) each.
+    """
+
+    model: pin.Model
+    frame: str
+    pelvis: pin.SE3
+    points: Array
+    axes: Array
+
+
+def measure_legs(lines: ChainLines, soles: tuple[str, str], limits: JointLimits) -> Legs:
+    """Measure the legs of a re-rooted model.
+
+    Args:
+        lines: its joint lines.
+        soles: names of the stance and the swing sole frame.
+        limits: of the joints; a knee bends towards the larger part of its range, and backwards if
+            that does not tell.
+    """
+    model, pelvis = lines.model, lines.pelvis
+    data = model.createData()
+    pin.framesForwardKinematics(model, data, pin.neutral(model))
+    pelvis_joint = model.frames[model.getFrameId(lines.frame)].parentJoint
+    hips, ankles, knees, flexion, slack = [], [], [], [], []
+    for leg, sole in enumerate(soles):
+        hip, ankle = (centre(lines.points, lines.axes, r[leg]) for r in (HIP_JOINTS, ANKLE_JOINTS))
+        slack.append(
+            _slack(lines, limits, HIP_JOINTS[leg], hip)
+            + _slack(lines, limits, ANKLE_JOINTS[leg], ankle)
+        )
+        ankle = pelvis.act(ankle)
+        hips.append(hip)
+        frame = model.getFrameId(sole)
+        ankles.append(data.oMf[frame].actInv(ankle))
+        foot = model.frames[frame].parentJoint
+        ends = (
+            (pelvis_joint, data.oMi[pelvis_joint].actInv(pelvis.act(hip))),
+            (foot, data.oMi[foot].actInv(ankle)),
+        )
+        knees.append(find_knee(model, range(6 * leg, 6 * leg + 6), *ends))
+        flexion.append(_flexion(lines, limits, knees[-1][0], knees[-1][1], ends[1]))
+    return Legs(
+        hips=np.array(hips),
+        ankles=np.array(ankles),
+        knees=(knees[0][0], knees[1][0]),
+        straight=np.array([k[1] for k in knees]),
+        flexion=np.array(flexion),
+        reach=max(k[2] for k in knees),
+        bound=max(k[2] + s for k, s in zip(knees, slack, strict=True)),
+    )
+
+
+def _flexion(
+    lines: ChainLines, limits: JointLimits, row: int, straight: float, ankle: tuple[int, Array]
+) -> float:
+    low, high = limits.lower[row], limits.upper[row]
+    if np.isfinite(low) and np.isfinite(high):
+        middle = (low + high) / 2.0 - straight
+        if abs(middle) > _ONE_SIDED * (high - low):
+            return 1.0 if middle > 0.0 else -1.0
+    behind = [_ankle_ahead(lines, row, straight + s * _BEND, ankle) for s in (1.0, -1.0)]
+    return 1.0 if behind[0] < behind[1] else -1.0
+
+
+def _ankle_ahead(lines: ChainLines, row: int, angle: float, ankle: tuple[int, Array]) -> float:
+    model = lines.model
+    q, data = pin.neutral(model), lines.model.createData()
+    q[7 + row] = angle
+    pin.framesForwardKinematics(model, data, q)
+    pelvis = data.oMf[model.getFrameId(lines.frame)]
+    return float(pelvis.actInv(data.oMi[ankle[0]].act(ankle[1]))[0])
 
 
 def common_point(points: Array, axes: Array) -> Array:
@@ -43,6 +149,43 @@ def common_point(points: Array, axes: Array) -> Array:
     mean = points.mean(axis=0)
     rhs = np.einsum("nij,nj->i", projectors, points - mean)
     return np.asarray(mean + np.linalg.lstsq(projectors.sum(axis=0), rhs, rcond=1e-9)[0])
+
+
+def centre(points: Array, axes: Array, rows: tuple[int, ...]) -> Array:
+    """Return the centre of a hip or an ankle, shape (3,).
+
+    Where its axes do not meet, it is the point of the pitch axis nearest to all of them: legs swing
+    about that axis most, and do not change their length by it.
+
+    Args:
+        points, axes: joint lines in the pelvis frame, shape (n, 3) each.
+        rows: of the joints.
+    """
+    points, axes = points[list(rows)], axes[list(rows)]
+    middle = common_point(points, axes)
+    if max(_distance(middle, p, a) for p, a in zip(points, axes, strict=True)) < _MEET:
+        return middle
+    pitch = int(np.abs(axes[:, 1]).argmax())
+    return np.asarray(points[pitch] + ((middle - points[pitch]) @ axes[pitch]) * axes[pitch])
+
+
+def _distance(point: Array, origin: Array, axis: Array) -> float:
+    """Distance of a point from a line."""
+    return float(np.linalg.norm(np.cross(point - origin, axis)))
+
+
+def _slack(lines: ChainLines, limits: JointLimits, rows: tuple[int, ...], point: Array) -> float:
+    """Return how far at most the joints of a hip or an ankle move a point of the leg [m].
+
+    A point at distance r from an axis moves by 2 r sin(angle / 2), and rotations do not stretch, so
+    that the sum over the axes bounds what they move it together.
+    """
+    total = 0.0
+    for row in rows:
+        angle = min(max(abs(limits.lower[row]), abs(limits.upper[row])), np.pi)
+        radius = _distance(point, lines.points[row], lines.axes[row])
+        total += 2.0 * radius * float(np.sin(angle / 2.0))
+    return total
 
 
 def find_knee(

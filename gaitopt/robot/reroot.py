@@ -16,13 +16,16 @@ FOOT_JOINT = "stance_foot"
 PELVIS_FRAME = "pelvis"
 
 
-def lock_upper_body(model: pin.Model, stance_sole: str, swing_sole: str) -> pin.Model:
-    """Keep the free-flyer and the joints that move one sole but not the other; lock the rest at 0.
+def lock_upper_body(
+    model: pin.Model, stance_sole: str, swing_sole: str, posture: np.ndarray | None = None
+) -> pin.Model:
+    """Keep the free-flyer and the joints that move one sole but not the other; lock the rest.
 
     Args:
         model: pelvis-rooted model with a free-flyer.
         stance_sole: name of the sole frame of the standing foot.
         swing_sole: name of the sole frame of the other foot.
+        posture: configuration (nq,) in which the other joints are locked; neutral by default.
 
     Raises:
         RobotError: a leg does not have six revolute joints.
@@ -42,7 +45,8 @@ def lock_upper_body(model: pin.Model, stance_sole: str, swing_sole: str) -> pin.
                 "every leg joint must be revolute"
             )
     locked = [j for j in range(2, model.njoints) if j not in legs]
-    return pin.buildReducedModel(model, locked, pin.neutral(model))
+    q = pin.neutral(model) if posture is None else posture
+    return pin.buildReducedModel(model, locked, q)
 
 
 def reroot(model: pin.Model, stance_sole: str, swing_sole: str) -> pin.Model:
@@ -76,7 +80,9 @@ def reroot(model: pin.Model, stance_sole: str, swing_sole: str) -> pin.Model:
     for old, (new, placement) in moved.items():
         rooted.appendBodyToJoint(new, model.inertias[old], placement)
     for frame in model.frames:
-        if frame.parentJoint in moved and frame.type != pin.FrameType.JOINT:
+        # Links and joints may share a name; one frame of that name is enough here.
+        known = rooted.existFrame(frame.name)
+        if frame.parentJoint in moved and frame.type != pin.FrameType.JOINT and not known:
             new, placement = moved[frame.parentJoint]
             rooted.addFrame(
                 pin.Frame(frame.name, new, placement * frame.placement, pin.FrameType.OP_FRAME),

@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from itertools import permutations
-
 import numpy as np
 import pinocchio as pin
 
 from gaitopt.errors import RobotError
 from gaitopt.nlp import Array
 
-_REFLECTION = np.diag([1.0, -1.0, 1.0])  # left <-> right, in axes x forward, y left, z up
-_ORDER_WEIGHT = 1e-3  # breaks ties between parallel axes (knee, ankle pitch) by order in the leg
-_LINE_TOLERANCE = 1e-4  # m and rad: how far a mirrored joint axis may lie from its partner
+REFLECTION = np.diag([1.0, -1.0, 1.0])  # left <-> right, in axes x forward, y left, z up
+LINE_TOLERANCE = 1e-4  # m and rad: how far a mirrored joint axis may lie from its partner
 
 
 def joint_lines(model: pin.Model, pelvis: pin.SE3) -> tuple[Array, Array]:
@@ -40,9 +37,10 @@ def joint_lines(model: pin.Model, pelvis: pin.SE3) -> tuple[Array, Array]:
 def leg_exchange(names: tuple[str, ...], points: Array, axes: Array, outward: Array) -> Array:
     """Return E, shape (12, 12): `E q` is the posture q with the legs exchanged by reflection.
 
-    A joint's partner is the joint of the other leg whose axis lies on the mirror image of its own;
-    the sign is that between the partner's axis and the mirrored one (a rotation vector mirrors to
-    minus its reflection).
+    A joint's partner is the joint of the other leg as many joints away from the hip: where several
+    axes meet or are parallel, the mirror image of its line alone would not tell. Its line must lie
+    on that mirror image; the sign is that between the partner's axis and the mirrored one (a
+    rotation vector mirrors to minus its reflection).
 
     Args:
         names: joint names, stance leg then swing leg, for messages.
@@ -53,29 +51,24 @@ def leg_exchange(names: tuple[str, ...], points: Array, axes: Array, outward: Ar
     Raises:
         RobotError: the legs are not mirror images of each other.
     """
-    stance, swing = range(6), range(6, 12)
-    distance = np.array([[_line_distance(points, axes, i, j) for j in swing] for i in stance])
-    order = np.array([[abs(i - (11 - j)) for j in swing] for i in stance])
-    cost = distance + _ORDER_WEIGHT * order
-    best = min(permutations(range(6)), key=lambda p: float(cost[range(6), p].sum()))
     E = np.zeros((12, 12))
-    for i, j in zip(stance, best, strict=True):
-        partner = 6 + j
-        if distance[i, j] > _LINE_TOLERANCE:
+    for i in reversed(range(6)):  # from the hip: a crooked joint takes those below it along
+        partner = 11 - i
+        distance = line_distance(points, axes, i, partner)
+        if distance > LINE_TOLERANCE:
             raise RobotError(
                 f"the legs are not mirror images: the axis of '{names[i]}' mirrors to a line "
-                f"{distance[i, j]:.4g} (m + rad) away from its nearest match '{names[partner]}'; "
-                f"allowed is {_LINE_TOLERANCE:g}"
+                f"{distance:.4g} (m + rad) away from its match '{names[partner]}'; "
+                f"allowed is {LINE_TOLERANCE:g}"
             )
-        mirrored = -_REFLECTION @ (outward[i] * axes[i])
-        sign = np.sign(mirrored @ (outward[partner] * axes[partner]))
-        E[i, partner] = E[partner, i] = sign
+        mirrored = -REFLECTION @ (outward[i] * axes[i])
+        E[i, partner] = E[partner, i] = np.sign(mirrored @ (outward[partner] * axes[partner]))
     return E
 
 
 def mirror_placement(placement: pin.SE3) -> pin.SE3:
     """Return the mirror image of a placement in the plane y = 0."""
-    S = _REFLECTION
+    S = REFLECTION
     return pin.SE3(S @ placement.rotation @ S, S @ placement.translation)
 
 
@@ -127,9 +120,14 @@ def _swing_placement(
     return data.oMf[first].actInv(data.oMf[second]), float(energy)
 
 
-def _line_distance(points: Array, axes: Array, i: int, j: int) -> float:
-    """Distance plus angle between the mirror image of line i and line j."""
-    point, axis = _REFLECTION @ points[i], _REFLECTION @ axes[i]
+def line_distance(points: Array, axes: Array, i: int, j: int) -> float:
+    """Return distance [m] plus angle [rad] between the mirror image of line i and line j.
+
+    Args:
+        points, axes: lines in the pelvis frame, shape (n, 3) each.
+        i, j: rows.
+    """
+    point, axis = REFLECTION @ points[i], REFLECTION @ axes[i]
     offset = point - points[j]
     apart = np.linalg.norm(offset - (offset @ axes[j]) * axes[j])
     return float(apart + np.linalg.norm(np.cross(axis, axes[j])))

@@ -1,80 +1,133 @@
-"""What the loaders below accept silently: XML errors, masses and inertias that no body can have."""
+"""What the loaders below accept silently, or refuse without saying why.
+
+What leaves no robot, or makes every result wrong, is refused at once. What matters only where it is
+(an arm without limits is an arm that is locked) is returned as data; `refuse_unsound` weighs it
+once the legs are known.
+"""
 
 from __future__ import annotations
 
-import math
-from xml.etree import ElementTree
+from collections.abc import Iterable
 
-from gaitopt.errors import RobotError, SpecError
-from gaitopt.robot.inertia import Matrix3, checked_inertia
+import numpy as np
+import pinocchio as pin
 
-_MOMENTS = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
+from gaitopt.errors import RobotError
+from gaitopt.robot.urdf_inertial import check_inertial, inertia_fault
+from gaitopt.robot.urdf_joints import check_joint
+from gaitopt.robot.urdf_tree import check_tree
+from gaitopt.robot.urdf_values import Entry, UrdfProblem
+from gaitopt.robot.xml_lines import XmlTree, parse_xml
+
+_FATAL_IN_LEGS = ("mimic", "free")
 
 
-def check_urdf(text: str) -> None:
-    """Check that a URDF is XML, and that every link and joint in it is physical.
+def check_urdf(text: str) -> tuple[UrdfProblem, ...]:
+    """Check a URDF before any loader sees it.
 
     Args:
         text: of the URDF.
 
+    Returns:
+        What is suspicious but does not stop reading, in the order of the file.
+
     Raises:
-        RobotError: naming the link or joint, the value, and what is allowed.
+        RobotError: naming the line, the link or joint, the value, and what is allowed.
     """
-    try:
-        robot = ElementTree.fromstring(text)
-    except ElementTree.ParseError as error:
-        raise RobotError(f"the URDF is not well-formed XML: {error}; correct that line") from None
-    if robot.tag != "robot":
-        raise RobotError(f"the file holds <{robot.tag}>, not a URDF; its root must be <robot>")
-    for link in robot.iter("link"):
-        inertial = link.find("inertial")
+    return check_urdf_tree(parse_xml(text))
+
+
+def check_urdf_tree(tree: XmlTree) -> tuple[UrdfProblem, ...]:
+    """Check a URDF that is parsed already; see `check_urdf`."""
+    check_tree(tree)
+    links = [Entry(tree, element) for element in tree.root.findall("link")]
+    joints = [Entry(tree, element) for element in tree.root.findall("joint")]
+    problems: list[UrdfProblem] = []
+    for link in links:
+        inertial = link.element.find("inertial")
         if inertial is not None:
-            _check_inertial(f"link '{link.get('name')}'", inertial)
-    for joint in robot.iter("joint"):
-        limit = joint.find("limit")
-        if limit is not None and joint.get("type") in ("revolute", "prismatic"):
-            _check_limit(f"joint '{joint.get('name')}'", limit)
+            problems += check_inertial(link, inertial)
+    for joint in joints:
+        problems += check_joint(joint)
+    problems += _massless(links, joints)
+    return tuple(sorted(problems, key=lambda problem: problem.line))
 
 
-def _check_inertial(owner: str, inertial: ElementTree.Element) -> None:
-    mass_entry, tensor = inertial.find("mass"), inertial.find("inertia")
-    mass = _number(owner, "mass", mass_entry, "value", "kg")
-    if not mass > 0.0:
-        raise RobotError(
-            f"{owner}: the mass is {mass:g} kg; it must be above 0 (leave <inertial> out of a "
-            "link without mass)"
-        )
-    xx, xy, xz, yy, yz, zz = (_number(owner, m, tensor, m, "kg·m²") for m in _MOMENTS)
-    matrix: Matrix3 = ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))
-    try:
-        checked_inertia(matrix, f"{owner}: the inertia")
-    except SpecError as error:
-        raise RobotError(str(error)) from None
+def refuse_unsound(model: pin.Model, problems: Iterable[UrdfProblem]) -> None:
+    """Refuse a robot whose legs or bodies have problems that would make its gait wrong.
+
+    Args:
+        model: a free-flyer and the joints of the legs, with the limits that count in the end; all
+            other joints are locked.
+        problems: that were found in its file.
+
+    Raises:
+        RobotError: a leg joint has no range, mimics another, or is not one that a motor turns; or
+            no body can have the mass and inertia of one of the moving bodies.
+    """
+    problems = tuple(problems)
+    for problem in problems:
+        if not model.existJointName(problem.name) or problem.kind in ("inertia", "massless"):
+            continue
+        if problem.kind in _FATAL_IN_LEGS or (
+            problem.kind == "range" and _range_is_empty(model, problem.name)
+        ):
+            raise RobotError(str(problem))
+    for joint in range(1, model.njoints):
+        inertia = model.inertias[joint]
+        fault = inertia_fault(float(inertia.mass), np.array(inertia.inertia))
+        if fault:
+            raise RobotError(_body_fault(model, joint, fault, problems))
 
 
-def _check_limit(owner: str, limit: ElementTree.Element) -> None:
-    lower, upper = (_number(owner, side, limit, side, "rad", "0") for side in ("lower", "upper"))
-    if not lower < upper:
-        raise RobotError(
-            f"{owner}: the range is from {lower:g} to {upper:g} rad; lower must be below upper"
-        )
+def _range_is_empty(model: pin.Model, name: str) -> bool:
+    at = model.joints[model.getJointId(name)].idx_q
+    return not model.lowerPositionLimit[at] < model.upperPositionLimit[at]
 
 
-def _number(
-    owner: str,
-    name: str,
-    element: ElementTree.Element | None,
-    attribute: str,
-    unit: str,
-    default: str | None = None,
-) -> float:
-    text = default if element is None else element.get(attribute, default)
-    if text is None:
-        raise RobotError(f"{owner}: no {name} is given; add it [{unit}]")
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
-        raise RobotError(f"{owner}: {name} is '{text}'; it must be a finite number [{unit}]")
-    return value
+def _body_fault(model: pin.Model, joint: int, fault: str, problems: tuple[UrdfProblem, ...]) -> str:
+    """Return the message: of the link that is at fault if one is known, else of the whole body."""
+    links = {frame.name for frame in model.frames if frame.parentJoint == joint}
+    for problem in problems:
+        if problem.kind == "inertia" and problem.name in links:
+            return str(problem)
+    body = "the trunk" if joint == 1 else f"the body moved by joint '{model.names[joint]}'"
+    return f"{body}: {fault}"
+
+
+def _massless(links: list[Entry], joints: list[Entry]) -> list[UrdfProblem]:
+    """Return the links that a joint moves although they, and all fixed to them, weigh nothing."""
+    heavy = {link.name for link in links if _mass(link) > 0.0}
+    fixed: dict[str, list[str]] = {}
+    moved = set()
+    for joint in joints:
+        parent, child = (_linked(joint, role) for role in ("parent", "child"))
+        if joint.element.get("type") == "fixed":
+            fixed.setdefault(parent, []).append(child)
+        else:
+            moved.add(child)
+    return [
+        link.problem("massless", "a joint moves it, but it has no mass; give it its mass")
+        for link in links
+        if link.name in moved and not heavy & _carried(link.name, fixed)
+    ]
+
+
+def _carried(link: str, fixed: dict[str, list[str]]) -> set[str]:
+    """Return the link and all that is fixed to it."""
+    found, waiting = {link}, [link]
+    while waiting:
+        below = fixed.get(waiting.pop(), [])
+        found.update(below)
+        waiting += below
+    return found
+
+
+def _linked(joint: Entry, role: str) -> str:
+    element = joint.element.find(role)
+    return "" if element is None else element.get("link", "")
+
+
+def _mass(link: Entry) -> float:
+    mass = link.element.find("inertial/mass")
+    return 0.0 if mass is None else float(mass.get("value", "0"))

@@ -87,7 +87,8 @@ def test_a_given_sole_replaces_the_collision_box():
     def edit(root):
         for side in ("left", "right"):
             foot = link(root, f"{side}_foot")
-            foot.remove(foot.find("collision"))
+            for shape in [*foot.findall("collision"), *foot.findall("visual")]:
+                foot.remove(shape)
 
     text = edited_urdf(edit)
     sole = Sole(toe=0.01, heel=-0.2, left=0.05, right=-0.04)
@@ -105,19 +106,13 @@ def _fix_knees(root: ET.Element) -> None:
         joint(root, f"{side}_knee").set("type", "fixed")
 
 
-def _powerless_knees(root: ET.Element) -> None:
-    for side in ("left", "right"):
-        set_limit(f"{side}_knee", effort=0.0)(root)
-
-
 @pytest.mark.parametrize(
     ("edit", "message"),
     [
         (_turn_knee_axis, "the legs are not mirror images: the axis of '"),
-        (_fix_knees, r"'right_sole' has 5 joints of its own; gaitopt needs two legs of six"),
+        (_fix_knees, r"'(right|left)_sole' has 5 joints of its own; gaitopt needs two legs of six"),
         (scale_mass("left_foot", 1.1), "the robot differs from its mirror image by"),
         (set_limit("left_knee", effort=140.0), r"the torque limits of '\w+' and its partner"),
-        (_powerless_knees, r"torque limit of 'right_knee' is 0.0 N.m; it must be > 0"),
         (set_limit("left_knee", velocity=9.0), r"speed limits of .*: 10.0 and 9.0 rad/s"),
         (set_limit("left_knee", lower=3.0), "joint 'left_knee': the range is from 3 to 2.6 rad"),
     ],
@@ -136,7 +131,7 @@ def test_an_unknown_sole_lists_those_there_are():
 def test_text_that_is_no_urdf_is_refused(text):
     with pytest.raises(
         RobotError,
-        match=r"the URDF is not well-formed|no frame named|the file holds <a>|cannot be read",
+        match=r"the file is not well-formed|has no <link>|the file holds <a>",
     ):
         Robot.from_urdf(text)
 

@@ -1,0 +1,26 @@
+"""What was learnt, guessed or changed while a robot was read, in sentences for a person."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+HOW = ("found", "guessed", "given", "changed", "warning")
+"""Read off the model; most likely so; fixed by the user; not as in the file; worth a look."""
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One fact about a robot.
+
+    Attributes:
+        topic: what it belongs to: "legs", "pairs", "heading", "sole", "limits", "symmetry",
+            "posture" or "armature".
+        subject: the joint, link or leg it is about.
+        text: the fact with its numbers and units.
+        how: one of `HOW`.
+    """
+
+    topic: str
+    subject: str
+    text: str
+    how: str = "found"

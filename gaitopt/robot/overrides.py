@@ -1,0 +1,73 @@
+"""Limits and armatures that the user sets joint by joint, in place of those of the file."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from fnmatch import fnmatchcase
+
+import numpy as np
+import pinocchio as pin
+
+from gaitopt.errors import RobotError
+from gaitopt.robot.choices import LimitOverride
+from gaitopt.robot.findings import Finding
+
+_ENTRIES = {
+    "torque": ("effortLimit", "N·m"),
+    "speed": ("velocityLimit", "rad/s"),
+    "lower": ("lowerPositionLimit", "rad"),
+    "upper": ("upperPositionLimit", "rad"),
+    "armature": ("armature", "kg·m²"),
+}
+
+
+def override(
+    model: pin.Model, overrides: tuple[LimitOverride, ...]
+) -> tuple[pin.Model, list[Finding]]:
+    """Return a copy of the model with the limits replaced, and what was replaced.
+
+    Args:
+        model: free-flyer and joints.
+        overrides: the later one counts where two match.
+
+    Raises:
+        RobotError: a pattern matches no joint with one coordinate.
+    """
+    changed, findings = model.copy(), []
+    names = [str(n) for n in model.names]
+    for entry in overrides:
+        joints = [
+            j
+            for j in range(2, model.njoints)
+            if fnmatchcase(names[j], entry.joints) and model.joints[j].nq == 1
+        ]
+        if not joints:
+            raise RobotError(
+                f"limits: no joint matches '{entry.joints}'; the joints are: {', '.join(names[2:])}"
+            )
+        parts = [_set(changed, joints, entry, f.name) for f in fields(entry)[1:]]
+        count = "one joint" if len(joints) == 1 else f"{len(joints)} joints"
+        text = f"{', '.join(p for p in parts if p)} ({count})"
+        findings.append(Finding("limits", entry.joints, text, "given"))
+    return changed, _joined(findings)
+
+
+def _joined(findings: list[Finding]) -> list[Finding]:
+    """Say once what holds for many joints."""
+    by_text: dict[str, list[str]] = {}
+    for finding in findings:
+        by_text.setdefault(finding.text, []).append(finding.subject)
+    return [Finding("limits", ", ".join(s), text, "given") for text, s in by_text.items()]
+
+
+def _set(model: pin.Model, joints: list[int], entry: LimitOverride, field: str) -> str:
+    value = getattr(entry, field)
+    if value is None:
+        return ""
+    attribute, unit = _ENTRIES[field]
+    values = np.array(getattr(model, attribute))
+    for joint in joints:
+        at = model.joints[joint]
+        values[at.idx_q if field in ("lower", "upper") else at.idx_v] = value
+    setattr(model, attribute, values)
+    return f"{field} {value:g} {unit}"

@@ -1,0 +1,226 @@
+"""What a description holds: its legs, where it looks, its soles. Nothing is changed yet."""
+
+from __future__ import annotations
+
+import glob
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import pinocchio as pin
+
+from gaitopt.errors import RobotError
+from gaitopt.nlp import Array
+from gaitopt.robot.choices import SIDES, Choices, LimitOverride
+from gaitopt.robot.feet import Soles, choose_soles, placement_numbers
+from gaitopt.robot.find_legs import Pair, Tree, find_legs
+from gaitopt.robot.findings import Finding
+from gaitopt.robot.foot_shape import FootShape, foot_points
+from gaitopt.robot.heading import Heading, axis_name, axis_vector, find_heading
+from gaitopt.robot.limits import JointLimits, joint_limits
+from gaitopt.robot.named import named_feet, standing_side
+from gaitopt.robot.overrides import override
+from gaitopt.robot.placed import (
+    Legs,
+    Placed,
+    leg_lines,
+    legs_at_zero,
+    parallel_feet,
+    place,
+    stance_of,
+)
+from gaitopt.robot.posture import reference_angles, reference_configuration, rotor_armatures
+from gaitopt.robot.soles import FoundSole, find_sole
+from gaitopt.robot.source import Source
+from gaitopt.robot.stance import Stance, level_feet
+from gaitopt.robot.symmetry import leg_exchange
+from gaitopt.robot.telling import tell
+from gaitopt.robot.urdf_values import UrdfProblem
+
+
+@dataclass(frozen=True)
+class Reading:
+    """A robot as its file and the user have it.
+
+    Attributes:
+        model: the whole robot with both sole frames; free-flyer as joint 1.
+        q: its reference posture, root at the origin.
+        legs: joint ids of the right and of the left leg from hip to ankle.
+        rotation: forward, left and up of the robot in its root link, columns, shape (3, 3).
+        soles: frames and rectangle.
+        stance: index of the standing foot, 0 right or 1 left.
+        limits: of the joints, stance leg from ankle to hip, then swing leg from hip to ankle.
+        choices: every guess made explicit.
+        findings: what was learnt, in the order of reading.
+        problems: what was suspicious in the file.
+    """
+
+    model: pin.Model
+    q: Array
+    legs: Legs
+    rotation: Array
+    soles: Soles
+    stance: int
+    limits: JointLimits
+    choices: Choices
+    findings: tuple[Finding, ...]
+    problems: tuple[UrdfProblem, ...]
+
+    @property
+    def sole_names(self) -> tuple[str, str]:
+        """Names of the standing and of the other sole frame."""
+        return self.soles.names[self.stance], self.soles.names[1 - self.stance]
+
+
+def read_robot(source: Source, choices: Choices) -> Reading:
+    """Find legs, heading and soles of a robot.
+
+    Args:
+        source: its description.
+        choices: what the user fixed.
+
+    Raises:
+        RobotError: it is not a biped with two six-joint legs, or something cannot be told.
+    """
+    folder = Path() if source.path is None else source.path.parent
+    whole = source.model()
+    angles = reference_angles(choices, whole, folder)
+    overrides = (*_rotors(choices, whole, folder), *choices.limits)
+    model, notes = override(whole, overrides)
+    placed = place(model, reference_configuration(model, angles))
+    pair = _find_pair(source, placed, choices)
+    _check_ranges(model, pair.legs, source.problems)
+    shapes = _shapes(source, model, pair, choices)
+    lines = [leg_lines(placed, leg, s) for leg, s in zip(pair.legs, shapes, strict=True)]
+    heading = find_heading((lines[0], lines[1]), pair.up, choices.forward)
+    if heading.right == 1:
+        pair, lines, shapes = _swapped(pair), lines[::-1], shapes[::-1]
+    side = standing_side(model, pair.legs, choices)
+    straight = legs_at_zero(placed, pair.legs)
+    limits, odd = _limits(straight, (pair.legs[side], pair.legs[1 - side]), heading, side, choices)
+    names = (choices.stance_sole, choices.swing_sole)
+    sides = (names[side], names[1 - side])
+    flat = straight if parallel_feet(placed, straight, pair.legs) else placed
+    stance, tilted = level_feet(stance_of(flat, pair.legs, heading.rotation), shapes, sides)
+    soles = choose_soles(stance, _faces(stance, shapes), sides, choices)
+    if soles.added:
+        _add_frames(model, pair.legs, soles)
+    resolved = _resolved(choices, model, pair, heading, soles, side)
+    resolved = replace(resolved, posture=tuple(angles.items()) or None, limits=overrides)
+    told = tell(model, placed.q, pair, heading, angles)
+    findings = (*told, *tilted, *soles.findings, *notes, *odd)
+    return Reading(
+        model,
+        placed.q,
+        pair.legs,
+        heading.rotation,
+        soles,
+        side,
+        limits,
+        resolved,
+        findings,
+        source.problems,
+    )
+
+
+def _find_pair(source: Source, placed: Placed, choices: Choices) -> Pair:
+    points = np.array([place.translation for place in placed.places])
+    mimics = frozenset(p.name for p in source.problems if p.kind == "mimic")
+    tree = Tree(placed.model, points, mimics)
+    up = None if choices.up is None else axis_vector(choices.up)
+    return find_legs(tree, named_feet(placed.model, choices), up)
+
+
+def _rotors(choices: Choices, model: pin.Model, folder: Path) -> tuple[LimitOverride, ...]:
+    if not choices.rotors:
+        return ()
+    armatures = rotor_armatures(choices, folder)
+    return tuple(
+        LimitOverride(glob.escape(name), armature=value)
+        for name, value in armatures.items()
+        if model.existJointName(name)
+    )
+
+
+def _swapped(pair: Pair) -> Pair:
+    return replace(pair, legs=(pair.legs[1], pair.legs[0]))
+
+
+def _shapes(
+    source: Source, model: pin.Model, pair: Pair, choices: Choices
+) -> list[FootShape | None]:
+    """Shapes of the feet, only looked for where they are still asked: meshes may be missing."""
+    placed = choices.sole_placements or choices.sole_drop or choices.stance_sole
+    if choices.sole is not None and choices.forward is not None and placed:
+        return [None, None]
+    return [foot_points(source, model, leg[-1]) for leg in pair.legs]
+
+
+def _faces(
+    stance: Stance, shapes: list[FootShape | None]
+) -> tuple[FoundSole | None, FoundSole | None]:
+    first, second = (
+        None
+        if shape is None
+        else find_sole(shape, stance.upright(side), stance.places[side].actInv(stance.ankles[side]))
+        for side, shape in enumerate(shapes)
+    )
+    return first, second
+
+
+def _check_ranges(model: pin.Model, legs: Legs, problems: tuple[UrdfProblem, ...]) -> None:
+    """Refuse an empty range before it is compared with that of the other leg."""
+    names = {str(model.names[j]): model.joints[j].idx_q for leg in legs for j in leg}
+    for problem in problems:
+        row = names.get(problem.name) if problem.kind == "range" else None
+        if row is not None and not model.lowerPositionLimit[row] < model.upperPositionLimit[row]:
+            raise RobotError(f"{problem}; or give a range in limits")
+
+
+def _limits(
+    placed: Placed, legs: Legs, heading: Heading, side: int, choices: Choices
+) -> tuple[JointLimits, list[Finding]]:
+    """Read the limits of stance and swing leg before anything is asked about the soles."""
+    model = placed.model
+    lines = [leg_lines(placed, leg) for leg in legs]
+    middle = (lines[0].hip + lines[1].hip) / 2.0
+    points, axes = (
+        (np.vstack([parts[0][::-1], parts[1]]) - origin) @ heading.rotation
+        for parts, origin in (
+            ([line.points for line in lines], middle),
+            ([line.axes for line in lines], np.zeros(3)),
+        )
+    )
+    chain = (*legs[0][::-1], *legs[1])
+    names = tuple(str(model.names[j]) for j in chain)
+    mirror = leg_exchange(names, points, axes, np.ones(12))
+    return joint_limits(model, chain, mirror, choices.unequal_limits, SIDES[side])
+
+
+def _add_frames(model: pin.Model, legs: Legs, soles: Soles) -> None:
+    for leg, name, placement in zip(legs, soles.names, soles.placements, strict=True):
+        model.addFrame(pin.Frame(name, leg[-1], placement, pin.FrameType.OP_FRAME), False)
+
+
+def _resolved(
+    choices: Choices, model: pin.Model, pair: Pair, heading: Heading, soles: Soles, side: int
+) -> Choices:
+    placements = None
+    if soles.added:
+        right, left = soles.placements
+        placements = placement_numbers(right), placement_numbers(left)
+    feet = [str(model.names[leg[-1]]) for leg in pair.legs]
+    return replace(
+        choices,
+        feet=(feet[0], feet[1]),
+        stance=SIDES[side],
+        stance_sole=soles.names[side],
+        swing_sole=soles.names[1 - side],
+        forward=axis_name(heading.rotation[:, 0]),
+        up=axis_name(heading.rotation[:, 2]),
+        srdf=None,
+        rotors=False,
+        sole=soles.sole,
+        sole_drop=None,
+        sole_placements=placements,
+    )

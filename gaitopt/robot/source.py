@@ -1,0 +1,169 @@
+"""A robot's description before anything is known about it: read, checked, handed to Pinocchio."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable, Collection
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TypeVar
+from xml.etree.ElementTree import tostring
+
+import pinocchio as pin
+
+from gaitopt.errors import RobotError
+from gaitopt.robot.meshes import MeshPaths, MeshProblem
+from gaitopt.robot.mjcf import (
+    check_mjcf,
+    geometry_mjcf,
+    mjcf_mesh_problems,
+    motion_mjcf,
+    whole_mjcf,
+)
+from gaitopt.robot.text_file import read_text
+from gaitopt.robot.urdf_check import check_urdf_tree
+from gaitopt.robot.urdf_parts import geometry_part, mesh_problems, motion_part
+from gaitopt.robot.urdf_values import UrdfProblem
+from gaitopt.robot.xml_lines import XmlTree, parse_xml
+
+_KINDS = {pin.GeometryType.VISUAL: "visual", pin.GeometryType.COLLISION: "collision"}
+_FORMATS = {"mujoco": "mjcf"}
+_Result = TypeVar("_Result")
+
+
+@dataclass(frozen=True, eq=False)
+class Source:
+    """The description of a robot, checked.
+
+    Attributes:
+        text: of the description, included files merged: `read_source` reads it again as it is,
+            though not its meshes.
+        path: of the file, None for text.
+        format: "urdf" or "mjcf".
+        package_dirs: directories that hold packages with meshes.
+        problems: what is suspicious but did not stop reading; see `refuse_unsound`.
+        tree: the parsed text.
+    """
+
+    text: str
+    path: Path | None
+    format: str
+    package_dirs: tuple[str, ...]
+    problems: tuple[UrdfProblem, ...]
+    tree: XmlTree
+
+    def model(self) -> pin.Model:
+        """Return a new model of the whole robot; joint 1 is a free-flyer.
+
+        A limit that is not given is 0 in a URDF (see `problems`) and infinite in MJCF, which knows
+        no speed limits.
+
+        Raises:
+            RobotError: Pinocchio cannot read the description.
+        """
+        if self.format == "mjcf":
+            model = _from_file(motion_mjcf(self.tree.root), _mjcf_model, "the MJCF file")
+        else:
+            model = _guarded(
+                "the URDF",
+                lambda: pin.buildModelFromXML(
+                    motion_part(self.tree.root), pin.JointModelFreeFlyer()
+                ),
+            )
+        if model.njoints < 2 or model.joints[1].shortname() != "JointModelFreeFlyer":
+            raise RobotError("the robot has no links that can move; check the file")
+        return model
+
+    def geometry(
+        self, kind: pin.GeometryType, links: Collection[str] | None = None
+    ) -> pin.GeometryModel | None:
+        """Return the geometry of `model()`, without the meshes of `mesh_problems`.
+
+        Args:
+            kind: what is drawn (VISUAL) or what touches (COLLISION).
+            links: names of the links whose geometry is wanted; None for all.
+
+        Returns:
+            The geometry; None where there is none.
+
+        Raises:
+            RobotError: a mesh file is there, but is not one that can be read.
+        """
+        model = self.model()
+        if self.format == "mjcf":
+            text = geometry_mjcf(self.tree.root, self._paths, links)
+            geometry = _from_file(
+                text, lambda file: pin.buildGeomFromMJCF(model, file, kind), "the meshes"
+            )
+        else:
+            text = geometry_part(self.tree.root, _KINDS[kind], self._paths, links)
+            geometry = _guarded(
+                "the meshes", lambda: pin.buildGeomFromUrdfString(model, text, kind)
+            )
+        return geometry if geometry.ngeoms else None
+
+    def mesh_problems(self) -> list[MeshProblem]:
+        """Return the meshes that are missing, empty or were not fetched."""
+        search = mjcf_mesh_problems if self.format == "mjcf" else mesh_problems
+        return search(self.tree.root, self._paths)
+
+    @property
+    def _paths(self) -> MeshPaths:
+        base = None if self.path is None else self.path.resolve().parent
+        return MeshPaths(base, tuple(Path(p).expanduser() for p in self.package_dirs))
+
+
+def read_source(urdf: str | Path, package_dirs: Collection[str | Path] = ()) -> Source:
+    """Read a robot from a URDF or MJCF file, or from its text, and check it.
+
+    Args:
+        urdf: path of the file, or its text, which begins with "<".
+        package_dirs: directories in which packages of meshes are looked for, before those above
+            the file and those that ROS_PACKAGE_PATH and AMENT_PREFIX_PATH name.
+
+    Raises:
+        RobotError: the file cannot be read, or what it describes is no robot; see `check_urdf`.
+    """
+    text, path = _text(urdf)
+    tree = parse_xml(text)
+    problems: tuple[UrdfProblem, ...] = ()
+    file_format = _FORMATS.get(tree.root.tag, "urdf")
+    if file_format == "mjcf":
+        whole = whole_mjcf(tree, None if path is None else path.parent)
+        text = tostring(whole, encoding="unicode")
+        tree = parse_xml(text)
+        check_mjcf(tree)
+    else:
+        problems = check_urdf_tree(tree)
+    return Source(text, path, file_format, tuple(map(str, package_dirs)), problems, tree)
+
+
+def _text(urdf: str | Path) -> tuple[str, Path | None]:
+    if isinstance(urdf, str):
+        if urdf.lstrip("\ufeff \t\r\n").startswith("<"):
+            return urdf.lstrip("\ufeff \t\r\n"), None
+        if not urdf.strip():
+            raise RobotError("the robot is empty text; give a URDF, or the path of a file")
+    path = Path(urdf).expanduser()
+    return read_text(path, "URDF"), path
+
+
+def _mjcf_model(file: str) -> pin.Model:
+    return pin.buildModelFromMJCFAndRootJoint(file, pin.JointModelFreeFlyer())
+
+
+def _from_file(text: str, load: Callable[[str], _Result], what: str) -> _Result:
+    """Call a loader that wants a file."""
+    with tempfile.TemporaryDirectory() as directory:
+        file = Path(directory) / "robot.xml"
+        file.write_text(text, encoding="utf-8")
+        return _guarded(what, lambda: load(str(file)))
+
+
+def _guarded(what: str, load: Callable[[], _Result]) -> _Result:
+    try:
+        return load()
+    except (ValueError, RuntimeError, IndexError, KeyError) as error:
+        # Pinocchio puts where in its own code the error arose before the message proper.
+        told = str(error).split("message:")[-1].strip() or type(error).__name__
+        raise RobotError(f"{what} cannot be read: {told.splitlines()[0]}; correct it") from error

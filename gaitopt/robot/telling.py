@@ -1,0 +1,130 @@
+"""What was found in a description, in sentences with numbers and units."""
+
+from __future__ import annotations
+
+import re
+
+import numpy as np
+import pinocchio as pin
+
+from gaitopt.nlp import Array
+from gaitopt.robot.choices import AXES, SIDES
+from gaitopt.robot.find_legs import Pair
+from gaitopt.robot.findings import Finding
+from gaitopt.robot.heading import Heading, axis_name
+from gaitopt.robot.symmetrise import Symmetrised
+
+_SIDE_WORDS = {
+    "right": re.compile(r"(?i:right)|(?<![a-zA-Z])[rR](?![a-zA-Z])|^R(?=[A-Z])"),
+    "left": re.compile(r"(?i:left)|(?<![a-zA-Z])[lL](?![a-zA-Z])|^L(?=[A-Z])"),
+}
+
+
+def tell(
+    model: pin.Model, q: Array, pair: Pair, heading: Heading, angles: dict[str, float]
+) -> list[Finding]:
+    """Return what was found about legs, heading and posture.
+
+    Args:
+        model: the whole robot.
+        q: its reference posture.
+        pair: the right and the left leg.
+        heading: where it looks.
+        angles: of the reference posture that were given [rad].
+    """
+    findings = []
+    for side, leg in zip(SIDES, pair.legs, strict=True):
+        names = [str(model.names[j]) for j in leg]
+        text = f"six joints from hip to ankle: {', '.join(names)}"
+        findings.append(Finding("legs", f"{side} leg", text))
+        findings += _odd_names(side, names)
+    if pair.beyond:
+        names = [str(model.names[j]) for j in pair.beyond]
+        text = f"beyond the ankle: {', '.join(names)}; locked, as part of the foot"
+        findings.append(Finding("legs", "toes", text, "guessed"))
+    findings += _heading(heading)
+    findings += _posture(model, q, pair, angles)
+    return findings
+
+
+def tell_symmetry(done: Symmetrised) -> list[Finding]:
+    """Return what was changed to make the robot its own mirror image."""
+    findings = []
+    if done.gap > 0.0:
+        text = (
+            f"the left leg's joints were moved onto the mirror image of the right leg's, by at "
+            f"most {done.gap:.2g} (m + rad)"
+        )
+        findings.append(Finding("symmetry", "left leg", text, "changed"))
+    if done.filled:
+        text = (
+            "the file gives these links a mass but no inertia; it was taken from the mirrored "
+            "partner in the other leg"
+        )
+        findings.append(Finding("symmetry", ", ".join(done.filled), text, "warning"))
+    for d in done.differences:
+        text = (
+            f"averaged with its mirror image: the two differed by {d.mass * 1e3:.3g} g in mass, "
+            f"{d.shift * 1e3:.3g} mm in centre of mass and {d.inertia:.2g} kg·m² in inertia "
+            f"({100.0 * d.relative:.2g} % in {d.kind})"
+        )
+        subject = "trunk" if d.joint == done.model.names[1] else d.joint
+        findings.append(Finding("symmetry", subject, text, "changed"))
+    if done.differences:
+        text = f"averaging changed the mass matrix by {done.mass_matrix:.2g} of its largest entry"
+        findings.append(Finding("symmetry", "robot", text, "changed"))
+    return findings
+
+
+def tell_pairs(names: tuple[str, ...], mirror: Array) -> list[Finding]:
+    """Return which joints mirror each other, and with which sign."""
+    findings = []
+    for row in range(5, -1, -1):
+        partner = int(np.abs(mirror[row]).argmax())
+        sign = "equal" if mirror[row, partner] > 0.0 else "opposite"
+        text = f"mirrors '{names[partner]}' with {sign} angles"
+        findings.append(Finding("pairs", names[row], text))
+    return findings
+
+
+def _heading(heading: Heading) -> list[Finding]:
+    forward, left, up = (_axis_words(heading.rotation[:, k]) for k in range(3))
+    text = f"forward is {forward}, left {left}, up {up} of the root link: {heading.reasons}"
+    findings = [Finding("heading", "robot", text, "given" if heading.given else "found")]
+    if heading.doubt:
+        findings.append(Finding("heading", "robot", heading.doubt, "warning"))
+    return findings
+
+
+def _axis_words(vector: Array) -> str:
+    name = axis_name(vector)
+    if isinstance(name, str):
+        return f"+{name}" if name in AXES and name[0] != "-" else name
+    return "(" + ", ".join(f"{n:.4g}" for n in name) + ")"
+
+
+def _odd_names(side: str, names: list[str]) -> list[Finding]:
+    """Warn if the joints' names speak for the other side."""
+    own, other = _SIDE_WORDS[side], _SIDE_WORDS["left" if side == "right" else "right"]
+    if any(own.search(name) or not other.search(name) for name in names):
+        return []
+    text = f"is the {side} leg by its place, though its joints' names speak for the other"
+    return [Finding("heading", names[0], text, "warning")]
+
+
+def _posture(model: pin.Model, q: Array, pair: Pair, angles: dict[str, float]) -> list[Finding]:
+    moving = {j for leg in pair.legs for j in leg}
+    locked = [j for j in range(2, model.njoints) if j not in moving]
+    findings = []
+    if locked:
+        bent = [
+            f"{model.names[j]} {q[model.joints[j].idx_q]:.4g}"
+            for j in locked
+            if model.names[j] in angles and model.joints[j].nq == 1
+        ]
+        names = ", ".join(str(model.names[j]) for j in locked)
+        at = f"at {', '.join(bent)} rad, the others at 0" if bent else "at 0"
+        count = "one joint that is" if len(locked) == 1 else f"{len(locked)} joints that are"
+        text = f"{count} not the legs', locked {at}: {names}"
+        findings.append(Finding("posture", "upper body", text, "given" if angles else "guessed"))
+    return findings

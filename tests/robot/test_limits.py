@@ -1,0 +1,132 @@
+import numpy as np
+import pytest
+from humanoids import edits
+from urdf_edits import edited_urdf, set_limit
+
+from gaitopt.errors import RobotError
+from gaitopt.robot.choices import Choices, LimitOverride
+from gaitopt.robot.model import Robot
+
+
+def both(joint: str, **values: float):
+    return edits(*(set_limit(f"{side}_{joint}", **values) for side in ("left", "right")))
+
+
+def rows(robot: Robot, joint: str) -> list[int]:
+    return [robot.joint_names.index(f"{side}_{joint}") for side in ("right", "left")]
+
+
+def said(robot: Robot) -> list[str]:
+    return [f"{f.how}: {f.subject}: {f.text}" for f in robot.findings if f.topic == "limits"]
+
+
+@pytest.mark.parametrize(
+    ("field", "key", "value", "unit"),
+    [
+        ("torque", "effort", 0.0, "N·m"),
+        ("torque", "effort", 1e6, "N·m"),
+        ("speed", "velocity", 0.0, "rad/s"),
+        ("speed", "velocity", 100.0, "rad/s"),
+    ],
+)
+def test_placeholders_are_no_limits(robot, field, key, value, unit):
+    free = Robot.from_urdf(edited_urdf(both("knee", **{key: value})))
+    limits = getattr(free.limits, field)
+    assert np.flatnonzero(np.isinf(limits)).tolist() == sorted(rows(free, "knee"))
+    others = ~np.isinf(limits)
+    np.testing.assert_array_equal(limits[others], getattr(robot.limits, field)[others])
+    text = f"{field} limit {value:g} {unit} is a placeholder: taken as no limit"
+    assert said(free) == [f"warning: right_knee, left_knee: {text}"]
+
+
+def test_a_range_beyond_full_turns_is_none(robot):
+    free = Robot.from_urdf(edited_urdf(both("hip_yaw", lower=-10.0, upper=10.0)))
+    for row in rows(free, "hip_yaw"):
+        assert (free.limits.lower[row], free.limits.upper[row]) == (-np.inf, np.inf)
+    assert np.isfinite(free.limits.lower).sum() == 10
+    assert free.legs.reach == robot.legs.reach
+
+
+def test_a_knee_without_a_range_bends_backwards(robot):
+    free = Robot.from_urdf(edited_urdf(both("knee", lower=-9.0, upper=9.0)))
+    np.testing.assert_array_equal(free.legs.flexion, robot.legs.flexion)
+
+
+@pytest.mark.parametrize(
+    ("edit", "message"),
+    [
+        (set_limit("left_knee", effort=140.0), "torque limits of 'right_knee' and its partner in "
+         r"the other leg, 'left_knee', differ: 150.0 and 140.0 N·m; .* unequal_limits = \"tighter"),
+        (set_limit("left_knee", velocity=0.0), "speed limits of .* differ: 10.0 and inf rad/s"),
+        (set_limit("left_hip_roll", upper=0.5), r"range of 'right_hip_roll', -0.8 to 0.8 rad, is "
+         r"not the mirror image of its partner's, 'left_hip_roll', which mirrors to -0.5 to 0.8"),
+    ],
+)  # fmt: skip
+def test_legs_of_different_strength_are_refused(edit, message):
+    with pytest.raises(RobotError, match=message):
+        Robot.from_urdf(edited_urdf(edit))
+
+
+@pytest.mark.parametrize(
+    ("unequal", "torque", "left_range"),
+    [("tighter", 140.0, (-0.6, 0.5)), ("right", 150.0, (-0.6, 0.7)), ("left", 140.0, (-0.8, 0.5))],
+)
+def test_what_differs_is_settled_as_chosen(unequal, torque, left_range):
+    edit = edits(
+        set_limit("left_knee", effort=140.0),
+        set_limit("left_hip_roll", upper=0.5),
+        set_limit("right_hip_roll", lower=-0.7, upper=0.6),
+    )
+    for stance in ("right", "left"):
+        choices = Choices(unequal_limits=unequal, stance=stance)
+        robot = Robot.from_urdf(edited_urdf(edit), choices=choices)
+        knees, hips = rows(robot, "knee"), rows(robot, "hip_roll")
+        assert robot.limits.torque[knees].tolist() == [torque, torque]
+        lower, upper = robot.limits.lower[hips], robot.limits.upper[hips]
+        # Rolls mirror with opposite signs.
+        assert (lower[1], upper[1]) == left_range
+        assert (-upper[0], -lower[0]) == left_range
+        assert len(said(robot)) == 2
+        assert all(line.startswith("changed: ") for line in said(robot))
+
+
+def test_ranges_without_a_common_part_are_refused():
+    edit = edits(
+        set_limit("left_knee", lower=0.0, upper=1.0), set_limit("right_knee", lower=1.2, upper=2.0)
+    )
+    with pytest.raises(RobotError, match=r"'right_knee' and its partner 'left_knee', 1\.2 to"):
+        Robot.from_urdf(edited_urdf(edit), choices=Choices(unequal_limits="tighter"))
+
+
+def test_rounded_ranges_are_tightened(robot):
+    rounded = Robot.from_urdf(edited_urdf(set_limit("left_hip_roll", upper=0.797)))
+    hips = rows(rounded, "hip_roll")
+    assert rounded.limits.upper[hips[1]] == 0.797
+    assert rounded.limits.lower[hips[0]] == -0.797
+    assert "taken as -0.797 to 0.8 rad" in said(rounded)[0]
+
+
+def test_overrides_replace_limits_by_pattern(robot):
+    limits = (
+        LimitOverride("*_ankle_*", torque=60.0, speed=np.inf, armature=0.02),
+        LimitOverride("*_ankle_roll", torque=33.0),
+        LimitOverride("*_knee", lower=0.1, upper=1.9),
+    )
+    changed = Robot.from_urdf(robot.urdf, choices=Choices(limits=limits))
+    pitch, roll, knee = (rows(changed, j) for j in ("ankle_pitch", "ankle_roll", "knee"))
+    assert changed.limits.torque[pitch + roll].tolist() == [60.0, 60.0, 33.0, 33.0]
+    assert np.isinf(changed.limits.speed[pitch + roll]).all()
+    assert changed.limits.lower[knee].tolist() == [0.1, 0.1]
+    assert changed.limits.upper[knee].tolist() == [1.9, 1.9]
+    expected = np.zeros(18)
+    expected[[6 + r for r in pitch + roll]] = 0.02
+    np.testing.assert_array_equal(changed.model.armature, expected)
+    assert "given: *_ankle_roll: torque 33 N·m (2 joints)" in said(changed)
+
+
+def test_a_pattern_without_a_joint_is_refused(robot):
+    choices = Choices(limits=(LimitOverride("*_nee", torque=1.0),))
+    with pytest.raises(
+        RobotError, match=r"no joint matches '\*_nee'; the joints are: left_"
+    ):
+        Robot.from_urdf(robot.urdf, choices=choices)

@@ -1,0 +1,154 @@
+"""Reading robots from MJCF: they must move as their URDF does."""
+
+from xml.etree import ElementTree as ET
+
+import numpy as np
+import pinocchio as pin
+import pytest
+from mesh_files import TETRAHEDRON, sorted_rows, write_stl
+from mjcf_text import mjcf_text
+from motion_twins import same_motion
+
+from gaitopt.errors import RobotError
+from gaitopt.robot.presets import biped13
+from gaitopt.robot.source import read_source
+from gaitopt.robot.urdf import urdf_text
+
+COLLISION = pin.GeometryType.COLLISION
+
+
+@pytest.fixture(scope="module")
+def model():
+    return read_source(urdf_text(biped13())).model()
+
+
+@pytest.mark.parametrize("freejoint", [True, False])
+def test_mjcf_moves_as_the_urdf_does(tmp_path, model, rng, freejoint):
+    path = tmp_path / "biped.xml"
+    path.write_text(mjcf_text(model, freejoint=freejoint), encoding="utf-8")
+    source = read_source(path)
+    twin = source.model()
+    assert source.format == "mjcf"
+    assert twin.joints[1].shortname() == "JointModelFreeFlyer"
+    assert same_motion(twin, model, rng)
+    np.testing.assert_allclose(twin.effortLimit[6:], model.effortLimit[6:])
+    np.testing.assert_allclose(twin.lowerPositionLimit[7:], model.lowerPositionLimit[7:])
+    assert np.isinf(twin.velocityLimit[6:]).all()
+    assert same_motion(read_source(source.text).model(), model, rng)
+
+
+def test_mjcf_is_read_with_what_it_includes(tmp_path, model, rng):
+    whole = ET.fromstring(mjcf_text(model))
+    for part in ("worldbody", "actuator"):
+        element = whole.find(part)
+        file = tmp_path / "parts" / f"{part}.xml"
+        file.parent.mkdir(exist_ok=True)
+        included = ET.Element("mujocoinclude")
+        included.append(element)
+        file.write_text(ET.tostring(included, encoding="unicode"), encoding="utf-8")
+        whole.remove(element)
+        ET.SubElement(whole, "include", file=f"parts/{part}.xml")
+    ET.SubElement(ET.SubElement(whole, "worldbody"), "light", name="sun")
+    path = tmp_path / "biped.xml"
+    path.write_text(ET.tostring(whole, encoding="unicode"), encoding="utf-8")
+    source = read_source(path)
+    assert same_motion(source.model(), model, rng)
+    np.testing.assert_allclose(source.model().effortLimit[6:], model.effortLimit[6:])
+    assert same_motion(read_source(source.text).model(), model, rng)
+    with pytest.raises(RobotError, match=r"cannot include 'parts/.*': it is read as text"):
+        read_source(path.read_text(encoding="utf-8"))
+
+
+def test_mjcf_meshes(tmp_path, model):
+    write_stl(tmp_path / "assets" / "foot.stl")
+    root = ET.fromstring(mjcf_text(model, foot_geom="type='mesh' mesh='foot'"))
+    root.find("compiler").set("meshdir", "assets")
+    asset = ET.SubElement(root, "asset")
+    ET.SubElement(asset, "mesh", file="foot.stl", scale="2 1 1")
+    path = tmp_path / "biped.xml"
+    path.write_text(ET.tostring(root, encoding="unicode"), encoding="utf-8")
+    source = read_source(path)
+    body = "left_ankle_roll_body"
+    (item,) = source.geometry(COLLISION, {body}).geometryObjects
+    np.testing.assert_allclose(
+        sorted_rows(item.geometry.vertices()), sorted_rows(TETRAHEDRON * [2.0, 1.0, 1.0])
+    )
+    (tmp_path / "assets" / "foot.stl").unlink()
+    assert [(p.link, p.file) for p in source.mesh_problems()] == [
+        (body, "foot.stl"),
+        ("right_ankle_roll_body", "foot.stl"),
+    ]
+    assert source.geometry(COLLISION) is None
+    assert source.model().nv == model.nv
+
+
+CHAIN = """<mujoco><compiler angle='radian' autolimits='true'/>
+<default><default class='hip'><joint armature='0.02' actuatorfrcrange='-50 50'/>
+ <motor ctrlrange='-3 3' gear='10'/></default></default>
+<worldbody><body name='ball'><geom size='1'/></body>
+<body name='pelvis'><freejoint/><inertial pos='0 0 0' mass='3' diaginertia='0.1 0.2 0.2'/>
+ <body name='leg' pos='0 0.1 -0.2' childclass='hip'>
+  <inertial pos='0.1 0.2 -0.3' mass='2' diaginertia='0.1 0.1 0.15'/>
+  <joint name='yaw' axis='0 0 1' pos='0 0.05 0' range='-1 1' ref='0.25'/>
+  <joint name='roll' axis='1 0 0'/><joint name='pitch' axis='0 1 0' pos='0 0 0.1'/>
+  <site name='tip' pos='0 0 -0.5'/>
+ </body></body></worldbody>
+<actuator><motor joint='yaw' class='hip'/><position joint='roll' forcerange='-20 20'/>
+</actuator></mujoco>"""
+
+
+def test_mjcf_bodies_may_have_several_joints():
+    model = read_source(CHAIN).model()
+    assert list(model.names[2:]) == ["yaw", "roll", "pitch"]
+    assert [joint.nv for joint in model.joints][2:] == [1, 1, 1]
+    assert pin.computeTotalMass(model) == pytest.approx(5.0)
+    q = np.concatenate([pin.neutral(model)[:7], [0.3, -0.4, 0.5]])
+    data = model.createData()
+    pin.framesForwardKinematics(model, data, q)
+
+    def turned(angle, axis, at):
+        R = pin.AngleAxis(angle, np.array(axis, dtype=float)).toRotationMatrix()
+        at = np.array(at)
+        return pin.SE3(R, at - R @ at)
+
+    expected = (
+        pin.SE3(np.eye(3), np.array([0.0, 0.1, -0.2]))
+        * turned(0.3, [0, 0, 1], [0.0, 0.05, 0.0])
+        * turned(-0.4, [1, 0, 0], [0.0, 0.0, 0.0])
+        * turned(0.5, [0, 1, 0], [0.0, 0.0, 0.1])
+    )
+    np.testing.assert_allclose(
+        data.oMf[model.getFrameId("tip")].translation, expected.act(np.array([0, 0, -0.5]))
+    )
+
+
+def test_mjcf_limits_come_from_classes_and_actuators():
+    model = read_source(CHAIN).model()
+    np.testing.assert_allclose(model.effortLimit[6:], [30.0, 20.0, 50.0])
+    np.testing.assert_allclose(model.armature[6:], 0.02)
+    # The file calls its own posture 0.25 rad.
+    assert (model.lowerPositionLimit[7], model.upperPositionLimit[7]) == (-1.25, 0.75)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("mass='2'", "mass='-2'", r"line 7: body 'leg': its mass is -2 kg .* none may be below 0"),
+        ("'0.1 0.1 0.15'", "'0.1 -0.1 0.15'", r"body 'leg': .*principal moments are \[0.1, -0.1"),
+        ("mass='2'", "", r"body 'leg': no mass is given; add it \[kg\]"),
+        ("axis='1 0 0'", "axis='0 0 0'", "joint 'roll': its axis is 0 0 0; it needs a direction"),
+        ("<site", "<frame/><site", "<frame> is not supported; open the file in MuJoCo and save"),
+        ("<body name='ball'>", "<body name='ball'><freejoint/>", "several bodies move .* 'ball'"),
+        ("<body name='leg'", "<body name='pelvis'", "the MJCF file cannot be read"),
+        (
+            "class='hip'/>",
+            "class='knee'/>",
+            "<motor> of joint 'yaw': its class 'knee' is not defined",
+        ),
+    ],
+)
+def test_mjcf_that_would_be_misread_is_refused(old, new, message):
+    assert CHAIN.count(old) >= 1
+    text = CHAIN.replace(old, new)
+    with pytest.raises(RobotError, match=message):
+        read_source(text).model()
