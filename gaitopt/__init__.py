@@ -14,8 +14,9 @@ from gaitopt.version import __version__
 if TYPE_CHECKING:
     from gaitopt.design.audit import Audit, audit
     from gaitopt.design.certificate import Certificate, certify
-    from gaitopt.design.design import Design, DesignOptions
+    from gaitopt.design.design import Design
     from gaitopt.design.design import design as design_gait
+    from gaitopt.design.options import DesignOptions
     from gaitopt.design.summary import summarise
     from gaitopt.errors import (
         EvaluationError,
@@ -63,7 +64,7 @@ _HOMES = {
     "Audit": "gaitopt.design.audit",
     "Certificate": "gaitopt.design.certificate",
     "Design": "gaitopt.design.design",
-    "DesignOptions": "gaitopt.design.design",
+    "DesignOptions": "gaitopt.design.options",
     "Gait": "gaitopt.gait.result",
     "Status": "gaitopt.nlp",
     "audit": "gaitopt.design.audit",

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from reference_cases import ReferenceCase, biped, reference_case
 
-from gaitopt.design.design import Design, DesignOptions, design
+from gaitopt.design.design import Design, design
+from gaitopt.design.options import DesignOptions
 from gaitopt.gait.task import Task, preset_task
 from gaitopt.robot.model import Robot
 from gaitopt.solvers import solver_by_name

@@ -12,7 +12,8 @@ import pytest
 from numerics import relative_error
 from reference_cases import CASES, OPTIMA, URDF_SIGNS, biped, reference_case
 
-from gaitopt.design.design import DesignOptions, design
+from gaitopt.design.design import design
+from gaitopt.design.options import DesignOptions
 from gaitopt.gait.step import Reads
 from gaitopt.nlp import Start
 from gaitopt.solvers import solver_by_name

@@ -172,9 +172,10 @@ def fine_grid(problem: WalkProblem) -> Grid:
 
 
 def worst_rows(problem: WalkProblem, x: Array) -> tuple[WorstRow, ...]:
-    """Return the worst row of every family, the family that fares worst first."""
+    """Return the worst row of every family that has limits, the one that fares worst first."""
     values = problem.values(x).rows
-    rows = [_worst_of(problem, name, values, x) for name in (f.name for f in problem.families)]
+    limited = [f for f in problem.families if np.isfinite([f.lower, f.upper]).any()]
+    rows = [_worst_of(problem, family.name, values, x) for family in limited]
     return tuple(sorted(rows, key=lambda row: row.margin))
 
 

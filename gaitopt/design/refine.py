@@ -44,7 +44,7 @@ def refine(
         again = solver.solve(finer, start, None if on_progress is None else on_progress(finer))
         if again.status not in _WORTH_SOLVING:
             return problem, _kept(solution, again)
-        problem, solution = finer, _with_work(again, solution)
+        problem, solution = finer, with_work(again, solution)
     return problem, solution
 
 
@@ -86,11 +86,11 @@ def _peaks(excess: Array) -> NDArray[np.int_]:
 def _kept(solution: Solution, failed: Solution) -> Solution:
     """Return the solution before a round that failed: a gait at its own samples at least."""
     status = Status.INTERRUPTED if failed.status is Status.INTERRUPTED else solution.status
-    kept = _with_work(solution, failed)
+    kept = with_work(solution, failed)
     return replace(kept, status=status, history=solution.history + failed.history)
 
 
-def _with_work(solution: Solution, before: Solution) -> Solution:
+def with_work(solution: Solution, before: Solution) -> Solution:
     """Return a solution that counts the work of another round as well."""
     return replace(
         solution,

@@ -5,7 +5,8 @@ import numpy as np
 import pytest
 from numerics import relative_error
 
-from gaitopt.design.design import DesignOptions, design
+from gaitopt.design.design import design
+from gaitopt.design.options import DesignOptions
 from gaitopt.errors import NoGaitFoundError, UnreachableError
 from gaitopt.gait.guess import first_guess
 from gaitopt.gait.problem import WalkProblem

@@ -1,0 +1,49 @@
+"""How a gait is searched for."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from gaitopt.errors import InputError
+from gaitopt.solvers import Solver, solver_by_name
+
+DIFFERENCES = ("none", "constraints", "all")
+APPROACHES = ("automatic", "direct", "relaxed")
+
+
+@dataclass(frozen=True)
+class DesignOptions:
+    """How a gait is searched for.
+
+    Attributes:
+        solver: does the work.
+        refine: whether constraints must hold between the samples too.
+        differences: "none" for exact derivatives; "all" for finite-difference gradients, or
+            "constraints" for the paper's mode (exact gradient of the cost alone). Refinement and
+            confirmation always have the exact ones.
+        approach: "direct", or "relaxed": first the walk whose rear foot may sink a little at
+            lift-off, then, from there, the walk asked for. "automatic" is relaxed for the lifted
+            form of the double support, which is that of robots unlike the paper's.
+        diagnose: whether to find out why when there is no gait (some seconds).
+    """
+
+    solver: Solver = field(default_factory=lambda: solver_by_name("default"))
+    refine: bool = True
+    differences: str = "none"
+    approach: str = "automatic"
+    diagnose: bool = True
+
+    def __post_init__(self) -> None:
+        """Check the options.
+
+        Raises:
+            InputError: an unknown kind of derivatives or approach.
+        """
+        if self.approach not in APPROACHES:
+            raise InputError(
+                f"approach '{self.approach}' is unknown; choose {', '.join(APPROACHES)}"
+            )
+        if self.differences not in DIFFERENCES:
+            raise InputError(
+                f"differences '{self.differences}' is unknown; choose {', '.join(DIFFERENCES)}"
+            )

@@ -1,0 +1,124 @@
+"""Limits that a gait presses on, in a form that another gait of the sweep can take over."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from gaitopt.design.certificate import FINE_TOLERANCE
+from gaitopt.gait.families import Family
+from gaitopt.gait.problem import WalkProblem
+from gaitopt.nlp import Array, violations
+
+DIGITS = 12  # of instants, as `Grid.with_instants` rounds them
+PRESSING = 1e-9  # scaled multiplier below which a limit counts as idle
+WINDOW = 0.05  # of the step: a peak nearer than this to an active instant is that one, moved
+
+Key = tuple[str, int]
+"""Family and which of its labels."""
+
+
+@dataclass(frozen=True)
+class Pressure:
+    """One active row.
+
+    Attributes:
+        family, entry: which constraint.
+        instant: s = t / T, or the row's number where the family is not one of instants.
+        multiplier: scaled, sign as in `gaitopt.nlp`.
+    """
+
+    family: str
+    entry: int
+    instant: float
+    multiplier: float
+
+
+def pressures(problem: WalkProblem, multipliers: Array) -> tuple[Pressure, ...]:
+    """Return the active rows of a walk from the multipliers of its rows (m,)."""
+    found = []
+    for family in problem.families:
+        block = multipliers[problem.family_rows(family.name)].reshape(family.lower.shape)
+        for instant, entry in np.argwhere(np.abs(block) > PRESSING):
+            found.append(
+                Pressure(
+                    family.name,
+                    int(entry),
+                    _instant(family, int(instant)),
+                    float(block[instant, entry]),
+                )
+            )
+    return tuple(found)
+
+
+def placed(problem: WalkProblem, active: Iterable[Pressure]) -> Array:
+    """Return multipliers (m,) for a walk on another grid; rows it lacks are left out."""
+    multipliers = np.zeros(problem.rows.lower.size)
+    rows = {f.name: (f, _rows_of(f)) for f in problem.families}
+    for one in active:
+        if one.family not in rows:
+            continue
+        family, known = rows[one.family]
+        row = known.get(round(one.instant, DIGITS))
+        if row is not None and one.entry < family.lower.shape[1]:
+            block = multipliers[problem.family_rows(one.family)].reshape(family.lower.shape)
+            block[row, one.entry] += one.multiplier
+    return multipliers
+
+
+def instants_of(problem: WalkProblem, active: Iterable[Pressure]) -> Array:
+    """Return the instants of active rows of the families that are looked at over the step."""
+    timed = {f.name for f in problem.families if f.times is not None}
+    return np.unique([one.instant for one in active if one.family in timed])
+
+
+def exceeded(fine: WalkProblem, x: Array) -> tuple[tuple[Key, float], ...]:
+    """Return rows and instants of a fine grid where limits are exceeded most.
+
+    Of every stretch of violated instants of one row only the worst is taken.
+    """
+    excess = violations(fine.rows.lower, fine.rows.upper, fine.values(x).rows)
+    found: list[tuple[Key, float]] = []
+    for family in fine.families:
+        if family.times is None:
+            continue
+        block = excess[fine.family_rows(family.name)].reshape(family.lower.shape)
+        padded = np.pad(block, ((1, 1), (0, 0)), constant_values=-1.0)
+        middle = padded[1:-1]
+        peak = (middle > 0.5 * FINE_TOLERANCE) & (middle >= padded[:-2]) & (middle > padded[2:])
+        for instant, entry in np.argwhere(peak):
+            found.append(((family.name, int(entry)), float(family.times[instant])))
+    return tuple(found)
+
+
+def moved(
+    active: Iterable[Pressure], peaks: Iterable[tuple[Key, float]]
+) -> tuple[Pressure, ...]:
+    """Return the active rows with those near a new peak of the same row moved there.
+
+    The limit that was kept at one instant is now exceeded a little before or after it; its
+    multiplier is nearly the same. A peak that no active row is near gets the multiplier zero.
+    """
+    kept = list(active)
+    for (family, entry), instant in peaks:
+        near = [
+            i
+            for i, one in enumerate(kept)
+            if (one.family, one.entry) == (family, entry) and abs(one.instant - instant) <= WINDOW
+        ]
+        size = 0.0
+        if near:
+            index = min(near, key=lambda i: abs(kept[i].instant - instant))
+            size = kept.pop(index).multiplier
+        kept.append(Pressure(family, entry, instant, size))
+    return tuple(kept)
+
+
+def _instant(family: Family, row: int) -> float:
+    return float(row) if family.times is None else round(float(family.times[row]), DIGITS)
+
+
+def _rows_of(family: Family) -> dict[float, int]:
+    return {_instant(family, row): row for row in range(family.lower.shape[0])}

@@ -1,0 +1,105 @@
+"""What a sweep varies: one quantity of the task or of the robot's specification, and its values."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass, fields, replace
+
+from gaitopt.errors import InputError
+from gaitopt.gait.parameters import DURATION, GEOMETRY_NAMES, set_quantities
+from gaitopt.gait.task import Margins, Task
+
+DIGITS = 10  # of grid values: 0.4 + 3 * 0.05 is 0.55, not 0.55000000000000004
+LARGEST = 100_000  # values of one axis; more is a slip of the keyboard
+
+_TASK = ("speed", "duration", "penalty_weight")
+_MARGINS = tuple(
+    f.name for f in fields(Margins) if f.name not in ("joint_range", "impulse_cop")
+)
+_GEOMETRY = tuple(name for name in GEOMETRY_NAMES if name != GEOMETRY_NAMES[DURATION])
+_PARTS = ("geometry", "links", "joints")
+
+
+@dataclass(frozen=True)
+class Axis:
+    """One quantity and the values it takes.
+
+    Attributes:
+        name: a field of `Task` or `Margins`, a geometric quantity (held at the value), or the path
+            of an entry of a specification, as "geometry.d3".
+        values: increasing, SI units of the quantity.
+
+    Raises:
+        InputError: unknown name; values missing, not finite, or not increasing.
+    """
+
+    name: str
+    values: tuple[float, ...]
+
+    def __post_init__(self) -> None:
+        if self.name not in (*_TASK, *_MARGINS, *_GEOMETRY) and not self.of_robot:
+            raise InputError(
+                f"there is no quantity '{self.name}' to sweep over; there are "
+                f"{', '.join((*_TASK, *_MARGINS, *_GEOMETRY))}, and the entries of a "
+                "specification, as geometry.d3"
+            )
+        values = tuple(round(float(v), DIGITS) for v in self.values)
+        if not values or not all(map(math.isfinite, values)):
+            raise InputError(f"{self.name} has no values, or not finite ones; give at least one")
+        if any(b <= a for a, b in zip(values, values[1:], strict=False)):
+            raise InputError(f"the values of {self.name} do not increase; give each once, in order")
+        object.__setattr__(self, "values", values)
+
+    @property
+    def of_robot(self) -> bool:
+        """Whether the quantity is one of the robot's specification."""
+        return self.name.split(".")[0] in _PARTS and "." in self.name
+
+
+def parse_axis(name: str, text: str) -> Axis:
+    """Return the axis of a range "first:last:step" (both ends included) or of a list "a,b,c".
+
+    Raises:
+        InputError: the text is neither.
+    """
+    try:
+        parts = [float(word) for word in text.split(":" if ":" in text else ",")]
+    except ValueError:
+        parts = []
+    if ":" not in text and parts:
+        return Axis(name, tuple(parts))
+    if len(parts) != 3 or not all(map(math.isfinite, parts)) or not parts[2] > 0.0:
+        raise InputError(
+            f"'{text}' is no range of {name}; give first:last:step with a step above 0, as "
+            "0.4:1.3:0.05, or the values, as 0.4,0.6,1.0"
+        )
+    first, last, step = parts
+    count = math.floor((last - first) / step + 1e-6) + 1
+    if not 1 <= count <= LARGEST:
+        raise InputError(f"the range {text} of {name} has {count} values; 1 to {LARGEST} are good")
+    return Axis(name, tuple(first + i * step for i in range(count)))
+
+
+def with_values(task: Task, values: Iterable[tuple[str, float]]) -> Task:
+    """Return the task with some quantities changed; those of the robot are passed over.
+
+    Raises:
+        InputError: a value is out of range.
+    """
+    changes: dict[str, float] = {}
+    margins: dict[str, float] = {}
+    geometry: dict[str, dict[str, float | bool]] = {}
+    for name, value in values:
+        if name in _TASK:
+            changes[name] = value
+        elif name in _MARGINS:
+            margins[name] = value
+        elif name in _GEOMETRY:
+            geometry[name] = {"free": False, "value": value}
+    return replace(
+        task,
+        **changes,  # type: ignore[arg-type]
+        margins=replace(task.margins, **margins),
+        geometry=set_quantities(task.geometry, geometry),
+    )

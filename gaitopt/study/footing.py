@@ -1,0 +1,57 @@
+"""What is known of the best walk at a point of a sweep before it is finished: enough to go on."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from gaitopt.nlp import Array
+from gaitopt.study.active import Pressure
+
+
+@dataclass(frozen=True, eq=False)
+class Footing:
+    """A walk that holds at its samples, from which neighbours and the finished gait start.
+
+    Attributes:
+        x: parameters, shape (P,).
+        cost: [N²·m·s].
+        active: limits it presses on.
+        slopes: derivative of the optimal cost with respect to each swept quantity, from the
+            multipliers; None where it could not be had.
+        iterations, evaluations: work.
+        seconds: of processor.
+        origin: "cold", "disturbed", or the name of the point it was reached from.
+    """
+
+    x: Array
+    cost: float
+    active: tuple[Pressure, ...]
+    slopes: tuple[float | None, ...]
+    iterations: int
+    evaluations: int
+    seconds: float
+    origin: str
+
+    def record(self) -> dict[str, object]:
+        """Return it as JSON-able data."""
+        return {
+            **asdict(self),
+            "x": self.x.tolist(),
+            "active": [[p.family, p.entry, p.instant, p.multiplier] for p in self.active],
+        }
+
+
+def footing_of(record: Mapping[str, Any]) -> Footing:
+    """Return the footing of a record."""
+    return Footing(
+        **{
+            **record,
+            "x": np.array(record["x"], dtype=np.float64),
+            "active": tuple(Pressure(*entry) for entry in record["active"]),
+            "slopes": tuple(record["slopes"]),
+        }
+    )

@@ -1,0 +1,85 @@
+"""The points of a sweep: all combinations of the values of its axes."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+from gaitopt.errors import InputError
+from gaitopt.study.axes import Axis
+
+Index = tuple[int, ...]
+"""Which value of each axis."""
+
+
+@dataclass(frozen=True)
+class GridPoints:
+    """A grid and the point from which it is explored.
+
+    Attributes:
+        axes: at least one, with different names.
+        seed: where the exploration starts; by default the middle.
+
+    Raises:
+        InputError: no axis, or one twice.
+    """
+
+    axes: tuple[Axis, ...]
+    seed: Index = ()
+
+    def __post_init__(self) -> None:
+        names = [axis.name for axis in self.axes]
+        if not names or len(set(names)) < len(names):
+            raise InputError("a sweep needs at least one quantity, and each only once")
+        if not self.seed:
+            middle = tuple((len(axis.values) - 1) // 2 for axis in self.axes)
+            object.__setattr__(self, "seed", middle)
+
+    @cached_property
+    def order(self) -> tuple[Index, ...]:
+        """All points, those near the seed first."""
+        ranges = [range(len(axis.values)) for axis in self.axes]
+        return tuple(sorted(itertools.product(*ranges), key=lambda p: (self._ring(p), p)))
+
+    def values(self, point: Index) -> dict[str, float]:
+        """Return the value of each quantity at a point."""
+        return {a.name: a.values[i] for a, i in zip(self.axes, point, strict=True)}
+
+    def neighbours(self, point: Index) -> Iterator[tuple[int, Index]]:
+        """Yield the points one value away, each with the axis along which."""
+        for k, axis in enumerate(self.axes):
+            for step in (-1, 1):
+                if 0 <= point[k] + step < len(axis.values):
+                    yield k, (*point[:k], point[k] + step, *point[k + 1 :])
+
+    def inner(self, point: Index) -> list[Index]:
+        """Return the neighbours nearer to the seed: those that are explored before the point."""
+        return [q for _, q in self.neighbours(point) if self._ring(q) < self._ring(point)]
+
+    def nearest(self, values: Mapping[str, float]) -> Index:
+        """Return the point nearest to some values; quantities not given stay at the seed.
+
+        Raises:
+            InputError: a quantity is not one of the axes.
+        """
+        unknown = set(values) - {axis.name for axis in self.axes}
+        if unknown:
+            raise InputError(
+                f"the sweep is not over {', '.join(sorted(unknown))}; it is over "
+                f"{', '.join(axis.name for axis in self.axes)}"
+            )
+        return tuple(
+            min(range(len(axis.values)), key=lambda i: abs(axis.values[i] - values[axis.name]))
+            if axis.name in values
+            else start
+            for axis, start in zip(self.axes, self.seed, strict=True)
+        )
+
+    def name(self, point: Index) -> str:
+        """Return the name of a point in files: "speed=0.85,duration=0.4"."""
+        return ",".join(f"{name}={value:.10g}" for name, value in self.values(point).items())
+
+    def _ring(self, point: Index) -> int:
+        return sum(abs(i - j) for i, j in zip(point, self.seed, strict=True))

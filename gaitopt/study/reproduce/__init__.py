@@ -1,0 +1,1 @@
+"""The paper's section 6 computed again, beside what it prints."""

@@ -1,0 +1,125 @@
+"""One robot with one task: what a gait is designed for, in a form that travels between machines."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+from gaitopt.errors import InputError
+from gaitopt.gait.task import Task
+from gaitopt.gait.task_record import task_from_record, task_record
+from gaitopt.robot.choices import Choices
+from gaitopt.robot.choices_file import choices_from_record, choices_record
+from gaitopt.robot.model import Robot
+from gaitopt.robot.spec import BipedSpec
+from gaitopt.robot.spec_table import changed
+from gaitopt.robot.urdf import urdf_text
+
+_KEPT = 8  # robots that a process keeps built
+
+
+@dataclass(frozen=True, eq=False)
+class RobotSource:
+    """How to build a robot.
+
+    Attributes:
+        urdf: text, used as it is unless there is a specification.
+        choices: about that URDF.
+        spec: of a generated biped, None for any other robot.
+        changes: entries of the specification that differ, by path.
+    """
+
+    urdf: str
+    choices: Choices
+    spec: BipedSpec | None = None
+    changes: tuple[tuple[str, float], ...] = ()
+
+    def build(self) -> Robot:
+        """Return the robot; the last few are kept.
+
+        Raises:
+            RobotError: it is not a biped.
+            SpecError: the changed specification is not physical.
+        """
+        if self.spec is None or not self.changes:
+            return _built(self.urdf, _Known(self.choices))
+        return _built(urdf_text(changed(self.spec, dict(self.changes))), _Known(Choices()))
+
+    def digest(self) -> str:
+        """Return a short text that differs between robots."""
+        text = f"{self.urdf}\n{choices_record(self.choices)!r}\n{self.spec!r}\n{self.changes!r}"
+        return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+
+def source_of(robot: Robot, spec: BipedSpec | None = None) -> RobotSource:
+    """Return how to build a robot again."""
+    return RobotSource(robot.urdf, robot.choices, spec)
+
+
+@dataclass(frozen=True, eq=False)
+class Setting:
+    """A robot and a task."""
+
+    robot: RobotSource
+    task: Task
+
+
+def between(a: Setting, b: Setting, share: float) -> Setting:
+    """Return the setting a part of the way from one to another: every number in proportion.
+
+    Args:
+        a, b: of the same kind of robot and task.
+        share: 0 for a, 1 for b.
+
+    Raises:
+        InputError: they differ in something that is not a number.
+    """
+    if share in (0.0, 1.0):
+        return b if share == 1.0 else a
+    task = task_from_record(_mixed(task_record(a.task), task_record(b.task), share, "task"))
+    if a.robot.spec is None and a.robot.urdf != b.robot.urdf:
+        raise InputError("the gaits are of different robots; nothing lies between them")
+    mixed = _mixed(dict(a.robot.changes), dict(b.robot.changes), share, "specification")
+    changes = tuple((k, float(str(v))) for k, v in mixed.items())
+    return Setting(replace(a.robot, changes=changes), task)
+
+
+def _mixed(
+    a: Mapping[str, object], b: Mapping[str, object], share: float, where: str
+) -> dict[str, object]:
+    if a.keys() != b.keys():
+        raise InputError(f"the gaits differ in which entries their {where} has")
+    return {key: _mix(a[key], b[key], share, f"{where} {key}") for key in a}
+
+
+def _mix(a: object, b: object, share: float, where: str) -> object:
+    if isinstance(a, Mapping) and isinstance(b, Mapping):
+        return _mixed(a, b, share, where)
+    if a == b:
+        return a
+    if isinstance(a, float) and isinstance(b, float) and math.isfinite(a + b):
+        return a + share * (b - a)
+    raise InputError(f"the gaits differ in {where}: {a!r} and {b!r}; nothing lies between them")
+
+
+@dataclass(frozen=True)
+class _Known:
+    """Choices that can be the key of a cache."""
+
+    choices: Choices
+
+    def __hash__(self) -> int:
+        return hash(repr(choices_record(self.choices)))
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Known) and choices_record(other.choices) == choices_record(
+            self.choices
+        )
+
+
+@lru_cache(maxsize=_KEPT)
+def _built(urdf: str, known: _Known) -> Robot:
+    return Robot.from_urdf(urdf, choices=choices_from_record(choices_record(known.choices)))
