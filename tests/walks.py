@@ -29,7 +29,24 @@ FAMILIES = (
     "impulse cop",
     "walking speed",
     "closure",
+    "trunk roll",
+    "trunk pitch",
+    "trunk yaw",
+    "torsion",
+    "impulse torsion",
+    "leg gap",
+    "swing tilt",
 )
+SWITCHED = FAMILIES[-7:]  # constraints that are off unless asked for
+UPRIGHT = {
+    "trunk_roll": 0.1,
+    "trunk_pitch": 0.12,
+    "trunk_yaw": 0.09,
+    "torsional_friction": 0.04,
+    "step_width": 0.2,
+    "leg_gap": 0.012,
+    "swing_tilt": 0.15,
+}
 _ALL = {"joint_range": True, "impulse_cop": True}
 _EVERYTHING_FREE = {
     "pelvis_roll": {"free": True, "value": 0.03},
@@ -86,6 +103,8 @@ _MAKERS = {
     ),
     "added instants": _added_instants,
     "lifted, everything free": lambda: _everything_free(boundary="lifted"),
+    "upright": lambda: _guess(1, sigma=0.05, **UPRIGHT),
+    "upright, everything free": lambda: _everything_free(**UPRIGHT),
 }
 WALKS = tuple(_MAKERS)
 PAIRS = tuple(
@@ -94,6 +113,7 @@ PAIRS = tuple(
     for family in FAMILIES
     if not (family == "walking speed" and "penalty" in walk)
     and not (family == "closure" and "lifted" not in walk)
+    and not (family in SWITCHED and "upright" not in walk)
 )
 
 

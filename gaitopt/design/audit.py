@@ -15,11 +15,12 @@ from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.result import Gait, array_names
 from gaitopt.gait.task_record import task_from_record
 from gaitopt.nlp import Array
+from gaitopt.robot.choices_file import choices_from_record
 from gaitopt.robot.model import Robot
 from gaitopt.robot.soles import Sole
 
 SAME = 1e-9  # relative: one formula computed twice, rounding apart
-_FACTS = ("robot", "mass", "leg_length", "limits", "cost", "step_length", "duration")
+_FACTS = ("robot", "mass", "leg_length", "sole", "limits", "cost", "step_length", "duration")
 
 
 @dataclass(frozen=True)
@@ -97,9 +98,12 @@ def robot_of(gait: Gait) -> Robot:
     """Return the robot a gait was designed for.
 
     Raises:
-        GaitFileError: its sole is not recorded.
-        RobotError: the URDF is not a biped.
+        GaitFileError: neither the choices about it nor its sole are recorded.
+        RobotError: the URDF is not a biped, or the choices do not fit it.
     """
+    choices = gait.fact("choices")
+    if isinstance(choices, Mapping):
+        return Robot.from_urdf(gait.urdf, choices=choices_from_record(choices))
     edges = {name: gait.number("sole", name) for name in ("toe", "heel", "left", "right")}
     missing = [name for name, value in edges.items() if value is None]
     if missing:

@@ -6,6 +6,7 @@ import numpy as np
 
 from gaitopt.errors import UnreachableError
 from gaitopt.gait.guess import first_guess
+from gaitopt.gait.parameters import FOOT_YAW
 from gaitopt.gait.problem import WalkProblem
 
 Contradiction = tuple[str, str]
@@ -14,7 +15,9 @@ Contradiction = tuple[str, str]
 
 def contradictions(problem: WalkProblem) -> tuple[Contradiction, ...]:
     """Return what is impossible whatever the motion, as pairs of family and sentence."""
-    return (*_step(problem), *_sole(problem), *_load(problem), *_knees(problem))
+    return (
+        *_step(problem), *_sole(problem), *_load(problem), *_knees(problem), *_width(problem)
+    )  # fmt: skip
 
 
 def _step(problem: WalkProblem) -> list[Contradiction]:
@@ -38,6 +41,24 @@ def _sole(problem: WalkProblem) -> list[Contradiction]:
         )
         for word, size in sizes
         if 2.0 * margin >= size
+    ]
+
+
+def _width(problem: WalkProblem) -> list[Contradiction]:
+    """Eq. (32): feet that point ahead fit beside each other."""
+    sole, margins = problem.robot.sole, problem.task.margins
+    needed = sole.left - sole.right + margins.lateral_gap
+    turned = problem.layout.geometry[FOOT_YAW]
+    straight = not turned.free and turned.value == 0.0
+    if margins.step_width is None or margins.step_width >= needed or not straight:
+        return []
+    return [
+        (
+            "lateral",
+            f"feet at most {margins.step_width:g} m apart (step_width) leave no gap of "
+            f"{margins.lateral_gap:g} m between soles {sole.left - sole.right:.3g} m wide; at "
+            f"least {needed:.3g} m are needed",
+        )
     ]
 
 

@@ -10,16 +10,16 @@ from gaitopt.design.certificate import WorstRow, worst_rows
 from gaitopt.design.contradictions import contradictions
 from gaitopt.design.diagnosis import Diagnosis
 from gaitopt.design.reason import (
-    FEASIBLE,
     TRAVELLER,
     conflicts,
     find_reason,
     journeys,
     solve_or_stop,
 )
+from gaitopt.design.settle import FEASIBLE
 from gaitopt.design.suggestions import find_suggestions
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.nlp import Array, Solution
+from gaitopt.nlp import Array, Solution, Start
 
 EQUAL = 0.98
 """Rows violated at least this share of the most violated are its equals."""
@@ -46,7 +46,7 @@ def diagnose(
     if least is not None and least.violation > FEASIBLE:
         reason = find_reason(problem, points)
         if reason is not None and reason.amount <= FEASIBLE:
-            least = solve_or_stop(TRAVELLER, problem, reason.x)
+            least = solve_or_stop(TRAVELLER, problem, Start(reason.x))
     impossible = tuple(sentence for _, sentence in contradictions(problem))
     if least is None or reason is None:
         gait = None if least is None or least.violation > FEASIBLE else least.x

@@ -25,6 +25,13 @@ PLAIN_WORDS = {
     "knee": "bend of the knees",
     "leg length": "length of the legs",
     "walking speed": "walking speed",
+    "trunk roll": "sideways lean of the trunk",
+    "trunk pitch": "lean of the trunk forward or back",
+    "trunk yaw": "turn of the trunk",
+    "torsion": "torsional friction under the foot",
+    "impulse torsion": "torsional friction at the impact",
+    "leg gap": "gap between the legs",
+    "swing tilt": "tilt of the swing foot",
 }
 """What a constraint family is to a person."""
 

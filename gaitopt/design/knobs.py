@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from gaitopt.design.margin_knobs import COUPLED, MARGINS
 from gaitopt.design.relaxation import Coupling, Relaxation, RelaxedProgram
 from gaitopt.gait.constraints import families
 from gaitopt.gait.parameters import set_quantities
@@ -17,16 +18,8 @@ from gaitopt.robot.model import Robot
 
 STRONGEST = 10.0  # times: no motor is asked to be stronger or faster than this
 WIDEST = 1.0  # rad: no joint range is widened by more
-ROUGHEST = 2.0  # coefficient of friction of rubber on rough concrete
-SINKING = -0.05  # m/s: a rear foot that sinks faster has not lifted off
 SLOWEST = 0.05  # m/s
 LONGEST, SHORTEST = 2.0, 0.5  # step duration over the one asked for
-
-_COUPLED = {
-    "friction": (("friction", "load", 1.0), ("impulse friction", "impulse", 1.0)),
-    "cop_margin": (("cop", "load", -1.0), ("impulse cop", "impulse", -1.0)),
-}
-"""Margins that multiply the vertical force or impulse: family, row of that force, sign."""
 
 
 class Knob(ABC):
@@ -141,7 +134,7 @@ class LimitKnob(Knob):
     def _couplings(self, problem: WalkProblem) -> tuple[Coupling, ...]:
         present = {f.name: f for f in problem.families}
         found = []
-        for name, force, sign in _COUPLED.get(self.name, ()):
+        for name, force, sign in COUPLED.get(self.name, ()):
             if name not in present:
                 continue
             rows = np.arange(problem.rows.lower.size)[problem.family_rows(name)]
@@ -192,21 +185,10 @@ def limit_knobs(problem: WalkProblem) -> tuple[LimitKnob, ...]:
     """Return everything that can be turned in the limits of a walk."""
     margins, task = problem.task.margins, problem.task
     knobs = [*_motor_knobs(problem)]
-    for name, words, unit, bound, step, relaxed in (
-        ("friction", "the coefficient of friction", "", ROUGHEST, 0.1,
-         ("friction", "impulse friction")),
-        ("minimum_load", "the least vertical ground force", "N", 0.0, -100.0, ("load",)),
-        ("cop_margin", "the margin of the centre of pressure", "m", 0.0, -0.01,
-         ("cop", "impulse cop")),
-        ("clearance", "the clearance of the swing foot", "m", 0.0, -0.1, ("clearance",)),
-        ("lateral_gap", "the gap between the feet", "m", 0.0, -0.1, ("lateral",)),
-        ("knee_flexion", "the least bend of the knees", "rad", 0.0, -0.3, ("knee",)),
-        ("leg_extension", "the largest extension of the legs", "", 1.0, 0.01, ("leg length",)),
-        ("liftoff_speed", "the least lift-off speed of the rear foot", "m/s", SINKING, -0.1,
-         ("lift-off",)),
-    ):  # fmt: skip
+    for name, words, unit, bound, step, relaxed in MARGINS:
         before = getattr(margins, name)
-        knobs.append(LimitKnob(name, words, unit, before, bound, step, relaxed))
+        if before is not None:
+            knobs.append(LimitKnob(name, words, unit, before, bound, step, relaxed))
     if margins.joint_range:
         words = "the joint ranges of the robot, widened at both ends"
         knobs.append(LimitKnob("robot joint ranges", words, "rad", 0.0, WIDEST, 0.3, ("range",)))

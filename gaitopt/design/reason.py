@@ -8,21 +8,28 @@ import numpy as np
 
 from gaitopt.design.diagnosis import Conflict
 from gaitopt.design.relaxation import Relaxation, RelaxedProgram
+from gaitopt.design.settle import FEASIBLE, Settle
 from gaitopt.errors import UnreachableError
 from gaitopt.gait.guess import first_guess, perturbed
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.nlp import NLP, Array, Solution, Start, Status
 from gaitopt.solvers.sqp import SQP
 
-SEARCHER = SQP(max_iterations=80, tolerance=1e-3)
-"""For relaxations: they need few digits (measured: half the time of 1e-4)."""
+SEARCHER = SQP(max_iterations=80, tolerance=1e-3, feasibility=0.9 * FEASIBLE)
+"""For relaxations: they need few digits (measured: half the time of 1e-4). The tip of a smoothed
+friction cone is out of reach by 6e-7; asked for more, the solver would insist on it."""
 GATHERER = replace(SEARCHER, max_iterations=60)
 """For the relaxation of all families."""
 TRAVELLER = SQP(max_iterations=40)
 """For a second opinion: another start."""
-FEASIBLE = 1e-6
-"""Scaled violation below which there is a walk."""
-MATTERS = {"walking speed": 0.1, "lift-off": 0.1, "knee": 0.3}
+MATTERS = {
+    "walking speed": 0.1,
+    "lift-off": 0.1,
+    "knee": 0.3,
+    "trunk roll": 0.3,
+    "trunk pitch": 0.3,
+    "trunk yaw": 0.3,
+}
 """Changes of scaled rows that matter as much as one of the others: 0.1 m, 0.1 m/s, 0.3 rad."""
 SIGMA = 0.1
 """Standard deviation of the second start [rad], [rad/s]."""
@@ -67,7 +74,7 @@ def journeys(problem: WalkProblem, tried: Solution | None) -> list[Solution]:
     x = easier_guess(problem)
     for start in (perturbed(problem, x, SIGMA, seed=0), x):
         if len(found) < 2 and not any(s.violation <= FEASIBLE for s in found):
-            found.append(solve_or_stop(TRAVELLER, problem, start))
+            found.append(solve_or_stop(TRAVELLER, problem, Start(start)))
     return [s for s in found if np.isfinite(s.violation)]
 
 
@@ -98,7 +105,7 @@ def find_reason(problem: WalkProblem, points: list[Solution]) -> Reason | None:
     relaxations = _family_relaxations(problem)
     for point in points:
         program = RelaxedProgram(problem, relaxations, point.x)
-        solution = solve_or_stop(GATHERER, program, program.needed(point.x))
+        solution = solve_or_stop(GATHERER, program, Start(program.needed(point.x)))
         if not solution.violation <= FEASIBLE:
             continue
         multipliers = program.base_multipliers(solution.multipliers)
@@ -131,14 +138,16 @@ def conflicts(problem: WalkProblem, reason: Reason) -> tuple[Conflict, ...]:
     return tuple(found)
 
 
-def solve_or_stop(solver: SQP, program: NLP, x: Array) -> Solution:
+def solve_or_stop(
+    solver: SQP, program: NLP, start: Start, settle: Settle | None = None
+) -> Solution:
     """Solve; a run that Ctrl-C ended ends the diagnosis too.
 
     Raises:
-        KeyboardInterrupt: the solver was interrupted.
+        KeyboardInterrupt: the solver was interrupted, and not because it had settled.
     """
-    solution = solver.solve(program, Start(x))
-    if solution.status is Status.INTERRUPTED:
+    solution = solver.solve(program, start, settle)
+    if solution.status is Status.INTERRUPTED and not (settle is not None and settle.settled):
         raise KeyboardInterrupt
     return solution
 

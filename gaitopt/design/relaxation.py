@@ -176,6 +176,12 @@ class RelaxedProgram(NLP):
         np.add.at(together, self.source, multipliers)
         return together
 
+    def own_multipliers(self, multipliers: Array) -> Array:
+        """Return multipliers of these rows that are those of the base's rows together."""
+        both = multipliers[self.source]
+        low = np.where(np.isfinite(self.rows.lower), np.minimum(both, 0.0), 0.0)
+        return low + np.where(np.isfinite(self.rows.upper), np.maximum(both, 0.0), 0.0)
+
     def column(self, index: int, rows: Array) -> Array:
         """Return the derivative of the rows with respect to one t, shape (M,)."""
         moved = np.zeros(rows.size)

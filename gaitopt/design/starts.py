@@ -11,8 +11,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from gaitopt.design.design import FEASIBLE, Design, DesignOptions, design, traveller
+from gaitopt.design.design import Design, design
+from gaitopt.design.options import DesignOptions
 from gaitopt.design.runtime import small_matrices
+from gaitopt.design.search import FEASIBLE, traveller
 from gaitopt.errors import GaitoptError, InputError, UnreachableError
 from gaitopt.gait.guess import first_guess, perturbed
 from gaitopt.gait.problem import WalkProblem

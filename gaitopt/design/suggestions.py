@@ -13,9 +13,10 @@ import numpy as np
 
 from gaitopt.design.diagnosis import Suggestion
 from gaitopt.design.knobs import Knob, duration_knob, limit_knobs
-from gaitopt.design.reason import FEASIBLE, SEARCHER, Reason, solve_or_stop
-from gaitopt.design.refine import violated_instants
+from gaitopt.design.reason import SEARCHER, Reason, solve_or_stop
+from gaitopt.design.refine import carry_multipliers, violated_instants
 from gaitopt.design.relaxation import RelaxedProgram
+from gaitopt.design.settle import FEASIBLE, Settle
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.nlp import Array, Progress, Solution, Start, Values, worst_violation
 from gaitopt.solvers.sqp import SQP
@@ -51,7 +52,9 @@ def find_suggestions(problem: WalkProblem, reason: Reason, refined: bool) -> tup
     x = reason.x
     found: list[Suggestion] = []
     for knob, amount in _promising(problem, reason):
-        suggestion = _turn(problem, knob, knob.start(x, amount), refined)
+        # One unit of this knob is worth reason.amount / amount of what the reason minimises.
+        start = Start(knob.start(x, amount), reason.multipliers * (amount / reason.amount))
+        suggestion = _turn(problem, knob, start, refined)
         found += [] if suggestion is None else [suggestion]
         if len(found) == ENOUGH:
             return tuple(found)
@@ -101,8 +104,11 @@ def _pushes(problem: WalkProblem, reason: Reason, name: str) -> bool:
     return present and bool(reason.multipliers[problem.family_rows(name)].any())
 
 
-def _turn(problem: WalkProblem, knob: Knob, start: Array, refined: bool) -> Suggestion | None:
-    """Turn one knob as little as possible; return None if that does not suffice."""
+def _turn(problem: WalkProblem, knob: Knob, start: Start, refined: bool) -> Suggestion | None:
+    """Turn one knob as little as possible; return None if that does not suffice.
+
+    The start is in the knob's variables, with multipliers of the walk's rows.
+    """
     problem, solution = _least_turn(problem, knob, start, refined)
     if not solution.violation <= FEASIBLE:
         return None
@@ -117,23 +123,34 @@ def _turn(problem: WalkProblem, knob: Knob, start: Array, refined: bool) -> Sugg
 
 
 def _least_turn(
-    problem: WalkProblem, knob: Knob, start: Array, refined: bool
+    problem: WalkProblem, knob: Knob, start: Start, refined: bool
 ) -> tuple[WalkProblem, Solution]:
     """Return the solution of a knob's program, and the walk with the instants that matter to it."""
-    solution = solve_or_stop(SEARCHER, knob.program(problem, start), start)
+    solution, multipliers = _solved(SEARCHER, knob, problem, start)
     if not refined or not solution.violation <= FEASIBLE:
         return problem, solution
     for _ in range(SEARCHES):
         robot, task = knob.turned(problem.robot, problem.task, knob.value(solution.x))
         extra = violated_instants(WalkProblem(robot, task, problem.grid), solution.x[:-1])
-        if extra.size == 0:
-            break
         finer = problem.with_grid(problem.grid.with_instants(extra))
-        again = solve_or_stop(WARM, knob.program(finer, solution.x), solution.x)
+        if finer.grid.count == problem.grid.count:
+            break
+        warm = Start(solution.x, carry_multipliers(problem, finer, multipliers))
+        again, multipliers = _solved(WARM, knob, finer, warm)
         if not again.violation <= FEASIBLE:
             break
         problem, solution = finer, again
     return problem, solution
+
+
+def _solved(
+    solver: SQP, knob: Knob, problem: WalkProblem, start: Start
+) -> tuple[Solution, Array]:
+    """Turn a knob from a start with multipliers of the walk's rows; return such ones too."""
+    program = knob.program(problem, start.x)
+    own = None if start.multipliers is None else program.own_multipliers(start.multipliers)
+    solution = solve_or_stop(solver, program, Start(start.x, own), Settle())
+    return solution, program.base_multipliers(solution.multipliers)
 
 
 def _without_impulse_cop(problem: WalkProblem, x: Array, refined: bool) -> list[Suggestion]:
@@ -158,9 +175,10 @@ def _walk(problem: WalkProblem, x: Array, refined: bool) -> Values | None:
                 return None
             x = nearest.x
         extra = violated_instants(problem, x) if refined else np.zeros(0)
-        if extra.size == 0:
+        finer = problem.with_grid(problem.grid.with_instants(extra))
+        if finer.grid.count == problem.grid.count:
             return problem.values(x)
-        problem = problem.with_grid(problem.grid.with_instants(extra))
+        problem = finer
     return None
 
 

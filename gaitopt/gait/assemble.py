@@ -11,6 +11,7 @@ from gaitopt.gait.result import Gait
 from gaitopt.gait.step import Reads
 from gaitopt.gait.task_record import task_record
 from gaitopt.nlp import Array
+from gaitopt.robot.choices_file import choices_record
 from gaitopt.robot.model import Robot
 
 
@@ -62,13 +63,17 @@ def gait_at(problem: WalkProblem, x: Array, meta: Mapping[str, object]) -> Gait:
 
 
 def robot_record(robot: Robot) -> dict[str, object]:
-    """Return the facts about a robot that figures and summaries need, JSON-able."""
+    """Return the facts about a robot that figures and summaries need, JSON-able.
+
+    With its choices the URDF alone gives the same robot again.
+    """
     sole = robot.sole
     return {
         "robot": robot.name,
         "mass": robot.mass,
         "leg_length": robot.legs.reach,
         "sole": {"toe": sole.toe, "heel": sole.heel, "left": sole.left, "right": sole.right},
+        "choices": choices_record(robot.choices),
     }
 
 

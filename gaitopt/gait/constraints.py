@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
+from gaitopt.gait.extra_constraints import switched_on
 from gaitopt.gait.families import Entries, Family, FrictionCone, Length, Linear
 from gaitopt.gait.grid import Grid
 from gaitopt.gait.rows import (
@@ -24,6 +25,7 @@ from gaitopt.gait.rows import (
     ground_rows,
     joint_rows,
     rows_once,
+    size,
 )
 from gaitopt.gait.step import Reads
 from gaitopt.gait.task import Task
@@ -38,7 +40,7 @@ def torque(at: Setting) -> Family:
     limit = at.robot.limits.torque
     if at.margins.torque_limit is not None:
         limit = np.full(12, at.margins.torque_limit)
-    return joint_rows(at, "torque", "(28)", Reads.TORQUE, "N·m", -limit, limit, limit)
+    return joint_rows(at, "torque", "(28)", Reads.TORQUE, "N·m", -limit, limit, size(limit))
 
 
 def speed(at: Setting) -> Family:
@@ -46,7 +48,7 @@ def speed(at: Setting) -> Family:
     limit = at.robot.limits.speed
     if at.margins.speed_limit is not None:
         limit = np.full(12, at.margins.speed_limit)
-    return joint_rows(at, "speed", "(29)", Reads.RATES, "rad/s", -limit, limit, limit)
+    return joint_rows(at, "speed", "(29)", Reads.RATES, "rad/s", -limit, limit, size(limit))
 
 
 def joint_range(at: Setting) -> Family:
@@ -69,7 +71,7 @@ def knee_flexion(at: Setting) -> Family:
 
 def leg_length(at: Setting) -> Family:
     """Eq. (31): d(hip, foot) <= l_hip in double support."""
-    longest = at.margins.leg_extension * at.robot.legs.reach
+    longest = (at.margins.leg_extension or 1.0) * at.robot.legs.reach
     return Family(
         name="leg length",
         equation="(31)",
@@ -215,7 +217,6 @@ _STANDARD: tuple[Callable[[Setting], Family], ...] = (
     clearance,
     lateral,
     knee_flexion,
-    leg_length,
 )
 
 
@@ -226,6 +227,8 @@ def families(robot: Robot, task: Task, grid: Grid) -> tuple[Family, ...]:
     """
     at = Setting(robot, task, grid)
     chosen = list(_STANDARD)
+    if task.margins.leg_extension is not None:
+        chosen.append(leg_length)
     if task.margins.joint_range:
         chosen.append(joint_range)
     if task.margins.impulse_cop:
@@ -234,4 +237,4 @@ def families(robot: Robot, task: Task, grid: Grid) -> tuple[Family, ...]:
         chosen.append(walking_speed)
     if task.boundary == "lifted":
         chosen.append(closure)
-    return tuple(make(at) for make in chosen)
+    return tuple(make(at) for make in (*chosen, *switched_on(task.margins)))

@@ -130,6 +130,56 @@ class FrictionCone(RowMap):
 
 
 @dataclass(frozen=True)
+class Torsion(RowMap):
+    """c f_z -+ M of a force and moment, M about the vertical through the centre of pressure.
+
+    M = m_z + (m_x f_x + m_y f_y) / f_z, with f_z / (f_z² + least²) for 1 / f_z, so that it stays
+    smooth where the load vanishes; there M is about the origin.
+    """
+
+    coefficient: float
+    least: float
+
+    def value(self, quantity: Array) -> Array:
+        """Return the margins to both sides, shape (K, 2)."""
+        f, m = quantity[:, :3], quantity[:, 3:]
+        lever = (m[:, :2] * f[:, :2]).sum(axis=1)
+        moment, limit = m[:, 2] + lever * self._inverse(f)[0], self.coefficient * f[:, 2]
+        return np.stack([limit - moment, limit + moment], axis=1)
+
+    def slope(self, quantity: Array) -> Array:
+        """Return the derivative, shape (K, 2, 6)."""
+        f, m = quantity[:, :3], quantity[:, 3:]
+        g, dg, _ = self._inverse(f)
+        moment = np.zeros(quantity.shape)
+        moment[:, :2], moment[:, 3:5] = m[:, :2] * g[:, None], f[:, :2] * g[:, None]
+        moment[:, 2], moment[:, 5] = (m[:, :2] * f[:, :2]).sum(axis=1) * dg, 1.0
+        limit = self.coefficient * np.eye(6)[2]
+        return np.stack([limit - moment, limit + moment], axis=1)
+
+    def jacobian(self, quantity: Array, slopes: Array) -> Array:
+        """Return slope @ slopes."""
+        return np.asarray(self.slope(quantity) @ slopes)
+
+    def curvature(self, quantity: Array, weights: Array) -> Array:
+        """Return the Hessian, shape (K, 6, 6)."""
+        f, m = quantity[:, :3], quantity[:, 3:]
+        g, dg, ddg = self._inverse(f)
+        upper = np.zeros((len(quantity), 6, 6))
+        upper[:, 0, 3] = upper[:, 1, 4] = g
+        upper[:, :2, 2], upper[:, 2, 3:5] = m[:, :2] * dg[:, None], f[:, :2] * dg[:, None]
+        hessian = upper + upper.swapaxes(1, 2)
+        hessian[:, 2, 2] = (m[:, :2] * f[:, :2]).sum(axis=1) * ddg
+        return np.asarray((weights[:, 1] - weights[:, 0])[:, None, None] * hessian)
+
+    def _inverse(self, force: Array) -> tuple[Array, Array, Array]:
+        """f_z / (f_z² + least²) and its two derivatives, shape (K,) each."""
+        f, square = force[:, 2], force[:, 2] ** 2 + self.least**2
+        bend = 2.0 * f * (f**2 - 3.0 * self.least**2) / square**3
+        return f / square, (self.least**2 - f**2) / square**2, bend
+
+
+@dataclass(frozen=True)
 class Length(RowMap):
     """Euclidean length of a vector, Eq. (31)."""
 

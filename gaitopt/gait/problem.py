@@ -10,7 +10,13 @@ from gaitopt.gait.constraints import families
 from gaitopt.gait.costs import TorqueCost
 from gaitopt.gait.families import Family
 from gaitopt.gait.grid import Grid, uniform_grid
-from gaitopt.gait.parameters import STEP_LENGTH, Layout, set_quantities
+from gaitopt.gait.parameters import (
+    FOOT_SPACING,
+    STEP_LENGTH,
+    Layout,
+    Quantity,
+    set_quantities,
+)
 from gaitopt.gait.step import Reads, Step, StepSlope
 from gaitopt.gait.step_hessian import StepWeights, step_hessian
 from gaitopt.gait.step_model import StepModel
@@ -43,8 +49,8 @@ class WalkProblem(NLP):
         self.robot, self.task = robot, task
         self.grid = grid or uniform_grid(task.samples, task.quadrature)
         self.layout = walk_layout(robot, task)
-        self.model = StepModel(robot, self.layout, self.grid)
         self.families = families(robot, task, self.grid)
+        self.model = StepModel(robot, self.layout, self.grid, {f.reads for f in self.families})
         penalty = task.penalty_weight if task.speed_as == "penalty" else 0.0
         self.cost = TorqueCost(self.grid.weights, task.speed, penalty)
         self.has_hessian = True
@@ -170,7 +176,21 @@ def walk_layout(robot: Robot, task: Task) -> Layout:
     table = set_quantities(task.geometry, {"duration": {"value": task.duration}})
     if table[STEP_LENGTH].free:
         table = set_quantities(table, {"step_length": {"value": task.step_length}})
+    table = _within_step_width(table, robot, task.margins.step_width)
     return Layout(robot.joint_names, task.postures, table, task.boundary == "lifted")
+
+
+def _within_step_width(
+    table: tuple[Quantity, ...], robot: Robot, width: float | None
+) -> tuple[Quantity, ...]:
+    """Return the table with the foot spacing bounded on the side of the swing foot."""
+    spacing = table[FOOT_SPACING]
+    if width is None or not spacing.free:
+        return table
+    bound = {"upper": min(spacing.upper, width)}
+    if robot.legs.hips[1, 1] < robot.legs.hips[0, 1]:
+        bound = {"lower": max(spacing.lower, -width)}
+    return set_quantities(table, {"foot_spacing": {**bound}})
 
 
 def cost_scale(robot: Robot, task: Task) -> float:

@@ -40,6 +40,11 @@ class Setting:
         return self.task.margins
 
 
+def size(limits: Array) -> Array:
+    """Return the limits as scales of their rows; a row without a limit may have any scale."""
+    return np.where(np.isfinite(limits), limits, 1.0)
+
+
 def edge_moments(at: Setting) -> Array:
     """Rows that are >= 0 while the centre of pressure (-m_y/f_z, m_x/f_z) is inside the margins."""
     sole, margin = at.robot.sole, at.margins.cop_margin

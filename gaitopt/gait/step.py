@@ -12,6 +12,7 @@ from functools import cached_property
 from gaitopt.gait.boundary import Posture, PostureSlope
 from gaitopt.gait.parameters import DURATION, STEP_LENGTH
 from gaitopt.mechanics.impact import ImpactSlope, ImpactState
+from gaitopt.mechanics.readings import ReadingSlope
 from gaitopt.mechanics.support import SupportSlope, SupportState
 from gaitopt.nlp import Array
 
@@ -29,6 +30,8 @@ class Reads(Enum):
     LEGS = "legs"  # two legs (3): ankle to hip in double support [m]
     GAPS = "gaps"  # two loops (6) in the lifted form, else none: pelvis, swing sole [m, 1]
     TRAVEL = "travel"  # once (2): step length [m], duration [s]
+    TRUNK = "trunk"  # at each instant (3), if asked for: roll, pitch, yaw of the trunk [rad]
+    LEG_GAPS = "leg_gaps"  # at each instant (pairs), if asked for: between bodies of the legs [m]
 
 
 @dataclass(frozen=True)
@@ -45,6 +48,7 @@ class Step:
         coefficients: of the spline (n + 2, 12): knots, rate at start, rate at end.
         motion: q, dq, ddq at the instants, shape (3, N, 12).
         support: single support at the instants.
+        optional: quantities that only some constraints look at; without entries unless they do.
     """
 
     x: Array
@@ -56,6 +60,7 @@ class Step:
     coefficients: Array
     motion: Array
     support: SupportState
+    optional: dict[Reads, Array]
 
     @property
     def duration(self) -> float:
@@ -85,6 +90,7 @@ class Step:
             Reads.LEGS: self.posture.legs,
             Reads.GAPS: self.posture.gaps,
             Reads.TRAVEL: self.geometry[None, [STEP_LENGTH, DURATION]],
+            **self.optional,
         }
 
 
@@ -93,7 +99,7 @@ class StepSlope:
     """Derivatives of a step with respect to x.
 
     Attributes:
-        posture, impact, support: the local derivatives they are made of.
+        posture, impact, support, optional: the local derivatives they are made of.
         coefficients: of the spline coefficients, shape (n + 2, 12, P).
         motion: of (q, dq, ddq) at each instant, shape (N, 36, P).
         reads: of each quantity, shape (K, entries, P).
@@ -102,6 +108,7 @@ class StepSlope:
     posture: PostureSlope
     impact: ImpactSlope
     support: SupportSlope
+    optional: dict[Reads, ReadingSlope]
     coefficients: Array
     motion: Array
     reads: dict[Reads, Array]

@@ -75,6 +75,12 @@ def _local(slope: StepSlope, weights: StepWeights) -> tuple[Array, Array]:
     local[:, 12:24, 12:24] += torque.vv
     local[:, :12, 24:] += torque.qa
     local[:, 24:, :12] += torque.qa.swapaxes(1, 2)
+    for what, reading in slope.optional.items():
+        jac = reading.jacobian
+        pull[:, :12] += (first[what][:, None] @ jac)[:, 0]
+        local[:, :12, :12] += reading.curvature(first[what])
+        if second[what].any():
+            local[:, :12, :12] += jac.swapaxes(1, 2) @ second[what] @ jac
     return local, pull
 
 

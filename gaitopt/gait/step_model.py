@@ -8,6 +8,8 @@ constant linear map to the spline's coefficients, then the coefficients' depende
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 import numpy as np
 
 from gaitopt.errors import EvaluationError
@@ -16,10 +18,12 @@ from gaitopt.gait.boundary_closed import ClosedBoundary
 from gaitopt.gait.boundary_lifted import LiftedBoundary
 from gaitopt.gait.grid import Grid
 from gaitopt.gait.parameters import DURATION, STEP_LENGTH, Layout
+from gaitopt.gait.readings import Readings, chained
 from gaitopt.gait.spline import spline_basis
 from gaitopt.gait.step import Reads, Step, StepSlope
 from gaitopt.mechanics.impact import Impact, ImpactSlope
 from gaitopt.mechanics.impact_curvature import ImpactCurvature
+from gaitopt.mechanics.readings import ReadingSlope
 from gaitopt.mechanics.support import SingleSupport, SupportSlope
 from gaitopt.nlp import Array
 from gaitopt.robot.model import Robot
@@ -28,7 +32,15 @@ from gaitopt.robot.model import Robot
 class StepModel:
     """Evaluates steps of one robot on one grid; every result is a pure function of x."""
 
-    def __init__(self, robot: Robot, layout: Layout, grid: Grid) -> None:
+    def __init__(
+        self, robot: Robot, layout: Layout, grid: Grid, optional: Collection[Reads] = ()
+    ) -> None:
+        """Prepare what does not depend on x.
+
+        Args:
+            robot, layout, grid: of the walk.
+            optional: which of the quantities that not every walk needs are to be computed.
+        """
         self.robot, self.layout, self.grid = robot, layout, grid
         knots = np.linspace(0.0, 1.0, layout.postures + 2)
         self.basis = spline_basis(knots, grid.instants)
@@ -36,6 +48,7 @@ class StepModel:
         self.impact = Impact(robot)
         self.impact_curvature = ImpactCurvature(robot)
         self._support = SingleSupport(robot, grid.count)
+        self._optional = Readings(robot, optional)
 
     def step(self, x: Array) -> Step:
         """Return the step at x (P,).
@@ -50,7 +63,12 @@ class StepModel:
         coefficients = self._coefficients(x, posture, q_end, rate_start, rate_before)
         motion = self._motion(coefficients, geometry)
         support = self._support.state(*motion)
-        return Step(x, geometry, posture, q_end, rate_before, impact, coefficients, motion, support)
+        placed = self._optional.placed(motion[0])
+        optional = self._optional.values(placed, geometry, self.grid.count)
+        return Step(
+            x, geometry, posture, q_end, rate_before, impact, coefficients, motion, support,
+            optional,
+        )  # fmt: skip
 
     def slope(self, x: Array, posture: Posture | None = None) -> tuple[Step, StepSlope]:
         """Return the step at x (P,) and its exact derivatives.
@@ -72,8 +90,14 @@ class StepModel:
         coefficients = self._coefficients(x, posture, q_end, rate_start, rate_before)
         motion = self._motion(coefficients, geometry)
         support, at_support = self._support.slope(*motion)
-        step = Step(x, geometry, posture, q_end, rate_before, impact, coefficients, motion, support)
-        return step, self._chain(step, self.boundary.slope(posture), at_impact, at_support)
+        placed = self._optional.placed(motion[0])
+        step = Step(
+            x, geometry, posture, q_end, rate_before, impact, coefficients, motion, support,
+            self._optional.values(placed, geometry, self.grid.count),
+        )  # fmt: skip
+        optional = self._optional.slopes(placed, at_support.axes)
+        at_start = self.boundary.slope(posture)
+        return step, self._chain(step, at_start, at_impact, at_support, optional)
 
     def _double_support(self, x: Array) -> tuple[Array, Posture]:
         if not np.all(np.isfinite(x)):
@@ -101,7 +125,12 @@ class StepModel:
         return np.ascontiguousarray(motion.swapaxes(0, 1))
 
     def _chain(
-        self, step: Step, posture: PostureSlope, impact: ImpactSlope, support: SupportSlope
+        self,
+        step: Step,
+        posture: PostureSlope,
+        impact: ImpactSlope,
+        support: SupportSlope,
+        optional: dict[Reads, ReadingSlope],
     ) -> StepSlope:
         size, own = self.layout.size, self.layout.boundary_columns
         q_start = np.zeros((12, size))
@@ -134,8 +163,9 @@ class StepModel:
             Reads.LEGS: legs,
             Reads.GAPS: gaps,
             Reads.TRAVEL: travel,
+            **chained(optional, motion[:, :12], self.layout.index("foot_yaw")),
         }
-        return StepSlope(posture, impact, support, coefficients, motion, reads)
+        return StepSlope(posture, impact, support, optional, coefficients, motion, reads)
 
     def _coefficient_slopes(
         self, q_start: Array, q_end: Array, rate_after: Array, rate_before: Array

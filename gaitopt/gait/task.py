@@ -7,7 +7,14 @@ from dataclasses import dataclass, field, fields
 
 from gaitopt.errors import InputError
 from gaitopt.gait.grid import QUADRATURES, uniform_grid
-from gaitopt.gait.parameters import DURATION, GEOMETRY, STEP_LENGTH, Quantity, set_quantities
+from gaitopt.gait.parameters import (
+    DURATION,
+    FOOT_SPACING,
+    GEOMETRY,
+    STEP_LENGTH,
+    Quantity,
+    set_quantities,
+)
 
 SPEED_AS = ("constraint", "penalty")
 BOUNDARIES = ("closed", "lifted")
@@ -29,12 +36,21 @@ class Margins:
             clearance * sin²(pi t / T) [m].
         lateral_gap: between the swing sole and the edge of the stance sole, Eq. (32) [m].
         knee_flexion: least bend of both knees from straight [rad].
-        leg_extension: largest hip-ankle distance in double support over the straight leg, Eq. (31).
+        leg_extension: largest hip-ankle distance in double support over the straight leg, Eq. (31);
+            None: no limit, as suits the lifted form, whose joint angles cannot be out of reach.
         liftoff_speed: least upward speed of the old stance sole's corners after impact [m/s];
             a small negative value relaxes section 2.4.1.
         joint_range: whether the joint ranges of Eq. (30) are imposed.
         impulse_cop: whether the impulsive centre of pressure must lie in the landing sole.
         torque_limit, speed_limit: replace the robot's limits when given [N.m], [rad/s].
+        trunk_roll, trunk_pitch, trunk_yaw: largest angle of the trunk from upright and from the
+            direction of travel over the whole step [rad].
+        torsional_friction: largest moment about the vertical through the centre of pressure over
+            the vertical force, of the stance foot and of the impact [m]; friction * turning_arm of
+            the sole is what a foot that presses evenly can bear.
+        step_width: largest distance between the two lines of footsteps, |foot_spacing| [m].
+        swing_tilt: largest roll, pitch and yaw of the swing sole over the whole step [rad].
+        leg_gap: least distance between the capsules around the bodies of the two legs [m].
     """
 
     friction: float = 0.7
@@ -43,12 +59,19 @@ class Margins:
     clearance: float = 0.03
     lateral_gap: float = 0.01
     knee_flexion: float = 0.1
-    leg_extension: float = 0.9995
+    leg_extension: float | None = 0.9995
     liftoff_speed: float = 0.0
     joint_range: bool = True
     impulse_cop: bool = True
     torque_limit: float | None = None
     speed_limit: float | None = None
+    trunk_roll: float | None = None
+    trunk_pitch: float | None = None
+    trunk_yaw: float | None = None
+    torsional_friction: float | None = None
+    step_width: float | None = None
+    leg_gap: float | None = None
+    swing_tilt: float | None = None
 
     def __post_init__(self) -> None:
         for entry in fields(self):
@@ -60,6 +83,12 @@ class Margins:
             ("leg_extension", ""),
             ("torque_limit", " N.m"),
             ("speed_limit", " rad/s"),
+            ("trunk_roll", " rad"),
+            ("trunk_pitch", " rad"),
+            ("trunk_yaw", " rad"),
+            ("torsional_friction", " m"),
+            ("step_width", " m"),
+            ("swing_tilt", " rad"),
         ):
             value = getattr(self, name)
             if value is not None and not value > 0.0:
@@ -67,7 +96,7 @@ class Margins:
         for name, unit in (("minimum_load", "N"), ("clearance", "m"), ("cop_margin", "m")):
             if getattr(self, name) < 0.0:
                 raise InputError(f"{name} is {getattr(self, name)} {unit}; it must not be negative")
-        if self.leg_extension > 1.0:
+        if self.leg_extension is not None and self.leg_extension > 1.0:
             raise InputError(f"leg_extension is {self.leg_extension}; a leg reaches at most 1")
 
 
@@ -128,6 +157,12 @@ class Task:
             raise InputError(
                 f"duration is {self.duration} s, but it is free only between {time.lower} and "
                 f"{time.upper} s"
+            )
+        spacing, width = self.geometry[FOOT_SPACING], self.margins.step_width
+        if width is not None and not spacing.free and abs(spacing.value) > width:
+            raise InputError(
+                f"foot_spacing is fixed at {spacing.value} m, but step_width allows {width} m; "
+                "free it or give a larger step_width"
             )
         if not self.geometry[STEP_LENGTH].free and self.speed_as == "constraint":
             raise InputError("step_length is fixed; free it, or take the speed as a penalty")

@@ -59,3 +59,35 @@ def sole_edge_speeds(corners: Array) -> Array:
     """
     zero, one = np.zeros(4), np.ones(4)
     return np.stack([zero, zero, one, corners[:, 1], -corners[:, 0], zero], axis=1)
+
+
+def sole_tilt(corners: Array) -> Array:
+    """Return the matrix from a sole's corners in the world to its tilt, shape (3, 12).
+
+    Rows: how much higher the left edge is than the right, the heel than the toe (both per metre:
+    the sines of roll and pitch), and how far left the toe is of the heel (the sine of yaw).
+
+    Args:
+        corners: in the sole frame, in the order of `Sole.corners` [m], shape (4, 3).
+    """
+    x, y = corners[:, 0] - corners[:, 0].mean(), corners[:, 1] - corners[:, 1].mean()
+    rows = np.zeros((3, 4, 3))
+    rows[0, :, 2] = y / (y @ y)
+    rows[1, :, 2] = -x / (x @ x)
+    rows[2, :, 1] = x / (x @ x)
+    return rows.reshape(3, 12)
+
+
+def turning_arm(length: float, width: float) -> float:
+    """Return the mean distance of a rectangle's points from its centre [m].
+
+    A sole that presses evenly resists being turned about its centre by friction * load * this arm
+    (Goyal, Ruina & Papadopoulos, Planar sliding with dry friction, Wear 143, 1991): every bit of it
+    slides across its own distance from the centre.
+
+    Args:
+        length, width: of the sole [m].
+    """
+    ahead = length**2 / width * np.arcsinh(width / length)
+    aside = width**2 / length * np.arcsinh(length / width)
+    return float(2.0 * np.hypot(length, width) + ahead + aside) / 12.0

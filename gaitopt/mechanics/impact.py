@@ -180,5 +180,3 @@ class Impact:
         velocity = y[:NV].copy()
         velocity[:BASE] = 0.0
         return LockedImpact(velocity, y[NV + BASE :], y[NV : NV + BASE])
-
-

@@ -9,8 +9,9 @@ from reference_cases import biped
 
 from gaitopt.design import suggestions
 from gaitopt.design.contradictions import contradictions
-from gaitopt.design.design import DesignOptions, design
+from gaitopt.design.design import design
 from gaitopt.design.diagnose import diagnose
+from gaitopt.design.options import DesignOptions
 from gaitopt.design.refine import violated_instants
 from gaitopt.errors import NoGaitFoundError, UnreachableError
 from gaitopt.gait.problem import WalkProblem
@@ -156,6 +157,7 @@ def test_the_error_carries_what_is_known():
         ({"cop_margin": 0.07}, "cop", "0.07 m from every edge .* sole 0.136 m wide"),
         ({"minimum_load": 600.0}, "load", "600 N .* weight of the robot, 557.9 N"),
         ({"knee_flexion": 2.7}, "knee", "_knee bends by at most 2.6 rad; .* at least 2.7 rad"),
+        ({"step_width": 0.14}, "lateral", "at most 0.14 m apart .* at least 0.146 m are needed"),
         ({"speed": 3.0}, "leg length", r"a step of 1.200 m .* at most 1.164 m"),
     ],
 )
@@ -167,7 +169,7 @@ def test_what_no_motion_can_meet_is_seen_at_once(robot, changes, family, sentenc
 
 def test_a_walk_that_can_be_walked_contradicts_nothing(robot):
     limits = {"cop_margin": 0.067, "minimum_load": 557.0, "knee_flexion": 2.59, "speed": 2.9}
-    assert contradictions(WalkProblem(robot, preset_task(**limits))) == ()
+    assert contradictions(WalkProblem(robot, preset_task(**limits, step_width=0.147))) == ()
 
 
 def test_a_walk_found_after_all_is_handed_over(robot, standard_task):

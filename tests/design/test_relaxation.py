@@ -28,6 +28,7 @@ KNOBS = (
     "robot joint ranges",
     "speed",
 )
+SWITCHED = ("trunk_roll", "trunk_pitch", "trunk_yaw", "torsional_friction", "leg_gap")
 
 
 def knob_of(problem, name):
@@ -52,14 +53,16 @@ def per_row(problem, values):
 
 
 def test_every_knob_is_there():
-    problem = walk("guess").problem
+    problem, upright = walk("guess").problem, walk("upright").problem
     assert tuple(k.name for k in limit_knobs(problem)) == KNOBS
+    assert {k.name for k in limit_knobs(upright)} == {*KNOBS, *SWITCHED}
 
 
-@pytest.mark.parametrize("name", KNOBS)
+@pytest.mark.parametrize("name", KNOBS + SWITCHED)
 def test_a_relaxed_row_has_the_room_that_the_changed_task_gives_it(name):
     """The same limits, reached through t and through the task: two roads to one number."""
-    problem, x = walk("guess").problem, walk("guess").x
+    walked = walk("upright" if name in SWITCHED else "guess")
+    problem, x = walked.problem, walked.x
     knob = knob_of(problem, name)
     z = knob.start(x, 0.3 * (knob.bound - knob.before) / knob.step)
     program = knob.program(problem, z)
@@ -76,9 +79,12 @@ def test_a_relaxed_row_has_the_room_that_the_changed_task_gives_it(name):
     assert np.abs(expected[there] - before[there]).max() > 1e-5
 
 
-@pytest.mark.parametrize("name", ["friction", "cop_margin", "torque_limit", "speed"])
+@pytest.mark.parametrize(
+    "name", ["friction", "cop_margin", "torque_limit", "speed", "torsional_friction"]
+)
 def test_derivatives_of_the_relaxed_program(name, rng):
-    problem, x = walk("guess").problem, walk("guess").x
+    walked = walk("upright" if name in SWITCHED else "guess")
+    problem, x = walked.problem, walked.x
     z = knob_of(problem, name).start(x, 0.37)
     program = knob_of(problem, name).program(problem, z + 0.1)
     weights = rng.normal(size=program.rows.lower.size)

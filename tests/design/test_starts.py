@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from gaitopt.design.design import DesignOptions
+from gaitopt.design.options import DesignOptions
 from gaitopt.design.starts import Outcome, _distinct, many_starts
 from gaitopt.errors import InputError, NoGaitFoundError
 from gaitopt.gait.guess import first_guess

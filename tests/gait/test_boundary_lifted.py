@@ -60,7 +60,7 @@ def test_both_forms_see_the_same_step(robot):
     )
     a, b = closed.step(first_guess(closed)), lifted.step(first_guess(lifted))
     for what in Reads:
-        if what is not Reads.GAPS:
+        if a.read(what).size:
             assert relative_error(a.read(what), b.read(what)) < 1e-12
     assert lifted.layout.size == closed.layout.size + 12
     assert lifted.layout.names[36:48] == tuple(f"{j}_at_start" for j in robot.joint_names)

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from numerics import check_jacobian, relative_error
 
-from gaitopt.gait.families import Entries, Family, FrictionCone, Length, Linear
+from gaitopt.gait.families import Entries, Family, FrictionCone, Length, Linear, Torsion
 from gaitopt.gait.step import Reads
 
 FORCES = np.array([[30.0, -40.0, 200.0, 1.0, 2.0, 3.0], [-3.0, 5.0, 80.0, 0.0, 1.0, 4.0]])
@@ -12,11 +12,14 @@ MAPS = (
     (FrictionCone(0.7, 0.05), FORCES),
     (Length(), LEGS),
     (Entries(slice(1, 6, 2), 6, -1.0), FORCES),
+    (Torsion(0.05, 20.0), FORCES),
 )
 maps = pytest.mark.parametrize(
-    ("rows", "quantity"), MAPS, ids=["linear", "cone", "length", "entries"]
+    ("rows", "quantity"), MAPS, ids=["linear", "cone", "length", "entries", "torsion"]
 )
-curved = pytest.mark.parametrize(("rows", "quantity"), MAPS[1:3], ids=["cone", "length"])
+curved = pytest.mark.parametrize(
+    ("rows", "quantity"), [*MAPS[1:3], MAPS[4]], ids=["cone", "length", "torsion"]
+)
 
 
 @maps
@@ -38,11 +41,11 @@ def test_jacobian_is_slope_after_slope(rows, quantity, rng):
 
 @curved
 def test_curvature(rows, quantity):
-    weights = np.array([[0.7], [-1.3]])
+    weights = np.array([[0.7, 0.2], [-1.3, 0.9]])[:, : rows.value(quantity).shape[1]]
     H = rows.curvature(quantity, weights)
 
     def slope(d):
-        return weights * rows.slope(quantity + d)[:, 0]
+        return (weights[:, None] @ rows.slope(quantity + d))[:, 0]
 
     check_jacobian(slope, H, np.zeros(quantity.shape[1]), step=1e-3)
     np.testing.assert_allclose(H, H.swapaxes(1, 2), atol=1e-15)
@@ -71,6 +74,23 @@ def test_smoothing_moves_the_cone_inwards_by_no_more_than_itself():
     vertical = np.array([[0.0, 0.0, 100.0]])
     assert FrictionCone(0.7, 0.05).value(vertical)[0, 0] == pytest.approx(70.0 - 0.05)
     assert np.isfinite(FrictionCone(0.7, 0.05).slope(vertical)).all()
+
+
+def test_torsion_is_the_moment_through_the_centre_of_pressure():
+    f, m = FORCES[0, :3], FORCES[0, 3:]
+    pressure = np.array([-m[1] / f[2], m[0] / f[2], 0.0])
+    moment = (m - np.cross(pressure, f))[2]
+    left, right = Torsion(0.05, 1e-9).value(FORCES)[0]
+    assert (left + right) / 2.0 == pytest.approx(0.05 * 200.0)
+    assert (right - left) / 2.0 == pytest.approx(moment)
+
+
+def test_torsion_has_a_value_where_the_load_vanishes():
+    rows, unloaded = Torsion(0.05, 1.0), np.array([[3.0, 2.0, 0.0, 0.5, -0.4, 0.7]])
+    np.testing.assert_allclose(rows.value(unloaded), [[-0.7, 0.7]])  # about the origin
+    assert np.isfinite(rows.curvature(unloaded, np.array([[1.0, 2.0]]))).all()
+    loaded = np.array([[3.0, 2.0, 25.0, 0.5, -0.4, 0.7]])
+    np.testing.assert_allclose(rows.value(loaded), Torsion(0.05, 0.0).value(loaded), rtol=1e-3)
 
 
 def test_lengths():

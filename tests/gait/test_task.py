@@ -9,7 +9,9 @@ from gaitopt.gait.task import Margins, Task, preset_task
 
 NUMBERS = (
     "friction", "minimum_load", "cop_margin", "clearance", "lateral_gap", "knee_flexion",
-    "leg_extension", "liftoff_speed", "torque_limit", "speed_limit",
+    "leg_extension", "liftoff_speed", "torque_limit", "speed_limit", "trunk_roll", "trunk_pitch",
+    "trunk_yaw", "torsional_friction", "step_width", "leg_gap",
+    "swing_tilt",
 )  # fmt: skip
 
 
@@ -28,6 +30,10 @@ def test_margins_must_be_numbers(name, value):
         ("leg_extension", 1.01, "leg_extension is 1.01; a leg reaches at most 1"),
         ("torque_limit", 0.0, r"torque_limit is 0.0 N.m; it must be above 0"),
         ("speed_limit", -3.0, "speed_limit is -3.0 rad/s; it must be above 0"),
+        ("trunk_roll", 0.0, "trunk_roll is 0.0 rad; it must be above 0"),
+        ("trunk_yaw", -0.1, "trunk_yaw is -0.1 rad; it must be above 0"),
+        ("torsional_friction", 0.0, "torsional_friction is 0.0 m; it must be above 0"),
+        ("step_width", -0.2, "step_width is -0.2 m; it must be above 0"),
         ("minimum_load", -1.0, "minimum_load is -1.0 N; it must not be negative"),
         ("clearance", -0.01, "clearance is -0.01 m; it must not be negative"),
         ("cop_margin", -0.02, "cop_margin is -0.02 m; it must not be negative"),
@@ -60,6 +66,15 @@ def test_a_fixed_step_length_cannot_also_be_constrained():
     with pytest.raises(InputError, match="step_length is fixed; free it, or take the speed as a"):
         Task(geometry=fixed)
     assert Task(geometry=fixed, speed_as="penalty").geometry == fixed
+
+
+def test_feet_fixed_farther_apart_than_allowed_are_refused():
+    fixed = set_quantities(GEOMETRY, {"foot_spacing": {"free": False, "value": -0.25}})
+    with pytest.raises(
+        InputError, match=r"fixed at -0\.25 m, but step_width allows 0.2 m; free it"
+    ):
+        Task(geometry=fixed, margins=Margins(step_width=0.2))
+    assert Task(geometry=fixed, margins=Margins(step_width=0.25)).geometry == fixed
 
 
 def test_the_step_length_is_what_the_speed_asks_for():

@@ -8,6 +8,7 @@ from gaitopt.mechanics.feet import (
     corner_positions,
     corner_slopes,
     sole_edge_speeds,
+    turning_arm,
 )
 
 
@@ -62,3 +63,13 @@ def test_edge_speeds_are_the_rates_of_the_heights(robot, seed):
 
     speeds = sole_edge_speeds(corners) @ twist
     check_derivative(heights, speeds, np.zeros(1), np.ones(1), step=1e-3)
+
+
+def test_the_turning_arm_is_a_mean_distance():
+    """Against Gauss's quadrature over a quarter of the rectangle, and a long thin one."""
+    nodes, weights = np.polynomial.legendre.leggauss(200)
+    share, weights = (nodes + 1.0) / 2.0, weights / 2.0
+    apart = np.hypot(0.107 * share[:, None], 0.068 * share[None])
+    assert turning_arm(0.214, 0.136) == pytest.approx(weights @ apart @ weights, rel=1e-5)
+    assert turning_arm(0.214, 0.136) == turning_arm(0.136, 0.214)
+    assert turning_arm(0.4, 1e-6) == pytest.approx(0.1, rel=1e-4)

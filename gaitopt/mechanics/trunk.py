@@ -1,0 +1,81 @@
+"""Attitude of the trunk: roll, pitch and yaw of the pelvis frame in the stance sole frame.
+
+Tait-Bryan angles in the order of the double support's geometric quantities: yaw about the vertical,
+then pitch about the turned y axis, then roll about the trunk's own x axis. With the world angular
+velocity w of the pelvis
+
+    roll'  = (cos yaw w_x + sin yaw w_y) / cos pitch
+    pitch' = -sin yaw w_x + cos yaw w_y
+    yaw'   = w_z + tan pitch (cos yaw w_x + sin yaw w_y)
+
+(Siciliano et al., Robotics, 2009, section 3.6, solved for the rates).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gaitopt.mechanics.bodies import Placements
+from gaitopt.mechanics.readings import Reading, ReadingSlope
+from gaitopt.nlp import Array
+from gaitopt.robot.model import Robot
+
+ROLL, PITCH, YAW = range(3)
+_LEAST_COSINE = 1e-9  # of the pitch: roll and yaw are one and the same where it is 90 degrees
+_BEFORE = np.arange(12) < 6  # joints between the stance foot and the pelvis
+
+
+@dataclass(frozen=True)
+class TrunkSlope(ReadingSlope):
+    """Derivatives of roll, pitch and yaw.
+
+    Attributes:
+        jacobian: with respect to q, shape (N, 3, 12).
+        bend: how the rates (roll', pitch', yaw') change with pitch and with yaw at a given
+            velocity of each joint, shape (N, 2, 3, 12).
+    """
+
+    jacobian: Array
+    bend: Array
+
+    def curvature(self, weights: Array) -> Array:
+        """Return the Hessian in q of sum(weights * angles), weights (N, 3), shape (N, 12, 12).
+
+        Turning joint k leaves the axes of the joints j <= k where they are, so there only pitch
+        and yaw change the rates.
+        """
+        bend = np.einsum("na,nbaj->nbj", weights, self.bend)
+        lower = np.tril(self.jacobian[:, PITCH:].swapaxes(1, 2) @ bend)
+        return np.asarray(lower + np.tril(lower, -1).swapaxes(1, 2))
+
+
+class Trunk(Reading):
+    """Roll, pitch and yaw of a robot's pelvis frame [rad]."""
+
+    def __init__(self, robot: Robot) -> None:
+        frame = robot.model.frames[robot.pelvis_frame]
+        self._body = frame.parentJoint - 1
+        self._turn = np.array(frame.placement.rotation)
+
+    def value(self, placed: Placements) -> Array:
+        """Return roll, pitch, yaw [rad], shape (N, 3)."""
+        R = placed.rotation[:, self._body] @ self._turn
+        roll = np.arctan2(R[:, 2, 1], R[:, 2, 2])
+        pitch = np.arcsin(np.clip(-R[:, 2, 0], -1.0, 1.0))
+        yaw = np.arctan2(R[:, 1, 0], R[:, 0, 0])
+        return np.stack([roll, pitch, yaw], axis=1)
+
+    def slope(self, placed: Placements, axes: Array) -> TrunkSlope:
+        """Return the derivatives of the angles."""
+        _, pitch, yaw = self.value(placed).T
+        w = np.where(_BEFORE, axes[:, :, 3:].swapaxes(1, 2), 0.0)
+        c, s = np.cos(yaw)[:, None], np.sin(yaw)[:, None]
+        ahead, aside = c * w[:, 0] + s * w[:, 1], c * w[:, 1] - s * w[:, 0]  # turned with the yaw
+        cosine = np.maximum(np.cos(pitch), _LEAST_COSINE)[:, None]
+        sine, zero = np.sin(pitch)[:, None], np.zeros_like(aside)
+        rates = np.stack([ahead / cosine, aside, w[:, 2] + sine / cosine * ahead], axis=1)
+        by_pitch = np.stack([sine / cosine**2 * ahead, zero, ahead / cosine**2], axis=1)
+        by_yaw = np.stack([aside / cosine, -ahead, sine / cosine * aside], axis=1)
+        return TrunkSlope(rates, np.stack([by_pitch, by_yaw], axis=1))

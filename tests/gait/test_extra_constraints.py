@@ -1,0 +1,212 @@
+"""What is off unless asked for: each constraint against the sentence it stands for."""
+
+import numpy as np
+import pytest
+from motions import kinematics
+from numerics import relative_error
+from reference_cases import biped
+from urdf_edits import edited_urdf, joint, set_limit
+from walks import SWITCHED, UPRIGHT, walk
+
+from gaitopt.gait.constraints import families
+from gaitopt.gait.extra_constraints import switched_on
+from gaitopt.gait.grid import uniform_grid
+from gaitopt.gait.guess import first_guess
+from gaitopt.gait.parameters import FOOT_SPACING, GEOMETRY, set_quantities
+from gaitopt.gait.problem import WalkProblem
+from gaitopt.gait.step import Reads
+from gaitopt.gait.task import Margins, preset_task
+from gaitopt.mechanics.bodies import Bodies
+from gaitopt.mechanics.leg_gaps import leg_pairs
+from gaitopt.robot.model import Robot
+
+KNEES = ("right_knee", "left_knee")
+
+
+@pytest.fixture(scope="module")
+def problem():
+    return walk("upright").problem
+
+
+@pytest.fixture(scope="module")
+def step(problem):
+    return problem.step(walk("upright").x)
+
+
+@pytest.fixture(scope="module")
+def rows(problem, step):
+    """Value, lower and upper limit of a family's rows in its unit, shape (K, r)."""
+
+    def of(name):
+        family = next(f for f in problem.families if f.name == name)
+        value = problem.values(step.x).rows[problem.family_rows(name)]
+        return value.reshape(family.lower.shape) * family.scale, family.lower, family.upper
+
+    return of
+
+
+def test_everything_is_off_unless_it_is_asked_for(robot):
+    names = {f.name for f in families(robot, preset_task(), uniform_grid(3))}
+    assert names.isdisjoint(SWITCHED)
+    asked = {f.name for f in families(robot, preset_task(**UPRIGHT), uniform_grid(3))}
+    assert asked - names == set(SWITCHED)
+    assert switched_on(Margins()) == switched_on(Margins(step_width=0.2)) == ()
+
+
+def test_each_margin_switches_its_own(robot):
+    def names(**margins):
+        return {f.name for f in families(robot, preset_task(**margins), uniform_grid(3))}
+
+    off = names()
+    for entry in ("roll", "pitch", "yaw"):
+        assert names(**{f"trunk_{entry}": 0.3}) - off == {f"trunk {entry}"}
+    assert names(torsional_friction=0.05) - off == {"torsion", "impulse torsion"}
+    assert names(leg_gap=0.0) - off == {"leg gap"}
+    assert names(swing_tilt=0.1) - off == {"swing tilt"}
+
+
+def test_nothing_is_computed_unless_it_is_asked_for(robot, monkeypatch):
+    problem = WalkProblem(robot, preset_task())
+    x = first_guess(problem)
+    monkeypatch.setattr(Bodies, "placed", None)  # calling it is an error
+    step, slope = problem.slope(x)
+    assert step.read(Reads.TRUNK).shape == step.read(Reads.LEG_GAPS).shape == (31, 0)
+    assert slope.reads[Reads.LEG_GAPS].shape == (31, 0, 43)
+    assert slope.optional == {}
+
+
+def test_they_change_no_other_row(robot, problem, step):
+    plain = WalkProblem(robot, preset_task(), problem.grid)
+    at = plain.values(step.x)
+    for family in plain.families:
+        here = problem.values(step.x).rows[problem.family_rows(family.name)]
+        np.testing.assert_array_equal(here, at.rows[plain.family_rows(family.name)])
+
+
+@pytest.mark.parametrize(("entry", "limit"), [("roll", 0.1), ("pitch", 0.12), ("yaw", 0.09)])
+def test_trunk(robot, rows, step, entry, limit):
+    value, lower, upper = rows(f"trunk {entry}")
+    at = [kinematics(robot, q).frame(robot.pelvis_frame).rotation for q in step.motion[0]]
+    R = np.array(at)
+    # upright trunk turned by yaw about z, pitch about y, roll about x
+    expected = {
+        "roll": np.arctan2(R[:, 2, 1], R[:, 2, 2]),
+        "pitch": -np.arcsin(R[:, 2, 0]),
+        "yaw": np.arctan2(R[:, 1, 0], R[:, 0, 0]),
+    }[entry]
+    assert relative_error(value[:, 0], expected) < 1e-12
+    assert (lower == -limit).all()
+    assert (upper == limit).all()
+
+
+def test_the_trunk_starts_as_the_geometric_quantities_say():
+    """Its yaw is seen from the direction of travel, which feet turned out share evenly."""
+    walked = walk("upright, everything free")
+    step = walked.problem.step(walked.x)
+    named = dict(zip((q.name for q in GEOMETRY), step.geometry, strict=True))
+    roll, pitch, yaw = step.read(Reads.TRUNK)[0]
+    assert (roll, pitch) == pytest.approx((named["pelvis_roll"], named["trunk_pitch"]))
+    assert abs(named["foot_yaw"]) > 0.05
+    assert yaw == pytest.approx(named["pelvis_yaw"] - named["foot_yaw"] / 2.0)
+
+
+def test_the_trunk_ends_as_the_mirror_of_how_it_starts():
+    walked = walk("upright, everything free")
+    trunk = walked.problem.step(walked.x).read(Reads.TRUNK)
+    last = walked.problem.grid.nodes - 1
+    assert relative_error(trunk[last], trunk[0] * (-1.0, 1.0, -1.0)) < 1e-9
+
+
+def turning_moment(force, moment):
+    pressure = np.array([-moment[1] / force[2], moment[0] / force[2], 0.0])
+    return (moment - np.cross(pressure, force))[2]
+
+
+def test_torsion(rows, step):
+    value, lower, _ = rows("torsion")
+    for row, wrench in zip(value, step.support.effort[:, :6], strict=True):
+        turning, most = turning_moment(wrench[:3], wrench[3:]), 0.04 * wrench[2]
+        np.testing.assert_allclose(row, [most - turning, most + turning], rtol=1e-4, atol=1e-3)
+    assert (lower == 0.0).all()
+
+
+def test_impulse_torsion(rows, step):
+    value, lower, _ = rows("impulse torsion")
+    I = step.impact.impulse  # noqa: E741
+    turning, most = turning_moment(I[:3], I[3:]), 0.04 * I[2]
+    np.testing.assert_allclose(value[0], [most - turning, most + turning], rtol=1e-4)
+    assert (lower == 0.0).all()
+
+
+def test_leg_gap(robot, problem, rows, step):
+    """A pair of shins by hand: nearest points of two bars, sought on a fine grid."""
+    value, lower, _ = rows("leg gap")
+    names = leg_pairs(robot).names
+    family = next(f for f in problem.families if f.name == "leg gap")
+    assert family.labels == tuple(f"gap between {name}" for name in names)
+    assert (lower == 0.012).all()
+    index = names.index("right_shin and left_shin")
+    pair, share = leg_pairs(robot).kept[index], np.linspace(0.0, 1.0, 400)[:, None]
+    for q, found in zip(step.motion[0][::6], value[::6, index], strict=True):
+        at = kinematics(robot, q).data.oMi
+        bars = [
+            (1.0 - share) * at[c.body + 1].act(c.ends[0]) + share * at[c.body + 1].act(c.ends[1])
+            for c in pair
+        ]
+        apart = np.linalg.norm(bars[0][:, None] - bars[1][None], axis=2).min()
+        assert found == pytest.approx(apart - pair[0].radius - pair[1].radius, abs=1e-5)
+
+
+def test_swing_tilt(robot, problem, rows, step):
+    """Sines of the angles between the sole's edges and the ground or the way ahead."""
+    value, lower, upper = rows("swing tilt")
+    np.testing.assert_allclose(upper, np.sin(0.15))
+    np.testing.assert_allclose(lower, -upper)
+    for q, found in zip(step.motion[0], value, strict=True):
+        R = kinematics(robot, q).frame(robot.swing_frame).rotation
+        np.testing.assert_allclose(found, [R[2, 1], -R[2, 0], R[1, 0]], atol=1e-12)
+
+
+def spacing_bounds(side="right", **changes):
+    layout = WalkProblem(biped(side), preset_task(**changes)).layout
+    quantity = layout.geometry[FOOT_SPACING]
+    return quantity.lower, quantity.upper
+
+
+def test_step_width_bounds_the_foot_spacing():
+    assert spacing_bounds() == (-np.inf, np.inf)
+    assert spacing_bounds(step_width=0.17) == (-np.inf, 0.17)
+    assert spacing_bounds("left", step_width=0.17) == (-0.17, np.inf)
+    narrower = set_quantities(GEOMETRY, {"foot_spacing": {"lower": 0.1, "upper": 0.15}})
+    assert spacing_bounds(step_width=0.17, geometry=narrower) == (0.1, 0.15)
+    fixed = set_quantities(GEOMETRY, {"foot_spacing": {"free": False, "value": 0.16}})
+    assert spacing_bounds(step_width=0.17, geometry=fixed) == (-np.inf, np.inf)
+
+
+def test_the_first_guess_keeps_the_step_width(robot):
+    problem = WalkProblem(robot, preset_task(step_width=0.15))
+    x = first_guess(problem)
+    assert x[problem.layout.index("foot_spacing")] == 0.15
+
+
+def knees_bend_the_other_way(root):
+    for name in KNEES:
+        axis = joint(root, name).find("axis")
+        axis.set("xyz", "0 -1 0")
+        set_limit(name, lower=-2.6, upper=0.0)(root)
+
+
+def test_knees_that_bend_to_negative_angles_are_the_same_knees(robot):
+    """The same robot with another sign of the knees: every row and the cost stay as they are."""
+    other = Robot.from_urdf(edited_urdf(knees_bend_the_other_way))
+    assert (other.legs.flexion == -1.0).all()
+    problem = WalkProblem(robot, preset_task(knee_flexion=0.21))
+    there = WalkProblem(other, problem.task)
+    x, sign = walk("guess").x, np.ones(12)
+    sign[list(robot.legs.knees)] = -1.0
+    y = np.concatenate([x[:36] * np.tile(sign, 3), x[36:]])
+    knee = problem.family_rows("knee")
+    assert relative_error(there.values(y).rows[knee], problem.values(x).rows[knee]) < 1e-12
+    np.testing.assert_allclose(there.rows.lower[knee], 0.21)
+    assert there.values(y).cost == pytest.approx(problem.values(x).cost)
+    assert relative_error(first_guess(there)[:12] * sign, first_guess(problem)[:12]) < 1e-9
