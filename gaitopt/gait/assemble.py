@@ -11,6 +11,8 @@ from gaitopt.gait.result import Gait
 from gaitopt.gait.step import Reads
 from gaitopt.gait.task_record import task_record
 from gaitopt.nlp import Array
+from gaitopt.robot.capsules import capsule_rows
+from gaitopt.robot.choices import Choices
 from gaitopt.robot.choices_file import choices_record
 from gaitopt.robot.model import Robot
 
@@ -31,6 +33,7 @@ def gait_at(problem: WalkProblem, x: Array, meta: Mapping[str, object]) -> Gait:
     wrench = step.read(Reads.WRENCH)[nodes]
     facts = {
         **robot_record(robot),
+        "choices": choices_record(_choices(problem)),
         "limits": limits_record(problem),
         "task": task_record(problem.task),
         "instants": problem.grid.instants[problem.grid.nodes :].tolist(),
@@ -63,18 +66,22 @@ def gait_at(problem: WalkProblem, x: Array, meta: Mapping[str, object]) -> Gait:
 
 
 def robot_record(robot: Robot) -> dict[str, object]:
-    """Return the facts about a robot that figures and summaries need, JSON-able.
-
-    With its choices the URDF alone gives the same robot again.
-    """
+    """Return the facts about a robot that figures and summaries need, JSON-able."""
     sole = robot.sole
     return {
         "robot": robot.name,
         "mass": robot.mass,
         "leg_length": robot.legs.reach,
         "sole": {"toe": sole.toe, "heel": sole.heel, "left": sole.left, "right": sole.right},
-        "choices": choices_record(robot.choices),
     }
+
+
+def _choices(problem: WalkProblem) -> Choices:
+    """With these the URDF alone gives the same robot again; capsules where they were kept apart."""
+    robot = problem.robot
+    if problem.task.margins.leg_gap is None:
+        return robot.choices
+    return robot.choices.over(capsules=capsule_rows(robot))
 
 
 def limits_record(problem: WalkProblem) -> dict[str, list[float | None]]:

@@ -14,6 +14,7 @@ import numpy as np
 import pinocchio as pin
 
 from gaitopt.nlp import Array
+from gaitopt.robot.choices import CapsuleRow
 from gaitopt.robot.cover import Cover, Points, cover, points_of
 from gaitopt.robot.model import Robot
 from gaitopt.robot.soles import Sole
@@ -69,8 +70,20 @@ def leg_capsules(robot: Robot) -> tuple[Capsule, ...]:
     Raises:
         RobotError: a mesh file of a leg is there but cannot be read.
     """
+    if robot.choices.capsules is not None:
+        return tuple(
+            Capsule(row[0], row[1], row[2:5], row[5:8], row[8], row[9])
+            for row in robot.choices.capsules
+        )
     soles = (robot.stance_sole, robot.swing_sole)
     return _capsules(_Question(robot.urdf, robot.choices.package_dirs, soles, robot.sole, robot))
+
+
+def capsule_rows(robot: Robot) -> tuple[CapsuleRow, ...]:
+    """Return the capsules as `Choices` keeps them, so that no mesh is needed to find them again."""
+    return tuple(
+        (c.body, c.name, *c.start, *c.end, c.radius, c.source) for c in leg_capsules(robot)
+    )
 
 
 @lru_cache(maxsize=16)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from difflib import get_close_matches
 from importlib import resources
 from importlib.metadata import PackageNotFoundError, distribution
@@ -20,6 +20,8 @@ from gaitopt.robot.choices import Choices
 from gaitopt.robot.choices_file import choices_from_record
 from gaitopt.robot.model import Robot
 from gaitopt.robot.presets import biped13
+from gaitopt.robot.spec import BipedSpec
+from gaitopt.robot.spec_table import merged
 from gaitopt.robot.urdf import urdf_text
 
 if sys.version_info >= (3, 11):
@@ -44,11 +46,14 @@ class Entry:
         name: that it is asked for by.
         title: one line for people.
         mass: [kg].
-        file: of its description in the example-robot-data package; empty for the biped that
+        file: of its description in the example-robot-data package; empty for the bipeds that
             gaitopt makes itself.
         choices: what must not be guessed, as `choices_from_record` takes it.
-        task: fields of a `Task` to begin with: speed [m/s], duration [s], ...
+        task: fields of a `Task` to begin with: speed [m/s], duration [s], ..., and its preset
+            where that is not the usual one.
         remark: what to know before using it, or empty.
+        spec: of a biped that gaitopt makes itself: where it differs from `biped13`, as
+            `spec_table.merged` takes it.
     """
 
     name: str
@@ -56,8 +61,9 @@ class Entry:
     mass: float
     file: str
     choices: Mapping[str, Any]
-    task: Mapping[str, float]
+    task: Mapping[str, Any]
     remark: str = ""
+    spec: Mapping[str, Any] = field(default_factory=dict)
 
     @property
     def package(self) -> str:
@@ -102,8 +108,8 @@ def description(entry: Entry) -> tuple[str | Path, Choices]:
         MissingExtraError: the package that has it is not installed.
     """
     choices = choices_from_record(entry.choices)
-    if entry.name == GENERATED:
-        return urdf_text(biped13()), choices
+    if not entry.file:
+        return urdf_text(biped_of(entry)), choices
     folder = _descriptions()
     if folder is None:
         raise MissingExtraError(f"the robot '{entry.name}'", EXTRA)
@@ -114,6 +120,11 @@ def description(entry: Entry) -> tuple[str | Path, Choices]:
             f"run: pip install --upgrade 'gaitopt[{EXTRA}]'"
         )
     return path, choices
+
+
+def biped_of(entry: Entry) -> BipedSpec:
+    """Return the specification of a biped that gaitopt makes itself."""
+    return merged(biped13(), entry.spec)
 
 
 def robot_by_name(name: str) -> Robot:
@@ -145,4 +156,5 @@ def _entry(name: str, text: str) -> Entry:
         choices=table.get("choices", {}),
         task=table.get("task", {}),
         remark=table.get("remark", ""),
+        spec=table.get("spec", {}),
     )

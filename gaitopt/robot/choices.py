@@ -11,6 +11,7 @@ from gaitopt.robot.soles import Sole
 
 Axis = str | tuple[float, float, float]
 Placement = tuple[float, ...]
+CapsuleRow = tuple[int, str, float, float, float, float, float, float, float, str]
 Posture = str | tuple[tuple[str, float], ...]
 
 AXES: dict[str, tuple[float, float, float]] = {
@@ -96,6 +97,9 @@ class Choices:
         unequal_limits: one of `UNEQUAL`.
         asymmetry: largest relative difference between the robot and its mirror image that is
             averaged away, in mass, centre of mass (per radius of gyration) and inertia of a link.
+        capsules: around the bodies of the legs, as an earlier reading found them in the shapes:
+            body from 0 to 12, name, both ends [m] in the frame of its joint, radius [m], and what
+            they cover.
         package_dirs: directories in which `package://` file names are looked up.
     """
 
@@ -115,6 +119,7 @@ class Choices:
     unequal_limits: str = "refuse"
     asymmetry: float = 0.08
     package_dirs: tuple[str, ...] = ()
+    capsules: tuple[CapsuleRow, ...] | None = None
 
     def __post_init__(self) -> None:
         if isinstance(self.posture, Mapping):
@@ -126,6 +131,9 @@ class Choices:
         for name in ("forward", "up"):
             object.__setattr__(self, name, _axis(getattr(self, name), name))
         _check_numbers(self)
+        if self.capsules is not None:
+            rows = tuple(_capsule(row) for row in _tuple(self.capsules, "capsules"))
+            object.__setattr__(self, "capsules", rows)
 
     def over(self, **given: object) -> Choices:
         """Return a copy with the given fields in place of its own, those that are None left out."""
@@ -173,6 +181,17 @@ def _check_numbers(choices: Choices) -> None:
         if [len(p) for p in rows] != [12, 12]:
             raise RobotError("sole_placements must be 2 lists of 12 numbers, the rows of [R p]")
         object.__setattr__(choices, "sole_placements", rows)
+
+
+def _capsule(row: object) -> tuple[object, ...]:
+    values = _tuple(row, "capsules")
+    if len(values) != 10 or values[0] not in range(13):
+        raise RobotError(
+            f"capsules: {list(values)} is not one; give body (0 to 12), name, two ends and a "
+            "radius [m], and what it covers"
+        )
+    numbers = (_finite(n, f"capsules of '{values[1]}'") for n in values[2:9])
+    return (values[0], str(values[1]), *numbers, str(values[9]))
 
 
 def _axis(value: object, name: str) -> Axis | None:

@@ -87,7 +87,7 @@ def _plain(name: str, value: Any) -> Any:
         return dict(value)
     if name == "limits":
         return [_override_record(entry) for entry in value]
-    if name == "sole_placements":
+    if name in ("sole_placements", "capsules"):
         return [list(numbers) for numbers in value]
     return list(value) if isinstance(value, tuple) else value
 

@@ -101,6 +101,12 @@ class MeshPaths:
         return [] if self.base is None else [self.base, *self.base.parents]
 
 
+def first_part(file: str) -> str:
+    """Return the package, or the first directory, that a mesh path names."""
+    _, scheme, rest = file.partition("://")
+    return (rest if scheme else file).lstrip("/").partition("/")[0]
+
+
 def _environment() -> list[Path]:
     """Directories of packages that a ROS installation names."""
     roots = [Path(p) for p in os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep) if p]

@@ -93,7 +93,7 @@ class Robot:
             limits=reading.limits,
             legs=measure_legs(chain.lines, reading.sole_names, reading.limits),
             pelvis=chain.pelvis,
-            choices=reading.choices,
+            choices=reading.choices.over(package_dirs=source.mesh_directories()),
             findings=(*reading.findings, *chain.findings),
         )
 

@@ -12,7 +12,7 @@ from xml.etree.ElementTree import tostring
 import pinocchio as pin
 
 from gaitopt.errors import RobotError
-from gaitopt.robot.meshes import MeshPaths, MeshProblem
+from gaitopt.robot.meshes import MeshPaths, MeshProblem, first_part
 from gaitopt.robot.mjcf import (
     check_mjcf,
     geometry_mjcf,
@@ -106,6 +106,20 @@ class Source:
         """Return the meshes that are missing, empty or were not fetched."""
         search = mjcf_mesh_problems if self.format == "mjcf" else mesh_problems
         return search(self.tree.root, self._paths)
+
+    def mesh_directories(self) -> tuple[str, ...]:
+        """Return where the meshes are found, for when only the text is left.
+
+        Those given, then the directory of the file and those above it that hold a package or
+        directory which a mesh path names.
+        """
+        files = [m.get("filename", m.get("file", "")) for m in self.tree.root.iter("mesh")]
+        if self.path is None or not files:
+            return self.package_dirs
+        folder = self.path.resolve().parent
+        names = {first_part(file) for file in files} - {""}
+        above = [d for d in folder.parents if any((d / name).exists() for name in names)]
+        return tuple(dict.fromkeys((*self.package_dirs, str(folder), *map(str, above))))
 
     @property
     def _paths(self) -> MeshPaths:
