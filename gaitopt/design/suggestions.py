@@ -7,7 +7,7 @@ promising are turned, one at a time.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -21,21 +21,36 @@ from gaitopt.gait.problem import WalkProblem
 from gaitopt.nlp import Array, Progress, Solution, Start, Values, worst_violation
 from gaitopt.solvers.sqp import SQP
 
-WARM = replace(SEARCHER, max_iterations=30)
-"""For relaxations that were solved on a coarser grid."""
+WARM = replace(SEARCHER, max_iterations=15)
+"""For relaxations that were solved on a coarser grid (measured: five to ten, or very many)."""
 VERIFIER = SQP(max_iterations=20)
 """For the walk of a suggestion, which is nearly feasible."""
-INSIDE = 5e-7
-"""Scaled violation at which the verifier rests."""
+INSIDE = 4e-7
+"""Scaled violation at which the verifier rests: what `violated_instants` lets pass, and less."""
 KNOBS, ENOUGH = 5, 3
 """Knobs that are tried, the most promising first, and suggestions that are enough."""
+WORK = 400
+"""Evaluations after which no other knob is begun if one was found that does it."""
 COARSE = 3.0
 """A suggestion is rounded to a power of ten below this part of the change."""
 OUTWARD = (0, 1, 3, 8)
 """Last digits by which a knob is turned farther until a walk is found."""
-SEARCHES, ROUNDS = 3, 5
+SEARCHES, ROUNDS = 1, 10
 """Times instants are added where a limit is exceeded between the samples: while the knob is
 turned, and while a walk is sought."""
+
+
+@dataclass
+class Effort:
+    """What a search for suggestions has to do, and has done.
+
+    Attributes:
+        refined: whether the gaits found must hold between the samples too.
+        evaluations: so far.
+    """
+
+    refined: bool
+    evaluations: int = 0
 
 
 def find_suggestions(problem: WalkProblem, reason: Reason, refined: bool) -> tuple[Suggestion, ...]:
@@ -49,17 +64,17 @@ def find_suggestions(problem: WalkProblem, reason: Reason, refined: bool) -> tup
     Raises:
         KeyboardInterrupt: Ctrl-C was pressed.
     """
-    x = reason.x
+    x, effort = reason.x, Effort(refined)
     found: list[Suggestion] = []
     for knob, amount in _promising(problem, reason):
         # One unit of this knob is worth reason.amount / amount of what the reason minimises.
         start = Start(knob.start(x, amount), reason.multipliers * (amount / reason.amount))
-        suggestion = _turn(problem, knob, start, refined)
+        suggestion = _turn(problem, knob, start, effort)
         found += [] if suggestion is None else [suggestion]
-        if len(found) == ENOUGH:
+        if len(found) == ENOUGH or (found and effort.evaluations >= WORK):
             return tuple(found)
     if _pushes(problem, reason, "impulse cop"):
-        found += _without_impulse_cop(problem, x, refined)
+        found += _without_impulse_cop(problem, x, effort)
     return tuple(found)
 
 
@@ -104,17 +119,17 @@ def _pushes(problem: WalkProblem, reason: Reason, name: str) -> bool:
     return present and bool(reason.multipliers[problem.family_rows(name)].any())
 
 
-def _turn(problem: WalkProblem, knob: Knob, start: Start, refined: bool) -> Suggestion | None:
+def _turn(problem: WalkProblem, knob: Knob, start: Start, effort: Effort) -> Suggestion | None:
     """Turn one knob as little as possible; return None if that does not suffice.
 
     The start is in the knob's variables, with multipliers of the walk's rows.
     """
-    problem, solution = _least_turn(problem, knob, start, refined)
+    problem, solution = _least_turn(problem, knob, start, effort)
     if not solution.violation <= FEASIBLE:
         return None
     for value in _outward(knob.before, knob.value(solution.x), knob.bound):
         robot, task = knob.turned(problem.robot, problem.task, value)
-        walk = _walk(WalkProblem(robot, task, problem.grid), solution.x[:-1], refined)
+        walk = _walk(WalkProblem(robot, task, problem.grid), solution.x[:-1], effort)
         if walk is not None:
             return Suggestion(
                 knob.name, knob.words, knob.before, value, knob.unit, walk.cost, walk.x
@@ -123,11 +138,11 @@ def _turn(problem: WalkProblem, knob: Knob, start: Start, refined: bool) -> Sugg
 
 
 def _least_turn(
-    problem: WalkProblem, knob: Knob, start: Start, refined: bool
+    problem: WalkProblem, knob: Knob, start: Start, effort: Effort
 ) -> tuple[WalkProblem, Solution]:
     """Return the solution of a knob's program, and the walk with the instants that matter to it."""
-    solution, multipliers = _solved(SEARCHER, knob, problem, start)
-    if not refined or not solution.violation <= FEASIBLE:
+    solution, multipliers = _solved(SEARCHER, knob, problem, start, effort)
+    if not effort.refined or not solution.violation <= FEASIBLE:
         return problem, solution
     for _ in range(SEARCHES):
         robot, task = knob.turned(problem.robot, problem.task, knob.value(solution.x))
@@ -136,7 +151,7 @@ def _least_turn(
         if finer.grid.count == problem.grid.count:
             break
         warm = Start(solution.x, carry_multipliers(problem, finer, multipliers))
-        again, multipliers = _solved(WARM, knob, finer, warm)
+        again, multipliers = _solved(WARM, knob, finer, warm, effort)
         if not again.violation <= FEASIBLE:
             break
         problem, solution = finer, again
@@ -144,37 +159,39 @@ def _least_turn(
 
 
 def _solved(
-    solver: SQP, knob: Knob, problem: WalkProblem, start: Start
+    solver: SQP, knob: Knob, problem: WalkProblem, start: Start, effort: Effort
 ) -> tuple[Solution, Array]:
     """Turn a knob from a start with multipliers of the walk's rows; return such ones too."""
     program = knob.program(problem, start.x)
     own = None if start.multipliers is None else program.own_multipliers(start.multipliers)
     solution = solve_or_stop(solver, program, Start(start.x, own), Settle())
+    effort.evaluations += solution.evaluations
     return solution, program.base_multipliers(solution.multipliers)
 
 
-def _without_impulse_cop(problem: WalkProblem, x: Array, refined: bool) -> list[Suggestion]:
+def _without_impulse_cop(problem: WalkProblem, x: Array, effort: Effort) -> list[Suggestion]:
     margins = replace(problem.task.margins, impulse_cop=False)
     task = replace(problem.task, margins=margins)
-    walk = _walk(WalkProblem(problem.robot, task, problem.grid), x, refined)
+    walk = _walk(WalkProblem(problem.robot, task, problem.grid), x, effort)
     if walk is None:
         return []
     words = "the limit on the centre of pressure at the impact (impulse_cop)"
     return [Suggestion("impulse_cop", words, 1.0, 0.0, "", walk.cost, walk.x)]
 
 
-def _walk(problem: WalkProblem, x: Array, refined: bool) -> Values | None:
+def _walk(problem: WalkProblem, x: Array, effort: Effort) -> Values | None:
     """Return a gait of a changed task near x, or None.
 
     It is not optimised: an optimum would lean on the limits between the samples again.
     """
     for _ in range(ROUNDS):
-        if worst_violation(problem, problem.values(x))[0] > FEASIBLE:
+        if worst_violation(problem, problem.values(x))[0] > INSIDE:
             nearest = VERIFIER.solve(RelaxedProgram(problem, (), x), Start(x), _stop_if_feasible)
+            effort.evaluations += nearest.evaluations
             if not nearest.violation <= FEASIBLE:
                 return None
             x = nearest.x
-        extra = violated_instants(problem, x) if refined else np.zeros(0)
+        extra = violated_instants(problem, x) if effort.refined else np.zeros(0)
         finer = problem.with_grid(problem.grid.with_instants(extra))
         if finer.grid.count == problem.grid.count:
             return problem.values(x)

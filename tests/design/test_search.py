@@ -1,0 +1,64 @@
+from dataclasses import replace
+
+import pytest
+
+from gaitopt.design.options import DesignOptions
+from gaitopt.design.search import RELAXED_LIFTOFF, search
+from gaitopt.errors import InputError
+from gaitopt.gait.guess import first_guess
+from gaitopt.gait.problem import WalkProblem
+from gaitopt.gait.task import preset_task
+from gaitopt.nlp import Status
+from gaitopt.solvers.sqp import SQP
+
+QUICK = DesignOptions(refine=False, diagnose=False)
+
+
+@pytest.fixture(scope="module")
+def problem(robot):
+    return WalkProblem(robot, preset_task(samples=15, speed=0.8))
+
+
+def walked(problem, approach):
+    options = replace(QUICK, approach=approach)
+    return search(problem, options, first_guess(problem), None)
+
+
+def test_both_approaches_end_with_the_exact_lift_off(problem):
+    """Not at the same walk: the problem has several optima."""
+    direct, relaxed = walked(problem, "direct"), walked(problem, "relaxed")
+    assert direct.status is relaxed.status is Status.OPTIMAL
+    assert max(direct.violation, relaxed.violation) < 1e-8
+    rows = problem.family_rows("lift-off")
+    assert problem.values(relaxed.x).rows[rows].min() > -1e-8 > RELAXED_LIFTOFF
+
+
+def test_the_work_of_both_stages_counts(problem):
+    direct, relaxed = walked(problem, "direct"), walked(problem, "relaxed")
+    assert relaxed.evaluations > direct.evaluations / 2
+    assert len(relaxed.history) >= relaxed.iterations
+
+
+@pytest.mark.parametrize(("boundary", "stages"), [("closed", 1), ("lifted", 2)])
+def test_automatic_is_relaxed_for_the_lifted_form_only(robot, boundary, stages, monkeypatch):
+    limits = []
+    solve = SQP.solve
+
+    def watched(self, nlp, start, callback=None):
+        limits.append(nlp.task.margins.liftoff_speed)
+        return solve(self, nlp, start, callback)
+
+    monkeypatch.setattr(SQP, "solve", watched)
+    task = preset_task(samples=15, speed=0.8, boundary=boundary)
+    walked(WalkProblem(robot, task), "automatic")
+    assert limits == [RELAXED_LIFTOFF, 0.0][-stages:]
+
+
+def test_a_lift_off_that_is_already_relaxed_is_approached_directly(robot):
+    easy = WalkProblem(robot, preset_task(samples=15, speed=0.8, liftoff_speed=-0.05))
+    assert walked(easy, "relaxed").cost == walked(easy, "direct").cost
+
+
+def test_unknown_approaches_are_refused():
+    with pytest.raises(InputError, match="approach 'sideways' is unknown; choose automatic"):
+        DesignOptions(approach="sideways")

@@ -1,0 +1,55 @@
+import math
+
+import pytest
+
+from gaitopt.errors import InputError
+from gaitopt.gait.humanoid import humanoid_task, stroll, widest
+from gaitopt.gait.task import preset_task
+
+
+def test_numbers_follow_from_the_robot(robot):
+    task = humanoid_task(robot)
+    assert task.speed**2 / (9.81 * robot.legs.height) == pytest.approx(0.05, rel=0.03)
+    assert task.duration == pytest.approx(
+        robot.legs.natural_step(task.speed) / task.speed, abs=5e-3
+    )
+    assert task.margins.minimum_load == pytest.approx(0.05 * robot.mass * 9.81, abs=0.05)
+    assert task.boundary == "lifted"
+    assert task.margins.step_width > robot.sole.left - robot.sole.right
+
+
+def test_a_faster_walk_has_longer_and_quicker_steps(robot):
+    slow, quick = humanoid_task(robot, speed=0.5), humanoid_task(robot, speed=1.0)
+    assert quick.duration < slow.duration
+    assert quick.step_length > slow.step_length
+    # the stride grows with the speed to the power 0.6
+    assert quick.step_length / slow.step_length == pytest.approx(2.0**0.6, rel=0.05)
+
+
+def test_what_is_given_wins(robot):
+    task = humanoid_task(robot, speed=0.7, duration=0.33, trunk_roll=None, friction=0.35)
+    assert (task.speed, task.duration, task.margins.trunk_roll) == (0.7, 0.33, None)
+    full = humanoid_task(robot).margins.torsional_friction
+    assert task.margins.torsional_friction == pytest.approx(full / 2.0, abs=1e-4)
+
+
+def test_everything_else_is_the_standard_task(robot):
+    task, standard = humanoid_task(robot), preset_task()
+    assert (task.postures, task.samples, task.geometry) == (
+        standard.postures, standard.samples, standard.geometry,
+    )  # fmt: skip
+    assert task.margins.friction == standard.margins.friction
+
+
+def test_a_wider_robot_may_walk_wider(robot):
+    assert widest(robot) == pytest.approx(0.136 + 0.01 + 0.03)  # its soles are wider than its hips
+
+
+@pytest.mark.parametrize("speed", [-1.0, math.nan])
+def test_wrong_speeds_are_refused(robot, speed):
+    with pytest.raises(InputError, match="speed"):
+        humanoid_task(robot, speed=speed)
+
+
+def test_a_stroll_is_a_round_number(robot):
+    assert stroll(robot) == round(stroll(robot), 2)
