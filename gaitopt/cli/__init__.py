@@ -1,4 +1,4 @@
-"""The command line: `gaitopt urdf | optimise | check | play | plot | export`."""
+"""The command line: `gaitopt optimise | inspect | check | play | ...`."""
 
 from __future__ import annotations
 

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import sys
-from typing import Annotated
+from collections.abc import Iterable
 
 import typer
 
 from gaitopt.cli import options as opt
+from gaitopt.cli import robot_options as rob
+from gaitopt.cli import sweep_options as many
 from gaitopt.cli.failures import failures_reported
 from gaitopt.cli.help_defaults import CommandWithDefaults
 
@@ -33,23 +35,8 @@ def run() -> None:
     app(prog_name="gaitopt")
 
 
-def _print_version(wanted: bool) -> None:
-    if wanted:
-        from gaitopt.version import __version__
-
-        typer.echo(f"gaitopt {__version__}")
-        raise typer.Exit
-
-
 @app.callback()
-def options_before_a_command(
-    version: Annotated[
-        bool,
-        typer.Option(
-            "--version", callback=_print_version, is_eager=True, help="Show the version and exit."
-        ),
-    ] = False,
-) -> None:
+def options_before_a_command(version: opt.Version = False) -> None:
     """Take the options that stand before a command."""
     del version  # its callback has done the work
 
@@ -57,7 +44,7 @@ def options_before_a_command(
 @app.command()
 @failures_reported()
 def urdf(
-    spec: opt.SpecFile = None, output: opt.UrdfOutput = None, write_spec: opt.NewSpec = None
+    spec: rob.SpecFile = None, output: opt.UrdfOutput = None, write_spec: opt.NewSpec = None
 ) -> None:
     """Write the URDF of a biped (by default of the thirteen-link one)."""
     from gaitopt.cli import robot_files
@@ -68,10 +55,12 @@ def urdf(
 def optimise(
     ctx: typer.Context,
     speed: opt.Speed = None,
+    fastest: opt.Fastest = False,
     duration: opt.Duration = None,
     preset: opt.Preset = None,
     speed_as: opt.SpeedAs = None,
     penalty_weight: opt.PenaltyWeight = None,
+    boundary: opt.Boundary = None,
     free: opt.Free = None,
     fix: opt.Fix = None,
     postures: opt.Postures = None,
@@ -89,15 +78,30 @@ def optimise(
     liftoff_speed: opt.LiftoffSpeed = None,
     joint_range: opt.JointRange = None,
     impulse_cop: opt.ImpulseCop = None,
-    spec: opt.SpecFile = None,
-    urdf: opt.UrdfFile = None,
-    stance_sole: opt.StanceSole = None,
-    swing_sole: opt.SwingSole = None,
+    trunk_roll: opt.TrunkRoll = None,
+    trunk_pitch: opt.TrunkPitch = None,
+    trunk_yaw: opt.TrunkYaw = None,
+    torsional_friction: opt.TorsionalFriction = None,
+    step_width: opt.StepWidth = None,
+    leg_gap: opt.LegGap = None,
+    swing_tilt: opt.SwingTilt = None,
+    robot: rob.RobotName = None,
+    urdf: rob.UrdfFile = None,
+    spec: rob.SpecFile = None,
+    choices: rob.ChoicesFile = None,
+    package_dir: rob.PackageDir = None,
+    forward: rob.Forward = None,
+    posture: rob.Posture = None,
+    srdf: rob.SrdfFile = None,
+    sole: rob.SoleEdges = None,
+    stance_sole: rob.StanceSole = None,
+    swing_sole: rob.SwingSole = None,
     solver: opt.Solver = None,
     qp_solver: opt.QpSolver = None,
     tolerance: opt.Tolerance = None,
     max_iterations: opt.MaxIterations = None,
     differences: opt.Differences = None,
+    approach: opt.Approach = None,
     refine: opt.Refine = None,
     start: opt.Start = None,
     starts: opt.Starts = None,
@@ -113,14 +117,74 @@ def optimise(
     from gaitopt.cli import optimise as work
     from gaitopt.cli.config import SCHEMA
 
-    names = [name for section in SCHEMA.values() for name in section]
-    # a repeatable option that is absent is an empty list
-    given = {name: ctx.params[name] for name in names if ctx.params[name] not in (None, [], ())}
-    work.run(given, config=config, output=output, page=page, figures=figures, quiet=quiet)
+    given = _given(ctx, [name for section in SCHEMA.values() for name in section])
+    work.run(
+        given, config=config, output=output, fastest=fastest, page=page, figures=figures,
+        quiet=quiet,
+    )  # fmt: skip
+
+
+def _given(ctx: typer.Context, names: Iterable[str]) -> dict[str, object]:
+    """Return the options that were given; a repeatable one that is absent is an empty list."""
+    return {name: ctx.params[name] for name in names if ctx.params[name] not in (None, [], ())}
 
 
 for _name, _hidden in (("optimise", False), ("optimize", True)):
     app.command(_name, cls=CommandWithDefaults, hidden=_hidden)(failures_reported()(optimise))
+app.command("sweep", cls=CommandWithDefaults)(failures_reported()(many.sweep_command(optimise)))
+
+
+@app.command()
+@failures_reported()
+def library(
+    directory: many.LibraryDirectory,
+    where: many.Where = None,
+    columns: many.Columns = None,
+    plot: many.Plot = None,
+    at: many.At = None,
+    output: many.GaitOutput = None,
+) -> None:
+    """List a gait library, draw it, or design a gait between its gaits."""
+    from gaitopt.cli import library as work
+
+    if at:
+        work.run_at(directory, at, output)
+    else:
+        work.run_list(directory, where or [], columns, plot)
+
+
+@app.command()
+@failures_reported()
+def inspect(
+    ctx: typer.Context,
+    robot: rob.RobotName = None,
+    urdf: rob.UrdfFile = None,
+    spec: rob.SpecFile = None,
+    choices: rob.ChoicesFile = None,
+    package_dir: rob.PackageDir = None,
+    forward: rob.Forward = None,
+    posture: rob.Posture = None,
+    srdf: rob.SrdfFile = None,
+    sole: rob.SoleEdges = None,
+    stance_sole: rob.StanceSole = None,
+    swing_sole: rob.SwingSole = None,
+    html: rob.RobotPage = None,
+    write_choices: rob.NewChoices = None,
+) -> None:
+    """Say what gaitopt understood of a robot, what it guessed, and what is wrong with the file."""
+    from gaitopt.cli import inspection as work
+    from gaitopt.cli.config import SCHEMA
+
+    work.run(_given(ctx, SCHEMA["robot"]), html, write_choices)
+
+
+@app.command()
+@failures_reported()
+def robots() -> None:
+    """List the robots that can be asked for by name."""
+    from gaitopt.cli import robot_list
+
+    robot_list.run()
 
 
 @app.command()
@@ -134,11 +198,16 @@ def check(gait: opt.GaitFile) -> None:
 
 @app.command()
 @failures_reported()
-def play(gait: opt.GaitFile, html: opt.Html = None, steps: opt.Steps = None) -> None:
+def play(
+    gait: opt.GaitFile,
+    html: opt.Html = None,
+    steps: opt.Steps = None,
+    package_dir: opt.MeshDir = None,
+) -> None:
     """Watch a gait in the browser."""
     from gaitopt.cli import watch
 
-    watch.run_play(gait, html, steps)
+    watch.run_play(gait, html, steps, tuple(map(str, package_dir or ())))
 
 
 @app.command()
@@ -159,3 +228,12 @@ def export(gait: opt.GaitFile, output: opt.ExportFile, both_legs: opt.BothLegs =
     from gaitopt.cli import watch
 
     watch.run_export(gait, output, both_legs)
+
+
+@app.command()
+@failures_reported()
+def reproduce(output: opt.ReproductionDirectory, quiet: opt.Quiet = False) -> None:
+    """Compute the tables and figures of the paper's section 6 beside its own; takes minutes."""
+    from gaitopt.cli import reproduce as work
+
+    work.run(output, quiet)

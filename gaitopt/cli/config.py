@@ -26,6 +26,7 @@ SCHEMA: dict[str, dict[str, str]] = {
         "quadrature": "text",
         "speed_as": "text",
         "penalty_weight": "number",
+        "boundary": "text",
     },
     "margins": {
         "friction": "number",
@@ -40,11 +41,25 @@ SCHEMA: dict[str, dict[str, str]] = {
         "impulse_cop": "true or false",
         "torque_limit": "number",
         "speed_limit": "number",
+        "trunk_roll": "number",
+        "trunk_pitch": "number",
+        "trunk_yaw": "number",
+        "torsional_friction": "number",
+        "step_width": "number",
+        "leg_gap": "number",
+        "swing_tilt": "number",
     },
     "geometry": {"free": "list of names", "fix": "table of numbers"},
     "robot": {
-        "spec": "file name",
+        "robot": "text",
         "urdf": "file name",
+        "spec": "file name",
+        "choices": "file name",
+        "package_dir": "list of file names",
+        "forward": "text",
+        "posture": "text",
+        "srdf": "file name",
+        "sole": "text",
         "stance_sole": "text",
         "swing_sole": "text",
     },
@@ -54,6 +69,7 @@ SCHEMA: dict[str, dict[str, str]] = {
         "tolerance": "number",
         "max_iterations": "whole number",
         "differences": "text",
+        "approach": "text",
         "refine": "true or false",
         "start": "file name",
         "starts": "whole number",
@@ -105,14 +121,21 @@ def _value(path: Path, name: str, value: object, kind: str) -> object:
         "true or false": isinstance(value, bool),
         "whole number": isinstance(value, int) and not isinstance(value, bool),
         "number": _is_number(value),
-        "list of names": isinstance(value, list) and all(isinstance(v, str) for v in value),
+        "list of names": _is_list_of_names(value),
+        "list of file names": _is_list_of_names(value),
         "table of numbers": isinstance(value, dict) and all(map(_is_number, value.values())),
     }[kind]
     if not good:
         raise InputError(f"{path}: {name} = {str(value)[:60]!r} is wrong; give a {kind}")
     if kind == "file name":
         return path.parent / str(value)
+    if kind == "list of file names" and isinstance(value, list):
+        return [path.parent / str(name) for name in value]
     return float(str(value)) if kind == "number" else value
+
+
+def _is_list_of_names(value: object) -> bool:
+    return isinstance(value, list) and all(isinstance(v, str) for v in value)
 
 
 def _is_number(value: object) -> bool:

@@ -23,8 +23,8 @@ class CommandWithDefaults(TyperCommand):
 def defaults() -> dict[str, object]:
     """Return the default of each option of `gaitopt optimise` that has one."""
     from gaitopt.cli.config import SCHEMA
-    from gaitopt.cli.request import DEFAULT_SIGMA, STANCE_SOLE, SWING_SOLE
-    from gaitopt.design.design import DesignOptions
+    from gaitopt.cli.request import DEFAULT_SIGMA
+    from gaitopt.design.options import DesignOptions
     from gaitopt.gait.task import PRESETS, Task
     from gaitopt.solvers.sqp import SQP
 
@@ -33,8 +33,6 @@ def defaults() -> dict[str, object]:
     values |= {f.name: getattr(task.margins, f.name) for f in fields(task.margins)}
     values |= {
         "preset": PRESETS[0],
-        "stance_sole": STANCE_SOLE,
-        "swing_sole": SWING_SOLE,
         "solver": "default",
         "qp_solver": sqp.qp_solver,
         "tolerance": sqp.tolerance,

@@ -10,6 +10,7 @@ from rich.console import Console
 
 from gaitopt.cli.config import Settings
 from gaitopt.cli.failures import ExitCode
+from gaitopt.cli.fastest import fastest_walk
 from gaitopt.cli.interrupt import StopRequest, ctrl_c_asks
 from gaitopt.cli.progress import ProgressDisplay
 from gaitopt.cli.report import print_gait
@@ -26,6 +27,7 @@ def run(
     *,
     config: Path | None,
     output: Path | None,
+    fastest: bool,
     page: bool,
     figures: bool,
     quiet: bool,
@@ -40,7 +42,10 @@ def run(
         require_writable(output)
     request = make_request(given, config)
     errors = screen(stderr=True)
-    found = _search(request, errors, quiet)
+    if fastest:
+        request, found = fastest_walk(request, errors, quiet)
+    else:
+        found = _search(request, errors, quiet)
     out = screen()
     if not quiet:
         print_gait(out, found.gait)

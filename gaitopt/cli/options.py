@@ -10,149 +10,199 @@ from typing import Annotated
 
 import typer
 
-_TASK, _LIMITS, _ROBOT = "What is asked", "Limits", "Robot"
+_TASK, _LIMITS = "What is asked", "Limits"
 _METHOD, _RESULT = "Method", "Results"
 
 
-def _option(names: str, help_text: str, panel: str, metavar: str | None = None) -> object:
+def option(names: str, help_text: str, panel: str, metavar: str | None = None) -> object:
     """Return a typer option; `names` as typer takes them, separated by spaces."""
     return typer.Option(
         *names.split(), help=help_text, rich_help_panel=panel, metavar=metavar, show_default=False
     )
 
 
-Speed = Annotated[float | None, _option("--speed", "Walking speed.", _TASK, "M/S")]
-Duration = Annotated[float | None, _option("--duration", "Duration of a step.", _TASK, "S")]
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        from gaitopt.version import __version__
+
+        typer.echo(f"gaitopt {__version__}")
+        raise typer.Exit
+
+
+Version = Annotated[
+    bool,
+    typer.Option(
+        "--version", callback=_print_version, is_eager=True, help="Show the version and exit."
+    ),
+]
+
+Speed = Annotated[float | None, option("--speed", "Walking speed.", _TASK, "M/S")]
+Fastest = Annotated[
+    bool,
+    option("--fastest", "Search the fastest walk, from this speed up.", _TASK),
+]
+Duration = Annotated[float | None, option("--duration", "Duration of a step.", _TASK, "S")]
 Preset = Annotated[
     str | None,
-    _option("--preset", "'standard', or 'paper': its constraints only.", _TASK, "NAME"),
+    option(
+        "--preset",
+        "'standard'; 'paper': its constraints only; 'humanoid': sized by the robot, for --urdf "
+        "and --robot.",
+        _TASK,
+        "NAME",
+    ),
 ]
 SpeedAs = Annotated[
     str | None,
-    _option("--speed-as", "Speed as a 'constraint' or a 'penalty'.", _TASK, "KIND"),
+    option("--speed-as", "Speed as a 'constraint' or a 'penalty'.", _TASK, "KIND"),
 ]
 PenaltyWeight = Annotated[
-    float | None, _option("--penalty-weight", "Weight of that penalty.", _TASK, "COST/M²")
+    float | None, option("--penalty-weight", "Weight of that penalty.", _TASK, "COST/M²")
 ]
+Boundary = Annotated[
+    str | None,
+    option("--boundary", "Double support by inverse kinematics, 'closed', or 'lifted'.", _TASK,
+            "FORM"),
+]  # fmt: skip
 Free = Annotated[
     list[str] | None,
-    _option("--free", "Let the optimiser choose a geometric quantity; repeatable.", _TASK, "NAME"),
+    option("--free", "Let the optimiser choose a geometric quantity; repeatable.", _TASK, "NAME"),
 ]
 Fix = Annotated[
     list[str] | None,
-    _option("--fix", "Hold a geometric quantity at a value; repeatable.", _TASK, "NAME=VALUE"),
+    option("--fix", "Hold a geometric quantity at a value; repeatable.", _TASK, "NAME=VALUE"),
 ]
 Postures = Annotated[
-    int | None, _option("--postures", "Intermediate postures of the splines.", _TASK, "N")
+    int | None, option("--postures", "Intermediate postures of the splines.", _TASK, "N")
 ]
-Samples = Annotated[int | None, _option("--samples", "Instants of the step.", _TASK, "N")]
+Samples = Annotated[int | None, option("--samples", "Instants of the step.", _TASK, "N")]
 Quadrature = Annotated[
     str | None,
-    _option("--quadrature", "Rule for the cost, 'simpson' or 'euler'.", _TASK, "RULE"),
+    option("--quadrature", "Rule for the cost, 'simpson' or 'euler'.", _TASK, "RULE"),
 ]
 
 TorqueLimit = Annotated[
     float | None,
-    _option("--torque-limit", "Of every joint, in place of the robot's.", _LIMITS, "N·M"),
+    option("--torque-limit", "Of every joint, in place of the robot's.", _LIMITS, "N·M"),
 ]
 SpeedLimit = Annotated[
     float | None,
-    _option("--speed-limit", "Of every joint, in place of the robot's.", _LIMITS, "RAD/S"),
+    option("--speed-limit", "Of every joint, in place of the robot's.", _LIMITS, "RAD/S"),
 ]
-Friction = Annotated[float | None, _option("--friction", "Coefficient.", _LIMITS, "MU")]
+Friction = Annotated[float | None, option("--friction", "Coefficient.", _LIMITS, "MU")]
 MinimumLoad = Annotated[
-    float | None, _option("--minimum-load", "Least vertical ground force.", _LIMITS, "N")
+    float | None, option("--minimum-load", "Least vertical ground force.", _LIMITS, "N")
 ]
 CopMargin = Annotated[
     float | None,
-    _option("--cop-margin", "Centre of pressure to the edge of the sole.", _LIMITS, "M"),
+    option("--cop-margin", "Centre of pressure to the edge of the sole.", _LIMITS, "M"),
 ]
 Clearance = Annotated[
-    float | None, _option("--clearance", "Height of the swing foot at mid-step.", _LIMITS, "M")
+    float | None, option("--clearance", "Height of the swing foot at mid-step.", _LIMITS, "M")
 ]
 LateralGap = Annotated[
-    float | None, _option("--lateral-gap", "Between swing and stance sole.", _LIMITS, "M")
+    float | None, option("--lateral-gap", "Between swing and stance sole.", _LIMITS, "M")
 ]
 KneeFlexion = Annotated[
-    float | None, _option("--knee-flexion", "Least bend of the knees.", _LIMITS, "RAD")
+    float | None, option("--knee-flexion", "Least bend of the knees.", _LIMITS, "RAD")
 ]
 LegExtension = Annotated[
     float | None,
-    _option("--leg-extension", "Longest leg over the straight one.", _LIMITS, "RATIO"),
+    option("--leg-extension", "Longest leg over the straight one.", _LIMITS, "RATIO"),
 ]
 LiftoffSpeed = Annotated[
     float | None,
-    _option("--liftoff-speed", "Least speed of the rear foot as it leaves.", _LIMITS, "M/S"),
+    option("--liftoff-speed", "Least speed of the rear foot as it leaves.", _LIMITS, "M/S"),
 ]
 JointRange = Annotated[
-    bool | None, _option("--joint-range/--no-joint-range", "Impose joint ranges.", _LIMITS)
+    bool | None, option("--joint-range/--no-joint-range", "Impose joint ranges.", _LIMITS)
 ]
 ImpulseCop = Annotated[
     bool | None,
-    _option("--impulse-cop/--no-impulse-cop", "Landing foot must not tip.", _LIMITS),
+    option("--impulse-cop/--no-impulse-cop", "Landing foot must not tip.", _LIMITS),
 ]
 
-SpecFile = Annotated[
-    Path | None,
-    _option("--spec", "Parameter table of a biped, TOML.", _ROBOT, "FILE"),
+TrunkRoll = Annotated[
+    float | None, option("--trunk-roll", "Largest sideways lean of the trunk.", _LIMITS, "RAD")
 ]
-UrdfFile = Annotated[Path | None, _option("--urdf", "URDF of any biped.", _ROBOT, "FILE")]
-StanceSole = Annotated[
-    str | None, _option("--stance-sole", "Frame of the standing sole.", _ROBOT, "FRAME")
+TrunkPitch = Annotated[
+    float | None, option("--trunk-pitch", "Largest lean forward or back.", _LIMITS, "RAD")
 ]
-SwingSole = Annotated[
-    str | None, _option("--swing-sole", "Frame of the other sole.", _ROBOT, "FRAME")
+TrunkYaw = Annotated[
+    float | None, option("--trunk-yaw", "Largest turn of the trunk.", _LIMITS, "RAD")
+]
+TorsionalFriction = Annotated[
+    float | None,
+    option("--torsional-friction", "Turning moment over load a foot bears.", _LIMITS, "M"),
+]
+StepWidth = Annotated[
+    float | None, option("--step-width", "Largest distance of the feet sideways.", _LIMITS, "M")
+]
+LegGap = Annotated[
+    float | None, option("--leg-gap", "Least distance between the legs' bodies.", _LIMITS, "M")
+]
+SwingTilt = Annotated[
+    float | None, option("--swing-tilt", "Largest tilt of the swing foot.", _LIMITS, "RAD")
 ]
 
-Solver = Annotated[str | None, _option("--solver", "Which solver.", _METHOD, "NAME")]
+Solver = Annotated[str | None, option("--solver", "Which solver.", _METHOD, "NAME")]
 QpSolver = Annotated[
-    str | None, _option("--qp-solver", "Quadratic solver of the SQP.", _METHOD, "NAME")
+    str | None, option("--qp-solver", "Quadratic solver of the SQP.", _METHOD, "NAME")
 ]
 Tolerance = Annotated[
-    float | None, _option("--tolerance", "Of the optimality conditions.", _METHOD, "X")
+    float | None, option("--tolerance", "Of the optimality conditions.", _METHOD, "X")
 ]
 MaxIterations = Annotated[
-    int | None, _option("--max-iterations", "Of one run of the solver.", _METHOD, "N")
+    int | None, option("--max-iterations", "Of one run of the solver.", _METHOD, "N")
 ]
 Differences = Annotated[
     str | None,
-    _option(
+    option(
         "--differences",
         "Finite differences for 'none', 'constraints' or 'all' derivatives.",
         _METHOD,
         "WHICH",
     ),
 ]
+Approach = Annotated[
+    str | None,
+    option(
+        "--approach",
+        "'relaxed': first with a lift-off that may fail a little; 'direct'; or 'automatic'.",
+        _METHOD,
+        "HOW",
+    ),
+]
 Refine = Annotated[
     bool | None,
-    _option("--refine/--no-refine", "Keep the limits between the instants too.", _METHOD),
+    option("--refine/--no-refine", "Keep the limits between the instants too.", _METHOD),
 ]
 Start = Annotated[
-    Path | None, _option("--start", "Gait whose parameters are the first guess.", _METHOD, "GAIT")
+    Path | None, option("--start", "Gait whose parameters are the first guess.", _METHOD, "GAIT")
 ]
 Starts = Annotated[
     int | None,
-    _option("--starts", "First guesses to try; the best walk is kept.", _METHOD, "N"),
+    option("--starts", "First guesses to try; the best walk is kept.", _METHOD, "N"),
 ]
 Seed = Annotated[
-    int | None, _option("--seed", "Disturb the first guess; number of the noise.", _METHOD, "N")
+    int | None, option("--seed", "Disturb the first guess; number of the noise.", _METHOD, "N")
 ]
 Sigma = Annotated[
-    float | None, _option("--sigma", "Standard deviation of that noise.", _METHOD, "RAD")
+    float | None, option("--sigma", "Standard deviation of that noise.", _METHOD, "RAD")
 ]
 Config = Annotated[
     Path | None,
-    _option("--config", "TOML file with any of these options; the command line wins.", _METHOD,
+    option("--config", "TOML file with any of these options; the command line wins.", _METHOD,
             "FILE"),
 ]  # fmt: skip
 
 OutputDirectory = Annotated[
     Path | None,
-    _option("--output -o", "Directory for gait, page, figures and tables.", _RESULT, "DIR"),
+    option("--output -o", "Directory for gait, page, figures and tables.", _RESULT, "DIR"),
 ]
-Page = Annotated[bool, _option("--page/--no-page", "Write the walking robot.", _RESULT)]
-Figures = Annotated[bool, _option("--figures/--no-figures", "Write the figures.", _RESULT)]
-Quiet = Annotated[bool, _option("--quiet -q", "Print nothing but errors.", _RESULT)]
+Page = Annotated[bool, option("--page/--no-page", "Write the walking robot.", _RESULT)]
+Figures = Annotated[bool, option("--figures/--no-figures", "Write the figures.", _RESULT)]
+Quiet = Annotated[bool, option("--quiet -q", "Print nothing but errors.", _RESULT)]
 
 GaitFile = Annotated[Path, typer.Argument(metavar="GAIT", help="A gait file, .npz.")]
 
@@ -172,6 +222,10 @@ Html = Annotated[
     Path | None, _plain("--html", "Write a page instead, complete in one file.", "FILE")
 ]
 Steps = Annotated[int | None, _plain("--steps", "How many steps to show.", "N")]
+MeshDir = Annotated[
+    list[Path] | None,
+    _plain("--package-dir", "Directory with the packages of the meshes; repeatable.", "DIR"),
+]
 FigureDirectory = Annotated[
     Path | None,
     _plain("--output -o", "Where to; by default 'figures' next to the gait.", "DIR"),
@@ -182,4 +236,7 @@ Formats = Annotated[
 ExportFile = Annotated[Path, _plain("--output -o", "File; its suffix chooses the form.", "FILE")]
 BothLegs = Annotated[
     bool, _plain("--both-legs", "Add the mirror image of the step: a whole stride.")
+]
+ReproductionDirectory = Annotated[
+    Path, _plain("--output -o", "Where to: reproduction.md, its figures and its numbers.", "DIR")
 ]

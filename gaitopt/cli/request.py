@@ -9,24 +9,24 @@ from pathlib import Path
 from typing import Any
 
 from gaitopt.cli.config import SCHEMA, Settings, read_config
-from gaitopt.design.design import DesignOptions
+from gaitopt.cli.robot_request import ROBOTS, catalogued_task, make_robot
+from gaitopt.design.options import DesignOptions
 from gaitopt.errors import InputError
 from gaitopt.gait.guess import first_guess, perturbed
+from gaitopt.gait.humanoid import humanoid_task
 from gaitopt.gait.parameters import set_quantities
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.result import Gait
 from gaitopt.gait.result_file import load_gait
-from gaitopt.gait.task import Task, preset_task
+from gaitopt.gait.task import PRESETS, Task, preset_task
 from gaitopt.nlp import Array
+from gaitopt.robot.catalogue import GENERATED
 from gaitopt.robot.model import Robot
-from gaitopt.robot.presets import biped13
-from gaitopt.robot.spec_file import read_spec
-from gaitopt.robot.urdf import urdf_text
 from gaitopt.solvers import Solver, solver_by_name
 from gaitopt.solvers.certified import CERTIFIER, CertifiedSQP
 from gaitopt.solvers.sqp import SQP
 
-STANCE_SOLE, SWING_SOLE = "right_sole", "left_sole"
+HUMANOID = "humanoid"  # the preset whose numbers follow from the robot
 DEFAULT_SIGMA = 0.05  # rad; a guess that still looks like a walk
 
 Geometry = dict[str, dict[str, float | bool]]
@@ -65,11 +65,14 @@ def make_request(given: Settings, config: Path | None) -> Request:
         UnreachableError: the step asked for is longer than the legs.
     """
     settings = _merged({} if config is None else read_config(config), given)
-    robot, task = make_robot(settings), make_task(settings)
+    settings = {"preset": usual_preset(settings), **catalogued_task(settings), **settings}
+    robot = make_robot(settings)
+    task = make_task(settings, robot)
     options = DesignOptions(
         solver=make_solver(settings),
         refine=bool(settings.get("refine", DesignOptions().refine)),
         differences=str(settings.get("differences", DesignOptions().differences)),
+        approach=str(settings.get("approach", DesignOptions().approach)),
     )
     starts = int(str(settings.get("starts", 1)))
     if starts < 1:
@@ -78,37 +81,25 @@ def make_request(given: Settings, config: Path | None) -> Request:
     return Request(robot, task, options, start, starts, _noise(settings), settings)
 
 
-def make_robot(settings: Settings) -> Robot:
-    """Return the robot of a URDF or of a specification, by default the thirteen-link biped.
-
-    Raises:
-        InputError: a file cannot be used, or both are given.
-    """
-    spec, urdf = settings.get("spec"), settings.get("urdf")
-    if spec is not None and urdf is not None:
-        raise InputError("--spec and --urdf exclude each other; give one of them")
-    source: str | Path = Path(str(urdf)) if urdf is not None else ""
-    if urdf is None:
-        source = urdf_text(biped13() if spec is None else read_spec(Path(str(spec))))
-    return Robot.from_urdf(
-        source,
-        stance_sole=str(settings.get("stance_sole", STANCE_SOLE)),
-        swing_sole=str(settings.get("swing_sole", SWING_SOLE)),
-    )
-
-
-def make_task(settings: Settings) -> Task:
+def make_task(settings: Settings, robot: Robot) -> Task:
     """Return the task.
 
     Raises:
         InputError: a value is out of range, or a geometric quantity unknown.
     """
-    preset = str(settings.get("preset", "standard"))
+    preset = str(settings["preset"])
     names = [*SCHEMA["task"], *SCHEMA["margins"]]
     changes = {n: settings[n] for n in names if n in settings and n != "preset"}
+    base = "standard" if preset == HUMANOID else preset
     geometry: Any = settings.get("geometry", {})
-    table = set_quantities(preset_task(preset).geometry, geometry)
-    return preset_task(preset, geometry=table, **changes)
+    changes["geometry"] = set_quantities(preset_task(base).geometry, geometry)
+    return humanoid_task(robot, **changes) if preset == HUMANOID else preset_task(base, **changes)
+
+
+def usual_preset(settings: Settings) -> str:
+    """Return the preset for a robot: that of humanoids, unless it is a thirteen-link biped."""
+    generated = settings.get("urdf") is None and settings.get("robot") in (None, GENERATED)
+    return PRESETS[0] if generated else HUMANOID
 
 
 def make_solver(settings: Settings) -> Solver:
@@ -131,8 +122,8 @@ def make_solver(settings: Settings) -> Solver:
 
 def _merged(config: Settings, given: Settings) -> Settings:
     """The settings of both; a robot given on the command line replaces one of the file."""
-    if "spec" in given or "urdf" in given:
-        config = {k: v for k, v in config.items() if k not in ("spec", "urdf")}
+    if any(name in given for name in ROBOTS):
+        config = {k: v for k, v in config.items() if k not in SCHEMA["robot"]}
     fixed = config.get("fix", {})
     geometry: Geometry = {**_free(config), **_fixed(fixed if isinstance(fixed, Mapping) else {})}
     geometry |= _free(given) | _fixed(_parsed(given.get("fix", [])))

@@ -11,6 +11,7 @@ import tomli_w
 from gaitopt.atomic import write_atomically
 from gaitopt.cli.config import SCHEMA, Settings
 from gaitopt.cli.request import Request
+from gaitopt.cli.robot_request import choices_text
 from gaitopt.design.summary import summarise
 from gaitopt.errors import InputError
 from gaitopt.gait.result import Gait
@@ -18,7 +19,7 @@ from gaitopt.gait.result_file import save_gait
 from gaitopt.gait.task import Margins, Task
 
 GAIT, PAGE, FIGURES, SUMMARY = "gait.npz", "gait.html", "figures", "summary.json"
-TASK, URDF = "task.toml", "robot.urdf"
+TASK, URDF, CHOICES = "task.toml", "robot.urdf", "choices.toml"
 
 
 def require_writable(directory: Path) -> None:
@@ -58,6 +59,7 @@ def write_results(
         save_gait(gait, directory / GAIT),
         write_atomically(directory / SUMMARY, summary_text(gait).encode()),
         write_atomically(directory / URDF, gait.urdf.encode()),
+        write_atomically(directory / CHOICES, choices_text(request.robot.choices).encode()),
         write_atomically(directory / TASK, task_text(request, directory).encode()),
     ]
     if page:
@@ -75,16 +77,12 @@ def summary_text(gait: Gait) -> str:
 
 def task_text(request: Request, directory: Path) -> str:
     """Return a configuration that asks for the same again, defaults written out."""
-    task, robot = request.task, request.robot
+    task = request.task
     sections: dict[str, Settings] = {
-        "task": _known(task, "task"),
+        "task": {"preset": request.settings["preset"], **_known(task, "task")},
         "margins": _known(task.margins, "margins"),
         "geometry": _geometry(task),
-        "robot": {
-            "urdf": URDF,
-            "stance_sole": robot.stance_sole,
-            "swing_sole": robot.swing_sole,
-        },
+        "robot": {"urdf": URDF, "choices": CHOICES},
         "solver": {n: v for n, v in request.settings.items() if n in SCHEMA["solver"]},
     }
     solver = sections["solver"]

@@ -10,7 +10,9 @@ from gaitopt.gait.result_file import load_gait
 from gaitopt.view.walk import DEFAULT_STEPS
 
 
-def run_play(path: Path, html: Path | None, steps: int | None) -> None:
+def run_play(
+    path: Path, html: Path | None, steps: int | None, package_dirs: tuple[str, ...] = ()
+) -> None:
     """Show a gait in the browser until Ctrl-C, or write it as a page.
 
     Raises:
@@ -22,9 +24,11 @@ def run_play(path: Path, html: Path | None, steps: int | None) -> None:
     gait = load_gait(path)
     count = DEFAULT_STEPS if steps is None else steps
     if html is not None:
-        typer.echo(f"wrote {write_page(gait, html, count)}")
+        typer.echo(f"wrote {write_page(gait, html, count, package_dirs)}")
         return
-    with play(gait, count) as player:
+    with play(gait, count, package_dirs=package_dirs) as player:
+        if player.note:
+            typer.echo(f"note: {player.note}", err=True)
         typer.echo(f"{path} walks at {player.url} (Ctrl-C stops)")
         player.wait()
 

@@ -20,6 +20,8 @@ _ENTRIES = {
     "armature": ("armature", "kg·m²"),
 }
 
+_BELOW = {"torque": "lowerEffortLimit", "speed": "lowerVelocityLimit"}
+
 
 def override(
     model: pin.Model, overrides: tuple[LimitOverride, ...]
@@ -70,4 +72,8 @@ def _set(model: pin.Model, joints: list[int], entry: LimitOverride, field: str) 
         at = model.joints[joint]
         values[at.idx_q if field in ("lower", "upper") else at.idx_v] = value
     setattr(model, attribute, values)
+    if (below := _BELOW.get(field)) is not None:  # kept apart by Pinocchio, which compares the two
+        lower = np.array(getattr(model, below))
+        lower[[model.joints[joint].idx_v for joint in joints]] = -value
+        setattr(model, below, lower)
     return f"{field} {value:g} {unit}"

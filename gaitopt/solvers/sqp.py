@@ -33,8 +33,9 @@ class SQP:
         initial_radius, max_radius: of the trust region, in units of the variables' scale
             (measured: 0.07 to 0.15 and 2 to 5 do equally well).
         min_radius: a smaller trust region ends the run.
-        penalty: weight of the slack; must exceed the sum of the multipliers (measured: 300 to
-            3000 do equally well). It is raised by itself when it proves too small ...
+        penalty: weight of the slack at the beginning. In the end it must exceed the sum of the
+            multipliers, and is raised by itself when it proves too small (measured: begun with
+            that sum or less, more starts lead to an optimum than with several times as much) ...
         max_penalty: ... but not beyond this; only then is a program called infeasible.
     """
 
@@ -47,7 +48,7 @@ class SQP:
     initial_radius: float = 0.1
     max_radius: float = 2.0
     min_radius: float = 1e-10
-    penalty: float = 1000.0
+    penalty: float = 200.0
     max_penalty: float = 1e6
 
     def __post_init__(self) -> None:

@@ -14,23 +14,26 @@ from gaitopt.solvers.elastic import ElasticStep, Subproblem, solve_subproblem
 from gaitopt.solvers.filter import Filter
 from gaitopt.solvers.model import LocalModel, build_model, pose_correction, pose_subproblem
 from gaitopt.solvers.multipliers import least_squares_multipliers, one_sided
+from gaitopt.solvers.patience import Patience
+from gaitopt.solvers.penalty import initial_penalty
 from gaitopt.solvers.recorder import FEASIBLE, Iterate, Recorder, begin, make_iterate
 from gaitopt.solvers.trust_region import TrustRegion
 
 if TYPE_CHECKING:
     from gaitopt.solvers.sqp import SQP
 
-CORRECT_BELOW = 0.5
-"""A step agreeing less than this with its model is corrected (measured) ..."""
 CORRECT_UNTIL = 0.75
-"""... until it agrees that well ..."""
+"""A step that is not accepted is corrected until cost and violation are as good as predicted ..."""
 CORRECT_GAIN = 0.1
 """... or the violation did not fall to this share ..."""
 CORRECTIONS = 2
 """... but not more often than this (measured: the second saves long runs a third of their
 iterations along the curved rows, a third saves nothing)."""
+STEERED = 0.1
+"""Share of the violation that a step may leave without the penalty being raised (after Byrd,
+Nocedal & Waltz, "Steering exact penalty methods for nonlinear programming", 2008) ..."""
 RAISE = 10.0
-"""Factor of a penalty that proved too small (Nocedal & Wright, 2006, Algorithm 18.5)."""
+"""... and factor of a penalty that proved too small (Nocedal & Wright, 2006, Algorithm 18.5)."""
 NO_DECREASE = 1e-4
 """Relative decrease of the violation below which the model is called stationary (measured)."""
 CEILING = 10.0
@@ -42,6 +45,8 @@ POLISH_BELOW = 1e-1
 """KKT residual below which a step may be judged by that residual (measured) ..."""
 POLISH_GAIN = 0.5
 """... which must fall to this share."""
+GIVE_UP = 40
+"""Iterations without less violation after which a program is called infeasible."""
 INTERIOR = 0.99
 """A step shorter than this share of the radius is not held by the trust region."""
 
@@ -77,10 +82,11 @@ class _Run:
         self.evaluator = recorder.evaluator
         self.iterate = iterate
         self.region = TrustRegion(options.initial_radius, options.max_radius)
+        self.patience = Patience(GIVE_UP)
         self.filter = Filter(max(CEILING, 1.25 * iterate.violation))
         self.resets_left = FILTER_RESETS
         self.curvature = Curvature(self.evaluator, options.hessian == "exact")
-        self.penalty = options.penalty
+        self.penalty = initial_penalty(nlp, iterate, options.penalty)
         self.slack = 0.0
         self.last_length = options.initial_radius
         self.undefined = False
@@ -91,6 +97,8 @@ class _Run:
             self.recorder.record(self.iterate, self.region.radius)
             if self._is_optimal(self.iterate):
                 return Status.OPTIMAL
+            if self.patience.exhausted(self.iterate.violation):
+                return Status.INFEASIBLE
             status = self._iteration()
             if status is not None:
                 return status
@@ -134,7 +142,7 @@ class _Run:
 
     def _penalty_too_small(self, step: ElasticStep) -> bool:
         return (
-            step.slack > self.options.feasibility
+            step.slack > max(self.options.feasibility, STEERED * self.iterate.violation)
             and _length(step.d) < INTERIOR * self.region.radius
             and self.penalty < self.options.max_penalty
         )
@@ -167,7 +175,7 @@ class _Run:
     def _advance(self, model: LocalModel, posed: Subproblem, step: ElasticStep) -> None:
         """Try the step, then its correction; move to the better one or shrink the region."""
         trial = self._try(model, step, step)
-        if trial is not None and (trial.ratio < CORRECT_BELOW or not self._accepts(trial)):
+        if trial is not None and not self._accepts(trial):
             trial = self._corrected(model, posed, step, trial)
         moved = trial is not None and (
             (self._accepts(trial) and self._move(trial)) or self._polish(trial, step)
@@ -243,7 +251,7 @@ class _Run:
         if not trial.for_cost:
             self.filter.add(self.iterate.violation, self.nlp.cost_scale * self.iterate.point.cost)
         self._settle(iterate, trial)
-        self.region = self.region.after(trial.ratio, self.last_length)
+        self.region = self.region.after(trial.fit, self.last_length, not trial.strays)
         return True
 
     def _derived(self, trial: Trial) -> Iterate | None:

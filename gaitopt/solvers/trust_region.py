@@ -29,11 +29,11 @@ class TrustRegion:
     radius: float
     largest: float
 
-    def after(self, ratio: float, length: float) -> TrustRegion:
+    def after(self, ratio: float, length: float, may_grow: bool = True) -> TrustRegion:
         """Return the region after an accepted step of infinity norm `length`."""
         if ratio < POOR:
             return self.shrunk(length)
-        if ratio > GOOD and length > 0.99 * self.radius:
+        if may_grow and ratio > GOOD and length > 0.99 * self.radius:
             return TrustRegion(min(self.largest, GROW * self.radius), self.largest)
         return self
 

@@ -69,11 +69,12 @@ def write_figures(
     for name in FIGURES:
         figure = make_figure(gait, name)
         for kind in formats:
-            written.append(write_atomically(folder / f"{name}.{kind}", _rendered(figure, kind)))
+            written.append(write_atomically(folder / f"{name}.{kind}", rendered(figure, kind)))
     return written
 
 
-def _rendered(figure: Figure, kind: str) -> bytes:
+def rendered(figure: Figure, kind: str) -> bytes:
+    """Return a figure as a file of a kind: "png", "svg" or "pdf"."""
     buffer = io.BytesIO()
     # without the date, equal gaits give equal figures
     metadata = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}.get(kind)

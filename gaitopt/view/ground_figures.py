@@ -11,6 +11,7 @@ from scipy.integrate import trapezoid
 
 from gaitopt.gait.result import Gait
 from gaitopt.nlp import Array
+from gaitopt.view.body import walking_model
 from gaitopt.view.figure_style import (
     GREY,
     INSIDE,
@@ -24,7 +25,6 @@ from gaitopt.view.figure_style import (
     new_figure,
 )
 from gaitopt.view.skeleton import sole_corners
-from gaitopt.view.walk import walking_model
 
 GRAVITY = 9.81  # m/s², for the weight drawn beside the force
 

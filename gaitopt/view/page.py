@@ -2,32 +2,17 @@
 
 from __future__ import annotations
 
-import base64
 import html
 import json
 from pathlib import Path
 
 from gaitopt.atomic import write_atomically
-from gaitopt.errors import InputError
 from gaitopt.gait.result import Gait
-from gaitopt.view.meshcat_quiet import meshcat, umsgpack, zmqserver
+from gaitopt.view.meshcat_quiet import meshcat
 from gaitopt.view.page_template import PAGE
-from gaitopt.view.scene import FORCE_SCALE, build_scene
+from gaitopt.view.recorder import Recorder, viewer_script
+from gaitopt.view.scene import build_scene
 from gaitopt.view.walk import DEFAULT_STEPS
-
-
-class _Recorder:
-    """Stands in for MeshCat's window: keeps the drawing commands instead of sending them."""
-
-    def __init__(self) -> None:
-        self.commands: list[bytes] = []
-
-    def send(self, command: object) -> None:
-        """Keep one command, packed as the viewer reads it."""
-        self.commands.append(umsgpack.packb(command.lower()))  # type: ignore[attr-defined]
-
-    def get_image(self) -> None:
-        """Do nothing: there is no picture before a browser opens the page."""
 
 
 def write_page(
@@ -64,18 +49,18 @@ def page_text(gait: Gait, steps: int = DEFAULT_STEPS, package_dirs: tuple[str, .
         InputError: steps < 1.
         RobotError: the robot cannot be drawn.
     """
-    recorder = _Recorder()
-    build_scene(meshcat.Visualizer(window=recorder), gait, steps, package_dirs)
-    commands = [base64.b64encode(c).decode("ascii") for c in recorder.commands]
+    recorder = Recorder()
+    scene = build_scene(meshcat.Visualizer(window=recorder), gait, steps, package_dirs)
     # plain replacement: the script and the template are full of braces and percent signs
     parts = {
         "@TITLE@": html.escape(_title(gait)),
         "@FACTS@": "".join(f"<dt>{k}</dt><dd>{html.escape(v)}</dd>" for k, v in facts(gait)),
         "@DURATION@": json.dumps(gait.duration * steps),
         "@STEP@": json.dumps(gait.duration),
-        "@SCALE@": f"{0.1 / FORCE_SCALE:.0f}",
-        "@COMMANDS@": json.dumps(commands),
-        "@MESHCAT@": _viewer_script(),
+        "@NOTE@": f"<p>{html.escape(scene.note)}</p>" if scene.note else "",
+        "@SCALE@": f"{0.1 / scene.force_scale:.4g}",
+        "@COMMANDS@": recorder.text(),
+        "@MESHCAT@": viewer_script(),
     }
     text = PAGE
     for mark, part in parts.items():
@@ -98,16 +83,5 @@ def facts(gait: Gait) -> list[tuple[str, str]]:
 
 
 def _title(gait: Gait) -> str:
-    return f"Walking at {gait.speed:.3g} m/s"
-
-
-def _viewer_script() -> str:
-    """Return MeshCat's viewer, which the MeshCat package carries."""
-    source = Path(zmqserver.VIEWER_ROOT) / "main.min.js"
-    try:
-        return source.read_text(encoding="utf-8")
-    except OSError as error:
-        raise InputError(
-            "the installed meshcat package lacks its viewer; run: pip install --force-reinstall "
-            "'meshcat>=0.3.2'"
-        ) from error
+    name = gait.fact("robot")
+    return f"{name or 'Walking'}{' walks' if name else ''} at {gait.speed:.3g} m/s"

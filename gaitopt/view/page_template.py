@@ -37,7 +37,7 @@ PAGE = """<!DOCTYPE html>
   <p><span class="mark" style="background:#e07a10"></span> ground force, 10 cm for @SCALE@ N<br>
      <span class="mark" style="background:#b00020"></span> centre of pressure<br>
      <span class="mark" style="background:#2e9e5b"></span> standing foot</p>
-  <p>space: play or pause; arrow keys: a moment<br>back or on; mouse: turn, shift, zoom</p>
+  <p>space: play or pause; arrow keys: a moment<br>back or on; mouse: turn, shift, zoom</p>@NOTE@
 </div>
 <div id="controls" class="card">
   <button id="play">pause</button>

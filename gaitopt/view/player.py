@@ -23,11 +23,13 @@ class Player:
     Attributes:
         viewer: the MeshCat viewer, for adding to the scene.
         url: address of the page.
+        note: what of the robot is missing in the scene and how to get it, or empty.
     """
 
     def __init__(self, viewer: meshcat.Visualizer) -> None:
         self.viewer = viewer
         self.url = str(viewer.url())
+        self.note = ""
         self._closed = threading.Event()
 
     def wait(self) -> None:
@@ -84,7 +86,7 @@ def play(
     """
     player = _start()
     try:
-        build_scene(player.viewer, gait, steps, package_dirs)
+        player.note = build_scene(player.viewer, gait, steps, package_dirs).note
     except BaseException:
         player.close()
         raise

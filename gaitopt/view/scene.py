@@ -7,22 +7,26 @@ of the scene only, so that to follow the robot the world is moved the other way.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 import pinocchio as pin
 from numpy.typing import ArrayLike
 
 from gaitopt.gait.result import Gait
 from gaitopt.nlp import Array
-from gaitopt.view.meshcat_quiet import MeshcatVisualizer, geometry, meshcat
+from gaitopt.view.body import walking_model
+from gaitopt.view.meshcat_quiet import geometry, meshcat
+from gaitopt.view.moving_robot import draw_robot
 from gaitopt.view.shapes import robot_shapes
-from gaitopt.view.skeleton import sole_corners
+from gaitopt.view.skeleton import sole_corners, stick_figures
 from gaitopt.view.tracks import Film
-from gaitopt.view.walk import Walk, walk, walking_model
+from gaitopt.view.walk import Walk, walk
 
 _WORLD = "world"
-FORCE_SCALE = 1.0e-3  # m of arrow for 1 N
-CAMERA = (1.2, 0.38, 1.3)  # m from what it looks at: ahead, up, right (MeshCat's own axes)
-TARGET_HEIGHT = 0.58  # m above the ground, of the point the camera looks at
+CAMERA = (1.9, 0.6, 2.05)  # from what it looks at, in heights of the hips: ahead, up, right
+TARGET_HEIGHT = 0.92  # of the point the camera looks at, in heights of the hips
+_ARROW = 0.9  # the weight's arrow, about, in heights of the hips
 _SWITCH = 1e-4  # s: marks leave the old foot this long before they are on the new one
 _PRINT = 0.004  # m: thickness of the marks on the ground
 _BORDER = 0.05  # m: by how much the mark of the standing foot is larger than its sole
@@ -32,9 +36,24 @@ _GROUND, _LINE, _FOOTPRINT = 0xEDF0F2, 0xC9D1D8, 0x9DB4C8
 _STANDING, _COP, _FORCE = 0x2E9E5B, 0xB00020, 0xE07A10
 
 
+@dataclass(frozen=True)
+class Scene:
+    """What was put into a viewer.
+
+    Attributes:
+        walk: that is shown.
+        force_scale: metres of arrow for 1 N.
+        note: what of the robot is missing and how to get it, or empty.
+    """
+
+    walk: Walk
+    force_scale: float
+    note: str
+
+
 def build_scene(
     viewer: meshcat.Visualizer, gait: Gait, steps: int, package_dirs: tuple[str, ...] = ()
-) -> Walk:
+) -> Scene:
     """Put the walking robot into a MeshCat viewer and set it in motion.
 
     Args:
@@ -44,7 +63,7 @@ def build_scene(
         package_dirs: where to look for meshes.
 
     Returns:
-        The walk shown.
+        What is shown.
 
     Raises:
         InputError: steps < 1.
@@ -52,18 +71,37 @@ def build_scene(
     """
     model = walking_model(gait)
     film, shown = Film(), walk(gait, model, steps)
+    shapes = robot_shapes(gait, model, package_dirs)
     times = _key_times(shown)
     corners = sole_corners(gait, model)
-    _prepare(viewer)
+    hips = hip_height(gait, model, shown)
+    force_scale = _force_scale(gait, hips)
+    _prepare(viewer, hips)
     world = viewer[_WORLD]
     _draw_ground(world["ground"])
     _draw_footprints(world["footprints"], shown, corners)
-    _draw_robot(viewer, film, model, robot_shapes(gait, model, package_dirs), shown, times)
+    draw_robot(f"{_WORLD}/robot", viewer, film, model, shapes.geometry, shown, times)
     _draw_standing_sole(world["standing_sole"], film, shown, corners, times)
-    _draw_force(world["ground_force"], film, shown, times)
-    _follow(world, film, shown, times)
+    _draw_force(world["ground_force"], film, shown, times, force_scale)
+    _follow(world, film, shown, times, TARGET_HEIGHT * hips)
     film.show(viewer)
-    return shown
+    return Scene(shown, force_scale, shapes.note)
+
+
+def hip_height(gait: Gait, model: pin.Model, shown: Walk) -> float:
+    """Return the height of the hips at the beginning of a walk [m]: the size of the robot."""
+    legs = stick_figures(gait, model, shown.q[:1]).legs
+    return float(legs[0, :, 5, 2].mean())
+
+
+def _force_scale(gait: Gait, hips: float) -> float:
+    """Return metres of arrow for 1 N: 10 cm for 1, 2 or 5 times a power of ten."""
+    force = float(gait.ground_wrench[:, 2].mean())
+    exact = 0.1 * force / (_ARROW * hips)  # N for 10 cm
+    power = 10.0 ** np.floor(np.log10(exact))
+    return 0.1 / float(
+        min((power * n for n in (1, 2, 5, 10)), key=lambda n: abs(np.log(n / exact)))
+    )
 
 
 def _key_times(shown: Walk) -> Array:
@@ -72,12 +110,12 @@ def _key_times(shown: Walk) -> Array:
     return np.asarray(shown.time - _SWITCH * last)
 
 
-def _prepare(viewer: meshcat.Visualizer) -> None:
+def _prepare(viewer: meshcat.Visualizer, hips: float) -> None:
     viewer["/Background"].set_property("top_color", [0.97, 0.98, 1.0])
     viewer["/Background"].set_property("bottom_color", [0.80, 0.84, 0.88])
     for name in ("/Axes", "/Grid"):  # they would not move with the world
         viewer[name].set_property("visible", False)
-    viewer["/Cameras/default/rotated/<object>"].set_property("position", list(CAMERA))
+    viewer["/Cameras/default/rotated/<object>"].set_property("position", [hips * c for c in CAMERA])
 
 
 def _draw_ground(node: meshcat.Visualizer) -> None:
@@ -116,49 +154,6 @@ def _draw_footprints(node: meshcat.Visualizer, shown: Walk, corners: Array) -> N
         print_.set_transform(place.homogeneous @ _shift(_centre(corners, number, -0.5 * _PRINT)))
 
 
-def _draw_robot(
-    viewer: meshcat.Visualizer,
-    film: Film,
-    model: pin.Model,
-    shapes: pin.GeometryModel,
-    shown: Walk,
-    times: Array,
-) -> None:
-    robot = MeshcatVisualizer(model, pin.GeometryModel(), shapes)
-    robot.initViewer(viewer=viewer)
-    robot.loadViewerModel(f"{_WORLD}/robot")
-    robot.display(shown.q[0])
-    placements = _shape_placements(model, shapes, shown.q)
-    for item, places in zip(shapes.geometryObjects, placements, strict=True):
-        node = viewer[robot.getViewerNodeName(item, pin.GeometryType.VISUAL)]
-        flip = _flip(item.meshScale)
-        film.place(node, times, np.array([m.translation for m in places]))
-        film.turn(node, times, [m.rotation @ flip for m in places])
-
-
-def _shape_placements(
-    model: pin.Model, shapes: pin.GeometryModel, configurations: Array
-) -> list[list[pin.SE3]]:
-    """Return the placement of each shape in each configuration, shapes outside."""
-    data, drawn = model.createData(), shapes.createData()
-    frames = []
-    for q in configurations:
-        pin.updateGeometryPlacements(model, data, shapes, drawn, q)
-        frames.append([m.copy() for m in drawn.oMg])
-    return [list(column) for column in zip(*frames, strict=True)]
-
-
-def _flip(scale: Array) -> Array:
-    """Return the rotation the viewer adds to a mirrored mesh when it takes the scale out.
-
-    It splits a matrix into rotation and scale, and gives the sign of the determinant to x.
-    """
-    signs = np.where(np.asarray(scale) < 0.0, -1.0, 1.0)
-    if signs.prod() < 0.0:
-        signs = signs * (-1.0, 1.0, 1.0)
-    return np.diag(signs)
-
-
 def _draw_standing_sole(
     node: meshcat.Visualizer, film: Film, shown: Walk, corners: Array, times: Array
 ) -> None:
@@ -170,7 +165,9 @@ def _draw_standing_sole(
     film.turn(node, times, [shown.stance[k].rotation for k in shown.step])
 
 
-def _draw_force(node: meshcat.Visualizer, film: Film, shown: Walk, times: Array) -> None:
+def _draw_force(
+    node: meshcat.Visualizer, film: Film, shown: Walk, times: Array, scale: float
+) -> None:
     red, orange = _seen_through(_COP), _seen_through(_FORCE)
     node["cop"].set_object(geometry.Sphere(0.016), red)
     # MeshCat's cylinders stand along y; inside its group the arrow points along z
@@ -180,7 +177,7 @@ def _draw_force(node: meshcat.Visualizer, film: Film, shown: Walk, times: Array)
     node["shaft/bar"].set_transform(_shift([0.0, 0.0, 0.5]) @ upright)
     node["head/cone"].set_object(geometry.Cylinder(0.07, radiusTop=0.0, radiusBottom=0.024), orange)
     node["head/cone"].set_transform(_shift([0.0, 0.0, 0.035]) @ upright)
-    length = FORCE_SCALE * np.linalg.norm(shown.force, axis=1)
+    length = scale * np.linalg.norm(shown.force, axis=1)
     along, one = np.outer(length, [0.0, 0.0, 1.0]), np.ones_like(length)
     film.place(node, times, shown.cop)
     film.turn(node, times, [_towards(f) for f in shown.force])
@@ -195,13 +192,15 @@ def _seen_through(colour: int) -> geometry.Material:
     )
 
 
-def _follow(world: meshcat.Visualizer, film: Film, shown: Walk, times: Array) -> None:
+def _follow(
+    world: meshcat.Visualizer, film: Film, shown: Walk, times: Array, height: float
+) -> None:
     """Move the world back at the mean walking speed, so that the robot stays in the picture."""
     root = shown.q[:, :2]
     share = shown.time / shown.time[-1]
     x = root[0, 0] + share * (root[-1, 0] - root[0, 0])
     y = np.full_like(x, root[:, 1].mean())
-    path = np.column_stack([x, y, np.full_like(x, TARGET_HEIGHT)])
+    path = np.column_stack([x, y, np.full_like(x, height)])
     world.set_transform(_shift(-path[0]))
     film.place(world, times, -path)
 

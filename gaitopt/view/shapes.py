@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import coal
 import numpy as np
 import pinocchio as pin
@@ -9,42 +11,72 @@ import pinocchio as pin
 from gaitopt.errors import RobotError
 from gaitopt.gait.result import Gait
 from gaitopt.nlp import Array
+from gaitopt.robot.meshes import MeshProblem
+from gaitopt.view.body import gait_source, resting
+from gaitopt.view.drawable import drawable
 from gaitopt.view.figure_style import STANCE, SWING, TRUNK
 from gaitopt.view.skeleton import sole_corners, stick_figures
 
 _BONE = 0.025  # m: radius of the skeleton's limbs
 _FOOT = 0.02  # m: thickness of its feet
+_ENOUGH = 6  # moving bodies of the legs, of twelve, that must be drawn
 
 
-def robot_shapes(
-    gait: Gait, model: pin.Model, package_dirs: tuple[str, ...] = ()
-) -> pin.GeometryModel:
-    """Return the visual shapes of the gait's robot.
+@dataclass(frozen=True, eq=False)
+class Shapes:
+    """What a robot is drawn with.
+
+    Attributes:
+        geometry: the shapes.
+        note: what is missing and how to get it, or empty.
+    """
+
+    geometry: pin.GeometryModel
+    note: str = ""
+
+
+def robot_shapes(gait: Gait, model: pin.Model, package_dirs: tuple[str, ...] = ()) -> Shapes:
+    """Return the visual shapes of the gait's robot, a skeleton if those of a leg are missing.
 
     Args:
         gait: its URDF is drawn.
         model: from `walking_model`.
-        package_dirs: where to look for the meshes named `package://...` in the URDF.
+        package_dirs: where to look for meshes, before the directories that the gait records.
 
     Raises:
-        RobotError: a mesh cannot be found or read.
+        RobotError: the URDF cannot be read.
     """
+    source = gait_source(gait, package_dirs)
+    lost = [p for p in source.mesh_problems() if p.kind == "visual"]
+    note = _note(lost[0], len(lost)) if lost else ""
     try:
-        shapes = pin.buildGeomFromUrdfString(
-            model, gait.urdf, pin.GeometryType.VISUAL, package_dirs=list(package_dirs)
-        )
-    except (ValueError, RuntimeError) as error:
-        raise RobotError(
-            f"the meshes of the robot cannot be read: {error}; "
-            "give the directories that hold its packages"
-        ) from error
-    return shapes if shapes.ngeoms else _skeleton(gait, model)
+        found = source.geometry(pin.GeometryType.VISUAL)
+    except RobotError as error:
+        found, note = None, str(error)
+    legs = [model.getJointId(name) for name in gait.joint_names]
+    if found is not None and (not lost or _covers(found, legs)):
+        return Shapes(drawable(found), note)
+    return Shapes(_skeleton(gait, model), note and f"{note}. The robot is drawn as a skeleton")
+
+
+def _note(lost: MeshProblem, count: int) -> str:
+    others = f" and {count - 1} more are not drawn" if count > 1 else " is not drawn"
+    return (
+        f"the mesh '{lost.file}' {lost.reason}: it{others}; give the directory that holds its "
+        "package (--package-dir)"
+    )
+
+
+def _covers(shapes: pin.GeometryModel, legs: list[int]) -> bool:
+    """Whether thighs, shanks and feet are drawn: enough of a leg to see it walk."""
+    drawn = {item.parentJoint for item in shapes.geometryObjects}
+    return len(drawn.intersection(legs)) >= _ENOUGH
 
 
 def _skeleton(gait: Gait, model: pin.Model) -> pin.GeometryModel:
     """Return capsules from joint to joint, plates for the feet and a bar for the trunk."""
     shapes = pin.GeometryModel()
-    q = pin.neutral(model)
+    q = resting(gait, model)
     data = model.createData()
     pin.forwardKinematics(model, data, q)
     sticks = stick_figures(gait, model, q[None])

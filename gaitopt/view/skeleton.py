@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import pinocchio as pin
 
 from gaitopt.gait.result import Gait
 from gaitopt.nlp import Array
-from gaitopt.view.walk import joint_indices
+from gaitopt.robot.source import read_source
+from gaitopt.view.body import joint_indices, resting, upward
 
 _REFLECTION = np.array([1.0, -1.0, 1.0])
 _EXCHANGE = [1, 0, 3, 2]  # a sole's left corners are the mirror image of the other's right ones
-_TRUNK_TO_LEG = 0.9  # trunk length over leg length, for a robot whose URDF draws no trunk
+_TRUNK_TO_LEG = 0.9  # trunk length over leg length, where the model does not show the trunk
+_STUB = 0.3  # of the leg's length: less above the hips is a pelvis, not a trunk
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,7 +41,7 @@ def sole_corners(gait: Gait, model: pin.Model) -> Array:
     They are the mirror image of the swing sole, whose corners the gait records.
     """
     data = model.createData()
-    q = pin.neutral(model)
+    q = resting(gait, model)
     q[joint_indices(gait, model)] = gait.q[0]
     pin.framesForwardKinematics(model, data, q)
     stance, swing = (
@@ -72,38 +75,39 @@ def stick_figures(gait: Gait, model: pin.Model, configurations: Array) -> StickF
 def trunk_top(gait: Gait, model: pin.Model) -> Array:
     """Return the top of the trunk, above the middle of the hips, in the root joint's frame [m].
 
-    It is the top of what the URDF draws above the hips, or in proportion to the legs.
+    It is the highest joint, or the top of what the URDF draws with simple shapes; in proportion to
+    the legs if neither is clearly above the hips.
     """
-    data = model.createData()
-    pin.forwardKinematics(model, data, pin.neutral(model))
+    data, up = model.createData(), upward(gait)
+    pin.framesForwardKinematics(model, data, resting(gait, model))
     hips = [data.oMi[model.getJointId(n)].translation for n in gait.joint_names[5:7]]
     ankles = [data.oMi[model.getJointId(n)].translation for n in gait.joint_names[0::11]]
     middle = np.mean(hips, axis=0)
     leg = float(np.linalg.norm(hips[0] - ankles[0]))
-    height = _drawn_top(gait, model, data)
-    if height is None or height <= middle[2]:
-        height = middle[2] + _TRUNK_TO_LEG * leg
-    return np.array([middle[0], middle[1], height])
+    joints = max(float(up @ place.translation) for place in list(data.oMi)[1:])
+    above = max(joints, _drawn_top(gait, model, data)) - float(up @ middle)
+    return np.asarray(middle + up * (above if above > _STUB * leg else _TRUNK_TO_LEG * leg))
 
 
-def _drawn_top(gait: Gait, model: pin.Model, data: pin.Data) -> float | None:
-    """Return the highest point of the visual shapes that are boxes, cylinders or the like."""
-    try:
-        shapes = pin.buildGeomFromUrdfString(model, gait.urdf, pin.GeometryType.VISUAL)
-    except (ValueError, RuntimeError):  # meshes that are not on this machine
-        return None
-    top = None
+def _drawn_top(gait: Gait, model: pin.Model, data: pin.Data) -> float:
+    """Return the highest point of the shapes that are no meshes [m], -inf if none."""
+    # Read from its text alone, without directories, a robot has no meshes: loading them takes long.
+    shapes = read_source(gait.urdf).geometry(pin.GeometryType.VISUAL)
+    if shapes is None:
+        return -np.inf
     placements = shapes.createData()
     pin.updateGeometryPlacements(model, data, shapes, placements)
-    for index, shape in enumerate(shapes.geometryObjects):
-        shape.geometry.computeLocalAABB()
-        centre = placements.oMg[index].act(shape.geometry.aabb_center)
-        half = _half_height(shape.geometry, placements.oMg[index].rotation)
-        top = max(top or -np.inf, float(centre[2]) + half)
-    return top
+    tops = [
+        _top(shape.geometry, place, upward(gait))
+        for shape, place in zip(shapes.geometryObjects, placements.oMg, strict=True)
+    ]
+    return max(tops)
 
 
-def _half_height(geometry: object, rotation: Array) -> float:
-    box = geometry.aabb_local  # type: ignore[attr-defined]
+def _top(shape: Any, place: pin.SE3, up: Array) -> float:
+    """Return the highest point of the box around a shape."""
+    shape.computeLocalAABB()
+    box = shape.aabb_local
     half = np.array([box.width(), box.height(), box.depth()]) / 2.0
-    return float(np.abs(rotation[2]) @ half)
+    centre = place.act(shape.aabb_center)
+    return float(up @ centre + np.abs(place.rotation.T @ up) @ half)

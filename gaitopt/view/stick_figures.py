@@ -8,9 +8,10 @@ from matplotlib.figure import Figure
 
 from gaitopt.gait.result import Gait
 from gaitopt.nlp import Array
+from gaitopt.view.body import walking_model
 from gaitopt.view.figure_style import GROUND, STANCE, SWING, TRUNK, label_axes, new_figure
 from gaitopt.view.skeleton import StickFigures, stick_figures
-from gaitopt.view.walk import walk, walking_model
+from gaitopt.view.walk import walk
 
 _SIDE, _FRONT = 0, 1  # the horizontal axis of each view: x forward, y left
 _FAINT = 0.22  # opacity of the first of the superposed figures; the last is solid

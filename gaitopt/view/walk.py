@@ -7,9 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
-from gaitopt.errors import InputError, RobotError
+from gaitopt.errors import InputError
 from gaitopt.gait.result import Gait
 from gaitopt.nlp import Array
+from gaitopt.view.body import joint_indices, resting
 
 DEFAULT_STEPS = 6
 _REFLECTION = np.array([1.0, -1.0, 1.0])  # left <-> right in sole axes: x forward, y left, z up
@@ -46,30 +47,6 @@ class Walk:
     force: Array
 
 
-def walking_model(gait: Gait) -> pin.Model:
-    """Return the free-flyer model of a gait's robot; joints beyond the legs stay in the model.
-
-    Raises:
-        RobotError: the URDF cannot be read, or lacks a joint or sole frame the gait names.
-    """
-    try:
-        model = pin.buildModelFromXML(gait.urdf, pin.JointModelFreeFlyer())
-    except (ValueError, RuntimeError, IndexError) as error:
-        raise RobotError(f"the gait's URDF cannot be read: {error}") from error
-    for name in gait.joint_names:
-        if not model.existJointName(name):
-            raise RobotError(f"the gait's URDF has no joint '{name}', which the gait moves")
-    for name in (gait.stance_sole, gait.swing_sole_frame):
-        if not model.existFrame(name):
-            raise RobotError(f"the gait's URDF has no sole frame '{name}'; add a link of that name")
-    return model
-
-
-def joint_indices(gait: Gait, model: pin.Model) -> list[int]:
-    """Return the place of each of the gait's joints in a configuration of the model."""
-    return [model.joints[model.getJointId(name)].idx_q for name in gait.joint_names]
-
-
 def walk(gait: Gait, model: pin.Model, steps: int = DEFAULT_STEPS) -> Walk:
     """Let a gait walk: each step is the mirror image of the one before, from where it landed.
 
@@ -88,11 +65,13 @@ def walk(gait: Gait, model: pin.Model, steps: int = DEFAULT_STEPS) -> Walk:
         raise InputError(f"{steps} steps cannot be shown; ask for one or more")
     soles = (gait.stance_sole, gait.swing_sole_frame)
     data = model.createData()
+    rest = resting(gait, model)
     stance, q = [pin.SE3.Identity()], []
     for step in range(steps):
         standing, swinging = soles[step % 2], soles[(step + 1) % 2]
         for posture in _mirrored(gait.q, gait, step):
-            q.append(_standing_at(gait, model, data, posture, standing, stance[-1]))
+            rest[joint_indices(gait, model)] = posture
+            q.append(_standing_at(model, data, rest, standing, stance[-1]))
         stance.append(data.oMf[model.getFrameId(swinging)].copy())
     count = len(gait.time)
     return Walk(
@@ -114,11 +93,13 @@ def _mirrored(values: Array, gait: Gait, step: int) -> Array:
 
 
 def _standing_at(
-    gait: Gait, model: pin.Model, data: pin.Data, posture: Array, sole: str, place: pin.SE3
+    model: pin.Model, data: pin.Data, posture: Array, sole: str, place: pin.SE3
 ) -> Array:
-    """Return the configuration with `sole` at `place`; leave its kinematics in `data`."""
-    q = pin.neutral(model)
-    q[joint_indices(gait, model)] = posture
+    """Return the configuration with `sole` at `place`; leave its kinematics in `data`.
+
+    The root of `posture` is at the origin.
+    """
+    q = posture.copy()
     pin.framesForwardKinematics(model, data, q)
     root = place * data.oMf[model.getFrameId(sole)].inverse() * data.oMi[1]
     q[:7] = pin.SE3ToXYZQUAT(root)

@@ -81,12 +81,32 @@ def test_another_robot_is_caught(cli, gait_file):
     assert "mass" in result.stderr
 
 
-@pytest.mark.parametrize(
-    ("remove", "pattern"), [("task", "record of the task is missing"), ("sole", "edge of the sole")]
-)
-def test_gait_without_its_task_cannot_be_checked(cli, gait_file, remove, pattern):
+def without(gait_file, *names):
     gait = load_gait(gait_file)
-    save_gait(replace(gait, meta={k: v for k, v in gait.meta.items() if k != remove}), gait_file)
+    left = {k: v for k, v in gait.meta.items() if k not in names}
+    save_gait(replace(gait, meta=left), gait_file)
+
+
+@pytest.mark.parametrize(
+    ("remove", "pattern"),
+    [(["task"], "record of the task is missing"), (["sole", "choices"], "edge of the sole")],
+)
+def test_gait_without_its_task_or_robot_cannot_be_checked(cli, gait_file, remove, pattern):
+    without(gait_file, *remove)
     result = cli("check", gait_file)
     assert result.exit_code == 2
     assert pattern in result.stderr
+
+
+def test_gait_of_a_time_without_choices_passes(cli, gait_file):
+    without(gait_file, "choices")
+    assert cli("check", gait_file).exit_code == 0
+
+
+def test_altered_sole_is_named(cli, gait_file):
+    gait = load_gait(gait_file)
+    wider = {**gait.fact("sole"), "left": 0.07}
+    save_gait(replace(gait, meta={**gait.meta, "sole": wider}), gait_file)
+    result = cli("check", gait_file)
+    assert result.exit_code == 1
+    assert "these differ: sole" in result.stderr

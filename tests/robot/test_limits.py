@@ -130,3 +130,15 @@ def test_a_pattern_without_a_joint_is_refused(robot):
         RobotError, match=r"no joint matches '\*_nee'; the joints are: left_"
     ):
         Robot.from_urdf(robot.urdf, choices=choices)
+
+
+@pytest.mark.parametrize("share", [0.5, 2.0])
+def test_lower_and_higher_limits_than_the_files_can_be_chosen(robot, share):
+    chosen = LimitOverride(
+        "*knee*", torque=share * robot.limits.torque[2], speed=share * robot.limits.speed[2]
+    )
+    again = Robot.from_urdf(robot.urdf, choices=Choices(limits=(chosen,)))
+    for kind in ("torque", "speed"):
+        ratio = getattr(again.limits, kind) / getattr(robot.limits, kind)
+        assert ratio[list(robot.legs.knees)] == pytest.approx(share)
+        assert sorted(ratio)[5] == pytest.approx(1.0)

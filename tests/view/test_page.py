@@ -10,7 +10,7 @@ import pytest
 from matplotlib.image import imread
 from sample_gait import bare_gait, sample_gait
 
-from gaitopt.errors import InputError, RobotError
+from gaitopt.errors import InputError
 from gaitopt.view.meshcat_quiet import umsgpack
 from gaitopt.view.page import page_text, write_page
 
@@ -106,10 +106,17 @@ def test_bad_requests_are_refused(tmp_path):
         write_page(sample_gait(), tmp_path / "x.html", steps=0)
     with pytest.raises(InputError, match="cannot write"):
         write_page(sample_gait(), tmp_path / "no" / "x.html", steps=1)
+
+
+def test_lost_meshes_are_told_and_the_robot_is_drawn_without_them():
     mesh = '<visual><geometry><mesh filename="package://nowhere/a.stl"/></geometry></visual>'
-    lost = sample_gait().urdf.replace("</link>", mesh + "</link>", 1)
-    with pytest.raises(RobotError, match="give the directories that hold its packages"):
-        page_text(replace(sample_gait(), urdf=lost), steps=1)
+    lost = replace(sample_gait(), urdf=sample_gait().urdf.replace("</link>", mesh + "</link>", 1))
+    text = page_text(lost, steps=1)
+    assert "the mesh &#x27;package://nowhere/a.stl&#x27; was not found: it is not drawn" in text
+    assert "as a skeleton" not in text  # all other shapes are there
+    blank = re.sub(r"<visual>.*?</visual>", mesh, sample_gait().urdf, flags=re.S)
+    bones = page_text(replace(sample_gait(), urdf=blank), steps=1)
+    assert "its package (--package-dir). The robot is drawn as a skeleton" in bones
 
 
 def screenshot(page, fragment, folder):

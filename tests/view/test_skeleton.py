@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 from sample_gait import sample_gait
 
+from gaitopt.view.body import walking_model
 from gaitopt.view.shapes import robot_shapes
 from gaitopt.view.skeleton import sole_corners, stick_figures, trunk_top
-from gaitopt.view.walk import walk, walking_model
+from gaitopt.view.walk import walk
 
 BARE = replace(
     sample_gait(),
@@ -44,8 +45,8 @@ def test_without_drawing_the_trunk_is_in_proportion_to_the_legs():
 
 def test_a_robot_without_drawing_gets_a_skeleton():
     model = walking_model(BARE)
-    bones = robot_shapes(BARE, model)
+    bones = robot_shapes(BARE, model).geometry
     # shin, thigh, foot and what joins it to the ankle of two legs, pelvis and trunk
     assert bones.ngeoms == 10
     assert {b.parentJoint for b in bones.geometryObjects} >= {1}
-    assert robot_shapes(sample_gait(), walking_model(sample_gait())).ngeoms > 10
+    assert robot_shapes(sample_gait(), walking_model(sample_gait())).geometry.ngeoms > 10

@@ -8,7 +8,8 @@ from scipy.integrate import trapezoid
 
 from gaitopt.errors import InputError, RobotError
 from gaitopt.robot.model import Robot
-from gaitopt.view.walk import walk, walking_model
+from gaitopt.view.body import walking_model
+from gaitopt.view.walk import walk
 
 COUNT = 31
 

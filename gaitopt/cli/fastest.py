@@ -1,0 +1,46 @@
+"""`gaitopt optimise --fastest`: the fastest walk, as if its speed had been asked for."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from rich.console import Console
+
+from gaitopt.cli.request import Request, make_task
+from gaitopt.design.design import Design
+from gaitopt.errors import InputError
+from gaitopt.gait.task import Task
+from gaitopt.study.fastest import fastest
+
+_MOST = 4  # constraints at their limits that are told
+
+
+def fastest_walk(request: Request, console: Console, quiet: bool) -> tuple[Request, Design]:
+    """Search the fastest walk; return it with the request that would lead to it.
+
+    Raises:
+        InputError: first guesses were asked for, which this search makes itself.
+        NoGaitFoundError: there is no walk at the speed to begin with.
+    """
+    if request.starts > 1 or request.start is not None:
+        raise InputError(
+            "--fastest starts each walk from a slower one; leave out --start, --starts and --seed"
+        )
+
+    def task_at(speed: float) -> Task:
+        return make_task({**request.settings, "speed": speed}, request.robot)
+
+    def tell(speed: float, found: Design | None) -> None:
+        result = "no walk" if found is None else f"J = {found.solution.cost:.1f} N²·m·s"
+        if not quiet:
+            console.print(f"{speed:.3f} m/s: {result}", highlight=False)
+
+    best = fastest(request.robot, task_at, request.task.speed, request.options, on_try=tell)
+    if not quiet:
+        at_limit = "; ".join(best.binding[:_MOST])
+        console.print(
+            f"no walk was found at {best.refused:.3f} m/s; at their limits: {at_limit}",
+            markup=False, highlight=False,
+        )  # fmt: skip
+    settings = {**request.settings, "speed": best.speed}
+    return replace(request, task=task_at(best.speed), settings=settings), best.design

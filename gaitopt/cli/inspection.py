@@ -1,0 +1,90 @@
+"""`gaitopt inspect`: what gaitopt understood of a robot, and what is wrong with it."""
+
+from __future__ import annotations
+
+from collections import Counter
+from pathlib import Path
+
+import typer
+from rich.console import Console
+from rich.rule import Rule
+from rich.table import Table
+from rich.text import Text
+
+from gaitopt.atomic import write_atomically
+from gaitopt.cli.cells import new_table
+from gaitopt.cli.config import Settings
+from gaitopt.cli.failures import ExitCode, complain
+from gaitopt.cli.robot_request import choices_text, robot_origin, robot_source
+from gaitopt.cli.screen import WIDTH, screen
+from gaitopt.view.inspection import Inspection, inspect_robot
+from gaitopt.view.inspection_tables import Section, sections
+
+_STYLES = {"guessed": "yellow", "warning": "bold yellow", "changed": "cyan", "given": "green"}
+_MOST = 4  # rows about one thing on the screen; a page shows all
+_LONGEST = 300  # characters of a text on the screen
+
+
+def run(settings: Settings, html: Path | None, write_choices: Path | None) -> None:
+    """Inspect a robot, print what came out, and write it if asked.
+
+    Raises:
+        InputError: a file cannot be read or written.
+        typer.Exit: the robot cannot be used.
+    """
+    source, choices = robot_source(settings)
+    found = inspect_robot(source, choices, robot_origin(settings))
+    out = screen()
+    print_inspection(out, found)
+    if html is not None:
+        from gaitopt.view.inspection_page import write_inspection
+
+        out.print(f"wrote {write_inspection(found, html)}", soft_wrap=True, markup=False)
+    if write_choices is not None and found.choices is not None:
+        write_atomically(write_choices, choices_text(found.choices).encode())
+        out.print(
+            f"wrote {write_choices}; edit it, then: --choices {write_choices}",
+            soft_wrap=True, markup=False,
+        )  # fmt: skip
+    if found.refusal:
+        complain(found.refusal)
+        raise typer.Exit(ExitCode.BAD_INPUT)
+
+
+def print_inspection(out: Console, found: Inspection) -> None:
+    """Print the tables of an inspection."""
+    width = min(out.width, WIDTH)
+    verdict = ("cannot be used", "bold red") if found.refusal else ("can be used", "bold green")
+    out.print(Rule(Text.assemble((found.title, "bold"), "  ", verdict)), width=width)
+    for section in sections(found):
+        out.print(_table(section), width=width)
+        out.print()
+
+
+def _table(section: Section) -> Table:
+    if not any(section.columns):
+        table = Table.grid(padding=(0, 2))
+        table.add_column(style="dim")
+        table.add_column(overflow="fold")
+    else:
+        table = new_table(section.title, *section.columns)
+    how = section.how or ("",) * len(section.rows)
+    seen: Counter[str] = Counter()
+    for row, sure in zip(section.rows, how, strict=True):
+        topic = row[0] if section.how and len(row) > 2 else ""
+        seen[topic] += 1
+        if not section.how or seen[topic] <= (_MOST if topic else 3 * _MOST):
+            table.add_row(*(Text(_short(cell), style=_STYLES.get(sure, "")) for cell in row))
+    _count_the_rest(table, seen, len(section.columns)) if section.how else None
+    return table
+
+
+def _count_the_rest(table: Table, seen: Counter[str], columns: int) -> None:
+    for topic, count in seen.items():
+        more = count - (_MOST if topic else 3 * _MOST)
+        if more > 0:
+            table.add_row(*[topic, *[""] * (columns - 2)], Text(f"and {more} more: --html FILE"))
+
+
+def _short(text: str) -> str:
+    return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 4]} ..."

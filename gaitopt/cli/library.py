@@ -1,0 +1,86 @@
+"""`gaitopt library`: what a gait library holds, drawn, and a gait between its gaits."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import typer
+
+from gaitopt.cli.cells import new_table
+from gaitopt.cli.failures import ExitCode
+from gaitopt.cli.report import print_gait
+from gaitopt.cli.screen import screen
+from gaitopt.cli.sweep import named_values
+from gaitopt.errors import InputError
+from gaitopt.gait.result_file import save_gait
+from gaitopt.study.index import Row, Value, columns
+from gaitopt.study.interpolate import interpolate
+from gaitopt.study.library import Library, open_library
+from gaitopt.study.selection import selected
+
+SHOWN = ("status", "cost", "step_length", "cop_to_edge", "friction_used", "vertical_impulse")
+
+
+def run_list(directory: Path, where: list[str], names: str | None, plot: Path | None) -> None:
+    """Show the index, or draw it.
+
+    Raises:
+        GaitFileError: the directory is no gait library.
+        InputError: a condition or a column cannot be used, or the figure cannot be written.
+    """
+    library = open_library(directory)
+    rows = selected(library.rows, where)
+    if plot is not None:
+        from gaitopt.cli.library_figures import write_library_figure
+
+        write_library_figure(rows, [axis.name for axis in library.points.axes], plot)
+        screen().print(f"wrote {plot}", markup=False)
+        return
+    _show(library, rows, _columns(library, names))
+
+
+def run_at(directory: Path, at: list[str], output: Path | None) -> None:
+    """Design a gait between those of the library, show it, write it.
+
+    Raises:
+        GaitoptError: it is outside the library, or there is none.
+        typer.Exit: it is not certified.
+    """
+    found = interpolate(open_library(directory), named_values(at, "--at"))
+    out = screen()
+    print_gait(out, found.design.gait)
+    out.print(f"between {' and '.join(found.sources)}; {found.sentence}", soft_wrap=True)
+    if output is not None:
+        save_gait(found.design.gait, output)
+        out.print(f"wrote {output}", markup=False)
+    if not found.design.certificate.certified:
+        raise typer.Exit(ExitCode.NOT_CERTIFIED)
+
+
+def _columns(library: Library, names: str | None) -> list[str]:
+    known = columns(library.rows)
+    if names is None:
+        axes = [axis.name for axis in library.points.axes]
+        return [n for n in (*axes, *(c for c in SHOWN if c not in axes)) if n in known]
+    chosen = [name.strip() for name in names.split(",")]
+    unknown = [name for name in chosen if name not in known]
+    if unknown:
+        raise InputError(f"there is no column {', '.join(unknown)}; there are {', '.join(known)}")
+    return chosen
+
+
+def _show(library: Library, rows: list[Row], names: list[str]) -> None:
+    table = new_table("", *(f">{name}" for name in names))
+    for row in rows:
+        table.add_row(*(_cell(row.get(name)) for name in names))
+    out = screen()
+    out.print(table)
+    total, there = len(library.points.order), len(library.rows)
+    left = "" if there == total else f"; {total - there} of {total} points are not done yet"
+    out.print(f"{len(rows)} of {there} gaits{left}", markup=False)
+
+
+def _cell(value: Value) -> str:
+    if isinstance(value, float):
+        return f"{value:.6g}"
+    return "-" if value is None else str(value)

@@ -1,0 +1,121 @@
+"""Which robot: of the catalogue, of a file, of a specification; and what was chosen about it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import tomli_w
+
+from gaitopt.cli.config import Settings
+from gaitopt.errors import InputError
+from gaitopt.robot.catalogue import description, entry_by_name
+from gaitopt.robot.choices import Choices
+from gaitopt.robot.choices_file import choices_from_record, choices_from_toml, choices_record
+from gaitopt.robot.model import Robot
+from gaitopt.robot.presets import biped13
+from gaitopt.robot.soles import Sole
+from gaitopt.robot.spec_file import read_spec
+from gaitopt.robot.urdf import urdf_text
+
+ROBOTS = ("robot", "spec", "urdf")
+"""Settings that name a robot; they exclude each other."""
+
+_CHOICES_HEADER = """\
+# How gaitopt reads this robot; edit what it guessed wrongly, then: --choices FILE. SI units.
+# An entry that is left out is found again from the robot's file; `gaitopt inspect` tells how.
+"""
+
+_EDGES = ("toe", "heel", "left", "right")
+
+
+def make_robot(settings: Settings) -> Robot:
+    """Return the robot asked for, by default the thirteen-link biped.
+
+    Raises:
+        InputError: a file cannot be used, more than one robot is given, or it is not a biped.
+    """
+    source, choices = robot_source(settings)
+    return Robot.from_urdf(source, choices=choices)
+
+
+def robot_source(settings: Settings) -> tuple[str | Path, Choices]:
+    """Return the URDF asked for, as text or path, and what was chosen about the robot.
+
+    What the catalogue says is replaced by the file of choices, and that by single options.
+
+    Raises:
+        InputError: a file cannot be used, or more than one robot is given.
+    """
+    given = [name for name in ROBOTS if settings.get(name) is not None]
+    if len(given) > 1:
+        names = " and ".join(f"--{name}" for name in given)
+        raise InputError(f"{names} exclude each other; give one of them")
+    source, choices = _described(settings)
+    if (path := settings.get("choices")) is not None:
+        more = choices_from_toml(Path(str(path)))
+        choices = choices_from_record({**choices_record(choices), **choices_record(more)})
+    return source, choices.over(**_single(settings))
+
+
+def _described(settings: Settings) -> tuple[str | Path, Choices]:
+    if (name := settings.get("robot")) is not None:
+        return description(entry_by_name(str(name)))
+    if (urdf := settings.get("urdf")) is not None:
+        return Path(str(urdf)), Choices()
+    spec = settings.get("spec")
+    return urdf_text(biped13() if spec is None else read_spec(Path(str(spec)))), Choices()
+
+
+def _single(settings: Settings) -> dict[str, object]:
+    """Return the choices given as options of their own."""
+    names = ("forward", "posture", "srdf", "stance_sole", "swing_sole")
+    chosen: dict[str, object] = {name: settings.get(name) for name in names}
+    if chosen["srdf"] is not None:
+        chosen["srdf"] = str(Path(str(chosen["srdf"])).absolute())
+    if (edges := settings.get("sole")) is not None:
+        chosen["sole"] = sole_of(str(edges))
+    directories: Any = settings.get("package_dir")
+    if directories:
+        chosen["package_dirs"] = tuple(str(Path(d).absolute()) for d in directories)
+    return chosen
+
+
+def catalogued_task(settings: Settings) -> Settings:
+    """Return the walk that the catalogue proposes for a robot asked for by name.
+
+    Raises:
+        InputError: there is no robot of that name.
+    """
+    name = settings.get("robot")
+    return {} if name is None else dict(entry_by_name(str(name)).task)
+
+
+def robot_origin(settings: Settings) -> str:
+    """Return where a robot of the catalogue is from; empty for others."""
+    name = settings.get("robot")
+    entry = None if name is None else entry_by_name(str(name))
+    return f"{entry.file} of {entry.package}" if entry is not None and entry.file else ""
+
+
+def choices_text(choices: Choices) -> str:
+    """Return choices as TOML, with a word on how to use them."""
+    return f"{_CHOICES_HEADER}{tomli_w.dumps(choices_record(choices))}"
+
+
+def sole_of(text: str) -> Sole:
+    """Read a sole rectangle from "toe,heel,left,right" [m].
+
+    Raises:
+        InputError: they are not four numbers, or the rectangle is empty.
+    """
+    try:
+        numbers = [float(word) for word in text.split(",")]
+    except ValueError:
+        numbers = []
+    if len(numbers) != len(_EDGES):
+        raise InputError(
+            f"the sole '{text}' is not four numbers; give its edges in metres, "
+            "toe,heel,left,right, as in --sole 0.12,-0.05,0.03,-0.03"
+        )
+    return Sole(**dict(zip(_EDGES, numbers, strict=True)))

@@ -1,0 +1,154 @@
+"""`gaitopt sweep`: from a request to a gait library."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import typer
+from rich.console import Console
+
+from gaitopt.cli.config import SCHEMA, Settings
+from gaitopt.cli.failures import ExitCode, complain
+from gaitopt.cli.request import Request, make_request, make_task
+from gaitopt.cli.results import require_writable
+from gaitopt.cli.screen import screen
+from gaitopt.cli.sweep_progress import SweepDisplay
+from gaitopt.errors import InputError
+from gaitopt.gait.task import Task
+from gaitopt.robot.presets import biped13
+from gaitopt.robot.spec import BipedSpec
+from gaitopt.robot.spec_file import read_spec
+from gaitopt.study.axes import Axis, parse_axis, with_values
+from gaitopt.study.index import CERTIFIED, INFEASIBLE
+from gaitopt.study.jobs import Alone, Crew
+from gaitopt.study.library import Library, open_library
+from gaitopt.study.sweep import sweep
+
+
+def run(given: Settings) -> None:
+    """Sweep; leave with the exit code the worst point deserves.
+
+    Raises:
+        GaitoptError: bad input, or the directory cannot be written.
+        typer.Exit: interrupted, or not every gait is certified.
+    """
+    axes = _axes(given)
+    directory, quiet = Path(str(given["output"])), bool(given.get("quiet", False))
+    require_writable(directory)
+    request = _request(given, axes)
+    errors = screen(stderr=True)
+    try:
+        with SweepDisplay(errors, quiet) as display:
+            library = sweep(
+                request.robot, request.task, axes, directory, request.options,
+                spec=_spec(request.settings), seed=named_values(given.get("begin"), "--begin"),
+                task_at=lambda values: _task_at(request, values), crew=_crew(given),
+                on_advance=display,
+            )  # fmt: skip
+    except KeyboardInterrupt as error:
+        kept = _kept(directory)
+        complain(f"interrupted; {kept} in '{directory}', and the same command goes on")
+        raise typer.Exit(ExitCode.INTERRUPTED) from error
+    _conclude(library, screen(), quiet)
+
+
+def named_values(texts: object, option: str) -> dict[str, float]:
+    """Read NAME=VALUE texts.
+
+    Raises:
+        InputError: one is none.
+    """
+    values = {}
+    for text in texts if isinstance(texts, list | tuple) else []:
+        name, _, number = str(text).partition("=")
+        try:
+            values[name.strip()] = float(number)
+        except ValueError as error:
+            raise InputError(f"{option} {text}: give a name and a number, as speed=0.83") from error
+    return values
+
+
+def _axes(given: Settings) -> list[Axis]:
+    axes = []
+    if (speeds := given.get("speeds")) is not None:
+        axes.append(parse_axis("speed", str(speeds)))
+    grids: Any = given.get("grid", [])
+    for text in grids:
+        name, sign, values = str(text).partition("=")
+        if not sign:
+            raise InputError(f"--grid {text}: give NAME=RANGE, as duration=0.3:0.6:0.05")
+        axes.append(parse_axis(name.strip(), values))
+    if not axes:
+        raise InputError("nothing to sweep over; give --speeds 0.4:1.3:0.05, or --grid NAME=RANGE")
+    return axes
+
+
+def _request(given: Settings, axes: list[Axis]) -> Request:
+    """Return the request at the first point; every point has its own task."""
+    known = {name for section in SCHEMA.values() for name in section}
+    settings = {name: value for name, value in given.items() if name in known}
+    for axis in axes:
+        if axis.name in settings:
+            raise InputError(
+                f"{axis.name} is swept over; leave out --{axis.name.replace('_', '-')}"
+            )
+        if axis.name in (*SCHEMA["task"], *SCHEMA["margins"]):
+            settings[axis.name] = axis.values[0]
+    config = given.get("config")
+    return make_request(settings, None if config is None else Path(str(config)))
+
+
+def _task_at(request: Request, values: dict[str, float]) -> Task:
+    """Return the task of a point; what the preset derives from its values follows them."""
+    plain = {k: v for k, v in values.items() if k in (*SCHEMA["task"], *SCHEMA["margins"])}
+    task = make_task({**request.settings, **plain}, request.robot)
+    return with_values(task, [(k, v) for k, v in values.items() if k not in plain])
+
+
+def _spec(settings: Settings) -> BipedSpec | None:
+    """Return the specification of a generated biped."""
+    if settings.get("urdf") is not None or settings.get("robot") not in (None, biped13().name):
+        return None
+    path = settings.get("spec")
+    return biped13() if path is None else read_spec(Path(str(path)))
+
+
+def _crew(given: Settings) -> Crew:
+    workers, scheduler = given.get("workers"), given.get("scheduler")
+    if workers is not None and scheduler is not None:
+        raise InputError("--workers and --scheduler exclude each other; give one of them")
+    if workers is None and scheduler is None:
+        return Alone()
+    from gaitopt.study.cluster import joined_crew, local_crew
+
+    return joined_crew(str(scheduler)) if workers is None else local_crew(int(str(workers)))
+
+
+def _kept(directory: Path) -> str:
+    try:
+        state = open_library(directory).state
+    except InputError:
+        return "nothing is kept"
+    walks = sum(footing is not None for footing in state.footings.values())
+    return f"{len(state.rows)} gaits and {walks} walks to make gaits of are kept"
+
+
+def _conclude(library: Library, out: Console, quiet: bool) -> None:
+    rows = library.rows
+    certified = sum(row["status"] == CERTIFIED for row in rows)
+    refused = [row for row in rows if row["status"] == INFEASIBLE]
+    if not quiet:
+        out.print(
+            f"{certified} of {len(rows)} gaits certified; {library.state.seconds:.0f} s of "
+            f"processor; in {library.directory}: gaits/, index.csv",
+            soft_wrap=True, markup=False,
+        )  # fmt: skip
+        for point, refusal in library.state.refusals.items():
+            out.print(f"no gait at {library.points.name(point)}:", markup=False)
+            for sentence in refusal["sentences"]:
+                out.print(f"- {sentence}", soft_wrap=True, markup=False)
+    if refused:
+        raise typer.Exit(ExitCode.NO_GAIT)
+    if certified < len(rows):
+        raise typer.Exit(ExitCode.NOT_CERTIFIED)

@@ -1,0 +1,132 @@
+"""A robot standing at its reference posture, with the axes of its leg joints and its soles."""
+
+from __future__ import annotations
+
+import numpy as np
+import pinocchio as pin
+
+from gaitopt.errors import RobotError
+from gaitopt.nlp import Array
+from gaitopt.robot.reading import Reading
+from gaitopt.view.drawable import drawable
+from gaitopt.view.inspection import Inspection
+from gaitopt.view.meshcat_quiet import MeshcatVisualizer, geometry, meshcat
+
+_ARROW = 0.14  # length of an axis, in heights of the robot
+_THICK = 0.006  # its radius, likewise
+_CAMERA = (1.15, 0.25, 0.75)  # ahead, up, right; likewise
+_PLATE = 0.004  # m: thickness of a sole
+_SOLE = 0x2E9E5B
+_SIDES = (0xD55E00, 0x0072B2)  # right, left: the colours of the figures
+
+
+def draw_inspection(viewer: meshcat.Visualizer, inspection: Inspection) -> None:
+    """Draw what is known of a robot: its meshes, and axes and soles if they were found."""
+    viewer["/Background"].set_property("top_color", [0.97, 0.98, 1.0])
+    viewer["/Background"].set_property("bottom_color", [0.86, 0.89, 0.92])
+    viewer["/Axes"].set_property("visible", False)
+    viewer["/Grid"].set_property("visible", False)
+    if inspection.source is None or inspection.model is None:
+        return
+    reading = inspection.reading
+    model = inspection.model if reading is None else reading.model
+    q = np.array(pin.neutral(model)) if reading is None else reading.q.copy()
+    if reading is not None:
+        q[:7] = pin.SE3ToXYZQUAT(_standing(reading))
+    shapes = _shapes(inspection)
+    robot = MeshcatVisualizer(model, pin.GeometryModel(), shapes)
+    robot.initViewer(viewer=viewer)
+    robot.loadViewerModel("world/robot")
+    robot.display(q)
+    data = model.createData()
+    pin.framesForwardKinematics(model, data, q)
+    if reading is not None:
+        _draw_joints(viewer["world/axes"], reading, data)
+        _draw_soles(viewer["world/soles"], reading, data)
+    _look_at(viewer, data)
+
+
+def _shapes(inspection: Inspection) -> pin.GeometryModel:
+    """Return the visual shapes that are there; a mesh that cannot be read leaves none."""
+    source = inspection.source
+    try:
+        found = None if source is None else source.geometry(pin.GeometryType.VISUAL)
+    except RobotError:
+        found = None
+    return pin.GeometryModel() if found is None else drawable(found)
+
+
+def _standing(reading: Reading) -> pin.SE3:
+    """Return the placement of the root with which the robot stands on z = 0 and looks along x."""
+    model, data = reading.model, reading.model.createData()
+    pin.framesForwardKinematics(model, data, reading.q)
+    soles = [data.oMf[model.getFrameId(name)].translation for name in reading.soles.names]
+    upright = pin.SE3(np.array(reading.rotation), np.mean(soles, axis=0))
+    return upright.inverse()
+
+
+def _size(data: pin.Data) -> tuple[Array, float]:
+    """Return the middle of the robot and its height, from its joints."""
+    points = np.array([place.translation for place in list(data.oMi)[1:]])
+    low, high = points.min(axis=0), points.max(axis=0)
+    return (low + high) / 2.0, float(max(*(high - low), 0.1))
+
+
+def _draw_joints(node: meshcat.Visualizer, reading: Reading, data: pin.Data) -> None:
+    model, (_, size) = reading.model, _size(data)
+    pin.computeJointJacobians(model, data, _configuration(reading))
+    for side, leg in enumerate(reading.legs):
+        for joint in leg:
+            J = pin.getJointJacobian(model, data, joint, pin.LOCAL_WORLD_ALIGNED)
+            axis = J[3:, model.joints[joint].idx_v].copy()
+            arrow = node[str(model.names[joint]).replace("/", "_")]
+            _draw_arrow(arrow, data.oMi[joint].translation, axis, size, _SIDES[side])
+
+
+def _configuration(reading: Reading) -> Array:
+    q = reading.q.copy()
+    q[:7] = pin.SE3ToXYZQUAT(_standing(reading))
+    return np.asarray(q)
+
+
+def _draw_arrow(
+    node: meshcat.Visualizer, start: Array, axis: Array, size: float, colour: int
+) -> None:
+    length, radius = _ARROW * size, _THICK * size
+    material = geometry.MeshBasicMaterial(color=colour, depthTest=False, transparent=True)
+    turn = pin.Quaternion.FromTwoVectors(np.array([0.0, 1.0, 0.0]), axis).matrix()
+    placed = pin.SE3(turn, start.copy())
+    # MeshCat's cylinders stand along y
+    node["shaft"].set_object(geometry.Cylinder(length, radius), material)
+    node["shaft"].set_transform((placed * _along(length / 2.0)).homogeneous)
+    head = geometry.Cylinder(4.0 * radius, radiusTop=0.0, radiusBottom=2.2 * radius)
+    node["head"].set_object(head, material)
+    node["head"].set_transform((placed * _along(length + 2.0 * radius)).homogeneous)
+
+
+def _along(distance: float) -> pin.SE3:
+    return pin.SE3(np.eye(3), np.array([0.0, distance, 0.0]))
+
+
+def _draw_soles(node: meshcat.Visualizer, reading: Reading, data: pin.Data) -> None:
+    sole = reading.soles.sole
+    material = geometry.MeshBasicMaterial(
+        color=_SOLE, opacity=0.5, transparent=True, depthTest=False, depthWrite=False
+    )
+    for side, name in enumerate(reading.soles.names):
+        sign = 1.0 if side == reading.stance else -1.0  # the rectangle is the standing foot's
+        middle = [(sole.toe + sole.heel) / 2.0, sign * (sole.left + sole.right) / 2.0, 0.0]
+        plate = geometry.Box([sole.toe - sole.heel, sole.left - sole.right, _PLATE])
+        node[str(side)].set_object(plate, material)
+        place = data.oMf[reading.model.getFrameId(name)] * pin.SE3(np.eye(3), np.array(middle))
+        node[str(side)].set_transform(place.homogeneous)
+
+
+def _look_at(viewer: meshcat.Visualizer, data: pin.Data) -> None:
+    """Put the middle of the robot at the origin, about which the camera turns."""
+    middle, size = _size(data)
+    shift = np.eye(4)
+    shift[:3, 3] = -middle
+    viewer["world"].set_transform(shift)
+    position = [size * c for c in _CAMERA]
+    viewer["/Cameras/default/rotated/<object>"].set_property("position", position)

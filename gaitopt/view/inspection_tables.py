@@ -1,0 +1,223 @@
+"""What is known about a robot as tables of texts, for a terminal and for a page."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+import pinocchio as pin
+
+from gaitopt.gait.humanoid import stroll
+from gaitopt.nlp import Array
+from gaitopt.robot.choices import SIDES
+from gaitopt.robot.findings import Finding
+from gaitopt.robot.limits import JointLimits
+from gaitopt.robot.model import Robot
+from gaitopt.robot.reading import Reading
+from gaitopt.view.inspection import Inspection
+
+Row = tuple[str, ...]
+
+_IN_THE_TABLE = ("legs", "pairs")  # topics whose plain facts the table of the legs shows
+_SHARED = 3  # letters: a shorter common end of two names belongs to both
+_STRAIGHT = 1e-3  # rad
+
+
+@dataclass(frozen=True)
+class Section:
+    """One table.
+
+    Attributes:
+        title: of the table.
+        columns: their headers, ">" before those that hold numbers.
+        rows: texts.
+        how: for each row one of `findings.HOW`, which says how sure it is; empty if all are facts.
+    """
+
+    title: str
+    columns: tuple[str, ...]
+    rows: tuple[Row, ...]
+    how: tuple[str, ...] = ()
+
+
+def sections(inspection: Inspection) -> tuple[Section, ...]:
+    """Return all tables of an inspection that have a row."""
+    tables = [
+        _overview(inspection),
+        _legs(inspection),
+        _findings(inspection.findings),
+        _remedies(inspection.findings),
+        _problems(inspection),
+    ]
+    return tuple(table for table in tables if table.rows)
+
+
+def brace(first: str, second: str) -> str:
+    """Return two names as a shell would write them: {left,right}_knee."""
+    pattern = r"([_\-./ ])"
+    parts = [re.split(pattern, name) for name in (first, second)]
+    if len(parts[0]) != len(parts[1]):
+        return f"{first}, {second}"
+    return "".join(a if a == b else _braced(a, b) for a, b in zip(*parts, strict=True))
+
+
+def _braced(first: str, second: str) -> str:
+    shared = 0
+    while shared < min(len(first), len(second)) and first[-1 - shared] == second[-1 - shared]:
+        shared += 1
+    cut = len(first) - shared if shared >= _SHARED else len(first)
+    return f"{{{first[:cut]},{second[: len(second) - len(first) + cut]}}}{first[cut:]}"
+
+
+def _overview(inspection: Inspection) -> Section:
+    rows: list[Row] = [("file", inspection.origin)]
+    source, model, robot = inspection.source, inspection.model, inspection.robot
+    if source is not None and model is not None:
+        links = sum(f.type.name == "BODY" for f in model.frames) - 1
+        joints = model.njoints - 2
+        rows.append(("format", f"{source.format.upper()}, {links} links, {joints} joints"))
+        mass = sum(inertia.mass for inertia in model.inertias)
+        rows.append(("mass", f"{mass:.2f} kg"))
+        rows += _mesh_rows(inspection)
+    if robot is not None:
+        rows += _size(robot)
+    elif inspection.reading is None and model is not None:
+        rows.append(("joints", ", ".join(str(n) for n in list(model.names)[2:])))
+    return Section("Robot", ("", ""), tuple(rows))
+
+
+def _mesh_rows(inspection: Inspection) -> Iterator[Row]:
+    lost = [] if inspection.source is None else inspection.source.mesh_problems()
+    if lost:
+        more = f"; {len(lost) - 1} more like it" if len(lost) > 1 else ""
+        yield ("meshes", f"{lost[0]}{more}")
+
+
+def _size(robot: Robot) -> Iterator[Row]:
+    legs = robot.legs
+    apart = abs(float(legs.hips[0, 1] - legs.hips[1, 1]))
+    yield ("hips", f"{legs.height:.3f} m above the ground with straight legs, {apart:.3f} m apart")
+    yield ("leg", f"{legs.reach:.3f} m from hip to ankle when straight")
+    speed = stroll(robot)
+    step = legs.natural_step(speed)
+    yield ("an easy walk", f"{speed:.2f} m/s: {step:.2f} m in {step / speed:.2f} s")
+    yield ("knees", _knees(robot))
+
+
+def _knees(robot: Robot) -> str:
+    row, straight = robot.legs.knees[0], float(robot.legs.straight[0])
+    side = "increasing" if robot.legs.flexion[0] > 0.0 else "decreasing"
+    low, high = float(robot.limits.lower[row]), float(robot.limits.upper[row])
+    end = (low - straight) if robot.legs.flexion[0] > 0.0 else (straight - high)
+    note = ""
+    if end > _STRAIGHT:
+        note = f"; its range keeps it {end:.3f} rad from straight"
+    elif np.isfinite(end) and end < -_STRAIGHT:
+        note = f"; its range goes {-end:.3f} rad beyond straight, the walk does not"
+    name = robot.joint_names[row]
+    return f"'{name}' is straight at {_tidy(straight):+.3f} rad and bends with {side} angle{note}"
+
+
+def _tidy(angle: float) -> float:
+    return round(angle, 3) + 0.0  # no -0
+
+
+def _legs(inspection: Inspection) -> Section:
+    reading, robot = inspection.reading, inspection.robot
+    columns = (
+        "from hip to ankle", "mirror", "axis", ">range\nrad", ">torque\nN·m",
+        ">speed\nrad/s", ">armature\nkg·m²",
+    )  # fmt: skip
+    if reading is None:
+        return Section("Joints", columns, ())
+    axes, rows = _axes(reading), []
+    names = [[str(reading.model.names[j]) for j in leg] for leg in reading.legs]
+    for place, pair in enumerate(zip(*names, strict=True)):
+        own = pair[reading.stance]
+        row = 5 - place  # limits begin at the ankle of the standing leg
+        armature = reading.model.armature[reading.model.joints[reading.model.getJointId(own)].idx_v]
+        rows.append(
+            (
+                brace(*sorted(pair)), _sign(robot, own), axes[own],
+                *_limits(reading.limits, row, inspection, own), f"{armature:.3g}",
+            )
+        )  # fmt: skip
+    side = SIDES[reading.stance]
+    return Section(f"Joints; axis and range of the {side} leg", columns, tuple(rows))
+
+
+def _sign(robot: Robot | None, name: str) -> str:
+    """Return how the angle of a joint and that of its partner go together."""
+    if robot is None:
+        return ""
+    row = robot.mirror[robot.joint_names.index(name)]
+    return "equal" if row.sum() > 0.0 else "opposite"
+
+
+def _limits(limits: JointLimits, row: int, inspection: Inspection, name: str) -> Row:
+    spread = f"{limits.lower[row]:.2f} to {limits.upper[row]:.2f}"
+    raw = (np.nan, np.nan)
+    if inspection.model is not None:
+        at = inspection.model.joints[inspection.model.getJointId(name)].idx_v
+        raw = (inspection.model.effortLimit[at], inspection.model.velocityLimit[at])
+    torque = _limit(float(limits.torque[row]), float(raw[0]))
+    return spread, torque, _limit(float(limits.speed[row]), float(raw[1]))
+
+
+def _limit(value: float, stated: float) -> str:
+    """Return a limit; one that the file states but that stands for none is told with it."""
+    if np.isfinite(value):
+        return f"{value:.4g}"
+    return "none" if not np.isfinite(stated) or stated == 0.0 else f"none ({stated:g})"
+
+
+def _axes(reading: Reading) -> dict[str, str]:
+    """Return the axis of each leg joint at the reference posture, in the robot's axes."""
+    model, data = reading.model, reading.model.createData()
+    pin.computeJointJacobians(model, data, reading.q)
+    named = {}
+    for joint in (j for leg in reading.legs for j in leg):
+        J = pin.getJointJacobian(model, data, joint, pin.WORLD)
+        axis = J[3:, model.joints[joint].idx_v]
+        named[str(model.names[joint])] = axis_words(reading.rotation.T @ axis)
+    return named
+
+
+def axis_words(axis: Array) -> str:
+    """Return the nearest of the axes forward x, left y, up z, and the angle to it."""
+    near = int(np.abs(axis).argmax())
+    sign = "-" if axis[near] < 0.0 else "+"
+    angle = float(np.degrees(np.arccos(np.clip(abs(axis[near]), 0.0, 1.0))))
+    return f"{sign}{'xyz'[near]}" + (f" {angle:.0f}°" if angle >= 0.5 else "")
+
+
+def _findings(findings: tuple[Finding, ...]) -> Section:
+    told = [f for f in findings if f.topic not in _IN_THE_TABLE or f.how not in ("found", "given")]
+    rows = tuple((f.topic, f.how, f"{f.subject}: {f.text}") for f in told)
+    columns = ("about", "how sure", "what")
+    return Section("Found, guessed and changed", columns, rows, tuple(f.how for f in told))
+
+
+_REMEDIES = {
+    "posture": 'posture = "POSE", srdf = "FILE"; or [posture] with JOINT = ANGLE in rad',
+    "sole": "[sole] with toe, heel, left, right in m; sole_drop = height of the ankle above it",
+    "heading": 'forward = "x" (or "-x", "y", ...)',
+    "limits": '[[limits]] with joints = "*knee*" and torque, speed, lower, upper',
+    "legs": 'feet = ["RIGHT FOOT", "LEFT FOOT"]: links, joints or frames',
+    "armature": '[[limits]] with joints = "*" and armature in kg·m²',
+    "symmetry": "asymmetry = the largest relative difference that is averaged away",
+}
+
+
+def _remedies(findings: tuple[Finding, ...]) -> Section:
+    topics = dict.fromkeys(f.topic for f in findings if f.how in ("guessed", "warning"))
+    rows = tuple((t, _REMEDIES[t]) for t in topics if t in _REMEDIES)
+    return Section("If that is wrong, write in the file for --choices", ("about", "TOML"), rows)
+
+
+def _problems(inspection: Inspection) -> Section:
+    problems = () if inspection.source is None else inspection.source.problems
+    rows = tuple((str(p.line), p.text) for p in problems)
+    return Section("Odd in the file", (">line", "what"), rows, ("warning",) * len(rows))
