@@ -64,7 +64,7 @@ def _timed(solve: Callable[[], Any]) -> dict[str, Any]:
         found = solve()
     except GaitoptError as error:
         return {"status": str(error), "cpu seconds": time.process_time() - started}
-    feasible = [h.iteration for h in found.history if h.violation < FEASIBLE]
+    feasible = [n for n, h in enumerate(found.history) if h.violation < FEASIBLE]
     return {
         "status": found.status.name,
         "cost": found.cost,

@@ -54,8 +54,9 @@ def fastest(
 ) -> Fastest:
     """Return the fastest walk of a robot, to a resolution.
 
-    Each gait starts from the one before; when there is none, the stride in speed is halved. What
-    limits a local search limits this one too: a faster walk of another kind may exist.
+    Each gait starts from the one before, or cold where that leads nowhere; when there is none, the
+    stride in speed is halved. What limits a local search limits this one too: a faster walk of
+    another kind may exist.
 
     Args:
         robot: the biped.
@@ -110,11 +111,14 @@ def _impatient(solver: Solver) -> Solver:
 
 
 def _try(robot: Robot, task: Task, options: DesignOptions | None, best: Design) -> Design | None:
-    """Design from a slower gait; a gait that is not certified does not count."""
+    """Design from a slower gait, then cold; a gait that is not certified does not count."""
     options = options or DesignOptions()
-    quick = replace(options, solver=_impatient(options.solver), diagnose=False, approach="direct")
-    try:
-        found = design(robot, task, quick, start=best.solution.x)
-    except (NoGaitFoundError, UnreachableError):
-        return None
-    return found if found.certificate.certified or not quick.refine else None
+    cold = replace(options, solver=_impatient(options.solver), diagnose=False)
+    for quick, start in ((replace(cold, approach="direct"), best.solution.x), (cold, None)):
+        try:
+            found = design(robot, task, quick, start=start)
+        except (NoGaitFoundError, UnreachableError):
+            continue
+        if found.certificate.certified or not quick.refine:
+            return found
+    return None
