@@ -14,6 +14,7 @@ from gaitopt.cli.request import Request, make_request, make_task
 from gaitopt.cli.results import require_writable
 from gaitopt.cli.screen import screen
 from gaitopt.cli.sweep_progress import SweepDisplay
+from gaitopt.design.certificate import KKT_TOLERANCE
 from gaitopt.errors import InputError
 from gaitopt.gait.task import Task
 from gaitopt.robot.presets import biped13
@@ -50,7 +51,7 @@ def run(given: Settings) -> None:
         kept = _kept(directory)
         complain(f"interrupted; {kept} in '{directory}', and the same command goes on")
         raise typer.Exit(ExitCode.INTERRUPTED) from error
-    _conclude(library, screen(), quiet)
+    _conclude(library, screen(), quiet, request.options.refine)
 
 
 def named_values(texts: object, option: str) -> dict[str, float]:
@@ -134,7 +135,7 @@ def _kept(directory: Path) -> str:
     return f"{len(state.rows)} gaits and {walks} walks to make gaits of are kept"
 
 
-def _conclude(library: Library, out: Console, quiet: bool) -> None:
+def _conclude(library: Library, out: Console, quiet: bool, refined: bool) -> None:
     rows = library.rows
     certified = sum(row["status"] == CERTIFIED for row in rows)
     refused = [row for row in rows if row["status"] == INFEASIBLE]
@@ -150,5 +151,6 @@ def _conclude(library: Library, out: Console, quiet: bool) -> None:
                 out.print(f"- {sentence}", soft_wrap=True, markup=False)
     if refused:
         raise typer.Exit(ExitCode.NO_GAIT)
-    if certified < len(rows):
+    optimal = sum(float(str(row["kkt"])) <= KKT_TOLERANCE for row in rows)
+    if (certified if refined else optimal) < len(rows):
         raise typer.Exit(ExitCode.NOT_CERTIFIED)

@@ -18,15 +18,15 @@ from gaitopt.design.refine import carry_multipliers, violated_instants
 from gaitopt.design.relaxation import RelaxedProgram
 from gaitopt.design.settle import FEASIBLE, Settle
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.nlp import Array, Progress, Solution, Start, Values, worst_violation
+from gaitopt.nlp import Array, Solution, Start, Values, worst_violation
 from gaitopt.solvers.sqp import SQP
 
 WARM = replace(SEARCHER, max_iterations=15)
 """For relaxations that were solved on a coarser grid (measured: five to ten, or very many)."""
-VERIFIER = SQP(max_iterations=20)
-"""For the walk of a suggestion, which is nearly feasible."""
 INSIDE = 4e-7
-"""Scaled violation at which the verifier rests: what `violated_instants` lets pass, and less."""
+"""Scaled violation of a suggestion's walk: what `violated_instants` lets pass, and less."""
+VERIFIER = SQP(max_iterations=20, tolerance=1e-2, feasibility=INSIDE)
+"""For the walk of a suggestion, which is nearly feasible: any walk near it will do."""
 KNOBS, ENOUGH = 5, 3
 """Knobs that are tried, the most promising first, and suggestions that are enough."""
 WORK = 400
@@ -186,7 +186,7 @@ def _walk(problem: WalkProblem, x: Array, effort: Effort) -> Values | None:
     """
     for _ in range(ROUNDS):
         if worst_violation(problem, problem.values(x))[0] > INSIDE:
-            nearest = VERIFIER.solve(RelaxedProgram(problem, (), x), Start(x), _stop_if_feasible)
+            nearest = solve_or_stop(VERIFIER, RelaxedProgram(problem, (), x), Start(x))
             effort.evaluations += nearest.evaluations
             if not nearest.violation <= FEASIBLE:
                 return None
@@ -197,12 +197,6 @@ def _walk(problem: WalkProblem, x: Array, effort: Effort) -> Values | None:
             return problem.values(x)
         problem = finer
     return None
-
-
-def _stop_if_feasible(progress: Progress) -> None:
-    """Let a solver stop at its first feasible iterate, as it would for Ctrl-C."""
-    if progress.violation <= INSIDE:
-        raise KeyboardInterrupt
 
 
 def _outward(before: float, exact: float, bound: float) -> Iterator[float]:

@@ -26,7 +26,7 @@ TOLERABLE = 1e-4
 _OPTIONS: dict[str, dict[str, Any]] = {
     "daqp": {"iter_limit": 1000, "primal_tol": 1e-10, "dual_tol": 1e-12},
     "quadprog": {},
-    "proxqp": {"eps_abs": 1e-9, "eps_rel": 0.0, "max_iter": 2000},
+    "proxqp": {"eps_abs": 1e-9, "eps_rel": 0.0, "max_iter": 100},
 }
 
 

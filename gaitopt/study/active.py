@@ -93,9 +93,7 @@ def exceeded(fine: WalkProblem, x: Array) -> tuple[tuple[Key, float], ...]:
     return tuple(found)
 
 
-def moved(
-    active: Iterable[Pressure], peaks: Iterable[tuple[Key, float]]
-) -> tuple[Pressure, ...]:
+def moved(active: Iterable[Pressure], peaks: Iterable[tuple[Key, float]]) -> tuple[Pressure, ...]:
     """Return the active rows with those near a new peak of the same row moved there.
 
     The limit that was kept at one instant is now exceeded a little before or after it; its

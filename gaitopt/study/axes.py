@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass, fields, replace
+from itertools import pairwise
 
 from gaitopt.errors import InputError
 from gaitopt.gait.parameters import DURATION, GEOMETRY_NAMES, set_quantities
@@ -14,9 +15,7 @@ DIGITS = 10  # of grid values: 0.4 + 3 * 0.05 is 0.55, not 0.55000000000000004
 LARGEST = 100_000  # values of one axis; more is a slip of the keyboard
 
 _TASK = ("speed", "duration", "penalty_weight")
-_MARGINS = tuple(
-    f.name for f in fields(Margins) if f.name not in ("joint_range", "impulse_cop")
-)
+_MARGINS = tuple(f.name for f in fields(Margins) if f.name not in ("joint_range", "impulse_cop"))
 _GEOMETRY = tuple(name for name in GEOMETRY_NAMES if name != GEOMETRY_NAMES[DURATION])
 _PARTS = ("geometry", "links", "joints")
 
@@ -47,7 +46,7 @@ class Axis:
         values = tuple(round(float(v), DIGITS) for v in self.values)
         if not values or not all(map(math.isfinite, values)):
             raise InputError(f"{self.name} has no values, or not finite ones; give at least one")
-        if any(b <= a for a, b in zip(values, values[1:], strict=False)):
+        if any(b <= a for a, b in pairwise(values)):
             raise InputError(f"the values of {self.name} do not increase; give each once, in order")
         object.__setattr__(self, "values", values)
 
@@ -100,6 +99,6 @@ def with_values(task: Task, values: Iterable[tuple[str, float]]) -> Task:
     return replace(
         task,
         **changes,  # type: ignore[arg-type]
-        margins=replace(task.margins, **margins),
+        margins=replace(task.margins, **margins),  # type: ignore[arg-type]
         geometry=set_quantities(task.geometry, geometry),
     )

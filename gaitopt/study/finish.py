@@ -40,10 +40,11 @@ def finish(setting: Setting, footing: Footing, options: DesignOptions) -> Design
     if first is not None and (first.certificate.certified or not options.refine):
         return first
     second = _designed(setting, footing, options)
-    return min((d for d in (first, second) if d is not None), key=_rank, default=None)
+    return min((d for d in (first, second) if d is not None), key=rank, default=None)
 
 
-def _rank(found: Design) -> tuple[bool, float]:
+def rank(found: Design) -> tuple[bool, float]:
+    """Order gaits: certified ones first, then by cost."""
     return not found.certificate.certified, found.solution.cost
 
 
@@ -87,8 +88,9 @@ def _kept_between(
 ) -> tuple[WalkProblem, Solution] | None:
     """Solve with the instants where the walk presses on its limits, until no others are needed.
 
-    Around a new peak its two neighbours on the fine grid are added too, because the peak moves
-    when the walk gives way; that saves a round in three (measured).
+    With a peak come its neighbours on the fine grid, because it moves when the walk gives way; that
+    saves a round in three (measured). In the end only those instants are kept where the walk
+    presses: limits with nearly the same gradients cost the second opinion more than all the rest.
     """
     solver = warm(options)
     grid = uniform_grid(sparse.task.samples, sparse.task.quadrature)
@@ -109,7 +111,17 @@ def _kept_between(
         problem = sparse.with_grid(grid.with_instants(instants))
         solution = solved(solver, problem, Start(x, placed(problem, active)))
         if not is_walk(solution):
-            return done
-        done = problem, solution if done is None else with_work(solution, done[1])
+            break
         x, active = solution.x, pressures(problem, solution.multipliers)
-    return done
+        done = problem, solution if done is None else with_work(solution, done[1])
+    return done if done is None else _pruned(sparse, *done)
+
+
+def _pruned(
+    sparse: WalkProblem, problem: WalkProblem, solution: Solution
+) -> tuple[WalkProblem, Solution]:
+    """Return the walk on the grid without added instants at which nothing presses."""
+    active = pressures(problem, solution.multipliers)
+    grid = uniform_grid(sparse.task.samples, sparse.task.quadrature)
+    lean = sparse.with_grid(grid.with_instants(instants_of(sparse, active)))
+    return lean, replace(solution, multipliers=placed(lean, active))

@@ -58,6 +58,16 @@ class GridPoints:
         """Return the neighbours nearer to the seed: those that are explored before the point."""
         return [q for _, q in self.neighbours(point) if self._ring(q) < self._ring(point)]
 
+    @property
+    def ends(self) -> tuple[Index, ...]:
+        """The ends of the lines through the seed along each axis."""
+        found = {
+            (*self.seed[:k], end, *self.seed[k + 1 :])
+            for k, axis in enumerate(self.axes)
+            for end in (0, len(axis.values) - 1)
+        }
+        return tuple(sorted(found - {self.seed}))
+
     def nearest(self, values: Mapping[str, float]) -> Index:
         """Return the point nearest to some values; quantities not given stay at the seed.
 

@@ -23,7 +23,7 @@ from gaitopt.study.footing import Footing
 from gaitopt.study.setting import RobotSource, Setting, between
 
 RADIUS = 0.5  # first trust region from a neighbour; measured: 0.1 costs a quarter more iterations
-NEARLY = 1e-3  # tolerance on the way: two thirds of the iterations of the last digit
+NEARLY = 1e-5  # tolerance on the way; measured: with 1e-3 walks near a branching go astray
 PATIENCE = 100  # iterations; a neighbour's walk needs a tenth of them
 SUBSTEPS = (2, 4)  # into which a stride to a neighbour is divided if it fails
 NOISE = (0.1, 0.2)  # rad, of the disturbed first guesses tried in the end
@@ -39,6 +39,7 @@ def travel(
     options: DesignOptions,
     axes: Sequence[tuple[str, float]],
     *,
+    patient: bool,
     cold: bool,
 ) -> Footing | None:
     """Return a walk at a setting, the first that is found in this order.
@@ -51,13 +52,14 @@ def travel(
         near: neighbours that walk, the most promising first.
         options: as of `design`.
         axes: swept quantities with their values at the setting.
+        patient: whether to try smaller steps.
         cold: whether to try without neighbours too.
 
     Raises:
         KeyboardInterrupt: Ctrl-C was pressed.
         InputError: the task or the robot cannot be.
     """
-    for steps in (1, *SUBSTEPS):
+    for steps in (1, *SUBSTEPS) if patient else (1,):
         for start in near:
             found = _strides(start, setting, steps, options)
             if found is not None:

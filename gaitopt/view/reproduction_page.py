@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import sys
 from importlib import resources
+from math import isfinite
 from pathlib import Path
 from string import Template
 
@@ -12,7 +13,7 @@ import numpy as np
 
 from gaitopt.atomic import write_atomically
 from gaitopt.errors import InputError
-from gaitopt.study.reproduce.gradients import CAP, DIFFERENCES, EXACT, SOLVER, Comparison
+from gaitopt.study.reproduce.gradients import CAP, DIFFERENCES, EXACT, NEAR, SOLVER, Comparison
 from gaitopt.study.reproduce.printed import PrintedSpeed, printed
 from gaitopt.study.reproduce.record import record
 from gaitopt.study.reproduce.results import Reproduction
@@ -89,9 +90,9 @@ def _numbers(result: Reproduction) -> dict[str, str]:
     rows = printed().table3
     errors = np.abs(result.errors)
     ends = [c.ratio(DIFFERENCES) for c in result.comparisons]
-    nears = [c.near_ratio(DIFFERENCES) for c in result.comparisons]
+    nears = [r for r in (c.near_ratio(DIFFERENCES) for c in result.comparisons) if isfinite(r)]
     others = [run for c in result.comparisons for run in c.runs[1:]]
-    gaps = [abs(c.run(DIFFERENCES).cost / c.runs[0].cost - 1.0) for c in result.comparisons]
+    gaps = [c.run(DIFFERENCES).cost / c.run(EXACT).cost - 1.0 for c in result.comparisons]
     return {
         "environment": environment(),
         "minutes": f"{result.seconds / 60.0:.1f}",
@@ -110,11 +111,12 @@ def _numbers(result: Reproduction) -> dict[str, str]:
         "tolerance": f"{SOLVER.tolerance:.0e}",
         "cap": f"{CAP:.0f}",
         "least_ratio": f"{min(ends):.0f}",
-        "least_near": f"{min(nears):.0f}",
+        "least_near": f"{min(nears):.0f}" if nears else "none",
         "converged": str(sum(run.converged for run in others)),
         "runs": str(len(others)),
         "missed": str(sum(_missed(result, c) for c in result.comparisons)),
         "speeds": str(len(rows)),
+        "near": str(sum(gap <= NEAR for gap in gaps)),
         "gap": f"{100.0 * max(gaps):.2g}",
         "printed_gap": f"{100.0 * max(_excess(row) for row in rows):.0f}",
         "evaluations_per_iteration": _average(

@@ -5,9 +5,10 @@ from __future__ import annotations
 import os
 import platform
 from collections.abc import Iterable, Sequence
+from math import isfinite
 
 from gaitopt.design.design import versions
-from gaitopt.study.reproduce.gradients import EXACT
+from gaitopt.study.reproduce.gradients import EXACT, NEAR
 from gaitopt.study.reproduce.joint_costs import GROUPS, joint_costs
 from gaitopt.study.reproduce.printed import printed
 from gaitopt.study.reproduce.results import Reproduction
@@ -95,13 +96,14 @@ def gradient_table(result: Reproduction) -> str:
         for run in comparison.runs:
             exact = run.gradient == EXACT
             near = comparison.near_ratio(run.gradient)
-            seconds = run.seconds_to(min(r.cost for r in comparison.runs) * 1.001)
+            seconds = run.seconds_to(min(r.cost for r in comparison.runs) * (1.0 + NEAR))
             rows.append(
                 (
                     f"{run.speed:g}" if exact else "", run.gradient, str(run.iterations),
-                    str(run.evaluations), f"{run.cost:.2f}", run.status.name.lower(),
+                    str(run.evaluations), f"{run.cost:.2f}",
+                    run.status.name.lower().replace("_", " "),
                     f"{run.seconds:.3g}", "1" if exact else f"{comparison.ratio(run.gradient):.0f}",
-                    f"{seconds:.3g}", "1" if exact else f"{near:.0f}",
+                    _or_never(seconds, ".3g"), "1" if exact else _or_never(near, ".0f"),
                 )
             )  # fmt: skip
     return markdown(
@@ -157,3 +159,7 @@ def joint_table(result: Reproduction) -> str:
         shares = [costs.stance[g] for g in GROUPS] + [costs.swing[g] for g in GROUPS]
         rows.append((f"{speed:g}", *(f"{share:.0f}" for share in shares), f"{walk.cost:.0f}"))
     return markdown(header, rows)
+
+
+def _or_never(value: float, form: str) -> str:
+    return f"{value:{form}}" if isfinite(value) else "never"

@@ -126,9 +126,7 @@ def test_overrides_replace_limits_by_pattern(robot):
 
 def test_a_pattern_without_a_joint_is_refused(robot):
     choices = Choices(limits=(LimitOverride("*_nee", torque=1.0),))
-    with pytest.raises(
-        RobotError, match=r"no joint matches '\*_nee'; the joints are: left_"
-    ):
+    with pytest.raises(RobotError, match=r"no joint matches '\*_nee'; the joints are: left_"):
         Robot.from_urdf(robot.urdf, choices=choices)
 
 

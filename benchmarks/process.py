@@ -1,0 +1,52 @@
+"""Whole processes as a person starts them: import, work, certificate, files, exit."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+from typing import Any
+
+from common import arguments, save
+
+REPEATS = 7
+"""Runs of each command; the first, which fills the caches of the system, is not counted."""
+COMMANDS = {
+    "help": ("--help",),
+    "import": (),
+    "optimise": ("optimise", "--quiet", "--no-page", "--no-figures", "--output"),
+    "optimise, page and figures": ("optimise", "--quiet", "--output"),
+}
+"""What is run; a command that ends in `--output` is given a directory."""
+
+
+def run(words: tuple[str, ...]) -> dict[str, float]:
+    """Run one process; return its wall and CPU time [s]."""
+    command = [sys.executable, "-c", "import gaitopt"]
+    with tempfile.TemporaryDirectory() as folder:
+        if words:
+            output = [str(Path(folder) / "gait")] if words[-1] == "--output" else []
+            command = [sys.executable, "-m", "gaitopt", *words, *output]
+        before, started = os.times(), time.perf_counter()
+        subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
+        wall, after = time.perf_counter() - started, os.times()
+    user = after.children_user - before.children_user
+    system = after.children_system - before.children_system
+    return {"wall": wall, "cpu": user + system}
+
+
+def main() -> None:
+    quick = arguments(__doc__).parse_args().quick
+    names = ("help", "import") if quick else tuple(COMMANDS)
+    found: dict[str, list[Any]] = {name: [] for name in names}
+    for _ in range(1 + (1 if quick else REPEATS)):
+        for name in names:
+            found[name].append(run(COMMANDS[name]))
+    save("process", {name: runs[1:] for name, runs in found.items()}, quick)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,86 @@
+"""A sweep over speed against as many cold starts: processor time, iterations, costs."""
+
+from __future__ import annotations
+
+import tempfile
+import time
+from pathlib import Path
+from typing import Any
+
+from common import arguments, robot_of, save
+
+from gaitopt.design.design import design
+from gaitopt.design.options import DesignOptions
+from gaitopt.gait.task import preset_task
+from gaitopt.robot.model import Robot
+from gaitopt.study.axes import parse_axis
+from gaitopt.study.sweep import Advance, sweep
+
+SPEEDS, QUICK = "0.4:1.3:0.05", "0.95:1.05:0.05"
+
+
+class Stages:
+    """How much processor each stage of a sweep takes, and how many jobs."""
+
+    def __init__(self) -> None:
+        self.seconds: dict[str, float] = {}
+        self.jobs: dict[str, int] = {}
+        self._last = time.process_time()
+
+    def __call__(self, advance: Advance) -> None:
+        now, stage = time.process_time(), advance.doing
+        self.seconds[stage] = self.seconds.get(stage, 0.0) + now - self._last
+        self.jobs[stage] = self.jobs.get(stage, 0) + 1
+        self._last = now
+
+
+def cold(robot: Robot, speed: float) -> dict[str, Any]:
+    """Design one gait from its first guess."""
+    started, cpu = time.perf_counter(), time.process_time()
+    found = design(robot, preset_task(speed=speed), DesignOptions())
+    return {
+        "speed": speed,
+        "seconds": time.perf_counter() - started,
+        "cpu seconds": time.process_time() - cpu,
+        "cost": found.solution.cost,
+        "certified": found.certificate.certified,
+        "iterations": found.solution.iterations,
+    }
+
+
+def swept(robot: Robot, text: str) -> dict[str, Any]:
+    """Design all of them by a sweep."""
+    stages = Stages()
+    started, cpu = time.perf_counter(), time.process_time()
+    with tempfile.TemporaryDirectory() as folder:
+        axis = parse_axis("speed", text)
+        library = sweep(robot, preset_task(), [axis], Path(folder) / "library", on_advance=stages)
+        rows = library.rows
+    return {
+        "seconds": time.perf_counter() - started,
+        "cpu seconds": time.process_time() - cpu,
+        "stages": {
+            k: {"cpu seconds": s, "jobs": stages.jobs[k]} for k, s in stages.seconds.items()
+        },
+        "gaits": [
+            {k: row[k] for k in ("speed", "cost", "certified", "iterations", "seconds", "origin")}
+            for row in rows
+        ],
+    }
+
+
+def main() -> None:
+    quick = arguments(__doc__).parse_args().quick
+    text = QUICK if quick else SPEEDS
+    robot = robot_of()
+    cold(robot, 1.0)  # imports and caches
+    speeds = parse_axis("speed", text).values
+    single = [cold(robot, speed) for speed in speeds[::2]]  # half before, half after: the load of
+    many = swept(robot, text)  # a machine changes
+    single = sorted(single + [cold(robot, s) for s in speeds[1::2]], key=lambda one: one["speed"])
+    ratio = sum(one["cpu seconds"] for one in single) / many["cpu seconds"]
+    save("sweep", {"sweep": many, "cold": single, "cpu ratio": ratio}, quick)
+
+
+if __name__ == "__main__":
+    main()

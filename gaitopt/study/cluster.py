@@ -1,0 +1,127 @@
+"""A crew on Dask: workers of this machine, or those of any scheduler there is.
+
+Only the sweep itself writes; workers take a job and send back what came of it. A job whose worker
+dies is given to another.
+"""
+
+from __future__ import annotations
+
+import signal
+from contextlib import suppress
+from typing import Any
+
+from gaitopt.errors import GaitoptError, InputError, MissingExtraError
+from gaitopt.study.jobs import Crew, Job, Outcome, run_job
+
+AHEAD = 3  # jobs in hand per worker, so that none waits for the next
+START = 60.0  # s to reach a scheduler, or for local workers to come up
+
+
+class DaskCrew(Crew):
+    """Workers of a Dask scheduler."""
+
+    def __init__(self, client: Any, cluster: Any = None) -> None:
+        """Take over a client, and the cluster that was started for it if any; both are closed."""
+        self.client, self._cluster = client, cluster
+        threads = sum(client.nthreads().values())
+        self.room = AHEAD * max(1, threads)
+        self._flying: Any = _distributed().as_completed([])
+
+    def submit(self, job: Job) -> None:
+        """Send a job to the scheduler."""
+        self._flying.add(self.client.submit(run_job, job, pure=False))
+
+    def next(self) -> Outcome:
+        """Wait for the next outcome.
+
+        Raises:
+            GaitoptError: a job brought down one worker after another, or the scheduler is gone.
+        """
+        from distributed import CancelledError, KilledWorker
+
+        future = next(self._flying)
+        try:
+            outcome: Outcome = future.result()
+        except KilledWorker as error:
+            raise GaitoptError(
+                "a job ended with the death of every worker that took it; is there enough memory? "
+                "what was finished is kept, and the same command goes on"
+            ) from error
+        except (CancelledError, OSError) as error:
+            raise GaitoptError(
+                "the connection to the scheduler was lost; what was finished is kept, and the same "
+                "command goes on"
+            ) from error
+        return outcome
+
+    def close(self) -> None:
+        """Cancel what is not done; leave the scheduler, and stop it if it was started here."""
+        with suppress(Exception):  # whatever state it is in, it is no longer needed
+            self.client.cancel(self._flying.futures.keys())
+        with suppress(Exception):
+            self.client.close()
+        if self._cluster is not None:
+            with suppress(Exception):
+                self._cluster.close()
+
+
+def local_crew(workers: int) -> DaskCrew:
+    """Start processes on this machine, one thread each.
+
+    A script must start its work under `if __name__ == "__main__":`, because each process imports
+    it.
+
+    Raises:
+        InputError: fewer than one worker.
+        MissingExtraError: Dask distributed is not installed.
+    """
+    if workers < 1:
+        raise InputError(f"{workers} workers are too few; give at least 1")
+    distributed = _distributed()
+    cluster = distributed.LocalCluster(
+        n_workers=workers,
+        threads_per_worker=1,
+        processes=True,
+        dashboard_address=None,
+        host="127.0.0.1",
+        silence_logs=50,
+        preload=[__name__],
+    )
+    client = distributed.Client(cluster, timeout=START)
+    return DaskCrew(client, cluster)
+
+
+def joined_crew(address: str) -> DaskCrew:
+    """Join a scheduler, as tcp://10.0.0.1:8786.
+
+    Raises:
+        InputError: there is none at the address, or it has no workers.
+        MissingExtraError: Dask distributed is not installed.
+    """
+    distributed = _distributed()
+    try:
+        client = distributed.Client(address, timeout=START)
+    except (OSError, ValueError, TimeoutError) as error:
+        raise InputError(
+            f"no Dask scheduler answers at '{address}'; give the address that dask scheduler "
+            "printed, as tcp://10.0.0.1:8786"
+        ) from error
+    if not client.nthreads():
+        client.close()
+        raise InputError(f"the scheduler at '{address}' has no workers; start some: dask worker")
+    return DaskCrew(client)
+
+
+def dask_setup(worker: object) -> None:
+    """Leave Ctrl-C to the sweep; Dask calls this in each local worker as it starts."""
+    del worker
+    with suppress(ValueError):  # not the main thread: then it would not get the signal either
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+def _distributed() -> Any:
+    try:
+        import distributed
+    except ImportError as error:
+        raise MissingExtraError("a sweep on several workers", "cluster") from error
+    return distributed

@@ -1,0 +1,140 @@
+"""What a gait library is a library of; a sweep of anything else must not be mixed in."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from gaitopt.atomic import write_atomically
+from gaitopt.design.options import DesignOptions
+from gaitopt.errors import GaitFileError, InputError
+from gaitopt.gait.task import Task
+from gaitopt.gait.task_record import task_record
+from gaitopt.robot.choices_file import choices_from_record, choices_record
+from gaitopt.robot.presets import biped13
+from gaitopt.robot.spec_table import merged
+from gaitopt.study.axes import Axis
+from gaitopt.study.grid_points import GridPoints, Index
+from gaitopt.study.setting import RobotSource
+from gaitopt.version import __version__
+
+NAME, FORMAT = "manifest.json", 1
+_NOT_COMPARED = ("gaitopt",)
+
+Record = dict[str, Any]
+
+
+def manifest_record(
+    points: GridPoints, robot: RobotSource, tasks: Mapping[Index, Task], options: DesignOptions
+) -> Record:
+    """Return everything that decides the gaits of a sweep, JSON-able."""
+    solver = options.solver
+    record = {
+        "format": FORMAT,
+        "gaitopt": __version__,
+        "axes": {axis.name: list(axis.values) for axis in points.axes},
+        "seed": list(points.seed),
+        "first task": task_record(tasks[points.order[0]]),
+        "robot": {
+            "digest": robot.digest(),
+            "choices": choices_record(robot.choices),
+            "spec": None if robot.spec is None else asdict(robot.spec),
+            "urdf": robot.urdf,
+        },
+        "options": {
+            "solver": solver.name,
+            "solver options": asdict(solver),  # type: ignore[call-overload]
+            "refine": options.refine,
+            "differences": options.differences,
+            "approach": options.approach,
+        },
+    }
+    return dict(json.loads(json.dumps(record)))
+
+
+def claim(directory: Path, record: Record) -> None:
+    """Make a directory the library of a record, or see that it is already.
+
+    Raises:
+        InputError: it cannot be written, or holds something else.
+    """
+    path = directory / NAME
+    if path.exists():
+        difference = _difference(read_manifest(directory), record, "")
+        if difference is not None:
+            where, there, asked = difference
+            raise InputError(
+                f"'{directory}' holds another sweep: its {where} is {there}, asked for is {asked}; "
+                "give another directory, or ask for the same again"
+            )
+        return
+    try:
+        directory.mkdir(parents=True, exist_ok=True)
+        others = sorted(entry.name for entry in directory.iterdir())
+    except OSError as error:
+        reason = (error.strerror or "unknown reason").lower()
+        raise InputError(f"cannot make the directory '{directory}': {reason}") from error
+    if others:
+        raise InputError(
+            f"'{directory}' holds '{others[0]}' but no sweep; give an empty or a new directory"
+        )
+    write_atomically(path, (json.dumps(record, indent=1) + "\n").encode())
+
+
+def read_manifest(directory: Path) -> Record:
+    """Return the record of a library.
+
+    Raises:
+        GaitFileError: the directory is no gait library, or of a newer format.
+    """
+    path = directory / NAME
+    try:
+        record = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as error:
+        raise GaitFileError(
+            f"'{directory}' is no gait library: it has no readable {NAME}; give a directory that "
+            "gaitopt sweep has written"
+        ) from error
+    if not isinstance(record, dict) or record.get("format") != FORMAT:
+        raise GaitFileError(
+            f"'{path}' is not of format {FORMAT}; was it written by a newer gaitopt?"
+        )
+    return record
+
+
+def points_of(record: Record) -> GridPoints:
+    """Return the grid of a record."""
+    axes = tuple(Axis(name, tuple(values)) for name, values in record["axes"].items())
+    return GridPoints(axes, tuple(record["seed"]))
+
+
+def robot_of(record: Record) -> RobotSource:
+    """Return the robot of a record, without the changes of a point."""
+    robot = record["robot"]
+    spec = robot["spec"]
+    return RobotSource(
+        robot["urdf"],
+        choices_from_record(robot["choices"]),
+        None if spec is None else merged(biped13(), spec),
+    )
+
+
+def _difference(there: Any, asked: Any, path: str) -> tuple[str, str, str] | None:
+    """Return the first entry in which two records differ."""
+    if isinstance(there, Mapping) and isinstance(asked, Mapping):
+        for key in dict.fromkeys([*asked, *there]):
+            if path == "" and key in _NOT_COMPARED:
+                continue
+            found = _difference(there.get(key), asked.get(key), f"{path} {key}".strip())
+            if found is not None:
+                return found
+        return None
+    return None if there == asked else (path, _short(there), _short(asked))
+
+
+def _short(value: object) -> str:
+    text = json.dumps(value)
+    return text if len(text) <= 60 else f"{text[:57]}..."

@@ -1,0 +1,218 @@
+"""The stages of a sweep, and the state they share."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+
+from gaitopt.design.options import DesignOptions
+from gaitopt.gait.problem import walk_layout
+from gaitopt.study.branches import lower, promising, rivals
+from gaitopt.study.footing import Footing
+from gaitopt.study.grid_points import Index
+from gaitopt.study.jobs import DIAGNOSE, FINISH, TRAVEL, Crew, Job, Outcome
+from gaitopt.study.library import Writer
+from gaitopt.study.plan import Plan
+
+NEAREST = 3  # neighbours that a point is tried from
+ROUNDS = 1000  # of comparison; each lowers some cost, so this is never reached
+
+
+@dataclass(frozen=True)
+class Advance:
+    """How far a sweep is.
+
+    Attributes:
+        points: of the grid.
+        explored: points that were tried.
+        gaits: finished.
+        refused: points found to have none.
+        doing: what is being done.
+    """
+
+    points: int
+    explored: int
+    gaits: int
+    refused: int
+    doing: str
+
+
+OnAdvance = Callable[[Advance], None]
+
+
+class Stages:
+    """The state of a sweep, and who writes and works."""
+
+    def __init__(
+        self,
+        plan: Plan,
+        options: DesignOptions,
+        writer: Writer,
+        crew: Crew,
+        on_advance: OnAdvance | None,
+    ) -> None:
+        self.plan, self.options, self.writer, self.crew = plan, options, writer, crew
+        self.points, self.state = plan.points, writer.state
+        self.tell = on_advance or (lambda advance: None)
+        first = plan.setting(plan.points.seed)
+        self.scale = walk_layout(first.robot.build(), first.task).scale()
+        self._handed_on: dict[Index, list[Index]] = {}  # by points without a walk, to those beyond
+        self.named = {self.points.name(p): p for p in self.points.order}
+
+    def run(self) -> None:
+        """Go through all of them, from wherever the library stands."""
+        self._explore()
+        self._probe()
+        for _ in range(ROUNDS):
+            if not self._compare() and not self._start_anew():
+                break
+        self._finish()
+
+    def _explore(self) -> None:
+        """Every point once, as soon as all its inner neighbours are explored."""
+        known, begun = self.state.footings, set(self.state.footings)
+        inner = {p: self.points.inner(p) for p in self.points.order}
+
+        def begin(candidates: Iterable[Index]) -> list[Job]:
+            ready = [p for p in candidates if p not in begun and all(q in known for q in inner[p])]
+            begun.update(ready)
+            return [self._first(p) for p in ready]
+
+        def note(outcome: Outcome) -> list[Job]:
+            self._note_walk(outcome)
+            return begin(q for _, q in self.points.neighbours(outcome.job.point))
+
+        self._drive("exploring", begin(self.points.order), note)
+
+    def _first(self, point: Index) -> Job:
+        near = self._origins(point)[:NEAREST]
+        return self._travel(point, near, patient=True, cold=not near)
+
+    def _origins(self, point: Index) -> list[Index]:
+        """Return inner neighbours that walk, in place of others those they were tried from."""
+        found: set[Index] = set()
+        for other in self.points.inner(point):
+            if self.state.footings[other] is not None:
+                found.add(other)
+            else:
+                if other not in self._handed_on:
+                    self._handed_on[other] = self._origins(other)
+                found.update(self._handed_on[other][:NEAREST])
+        return sorted(found, key=lambda q: (self._predicted(q, point), q))
+
+    def _predicted(self, origin: Index, point: Index) -> float:
+        """Return the cost at a point by the slopes at another."""
+        here, there = self.points.values(point), self.points.values(origin)
+        footing = self._walk(origin)
+        strides = (here[name] - there[name] for name in here)
+        return footing.cost + sum(
+            (slope or 0.0) * stride for slope, stride in zip(footing.slopes, strides, strict=True)
+        )
+
+    def _probe(self) -> None:
+        """Where the exploration ended, start anew as well: far from the seed others may be best."""
+        jobs = [self._anew(p) for p in self.points.ends if p not in self.state.probed]
+        self._drive("probing", jobs, self._note_walk)
+
+    def _compare(self) -> bool:
+        """Try points from neighbours of another branch, once round; tell whether any was tried."""
+        jobs = []
+        for point in self.points.order:
+            known = self.state.footings[point]
+            near = promising(self.points, self.state.footings, point)
+            tried = self.state.tried
+            near = [q for q in near if (point, q, self._walk(q).cost) not in tried][:1]
+            if near and point not in self.state.rows:
+                jobs.append(self._travel(point, near, patient=known is None, cold=False))
+        self._drive("comparing", jobs, self._note_walk)
+        return bool(jobs)
+
+    def _start_anew(self) -> bool:
+        """Points that no neighbour leads to, from first guesses; tell whether any was tried."""
+        footings, probed = self.state.footings, self.state.probed
+        left = [p for p in self.points.order if footings[p] is None and p not in probed]
+        jobs = [self._anew(p) for p in left]
+        self._drive("starting anew", jobs, self._note_walk)
+        return bool(jobs)
+
+    def _anew(self, point: Index) -> Job:
+        return self._travel(point, [], patient=False, cold=True)
+
+    def _finish(self) -> None:
+        """Make gaits of the walks, and explain the points without."""
+        settled = self.state.rows.keys() | self.state.refusals.keys()
+        jobs = []
+        for point in sorted(self.points.order):
+            footing = self.state.footings[point]
+            if point not in settled:
+                rival = self.state.rivals.get(point)
+                walks = tuple(walk for walk in (footing, rival) if walk is not None)
+                jobs.append(self._job(FINISH if walks else DIAGNOSE, point, walks=walks))
+        self._drive("finishing", jobs, self._note_gait)
+
+    def _walk(self, point: Index) -> Footing:
+        footing = self.state.footings[point]
+        if footing is None:
+            raise KeyError(f"no walk is known at {self.points.name(point)}")
+        return footing
+
+    def _travel(self, point: Index, near: list[Index], *, patient: bool, cold: bool) -> Job:
+        known = tuple((self.plan.setting(q), self._walk(q), self.points.name(q)) for q in near)
+        return self._job(TRAVEL, point, near=known, patient=patient, cold=cold)
+
+    def _job(self, kind: str, point: Index, **more: object) -> Job:
+        setting, axes = self.plan.setting(point), self.plan.axes(point)
+        return Job(kind, point, setting, axes, self.options, **more)  # type: ignore[arg-type]
+
+    def _note_walk(self, outcome: Outcome) -> list[Job]:
+        job, found = outcome.job, outcome.footing
+        known = self.state.footings.get(job.point)
+        entry: dict[str, object] = {"seconds": outcome.seconds}
+        tried = []
+        for _, footing, name in job.near:
+            tried.append([list(self.named[name]), footing.cost])
+            if found is not None and found.origin == name:
+                break
+        if tried:
+            entry["tried"] = tried
+        if job.point not in self.state.footings or lower(found, known):
+            entry["footing"] = None if found is None else found.record()
+        if found is not None and known is not None and rivals(found, known, self.scale):
+            entry["rival"] = (known if lower(found, known) else found).record()
+        if job.cold:
+            entry["probed"] = True
+        self.writer.note(job.point, **entry)
+        return []
+
+    def _note_gait(self, outcome: Outcome) -> list[Job]:
+        job, seconds = outcome.job, outcome.seconds
+        if outcome.gait is not None and outcome.row is not None:
+            self.writer.save(job.point, outcome.gait, outcome.row, seconds=seconds)
+        elif outcome.refusal is not None:
+            self.writer.note(job.point, refusal=outcome.refusal, seconds=seconds)
+        else:  # a walk at its samples that refinement did not survive
+            self.writer.note(job.point, seconds=seconds)
+            return [self._job(DIAGNOSE, job.point)]
+        return []
+
+    def _drive(self, doing: str, jobs: Iterable[Job], note: Callable[[Outcome], list[Job]]) -> None:
+        """Have jobs done, and those that follow from their outcomes; note each as it comes."""
+        waiting, flying = deque(jobs), 0
+        while waiting or flying:
+            while waiting and flying < self.crew.room:
+                self.crew.submit(waiting.popleft())
+                flying += 1
+            outcome = self.crew.next()
+            flying -= 1
+            waiting.extend(note(outcome))
+            self.tell(self._advance(doing))
+
+    def _advance(self, doing: str) -> Advance:
+        return Advance(
+            points=len(self.points.order),
+            explored=len(self.state.footings),
+            gaits=len(self.state.rows),
+            refused=len(self.state.refusals),
+            doing=doing,
+        )

@@ -1,0 +1,38 @@
+"""Sweeps small enough for tests."""
+
+from __future__ import annotations
+
+from gaitopt.design.options import DesignOptions
+from gaitopt.gait.task import Task, preset_task
+from gaitopt.solvers import solver_by_name
+from gaitopt.study.axes import Axis
+from gaitopt.study.jobs import Alone, Crew, Job, Outcome
+
+SPEEDS = Axis("speed", (0.95, 1.0, 1.05, 1.1))
+QUICK = DesignOptions(solver=solver_by_name("sqp"), refine=False, diagnose=False)
+
+
+def quick_task(**changes: object) -> Task:
+    """A walk with few samples."""
+    return preset_task(**{"speed": 1.0, "samples": 15, **changes})
+
+
+class Counting(Crew):
+    """This process, with a list of what was done; ends the work after some jobs."""
+
+    def __init__(self, most: int = 10**9) -> None:
+        self._crew, self._most = Alone(), most
+        self.room = self._crew.room
+        self.done: list[Job] = []
+
+    def submit(self, job: Job) -> None:
+        if len(self.done) >= self._most:
+            raise KeyboardInterrupt
+        self.done.append(job)
+        self._crew.submit(job)
+
+    def next(self) -> Outcome:
+        return self._crew.next()
+
+    def close(self) -> None:
+        self._crew.close()

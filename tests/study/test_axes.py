@@ -1,0 +1,50 @@
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from gaitopt.errors import InputError
+from gaitopt.gait.parameters import FOOT_YAW
+from gaitopt.gait.task import preset_task
+from gaitopt.study.axes import Axis, parse_axis, with_values
+
+
+def test_a_range_has_both_ends_and_round_values():
+    axis = parse_axis("speed", "0.4:1.3:0.05")
+    assert len(axis.values) == 19
+    assert axis.values[:4] == (0.4, 0.45, 0.5, 0.55)
+    assert axis.values[-1] == 1.3
+
+
+@given(st.integers(1, 200), st.floats(0.01, 5.0), st.floats(0.001, 2.0))
+@settings(derandomize=True, deadline=None, max_examples=60)
+def test_a_range_has_as_many_values_as_steps_fit(count, first, step):
+    first, step = round(first, 3), round(step, 3)
+    axis = parse_axis("speed", f"{first!r}:{first + (count - 1) * step!r}:{step!r}")
+    assert len(axis.values) == count
+
+
+def test_a_list_is_taken_as_it_is():
+    assert parse_axis("friction", "0.3,0.5,0.7").values == (0.3, 0.5, 0.7)
+
+
+@pytest.mark.parametrize("text", ["0.4:1.3", "1:0:0.1", "0.4:1.3:0", "0.4:1.3:-1", "a", "", "nan"])
+def test_what_is_no_range_is_refused(text):
+    with pytest.raises(InputError, match="speed"):
+        parse_axis("speed", text)
+
+
+def test_unknown_quantities_and_disordered_values_are_refused():
+    with pytest.raises(InputError, match="there is no quantity 'sped'"):
+        Axis("sped", (1.0,))
+    with pytest.raises(InputError, match="do not increase"):
+        Axis("speed", (1.0, 0.9))
+
+
+def test_values_reach_task_margins_and_geometry():
+    values = [("speed", 0.7), ("friction", 0.55), ("foot_yaw", 0.08), ("geometry.d3", 0.31)]
+    task = with_values(preset_task(), values)
+    assert (task.speed, task.margins.friction) == (0.7, 0.55)
+    assert task.geometry[FOOT_YAW].value == 0.08
+    assert not task.geometry[FOOT_YAW].free
+    with pytest.raises(InputError, match="speed is -1"):
+        with_values(preset_task(), [("speed", -1.0)])

@@ -1,0 +1,77 @@
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+from sweeps import QUICK, SPEEDS, quick_task
+
+from gaitopt.errors import InputError
+from gaitopt.study.sweep import sweep
+
+pytest.importorskip("distributed", reason="the extra 'cluster' is not installed")
+pytestmark = pytest.mark.filterwarnings("ignore")  # what Dask says while workers die is its own
+
+from gaitopt.study.cluster import joined_crew, local_crew  # noqa: E402
+
+
+def costs(library):
+    return {row["speed"]: row["cost"] for row in library.rows}
+
+
+def test_two_workers_one_of_them_killed_find_what_one_process_finds(robot, swept, tmp_path):
+    crew = local_crew(2)
+    pids = list(crew.client.run(os.getpid).values())
+    advances = []
+
+    def kill_one(advance):
+        advances.append(advance)
+        if len(advances) == 2:
+            os.kill(pids[0], signal.SIGKILL)
+
+    library = sweep(
+        robot, quick_task(), [SPEEDS], tmp_path / "l", QUICK, crew=crew, on_advance=kill_one
+    )
+    assert len(set(pids)) == 2
+    assert len(advances) > 2
+    assert costs(library) == pytest.approx(costs(swept), rel=1e-9)
+
+
+@pytest.fixture
+def scheduler(tmp_path):
+    """A scheduler of its own with one worker, as on a cluster."""
+    file = tmp_path / "scheduler.json"
+    dask = [sys.executable, "-m", "dask"]
+    quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+    where = ["--scheduler-file", str(file)]
+    commands = (
+        ["scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard", *where],
+        ["worker", "--nthreads", "1", "--no-dashboard", "--no-nanny", *where],
+    )
+    processes = [subprocess.Popen([*dask, *command], **quiet) for command in commands]
+    try:
+        from distributed import Client
+
+        deadline = time.monotonic() + 60.0
+        while not file.exists() and time.monotonic() < deadline:
+            time.sleep(0.1)
+        with Client(scheduler_file=str(file), timeout=30) as client:
+            client.wait_for_workers(1, timeout=60)
+            yield client.scheduler.address
+    finally:
+        for process in processes:
+            process.kill()  # asked politely, a worker would wait for its scheduler to come back
+            process.wait()
+
+
+def test_an_external_scheduler_finds_the_same(robot, swept, scheduler, tmp_path):
+    library = sweep(
+        robot, quick_task(), [SPEEDS], tmp_path / "l", QUICK, crew=joined_crew(scheduler)
+    )
+    assert costs(library) == pytest.approx(costs(swept), rel=1e-9)
+
+
+def test_no_workers_are_too_few():
+    with pytest.raises(InputError, match="0 workers are too few"):
+        local_crew(0)

@@ -1,0 +1,139 @@
+"""The identified biped on its walks: what was fitted, what was not, and the page about it."""
+
+import numpy as np
+import pytest
+
+from gaitopt.design.certificate import certify
+from gaitopt.design.runtime import small_matrices
+from gaitopt.gait.assemble import gait_at
+from gaitopt.gait.step import Reads
+from gaitopt.nlp import Status
+from gaitopt.robot.catalogue import robot_by_name
+from gaitopt.study.reproduce.curve import cost_curve, warm_curve
+from gaitopt.study.reproduce.gradients import GRADIENTS, Run, compare
+from gaitopt.study.reproduce.joint_costs import joint_costs
+from gaitopt.study.reproduce.printed import printed
+from gaitopt.study.reproduce.record import record
+from gaitopt.study.reproduce.results import Alternative, Reproduction
+from gaitopt.study.reproduce.sensitivity import Sensitivity, relative_errors
+from gaitopt.study.reproduce.unknowns import biped_with, identified_values, walks_with
+from gaitopt.study.reproduce.walks import identified_biped, paper_walk
+from gaitopt.view.reproduction_page import write_reproduction
+
+
+@pytest.fixture(scope="module")
+def curve():
+    robot = robot_by_name("paper")
+    with small_matrices():
+        return cost_curve([paper_walk(v, robot) for v in printed().speeds])
+
+
+@pytest.fixture(scope="module")
+def comparison(curve):
+    with small_matrices():
+        return compare(paper_walk(1.0, curve[1.0].problem.robot), cap=0.3)
+
+
+@pytest.fixture(scope="module")
+def result(curve, comparison):
+    walk = curve[1.0]
+    gait = gait_at(walk.problem, walk.solution.x, {})
+    jacobian = np.random.default_rng(1).normal(size=(8, 5))
+    fit = Sensitivity(identified_values(), relative_errors(curve), jacobian)
+    return Reproduction(
+        curve=curve,
+        one_posture=curve,
+        certificates={v: certify(o.problem, o.solution.x) for v, o in curve.items()},
+        comparisons=(comparison,),
+        sensitivity=fit,
+        alternatives=(Alternative("another", fit.values, fit.errors),),
+        sinking=-0.1 * np.ones(8),
+        euler_cost=1.1 * walk.cost,
+        gait=gait,
+        gait_one_posture=gait,
+        seconds=90.0,
+        cpu_seconds=60.0,
+    )
+
+
+def test_every_cost_is_within_5_percent_of_table_3_and_the_least_at_0_7(curve):
+    assert np.abs(relative_errors(curve)).max() < 0.05
+    assert min(curve, key=lambda v: curve[v].cost) == 0.7
+    assert all(walk.solution.status is Status.OPTIMAL for walk in curve.values())
+
+
+def test_the_mean_force_was_not_fitted_and_agrees(curve):
+    assert curve[1.0].mean_vertical_force == pytest.approx(printed().mean_vertical_force, abs=1.0)
+
+
+@pytest.mark.parametrize("speed", [0.4, 1.0])
+def test_momentum_over_a_step(curve, speed):
+    walk = curve[speed]
+    weight = 56.87 * 9.81
+    assert walk.mean_vertical_force + walk.impulse / 0.4 == pytest.approx(weight, rel=1e-4)
+
+
+def test_shares_of_the_joints_add_up_to_the_cost(curve):
+    for walk in curve.values():
+        costs = joint_costs(walk)
+        stance, swing = sum(costs.stance.values()), sum(costs.swing.values())
+        assert stance + swing == pytest.approx(walk.cost)
+        assert stance > swing
+    knees = [i for i, n in enumerate(walk.problem.robot.joint_names) if "knee" in n]
+    torque = walk.step.read(Reads.TORQUE)[:, knees[0]]
+    share = walk.problem.grid.weights @ torque**2 * 0.4 / walk.step.step_length
+    assert costs.stance["knee"] == pytest.approx(float(share))
+
+
+def test_the_catalogue_holds_the_biped_of_the_identified_values():
+    biped, shipped = biped_with(identified_values()), identified_biped()
+    assert biped.geometry == shipped.geometry
+    assert biped.joints == shipped.joints
+    assert biped.links.foot == shipped.links.foot
+    assert biped.links.torso.com == shipped.links.torso.com
+    np.testing.assert_allclose(
+        biped.links.torso.inertia, shipped.links.torso.inertia, rtol=5e-4, atol=1e-12
+    )
+    assert shipped.standing_height == pytest.approx(1.30)
+
+
+def test_a_tighter_joint_speed_costs_more_where_it_binds(curve):
+    values = identified_values()
+    values[1] -= 0.1
+    walk = next(w for w in walks_with(values) if w.task.speed == 1.1)
+    with small_matrices():
+        tighter = warm_curve([walk], {1.1: curve[1.1].solution.x})
+    assert tighter[1.1].cost > 1.005 * curve[1.1].cost
+
+
+def test_differences_cost_more_and_a_capped_run_says_so(comparison):
+    exact, _, differences = comparison.runs
+    assert exact.converged
+    assert not differences.converged
+    assert differences.status is Status.INTERRUPTED
+    assert comparison.ratio(GRADIENTS[2]) > 1.0
+    assert differences.evaluations > 20 * differences.iterations
+
+
+def test_time_to_a_cost_counts_feasible_iterates_only():
+    history = np.array([[0.1, 50.0, 1.0], [0.2, 120.0, 1e-9], [0.3, 101.0, 1e-9]])
+    run = Run(1.0, "exact", Status.OPTIMAL, 101.0, 2, 3, 0.3, history)
+    assert run.seconds_to(105.0) == 0.3
+    assert run.seconds_to(150.0) == 0.2
+    assert np.isnan(run.seconds_to(99.0))
+
+
+def test_page_figures_and_numbers_are_written(result, tmp_path):
+    page, numbers, *figures = write_reproduction(result, tmp_path / "docs")
+    text = page.read_text("utf-8")
+    assert "$" not in text
+    assert f"| {curve_cost(result):.2f} |" in text
+    assert all(f"images/reproduction/{figure.name}" in text for figure in figures)
+    assert all(figure.read_bytes().startswith(b"\x89PNG") for figure in figures)
+    assert numbers.suffix == ".json"
+    walks = record(result)["walks"]
+    assert walks[6]["printed"] == 6295.95
+
+
+def curve_cost(result):
+    return result.curve[0.5].cost

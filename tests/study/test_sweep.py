@@ -1,0 +1,200 @@
+import csv
+import json
+import os
+import signal
+import subprocess
+import sys
+import textwrap
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from sweeps import QUICK, SPEEDS, Counting, quick_task
+
+from gaitopt.design.design import design
+from gaitopt.errors import InputError
+from gaitopt.gait.result_file import load_gait
+from gaitopt.robot.presets import biped13
+from gaitopt.solvers import solver_by_name
+from gaitopt.study.axes import Axis
+from gaitopt.study.index import CERTIFIED, INFEASIBLE
+from gaitopt.study.jobs import TRAVEL
+from gaitopt.study.library import open_library
+from gaitopt.study.sweep import sweep
+
+HERE = Path(__file__).parent
+
+
+def costs(library):
+    return {row["speed"]: row["cost"] for row in library.rows}
+
+
+def test_every_gait_is_as_good_as_one_from_a_first_guess(robot, swept):
+    for speed, cost in costs(swept).items():
+        cold = design(robot, quick_task(speed=speed), QUICK)
+        assert cost <= cold.solution.cost * (1.0 + 1e-6)
+
+
+def test_the_index_is_what_the_gaits_say(swept):
+    with (swept.directory / "index.csv").open() as file:
+        lines = list(csv.DictReader(file))
+    assert [float(line["speed"]) for line in lines] == list(SPEEDS.values)
+    for point, line in zip(sorted(swept.points.order), lines, strict=True):
+        gait = load_gait(swept.directory / line["file"])
+        assert float(line["cost"]) == pytest.approx(gait.cost, rel=1e-12)
+        assert gait.speed == pytest.approx(float(line["speed"]), rel=1e-6)
+        assert float(line["kkt"]) < 1e-6
+        assert gait.fact("sweep", "values") == swept.points.values(point)
+        peaks = [float(v) for k, v in line.items() if k.startswith("peak_torque.")]
+        assert len(peaks) == 6
+        assert max(peaks) == pytest.approx(abs(gait.torque).max(), rel=1e-9)
+
+
+def test_the_index_opens_as_parquet(swept):
+    parquet = pytest.importorskip("pyarrow.parquet", reason="the extra 'tables' is not installed")
+    table = parquet.read_table(swept.directory / "index.parquet")
+    assert table["cost"].to_pylist() == [row["cost"] for row in swept.rows]
+
+
+def test_slopes_foretell_the_next_cost(swept):
+    for left, right in zip(swept.rows, swept.rows[1:], strict=False):
+        rise = 0.5 * (left["slope.speed"] + right["slope.speed"]) * 0.05
+        assert right["cost"] - left["cost"] == pytest.approx(rise, rel=0.1)
+
+
+def test_an_interrupted_sweep_goes_on_and_computes_nothing_twice(robot, swept, tmp_path):
+    whole = Counting()
+    sweep(robot, quick_task(), [SPEEDS], tmp_path / "whole", QUICK, crew=whole)
+    before = Counting(most=6)
+    with pytest.raises(KeyboardInterrupt):
+        sweep(robot, quick_task(), [SPEEDS], tmp_path / "part", QUICK, crew=before)
+    after = Counting()
+    library = sweep(robot, quick_task(), [SPEEDS], tmp_path / "part", QUICK, crew=after)
+    assert len(before.done) == 6
+    assert len(before.done) + len(after.done) == len(whole.done)
+    assert costs(library) == pytest.approx(costs(swept), rel=1e-9)
+    again = Counting()
+    sweep(robot, quick_task(), [SPEEDS], tmp_path / "part", QUICK, crew=again)
+    assert again.done == []
+
+
+def test_a_library_is_not_mixed_with_another(robot, swept):
+    with pytest.raises(InputError, match=r"margins friction is 0\.7, asked for is 0\.6"):
+        sweep(robot, quick_task(friction=0.6), [SPEEDS], swept.directory, QUICK)
+    other = Axis("speed", (0.95, 1.0))
+    with pytest.raises(InputError, match="its axes speed is"):
+        sweep(robot, quick_task(), [other], swept.directory, QUICK)
+
+
+def test_a_directory_with_other_things_is_left_alone(robot, tmp_path):
+    (tmp_path / "thesis.tex").write_text("x")
+    with pytest.raises(InputError, match=r"holds 'thesis\.tex' but no sweep"):
+        sweep(robot, quick_task(), [SPEEDS], tmp_path, QUICK)
+    assert [p.name for p in tmp_path.iterdir()] == ["thesis.tex"]
+
+
+def test_a_point_without_a_gait_is_explained(robot, tmp_path):
+    axis = Axis("cop_margin", (0.02, 0.08))  # the sole is 0.14 m wide
+    solver = solver_by_name("sqp", max_iterations=60)
+    options = replace(QUICK, solver=solver, diagnose=True)
+    library = sweep(robot, quick_task(), [axis], tmp_path / "l", options, seed={"cop_margin": 0.0})
+    assert [row["status"] for row in library.rows] == [CERTIFIED, INFEASIBLE] or [
+        row["status"] for row in library.rows
+    ] == ["not certified", INFEASIBLE]
+    said = library.state.refusals[(1,)]["sentences"]
+    assert any("0.08 m from every edge leaves no room" in sentence for sentence in said)
+
+
+def test_entries_of_a_specification_can_be_swept(robot, tmp_path):
+    axis = Axis("links.torso.mass", (38.0, 40.55))
+    library = sweep(robot, quick_task(), [axis], tmp_path / "l", QUICK, spec=biped13())
+    light, heavy = library.rows
+    assert light["cost"] < heavy["cost"]
+    gaits = [library.gait(point) for point in sorted(library.points.order)]
+    difference = gaits[1].number("mass") - gaits[0].number("mass")
+    assert difference == pytest.approx(2.55, rel=1e-9)
+    slope = 0.5 * (light["slope.links.torso.mass"] + heavy["slope.links.torso.mass"])
+    assert heavy["cost"] - light["cost"] == pytest.approx(2.55 * slope, rel=0.05)
+
+
+def test_a_specification_is_needed_for_that(robot, tmp_path):
+    with pytest.raises(InputError, match="entry of a specification"):
+        sweep(robot, quick_task(), [Axis("geometry.d3", (0.3, 0.31))], tmp_path, QUICK)
+
+
+SCRIPT = """
+    import resource, sys
+    sys.path[:0] = [{tests!r}, {here!r}]
+    from reference_cases import biped
+    from sweeps import QUICK, SPEEDS, quick_task
+    from gaitopt.errors import InputError
+    from gaitopt.study.sweep import sweep
+    def fill(advance):
+        if {limit}:
+            resource.setrlimit(resource.RLIMIT_FSIZE, ({limit}, {limit}))
+    try:
+        sweep(biped(), quick_task(), [SPEEDS], {directory!r}, QUICK, on_advance=fill)
+    except InputError as error:
+        sys.exit(str(error))
+"""
+
+
+def script(directory: Path, limit: int = 0) -> list[str]:
+    text = textwrap.dedent(SCRIPT).format(
+        tests=str(HERE.parent), here=str(HERE), directory=str(directory), limit=limit
+    )
+    return [sys.executable, "-c", text]
+
+
+@pytest.mark.skipif(os.name != "posix", reason="kill -9 is POSIX")
+def test_kill_9_loses_at_most_the_work_in_flight(robot, swept, tmp_path):
+    directory = tmp_path / "lib"
+    process = subprocess.Popen(script(directory))
+    journal = directory / "journal.jsonl"
+    deadline = time.monotonic() + 60.0
+    while time.monotonic() < deadline and process.poll() is None:
+        if journal.exists() and journal.read_bytes().count(b"\n") >= 3:
+            break
+        time.sleep(0.01)
+    process.send_signal(signal.SIGKILL)
+    assert process.wait() == -signal.SIGKILL
+    kept = journal.read_bytes().count(b"\n")
+    assert kept >= 3
+    crew = Counting()
+    library = sweep(robot, quick_task(), [SPEEDS], directory, QUICK, crew=crew)
+    assert kept + len(crew.done) == len(journal.read_bytes().splitlines())
+    assert sum(job.kind == TRAVEL and job.point == (1,) for job in crew.done) <= 1
+    assert costs(library) == pytest.approx(costs(swept), rel=1e-9)
+
+
+@pytest.mark.skipif(os.name != "posix", reason="file-size limits are POSIX")
+@pytest.mark.parametrize("full", ["journal", "gait"])
+def test_a_full_disk_is_told_and_leaves_nothing_half_written(robot, swept, tmp_path, full):
+    directory = tmp_path / "lib"
+    journal = (swept.directory / "journal.jsonl").stat().st_size
+    gait = min(path.stat().st_size for path in swept.directory.glob("gaits/*.npz"))
+    limit = {"journal": journal // 3, "gait": gait - 1}[full]
+    assert limit > journal or full == "journal"
+    run = subprocess.run(script(directory, limit), capture_output=True, text=True, check=False)
+    assert run.returncode == 1
+    assert "file too large" in run.stderr
+    assert "give the same command again to go on" in run.stderr
+    assert list(directory.glob("**/.*.tmp")) == []
+    for path in directory.glob("gaits/*"):
+        load_gait(path)
+    lines = (directory / "journal.jsonl").read_text().splitlines()
+    kept = [json.loads(line)["point"] for line in lines]
+    assert len(kept) >= 2
+    crew = Counting()
+    library = sweep(robot, quick_task(), [SPEEDS], directory, QUICK, crew=crew)
+    assert len(kept) + len(crew.done) == len((directory / "journal.jsonl").read_text().splitlines())
+    assert costs(library) == pytest.approx(costs(swept), rel=1e-9)
+
+
+def test_a_library_can_be_read_while_it_is_made(robot, tmp_path):
+    with pytest.raises(KeyboardInterrupt):
+        sweep(robot, quick_task(), [SPEEDS], tmp_path / "l", QUICK, crew=Counting(most=2))
+    library = open_library(tmp_path / "l")
+    assert library.rows == []
+    assert sum(f is not None for f in library.state.footings.values()) == 2
