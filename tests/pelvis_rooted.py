@@ -43,6 +43,12 @@ class PelvisRooted:
         drift = pin.getFrameAcceleration(self.model, self.data, self.sole, pin.LOCAL).vector
         self.a[:6] = -np.linalg.solve(J[:, :6], drift)
 
+    def placements(self) -> dict[str, np.ndarray]:
+        """Of every body frame, in the world of the stance sole."""
+        pin.framesForwardKinematics(self.model, self.data, self.q)
+        bodies = (f for f in self.model.frames if f.type == pin.FrameType.BODY)
+        return {f.name: self.data.oMf[self.model.getFrameId(f.name)].homogeneous for f in bodies}
+
     def effort(self) -> np.ndarray:
         """Ground wrench in the sole frame, then torques: the base carries nothing itself."""
         tau = pin.rnea(self.model, self.data, self.q, self.v, self.a)

@@ -13,7 +13,7 @@ import numpy as np
 
 from gaitopt.design.diagnosis import Suggestion
 from gaitopt.design.knobs import Knob, duration_knob, limit_knobs
-from gaitopt.design.reason import SEARCHER, Reason, solve_or_stop
+from gaitopt.design.reason import SEARCHER, Reason, easier_guess, solve_or_stop
 from gaitopt.design.refine import carry_multipliers, violated_instants
 from gaitopt.design.relaxation import RelaxedProgram
 from gaitopt.design.settle import FEASIBLE, Settle
@@ -31,6 +31,10 @@ KNOBS, ENOUGH = 5, 3
 """Knobs that are tried, the most promising first, and suggestions that are enough."""
 WORK = 400
 """Evaluations after which no other knob is begun if one was found that does it."""
+MAIN = 0.25
+"""Share of the relaxation from which a family is a main one. Its knob is turned a second time,
+wide open from the first guess, where the first did not lead to a walk: what is asked may be so far
+from anything that the relaxed walk is no good place to begin."""
 COARSE = 3.0
 """A suggestion is rounded to a power of ten below this part of the change."""
 OUTWARD = (0, 1, 3, 8)
@@ -65,11 +69,15 @@ def find_suggestions(problem: WalkProblem, reason: Reason, refined: bool) -> tup
         KeyboardInterrupt: Ctrl-C was pressed.
     """
     x, effort = reason.x, Effort(refined)
+    main = _giving(problem, reason, MAIN * reason.amount)
     found: list[Suggestion] = []
     for knob, amount in _promising(problem, reason):
         # One unit of this knob is worth reason.amount / amount of what the reason minimises.
         start = Start(knob.start(x, amount), reason.multipliers * (amount / reason.amount))
         suggestion = _turn(problem, knob, start, effort)
+        if suggestion is None and not main.isdisjoint(knob.families):
+            far = Start(knob.start(easier_guess(problem), np.inf))
+            suggestion = _turn(problem, knob, far, effort)
         found += [] if suggestion is None else [suggestion]
         if len(found) == ENOUGH or (found and effort.evaluations >= WORK):
             return tuple(found)
@@ -85,8 +93,7 @@ def _promising(problem: WalkProblem, reason: Reason) -> list[tuple[Knob, float]]
     have to be turned less.
     """
     rows = problem.values(reason.x).rows
-    pairs = zip(problem.families, reason.amounts, strict=True)
-    gives = {family.name for family, amount in pairs if amount > FEASIBLE}
+    gives = _giving(problem, reason, FEASIBLE)
     found: list[tuple[bool, bool, float, Knob]] = []
     for knob in limit_knobs(problem):
         relaxation = knob.relaxation(problem)
@@ -98,6 +105,12 @@ def _promising(problem: WalkProblem, reason: Reason) -> list[tuple[Knob, float]]
     found += [(False, True, far, knob) for knob, far in _promising_duration(problem, reason)]
     found.sort(key=lambda entry: entry[:3])
     return [(knob, far) for _, _, far, knob in found[:KNOBS]]
+
+
+def _giving(problem: WalkProblem, reason: Reason, least: float) -> set[str]:
+    """Return the families that give more than an amount."""
+    pairs = zip(problem.families, reason.amounts, strict=True)
+    return {family.name for family, amount in pairs if amount > least}
 
 
 def _promising_duration(problem: WalkProblem, reason: Reason) -> list[tuple[Knob, float]]:

@@ -26,7 +26,8 @@ TOLERABLE = 1e-4
 _OPTIONS: dict[str, dict[str, Any]] = {
     "daqp": {"iter_limit": 1000, "primal_tol": 1e-10, "dual_tol": 1e-12},
     "quadprog": {},
-    "proxqp": {"eps_abs": 1e-9, "eps_rel": 0.0, "max_iter": 100},
+    # Its inner iterations cannot be limited: where it fails, more outer ones take minutes.
+    "proxqp": {"eps_abs": 1e-9, "eps_rel": 0.0, "max_iter": 30},
 }
 
 
@@ -68,6 +69,8 @@ def solve_qp(program: QuadraticProgram, preferred: str) -> QuadraticSolution | N
         The solution, or None when no backend found one.
     """
     best, least = None, TOLERABLE
+    if not _is_definite(program.P):
+        return None
     for backend in (preferred, *(b for b in BACKENDS if b != preferred)):
         solution = _ask(program, backend)
         error = np.inf if solution is None else optimality_error(program, solution)
@@ -86,6 +89,15 @@ def optimality_error(program: QuadraticProgram, solution: QuadraticSolution) -> 
     excess = program.G @ solution.x - program.h
     error = max(float(np.abs(slope).max()) / size, float(excess.max(initial=0.0)))
     return error if np.isfinite(error) else np.inf
+
+
+def _is_definite(P: Array) -> bool:
+    """Return whether a matrix is positive definite in the computer's numbers."""
+    try:
+        np.linalg.cholesky(P)
+    except np.linalg.LinAlgError:
+        return False
+    return True
 
 
 def _ask(program: QuadraticProgram, backend: str) -> QuadraticSolution | None:

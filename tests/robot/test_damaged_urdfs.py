@@ -1,11 +1,14 @@
 """Robots that are wrong in one way: each is refused in words, or read with a warning."""
 
 import copy
+import re
 from xml.etree import ElementTree as ET
 
 import pytest
+from typer.testing import CliRunner
 from urdf_edits import edited_urdf, joint, link, scale_mass, set_limit
 
+from gaitopt.cli.app import app
 from gaitopt.errors import RobotError
 from gaitopt.robot.model import Robot
 from gaitopt.robot.source import read_source
@@ -231,6 +234,17 @@ def test_damage_is_refused_in_words(name, capfd):
         Robot.from_urdf(edited_urdf(edit))
     assert "Traceback" not in str(refusal.value)
     assert capfd.readouterr().err == ""
+
+
+@pytest.mark.parametrize("name", DAMAGE)
+def test_the_command_line_refuses_it_in_the_same_words(name, tmp_path):
+    edit, message = DAMAGE[name]
+    path = tmp_path / "damaged.urdf"
+    path.write_text(edited_urdf(edit), encoding="utf-8")
+    result = CliRunner().invoke(app, ["optimise", "--urdf", str(path), "--speed", "0.5"])
+    assert result.exit_code == 2
+    assert re.search(message, " ".join(result.stderr.split()))
+    assert "Traceback" not in result.output
 
 
 @pytest.mark.parametrize(

@@ -94,6 +94,11 @@ def test_the_rerooted_model_is_the_robot_of_the_file(name):
         assert relative_error(pin.rnea(model, model.createData(), *state), other.effort()) < 1e-10
         D = pin.crba(model, model.createData(), state[0])
         assert relative_error(D, other.mass_matrix()) < 1e-10
+        data = model.createData()
+        pin.framesForwardKinematics(model, data, state[0])
+        for frame, placement in other.placements().items():
+            found = data.oMf[model.getFrameId(frame)].homogeneous
+            assert relative_error(found, placement) < 1e-10
 
 
 @names
