@@ -6,6 +6,8 @@ import json
 from pathlib import Path
 
 import comparisons
+import process_sections
+import robots_section
 import sections
 from must_show import must_show
 from tables import Record
@@ -17,9 +19,13 @@ SECTIONS = (
     ("cold", "Cold solves", sections.cold),
     ("solvers", "Solvers", comparisons.solvers),
     ("paper_method", "The paper's method", comparisons.paper_method),
+    ("paper_own", "The paper's method on its own evaluation", process_sections.paper_own),
     ("scaling", "Postures and samples", sections.scaling),
     ("memory", "Memory", sections.memory),
+    ("process", "Whole processes", process_sections.process),
     ("random_bipeds", "Random bipeds", sections.random_bipeds),
+    ("real_robots", "Real robots", robots_section.real_robots),
+    ("sweep", "Sweeps", process_sections.sweep),
 )
 """Benchmark, title, and what writes its section."""
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import json
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -12,7 +13,7 @@ from typing import Any
 
 import numpy as np
 import snopt
-from common import OutOfTimeError, TimedNLP, arguments, save, start, walk
+from common import RESULTS, OutOfTimeError, TimedNLP, arguments, save, start, walk
 
 from gaitopt.design.runtime import small_matrices
 from gaitopt.errors import EvaluationError
@@ -145,12 +146,13 @@ def mark_success(records: list[dict[str, Any]], optima: list[float]) -> None:
 def main() -> None:
     parser = arguments(__doc__)
     parser.add_argument("--starts", type=int, default=STARTS)
+    parser.add_argument("--only", default="", help="run methods that begin so, keep other results")
     options = parser.parse_args()
     sigmas, count = (SIGMAS[:1], 1) if options.quick else (SIGMAS, options.starts)
-    table = methods()
-    if options.quick:
+    table = {k: method for k, method in methods().items() if k.startswith(options.only)}
+    if options.quick and "SciPy trust-constr" in table:
         table["SciPy trust-constr"] = replace(table["SciPy trust-constr"], starts=0)
-    problem, records = walk(), []
+    problem, records = walk(), _kept(table) if options.only and not options.quick else []
     slow = {name: method for name, method in table.items() if method.starts < SEVERAL}
     quick = {name: method for name, method in table.items() if name not in slow}
     with small_matrices():
@@ -165,6 +167,12 @@ def main() -> None:
             if not options.quick:
                 _save(records, False)
     _save(records, options.quick)
+
+
+def _kept(table: dict[str, Method]) -> list[dict[str, Any]]:
+    """Runs of the last time, of all methods but those that are run again."""
+    last = json.loads((RESULTS / "solvers.json").read_text())["data"]["runs"]
+    return [record for record in last if record["method"] not in table]
 
 
 def _save(records: list[dict[str, Any]], quick: bool) -> None:

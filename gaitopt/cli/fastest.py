@@ -22,7 +22,7 @@ def fastest_walk(request: Request, console: Console, quiet: bool) -> tuple[Reque
         InputError: first guesses were asked for, which this search makes itself.
         NoGaitFoundError: there is no walk at the speed to begin with.
     """
-    if request.starts > 1 or request.start is not None:
+    if "starts" in request.settings or request.start is not None:
         raise InputError(
             "--fastest starts each walk from a slower one; leave out --start, --starts and --seed"
         )

@@ -25,6 +25,7 @@ def defaults() -> dict[str, object]:
     from gaitopt.cli.config import SCHEMA
     from gaitopt.cli.request import DEFAULT_SIGMA
     from gaitopt.design.options import DesignOptions
+    from gaitopt.design.starts import COUNT
     from gaitopt.gait.task import PRESETS, Task
     from gaitopt.solvers.sqp import SQP
 
@@ -39,7 +40,7 @@ def defaults() -> dict[str, object]:
         "max_iterations": sqp.max_iterations,
         "differences": options.differences,
         "refine": options.refine,
-        "starts": 1,
+        "starts": COUNT,
         "sigma": DEFAULT_SIGMA,
     }
     known = {name for section in SCHEMA.values() for name in section}

@@ -18,7 +18,8 @@ from gaitopt.cli.request import Request, make_request
 from gaitopt.cli.results import require_writable, write_results
 from gaitopt.cli.screen import screen
 from gaitopt.design.design import Design, design
-from gaitopt.design.starts import Outcome, many_starts
+from gaitopt.design.start_job import Outcome
+from gaitopt.design.starts import many_starts
 from gaitopt.nlp import Status
 
 
@@ -36,7 +37,7 @@ def run(
 
     Raises:
         GaitoptError: bad input, or no gait found.
-        typer.Exit: the gait is not certified.
+        typer.Exit: the gait is not certified, or Ctrl-C ended the search for it.
     """
     if output is not None:
         require_writable(output)
@@ -61,7 +62,12 @@ def run(
 
 
 def exit_code(found: Design, refined: bool) -> ExitCode:
-    """Return the exit code of a gait: unrefined, being optimal at the samples is enough."""
+    """Return the exit code of a gait: unrefined, being optimal at the samples is enough.
+
+    A search that Ctrl-C ended says so, however good the gait it left.
+    """
+    if found.solution.status is Status.INTERRUPTED:
+        return ExitCode.INTERRUPTED
     certificate = found.certificate
     at_samples = certificate.optimal and certificate.refereed
     good = certificate.certified if refined else at_samples
@@ -83,7 +89,7 @@ def _designed(
     sigma, seed = request.noise
     report = many_starts(
         robot, task, options, count=request.starts, seed=seed, sigma=sigma,
-        workers=min(request.starts, os.cpu_count() or 1), start=request.start,
+        workers=max(1, min(request.starts // 2, os.cpu_count() or 1)), start=request.start,
         on_outcome=go_on, on_progress=progress,
     )  # fmt: skip
     return report.design, report.sentences
@@ -97,6 +103,8 @@ def _search(request: Request, errors: Console, quiet: bool) -> Design:
             errors.print(sentence, markup=False)
     if found.solution.status is Status.INTERRUPTED:
         errors.print(
-            "[yellow]interrupted:[/] this is the best gait so far; it walks but is not optimal"
+            "[yellow]interrupted:[/] this is the best gait so far; it walks, but the search for a "
+            "better one was not finished",
+            soft_wrap=True,
         )
     return found

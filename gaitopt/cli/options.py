@@ -182,7 +182,7 @@ Start = Annotated[
 ]
 Starts = Annotated[
     int | None,
-    option("--starts", "First guesses to try; the best walk is kept.", _METHOD, "N"),
+    option("--starts", "First guesses to try; 1 with --start or --seed.", _METHOD, "N"),
 ]
 Seed = Annotated[
     int | None, option("--seed", "Disturb the first guess; number of the noise.", _METHOD, "N")

@@ -11,6 +11,7 @@ from typing import Any
 from gaitopt.cli.config import SCHEMA, Settings, read_config
 from gaitopt.cli.robot_request import ROBOTS, catalogued_task, make_robot
 from gaitopt.design.options import DesignOptions
+from gaitopt.design.starts import COUNT
 from gaitopt.errors import InputError
 from gaitopt.gait.guess import first_guess, perturbed
 from gaitopt.gait.humanoid import humanoid_task
@@ -74,7 +75,8 @@ def make_request(given: Settings, config: Path | None) -> Request:
         differences=str(settings.get("differences", DesignOptions().differences)),
         approach=str(settings.get("approach", DesignOptions().approach)),
     )
-    starts = int(str(settings.get("starts", 1)))
+    own = any(name in settings for name in ("start", "seed", "sigma"))
+    starts = int(str(settings.get("starts", 1 if own else COUNT)))
     if starts < 1:
         raise InputError(f"{starts} starts are too few; give at least 1")
     start = _start(WalkProblem(robot, task), settings, disturb=starts == 1)

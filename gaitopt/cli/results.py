@@ -48,9 +48,6 @@ def write_results(
     Raises:
         InputError: the directory cannot be written.
     """
-    from gaitopt.view.figures import write_figures
-    from gaitopt.view.page import write_page
-
     try:
         directory.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -63,8 +60,12 @@ def write_results(
         write_atomically(directory / TASK, task_text(request, directory).encode()),
     ]
     if page:
+        from gaitopt.view.page import write_page
+
         written.append(write_page(gait, directory / PAGE))
     if figures:
+        from gaitopt.view.figures import write_figures
+
         write_figures(gait, directory / FIGURES)
         written.append(directory / FIGURES)
     return written

@@ -85,11 +85,22 @@ def _design(
     if isinstance(options.solver, CertifiedSQP):
         callback = None if on_progress is None else on_progress(problem)
         solution = options.solver.confirm(problem, solution, callback)
+    return finished(problem, solution, options.refine)
+
+
+def finished(problem: WalkProblem, solution: Solution, refined: bool) -> Design:
+    """Return a solution as a design: with its gait and its proof.
+
+    Args:
+        problem: the walk on its final grid.
+        solution: of it.
+        refined: whether it was meant to hold between the samples too.
+    """
     certificate = certify(problem, solution.x)
     meta = {
         "solver": solution_record(solution),
         "status": solution.status.value,
-        "refined": options.refine,
+        "refined": refined,
         "certificate": certificate.record(),
         "versions": versions(),
     }

@@ -1,50 +1,30 @@
-"""Many starts: several strict local optima exist, so search from several first guesses."""
+"""Many starts: several strict local optima exist, so search from several first guesses.
+
+The first start is the guess itself, the second a slower walk, the others are the guess disturbed.
+"""
 
 from __future__ import annotations
 
-import multiprocessing
-import signal
 from collections.abc import Callable, Iterator
-from concurrent.futures import ProcessPoolExecutor
-from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from gaitopt.design.design import Design, design
+from gaitopt.design.design import Design, design, finished
 from gaitopt.design.options import DesignOptions
-from gaitopt.design.runtime import small_matrices
-from gaitopt.design.search import FEASIBLE, traveller
-from gaitopt.errors import GaitoptError, InputError, UnreachableError
-from gaitopt.gait.guess import first_guess, perturbed
+from gaitopt.design.search import traveller
+from gaitopt.design.start_job import Outcome, StartJob, outcomes_of
+from gaitopt.errors import InputError, UnreachableError
+from gaitopt.gait.guess import first_guess
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.task import Task
-from gaitopt.nlp import Array, ProgressCallback, Solution, Start, Status
+from gaitopt.nlp import Array, ProgressCallback, Status
 from gaitopt.robot.model import Robot
-from gaitopt.solvers import Solver
 
 SIGMA = 0.1  # rad and rad/s: still a walk, no longer the same one; measured
-COUNT = 4  # measured: enough for 95 % of runs to find the best, docs/diagnosis.md has the exception
+COUNT = 2  # measured: finds the best known optimum at all speeds, docs/diagnosis.md
 SAME_COST = 1e-4  # relative
 SAME_PLACE = 0.05  # largest difference of parameters over their scale
-
-
-@dataclass(frozen=True)
-class Outcome:
-    """Where one start led.
-
-    Attributes:
-        number: 0 is the first guess itself, the others are perturbed.
-        solution: without history.
-    """
-
-    number: int
-    solution: Solution
-
-    @property
-    def walks(self) -> bool:
-        """Whether it is a feasible walk."""
-        return bool(np.isfinite(self.solution.cost)) and self.solution.violation <= FEASIBLE
 
 
 @dataclass(frozen=True)
@@ -67,20 +47,24 @@ class StartsReport:
     """What many starts found.
 
     Attributes:
-        design: the best gait, refined and certified.
+        design: the best gait, refined and certified; as its start left it if Ctrl-C ended all.
         optima: distinct ones at the given samples, the best first.
-        outcomes: of every start, in order.
+        outcomes: of every start made, in order.
+        asked: number of starts asked for.
     """
 
     design: Design
     optima: tuple[Optimum, ...]
     outcomes: tuple[Outcome, ...]
+    asked: int
 
     @property
     def sentences(self) -> tuple[str, ...]:
         """The report for people."""
         walks = sum(outcome.walks for outcome in self.outcomes)
         first = f"{walks} of {len(self.outcomes)} starts led to a walk"
+        if len(self.outcomes) < self.asked:
+            first += f"; {self.asked} were asked for"
         rest = (
             f"optimum {i} of cost {optimum.cost:.6g}: reached from {len(optimum.starts)}"
             for i, optimum in enumerate(self.optima, start=1)
@@ -90,6 +74,7 @@ class StartsReport:
     def record(self) -> dict[str, object]:
         """Return the report as JSON-able data."""
         return {
+            "asked": self.asked,
             "starts": len(self.outcomes),
             "walks": sum(outcome.walks for outcome in self.outcomes),
             "optima": [
@@ -120,19 +105,21 @@ def many_starts(
         robot: the biped.
         task: by default 1 m/s with steps of 0.4 s.
         options: as of `design`; the starts always have exact derivatives.
-        count: number of starts; the first is the guess itself.
+        count: number of starts; the first is the guess itself, the second a slower walk.
         seed: of the perturbations.
         sigma: their standard deviation [rad], and [rad/s] for the rates before impact.
         workers: processes; with more than one, a script must start its work under
             `if __name__ == "__main__":`, because each process imports it.
         start: first guess of the parameters, shape (P,); by default `first_guess`.
-        on_outcome: called with every outcome, in order; may raise KeyboardInterrupt to end it all.
+        on_outcome: called with every outcome, in order; may raise KeyboardInterrupt, which like
+            Ctrl-C ends the search and keeps the best walk so far.
         on_progress: makes the progress callback of the final design.
 
     Raises:
         InputError: count or workers below 1, sigma or seed negative.
         NoGaitFoundError: none of the starts led to a walk; with a `diagnosis`.
         UnreachableError: the step asked for is longer than the legs.
+        KeyboardInterrupt: Ctrl-C was pressed before there was a walk.
         GaitoptError: a worker process died.
     """
     _check(count, seed, sigma, workers)
@@ -141,68 +128,37 @@ def many_starts(
         x = first_guess(WalkProblem(robot, task)) if start is None else start
     except UnreachableError:
         found = design(robot, task, options, on_progress=on_progress)
-        return StartsReport(found, (), ())
-    job = _Job(robot, task, traveller(options.solver), np.asarray(x), sigma, seed)
-    outcomes = []
-    for outcome in _outcomes(job, count, min(workers, count)):
-        outcomes.append(outcome)
-        if on_outcome is not None:
-            on_outcome(outcome)
-    best = min(outcomes, key=_rank)
-    again = best.solution.x if best.walks else job.x
-    found = design(robot, task, options, start=again, on_progress=on_progress)
-    return StartsReport(found, _distinct(outcomes, WalkProblem(robot, task)), tuple(outcomes))
-
-
-@dataclass(frozen=True)
-class _Job:
-    """What a worker needs to make any of the starts."""
-
-    robot: Robot
-    task: Task
-    solver: Solver
-    x: Array
-    sigma: float
-    seed: int
-
-    def run(self, number: int) -> Outcome:
-        """Solve from one start."""
-        problem = WalkProblem(self.robot, self.task)
-        x = self.x
-        if number > 0:
-            state = np.random.SeedSequence([self.seed, number]).generate_state(1)
-            x = perturbed(problem, x, self.sigma, int(state[0]))
-        with small_matrices():
-            solution = self.solver.solve(problem, Start(x))
-        if solution.status is Status.INTERRUPTED:
+        return StartsReport(found, (), (), count)
+    job = StartJob(robot, task, traveller(options.solver), np.asarray(x), sigma, seed)
+    outcomes, interrupted = _gathered(outcomes_of(job, count, min(workers, count)), on_outcome)
+    problem = WalkProblem(robot, task)
+    best = min(outcomes, key=_rank, default=None)
+    walks = best is not None and best.walks
+    if interrupted:
+        if best is None or not walks:
             raise KeyboardInterrupt
-        return Outcome(number, replace(solution, history=()))
+        found = finished(problem, replace(best.solution, status=Status.INTERRUPTED), False)
+    else:
+        again = best.solution.x if best is not None and walks else job.x
+        found = design(robot, task, options, start=again, on_progress=on_progress)
+    return StartsReport(found, _distinct(outcomes, problem), tuple(outcomes), count)
 
 
-def _outcomes(job: _Job, count: int, workers: int) -> Iterator[Outcome]:
-    if workers == 1:
-        yield from map(job.run, range(count))
-        return
-    others = set(multiprocessing.active_children())
-    context = multiprocessing.get_context("spawn")
-    pool = ProcessPoolExecutor(workers, context, initializer=_leave_ctrl_c_to_parent)
+def _gathered(
+    found: Iterator[Outcome], on_outcome: Callable[[Outcome], None] | None
+) -> tuple[list[Outcome], bool]:
+    """Return the outcomes up to Ctrl-C, and whether it was pressed."""
+    outcomes = []
     try:
-        yield from pool.map(job.run, range(count))
-    except BrokenProcessPool as error:
-        raise GaitoptError(
-            "a worker process died; run with 1 worker, or see to it that the script starts its "
-            'work under `if __name__ == "__main__":`'
-        ) from error
-    except BaseException:  # Ctrl-C as well: do not wait for starts that nobody wants
-        for process in set(multiprocessing.active_children()) - others:
-            process.terminate()
-        raise
-    finally:
-        pool.shutdown(wait=True, cancel_futures=True)
-
-
-def _leave_ctrl_c_to_parent() -> None:
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+        for outcome in found:
+            outcomes.append(outcome)
+            if outcome.solution.status is Status.INTERRUPTED:
+                return outcomes, True
+            if on_outcome is not None:
+                on_outcome(outcome)
+    except KeyboardInterrupt:
+        return outcomes, True
+    return outcomes, False
 
 
 def _rank(outcome: Outcome) -> tuple[bool, float]:

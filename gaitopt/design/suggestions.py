@@ -73,7 +73,9 @@ def find_suggestions(problem: WalkProblem, reason: Reason, refined: bool) -> tup
     found: list[Suggestion] = []
     for knob, amount in _promising(problem, reason):
         # One unit of this knob is worth reason.amount / amount of what the reason minimises.
-        start = Start(knob.start(x, amount), reason.multipliers * (amount / reason.amount))
+        worth = amount / reason.amount
+        multipliers = reason.multipliers * worth if np.isfinite(worth) else None
+        start = Start(knob.start(x, amount), multipliers)
         suggestion = _turn(problem, knob, start, effort)
         if suggestion is None and not main.isdisjoint(knob.families):
             far = Start(knob.start(easier_guess(problem), np.inf))
@@ -89,22 +91,24 @@ def find_suggestions(problem: WalkProblem, reason: Reason, refined: bool) -> tup
 def _promising(problem: WalkProblem, reason: Reason) -> list[tuple[Knob, float]]:
     """Return the knobs to try, with how far they should have to be turned by the multipliers.
 
-    Knobs that may suffice come first, of these the ones of families that give, then those that
-    have to be turned less.
+    Those of the main families come first, whatever the multipliers say; then knobs that may
+    suffice, of these the ones of families that give, then those that have to be turned less.
     """
     rows = problem.values(reason.x).rows
-    gives = _giving(problem, reason, FEASIBLE)
-    found: list[tuple[bool, bool, float, Knob]] = []
+    gives, main = (_giving(problem, reason, least) for least in (FEASIBLE, MAIN * reason.amount))
+    found: list[tuple[bool, bool, bool, float, Knob]] = []
     for knob in limit_knobs(problem):
         relaxation = knob.relaxation(problem)
         relief = relaxation.relief(rows, reason.multipliers)
         short = relief * relaxation.largest <= reason.amount
-        stands = gives.isdisjoint(knob.families)
-        if relief > 0.0 and not (short and stands):
-            found.append((short, stands, reason.amount / relief, knob))
-    found += [(False, True, far, knob) for knob, far in _promising_duration(problem, reason)]
-    found.sort(key=lambda entry: entry[:3])
-    return [(knob, far) for _, _, far, knob in found[:KNOBS]]
+        stands, aside = gives.isdisjoint(knob.families), main.isdisjoint(knob.families)
+        far = reason.amount / relief if relief > 0.0 else np.inf
+        if not aside or (np.isfinite(far) and not (short and stands)):
+            found.append((aside, short, stands, far, knob))
+    others = _promising_duration(problem, reason)
+    found += [(True, False, True, far, knob) for knob, far in others]
+    found.sort(key=lambda entry: entry[:4])
+    return [(knob, far) for *_, far, knob in found[:KNOBS]]
 
 
 def _giving(problem: WalkProblem, reason: Reason, least: float) -> set[str]:

@@ -7,8 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-import numpy as np
-
 from gaitopt.gait.families import Entries, Family, Linear, Torsion
 from gaitopt.gait.rows import (
     LENGTH_SCALE,
@@ -72,12 +70,12 @@ def leg_gap(at: Setting) -> Family:
 
 
 def swing_tilt(at: Setting) -> Family:
-    """Beyond 3.2.3: the swing sole stays level and points ahead, within an angle."""
+    """Beyond 3.2.3: the swing sole stays level and points ahead, within an angle (its sine)."""
     limit = at.margins.swing_tilt or 0.0
     labels = ("swing foot roll", "swing foot pitch", "swing foot yaw")
     return family_over_step(
         at, "swing tilt", "3.2", Reads.CORNERS, Linear(sole_tilt(at.robot.sole.corners)), labels,
-        "rad", lower=-np.sin(limit), upper=np.sin(limit), scale=1.0,
+        "rad", lower=-limit, upper=limit, scale=1.0,
     )  # fmt: skip
 
 

@@ -49,7 +49,7 @@ class Margins:
             the vertical force, of the stance foot and of the impact [m]; friction * turning_arm of
             the sole is what a foot that presses evenly can bear.
         step_width: largest distance between the two lines of footsteps, |foot_spacing| [m].
-        swing_tilt: largest roll, pitch and yaw of the swing sole over the whole step [rad].
+        swing_tilt: largest roll, pitch and yaw of the swing sole over the whole step, as sines.
         leg_gap: least distance between the capsules around the bodies of the two legs [m].
     """
 

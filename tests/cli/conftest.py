@@ -22,7 +22,7 @@ def cli() -> Callable[..., Any]:
 @pytest.fixture(scope="session")
 def quick(cli) -> Callable[..., Any]:
     """Run `gaitopt optimise` without what takes time."""
-    less = ("--solver", "sqp", "--no-refine", "--no-figures", "--no-page")
+    less = ("--solver", "sqp", "--starts", "1", "--no-refine", "--no-figures", "--no-page")
     return lambda *words: cli("optimise", *less, *words)
 
 
@@ -30,7 +30,8 @@ def quick(cli) -> Callable[..., Any]:
 def designed(cli, tmp_path_factory) -> Path:
     """A directory as `gaitopt optimise --output` leaves it, and what it printed."""
     directory = tmp_path_factory.mktemp("designed") / "new" / "walk"
-    result = cli("optimise", "--solver", "sqp", "--speed", "1.0", "--output", directory)
+    words = ("--solver", "sqp", "--starts", "1", "--speed", "1.0", "--output", directory)
+    result = cli("optimise", *words)
     assert result.exit_code == 0, result.stderr
     (directory / "stdout.txt").write_text(result.stdout)
     return directory

@@ -28,7 +28,9 @@ KNOBS = (
     "robot joint ranges",
     "speed",
 )
-SWITCHED = ("trunk_roll", "trunk_pitch", "trunk_yaw", "torsional_friction", "leg_gap")
+SWITCHED = (
+    "trunk_roll", "trunk_pitch", "trunk_yaw", "torsional_friction", "leg_gap", "swing_tilt",
+)  # fmt: skip
 
 
 def knob_of(problem, name):

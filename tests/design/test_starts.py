@@ -5,7 +5,8 @@ import numpy as np
 import pytest
 
 from gaitopt.design.options import DesignOptions
-from gaitopt.design.starts import Outcome, _distinct, many_starts
+from gaitopt.design.start_job import SLOWER, Outcome
+from gaitopt.design.starts import _distinct, many_starts
 from gaitopt.errors import InputError, NoGaitFoundError
 from gaitopt.gait.guess import first_guess
 from gaitopt.gait.problem import WalkProblem
@@ -59,15 +60,28 @@ def test_the_number_of_workers_changes_nothing(robot, standard_task, report):
 def test_the_first_start_is_the_guess_and_the_others_are_not(robot, standard_task):
     seen = {}
     for seed in (5, 6):
-        found = many_starts(robot, standard_task, STILL, count=3, seed=seed, sigma=0.1)
+        found = many_starts(robot, standard_task, STILL, count=4, seed=seed, sigma=0.1)
         seen[seed] = [o.solution.x for o in found.outcomes]
     guess = first_guess(WalkProblem(robot, standard_task))
     np.testing.assert_array_equal(seen[5][0], guess)
     np.testing.assert_array_equal(seen[6][0], guess)
-    others = [*seen[5][1:], *seen[6][1:]]
+    others = [*seen[5][2:], *seen[6][2:]]
     away = [np.std((x - guess)[:36]) for x in others]
     assert np.allclose(away, 0.1, rtol=0.4)
     assert len({x.tobytes() for x in others}) == 4
+
+
+def test_the_second_start_is_a_slower_walk(robot, standard_task):
+    found = many_starts(robot, standard_task, STILL, count=2)
+    slower = replace(standard_task, speed=SLOWER * standard_task.speed)
+    guess = first_guess(WalkProblem(robot, slower))
+    np.testing.assert_array_equal(found.outcomes[1].solution.x, guess)
+    assert found.outcomes[1].solution.iterations == 2  # of both walks
+
+
+def test_a_slower_walk_leads_to_a_better_optimum(report, sampled_design):
+    assert report.optima[0].starts[0] == 1
+    assert report.design.gait.cost < 0.97 * sampled_design.gait.cost
 
 
 def test_a_start_of_ones_own_is_the_centre(robot, standard_task):
@@ -76,7 +90,7 @@ def test_a_start_of_ones_own_is_the_centre(robot, standard_task):
     np.testing.assert_array_equal(found.outcomes[0].solution.x, own)
 
 
-def test_outcomes_are_told_one_by_one_and_can_end_it(robot, standard_task):
+def test_ctrl_c_keeps_the_best_start_so_far(robot, standard_task):
     told = []
 
     def watch(outcome):
@@ -84,18 +98,32 @@ def test_outcomes_are_told_one_by_one_and_can_end_it(robot, standard_task):
         if outcome.number == 1:
             raise KeyboardInterrupt
 
-    with pytest.raises(KeyboardInterrupt):
-        many_starts(robot, standard_task, STILL, count=5, on_outcome=watch)
+    found = many_starts(robot, standard_task, STILL, count=5, on_outcome=watch)
     assert told == [0, 1]
+    assert found.sentences[0] == "2 of 2 starts led to a walk; 5 were asked for"
+    costs = [o.solution.cost for o in found.outcomes]
+    best = found.outcomes[int(np.argmin(costs))].solution
+    assert found.design.solution.status is Status.INTERRUPTED
+    np.testing.assert_array_equal(found.design.gait.parameters, best.x)
 
 
-def test_ctrl_c_in_a_start_ends_all(robot, standard_task):
-    class Interrupted(Still):
-        def solve(self, nlp, start, on_progress=None):
-            return replace(super().solve(nlp, start), status=Status.INTERRUPTED)
+class Interrupted(Still):
+    """A solver that meets Ctrl-C at its first iterate."""
 
+    def solve(self, nlp, start, on_progress=None):
+        return replace(super().solve(nlp, start), status=Status.INTERRUPTED)
+
+
+def test_ctrl_c_in_a_start_keeps_its_walk(robot, standard_task):
+    found = many_starts(robot, standard_task, replace(QUICK, solver=Interrupted()), count=2)
+    assert len(found.outcomes) == 1
+    assert found.design.solution.status is Status.INTERRUPTED
+
+
+def test_ctrl_c_before_there_is_a_walk_ends_all(robot, standard_task):
+    lost = replace(QUICK, solver=Interrupted(violation=0.3))
     with pytest.raises(KeyboardInterrupt):
-        many_starts(robot, standard_task, replace(QUICK, solver=Interrupted()), count=2)
+        many_starts(robot, standard_task, lost, count=2)
 
 
 def test_no_walk_from_any_start_is_refused(robot, standard_task):
@@ -138,7 +166,7 @@ def test_optima_are_the_same_if_cost_and_place_agree(robot):
 
 def test_the_report_can_be_read(report):
     record = json.loads(json.dumps(report.record(), allow_nan=False))
-    assert record["starts"] == 3
+    assert record["starts"] == record["asked"] == 3
     assert record["optima"][0]["cost"] == report.optima[0].cost
     assert report.sentences[0] == f"{record['walks']} of 3 starts led to a walk"
     assert len(report.sentences) == 1 + len(report.optima)
