@@ -26,8 +26,8 @@ SIGMAS = (0.05, 0.1, 0.2)
 STARTS = 20
 CAP = 60.0
 """CPU seconds after which a run is stopped."""
-SEVERAL, SOME, FEW = 7, 3, 1
-"""Starts per sigma for methods that take ten seconds or more, and for those often stopped."""
+FEW = 1
+"""Starts per sigma for methods that are often stopped."""
 FEASIBLE, OPTIMAL, SAME_COST = 1e-6, 1e-5, 1e-4
 """Largest violation and KKT residual, and relative difference of costs, of a success."""
 
@@ -69,12 +69,12 @@ def methods() -> dict[str, Method]:
         "gaitopt SQP, BFGS": Method(_ours(SQP(hessian="bfgs")), hessian=False),
     }
     if find_spec("pydrake"):
-        table["SNOPT"] = Method(_snopt, hessian=False, starts=SEVERAL)
+        table["SNOPT"] = Method(_snopt, hessian=False)
     if find_spec("cyipopt"):
         import_module("cyipopt")  # its BLAS must be there when the threads are limited
-        table["IPOPT, exact Hessian"] = Method(_ours(Ipopt()), starts=SOME)
+        table["IPOPT, exact Hessian"] = Method(_ours(Ipopt()))
         table["IPOPT, limited memory"] = Method(_ours(Ipopt()), hessian=False, starts=FEW)
-    table["SciPy SLSQP"] = Method(_ours(SLSQP()), hessian=False, starts=SEVERAL)
+    table["SciPy SLSQP"] = Method(_ours(SLSQP()), hessian=False)
     table["SciPy trust-constr"] = Method(_ours(TrustConstr()), starts=FEW)
     return table
 
@@ -153,7 +153,7 @@ def main() -> None:
     if options.quick and "SciPy trust-constr" in table:
         table["SciPy trust-constr"] = replace(table["SciPy trust-constr"], starts=0)
     problem, records = walk(), _kept(table) if options.only and not options.quick else []
-    slow = {name: method for name, method in table.items() if method.starts < SEVERAL}
+    slow = {name: method for name, method in table.items() if method.starts < STARTS}
     quick = {name: method for name, method in table.items() if name not in slow}
     with small_matrices():
         # Starts outside, methods inside: all methods see the same load.

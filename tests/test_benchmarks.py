@@ -6,6 +6,7 @@ import runpy
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 FOLDER = Path(__file__).parents[1] / "benchmarks"
@@ -33,6 +34,17 @@ def test_evaluation_runs(monkeypatch, capsys):
     lines = json.loads(capsys.readouterr().out)["data"]
     assert [line["samples"] for line in lines] == [11, 31]
     assert all(time["min"] > 0.0 for line in lines for time in line["seconds"].values())
+
+
+def test_the_papers_evaluation_is_the_same_program():
+    common, paper = (importlib.import_module(name) for name in ("common", "paper_evaluation"))
+    problem = common.walk(samples=11)
+    slow = paper.PaperProblem(problem)
+    for seed, sigma in enumerate((0.0, 0.1, 0.3)):
+        x = common.start(problem, sigma, seed)
+        ours, theirs = problem.values(x), slow.values(x)
+        assert theirs.cost == pytest.approx(ours.cost, rel=1e-11)
+        np.testing.assert_allclose(theirs.rows, ours.rows, rtol=1e-11, atol=1e-11)
 
 
 def test_random_bipeds_differ_and_repeat(monkeypatch):

@@ -28,6 +28,7 @@ INFEASIBLE = {
     "margin wider than the foot": ({"cop_margin": 0.07, **COARSE}, "cop", "cop_margin"),
     "step longer than the legs": ({"speed": 3.2, **COARSE}, "walking speed", "speed"),
     "ice": ({"friction": 0.02, "torque_limit": 45.0, **COARSE}, "friction", "friction"),
+    "a leap": ({"liftoff_speed": 1.0, **COARSE}, "lift-off", "liftoff_speed"),
     "knees bent too far": ({"knee_flexion": 2.5, **COARSE}, "knee", "knee_flexion"),
 }
 BETWEEN = "weak motors"  # the one whose suggestions must hold between the samples too

@@ -174,3 +174,18 @@ def test_suggestions_are_rounded_away_from_the_value_before(before, share, room,
     assert sign * (values[0] - exact) <= 0.34 * abs(exact - before) + 1e-9
     assert [sign * v for v in values] == sorted(sign * v for v in values)
     assert all(len(f"{v:.9f}".rstrip("0")) <= 12 for v in values[:-1])
+
+
+def test_multipliers_go_to_the_limit_they_push():
+    problem = walk("guess").problem
+    relaxation = knob_of(problem, "torque_limit").relaxation(problem)
+    program = RelaxedProgram(problem, (relaxation,), np.zeros(problem.layout.size))
+    rng = np.random.default_rng(0)
+    lower, upper = np.isfinite(problem.rows.lower), np.isfinite(problem.rows.upper)
+    y = rng.normal(size=lower.size)
+    y = np.where(lower, np.minimum(y, 0.0), 0.0) + np.where(upper, np.maximum(y, 0.0), 0.0)
+    own = program.own_multipliers(y)
+    np.testing.assert_array_equal(program.base_multipliers(own), y)
+    assert not own[(own < 0.0) & ~np.isfinite(program.rows.lower)].any()
+    assert not own[(own > 0.0) & ~np.isfinite(program.rows.upper)].any()
+    assert own.size > y.size

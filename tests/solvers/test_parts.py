@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from gaitopt.solvers.convexify import LEAST, convexify
 from gaitopt.solvers.filter import MARGIN, Filter, improves
 from gaitopt.solvers.hessians import damped_bfgs
+from gaitopt.solvers.patience import FAR, Patience
 from gaitopt.solvers.trust_region import TrustRegion, agreement
 
 SEEDS = st.integers(0, 10_000)
@@ -95,6 +96,23 @@ def test_region_grows_only_if_it_held_a_good_step() -> None:
     assert region.after(0.5, 0.4) == region
     assert region.after(0.1, 0.2).radius == pytest.approx(0.05)
     assert region.shrunk(9.0).radius == pytest.approx(0.1)
+
+
+def test_a_region_grows_only_if_it_may() -> None:
+    region = TrustRegion(0.4, 0.7)
+    assert region.after(0.9, 0.4, may_grow=False) == region
+
+
+def test_patience_ends_when_the_violation_no_longer_falls() -> None:
+    patience = Patience(3)
+    assert not any(patience.exhausted(v) for v in (1.0, 0.95, 0.8, 0.79, 0.78))
+    assert patience.exhausted(0.77)
+    assert patience.least == 0.8
+
+
+def test_patience_is_endless_near_the_limits() -> None:
+    patience = Patience(3)
+    assert not any(patience.exhausted(0.5 * FAR) for _ in range(20))
 
 
 def test_agreement_of_rounding_errors_is_one() -> None:

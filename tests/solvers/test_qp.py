@@ -120,3 +120,9 @@ def test_slack_is_the_violation_left() -> None:
     assert step.slack == pytest.approx(left, rel=1e-6)
     assert step.slack > 1.0
     assert step.multipliers.min() >= 0.0
+
+
+def test_a_matrix_that_is_not_definite_is_not_tried(monkeypatch) -> None:
+    program = replace(random_program(0), P=np.diag([1e15, *[1.0] * 6, -0.7]))
+    monkeypatch.setattr(qp, "_ask", lambda *_: pytest.fail("a backend was asked"))
+    assert solve_qp(program, "daqp") is None
