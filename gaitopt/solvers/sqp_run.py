@@ -45,8 +45,9 @@ POLISH_BELOW = 1e-1
 """KKT residual below which a step may be judged by that residual (measured) ..."""
 POLISH_GAIN = 0.5
 """... which must fall to this share."""
-GIVE_UP = 40
-"""Iterations without less violation after which a program is called infeasible."""
+GIVE_UP, GIVE_UP_LEARNING = 40, 200
+"""Iterations without less violation after which a program is called infeasible, with exact
+curvature and while learning it (measured: feasible walks take up to 16, and up to 60)."""
 INTERIOR = 0.99
 """A step shorter than this share of the radius is not held by the trust region."""
 
@@ -82,10 +83,11 @@ class _Run:
         self.evaluator = recorder.evaluator
         self.iterate = iterate
         self.region = TrustRegion(options.initial_radius, options.max_radius)
-        self.patience = Patience(GIVE_UP)
+        exact = options.hessian == "exact" and nlp.has_hessian
+        self.patience = Patience(GIVE_UP if exact else GIVE_UP_LEARNING)
         self.filter = Filter(max(CEILING, 1.25 * iterate.violation))
         self.resets_left = FILTER_RESETS
-        self.curvature = Curvature(self.evaluator, options.hessian == "exact")
+        self.curvature = Curvature(self.evaluator, exact)
         self.penalty = initial_penalty(nlp, iterate, options.penalty)
         self.slack = 0.0
         self.last_length = options.initial_radius
@@ -97,8 +99,6 @@ class _Run:
             self.recorder.record(self.iterate, self.region.radius)
             if self._is_optimal(self.iterate):
                 return Status.OPTIMAL
-            if self.patience.exhausted(self.iterate.violation):
-                return Status.INFEASIBLE
             status = self._iteration()
             if status is not None:
                 return status
@@ -155,6 +155,10 @@ class _Run:
         if self._is_optimal(iterate):
             self.iterate = iterate
             return Status.OPTIMAL
+        if step.slack <= STEERED * iterate.violation:
+            self.patience.idle = 0  # nothing is in the way of the next step
+        elif self.patience.exhausted(iterate.violation):
+            return Status.INFEASIBLE
         if (
             step.slack > FEASIBLE
             and self.penalty >= self.options.max_penalty

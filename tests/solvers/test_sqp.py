@@ -10,8 +10,12 @@ import pytest
 import textbook_programs as bank
 
 from gaitopt.errors import EvaluationError, InputError
+from gaitopt.gait.guess import first_guess, perturbed
+from gaitopt.gait.problem import WalkProblem
+from gaitopt.gait.task import preset_task
 from gaitopt.nlp import Array, Point, Start, Status, Values
 from gaitopt.solvers import SQP
+from gaitopt.solvers.recorder import FEASIBLE
 
 
 @dataclass(frozen=True)
@@ -75,6 +79,15 @@ def test_penalty_that_may_not_rise_is_no_proof_of_infeasibility() -> None:
     assert solution.status is Status.STALLED
     assert max(record.violation for record in solution.history) > 0.1
     assert solution.violation <= 1e-6
+
+
+def test_learning_the_curvature_takes_patience(robot) -> None:
+    """Slow on the way, but there is a walk: the violation rests for more than forty iterations."""
+    problem = WalkProblem(robot, preset_task(speed=0.9))
+    start = perturbed(problem, first_guess(problem), sigma=0.1, seed=1)
+    solution = SQP(hessian="bfgs").solve(problem, Start(start))
+    assert solution.status is not Status.INFEASIBLE
+    assert solution.violation <= FEASIBLE
 
 
 def test_start_outside_its_bounds_is_moved_onto_them() -> None:
