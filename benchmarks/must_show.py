@@ -94,10 +94,12 @@ def _paper(data: Record) -> tuple[str, str, str, bool]:
 
 def _paper_own(data: Record) -> tuple[str, str, str, bool]:
     ours = median(run["arrived"] for run in data["ours"])
-    ratio = own_seconds(data) / ours
+    arrived = data.get("paper", {}).get("arrived", False)
+    seconds = data["paper"]["progress"][-1][0] if arrived else own_seconds(data)
+    ratio = seconds / ours
     return (
-        "the same on the paper's own evaluation", "1000 times longer", f"{ratio:.0f} times",
-        ratio >= 1000.0,
+        "the same on the paper's own evaluation", "1000 times longer",
+        f"{ratio:.0f} times" + ("" if arrived else ", computed"), ratio >= 1000.0,
     )  # fmt: skip
 
 

@@ -15,13 +15,12 @@ from gaitopt.design.runtime import small_matrices
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.nlp import NLP, Array, Progress, Start
 from gaitopt.solvers import SLSQP, SQP, FiniteDifferenceNLP, Solver
+from gaitopt.solvers.recorder import FEASIBLE
 
 CAP = 600.0
 """CPU seconds after which a run is stopped."""
 REPEATS = 5
 """Of our own solve, before and after each of the others."""
-FEASIBLE = 1e-6
-"""Violation up to which an iterate counts as a gait."""
 NEAR = (0.01, 0.001, 1e-4)
 """Relative distances to the cost of gaitopt's optimum whose first crossing is timed."""
 

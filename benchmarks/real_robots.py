@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from common import arguments, save
+from common import arguments, save, told
 
 from gaitopt.design.design import design
 from gaitopt.design.options import DesignOptions
@@ -29,6 +29,7 @@ SIGMA, STARTS = 0.05, 9
 SHARES = (0.5, 0.75)
 """Of the fastest speed, at which a gait is designed as well."""
 FEASIBLE = 1e-4
+"""Violation at which a run is called feasible, as the peer counts."""
 
 # Known costs with these settings and no other bounds: robot, step [s], speed [m/s], sole, lowest
 # knee angle [rad], cost of an independent solution.
@@ -46,15 +47,15 @@ def robot_of(name: str, **choices: object) -> Robot:
     return Robot.from_urdf(source, choices=chosen.over(**choices))
 
 
-def cold(robot: Robot, task: Task, count: int) -> list[dict[str, Any]]:
+def cold(robot: Robot, task: Task, count: int, approach: str = "automatic") -> list[dict[str, Any]]:
     """Solve from the first guess and from disturbed ones, on the task's samples."""
-    runs = []
+    runs, options = [], DesignOptions(diagnose=False, approach=approach)
     with small_matrices():
         problem = WalkProblem(robot, task)
         guess = first_guess(problem)
         for seed in range(count):
             x = perturbed(problem, guess, SIGMA, seed) if seed else guess
-            runs.append(_timed(lambda x=x: search(problem, DesignOptions(diagnose=False), x, None)))
+            runs.append(_timed(lambda x=x: search(problem, options, x, None)))
     return runs
 
 
@@ -66,11 +67,7 @@ def _timed(solve: Callable[[], Any]) -> dict[str, Any]:
         return {"status": str(error), "cpu seconds": time.process_time() - started}
     feasible = [n for n, h in enumerate(found.history) if h.violation < FEASIBLE]
     return {
-        "status": found.status.name,
-        "cost": found.cost,
-        "kkt": found.optimality,
-        "iterations": found.iterations,
-        "evaluations": found.evaluations,
+        **told(found),
         "feasible at": min(feasible, default=None),
         "cpu seconds": time.process_time() - started,
     }
@@ -104,6 +101,7 @@ def of_catalogue(name: str, count: int) -> dict[str, Any]:
     speed = float(entry.task["speed"])
     record: dict[str, Any] = {"robot": name, "mass": robot.mass, "speed": speed}
     record["starts"] = cold(robot, task_at(speed), count)
+    record["direct"] = cold(robot, task_at(speed), count, "direct")
     try:
         best = fastest(robot, task_at, speed)
     except GaitoptError as error:

@@ -8,6 +8,7 @@ from pathlib import Path
 import comparisons
 import process_sections
 import robots_section
+import search_sections
 import sections
 from must_show import must_show
 from tables import Record
@@ -20,6 +21,8 @@ SECTIONS = (
     ("solvers", "Solvers", comparisons.solvers),
     ("paper_method", "The paper's method", comparisons.paper_method),
     ("paper_own", "The paper's method on its own evaluation", process_sections.paper_own),
+    ("starts", "Starts", search_sections.starts),
+    ("diagnosis", "Walks that do not exist", search_sections.diagnosis),
     ("scaling", "Postures and samples", sections.scaling),
     ("memory", "Memory", sections.memory),
     ("process", "Whole processes", process_sections.process),

@@ -58,10 +58,14 @@ def _starts(data: list[Record]) -> str:
         (
             r["robot"], f"{r['mass']:.1f}", f"{r['speed']:g}", solved(r["starts"]),
             costs(r["starts"]), _iterations(r["starts"]), seconds(r["starts"]),
+            f"{solved(r['direct'])}: {costs(r['direct'])}",
         )
         for r in data
     ]  # fmt: skip
-    head = ("robot", "kg", "m/s", "optimal", "J (how often)", "iterations", "s, median, largest")
+    head = (
+        "robot", "kg", "m/s", "optimal", "J (how often)", "iterations", "s, median, largest",
+        "approached directly",
+    )  # fmt: skip
     return table(head, rows)
 
 

@@ -1,0 +1,59 @@
+"""The tables on starts and on infeasible walks."""
+
+from __future__ import annotations
+
+from tables import Record, median, table
+
+SAME = 1e-4
+
+
+def starts(data: list[Record]) -> str:
+    """Which start leads to the best known optimum."""
+
+    def hit(line: Record, *costs: float | None) -> bool:
+        return any(c is not None and c <= line["best"] * (1.0 + SAME) for c in costs)
+
+    rows = [
+        (
+            f"{line['speed']:.2f}", f"{line['best']:.2f}",
+            *("yes" if hit(line, line[k]) else f"{line[k]:.2f}" for k in ("guess", "slower")),
+            f"{sum(hit(line, cost) for cost in line['noise'])} of {len(line['noise'])}",
+        )
+        for line in data
+    ]  # fmt: skip
+    count = len(data)
+    alone, slower, both, noisy = (
+        sum(hit(line, *costs(line)) for line in data)
+        for costs in (
+            lambda d: [d["guess"]], lambda d: [d["slower"]], lambda d: [d["guess"], d["slower"]],
+            lambda d: [d["guess"], *d["noise"]],
+        )
+    )  # fmt: skip
+    taken = {k: median(line["cpu seconds"][k] for line in data) for k in ("guess", "slower")}
+    head = ("m/s", "best known J", "first guess", "slower walk", "with noise")
+    return (
+        "Starts at the given samples; J within 0.01 % counts as the same. Best known is the best "
+        "of these and of two passes up and two down the speeds, each walk from its neighbour. The "
+        f"first guess finds it at {alone} of {count} speeds, the slower walk at {slower}, both "
+        f"together (the default of `gaitopt optimise`) at {both}, the guess and "
+        f"{len(data[0]['noise'])} starts with noise at {noisy}. The guess takes "
+        f"{taken['guess']:.2f} s of CPU, the slower walk {taken['slower']:.2f} s (medians).\n\n"
+        + table(head, rows)
+    )
+
+
+def diagnosis(data: list[Record]) -> str:
+    """What is said about walks that do not exist."""
+    rows = [
+        (
+            line["task"], ", ".join(line["families"]), "; ".join(line["suggestions"]),
+            f"{line['cpu seconds']:.1f}",
+        )
+        for line in data
+    ]  # fmt: skip
+    head = ("task at 1.0 m/s", "families in the way", "each makes it feasible", "CPU s")
+    return (
+        "Walks of the thirteen-link biped that do not exist. Every suggestion was followed, and "
+        "its walk keeps all limits between the samples too. The time is of design and "
+        "diagnosis.\n\n" + table(head, rows)
+    )
