@@ -133,30 +133,30 @@ class Certificate:
         }
 
 
-def certify(problem: WalkProblem, x: Array) -> Certificate:
+def certify(problem: WalkProblem, x: Array, fine: WalkProblem | None = None) -> Certificate:
     """Check a point of a walk from first principles.
 
     Args:
         problem: the walk on the grid that was optimised.
         x: parameters, shape (P,).
+        fine: the walk on the certificate's grid, if it is at hand.
 
     Raises:
         EvaluationError: the walk is not defined at x.
     """
     point = problem.point(x)
     multipliers = least_squares_multipliers(problem, point)
-    grid = fine_grid(problem)
-    fine = problem.with_grid(grid)
+    fine = fine or on_fine_grid(problem)
     step = fine.step(x)
     locked = problem.model.impact.locked(step.q_end, step.rate_before)
     rows = worst_rows(fine, x)
     lift = next(r for r in rows if r.family == "lift-off")
     return Certificate(
         kkt=kkt_residual(problem, point, *multipliers),
-        samples=grid.count,
+        samples=fine.grid.count,
         cost=fine.cost.value(step),
         families=rows,
-        referee=judge(problem.robot, step, grid),
+        referee=judge(problem.robot, step, fine.grid),
         rear_foot_lifts=lift.violation <= FINE_TOLERANCE,
         both_feet_stay=locked.valid,
     )
@@ -169,6 +169,11 @@ def fine_grid(problem: WalkProblem) -> Grid:
     """
     panels = 2 * (problem.task.postures + 1)
     return uniform_grid(panels * -(-FINER * (problem.task.samples - 1) // panels) + 1)
+
+
+def on_fine_grid(problem: WalkProblem) -> WalkProblem:
+    """Return the walk on the certificate's grid, the same whatever grid it was optimised on."""
+    return problem.with_grid(fine_grid(problem))
 
 
 def worst_rows(problem: WalkProblem, x: Array) -> tuple[WorstRow, ...]:

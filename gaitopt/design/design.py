@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
-from gaitopt.design.certificate import Certificate, certify
+from gaitopt.design.certificate import Certificate, certify, on_fine_grid
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.refine import refine
 from gaitopt.design.runtime import small_matrices
@@ -80,23 +80,28 @@ def _design(
     x = guess(problem, options) if start is None else _checked_start(problem, start)
     callback = None if on_progress is None else on_progress(problem)
     solution = search(problem, options, x, callback)
+    fine = on_fine_grid(problem)
     if options.refine:
-        problem, solution = refine(problem, solution, traveller(options.solver), on_progress)
+        solver = traveller(options.solver)
+        problem, solution = refine(problem, solution, solver, on_progress, fine=fine)
     if isinstance(options.solver, CertifiedSQP):
         callback = None if on_progress is None else on_progress(problem)
         solution = options.solver.confirm(problem, solution, callback)
-    return finished(problem, solution, options.refine)
+    return finished(problem, solution, options.refine, fine)
 
 
-def finished(problem: WalkProblem, solution: Solution, refined: bool) -> Design:
+def finished(
+    problem: WalkProblem, solution: Solution, refined: bool, fine: WalkProblem | None = None
+) -> Design:
     """Return a solution as a design: with its gait and its proof.
 
     Args:
         problem: the walk on its final grid.
         solution: of it.
         refined: whether it was meant to hold between the samples too.
+        fine: the walk on the certificate's grid, if it is at hand.
     """
-    certificate = certify(problem, solution.x)
+    certificate = certify(problem, solution.x, fine)
     meta = {
         "solver": solution_record(solution),
         "status": solution.status.value,

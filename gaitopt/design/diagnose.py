@@ -16,10 +16,10 @@ from gaitopt.design.reason import (
     journeys,
     solve_or_stop,
 )
-from gaitopt.design.settle import FEASIBLE
 from gaitopt.design.suggestions import find_suggestions
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.nlp import Array, Solution, Start
+from gaitopt.solvers.recorder import FEASIBLE
 
 EQUAL = 0.98
 """Rows violated at least this share of the most violated are its equals."""

@@ -214,7 +214,9 @@ def _motor_knobs(problem: WalkProblem) -> list[LimitKnob]:
         name, words = f"{quantity}_limit", f"the {quantity} limit of every joint"
         given = getattr(problem.task.margins, name)
         own = getattr(problem.robot.limits, quantity)
-        if given is None and np.ptp(own) > 0.0:
+        if given is None and not np.isfinite(own).any():
+            continue  # nothing to turn: the robot states no limit
+        if given is None and len(set(own)) > 1:
             name, words = f"robot {quantity} limits", f"the {quantity} limits of the robot"
             unit, before = "times its own", 1.0
         else:

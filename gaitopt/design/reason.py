@@ -8,11 +8,12 @@ import numpy as np
 
 from gaitopt.design.diagnosis import Conflict
 from gaitopt.design.relaxation import Relaxation, RelaxedProgram
-from gaitopt.design.settle import FEASIBLE, Settle
+from gaitopt.design.settle import Settle
 from gaitopt.errors import UnreachableError
 from gaitopt.gait.guess import first_guess, perturbed
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.nlp import NLP, Array, Solution, Start, Status
+from gaitopt.solvers.recorder import FEASIBLE
 from gaitopt.solvers.sqp import SQP
 
 SEARCHER = SQP(max_iterations=80, tolerance=1e-3, feasibility=0.9 * FEASIBLE)

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitopt.design.certificate import FINE_TOLERANCE, fine_grid
+from gaitopt.design.certificate import FINE_TOLERANCE, on_fine_grid
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.nlp import Array, ProgressCallback, Solution, Start, Status, violations
 from gaitopt.solvers.solver import Solver
@@ -22,6 +22,8 @@ def refine(
     solution: Solution,
     solver: Solver,
     on_progress: Callable[[WalkProblem], ProgressCallback] | None = None,
+    *,
+    fine: WalkProblem | None = None,
 ) -> tuple[WalkProblem, Solution]:
     """Solve again, warm, with the violated instants of the fine grid, until none is left.
 
@@ -29,14 +31,16 @@ def refine(
         problem, solution: a walk and its solution on the given samples.
         solver: used for every round.
         on_progress: makes the progress callback of a walk.
+        fine: the walk on the certificate's grid, if it is at hand.
 
     Returns:
         The walk on its final grid, and the solution with the work of all rounds.
     """
+    fine = fine or on_fine_grid(problem)
     for _ in range(MAX_ROUNDS):
         if solution.status not in _WORTH_SOLVING:
             break
-        extra = violated_instants(problem, solution.x)
+        extra = violated_instants(fine, solution.x)
         if extra.size == 0:
             break
         finer = problem.with_grid(problem.grid.with_instants(extra))
@@ -48,12 +52,11 @@ def refine(
     return problem, solution
 
 
-def violated_instants(problem: WalkProblem, x: Array) -> Array:
-    """Return the instants s of the fine grid where a row is at its worst beyond its limit.
+def violated_instants(fine: WalkProblem, x: Array) -> Array:
+    """Return the instants s where a row of a walk on a fine grid is at its worst beyond its limit.
 
     Of every stretch of violated instants of one row only the worst is taken.
     """
-    fine = problem.with_grid(fine_grid(problem))
     rows = fine.values(x).rows
     excess = violations(fine.rows.lower, fine.rows.upper, rows)
     found: list[float] = []

@@ -16,8 +16,7 @@ from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.task import Task
 from gaitopt.nlp import NLP, Array, ProgressCallback, Solution, Start, Status
 from gaitopt.solvers import CertifiedSQP, FiniteDifferenceNLP, Solver
-
-FEASIBLE = 1e-6  # scaled violation below which a solution is a gait
+from gaitopt.solvers.recorder import FEASIBLE
 
 RELAXED_LIFTOFF = -0.02
 """Least speed of the rear foot's corners after the impact [m/s] in a relaxed first stage.
@@ -42,21 +41,29 @@ def search(
     problem: WalkProblem, options: DesignOptions, x: Array, callback: ProgressCallback | None
 ) -> Solution:
     """Solve, once more from the walk that a diagnosis finds; raise if there is none."""
-    solver, nlp = traveller(options.solver), _derived(problem, options)
-    start, spent = Start(x), None
-    if _relaxed(problem.task, options):
-        start, spent = _relaxed_walk(problem, options, x, callback)
-    solution = solver.solve(nlp, start, callback)
-    if spent is not None:
-        solution = with_work(solution, spent)
-    if _is_gait(solution):
+    solution = attempt(problem, options, x, callback)
+    if is_walk(solution):
         return solution
     diagnosis = _diagnosis(problem, solution, options)
     if diagnosis is not None and diagnosis.gait is not None:
+        solver, nlp = traveller(options.solver), _derived(problem, options)
         second = solver.solve(nlp, Start(diagnosis.gait), callback)
-        if _is_gait(second):
+        if is_walk(second):
             return second
     raise NoGaitFoundError(_refusal(problem, solution), solution, diagnosis)
+
+
+def attempt(
+    problem: WalkProblem, options: DesignOptions, x: Array, callback: ProgressCallback | None = None
+) -> Solution:
+    """Solve from a first guess by the approach of the options, walk or not."""
+    solver, nlp = traveller(options.solver), _derived(problem, options)
+    if not _relaxed(problem.task, options):
+        return solver.solve(nlp, Start(x), callback)
+    start, spent = _relaxed_walk(problem, options, x, callback)
+    if spent.status is Status.INTERRUPTED:
+        return replace(spent, cost=np.nan, violation=np.inf)  # of another walk
+    return with_work(solver.solve(nlp, start, callback), spent)
 
 
 def _relaxed(task: Task, options: DesignOptions) -> bool:
@@ -74,7 +81,7 @@ def _relaxed_walk(
     margins = replace(problem.task.margins, liftoff_speed=RELAXED_LIFTOFF)
     easier = WalkProblem(problem.robot, replace(problem.task, margins=margins))
     found = traveller(options.solver).solve(_derived(easier, options), Start(x), callback)
-    if not _is_gait(found):
+    if not is_walk(found):
         return Start(x), found
     return Start(found.x, found.multipliers), found
 
@@ -103,7 +110,8 @@ def _derived(problem: WalkProblem, options: DesignOptions) -> NLP:
     return FiniteDifferenceNLP(problem, cost_gradient_only=options.differences == "constraints")
 
 
-def _is_gait(solution: Solution) -> bool:
+def is_walk(solution: Solution) -> bool:
+    """Return whether a solution is a walk: feasible, optimal or not."""
     return bool(np.isfinite(solution.cost)) and solution.violation <= FEASIBLE
 
 

@@ -8,9 +8,8 @@ import numpy as np
 
 from gaitopt.nlp import Progress
 from gaitopt.solvers.patience import Patience
+from gaitopt.solvers.recorder import FEASIBLE
 
-FEASIBLE = 1e-6
-"""Scaled violation below which there is a walk."""
 WORTH, RESTLESS = 0.01, 8
 """A run ends when the objective of so many feasible iterates has not fallen by this share ..."""
 STUCK = 15

@@ -11,16 +11,16 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from gaitopt.design.options import DesignOptions
 from gaitopt.design.refine import with_work
 from gaitopt.design.runtime import small_matrices
-from gaitopt.design.search import FEASIBLE
+from gaitopt.design.search import attempt, is_walk
 from gaitopt.errors import GaitoptError, UnreachableError
 from gaitopt.gait.guess import first_guess, perturbed
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.task import Task
-from gaitopt.nlp import Array, Solution, Start, Status
+from gaitopt.nlp import Array, Solution, Status
 from gaitopt.robot.model import Robot
-from gaitopt.solvers import Solver
 
 SLOWER = 0.75  # of the speed: where the second start comes from; measured
 SECOND = 1  # number of the start that comes from there
@@ -41,7 +41,7 @@ class Outcome:
     @property
     def walks(self) -> bool:
         """Whether it is a feasible walk."""
-        return bool(np.isfinite(self.solution.cost)) and self.solution.violation <= FEASIBLE
+        return is_walk(self.solution)
 
 
 @dataclass(frozen=True)
@@ -50,14 +50,14 @@ class StartJob:
 
     Attributes:
         robot, task: of the walk.
-        solver: makes every start.
+        options: how every start is made.
         x: the first guess, shape (P,).
         sigma, seed: of the noise on it.
     """
 
     robot: Robot
     task: Task
-    solver: Solver
+    options: DesignOptions
     x: Array
     sigma: float
     seed: int
@@ -69,11 +69,12 @@ class StartJob:
             slower = self._slower() if number == SECOND else None
             if slower is None:
                 start = self.x if number == 0 else self._perturbed(problem, number)
-                solution = self.solver.solve(problem, Start(start))
+                solution = attempt(problem, self.options, start)
             elif slower.status is Status.INTERRUPTED:
                 solution = replace(slower, cost=np.nan, violation=np.inf)  # of another walk
             else:
-                solution = with_work(self.solver.solve(problem, Start(slower.x)), slower)
+                near = replace(self.options, approach="direct")
+                solution = with_work(attempt(problem, near, slower.x), slower)
         return Outcome(number, replace(solution, history=()))
 
     def _perturbed(self, problem: WalkProblem, number: int) -> Array:
@@ -84,11 +85,11 @@ class StartJob:
         """Return the walk at a lower speed, None if there is none."""
         problem = WalkProblem(self.robot, replace(self.task, speed=SLOWER * self.task.speed))
         try:
-            solution = self.solver.solve(problem, Start(first_guess(problem)))
+            solution = attempt(problem, self.options, first_guess(problem))
         except UnreachableError:
             return None
         interrupted = solution.status is Status.INTERRUPTED
-        return solution if interrupted or solution.violation <= FEASIBLE else None
+        return solution if interrupted or is_walk(solution) else None
 
 
 def outcomes_of(job: StartJob, count: int, workers: int) -> Iterator[Outcome]:

@@ -12,7 +12,6 @@ import numpy as np
 
 from gaitopt.design.design import Design, design, finished
 from gaitopt.design.options import DesignOptions
-from gaitopt.design.search import traveller
 from gaitopt.design.start_job import Outcome, StartJob, outcomes_of
 from gaitopt.errors import InputError, UnreachableError
 from gaitopt.gait.guess import first_guess
@@ -129,7 +128,7 @@ def many_starts(
     except UnreachableError:
         found = design(robot, task, options, on_progress=on_progress)
         return StartsReport(found, (), (), count)
-    job = StartJob(robot, task, traveller(options.solver), np.asarray(x), sigma, seed)
+    job = StartJob(robot, task, replace(options, differences="none"), np.asarray(x), sigma, seed)
     outcomes, interrupted = _gathered(outcomes_of(job, count, min(workers, count)), on_outcome)
     problem = WalkProblem(robot, task)
     best = min(outcomes, key=_rank, default=None)
@@ -139,7 +138,9 @@ def many_starts(
             raise KeyboardInterrupt
         found = finished(problem, replace(best.solution, status=Status.INTERRUPTED), False)
     else:
-        again = best.solution.x if best is not None and walks else job.x
+        again = job.x
+        if best is not None and walks:
+            again, options = best.solution.x, replace(options, approach="direct")
         found = design(robot, task, options, start=again, on_progress=on_progress)
     return StartsReport(found, _distinct(outcomes, problem), tuple(outcomes), count)
 

@@ -11,14 +11,16 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from gaitopt.design.certificate import on_fine_grid
 from gaitopt.design.diagnosis import Suggestion
 from gaitopt.design.knobs import Knob, duration_knob, limit_knobs
 from gaitopt.design.reason import SEARCHER, Reason, easier_guess, solve_or_stop
 from gaitopt.design.refine import carry_multipliers, violated_instants
 from gaitopt.design.relaxation import RelaxedProgram
-from gaitopt.design.settle import FEASIBLE, Settle
+from gaitopt.design.settle import Settle
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.nlp import Array, Solution, Start, Values, worst_violation
+from gaitopt.solvers.recorder import FEASIBLE
 from gaitopt.solvers.sqp import SQP
 
 WARM = replace(SEARCHER, max_iterations=15)
@@ -163,7 +165,7 @@ def _least_turn(
         return problem, solution
     for _ in range(SEARCHES):
         robot, task = knob.turned(problem.robot, problem.task, knob.value(solution.x))
-        extra = violated_instants(WalkProblem(robot, task, problem.grid), solution.x[:-1])
+        extra = violated_instants(on_fine_grid(WalkProblem(robot, task)), solution.x[:-1])
         finer = problem.with_grid(problem.grid.with_instants(extra))
         if finer.grid.count == problem.grid.count:
             break
@@ -208,7 +210,7 @@ def _walk(problem: WalkProblem, x: Array, effort: Effort) -> Values | None:
             if not nearest.violation <= FEASIBLE:
                 return None
             x = nearest.x
-        extra = violated_instants(problem, x) if effort.refined else np.zeros(0)
+        extra = violated_instants(on_fine_grid(problem), x) if effort.refined else np.zeros(0)
         finer = problem.with_grid(problem.grid.with_instants(extra))
         if finer.grid.count == problem.grid.count:
             return problem.values(x)

@@ -49,6 +49,11 @@ class Posture:
     loops: tuple[pin.SE3, ...] = ()
 
     @cached_property
+    def twists(self) -> tuple[Array, Array]:
+        """Twists of pelvis and swing sole per unit of each quantity, shape (6, 10) each."""
+        return self.pelvis_axes.T @ PELVIS_DRIVE, self.sole_axes.T @ SOLE_DRIVE
+
+    @cached_property
     def gaps(self) -> Array:
         """How far pelvis and swing sole are from where they ought to be, shape (0 or 2, 6)."""
         return np.array([loop_gap(loop) for loop in self.loops]).reshape(-1, 6)
@@ -119,26 +124,25 @@ class Boundary(ABC):
 
     def leg_vectors(self, pelvis: pin.SE3, sole: pin.SE3) -> Array:
         """Return the vectors from ankle to hip centres, shape (2, 3)."""
-        hips = self.robot.legs.hips @ pelvis.rotation.T + pelvis.translation
-        ankles = np.stack([self.robot.legs.ankles[0], sole.act(self.robot.legs.ankles[1])])
-        return np.asarray(hips - ankles)
+        points = self._points(pelvis, sole)
+        return np.asarray(points[:2] - [self.robot.legs.ankles[0], points[2]])
 
-    def _points(self, posture: Posture) -> Array:
+    def _points(self, pelvis: pin.SE3, sole: pin.SE3) -> Array:
         """Hips of both legs, then the swing ankle, in the world, shape (3, 3)."""
-        hips = self.robot.legs.hips @ posture.pelvis.rotation.T + posture.pelvis.translation
-        return np.vstack([hips, posture.sole.act(self.robot.legs.ankles[1])])
+        hips = self.robot.legs.hips @ pelvis.rotation.T + pelvis.translation
+        return np.vstack([hips, sole.act(self.robot.legs.ankles[1])])
 
     def leg_slopes(self, posture: Posture) -> Array:
         """Return the slopes of the legs in the geometric quantities, shape (2, 3, 10)."""
-        pelvis_twists, sole_twists = target_twists(posture)
-        points = self._points(posture)
+        pelvis_twists, sole_twists = posture.twists
+        points = self._points(posture.pelvis, posture.sole)
         hips = [_point_slope(p, pelvis_twists) for p in points[:2]]
         ankle = _point_slope(points[2], sole_twists)
         return np.stack([hips[0], hips[1] - ankle])
 
     def _point_forces(self, posture: Posture, weights: Array) -> tuple[Array, Array]:
         """Six-forces on pelvis and sole that the leg weights (2, 3) are worth."""
-        points = self._points(posture)
+        points = self._points(posture.pelvis, posture.sole)
         pelvis = np.concatenate([weights.sum(axis=0), cross(points[:2], weights).sum(axis=0)])
         return pelvis, np.concatenate([weights[1], cross(points[2], weights[1])])
 
@@ -164,18 +168,13 @@ class Boundary(ABC):
 
         A body point accelerates by (spatial acceleration at p) + w x (l + w x p).
         """
-        points = self._points(posture)
-        pelvis_twists, sole_twists = target_twists(posture)
+        points = self._points(posture.pelvis, posture.sole)
+        pelvis_twists, sole_twists = posture.twists
         return (
             _centripetal(points[0], pelvis_twists, weights[0])
             + _centripetal(points[1], pelvis_twists, weights[1])
             - _centripetal(points[2], sole_twists, weights[1])
         )
-
-
-def target_twists(posture: Posture) -> tuple[Array, Array]:
-    """Return the twists of pelvis and swing sole per unit of each quantity, (6, 10) each."""
-    return posture.pelvis_axes.T @ PELVIS_DRIVE, posture.sole_axes.T @ SOLE_DRIVE
 
 
 def _point_slope(point: Array, twists: Array) -> Array:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from gaitopt.errors import UnreachableError
-from gaitopt.gait.boundary import Boundary, Posture, PostureSlope, target_twists
+from gaitopt.gait.boundary import Boundary, Posture, PostureSlope
 from gaitopt.gait.parameters import FOOT_SPACING, PELVIS_FORWARD, PELVIS_HEIGHT, STEP_LENGTH
 from gaitopt.mechanics.legs import chain_curvature, closure_forces, closure_slope
 from gaitopt.nlp import Array
@@ -34,7 +34,7 @@ class ClosedBoundary(Boundary):
     def slope(self, posture: Posture) -> PostureSlope:
         """Return the derivatives of a posture."""
         axes = self.kinematics.axes(posture.q_start)
-        slope = closure_slope(axes, *target_twists(posture))
+        slope = closure_slope(axes, *posture.twists)
         return PostureSlope(slope, self.leg_slopes(posture), axes, np.zeros((0, 6, 10)))
 
     def curvature(

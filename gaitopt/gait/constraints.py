@@ -89,7 +89,7 @@ def leg_length(at: Setting) -> Family:
 
 def lateral(at: Setting) -> Family:
     """Eq. (32) over the whole step: the swing foot stays beside the stance foot."""
-    side = np.sign(at.robot.legs.hips[1, 1] - at.robot.legs.hips[0, 1])
+    side = at.robot.legs.side
     edge = at.robot.sole.left if side > 0 else -at.robot.sole.right
     labels = tuple(f"swing foot {c} sideways" for c in CORNERS)
     return family_over_step(

@@ -74,9 +74,8 @@ def _geometry(problem: WalkProblem) -> Array:
     legs = robot.legs
     guess = problem.layout.fixed_values.copy()
     step = guess[STEP_LENGTH]
-    natural = float(legs.hips[1, 1] - legs.hips[0, 1])
     narrowest = robot.sole.left - robot.sole.right + task.margins.lateral_gap
-    spacing = max(natural, narrowest + _CLEAR_OF_GAP)
+    spacing = legs.side * max(abs(legs.spacing), narrowest + _CLEAR_OF_GAP)
     if abs(step) / 2.0 >= _LONGEST * legs.reach:
         raise UnreachableError(
             f"a step of {step:.3f} m ({task.speed:g} m/s for {task.duration:g} s) is longer than "

@@ -58,6 +58,5 @@ def stroll(robot: Robot) -> float:
 
 def widest(robot: Robot) -> float:
     """Return how far apart the lines of footsteps may be [m]: a little more than the hips."""
-    hips = abs(float(robot.legs.hips[1, 1] - robot.legs.hips[0, 1]))
     soles = robot.sole.left - robot.sole.right + Margins().lateral_gap
-    return round(max(hips, soles) + WIDER, 3)
+    return round(max(abs(robot.legs.spacing), soles) + WIDER, 3)

@@ -187,10 +187,9 @@ def _within_step_width(
     spacing = table[FOOT_SPACING]
     if width is None or not spacing.free:
         return table
-    bound = {"upper": min(spacing.upper, width)}
-    if robot.legs.hips[1, 1] < robot.legs.hips[0, 1]:
-        bound = {"lower": max(spacing.lower, -width)}
-    return set_quantities(table, {"foot_spacing": {**bound}})
+    if robot.legs.side > 0.0:
+        return set_quantities(table, {"foot_spacing": {"upper": min(spacing.upper, width)}})
+    return set_quantities(table, {"foot_spacing": {"lower": max(spacing.lower, -width)}})
 
 
 def cost_scale(robot: Robot, task: Task) -> float:

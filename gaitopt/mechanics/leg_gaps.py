@@ -10,7 +10,6 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-import pinocchio as pin
 from numpy.typing import NDArray
 
 from gaitopt.mechanics.bodies import Bodies, Placements
@@ -23,7 +22,6 @@ from gaitopt.robot.model import Robot
 
 PELVIS = 6  # its place among the bodies
 _APART = 0.1  # m between the soles of a robot that stands with its legs apart
-_BENT = 0.94  # hip height above the ankles of that robot over the leg's reach
 
 Pair = tuple[Capsule, Capsule]
 
@@ -68,17 +66,13 @@ def pair_name(pair: Pair) -> str:
     return f"{pair[0].name} and {pair[1].name}"
 
 
+@lru_cache(maxsize=16)
 def leg_pairs(robot: Robot) -> LegPairs:
     """Return the pairs of a robot's leg bodies; the result is kept.
 
     Raises:
         UnreachableError: the robot cannot stand on flat feet with its knees bent.
     """
-    return _leg_pairs(robot)
-
-
-@lru_cache(maxsize=16)
-def _leg_pairs(robot: Robot) -> LegPairs:
     capsules = leg_capsules(robot)
     stance = [c for c in capsules if c.body < PELVIS]
     swing = [c for c in capsules if c.body > PELVIS]
@@ -93,15 +87,9 @@ def _leg_pairs(robot: Robot) -> LegPairs:
 
 def _standing(robot: Robot) -> Array:
     """Joint angles with flat feet well apart, the pelvis upright between them, (12,)."""
-    legs, sole = robot.legs, robot.sole
-    natural = float(legs.hips[1, 1] - legs.hips[0, 1])
-    spacing = np.sign(natural) * max(abs(natural), sole.left - sole.right + _APART)
-    height = np.array([0.0, 0.0, _BENT * legs.reach])
-    between = np.array([0.0, spacing / 2.0, 0.0])
-    pelvis = legs.ankles[0] + between + height - legs.hips.mean(axis=0)
-    foot = legs.ankles[0] + 2.0 * between - legs.ankles[1]
-    one = np.eye(3)
-    return LegKinematics(robot).solve(pin.SE3(one, pelvis), pin.SE3(one, foot))
+    legs, sole, kinematics = robot.legs, robot.sole, LegKinematics(robot)
+    spacing = legs.side * max(abs(legs.spacing), sole.left - sole.right + _APART)
+    return kinematics.solve(*kinematics.flat_feet(0.0, spacing))
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,7 @@ one linear solve, and the curvature of a serial chain gives the second derivativ
 from __future__ import annotations
 
 import math
+from functools import cached_property
 
 import numpy as np
 import pinocchio as pin
@@ -38,7 +39,6 @@ class LegKinematics:
         self._model = robot.model
         self._data = robot.model.createData()
         self._q = pin.neutral(robot.model)
-        self._seed = self._seed_posture()
 
     def solve(self, pelvis: pin.SE3, sole: pin.SE3) -> Array:
         """Return the joint angles that place pelvis and swing sole [rad], shape (12,).
@@ -112,21 +112,26 @@ class LegKinematics:
             "or bring the trunk closer to upright"
         )
 
-    def _seed_posture(self) -> Array:
+    @cached_property
+    def _seed(self) -> Array:
         """In double support, soles flat, trunk upright, knees bent: the seed of every search."""
         legs = self.robot.legs
         q = np.zeros(12)
         q[list(legs.knees)] = legs.straight + legs.flexion * _SEED_KNEE
         for step in (0.0, _SEED_STEP * legs.reach):
-            q = self._newton(q, *self._flat_feet(step))
+            q = self._newton(q, *self.flat_feet(step, legs.spacing))
         return q
 
-    def _flat_feet(self, step: float) -> tuple[pin.SE3, pin.SE3]:
-        """Pelvis and swing sole with the swing foot a step [m] behind, the pelvis midway."""
+    def flat_feet(self, step: float, spacing: float) -> tuple[pin.SE3, pin.SE3]:
+        """Return upright pelvis, midway and with bent legs, and swing sole on the ground.
+
+        Args:
+            step: of the swing foot behind the stance foot [m].
+            spacing: of the swing ankle to the left of the stance ankle [m].
+        """
         legs = self.robot.legs
         height = math.sqrt((_SEED_REACH * legs.reach) ** 2 - (step / 2.0) ** 2)
         (ankle, other), middle = legs.ankles, legs.hips.mean(axis=0)
-        spacing = float(legs.hips[1, 1] - legs.hips[0, 1])
         pelvis = ankle + np.array([-step / 2.0, spacing / 2.0, height]) - middle
         sole = ankle + np.array([-step, spacing, 0.0]) - other
         return pin.SE3(np.eye(3), pelvis), pin.SE3(np.eye(3), sole)

@@ -127,9 +127,8 @@ def _facing(robot: Robot, body: int) -> Array:
     model = robot.model
     data = model.createData()
     pin.framesForwardKinematics(model, data, pin.neutral(model))
-    side = np.sign(robot.legs.hips[1, 1] - robot.legs.hips[0, 1])
     left = data.oMf[robot.pelvis_frame].rotation[:, 1]
-    towards = side * left if body < PELVIS else -side * left
+    towards = robot.legs.side * (left if body < PELVIS else -left)
     return np.asarray(data.oMi[body + 1].rotation.T @ towards)
 
 

@@ -48,6 +48,16 @@ class Legs:
         """Height of the pelvis frame above the soles with straight, upright legs [m]."""
         return self.reach + float(self.ankles[:, 2].mean() - self.hips[:, 2].mean())
 
+    @property
+    def spacing(self) -> float:
+        """Distance between the hips [m], negative where the swing leg is the right one."""
+        return float(self.hips[1, 1] - self.hips[0, 1])
+
+    @property
+    def side(self) -> float:
+        """+1 where the swing leg is the left one, else -1."""
+        return 1.0 if self.spacing > 0.0 else -1.0
+
     def natural_step(self, speed: float) -> float:
         """Return the step length [m] with which animals of this size walk at a speed [m/s].
 

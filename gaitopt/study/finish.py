@@ -6,12 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from gaitopt.design.certificate import certify, fine_grid
-from gaitopt.design.design import Design, design, solution_record, versions
+from gaitopt.design.certificate import on_fine_grid
+from gaitopt.design.design import Design, design, finished
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.refine import MAX_ROUNDS, with_work
+from gaitopt.design.search import is_walk
 from gaitopt.errors import EvaluationError, NoGaitFoundError, UnreachableError
-from gaitopt.gait.assemble import gait_at
 from gaitopt.gait.grid import uniform_grid
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.nlp import Solution, Start
@@ -19,7 +19,7 @@ from gaitopt.solvers import CertifiedSQP
 from gaitopt.study.active import exceeded, instants_of, moved, placed, pressures
 from gaitopt.study.footing import Footing
 from gaitopt.study.setting import Setting
-from gaitopt.study.travel import is_walk, solved, stop_if_interrupted, warm
+from gaitopt.study.travel import solved, stop_if_interrupted, warm
 
 
 def finish(setting: Setting, footing: Footing, options: DesignOptions) -> Design | None:
@@ -63,28 +63,21 @@ def _designed(setting: Setting, footing: Footing, options: DesignOptions) -> Des
 def _finished(setting: Setting, footing: Footing, options: DesignOptions) -> Design | None:
     sparse = WalkProblem(setting.robot.build(), setting.task)
     try:
-        kept = _kept_between(sparse, footing, options)
+        fine = on_fine_grid(sparse)
+        kept = _kept_between(sparse, fine, footing, options)
         if kept is None:
             return None
         problem, solution = kept
         if isinstance(options.solver, CertifiedSQP):
             solution = options.solver.confirm(problem, solution)
             stop_if_interrupted(solution)
-        certificate = certify(problem, solution.x)
+        return finished(problem, solution, options.refine, fine)
     except EvaluationError:
         return None
-    meta = {
-        "solver": solution_record(solution),
-        "status": solution.status.value,
-        "refined": options.refine,
-        "certificate": certificate.record(),
-        "versions": versions(),
-    }
-    return Design(gait_at(problem, solution.x, meta), certificate, solution, problem)
 
 
 def _kept_between(
-    sparse: WalkProblem, footing: Footing, options: DesignOptions
+    sparse: WalkProblem, fine: WalkProblem, footing: Footing, options: DesignOptions
 ) -> tuple[WalkProblem, Solution] | None:
     """Solve with the instants where the walk presses on its limits, until no others are needed.
 
@@ -97,7 +90,6 @@ def _kept_between(
     if not options.refine:
         solution = solved(solver, sparse, Start(footing.x, placed(sparse, footing.active)))
         return (sparse, solution) if is_walk(solution) else None
-    fine = sparse.with_grid(fine_grid(sparse))
     spacing = 1.0 / (fine.grid.count - 1)
     x, active, done = footing.x, footing.active, None
     instants = instants_of(sparse, active)

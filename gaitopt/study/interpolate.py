@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from gaitopt.design.certificate import WorstRow, fine_grid, worst_rows
+from gaitopt.design.certificate import WorstRow, on_fine_grid, worst_rows
 from gaitopt.design.design import Design, design
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.runtime import small_matrices
@@ -131,7 +131,7 @@ def _distance(library: Library, point: Index, values: Mapping[str, float]) -> fl
 def _worst(setting: Setting, x: Array) -> WorstRow | None:
     problem = WalkProblem(setting.robot.build(), setting.task)
     try:
-        rows = worst_rows(problem.with_grid(fine_grid(problem)), x)
+        rows = worst_rows(on_fine_grid(problem), x)
     except EvaluationError:
         return None
     return max(rows, key=lambda row: row.violation)

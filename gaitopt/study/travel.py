@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from gaitopt.design.options import DesignOptions
-from gaitopt.design.search import FEASIBLE, search, traveller
+from gaitopt.design.search import is_walk, search, traveller
 from gaitopt.errors import EvaluationError, InputError, NoGaitFoundError, UnreachableError
 from gaitopt.gait.grid import uniform_grid
 from gaitopt.gait.guess import first_guess, perturbed
@@ -136,11 +136,6 @@ def stop_if_interrupted(solution: object) -> None:
     """
     if isinstance(solution, Solution) and solution.status is Status.INTERRUPTED:
         raise KeyboardInterrupt
-
-
-def is_walk(solution: Solution) -> bool:
-    """Whether a solution is a feasible walk."""
-    return bool(np.isfinite(solution.cost)) and solution.violation <= FEASIBLE
 
 
 def warm(options: DesignOptions) -> Solver:

@@ -97,7 +97,7 @@ def _mesh_rows(inspection: Inspection) -> Iterator[Row]:
 
 def _size(robot: Robot) -> Iterator[Row]:
     legs = robot.legs
-    apart = abs(float(legs.hips[0, 1] - legs.hips[1, 1]))
+    apart = abs(legs.spacing)
     yield ("hips", f"{legs.height:.3f} m above the ground with straight legs, {apart:.3f} m apart")
     yield ("leg", f"{legs.reach:.3f} m from hip to ankle when straight")
     speed = stroll(robot)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from walks import walk
 
-from gaitopt.design.certificate import FINE_TOLERANCE, fine_grid
+from gaitopt.design.certificate import FINE_TOLERANCE, on_fine_grid
 from gaitopt.design.refine import carry_multipliers, refine, violated_instants
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.task import Margins
@@ -24,26 +24,27 @@ def lenient(refined_design):
 
 
 def test_a_refined_gait_has_no_violated_instant(lenient):
-    assert violated_instants(*lenient).size == 0
+    problem, x = lenient
+    assert violated_instants(on_fine_grid(problem), x).size == 0
 
 
 def test_a_planted_violation_is_found(lenient):
     """Limit the torques just below the largest one on the fine grid: its instant is found."""
     problem, x = lenient
-    fine = problem.with_grid(fine_grid(problem))
+    fine = on_fine_grid(problem)
     torque = np.abs(fine.step(x).support.effort[:, 6:])
     instant, _ = np.unravel_index(np.argmax(torque), torque.shape)
     lowered = with_margins(problem, torque_limit=float(torque.max()) * (1.0 - 1e-4))
     np.testing.assert_allclose(
-        violated_instants(lowered, x), [fine.grid.instants[instant]], atol=1e-12
+        violated_instants(on_fine_grid(lowered), x), [fine.grid.instants[instant]], atol=1e-12
     )
 
 
 def test_of_every_stretch_the_worst_instant_is_taken(lenient):
     problem, x = lenient
     lowered = with_margins(problem, torque_limit=40.0)
-    found = violated_instants(lowered, x)
-    fine = lowered.with_grid(fine_grid(lowered))
+    fine = on_fine_grid(lowered)
+    found = violated_instants(fine, x)
     rows = fine.family_rows("torque")
     excess = violations(fine.rows.lower, fine.rows.upper, fine.values(x).rows)[rows]
     excess = excess.reshape(-1, 12)
@@ -54,7 +55,7 @@ def test_of_every_stretch_the_worst_instant_is_taken(lenient):
 
 
 def test_samples_alone_leave_violations_between_them(sampled_design):
-    found = violated_instants(sampled_design.problem, sampled_design.solution.x)
+    found = violated_instants(on_fine_grid(sampled_design.problem), sampled_design.solution.x)
     assert found.size > 0
     samples = sampled_design.problem.grid.instants
     assert np.abs(found[:, None] - samples).min() > 1e-3

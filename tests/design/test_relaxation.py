@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -58,6 +60,12 @@ def test_every_knob_is_there():
     problem, upright = walk("guess").problem, walk("upright").problem
     assert tuple(k.name for k in limit_knobs(problem)) == KNOBS
     assert {k.name for k in limit_knobs(upright)} == {*KNOBS, *SWITCHED}
+
+
+def test_a_robot_without_limits_has_no_motor_to_make_stronger(robot):
+    boundless = replace(robot, limits=replace(robot.limits, speed=np.full(12, np.inf)))
+    names = {k.name for k in limit_knobs(WalkProblem(boundless, preset_task()))}
+    assert names == {*KNOBS} - {"speed_limit"}
 
 
 @pytest.mark.parametrize("name", KNOBS + SWITCHED)

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from gaitopt.design.options import DesignOptions
+from gaitopt.design.search import RELAXED_LIFTOFF
 from gaitopt.design.start_job import SLOWER, Outcome
 from gaitopt.design.starts import _distinct, many_starts
 from gaitopt.errors import InputError, NoGaitFoundError
@@ -77,6 +78,23 @@ def test_the_second_start_is_a_slower_walk(robot, standard_task):
     guess = first_guess(WalkProblem(robot, slower))
     np.testing.assert_array_equal(found.outcomes[1].solution.x, guess)
     assert found.outcomes[1].solution.iterations == 2  # of both walks
+
+
+@pytest.mark.parametrize(("boundary", "each"), [("closed", 1), ("lifted", 2)])
+def test_every_start_is_made_by_the_approach_of_the_options(
+    robot, standard_task, boundary, each, monkeypatch
+):
+    """A lifted walk is begun with a relaxed lift-off: two stages each, and none in the end."""
+    limits = []
+    solve = Still.solve
+
+    def watched(self, nlp, start, on_progress=None):
+        limits.append(nlp.task.margins.liftoff_speed)
+        return solve(self, nlp, start, on_progress)
+
+    monkeypatch.setattr(Still, "solve", watched)
+    many_starts(robot, replace(standard_task, boundary=boundary), STILL, count=1)
+    assert limits == [*[RELAXED_LIFTOFF, 0.0][-each:], 0.0]
 
 
 def test_a_slower_walk_leads_to_a_better_optimum(report, sampled_design):

@@ -1,11 +1,13 @@
 import numpy as np
 import pytest
 from motions import kinematics
+from reference_cases import biped
 
 from gaitopt.errors import UnreachableError
 from gaitopt.gait.guess import first_guess, perturbed
 from gaitopt.gait.parameters import GEOMETRY, set_quantities
 from gaitopt.gait.problem import WalkProblem
+from gaitopt.gait.step import Reads
 from gaitopt.gait.task import preset_task
 
 
@@ -56,6 +58,15 @@ def test_it_keeps_clear_of_the_stance_foot(robot):
     slack = problem.values(x).rows[rows] - problem.rows.lower[rows]
     nodes = problem.grid.nodes
     assert slack.reshape(nodes, 4)[[0, -1]].min() > 0.0
+
+
+def test_on_the_other_foot_it_is_the_mirror_image():
+    """A narrow robot's swing foot keeps clear on its own side, whichever foot stands."""
+    task = preset_task(lateral_gap=0.03)
+    right, left = (WalkProblem(biped(side), task) for side in ("right", "left"))
+    one, other = right.step(first_guess(right)), left.step(first_guess(left))
+    expected = one.read(Reads.CORNERS).reshape(-1, 4, 3)[:, [1, 0, 3, 2]] * [1.0, -1.0, 1.0]
+    np.testing.assert_allclose(other.read(Reads.CORNERS).reshape(-1, 4, 3), expected, atol=1e-9)
 
 
 def test_the_foot_slows_down_before_it_lands(robot):

@@ -8,6 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from gaitopt.design.search import is_walk
 from gaitopt.errors import EvaluationError
 from gaitopt.gait.guess import first_guess
 from gaitopt.gait.parameters import GEOMETRY_NAMES, STEP_LENGTH
@@ -16,7 +17,6 @@ from gaitopt.gait.step import Reads, Step
 from gaitopt.nlp import Array, Solution, Start
 from gaitopt.solvers import SQP
 
-FEASIBLE = 1e-6  # scaled violation below which a solution is a walk
 SETTLED = 1e-6  # relative; a cost that falls by less is the same optimum
 SOLVER = SQP(max_iterations=150)  # a neighbour's walk needs a tenth of them
 
@@ -107,8 +107,7 @@ def keep_best(curve: Curve, problem: WalkProblem, starts: Iterable[Array]) -> No
     speed = problem.task.speed
     for x in starts:
         solution = SOLVER.solve(problem, Start(stepped(problem, x)))
-        walks = np.isfinite(solution.cost) and solution.violation <= FEASIBLE
-        if walks and (speed not in curve or solution.cost < curve[speed].cost):
+        if is_walk(solution) and (speed not in curve or solution.cost < curve[speed].cost):
             curve[speed] = Optimum(problem, solution)
 
 

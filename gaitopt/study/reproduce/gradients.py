@@ -11,7 +11,7 @@ from gaitopt.gait.guess import first_guess
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.nlp import NLP, Array, Progress, Start, Status
 from gaitopt.solvers import SQP, FiniteDifferenceNLP
-from gaitopt.study.reproduce.curve import FEASIBLE
+from gaitopt.solvers.recorder import FEASIBLE
 
 EXACT, COST_ONLY, DIFFERENCES = "exact", "cost only", "differences"
 GRADIENTS = (EXACT, COST_ONLY, DIFFERENCES)
