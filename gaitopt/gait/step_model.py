@@ -23,6 +23,7 @@ from gaitopt.gait.spline import spline_basis
 from gaitopt.gait.step import Reads, Step, StepSlope
 from gaitopt.mechanics.impact import Impact, ImpactSlope
 from gaitopt.mechanics.impact_curvature import ImpactCurvature
+from gaitopt.mechanics.kept import kept
 from gaitopt.mechanics.readings import ReadingSlope
 from gaitopt.mechanics.support import SingleSupport, SupportSlope
 from gaitopt.nlp import Array
@@ -44,9 +45,9 @@ class StepModel:
         self.robot, self.layout, self.grid = robot, layout, grid
         knots = np.linspace(0.0, 1.0, layout.postures + 2)
         self.basis = spline_basis(knots, grid.instants)
-        self.boundary = LiftedBoundary(robot) if layout.lifted else ClosedBoundary(robot)
-        self.impact = Impact(robot)
-        self.impact_curvature = ImpactCurvature(robot)
+        self.boundary = kept(robot, LiftedBoundary if layout.lifted else ClosedBoundary)
+        self.impact = kept(robot, Impact)
+        self.impact_curvature = kept(robot, ImpactCurvature)
         self._support = SingleSupport(robot, grid.count)
         self._optional = Readings(robot, optional)
 

@@ -9,6 +9,7 @@ import pinocchio as pin
 
 from gaitopt.mechanics.spatial import skew, world_inertias
 from gaitopt.nlp import Array
+from gaitopt.robot.model import Robot
 from gaitopt.robot.reroot import joint_axis
 
 _FIRST = 2  # joints 0 and 1 are the universe and the stance foot, which does not move
@@ -68,3 +69,8 @@ class BodyInertias:
         return world_inertias(
             self._mass, self._lever, self._inertia, at.rotation[:, 1:], at.origin[:, 1:]
         )
+
+
+def body_inertias(robot: Robot) -> BodyInertias:
+    """Return the inertias of a robot's bodies."""
+    return BodyInertias(robot.model)

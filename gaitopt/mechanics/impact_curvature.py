@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pinocchio as pin
 
-from gaitopt.mechanics.bodies import BodyInertias
+from gaitopt.mechanics.bodies import body_inertias
 from gaitopt.mechanics.curvature import torque_curvature, velocity_curvature, velocity_rate_slope
 from gaitopt.mechanics.impact import BASE, NV, ImpactSlope, ImpactState
+from gaitopt.mechanics.kept import kept
 from gaitopt.mechanics.spatial import moved
 from gaitopt.nlp import Array
 from gaitopt.robot.model import Robot
@@ -23,7 +24,7 @@ class ImpactCurvature:
     def __init__(self, robot: Robot) -> None:
         self._model = robot.model
         self._data = robot.model.createData()
-        self._bodies = BodyInertias(robot.model)
+        self._bodies = kept(robot, body_inertias)
         foot = robot.model.frames[robot.swing_frame]
         self._last, self._to_last = foot.parentJoint, foot.placement
         self._q = pin.neutral(robot.model)

@@ -1,7 +1,8 @@
 """Single support, Eqs. (1)-(13): torques, ground wrench, swing foot, and their derivatives.
 
-One `pin.Data` per instant lives as long as the object, and its results are live views, so a sweep
-costs the calls to Pinocchio and a few stacks.
+One `pin.Data` serves all instants, and its results are live views that are copied out after each:
+faster than a Data per instant, whose 0.4 MB each leave the processor's caches (measured: a third at
+31 instants, two fifths at 301).
 """
 
 from __future__ import annotations
@@ -11,9 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
-from gaitopt.mechanics.bodies import BodyInertias
+from gaitopt.mechanics.bodies import BodyInertias, body_inertias
 from gaitopt.mechanics.curvature import TorqueCurvature, torque_curvature
 from gaitopt.mechanics.feet import corner_positions, corner_slopes
+from gaitopt.mechanics.kept import kept
 from gaitopt.nlp import Array
 from gaitopt.robot.model import Robot
 
@@ -73,60 +75,61 @@ class SingleSupport:
         self.robot = robot
         self.count = count
         model = robot.model
-        self._data = [model.createData() for _ in range(count)]
+        self._data = model.createData()
         self._q = np.tile(pin.neutral(model), (count, 1))
         self._v = np.zeros((count, model.nv))
         self._a = np.zeros((count, model.nv))
         frame = model.frames[robot.swing_frame]
-        self._last = frame.parentJoint
         points = robot.sole.corners @ frame.placement.rotation.T + frame.placement.translation
         self._corners_in_last = points
-        self._bodies = BodyInertias(model)
-        self._bind_views()
+        self._bodies = kept(robot, body_inertias)
+        self._bind_views(frame.parentJoint)
 
-    def _bind_views(self) -> None:
+    def _bind_views(self, last: int) -> None:
         """Bind Pinocchio's results once: these arrays follow the Data they belong to."""
-        self._effort = [d.tau for d in self._data]
-        names = ("dtau_dq", "dtau_dv", "M")
-        self._slopes = [[getattr(d, name)[:, 6:] for d in self._data] for name in names]
-        self._axes = [d.J.T for d in self._data]
-        self._rotation = [d.oMi[self._last].rotation for d in self._data]
-        self._origin = [d.oMi[self._last].translation for d in self._data]
+        data = self._data
+        self._effort = data.tau
+        self._slopes = [getattr(data, name)[:, 6:] for name in ("dtau_dq", "dtau_dv", "M")]
+        self._axes = data.J[:, 6:].T
+        self._rotation = data.oMi[last].rotation
+        self._origin = data.oMi[last].translation
 
     def _load(self, q: Array, dq: Array, ddq: Array) -> None:
         self._q[:, 7:], self._v[:, 6:], self._a[:, 6:] = q, dq, ddq
 
-    def _swing_corners(self) -> Array:
-        rotation, origin = np.stack(self._rotation), np.stack(self._origin)
-        return corner_positions(rotation, origin, self._corners_in_last)
-
     def state(self, q: Array, dq: Array, ddq: Array) -> SupportState:
         """Return wrench, torques and swing foot at the motion q, dq, ddq, shape (N, 12) each."""
         self._load(q, dq, ddq)
-        model = self.robot.model
-        for data, qk, vk, ak in zip(self._data, self._q, self._v, self._a, strict=True):
-            pin.rnea(model, data, qk, vk, ak)
+        model, data = self.robot.model, self._data
+        effort = np.empty((self.count, 18))
+        rotation, origin = np.empty((self.count, 3, 3)), np.empty((self.count, 3))
+        for k in range(self.count):
+            pin.rnea(model, data, self._q[k], self._v[k], self._a[k])
             pin.updateGlobalPlacements(model, data)
-        return SupportState(np.stack(self._effort), self._swing_corners())
+            effort[k], rotation[k], origin[k] = self._effort, self._rotation, self._origin
+        return SupportState(effort, corner_positions(rotation, origin, self._corners_in_last))
 
     def slope(self, q: Array, dq: Array, ddq: Array) -> tuple[SupportState, SupportSlope]:
         """Return the state and its exact derivatives at the motion q, dq, ddq, (N, 12) each."""
         self._load(q, dq, ddq)
-        model = self.robot.model
-        for data, qk, vk, ak in zip(self._data, self._q, self._v, self._a, strict=True):
-            pin.computeRNEADerivatives(model, data, qk, vk, ak)
-        axes = np.stack(self._axes)[:, 6:]
-        corners = self._swing_corners()
-        effort = np.empty((self.count, 18, 36))
-        for column, views in zip((0, 12, 24), self._slopes, strict=True):
-            np.stack(views, out=effort[:, :, column : column + 12])
-        state = SupportState(np.stack(self._effort), corners)
+        model, data = self.robot.model, self._data
+        by_position, by_rate, by_acceleration = self._slopes
+        effort, slopes = np.empty((self.count, 18)), np.empty((self.count, 18, 36))
+        rotation, origin = np.empty((self.count, 3, 3)), np.empty((self.count, 3))
+        axes = np.empty((self.count, 12, 6))
+        for k in range(self.count):
+            pin.computeRNEADerivatives(model, data, self._q[k], self._v[k], self._a[k])
+            effort[k], rotation[k], origin[k] = self._effort, self._rotation, self._origin
+            out = slopes[k]
+            out[:, :12], out[:, 12:24], out[:, 24:] = by_position, by_rate, by_acceleration
+            axes[k] = self._axes
+        corners = corner_positions(rotation, origin, self._corners_in_last)
         slope = SupportSlope(
-            effort=effort,
+            effort=slopes,
             corners=corner_slopes(axes, corners),
             axes=axes,
             motion=(q, dq, ddq),
             bodies=self._bodies,
             gravity=model.gravity.vector,
         )
-        return state, slope
+        return SupportState(effort, corners), slope

@@ -158,10 +158,10 @@ class TrustConstrRun:
             "initial_barrier_parameter": self.barrier,
             "initial_barrier_tolerance": self.barrier,
         }
+        constraints = self._constraints()
         hessian: Any = optimize.BFGS(exception_strategy="damp_update")
         if nlp.has_hessian:
-            none = np.zeros(nlp.rows.lower.size)
-            hessian = lambda u: program.hessian(u, none, nlp.cost_scale)  # noqa: E731
+            hessian = self._cost_hessian if not constraints else _with_the_rows
         with warnings.catch_warnings():
             # SciPy warns of singular Jacobians and of gradients that do not change.
             warnings.simplefilter("ignore", UserWarning)
@@ -173,7 +173,7 @@ class TrustConstrRun:
                 jac=program.gradient,
                 hess=hessian,
                 method="trust-constr",
-                constraints=self._constraints(),
+                constraints=constraints,
                 callback=self._callback,
                 options=options,
             )
@@ -196,7 +196,7 @@ class TrustConstrRun:
         def weighed(u: Array, v: Array) -> Array:
             multipliers = np.zeros(m)
             multipliers[rows] = factor * v[: rows.size]
-            return program.hessian(u, multipliers, 0.0)
+            return program.hessian(u, multipliers, program.nlp.cost_scale)
 
         # The published type of `hess` lacks its second argument.
         hessian: Any = weighed if nlp.has_hessian else BFGS(exception_strategy="damp_update")
@@ -209,6 +209,10 @@ class TrustConstrRun:
                 hess=hessian,
             )
         ]
+
+    def _cost_hessian(self, u: Array) -> Array:
+        nlp = self.program.nlp
+        return self.program.hessian(u, np.zeros(nlp.rows.lower.size), nlp.cost_scale)
 
     def _callback(self, u: Array, state: Any) -> bool:
         """Judge SciPy's iterate over all rows; stop when it is optimal."""
@@ -241,3 +245,8 @@ class TrustConstrRun:
 
     def _is_optimal(self, iterate: Iterate) -> bool:
         return iterate.is_optimal(self.options.tolerance, self.options.feasibility)
+
+
+def _with_the_rows(u: Array) -> Array:
+    """Return no curvature: that of the cost comes with that of the rows, in one evaluation."""
+    return np.zeros((u.size, u.size))
