@@ -1,8 +1,8 @@
 """What is made of a robot once and used by every walk of it.
 
 Making one of Pinocchio's workspaces takes as long as forty evaluations of the torques in it, and
-the solution of one walk takes a dozen grids. What is kept here is scratch: results are copied out of
-it before anyone else works there. Every thread has its own.
+the solution of one walk takes a dozen grids. What is kept here is scratch: results are copied out
+of it before anyone else works there. Every thread has its own.
 """
 
 from __future__ import annotations

@@ -12,16 +12,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-import numpy as np
-
-from gaitopt.nlp import Array
 from gaitopt.study.footing import Footing
 from gaitopt.study.grid_points import GridPoints, Index
 
 SAME = 1e-4  # relative difference of costs that counts as none
-CLOSE = 5e-3  # relative difference that keeping the limits between the samples may turn round
-FEW = 6  # iterations of a journey along a branch; one that leaves it takes more (measured)
-APART = 0.05  # largest difference of parameters over their scale that counts as none
+FEW = 8  # iterations of a journey along a branch; one that leaves it takes more (measured)
 
 
 def promising(
@@ -53,7 +48,7 @@ def promising(
 
 
 def _followed(there: Footing, name: str) -> bool:
-    return there.origin == name and there.iterations <= FEW
+    return there.origin == name and there.journey <= FEW
 
 
 def lower(found: Footing | None, known: Footing | None) -> bool:
@@ -61,14 +56,3 @@ def lower(found: Footing | None, known: Footing | None) -> bool:
     if found is None or known is None:
         return found is not None
     return found.cost < known.cost * (1.0 - SAME)
-
-
-def rivals(one: Footing, other: Footing, scale: Array) -> bool:
-    """Whether two walks are different, yet so close in cost that only the finished gaits decide.
-
-    Args:
-        one, other: at the same point.
-        scale: of the parameters, shape (P,).
-    """
-    close = abs(one.cost - other.cost) <= CLOSE * max(abs(one.cost), abs(other.cost))
-    return close and float(np.abs((one.x - other.x) / scale).max()) > APART

@@ -4,22 +4,17 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import numpy as np
-
 from gaitopt.design.certificate import on_fine_grid
 from gaitopt.design.design import Design, design, finished
 from gaitopt.design.options import DesignOptions
-from gaitopt.design.refine import MAX_ROUNDS, with_work
-from gaitopt.design.search import is_walk
 from gaitopt.errors import EvaluationError, NoGaitFoundError, UnreachableError
-from gaitopt.gait.grid import uniform_grid
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.nlp import Solution, Start
 from gaitopt.solvers import CertifiedSQP
-from gaitopt.study.active import exceeded, instants_of, moved, placed, pressures
+from gaitopt.study.between_samples import keep, pruned
 from gaitopt.study.footing import Footing
+from gaitopt.study.interruption import stop_if_interrupted
 from gaitopt.study.setting import Setting
-from gaitopt.study.travel import solved, stop_if_interrupted, warm
+from gaitopt.study.travel import warm
 
 
 def finish(setting: Setting, footing: Footing, options: DesignOptions) -> Design | None:
@@ -27,7 +22,7 @@ def finish(setting: Setting, footing: Footing, options: DesignOptions) -> Design
 
     Args:
         setting: robot and task.
-        footing: a walk at its samples.
+        footing: a walk of it.
         options: as of `design`.
 
     Returns:
@@ -64,56 +59,14 @@ def _finished(setting: Setting, footing: Footing, options: DesignOptions) -> Des
     sparse = WalkProblem(setting.robot.build(), setting.task)
     try:
         fine = on_fine_grid(sparse)
-        kept = _kept_between(sparse, fine, footing, options)
+        between = fine if options.refine else None
+        kept = keep(sparse, footing.x, footing.active, warm(options), between)
         if kept is None:
             return None
-        problem, solution = kept
+        problem, solution = pruned(sparse, kept)
         if isinstance(options.solver, CertifiedSQP):
             solution = options.solver.confirm(problem, solution)
             stop_if_interrupted(solution)
         return finished(problem, solution, options.refine, fine)
     except EvaluationError:
         return None
-
-
-def _kept_between(
-    sparse: WalkProblem, fine: WalkProblem, footing: Footing, options: DesignOptions
-) -> tuple[WalkProblem, Solution] | None:
-    """Solve with the instants where the walk presses on its limits, until no others are needed.
-
-    With a peak come its neighbours on the fine grid, because it moves when the walk gives way; that
-    saves a round in three (measured). In the end only those instants are kept where the walk
-    presses: limits with nearly the same gradients cost the second opinion more than all the rest.
-    """
-    solver = warm(options)
-    grid = uniform_grid(sparse.task.samples, sparse.task.quadrature)
-    if not options.refine:
-        solution = solved(solver, sparse, Start(footing.x, placed(sparse, footing.active)))
-        return (sparse, solution) if is_walk(solution) else None
-    spacing = 1.0 / (fine.grid.count - 1)
-    x, active, done = footing.x, footing.active, None
-    instants = instants_of(sparse, active)
-    for _ in range(MAX_ROUNDS):
-        peaks = exceeded(fine, x)
-        if done is not None and not peaks:
-            break
-        active = moved(active, peaks)
-        around = [s + k * spacing for _, s in peaks for k in (-1, 0, 1)]
-        instants = np.union1d(instants, np.clip(around, 0.0, 1.0))
-        problem = sparse.with_grid(grid.with_instants(instants))
-        solution = solved(solver, problem, Start(x, placed(problem, active)))
-        if not is_walk(solution):
-            break
-        x, active = solution.x, pressures(problem, solution.multipliers)
-        done = problem, solution if done is None else with_work(solution, done[1])
-    return done if done is None else _pruned(sparse, *done)
-
-
-def _pruned(
-    sparse: WalkProblem, problem: WalkProblem, solution: Solution
-) -> tuple[WalkProblem, Solution]:
-    """Return the walk on the grid without added instants at which nothing presses."""
-    active = pressures(problem, solution.multipliers)
-    grid = uniform_grid(sparse.task.samples, sparse.task.quadrature)
-    lean = sparse.with_grid(grid.with_instants(instants_of(sparse, active)))
-    return lean, replace(solution, multipliers=placed(lean, active))

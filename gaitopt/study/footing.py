@@ -14,7 +14,7 @@ from gaitopt.study.active import Pressure
 
 @dataclass(frozen=True, eq=False)
 class Footing:
-    """A walk that holds at its samples, from which neighbours and the finished gait start.
+    """A walk from which neighbours and the finished gait start.
 
     Attributes:
         x: parameters, shape (P,).
@@ -22,7 +22,8 @@ class Footing:
         active: limits it presses on.
         slopes: derivative of the optimal cost with respect to each swept quantity, from the
             multipliers; None where it could not be had.
-        iterations, evaluations: work.
+        journey: iterations that it took from there, before limits were kept between the samples.
+        iterations, evaluations: work of everything.
         seconds: of processor.
         origin: "cold", "disturbed", or the name of the point it was reached from.
     """
@@ -31,6 +32,7 @@ class Footing:
     cost: float
     active: tuple[Pressure, ...]
     slopes: tuple[float | None, ...]
+    journey: int
     iterations: int
     evaluations: int
     seconds: float

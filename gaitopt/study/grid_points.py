@@ -16,30 +16,31 @@ Index = tuple[int, ...]
 
 @dataclass(frozen=True)
 class GridPoints:
-    """A grid and the point from which it is explored.
+    """A grid and the points from which it is explored.
 
     Attributes:
         axes: at least one, with different names.
-        seed: where the exploration starts; by default the middle.
+        seeds: where the exploration starts; by default both ends of the longest axis, in the middle
+            of the others: the front is twice as wide and as many branches of optima are met as by
+            starting from the middle and again at the ends, for fewer tries.
 
     Raises:
         InputError: no axis, or one twice.
     """
 
     axes: tuple[Axis, ...]
-    seed: Index = ()
+    seeds: tuple[Index, ...] = ()
 
     def __post_init__(self) -> None:
         names = [axis.name for axis in self.axes]
         if not names or len(set(names)) < len(names):
             raise InputError("a sweep needs at least one quantity, and each only once")
-        if not self.seed:
-            middle = tuple((len(axis.values) - 1) // 2 for axis in self.axes)
-            object.__setattr__(self, "seed", middle)
+        if not self.seeds:
+            object.__setattr__(self, "seeds", self._both_ends())
 
     @cached_property
     def order(self) -> tuple[Index, ...]:
-        """All points, those near the seed first."""
+        """All points, those near a seed first."""
         ranges = [range(len(axis.values)) for axis in self.axes]
         return tuple(sorted(itertools.product(*ranges), key=lambda p: (self._ring(p), p)))
 
@@ -55,21 +56,22 @@ class GridPoints:
                     yield k, (*point[:k], point[k] + step, *point[k + 1 :])
 
     def inner(self, point: Index) -> list[Index]:
-        """Return the neighbours nearer to the seed: those that are explored before the point."""
+        """Return the neighbours nearer to a seed: those that are explored before the point."""
         return [q for _, q in self.neighbours(point) if self._ring(q) < self._ring(point)]
 
     @property
     def ends(self) -> tuple[Index, ...]:
-        """The ends of the lines through the seed along each axis."""
+        """The ends of the lines through the seeds along each axis, where no seed is."""
         found = {
-            (*self.seed[:k], end, *self.seed[k + 1 :])
+            (*seed[:k], end, *seed[k + 1 :])
+            for seed in self.seeds
             for k, axis in enumerate(self.axes)
             for end in (0, len(axis.values) - 1)
         }
-        return tuple(sorted(found - {self.seed}))
+        return tuple(sorted(found - {*self.seeds}))
 
     def nearest(self, values: Mapping[str, float]) -> Index:
-        """Return the point nearest to some values; quantities not given stay at the seed.
+        """Return the point nearest to some values; quantities not given are in the middle.
 
         Raises:
             InputError: a quantity is not one of the axes.
@@ -84,7 +86,7 @@ class GridPoints:
             min(range(len(axis.values)), key=lambda i: abs(axis.values[i] - values[axis.name]))
             if axis.name in values
             else start
-            for axis, start in zip(self.axes, self.seed, strict=True)
+            for axis, start in zip(self.axes, self._middle(), strict=True)
         )
 
     def name(self, point: Index) -> str:
@@ -92,4 +94,13 @@ class GridPoints:
         return ",".join(f"{name}={value:.10g}" for name, value in self.values(point).items())
 
     def _ring(self, point: Index) -> int:
-        return sum(abs(i - j) for i, j in zip(point, self.seed, strict=True))
+        return min(sum(abs(i - j) for i, j in zip(point, seed, strict=True)) for seed in self.seeds)
+
+    def _middle(self) -> Index:
+        return tuple((len(axis.values) - 1) // 2 for axis in self.axes)
+
+    def _both_ends(self) -> tuple[Index, ...]:
+        middle, sizes = self._middle(), [len(axis.values) for axis in self.axes]
+        k = sizes.index(max(sizes))
+        ends = {0, sizes[k] - 1}
+        return tuple(sorted((*middle[:k], end, *middle[k + 1 :]) for end in ends))

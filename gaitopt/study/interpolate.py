@@ -70,7 +70,7 @@ def interpolate(
         near = min(corners, key=lambda point: _distance(library, point, values))
         known = library.state.footings.get(near)
         active = () if known is None else known.active
-        footing = Footing(x, 0.0, active, (), 0, 0, 0.0, "interpolation")
+        footing = Footing(x, 0.0, active, (), 0, 0, 0, 0.0, "interpolation")
         found = finish(setting, footing, options)
     if found is None:
         found = design(setting.robot.build(), setting.task, options, start=x)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from abc import ABC, abstractmethod
 from collections import deque
@@ -14,12 +15,13 @@ from gaitopt.design.runtime import small_matrices
 from gaitopt.errors import InputError, NoGaitFoundError, UnreachableError
 from gaitopt.gait.result import Gait
 from gaitopt.study.active import pressures
-from gaitopt.study.finish import finish, rank
+from gaitopt.study.finish import finish
 from gaitopt.study.footing import Footing
 from gaitopt.study.grid_points import Index
 from gaitopt.study.index import Row, index_row
+from gaitopt.study.interruption import stop_if_interrupted
 from gaitopt.study.setting import Setting
-from gaitopt.study.travel import Near, stop_if_interrupted, travel
+from gaitopt.study.travel import Near, travel
 
 TRAVEL, FINISH, DIAGNOSE = "travel", "finish", "diagnose"
 
@@ -37,7 +39,8 @@ class Job:
         options: as of `design`.
         near: neighbours to travel from.
         patient, cold: what else to try, see `travel`.
-        walks: to be finished; the best gait is kept.
+        below: cost of a walk that would not be wanted, see `travel`.
+        walk: to be finished.
     """
 
     kind: str
@@ -48,7 +51,8 @@ class Job:
     near: tuple[Near, ...] = ()
     patient: bool = False
     cold: bool = False
-    walks: tuple[Footing, ...] = ()
+    below: float = math.inf
+    walk: Footing | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,18 +133,24 @@ def run_job(job: Job) -> Outcome:
 
 
 def _travel(job: Job) -> Outcome:
-    found = travel(job.setting, job.near, job.options, job.axes, patient=job.patient, cold=job.cold)
+    found = travel(
+        job.setting,
+        job.near,
+        job.options,
+        job.axes,
+        patient=job.patient,
+        cold=job.cold,
+        below=job.below,
+    )
     return Outcome(job, found)
 
 
 def _finish(job: Job) -> Outcome:
     began = time.process_time()
-    tried = [(finish(job.setting, walk, job.options), walk) for walk in job.walks]
-    gaits = [(found, walk) for found, walk in tried if found is not None]
-    if not gaits:
+    found = None if job.walk is None else finish(job.setting, job.walk, job.options)
+    if job.walk is None or found is None:
         return Outcome(job, None)
-    found, walk = min(gaits, key=lambda pair: rank(pair[0]))
-    return _told(job, walk, found, began)
+    return _told(job, job.walk, found, began)
 
 
 def _diagnose(job: Job) -> Outcome:
@@ -161,6 +171,7 @@ def _diagnose(job: Job) -> Outcome:
         cost=found.solution.cost,
         active=pressures(found.problem, found.solution.multipliers),
         slopes=(None,) * len(job.axes),
+        journey=0,
         iterations=0,
         evaluations=0,
         seconds=0.0,

@@ -36,8 +36,7 @@ class State:
     """What a sweep knows.
 
     Attributes:
-        footings: walks at their samples; None where none has been found so far.
-        rivals: other walks that may turn out to be better when finished.
+        footings: walks; None where none has been found so far.
         tried: what has been tried, so that it is not tried again.
         probed: points that were tried from first guesses.
         rows: lines of the index of finished gaits.
@@ -46,7 +45,6 @@ class State:
     """
 
     footings: dict[Index, Footing | None] = field(default_factory=dict)
-    rivals: dict[Index, Footing] = field(default_factory=dict)
     tried: set[Try] = field(default_factory=set)
     probed: set[Index] = field(default_factory=set)
     rows: dict[Index, Row] = field(default_factory=dict)
@@ -61,8 +59,6 @@ class State:
         if "footing" in entry:
             known = entry["footing"]
             self.footings[point] = None if known is None else footing_of(known)
-        if "rival" in entry:
-            self.rivals[point] = footing_of(entry["rival"])
         if entry.get("probed"):
             self.probed.add(point)
         if "row" in entry:

@@ -36,7 +36,7 @@ def manifest_record(
         "format": FORMAT,
         "gaitopt": __version__,
         "axes": {axis.name: list(axis.values) for axis in points.axes},
-        "seed": list(points.seed),
+        "seeds": [list(seed) for seed in points.seeds],
         "first task": task_record(tasks[points.order[0]]),
         "robot": {
             "digest": robot.digest(),
@@ -108,7 +108,7 @@ def read_manifest(directory: Path) -> Record:
 def points_of(record: Record) -> GridPoints:
     """Return the grid of a record."""
     axes = tuple(Axis(name, tuple(values)) for name, values in record["axes"].items())
-    return GridPoints(axes, tuple(record["seed"]))
+    return GridPoints(axes, tuple(tuple(seed) for seed in record["seeds"]))
 
 
 def robot_of(record: Record) -> RobotSource:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 from gaitopt.design.options import DesignOptions
-from gaitopt.gait.problem import walk_layout
-from gaitopt.study.branches import lower, promising, rivals
+from gaitopt.study.branches import SAME, lower, promising
 from gaitopt.study.footing import Footing
 from gaitopt.study.grid_points import Index
 from gaitopt.study.jobs import DIAGNOSE, FINISH, TRAVEL, Crew, Job, Outcome
@@ -55,8 +55,6 @@ class Stages:
         self.plan, self.options, self.writer, self.crew = plan, options, writer, crew
         self.points, self.state = plan.points, writer.state
         self.tell = on_advance or (lambda advance: None)
-        first = plan.setting(plan.points.seed)
-        self.scale = walk_layout(first.robot.build(), first.task).scale()
         self._handed_on: dict[Index, list[Index]] = {}  # by points without a walk, to those beyond
         self.named = {self.points.name(p): p for p in self.points.order}
 
@@ -111,22 +109,31 @@ class Stages:
         )
 
     def _probe(self) -> None:
-        """Where the exploration ended, start anew as well: far from the seed others may be best."""
+        """Where the exploration ended, start anew as well: far from a seed others may be best."""
         jobs = [self._anew(p) for p in self.points.ends if p not in self.state.probed]
         self._drive("probing", jobs, self._note_walk)
 
     def _compare(self) -> bool:
-        """Try points from neighbours of another branch, once round; tell whether any was tried."""
-        jobs = []
-        for point in self.points.order:
-            known = self.state.footings[point]
-            near = promising(self.points, self.state.footings, point)
-            tried = self.state.tried
-            near = [q for q in near if (point, q, self._walk(q).cost) not in tried][:1]
-            if near and point not in self.state.rows:
-                jobs.append(self._travel(point, near, patient=known is None, cold=False))
+        """Try points from neighbours of another branch, once round; tell whether any was tried.
+
+        A neighbour that may itself be about to change is waited for.
+        """
+        due = {p: q for p in self.points.order if (q := self._rival(p)) is not None}
+        settled = {p: q for p, q in due.items() if q not in due}
+        jobs = [
+            self._travel(p, [q], patient=self.state.footings[p] is None, cold=False)
+            for p, q in (settled or due).items()
+        ]
         self._drive("comparing", jobs, self._note_walk)
         return bool(jobs)
+
+    def _rival(self, point: Index) -> Index | None:
+        """Return the most promising neighbour that a point was not yet tried from."""
+        if point in self.state.rows:
+            return None
+        near = promising(self.points, self.state.footings, point)
+        tried = self.state.tried
+        return next((q for q in near if (point, q, self._walk(q).cost) not in tried), None)
 
     def _start_anew(self) -> bool:
         """Points that no neighbour leads to, from first guesses; tell whether any was tried."""
@@ -146,9 +153,7 @@ class Stages:
         for point in sorted(self.points.order):
             footing = self.state.footings[point]
             if point not in settled:
-                rival = self.state.rivals.get(point)
-                walks = tuple(walk for walk in (footing, rival) if walk is not None)
-                jobs.append(self._job(FINISH if walks else DIAGNOSE, point, walks=walks))
+                jobs.append(self._job(FINISH if footing else DIAGNOSE, point, walk=footing))
         self._drive("finishing", jobs, self._note_gait)
 
     def _walk(self, point: Index) -> Footing:
@@ -159,7 +164,10 @@ class Stages:
 
     def _travel(self, point: Index, near: list[Index], *, patient: bool, cold: bool) -> Job:
         known = tuple((self.plan.setting(q), self._walk(q), self.points.name(q)) for q in near)
-        return self._job(TRAVEL, point, near=known, patient=patient, cold=cold)
+        here = self.state.footings.get(point)
+        below = math.inf if here is None else here.cost * (1.0 - SAME)
+        more = {"patient": patient, "cold": cold, "below": below}
+        return self._job(TRAVEL, point, near=known, **more)
 
     def _job(self, kind: str, point: Index, **more: object) -> Job:
         setting, axes = self.plan.setting(point), self.plan.axes(point)
@@ -178,8 +186,6 @@ class Stages:
             entry["tried"] = tried
         if job.point not in self.state.footings or lower(found, known):
             entry["footing"] = None if found is None else found.record()
-        if found is not None and known is not None and rivals(found, known, self.scale):
-            entry["rival"] = (known if lower(found, known) else found).record()
         if job.cold:
             entry["probed"] = True
         self.writer.note(job.point, **entry)

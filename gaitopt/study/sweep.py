@@ -1,6 +1,6 @@
 """Gaits by the hundred: explored from neighbour to neighbour, compared, finished, kept.
 
-    explore   from a seed outwards, each point from the best of its neighbours nearer to the seed
+    explore   from the seeds on, each point from the best of its neighbours nearer to a seed
     compare   where two neighbours are on different branches, each from the other; keep the lower
     finish    limits between the samples, second opinion, certificate: a gait file
     explain   the points that are left
@@ -51,7 +51,7 @@ def sweep(
         directory: of the library; made if it does not exist.
         options: as of `design`.
         spec: of the robot, which axes of its entries need.
-        seed: values near which to begin; by default the middle of each axis.
+        seed: values near which to begin; by default both ends of the longest axis.
         task_at: the task for values of the axes, if more follows from them than themselves.
         crew: who does the work; by default this process.
         on_advance: told after every job.
@@ -67,7 +67,7 @@ def sweep(
     options = options or DesignOptions()
     points = GridPoints(tuple(axes))
     if seed:
-        points = GridPoints(points.axes, points.nearest(seed))
+        points = GridPoints(points.axes, (points.nearest(seed),))
     plan = make_plan(robot, spec, points, task_at or (lambda v: with_values(task, v.items())))
     folder = Path(directory)
     claim(folder, manifest_record(points, plan.robot, plan.tasks, options))

@@ -2,28 +2,32 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
+from gaitopt.design.certificate import on_fine_grid
 from gaitopt.design.options import DesignOptions
-from gaitopt.design.search import is_walk, search, traveller
+from gaitopt.design.refine import with_work
+from gaitopt.design.search import search, traveller
 from gaitopt.errors import EvaluationError, InputError, NoGaitFoundError, UnreachableError
-from gaitopt.gait.grid import uniform_grid
 from gaitopt.gait.guess import first_guess, perturbed
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.nlp import Array, Solution, Start, Status
+from gaitopt.nlp import Array, Solution
 from gaitopt.solvers import Solver
 from gaitopt.solvers.sqp import SQP
-from gaitopt.study.active import instants_of, placed, pressures
+from gaitopt.study.active import Pressure, exceeded, moved, pressures
 from gaitopt.study.axes import with_values
+from gaitopt.study.between_samples import Kept, keep
 from gaitopt.study.footing import Footing
+from gaitopt.study.interruption import stop_if_interrupted
 from gaitopt.study.setting import RobotSource, Setting, between
 
 RADIUS = 0.5  # first trust region from a neighbour; measured: 0.1 costs a quarter more iterations
-NEARLY = 1e-5  # tolerance on the way; measured: with 1e-3 walks near a branching go astray
+NEARLY = 1e-4  # tolerance on the way; measured: with 1e-3 walks near a branching go astray
 PATIENCE = 100  # iterations; a neighbour's walk needs a tenth of them
 SUBSTEPS = (2, 4)  # into which a stride to a neighbour is divided if it fails
 NOISE = (0.1, 0.2)  # rad, of the disturbed first guesses tried in the end
@@ -41,6 +45,7 @@ def travel(
     *,
     patient: bool,
     cold: bool,
+    below: float = math.inf,
 ) -> Footing | None:
     """Return a walk at a setting, the first that is found in this order.
 
@@ -54,57 +59,65 @@ def travel(
         axes: swept quantities with their values at the setting.
         patient: whether to try smaller steps.
         cold: whether to try without neighbours too.
+        below: a walk of this cost or more is not wanted.
 
     Raises:
         KeyboardInterrupt: Ctrl-C was pressed.
         InputError: the task or the robot cannot be.
     """
+    began = time.process_time()
     for steps in (1, *SUBSTEPS) if patient else (1,):
         for start in near:
-            found = _strides(start, setting, steps, options)
+            found = _strides(start, setting, steps, options, below)
             if found is not None:
-                return _footing(setting, *found, axes, start[2])
+                return _footing(setting, found, began, axes, start[2])
     if not cold:
         return None
     for number, sigma in enumerate((0.0, *NOISE)):
-        found = _cold(setting, options, sigma, number)
+        found = _cold(setting, options, sigma, number, below)
         if found is not None:
-            return _footing(setting, *found, axes, "disturbed" if sigma else "cold")
+            return _footing(setting, found, began, axes, "disturbed" if sigma else "cold")
     return None
 
 
-_Found = tuple[WalkProblem, Solution, float]
-"""Walk, solution, and seconds of processor."""
-
-
-def _strides(start: Near, goal: Setting, steps: int, options: DesignOptions) -> _Found | None:
-    began = time.process_time()
+def _strides(
+    start: Near, goal: Setting, steps: int, options: DesignOptions, below: float
+) -> Kept | None:
     origin, footing, _ = start
     x, active = footing.x, footing.active
-    found = None
-    for step in range(1, steps + 1):
+    for step in range(1, steps):
         try:
             setting = between(origin, goal, step / steps)
-            robot = setting.robot.build()
+            sparse = WalkProblem(setting.robot.build(), setting.task)
         except InputError:
-            if step == steps:
-                raise
             return None
-        sparse = WalkProblem(robot, setting.task)
-        grid = uniform_grid(setting.task.samples, setting.task.quadrature)
-        problem = sparse.with_grid(grid.with_instants(instants_of(sparse, active)))
-        if x.shape != (problem.layout.size,):
+        kept = _kept(sparse, x, active, options)
+        if kept is None:
             return None
-        solution = solved(quick(options), problem, Start(x, placed(problem, active)))
-        if not is_walk(solution):
-            return None
-        x, active = solution.x, pressures(problem, solution.multipliers)
-        found = problem, solution
-    return None if found is None else (*found, time.process_time() - began)
+        x, active = kept.solution.x, kept.active
+    sparse = WalkProblem(goal.robot.build(), goal.task)
+    return _kept(sparse, x, active, options, below)
 
 
-def _cold(setting: Setting, options: DesignOptions, sigma: float, seed: int) -> _Found | None:
-    began = time.process_time()
+def _kept(
+    sparse: WalkProblem,
+    x: Array,
+    active: tuple[Pressure, ...],
+    options: DesignOptions,
+    below: float = math.inf,
+) -> Kept | None:
+    if x.shape != (sparse.layout.size,):
+        return None
+    fine = on_fine_grid(sparse) if options.refine else None
+    try:
+        return keep(sparse, x, active, quick(options), fine, rounds=1, below=below)
+    except EvaluationError:
+        return None
+
+
+def _cold(
+    setting: Setting, options: DesignOptions, sigma: float, seed: int, below: float
+) -> Kept | None:
     problem = WalkProblem(setting.robot.build(), setting.task)
     try:
         x = first_guess(problem)
@@ -114,28 +127,11 @@ def _cold(setting: Setting, options: DesignOptions, sigma: float, seed: int) -> 
         stop_if_interrupted(getattr(error, "solution", None))
         return None
     stop_if_interrupted(solution)
-    return problem, solution, time.process_time() - began
-
-
-def solved(solver: Solver, problem: WalkProblem, start: Start) -> Solution:
-    """Solve a walk.
-
-    Raises:
-        KeyboardInterrupt: Ctrl-C was pressed meanwhile.
-    """
-    solution = solver.solve(problem, start)
-    stop_if_interrupted(solution)
-    return solution
-
-
-def stop_if_interrupted(solution: object) -> None:
-    """Go on with Ctrl-C, which solvers answer by their best iterate.
-
-    Raises:
-        KeyboardInterrupt: the solution was interrupted.
-    """
-    if isinstance(solution, Solution) and solution.status is Status.INTERRUPTED:
-        raise KeyboardInterrupt
+    active = pressures(problem, solution.multipliers)
+    if options.refine:
+        active = moved(active, exceeded(on_fine_grid(problem), solution.x))
+    kept = _kept(problem, solution.x, active, options, below)
+    return None if kept is None else replace(kept, solution=with_work(kept.solution, solution))
 
 
 def warm(options: DesignOptions) -> Solver:
@@ -155,22 +151,22 @@ def quick(options: DesignOptions) -> Solver:
 
 def _footing(
     setting: Setting,
-    problem: WalkProblem,
-    solution: Solution,
-    seconds: float,
+    kept: Kept,
+    began: float,
     axes: Sequence[tuple[str, float]],
     origin: str,
 ) -> Footing:
-    began = time.process_time()
-    slopes = tuple(_slope(setting, problem, solution, axis) for axis in axes)
+    solution = kept.solution
+    slopes = tuple(_slope(setting, kept.problem, solution, axis) for axis in axes)
     return Footing(
         x=solution.x,
         cost=solution.cost,
-        active=pressures(problem, solution.multipliers),
+        active=kept.active,
         slopes=slopes,
+        journey=kept.journey,
         iterations=solution.iterations,
         evaluations=solution.evaluations,
-        seconds=seconds + time.process_time() - began,
+        seconds=time.process_time() - began,
         origin=origin,
     )
 

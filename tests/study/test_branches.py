@@ -1,11 +1,10 @@
 from dataclasses import replace
 
 import numpy as np
-import pytest
 
 from gaitopt.study.active import Pressure
 from gaitopt.study.axes import Axis
-from gaitopt.study.branches import lower, promising, rivals
+from gaitopt.study.branches import lower, promising
 from gaitopt.study.footing import Footing, footing_of
 from gaitopt.study.grid_points import GridPoints
 
@@ -14,7 +13,7 @@ POINTS = GridPoints((Axis("speed", (1.0, 1.1, 1.2)),))
 
 def walk(cost, slope, x=0.3):
     active = (Pressure("torque", 3, 0.25, 1.5),)
-    return Footing(np.array([x, -x]), cost, active, (slope,), 7, 9, 0.5, "cold")
+    return Footing(np.array([x, -x]), cost, active, (slope,), 7, 7, 9, 0.5, "cold")
 
 
 def test_a_tangent_below_the_cost_is_a_promise():
@@ -30,8 +29,8 @@ def test_a_point_without_a_walk_is_promised_one_the_cheaper_first():
 
 def test_the_way_back_along_a_branch_is_not_tried():
     known = {(0,): walk(100.0, 200.0), (1,): walk(131.0, 400.0)}
-    straight = replace(known[(0,)], origin="speed=1.1", iterations=5)
-    astray = replace(straight, iterations=12)
+    straight = replace(known[(0,)], origin="speed=1.1", journey=5)
+    astray = replace(straight, journey=12)
     assert promising(POINTS, {**known, (0,): straight}, (1,)) == []
     assert promising(POINTS, {**known, (0,): astray}, (1,)) == [(0,)]
 
@@ -41,13 +40,6 @@ def test_only_a_difference_that_counts_is_lower():
     assert not lower(walk(99.995, 1.0), walk(100.0, 1.0))
     assert lower(walk(5.0, 1.0), None)
     assert not lower(None, walk(5.0, 1.0))
-
-
-@pytest.mark.parametrize(
-    ("cost", "x", "expected"), [(100.3, 0.5, True), (100.3, 0.31, False), (103.0, 0.5, False)]
-)
-def test_rivals_are_different_walks_of_nearly_the_same_cost(cost, x, expected):
-    assert rivals(walk(100.0, 1.0), walk(cost, 1.0, x), np.array([1.0, 1.0])) is expected
 
 
 def test_a_footing_survives_its_record():
