@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from gaitopt.nlp import Status
     from gaitopt.robot.model import Robot
     from gaitopt.robot.presets import biped13
-    from gaitopt.robot.soles import Sole
+    from gaitopt.robot.sole import Sole
     from gaitopt.robot.spec import BipedSpec
     from gaitopt.robot.spec_file import read_spec, write_spec
     from gaitopt.robot.urdf import urdf_text
@@ -50,7 +50,7 @@ _HOMES = {
     # the machine
     "BipedSpec": "gaitopt.robot.spec",
     "Robot": "gaitopt.robot.model",
-    "Sole": "gaitopt.robot.soles",
+    "Sole": "gaitopt.robot.sole",
     "biped13": "gaitopt.robot.presets",
     "read_spec": "gaitopt.robot.spec_file",
     "urdf_text": "gaitopt.robot.urdf",

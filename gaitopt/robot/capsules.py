@@ -15,9 +15,10 @@ import pinocchio as pin
 
 from gaitopt.nlp import Array
 from gaitopt.robot.choices import CapsuleRow
-from gaitopt.robot.cover import Cover, Points, cover, points_of
+from gaitopt.robot.cover import Cover, cover
 from gaitopt.robot.model import Robot
-from gaitopt.robot.soles import Sole
+from gaitopt.robot.shape_points import Points, placed_shapes
+from gaitopt.robot.sole import Sole
 from gaitopt.robot.source import Source, read_source
 
 DEFAULT_RADIUS = 0.05  # m: of a body whose shape is unknown
@@ -143,17 +144,9 @@ def _points_by_body(
     robot: Robot, source: Source, kind: pin.GeometryType, bodies: list[int]
 ) -> dict[int, Points]:
     """Points of the shapes of one kind in the frames of the bodies; missing meshes have none."""
-    links = {f.name: f for f in robot.model.frames if f.parentJoint - 1 in bodies}
-    geometry = source.geometry(kind, set(links))
-    if geometry is None:
-        return {}
-    whole = source.model()
+    frames = {str(f.name): f for f in robot.model.frames if f.parentJoint - 1 in bodies}
+    links = {name: frame.placement for name, frame in frames.items()}
     found: dict[int, list[Points]] = {}
-    for item in geometry.geometryObjects:
-        link = whole.frames[item.parentFrame]
-        if link.name in links:
-            frame = links[link.name]
-            placement = frame.placement * link.placement.inverse() * item.placement
-            points = points_of(item.geometry).placed(placement)
-            found.setdefault(frame.parentJoint - 1, []).append(points)
+    for shape in placed_shapes(source, kind, links, around=True):
+        found.setdefault(frames[shape.link].parentJoint - 1, []).append(shape.points)
     return {body: Points.together(parts) for body, parts in found.items()}

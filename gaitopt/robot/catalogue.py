@@ -13,12 +13,11 @@ from difflib import get_close_matches
 from importlib import resources
 from importlib.metadata import PackageNotFoundError, distribution
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from gaitopt.errors import InputError, MissingExtraError
 from gaitopt.robot.choices import Choices
 from gaitopt.robot.choices_file import choices_from_record
-from gaitopt.robot.model import Robot
 from gaitopt.robot.presets import biped13
 from gaitopt.robot.spec import BipedSpec
 from gaitopt.robot.spec_table import merged
@@ -28,6 +27,9 @@ if sys.version_info >= (3, 11):
     import tomllib
 else:
     import tomli as tomllib
+
+if TYPE_CHECKING:
+    from gaitopt.robot.model import Robot
 
 _PACKAGE = "example-robot-data"
 EXTRA = "robots"
@@ -133,6 +135,8 @@ def robot_by_name(name: str) -> Robot:
     Raises:
         InputError: there is none of that name, or the package that has it is not installed.
     """
+    from gaitopt.robot.model import Robot  # the list of robots needs none of what this imports
+
     urdf, choices = description(entry_by_name(name))
     return Robot.from_urdf(urdf, choices=choices)
 

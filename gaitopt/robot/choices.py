@@ -7,7 +7,7 @@ from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, fields, replace
 
 from gaitopt.errors import RobotError
-from gaitopt.robot.soles import Sole
+from gaitopt.robot.sole import Sole
 
 Axis = str | tuple[float, float, float]
 Placement = tuple[float, ...]
@@ -28,6 +28,11 @@ UNEQUAL = ("refuse", "tighter", "right", "left")
 """What to do with limits that differ between the legs: refuse, the tighter ones, one leg's."""
 
 SIDES = ("right", "left")
+
+UNUSED_SRDF = (
+    "an SRDF is given (srdf), but nothing of it is used; name one of its poses "
+    '(posture = "POSE"), ask for its rotors (rotors = true), or leave it out'
+)
 
 
 @dataclass(frozen=True)

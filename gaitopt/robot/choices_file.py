@@ -5,14 +5,14 @@ from __future__ import annotations
 import math
 import sys
 from collections.abc import Mapping
-from dataclasses import fields
+from dataclasses import fields, replace
 from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
 from gaitopt.errors import RobotError
-from gaitopt.robot.choices import Choices, LimitOverride
-from gaitopt.robot.soles import Sole
+from gaitopt.robot.choices import UNUSED_SRDF, Choices, LimitOverride
+from gaitopt.robot.sole import Sole
 from gaitopt.robot.text_file import read_text
 
 if sys.version_info >= (3, 11):
@@ -25,14 +25,14 @@ NO_LIMIT = "none"
 
 
 def choices_from_toml(toml: str | Path) -> Choices:
-    """Read choices from the text or the path of a TOML file.
+    """Read choices from the text or the path of a TOML file; its paths are relative to it.
 
     Args:
         toml: a `Path`, or text; text without a line break that ends in ".toml" is a path.
 
     Raises:
-        RobotError: the file cannot be read or is not TOML, has an unknown key, or a value that
-            cannot be used.
+        RobotError: the file cannot be read or is not TOML, has an unknown key, a value that cannot
+            be used, or an SRDF that it does not use.
     """
     is_path = isinstance(toml, Path) or (toml.strip().endswith(".toml") and "\n" not in toml)
     where = str(toml).strip() if is_path else "the choices"
@@ -42,9 +42,22 @@ def choices_from_toml(toml: str | Path) -> Choices:
     except (ValueError, RecursionError) as error:
         raise RobotError(f"{where}: not TOML: {str(error)[:200]}; correct that line") from None
     try:
-        return choices_from_record(table)
+        choices = choices_from_record(table)
+        if choices.srdf is not None and isinstance(choices.posture, tuple) and not choices.rotors:
+            raise RobotError(UNUSED_SRDF)
     except RobotError as error:
         raise RobotError(f"{where}: {error}") from None
+    return _beside(choices, Path(where).parent) if is_path else choices
+
+
+def _beside(choices: Choices, folder: Path) -> Choices:
+    """Return choices whose relative paths start in a folder."""
+    folder = folder.absolute()
+    directories = tuple(str(folder / Path(d).expanduser()) for d in choices.package_dirs)
+    srdf = choices.srdf
+    if srdf is not None and not srdf.lstrip().startswith("<"):
+        srdf = str(folder / Path(srdf).expanduser())
+    return replace(choices, package_dirs=directories, srdf=srdf)
 
 
 def choices_from_record(record: Mapping[str, Any]) -> Choices:

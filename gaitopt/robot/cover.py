@@ -5,52 +5,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations
-from typing import Any
 
 import numpy as np
-import pinocchio as pin
-from scipy.spatial import ConvexHull, QhullError
 
 from gaitopt.nlp import Array
+from gaitopt.robot.shape_points import Points
 
-_SIDES = 24  # of the prism that stands for a cylinder; it is at most 1 % too wide
-_HULL = 50  # more points than these are first thinned to the corners of their hull
 _INSIDE = 1.0 + 1e-9  # of a radius: rounding
 _TINY = 1e-9  # m: rounding
 _WIDER = 3.0  # times the least radius: where the side of a leg is nearly as flat as it is itself
 _SIDEWAYS = 0.3  # of the unit: an axis nearer to the direction it faces has no such side
-
-
-@dataclass(frozen=True)
-class Points:
-    """Balls whose convex hull contains a shape.
-
-    Attributes:
-        centres: shape (P, 3) [m].
-        radii: shape (P,) [m]; zero for the corners of a polyhedron.
-    """
-
-    centres: Array
-    radii: Array
-
-    def placed(self, placement: pin.SE3) -> Points:
-        """Return them in the frame in which `placement` is given."""
-        return Points(
-            self.centres @ np.array(placement.rotation).T + placement.translation, self.radii
-        )
-
-    @classmethod
-    def together(cls, parts: Sequence[Points]) -> Points:
-        """Return those of several shapes, without points that are inside."""
-        centres = np.concatenate([p.centres for p in parts])
-        radii = np.concatenate([p.radii for p in parts])
-        if len(centres) > _HULL and not radii.any():
-            try:
-                corners = ConvexHull(centres).vertices
-            except QhullError:  # flat
-                return cls(centres, radii)
-            return cls(centres[corners], radii[corners])
-        return cls(centres, radii)
 
 
 @dataclass(frozen=True)
@@ -70,28 +34,6 @@ class Cover:
     def reach(self, direction: Array) -> float:
         """How far it reaches along a unit vector [m]."""
         return max(float(self.start @ direction), float(self.end @ direction)) + self.radius
-
-
-def points_of(shape: Any) -> Points:
-    """Return balls that contain a shape of coal, in its own frame."""
-    kind = type(shape).__name__
-    if kind == "Sphere":
-        return _balls([[0.0, 0.0, 0.0]], shape.radius)
-    if kind == "Capsule":
-        h = float(shape.halfLength)
-        return _balls([[0.0, 0.0, -h], [0.0, 0.0, h]], shape.radius)
-    if kind == "Box":
-        x, y, z = (float(v) for v in np.ravel(shape.halfSide))
-        corners = [[i * x, j * y, k * z] for i in (-1, 1) for j in (-1, 1) for k in (-1, 1)]
-        return _balls(corners, 0.0)
-    if kind in ("Cylinder", "Cone"):
-        return _balls(_prism(float(shape.radius), float(shape.halfLength)), 0.0)
-    if kind.startswith("BVHModel"):
-        return _balls(np.array(shape.vertices()), 0.0)
-    if kind.startswith("Convex"):
-        return _balls(np.array(shape.points()), 0.0)
-    shape.computeLocalAABB()  # anything else: the ball around its box
-    return _balls([np.ravel(shape.aabb_center)], float(shape.aabb_radius))
 
 
 def cover(points: Points, along: Array, facing: Array) -> Cover:
@@ -211,16 +153,3 @@ def _circle_around(points: Array) -> tuple[Array, float]:
         return a, -1.0
     centre = a + np.linalg.solve(2.0 * sides, (sides**2).sum(axis=1))
     return centre, float(np.linalg.norm(a - centre))
-
-
-def _prism(radius: float, half: float) -> Array:
-    angle = 2.0 * np.pi / _SIDES * np.arange(_SIDES)
-    r = radius / np.cos(np.pi / _SIDES)  # around the circle, not inside
-    ring = np.stack([r * np.cos(angle), r * np.sin(angle)], axis=1)
-    ends = (np.column_stack([ring, np.full(_SIDES, z)]) for z in (-half, half))
-    return np.vstack(list(ends))
-
-
-def _balls(centres: object, radius: float) -> Points:
-    at = np.array(centres, dtype=np.float64).reshape(-1, 3)
-    return Points(at, np.full(len(at), float(radius)))

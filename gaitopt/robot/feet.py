@@ -16,7 +16,8 @@ from gaitopt.nlp import Array
 from gaitopt.robot.choices import Choices, Placement
 from gaitopt.robot.findings import Finding
 from gaitopt.robot.rectangles import Rectangle, common_rectangle
-from gaitopt.robot.soles import FoundSole, Sole
+from gaitopt.robot.sole import Sole
+from gaitopt.robot.soles import FoundSole
 from gaitopt.robot.stance import Stance
 from gaitopt.robot.symmetry import mirror_placement
 
@@ -98,7 +99,8 @@ def placement_numbers(placement: pin.SE3) -> Placement:
     return tuple(float(n) for n in np.asarray(placement.homogeneous[:3]).ravel())
 
 
-def _placement(numbers: Placement) -> pin.SE3:
+def placement_of(numbers: Placement) -> pin.SE3:
+    """Return the placement of 12 numbers, the rows of [R p]."""
     rows = np.array(numbers).reshape(3, 4)
     return pin.SE3(rows[:, :3].copy(), rows[:, 3].copy())
 
@@ -108,7 +110,7 @@ def _as_given(stance: Stance, names: tuple[str | None, str | None], choices: Cho
         raise RobotError("sole_placements are given without the sole rectangle (sole); give both")
     free = free_names(stance.model)
     titles = (names[0] or free[0], names[1] or free[1])
-    placements = tuple(_placement(p) for p in choices.sole_placements)
+    placements = tuple(placement_of(p) for p in choices.sole_placements)
     text = f"{_described(choices.sole)}, placed as given"
     finding = Finding("sole", "both feet", text, "given")
     return Soles(titles, (placements[0], placements[1]), True, choices.sole, (finding,))

@@ -10,11 +10,13 @@ import pinocchio as pin
 from gaitopt.errors import RobotError
 from gaitopt.nlp import Array
 from gaitopt.robot.choices import AXES
+from gaitopt.robot.urdf_values import UrdfProblem
 
 _SAME_HEIGHT = 0.02  # m: feet of a standing robot may differ by this much at its reference posture
 _DOWNWARDS = 0.7  # cosine: from the hips a leg goes down
 _TOE = 0.03  # m: a joint this far ahead of the one before it, and not below it, bends the toes
 _UP_ORDER = ("z", "y", "x", "-z", "-y", "-x")  # the usual one first
+_UNMOVED = ("mimic", "free")  # problems of joints that no motor turns
 _BODY = pin.FrameType.BODY
 _REVOLUTE = ("JointModelRX", "JointModelRY", "JointModelRZ", "JointModelRevoluteUnaligned")
 
@@ -41,12 +43,12 @@ class Tree:
     Attributes:
         model: free-flyer and joints.
         places: origins of its joints in the root link [m], shape (njoints, 3).
-        mimics: names of the joints that follow another one.
+        problems: that were found in its file.
     """
 
     model: pin.Model
     places: Array
-    mimics: frozenset[str]
+    problems: tuple[UrdfProblem, ...] = ()
 
 
 def find_legs(tree: Tree, feet: tuple[int, int] | None, up: Array | None) -> Pair:
@@ -131,9 +133,10 @@ def _check_leg(tree: Tree, leg: list[int]) -> None:
     model = tree.model
     names = [model.names[j] for j in leg]
     for joint, name in zip(leg, names, strict=True):
+        for problem in tree.problems:
+            if problem.name == name and problem.kind in _UNMOVED:
+                raise RobotError(f"{problem}; gaitopt needs two legs of six revolute joints each")
         kind = _kind(model.joints[joint])
-        if name in tree.mimics:
-            kind = "a mimic joint, which follows another one"
         if kind != "revolute":
             raise RobotError(
                 f"joint '{name}' of a leg is {kind}; gaitopt needs two legs of six revolute "

@@ -9,11 +9,11 @@ import numpy as np
 from gaitopt.errors import RobotError
 from gaitopt.nlp import Array
 from gaitopt.robot.choices import AXES, Axis
+from gaitopt.robot.knee import find_knee
 from gaitopt.robot.legs import common_point
 
 _SNAP = 1e-3  # rad: a hip line this close to an axis of the root link is that axis
 _LONGER = 1.25  # a foot is clearly longer ahead of the ankle if by this factor
-_ONE_SIDED = 0.15  # of the range: how far the middle of a knee's range must be from straight
 _NARROW = 1e-4  # m
 
 
@@ -107,34 +107,6 @@ def axis_vector(axis: Axis) -> Array:
     return np.array(AXES[axis] if isinstance(axis, str) else axis)
 
 
-def knee_of(leg: LegLines) -> tuple[int, float, Array]:
-    """Return the joint that bends the leg, its angle when straight [rad], and the shank's side.
-
-    The side is the direction in which a larger angle takes the ankle from the straight leg.
-    """
-    best = (-1.0, 0, 0.0, np.zeros(3))
-    for row in range(6):
-        point, axis = leg.points[row], leg.axes[row]
-        to_hip, to_ankle = leg.hip - point, leg.ankle - point
-        level = to_ankle - (to_ankle @ axis) * axis
-        c1, c2 = -2.0 * float(to_hip @ level), -2.0 * float(to_hip @ np.cross(axis, level))
-        if np.hypot(c1, c2) > best[0]:
-            turn = float(np.arctan2(c2, c1))
-            straight = np.cos(turn) * level + np.sin(turn) * np.cross(axis, level)
-            best = (np.hypot(c1, c2), row, leg.angles[row] + turn, np.cross(axis, straight))
-    return best[1], float(best[2]), best[3]
-
-
-def knee_side(leg: LegLines) -> float:
-    """Return +1 or -1 for the side to which the knee's range lies, 0 if it does not tell."""
-    row, straight, _ = knee_of(leg)
-    low, high = leg.lower[row], leg.upper[row]
-    if not (np.isfinite(low) and np.isfinite(high)):
-        return 0.0
-    middle = (low + high) / 2.0 - straight
-    return float(np.sign(middle)) if abs(middle) > _ONE_SIDED * (high - low) else 0.0
-
-
 def _hip_line(legs: tuple[LegLines, LegLines], up: Array) -> Array:
     for line in (legs[1].hip - legs[0].hip, legs[1].ankle - legs[0].ankle):
         level = line - (line @ up) * up
@@ -160,7 +132,7 @@ def _given(forward: Axis, side: Array, up: Array) -> Array:
 def _front(legs: tuple[LegLines, LegLines], ahead: Array) -> tuple[float, str, str]:
     """Return the sign of forward along `ahead`, why, and what contradicts it."""
     feet, foot_words = _longer_side(legs, ahead)
-    bends = [knee_side(leg) * float(knee_of(leg)[2] @ ahead) for leg in legs]
+    bends = [_bend(leg, ahead) for leg in legs]
     knees = -float(np.sign(bends[0])) if bends[0] * bends[1] > 0.0 else 0.0
     knee_words = "the knees bend that way"
     if feet == 0.0 and knees == 0.0:
@@ -172,6 +144,13 @@ def _front(legs: tuple[LegLines, LegLines], ahead: Array) -> tuple[float, str, s
         return knees, knee_words, f"though {foot_words} if it looked the other way"
     words = [w for vote, w in ((feet, foot_words), (knees, knee_words)) if vote != 0.0]
     return feet or knees, " and ".join(words), ""
+
+
+def _bend(leg: LegLines, ahead: Array) -> float:
+    """How far forward the knee takes the ankle as its range has it [m], 0 if that does not tell."""
+    knee = find_knee(leg.points, leg.axes, leg.hip, leg.ankle, leg.angles)
+    side = knee.range_side(float(leg.lower[knee.row]), float(leg.upper[knee.row]))
+    return side * float(knee.side @ ahead)
 
 
 def _convention(ahead: Array) -> tuple[float, str, str]:

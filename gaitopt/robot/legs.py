@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pinocchio as pin
 
 from gaitopt.nlp import Array
+from gaitopt.robot.knee import Knee, find_knee
 from gaitopt.robot.limits import JointLimits
 
 HIP_JOINTS = ((3, 4, 5), (6, 7, 8))  # rows of the joint vector: stance leg, swing leg
 ANKLE_JOINTS = ((0, 1), (10, 11))
 
-_ONE_SIDED = 0.1  # of the range: how far the middle of a knee's range must be from straight
-_BEND = 0.2  # rad
+_OUTWARD = (-1.0, 1.0)  # the stance leg's chain runs from its ankle to its hip
 _MEET = 1e-6  # m: lines that pass a point this closely meet there
 _GRAVITY = 9.81  # m/s²
 
@@ -95,58 +95,37 @@ def measure_legs(lines: ChainLines, soles: tuple[str, str], limits: JointLimits)
         limits: of the joints; a knee bends towards the larger part of its range, and backwards if
             that does not tell.
     """
-    model, pelvis = lines.model, lines.pelvis
-    data = model.createData()
-    pin.framesForwardKinematics(model, data, pin.neutral(model))
-    pelvis_joint = model.frames[model.getFrameId(lines.frame)].parentJoint
+    data = lines.model.createData()
+    pin.framesForwardKinematics(lines.model, data, pin.neutral(lines.model))
     hips, ankles, knees, flexion, slack = [], [], [], [], []
     for leg, sole in enumerate(soles):
-        hip, ankle = (centre(lines.points, lines.axes, r[leg]) for r in (HIP_JOINTS, ANKLE_JOINTS))
+        parts = HIP_JOINTS[leg], ANKLE_JOINTS[leg]
+        hip, ankle = (centre(lines.points, lines.axes, rows) for rows in parts)
         slack.append(
-            _slack(lines, limits, HIP_JOINTS[leg], hip)
-            + _slack(lines, limits, ANKLE_JOINTS[leg], ankle)
+            sum(_slack(lines, limits, *part) for part in zip(parts, (hip, ankle), strict=True))
         )
-        ankle = pelvis.act(ankle)
         hips.append(hip)
-        frame = model.getFrameId(sole)
-        ankles.append(data.oMf[frame].actInv(ankle))
-        foot = model.frames[frame].parentJoint
-        ends = (
-            (pelvis_joint, data.oMi[pelvis_joint].actInv(pelvis.act(hip))),
-            (foot, data.oMi[foot].actInv(ankle)),
-        )
-        knees.append(find_knee(model, range(6 * leg, 6 * leg + 6), *ends))
-        flexion.append(_flexion(lines, limits, knees[-1][0], knees[-1][1], ends[1]))
+        place = data.oMf[lines.model.getFrameId(sole)]
+        ankles.append(place.actInv(lines.pelvis.act(ankle)))
+        rows = slice(6 * leg, 6 * leg + 6)
+        outward = _OUTWARD[leg] * lines.axes[rows]
+        knee = find_knee(lines.points[rows], outward, hip, ankle, np.zeros(6))
+        knees.append(replace(knee, row=6 * leg + knee.row))
+        flexion.append(_flexion(knees[-1], limits))
     return Legs(
         hips=np.array(hips),
         ankles=np.array(ankles),
-        knees=(knees[0][0], knees[1][0]),
-        straight=np.array([k[1] for k in knees]),
+        knees=(knees[0].row, knees[1].row),
+        straight=np.array([knee.straight for knee in knees]),
         flexion=np.array(flexion),
-        reach=max(k[2] for k in knees),
-        bound=max(k[2] + s for k, s in zip(knees, slack, strict=True)),
+        reach=max(knee.reach for knee in knees),
+        bound=max(knee.reach + more for knee, more in zip(knees, slack, strict=True)),
     )
 
 
-def _flexion(
-    lines: ChainLines, limits: JointLimits, row: int, straight: float, ankle: tuple[int, Array]
-) -> float:
-    low, high = limits.lower[row], limits.upper[row]
-    if np.isfinite(low) and np.isfinite(high):
-        middle = (low + high) / 2.0 - straight
-        if abs(middle) > _ONE_SIDED * (high - low):
-            return 1.0 if middle > 0.0 else -1.0
-    behind = [_ankle_ahead(lines, row, straight + s * _BEND, ankle) for s in (1.0, -1.0)]
-    return 1.0 if behind[0] < behind[1] else -1.0
-
-
-def _ankle_ahead(lines: ChainLines, row: int, angle: float, ankle: tuple[int, Array]) -> float:
-    model = lines.model
-    q, data = pin.neutral(model), lines.model.createData()
-    q[7 + row] = angle
-    pin.framesForwardKinematics(model, data, q)
-    pelvis = data.oMf[model.getFrameId(lines.frame)]
-    return float(pelvis.actInv(data.oMi[ankle[0]].act(ankle[1]))[0])
+def _flexion(knee: Knee, limits: JointLimits) -> float:
+    told = knee.range_side(float(limits.lower[knee.row]), float(limits.upper[knee.row]))
+    return told or (1.0 if knee.side[0] < 0.0 else -1.0)
 
 
 def common_point(points: Array, axes: Array) -> Array:
@@ -196,42 +175,3 @@ def _slack(lines: ChainLines, limits: JointLimits, rows: tuple[int, ...], point:
         radius = _distance(point, lines.points[row], lines.axes[row])
         total += 2.0 * radius * float(np.sin(angle / 2.0))
     return total
-
-
-def find_knee(
-    model: pin.Model, rows: range, hip: tuple[int, Array], ankle: tuple[int, Array]
-) -> tuple[int, float, float]:
-    """Find the joint that changes the hip-ankle distance most.
-
-    About one revolute joint the squared distance is c0 + c1 cos q + c2 sin q, so three angles give
-    the straight-knee angle and the reach exactly.
-
-    Args:
-        model: re-rooted model.
-        rows: the leg's rows in the joint vector.
-        hip, ankle: joint id and position in that joint's frame of the two centres.
-
-    Returns:
-        Row of the knee, straight angle [rad], reach [m].
-    """
-    best = (-1.0, 0, 0.0, 0.0)
-    for row in rows:
-        squared = [_squared_distance(model, row, angle, hip, ankle) for angle in (0.0, 2.1, -2.1)]
-        c0, c1, c2 = np.linalg.solve(
-            [[1.0, np.cos(a), np.sin(a)] for a in (0.0, 2.1, -2.1)], squared
-        )
-        swing = float(np.hypot(c1, c2))
-        if swing > best[0]:
-            best = (swing, row, float(np.arctan2(c2, c1)), float(np.sqrt(c0 + swing)))
-    return best[1], best[2], best[3]
-
-
-def _squared_distance(
-    model: pin.Model, row: int, angle: float, hip: tuple[int, Array], ankle: tuple[int, Array]
-) -> float:
-    q = pin.neutral(model)
-    q[7 + row] = angle
-    data = model.createData()
-    pin.forwardKinematics(model, data, q)
-    gap = data.oMi[hip[0]].act(hip[1]) - data.oMi[ankle[0]].act(ankle[1])
-    return float(gap @ gap)

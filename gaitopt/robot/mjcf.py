@@ -1,70 +1,50 @@
 """MJCF, the format of MuJoCo: made whole, and put so that Pinocchio reads all of it.
 
 Pinocchio reads MJCF, but passes in silence over what it does not know. So included files are
-merged, actuators hand their torque limits to the joints, bodies with several joints become chains,
-meshes get absolute paths, and what would still be lost or changed is refused.
+merged (in `mjcf_include`), actuators hand their torque limits to the joints, bodies with several
+joints become chains, meshes get absolute paths, and what would still be lost or changed is refused.
 """
 
 from __future__ import annotations
 
 import copy
 from collections.abc import Collection, Iterator
-from pathlib import Path, PurePosixPath
+from pathlib import PurePosixPath
 from xml.etree.ElementTree import Element, SubElement, tostring
 
 from gaitopt.errors import RobotError
 from gaitopt.robot.meshes import MeshPaths, MeshProblem
-from gaitopt.robot.mjcf_defaults import hand_down_torques
-from gaitopt.robot.text_file import read_text
+from gaitopt.robot.mjcf_defaults import check_classes, with_torques
 from gaitopt.robot.urdf_values import Entry, as_number
-from gaitopt.robot.xml_lines import XmlTree, parse_xml
+from gaitopt.robot.xml_lines import XmlTree
 
 _UNREAD = ("attach", "composite", "flexcomp", "frame", "replicate")
 _MOTION = ("compiler", "default", "keyframe", "option", "worldbody")
-_DEEPEST = 10  # levels of included files; more is a circle
-
-
-def whole_mjcf(tree: XmlTree, base: Path | None) -> Element:
-    """Return the document with its included files merged, one section of each kind.
-
-    Args:
-        tree: of the main file.
-        base: directory of the main file, None for text.
-
-    Raises:
-        RobotError: an included file cannot be read, or includes itself.
-    """
-    root = copy.deepcopy(tree.root)
-    _include(root, base, 0)
-    for section in list(root):
-        first = root.find(section.tag)
-        if first is not None and first is not section:
-            first.extend(list(section))
-            first.attrib.update(section.attrib)
-            root.remove(section)
-    return root
 
 
 def check_mjcf(tree: XmlTree) -> None:
     """Refuse what Pinocchio would leave out or change in silence.
 
     Raises:
-        RobotError: naming the line and the body.
+        RobotError: naming the line, in which of the included files, and the body.
     """
     worlds = tree.root.findall("worldbody")
     bodies = [body for world in worlds for body in world.findall("body")]
     for element in [e for world in worlds for e in world.iter()]:
         if element.tag in _UNREAD:
-            raise RobotError(
-                f"line {tree.line(element)}: <{element.tag}> is not supported; open the file in "
-                "MuJoCo and save it, which writes it out in plain bodies"
+            raise Entry(tree, element).refusal(
+                "this is not supported; open the file in MuJoCo and save it, which writes it out "
+                "in plain bodies"
             )
     moving = [body for body in bodies if _moves(body)]
     if not moving:
         raise RobotError("the MJCF file has no body that moves; it describes no robot")
     if len(moving) > 1:
         names = ", ".join(f"'{body.get('name')}'" for body in moving)
-        raise RobotError(f"several bodies move in the world: {names}; leave only the robot in it")
+        raise Entry(tree, moving[1]).refusal(
+            f"several bodies move in the world: {names}; leave only the robot in it"
+        )
+    check_classes(tree)
     for body in moving[0].iter("body"):
         _check_body(Entry(tree, body), _mass_from_geoms(tree.root))
     for joint in moving[0].iter("joint"):
@@ -73,8 +53,7 @@ def check_mjcf(tree: XmlTree) -> None:
 
 def motion_mjcf(root: Element) -> str:
     """Return the MJCF of the one robot, ready for Pinocchio, without geometry it does not need."""
-    root = copy.deepcopy(root)
-    hand_down_torques(root)
+    root = with_torques(root)
     for body in root.iter("body"):
         if body.find("inertial") is not None and not _mass_from_geoms(root):
             for geom in body.findall("geom"):
@@ -146,23 +125,6 @@ def _meshes(root: Element) -> Iterator[tuple[Element, str]]:
 
 def _mesh_name(mesh: Element) -> str:
     return mesh.get("name") or PurePosixPath(mesh.get("file", "")).stem
-
-
-def _include(parent: Element, base: Path | None, depth: int) -> None:
-    """Put the contents of included files in the place of every `include` below an element."""
-    for index, element in reversed(list(enumerate(parent))):
-        if element.tag != "include":
-            _include(element, base, depth)
-            continue
-        if depth == _DEEPEST or base is None:
-            why = "it is read as text" if base is None else "too many levels"
-            raise RobotError(f"cannot include '{element.get('file')}': {why}; give one whole file")
-        path = base / element.get("file", "")
-        included = parse_xml(read_text(path)).root
-        _include(included, base, depth + 1)
-        parent.remove(element)
-        for offset, entry in enumerate(included):
-            parent.insert(index + offset, entry)
 
 
 def _moves(body: Element) -> bool:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from xml.etree.ElementTree import Element
 
-from gaitopt.errors import RobotError
-from gaitopt.robot.urdf_values import as_number
+from gaitopt.robot.urdf_values import Entry, as_number
+from gaitopt.robot.xml_lines import XmlTree
 
 _MAIN = "main"
 _BY_CONTROL = ("motor",)  # actuators whose control is their force
@@ -32,17 +33,8 @@ class Defaults:
         return cls(classes)
 
     def complete(self, element: Element, childclass: str | None = None) -> dict[str, str]:
-        """Return the attributes of an element, its own and those of its class.
-
-        Raises:
-            RobotError: no such class is defined.
-        """
+        """Return the attributes of an element, its own and those of its class."""
         name = element.get("class") or childclass or _MAIN
-        if name not in self.classes:
-            raise RobotError(
-                f"<{element.tag}> of joint '{element.get('joint', element.get('name'))}': its "
-                f"class '{name}' is not defined; define it in <default>, or correct its name"
-            )
         return {**self.classes[name].get(element.tag, {}), **element.attrib}
 
 
@@ -52,12 +44,33 @@ def joints_with_class(root: Element) -> Iterator[tuple[Element, str | None]]:
         yield from _joints_below(world, None)
 
 
-def hand_down_torques(root: Element) -> None:
-    """Give joints the torque limits of their actuators, which Pinocchio does not read.
+def check_classes(tree: XmlTree) -> None:
+    """Refuse classes that no `default` defines: Pinocchio would pass over them.
+
+    Raises:
+        RobotError: naming the line, the element and the class.
+    """
+    known = Defaults.of(tree.root).classes
+    sections = (*tree.root.findall("worldbody"), *tree.root.findall("actuator"))
+    for element in [e for section in sections for e in section.iter()]:
+        for attribute in ("class", "childclass"):
+            name = element.get(attribute)
+            if name is not None and name not in known:
+                raise Entry(tree, element).refusal(
+                    f"its class '{name}' is not defined; define it in <default>, or correct its "
+                    "name"
+                )
+
+
+def with_torques(root: Element) -> Element:
+    """Return a copy whose joints have the torque limits of their actuators.
+
+    Pinocchio does not read those.
 
     The limit at the joint is the force range times the gear; for a motor also its control range
     times the gear. The narrowest counts.
     """
+    root = copy.deepcopy(root)
     defaults = Defaults.of(root)
     limits = _actuator_limits(root, defaults)
     for joint, childclass in joints_with_class(root):
@@ -65,6 +78,7 @@ def hand_down_torques(root: Element) -> None:
         found = [v for v in (own, limits.get(joint.get("name", ""), 0.0)) if v > 0.0]
         if found:
             joint.set("actuatorfrcrange", f"{-min(found)!r} {min(found)!r}")
+    return root
 
 
 def _actuator_limits(root: Element, defaults: Defaults) -> dict[str, float]:

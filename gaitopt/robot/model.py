@@ -14,9 +14,9 @@ from gaitopt.robot.choices import Choices
 from gaitopt.robot.findings import Finding
 from gaitopt.robot.legs import Legs, measure_legs
 from gaitopt.robot.limits import JointLimits
-from gaitopt.robot.reading import read_robot
-from gaitopt.robot.soles import Sole
-from gaitopt.robot.source import read_source
+from gaitopt.robot.reading import Reading, read_robot
+from gaitopt.robot.sole import Sole
+from gaitopt.robot.source import Source, read_source
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,7 +79,19 @@ class Robot:
         given = choices or Choices()
         given = given.over(stance_sole=stance_sole, swing_sole=swing_sole, sole=sole)
         source = read_source(urdf, given.package_dirs)
-        reading = read_robot(source, given)
+        return cls.from_reading(source, read_robot(source, given))
+
+    @classmethod
+    def from_reading(cls, source: Source, reading: Reading) -> Robot:
+        """Return the biped of a reading.
+
+        Args:
+            source: the description of the robot.
+            reading: of that description.
+
+        Raises:
+            RobotError: a body of the file is unsound, or the robot is not its own mirror image.
+        """
         chain = build_chain(reading)
         return cls(
             name=chain.model.name,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -40,6 +41,22 @@ def place(model: pin.Model, q: Array) -> Placed:
     return Placed(model, q, [placement.copy() for placement in data.oMi])
 
 
+def joint_axes(model: pin.Model, q: Array, joints: Iterable[int]) -> Array:
+    """Return the unit axes of revolute joints in the world, shape (n, 3).
+
+    Args:
+        model: of the robot.
+        q: its configuration, shape (nq,).
+        joints: ids of n joints.
+    """
+    data = model.createData()
+    pin.computeJointJacobians(model, data, q)
+    columns = [(j, model.joints[j].idx_v) for j in joints]
+    return np.array(
+        [pin.getJointJacobian(model, data, j, pin.LOCAL_WORLD_ALIGNED)[3:, v] for j, v in columns]
+    )
+
+
 def legs_at_zero(placed: Placed, legs: Legs) -> Placed:
     """Return the same posture with all leg angles 0."""
     q = placed.q.copy()
@@ -67,17 +84,12 @@ def leg_lines(placed: Placed, leg: tuple[int, ...], shape: FootShape | None = No
         leg: joints from hip to ankle.
         shape: of its foot, if known.
     """
-    model, data = placed.model, placed.model.createData()
-    pin.computeJointJacobians(model, data, placed.q)
-    axes = []
-    for joint in leg:
-        J = pin.getJointJacobian(model, data, joint, pin.LOCAL_WORLD_ALIGNED)
-        axes.append(J[3:, model.joints[joint].idx_v].copy())
+    model = placed.model
     rows = [model.joints[joint].idx_q for joint in leg]
     ankle = placed.places[leg[-1]]
     return LegLines(
         points=np.array([placed.places[joint].translation for joint in leg]),
-        axes=np.array(axes),
+        axes=joint_axes(model, placed.q, leg),
         angles=placed.q[rows],
         lower=np.array(model.lowerPositionLimit)[rows],
         upper=np.array(model.upperPositionLimit)[rows],

@@ -11,7 +11,7 @@ import pinocchio as pin
 
 from gaitopt.errors import RobotError
 from gaitopt.nlp import Array
-from gaitopt.robot.choices import Choices
+from gaitopt.robot.choices import UNUSED_SRDF, Choices
 from gaitopt.robot.text_file import read_text
 
 Angles = dict[str, float]
@@ -27,9 +27,11 @@ def reference_angles(choices: Choices, model: pin.Model, folder: Path) -> Angles
         folder: of the URDF, where the SRDF is looked up too.
 
     Raises:
-        RobotError: the SRDF cannot be read or has no such pose.
+        RobotError: the SRDF cannot be read, has no such pose, or is given for nothing.
     """
     if choices.posture is None:
+        if choices.srdf is not None and not choices.rotors:
+            raise RobotError(UNUSED_SRDF)
         return {}
     if not isinstance(choices.posture, str):
         return dict(choices.posture)

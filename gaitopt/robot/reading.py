@@ -125,8 +125,7 @@ def read_robot(source: Source, choices: Choices) -> Reading:
 
 def _find_pair(source: Source, placed: Placed, choices: Choices) -> Pair:
     points = np.array([place.translation for place in placed.places])
-    mimics = frozenset(p.name for p in source.problems if p.kind == "mimic")
-    tree = Tree(placed.model, points, mimics)
+    tree = Tree(placed.model, points, source.problems)
     up = None if choices.up is None else axis_vector(choices.up)
     return find_legs(tree, named_feet(placed.model, choices), up)
 

@@ -9,7 +9,8 @@ import pinocchio as pin
 
 from gaitopt.errors import RobotError
 from gaitopt.nlp import Array
-from gaitopt.robot.soles import FoundSole, Sole
+from gaitopt.robot.sole import Sole, tidy
+from gaitopt.robot.soles import FoundSole
 
 _DIFFERENT = 2e-3  # m: soles that differ by more from side to side deserve a word
 
@@ -53,7 +54,7 @@ class Rectangle:
             raise RobotError(
                 "the sole frames lie beside the soles; leave them out, or correct them"
             )
-        sole = Sole(*(_tidy(v) for v in (self.toe - x, self.heel - x, half, -half)))
+        sole = Sole(*(tidy(v) for v in (self.toe - x, self.heel - x, half, -half)))
         return sole, words if lost > _DIFFERENT else ()
 
 
@@ -107,8 +108,3 @@ def _box(found: FoundSole, place: pin.SE3, side: int) -> tuple[float, float, flo
         corners[:, 1] *= -1.0
     (x, y, z), (low_x, low_y, _) = corners.max(axis=0), corners.min(axis=0)
     return float(x), float(low_x), float(y), float(low_y), float((z + corners[:, 2].min()) / 2.0)
-
-
-def _tidy(value: float) -> float:
-    """Round away the rounding of the placements (1e-12 m)."""
-    return round(float(value), 12) + 0.0

@@ -1,4 +1,4 @@
-"""The rectangle of the sole that may touch the ground: given, or found from the foot's shape."""
+"""The rectangle of the sole that may touch the ground, found from the foot's shape."""
 
 from __future__ import annotations
 
@@ -10,44 +10,14 @@ from scipy.spatial import ConvexHull, QhullError
 
 from gaitopt.errors import RobotError
 from gaitopt.nlp import Array
-from gaitopt.robot.foot_shape import FootShape, foot_points
-
-__all__ = ["FootShape", "FoundSole", "Sole", "find_sole", "foot_points"]
+from gaitopt.robot.foot_shape import FootShape
+from gaitopt.robot.sole import Sole, tidy
 
 _FLATNESS = 2e-3  # m: what lies less than this above the lowest point belongs to the sole
 _SMALLEST = 5e-4  # m²: less is an edge or a stud, not a sole
 _CANDIDATES = 120  # edges tried at once
 _ROUNDS = 12  # of refinement, each about the best edges of the last
 _ADVICE = "give the sole rectangle (sole) and the height of the ankle above it (sole_drop)"
-
-
-@dataclass(frozen=True)
-class Sole:
-    """A rectangle in the plane z = 0 of the sole frame [m]: x forward, y left."""
-
-    toe: float
-    heel: float
-    left: float
-    right: float
-
-    def __post_init__(self) -> None:
-        if not (self.toe > self.heel and self.left > self.right):
-            raise RobotError(
-                f"the sole rectangle is empty: x from {self.heel} to {self.toe} m, "
-                f"y from {self.right} to {self.left} m; toe must exceed heel and left exceed right"
-            )
-
-    @property
-    def corners(self) -> Array:
-        """Toe left, toe right, heel left, heel right in the sole frame [m], shape (4, 3)."""
-        return np.array(
-            [
-                [self.toe, self.left, 0.0],
-                [self.toe, self.right, 0.0],
-                [self.heel, self.left, 0.0],
-                [self.heel, self.right, 0.0],
-            ]
-        )
 
 
 @dataclass(frozen=True)
@@ -95,8 +65,8 @@ def find_sole(shape: FootShape, upright: Array, ankle: Array) -> FoundSole:
             f"({shape.how}); {_ADVICE}"
         )
     x, y, z = (float(v) for v in np.asarray(ankle, dtype=float) @ rotation)
-    sole = Sole(*(_tidy(v) for v in (toe - x, heel - x, left - y, right - y)))
-    origin = rotation @ np.array([x, y, _tidy(height)])
+    sole = Sole(*(tidy(v) for v in (toe - x, heel - x, left - y, right - y)))
+    origin = rotation @ np.array([x, y, tidy(height)])
     how = (
         f"{(toe - heel) * 1e3:.1f} x {(left - right) * 1e3:.1f} mm, {(z - height) * 1e3:.1f} mm "
         f"below the ankle, from {shape.how}"
@@ -162,8 +132,3 @@ def _sides(hull: Array, x: Array) -> tuple[Array, Array]:
         np.where(crossed, y, np.inf).min(axis=1),
         np.where(crossed, y, -np.inf).max(axis=1),
     )
-
-
-def _tidy(value: float) -> float:
-    """Round away the rounding of the placements (1e-12 m)."""
-    return round(float(value), 12) + 0.0

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Callable, Collection
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import TypeVar
 from xml.etree.ElementTree import tostring
@@ -12,16 +13,17 @@ from xml.etree.ElementTree import tostring
 import pinocchio as pin
 
 from gaitopt.errors import RobotError
+from gaitopt.robot.collada import lie_on_side, put_upright, y_up
 from gaitopt.robot.meshes import MeshPaths, MeshProblem, first_part
 from gaitopt.robot.mjcf import (
     check_mjcf,
     geometry_mjcf,
     mjcf_mesh_problems,
     motion_mjcf,
-    whole_mjcf,
 )
+from gaitopt.robot.mjcf_include import whole_mjcf
 from gaitopt.robot.text_file import read_text
-from gaitopt.robot.urdf_check import check_urdf_tree
+from gaitopt.robot.urdf_check import check_urdf
 from gaitopt.robot.urdf_parts import geometry_part, mesh_problems, motion_part
 from gaitopt.robot.urdf_values import UrdfProblem
 from gaitopt.robot.xml_lines import XmlTree, parse_xml
@@ -41,8 +43,8 @@ class Source:
         path: of the file, None for text.
         format: "urdf" or "mjcf".
         package_dirs: directories that hold packages with meshes.
-        problems: what is suspicious but did not stop reading; see `refuse_unsound`.
-        tree: the parsed text.
+        problems: what is suspicious but did not stop reading; see `urdf_check`.
+        tree: the parsed description, which knows the lines of the files.
     """
 
     text: str
@@ -51,6 +53,7 @@ class Source:
     package_dirs: tuple[str, ...]
     problems: tuple[UrdfProblem, ...]
     tree: XmlTree
+    _sides: dict[pin.GeometryType, bool] = field(default_factory=dict, init=False, repr=False)
 
     def model(self) -> pin.Model:
         """Return a new model of the whole robot; joint 1 is a free-flyer.
@@ -61,23 +64,14 @@ class Source:
         Raises:
             RobotError: Pinocchio cannot read the description.
         """
-        if self.format == "mjcf":
-            model = _from_file(motion_mjcf(self.tree.root), _mjcf_model, "the MJCF file")
-        else:
-            model = _guarded(
-                "the URDF",
-                lambda: pin.buildModelFromXML(
-                    motion_part(self.tree.root), pin.JointModelFreeFlyer()
-                ),
-            )
-        if model.njoints < 2 or model.joints[1].shortname() != "JointModelFreeFlyer":
-            raise RobotError("the robot has no links that can move; check the file")
-        return model
+        return self._whole.copy()
 
     def geometry(
         self, kind: pin.GeometryType, links: Collection[str] | None = None
     ) -> pin.GeometryModel | None:
         """Return the geometry of `model()`, without the meshes of `mesh_problems`.
+
+        Meshes of Collada files that lie on their side are turned upright (see `collada`).
 
         Args:
             kind: what is drawn (VISUAL) or what touches (COLLISION).
@@ -89,18 +83,10 @@ class Source:
         Raises:
             RobotError: a mesh file is there, but is not one that can be read.
         """
-        model = self.model()
-        if self.format == "mjcf":
-            text = geometry_mjcf(self.tree.root, self._paths, links)
-            geometry = _from_file(
-                text, lambda file: pin.buildGeomFromMJCF(model, file, kind), "the meshes"
-            )
-        else:
-            text = geometry_part(self.tree.root, _KINDS[kind], self._paths, links)
-            geometry = _guarded(
-                "the meshes", lambda: pin.buildGeomFromUrdfString(model, text, kind)
-            )
-        return geometry if geometry.ngeoms else None
+        shapes = self._shapes(kind, links)
+        if shapes is not None and y_up(shapes) and self._lying(kind):
+            put_upright(shapes)
+        return shapes
 
     def mesh_problems(self) -> list[MeshProblem]:
         """Return the meshes that are missing, empty or were not fetched."""
@@ -120,6 +106,43 @@ class Source:
         names = {first_part(file) for file in files} - {""}
         above = [d for d in folder.parents if any((d / name).exists() for name in names)]
         return tuple(dict.fromkeys((*self.package_dirs, str(folder), *map(str, above))))
+
+    @cached_property
+    def _whole(self) -> pin.Model:
+        """The model, read once and never modified."""
+        root = self.tree.root
+        if self.format == "mjcf":
+            model = _from_file(motion_mjcf(root), _mjcf_model, "the MJCF file")
+        else:
+            text = motion_part(root)
+            model = _guarded(
+                "the URDF", lambda: pin.buildModelFromXML(text, pin.JointModelFreeFlyer())
+            )
+        if model.njoints < 2 or model.joints[1].shortname() != "JointModelFreeFlyer":
+            raise RobotError("the robot has no links that can move; check the file")
+        return model
+
+    def _shapes(
+        self, kind: pin.GeometryType, links: Collection[str] | None
+    ) -> pin.GeometryModel | None:
+        """The geometry as Pinocchio reads it."""
+        model, root = self._whole, self.tree.root
+        if self.format == "mjcf":
+            text = geometry_mjcf(root, self._paths, links)
+            shapes = _from_file(
+                text, lambda file: pin.buildGeomFromMJCF(model, file, kind), "the meshes"
+            )
+        else:
+            text = geometry_part(root, _KINDS[kind], self._paths, links)
+            shapes = _guarded("the meshes", lambda: pin.buildGeomFromUrdfString(model, text, kind))
+        return shapes if shapes.ngeoms else None
+
+    def _lying(self, kind: pin.GeometryType) -> bool:
+        """Whether the Collada files of one kind lie on their side; all links have a say in it."""
+        if kind not in self._sides:
+            shapes = self._shapes(kind, None)
+            self._sides[kind] = shapes is not None and lie_on_side(shapes, self._whole)
+        return self._sides[kind]
 
     @property
     def _paths(self) -> MeshPaths:
@@ -143,12 +166,11 @@ def read_source(urdf: str | Path, package_dirs: Collection[str | Path] = ()) -> 
     problems: tuple[UrdfProblem, ...] = ()
     file_format = _FORMATS.get(tree.root.tag, "urdf")
     if file_format == "mjcf":
-        whole = whole_mjcf(tree, None if path is None else path.parent)
-        text = tostring(whole, encoding="unicode")
-        tree = parse_xml(text)
+        tree = whole_mjcf(tree, None if path is None else path.parent)
         check_mjcf(tree)
+        text = tostring(tree.root, encoding="unicode")
     else:
-        problems = check_urdf_tree(tree)
+        problems = check_urdf(tree)
     return Source(text, path, file_format, tuple(map(str, package_dirs)), problems, tree)
 
 

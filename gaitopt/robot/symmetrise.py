@@ -14,6 +14,7 @@ import pinocchio as pin
 
 from gaitopt.errors import RobotError
 from gaitopt.nlp import Array
+from gaitopt.robot.placed import joint_axes, place
 from gaitopt.robot.symmetry import LINE_TOLERANCE, REFLECTION, line_distance, mirror_placement
 
 _EXACT = 1e-9  # m and rad: legs that are this much alike are left as they are
@@ -105,17 +106,16 @@ def mirrored(inertia: pin.Inertia) -> pin.Inertia:
     return pin.Inertia(inertia.mass, S @ inertia.lever, S @ inertia.inertia @ S)
 
 
-def _places(model: pin.Model) -> list[pin.SE3]:
-    data = model.createData()
-    pin.forwardKinematics(model, data, pin.neutral(model))
-    return [place.copy() for place in data.oMi]
+def _local(model: pin.Model, sides: Sides) -> list[pin.SE3]:
+    """Placements of the joints in the pelvis frame at the neutral posture."""
+    return [sides.plane.actInv(p) for p in place(model, pin.neutral(model)).places]
 
 
 def _mirror_left_leg(model: pin.Model, sides: Sides) -> float:
     """Put the joint lines of the left leg on the mirror images of the right ones."""
-    places, plane = _places(model), sides.plane
-    local = [plane.actInv(place) for place in places]
-    axes = _axes(model, places, plane)
+    local, q = _local(model, sides), pin.neutral(model)
+    axes = np.zeros((model.njoints, 3))
+    axes[2:] = joint_axes(model, q, range(2, model.njoints)) @ sides.plane.rotation
     worst = _check_lines(model, sides, local, axes)
     soles = [model.frames[model.getFrameId(name)] for name in sides.soles]
     target = mirror_placement(local[sides.right[5]] * soles[0].placement)
@@ -136,16 +136,6 @@ def _mirror_left_leg(model: pin.Model, sides: Sides) -> float:
         model.jointPlacements[left] = moved[model.parents[left]].actInv(moved[left])
     model.frames[model.getFrameId(sides.soles[1])].placement = moved[sides.left[5]].actInv(target)
     return max(worst, sole_gap)
-
-
-def _axes(model: pin.Model, places: list[pin.SE3], plane: pin.SE3) -> Array:
-    data = model.createData()
-    pin.computeJointJacobians(model, data, pin.neutral(model))
-    axes = np.zeros((model.njoints, 3))
-    for joint in range(2, model.njoints):
-        column = pin.getJointJacobian(model, data, joint, pin.LOCAL_WORLD_ALIGNED)
-        axes[joint] = plane.rotation.T @ column[3:, model.joints[joint].idx_v]
-    return axes
 
 
 def _check_lines(model: pin.Model, sides: Sides, local: list[pin.SE3], axes: Array) -> float:
@@ -175,7 +165,7 @@ def _onto(place: pin.SE3, axis: Array, point: Array, goal: Array) -> pin.SE3:
 
 def _seen(model: pin.Model, sides: Sides) -> list[tuple[int, int, pin.SE3, pin.SE3]]:
     """Pairs of bodies and their placements in the pelvis frame, the trunk with itself first."""
-    local = [sides.plane.actInv(place) for place in _places(model)]
+    local = _local(model, sides)
     pairs = [(1, 1), *zip(sides.right, sides.left, strict=True)]
     return [(i, j, local[i], local[j]) for i, j in pairs]
 

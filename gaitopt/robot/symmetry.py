@@ -7,6 +7,7 @@ import pinocchio as pin
 
 from gaitopt.errors import RobotError
 from gaitopt.nlp import Array
+from gaitopt.robot.placed import joint_axes, place
 
 REFLECTION = np.diag([1.0, -1.0, 1.0])  # left <-> right, in axes x forward, y left, z up
 LINE_TOLERANCE = 1e-4  # m and rad: how far a mirrored joint axis may lie from its partner
@@ -22,16 +23,9 @@ def joint_lines(model: pin.Model, pelvis: pin.SE3) -> tuple[Array, Array]:
     Returns:
         Points and unit axes in the pelvis frame, each of shape (12, 3).
     """
-    data = model.createData()
-    pin.computeJointJacobians(model, data, pin.neutral(model))
-    to_pelvis = pelvis.inverse()
-    points, axes = np.empty((12, 3)), np.empty((12, 3))
-    for row, joint in enumerate(range(2, 14)):
-        column = model.joints[joint].idx_v
-        axis = pin.getJointJacobian(model, data, joint, pin.LOCAL_WORLD_ALIGNED)[3:, column]
-        points[row] = to_pelvis.act(data.oMi[joint].translation)
-        axes[row] = to_pelvis.rotation @ axis
-    return points, axes
+    placed = place(model, pin.neutral(model))
+    points = np.array([pelvis.actInv(p.translation) for p in placed.places[2:14]])
+    return points, joint_axes(model, placed.q, range(2, 14)) @ pelvis.rotation
 
 
 def leg_exchange(names: tuple[str, ...], points: Array, axes: Array, outward: Array) -> Array:

@@ -1,8 +1,8 @@
 """What the loaders below accept silently, or refuse without saying why.
 
 What leaves no robot, or makes every result wrong, is refused at once. What matters only where it is
-(an arm without limits is an arm that is locked) is returned as data; `refuse_unsound` weighs it
-once the legs are known.
+(an arm without limits is an arm that is locked) is returned as data, to be weighed once the legs
+are known: joints by `find_legs`, ranges by `read_robot`, bodies by `refuse_unsound`.
 """
 
 from __future__ import annotations
@@ -17,16 +17,14 @@ from gaitopt.robot.urdf_inertial import check_inertial, inertia_fault
 from gaitopt.robot.urdf_joints import check_joint
 from gaitopt.robot.urdf_tree import check_tree
 from gaitopt.robot.urdf_values import Entry, UrdfProblem
-from gaitopt.robot.xml_lines import XmlTree, parse_xml
-
-_FATAL_IN_LEGS = ("mimic", "free")
+from gaitopt.robot.xml_lines import XmlTree
 
 
-def check_urdf(text: str) -> tuple[UrdfProblem, ...]:
+def check_urdf(tree: XmlTree) -> tuple[UrdfProblem, ...]:
     """Check a URDF before any loader sees it.
 
     Args:
-        text: of the URDF.
+        tree: of the URDF.
 
     Returns:
         What is suspicious but does not stop reading, in the order of the file.
@@ -34,11 +32,6 @@ def check_urdf(text: str) -> tuple[UrdfProblem, ...]:
     Raises:
         RobotError: naming the line, the link or joint, the value, and what is allowed.
     """
-    return check_urdf_tree(parse_xml(text))
-
-
-def check_urdf_tree(tree: XmlTree) -> tuple[UrdfProblem, ...]:
-    """Check a URDF that is parsed already; see `check_urdf`."""
     check_tree(tree)
     links = [Entry(tree, element) for element in tree.root.findall("link")]
     joints = [Entry(tree, element) for element in tree.root.findall("joint")]
@@ -54,35 +47,21 @@ def check_urdf_tree(tree: XmlTree) -> tuple[UrdfProblem, ...]:
 
 
 def refuse_unsound(model: pin.Model, problems: Iterable[UrdfProblem]) -> None:
-    """Refuse a robot whose legs or bodies have problems that would make its gait wrong.
+    """Refuse a robot with a body whose mass and inertia no body can have.
 
     Args:
-        model: a free-flyer and the joints of the legs, with the limits that count in the end; all
-            other joints are locked.
+        model: a free-flyer and the joints of the legs; all other joints are locked.
         problems: that were found in its file.
 
     Raises:
-        RobotError: a leg joint has no range, mimics another, or is not one that a motor turns; or
-            no body can have the mass and inertia of one of the moving bodies.
+        RobotError: naming the link if one is at fault, else the body.
     """
     problems = tuple(problems)
-    for problem in problems:
-        if not model.existJointName(problem.name) or problem.kind in ("inertia", "massless"):
-            continue
-        if problem.kind in _FATAL_IN_LEGS or (
-            problem.kind == "range" and _range_is_empty(model, problem.name)
-        ):
-            raise RobotError(str(problem))
     for joint in range(1, model.njoints):
         inertia = model.inertias[joint]
         fault = inertia_fault(float(inertia.mass), np.array(inertia.inertia))
         if fault:
             raise RobotError(_body_fault(model, joint, fault, problems))
-
-
-def _range_is_empty(model: pin.Model, name: str) -> bool:
-    at = model.joints[model.getJointId(name)].idx_q
-    return not model.lowerPositionLimit[at] < model.upperPositionLimit[at]
 
 
 def _body_fault(model: pin.Model, joint: int, fault: str, problems: tuple[UrdfProblem, ...]) -> str:

@@ -57,6 +57,8 @@ def geometry_part(root: Element, kind: str, paths: MeshPaths, links: Collection[
                 link.remove(element)
     for joint in root.findall("joint"):
         _complete_limit(joint)
+        for limit in joint.findall("limit"):
+            limit.attrib.update(lower="0", upper="0")  # an empty range would stop the loader
     _drop_world(root)
     return tostring(root, encoding="unicode")
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from xml.etree.ElementTree import Element
 
 from gaitopt.errors import RobotError
-from gaitopt.robot.xml_lines import XmlTree
+from gaitopt.robot.xml_lines import XmlTree, where
 
 
 @dataclass(frozen=True)
@@ -20,26 +20,28 @@ class UrdfProblem:
             "free" (floating or planar).
         name: of the link ("inertia", "massless") or of the joint (all others).
         text: one sentence: the value, what is allowed, what to do.
-        line: in the URDF, counted from 1.
+        line: in the file, counted from 1.
+        file: name of the file that the robot's own includes, else empty.
     """
 
     kind: str
     name: str
     text: str
     line: int
+    file: str = ""
 
     def __str__(self) -> str:
-        """Return the sentence with the line before it."""
-        return f"line {self.line}: {self.text}"
+        """Return the sentence with its place before it."""
+        return f"{where(self.line, self.file)}: {self.text}"
 
 
 @dataclass(frozen=True, eq=False)
 class Entry:
-    """A link or a joint of a URDF.
+    """An element of a URDF or an MJCF file that messages speak of, mostly a link or a joint.
 
     Attributes:
         tree: the document.
-        element: the `link` or `joint` element.
+        element: of it.
     """
 
     tree: XmlTree
@@ -52,13 +54,17 @@ class Entry:
 
     @property
     def title(self) -> str:
-        """Its tag and name, as "joint 'left_knee'"."""
-        return f"{self.element.tag} '{self.name}'"
+        """Its tag and name, as "joint 'left_knee'", or what it has in place of a name."""
+        tag, name = self.element.tag, self.element.get("name")
+        if name is None and "joint" in self.element.attrib:
+            return f"{tag} of joint '{self.element.attrib['joint']}'"
+        return f"<{tag}>" if name is None else f"{tag} '{name}'"
 
     def problem(self, kind: str, text: str, child: Element | None = None) -> UrdfProblem:
         """Return a problem of this link or joint, at the line of `child` if that is given."""
-        line = self.tree.line(self.element if child is None else child)
-        return UrdfProblem(kind, self.name, f"{self.title}: {text}", line)
+        at = self.element if child is None else child
+        line, file = self.tree.line(at), self.tree.file(at)
+        return UrdfProblem(kind, self.name, f"{self.title}: {text}", line, file)
 
     def refusal(self, text: str, child: Element | None = None) -> RobotError:
         """Return the error that says the same, to be raised."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-import numpy as np
 import pinocchio as pin
 
 from gaitopt.errors import RobotError
@@ -12,6 +11,7 @@ from gaitopt.gait.result import Gait
 from gaitopt.nlp import Array
 from gaitopt.robot.choices import Choices
 from gaitopt.robot.choices_file import choices_from_record
+from gaitopt.robot.feet import placement_of
 from gaitopt.robot.heading import axis_vector
 from gaitopt.robot.posture import reference_configuration
 from gaitopt.robot.source import Source, read_source
@@ -95,7 +95,6 @@ def _add_soles(gait: Gait, model: pin.Model) -> None:
     for (sole, joint), numbers in zip(soles, placements[:: -1 if left_stands else 1], strict=True):
         if model.existFrame(sole):
             continue
-        rows = np.array(numbers).reshape(3, 4)
-        place = pin.SE3(rows[:, :3].copy(), rows[:, 3].copy())
-        frame = pin.Frame(sole, model.getJointId(joint), place, pin.FrameType.OP_FRAME)
+        place, kind = placement_of(numbers), pin.FrameType.OP_FRAME
+        frame = pin.Frame(sole, model.getJointId(joint), place, kind)
         model.addFrame(frame, False)

@@ -9,31 +9,28 @@ from xml.etree.ElementTree import Element
 import numpy as np
 import pinocchio as pin
 
+from gaitopt.robot.collada import up_axis
+
 _GREY = np.array([0.62, 0.65, 0.68, 1.0])
-# Collada's y axis to z; Pinocchio leaves it where it is
-_UPRIGHT = pin.SE3(np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]]), np.zeros(3))
 _FACES = ("lines", "polygons", "polylist", "triangles", "trifans", "tristrips")
 
 
 def drawable(shapes: pin.GeometryModel) -> pin.GeometryModel:
     """Return shapes with Collada files put so that the viewer draws them.
 
-    A file whose z axis is up keeps the colours it gives. Of the others, and of files that the
-    viewer cannot merge, the triangles are drawn, turned upright, in the colour that the robot's
-    file gives; black, for want of a colour, becomes grey: on black no shape can be seen.
+    A file whose z axis is up keeps the colours it gives. Of the others, which the viewer would turn
+    by itself, and of files that it cannot merge, the triangles are drawn, in the colour that the
+    robot's file gives; black, for want of a colour, becomes grey: on black no shape can be seen.
     """
     for item in shapes.geometryObjects:
         if not item.meshPath.lower().endswith(".dae"):
             continue
         root = _parsed(Path(item.meshPath))
-        upright = root is not None and _up_axis(root) == "Z_UP"
-        if root is not None and upright and mergeable(root):
+        if root is not None and mergeable(root) and up_axis(item.meshPath) == "Z_UP":
             item.overrideMaterial = False
             continue
         item.meshPath = ""  # the triangles are there already, scaled
         item.meshScale = np.ones(3)
-        if not upright:
-            item.placement = item.placement * _UPRIGHT
         if not item.meshColor[:3].any():
             item.meshColor = _GREY
     return shapes
@@ -50,11 +47,6 @@ def mergeable(root: Element) -> bool:
             inputs = (e for e in element if e.tag.endswith("input"))
             attributes.add(frozenset(e.get("semantic", "") for e in inputs))
     return len(attributes) == 1
-
-
-def _up_axis(root: Element) -> str:
-    """Return the upward axis of a Collada document; y unless it says otherwise."""
-    return next((e.text or "" for e in root.iter() if e.tag.endswith("up_axis")), "Y_UP")
 
 
 def _parsed(path: Path) -> Element | None:

@@ -8,9 +8,9 @@ from reference_cases import biped
 from urdf_edits import edited_urdf
 
 from gaitopt.robot.capsules import DEFAULT_RADIUS, leg_capsules
-from gaitopt.robot.cover import points_of
 from gaitopt.robot.model import Robot
-from gaitopt.robot.soles import Sole
+from gaitopt.robot.shape_points import points_of
+from gaitopt.robot.sole import Sole
 
 SOLE = Sole(toe=0.0, heel=-0.214, left=0.068, right=-0.068)
 
@@ -60,7 +60,7 @@ def test_capsules_cover_what_the_urdf_shows(robot):
             if capsule is None or (names is None) == name.endswith("_foot"):
                 continue
             at = data.oMf[foot].actInv(data.oMi[item.parentJoint] * item.placement)
-            points = points_of(item.geometry).placed(at)
+            points = points_of(item.geometry, around=True).placed(at)
             ends = [own.oMi[capsule.body + 1].act(e) for e in capsule.ends]
             axis = ends[1] - ends[0]
             share = np.clip((points.centres - ends[0]) @ axis / max(axis @ axis, 1e-12), 0.0, 1.0)

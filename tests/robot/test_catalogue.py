@@ -1,5 +1,8 @@
 """Robots known by name."""
 
+import subprocess
+import sys
+
 import pytest
 from example_robots import DIRECTORY, needs_example_robots
 
@@ -52,3 +55,13 @@ def test_a_package_without_the_file_is_told(monkeypatch, tmp_path):
 
 def test_the_directory_is_that_of_the_installed_package():
     assert module._descriptions() == DIRECTORY
+
+
+def test_the_list_and_the_choices_are_read_without_pinocchio():
+    code = (
+        "import sys; from gaitopt.robot.catalogue import catalogue, description\n"
+        "import gaitopt.robot.sole\n"
+        "print(len(catalogue()), {'pinocchio', 'coal', 'scipy'} & set(sys.modules))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout == f"{len(catalogue())} set()\n"

@@ -9,7 +9,10 @@ from hypothesis import strategies as st
 from gaitopt.errors import RobotError
 from gaitopt.robot.choices import AXES, UNEQUAL, Choices, LimitOverride
 from gaitopt.robot.choices_file import choices_from_record, choices_from_toml, choices_record
-from gaitopt.robot.soles import Sole
+from gaitopt.robot.model import Robot
+from gaitopt.robot.presets import biped13
+from gaitopt.robot.sole import Sole
+from gaitopt.robot.urdf import urdf_text
 
 quick = settings(deadline=None, derandomize=True, max_examples=40)
 numbers = st.floats(0.01, 100.0)
@@ -132,6 +135,31 @@ def test_a_toml_file_and_its_text_are_read(tmp_path):
 def test_what_cannot_be_used_is_named(text, message):
     with pytest.raises(RobotError, match=f"^the choices: .*{message}"):
         choices_from_toml(text)
+
+
+def test_paths_in_a_file_are_relative_to_it(tmp_path, monkeypatch):
+    (tmp_path / "robot").mkdir()
+    path = tmp_path / "robot" / "choices.toml"
+    path.write_text(
+        f'srdf = "poses/a.srdf"\nposture = "stand"\npackage_dirs = ["..", "{tmp_path}"]',
+        encoding="utf-8",
+    )
+    monkeypatch.chdir(tmp_path)
+    choices = choices_from_toml("robot/choices.toml")
+    assert choices.srdf == str(tmp_path / "robot" / "poses" / "a.srdf")
+    assert choices.package_dirs == (str(tmp_path / "robot" / ".."), str(tmp_path))
+    path.write_text('srdf = "<robot/>"\nrotors = true', encoding="utf-8")
+    assert choices_from_toml(path).srdf == "<robot/>"
+
+
+def test_an_srdf_that_is_not_used_is_refused(tmp_path):
+    with pytest.raises(RobotError, match=r"^the choices: an SRDF is .* nothing of it is used"):
+        choices_from_toml('srdf = "a.srdf"\n[posture]\nwaist = 0.1')
+    # A pose may still be asked for elsewhere.
+    path = tmp_path / "choices.toml"
+    path.write_text('srdf = "a.srdf"', encoding="utf-8")
+    with pytest.raises(RobotError, match=r"name one of its poses .* or leave it out"):
+        Robot.from_urdf(urdf_text(biped13()), choices=choices_from_toml(path))
 
 
 def test_a_missing_file_is_named(tmp_path):

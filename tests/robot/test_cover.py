@@ -4,7 +4,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gaitopt.robot.cover import Points, cover, farthest_centre, points_of, smallest_circle
+from gaitopt.robot.cover import cover, farthest_centre, smallest_circle
+from gaitopt.robot.shape_points import Points, points_of
 
 fast = settings(deadline=None, derandomize=True, max_examples=100)
 numbers = st.floats(-1.0, 1.0).map(lambda v: round(v, 2))
@@ -73,7 +74,7 @@ def test_no_centre_is_farther(points, angle):
 
 def test_a_side_is_nearly_as_flat_as_the_body():
     """A bar of 10 by 6 cm, whose 10 cm face the other leg: 3 cm away, not 5.8."""
-    bar = points_of(coal.Box(0.1, 0.06, 0.4))
+    bar = points_of(coal.Box(0.1, 0.06, 0.4), around=True)
     towards = np.array([0.0, 1.0, 0.0])
     assert cover(bar, NOWHERE, NOWHERE).reach(towards) == pytest.approx(np.hypot(0.05, 0.03))
     radius = 3.0 * np.hypot(0.05, 0.03)
@@ -82,21 +83,21 @@ def test_a_side_is_nearly_as_flat_as_the_body():
 
 
 def test_a_body_that_points_to_the_other_leg_is_not_widened():
-    bar, along = points_of(coal.Box(0.1, 0.5, 0.06)), np.array([0.0, 1.0, 0.0])
+    bar, along = points_of(coal.Box(0.1, 0.5, 0.06), around=True), np.array([0.0, 1.0, 0.0])
     np.testing.assert_allclose(cover(bar, NOWHERE, along).radius, np.hypot(0.05, 0.03))
 
 
 def test_a_ball_and_a_capsule_cover_themselves():
-    ball = cover(points_of(coal.Sphere(0.07)), NOWHERE, NOWHERE)
+    ball = cover(points_of(coal.Sphere(0.07), around=True), NOWHERE, NOWHERE)
     assert (ball.radius, np.linalg.norm(ball.end - ball.start)) == pytest.approx((0.07, 0.0))
-    long = cover(points_of(coal.Capsule(0.05, 0.4)), NOWHERE, NOWHERE)
+    long = cover(points_of(coal.Capsule(0.05, 0.4), around=True), NOWHERE, NOWHERE)
     assert long.radius == pytest.approx(0.05)
     np.testing.assert_allclose(np.abs([long.start[2], long.end[2]]), 0.2)
     assert long.volume == pytest.approx(np.pi * 0.05**2 * (0.4 + 4.0 / 3.0 * 0.05))
 
 
 def test_a_bar_is_covered_along_its_length():
-    bar = cover(points_of(coal.Box(0.03, 0.5, 0.04)), NOWHERE, NOWHERE)
+    bar = cover(points_of(coal.Box(0.03, 0.5, 0.04), around=True), NOWHERE, NOWHERE)
     assert bar.radius == pytest.approx(0.025)  # half of the diagonal of 3 by 4 cm
     np.testing.assert_allclose(np.abs(bar.end - bar.start), [0.0, 0.5, 0.0], atol=1e-12)
 
@@ -123,7 +124,7 @@ SHAPES = (
 @pytest.mark.parametrize("shape", SHAPES, ids=lambda s: type(s).__name__)
 def test_every_shape_is_inside_its_cover(shape):
     """Coal finds no point of the shape on a plane that touches the cover from outside."""
-    found = cover(points_of(shape), NOWHERE, NOWHERE)
+    found = cover(points_of(shape, around=True), NOWHERE, NOWHERE)
     for direction in np.random.default_rng(1).normal(size=(50, 3)):
         n = direction / np.linalg.norm(direction)
         reach = max(found.start @ n, found.end @ n) + found.radius
@@ -140,7 +141,7 @@ def test_meshes_are_covered_by_their_vertices():
     mesh.addVertices(corners)
     mesh.addTriangle(*corners)
     mesh.endModel()
-    found = cover(points_of(mesh), NOWHERE, NOWHERE)
+    found = cover(points_of(mesh, around=True), NOWHERE, NOWHERE)
     assert outside(found, Points(corners, np.zeros(3))) < 1e-9
     assert found.radius < 0.06
 

@@ -163,10 +163,10 @@ DAMAGE = {
         on("joint", HIP, "limit", lower="1", upper="-1"),
         rf"line \d+: joint '{HIP}': the range is from 1 to -1 rad; lower must be below upper",
     ),
-    "mimic in a leg": (both(mimic), r"joint '(left|right)_knee' of a leg is a mimic joint"),
+    "mimic in a leg": (both(mimic), r"line \d+: joint '(left|right)_knee': it mimics joint"),
     "floating joint in a leg": (
         both(lambda side: on("joint", f"{side}_knee", ".", type="floating")),
-        r"joint '(left|right)_knee' of a leg is .* 6 degrees of freedom",
+        r"line \d+: joint '(left|right)_knee': its type is floating; only revolute",
     ),
     "prismatic joint in a leg": (
         both(lambda side: on("joint", f"{side}_knee", ".", type="prismatic")),

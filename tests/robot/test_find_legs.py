@@ -12,7 +12,7 @@ from urdf_edits import edited_urdf, joint, link
 from gaitopt.errors import RobotError
 from gaitopt.robot.choices import Choices
 from gaitopt.robot.model import Robot
-from gaitopt.robot.soles import Sole
+from gaitopt.robot.sole import Sole
 
 LEG = ("ankle_roll", "ankle_pitch", "knee", "hip_pitch", "hip_roll", "hip_yaw")
 QUARTER = "1.5707963267948966"
@@ -184,8 +184,8 @@ def _mimic(root):
         (_knees("fixed"), r"_sole' has 5 joints of its own; .*ankle_pitch, \w+_ankle_roll$"),
         (_knees("prismatic"), r"joint '\w+_knee' of a leg is prismatic; gaitopt needs two legs of"),
         (_knees("continuous"), r"joint '\w+_knee' of a leg is continuous \(without a range\)"),
-        (_knees("planar"), r"joint '\w+_knee' of a leg is one with 3 degrees of freedom"),
-        (_mimic, "joint 'left_knee' of a leg is a mimic joint, which follows another one"),
+        (_knees("planar"), r"^line \d+: joint '\w+_knee': its type is planar; only revolute"),
+        (_mimic, r"^line \d+: joint 'left_knee': it mimics joint 'right_knee', which is not"),
     ],
 )
 def test_legs_that_cannot_walk_are_named(edit, message):

@@ -10,9 +10,12 @@ from mjcf_text import mjcf_text
 from motion_twins import same_motion
 
 from gaitopt.errors import RobotError
+from gaitopt.robot.mjcf_defaults import with_torques
+from gaitopt.robot.mjcf_include import whole_mjcf
 from gaitopt.robot.presets import biped13
 from gaitopt.robot.source import read_source
 from gaitopt.robot.urdf import urdf_text
+from gaitopt.robot.xml_lines import parse_xml
 
 COLLISION = pin.GeometryType.COLLISION
 
@@ -55,7 +58,9 @@ def test_mjcf_is_read_with_what_it_includes(tmp_path, model, rng):
     assert same_motion(source.model(), model, rng)
     np.testing.assert_allclose(source.model().effortLimit[6:], model.effortLimit[6:])
     assert same_motion(read_source(source.text).model(), model, rng)
-    with pytest.raises(RobotError, match=r"cannot include 'parts/.*': it is read as text"):
+    with pytest.raises(
+        RobotError, match=r"line \d+: cannot include 'parts/.*': it is read as text"
+    ):
         read_source(path.read_text(encoding="utf-8"))
 
 
@@ -137,13 +142,21 @@ def test_mjcf_limits_come_from_classes_and_actuators():
         ("'0.1 0.1 0.15'", "'0.1 -0.1 0.15'", r"body 'leg': .*principal moments are \[0.1, -0.1"),
         ("mass='2'", "", r"body 'leg': no mass is given; add it \[kg\]"),
         ("axis='1 0 0'", "axis='0 0 0'", "joint 'roll': its axis is 0 0 0; it needs a direction"),
-        ("<site", "<frame/><site", "<frame> is not supported; open the file in MuJoCo and save"),
-        ("<body name='ball'>", "<body name='ball'><freejoint/>", "several bodies move .* 'ball'"),
+        (
+            "<site",
+            "<frame/><site",
+            r"line 10: <frame>: this is not supported; open the file in MuJoCo and save",
+        ),
+        (
+            "<body name='ball'>",
+            "<body name='ball'><freejoint/>",
+            "line 5: body 'pelvis': several bodies move in the world: 'ball'",
+        ),
         ("<body name='leg'", "<body name='pelvis'", "the MJCF file cannot be read"),
         (
             "class='hip'/>",
             "class='knee'/>",
-            "<motor> of joint 'yaw': its class 'knee' is not defined",
+            "line 12: motor of joint 'yaw': its class 'knee' is not defined",
         ),
     ],
 )
@@ -152,3 +165,70 @@ def test_mjcf_that_would_be_misread_is_refused(old, new, message):
     text = CHAIN.replace(old, new)
     with pytest.raises(RobotError, match=message):
         read_source(text).model()
+
+
+INCLUDED = """<mujocoinclude>
+<!-- the left
+leg -->
+ <body name='leg'
+       pos='0 0.1 -0.2'>
+  <inertial pos='0 0 0'
+            mass='{mass}' diaginertia='0.1 0.1 0.15'/>
+  <joint name='yaw' axis='{axis}' class='{kind}'/>
+ </body>{more}
+</mujocoinclude>"""
+MAIN = """<mujoco><!-- two
+lines --><compiler angle='radian'/><default><joint damping='1'/><default class='hip'/></default>
+<worldbody><body name='pelvis'><freejoint/>
+<inertial pos='0 0 0' mass='3' diaginertia='1 1 1'/>
+<include file='parts/leg.xml'/></body></worldbody></mujoco>"""
+
+
+def with_parts(folder, **changes):
+    values = {"mass": "2", "axis": "0 0 1", "kind": "hip", "more": "", **changes}
+    (folder / "parts").mkdir()
+    (folder / "parts" / "leg.xml").write_text(INCLUDED.format(**values), encoding="utf-8")
+    path = folder / "robot.xml"
+    path.write_text(MAIN, encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"mass": "-2"}, "line 6 of 'parts/leg.xml': body 'leg': its mass is -2 kg"),
+        ({"axis": "0 0 0"}, "line 8 of 'parts/leg.xml': joint 'yaw': its axis is 0 0 0"),
+        ({"kind": "knee"}, "line 8 of 'parts/leg.xml': joint 'yaw': its class 'knee' is not"),
+        ({"more": "</body>"}, "the included file 'parts/leg.xml' is not well-formed XML: line 9"),
+        (
+            {"more": "<include file='parts/leg.xml'/>"},
+            r"line 9 of 'parts/leg.xml': cannot include 'parts/leg.xml': too many levels",
+        ),
+        (
+            {"more": "<include file='parts/arm.xml'/>"},
+            r"cannot read the included file '.*arm.xml': no such file",
+        ),
+    ],
+)
+def test_what_is_wrong_in_an_included_file_is_found_there(tmp_path, changes, message):
+    with pytest.raises(RobotError, match=rf"^{message}"):
+        read_source(with_parts(tmp_path, **changes))
+
+
+def test_lines_are_those_of_the_file(tmp_path):
+    path = with_parts(tmp_path)
+    path.write_text(MAIN.replace("mass='3'", "mass='x'"), encoding="utf-8")
+    with pytest.raises(RobotError, match=r"^line 4: body 'pelvis': mass is 'x'"):
+        read_source(path)
+
+
+def test_what_is_read_is_left_as_it_was(tmp_path):
+    path = with_parts(tmp_path)
+    tree = parse_xml(path.read_text(encoding="utf-8"))
+    before = ET.tostring(tree.root)
+    whole = whole_mjcf(tree, tmp_path)
+    assert ET.tostring(tree.root) == before != ET.tostring(whole.root)
+    root = ET.fromstring(CHAIN)
+    limited = with_torques(root)
+    assert root.find(".//joint[@name='roll']").get("actuatorfrcrange") is None
+    assert limited.find(".//joint[@name='roll']").get("actuatorfrcrange") == "-20.0 20.0"

@@ -8,7 +8,7 @@ from urdf_edits import add_arm, edited_urdf, joint, link, scale_mass, set_limit
 from gaitopt.errors import RobotError
 from gaitopt.robot.model import Robot
 from gaitopt.robot.presets import biped13
-from gaitopt.robot.soles import Sole
+from gaitopt.robot.sole import Sole
 from gaitopt.robot.urdf import urdf_text
 
 LEG = ("ankle_roll", "ankle_pitch", "knee", "hip_pitch", "hip_roll", "hip_yaw")

@@ -14,7 +14,7 @@ from gaitopt.errors import RobotError
 from gaitopt.robot.choices import Choices
 from gaitopt.robot.level import sole_normal
 from gaitopt.robot.model import Robot
-from gaitopt.robot.soles import Sole
+from gaitopt.robot.sole import Sole
 
 FOOT = "type='box' size='0.107 0.068 0.02' pos='0.03 0 -0.085'"
 

@@ -10,8 +10,10 @@ from mesh_files import TETRAHEDRON, write_stl
 from scipy.spatial import ConvexHull, QhullError
 
 from gaitopt.errors import RobotError
+from gaitopt.robot.foot_shape import foot_points
 from gaitopt.robot.presets import biped13
-from gaitopt.robot.soles import Sole, find_sole, foot_points, largest_rectangle
+from gaitopt.robot.sole import Sole
+from gaitopt.robot.soles import find_sole, largest_rectangle
 from gaitopt.robot.source import read_source
 from gaitopt.robot.urdf import urdf_text
 

@@ -11,7 +11,10 @@ from motion_twins import same_motion
 from urdf_edits import add_arm, edited_urdf, joint, link
 
 from gaitopt.errors import RobotError
+from gaitopt.robot.choices import Choices
+from gaitopt.robot.model import Robot
 from gaitopt.robot.presets import biped13
+from gaitopt.robot.reading import read_robot
 from gaitopt.robot.source import Source, read_source
 from gaitopt.robot.urdf import urdf_text
 
@@ -191,6 +194,25 @@ def test_an_arm_without_limits_is_read(model, capfd):
     }
     assert source.model().nv == model.nv + 1
     assert capfd.readouterr().err == ""
+
+
+def test_a_model_is_read_once_and_handed_out_as_a_copy(monkeypatch):
+    source = read_source(TEXT)
+    first = source.model()
+    first.addFrame(pin.Frame("mark", 1, pin.SE3.Identity(), pin.FrameType.OP_FRAME))
+    first.inertias[1] = pin.Inertia.Zero()
+    monkeypatch.setattr(pin, "buildModelFromXML", None)
+    second = source.model()
+    assert not second.existFrame("mark")
+    assert pin.computeTotalMass(second) == pytest.approx(56.87)
+
+
+def test_a_robot_may_be_made_of_its_reading():
+    source = read_source(TEXT)
+    robot = Robot.from_reading(source, read_robot(source, Choices()))
+    expected = Robot.from_urdf(TEXT)
+    assert robot.model == expected.model
+    assert robot.choices == expected.choices
 
 
 def test_a_floating_joint_to_the_world_gives_way_to_the_free_flyer(model, rng):

@@ -10,10 +10,13 @@ from example_robots import BIPEDS, example_robot, needs_example_robots
 from urdf_edits import add_arm, edited_urdf, joint, link
 
 from gaitopt.errors import RobotError
+from gaitopt.robot.choices import Choices, LimitOverride
+from gaitopt.robot.model import Robot
 from gaitopt.robot.presets import biped13
 from gaitopt.robot.source import read_source
 from gaitopt.robot.urdf import urdf_text
 from gaitopt.robot.urdf_check import check_urdf, refuse_unsound
+from gaitopt.robot.xml_lines import parse_xml
 
 TEXT = urdf_text(biped13())
 
@@ -24,12 +27,16 @@ def edited(pattern, replacement):
     return text
 
 
+def checked(text):
+    return check_urdf(parse_xml(text))
+
+
 def line_of(text, part):
     return 1 + text[: text.index(part)].count("\n")
 
 
 def test_a_sound_urdf_has_no_problems():
-    assert check_urdf(TEXT) == ()
+    assert checked(TEXT) == ()
 
 
 FATAL = {
@@ -94,20 +101,20 @@ FATAL = {
 @pytest.mark.parametrize("message", FATAL)
 def test_what_leaves_no_robot_is_refused(message, capfd):
     with pytest.raises(RobotError, match=message):
-        check_urdf(edited(*FATAL[message]))
+        checked(edited(*FATAL[message]))
     assert capfd.readouterr().err == ""
 
 
 def test_messages_lead_to_the_line():
     text = edited('mass value="40.55"', 'mass value="-40.55"')
     with pytest.raises(RobotError, match=rf"^line {line_of(text, '-40.55')}: link 'torso'"):
-        check_urdf(text)
+        checked(text)
 
 
 def test_a_second_root_is_refused():
     text = edited_urdf(lambda root: root.append(ET.fromstring("<link name='lost'/>")))
     with pytest.raises(RobotError, match=r"link 'lost': no joint leads to it.*'torso'.*one root"):
-        check_urdf(text)
+        checked(text)
 
 
 def test_a_loop_is_refused():
@@ -120,7 +127,7 @@ def test_a_loop_is_refused():
     with pytest.raises(
         RobotError, match=r"joint 'qp': it is part of a loop of joints \('p', 'q'\)"
     ):
-        check_urdf(edited_urdf(edit))
+        checked(edited_urdf(edit))
 
 
 def test_a_loop_of_everything_is_refused():
@@ -129,7 +136,7 @@ def test_a_loop_of_everything_is_refused():
         root.append(ET.fromstring(f"<joint name='back' type='fixed'>{ends}</joint>"))
 
     with pytest.raises(RobotError, match=r"it is part of a loop of joints \('torso', .* more\)"):
-        check_urdf(edited_urdf(edit))
+        checked(edited_urdf(edit))
 
 
 INERTIA = {
@@ -144,7 +151,7 @@ INERTIA = {
 @pytest.mark.parametrize("message", INERTIA)
 def test_bodies_that_cannot_be_are_problems(message):
     text = edited(*INERTIA[message])
-    (problem,) = check_urdf(text)
+    (problem,) = checked(text)
     assert (problem.kind, problem.name) == ("inertia", "torso")
     assert problem.line == line_of(text, "<inertial>")
     assert str(problem).startswith(f"line {problem.line}: link 'torso': {message}")
@@ -192,7 +199,7 @@ def test_links_that_weigh_nothing_are_told(inertial):
             arm.append(ET.fromstring(inertial.format(zero=zero)))
 
     text = edited_urdf(edit)
-    (problem,) = check_urdf(text)
+    (problem,) = checked(text)
     assert (problem.kind, problem.name) == ("massless", "arm")
     assert "link 'arm': a joint moves it, but it has no mass" in str(problem)
     refuse_unsound(read_source(text).model(), [problem])
@@ -208,7 +215,7 @@ def test_a_massless_link_that_carries_a_heavy_one_is_sound():
         ends = "<parent link='arm'/><child link='hand'/>"
         root.append(ET.fromstring(f"<joint name='wrist' type='fixed'>{ends}</joint>"))
 
-    assert check_urdf(edited_urdf(edit)) == ()
+    assert checked(edited_urdf(edit)) == ()
 
 
 def test_a_point_mass_and_a_bare_frame_are_sound():
@@ -216,7 +223,7 @@ def test_a_point_mass_and_a_bare_frame_are_sound():
         moments = link(root, "left_foot").find("inertial/inertia").attrib
         moments.update(dict.fromkeys(moments, "0"))
 
-    assert check_urdf(edited_urdf(edit)) == ()
+    assert checked(edited_urdf(edit)) == ()
 
 
 def limits(**values):
@@ -265,17 +272,12 @@ def floats(root):
 )
 def test_joints_that_would_be_wrong_in_a_leg(edit, kinds, message):
     text = edited_urdf(edit)
-    problems = check_urdf(text)
+    problems = checked(text)
     assert [p.kind for p in problems] == kinds
     assert {p.name for p in problems} == {"left_knee"}
     assert re.search(f"^line {problems[0].line}: joint 'left_knee': .*{message}", str(problems[0]))
-    model = read_source(text).model()
-    if set(kinds) & {"range", "mimic", "free"}:
-        with pytest.raises(RobotError, match=r"^line \d+: joint 'left_knee': "):
-            refuse_unsound(model, problems)
-    else:
-        refuse_unsound(model, problems)  # whether 0 will do is for the reader of the limits
-        assert 0.0 in (model.effortLimit[9], model.velocityLimit[9])
+    with pytest.raises(RobotError, match="left_knee"):
+        Robot.from_urdf(text)
 
 
 @pytest.mark.parametrize(
@@ -288,23 +290,26 @@ def test_joints_that_would_be_wrong_in_a_leg(edit, kinds, message):
 )
 def test_limits_that_no_loader_takes_are_refused(edit, message):
     with pytest.raises(RobotError, match=rf"^line \d+: joint 'left_knee': {message}"):
-        check_urdf(edited_urdf(edit))
+        checked(edited_urdf(edit))
 
 
-def test_a_range_that_was_given_otherwise_is_no_problem():
-    source = read_source(edited_urdf(no_limit))
-    model = source.model()
-    at = model.joints[model.getJointId("left_knee")].idx_q
-    upper = np.array(model.upperPositionLimit)
-    upper[at] = 2.0
-    model.upperPositionLimit = upper
-    refuse_unsound(model, source.problems)
+@pytest.mark.parametrize(("upper", "refused"), [(2.0, False), (None, True)])
+def test_a_range_that_was_given_otherwise_is_no_problem(upper, refused):
+    lower = None if upper is None else 0.0
+    given = LimitOverride("*_knee", torque=100.0, speed=8.0, lower=lower, upper=upper)
+    text = edited_urdf(limits(lower="3"))
+    if refused:
+        with pytest.raises(RobotError, match=r"^line \d+: joint 'left_knee': the range is from 3"):
+            Robot.from_urdf(text, choices=Choices(limits=(given,)))
+    else:
+        robot = Robot.from_urdf(text, choices=Choices(limits=(given,)))
+        assert robot.limits.upper[robot.legs.knees[1]] == upper
 
 
 @needs_example_robots
 @pytest.mark.parametrize("path", BIPEDS)
 def test_bipeds_of_others_pass(path):
-    problems = check_urdf(example_robot(path).read_text(encoding="utf-8"))
+    problems = checked(example_robot(path).read_text(encoding="utf-8"))
     kinds = {p.kind for p in problems}
     assert kinds <= {"inertia", "massless", "mimic", "effort", "velocity"}
     # These two are known for bodies that cannot be, the others for none in their legs.
