@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from math import isfinite
 
 from rich.console import Console
 
@@ -10,7 +11,8 @@ from gaitopt.cli.request import Request, make_task
 from gaitopt.design.design import Design
 from gaitopt.errors import InputError
 from gaitopt.gait.task import Task
-from gaitopt.study.fastest import fastest
+from gaitopt.nlp import Status
+from gaitopt.study.fastest import Fastest, fastest
 
 _MOST = 4  # constraints at their limits that are told
 
@@ -18,9 +20,12 @@ _MOST = 4  # constraints at their limits that are told
 def fastest_walk(request: Request, console: Console, quiet: bool) -> tuple[Request, Design]:
     """Search the fastest walk; return it with the request that would lead to it.
 
+    Where Ctrl-C ended the search, the design says so by its solution's status.
+
     Raises:
         InputError: first guesses were asked for, which this search makes itself.
         NoGaitFoundError: there is no walk at the speed to begin with.
+        KeyboardInterrupt: Ctrl-C was pressed before there was a walk.
     """
     if "starts" in request.settings or request.start is not None:
         raise InputError(
@@ -36,11 +41,22 @@ def fastest_walk(request: Request, console: Console, quiet: bool) -> tuple[Reque
             console.print(f"{speed:.3f} m/s: {result}", highlight=False)
 
     best = fastest(request.robot, task_at, request.task.speed, request.options, on_try=tell)
-    if not quiet:
-        at_limit = "; ".join(best.binding[:_MOST])
+    found = best.design
+    if best.interrupted:
+        found = replace(found, solution=replace(found.solution, status=Status.INTERRUPTED))
         console.print(
-            f"no walk was found at {best.refused:.3f} m/s; at their limits: {at_limit}",
-            markup=False, highlight=False,
+            f"[yellow]interrupted:[/] {best.speed:g} m/s is the fastest walk so far; the search "
+            "for a faster one was not finished",
+            soft_wrap=True, highlight=False,
         )  # fmt: skip
+    if not quiet:
+        console.print(_limits(best), soft_wrap=True, markup=False, highlight=False)
     settings = {**request.settings, "speed": best.speed}
-    return replace(request, task=task_at(best.speed), settings=settings), best.design
+    return replace(request, task=task_at(best.speed), settings=settings), found
+
+
+def _limits(best: Fastest) -> str:
+    at_limit = f"at their limits: {'; '.join(best.binding[:_MOST])}"
+    if not isfinite(best.refused):
+        return at_limit
+    return f"no walk was found at {best.refused:.3f} m/s; {at_limit}"

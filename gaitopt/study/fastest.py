@@ -11,8 +11,10 @@ from gaitopt.design.design import Design, design
 from gaitopt.design.options import DesignOptions
 from gaitopt.errors import InputError, NoGaitFoundError, UnreachableError
 from gaitopt.gait.task import Task
+from gaitopt.nlp import Status
 from gaitopt.robot.model import Robot
 from gaitopt.solvers import CertifiedSQP, Solver
+from gaitopt.study.interruption import stop_if_interrupted
 
 FIRST_STRIDE = 0.2  # of the speed reached, by which the next try is faster
 RESOLUTION = 0.01  # m/s
@@ -29,13 +31,15 @@ class Fastest:
 
     Attributes:
         design: the gait, designed as any other.
-        refused: the next speed tried, at which there was none [m/s].
+        refused: the next speed tried, at which there was none [m/s]; infinite if there is none yet.
         binding: the constraints at their limits in that gait, in words.
+        interrupted: whether Ctrl-C ended the search, so that faster walks were left untried.
     """
 
     design: Design
     refused: float
     binding: tuple[str, ...]
+    interrupted: bool = False
 
     @property
     def speed(self) -> float:
@@ -56,7 +60,7 @@ def fastest(
 
     Each gait starts from the one before, or cold where that leads nowhere; when there is none, the
     stride in speed is halved. What limits a local search limits this one too: a faster walk of
-    another kind may exist.
+    another kind may exist. Ctrl-C ends the search; the fastest walk until then is returned.
 
     Args:
         robot: the biped.
@@ -70,22 +74,58 @@ def fastest(
         InputError: the resolution is not above 0.
         NoGaitFoundError: there is no gait at the speed to begin with.
         UnreachableError: its step is longer than the legs.
+        KeyboardInterrupt: Ctrl-C was pressed before there was a walk.
     """
     if not resolution > 0.0:
         raise InputError(f"the resolution is {resolution} m/s; it must be above 0")
     tell = on_try or (lambda speed, found: None)
-    best = design(robot, task_at(speed), options)
-    tell(speed, best)
-    stride, refused = FIRST_STRIDE * speed, math.inf
-    while stride >= resolution:
-        speed = round(best.problem.task.speed + stride, DIGITS)
-        if speed < refused:
-            found = _try(robot, task_at(speed), options, best)
-            tell(speed, found)
-            best, refused = (best, speed) if found is None else (found, refused)
-        if speed >= refused:
-            stride /= 2.0
-    return Fastest(best, refused, binding(best))
+    search = _Search(_first(robot, task_at(speed), options))
+    interrupted = search.best.solution.status is Status.INTERRUPTED
+    try:
+        tell(speed, search.best)
+        if not interrupted:
+            search.go_on(robot, task_at, options, resolution, tell)
+    except KeyboardInterrupt:
+        interrupted = True
+    return Fastest(search.best, search.refused, binding(search.best), interrupted)
+
+
+def _first(robot: Robot, task: Task, options: DesignOptions | None) -> Design:
+    """Design the walk to begin with."""
+    try:
+        return design(robot, task, options)
+    except NoGaitFoundError as error:
+        stop_if_interrupted(error.solution)
+        raise
+
+
+class _Search:
+    """The fastest walk so far, and the slowest speed at which there was none."""
+
+    def __init__(self, first: Design) -> None:
+        self.best, self.refused = first, math.inf
+
+    def go_on(
+        self,
+        robot: Robot,
+        task_at: Callable[[float], Task],
+        options: DesignOptions | None,
+        resolution: float,
+        tell: OnTry,
+    ) -> None:
+        """Try faster speeds until the stride is below the resolution."""
+        stride = FIRST_STRIDE * self.best.problem.task.speed
+        while stride >= resolution:
+            speed = round(self.best.problem.task.speed + stride, DIGITS)
+            if speed < self.refused:
+                found = _try(robot, task_at(speed), options, self.best)
+                if found is None:
+                    self.refused = speed
+                else:
+                    self.best = found
+                tell(speed, found)
+            if speed >= self.refused:
+                stride /= 2.0
 
 
 def binding(found: Design) -> tuple[str, ...]:
@@ -111,14 +151,20 @@ def _impatient(solver: Solver) -> Solver:
 
 
 def _try(robot: Robot, task: Task, options: DesignOptions | None, best: Design) -> Design | None:
-    """Design from a slower gait, then cold; a gait that is not certified does not count."""
+    """Design from a slower gait, then cold; a gait that is not certified does not count.
+
+    Raises:
+        KeyboardInterrupt: Ctrl-C was pressed, which is no answer about this speed.
+    """
     options = options or DesignOptions()
     cold = replace(options, solver=_impatient(options.solver), diagnose=False)
     for quick, start in ((replace(cold, approach="direct"), best.solution.x), (cold, None)):
         try:
             found = design(robot, task, quick, start=start)
-        except (NoGaitFoundError, UnreachableError):
+        except (NoGaitFoundError, UnreachableError) as error:
+            stop_if_interrupted(getattr(error, "solution", None))
             continue
+        stop_if_interrupted(found.solution)
         if found.certificate.certified or not quick.refine:
             return found
     return None

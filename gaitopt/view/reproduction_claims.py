@@ -8,7 +8,6 @@ import numpy as np
 
 from gaitopt.gait.result import Gait
 from gaitopt.study.reproduce.gradients import DIFFERENCES
-from gaitopt.study.reproduce.joint_costs import joint_costs
 from gaitopt.study.reproduce.printed import printed
 from gaitopt.study.reproduce.results import FASTER, Reproduction
 from gaitopt.view.body import walking_model
@@ -30,7 +29,13 @@ def claims_table(result: Reproduction) -> str:
 
 def printed_impulse(result: Reproduction) -> float:
     """Return the vertical impulse that follows from the printed mean force [N·s]."""
-    return (_weight(result) - printed().mean_vertical_force) * printed().duration
+    return (weight(result) - printed().mean_vertical_force) * printed().duration
+
+
+def weight(result: Reproduction) -> float:
+    """Return the weight of the biped [N]."""
+    robot = result.reference.problem.robot
+    return float(robot.mass * np.linalg.norm(robot.model.gravity.linear))
 
 
 def _claims(result: Reproduction) -> Iterator[Claim]:
@@ -57,7 +62,7 @@ def _force(result: Reproduction) -> Iterator[Claim]:
 
 
 def _legs(result: Reproduction) -> Iterator[Claim]:
-    costs = {v: joint_costs(result.curve[v]) for v in printed().speeds}
+    costs = {v: result.joint_costs[v] for v in printed().speeds}
     shares = [sum(c.swing.values()) / sum(c.stance.values()) for c in costs.values()]
     yield (
         "cost of the swing leg over that of the stance leg (Fig. 8)", "less",
@@ -128,8 +133,3 @@ def _differences(result: Reproduction) -> Claim:
 
 def _amplitude(gait: Gait) -> float:
     return float(np.linalg.norm(np.ptp(gait.cop, axis=0)))
-
-
-def _weight(result: Reproduction) -> float:
-    robot = result.reference.problem.robot
-    return float(robot.mass * np.linalg.norm(robot.model.gravity.linear))

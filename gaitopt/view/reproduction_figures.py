@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from gaitopt.study.reproduce.gradients import COST_ONLY, DIFFERENCES, EXACT, Run
-from gaitopt.study.reproduce.joint_costs import GROUPS, joint_costs
+from gaitopt.study.reproduce.joint_costs import GROUPS
 from gaitopt.study.reproduce.printed import printed
 from gaitopt.study.reproduce.results import Reproduction
 from gaitopt.view.body import walking_model
@@ -17,22 +17,24 @@ from gaitopt.view.figure_style import (
     GREY,
     INSIDE,
     LIMIT,
-    MEAN,
     SECOND,
     STANCE,
     SWING,
     TRUNK,
+    draw_limits,
     label_axes,
     new_figure,
     styled,
 )
-from gaitopt.view.ground_figures import force_figure
+from gaitopt.view.reproduction_claims import weight
 from gaitopt.view.skeleton import sole_corners
 from gaitopt.view.stick_figures import step_figure, walking_figure
 
+BAND = "#DFE6EC"  # of what is allowed, seen through a grid
+
 _GRADIENTS = {
     EXACT: ("exact derivatives", STANCE, "-"),
-    COST_ONLY: ("exact for the cost, differences for the constraints", SECOND, "--"),
+    COST_ONLY: ("exact for the cost only", SECOND, "--"),
     DIFFERENCES: ("finite differences", SWING, "-."),
 }
 _GROUPS = {"ankle": (SECOND, "-."), "knee": (STANCE, "-"), "hip": (SWING, ":")}
@@ -40,19 +42,47 @@ _GROUPS = {"ankle": (SECOND, "-."), "knee": (STANCE, "-"), "hip": (SWING, ":")}
 
 def convergence_figure(result: Reproduction) -> Figure:
     """Draw cost and violation against the iterations at 1.0 m/s (Fig. 3)."""
-    figure = new_figure(7.4, 4.6)
+    figure = new_figure(7.4, 5.0)
     above, below = figure.subplots(2, 1, sharex=True)
     comparison = next(c for c in result.comparisons if c.speed == printed().speed)
     best = min(run.cost for run in comparison.runs)
     for run in comparison.runs:
         _draw_run(above, below, run, best)
+    _draw_printed_ends(above, below)
     above.set_xscale("symlog", linthresh=1.0)
+    above.set_xlim(left=0.0)
     above.set_yscale("log")
     below.set_yscale("log")
     label_axes(above, "", "|J - best J| / best J [-]", "distance of the cost")
     label_axes(below, "iteration", "worst violation [-]", "violation of the constraints, scaled")
-    above.legend(loc="lower left")
-    figure.suptitle(f"Convergence at {printed().speed:g} m/s from the same first guess (Fig. 3)")
+    figure.legend(*above.get_legend_handles_labels(), loc="outside lower center", ncols=2)
+    figure.suptitle(f"Convergence at {printed().speed:.1f} m/s from the same first guess (Fig. 3)")
+    return figure
+
+
+def ground_force_figure(result: Reproduction) -> Figure:
+    """Draw the force of the ground on the stance foot beside the printed mean (Fig. 5)."""
+    figure = new_figure(7.4, 5.0)
+    axes, means = figure.subplots(2, 1, sharex=True, height_ratios=[2.5, 1.0])
+    gait, mean = result.gait, result.reference.mean_vertical_force
+    fx, fy, fz = gait.ground_wrench[:, :3].T
+    axes.plot(gait.time, fz, color=STANCE, label="normal")
+    axes.plot(gait.time, fx, "--", color=SWING, linewidth=1.2, label="forward")
+    axes.plot(gait.time, fy, "-.", color=SECOND, linewidth=1.2, label="to the left")
+    there = printed().mean_vertical_force
+    for value, line, name in (
+        (mean, "-", f"normal, mean: {mean:.2f} N"),
+        (there, "--", f"normal, mean, paper: {there:.2f} N"),
+        (weight(result), ":", f"weight: {weight(result):.2f} N"),
+    ):
+        axes.axhline(value, color=GREY, linestyle=line, linewidth=0.8)
+        means.axhline(value, color=TRUNK, linestyle=line, linewidth=1.2, label=name)
+    label_axes(axes, "", "force [N]")
+    label_axes(means, "time [s]", "force [N]", "means of the normal force, enlarged")
+    means.margins(y=0.2)
+    for panel in (axes, means):
+        panel.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
+    figure.suptitle(f"Force of the ground on the stance foot at {printed().speed:.1f} m/s (Fig. 5)")
     return figure
 
 
@@ -63,11 +93,12 @@ def cop_figure(result: Reproduction) -> Figure:
     corners = sole_corners(result.gait, walking_model(result.gait))
     low, high = corners.min(axis=0)[:2], corners.max(axis=0)[:2]
     axes.fill_between([low[0], high[0]], low[1], high[1], facecolor=INSIDE, edgecolor=TRUNK)
-    for gait, name, line in (
-        (result.gait_one_posture, "one intermediate posture", ":"),
-        (result.gait, "two intermediate postures", "-"),
+    for gait, name, line, there in (
+        (result.gait_one_posture, "one", ":", printed().cost_one_posture),
+        (result.gait, "two", "-", printed().cost_two_postures),
     ):
-        axes.plot(*gait.cop.T, line, color=STANCE, label=f"{name}, J = {gait.cost:.1f}")
+        words = f"{name} between: J = {gait.cost:.2f} N²·m·s (paper: {there:.2f})"
+        axes.plot(*gait.cop.T, line, color=STANCE, label=words)
         axes.plot(*gait.cop[0], "o", color=SECOND, markersize=5)
         axes.plot(*gait.cop[-1], "s", color=SWING, markersize=5)
     axes.plot([], [], "o", color=SECOND, markersize=5, label="start")
@@ -82,30 +113,34 @@ def cop_figure(result: Reproduction) -> Figure:
 
 def cost_figure(result: Reproduction) -> Figure:
     """Draw the cost against the speed beside both columns of Table 3 (Fig. 7)."""
-    figure = new_figure(6.8, 4.2)
-    axes = figure.subplots()
-    speeds = np.array(list(result.curve))
-    costs = np.array([walk.cost for walk in result.curve.values()])
-    axes.fill_between(
-        printed().speeds, 0.95 * printed().costs, 1.05 * printed().costs, color=INSIDE,
-        label="printed ± 5 %",
+    figure = new_figure(8.4, 4.4)
+    near, far = figure.subplots(1, 2)
+    for axes in (near, far):
+        _draw_costs(axes, result)
+    speeds, costs = printed().speeds, printed().costs
+    near.set_xlim(speeds[0] - 0.03, speeds[-1] + 0.03)
+    near.set_ylim(0.9 * float(costs.min()), 1.1 * float(costs.max()))
+    far.axvline(
+        printed().fastest, color=LIMIT, linewidth=1.0, linestyle="--",
+        label="paper: no faster walk is possible",
     )  # fmt: skip
-    axes.plot(speeds, costs, "o-", color=STANCE, label="gaitopt")
-    axes.plot(printed().speeds, printed().costs, "s--", color=TRUNK, label="paper, analytical")
-    axes.plot(
-        printed().speeds, [row.differences.cost for row in printed().table3], "^:", color=GREY,
-        label="paper, finite differences",
-    )  # fmt: skip
-    axes.axvline(printed().fastest, color=LIMIT, linewidth=1.0, linestyle="--")
-    axes.annotate(
-        "the paper's\nfastest", (printed().fastest, 1.0), (3, -26), color=LIMIT, fontsize=8.0,
-        xycoords=("data", "axes fraction"), textcoords="offset points",
-    )  # fmt: skip
-    axes.set_ylim(4000.0, 1.5 * float(printed().costs.max()))
-    label_axes(axes, "walking speed [m/s]", "J [N²·m·s]")
-    axes.legend(loc="upper center")
+    label_axes(near, "walking speed [m/s]", "J [N²·m·s]", "speeds of Table 3")
+    label_axes(far, "walking speed [m/s]", "J [N²·m·s]", "all")
+    figure.legend(*far.get_legend_handles_labels(), loc="outside lower center", ncols=3)
     figure.suptitle("Optimal cost against speed (Fig. 7, Table 3)")
     return figure
+
+
+def _draw_costs(axes: Axes, result: Reproduction) -> None:
+    speeds, costs = printed().speeds, printed().costs
+    axes.fill_between(speeds, 0.95 * costs, 1.05 * costs, color=BAND, label="printed ± 5 %")
+    found = [walk.cost for walk in result.curve.values()]
+    axes.plot(list(result.curve), found, "o-", color=STANCE, label="gaitopt")
+    axes.plot(speeds, costs, "s--", color=TRUNK, label="paper, analytical")
+    axes.plot(
+        speeds, [row.differences.cost for row in printed().table3], "^:", color=GREY,
+        label="paper, finite differences",
+    )  # fmt: skip
 
 
 def joint_cost_figure(result: Reproduction) -> Figure:
@@ -113,7 +148,7 @@ def joint_cost_figure(result: Reproduction) -> Figure:
     figure = new_figure(8.4, 3.8)
     panels = figure.subplots(1, 2)
     speeds = [v for v in result.curve if v <= printed().fastest]
-    costs = [joint_costs(result.curve[v]) for v in speeds]
+    costs = [result.joint_costs[v] for v in speeds]
     for axes, leg in zip(panels, ("stance", "swing"), strict=True):
         for group in GROUPS:
             colour, line = _GROUPS[group]
@@ -128,16 +163,15 @@ def joint_cost_figure(result: Reproduction) -> Figure:
 
 def error_figure(result: Reproduction) -> Figure:
     """Draw the relative errors at the speeds of Table 3, of the fit and of its alternatives."""
-    figure = new_figure(6.8, 3.4)
+    figure = new_figure(7.6, 3.4)
     axes = figure.subplots()
     for other in result.alternatives:
         axes.plot(printed().speeds, 100.0 * other.errors, color=GREY, linewidth=0.9)
-    axes.plot([], [], color=GREY, linewidth=0.9, label="other values")
+    axes.plot([], [], color=GREY, linewidth=0.9, label="other values (table below)")
     axes.plot(printed().speeds, 100.0 * result.errors, "o-", color=STANCE, label="as shipped")
-    for limit in (-5.0, 5.0):
-        axes.axhline(limit, color=MEAN, linestyle="--", linewidth=1.0)
+    draw_limits(axes, -5.0, 5.0, "± 5 %")
     label_axes(axes, "walking speed [m/s]", "J over the printed J, minus 1 [%]")
-    axes.legend()
+    axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
     figure.suptitle("The identification: errors at the eight speeds")
     return figure
 
@@ -145,7 +179,7 @@ def error_figure(result: Reproduction) -> Figure:
 REPRODUCTION_FIGURES: dict[str, Callable[[Reproduction], Figure]] = {
     "convergence": convergence_figure,
     "step": lambda result: step_figure(result.gait),
-    "ground_force": lambda result: force_figure(result.gait),
+    "ground_force": ground_force_figure,
     "cop": cop_figure,
     "cost": cost_figure,
     "joint_costs": joint_cost_figure,
@@ -161,8 +195,23 @@ def reproduction_figure(result: Reproduction, name: str) -> Figure:
         return REPRODUCTION_FIGURES[name](result)
 
 
+def _draw_printed_ends(above: Axes, below: Axes) -> None:
+    """Mark after how many iterations the runs of the paper ended."""
+    row = printed().at(printed().speed)
+    if row is None:
+        return
+    for run, name, line in (
+        (row.analytical, "analytical", ":"),
+        (row.differences, "differences", "--"),
+    ):
+        words = f"paper, {name}: {run.iterations} iterations, J = {run.cost:.2f}"
+        above.axvline(run.iterations, color=TRUNK, linestyle=line, linewidth=1.0, label=words)
+        below.axvline(run.iterations, color=TRUNK, linestyle=line, linewidth=1.0)
+
+
 def _draw_run(above: Axes, below: Axes, run: Run, best: float) -> None:
-    label, colour, line = _GRADIENTS[run.gradient]
+    words, colour, line = _GRADIENTS[run.gradient]
+    label = f"{words}: {run.iterations} iterations, J = {run.cost:.2f}"
     _, cost, violation = run.history.T
     iterations = np.arange(len(cost))
     above.plot(iterations, np.abs(cost / best - 1.0) + 1e-12, line, color=colour, label=label)

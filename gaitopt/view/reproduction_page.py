@@ -13,6 +13,8 @@ import numpy as np
 
 from gaitopt.atomic import write_atomically
 from gaitopt.errors import InputError
+from gaitopt.nlp import Array
+from gaitopt.study.reproduce.consequences import EULER_SAMPLES, SINK
 from gaitopt.study.reproduce.gradients import CAP, DIFFERENCES, EXACT, NEAR, SOLVER, Comparison
 from gaitopt.study.reproduce.printed import PrintedSpeed, printed
 from gaitopt.study.reproduce.record import record
@@ -38,6 +40,7 @@ else:
     import tomli as tomllib
 
 PAGE_NAME = "reproduction.md"
+STOPPED_EARLY = 0.3  # printed runs dearer than this look so
 RECORD_NAME = "reproduction.json"
 IMAGES = "images/reproduction"
 
@@ -69,7 +72,9 @@ def write_reproduction(result: Reproduction, directory: str | Path) -> list[Path
 def page_text(result: Reproduction) -> str:
     """Return the page."""
     text = (resources.files("gaitopt.view") / "reproduction_page.toml").read_text("utf-8")
-    return Template(tomllib.loads(text)["page"]).substitute(_tables(result), **_numbers(result))
+    return Template(tomllib.loads(text)["page"]).substitute(
+        _tables(result) | _numbers(result) | _open_questions(result)
+    )
 
 
 def _tables(result: Reproduction) -> dict[str, str]:
@@ -98,8 +103,6 @@ def _numbers(result: Reproduction) -> dict[str, str]:
         "minutes": f"{result.seconds / 60.0:.1f}",
         "cpu_minutes": f"{result.cpu_seconds / 60.0:.1f}",
         "images": IMAGES,
-        "euler": f"{100.0 * (result.euler_cost / result.reference.cost - 1.0):+.1f}",
-        "liftoff": f"{100.0 * float(np.max(-result.sinking)):.0f}",
         "quickest": f"{min(_per_evaluation(row) for row in rows):.2f}",
         "slowest": f"{max(_per_evaluation(row) for row in rows):.2f}",
         "parameters": str(result.reference.problem.layout.size),
@@ -110,6 +113,11 @@ def _numbers(result: Reproduction) -> dict[str, str]:
         "printed_impulse": f"{printed_impulse(result):.2f}",
         "tolerance": f"{SOLVER.tolerance:.0e}",
         "cap": f"{CAP:.0f}",
+        "most_iterations": str(SOLVER.max_iterations),
+        "printed_force": f"{printed().mean_vertical_force:.2f}",
+        "dearest": " and ".join(
+            f"{row.differences.cost:.2f}" for row in rows if _excess(row) > STOPPED_EARLY
+        ),
         "least_ratio": f"{min(ends):.0f}",
         "least_near": f"{min(nears):.0f}" if nears else "none",
         "converged": str(sum(run.converged for run in others)),
@@ -119,13 +127,59 @@ def _numbers(result: Reproduction) -> dict[str, str]:
         "near": str(sum(gap <= NEAR for gap in gaps)),
         "gap": f"{100.0 * max(gaps):.2g}",
         "printed_gap": f"{100.0 * max(_excess(row) for row in rows):.0f}",
-        "evaluations_per_iteration": _average(
-            [row.analytical.evaluations_per_iteration for row in rows]
-        ),
-        "evaluations_per_iteration_fd": _average(
-            [row.differences.evaluations_per_iteration for row in rows]
-        ),
+        "impulses": _range(result),
     }
+
+
+def _open_questions(result: Reproduction) -> dict[str, str]:
+    """Return the numbers of the last table of the page."""
+    other, rows = result.consequences, printed().table3
+    per_iteration = [
+        [run.evaluations_per_iteration for run in runs]
+        for runs in ([r.analytical for r in rows], [r.differences for r in rows])
+    ]
+    return {
+        "euler": f"{100.0 * other.euler:+.1f}",
+        "left_hand": str(EULER_SAMPLES - 1),
+        "liftoff": _at_most(-other.sinking),
+        "sink": f"{SINK:g}",
+        "yaw": _at_most(-other.yaw),
+        "penalty": _at_most(-other.penalty),
+        "penalty_miss": f"{np.abs(other.penalty_speed).max():.3f}",
+        "penalty_weight": f"{other.penalty_weight:.0e}",
+        "torque": f"{other.torque:.0f}",
+        "evaluations_per_iteration": f"{np.mean(per_iteration[0]):.1f}",
+        "evaluations_per_iteration_fd": f"{np.mean(per_iteration[1]):.1f}",
+        "fewest_evaluations": f"{np.min(per_iteration):.1f}",
+        "evaluations_exact": _evaluations(result, EXACT),
+        "evaluations_fd": _evaluations(result, DIFFERENCES),
+        "printed_parameters": str(printed().parameters),
+        "printed_mass": f"{printed().mass:.2f}",
+        "mass": f"{result.reference.problem.robot.mass:.2f}",
+        "text_iterations": str(printed().text_iterations),
+        "table_iterations": str(_reference_row().differences.iterations),
+    }
+
+
+def _reference_row() -> PrintedSpeed:
+    return next(row for row in printed().table3 if row.speed == printed().speed)
+
+
+def _range(result: Reproduction) -> str:
+    impulses = [other.impulse for other in result.alternatives if isfinite(other.impulse)]
+    if not impulses:
+        return "none"
+    return f"{min(impulses):.2f} to {max(impulses):.2f} N·s"
+
+
+def _at_most(changes: Array) -> str:
+    """Return the largest of relative changes, in per cent."""
+    return f"{100.0 * float(changes.max()):.1f}"
+
+
+def _evaluations(result: Reproduction, gradient: str) -> str:
+    runs = [comparison.run(gradient) for comparison in result.comparisons]
+    return f"{sum(r.evaluations for r in runs) / sum(r.iterations for r in runs):.1f}"
 
 
 def _missed(result: Reproduction, comparison: Comparison) -> bool:
@@ -140,7 +194,3 @@ def _excess(row: PrintedSpeed) -> float:
 
 def _per_evaluation(row: PrintedSpeed) -> float:
     return row.differences.seconds / row.differences.evaluations
-
-
-def _average(values: list[float]) -> str:
-    return f"{np.mean(values):.1f}"

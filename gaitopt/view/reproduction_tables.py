@@ -9,9 +9,9 @@ from math import isfinite
 
 from gaitopt.design.design import versions
 from gaitopt.study.reproduce.gradients import EXACT, NEAR
-from gaitopt.study.reproduce.joint_costs import GROUPS, joint_costs
+from gaitopt.study.reproduce.joint_costs import GROUPS
 from gaitopt.study.reproduce.printed import printed
-from gaitopt.study.reproduce.results import Reproduction
+from gaitopt.study.reproduce.results import Alternative, Reproduction
 from gaitopt.study.reproduce.unknowns import UNKNOWNS
 
 
@@ -74,18 +74,22 @@ def singular_table(result: Reproduction) -> str:
 
 def alternatives_table(result: Reproduction) -> str:
     """Errors of other values of the unknowns."""
-    shipped = ("as shipped", result.sensitivity.values, result.errors)
-    fits = [shipped, *((a.note, a.values, a.errors) for a in result.alternatives)]
+    fit = result.sensitivity
+    shipped = Alternative("as shipped", fit.values, fit.errors, result.reference.impulse)
     rows = [
         (
-            note,
-            *(f"{value:.4g}" for value in values),
-            " ".join(f"{100.0 * error:+.1f}" for error in errors),
-            f"{100.0 * abs(errors).max():.1f}",
+            one.note,
+            *(f"{value:.4g}" for value in one.values),
+            " ".join(f"{100.0 * error:+.1f}" for error in one.errors),
+            f"{100.0 * abs(one.errors).max():.1f}",
+            f"{one.impulse:.2f}",
         )
-        for note, values, errors in fits
+        for one in (shipped, *result.alternatives)
     ]
-    header = ("values", *(u.name for u in UNKNOWNS), "errors at the eight speeds %", "largest %")
+    header = (
+        "values", *(u.name for u in UNKNOWNS), "errors at the eight speeds %", "largest %",
+        f"vertical impulse at {printed().speed:g} m/s N·s",
+    )  # fmt: skip
     return markdown(header, rows)
 
 
@@ -155,7 +159,7 @@ def joint_table(result: Reproduction) -> str:
     header = ("speed m/s", *(f"{leg} {g}" for leg in ("stance", "swing") for g in GROUPS), "J")
     rows = []
     for speed, walk in result.curve.items():
-        costs = joint_costs(walk)
+        costs = result.joint_costs[speed]
         shares = [costs.stance[g] for g in GROUPS] + [costs.swing[g] for g in GROUPS]
         rows.append((f"{speed:g}", *(f"{share:.0f}" for share in shares), f"{walk.cost:.0f}"))
     return markdown(header, rows)

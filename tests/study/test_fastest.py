@@ -1,8 +1,13 @@
+import math
+from dataclasses import replace
+
 import pytest
 
 from gaitopt.design.options import DesignOptions
 from gaitopt.errors import InputError, NoGaitFoundError
 from gaitopt.gait.task import preset_task
+from gaitopt.nlp import Status
+from gaitopt.solvers.sqp import SQP
 from gaitopt.study.fastest import fastest
 
 FAST = DesignOptions(refine=False, diagnose=False)
@@ -48,3 +53,39 @@ def test_no_walk_to_begin_with_is_an_error(robot):
 def test_a_resolution_must_be_positive(robot):
     with pytest.raises(InputError, match="resolution"):
         fastest(robot, task_at, 0.5, FAST, resolution=0.0)
+
+
+class Stopping:
+    """A solver that Ctrl-C stops at a call of its choice."""
+
+    name = "stopping"
+
+    def __init__(self, at):
+        self.calls, self.at = 0, at
+
+    def solve(self, nlp, start, on_progress=None):
+        self.calls += 1
+        solution = SQP().solve(nlp, start, on_progress)
+        if self.calls < self.at:
+            return solution
+        return replace(solution, status=Status.INTERRUPTED)
+
+
+@pytest.mark.parametrize("at", [1, 2])
+def test_ctrl_c_is_no_answer_and_keeps_the_fastest_so_far(robot, at):
+    options, tried = replace(FAST, solver=Stopping(at)), []
+    best = fastest(robot, task_at, 0.5, options, on_try=lambda v, d: tried.append(v))
+    assert best.interrupted
+    assert best.speed == 0.5
+    assert tried == [0.5]
+    assert math.isinf(best.refused)
+
+
+def test_ctrl_c_before_the_first_walk_goes_on(robot):
+    class Lost(Stopping):
+        def solve(self, nlp, start, on_progress=None):
+            solution = super().solve(nlp, start, on_progress)
+            return replace(solution, cost=math.nan, violation=math.inf)
+
+    with pytest.raises(KeyboardInterrupt):
+        fastest(robot, task_at, 0.5, replace(FAST, solver=Lost(1)))

@@ -1,5 +1,7 @@
 """The identified biped on its walks: what was fitted, what was not, and the page about it."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -9,6 +11,7 @@ from gaitopt.gait.assemble import gait_at
 from gaitopt.gait.step import Reads
 from gaitopt.nlp import Status
 from gaitopt.robot.catalogue import robot_by_name
+from gaitopt.study.reproduce.consequences import consequences
 from gaitopt.study.reproduce.curve import cost_curve, warm_curve
 from gaitopt.study.reproduce.gradients import GRADIENTS, Run, compare
 from gaitopt.study.reproduce.joint_costs import joint_costs
@@ -46,9 +49,8 @@ def result(curve, comparison):
         certificates={v: certify(o.problem, o.solution.x) for v, o in curve.items()},
         comparisons=(comparison,),
         sensitivity=fit,
-        alternatives=(Alternative("another", fit.values, fit.errors),),
-        sinking=-0.1 * np.ones(8),
-        euler_cost=1.1 * walk.cost,
+        alternatives=(Alternative("another", fit.values, fit.errors, 3.5),),
+        consequences=consequences(walk.problem.robot, curve),
         gait=gait,
         gait_one_posture=gait,
         seconds=90.0,
@@ -121,6 +123,33 @@ def test_time_to_a_cost_counts_feasible_iterates_only():
     assert run.seconds_to(105.0) == 0.3
     assert run.seconds_to(150.0) == 0.2
     assert np.isnan(run.seconds_to(99.0))
+
+
+def test_other_answers_to_open_questions(result):
+    other = result.consequences
+    assert np.all(other.yaw < 0.0)  # one more parameter is never dearer
+    assert np.all(other.penalty < 0.0)
+    assert np.all(other.sinking < 0.0)
+    assert np.abs(other.penalty_speed).max() < 0.1
+    slow, fast = other.penalty_speed[0], other.penalty_speed[-1]
+    assert slow > 0.0 > fast  # towards the cheapest speed
+    walk = result.curve[1.0]
+    torque, time = walk.step.read(Reads.TORQUE), walk.problem.grid.weights
+    assert other.torque == pytest.approx(float(np.sqrt((time @ torque**2).mean())))
+
+
+def test_ctrl_c_is_no_answer(curve, monkeypatch):
+    class Stopped:
+        def solve(self, problem, start, on_progress=None):
+            return replace(curve[0.5].solution, status=Status.INTERRUPTED)
+
+    for module in ("curve", "gradients"):
+        monkeypatch.setattr(f"gaitopt.study.reproduce.{module}.SOLVER", Stopped())
+    walk = curve[0.5]
+    with pytest.raises(KeyboardInterrupt):
+        warm_curve([walk.problem], {0.5: walk.solution.x})
+    with pytest.raises(KeyboardInterrupt):
+        compare(walk.problem)
 
 
 def test_page_figures_and_numbers_are_written(result, tmp_path):

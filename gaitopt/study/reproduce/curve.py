@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
@@ -16,6 +17,7 @@ from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.step import Reads, Step
 from gaitopt.nlp import Array, Solution, Start
 from gaitopt.solvers import SQP
+from gaitopt.study.interruption import solved
 
 SETTLED = 1e-6  # relative; a cost that falls by less is the same optimum
 SOLVER = SQP(max_iterations=150)  # a neighbour's walk needs a tenth of them
@@ -43,7 +45,7 @@ class Optimum:
         """J [N²·m·s]."""
         return self.solution.cost
 
-    @property
+    @cached_property
     def step(self) -> Step:
         """Everything about it."""
         return self.problem.step(self.solution.x)
@@ -73,6 +75,9 @@ def cost_curve(
     Args:
         problems: one per speed, slowest first.
         known: points to start from too, by speed [m/s].
+
+    Raises:
+        KeyboardInterrupt: Ctrl-C was pressed.
     """
     curve: Curve = {}
     for problem in problems:
@@ -95,6 +100,9 @@ def warm_curve(problems: Sequence[WalkProblem], near: Mapping[float, Array]) -> 
     Args:
         problems: one per speed.
         near: points to start from, by speed [m/s].
+
+    Raises:
+        KeyboardInterrupt: Ctrl-C was pressed.
     """
     curve: Curve = {}
     for problem in problems:
@@ -103,10 +111,14 @@ def warm_curve(problems: Sequence[WalkProblem], near: Mapping[float, Array]) -> 
 
 
 def keep_best(curve: Curve, problem: WalkProblem, starts: Iterable[Array]) -> None:
-    """Solve from each start; keep a walk that is better than the one at hand."""
+    """Solve from each start; keep a walk that is better than the one at hand.
+
+    Raises:
+        KeyboardInterrupt: Ctrl-C was pressed.
+    """
     speed = problem.task.speed
     for x in starts:
-        solution = SOLVER.solve(problem, Start(stepped(problem, x)))
+        solution = solved(SOLVER, problem, Start(stepped(problem, x)))
         if is_walk(solution) and (speed not in curve or solution.cost < curve[speed].cost):
             curve[speed] = Optimum(problem, solution)
 

@@ -12,6 +12,7 @@ from gaitopt.gait.problem import WalkProblem
 from gaitopt.nlp import NLP, Array, Progress, Start, Status
 from gaitopt.solvers import SQP, FiniteDifferenceNLP
 from gaitopt.solvers.recorder import FEASIBLE
+from gaitopt.study.interruption import stop_if_interrupted
 
 EXACT, COST_ONLY, DIFFERENCES = "exact", "cost only", "differences"
 GRADIENTS = (EXACT, COST_ONLY, DIFFERENCES)
@@ -93,6 +94,7 @@ def compare(problem: WalkProblem, cap: float = CAP) -> Comparison:
 
     Raises:
         UnreachableError: the step is too long for a first guess.
+        KeyboardInterrupt: Ctrl-C was pressed.
     """
     x = first_guess(problem)
     exact = sorted((_run(problem, x, EXACT, cap) for _ in range(REPEATS)), key=_seconds)
@@ -124,6 +126,8 @@ def _run(problem: WalkProblem, x: Array, gradient: str, cap: float) -> Run:
             raise KeyboardInterrupt
 
     solution = SOLVER.solve(nlp, Start(x), note)
+    if not (history and history[-1][0] > cap):
+        stop_if_interrupted(solution)  # not by the cap
     return Run(
         speed=problem.task.speed,
         gradient=gradient,

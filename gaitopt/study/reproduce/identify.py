@@ -41,6 +41,7 @@ def identify(
 
     Raises:
         InputError: the start is out of range.
+        KeyboardInterrupt: Ctrl-C was pressed; `on_better` was told the best values until then.
     """
     from scipy import optimize
 
@@ -76,12 +77,14 @@ class _Search:
         near = {v: self._curve[v].solution.x for v in printed().speeds if v in self._curve}
         walks = walks_with(values)
         curve = warm_curve([w for w in walks if w.task.speed in near], near)
-        if misfit(relative_errors(curve)) >= self._least:
-            return misfit(relative_errors(curve))
+        first = misfit(relative_errors(curve))
+        if first >= self._least:
+            return first
         curve = cost_curve(walks, {v: o.solution.x for v, o in curve.items()})
         errors = relative_errors(curve)
-        if misfit(errors) < self._least:
-            self.best, self._least, self._curve = values, misfit(errors), curve
+        least = misfit(errors)
+        if least < self._least:
+            self.best, self._least, self._curve = values, least, curve
             if self._on_better is not None:
                 self._on_better(values, errors)
-        return misfit(errors)
+        return least

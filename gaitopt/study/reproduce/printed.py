@@ -64,6 +64,7 @@ class Printed:
         fastest: no faster walk is said to be possible, Fig. 7 [m/s].
         slow_hip, fast_hip: speeds between which the stance hip's cost changes, Fig. 8 [m/s].
         parameters: number of them according to section 4.4.
+        text_iterations: of the run with differences at that speed, where Table 3 has another.
     """
 
     table3: tuple[PrintedSpeed, ...]
@@ -79,6 +80,7 @@ class Printed:
     slow_hip: float
     fast_hip: float
     parameters: int
+    text_iterations: int
 
     @property
     def speeds(self) -> tuple[float, ...]:

@@ -5,9 +5,10 @@ from __future__ import annotations
 from dataclasses import asdict
 from math import isfinite
 
+import numpy as np
+
 from gaitopt.design.design import versions
 from gaitopt.study.reproduce.gradients import Comparison
-from gaitopt.study.reproduce.joint_costs import joint_costs
 from gaitopt.study.reproduce.printed import printed
 from gaitopt.study.reproduce.results import Reproduction
 from gaitopt.study.reproduce.unknowns import UNKNOWNS
@@ -23,7 +24,7 @@ def record(result: Reproduction) -> dict[str, object]:
             "vertical_impulse": walk.impulse,
             "mean_vertical_force": walk.mean_vertical_force,
             "kkt": result.certificates[speed].kkt.worst,
-            "joint_costs": asdict(joint_costs(walk)),
+            "joint_costs": asdict(result.joint_costs[speed]),
         }
         for speed, walk in result.curve.items()
     ]
@@ -35,6 +36,10 @@ def record(result: Reproduction) -> dict[str, object]:
         "errors": result.errors.tolist(),
         "walks": walks,
         "one_posture": {f"{v:g}": walk.cost for v, walk in result.one_posture.items()},
+        "consequences": {
+            name: value.tolist() if isinstance(value, np.ndarray) else value
+            for name, value in vars(result.consequences).items()
+        },
         "gradients": [_runs(comparison) for comparison in result.comparisons],
         "seconds": result.seconds,
         "cpu_seconds": result.cpu_seconds,

@@ -6,6 +6,7 @@ import sys
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from importlib import resources
 from typing import Any
 
@@ -15,12 +16,13 @@ from gaitopt.design.certificate import Certificate, certify
 from gaitopt.design.runtime import small_matrices
 from gaitopt.errors import NoGaitFoundError
 from gaitopt.gait.assemble import gait_at
-from gaitopt.gait.grid import uniform_grid
 from gaitopt.gait.result import Gait
 from gaitopt.nlp import Array
 from gaitopt.robot.model import Robot
-from gaitopt.study.reproduce.curve import Curve, Optimum, cost_curve, warm_curve
+from gaitopt.study.reproduce.consequences import Consequences, consequences
+from gaitopt.study.reproduce.curve import Curve, Optimum, cost_curve
 from gaitopt.study.reproduce.gradients import CAP, Comparison, compare
+from gaitopt.study.reproduce.joint_costs import JointCosts, joint_costs
 from gaitopt.study.reproduce.printed import printed
 from gaitopt.study.reproduce.sensitivity import Sensitivity, relative_errors, sensitivity
 from gaitopt.study.reproduce.unknowns import walks_with
@@ -34,11 +36,6 @@ else:
 FASTER = (1.2, 1.3, 1.4, 1.5)
 """Speeds beyond Table 3, to see where the walks end [m/s]."""
 
-SINK = 0.02
-"""Downward speed of the rear sole's corners, to see what their lift-off costs [m/s]."""
-
-EULER_SAMPLES = 11  # instants, the last of which a left-hand sum leaves out
-
 OnStage = Callable[[str], None]
 
 
@@ -50,11 +47,13 @@ class Alternative:
         note: what they are.
         values: in the order of `UNKNOWNS`, shape (5,).
         errors: J over the printed J, minus 1, shape (8,).
+        impulse: vertical, at the impact of the walk at 1.0 m/s; nan without that walk [N·s].
     """
 
     note: str
     values: Array
     errors: Array
+    impulse: float
 
 
 @dataclass(frozen=True)
@@ -68,8 +67,7 @@ class Reproduction:
         comparisons: kinds of gradients, one per speed of Table 3.
         sensitivity: of the identification.
         alternatives: other values that were tried.
-        sinking: change of J where the rear sole may sink by `SINK` at lift-off, relative, (8,).
-        euler_cost: of the walk at 1.0 m/s by ten left-hand samples [N²·m·s].
+        consequences: of other answers to what the paper leaves open.
         gait: at 1.0 m/s.
         gait_one_posture: at 1.0 m/s.
         seconds, cpu_seconds: of the run, by the wall clock and of the processor.
@@ -81,8 +79,7 @@ class Reproduction:
     comparisons: tuple[Comparison, ...]
     sensitivity: Sensitivity
     alternatives: tuple[Alternative, ...]
-    sinking: Array
-    euler_cost: float
+    consequences: Consequences
     gait: Gait
     gait_one_posture: Gait
     seconds: float
@@ -98,6 +95,11 @@ class Reproduction:
         """The walk of Figs. 3 to 6 and 9."""
         return self.curve[printed().speed]
 
+    @cached_property
+    def joint_costs(self) -> dict[float, JointCosts]:
+        """Of the walks of the curve, by speed [m/s]."""
+        return {speed: joint_costs(walk) for speed, walk in self.curve.items()}
+
 
 def reproduce(on_stage: OnStage = lambda stage: None, cap: float = CAP) -> Reproduction:
     """Compute the tables and figures of the paper's section 6; takes minutes.
@@ -108,6 +110,7 @@ def reproduce(on_stage: OnStage = lambda stage: None, cap: float = CAP) -> Repro
 
     Raises:
         NoGaitFoundError: at a speed of Table 3 no walk was found.
+        KeyboardInterrupt: Ctrl-C was pressed.
     """
     with small_matrices():
         return _reproduce(on_stage, cap)
@@ -135,8 +138,7 @@ def _reproduce(on_stage: OnStage, cap: float) -> Reproduction:
         comparisons=tuple(comparisons),
         sensitivity=dependence,
         alternatives=alternatives,
-        sinking=_sinking(robot, curve),
-        euler_cost=_euler_cost(curve[at]),
+        consequences=consequences(robot, curve),
         gait=_gait(curve[at]),
         gait_one_posture=_gait(one[at]),
         seconds=time.perf_counter() - started,
@@ -164,28 +166,14 @@ def other_fits() -> tuple[Alternative, ...]:
     """Return the costs of the values kept as alternatives."""
     text = (resources.files(__package__) / "alternatives.toml").read_text("utf-8")
     table: dict[str, Any] = tomllib.loads(text)
-    return tuple(
-        Alternative(
-            fit["note"],
-            np.array(fit["values"]),
-            relative_errors(cost_curve(walks_with(fit["values"]))),
-        )
-        for fit in table["fit"]
-    )
+    return tuple(_alternative(fit["note"], np.array(fit["values"])) for fit in table["fit"])
+
+
+def _alternative(note: str, values: Array) -> Alternative:
+    curve = cost_curve(walks_with(values))
+    impulse = curve[printed().speed].impulse if printed().speed in curve else np.nan
+    return Alternative(note, values, relative_errors(curve), impulse)
 
 
 def _gait(optimum: Optimum) -> Gait:
     return gait_at(optimum.problem, optimum.solution.x, {"status": optimum.solution.status.value})
-
-
-def _sinking(robot: Robot, curve: Curve) -> Array:
-    near = {v: curve[v].solution.x for v in printed().speeds}
-    walks = [paper_walk(v, robot, liftoff_speed=-SINK) for v in near]
-    relaxed = warm_curve(walks, near)
-    return np.array([relaxed[v].cost / curve[v].cost - 1.0 for v in near if v in relaxed])
-
-
-def _euler_cost(optimum: Optimum) -> float:
-    problem = optimum.problem
-    coarse = problem.with_grid(uniform_grid(EULER_SAMPLES, "euler"))
-    return coarse.values(optimum.solution.x).cost

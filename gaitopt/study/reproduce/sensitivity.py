@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -34,7 +35,7 @@ class Sensitivity:
         """Root mean square of the errors."""
         return float(np.sqrt((self.errors**2).mean()))
 
-    @property
+    @cached_property
     def singular(self) -> tuple[Array, Array]:
         """Singular values (5,), largest first, and their directions, one per row (5, 5)."""
         _, values, directions = np.linalg.svd(self.jacobian, full_matrices=False)
@@ -50,7 +51,7 @@ class Sensitivity:
         """
         return np.asarray(self.spread * np.sqrt(len(self.errors)) / self.singular[0])
 
-    @property
+    @cached_property
     def play(self) -> Array:
         """Between which values each unknown may lie while the other four make up for it, (5, 2).
 

@@ -1,0 +1,45 @@
+"""docs/reproduction.md is what the command writes today."""
+
+import json
+import re
+from importlib import resources
+from pathlib import Path
+
+import pytest
+
+from gaitopt.study.reproduce.printed import printed
+from gaitopt.study.reproduce.unknowns import UNKNOWNS, identified_values
+from gaitopt.view.reproduction_figures import REPRODUCTION_FIGURES
+from gaitopt.view.reproduction_page import IMAGES, tomllib
+from gaitopt.view.reproduction_tables import printed_table
+
+DOCS = Path(__file__).parents[2] / "docs"
+
+
+@pytest.fixture(scope="module")
+def page():
+    return (DOCS / "reproduction.md").read_text("utf-8")
+
+
+def test_its_words_are_those_of_the_template(page):
+    words = (resources.files("gaitopt.view") / "reproduction_page.toml").read_text("utf-8")
+    pieces = re.split(r"\$\w+", tomllib.loads(words)["page"])
+    assert len(pieces) > 20
+    at = 0
+    for piece in pieces:
+        at = page.index(piece, at) + len(piece)
+    assert printed_table() in page
+
+
+def test_its_figures_are_there(page):
+    files = {path.stem for path in (DOCS / IMAGES).glob("*.png")}
+    assert files == set(REPRODUCTION_FIGURES)
+    assert all(f"{IMAGES}/{name}.png" in page for name in files)
+
+
+def test_its_numbers_are_of_the_shipped_biped():
+    record = json.loads((DOCS / "reproduction.json").read_text("utf-8"))
+    values = dict(zip((u.name for u in UNKNOWNS), identified_values(), strict=True))
+    assert record["unknowns"] == pytest.approx(values)
+    assert [w["speed"] for w in record["walks"]][:8] == list(printed().speeds)
+    assert max(map(abs, record["errors"])) < 0.05
