@@ -77,17 +77,17 @@ def interleaved(
 class BareSweep:
     """One `computeRNEADerivatives` call per sample: the least that exact derivatives can cost.
 
-    Like the evaluation it keeps one `pin.Data` per sample; each call takes the next point.
+    Like the evaluation it works in one `pin.Data`; each call takes the next point.
     """
 
     def __init__(self, problem: WalkProblem, *points: Array) -> None:
         self._model = problem.robot.model
-        self._data = [self._model.createData() for _ in range(problem.grid.count)]
+        self._data = self._model.createData()
         self._motions = itertools.cycle([self._motion(problem, x) for x in points])
 
     def __call__(self) -> None:
-        model = self._model
-        for data, state in zip(self._data, next(self._motions), strict=True):
+        model, data = self._model, self._data
+        for state in next(self._motions):
             pin.computeRNEADerivatives(model, data, *state)
 
     def _motion(self, problem: WalkProblem, x: Array) -> list[tuple[Array, Array, Array]]:

@@ -11,12 +11,15 @@ from common import arguments, robot_of, save
 
 from gaitopt.design.design import design
 from gaitopt.design.options import DesignOptions
+from gaitopt.design.starts import many_starts
 from gaitopt.gait.task import preset_task
 from gaitopt.robot.model import Robot
 from gaitopt.study.axes import parse_axis
 from gaitopt.study.sweep import Advance, sweep
 
 SPEEDS, QUICK = "0.4:1.3:0.05", "0.95:1.05:0.05"
+STARTS = (1, 2)
+"""Of a cold design: the first guess alone, and what `gaitopt optimise` tries by default."""
 
 
 class Stages:
@@ -34,10 +37,14 @@ class Stages:
         self._last = now
 
 
-def cold(robot: Robot, speed: float) -> dict[str, Any]:
-    """Design one gait from its first guess."""
+def cold(robot: Robot, speed: float, starts: int = 1) -> dict[str, Any]:
+    """Design one gait from its first guess, or from as many starts as the command makes."""
     started, cpu = time.perf_counter(), time.process_time()
-    found = design(robot, preset_task(speed=speed), DesignOptions())
+    task = preset_task(speed=speed)
+    if starts == 1:
+        found = design(robot, task, DesignOptions())
+    else:
+        found = many_starts(robot, task, count=starts).design
     return {
         "speed": speed,
         "seconds": time.perf_counter() - started,
@@ -75,11 +82,13 @@ def main() -> None:
     robot = robot_of()
     cold(robot, 1.0)  # imports and caches
     speeds = parse_axis("speed", text).values
-    single = [cold(robot, speed) for speed in speeds[::2]]  # half before, half after: the load of
-    many = swept(robot, text)  # a machine changes
-    single = sorted(single + [cold(robot, s) for s in speeds[1::2]], key=lambda one: one["speed"])
-    ratio = sum(one["cpu seconds"] for one in single) / many["cpu seconds"]
-    save("sweep", {"sweep": many, "cold": single, "cpu ratio": ratio}, quick)
+    half = {n: [cold(robot, speed, n) for speed in speeds[::2]] for n in STARTS}
+    many = swept(robot, text)  # in the middle: the load of a machine changes
+    data: dict[str, Any] = {"sweep": many}
+    for starts, before in half.items():
+        gaits = before + [cold(robot, speed, starts) for speed in speeds[1::2]]
+        data[f"cold, {starts}"] = sorted(gaits, key=lambda one: one["speed"])
+    save("sweep", data, quick)
 
 
 if __name__ == "__main__":

@@ -15,7 +15,7 @@ from gaitopt.gait.grid import uniform_grid
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.step import Reads
 from gaitopt.gait.task import Margins, Task, preset_task
-from gaitopt.robot.soles import Sole
+from gaitopt.robot.sole import Sole
 
 NAME = "guess"
 
