@@ -8,6 +8,11 @@ from typing import Any
 
 from typer.core import TyperCommand
 
+_WHOSE = (
+    "Defaults are those of the thirteen-link biped. For other robots speed, duration, load, step "
+    "width and limits of the trunk follow from the robot or the catalogue (preset 'humanoid')."
+)
+
 
 class CommandWithDefaults(TyperCommand):
     """A command whose options all default to "not given"; its help says what then holds."""
@@ -16,6 +21,7 @@ class CommandWithDefaults(TyperCommand):
         """Show the help of a copy of the command whose options have the method's defaults."""
         shown = defaults()
         command = copy(self)
+        command.epilog = _WHOSE
         command.params = [_with_default(option, shown) for option in self.params]
         TyperCommand.format_help(command, ctx, formatter)
 
@@ -32,14 +38,13 @@ def defaults() -> dict[str, object]:
     task, sqp, options = Task(), SQP(), DesignOptions()
     values: dict[str, object] = {f.name: getattr(task, f.name) for f in fields(task)}
     values |= {f.name: getattr(task.margins, f.name) for f in fields(task.margins)}
+    values |= {f.name: getattr(options, f.name) for f in fields(options)}
     values |= {
         "preset": PRESETS[0],
         "solver": "default",
         "qp_solver": sqp.qp_solver,
         "tolerance": sqp.tolerance,
         "max_iterations": sqp.max_iterations,
-        "differences": options.differences,
-        "refine": options.refine,
         "starts": COUNT,
         "sigma": DEFAULT_SIGMA,
     }

@@ -6,11 +6,11 @@ from pathlib import Path
 
 import typer
 
+from gaitopt.cli.assignments import named_values
 from gaitopt.cli.cells import new_table
 from gaitopt.cli.failures import ExitCode
 from gaitopt.cli.report import print_gait
 from gaitopt.cli.screen import screen
-from gaitopt.cli.sweep import named_values
 from gaitopt.errors import InputError
 from gaitopt.gait.result_file import save_gait
 from gaitopt.study.index import Row, Value, columns
@@ -31,7 +31,7 @@ def run_list(directory: Path, where: list[str], names: str | None, plot: Path | 
     library = open_library(directory)
     rows = selected(library.rows, where)
     if plot is not None:
-        from gaitopt.cli.library_figures import write_library_figure
+        from gaitopt.view.library_figures import write_library_figure
 
         write_library_figure(rows, [axis.name for axis in library.points.axes], plot)
         screen().print(f"wrote {plot}", markup=False)

@@ -21,6 +21,7 @@ from gaitopt.design.design import Design, design
 from gaitopt.design.start_job import Outcome
 from gaitopt.design.starts import many_starts
 from gaitopt.nlp import Status
+from gaitopt.view.painter import painter
 
 
 def run(
@@ -42,19 +43,20 @@ def run(
     if output is not None:
         require_writable(output)
     request = make_request(given, config)
-    errors = screen(stderr=True)
-    if fastest:
-        request, found = fastest_walk(request, errors, quiet)
-    else:
-        found = _search(request, errors, quiet)
-    out = screen()
-    if not quiet:
-        print_gait(out, found.gait)
-    if output is not None:
-        written = write_results(found.gait, request, output, page=page, figures=figures)
+    errors, out = screen(stderr=True), screen()
+    with painter(output is not None and figures) as brush:
+        if fastest:
+            request, found = fastest_walk(request, errors, quiet)
+        else:
+            found = _search(request, errors, quiet)
         if not quiet:
-            names = ", ".join(path.name for path in written)
-            out.print(f"wrote to {output}: {names}", soft_wrap=True, markup=False)
+            print_gait(out, found.gait)
+        if output is not None:
+            pictures = brush if figures else None
+            written = write_results(found.gait, request, output, page=page, figures=pictures)
+            if not quiet:
+                names = ", ".join(path.name for path in written)
+                out.print(f"wrote to {output}: {names}", soft_wrap=True, markup=False)
     code = exit_code(found, request.options.refine)
     if code is not ExitCode.OK:
         errors.print(f"[yellow]warning:[/] {found.certificate.verdict}", soft_wrap=True)

@@ -8,8 +8,9 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from gaitopt.cli.assignments import named_values
 from gaitopt.cli.config import SCHEMA, Settings, read_config
-from gaitopt.cli.robot_request import ROBOTS, catalogued_task, make_robot
+from gaitopt.cli.robot_request import ROBOTS, biped_spec, catalogued_task, make_robot
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.starts import COUNT
 from gaitopt.errors import InputError
@@ -21,7 +22,6 @@ from gaitopt.gait.result import Gait
 from gaitopt.gait.result_file import load_gait
 from gaitopt.gait.task import PRESETS, Task, preset_task
 from gaitopt.nlp import Array
-from gaitopt.robot.catalogue import GENERATED
 from gaitopt.robot.model import Robot
 from gaitopt.solvers import Solver, solver_by_name
 from gaitopt.solvers.certified import CERTIFIER, CertifiedSQP
@@ -90,6 +90,9 @@ def make_task(settings: Settings, robot: Robot) -> Task:
         InputError: a value is out of range, or a geometric quantity unknown.
     """
     preset = str(settings["preset"])
+    if preset not in (*PRESETS, HUMANOID):
+        presets = ", ".join((*PRESETS, HUMANOID))
+        raise InputError(f"preset '{preset}' is unknown; choose one of {presets}")
     names = [*SCHEMA["task"], *SCHEMA["margins"]]
     changes = {n: settings[n] for n in names if n in settings and n != "preset"}
     base = "standard" if preset == HUMANOID else preset
@@ -100,8 +103,7 @@ def make_task(settings: Settings, robot: Robot) -> Task:
 
 def usual_preset(settings: Settings) -> str:
     """Return the preset for a robot: that of humanoids, unless it is a thirteen-link biped."""
-    generated = settings.get("urdf") is None and settings.get("robot") in (None, GENERATED)
-    return PRESETS[0] if generated else HUMANOID
+    return HUMANOID if biped_spec(settings) is None else PRESETS[0]
 
 
 def make_solver(settings: Settings) -> Solver:
@@ -128,7 +130,7 @@ def _merged(config: Settings, given: Settings) -> Settings:
         config = {k: v for k, v in config.items() if k not in SCHEMA["robot"]}
     fixed = config.get("fix", {})
     geometry: Geometry = {**_free(config), **_fixed(fixed if isinstance(fixed, Mapping) else {})}
-    geometry |= _free(given) | _fixed(_parsed(given.get("fix", [])))
+    geometry |= _free(given) | _fixed(named_values(given.get("fix"), "--fix", "pelvis_roll=0.05"))
     rest = {k: v for k, v in {**config, **given}.items() if k not in ("free", "fix")}
     return {**rest, "geometry": geometry}
 
@@ -145,20 +147,6 @@ def _fixed(values: Mapping[str, float]) -> Geometry:
         if name == "duration":
             raise InputError("the duration is fixed by --duration, not by --fix")
     return {name: {"free": False, "value": float(value)} for name, value in values.items()}
-
-
-def _parsed(texts: object) -> dict[str, float]:
-    """Read NAME=VALUE texts."""
-    values = {}
-    for text in texts if isinstance(texts, list | tuple) else []:
-        name, _, number = str(text).partition("=")
-        try:
-            values[name.strip()] = float(number)
-        except ValueError as error:
-            raise InputError(
-                f"--fix {text}: give a name and a number, as in --fix pelvis_roll=0.05"
-            ) from error
-    return values
 
 
 def _start(problem: WalkProblem, settings: Settings, disturb: bool) -> Array | None:

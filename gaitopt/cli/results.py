@@ -17,6 +17,7 @@ from gaitopt.errors import InputError
 from gaitopt.gait.result import Gait
 from gaitopt.gait.result_file import save_gait
 from gaitopt.gait.task import Margins, Task
+from gaitopt.view.painter import Painter
 
 GAIT, PAGE, FIGURES, SUMMARY = "gait.npz", "gait.html", "figures", "summary.json"
 TASK, URDF, CHOICES = "task.toml", "robot.urdf", "choices.toml"
@@ -41,9 +42,16 @@ def require_writable(directory: Path) -> None:
 
 
 def write_results(
-    gait: Gait, request: Request, directory: Path, *, page: bool, figures: bool
+    gait: Gait, request: Request, directory: Path, *, page: bool, figures: Painter | None
 ) -> list[Path]:
     """Write the gait and everything made from it; return what was written.
+
+    Args:
+        gait: what was found.
+        request: what was asked for.
+        directory: where to write.
+        page: whether to write the page.
+        figures: what draws the figures, None for no figures.
 
     Raises:
         InputError: the directory cannot be written.
@@ -59,14 +67,13 @@ def write_results(
         write_atomically(directory / CHOICES, choices_text(request.robot.choices).encode()),
         write_atomically(directory / TASK, task_text(request, directory).encode()),
     ]
+    drawn = None if figures is None else figures.begin(gait, directory / FIGURES)
     if page:
         from gaitopt.view.page import write_page
 
         written.append(write_page(gait, directory / PAGE))
-    if figures:
-        from gaitopt.view.figures import write_figures
-
-        write_figures(gait, directory / FIGURES)
+    if drawn is not None:
+        drawn()
         written.append(directory / FIGURES)
     return written
 

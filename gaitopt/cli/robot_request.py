@@ -9,12 +9,13 @@ import tomli_w
 
 from gaitopt.cli.config import Settings
 from gaitopt.errors import InputError
-from gaitopt.robot.catalogue import description, entry_by_name
+from gaitopt.robot.catalogue import biped_of, description, entry_by_name
 from gaitopt.robot.choices import Choices
 from gaitopt.robot.choices_file import choices_from_record, choices_from_toml, choices_record
 from gaitopt.robot.model import Robot
 from gaitopt.robot.presets import biped13
-from gaitopt.robot.soles import Sole
+from gaitopt.robot.sole import Sole
+from gaitopt.robot.spec import BipedSpec
 from gaitopt.robot.spec_file import read_spec
 from gaitopt.robot.urdf import urdf_text
 
@@ -61,10 +62,23 @@ def robot_source(settings: Settings) -> tuple[str | Path, Choices]:
 def _described(settings: Settings) -> tuple[str | Path, Choices]:
     if (name := settings.get("robot")) is not None:
         return description(entry_by_name(str(name)))
-    if (urdf := settings.get("urdf")) is not None:
-        return Path(str(urdf)), Choices()
-    spec = settings.get("spec")
-    return urdf_text(biped13() if spec is None else read_spec(Path(str(spec)))), Choices()
+    spec = biped_spec(settings)
+    return Path(str(settings["urdf"])) if spec is None else urdf_text(spec), Choices()
+
+
+def biped_spec(settings: Settings) -> BipedSpec | None:
+    """Return the parameter table of a biped that gaitopt makes itself, None for another robot.
+
+    Raises:
+        InputError: the file cannot be used, or there is no robot of that name.
+    """
+    if (name := settings.get("robot")) is not None:
+        entry = entry_by_name(str(name))
+        return None if entry.file else biped_of(entry)
+    if settings.get("urdf") is not None:
+        return None
+    path = settings.get("spec")
+    return biped13() if path is None else read_spec(Path(str(path)))
 
 
 def _single(settings: Settings) -> dict[str, object]:

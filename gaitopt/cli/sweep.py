@@ -8,18 +8,17 @@ from typing import Any
 import typer
 from rich.console import Console
 
+from gaitopt.cli.assignments import named_values
 from gaitopt.cli.config import SCHEMA, Settings
 from gaitopt.cli.failures import ExitCode, complain
 from gaitopt.cli.request import Request, make_request, make_task
 from gaitopt.cli.results import require_writable
+from gaitopt.cli.robot_request import biped_spec
 from gaitopt.cli.screen import screen
 from gaitopt.cli.sweep_progress import SweepDisplay
 from gaitopt.design.certificate import KKT_TOLERANCE
 from gaitopt.errors import InputError
 from gaitopt.gait.task import Task
-from gaitopt.robot.presets import biped13
-from gaitopt.robot.spec import BipedSpec
-from gaitopt.robot.spec_file import read_spec
 from gaitopt.study.axes import Axis, parse_axis, with_values
 from gaitopt.study.index import CERTIFIED, INFEASIBLE
 from gaitopt.study.jobs import Alone, Crew
@@ -43,7 +42,7 @@ def run(given: Settings) -> None:
         with SweepDisplay(errors, quiet) as display:
             library = sweep(
                 request.robot, request.task, axes, directory, request.options,
-                spec=_spec(request.settings), seed=named_values(given.get("begin"), "--begin"),
+                spec=biped_spec(request.settings), seed=named_values(given.get("begin"), "--begin"),
                 task_at=lambda values: _task_at(request, values), crew=_crew(given),
                 on_advance=display,
             )  # fmt: skip
@@ -52,22 +51,6 @@ def run(given: Settings) -> None:
         complain(f"interrupted; {kept} in '{directory}', and the same command goes on")
         raise typer.Exit(ExitCode.INTERRUPTED) from error
     _conclude(library, screen(), quiet, request.options.refine)
-
-
-def named_values(texts: object, option: str) -> dict[str, float]:
-    """Read NAME=VALUE texts.
-
-    Raises:
-        InputError: one is none.
-    """
-    values = {}
-    for text in texts if isinstance(texts, list | tuple) else []:
-        name, _, number = str(text).partition("=")
-        try:
-            values[name.strip()] = float(number)
-        except ValueError as error:
-            raise InputError(f"{option} {text}: give a name and a number, as speed=0.83") from error
-    return values
 
 
 def _axes(given: Settings) -> list[Axis]:
@@ -105,14 +88,6 @@ def _task_at(request: Request, values: dict[str, float]) -> Task:
     plain = {k: v for k, v in values.items() if k in (*SCHEMA["task"], *SCHEMA["margins"])}
     task = make_task({**request.settings, **plain}, request.robot)
     return with_values(task, [(k, v) for k, v in values.items() if k not in plain])
-
-
-def _spec(settings: Settings) -> BipedSpec | None:
-    """Return the specification of a generated biped."""
-    if settings.get("urdf") is not None or settings.get("robot") not in (None, biped13().name):
-        return None
-    path = settings.get("spec")
-    return biped13() if path is None else read_spec(Path(str(path)))
 
 
 def _crew(given: Settings) -> Crew:

@@ -9,40 +9,41 @@ from typing import Annotated, Any
 
 import typer
 
+from gaitopt.cli.options import option
+
 _SWEEP = "Sweep"
-_NOT_OURS = ("page", "figures", "starts", "start", "seed", "sigma", "output")
-
-
-def _option(names: str, help_text: str, metavar: str | None = None) -> object:
-    return typer.Option(
-        *names.split(), help=help_text, rich_help_panel=_SWEEP, metavar=metavar, show_default=False
-    )
+_NOT_OURS = ("page", "figures", "starts", "start", "seed", "sigma", "output", "fastest")
 
 
 Speeds = Annotated[
-    str | None, _option("--speeds", "Walking speeds, FIRST:LAST:STEP or a list A,B,C.", "M/S")
+    str | None,
+    option("--speeds", "Walking speeds, FIRST:LAST:STEP or a list A,B,C.", _SWEEP, "M/S"),
 ]
 Grid = Annotated[
     list[str] | None,
-    _option(
+    option(
         "--grid",
         "Another quantity of task, limits or specification, as duration=0.3:0.6:0.05 or "
         "geometry.d3=0.28,0.3,0.32; repeatable.",
+        _SWEEP,
         "NAME=RANGE",
     ),
 ]
 Begin = Annotated[
     list[str] | None,
-    _option("--begin", "Where to begin, by default in the middle; repeatable.", "NAME=VALUE"),
+    option(
+        "--begin", "Where to begin, by default in the middle; repeatable.", _SWEEP, "NAME=VALUE"
+    ),
 ]
 Workers = Annotated[
-    int | None, _option("--workers", "Processes on this machine (extra 'cluster').", "N")
+    int | None, option("--workers", "Processes on this machine (extra 'cluster').", _SWEEP, "N")
 ]
 Scheduler = Annotated[
-    str | None, _option("--scheduler", "Dask scheduler to use instead.", "ADDRESS")
+    str | None, option("--scheduler", "Dask scheduler to use instead.", _SWEEP, "ADDRESS")
 ]
 Directory = Annotated[
-    Path, _option("--output -o", "Directory of the gait library; one that exists goes on.", "DIR")
+    Path,
+    option("--output -o", "Directory of the gait library; one that exists goes on.", _SWEEP, "DIR"),
 ]
 LibraryDirectory = Annotated[
     Path, typer.Argument(metavar="DIR", help="A gait library, made by gaitopt sweep.")

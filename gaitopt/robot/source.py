@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TypeVar
 from xml.etree.ElementTree import tostring
 
+import coal
 import pinocchio as pin
 
 from gaitopt.errors import RobotError
@@ -30,6 +31,9 @@ from gaitopt.robot.xml_lines import XmlTree, parse_xml
 
 _KINDS = {pin.GeometryType.VISUAL: "visual", pin.GeometryType.COLLISION: "collision"}
 _FORMATS = {"mujoco": "mjcf"}
+_LOADER = coal.CachedMeshLoader(coal.NODE_TYPE.BV_OBB)
+"""Reads each mesh file once, whoever asks. Nobody collides with the tree of boxes that it makes of
+one; of the trees that show their corners it is the one made soonest."""
 _Result = TypeVar("_Result")
 
 
@@ -134,7 +138,10 @@ class Source:
             )
         else:
             text = geometry_part(root, _KINDS[kind], self._paths, links)
-            shapes = _guarded("the meshes", lambda: pin.buildGeomFromUrdfString(model, text, kind))
+            shapes = _guarded(
+                "the meshes",
+                lambda: pin.buildGeomFromUrdfString(model, text, kind, mesh_loader=_LOADER),
+            )
         return shapes if shapes.ngeoms else None
 
     def _lying(self, kind: pin.GeometryType) -> bool:

@@ -3,26 +3,44 @@
 from __future__ import annotations
 
 from contextlib import AbstractContextManager
-from typing import Any
+from typing import Any, Literal
 
 from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-# Okabe & Ito's palette (2008): told apart with any colour vision and in grey print.
-STANCE = "#D55E00"
-SWING = "#0072B2"
-TRUNK = "#333333"
-SECOND = "#009E73"
-MEAN = "#CC79A7"
-LIMIT = "#B00020"
-GREY = "#8A8A8A"
-GROUND = "#B5B5B5"
-INSIDE = "#F1F4F7"
+from gaitopt.view.colours import (
+    GREY,
+    GROUND,
+    INSIDE,
+    LIMIT,
+    MEAN,
+    SECOND,
+    STANCE,
+    SWING,
+    TRUNK,
+)
+
+__all__ = [
+    "GREY",
+    "GROUND",
+    "INSIDE",
+    "LIMIT",
+    "MEAN",
+    "SECOND",
+    "STANCE",
+    "SWING",
+    "TRUNK",
+    "draw_limits",
+    "label_axes",
+    "new_figure",
+    "styled",
+]
 
 _STYLE: Any = {
     "font.size": 9.0,
     "axes.titlesize": 9.5,
+    "axes.titley": 1.0,  # else each draw measures all labels to keep the title off them
     "axes.labelsize": 9.0,
     "axes.spines.top": False,
     "axes.spines.right": False,
@@ -37,7 +55,7 @@ _STYLE: Any = {
     "xtick.labelsize": 8.0,
     "ytick.labelsize": 8.0,
     "figure.titlesize": 11.0,
-    "savefig.dpi": 150,
+    "figure.dpi": 150,  # in which it is laid out, and saved
     "svg.fonttype": "none",
     "svg.hashsalt": "gaitopt",
 }
@@ -48,9 +66,17 @@ def styled() -> AbstractContextManager[None]:
     return rc_context(_STYLE)
 
 
-def new_figure(width: float, height: float) -> Figure:
-    """Return an empty figure of that size [inch], without any global plotting state."""
-    return Figure(figsize=(width, height), layout="constrained")
+def new_figure(
+    width: float, height: float, layout: Literal["constrained"] | None = "constrained"
+) -> Figure:
+    """Return an empty figure of that size [inch], without any global plotting state.
+
+    Args:
+        width: of the figure.
+        height: of the figure.
+        layout: None for panels that are put in their place by hand.
+    """
+    return Figure(figsize=(width, height), layout=layout)
 
 
 def draw_limits(axes: Axes, low: float, high: float, label: str | None) -> None:

@@ -76,8 +76,12 @@ def write_figures(
 def rendered(figure: Figure, kind: str) -> bytes:
     """Return a figure as a file of a kind: "png", "svg" or "pdf"."""
     buffer = io.BytesIO()
+    engine = figure.get_layout_engine()
     # without the date, equal gaits give equal figures
     metadata = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}.get(kind)
     with styled():
+        if engine is not None:  # left to savefig, it would draw everything once more to lay it out
+            engine.execute(figure)
+            figure.set_layout_engine(None)
         figure.savefig(buffer, format=kind, metadata=metadata)
     return buffer.getvalue()

@@ -7,7 +7,6 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
-from scipy.integrate import trapezoid
 
 from gaitopt.gait.result import Gait
 from gaitopt.nlp import Array
@@ -66,7 +65,7 @@ def _draw_force(axes: Axes, gait: Gait) -> None:
     axes.plot(gait.time, fz, color=STANCE, label="normal $f_z$")
     axes.plot(gait.time, fx, color=SWING, linewidth=1.2, label="forward $f_x$")
     axes.plot(gait.time, fy, color=SECOND, linewidth=1.2, label="sideways $f_y$")
-    mean = float(trapezoid(fz, gait.time)) / gait.duration
+    mean = float(np.diff(gait.time) @ (fz[:-1] + fz[1:])) / (2.0 * gait.duration)  # trapezoids
     axes.axhline(mean, color=MEAN, linewidth=1.2, linestyle="-.", label=f"mean $f_z$ {mean:.1f} N")
     mass = gait.number("mass")
     if mass is not None:

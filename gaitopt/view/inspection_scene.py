@@ -10,7 +10,8 @@ from gaitopt.nlp import Array
 from gaitopt.robot.reading import Reading
 from gaitopt.view.drawable import drawable
 from gaitopt.view.inspection import Inspection
-from gaitopt.view.meshcat_quiet import MeshcatVisualizer, geometry, meshcat
+from gaitopt.view.meshcat_quiet import geometry, meshcat
+from gaitopt.view.moving_robot import draw_still
 
 _ARROW = 0.14  # length of an axis, in heights of the robot
 _THICK = 0.006  # its radius, likewise
@@ -30,16 +31,11 @@ def draw_inspection(viewer: meshcat.Visualizer, inspection: Inspection) -> None:
         return
     reading = inspection.reading
     model = inspection.model if reading is None else reading.model
-    q = np.array(pin.neutral(model)) if reading is None else reading.q.copy()
-    if reading is not None:
-        q[:7] = pin.SE3ToXYZQUAT(_standing(reading))
-    shapes = _shapes(inspection)
-    robot = MeshcatVisualizer(model, pin.GeometryModel(), shapes)
-    robot.initViewer(viewer=viewer)
-    robot.loadViewerModel("world/robot")
-    robot.display(q)
+    q = np.array(pin.neutral(model)) if reading is None else _standing(reading)
     data = model.createData()
-    pin.framesForwardKinematics(model, data, q)
+    pin.computeJointJacobians(model, data, q)
+    pin.updateFramePlacements(model, data)
+    draw_still(viewer["world/robot"], model, data, _shapes(inspection))
     if reading is not None:
         _draw_joints(viewer["world/axes"], reading, data)
         _draw_soles(viewer["world/soles"], reading, data)
@@ -56,13 +52,15 @@ def _shapes(inspection: Inspection) -> pin.GeometryModel:
     return pin.GeometryModel() if found is None else drawable(found)
 
 
-def _standing(reading: Reading) -> pin.SE3:
-    """Return the placement of the root with which the robot stands on z = 0 and looks along x."""
+def _standing(reading: Reading) -> Array:
+    """Return the configuration (nq,) in which the robot stands on z = 0 and looks along x."""
     model, data = reading.model, reading.model.createData()
     pin.framesForwardKinematics(model, data, reading.q)
     soles = [data.oMf[model.getFrameId(name)].translation for name in reading.soles.names]
     upright = pin.SE3(np.array(reading.rotation), np.mean(soles, axis=0))
-    return upright.inverse()
+    q = reading.q.copy()
+    q[:7] = pin.SE3ToXYZQUAT(upright.inverse())
+    return np.asarray(q)
 
 
 def _size(data: pin.Data) -> tuple[Array, float]:
@@ -74,19 +72,12 @@ def _size(data: pin.Data) -> tuple[Array, float]:
 
 def _draw_joints(node: meshcat.Visualizer, reading: Reading, data: pin.Data) -> None:
     model, (_, size) = reading.model, _size(data)
-    pin.computeJointJacobians(model, data, _configuration(reading))
     for side, leg in enumerate(reading.legs):
         for joint in leg:
             J = pin.getJointJacobian(model, data, joint, pin.LOCAL_WORLD_ALIGNED)
             axis = J[3:, model.joints[joint].idx_v].copy()
             arrow = node[str(model.names[joint]).replace("/", "_")]
             _draw_arrow(arrow, data.oMi[joint].translation, axis, size, _SIDES[side])
-
-
-def _configuration(reading: Reading) -> Array:
-    q = reading.q.copy()
-    q[:7] = pin.SE3ToXYZQUAT(_standing(reading))
-    return np.asarray(q)
 
 
 def _draw_arrow(

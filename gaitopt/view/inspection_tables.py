@@ -75,7 +75,7 @@ def _overview(inspection: Inspection) -> Section:
     rows: list[Row] = [("file", inspection.origin)]
     source, model, robot = inspection.source, inspection.model, inspection.robot
     if source is not None and model is not None:
-        links = sum(f.type.name == "BODY" for f in model.frames) - 1
+        links = sum(frame.type.name == "BODY" for frame in model.frames)
         joints = model.njoints - 2
         rows.append(("format", f"{source.format.upper()}, {links} links, {joints} joints"))
         mass = sum(inertia.mass for inertia in model.inertias)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from typing import Any
 
 with warnings.catch_warnings():
     warnings.simplefilter("ignore")
@@ -11,6 +12,13 @@ with warnings.catch_warnings():
     import meshcat.geometry as geometry
     from meshcat.servers import zmqserver
     from meshcat.visualizer import umsgpack
-    from pinocchio.visualize import MeshcatVisualizer
 
-__all__ = ["MeshcatVisualizer", "animation", "geometry", "meshcat", "umsgpack", "zmqserver"]
+__all__ = ["animation", "geometry", "meshcat", "pinocchio_visualizer", "umsgpack", "zmqserver"]
+
+
+def pinocchio_visualizer() -> type[Any]:
+    """Return Pinocchio's visualiser; the import, which loads other viewers too, is slow."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        from pinocchio.visualize import MeshcatVisualizer
+    return MeshcatVisualizer  # type: ignore[no-any-return]

@@ -18,6 +18,7 @@ from gaitopt.nlp import Array
 from gaitopt.view.body import walking_model
 from gaitopt.view.meshcat_quiet import geometry, meshcat
 from gaitopt.view.moving_robot import draw_robot
+from gaitopt.view.shape_nodes import UPRIGHT
 from gaitopt.view.shapes import robot_shapes
 from gaitopt.view.skeleton import sole_corners, stick_figures
 from gaitopt.view.tracks import Film
@@ -80,7 +81,7 @@ def build_scene(
     world = viewer[_WORLD]
     _draw_ground(world["ground"])
     _draw_footprints(world["footprints"], shown, corners)
-    draw_robot(f"{_WORLD}/robot", viewer, film, model, shapes.geometry, shown, times)
+    draw_robot(world["robot"], film, model, shapes.geometry, shown, times)
     _draw_standing_sole(world["standing_sole"], film, shown, corners, times)
     _draw_force(world["ground_force"], film, shown, times, force_scale)
     _follow(world, film, shown, times, TARGET_HEIGHT * hips)
@@ -170,13 +171,11 @@ def _draw_force(
 ) -> None:
     red, orange = _seen_through(_COP), _seen_through(_FORCE)
     node["cop"].set_object(geometry.Sphere(0.016), red)
-    # MeshCat's cylinders stand along y; inside its group the arrow points along z
-    upright = np.eye(4)
-    upright[:3, :3] = [[1, 0, 0], [0, 0, -1], [0, 1, 0]]
+    # inside its group the arrow points along z
     node["shaft/bar"].set_object(geometry.Cylinder(1.0, 0.009), orange)
-    node["shaft/bar"].set_transform(_shift([0.0, 0.0, 0.5]) @ upright)
+    node["shaft/bar"].set_transform(_shift([0.0, 0.0, 0.5]) @ UPRIGHT)
     node["head/cone"].set_object(geometry.Cylinder(0.07, radiusTop=0.0, radiusBottom=0.024), orange)
-    node["head/cone"].set_transform(_shift([0.0, 0.0, 0.035]) @ upright)
+    node["head/cone"].set_transform(_shift([0.0, 0.0, 0.035]) @ UPRIGHT)
     length = scale * np.linalg.norm(shown.force, axis=1)
     along, one = np.outer(length, [0.0, 0.0, 1.0]), np.ones_like(length)
     film.place(node, times, shown.cop)

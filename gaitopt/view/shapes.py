@@ -13,8 +13,8 @@ from gaitopt.gait.result import Gait
 from gaitopt.nlp import Array
 from gaitopt.robot.meshes import MeshProblem
 from gaitopt.view.body import gait_source, resting
+from gaitopt.view.colours import STANCE, SWING, TRUNK
 from gaitopt.view.drawable import drawable
-from gaitopt.view.figure_style import STANCE, SWING, TRUNK
 from gaitopt.view.skeleton import sole_corners, stick_figures
 
 _BONE = 0.025  # m: radius of the skeleton's limbs

@@ -95,10 +95,10 @@ def _drawn_top(gait: Gait, model: pin.Model, data: pin.Data) -> float:
     shapes = read_source(gait.urdf).geometry(pin.GeometryType.VISUAL)
     if shapes is None:
         return -np.inf
-    placements = shapes.createData()
+    up, placements = upward(gait), shapes.createData()
     pin.updateGeometryPlacements(model, data, shapes, placements)
     tops = [
-        _top(shape.geometry, place, upward(gait))
+        _top(shape.geometry, place, up)
         for shape, place in zip(shapes.geometryObjects, placements.oMg, strict=True)
     ]
     return max(tops)

@@ -21,7 +21,7 @@ def test_everything_about_the_biped_is_on_one_screen(cli, urdf):
     assert result.exit_code == 0, result.stderr
     text = result.stdout
     assert "biped13  can be used" in text
-    assert "URDF, 14 links, 12 joints" in text
+    assert "URDF, 15 links, 12 joints" in text
     assert "56.87 kg" in text
     assert "0.600 m from hip to ankle" in text
     assert "'right_knee' is straight at +0.000 rad and bends with increasing angle" in text

@@ -127,3 +127,16 @@ def test_error_in_a_process(tmp_path):
     assert result.returncode == 2
     assert result.stderr.startswith("error: cannot read the gait file 'absent.npz'")
     assert list(Path(tmp_path).iterdir()) == []
+
+
+def test_sweep_refuses_what_is_for_one_gait_only(cli, tmp_path):
+    for words in (("--fastest",), ("--no-page",), ("--starts", "2")):
+        result = cli("sweep", "--speeds", "1.0", "--output", tmp_path / "lib", *words)
+        assert result.exit_code == 2
+        assert "No such option" in result.stderr
+
+
+def test_help_says_whose_defaults_it_shows(cli):
+    for command in ("optimise", "sweep"):
+        shown = " ".join(cli(command, "--help").stdout.split())
+        assert "Defaults are those of the thirteen-link biped" in shown

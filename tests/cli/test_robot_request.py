@@ -4,12 +4,22 @@ import pytest
 
 from gaitopt import biped13, urdf_text
 from gaitopt.cli.request import make_request
-from gaitopt.cli.robot_request import make_robot, robot_source, sole_of
+from gaitopt.cli.robot_request import biped_spec, make_robot, robot_source, sole_of
 from gaitopt.errors import InputError
 
 
 def test_the_usual_robot_is_the_thirteen_link_biped():
     assert make_robot({}).name == make_robot({"robot": "biped13"}).name == "biped13"
+
+
+def test_bipeds_of_parameter_tables_have_their_specification(tmp_path):
+    assert biped_spec({}) == biped_spec({"robot": "biped13"}) == biped13()
+    assert biped_spec({"robot": "paper"}).geometry.l1 == -0.155
+    path = tmp_path / "mine.toml"
+    path.write_text('name = "mine"\n[geometry]\nd3 = 0.31\n')
+    assert biped_spec({"spec": path}).geometry.d3 == 0.31
+    assert biped_spec({"robot": "g1"}) is None
+    assert biped_spec({"urdf": "a.urdf"}) is None
 
 
 def test_single_options_win_over_the_file_of_choices(tmp_path):

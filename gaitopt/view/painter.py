@@ -1,0 +1,107 @@
+"""The figures of a gait, drawn beside other work: in a second process on a second core."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+from collections.abc import Callable, Iterator
+from concurrent.futures import Future, ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+from gaitopt.gait.result import Gait
+
+
+@dataclass(frozen=True)
+class Painter:
+    """Draws the figures of gaits.
+
+    Attributes:
+        pool: the process that draws, None for this one.
+    """
+
+    pool: ProcessPoolExecutor | None = None
+
+    def begin(self, gait: Gait, directory: Path) -> Callable[[], list[Path]]:
+        """Begin to write the figures of a gait.
+
+        Args:
+            gait: what to draw.
+            directory: where to.
+
+        Returns:
+            A function that waits for the figures and returns their files, or raises what
+            `write_figures` raises.
+        """
+        here = partial(_draw, gait, directory)
+        if self.pool is None:
+            return here
+        try:
+            drawn = self.pool.submit(_draw, gait, directory)
+        except BrokenProcessPool:
+            return here
+        return partial(_files, drawn, here)
+
+
+@contextmanager
+def painter(wanted: bool = True) -> Iterator[Painter]:
+    """Get ready to draw, if that is wanted and there is a core for it; wait for it at the end.
+
+    The process that will draw loads what it needs meanwhile, which takes as long as drawing.
+    """
+    if not wanted or spare_cores() < 1.0:
+        yield Painter()
+        return
+    context = multiprocessing.get_context("spawn")
+    pool = ProcessPoolExecutor(1, context, initializer=_leave_ctrl_c_to_parent)
+    try:
+        pool.submit(_get_ready)
+        yield Painter(pool)
+    finally:
+        pool.shutdown(wait=True, cancel_futures=True)
+
+
+def spare_cores() -> float:
+    """Return how many cores this process may use beside its own, less what others use of late.
+
+    A second process loads everything again: on a core that others use it costs more than it saves.
+    """
+    if hasattr(os, "sched_getaffinity"):  # neither of the two is everywhere
+        cores = len(os.sched_getaffinity(0))
+    else:
+        cores = os.cpu_count() or 1
+    try:
+        load = os.getloadavg()[0] if hasattr(os, "getloadavg") else 0.0
+    except OSError:
+        load = 0.0
+    return min(cores - 1.0, cores - load)
+
+
+def _draw(gait: Gait, directory: Path) -> list[Path]:
+    from gaitopt.view.figures import write_figures
+
+    return write_figures(gait, directory)
+
+
+def _files(drawn: Future[list[Path]], again: Callable[[], list[Path]]) -> list[Path]:
+    try:
+        return drawn.result()
+    except BrokenProcessPool:  # the other process was ended, for want of memory perhaps
+        return again()
+
+
+def _get_ready() -> None:
+    from gaitopt.view.figure_style import new_figure
+    from gaitopt.view.figures import rendered
+
+    figure = new_figure(1.0, 1.0)
+    figure.subplots()
+    rendered(figure, "png")  # loads the fonts and the renderer too
+
+
+def _leave_ctrl_c_to_parent() -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
