@@ -24,8 +24,8 @@ from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.task import preset_task
 from gaitopt.nlp import NLP, Array, Point, Progress, Solution, Values
 from gaitopt.robot import biped13, urdf_text
+from gaitopt.robot.generated.spec import BipedSpec
 from gaitopt.robot.model import Robot
-from gaitopt.robot.spec import BipedSpec
 
 RESULTS = Path(__file__).parent / "results"
 PACKAGES = (

@@ -15,7 +15,7 @@ from gaitopt.errors import GaitoptError, NoGaitFoundError
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.task import preset_task
 from gaitopt.robot import biped13, changed
-from gaitopt.robot.spec import BipedSpec
+from gaitopt.robot.generated.spec import BipedSpec
 
 LENGTHS, MASSES = 0.2, 0.3
 """Largest relative change, either way."""

@@ -20,8 +20,8 @@ from gaitopt.gait.parameters import GEOMETRY, set_quantities
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.task import Task, preset_task
 from gaitopt.robot.catalogue import description, entry_by_name
+from gaitopt.robot.feet.sole import Sole
 from gaitopt.robot.model import Robot
-from gaitopt.robot.sole import Sole
 from gaitopt.study.fastest import fastest
 
 ROBOTS = ("talos", "g1", "alexander", "icub", "romeo", "simple_humanoid", "human")

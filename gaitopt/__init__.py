@@ -34,12 +34,12 @@ if TYPE_CHECKING:
     from gaitopt.gait.result_file import load_gait, save_gait
     from gaitopt.gait.task import Margins, Task, preset_task
     from gaitopt.nlp import Status
+    from gaitopt.robot.feet.sole import Sole
+    from gaitopt.robot.generated.presets import biped13
+    from gaitopt.robot.generated.spec import BipedSpec
+    from gaitopt.robot.generated.spec_file import read_spec, write_spec
+    from gaitopt.robot.generated.urdf import urdf_text
     from gaitopt.robot.model import Robot
-    from gaitopt.robot.presets import biped13
-    from gaitopt.robot.sole import Sole
-    from gaitopt.robot.spec import BipedSpec
-    from gaitopt.robot.spec_file import read_spec, write_spec
-    from gaitopt.robot.urdf import urdf_text
     from gaitopt.solvers import solver_by_name
     from gaitopt.view.export import export
     from gaitopt.view.figures import write_figures
@@ -48,13 +48,13 @@ if TYPE_CHECKING:
 
 _HOMES = {
     # the machine
-    "BipedSpec": "gaitopt.robot.spec",
+    "BipedSpec": "gaitopt.robot.generated.spec",
     "Robot": "gaitopt.robot.model",
-    "Sole": "gaitopt.robot.sole",
-    "biped13": "gaitopt.robot.presets",
-    "read_spec": "gaitopt.robot.spec_file",
-    "urdf_text": "gaitopt.robot.urdf",
-    "write_spec": "gaitopt.robot.spec_file",
+    "Sole": "gaitopt.robot.feet.sole",
+    "biped13": "gaitopt.robot.generated.presets",
+    "read_spec": "gaitopt.robot.generated.spec_file",
+    "urdf_text": "gaitopt.robot.generated.urdf",
+    "write_spec": "gaitopt.robot.generated.spec_file",
     # the question
     "Margins": "gaitopt.gait.task",
     "Task": "gaitopt.gait.task",

@@ -4,9 +4,9 @@ import numpy as np
 import pinocchio as pin
 
 from gaitopt.robot.choices import Choices
+from gaitopt.robot.files.source import read_source
 from gaitopt.robot.reading import Reading, read_robot
 from gaitopt.robot.reroot import lock_upper_body, reroot
-from gaitopt.robot.source import read_source
 
 
 class PelvisRooted:

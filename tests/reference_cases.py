@@ -12,9 +12,9 @@ import numpy as np
 
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.task import preset_task
+from gaitopt.robot.generated.presets import biped13
+from gaitopt.robot.generated.urdf import urdf_text
 from gaitopt.robot.model import Robot
-from gaitopt.robot.presets import biped13
-from gaitopt.robot.urdf import urdf_text
 
 FILE = Path(__file__).parent / "data" / "reference_biped13.npz"
 URDF_SIGNS = np.repeat([-1.0, 1.0], 6)

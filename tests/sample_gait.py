@@ -8,8 +8,8 @@ import numpy as np
 import pinocchio as pin
 
 from gaitopt.gait.result import Gait
-from gaitopt.robot.presets import biped13
-from gaitopt.robot.urdf import urdf_text
+from gaitopt.robot.generated.presets import biped13
+from gaitopt.robot.generated.urdf import urdf_text
 
 REFERENCE = Path(__file__).parent / "data" / "reference_biped13.npz"
 CASE = "p43_v1.0_optimum"

@@ -3,8 +3,8 @@
 from collections.abc import Callable
 from xml.etree import ElementTree as ET
 
-from gaitopt.robot.presets import biped13
-from gaitopt.robot.urdf import urdf_text
+from gaitopt.robot.generated.presets import biped13
+from gaitopt.robot.generated.urdf import urdf_text
 
 
 def edited_urdf(edit: Callable[[ET.Element], None]) -> str:

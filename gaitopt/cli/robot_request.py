@@ -12,12 +12,12 @@ from gaitopt.errors import InputError
 from gaitopt.robot.catalogue import biped_of, description, entry_by_name
 from gaitopt.robot.choices import Choices
 from gaitopt.robot.choices_file import choices_from_record, choices_from_toml, choices_record
+from gaitopt.robot.feet.sole import Sole
+from gaitopt.robot.generated.presets import biped13
+from gaitopt.robot.generated.spec import BipedSpec
+from gaitopt.robot.generated.spec_file import read_spec
+from gaitopt.robot.generated.urdf import urdf_text
 from gaitopt.robot.model import Robot
-from gaitopt.robot.presets import biped13
-from gaitopt.robot.sole import Sole
-from gaitopt.robot.spec import BipedSpec
-from gaitopt.robot.spec_file import read_spec
-from gaitopt.robot.urdf import urdf_text
 
 ROBOTS = ("robot", "spec", "urdf")
 """Settings that name a robot; they exclude each other."""

@@ -16,8 +16,8 @@ from gaitopt.gait.result import Gait, array_names
 from gaitopt.gait.task_record import task_from_record
 from gaitopt.nlp import Array
 from gaitopt.robot.choices_file import choices_from_record
+from gaitopt.robot.feet.sole import Sole
 from gaitopt.robot.model import Robot
-from gaitopt.robot.sole import Sole
 
 SAME = 1e-9  # relative: one formula computed twice, rounding apart
 _FACTS = ("robot", "mass", "leg_length", "sole", "limits", "cost", "step_length", "duration")

@@ -11,9 +11,9 @@ from gaitopt.gait.result import Gait
 from gaitopt.gait.step import Reads
 from gaitopt.gait.task_record import task_record
 from gaitopt.nlp import Array
-from gaitopt.robot.capsules import capsule_rows
 from gaitopt.robot.choices import Choices
 from gaitopt.robot.choices_file import choices_record
+from gaitopt.robot.feet.capsules import capsule_rows
 from gaitopt.robot.model import Robot
 
 

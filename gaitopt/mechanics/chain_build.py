@@ -11,9 +11,9 @@ from gaitopt.errors import InputError, RobotError
 from gaitopt.mechanics.chain import SOLE_AXES, Chain, JointTable, LinkTable, turned
 from gaitopt.mechanics.mdh import hat, parameters, placements, transforms
 from gaitopt.nlp import Array
-from gaitopt.robot.inertia import mirrored_inertia
+from gaitopt.robot.generated.inertia import mirrored_inertia
 from gaitopt.robot.model import Robot
-from gaitopt.robot.spec import BipedSpec, Geometry, LinkSpec
+from gaitopt.robot.generated.spec import BipedSpec, Geometry, LinkSpec
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ from gaitopt.mechanics.legs import LegKinematics
 from gaitopt.mechanics.readings import Reading, ReadingSlope
 from gaitopt.mechanics.segments import Nearest, distance_curvature, distance_force, nearest
 from gaitopt.nlp import Array
-from gaitopt.robot.capsules import DEFAULT_RADIUS, Capsule, leg_capsules
+from gaitopt.robot.feet.capsules import DEFAULT_RADIUS, Capsule, leg_capsules
 from gaitopt.robot.model import Robot
 
 PELVIS = 6  # its place among the bodies

@@ -10,13 +10,13 @@ import pinocchio as pin
 from gaitopt.errors import RobotError
 from gaitopt.nlp import Array
 from gaitopt.robot.findings import Finding
-from gaitopt.robot.legs import HIP_JOINTS, ChainLines, centre, common_point
+from gaitopt.robot.legs.measures import HIP_JOINTS, ChainLines, centre, common_point
+from gaitopt.robot.mirror.symmetrise import Sides, symmetrise
+from gaitopt.robot.mirror.symmetry import exchange_error, joint_lines, leg_exchange
 from gaitopt.robot.reading import Reading
 from gaitopt.robot.reroot import PELVIS_FRAME, lock_upper_body, reroot
-from gaitopt.robot.symmetrise import Sides, symmetrise
-from gaitopt.robot.symmetry import exchange_error, joint_lines, leg_exchange
 from gaitopt.robot.telling import tell_pairs, tell_symmetry
-from gaitopt.robot.urdf_check import refuse_unsound
+from gaitopt.robot.urdf.check import refuse_unsound
 
 _SYMMETRY_TOLERANCE = 1e-8  # relative: a half step and its mirror must be the same motion
 

@@ -7,7 +7,7 @@ from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, fields, replace
 
 from gaitopt.errors import RobotError
-from gaitopt.robot.sole import Sole
+from gaitopt.robot.feet.sole import Sole
 
 Axis = str | tuple[float, float, float]
 Placement = tuple[float, ...]

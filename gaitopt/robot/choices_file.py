@@ -12,8 +12,8 @@ from typing import Any
 
 from gaitopt.errors import RobotError
 from gaitopt.robot.choices import UNUSED_SRDF, Choices, LimitOverride
-from gaitopt.robot.sole import Sole
-from gaitopt.robot.text_file import read_text
+from gaitopt.robot.feet.sole import Sole
+from gaitopt.robot.files.text_file import read_text
 
 if sys.version_info >= (3, 11):
     import tomllib

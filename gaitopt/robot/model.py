@@ -11,12 +11,12 @@ import pinocchio as pin
 from gaitopt.nlp import Array
 from gaitopt.robot.chain import build_chain
 from gaitopt.robot.choices import Choices
+from gaitopt.robot.feet.sole import Sole
+from gaitopt.robot.files.source import Source, read_source
 from gaitopt.robot.findings import Finding
-from gaitopt.robot.legs import Legs, measure_legs
-from gaitopt.robot.limits import JointLimits
+from gaitopt.robot.legs.limits import JointLimits
+from gaitopt.robot.legs.measures import Legs, measure_legs
 from gaitopt.robot.reading import Reading, read_robot
-from gaitopt.robot.sole import Sole
-from gaitopt.robot.source import Source, read_source
 
 
 @dataclass(frozen=True, eq=False)

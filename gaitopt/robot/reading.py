@@ -12,15 +12,17 @@ import pinocchio as pin
 from gaitopt.errors import RobotError
 from gaitopt.nlp import Array
 from gaitopt.robot.choices import SIDES, Choices, LimitOverride
-from gaitopt.robot.feet import Soles, choose_soles, placement_numbers
-from gaitopt.robot.find_legs import Pair, Tree, find_legs
+from gaitopt.robot.feet.choose import Soles, choose_soles, placement_numbers
+from gaitopt.robot.feet.found import FoundSole, find_sole
+from gaitopt.robot.feet.shape import FootShape, foot_points
+from gaitopt.robot.files.source import Source
 from gaitopt.robot.findings import Finding
-from gaitopt.robot.foot_shape import FootShape, foot_points
-from gaitopt.robot.heading import Heading, axis_name, axis_vector, find_heading
-from gaitopt.robot.limits import JointLimits, joint_limits
-from gaitopt.robot.named import named_feet, standing_side
-from gaitopt.robot.overrides import override
-from gaitopt.robot.placed import (
+from gaitopt.robot.legs.find import Pair, Tree, find_legs
+from gaitopt.robot.legs.heading import Heading, axis_name, axis_vector, find_heading
+from gaitopt.robot.legs.limits import JointLimits, joint_limits
+from gaitopt.robot.legs.named import named_feet, standing_side
+from gaitopt.robot.legs.overrides import override
+from gaitopt.robot.legs.placed import (
     Legs,
     Placed,
     leg_lines,
@@ -29,13 +31,11 @@ from gaitopt.robot.placed import (
     place,
     stance_of,
 )
-from gaitopt.robot.posture import reference_angles, reference_configuration, rotor_armatures
-from gaitopt.robot.soles import FoundSole, find_sole
-from gaitopt.robot.source import Source
-from gaitopt.robot.stance import Stance, level_feet
-from gaitopt.robot.symmetry import leg_exchange
+from gaitopt.robot.legs.posture import reference_angles, reference_configuration, rotor_armatures
+from gaitopt.robot.legs.stance import Stance, level_feet
+from gaitopt.robot.mirror.symmetry import leg_exchange
 from gaitopt.robot.telling import tell
-from gaitopt.robot.urdf_values import UrdfProblem
+from gaitopt.robot.urdf.values import UrdfProblem
 
 
 @dataclass(frozen=True)

@@ -9,10 +9,10 @@ import pinocchio as pin
 
 from gaitopt.nlp import Array
 from gaitopt.robot.choices import AXES, SIDES
-from gaitopt.robot.find_legs import Pair
 from gaitopt.robot.findings import Finding
-from gaitopt.robot.heading import Heading, axis_name
-from gaitopt.robot.symmetrise import Symmetrised
+from gaitopt.robot.legs.find import Pair
+from gaitopt.robot.legs.heading import Heading, axis_name
+from gaitopt.robot.mirror.symmetrise import Symmetrised
 
 _SIDE_WORDS = {
     "right": re.compile(r"(?i:right)|(?<![a-zA-Z])[rR](?![a-zA-Z])|^R(?=[A-Z])"),

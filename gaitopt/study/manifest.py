@@ -14,8 +14,8 @@ from gaitopt.errors import GaitFileError, InputError
 from gaitopt.gait.task import Task
 from gaitopt.gait.task_record import task_record
 from gaitopt.robot.choices_file import choices_from_record, choices_record
-from gaitopt.robot.presets import biped13
-from gaitopt.robot.spec_table import merged
+from gaitopt.robot.generated.presets import biped13
+from gaitopt.robot.generated.spec_table import merged
 from gaitopt.study.axes import Axis
 from gaitopt.study.grid_points import GridPoints, Index
 from gaitopt.study.setting import RobotSource

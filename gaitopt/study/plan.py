@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 
 from gaitopt.errors import InputError
 from gaitopt.gait.task import Task
+from gaitopt.robot.generated.spec import BipedSpec
+from gaitopt.robot.generated.spec_table import changed
 from gaitopt.robot.model import Robot
-from gaitopt.robot.spec import BipedSpec
-from gaitopt.robot.spec_table import changed
 from gaitopt.study.grid_points import GridPoints, Index
 from gaitopt.study.setting import RobotSource, Setting, source_of
 

@@ -13,10 +13,10 @@ from gaitopt.gait.task import Task
 from gaitopt.gait.task_record import task_from_record, task_record
 from gaitopt.robot.choices import Choices
 from gaitopt.robot.choices_file import choices_from_record, choices_record
+from gaitopt.robot.generated.spec import BipedSpec
+from gaitopt.robot.generated.spec_table import changed
+from gaitopt.robot.generated.urdf import urdf_text
 from gaitopt.robot.model import Robot
-from gaitopt.robot.spec import BipedSpec
-from gaitopt.robot.spec_table import changed
-from gaitopt.robot.urdf import urdf_text
 
 _KEPT = 8  # robots that a process keeps built
 

@@ -16,8 +16,8 @@ from pathlib import Path
 
 from gaitopt.design.options import DesignOptions
 from gaitopt.gait.task import Task
+from gaitopt.robot.generated.spec import BipedSpec
 from gaitopt.robot.model import Robot
-from gaitopt.robot.spec import BipedSpec
 from gaitopt.study.axes import Axis, with_values
 from gaitopt.study.grid_points import GridPoints
 from gaitopt.study.jobs import Alone, Crew

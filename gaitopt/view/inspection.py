@@ -9,10 +9,10 @@ import pinocchio as pin
 
 from gaitopt.errors import RobotError
 from gaitopt.robot.choices import Choices
+from gaitopt.robot.files.source import Source, read_source
 from gaitopt.robot.findings import Finding
 from gaitopt.robot.model import Robot
 from gaitopt.robot.reading import Reading, read_robot
-from gaitopt.robot.source import Source, read_source
 
 
 @dataclass(frozen=True, eq=False)

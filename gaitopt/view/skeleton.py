@@ -10,7 +10,7 @@ import pinocchio as pin
 
 from gaitopt.gait.result import Gait
 from gaitopt.nlp import Array
-from gaitopt.robot.source import read_source
+from gaitopt.robot.files.source import read_source
 from gaitopt.view.body import joint_indices, resting, upward
 
 _REFLECTION = np.array([1.0, -1.0, 1.0])

@@ -15,7 +15,7 @@ from gaitopt.gait.grid import uniform_grid
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.step import Reads
 from gaitopt.gait.task import Margins, Task, preset_task
-from gaitopt.robot.sole import Sole
+from gaitopt.robot.feet.sole import Sole
 
 NAME = "guess"
 

@@ -12,7 +12,7 @@ import numpy as np
 import pinocchio as pin
 
 from gaitopt.mechanics.chain import Chain, JointTable, LinkTable
-from gaitopt.robot.presets import biped13
+from gaitopt.robot.generated.presets import biped13
 
 UP = np.array([1.0, 0.0, 0.0])  # R0
 

@@ -21,8 +21,8 @@ from gaitopt.mechanics.chain import SOLE_AXES, link_placements, sole_placement
 from gaitopt.mechanics.chain_build import Bodies, chain_from_axes, chain_of_robot, chain_of_spec
 from gaitopt.mechanics.mdh import hat
 from gaitopt.mechanics.newton_euler import inverse_dynamics, sole_axes
+from gaitopt.robot.generated.urdf import urdf_text
 from gaitopt.robot.model import Robot
-from gaitopt.robot.urdf import urdf_text
 
 EXACT = 1e-9  # relative: rounding of twelve chained transforms, with a wide margin
 

@@ -22,9 +22,9 @@ from gaitopt.mechanics.chain_impact import (
     swing_sole_jacobian,
 )
 from gaitopt.mechanics.newton_euler import inertia_matrix, momentum
+from gaitopt.robot.generated.presets import biped13
+from gaitopt.robot.generated.urdf import urdf_text
 from gaitopt.robot.model import Robot
-from gaitopt.robot.presets import biped13
-from gaitopt.robot.urdf import urdf_text
 
 REFERENCE = Path(__file__).parents[1] / "data" / "reference_biped13.npz"
 EXACT = 1e-9  # relative: rounding of twelve chained transforms, with a wide margin

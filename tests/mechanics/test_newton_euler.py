@@ -32,9 +32,9 @@ from gaitopt.mechanics.newton_euler import (
     sole_axes,
     zero_moment_point,
 )
+from gaitopt.robot.generated.presets import biped13
+from gaitopt.robot.generated.urdf import urdf_text
 from gaitopt.robot.model import Robot
-from gaitopt.robot.presets import biped13
-from gaitopt.robot.urdf import urdf_text
 
 REFERENCE = Path(__file__).parents[1] / "data" / "reference_biped13.npz"
 EXACT = 1e-9  # relative: rounding of twelve chained transforms, with a wide margin

@@ -7,10 +7,10 @@ import pytest
 from reference_cases import biped
 from urdf_edits import edited_urdf
 
-from gaitopt.robot.capsules import DEFAULT_RADIUS, leg_capsules
+from gaitopt.robot.feet.capsules import DEFAULT_RADIUS, leg_capsules
+from gaitopt.robot.feet.shape_points import points_of
+from gaitopt.robot.feet.sole import Sole
 from gaitopt.robot.model import Robot
-from gaitopt.robot.shape_points import points_of
-from gaitopt.robot.sole import Sole
 
 SOLE = Sole(toe=0.0, heel=-0.214, left=0.068, right=-0.068)
 

@@ -11,8 +11,8 @@ from urdf_edits import edited_urdf, joint, link
 
 from gaitopt.errors import RobotError
 from gaitopt.robot.choices import Choices
+from gaitopt.robot.feet.sole import Sole
 from gaitopt.robot.model import Robot
-from gaitopt.robot.sole import Sole
 
 LEG = ("ankle_roll", "ankle_pitch", "knee", "hip_pitch", "hip_roll", "hip_yaw")
 QUARTER = "1.5707963267948966"

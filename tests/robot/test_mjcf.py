@@ -10,12 +10,12 @@ from mjcf_text import mjcf_text
 from motion_twins import same_motion
 
 from gaitopt.errors import RobotError
-from gaitopt.robot.mjcf_defaults import with_torques
-from gaitopt.robot.mjcf_include import whole_mjcf
-from gaitopt.robot.presets import biped13
-from gaitopt.robot.source import read_source
-from gaitopt.robot.urdf import urdf_text
-from gaitopt.robot.xml_lines import parse_xml
+from gaitopt.robot.files.source import read_source
+from gaitopt.robot.files.xml_lines import parse_xml
+from gaitopt.robot.generated.presets import biped13
+from gaitopt.robot.generated.urdf import urdf_text
+from gaitopt.robot.mjcf.defaults import with_torques
+from gaitopt.robot.mjcf.include import whole_mjcf
 
 COLLISION = pin.GeometryType.COLLISION
 

@@ -6,10 +6,10 @@ import pytest
 from urdf_edits import add_arm, edited_urdf, joint, link, scale_mass, set_limit
 
 from gaitopt.errors import RobotError
+from gaitopt.robot.feet.sole import Sole
+from gaitopt.robot.generated.presets import biped13
+from gaitopt.robot.generated.urdf import urdf_text
 from gaitopt.robot.model import Robot
-from gaitopt.robot.presets import biped13
-from gaitopt.robot.sole import Sole
-from gaitopt.robot.urdf import urdf_text
 
 LEG = ("ankle_roll", "ankle_pitch", "knee", "hip_pitch", "hip_roll", "hip_yaw")
 

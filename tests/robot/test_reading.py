@@ -12,9 +12,9 @@ from urdf_edits import edited_urdf, joint, link, set_limit
 
 from gaitopt.errors import RobotError
 from gaitopt.robot.choices import Choices
-from gaitopt.robot.level import sole_normal
+from gaitopt.robot.feet.level import sole_normal
+from gaitopt.robot.feet.sole import Sole
 from gaitopt.robot.model import Robot
-from gaitopt.robot.sole import Sole
 
 FOOT = "type='box' size='0.107 0.068 0.02' pos='0.03 0 -0.085'"
 

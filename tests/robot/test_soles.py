@@ -10,12 +10,12 @@ from mesh_files import TETRAHEDRON, write_stl
 from scipy.spatial import ConvexHull, QhullError
 
 from gaitopt.errors import RobotError
-from gaitopt.robot.foot_shape import foot_points
-from gaitopt.robot.presets import biped13
-from gaitopt.robot.sole import Sole
-from gaitopt.robot.soles import find_sole, largest_rectangle
-from gaitopt.robot.source import read_source
-from gaitopt.robot.urdf import urdf_text
+from gaitopt.robot.feet.found import find_sole, largest_rectangle
+from gaitopt.robot.feet.shape import foot_points
+from gaitopt.robot.feet.sole import Sole
+from gaitopt.robot.files.source import read_source
+from gaitopt.robot.generated.presets import biped13
+from gaitopt.robot.generated.urdf import urdf_text
 
 FOOT = """<robot name='foot'>
 <link name='base'/><link name='foot'>

@@ -12,11 +12,11 @@ from urdf_edits import add_arm, edited_urdf, joint, link
 
 from gaitopt.errors import RobotError
 from gaitopt.robot.choices import Choices
+from gaitopt.robot.files.source import Source, read_source
+from gaitopt.robot.generated.presets import biped13
+from gaitopt.robot.generated.urdf import urdf_text
 from gaitopt.robot.model import Robot
-from gaitopt.robot.presets import biped13
 from gaitopt.robot.reading import read_robot
-from gaitopt.robot.source import Source, read_source
-from gaitopt.robot.urdf import urdf_text
 
 TEXT = urdf_text(biped13())
 COLLISION, VISUAL = pin.GeometryType.COLLISION, pin.GeometryType.VISUAL

@@ -9,10 +9,10 @@ from hypothesis import strategies as st
 from robot.strategies import link_specs
 
 from gaitopt.errors import SpecError
-from gaitopt.robot.inertia import checked_inertia, mirrored_inertia
-from gaitopt.robot.presets import biped13
-from gaitopt.robot.spec import BipedSpec, LinkSpec
-from gaitopt.robot.spec_table import changed
+from gaitopt.robot.generated.inertia import checked_inertia, mirrored_inertia
+from gaitopt.robot.generated.presets import biped13
+from gaitopt.robot.generated.spec import BipedSpec, LinkSpec
+from gaitopt.robot.generated.spec_table import changed
 
 SPEC = biped13()
 

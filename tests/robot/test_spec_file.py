@@ -9,10 +9,10 @@ from hypothesis import HealthCheck, given, settings
 from robot.strategies import biped_specs
 
 from gaitopt.errors import InputError, SpecError
-from gaitopt.robot.presets import biped13
-from gaitopt.robot.spec import BipedSpec
-from gaitopt.robot.spec_file import read_spec, spec_text, write_spec
-from gaitopt.robot.spec_table import changed
+from gaitopt.robot.generated.presets import biped13
+from gaitopt.robot.generated.spec import BipedSpec
+from gaitopt.robot.generated.spec_file import read_spec, spec_text, write_spec
+from gaitopt.robot.generated.spec_table import changed
 
 
 @given(biped_specs())

@@ -9,9 +9,9 @@ from urdf_edits import edited_urdf, joint, link, scale_mass
 
 from gaitopt.errors import RobotError
 from gaitopt.robot.choices import Choices
+from gaitopt.robot.mirror.symmetrise import mirrored
+from gaitopt.robot.mirror.symmetry import exchange_error
 from gaitopt.robot.model import Robot
-from gaitopt.robot.symmetrise import mirrored
-from gaitopt.robot.symmetry import exchange_error
 
 quick = settings(deadline=None, derandomize=True, max_examples=25)
 

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 from reference_cases import URDF_SIGNS, biped
 
 from gaitopt.errors import RobotError
-from gaitopt.robot.symmetry import (
+from gaitopt.robot.mirror.symmetry import (
     exchange_error,
     joint_lines,
     leg_exchange,

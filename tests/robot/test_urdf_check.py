@@ -11,12 +11,12 @@ from urdf_edits import add_arm, edited_urdf, joint, link
 
 from gaitopt.errors import RobotError
 from gaitopt.robot.choices import Choices, LimitOverride
+from gaitopt.robot.files.source import read_source
+from gaitopt.robot.files.xml_lines import parse_xml
+from gaitopt.robot.generated.presets import biped13
+from gaitopt.robot.generated.urdf import urdf_text
 from gaitopt.robot.model import Robot
-from gaitopt.robot.presets import biped13
-from gaitopt.robot.source import read_source
-from gaitopt.robot.urdf import urdf_text
-from gaitopt.robot.urdf_check import check_urdf, refuse_unsound
-from gaitopt.robot.xml_lines import parse_xml
+from gaitopt.robot.urdf.check import check_urdf, refuse_unsound
 
 TEXT = urdf_text(biped13())
 

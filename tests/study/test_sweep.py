@@ -15,7 +15,7 @@ from sweeps import QUICK, SPEEDS, Counting, quick_task
 from gaitopt.design.design import design
 from gaitopt.errors import InputError
 from gaitopt.gait.result_file import load_gait
-from gaitopt.robot.presets import biped13
+from gaitopt.robot.generated.presets import biped13
 from gaitopt.solvers import solver_by_name
 from gaitopt.study.axes import Axis
 from gaitopt.study.index import CERTIFIED, INFEASIBLE

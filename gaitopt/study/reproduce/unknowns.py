@@ -9,10 +9,10 @@ import numpy as np
 
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.nlp import Array
-from gaitopt.robot.inertia import box_inertia
-from gaitopt.robot.presets import biped13
-from gaitopt.robot.spec import BipedSpec
-from gaitopt.robot.spec_table import changed
+from gaitopt.robot.generated.inertia import box_inertia
+from gaitopt.robot.generated.presets import biped13
+from gaitopt.robot.generated.spec import BipedSpec
+from gaitopt.robot.generated.spec_table import changed
 from gaitopt.study.reproduce.printed import printed
 from gaitopt.study.reproduce.walks import (
     biped_robot,

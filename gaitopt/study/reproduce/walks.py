@@ -8,9 +8,9 @@ from typing import Any
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.task import Task, preset_task
 from gaitopt.robot.catalogue import biped_of, entry_by_name
+from gaitopt.robot.generated.spec import BipedSpec
+from gaitopt.robot.generated.urdf import urdf_text
 from gaitopt.robot.model import Robot
-from gaitopt.robot.spec import BipedSpec
-from gaitopt.robot.urdf import urdf_text
 from gaitopt.study.reproduce.printed import printed
 
 NAME = "paper"

@@ -1,0 +1,164 @@
+"""Robots known by name: the biped of the paper, and humanoids of the example-robot-data package.
+
+Each is a TOML file in `gaitopt/robot/catalogue/`: where its description is, what must not be
+guessed about it, and a walk to begin with.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from difflib import get_close_matches
+from importlib import resources
+from importlib.metadata import PackageNotFoundError, distribution
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from gaitopt.errors import InputError, MissingExtraError
+from gaitopt.robot.choices import Choices
+from gaitopt.robot.choices_file import choices_from_record
+from gaitopt.robot.generated.presets import biped13
+from gaitopt.robot.generated.spec import BipedSpec
+from gaitopt.robot.generated.spec_table import merged
+from gaitopt.robot.generated.urdf import urdf_text
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
+
+if TYPE_CHECKING:
+    from gaitopt.robot.model import Robot
+
+_PACKAGE = "example-robot-data"
+EXTRA = "robots"
+"""Name of the extra that installs them."""
+
+_DESCRIPTIONS = "cmeel.prefix/share/example-robot-data/robots"  # inside site-packages
+GENERATED = "biped13"
+"""Name of the robot that gaitopt makes itself."""
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A robot of the catalogue.
+
+    Attributes:
+        name: that it is asked for by.
+        title: one line for people.
+        mass: [kg].
+        file: of its description in the example-robot-data package; empty for the bipeds that
+            gaitopt makes itself.
+        choices: what must not be guessed, as `choices_from_record` takes it.
+        task: fields of a `Task` to begin with: speed [m/s], duration [s], ..., and its preset
+            where that is not the usual one.
+        remark: what to know before using it, or empty.
+        spec: of a biped that gaitopt makes itself: where it differs from `biped13`, as
+            `spec_table.merged` takes it.
+    """
+
+    name: str
+    title: str
+    mass: float
+    file: str
+    choices: Mapping[str, Any]
+    task: Mapping[str, Any]
+    remark: str = ""
+    spec: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def package(self) -> str:
+        """Name of the Python package that has its description; empty for gaitopt itself."""
+        return _PACKAGE if self.file else ""
+
+    @property
+    def installed(self) -> bool:
+        """Whether its description is on this machine."""
+        return not self.file or _descriptions() is not None
+
+
+def catalogue() -> tuple[Entry, ...]:
+    """Return the robots that can be asked for by name, the generated one first."""
+    folder = resources.files("gaitopt.robot") / "catalogue"
+    names = sorted(p.name for p in folder.iterdir() if p.name.endswith(".toml"))
+    entries = [_entry(n.removesuffix(".toml"), (folder / n).read_text("utf-8")) for n in names]
+    return tuple(sorted(entries, key=lambda entry: bool(entry.file)))
+
+
+def entry_by_name(name: str) -> Entry:
+    """Return the robot of a name.
+
+    Raises:
+        InputError: there is none.
+    """
+    entries = {entry.name: entry for entry in catalogue()}
+    if name not in entries:
+        close = get_close_matches(name, entries, n=1)
+        hint = f"did you mean '{close[0]}'? " if close else ""
+        raise InputError(
+            f"the catalogue has no robot '{name}'; {hint}there are {', '.join(entries)}. "
+            "Any other robot: give its URDF"
+        )
+    return entries[name]
+
+
+def description(entry: Entry) -> tuple[str | Path, Choices]:
+    """Return the URDF of a robot of the catalogue, as text or path, and its choices.
+
+    Raises:
+        MissingExtraError: the package that has it is not installed.
+    """
+    choices = choices_from_record(entry.choices)
+    if not entry.file:
+        return urdf_text(biped_of(entry)), choices
+    folder = _descriptions()
+    if folder is None:
+        raise MissingExtraError(f"the robot '{entry.name}'", EXTRA)
+    path = folder / entry.file
+    if not path.is_file():
+        raise InputError(
+            f"the installed {_PACKAGE} has no file '{entry.file}'; "
+            f"run: pip install --upgrade 'gaitopt[{EXTRA}]'"
+        )
+    return path, choices
+
+
+def biped_of(entry: Entry) -> BipedSpec:
+    """Return the specification of a biped that gaitopt makes itself."""
+    return merged(biped13(), entry.spec)
+
+
+def robot_by_name(name: str) -> Robot:
+    """Return a robot of the catalogue.
+
+    Raises:
+        InputError: there is none of that name, or the package that has it is not installed.
+    """
+    from gaitopt.robot.model import Robot  # the list of robots needs none of what this imports
+
+    urdf, choices = description(entry_by_name(name))
+    return Robot.from_urdf(urdf, choices=choices)
+
+
+def _descriptions() -> Path | None:
+    """Directory of the installed descriptions, None where there are none."""
+    try:
+        folder = Path(str(distribution(_PACKAGE).locate_file(_DESCRIPTIONS)))
+    except PackageNotFoundError:
+        return None
+    return folder if folder.is_dir() else None
+
+
+def _entry(name: str, text: str) -> Entry:
+    table = tomllib.loads(text)
+    return Entry(
+        name=name,
+        title=table["title"],
+        mass=float(table["mass"]),
+        file=table.get("file", ""),
+        choices=table.get("choices", {}),
+        task=table.get("task", {}),
+        remark=table.get("remark", ""),
+        spec=table.get("spec", {}),
+    )

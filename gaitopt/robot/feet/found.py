@@ -1,0 +1,134 @@
+"""The rectangle of the sole that may touch the ground, found from the foot's shape."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pinocchio as pin
+from scipy.spatial import ConvexHull, QhullError
+
+from gaitopt.errors import RobotError
+from gaitopt.nlp import Array
+from gaitopt.robot.feet.shape import FootShape
+from gaitopt.robot.feet.sole import Sole, tidy
+
+_FLATNESS = 2e-3  # m: what lies less than this above the lowest point belongs to the sole
+_SMALLEST = 5e-4  # m²: less is an edge or a stud, not a sole
+_CANDIDATES = 120  # edges tried at once
+_ROUNDS = 12  # of refinement, each about the best edges of the last
+_ADVICE = "give the sole rectangle (sole) and the height of the ankle above it (sole_drop)"
+
+
+@dataclass(frozen=True)
+class FoundSole:
+    """A sole found from the shape of a foot.
+
+    Attributes:
+        placement: of the sole frame (x forward, y left, z up, origin on the sole below the ankle)
+            in the frame of the last joint of the leg.
+        sole: the rectangle in it.
+        how: one sentence: where it came from, its size, what was left out.
+    """
+
+    placement: pin.SE3
+    sole: Sole
+    how: str
+
+
+def find_sole(shape: FootShape, upright: Array, ankle: Array) -> FoundSole:
+    """Find the largest rectangle in the flat part under a foot.
+
+    The flat part is the convex hull of all points less than 2 mm above the lowest one; toes and
+    heels that curve up are not part of it. The rectangle has its edges along x and y.
+
+    Args:
+        shape: of the foot.
+        upright: columns forward, left and up of the standing foot in the frame of its joint,
+            shape (3, 3).
+        ankle: centre of the ankle in that frame [m], shape (3,).
+
+    Raises:
+        RobotError: the flat part is smaller than 5 cm²: an edge, a stud or a ball.
+    """
+    rotation = np.array(upright, dtype=float)
+    points = shape.points @ rotation
+    below = points[:, 2] - shape.radii
+    height = float(below.min())
+    flat = points[below < height + _FLATNESS, :2]
+    toe, heel, left, right = largest_rectangle(flat)
+    if (toe - heel) * (left - right) < _SMALLEST:
+        raise RobotError(
+            f"no sole was found under the foot: the part within {_FLATNESS * 1e3:g} mm of its "
+            f"lowest point holds a rectangle of {(toe - heel) * 1e3:.1f} x "
+            f"{(left - right) * 1e3:.1f} mm only, less than {_SMALLEST * 1e4:g} cm² "
+            f"({shape.how}); {_ADVICE}"
+        )
+    x, y, z = (float(v) for v in np.asarray(ankle, dtype=float) @ rotation)
+    sole = Sole(*(tidy(v) for v in (toe - x, heel - x, left - y, right - y)))
+    origin = rotation @ np.array([x, y, tidy(height)])
+    how = (
+        f"{(toe - heel) * 1e3:.1f} x {(left - right) * 1e3:.1f} mm, {(z - height) * 1e3:.1f} mm "
+        f"below the ankle, from {shape.how}"
+    )
+    if left - right > toe - heel:
+        how += "; wider than long: see whether the mesh lies turned, or give the rectangle (sole)"
+    return FoundSole(pin.SE3(rotation, origin), sole, how)
+
+
+def largest_rectangle(points: Array) -> tuple[float, float, float, float]:
+    """Return the largest rectangle along the axes in the convex hull of points in a plane.
+
+    Args:
+        points: shape (n, 2).
+
+    Returns:
+        Largest x, smallest x, largest y, smallest y; of no area if the hull has none.
+    """
+    points = np.unique(np.round(points, 12), axis=0)
+    low, high = points.min(axis=0), points.max(axis=0)
+    try:
+        hull = points[ConvexHull(points).vertices]
+    except (QhullError, ValueError):  # fewer than three points, or all on one line
+        return float(low[0]), float(low[0]), float(low[1]), float(low[1])
+    edges = np.unique(np.concatenate([hull[:, 0], np.linspace(low[0], high[0], _CANDIDATES)]))
+    starts, ends, step = edges, edges, (high[0] - low[0]) / (_CANDIDATES - 1)
+    best = _best_strip(hull, starts, ends)
+    for _ in range(_ROUNDS):
+        starts, ends = (
+            np.clip(x + np.linspace(-step, step, 21), low[0], high[0]) for x in best[1:3]
+        )
+        best = max(best, _best_strip(hull, starts, ends), key=lambda b: b[0])
+        step /= 8.0
+    _, heel, toe, right, left = best
+    return toe, heel, left, right
+
+
+def _best_strip(
+    hull: Array, starts: Array, ends: Array
+) -> tuple[float, float, float, float, float]:
+    """Return area, smallest x, largest x, smallest y, largest y of the best pair of edges."""
+    (low_a, high_a), (low_b, high_b) = (_sides(hull, x) for x in (starts, ends))
+    low = np.maximum(low_a[:, None], low_b[None, :])
+    high = np.minimum(high_a[:, None], high_b[None, :])
+    long, wide = ends[None, :] - starts[:, None], high - low
+    area = np.where((long > 0.0) & (wide > 0.0), long * wide, 0.0)
+    i, j = np.unravel_index(int(area.argmax()), area.shape)
+    if area[i, j] == 0.0:
+        x, y = float(starts[0]), float(low_a[0])
+        return 0.0, x, x, y, y
+    return float(area[i, j]), float(starts[i]), float(ends[j]), float(low[i, j]), float(high[i, j])
+
+
+def _sides(hull: Array, x: Array) -> tuple[Array, Array]:
+    """Return the smallest and the largest y of a convex polygon at each x inside it."""
+    a, b = hull, np.roll(hull, -1, axis=0)
+    first, last = np.where((a[:, :1] <= b[:, :1]), a, b), np.where((a[:, :1] <= b[:, :1]), b, a)
+    span = last[:, 0] - first[:, 0]
+    share = (x[:, None] - first[:, 0]) / np.where(span > 0.0, span, 1.0)
+    y = first[:, 1] + share * (last[:, 1] - first[:, 1])
+    crossed = (x[:, None] >= first[:, 0]) & (x[:, None] <= last[:, 0]) & (span > 0.0)
+    return (
+        np.where(crossed, y, np.inf).min(axis=1),
+        np.where(crossed, y, -np.inf).max(axis=1),
+    )

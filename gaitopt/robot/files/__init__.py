@@ -1,0 +1,1 @@
+"""A robot's description as files: read, located, and what their formats hide."""

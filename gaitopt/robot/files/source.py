@@ -1,0 +1,212 @@
+"""A robot's description before anything is known about it: read, checked, handed to Pinocchio."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Callable, Collection
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import TypeVar
+from xml.etree.ElementTree import tostring
+
+import coal
+import pinocchio as pin
+
+from gaitopt.errors import RobotError
+from gaitopt.robot.files.collada import lie_on_side, put_upright, y_up
+from gaitopt.robot.files.meshes import MeshPaths, MeshProblem, first_part
+from gaitopt.robot.files.text_file import read_text
+from gaitopt.robot.files.xml_lines import XmlTree, parse_xml
+from gaitopt.robot.mjcf.include import whole_mjcf
+from gaitopt.robot.mjcf.parts import (
+    check_mjcf,
+    geometry_mjcf,
+    mjcf_mesh_problems,
+    motion_mjcf,
+)
+from gaitopt.robot.urdf.check import check_urdf
+from gaitopt.robot.urdf.parts import geometry_part, mesh_problems, motion_part
+from gaitopt.robot.urdf.values import UrdfProblem
+
+_KINDS = {pin.GeometryType.VISUAL: "visual", pin.GeometryType.COLLISION: "collision"}
+_FORMATS = {"mujoco": "mjcf"}
+_LOADER = coal.CachedMeshLoader(coal.NODE_TYPE.BV_OBB)
+"""Reads each mesh file once, whoever asks. Nobody collides with the tree of boxes that it makes of
+one; of the trees that show their corners it is the one made soonest."""
+_Result = TypeVar("_Result")
+
+
+@dataclass(frozen=True, eq=False)
+class Source:
+    """The description of a robot, checked.
+
+    Attributes:
+        text: of the description, included files merged: `read_source` reads it again as it is,
+            though not its meshes.
+        path: of the file, None for text.
+        format: "urdf" or "mjcf".
+        package_dirs: directories that hold packages with meshes.
+        problems: what is suspicious but did not stop reading; see `urdf_check`.
+        tree: the parsed description, which knows the lines of the files.
+    """
+
+    text: str
+    path: Path | None
+    format: str
+    package_dirs: tuple[str, ...]
+    problems: tuple[UrdfProblem, ...]
+    tree: XmlTree
+    _sides: dict[pin.GeometryType, bool] = field(default_factory=dict, init=False, repr=False)
+
+    def model(self) -> pin.Model:
+        """Return a new model of the whole robot; joint 1 is a free-flyer.
+
+        A limit that is not given is 0 in a URDF (see `problems`) and infinite in MJCF, which knows
+        no speed limits.
+
+        Raises:
+            RobotError: Pinocchio cannot read the description.
+        """
+        return self._whole.copy()
+
+    def geometry(
+        self, kind: pin.GeometryType, links: Collection[str] | None = None
+    ) -> pin.GeometryModel | None:
+        """Return the geometry of `model()`, without the meshes of `mesh_problems`.
+
+        Meshes of Collada files that lie on their side are turned upright (see `collada`).
+
+        Args:
+            kind: what is drawn (VISUAL) or what touches (COLLISION).
+            links: names of the links whose geometry is wanted; None for all.
+
+        Returns:
+            The geometry; None where there is none.
+
+        Raises:
+            RobotError: a mesh file is there, but is not one that can be read.
+        """
+        shapes = self._shapes(kind, links)
+        if shapes is not None and y_up(shapes) and self._lying(kind):
+            put_upright(shapes)
+        return shapes
+
+    def mesh_problems(self) -> list[MeshProblem]:
+        """Return the meshes that are missing, empty or were not fetched."""
+        search = mjcf_mesh_problems if self.format == "mjcf" else mesh_problems
+        return search(self.tree.root, self._paths)
+
+    def mesh_directories(self) -> tuple[str, ...]:
+        """Return where the meshes are found, for when only the text is left.
+
+        Those given, then the directory of the file and those above it that hold a package or
+        directory which a mesh path names.
+        """
+        files = [m.get("filename", m.get("file", "")) for m in self.tree.root.iter("mesh")]
+        if self.path is None or not files:
+            return self.package_dirs
+        folder = self.path.resolve().parent
+        names = {first_part(file) for file in files} - {""}
+        above = [d for d in folder.parents if any((d / name).exists() for name in names)]
+        return tuple(dict.fromkeys((*self.package_dirs, str(folder), *map(str, above))))
+
+    @cached_property
+    def _whole(self) -> pin.Model:
+        """The model, read once and never modified."""
+        root = self.tree.root
+        if self.format == "mjcf":
+            model = _from_file(motion_mjcf(root), _mjcf_model, "the MJCF file")
+        else:
+            text = motion_part(root)
+            model = _guarded(
+                "the URDF", lambda: pin.buildModelFromXML(text, pin.JointModelFreeFlyer())
+            )
+        if model.njoints < 2 or model.joints[1].shortname() != "JointModelFreeFlyer":
+            raise RobotError("the robot has no links that can move; check the file")
+        return model
+
+    def _shapes(
+        self, kind: pin.GeometryType, links: Collection[str] | None
+    ) -> pin.GeometryModel | None:
+        """The geometry as Pinocchio reads it."""
+        model, root = self._whole, self.tree.root
+        if self.format == "mjcf":
+            text = geometry_mjcf(root, self._paths, links)
+            shapes = _from_file(
+                text, lambda file: pin.buildGeomFromMJCF(model, file, kind), "the meshes"
+            )
+        else:
+            text = geometry_part(root, _KINDS[kind], self._paths, links)
+            shapes = _guarded(
+                "the meshes",
+                lambda: pin.buildGeomFromUrdfString(model, text, kind, mesh_loader=_LOADER),
+            )
+        return shapes if shapes.ngeoms else None
+
+    def _lying(self, kind: pin.GeometryType) -> bool:
+        """Whether the Collada files of one kind lie on their side; all links have a say in it."""
+        if kind not in self._sides:
+            shapes = self._shapes(kind, None)
+            self._sides[kind] = shapes is not None and lie_on_side(shapes, self._whole)
+        return self._sides[kind]
+
+    @property
+    def _paths(self) -> MeshPaths:
+        base = None if self.path is None else self.path.resolve().parent
+        return MeshPaths(base, tuple(Path(p).expanduser() for p in self.package_dirs))
+
+
+def read_source(urdf: str | Path, package_dirs: Collection[str | Path] = ()) -> Source:
+    """Read a robot from a URDF or MJCF file, or from its text, and check it.
+
+    Args:
+        urdf: path of the file, or its text, which begins with "<".
+        package_dirs: directories in which packages of meshes are looked for, before those above
+            the file and those that ROS_PACKAGE_PATH and AMENT_PREFIX_PATH name.
+
+    Raises:
+        RobotError: the file cannot be read, or what it describes is no robot; see `check_urdf`.
+    """
+    text, path = _text(urdf)
+    tree = parse_xml(text)
+    problems: tuple[UrdfProblem, ...] = ()
+    file_format = _FORMATS.get(tree.root.tag, "urdf")
+    if file_format == "mjcf":
+        tree = whole_mjcf(tree, None if path is None else path.parent)
+        check_mjcf(tree)
+        text = tostring(tree.root, encoding="unicode")
+    else:
+        problems = check_urdf(tree)
+    return Source(text, path, file_format, tuple(map(str, package_dirs)), problems, tree)
+
+
+def _text(urdf: str | Path) -> tuple[str, Path | None]:
+    if isinstance(urdf, str):
+        if urdf.lstrip("\ufeff \t\r\n").startswith("<"):
+            return urdf.lstrip("\ufeff \t\r\n"), None
+        if not urdf.strip():
+            raise RobotError("the robot is empty text; give a URDF, or the path of a file")
+    path = Path(urdf).expanduser()
+    return read_text(path, "URDF"), path
+
+
+def _mjcf_model(file: str) -> pin.Model:
+    return pin.buildModelFromMJCFAndRootJoint(file, pin.JointModelFreeFlyer())
+
+
+def _from_file(text: str, load: Callable[[str], _Result], what: str) -> _Result:
+    """Call a loader that wants a file."""
+    with tempfile.TemporaryDirectory() as directory:
+        file = Path(directory) / "robot.xml"
+        file.write_text(text, encoding="utf-8")
+        return _guarded(what, lambda: load(str(file)))
+
+
+def _guarded(what: str, load: Callable[[], _Result]) -> _Result:
+    try:
+        return load()
+    except (ValueError, RuntimeError, IndexError, KeyError) as error:
+        # Pinocchio puts where in its own code the error arose before the message proper.
+        told = str(error).split("message:")[-1].strip() or type(error).__name__
+        raise RobotError(f"{what} cannot be read: {told.splitlines()[0]}; correct it") from error

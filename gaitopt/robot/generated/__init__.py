@@ -1,0 +1,1 @@
+"""Bipeds that gaitopt makes itself, from a table of parameters."""

@@ -1,0 +1,1 @@
+"""The two legs in a robot: found, named, measured and limited."""

@@ -1,0 +1,177 @@
+"""What a pair of legs is made of: hip and ankle centres, knees, reach."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pinocchio as pin
+
+from gaitopt.nlp import Array
+from gaitopt.robot.legs.knee import Knee, find_knee
+from gaitopt.robot.legs.limits import JointLimits
+
+HIP_JOINTS = ((3, 4, 5), (6, 7, 8))  # rows of the joint vector: stance leg, swing leg
+ANKLE_JOINTS = ((0, 1), (10, 11))
+
+_OUTWARD = (-1.0, 1.0)  # the stance leg's chain runs from its ankle to its hip
+_MEET = 1e-6  # m: lines that pass a point this closely meet there
+_GRAVITY = 9.81  # m/s²
+
+
+@dataclass(frozen=True)
+class Legs:
+    """Geometry of the two legs, stance leg first.
+
+    Attributes:
+        hips: centres of the hips in the pelvis frame [m], shape (2, 3).
+        ankles: centres of the ankles in the sole frames [m], shape (2, 3).
+        knees: index of each knee in the joint vector.
+        straight: knee angle at which the leg is longest [rad], shape (2,).
+        flexion: +1 where the knee bends with increasing angle, else -1, shape (2,).
+        reach: distance between hip and ankle centres with the knee straight and the other joints
+            at 0 [m]; the largest possible one where the axes of a hip meet in one point.
+        bound: what that distance cannot exceed at any angles within the joints' ranges [m]; equal
+            to `reach` where the axes of hip and ankle meet in one point each.
+    """
+
+    hips: Array
+    ankles: Array
+    knees: tuple[int, int]
+    straight: Array
+    flexion: Array
+    reach: float
+    bound: float
+
+    @property
+    def height(self) -> float:
+        """Height of the pelvis frame above the soles with straight, upright legs [m]."""
+        return self.reach + float(self.ankles[:, 2].mean() - self.hips[:, 2].mean())
+
+    @property
+    def spacing(self) -> float:
+        """Distance between the hips [m], negative where the swing leg is the right one."""
+        return float(self.hips[1, 1] - self.hips[0, 1])
+
+    @property
+    def side(self) -> float:
+        """+1 where the swing leg is the left one, else -1."""
+        return 1.0 if self.spacing > 0.0 else -1.0
+
+    def natural_step(self, speed: float) -> float:
+        """Return the step length [m] with which animals of this size walk at a speed [m/s].
+
+        Relative stride length 2.3 (v² / g h)^0.3 with h the height of the hips above the ground,
+        the fit over many species of Alexander (1989), Physiological Reviews 69(4), 1199-1227.
+        """
+        h = self.height
+        return 0.5 * 2.3 * h * float((speed**2 / (_GRAVITY * h)) ** 0.3)
+
+
+@dataclass(frozen=True)
+class ChainLines:
+    """The joint lines of a re-rooted model at its neutral posture.
+
+    Attributes:
+        model: free-flyer and twelve joints.
+        frame: name of the pelvis frame.
+        pelvis: its placement.
+        points, axes: joint lines in the pelvis frame, shape (12, 3) each.
+    """
+
+    model: pin.Model
+    frame: str
+    pelvis: pin.SE3
+    points: Array
+    axes: Array
+
+
+def measure_legs(lines: ChainLines, soles: tuple[str, str], limits: JointLimits) -> Legs:
+    """Measure the legs of a re-rooted model.
+
+    Args:
+        lines: its joint lines.
+        soles: names of the stance and the swing sole frame.
+        limits: of the joints; a knee bends towards the larger part of its range, and backwards if
+            that does not tell.
+    """
+    data = lines.model.createData()
+    pin.framesForwardKinematics(lines.model, data, pin.neutral(lines.model))
+    hips, ankles, knees, flexion, slack = [], [], [], [], []
+    for leg, sole in enumerate(soles):
+        parts = HIP_JOINTS[leg], ANKLE_JOINTS[leg]
+        hip, ankle = (centre(lines.points, lines.axes, rows) for rows in parts)
+        slack.append(
+            sum(_slack(lines, limits, *part) for part in zip(parts, (hip, ankle), strict=True))
+        )
+        hips.append(hip)
+        place = data.oMf[lines.model.getFrameId(sole)]
+        ankles.append(place.actInv(lines.pelvis.act(ankle)))
+        rows = slice(6 * leg, 6 * leg + 6)
+        outward = _OUTWARD[leg] * lines.axes[rows]
+        knee = find_knee(lines.points[rows], outward, hip, ankle, np.zeros(6))
+        knees.append(replace(knee, row=6 * leg + knee.row))
+        flexion.append(_flexion(knees[-1], limits))
+    return Legs(
+        hips=np.array(hips),
+        ankles=np.array(ankles),
+        knees=(knees[0].row, knees[1].row),
+        straight=np.array([knee.straight for knee in knees]),
+        flexion=np.array(flexion),
+        reach=max(knee.reach for knee in knees),
+        bound=max(knee.reach + more for knee, more in zip(knees, slack, strict=True)),
+    )
+
+
+def _flexion(knee: Knee, limits: JointLimits) -> float:
+    told = knee.range_side(float(limits.lower[knee.row]), float(limits.upper[knee.row]))
+    return told or (1.0 if knee.side[0] < 0.0 else -1.0)
+
+
+def common_point(points: Array, axes: Array) -> Array:
+    """Return the point nearest to a set of lines in the least-squares sense, shape (3,).
+
+    Where the lines leave a direction free (parallel axes), the point nearest to the mean of
+    `points` is taken.
+    """
+    projectors = np.eye(3) - axes[:, :, None] * axes[:, None, :]
+    mean = points.mean(axis=0)
+    rhs = np.einsum("nij,nj->i", projectors, points - mean)
+    return np.asarray(mean + np.linalg.lstsq(projectors.sum(axis=0), rhs, rcond=1e-9)[0])
+
+
+def centre(points: Array, axes: Array, rows: tuple[int, ...]) -> Array:
+    """Return the centre of a hip or an ankle, shape (3,).
+
+    Where its axes do not meet, it is the point of the pitch axis nearest to all of them: legs swing
+    about that axis most, and do not change their length by it.
+
+    Args:
+        points, axes: joint lines in the pelvis frame, shape (n, 3) each.
+        rows: of the joints.
+    """
+    points, axes = points[list(rows)], axes[list(rows)]
+    middle = common_point(points, axes)
+    if max(_distance(middle, p, a) for p, a in zip(points, axes, strict=True)) < _MEET:
+        return middle
+    pitch = int(np.abs(axes[:, 1]).argmax())
+    return np.asarray(points[pitch] + ((middle - points[pitch]) @ axes[pitch]) * axes[pitch])
+
+
+def _distance(point: Array, origin: Array, axis: Array) -> float:
+    """Distance of a point from a line."""
+    return float(np.linalg.norm(np.cross(point - origin, axis)))
+
+
+def _slack(lines: ChainLines, limits: JointLimits, rows: tuple[int, ...], point: Array) -> float:
+    """Return how far at most the joints of a hip or an ankle move a point of the leg [m].
+
+    A point at distance r from an axis moves by 2 r sin(angle / 2), and rotations do not stretch, so
+    that the sum over the axes bounds what they move it together.
+    """
+    total = 0.0
+    for row in rows:
+        angle = min(max(abs(limits.lower[row]), abs(limits.upper[row])), np.pi)
+        radius = _distance(point, lines.points[row], lines.axes[row])
+        total += 2.0 * radius * float(np.sin(angle / 2.0))
+    return total

@@ -1,0 +1,80 @@
+"""The robot at its reference posture in its own axes, both feet flat."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pinocchio as pin
+
+from gaitopt.nlp import Array
+from gaitopt.robot.choices import SIDES
+from gaitopt.robot.feet.level import levelled, sole_normal, turn_onto
+from gaitopt.robot.feet.shape import FootShape
+from gaitopt.robot.findings import Finding
+
+_ALIGNED = 1e-3  # rad: a named frame may be turned by rounding in the file
+_DOWN = np.array([0.0, 0.0, -1.0])
+
+
+@dataclass(frozen=True)
+class Stance:
+    """A robot at its reference posture, seen in its own axes.
+
+    Attributes:
+        model: free-flyer and all joints.
+        feet: last joints of the right and of the left leg.
+        places: placements of those joints in the pelvis frame.
+        ankles: centres of the ankles in the pelvis frame [m], shape (2, 3).
+    """
+
+    model: pin.Model
+    feet: tuple[int, int]
+    places: tuple[pin.SE3, pin.SE3]
+    ankles: Array
+
+    def upright(self, side: int) -> Array:
+        """Columns forward, left, up in the frame of a foot's joint, shape (3, 3)."""
+        return np.asarray(self.places[side].rotation.T)
+
+
+def level_feet(
+    stance: Stance,
+    shapes: list[FootShape | None],
+    names: tuple[str | None, str | None],
+) -> tuple[Stance, list[Finding]]:
+    """Turn the feet about their ankles until their soles are level, where they are not.
+
+    Args:
+        stance: the robot as its reference posture has it.
+        shapes: of the right and of the left foot.
+        names: of the sole frames that the user named; their axes count, whatever the shape.
+
+    Returns:
+        The robot with flat feet, and what had to be turned.
+    """
+    places, findings = list(stance.places), []
+    for side in (0, 1):
+        turn = _turn(stance, side, shapes[side], names[side])
+        angle = float(np.linalg.norm(pin.log3(turn)))
+        if angle > 0.0:
+            places[side] = levelled(places[side], stance.ankles[side], turn)
+            text = (
+                f"is tilted by {np.degrees(angle):.2f} degrees in the reference posture; its sole "
+                "was taken level"
+            )
+            findings.append(Finding("sole", f"{SIDES[side]} foot", text, "guessed"))
+    return replace(stance, places=(places[0], places[1])), findings
+
+
+def _turn(stance: Stance, side: int, shape: FootShape | None, name: str | None) -> Array:
+    """Rotation in the pelvis frame that makes a foot flat."""
+    place, model = stance.places[side], stance.model
+    if name is not None and model.existFrame(name):
+        R = (place * model.frames[model.getFrameId(name)].placement).rotation
+        return np.asarray(R.T) if np.linalg.norm(pin.log3(R)) > _ALIGNED else np.eye(3)
+    if name is None and shape is not None:
+        normal = sole_normal(shape.points @ place.rotation.T, _DOWN)
+        if normal is not None:
+            return turn_onto(normal, _DOWN)
+    return np.eye(3)

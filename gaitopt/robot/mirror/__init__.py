@@ -1,0 +1,1 @@
+"""The symmetry of left and right: found, verified, and restored where it is slightly off."""

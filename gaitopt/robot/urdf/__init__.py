@@ -1,0 +1,1 @@
+"""URDF files: checked, and cut down to what Pinocchio is to read."""
