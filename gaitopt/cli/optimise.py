@@ -59,7 +59,8 @@ def run(
                 out.print(f"wrote to {output}: {names}", soft_wrap=True, markup=False)
     code = exit_code(found, request.options.refine)
     if code is not ExitCode.OK:
-        errors.print(f"[yellow]warning:[/] {found.certificate.verdict}", soft_wrap=True)
+        if not found.certificate.certified:
+            errors.print(f"[yellow]warning:[/] {found.certificate.verdict}", soft_wrap=True)
         raise typer.Exit(code)
 
 

@@ -65,7 +65,7 @@ def inspect_robot(urdf: str | Path, choices: Choices, origin: str = "") -> Inspe
         source = read_source(urdf, choices.package_dirs)
         model = source.model()
         reading = read_robot(source, choices)
-        robot = Robot.from_urdf(urdf, choices=choices)
+        robot = Robot.from_reading(source, reading)
     except RobotError as error:
         refusal = str(error)
     if source is not None and reading is None:

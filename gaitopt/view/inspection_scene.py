@@ -7,6 +7,7 @@ import pinocchio as pin
 
 from gaitopt.errors import RobotError
 from gaitopt.nlp import Array
+from gaitopt.robot.legs.placed import joint_axes
 from gaitopt.robot.reading import Reading
 from gaitopt.view.drawable import drawable
 from gaitopt.view.inspection import Inspection
@@ -37,7 +38,7 @@ def draw_inspection(viewer: meshcat.Visualizer, inspection: Inspection) -> None:
     pin.updateFramePlacements(model, data)
     draw_still(viewer["world/robot"], model, data, _shapes(inspection))
     if reading is not None:
-        _draw_joints(viewer["world/axes"], reading, data)
+        _draw_joints(viewer["world/axes"], reading, q, data)
         _draw_soles(viewer["world/soles"], reading, data)
     _look_at(viewer, data)
 
@@ -70,12 +71,10 @@ def _size(data: pin.Data) -> tuple[Array, float]:
     return (low + high) / 2.0, float(max(*(high - low), 0.1))
 
 
-def _draw_joints(node: meshcat.Visualizer, reading: Reading, data: pin.Data) -> None:
+def _draw_joints(node: meshcat.Visualizer, reading: Reading, q: Array, data: pin.Data) -> None:
     model, (_, size) = reading.model, _size(data)
     for side, leg in enumerate(reading.legs):
-        for joint in leg:
-            J = pin.getJointJacobian(model, data, joint, pin.LOCAL_WORLD_ALIGNED)
-            axis = J[3:, model.joints[joint].idx_v].copy()
+        for joint, axis in zip(leg, joint_axes(model, q, leg), strict=True):
             arrow = node[str(model.names[joint]).replace("/", "_")]
             _draw_arrow(arrow, data.oMi[joint].translation, axis, size, _SIDES[side])
 

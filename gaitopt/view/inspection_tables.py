@@ -7,13 +7,13 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-import pinocchio as pin
 
 from gaitopt.gait.humanoid import stroll
 from gaitopt.nlp import Array
 from gaitopt.robot.choices import SIDES
 from gaitopt.robot.findings import Finding
 from gaitopt.robot.legs.limits import JointLimits
+from gaitopt.robot.legs.placed import joint_axes
 from gaitopt.robot.model import Robot
 from gaitopt.robot.reading import Reading
 from gaitopt.view.inspection import Inspection
@@ -175,14 +175,10 @@ def _limit(value: float, stated: float) -> str:
 
 def _axes(reading: Reading) -> dict[str, str]:
     """Return the axis of each leg joint at the reference posture, in the robot's axes."""
-    model, data = reading.model, reading.model.createData()
-    pin.computeJointJacobians(model, data, reading.q)
-    named = {}
-    for joint in (j for leg in reading.legs for j in leg):
-        J = pin.getJointJacobian(model, data, joint, pin.WORLD)
-        axis = J[3:, model.joints[joint].idx_v]
-        named[str(model.names[joint])] = axis_words(reading.rotation.T @ axis)
-    return named
+    joints = [j for leg in reading.legs for j in leg]
+    axes = joint_axes(reading.model, reading.q, joints) @ reading.rotation
+    names = [str(reading.model.names[j]) for j in joints]
+    return {name: axis_words(axis) for name, axis in zip(names, axes, strict=True)}
 
 
 def axis_words(axis: Array) -> str:
