@@ -6,14 +6,14 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-from gaitopt.design.certificate import FINE_TOLERANCE, on_fine_grid
+from gaitopt.design.active import exceeded, pressures
+from gaitopt.design.certificate import on_fine_grid
+from gaitopt.design.exchange import exchange, pruned
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.nlp import Array, ProgressCallback, Solution, Start, Status, violations
+from gaitopt.nlp import Array, ProgressCallback, Solution, Start, Status
 from gaitopt.solvers.solver import Solver
 
-MAX_ROUNDS = 12
 _WORTH_SOLVING = (Status.OPTIMAL, Status.STALLED)
 
 
@@ -36,20 +36,22 @@ def refine(
     Returns:
         The walk on its final grid, and the solution with the work of all rounds.
     """
+    if solution.status not in _WORTH_SOLVING:
+        return problem, solution
     fine = fine or on_fine_grid(problem)
-    for _ in range(MAX_ROUNDS):
-        if solution.status not in _WORTH_SOLVING:
-            break
-        extra = violated_instants(fine, solution.x)
-        if extra.size == 0:
-            break
-        finer = problem.with_grid(problem.grid.with_instants(extra))
-        start = Start(solution.x, carry_multipliers(problem, finer, solution.multipliers))
-        again = solver.solve(finer, start, None if on_progress is None else on_progress(finer))
+    peaks = exceeded(fine, solution.x)
+    if not peaks:
+        return problem, solution
+
+    def solve(finer: WalkProblem, start: Start) -> Solution:
+        return solver.solve(finer, start, None if on_progress is None else on_progress(finer))
+
+    found, active = (problem, solution), pressures(problem, solution.multipliers)
+    for finer, again in exchange(problem, solution.x, active, solve, fine, peaks):
         if again.status not in _WORTH_SOLVING:
-            return problem, _kept(solution, again)
-        problem, solution = finer, with_work(again, solution)
-    return problem, solution
+            return found[0], _kept(found[1], again)
+        found = finer, with_work(again, found[1])
+    return pruned(problem, *found)
 
 
 def violated_instants(fine: WalkProblem, x: Array) -> Array:
@@ -57,16 +59,7 @@ def violated_instants(fine: WalkProblem, x: Array) -> Array:
 
     Of every stretch of violated instants of one row only the worst is taken.
     """
-    rows = fine.values(x).rows
-    excess = violations(fine.rows.lower, fine.rows.upper, rows)
-    found: list[float] = []
-    for family in fine.families:
-        if family.times is None:
-            continue
-        by_row = excess[fine.family_rows(family.name)].reshape(family.lower.shape).T
-        for row in by_row:
-            found.extend(family.times[_peaks(row)])
-    return np.unique(found)
+    return np.unique([instant for _, instant in exceeded(fine, x)])
 
 
 def carry_multipliers(old: WalkProblem, new: WalkProblem, multipliers: Array) -> Array:
@@ -76,14 +69,6 @@ def carry_multipliers(old: WalkProblem, new: WalkProblem, multipliers: Array) ->
         rows = new.family_rows(family.name)
         carried[rows][: family.size] = multipliers[old.family_rows(family.name)]
     return carried
-
-
-def _peaks(excess: Array) -> NDArray[np.int_]:
-    """Indices of the local maxima above the tolerance."""
-    padded = np.concatenate([[-1.0], excess, [-1.0]])
-    middle = padded[1:-1]
-    peak = (middle > 0.5 * FINE_TOLERANCE) & (middle >= padded[:-2]) & (middle > padded[2:])
-    return np.flatnonzero(peak)
 
 
 def _kept(solution: Solution, failed: Solution) -> Solution:

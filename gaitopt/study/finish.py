@@ -6,11 +6,12 @@ from dataclasses import replace
 
 from gaitopt.design.certificate import on_fine_grid
 from gaitopt.design.design import Design, design, finished
+from gaitopt.design.exchange import pruned
 from gaitopt.design.options import DesignOptions
 from gaitopt.errors import EvaluationError, NoGaitFoundError, UnreachableError
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.solvers import CertifiedSQP
-from gaitopt.study.between_samples import keep, pruned
+from gaitopt.study.between_samples import keep
 from gaitopt.study.footing import Footing
 from gaitopt.study.interruption import stop_if_interrupted
 from gaitopt.study.setting import Setting
@@ -63,7 +64,7 @@ def _finished(setting: Setting, footing: Footing, options: DesignOptions) -> Des
         kept = keep(sparse, footing.x, footing.active, warm(options), between)
         if kept is None:
             return None
-        problem, solution = pruned(sparse, kept)
+        problem, solution = pruned(sparse, kept.problem, kept.solution)
         if isinstance(options.solver, CertifiedSQP):
             solution = options.solver.confirm(problem, solution)
             stop_if_interrupted(solution)

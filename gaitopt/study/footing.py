@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from gaitopt.design.active import Pressure
 from gaitopt.nlp import Array
-from gaitopt.study.active import Pressure
 
 
 @dataclass(frozen=True, eq=False)

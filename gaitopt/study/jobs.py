@@ -8,13 +8,13 @@ from abc import ABC, abstractmethod
 from collections import deque
 from dataclasses import dataclass, replace
 
+from gaitopt.design.active import pressures
 from gaitopt.design.design import Design, design
 from gaitopt.design.diagnosis import Diagnosis
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.runtime import small_matrices
 from gaitopt.errors import InputError, NoGaitFoundError, UnreachableError
 from gaitopt.gait.result import Gait
-from gaitopt.study.active import pressures
 from gaitopt.study.finish import finish
 from gaitopt.study.footing import Footing
 from gaitopt.study.grid_points import Index

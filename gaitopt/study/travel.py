@@ -9,6 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from gaitopt.design.active import Pressure, pressures
 from gaitopt.design.certificate import on_fine_grid
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.refine import with_work
@@ -19,7 +20,6 @@ from gaitopt.gait.problem import WalkProblem
 from gaitopt.nlp import Array, Solution
 from gaitopt.solvers import Solver
 from gaitopt.solvers.sqp import SQP
-from gaitopt.study.active import Pressure, exceeded, moved, pressures
 from gaitopt.study.axes import with_values
 from gaitopt.study.between_samples import Kept, keep
 from gaitopt.study.footing import Footing
@@ -128,8 +128,6 @@ def _cold(
         return None
     stop_if_interrupted(solution)
     active = pressures(problem, solution.multipliers)
-    if options.refine:
-        active = moved(active, exceeded(on_fine_grid(problem), solution.x))
     kept = _kept(problem, solution.x, active, options, below)
     return None if kept is None else replace(kept, solution=with_work(kept.solution, solution))
 

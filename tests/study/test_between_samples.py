@@ -4,13 +4,12 @@ from dataclasses import replace
 
 import pytest
 
+from gaitopt.design.active import pressures
 from gaitopt.design.certificate import FINE_TOLERANCE, certify, on_fine_grid
 from gaitopt.design.refine import violated_instants
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.nlp import Start
 from gaitopt.solvers import SQP
-from gaitopt.study.active import pressures
-from gaitopt.study.between_samples import keep, pruned
+from gaitopt.study.between_samples import keep
 
 SOLVER = SQP()
 
@@ -47,14 +46,13 @@ def test_without_a_fine_grid_the_samples_suffice(begun):
     assert alone.problem.grid.count == problem.task.samples
 
 
-def test_after_the_rounds_allowed_what_is_left_is_told(begun):
+def test_one_round_brings_it_nearly_there(begun, kept):
     problem, solution, active, fine = begun
     first = keep(problem, solution.x, active, SOLVER, fine, rounds=1)
-    before = {one.instant for one in active}
-    instants = {round(one.instant, 12) for one in first.active} - before
-    assert instants
-    assert instants <= {round(float(s), 12) for s in fine.grid.instants}
-    assert first.journey == first.solution.iterations
+    assert first.journey == first.solution.iterations > 0
+    assert solution.cost < first.solution.cost < kept.solution.cost
+    assert first.solution.cost == pytest.approx(kept.solution.cost, rel=1e-3)
+    assert kept.journey == first.journey < kept.solution.iterations
 
 
 def test_a_walk_that_costs_too_much_is_not_wanted(begun, kept):
@@ -69,12 +67,3 @@ def test_no_walk_is_told(begun):
     task = replace(problem.task, margins=replace(problem.task.margins, torque_limit=20.0))
     weak = WalkProblem(problem.robot, task)
     assert keep(weak, solution.x, active, SOLVER, on_fine_grid(weak)) is None
-
-
-def test_instants_at_which_nothing_presses_are_left_out(begun, kept):
-    problem, *_ = begun
-    lean, solution = pruned(problem, kept)
-    assert problem.grid.count < lean.grid.count < kept.problem.grid.count
-    again = SOLVER.solve(lean, Start(solution.x, solution.multipliers))
-    assert again.iterations <= 2
-    assert again.cost == pytest.approx(kept.solution.cost, rel=1e-9)

@@ -2,7 +2,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from gaitopt.study.active import Pressure
+from gaitopt.design.active import Pressure
 from gaitopt.study.axes import Axis
 from gaitopt.study.branches import lower, promising
 from gaitopt.study.footing import Footing, footing_of

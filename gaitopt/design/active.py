@@ -1,4 +1,4 @@
-"""Limits that a gait presses on, in a form that another gait of the sweep can take over."""
+"""Limits that a walk presses on, in a form that the walk on another grid can take over."""
 
 from __future__ import annotations
 
@@ -18,6 +18,9 @@ WINDOW = 0.05  # of the step: a peak nearer than this to an active instant is th
 
 Key = tuple[str, int]
 """Family and which of its labels."""
+
+Peak = tuple[Key, float]
+"""A row, and an instant at which it is exceeded most."""
 
 
 @dataclass(frozen=True)
@@ -74,13 +77,13 @@ def instants_of(problem: WalkProblem, active: Iterable[Pressure]) -> Array:
     return np.unique([one.instant for one in active if one.family in timed])
 
 
-def exceeded(fine: WalkProblem, x: Array) -> tuple[tuple[Key, float], ...]:
+def exceeded(fine: WalkProblem, x: Array) -> tuple[Peak, ...]:
     """Return rows and instants of a fine grid where limits are exceeded most.
 
     Of every stretch of violated instants of one row only the worst is taken.
     """
     excess = violations(fine.rows.lower, fine.rows.upper, fine.values(x).rows)
-    found: list[tuple[Key, float]] = []
+    found: list[Peak] = []
     for family in fine.families:
         if family.times is None:
             continue
@@ -93,7 +96,7 @@ def exceeded(fine: WalkProblem, x: Array) -> tuple[tuple[Key, float], ...]:
     return tuple(found)
 
 
-def moved(active: Iterable[Pressure], peaks: Iterable[tuple[Key, float]]) -> tuple[Pressure, ...]:
+def moved(active: Iterable[Pressure], peaks: Iterable[Peak]) -> tuple[Pressure, ...]:
     """Return the active rows with those near a new peak of the same row moved there.
 
     The limit that was kept at one instant is now exceeded a little before or after it; its

@@ -1,0 +1,70 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from gaitopt.design.active import Pressure, exceeded, instants_of, moved, placed, pressures
+from gaitopt.design.certificate import on_fine_grid
+from gaitopt.gait.problem import WalkProblem
+
+
+@pytest.fixture(scope="module")
+def sampled(sampled_design):
+    problem = WalkProblem(sampled_design.problem.robot, sampled_design.problem.task)
+    return problem, sampled_design.solution
+
+
+def test_multipliers_survive_the_way_there_and_back(sampled):
+    problem, solution = sampled
+    active = pressures(problem, solution.multipliers)
+    np.testing.assert_allclose(placed(problem, active), solution.multipliers, atol=1e-9)
+    assert 10 < len(active) < 100
+
+
+def test_on_another_grid_they_stand_at_the_same_instants(sampled):
+    """The gradient of the Lagrangian, cost aside, is the same, whatever the order of the rows."""
+    problem, solution = sampled
+    active = pressures(problem, solution.multipliers)
+    other = problem.with_grid(problem.grid.with_instants(np.array([0.123, 0.456])))
+    one = solution.multipliers @ problem.point(solution.x).jacobian
+    again = placed(other, active) @ other.point(solution.x).jacobian
+    np.testing.assert_allclose(again, one, rtol=1e-9, atol=1e-12)
+
+
+def test_rows_that_a_grid_lacks_are_left_out(sampled):
+    problem, _ = sampled
+    assert not placed(problem, [Pressure("torque", 0, 0.12345, 1.0)]).any()
+    assert not placed(problem, [Pressure("no such family", 0, 0.0, 1.0)]).any()
+
+
+def test_only_families_of_instants_have_instants(sampled):
+    problem, _ = sampled
+    active = [Pressure("torque", 0, 0.3, 1.0), Pressure("leg length", 0, 1.0, 1.0)]
+    assert instants_of(problem, active).tolist() == [0.3]
+
+
+def test_peaks_are_the_worst_of_their_stretch(sampled):
+    problem, solution = sampled
+    fine = on_fine_grid(problem)
+    rows = fine.values(solution.x).rows
+    found = exceeded(fine, solution.x)
+    assert found
+    for (family, entry), instant in found:
+        block = fine.families[[f.name for f in fine.families].index(family)]
+        shape = block.lower.shape
+        part = fine.family_rows(family)
+        low, high = (
+            bound[part].reshape(shape)[:, entry] for bound in (fine.rows.lower, fine.rows.upper)
+        )
+        value = rows[part].reshape(shape)[:, entry]
+        excess = np.maximum(low - value, value - high)
+        at = int(np.argmin(np.abs(block.times - instant)))
+        assert excess[at] == excess[max(at - 1, 0) : at + 2].max() > 0.0
+
+
+def test_a_multiplier_moves_to_the_peak_beside_it():
+    kept = Pressure("torque", 3, 0.25, 1.5)
+    beside, far = (("torque", 3), 0.26), (("torque", 3), 0.75)
+    assert moved([kept], [beside]) == (replace(kept, instant=0.26),)
+    assert moved([kept], [far]) == (kept, Pressure("torque", 3, 0.75, 0.0))
+    assert moved([kept], [(("torque", 4), 0.26)]) == (kept, Pressure("torque", 4, 0.26, 0.0))

@@ -1,0 +1,41 @@
+from gaitopt.design.active import exceeded, pressures
+from gaitopt.design.certificate import FINE_TOLERANCE, certify, on_fine_grid
+from gaitopt.design.exchange import exchange, pruned
+from gaitopt.gait.problem import WalkProblem
+from gaitopt.nlp import Start
+from gaitopt.solvers import SQP
+
+SOLVER = SQP()
+
+
+def rounds_of(sampled_design):
+    problem = WalkProblem(sampled_design.problem.robot, sampled_design.problem.task)
+    solution, fine = sampled_design.solution, on_fine_grid(problem)
+    active = pressures(problem, solution.multipliers)
+    peaks = exceeded(fine, solution.x)
+    return problem, fine, list(exchange(problem, solution.x, active, SOLVER.solve, fine, peaks))
+
+
+def test_round_after_round_the_cost_rises_until_no_limit_is_exceeded(sampled_design):
+    _, fine, found = rounds_of(sampled_design)
+    costs = [sampled_design.solution.cost, *(solution.cost for _, solution in found)]
+    assert len(found) >= 2
+    assert costs == sorted(costs)
+    assert all(exceeded(fine, solution.x) for _, solution in found[:-1])
+    assert not exceeded(fine, found[-1][1].x)
+
+
+def test_every_round_begins_near_its_end(sampled_design):
+    """The multipliers were carried along: a few steps each."""
+    _, _, found = rounds_of(sampled_design)
+    assert all(solution.iterations <= 8 for _, solution in found)
+
+
+def test_what_does_not_press_can_be_left_out(sampled_design):
+    sparse, fine, found = rounds_of(sampled_design)
+    problem, solution = found[-1]
+    lean, kept = pruned(sparse, problem, solution)
+    assert sparse.grid.count < lean.grid.count < problem.grid.count
+    again = SOLVER.solve(lean, Start(kept.x, kept.multipliers))
+    assert again.iterations <= 1
+    assert certify(lean, kept.x, fine).worst.violation <= FINE_TOLERANCE
