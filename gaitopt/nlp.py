@@ -238,8 +238,9 @@ def kkt_residual(nlp: NLP, point: Point, multipliers: Array, bound_multipliers: 
 
 
 def _complementarity(lower: Array, upper: Array, value: Array, multiplier: Array) -> float:
-    active = multiplier != 0.0
-    distance = np.where(multiplier > 0.0, upper - value, value - lower)[active]
+    active = np.flatnonzero(multiplier)  # few of them
+    weight, at = multiplier[active], value[active]
+    distance = np.where(weight > 0.0, upper[active] - at, at - lower[active])
     if not np.all(np.isfinite(distance)):
         raise EvaluationError("a multiplier belongs to a limit that does not exist")
-    return float(np.abs(distance * multiplier[active]).max(initial=0.0))
+    return float(np.abs(distance * weight).max(initial=0.0))

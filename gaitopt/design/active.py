@@ -77,10 +77,17 @@ def instants_of(problem: WalkProblem, active: Iterable[Pressure]) -> Array:
     return np.unique([one.instant for one in active if one.family in timed])
 
 
-def exceeded(fine: WalkProblem, x: Array) -> tuple[Peak, ...]:
+def exceeded(
+    fine: WalkProblem, x: Array, tolerance: float = 0.5 * FINE_TOLERANCE
+) -> tuple[Peak, ...]:
     """Return rows and instants of a fine grid where limits are exceeded most.
 
     Of every stretch of violated instants of one row only the worst is taken.
+
+    Args:
+        fine: the walk on that grid.
+        x: its parameters, shape (P,).
+        tolerance: scaled violation that counts as none.
     """
     excess = violations(fine.rows.lower, fine.rows.upper, fine.values(x).rows)
     found: list[Peak] = []
@@ -90,7 +97,7 @@ def exceeded(fine: WalkProblem, x: Array) -> tuple[Peak, ...]:
         block = excess[fine.family_rows(family.name)].reshape(family.lower.shape)
         padded = np.pad(block, ((1, 1), (0, 0)), constant_values=-1.0)
         middle = padded[1:-1]
-        peak = (middle > 0.5 * FINE_TOLERANCE) & (middle >= padded[:-2]) & (middle > padded[2:])
+        peak = (middle > tolerance) & (middle >= padded[:-2]) & (middle > padded[2:])
         for instant, entry in np.argwhere(peak):
             found.append(((family.name, int(entry)), float(family.times[instant])))
     return tuple(found)

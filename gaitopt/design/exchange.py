@@ -22,6 +22,7 @@ from gaitopt.design.active import (
     placed,
     pressures,
 )
+from gaitopt.design.certificate import FINE_TOLERANCE
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.nlp import Array, Solution, Start
 
@@ -37,6 +38,7 @@ def exchange(
     solve: Solve,
     fine: WalkProblem | None,
     peaks: Iterable[Peak] = (),
+    tolerance: float = 0.5 * FINE_TOLERANCE,
 ) -> Iterator[tuple[WalkProblem, Solution]]:
     """Yield a walk and its solution round after round; the last ones keep the limits.
 
@@ -49,6 +51,7 @@ def exchange(
         solve: solves a round.
         fine: the walk on the certificate's grid; None to leave the limits at the samples.
         peaks: where x exceeds limits.
+        tolerance: scaled violation between the samples that counts as none.
 
     Raises:
         EvaluationError: a solution's walk is not defined on the fine grid.
@@ -61,7 +64,7 @@ def exchange(
         solution = solve(problem, Start(x, placed(problem, active)))
         yield problem, solution
         x, active = solution.x, pressures(problem, solution.multipliers)
-        peaks = () if fine is None else exceeded(fine, x)
+        peaks = () if fine is None else exceeded(fine, x, tolerance)
         if not peaks:
             return
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import multiprocessing
-import signal
 from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
@@ -15,6 +14,7 @@ from gaitopt.design.options import DesignOptions
 from gaitopt.design.refine import with_work
 from gaitopt.design.runtime import small_matrices
 from gaitopt.design.search import attempt, is_walk
+from gaitopt.design.worker import serve_parent
 from gaitopt.errors import GaitoptError, UnreachableError
 from gaitopt.gait.guess import first_guess, perturbed
 from gaitopt.gait.problem import WalkProblem
@@ -103,7 +103,7 @@ def outcomes_of(job: StartJob, count: int, workers: int) -> Iterator[Outcome]:
         return
     others = set(multiprocessing.active_children())
     context = multiprocessing.get_context("spawn")
-    pool = ProcessPoolExecutor(workers, context, initializer=_leave_ctrl_c_to_parent)
+    pool = ProcessPoolExecutor(workers, context, initializer=serve_parent)
     try:
         yield from pool.map(job.run, range(count))
     except BrokenProcessPool as error:
@@ -117,7 +117,3 @@ def outcomes_of(job: StartJob, count: int, workers: int) -> Iterator[Outcome]:
         raise
     finally:
         pool.shutdown(wait=True, cancel_futures=True)
-
-
-def _leave_ctrl_c_to_parent() -> None:
-    signal.signal(signal.SIGINT, signal.SIG_IGN)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,9 +24,13 @@ class RowMap(ABC):
     def slope(self, quantity: Array) -> Array:
         """Return the derivative, shape (K, r, entries), or (r, entries) where it is constant."""
 
-    @abstractmethod
     def jacobian(self, quantity: Array, slopes: Array) -> Array:
         """Return d rows / d x, shape (K, r, P), from d quantity / d x, shape (K, entries, P)."""
+        return np.asarray(self.slope(quantity) @ slopes)
+
+    def pull(self, quantity: Array, weights: Array) -> Array:
+        """Return the slope of weights . rows, weights (K, r), shape (K, entries)."""
+        return np.asarray((weights[:, None] @ self.slope(quantity))[:, 0])
 
     @abstractmethod
     def curvature(self, quantity: Array, weights: Array) -> Array | None:
@@ -46,10 +51,6 @@ class Linear(RowMap):
         """Return the matrix."""
         del quantity
         return self.matrix
-
-    def jacobian(self, quantity: Array, slopes: Array) -> Array:
-        """Return slope @ slopes."""
-        return np.asarray(self.slope(quantity) @ slopes)
 
     def curvature(self, quantity: Array, weights: Array) -> None:
         """Return None: the rows are linear."""
@@ -87,6 +88,12 @@ class Entries(RowMap):
             return chosen
         return np.asarray(chosen * np.reshape(self.factor, (-1, 1)))
 
+    def pull(self, quantity: Array, weights: Array) -> Array:
+        """Return factor * weights in the places of the entries."""
+        pull = np.zeros(quantity.shape)
+        pull[:, self.chosen] = weights * self.factor
+        return pull
+
     def curvature(self, quantity: Array, weights: Array) -> None:
         """Return None: the rows are linear."""
         del quantity, weights
@@ -113,10 +120,6 @@ class FrictionCone(RowMap):
         slope[:, 0, 2] = self.friction
         return slope
 
-    def jacobian(self, quantity: Array, slopes: Array) -> Array:
-        """Return slope @ slopes."""
-        return np.asarray(self.slope(quantity) @ slopes)
-
     def curvature(self, quantity: Array, weights: Array) -> Array:
         """Return the Hessian, shape (K, entries, entries)."""
         length = self._tangential(quantity)[:, None, None]
@@ -126,7 +129,8 @@ class FrictionCone(RowMap):
         return weights[:, :1, None] * hessian
 
     def _tangential(self, quantity: Array) -> Array:
-        return np.asarray(np.sqrt((quantity[:, :2] ** 2).sum(axis=1) + self.smoothing**2))
+        x, y = quantity[:, 0], quantity[:, 1]
+        return np.asarray(np.sqrt(x**2 + y**2 + self.smoothing**2))
 
 
 @dataclass(frozen=True)
@@ -157,10 +161,6 @@ class Torsion(RowMap):
         limit = self.coefficient * np.eye(6)[2]
         return np.stack([limit - moment, limit + moment], axis=1)
 
-    def jacobian(self, quantity: Array, slopes: Array) -> Array:
-        """Return slope @ slopes."""
-        return np.asarray(self.slope(quantity) @ slopes)
-
     def curvature(self, quantity: Array, weights: Array) -> Array:
         """Return the Hessian, shape (K, 6, 6)."""
         f, m = quantity[:, :3], quantity[:, 3:]
@@ -190,10 +190,6 @@ class Length(RowMap):
     def slope(self, quantity: Array) -> Array:
         """Return the unit vectors, shape (K, 1, 3)."""
         return (quantity / self.value(quantity))[:, None, :]
-
-    def jacobian(self, quantity: Array, slopes: Array) -> Array:
-        """Return slope @ slopes."""
-        return np.asarray(self.slope(quantity) @ slopes)
 
     def curvature(self, quantity: Array, weights: Array) -> Array:
         """Return weights (I - u u') / length, shape (K, 3, 3)."""
@@ -238,5 +234,16 @@ class Family:
 
     def take(self, quantity: Array) -> Array:
         """Return the instants of a quantity (K, ...) that the family looks at."""
-        everything = self.instants.size == quantity.shape[0]
-        return quantity if everything else quantity[self.instants]
+        return quantity[self.where]
+
+    @cached_property
+    def per_unit(self) -> Array:
+        """One over the scale of each row, shape (r, 1)."""
+        return 1.0 / self.scale[:, None]
+
+    @cached_property
+    def where(self) -> NDArray[np.int_] | slice:
+        """The instants, as a slice if they are consecutive: then nothing is copied."""
+        if self.instants.size == 0 or np.any(np.diff(self.instants) != 1):
+            return self.instants
+        return slice(int(self.instants[0]), int(self.instants[-1]) + 1)

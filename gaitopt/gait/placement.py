@@ -8,6 +8,7 @@ formulas as those of a leg.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import pinocchio as pin
@@ -27,7 +28,7 @@ from gaitopt.gait.parameters import (
 from gaitopt.nlp import Array
 
 _X, _Y, _Z = np.eye(3)
-_ZERO, _ONE = np.zeros(3), np.eye(3)
+_ZERO = np.zeros(3)
 
 
 @dataclass(frozen=True)
@@ -45,6 +46,11 @@ class Displacement:
     turns: bool
     quantity: int
     factor: float = 1.0
+
+    @cached_property
+    def twist(self) -> Array:
+        """Its unit motion, linear part first, shape (6,)."""
+        return np.concatenate([_ZERO, self.axis] if self.turns else [self.axis, _ZERO])
 
 
 PELVIS_CHAIN = (
@@ -78,15 +84,11 @@ def place(chain: tuple[Displacement, ...], geometry: Array) -> tuple[pin.SE3, Ar
         geometry: the geometric quantities, shape (10,).
     """
     placement = pin.SE3.Identity()
-    axes = np.zeros((len(chain), 6))
+    axes = np.empty((len(chain), 6))
     for row, joint in zip(axes, chain, strict=True):
-        amount = joint.factor * geometry[joint.quantity]
-        if joint.turns:
-            row[:] = placement.act(pin.Motion(_ZERO, joint.axis)).vector
-            placement = placement * pin.SE3(pin.exp3(amount * joint.axis), _ZERO)
-        else:
-            row[:] = placement.act(pin.Motion(joint.axis, _ZERO)).vector
-            placement = placement * pin.SE3(_ONE, amount * joint.axis)
+        row[:] = placement.toActionMatrix() @ joint.twist
+        amount = joint.factor * float(geometry[joint.quantity])
+        placement = placement * pin.exp6(amount * joint.twist)
     return placement, axes
 
 

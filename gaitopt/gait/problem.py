@@ -61,6 +61,9 @@ class WalkProblem(NLP):
             np.concatenate([(f.lower / f.scale).ravel() for f in self.families]),
             np.concatenate([(f.upper / f.scale).ravel() for f in self.families]),
         )
+        self._row_scales = np.concatenate(
+            [np.broadcast_to(f.scale, f.lower.shape).ravel() for f in self.families]
+        )
         ends = np.cumsum([f.size for f in self.families])
         self._slices = [slice(e - f.size, e) for e, f in zip(ends, self.families, strict=True)]
         self._last_step: Step | None = None
@@ -96,13 +99,13 @@ class WalkProblem(NLP):
         step, slope = self.slope(x)
         gradient = np.zeros(self.layout.size)
         for what, weight in self.cost.slope(step).items():
-            gradient += weight.ravel() @ slope.reads[what].reshape(weight.size, -1)
+            gradient += (weight[:, None] @ slope.reads[what]).sum(axis=(0, 1))
         jacobian = np.empty((self.rows.lower.size, self.layout.size))
         for family, rows in zip(self.families, self._slices, strict=True):
             quantity = family.take(step.read(family.reads))
             block = family.rows.jacobian(quantity, family.take(slope.reads[family.reads]))
-            out = jacobian[rows].reshape(*family.lower.shape, -1)
-            np.multiply(block, 1.0 / family.scale[:, None], out=out)
+            out = jacobian[rows].reshape(block.shape)
+            np.multiply(block, family.per_unit, out=out)
         return Point(step.x, self.cost.value(step), self._row_values(step), gradient, jacobian)
 
     def hessian(self, x: Array, multipliers: Array, cost_weight: float) -> Array:
@@ -111,16 +114,16 @@ class WalkProblem(NLP):
         weights = StepWeights.zero(step)
         for what, weight in self.cost.slope(step).items():
             weights.first[what] += cost_weight * weight
+        weighed = multipliers / self._row_scales
         for family, rows in zip(self.families, self._slices, strict=True):
-            y = multipliers[rows].reshape(family.lower.shape) / family.scale
+            y = weighed[rows].reshape(family.lower.shape)
             if not y.any():
                 continue
             quantity = family.take(step.read(family.reads))
-            local = family.rows.slope(quantity)
-            weights.first[family.reads][family.instants] += (y[:, None] @ local)[:, 0]
+            weights.first[family.reads][family.where] += family.rows.pull(quantity, y)
             bend = family.rows.curvature(quantity, y)
             if bend is not None:
-                weights.second[family.reads][family.instants] += bend
+                weights.bend(family.reads, family.where, bend)
         self._add_cost_curvature(step, weights, cost_weight)
         H = step_hessian(self.model, step, slope, weights)
         return H + cost_weight * self._coupling(step, slope)
@@ -151,21 +154,18 @@ class WalkProblem(NLP):
         return self._slices[index]
 
     def _row_values(self, step: Step) -> Array:
-        parts = []
-        for family in self.families:
-            value = family.rows.value(family.take(step.read(family.reads)))
-            parts.append((value / family.scale).ravel())
-        return np.concatenate(parts)
+        values = (f.rows.value(f.take(step.read(f.reads))).ravel() for f in self.families)
+        return np.asarray(np.concatenate(list(values)) / self._row_scales)
 
     def _add_cost_curvature(self, step: Step, weights: StepWeights, cost_weight: float) -> None:
         diagonal = cost_weight * self.cost.torque_curvature(step)
-        weights.second[Reads.TORQUE] += diagonal[:, None, None] * np.eye(12)
-        weights.second[Reads.TRAVEL][0] += cost_weight * self.cost.travel_curvature(step)
+        weights.bend(Reads.TORQUE, slice(None), diagonal[:, None, None] * np.eye(12))
+        weights.bend(Reads.TRAVEL, slice(None), cost_weight * self.cost.travel_curvature(step))
 
     def _coupling(self, step: Step, slope: StepSlope) -> Array:
         """The cost's mixed second derivatives in torque and travel."""
         effort, travel = self.cost.mixed_curvature(step)
-        d_effort = effort.ravel() @ slope.reads[Reads.TORQUE].reshape(effort.size, -1)
+        d_effort = (effort[:, None] @ slope.reads[Reads.TORQUE]).sum(axis=(0, 1))
         d_travel = travel @ slope.reads[Reads.TRAVEL][0]
         mixed = np.outer(d_effort, d_travel)
         return mixed + mixed.T

@@ -34,26 +34,32 @@ class Readings:
         """Return the bodies at postures q (N, 12), if anything is read off them."""
         return None if self._bodies is None else self._bodies.placed(q)
 
-    def values(self, placed: Placements | None, geometry: Array, count: int) -> dict[Reads, Array]:
-        """Return the optional quantities, shape (N, entries), entries = 0 unless asked for.
-
-        Args:
-            placed: the bodies at N postures.
-            geometry: geometric quantities (10,).
-            count: N.
-        """
-        found = {what: np.zeros((count, 0)) for what in OPTIONAL}
-        if placed is not None:
-            found |= {what: reading.value(placed) for what, reading in self._read.items()}
-        if Reads.TRUNK in self._read:
-            found[Reads.TRUNK][:, YAW] -= _HEADING * geometry[FOOT_YAW]
-        return found
+    def values(self, placed: Placements | None) -> dict[Reads, Array]:
+        """Return what is read off the bodies, of those asked for, shape (N, entries)."""
+        if placed is None:
+            return {}
+        return {what: reading.value(placed) for what, reading in self._read.items()}
 
     def slopes(self, placed: Placements | None, axes: Array) -> dict[Reads, ReadingSlope]:
         """Return the local derivatives of those asked for, from joint axes (N, 12, 6)."""
         if placed is None:
             return {}
         return {what: reading.slope(placed, axes) for what, reading in self._read.items()}
+
+
+def completed(values: dict[Reads, Array], geometry: Array, count: int) -> dict[Reads, Array]:
+    """Return the optional quantities, shape (N, entries), entries = 0 unless asked for.
+
+    Args:
+        values: what was read off the bodies.
+        geometry: geometric quantities (10,).
+        count: N.
+    """
+    found = {what: np.zeros((count, 0)) for what in OPTIONAL} | values
+    if Reads.TRUNK in values:
+        found[Reads.TRUNK] = values[Reads.TRUNK].copy()
+        found[Reads.TRUNK][:, YAW] -= _HEADING * geometry[FOOT_YAW]
+    return found
 
 
 def chained(

@@ -33,6 +33,9 @@ class Reads(Enum):
     TRUNK = "trunk"  # at each instant (3), if asked for: roll, pitch, yaw of the trunk [rad]
     LEG_GAPS = "leg_gaps"  # at each instant (pairs), if asked for: between bodies of the legs [m]
 
+    # Members are single objects; Enum's own hash, in Python, is a twentieth of an evaluation.
+    __hash__ = object.__hash__
+
 
 @dataclass(frozen=True)
 class Step:

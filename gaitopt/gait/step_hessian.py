@@ -10,12 +10,17 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gaitopt.gait.parameters import DURATION
 from gaitopt.gait.step import Reads, Step, StepSlope
 from gaitopt.gait.step_model import StepModel
+from gaitopt.mechanics.curvature import TorqueCurvature
 from gaitopt.mechanics.feet import corner_curvature
+from gaitopt.mechanics.impact_curvature import WeightedImpact
 from gaitopt.nlp import Array
+
+Indices = NDArray[np.int_]
 
 
 @dataclass(frozen=True)
@@ -24,7 +29,7 @@ class StepWeights:
 
     Attributes:
         first: of each quantity, shape (K, entries).
-        second: of each quantity, shape (K, entries, entries).
+        second: of the quantities that have some, shape (K, entries, entries).
     """
 
     first: dict[Reads, Array]
@@ -32,43 +37,68 @@ class StepWeights:
 
     @classmethod
     def zero(cls, step: Step) -> StepWeights:
-        """Return zero weights in the shapes of a step."""
-        quantities = {what: step.read(what) for what in Reads}
-        return cls(
-            {what: np.zeros(q.shape) for what, q in quantities.items()},
-            {what: np.zeros((*q.shape, q.shape[1])) for what, q in quantities.items()},
-        )
+        """Return zero weights of a step; a quantity without second ones has no entry there."""
+        return cls({what: np.zeros(step.read(what).shape) for what in Reads}, {})
+
+    def bend(self, what: Reads, instants: Indices | slice, second: Array) -> None:
+        """Add second derivatives (k, entries, entries) at some of a quantity's rows."""
+        if what not in self.second:
+            count, entries = self.first[what].shape
+            self.second[what] = np.zeros((count, entries, entries))
+        self.second[what][instants] += second
 
 
 def step_hessian(model: StepModel, step: Step, slope: StepSlope, weights: StepWeights) -> Array:
     """Return the Hessian in x of the function that `weights` differentiates, shape (P, P)."""
-    local, pull = _local(slope, weights)
+    first = weights.first
+    effort = np.concatenate([first[Reads.WRENCH], first[Reads.TORQUE]], axis=1)
+    pull = _pull(slope, weights, effort)
+    q_weights, impact = _reached(model, step, slope, weights, pull)
+    # The impact's single posture costs little more in one sweep with the others than nothing.
+    curvature = slope.support.curvature(effort, impact.dynamics)
+    local = _local(slope, weights, curvature.at(slice(-1)))
     motion = slope.motion
     size = motion.shape[2]
     H = motion.reshape(-1, size).T @ (local @ motion).reshape(-1, size)
     for what in (Reads.IMPULSE, Reads.SOLE_TWIST, Reads.LEGS, Reads.TRAVEL):
-        if weights.second[what].any():
+        if what in weights.second:
             jac = slope.reads[what]
             H += (jac.swapaxes(1, 2) @ weights.second[what] @ jac).sum(axis=0)
-    H += _coefficient_curvature(model, step, slope, weights, pull)
+    inputs = np.concatenate([slope.coefficients[-3], slope.coefficients[-1]])
+    H += inputs.T @ impact.hessian(curvature.at(slice(-1, None))) @ inputs
+    posture = model.boundary.curvature(
+        step.posture, slope.posture, q_weights, first[Reads.LEGS], first[Reads.GAPS]
+    )
+    own, boundary = model.layout.boundary_columns, model.layout.boundary
+    H[boundary, boundary] += posture[np.ix_(own, own)]
+    column = model.layout.index("duration")
+    if column is not None:
+        H += _duration_curvature(model, step, slope, pull.reshape(-1, 12), column)
     return (H + H.T) / 2.0
 
 
-def _local(slope: StepSlope, weights: StepWeights) -> tuple[Array, Array]:
-    """Local Hessian in (q, dq, ddq), shape (N, 36, 36), and local gradient, shape (N, 36)."""
-    support = slope.support
-    count = support.effort.shape[0]
-    first, second = weights.first, weights.second
-    effort = np.concatenate([first[Reads.WRENCH], first[Reads.TORQUE]], axis=1)
-    corners = first[Reads.CORNERS].reshape(count, 4, 3)
+def _pull(slope: StepSlope, weights: StepWeights, effort: Array) -> Array:
+    """Local gradient in (q, dq, ddq), shape (N, 36)."""
+    support, first = slope.support, weights.first
+    corners = support.corners.reshape(-1, 12, 12)
     pull = (effort[:, None] @ support.effort)[:, 0]
-    pull[:, :12] += np.einsum("nck,nckj->nj", corners, support.corners) + first[Reads.ANGLES]
+    pull[:, :12] += (first[Reads.CORNERS][:, None] @ corners)[:, 0] + first[Reads.ANGLES]
     pull[:, 12:24] += first[Reads.RATES]
+    for what, reading in slope.optional.items():
+        pull[:, :12] += (first[what][:, None] @ reading.jacobian)[:, 0]
+    return np.asarray(pull)
 
-    bend = np.zeros((count, 18, 18))
-    bend[:, :6, :6], bend[:, 6:, 6:] = second[Reads.WRENCH], second[Reads.TORQUE]
-    local = support.effort.swapaxes(1, 2) @ (bend @ support.effort)
-    torque = support.curvature(effort)
+
+def _local(slope: StepSlope, weights: StepWeights, torque: TorqueCurvature) -> Array:
+    """Local Hessian in (q, dq, ddq), shape (N, 36, 36)."""
+    support, first, second = slope.support, weights.first, weights.second
+    count = len(support.effort)
+    bent = np.zeros(support.effort.shape)
+    for what, rows in ((Reads.WRENCH, slice(6)), (Reads.TORQUE, slice(6, None))):
+        if what in second:
+            np.matmul(second[what], support.effort[:, rows], out=bent[:, rows])
+    local = support.effort.swapaxes(1, 2) @ bent
+    corners = first[Reads.CORNERS].reshape(count, 4, 3)
     local[:, :12, :12] += torque.qq + corner_curvature(support.axes, support.corners, corners)
     local[:, :12, 12:24] += torque.qv
     local[:, 12:24, :12] += torque.qv.swapaxes(1, 2)
@@ -76,48 +106,28 @@ def _local(slope: StepSlope, weights: StepWeights) -> tuple[Array, Array]:
     local[:, :12, 24:] += torque.qa
     local[:, 24:, :12] += torque.qa.swapaxes(1, 2)
     for what, reading in slope.optional.items():
-        jac = reading.jacobian
-        pull[:, :12] += (first[what][:, None] @ jac)[:, 0]
         local[:, :12, :12] += reading.curvature(first[what])
-        if second[what].any():
+        if what in second:
+            jac = reading.jacobian
             local[:, :12, :12] += jac.swapaxes(1, 2) @ second[what] @ jac
-    return local, pull
+    return local
 
 
-def _coefficient_curvature(
+def _reached(
     model: StepModel, step: Step, slope: StepSlope, weights: StepWeights, pull: Array
-) -> Array:
-    """Curvature of the map from x to the motion, weighted by the local gradient `pull`."""
-    layout, E = model.layout, model.robot.mirror
-    by_sample = pull.reshape(-1, 12)
+) -> tuple[Array, WeightedImpact]:
+    """What the weights reach through the spline coefficients: q_start (12,) and the impact."""
+    E, first = model.robot.mirror, weights.first
     width = step.coefficients.shape[0]
-    on_coefficients = model.basis.at(step.duration).reshape(-1, width).T @ by_sample
-    q_weights = on_coefficients[0] + E.T @ on_coefficients[-3]
+    on_coefficients = model.basis.at(step.duration).reshape(-1, width).T @ pull.reshape(-1, 12)
     after = np.concatenate(
-        [
-            weights.first[Reads.SOLE_TWIST][0],
-            E.T @ on_coefficients[-2],
-            weights.first[Reads.IMPULSE][0],
-        ]
+        [first[Reads.SOLE_TWIST][0], E.T @ on_coefficients[-2], first[Reads.IMPULSE][0]]
     )
-    q_weights = q_weights + E.T @ (slope.impact.posture.T @ after)
-
-    H = np.zeros((layout.size, layout.size))
-    bend = model.impact_curvature.hessian(
-        E @ step.posture.q_start, step.rate_before, step.impact, slope.impact, after
+    q_weights = on_coefficients[0] + E.T @ (on_coefficients[-3] + slope.impact.posture.T @ after)
+    impact = model.impact_curvature.weighted(
+        step.q_end, step.rate_before, step.impact, slope.impact, after
     )
-    inputs = np.concatenate([slope.coefficients[-3], slope.coefficients[-1]])
-    H += inputs.T @ bend @ inputs
-    first = weights.first
-    posture = model.boundary.curvature(
-        step.posture, slope.posture, q_weights, first[Reads.LEGS], first[Reads.GAPS]
-    )
-    own = layout.boundary_columns
-    H[layout.boundary, layout.boundary] += posture[np.ix_(own, own)]
-    column = layout.index("duration")
-    if column is not None:
-        H += _duration_curvature(model, step, slope, by_sample, column)
-    return H
+    return q_weights, impact
 
 
 def _duration_curvature(
@@ -128,7 +138,7 @@ def _duration_curvature(
     first = model.basis.at(T, 1).reshape(-1, width).T @ by_sample
     second = model.basis.at(T, 2).reshape(-1, width).T @ by_sample
     H = np.zeros((model.layout.size, model.layout.size))
-    H[column] = np.einsum("mj,mjp->p", first, slope.coefficients)
+    H[column] = first.ravel() @ slope.coefficients.reshape(first.size, -1)
     H += H.T
     H[column, column] += float(np.sum(second * step.coefficients))
     return H

@@ -13,12 +13,12 @@ from collections.abc import Collection
 import numpy as np
 
 from gaitopt.errors import EvaluationError
-from gaitopt.gait.boundary import Posture, PostureSlope
+from gaitopt.gait.boundary import Boundary, Posture, PostureSlope
 from gaitopt.gait.boundary_closed import ClosedBoundary
 from gaitopt.gait.boundary_lifted import LiftedBoundary
 from gaitopt.gait.grid import Grid
 from gaitopt.gait.parameters import DURATION, STEP_LENGTH, Layout
-from gaitopt.gait.readings import Readings, chained
+from gaitopt.gait.readings import Readings, chained, completed
 from gaitopt.gait.spline import spline_basis
 from gaitopt.gait.step import Reads, Step, StepSlope
 from gaitopt.mechanics.impact import Impact, ImpactSlope
@@ -45,11 +45,23 @@ class StepModel:
         self.robot, self.layout, self.grid = robot, layout, grid
         knots = np.linspace(0.0, 1.0, layout.postures + 2)
         self.basis = spline_basis(knots, grid.instants)
-        self.boundary = kept(robot, LiftedBoundary if layout.lifted else ClosedBoundary)
-        self.impact = kept(robot, Impact)
-        self.impact_curvature = kept(robot, ImpactCurvature)
         self._support = SingleSupport(robot, grid.count)
         self._optional = Readings(robot, optional)
+
+    @property
+    def boundary(self) -> Boundary:
+        """The double support of the form that the layout has."""
+        return kept(self.robot, LiftedBoundary if self.layout.lifted else ClosedBoundary)
+
+    @property
+    def impact(self) -> Impact:
+        """The impact of the robot."""
+        return kept(self.robot, Impact)
+
+    @property
+    def impact_curvature(self) -> ImpactCurvature:
+        """Second derivatives of the impact."""
+        return kept(self.robot, ImpactCurvature)
 
     def step(self, x: Array) -> Step:
         """Return the step at x (P,).
@@ -64,11 +76,10 @@ class StepModel:
         coefficients = self._coefficients(x, posture, q_end, rate_start, rate_before)
         motion = self._motion(coefficients, geometry)
         support = self._support.state(*motion)
-        placed = self._optional.placed(motion[0])
-        optional = self._optional.values(placed, geometry, self.grid.count)
+        read = self._optional.values(self._optional.placed(motion[0]))
         return Step(
             x, geometry, posture, q_end, rate_before, impact, coefficients, motion, support,
-            optional,
+            completed(read, geometry, self.grid.count),
         )  # fmt: skip
 
     def slope(self, x: Array, posture: Posture | None = None) -> tuple[Step, StepSlope]:
@@ -91,12 +102,12 @@ class StepModel:
         coefficients = self._coefficients(x, posture, q_end, rate_start, rate_before)
         motion = self._motion(coefficients, geometry)
         support, at_support = self._support.slope(*motion)
-        placed = self._optional.placed(motion[0])
+        optional = self._optional.slopes(self._optional.placed(motion[0]), at_support.axes)
+        read = {what: reading.value for what, reading in optional.items()}
         step = Step(
             x, geometry, posture, q_end, rate_before, impact, coefficients, motion, support,
-            self._optional.values(placed, geometry, self.grid.count),
+            completed(read, geometry, self.grid.count),
         )  # fmt: skip
-        optional = self._optional.slopes(placed, at_support.axes)
         at_start = self.boundary.slope(posture)
         return step, self._chain(step, at_start, at_impact, at_support, optional)
 

@@ -33,24 +33,25 @@ class Bodies:
 
     def __init__(self, model: pin.Model) -> None:
         joints = range(_FIRST, model.njoints)
-        self._turn = np.stack([model.jointPlacements[j].rotation for j in joints])
-        self._shift = np.stack([model.jointPlacements[j].translation for j in joints])
-        self._axis = skew(np.stack([joint_axis(model, j) for j in joints]))
+        placements = [model.jointPlacements[j] for j in joints]
+        K = skew(np.stack([joint_axis(model, j) for j in joints]))
+        # Rodrigues' formula: the frame of a joint in the one before it is fixed
+        # + sin(q) by_sine + (1 - cos(q)) by_cosine, homogeneous matrices all three.
+        self._fixed = np.stack([p.homogeneous for p in placements])
+        self._by_sine, self._by_cosine = np.zeros((2, *self._fixed.shape))
+        self._by_sine[:, :3, :3] = self._fixed[:, :3, :3] @ K
+        self._by_cosine[:, :3, :3] = self._fixed[:, :3, :3] @ K @ K
 
     def placed(self, q: Array) -> Placements:
         """Return the placements at postures q (N, 12), joint after joint along the chain."""
-        K = self._axis  # Rodrigues' formula for every joint at once
-        turned = (
-            np.eye(3) + np.sin(q)[..., None, None] * K + (1 - np.cos(q))[..., None, None] * K @ K
-        )
-        local = self._turn @ turned
+        sine, cosine = np.sin(q)[..., None, None], np.cos(q)[..., None, None]
+        local = self._fixed + sine * self._by_sine + (1.0 - cosine) * self._by_cosine
         count = q.shape[1]
-        rotation, origin = np.empty((len(q), count + 1, 3, 3)), np.zeros((len(q), count + 1, 3))
-        rotation[:, 0] = np.eye(3)
+        world = np.empty((len(q), count + 1, 4, 4))
+        world[:, 0] = np.eye(4)
         for j in range(count):
-            rotation[:, j + 1] = rotation[:, j] @ local[:, j]
-            origin[:, j + 1] = origin[:, j] + rotation[:, j] @ self._shift[j]
-        return Placements(rotation, origin)
+            np.matmul(world[:, j], local[:, j], out=world[:, j + 1])
+        return Placements(world[:, :, :3, :3], world[:, :, :3, 3])
 
 
 class BodyInertias:

@@ -12,8 +12,8 @@ from gaitopt.mechanics.chain import SOLE_AXES, Chain, JointTable, LinkTable, tur
 from gaitopt.mechanics.mdh import hat, parameters, placements, transforms
 from gaitopt.nlp import Array
 from gaitopt.robot.generated.inertia import mirrored_inertia
-from gaitopt.robot.model import Robot
 from gaitopt.robot.generated.spec import BipedSpec, Geometry, LinkSpec
+from gaitopt.robot.model import Robot
 
 
 @dataclass(frozen=True)

@@ -11,6 +11,7 @@ import numpy as np
 import pinocchio as pin
 
 from gaitopt.mechanics.spatial import cross, skew
+from gaitopt.mechanics.triangles import symmetric
 from gaitopt.nlp import Array
 
 
@@ -51,8 +52,7 @@ def loop_gap_curvature(gap: pin.SE3, axes: Array, weights: Array) -> Array:
     N = -gap.rotation @ skew(weights[3:])
     upper = cross(np.broadcast_to(weights[:3], w.shape), w) @ moved.T
     upper += 0.5 * (w @ N @ w.T - np.trace(N) * w @ w.T)
-    upper = np.triu(upper)
-    return np.asarray(upper + np.triu(upper, 1).T)
+    return symmetric(upper)
 
 
 def _axial(matrix: Array) -> Array:

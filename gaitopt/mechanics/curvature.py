@@ -13,14 +13,42 @@ and one composite term of joint k >= j (derivation: docs/derivations.md).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
 from gaitopt.mechanics.spatial import apply, cross_force, force_cross, motion_cross, moved, pushed
+from gaitopt.mechanics.triangles import joined, symmetric
 from gaitopt.nlp import Array
 
 _OUTWARD = np.tril(np.ones((12, 12)))  # a product with it sums along the chain
+
+
+@dataclass(frozen=True)
+class WeightedDynamics:
+    """What the second derivatives of lambda . tau at N instants depend on.
+
+    tau is the ground wrench and the torques, (N, 18).
+
+    Attributes:
+        axes: S_j, shape (N, 12, 6).
+        posture, rate, acceleration: q, dq, ddq, shape (N, 12).
+        base_acceleration: a_0, shape (N, 6); minus gravity for a foot at rest.
+        weights: lambda, shape (N, 18).
+    """
+
+    axes: Array
+    posture: Array
+    rate: Array
+    acceleration: Array
+    base_acceleration: Array
+    weights: Array
+
+    def followed_by(self, other: WeightedDynamics) -> WeightedDynamics:
+        """Return the instants of both."""
+        names = [field.name for field in fields(self)]
+        pairs = ((getattr(self, name), getattr(other, name)) for name in names)
+        return WeightedDynamics(*map(np.concatenate, pairs))
 
 
 @dataclass(frozen=True)
@@ -40,69 +68,65 @@ class TorqueCurvature:
     qa: Array
     base: Array
 
+    def at(self, instants: slice) -> TorqueCurvature:
+        """Return some of the instants."""
+        return TorqueCurvature(*(getattr(self, field.name)[instants] for field in fields(self)))
 
-def torque_curvature(
-    axes: Array,
-    inertias: Array,
-    rate: Array,
-    acceleration: Array,
-    base_acceleration: Array,
-    weights: Array,
-    base_weights: Array,
-) -> TorqueCurvature:
-    """Return the second derivatives of base_weights . wrench + weights . torque.
+
+def torque_curvature(inertias: Array, at: WeightedDynamics) -> TorqueCurvature:
+    """Return the second derivatives of lambda . tau.
 
     Args:
-        axes: S_j, shape (N, 12, 6).
         inertias: world spatial inertias of the twelve moving bodies, shape (N, 12, 6, 6).
-        rate, acceleration: dq, ddq, shape (N, 12).
-        base_acceleration: a_0, shape (6,) or (N, 6); minus gravity for a foot at rest.
-        weights: lambda of the torques, shape (N, 12).
-        base_weights: lambda of the ground wrench, shape (N, 6).
+        at: motion and lambda.
     """
+    axes, rate, (base_weights, weights) = at.axes, at.rate, np.split(at.weights, [6], axis=1)
     du, dv = axes * weights[:, :, None], axes * rate[:, :, None]
     u, v = base_weights[:, None] + _up_to(du), _up_to(dv)
-    p = moved(v - dv, axes)
-    da = axes * acceleration[:, :, None] + p * rate[:, :, None]
-    base = np.broadcast_to(base_acceleration, (axes.shape[0], 6))
-    a = base[:, None] + _up_to(da)
-    U = moved(u - du, axes)
-    r = moved(a - da, axes) + moved(v - dv, p)
+    across = -motion_cross(axes)  # y -> y x S_j
+    u_before, v_before = u - du, v - dv
+    p, U = apply(across, v_before), apply(across, u_before)
+    da = axes * at.acceleration[:, :, None] + p * rate[:, :, None]
+    a = at.base_acceleration[:, None] + _up_to(da)
+    r = apply(across, a - da) + moved(v_before, p)
 
-    # Per body, then summed over the bodies beyond each joint.
-    I = inertias  # noqa: E741
-    momentum = apply(I, v)
-    C = force_cross(v) @ I  # 2 B y = -I (v x y) + y x* (I v) + v x* (I y)
-    twice_B = C + np.swapaxes(C, 2, 3) + cross_force(momentum)
-    turn = np.swapaxes(motion_cross(u), 2, 3) @ I
-    Z = _beyond(turn + np.swapaxes(turn, 2, 3))
-    yI = _beyond(apply(I, u))
-    yB = _beyond(apply(np.swapaxes(twice_B, 2, 3), u))
-    force = _beyond(apply(I, a) + pushed(v, momentum))
-    inertia, coriolis = _beyond(I), _beyond(twice_B)
+    I, B, Z, yI, yB, force = _composites(inertias, u, v, a)  # noqa: E741
+    onto = np.swapaxes(across, 2, 3)  # f -> S_j x* f
+    IS, Ip, IU, Ir = _products(I, axes, p, U, r)
+    BS, Bp = _products(B, axes, p)
+    ZS, Zp = _products(Z, axes, p)
+    SyI, Sforce, SyB = _products(onto, yI, force, yB)
+    alpha, alpha_v = Sforce + Ir + Bp, BS + 2.0 * Ip
+    beta, beta_v = apply(np.swapaxes(B, 2, 3), U) + Zp + pushed(p, yI) + SyB, ZS + SyI
+    gamma = IU + SyI
 
-    IS = apply(inertia, axes)
-    SyI = pushed(axes, yI)
-    alpha = pushed(axes, force) + apply(inertia, r) + apply(coriolis, p)
-    alpha_v = apply(coriolis, axes) + 2.0 * apply(inertia, p)
-    beta = apply(np.swapaxes(coriolis, 2, 3), U) + apply(Z, p) + pushed(p, yI) + pushed(axes, yB)
-    beta_v = apply(Z, axes) + SyI
-    gamma = apply(inertia, U) + SyI
-
-    left = np.concatenate([U, p, r], axis=2)
-    qq = left @ _columns(alpha, beta, gamma)
-    qv_lower_q = left[:, :, :12] @ _columns(alpha_v, beta_v)
-    vq = np.concatenate([2.0 * p, axes], axis=2) @ _columns(gamma, beta)
-    vv = axes @ np.swapaxes(beta_v, 1, 2)
-    qa = U @ np.swapaxes(IS, 1, 2)
-    aq = axes @ np.swapaxes(gamma, 1, 2)
+    qq = _table((U, p, r), (alpha, beta, gamma))
+    qv, vq = _table((U, p), (alpha_v, beta_v)), _table((gamma, beta), (2.0 * p, axes))
+    vv = _table((axes,), (beta_v,))
+    qa, aq = _table((U,), (IS,)), _table((gamma,), (axes,))
     return TorqueCurvature(
-        qq=_symmetric(qq),
-        qv=np.triu(qv_lower_q) + np.swapaxes(np.triu(vq, 1), 1, 2),
-        vv=_symmetric(vv),
-        qa=np.triu(qa) + np.swapaxes(np.triu(aq, 1), 1, 2),
+        qq=symmetric(qq),
+        qv=joined(qv, vq),
+        vv=symmetric(vv),
+        qa=joined(qa, aq),
         base=gamma,
     )
+
+
+def _composites(inertias: Array, u: Array, v: Array, a: Array) -> tuple[Array, ...]:
+    """Return I, 2 B and Z (N, 12, 6, 6), yI, yB and the force (N, 12, 6) of all beyond each joint.
+
+    2 B y = -I (v x y) + y x* (I v) + v x* (I y), and Z is minus the change of I along u.
+    """
+    onto_v = force_cross(v)
+    momentum = apply(inertias, v)
+    C = onto_v @ inertias
+    B = C + np.swapaxes(C, 2, 3) + cross_force(momentum)
+    turn = -force_cross(u) @ inertias
+    matrices = (inertias, B, turn + np.swapaxes(turn, 2, 3))
+    force = apply(inertias, a) + apply(onto_v, momentum)
+    forces = (apply(inertias, u), apply(np.swapaxes(B, 2, 3), u), force)
+    return (*map(_beyond, matrices), *map(_beyond, forces))
 
 
 def velocity_curvature(axes: Array, rate: Array, base: Array, force: Array) -> Array:
@@ -121,8 +145,7 @@ def velocity_curvature(axes: Array, rate: Array, base: Array, force: Array) -> A
     before = base + np.cumsum(axes * rate[:, None], axis=0) - axes * rate[:, None]
     p = moved(before, axes)
     turned = pushed(axes, force)  # -(S_max x y) . force = (S_max x* force) . y
-    lower = np.tril(turned @ p.T)
-    return lower + np.tril(lower, -1).T
+    return symmetric(p @ turned.T)
 
 
 def velocity_rate_slope(axes: Array, force: Array) -> tuple[Array, Array]:
@@ -147,9 +170,12 @@ def _beyond(per_body: Array) -> Array:
     return (_OUTWARD.T @ flat).reshape(per_body.shape)
 
 
-def _columns(*parts: Array) -> Array:
-    return np.swapaxes(np.concatenate(parts, axis=2), 1, 2)
+def _products(matrices: Array, *vectors: Array) -> Array:
+    """Products of each matrix (N, 12, 6, 6) with its vectors (N, 12, 6), as many (N, 12, 6)."""
+    return np.moveaxis(matrices @ np.stack(vectors, axis=3), 3, 0)
 
 
-def _symmetric(upper: Array) -> Array:
-    return np.triu(upper) + np.swapaxes(np.triu(upper, 1), 1, 2)
+def _table(of_q: tuple[Array, ...], of_other: tuple[Array, ...]) -> Array:
+    """Sum of the products of one term of each row's joint and one of each column's, (N, 12, 12)."""
+    left, right = np.concatenate(of_q, axis=2), np.concatenate(of_other, axis=2)
+    return np.asarray(left @ np.swapaxes(right, 1, 2))

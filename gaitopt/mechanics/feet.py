@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from gaitopt.mechanics.spatial import cross, skew
+from gaitopt.mechanics.spatial import skew
+from gaitopt.mechanics.triangles import symmetric
 from gaitopt.nlp import Array
 
 
@@ -27,8 +28,11 @@ def corner_slopes(axes: Array, corners: Array) -> Array:
         axes: joint motion axes in the world, shape (N, j, 6).
         corners: positions in the world [m], shape (N, 4, 3).
     """
-    linear, angular = axes[:, None, :, :3].swapaxes(2, 3), axes[:, None, :, 3:].swapaxes(2, 3)
-    return np.asarray(linear - skew(corners) @ angular)
+    count, points, _ = corners.shape
+    of_twist = np.empty((count, points, 3, 6))  # of the body to velocity of the point
+    of_twist[..., :3], of_twist[..., 3:] = np.eye(3), -skew(corners)
+    slopes = of_twist.reshape(count, -1, 6) @ axes.swapaxes(1, 2)
+    return np.asarray(slopes.reshape(count, points, 3, -1))
 
 
 def corner_curvature(axes: Array, slopes: Array, weights: Array) -> Array:
@@ -43,9 +47,10 @@ def corner_curvature(axes: Array, slopes: Array, weights: Array) -> Array:
         weights: shape (N, 4, 3).
     """
     # sum over corners of weight . (w_j x slope_k) = w_j . (slope_k x weight)
-    turned = cross(slopes.swapaxes(2, 3), weights[:, :, None, :]).sum(axis=1)
-    upper = np.triu(axes[:, :, 3:] @ turned.swapaxes(1, 2))
-    return np.asarray(upper + np.triu(upper, 1).swapaxes(1, 2))
+    count, _, _, joints = slopes.shape
+    against = -skew(weights).swapaxes(1, 2).reshape(count, 3, -1)
+    turned = against @ slopes.reshape(count, -1, joints)
+    return symmetric(axes[:, :, 3:] @ turned)
 
 
 def sole_edge_speeds(corners: Array) -> Array:

@@ -2,24 +2,85 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 import pinocchio as pin
 
 from gaitopt.mechanics.bodies import body_inertias
-from gaitopt.mechanics.curvature import torque_curvature, velocity_curvature, velocity_rate_slope
+from gaitopt.mechanics.curvature import (
+    TorqueCurvature,
+    WeightedDynamics,
+    torque_curvature,
+    velocity_curvature,
+    velocity_rate_slope,
+)
 from gaitopt.mechanics.impact import BASE, NV, ImpactSlope, ImpactState
 from gaitopt.mechanics.kept import kept
+from gaitopt.mechanics.linear import solve
 from gaitopt.mechanics.spatial import moved
 from gaitopt.nlp import Array
 from gaitopt.robot.model import Robot
 
 
-class ImpactCurvature:
-    """Second derivatives of any weighted sum of the robot's state after the impact.
+@dataclass(frozen=True)
+class WeightedImpact:
+    """An impact and a weighted sum of its result, ready for the second derivatives.
 
     With F(y, z) = 0 the equations of the impact, y = (V+, I), z = (posture, rate before), and
     K' l = -weights, the Hessian is that of l . F along (dz, dy/dz dz).
+
+    Attributes:
+        dynamics: D (V+ - V-) as the inverse dynamics of one instant at rest, weighted by l.
+        state, slope: the impact and its derivatives.
+        foot: placement of the landing sole.
+        adjoint: l, shape (24,).
     """
+
+    dynamics: WeightedDynamics
+    state: ImpactState
+    slope: ImpactSlope
+    foot: pin.SE3
+    adjoint: Array
+
+    def hessian(self, inertial: TorqueCurvature) -> Array:
+        """Return the Hessian in (posture, rate before), shape (24, 24).
+
+        Args:
+            inertial: second derivatives of `dynamics`.
+        """
+        qq, by_result = self._landing()
+        qq += inertial.qq[0]
+        by_result[:, :BASE] += inertial.base[0]
+        by_result[:, BASE:NV] += inertial.qa[0]
+        mixed = by_result @ np.hstack([self.slope.posture, self.slope.rate])
+        mixed[:, 12:] -= inertial.qa[0]  # the jump V+ - V- sees minus the rate before
+        H = np.zeros((24, 24))
+        H[:12, :12] = qq
+        H[:12] += mixed
+        H[:, :12] += mixed.T
+        return H
+
+    def _landing(self) -> tuple[Array, Array]:
+        """Second derivatives of l . (-J' I, J V+).
+
+        Returns:
+            In the posture twice (12, 12); in the posture and (V+, I) (12, 24).
+        """
+        axes, state = self.dynamics.axes[0], self.state
+        momentum, landing = self.adjoint[:NV], self.adjoint[NV:]
+        impulse = self.foot.act(pin.Force(state.impulse)).vector
+        push = self.foot.act(pin.Force(landing)).vector
+        qq = velocity_curvature(axes, state.rate_after, state.sole_twist, push)
+        qq -= velocity_curvature(axes, momentum[BASE:], momentum[:BASE], impulse)
+        by_result = np.empty((12, NV + BASE))
+        by_result[:, BASE:NV], by_result[:, :BASE] = velocity_rate_slope(axes, push)
+        by_result[:, NV:] = -_landing_slopes(axes, momentum, self.foot)
+        return qq, by_result
+
+
+class ImpactCurvature:
+    """Second derivatives of any weighted sum of the robot's state after the impact."""
 
     def __init__(self, robot: Robot) -> None:
         self._model = robot.model
@@ -43,50 +104,32 @@ class ImpactCurvature:
             posture, rate_before, state, slope: the impact and its derivatives.
             weights: shape (24,).
         """
-        adjoint = np.asarray(-np.linalg.solve(slope.kkt.T, weights), dtype=np.float64)
-        qq, by_result, by_jump = self._residual(posture, rate_before, state, adjoint)
-        mixed = by_result @ np.hstack([slope.posture, slope.rate])
-        mixed[:, 12:] -= by_jump  # the jump V+ - V- sees minus the rate before
-        H = np.zeros((24, 24))
-        H[:12, :12] = qq
-        H[:12] += mixed
-        H[:, :12] += mixed.T
-        return H
+        impact = self.weighted(posture, rate_before, state, slope, weights)
+        inertias = self._bodies.in_world(impact.dynamics.posture)
+        return impact.hessian(torque_curvature(inertias, impact.dynamics))
 
-    def _residual(
-        self, posture: Array, rate_before: Array, state: ImpactState, adjoint: Array
-    ) -> tuple[Array, Array, Array]:
-        """Second derivatives of l . F with F = (D (V+ - V-) - J' I, J V+).
-
-        Returns:
-            In the posture twice (12, 12); in the posture and (V+, I) (12, 24); in the posture and
-            the jump of the joint rates (12, 12).
-        """
+    def weighted(
+        self,
+        posture: Array,
+        rate_before: Array,
+        state: ImpactState,
+        slope: ImpactSlope,
+        weights: Array,
+    ) -> WeightedImpact:
+        """Return all but the curvature of the dynamics, which can be had with that of a step."""
+        adjoint = -solve(slope.kkt.T, weights)
         self._q[BASE + 1 :] = posture
         J = pin.computeJointJacobians(self._model, self._data, self._q)
-        axes = np.asarray(J[:, BASE:].T).copy()
-        foot = self._data.oMi[self._last] * self._to_last
-        momentum, landing = adjoint[:NV], adjoint[NV:]
-        impulse = foot.act(pin.Force(state.impulse)).vector
-        push = foot.act(pin.Force(landing)).vector
-
-        inertial = torque_curvature(
-            axes=axes[None],
-            inertias=self._bodies.in_world(posture[None]),
+        dynamics = WeightedDynamics(
+            axes=J[:, BASE:].T.copy()[None],
+            posture=posture[None],
             rate=np.zeros((1, 12)),
             acceleration=(state.rate_after - rate_before)[None],
-            base_acceleration=state.sole_twist,
-            weights=momentum[None, BASE:],
-            base_weights=momentum[None, :BASE],
+            base_acceleration=state.sole_twist[None],
+            weights=adjoint[None, :NV],
         )
-        qq = inertial.qq[0] + velocity_curvature(axes, state.rate_after, state.sole_twist, push)
-        qq -= velocity_curvature(axes, momentum[BASE:], momentum[:BASE], impulse)
-        joint_rates, base_rates = velocity_rate_slope(axes, push)
-        by_result = np.zeros((12, NV + BASE))
-        by_result[:, :BASE] = inertial.base[0] + base_rates
-        by_result[:, BASE:NV] = inertial.qa[0] + joint_rates
-        by_result[:, NV:] = -_landing_slopes(axes, momentum, foot)
-        return qq, by_result, inertial.qa[0]
+        foot = self._data.oMi[self._last] * self._to_last
+        return WeightedImpact(dynamics, state, slope, foot, adjoint)
 
 
 def _landing_slopes(axes: Array, velocity: Array, foot: pin.SE3) -> Array:

@@ -2,7 +2,7 @@
 
 Making one of Pinocchio's workspaces takes as long as forty evaluations of the torques in it, and
 the solution of one walk takes a dozen grids. What is kept here is scratch: results are copied out
-of it before anyone else works there. Every thread has its own.
+of it before anyone else works there. Every thread has its own, so ask for it where you use it.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from typing import TypeVar, cast
 
 from gaitopt.robot.model import Robot
 
-_ROBOTS = 4  # of which things are kept
+_ROBOTS = 8  # in as many threads, of which things are kept
 
 T = TypeVar("T")
 

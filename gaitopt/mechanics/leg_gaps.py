@@ -97,12 +97,14 @@ class LegGapsSlope(ReadingSlope):
     """Derivatives of the gaps.
 
     Attributes:
+        value: the gaps [m], shape (N, pairs).
         jacobian: with respect to q, shape (N, pairs, 12).
         near: nearest points, instant after instant, N * pairs of them.
         axes: joint motion axes in the world, shape (N, 12, 6).
         between: which joints are between the bodies of each pair, shape (pairs, 12).
     """
 
+    value: Array
     jacobian: Array
     near: Nearest
     axes: Array
@@ -126,11 +128,14 @@ class LegGaps(Reading):
     """Gaps of pairs of capsules [m], negative where they overlap."""
 
     def __init__(self, pairs: tuple[Pair, ...]) -> None:
-        self._bodies = np.array([[c.body for c in pair] for pair in pairs])
-        self._ends = np.array([[c.ends for c in pair] for pair in pairs])
+        capsules = list(dict.fromkeys(c for pair in pairs for c in pair))  # few, in many pairs
+        self._carriers = [c.body for c in capsules]
+        self._ends = np.array([c.ends for c in capsules])
+        self._sides = np.array([[capsules.index(c) for c in pair] for pair in pairs]).T
+        bodies = np.array([[c.body for c in pair] for pair in pairs])
         self._radii = np.array([sum(c.radius for c in pair) for pair in pairs])
         joints = np.arange(12)  # joint j carries body j + 1
-        self._between = (joints >= self._bodies[:, :1]) & (joints < self._bodies[:, 1:])
+        self._between = (joints >= bodies[:, :1]) & (joints < bodies[:, 1:])
 
     def value(self, placed: Placements) -> Array:
         """Return the gaps [m], shape (N, pairs)."""
@@ -141,12 +146,13 @@ class LegGaps(Reading):
         near = self._near(placed)
         force = distance_force(near).reshape(len(axes), -1, 6)
         jacobian = np.where(self._between, force @ axes.swapaxes(1, 2), 0.0)
-        return LegGapsSlope(jacobian, near, axes, self._between)
+        return LegGapsSlope(self._gaps(near), jacobian, near, axes, self._between)
 
     def _near(self, placed: Placements) -> Nearest:
-        rotation = placed.rotation[:, self._bodies]  # (N, pairs, 2, 3, 3)
-        ends = self._ends @ rotation.swapaxes(-1, -2) + placed.origin[:, self._bodies][..., None, :]
-        return nearest(ends[:, :, 0].reshape(-1, 2, 3), ends[:, :, 1].reshape(-1, 2, 3))
+        rotation, origin = placed.rotation[:, self._carriers], placed.origin[:, self._carriers]
+        ends = self._ends @ rotation.swapaxes(-1, -2) + origin[..., None, :]
+        first, second = self._sides
+        return nearest(ends[:, first].reshape(-1, 2, 3), ends[:, second].reshape(-1, 2, 3))
 
     def _gaps(self, near: Nearest) -> Array:
         return np.asarray(near.distance.reshape(-1, len(self._radii)) - self._radii)

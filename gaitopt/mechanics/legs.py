@@ -16,6 +16,7 @@ import pinocchio as pin
 from gaitopt.errors import UnreachableError
 from gaitopt.mechanics.linear import solve
 from gaitopt.mechanics.spatial import pushed
+from gaitopt.mechanics.triangles import symmetric
 from gaitopt.nlp import Array
 from gaitopt.robot.model import Robot
 
@@ -173,8 +174,7 @@ def chain_curvature(axes: Array, force: Array) -> Array:
         force: six-vector paired with the end's spatial acceleration.
     """
     # force . (S_i x S_j) = -(S_i x* force) . S_j
-    upper = np.triu(-pushed(axes, force) @ axes.T, 1)
-    return (upper + upper.T) / 2.0
+    return symmetric(pushed(axes, force) @ axes.T) / -2.0
 
 
 def _solve(matrix: Array, rhs: Array) -> Array:

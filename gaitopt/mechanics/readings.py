@@ -13,12 +13,14 @@ from gaitopt.nlp import Array
 
 
 class ReadingSlope(ABC):
-    """Local derivatives of a reading at N postures.
+    """A reading at N postures and its local derivatives.
 
     Attributes:
+        value: the reading, shape (N, entries).
         jacobian: with respect to q, shape (N, entries, 12).
     """
 
+    value: Array
     jacobian: Array
 
     @abstractmethod
@@ -35,7 +37,7 @@ class Reading(ABC):
 
     @abstractmethod
     def slope(self, placed: Placements, axes: Array) -> ReadingSlope:
-        """Return its derivatives.
+        """Return it with its derivatives.
 
         Args:
             placed: the bodies.

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gaitopt.mechanics.spatial import cross, skew
+from gaitopt.mechanics.triangles import symmetric
 from gaitopt.nlp import Array
 
 _POINT = 1e-12  # m²: a shorter segment is a point
@@ -95,8 +96,8 @@ def distance_curvature(near: Nearest, axes: Array) -> Array:
     """
     w, r = axes[:, :, 3:], near.between
     moved = axes[:, :, :3] + w @ skew(near.second)  # l + w x point
-    upper = np.triu(moved @ moved.swapaxes(1, 2) - w @ (moved @ skew(r)).swapaxes(1, 2))
-    H = upper + np.triu(upper, 1).swapaxes(1, 2) - _given_way(near, w, moved)
+    upper = moved @ moved.swapaxes(1, 2) - w @ (moved @ skew(r)).swapaxes(1, 2)
+    H = symmetric(upper) - _given_way(near, w, moved)
     d = np.maximum(near.distance, _TOUCHING)[:, None, None]
     slope = axes @ distance_force(near)[:, :, None]
     return np.asarray((H - slope @ slope.swapaxes(1, 2)) / d)

@@ -96,7 +96,7 @@ def world_inertias(
         rotation: body axes in the world, shape (..., b, 3, 3).
         origin: body origins in the world, shape (..., b, 3) [m].
     """
-    centre = origin + (rotation @ lever[:, :, None])[..., 0]
+    centre = origin + apply(rotation, lever)
     c = skew(centre)
     mc = mass[:, None, None] * c
     spatial = np.empty((*centre.shape[:-1], 6, 6))

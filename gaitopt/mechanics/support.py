@@ -13,7 +13,7 @@ import numpy as np
 import pinocchio as pin
 
 from gaitopt.mechanics.bodies import BodyInertias, body_inertias
-from gaitopt.mechanics.curvature import TorqueCurvature, torque_curvature
+from gaitopt.mechanics.curvature import TorqueCurvature, WeightedDynamics, torque_curvature
 from gaitopt.mechanics.feet import corner_positions, corner_slopes
 from gaitopt.mechanics.kept import kept
 from gaitopt.nlp import Array
@@ -54,18 +54,18 @@ class SupportSlope:
     bodies: BodyInertias
     gravity: Array
 
-    def curvature(self, weights: Array) -> TorqueCurvature:
-        """Return the second derivatives of sum(weights * effort), weights (N, 18)."""
-        q, dq, ddq = self.motion
-        return torque_curvature(
-            self.axes,
-            self.bodies.in_world(q),
-            dq,
-            ddq,
-            -self.gravity,
-            weights[:, 6:],
-            weights[:, :6],
-        )
+    def curvature(self, weights: Array, then: WeightedDynamics | None = None) -> TorqueCurvature:
+        """Return the second derivatives of sum(weights * effort), weights (N, 18).
+
+        Args:
+            weights: of the effort.
+            then: further instants to follow the N; cheaper than on their own.
+        """
+        base = np.broadcast_to(-self.gravity, (len(weights), 6))
+        at = WeightedDynamics(self.axes, *self.motion, base, weights)
+        if then is not None:
+            at = at.followed_by(then)
+        return torque_curvature(self.bodies.in_world(at.posture), at)
 
 
 class SingleSupport:
@@ -103,8 +103,8 @@ class SingleSupport:
         model, data = self.robot.model, self._data
         effort = np.empty((self.count, 18))
         rotation, origin = np.empty((self.count, 3, 3)), np.empty((self.count, 3))
-        for k in range(self.count):
-            pin.rnea(model, data, self._q[k], self._v[k], self._a[k])
+        for k, motion in enumerate(zip(self._q, self._v, self._a, strict=True)):
+            pin.rnea(model, data, *motion)
             pin.updateGlobalPlacements(model, data)
             effort[k], rotation[k], origin[k] = self._effort, self._rotation, self._origin
         return SupportState(effort, corner_positions(rotation, origin, self._corners_in_last))
@@ -117,11 +117,11 @@ class SingleSupport:
         effort, slopes = np.empty((self.count, 18)), np.empty((self.count, 18, 36))
         rotation, origin = np.empty((self.count, 3, 3)), np.empty((self.count, 3))
         axes = np.empty((self.count, 12, 6))
-        for k in range(self.count):
-            pin.computeRNEADerivatives(model, data, self._q[k], self._v[k], self._a[k])
+        of_q, of_dq, of_ddq = np.split(slopes, 3, axis=2)
+        for k, motion in enumerate(zip(self._q, self._v, self._a, strict=True)):
+            pin.computeRNEADerivatives(model, data, *motion)
             effort[k], rotation[k], origin[k] = self._effort, self._rotation, self._origin
-            out = slopes[k]
-            out[:, :12], out[:, 12:24], out[:, 24:] = by_position, by_rate, by_acceleration
+            of_q[k], of_dq[k], of_ddq[k] = by_position, by_rate, by_acceleration
             axes[k] = self._axes
         corners = corner_positions(rotation, origin, self._corners_in_last)
         slope = SupportSlope(

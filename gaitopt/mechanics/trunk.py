@@ -19,6 +19,7 @@ import numpy as np
 
 from gaitopt.mechanics.bodies import Placements
 from gaitopt.mechanics.readings import Reading, ReadingSlope
+from gaitopt.mechanics.triangles import symmetric
 from gaitopt.nlp import Array
 from gaitopt.robot.model import Robot
 
@@ -32,11 +33,13 @@ class TrunkSlope(ReadingSlope):
     """Derivatives of roll, pitch and yaw.
 
     Attributes:
+        value: the angles [rad], shape (N, 3).
         jacobian: with respect to q, shape (N, 3, 12).
         bend: how the rates (roll', pitch', yaw') change with pitch and with yaw at a given
             velocity of each joint, shape (N, 2, 3, 12).
     """
 
+    value: Array
     jacobian: Array
     bend: Array
 
@@ -46,9 +49,8 @@ class TrunkSlope(ReadingSlope):
         Turning joint k leaves the axes of the joints j <= k where they are, so there only pitch
         and yaw change the rates.
         """
-        bend = np.einsum("na,nbaj->nbj", weights, self.bend)
-        lower = np.tril(self.jacobian[:, PITCH:].swapaxes(1, 2) @ bend)
-        return np.asarray(lower + np.tril(lower, -1).swapaxes(1, 2))
+        bend = (weights[:, None, None, :] @ self.bend)[:, :, 0]
+        return symmetric(bend.swapaxes(1, 2) @ self.jacobian[:, PITCH:])
 
 
 class Trunk(Reading):
@@ -69,7 +71,8 @@ class Trunk(Reading):
 
     def slope(self, placed: Placements, axes: Array) -> TrunkSlope:
         """Return the derivatives of the angles."""
-        _, pitch, yaw = self.value(placed).T
+        value = self.value(placed)
+        _, pitch, yaw = value.T
         w = np.where(_BEFORE, axes[:, :, 3:].swapaxes(1, 2), 0.0)
         c, s = np.cos(yaw)[:, None], np.sin(yaw)[:, None]
         ahead, aside = c * w[:, 0] + s * w[:, 1], c * w[:, 1] - s * w[:, 0]  # turned with the yaw
@@ -78,4 +81,4 @@ class Trunk(Reading):
         rates = np.stack([ahead / cosine, aside, w[:, 2] + sine / cosine * ahead], axis=1)
         by_pitch = np.stack([sine / cosine**2 * ahead, zero, ahead / cosine**2], axis=1)
         by_yaw = np.stack([aside / cosine, -ahead, sine / cosine * aside], axis=1)
-        return TrunkSlope(rates, np.stack([by_pitch, by_yaw], axis=1))
+        return TrunkSlope(value, rates, np.stack([by_pitch, by_yaw], axis=1))

@@ -27,6 +27,10 @@ class Patience:
     least: float = np.inf
     idle: int = 0
 
+    def renew(self) -> None:
+        """Begin anew: something else than hope speaks for going on."""
+        self.idle = 0
+
     def exhausted(self, violation: float) -> bool:
         """Look at an iteration; return whether to give up."""
         if violation < HOPE * self.least:

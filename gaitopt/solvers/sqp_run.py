@@ -156,7 +156,7 @@ class _Run:
             self.iterate = iterate
             return Status.OPTIMAL
         if step.slack <= STEERED * iterate.violation:
-            self.patience.idle = 0  # nothing is in the way of the next step
+            self.patience.renew()  # nothing is in the way of the next step
         elif self.patience.exhausted(iterate.violation):
             return Status.INFEASIBLE
         if (

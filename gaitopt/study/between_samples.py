@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from itertools import islice
 
 from gaitopt.design.active import Pressure, exceeded, pressures
-from gaitopt.design.exchange import MAX_ROUNDS, exchange
+from gaitopt.design.certificate import FINE_TOLERANCE
+from gaitopt.design.exchange import exchange
 from gaitopt.design.refine import with_work
 from gaitopt.design.search import is_walk
 from gaitopt.gait.problem import WalkProblem
@@ -44,7 +44,7 @@ def keep(
     solver: Solver,
     fine: WalkProblem | None,
     *,
-    rounds: int = MAX_ROUNDS,
+    tolerance: float = 0.5 * FINE_TOLERANCE,
     below: float = math.inf,
 ) -> Kept | None:
     """Return a walk near a point that keeps its limits between the samples, None if none is found.
@@ -55,7 +55,7 @@ def keep(
         active: limits that a walk like it presses on.
         solver: of every round.
         fine: the walk on the certificate's grid; None to leave the limits at the samples.
-        rounds: at most; some limits may then still be exceeded.
+        tolerance: scaled violation between the samples that counts as none.
         below: a walk of this cost or more is not wanted; adding instants never lowers the cost.
 
     Raises:
@@ -67,9 +67,8 @@ def keep(
     def solve(problem: WalkProblem, start: Start) -> Solution:
         return solved(solver, problem, start)
 
-    peaks = () if fine is None else exceeded(fine, x)
-    tries = exchange(sparse, x, active, solve, fine, peaks)
-    for problem, solution in islice(tries, rounds):
+    peaks = () if fine is None else exceeded(fine, x, tolerance)
+    for problem, solution in exchange(sparse, x, active, solve, fine, peaks, tolerance):
         if not is_walk(solution) or solution.cost >= below:
             return None
         if found is None:
@@ -77,3 +76,15 @@ def keep(
         else:
             found = Kept(problem, with_work(solution, found.solution), found.journey)
     return found
+
+
+def joined(way: Sequence[Kept]) -> Kept:
+    """Return the last of walks, at least one, each from the one before; all the work counts."""
+    last = way[-1]
+    for earlier in reversed(way[:-1]):
+        last = Kept(
+            last.problem,
+            with_work(last.solution, earlier.solution),
+            last.journey + earlier.journey,
+        )
+    return last

@@ -6,10 +6,10 @@ dies is given to another.
 
 from __future__ import annotations
 
-import signal
 from contextlib import suppress
 from typing import Any
 
+from gaitopt.design.worker import leave_ctrl_c
 from gaitopt.errors import GaitoptError, InputError, MissingExtraError
 from gaitopt.study.jobs import Crew, Job, Outcome, run_job
 
@@ -115,8 +115,7 @@ def joined_crew(address: str) -> DaskCrew:
 def dask_setup(worker: object) -> None:
     """Leave Ctrl-C to the sweep; Dask calls this in each local worker as it starts."""
     del worker
-    with suppress(ValueError):  # not the main thread: then it would not get the signal either
-        signal.signal(signal.SIGINT, signal.SIG_IGN)
+    leave_ctrl_c()
 
 
 def _distributed() -> Any:

@@ -71,13 +71,15 @@ def fastest(
         on_try: told every speed, and the design or None.
 
     Raises:
-        InputError: the resolution is not above 0.
+        InputError: the resolution is finer than speeds are told apart.
         NoGaitFoundError: there is no gait at the speed to begin with.
         UnreachableError: its step is longer than the legs.
         KeyboardInterrupt: Ctrl-C was pressed before there was a walk.
     """
-    if not resolution > 0.0:
-        raise InputError(f"the resolution is {resolution} m/s; it must be above 0")
+    if not resolution >= 10.0**-DIGITS:
+        raise InputError(
+            f"the resolution is {resolution} m/s; speeds are told apart from {10.0**-DIGITS} m/s on"
+        )
     tell = on_try or (lambda speed, found: None)
     search = _Search(_first(robot, task_at(speed), options))
     interrupted = search.best.solution.status is Status.INTERRUPTED

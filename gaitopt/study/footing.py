@@ -25,7 +25,7 @@ class Footing:
         journey: iterations that it took from there, before limits were kept between the samples.
         iterations, evaluations: work of everything.
         seconds: of processor.
-        origin: "cold", "disturbed", or the name of the point it was reached from.
+        origin: "cold", "slower walk", "disturbed", or the name of the point it was reached from.
     """
 
     x: Array

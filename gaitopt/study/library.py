@@ -37,6 +37,7 @@ class State:
 
     Attributes:
         footings: walks; None where none has been found so far.
+        due: points that are to be tried in this round, each from a neighbour.
         tried: what has been tried, so that it is not tried again.
         probed: points that were tried from first guesses.
         rows: lines of the index of finished gaits.
@@ -45,6 +46,7 @@ class State:
     """
 
     footings: dict[Index, Footing | None] = field(default_factory=dict)
+    due: dict[Index, Index] = field(default_factory=dict)
     tried: set[Try] = field(default_factory=set)
     probed: set[Index] = field(default_factory=set)
     rows: dict[Index, Row] = field(default_factory=dict)
@@ -55,7 +57,11 @@ class State:
         """Learn from one event of the journal."""
         point = tuple(entry["point"])
         self.seconds += float(entry.get("seconds", 0.0))
-        self.tried |= {(point, tuple(q), cost) for q, cost in entry.get("tried", ())}
+        if "due" in entry:
+            self.due[point] = tuple(entry["due"])
+        if "tried" in entry:
+            self.due.pop(point, None)
+            self.tried |= {(point, tuple(q), cost) for q, cost in entry["tried"]}
         if "footing" in entry:
             known = entry["footing"]
             self.footings[point] = None if known is None else footing_of(known)

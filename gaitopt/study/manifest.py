@@ -21,7 +21,7 @@ from gaitopt.study.grid_points import GridPoints, Index
 from gaitopt.study.setting import RobotSource
 from gaitopt.version import __version__
 
-NAME, FORMAT = "manifest.json", 1
+NAME, FORMAT = "manifest.json", 2
 _NOT_COMPARED = ("gaitopt",)
 
 Record = dict[str, Any]
@@ -100,7 +100,8 @@ def read_manifest(directory: Path) -> Record:
         ) from error
     if not isinstance(record, dict) or record.get("format") != FORMAT:
         raise GaitFileError(
-            f"'{path}' is not of format {FORMAT}; was it written by a newer gaitopt?"
+            f"'{path}' is of another format than {FORMAT}, which this gaitopt reads; make the "
+            "library again, in another directory"
         )
     return record
 

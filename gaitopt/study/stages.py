@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 from gaitopt.design.options import DesignOptions
+from gaitopt.design.start_job import SLOWER
 from gaitopt.study.branches import SAME, lower, promising
 from gaitopt.study.footing import Footing
 from gaitopt.study.grid_points import Index
@@ -16,7 +17,7 @@ from gaitopt.study.library import Writer
 from gaitopt.study.plan import Plan
 
 NEAREST = 3  # neighbours that a point is tried from
-ROUNDS = 1000  # of comparison; each lowers some cost, so this is never reached
+ROUNDS = 1000  # of comparison; nothing is tried twice, so this is never reached
 
 
 @dataclass(frozen=True)
@@ -55,6 +56,7 @@ class Stages:
         self.plan, self.options, self.writer, self.crew = plan, options, writer, crew
         self.points, self.state = plan.points, writer.state
         self.tell = on_advance or (lambda advance: None)
+        self._slowest = min(task.speed for task in plan.tasks.values())
         self._handed_on: dict[Index, list[Index]] = {}  # by points without a walk, to those beyond
         self.named = {self.points.name(p): p for p in self.points.order}
 
@@ -109,8 +111,8 @@ class Stages:
         )
 
     def _probe(self) -> None:
-        """Where the exploration ended, start anew as well: far from a seed others may be best."""
-        jobs = [self._anew(p) for p in self.points.ends if p not in self.state.probed]
+        """Far from the seeds start anew as well: another branch may be best there."""
+        jobs = [self._anew(p) for p in self.points.probes if p not in self.state.probed]
         self._drive("probing", jobs, self._note_walk)
 
     def _compare(self) -> bool:
@@ -118,11 +120,14 @@ class Stages:
 
         A neighbour that may itself be about to change is waited for.
         """
-        due = {p: q for p in self.points.order if (q := self._rival(p)) is not None}
-        settled = {p: q for p, q in due.items() if q not in due}
+        if not self.state.due:  # else an earlier call was interrupted in the midst of a round
+            due = {p: q for p in self.points.order if (q := self._rival(p)) is not None}
+            settled = {p: q for p, q in due.items() if q not in due}
+            for point, other in (settled or due).items():
+                self.writer.note(point, due=other)
         jobs = [
             self._travel(p, [q], patient=self.state.footings[p] is None, cold=False)
-            for p, q in (settled or due).items()
+            for p, q in self.state.due.items()
         ]
         self._drive("comparing", jobs, self._note_walk)
         return bool(jobs)
@@ -166,7 +171,9 @@ class Stages:
         known = tuple((self.plan.setting(q), self._walk(q), self.points.name(q)) for q in near)
         here = self.state.footings.get(point)
         below = math.inf if here is None else here.cost * (1.0 - SAME)
-        more = {"patient": patient, "cold": cold, "below": below}
+        # Where the sweep has slower walks of its own, it comes from them anyway.
+        slower = cold and SLOWER * self.plan.tasks[point].speed < self._slowest
+        more = {"patient": patient, "cold": cold, "slower": slower, "below": below}
         return self._job(TRAVEL, point, near=known, **more)
 
     def _job(self, kind: str, point: Index, **more: object) -> Job:

@@ -13,24 +13,23 @@ from gaitopt.design.active import Pressure, pressures
 from gaitopt.design.certificate import on_fine_grid
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.refine import with_work
-from gaitopt.design.search import search, traveller
-from gaitopt.errors import EvaluationError, InputError, NoGaitFoundError, UnreachableError
-from gaitopt.gait.guess import first_guess, perturbed
+from gaitopt.design.search import traveller
+from gaitopt.errors import EvaluationError, InputError
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.nlp import Array, Solution
 from gaitopt.solvers import Solver
 from gaitopt.solvers.sqp import SQP
 from gaitopt.study.axes import with_values
-from gaitopt.study.between_samples import Kept, keep
+from gaitopt.study.between_samples import Kept, joined, keep
+from gaitopt.study.cold import cold_walks
 from gaitopt.study.footing import Footing
-from gaitopt.study.interruption import stop_if_interrupted
 from gaitopt.study.setting import RobotSource, Setting, between
 
 RADIUS = 0.5  # first trust region from a neighbour; measured: 0.1 costs a quarter more iterations
-NEARLY = 1e-4  # tolerance on the way; measured: with 1e-3 walks near a branching go astray
+NEARLY = 1e-5  # of the solver on the way
+BETWEEN = 1e-4  # violation between the samples on the way: costs are right to 2e-4 (measured)
 PATIENCE = 100  # iterations; a neighbour's walk needs a tenth of them
 SUBSTEPS = (2, 4)  # into which a stride to a neighbour is divided if it fails
-NOISE = (0.1, 0.2)  # rad, of the disturbed first guesses tried in the end
 NUDGE = 1e-5  # relative change of a swept quantity for the slope of the cost
 
 Near = tuple[Setting, Footing, str]
@@ -45,6 +44,7 @@ def travel(
     *,
     patient: bool,
     cold: bool,
+    slower: bool = False,
     below: float = math.inf,
 ) -> Footing | None:
     """Return a walk at a setting, the first that is found in this order.
@@ -59,7 +59,8 @@ def travel(
         axes: swept quantities with their values at the setting.
         patient: whether to try smaller steps.
         cold: whether to try without neighbours too.
-        below: a walk of this cost or more is not wanted.
+        slower: whether that means from a slower walk as well.
+        below: a walk of this cost or more is not wanted from a neighbour.
 
     Raises:
         KeyboardInterrupt: Ctrl-C was pressed.
@@ -73,10 +74,13 @@ def travel(
                 return _footing(setting, found, began, axes, start[2])
     if not cold:
         return None
-    for number, sigma in enumerate((0.0, *NOISE)):
-        found = _cold(setting, options, sigma, number, below)
-        if found is not None:
-            return _footing(setting, found, began, axes, "disturbed" if sigma else "cold")
+    problem = WalkProblem(setting.robot.build(), setting.task)
+    for origin, solution in cold_walks(setting, options, slower=slower):
+        active = pressures(problem, solution.multipliers)
+        kept = _kept(problem, solution.x, active, options)
+        if kept is not None:
+            whole = replace(kept, solution=with_work(kept.solution, solution))
+            return _footing(setting, whole, began, axes, origin)
     return None
 
 
@@ -85,18 +89,22 @@ def _strides(
 ) -> Kept | None:
     origin, footing, _ = start
     x, active = footing.x, footing.active
-    for step in range(1, steps):
+    way: list[Kept] = []
+    for step in range(1, steps + 1):
         try:
             setting = between(origin, goal, step / steps)
             sparse = WalkProblem(setting.robot.build(), setting.task)
         except InputError:
+            if step == steps:
+                raise
             return None
-        kept = _kept(sparse, x, active, options)
+        limit = below if step == steps else math.inf
+        kept = _kept(sparse, x, active, options, limit)
         if kept is None:
             return None
+        way.append(kept)
         x, active = kept.solution.x, kept.active
-    sparse = WalkProblem(goal.robot.build(), goal.task)
-    return _kept(sparse, x, active, options, below)
+    return joined(way)
 
 
 def _kept(
@@ -110,26 +118,9 @@ def _kept(
         return None
     fine = on_fine_grid(sparse) if options.refine else None
     try:
-        return keep(sparse, x, active, quick(options), fine, rounds=1, below=below)
+        return keep(sparse, x, active, quick(options), fine, tolerance=BETWEEN, below=below)
     except EvaluationError:
         return None
-
-
-def _cold(
-    setting: Setting, options: DesignOptions, sigma: float, seed: int, below: float
-) -> Kept | None:
-    problem = WalkProblem(setting.robot.build(), setting.task)
-    try:
-        x = first_guess(problem)
-        x = perturbed(problem, x, sigma, seed) if sigma else x
-        solution = search(problem, replace(options, diagnose=False), x, None)
-    except (NoGaitFoundError, UnreachableError) as error:
-        stop_if_interrupted(getattr(error, "solution", None))
-        return None
-    stop_if_interrupted(solution)
-    active = pressures(problem, solution.multipliers)
-    kept = _kept(problem, solution.x, active, options, below)
-    return None if kept is None else replace(kept, solution=with_work(kept.solution, solution))
 
 
 def warm(options: DesignOptions) -> Solver:
@@ -182,8 +173,8 @@ def _slope(
     for nudge in (step, -step):
         try:
             other = _nudged(setting, name, value + nudge)
-            moved = WalkProblem(other.robot.build(), other.task, problem.grid)
-            return (_lagrangian(moved, problem, solution) - solution.cost) / nudge
+            nearby = WalkProblem(other.robot.build(), other.task, problem.grid)
+            return (_lagrangian(nearby, problem, solution) - solution.cost) / nudge
         except (InputError, EvaluationError):
             continue
     return None
@@ -195,9 +186,9 @@ def _nudged(setting: Setting, name: str, value: float) -> Setting:
     return Setting(robot, with_values(setting.task, [(name, value)]))
 
 
-def _lagrangian(moved: WalkProblem, problem: WalkProblem, solution: Solution) -> float:
-    values, y = moved.values(solution.x), solution.multipliers
-    limits: Array = np.where(y > 0.0, moved.rows.upper, moved.rows.lower)
+def _lagrangian(nearby: WalkProblem, problem: WalkProblem, solution: Solution) -> float:
+    values, y = nearby.values(solution.x), solution.multipliers
+    limits: Array = np.where(y > 0.0, nearby.rows.upper, nearby.rows.lower)
     pressed = np.flatnonzero(y)
     excess = values.rows[pressed] - limits[pressed]
     return float(values.cost + y[pressed] @ excess / problem.cost_scale)

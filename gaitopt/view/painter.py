@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import multiprocessing
 import os
-import signal
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
@@ -13,6 +12,7 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
+from gaitopt.design.worker import serve_parent
 from gaitopt.gait.result import Gait
 
 
@@ -56,13 +56,23 @@ def painter(wanted: bool = True) -> Iterator[Painter]:
     if not wanted or spare_cores() < 1.0:
         yield Painter()
         return
-    context = multiprocessing.get_context("spawn")
-    pool = ProcessPoolExecutor(1, context, initializer=_leave_ctrl_c_to_parent)
     try:
-        pool.submit(_get_ready)
+        pool = _process()
+    except (OSError, RuntimeError, NotImplementedError):  # no more processes are to be had
+        yield Painter()
+        return
+    try:
         yield Painter(pool)
     finally:
         pool.shutdown(wait=True, cancel_futures=True)
+
+
+def _process() -> ProcessPoolExecutor:
+    """Return a process that gets ready to draw."""
+    context = multiprocessing.get_context("spawn")
+    pool = ProcessPoolExecutor(1, context, initializer=serve_parent)
+    pool.submit(_get_ready)
+    return pool
 
 
 def spare_cores() -> float:
@@ -101,7 +111,3 @@ def _get_ready() -> None:
     figure = new_figure(1.0, 1.0)
     figure.subplots()
     rendered(figure, "png")  # loads the fonts and the renderer too
-
-
-def _leave_ctrl_c_to_parent() -> None:
-    signal.signal(signal.SIGINT, signal.SIG_IGN)

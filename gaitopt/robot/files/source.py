@@ -32,8 +32,9 @@ from gaitopt.robot.urdf.values import UrdfProblem
 _KINDS = {pin.GeometryType.VISUAL: "visual", pin.GeometryType.COLLISION: "collision"}
 _FORMATS = {"mujoco": "mjcf"}
 _LOADER = coal.CachedMeshLoader(coal.NODE_TYPE.BV_OBB)
-"""Reads each mesh file once, whoever asks. Nobody collides with the tree of boxes that it makes of
-one; of the trees that show their corners it is the one made soonest."""
+"""Reads each mesh file of a URDF once, whoever asks, and again if its time of change is another in
+whole seconds. Nobody collides with the tree of boxes that it makes of a mesh; of those trees that
+show the corners it is the one made soonest."""
 _Result = TypeVar("_Result")
 
 
