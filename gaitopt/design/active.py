@@ -16,11 +16,21 @@ DIGITS = 12  # of instants, as `Grid.with_instants` rounds them
 PRESSING = 1e-9  # scaled multiplier below which a limit counts as idle
 WINDOW = 0.05  # of the step: a peak nearer than this to an active instant is that one, moved
 
-Key = tuple[str, int]
-"""Family and which of its labels."""
 
-Peak = tuple[Key, float]
-"""A row, and an instant at which it is exceeded most."""
+@dataclass(frozen=True)
+class Peak:
+    """Where a limit is exceeded most.
+
+    Attributes:
+        family, entry: which constraint.
+        instant: s = t / T.
+        excess: scaled violation there.
+    """
+
+    family: str
+    entry: int
+    instant: float
+    excess: float
 
 
 @dataclass(frozen=True)
@@ -77,17 +87,10 @@ def instants_of(problem: WalkProblem, active: Iterable[Pressure]) -> Array:
     return np.unique([one.instant for one in active if one.family in timed])
 
 
-def exceeded(
-    fine: WalkProblem, x: Array, tolerance: float = 0.5 * FINE_TOLERANCE
-) -> tuple[Peak, ...]:
+def exceeded(fine: WalkProblem, x: Array) -> tuple[Peak, ...]:
     """Return rows and instants of a fine grid where limits are exceeded most.
 
     Of every stretch of violated instants of one row only the worst is taken.
-
-    Args:
-        fine: the walk on that grid.
-        x: its parameters, shape (P,).
-        tolerance: scaled violation that counts as none.
     """
     excess = violations(fine.rows.lower, fine.rows.upper, fine.values(x).rows)
     found: list[Peak] = []
@@ -97,9 +100,10 @@ def exceeded(
         block = excess[fine.family_rows(family.name)].reshape(family.lower.shape)
         padded = np.pad(block, ((1, 1), (0, 0)), constant_values=-1.0)
         middle = padded[1:-1]
-        peak = (middle > tolerance) & (middle >= padded[:-2]) & (middle > padded[2:])
-        for instant, entry in np.argwhere(peak):
-            found.append(((family.name, int(entry)), float(family.times[instant])))
+        peak = (middle > 0.5 * FINE_TOLERANCE) & (middle >= padded[:-2]) & (middle > padded[2:])
+        for row, entry in np.argwhere(peak):
+            instant, size = float(family.times[row]), float(block[row, entry])
+            found.append(Peak(family.name, int(entry), instant, size))
     return tuple(found)
 
 
@@ -110,17 +114,18 @@ def moved(active: Iterable[Pressure], peaks: Iterable[Peak]) -> tuple[Pressure, 
     multiplier is nearly the same. A peak that no active row is near gets the multiplier zero.
     """
     kept = list(active)
-    for (family, entry), instant in peaks:
+    for peak in peaks:
         near = [
             i
             for i, one in enumerate(kept)
-            if (one.family, one.entry) == (family, entry) and abs(one.instant - instant) <= WINDOW
+            if (one.family, one.entry) == (peak.family, peak.entry)
+            and abs(one.instant - peak.instant) <= WINDOW
         ]
         size = 0.0
         if near:
-            index = min(near, key=lambda i: abs(kept[i].instant - instant))
+            index = min(near, key=lambda i: abs(kept[i].instant - peak.instant))
             size = kept.pop(index).multiplier
-        kept.append(Pressure(family, entry, instant, size))
+        kept.append(Pressure(peak.family, peak.entry, peak.instant, size))
     return tuple(kept)
 
 

@@ -22,7 +22,6 @@ from gaitopt.design.active import (
     placed,
     pressures,
 )
-from gaitopt.design.certificate import FINE_TOLERANCE
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.nlp import Array, Solution, Start
 
@@ -38,7 +37,7 @@ def exchange(
     solve: Solve,
     fine: WalkProblem | None,
     peaks: Iterable[Peak] = (),
-    tolerance: float = 0.5 * FINE_TOLERANCE,
+    enough: float = 0.0,
 ) -> Iterator[tuple[WalkProblem, Solution]]:
     """Yield a walk and its solution round after round; the last ones keep the limits.
 
@@ -51,21 +50,21 @@ def exchange(
         solve: solves a round.
         fine: the walk on the certificate's grid; None to leave the limits at the samples.
         peaks: where x exceeds limits.
-        tolerance: scaled violation between the samples that counts as none.
+        enough: scaled violation between the samples with which the last round may end.
 
     Raises:
         EvaluationError: a solution's walk is not defined on the fine grid.
     """
     instants, active = instants_of(sparse, active), tuple(active)
     for _ in range(MAX_ROUNDS):
-        instants = np.union1d(instants, [instant for _, instant in peaks])
+        instants = np.union1d(instants, [peak.instant for peak in peaks])
         active = moved(active, peaks)
         problem = sparse.with_grid(sparse.grid.with_instants(instants))
         solution = solve(problem, Start(x, placed(problem, active)))
         yield problem, solution
         x, active = solution.x, pressures(problem, solution.multipliers)
-        peaks = () if fine is None else exceeded(fine, x, tolerance)
-        if not peaks:
+        peaks = () if fine is None else exceeded(fine, x)
+        if all(peak.excess <= enough for peak in peaks):
             return
 
 

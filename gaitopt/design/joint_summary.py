@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.integrate import trapezoid
 
+from gaitopt.design.joint_pairs import brace, shared_name
 from gaitopt.gait.result import JOINTS, Gait
 
 _FROM_HIP = (5, 4, 3, 2, 1, 0)  # stance joints are stored from the ankle up
@@ -34,10 +35,15 @@ def partner(gait: Gait, joint: int) -> int:
 
 
 def pair_name(gait: Gait, joint: int) -> str:
-    """Return what the names of a joint and its partner share: right_knee, left_knee -> "knee"."""
-    name, other = gait.joint_names[joint], gait.joint_names[partner(gait, joint)]
-    shared = [word for word in name.split("_") if word in other.split("_")]
-    return " ".join(word for word in shared if word != "joint") or name
+    """Return what the names of a joint and its partner share: right_knee, left_knee -> "knee".
+
+    Where they share nothing, or two pairs share the same, both names as a shell would write them.
+    """
+    pairs = [(gait.joint_names[i], gait.joint_names[partner(gait, i)]) for i in _FROM_HIP]
+    shared = [shared_name(*pair) for pair in pairs]
+    own = (gait.joint_names[joint], gait.joint_names[partner(gait, joint)])
+    name = shared_name(*own)
+    return name if name and shared.count(name) == 1 else brace(*sorted(own))
 
 
 def _demand(gait: Gait, joints: list[int]) -> dict[str, object]:

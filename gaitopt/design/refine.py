@@ -59,7 +59,7 @@ def violated_instants(fine: WalkProblem, x: Array) -> Array:
 
     Of every stretch of violated instants of one row only the worst is taken.
     """
-    return np.unique([instant for _, instant in exceeded(fine, x)])
+    return np.unique([peak.instant for peak in exceeded(fine, x)])
 
 
 def carry_multipliers(old: WalkProblem, new: WalkProblem, multipliers: Array) -> Array:

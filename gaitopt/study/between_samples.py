@@ -7,7 +7,6 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from gaitopt.design.active import Pressure, exceeded, pressures
-from gaitopt.design.certificate import FINE_TOLERANCE
 from gaitopt.design.exchange import exchange
 from gaitopt.design.refine import with_work
 from gaitopt.design.search import is_walk
@@ -44,7 +43,7 @@ def keep(
     solver: Solver,
     fine: WalkProblem | None,
     *,
-    tolerance: float = 0.5 * FINE_TOLERANCE,
+    enough: float = 0.0,
     below: float = math.inf,
 ) -> Kept | None:
     """Return a walk near a point that keeps its limits between the samples, None if none is found.
@@ -55,7 +54,7 @@ def keep(
         active: limits that a walk like it presses on.
         solver: of every round.
         fine: the walk on the certificate's grid; None to leave the limits at the samples.
-        tolerance: scaled violation between the samples that counts as none.
+        enough: scaled violation between the samples with which it may end.
         below: a walk of this cost or more is not wanted; adding instants never lowers the cost.
 
     Raises:
@@ -67,8 +66,8 @@ def keep(
     def solve(problem: WalkProblem, start: Start) -> Solution:
         return solved(solver, problem, start)
 
-    peaks = () if fine is None else exceeded(fine, x, tolerance)
-    for problem, solution in exchange(sparse, x, active, solve, fine, peaks, tolerance):
+    peaks = () if fine is None else exceeded(fine, x)
+    for problem, solution in exchange(sparse, x, active, solve, fine, peaks, enough):
         if not is_walk(solution) or solution.cost >= below:
             return None
         if found is None:

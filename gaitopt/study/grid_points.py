@@ -61,14 +61,14 @@ class GridPoints:
 
     @property
     def probes(self) -> tuple[Index, ...]:
-        """The middle, and the ends of the lines through the seeds along each axis; no seeds."""
+        """The ends of the lines through the seeds along each axis, where no seed is."""
         found = {
             (*seed[:k], end, *seed[k + 1 :])
             for seed in self.seeds
             for k, axis in enumerate(self.axes)
             for end in (0, len(axis.values) - 1)
         }
-        return tuple(sorted((found | {self._middle()}) - {*self.seeds}))
+        return tuple(sorted(found - {*self.seeds}))
 
     def nearest(self, values: Mapping[str, float]) -> Index:
         """Return the point nearest to some values; quantities not given are in the middle.

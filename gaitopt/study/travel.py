@@ -118,7 +118,7 @@ def _kept(
         return None
     fine = on_fine_grid(sparse) if options.refine else None
     try:
-        return keep(sparse, x, active, quick(options), fine, tolerance=BETWEEN, below=below)
+        return keep(sparse, x, active, quick(options), fine, enough=BETWEEN, below=below)
     except EvaluationError:
         return None
 

@@ -3,7 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gaitopt.design.active import Pressure, exceeded, instants_of, moved, placed, pressures
+from gaitopt.design.active import Peak, Pressure, exceeded, instants_of, moved, placed, pressures
 from gaitopt.design.certificate import on_fine_grid
 from gaitopt.gait.problem import WalkProblem
 
@@ -49,22 +49,23 @@ def test_peaks_are_the_worst_of_their_stretch(sampled):
     rows = fine.values(solution.x).rows
     found = exceeded(fine, solution.x)
     assert found
-    for (family, entry), instant in found:
-        block = fine.families[[f.name for f in fine.families].index(family)]
+    for peak in found:
+        block = fine.families[[f.name for f in fine.families].index(peak.family)]
         shape = block.lower.shape
-        part = fine.family_rows(family)
+        part = fine.family_rows(peak.family)
         low, high = (
-            bound[part].reshape(shape)[:, entry] for bound in (fine.rows.lower, fine.rows.upper)
+            bound[part].reshape(shape)[:, peak.entry]
+            for bound in (fine.rows.lower, fine.rows.upper)
         )
-        value = rows[part].reshape(shape)[:, entry]
+        value = rows[part].reshape(shape)[:, peak.entry]
         excess = np.maximum(low - value, value - high)
-        at = int(np.argmin(np.abs(block.times - instant)))
-        assert excess[at] == excess[max(at - 1, 0) : at + 2].max() > 0.0
+        at = int(np.argmin(np.abs(block.times - peak.instant)))
+        assert excess[at] == excess[max(at - 1, 0) : at + 2].max() == peak.excess > 0.0
 
 
 def test_a_multiplier_moves_to_the_peak_beside_it():
     kept = Pressure("torque", 3, 0.25, 1.5)
-    beside, far = (("torque", 3), 0.26), (("torque", 3), 0.75)
+    beside, far = Peak("torque", 3, 0.26, 0.1), Peak("torque", 3, 0.75, 0.1)
     assert moved([kept], [beside]) == (replace(kept, instant=0.26),)
     assert moved([kept], [far]) == (kept, Pressure("torque", 3, 0.75, 0.0))
-    assert moved([kept], [(("torque", 4), 0.26)]) == (kept, Pressure("torque", 4, 0.26, 0.0))
+    assert moved([kept], [Peak("torque", 4, 0.26, 0.1)]) == (kept, Pressure("torque", 4, 0.26, 0.0))

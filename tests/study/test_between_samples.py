@@ -46,9 +46,9 @@ def test_without_a_fine_grid_the_samples_suffice(begun):
     assert alone.problem.grid.count == problem.task.samples
 
 
-def test_one_round_brings_it_nearly_there(begun, kept):
+def test_a_round_that_is_good_enough_is_the_last(begun, kept):
     problem, solution, active, fine = begun
-    first = keep(problem, solution.x, active, SOLVER, fine, rounds=1)
+    first = keep(problem, solution.x, active, SOLVER, fine, enough=1.0)
     assert first.journey == first.solution.iterations > 0
     assert solution.cost < first.solution.cost < kept.solution.cost
     assert first.solution.cost == pytest.approx(kept.solution.cost, rel=1e-3)

@@ -16,11 +16,11 @@ def test_a_grid_has_every_combination_the_seeds_first():
     assert points.order[:2] == points.seeds == ((0, 1), (4, 1))
     assert points.values((3, 0)) == {"speed": 1.1, "duration": 0.3}
     assert points.name((3, 0)) == "speed=1.1,duration=0.3"
-    assert points.ends == ((0, 0), (0, 2), (4, 0), (4, 2))
+    assert points.probes == ((0, 0), (0, 2), (4, 0), (4, 2))
 
 
 def test_from_one_seed_the_ends_lie_on_the_lines_through_it():
-    assert GridPoints((SPEEDS, DURATIONS), ((2, 1),)).ends == ((0, 1), (2, 0), (2, 2), (4, 1))
+    assert GridPoints((SPEEDS, DURATIONS), ((2, 1),)).probes == ((0, 1), (2, 0), (2, 2), (4, 1))
 
 
 def test_a_single_value_is_its_own_seed():
