@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from gaitopt.design.certificate import WorstRow
 from gaitopt.design.design import Design, design
 from gaitopt.design.options import DesignOptions
+from gaitopt.design.starts import many_starts
 from gaitopt.errors import InputError, NoGaitFoundError, UnreachableError
 from gaitopt.gait.task import Task
 from gaitopt.nlp import Status
@@ -16,6 +17,7 @@ from gaitopt.robot.model import Robot
 from gaitopt.solvers import CertifiedSQP, Solver
 from gaitopt.study.interruption import stop_if_interrupted
 
+LEAPS = (0.05, 0.1)  # of the speed reached, tried from all starts in the end
 FIRST_STRIDE = 0.2  # of the speed reached, by which the next try is faster
 RESOLUTION = 0.01  # m/s
 DIGITS = 3  # of the speeds tried
@@ -59,8 +61,9 @@ def fastest(
     """Return the fastest walk of a robot, to a resolution.
 
     Each gait starts from the one before, or cold where that leads nowhere; when there is none, the
-    stride in speed is halved. What limits a local search limits this one too: a faster walk of
-    another kind may exist. Ctrl-C ends the search; the fastest walk until then is returned.
+    stride in speed is halved. In the end some faster speeds are tried once more as if nothing were
+    known, because walks of another kind may begin there. What limits a local search limits this one
+    too. Ctrl-C ends the search; the fastest walk until then is returned.
 
     Args:
         robot: the biped.
@@ -93,9 +96,9 @@ def fastest(
 
 
 def _first(robot: Robot, task: Task, options: DesignOptions | None) -> Design:
-    """Design the walk to begin with."""
+    """Design the walk to begin with, as a single design does."""
     try:
-        return design(robot, task, options)
+        return many_starts(robot, task, options).design
     except NoGaitFoundError as error:
         stop_if_interrupted(error.solution)
         raise
@@ -115,8 +118,39 @@ class _Search:
         resolution: float,
         tell: OnTry,
     ) -> None:
-        """Try faster speeds until the stride is below the resolution."""
+        """Try faster speeds until neither small strides nor leaps lead on."""
         stride = FIRST_STRIDE * self.best.problem.task.speed
+        self._stride(robot, task_at, options, resolution, tell, stride)
+        while self._leap(robot, task_at, options, tell):
+            stride = LEAPS[0] * self.best.problem.task.speed
+            self._stride(robot, task_at, options, resolution, tell, stride)
+
+    def _leap(
+        self,
+        robot: Robot,
+        task_at: Callable[[float], Task],
+        options: DesignOptions | None,
+        tell: OnTry,
+    ) -> bool:
+        """Try speeds beyond the refused one from all starts; tell whether one walks."""
+        for leap in LEAPS:
+            speed = round((1.0 + leap) * self.best.problem.task.speed, DIGITS)
+            found = _from_starts(robot, task_at(speed), options)
+            tell(speed, found)
+            if found is not None:
+                self.best, self.refused = found, math.inf
+                return True
+        return False
+
+    def _stride(
+        self,
+        robot: Robot,
+        task_at: Callable[[float], Task],
+        options: DesignOptions | None,
+        resolution: float,
+        tell: OnTry,
+        stride: float,
+    ) -> None:
         while stride >= resolution:
             speed = round(self.best.problem.task.speed + stride, DIGITS)
             if speed < self.refused:
@@ -150,6 +184,19 @@ def _impatient(solver: Solver) -> Solver:
     travel = solver.travel
     short = replace(travel, max_iterations=min(travel.max_iterations, PATIENCE))
     return replace(solver, travel=short)
+
+
+def _from_starts(robot: Robot, task: Task, options: DesignOptions | None) -> Design | None:
+    """Design as if nothing were known; a gait that is not certified does not count."""
+    options = options or DesignOptions()
+    quick = replace(options, solver=_impatient(options.solver), diagnose=False)
+    try:
+        found = many_starts(robot, task, quick).design
+    except (NoGaitFoundError, UnreachableError) as error:
+        stop_if_interrupted(getattr(error, "solution", None))
+        return None
+    stop_if_interrupted(found.solution)
+    return found if found.certificate.certified or not quick.refine else None
 
 
 def _try(robot: Robot, task: Task, options: DesignOptions | None, best: Design) -> Design | None:
