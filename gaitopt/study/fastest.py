@@ -140,6 +140,7 @@ class _Search:
             if found is not None:
                 self.best, self.refused = found, math.inf
                 return True
+            self.refused = min(self.refused, speed)
         return False
 
     def _stride(
