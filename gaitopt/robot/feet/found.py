@@ -15,6 +15,7 @@ from gaitopt.robot.feet.sole import Sole, tidy
 
 _FLATNESS = 2e-3  # m: what lies less than this above the lowest point belongs to the sole
 _SMALLEST = 5e-4  # m²: less is an edge or a stud, not a sole
+_MOST = 0.8  # of the foot's length: a sole shorter than that is told
 _CANDIDATES = 120  # edges tried at once
 _ROUNDS = 12  # of refinement, each about the best edges of the last
 _ADVICE = "give the sole rectangle (sole) and the height of the ankle above it (sole_drop)"
@@ -71,6 +72,12 @@ def find_sole(shape: FootShape, upright: Array, ankle: Array) -> FoundSole:
         f"{(toe - heel) * 1e3:.1f} x {(left - right) * 1e3:.1f} mm, {(z - height) * 1e3:.1f} mm "
         f"below the ankle, from {shape.how}"
     )
+    whole = float(np.ptp(points[:, 0]))
+    if toe - heel < _MOST * whole:
+        how += (
+            f"; the foot is {whole * 1e3:.0f} mm long, rounded or raised at its ends: give a "
+            "larger rectangle (sole) if they carry"
+        )
     if left - right > toe - heel:
         how += "; wider than long: see whether the mesh lies turned, or give the rectangle (sole)"
     return FoundSole(pin.SE3(rotation, origin), sole, how)
