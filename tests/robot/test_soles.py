@@ -1,5 +1,7 @@
 """Soles: given as a rectangle, or found from the shape of a foot."""
 
+from xml.etree import ElementTree
+
 import numpy as np
 import pinocchio as pin
 import pytest
@@ -8,8 +10,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from mesh_files import TETRAHEDRON, write_stl
 from scipy.spatial import ConvexHull, QhullError
+from urdf_edits import edited_urdf, link
+from urdf_edits import joint as joint_named
 
+from gaitopt import Robot
 from gaitopt.errors import RobotError
+from gaitopt.robot.choices import Choices
 from gaitopt.robot.feet.found import find_sole, largest_rectangle
 from gaitopt.robot.feet.shape import foot_points
 from gaitopt.robot.feet.sole import Sole
@@ -50,6 +56,48 @@ def found(shapes, upright=UPRIGHT, ankle=ANKLE, **options):
 
 def rectangle(sole):
     return sole.toe, sole.heel, sole.left, sole.right
+
+
+def shapes_in_lost_files(root):
+    for name in ("left_foot", "right_foot"):
+        for tag in ("visual", "collision"):
+            for part in link(root, name).findall(tag):
+                geometry = part.find("geometry")
+                geometry.clear()
+                ElementTree.SubElement(geometry, "mesh", filename=f"package://lost/{name}.stl")
+
+
+def without_frames(root):
+    shapes_in_lost_files(root)
+    for name in ("left_sole", "right_sole"):
+        root.remove(link(root, name))
+        root.remove(joint_named(root, f"{name}_joint"))
+
+
+def test_both_ways_out_are_told_where_the_meshes_of_the_feet_are_lost():
+    lost = "2 meshes cannot be used: 'package://lost/left_foot.stl' of link 'left_foot' was not"
+    text = edited_urdf(shapes_in_lost_files)
+    with pytest.raises(RobotError, match=r"soles \(frame 'right_sole'\);") as refused:
+        Robot.from_urdf(text)
+    for words in (lost, "--package-dir DIR", "package_dirs", "--choices", "sole=Sole(toe"):
+        assert words in str(refused.value)
+    given = Choices(sole=Sole(0.0, -0.2, 0.05, -0.05))
+    assert Robot.from_urdf(text, choices=given).sole.heel == -0.2
+    with pytest.raises(RobotError, match=f"no sole frames; {lost}.*sole_drop"):
+        Robot.from_urdf(edited_urdf(without_frames))
+
+
+def test_no_directory_is_asked_for_where_no_mesh_is_lost():
+    def bare(root):
+        for name in ("left_foot", "right_foot"):
+            for tag in ("visual", "collision"):
+                for part in link(root, name).findall(tag):
+                    link(root, name).remove(part)
+
+    with pytest.raises(RobotError, match="shows their soles") as refused:
+        Robot.from_urdf(edited_urdf(bare))
+    assert "package" not in str(refused.value)
+    assert "--sole" in str(refused.value)
 
 
 def test_corners_start_at_the_toes_on_the_left():
@@ -126,9 +174,13 @@ def test_toes_and_heels_that_curve_up_do_not_count():
     c, s = np.cos(0.3), np.sin(0.3)
     x, z = 0.08 + 0.05 * c - 0.01 * s, -0.07 + 0.05 * s + 0.01 * c
     tilted = box("0.1 0.08 0.02", f"{x} 0 {z}", "0 -0.3 0")
-    assert rectangle(found(flat + tilted).sole)[0] == pytest.approx(0.08)
+    shorter = found(flat + tilted)
+    assert rectangle(shorter.sole)[0] == pytest.approx(0.08)
+    long = 0.14 + 0.1 * c  # from heel to raised toe
+    assert f"the foot is {1e3 * long:.0f} mm long, rounded or raised" in shorter.how
     level = box("0.1 0.08 0.02", "0.12 0 -0.06")
     assert rectangle(found(flat + level).sole)[0] == pytest.approx(0.17)
+    assert "mm long" not in found(flat + level).how
 
 
 def test_links_fixed_to_the_foot_belong_to_it():
