@@ -12,7 +12,6 @@ from gaitopt.gait.result import Gait
 from gaitopt.nlp import Array
 from gaitopt.view.body import walking_model
 from gaitopt.view.figure_style import (
-    GREY,
     INSIDE,
     LIMIT,
     MEAN,
@@ -26,6 +25,9 @@ from gaitopt.view.figure_style import (
 from gaitopt.view.skeleton import sole_corners
 
 GRAVITY = 9.81  # m/s², for the weight drawn beside the force
+_AROUND = 0.012  # m, shown around the sole
+_COP_WIDTH, _COP_INSIDE, _COP_TEXT = 6.4, 4.95, 0.9  # inch: figure, panel; text above and below
+_COP_HEIGHTS = (1.2, 5.0)  # inch, of the panel
 
 
 def force_figure(gait: Gait) -> Figure:
@@ -44,18 +46,20 @@ def force_figure(gait: Gait) -> Figure:
 def cop_figure(gait: Gait) -> Figure:
     """Draw the path of the centre of pressure in the stance sole (Fig. 6)."""
     corners = sole_corners(gait, walking_model(gait))
-    figure = new_figure(6.4, 4.2)
+    long, wide = np.ptp(corners, axis=0)[:2] + 2.0 * _AROUND
+    height = _COP_INSIDE * wide / long  # as high as the sole needs, else a band stays empty
+    figure = new_figure(_COP_WIDTH, float(np.clip(height, *_COP_HEIGHTS)) + _COP_TEXT)
     axes = figure.subplots()
     _draw_sole(axes, corners)
     path = _draw_path(axes, gait)
-    colours = figure.colorbar(path, ax=axes, shrink=0.8, pad=0.02)
+    colours = figure.colorbar(path, ax=axes, pad=0.02)
     colours.set_label("time [s]")
     colours.outline.set_visible(False)
     margin = _margin(gait.cop, corners)
     label_axes(axes, "forward x [m]", "left y [m]")
     axes.set_aspect("equal")
     axes.grid(False)
-    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=3)
+    figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=3)
     figure.suptitle(f"Centre of pressure in the stance sole; nearest edge {1000.0 * margin:.1f} mm")
     return figure
 
@@ -97,8 +101,8 @@ def _draw_sole(axes: Axes, corners: Array) -> None:
             (low[0], low[1]), size[0], size[1], facecolor=INSIDE, edgecolor=TRUNK, label="sole"
         )
     )
-    axes.set_xlim(low[0] - 0.012, high[0] + 0.012)
-    axes.set_ylim(low[1] - 0.012, high[1] + 0.012)
+    axes.set_xlim(low[0] - _AROUND, high[0] + _AROUND)
+    axes.set_ylim(low[1] - _AROUND, high[1] + _AROUND)
     axes.annotate("toe", (high[0], high[1]), (-2, 3), textcoords="offset points", ha="right")
     axes.annotate("heel", (low[0], high[1]), (2, 3), textcoords="offset points", ha="left")
 
@@ -108,8 +112,8 @@ def _draw_path(axes: Axes, gait: Gait) -> LineCollection:
     segments = np.stack([gait.cop[:-1], gait.cop[1:]], axis=1)
     middle = (gait.time[:-1] + gait.time[1:]) / 2.0
     path = LineCollection(list(segments), array=middle, cmap="viridis", linewidth=2.2)
+    path.set_clim(0.0, gait.duration)
     axes.add_collection(path)
-    axes.plot(*gait.cop.T, ".", color=GREY, markersize=3.0)
     axes.plot(*gait.cop[0], "o", color=SECOND, markersize=7, label="start", clip_on=False)
     axes.plot(*gait.cop[-1], "s", color=SWING, markersize=7, label="end", clip_on=False)
     return path

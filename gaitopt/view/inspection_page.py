@@ -10,6 +10,7 @@ from gaitopt.view.inspection import Inspection
 from gaitopt.view.inspection_scene import draw_inspection
 from gaitopt.view.inspection_tables import Section, sections
 from gaitopt.view.meshcat_quiet import meshcat
+from gaitopt.view.page_fit import FIT
 from gaitopt.view.recorder import Recorder, viewer_script
 
 _SHORT = 24  # characters; a longer text may be broken
@@ -24,7 +25,9 @@ _PAGE = """<!DOCTYPE html>
   html, body { margin: 0; height: 100%; color: #1d2730; font: 14px/1.45 system-ui, sans-serif; }
   body { display: flex; }
   #pane { flex: 0 0 34vw; height: 100vh; overflow: hidden; position: relative; }
-  #facts { flex: 1; height: 100vh; overflow: auto; padding: 0 24px; box-sizing: border-box; }
+  #facts { flex: 1; min-width: 0; height: 100vh; overflow: auto; padding: 0 24px;
+           box-sizing: border-box; }
+  .table { overflow-x: auto; }
   h1 { font-size: 20px; margin: 18px 0 6px; } h2 { font-size: 15px; margin: 20px 0 4px; }
   table { border-collapse: collapse; width: 100%; }
   th, td { text-align: left; vertical-align: top; padding: 3px 12px 3px 0; }
@@ -32,11 +35,16 @@ _PAGE = """<!DOCTYPE html>
   td { border-bottom: 1px solid #edf0f2; overflow-wrap: break-word; }
   td:first-child { white-space: nowrap; }
   .short { white-space: nowrap; }
-  .number { text-align: right; white-space: nowrap; }
+  .number { text-align: right; white-space: nowrap; } th.number { white-space: pre-line; }
   .guessed, .warning { background: #fff3cd; } .changed { background: #e3f1fa; }
   .given { background: #e4f4ea; }
   .refusal { background: #fbe3e6; border-left: 4px solid #b00020; padding: 8px 12px; }
   .legend { color: #5a6b7a; font-size: 12px; }
+  @media (max-width: 900px) {
+    body { flex-direction: column; } #pane { flex: 0 0 50vh; height: 50vh; }
+    #facts { height: auto; min-height: 0; padding: 0 12px; }
+    th, td { padding-right: 8px; } td { overflow-wrap: anywhere; }
+  }
 </style>
 </head>
 <body>
@@ -53,6 +61,9 @@ for (const command of commands) {
   viewer.handle_command_bytearray(Uint8Array.from(atob(command), c => c.charCodeAt(0)));
 }
 viewer.gui.domElement.style.display = "none";
+@FIT@
+measure();
+fit();
 </script>
 </body>
 </html>
@@ -84,6 +95,7 @@ def inspection_text(inspection: Inspection) -> str:
         "@TITLE@": html.escape(inspection.title),
         "@REFUSAL@": f'<p class="refusal">{refusal}</p>' if refusal else "",
         "@TABLES@": "".join(map(_table, sections(inspection))),
+        "@FIT@": FIT,
         "@COMMANDS@": recorder.text(),
         "@MESHCAT@": viewer_script(),
     }
@@ -105,7 +117,8 @@ def _table(section: Section) -> str:
         for row, sure in zip(section.rows, how, strict=True)
     )
     head = f"<tr>{heads}</tr>" if any(section.columns) else ""
-    return f"<h2>{html.escape(section.title)}</h2><table>{head}{rows}</table>"
+    table = f'<div class="table"><table>{head}{rows}</table></div>'
+    return f"<h2>{html.escape(section.title)}</h2>{table}"
 
 
 def _cells(row: tuple[str, ...], classes: list[str]) -> str:

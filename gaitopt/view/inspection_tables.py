@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
+from gaitopt.design.joint_pairs import brace
 from gaitopt.gait.humanoid import stroll
 from gaitopt.nlp import Array
 from gaitopt.robot.choices import SIDES
@@ -21,7 +21,6 @@ from gaitopt.view.inspection import Inspection
 Row = tuple[str, ...]
 
 _IN_THE_TABLE = ("legs", "pairs")  # topics whose plain facts the table of the legs shows
-_SHARED = 3  # letters: a shorter common end of two names belongs to both
 _STRAIGHT = 1e-3  # rad
 
 
@@ -52,23 +51,6 @@ def sections(inspection: Inspection) -> tuple[Section, ...]:
         _problems(inspection),
     ]
     return tuple(table for table in tables if table.rows)
-
-
-def brace(first: str, second: str) -> str:
-    """Return two names as a shell would write them: {left,right}_knee."""
-    pattern = r"([_\-./ ])"
-    parts = [re.split(pattern, name) for name in (first, second)]
-    if len(parts[0]) != len(parts[1]):
-        return f"{first}, {second}"
-    return "".join(a if a == b else _braced(a, b) for a, b in zip(*parts, strict=True))
-
-
-def _braced(first: str, second: str) -> str:
-    shared = 0
-    while shared < min(len(first), len(second)) and first[-1 - shared] == second[-1 - shared]:
-        shared += 1
-    cut = len(first) - shared if shared >= _SHARED else len(first)
-    return f"{{{first[:cut]},{second[: len(second) - len(first) + cut]}}}{first[cut:]}"
 
 
 def _overview(inspection: Inspection) -> Section:

@@ -6,13 +6,13 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from gaitopt.design.joint_summary import pair_name, partner
 from gaitopt.gait.result import Gait
 from gaitopt.nlp import Array
 from gaitopt.view.figure_style import (
     LIMIT,
     STANCE,
     SWING,
-    draw_limits,
     label_axes,
     new_figure,
 )
@@ -20,9 +20,11 @@ from gaitopt.view.figure_style import (
 _FROM_HIP = [5, 4, 3, 2, 1, 0]  # stance joints are stored from the ankle up
 # Six panels are laid out by measuring each of their labels twice, which takes longer than drawing.
 _PLACE = {
-    "left": 0.075, "right": 0.99, "bottom": 0.18, "top": 0.905, "wspace": 0.06, "hspace": 0.17,
+    "left": 0.075, "right": 0.99, "bottom": 0.18, "top": 0.905, "wspace": 0.16, "hspace": 0.17,
 }  # fmt: skip
-_FAR = 5.0  # a limit this many times the largest value is not drawn: it would flatten the curves
+_FAR = 1.5  # a limit this many times the panel's own largest value would flatten its curves
+_FLAT = 0.02  # of the figure's largest value: a panel shows no less, lest rounding looks like waves
+_SPACE = 0.08  # free above and below the curves, in their heights
 
 
 def torque_figure(gait: Gait) -> Figure:
@@ -47,48 +49,63 @@ def angle_figure(gait: Gait) -> Figure:
 
 
 def _grid(gait: Gait, values: Array, limits: Array | None, unit: str) -> Figure:
-    """Draw six panels from hip to ankle, in each the joint of both legs."""
+    """Draw six panels from hip to ankle, in each the joint of both legs, in its own scale."""
     figure = new_figure(9.0, 5.0, layout=None)
-    panels = figure.subplots(2, 3, sharex=True, sharey=True, gridspec_kw=_PLACE)
-    largest = float(np.abs(values).max())
+    panels = figure.subplots(2, 3, sharex=True, gridspec_kw=_PLACE)
+    least = _FLAT * float(np.abs(values).max())
     for panel, (axes, stance) in enumerate(zip(panels.flat, _FROM_HIP, strict=True)):
-        swing = 11 - stance
+        both = [stance, partner(gait, stance)]
         axes.axhline(0.0, color="#C8C8C8", linewidth=0.8)
-        axes.plot(gait.time, values[:, stance], color=STANCE, label="stance leg")
-        axes.plot(gait.time, values[:, swing], color=SWING, label="swing leg")
-        if limits is not None:
-            _draw_joint_limits(axes, values[:, [stance, swing]], limits[[stance, swing]], largest)
+        axes.plot(gait.time, values[:, both[0]], color=STANCE, label="stance leg")
+        axes.plot(gait.time, values[:, both[1]], color=SWING, label="swing leg")
+        drawn = [] if limits is None else _draw_limit(axes, values[:, both], limits[both])
+        _scale(axes, np.append(values[:, both], drawn), least)
         label_axes(
             axes,
             "time [s]" if panel >= 3 else "",
             unit if panel % 3 == 0 else "",
-            _joint_title(gait.joint_names[stance], gait.joint_names[swing]),
+            pair_name(gait, stance),
         )
-    _share_legend(figure, panels.flat[0], limits)
+    _share_legend(figure, list(panels.flat))
     return figure
 
 
-def _draw_joint_limits(axes: Axes, values: Array, limits: Array, largest: float) -> None:
+def _draw_limit(axes: Axes, values: Array, limits: Array) -> list[float]:
+    """Write the limit of both joints and the share used; draw it where their curves come near.
+
+    Returns:
+        The values at which there is a line.
+    """
     limit = float(np.min(limits))
     if not np.isfinite(limit) or limit <= 0.0:
-        return
+        return []
     used = np.abs(values).max(axis=0) / limits
     colour = LIMIT if used.max() >= 0.999 else "#555555"
-    share = f"{100.0 * used[0]:.0f} % / {100.0 * used[1]:.0f} %"
+    share = f"limit {limit:.4g}: {100.0 * used[0]:.0f} % / {100.0 * used[1]:.0f} %"
+    near = [side * limit for side in (-1, 1) if limit < _FAR * (side * values).max()]
     axes.set_title(share, loc="right", fontsize=7.5, color=colour)
-    if limit < _FAR * largest:
-        draw_limits(axes, -limit, limit, "limit")
+    for line in near:
+        axes.axhline(line, color=LIMIT, linestyle="--", linewidth=1.0, label="limit")
+    return near
 
 
-def _share_legend(figure: Figure, axes: Axes, limits: Array | None) -> None:
-    handles, labels = axes.get_legend_handles_labels()
-    title = (
-        None if limits is None else "at the right of each panel: share of the limit used, both legs"
-    )
-    figure.legend(handles, labels, loc="lower center", ncols=3, title=title, title_fontsize=8.0)
+def _scale(axes: Axes, shown: Array, least: float) -> None:
+    """Make a panel hold its own values, zero, and at least so much on either side of it."""
+    low, high = min(float(shown.min()), -least), max(float(shown.max()), least)
+    space = _SPACE * (high - low)
+    axes.set_ylim(low - space, high + space)
 
 
-def _joint_title(stance: str, swing: str) -> str:
-    """Return what the names of a joint pair have in common: right_hip_yaw, left_hip_yaw."""
-    words = [w for w in stance.replace("-", "_").split("_") if w in swing]
-    return " ".join(words) if words else f"{stance} / {swing}"
+def _share_legend(figure: Figure, panels: list[Axes]) -> None:
+    """Write one legend of whatever is drawn in any panel."""
+    found = {
+        label: handle
+        for axes in panels
+        for handle, label in zip(*axes.get_legend_handles_labels(), strict=True)
+    }
+    told = "above each panel: the limit, and its share used by stance / swing leg"
+    title = told if any(axes.get_title(loc="right") for axes in panels) else None
+    figure.legend(
+        list(found.values()), list(found), loc="lower center", ncols=3, title=title,
+        title_fontsize=8.0,
+    )  # fmt: skip

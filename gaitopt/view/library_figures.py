@@ -4,20 +4,49 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from gaitopt.atomic import write_atomically
 from gaitopt.errors import InputError
+from gaitopt.gait.parameters import GEOMETRY
+from gaitopt.nlp import Array
 from gaitopt.study.index import Row, columns
+from gaitopt.view.branches import branch_cuts
 from gaitopt.view.figure_style import label_axes, new_figure, styled
 from gaitopt.view.figures import rendered
 
 PEAK = "peak_torque."
 
+_GAP = "a gap in the lines: the gaits on its two sides are different kinds of optima"
+_UNITS = {quantity.name: quantity.unit for quantity in GEOMETRY} | {
+    "speed": "m/s",
+    "penalty_weight": "N²·s/m",
+    "friction": "-",
+    "minimum_load": "N",
+    "cop_margin": "m",
+    "clearance": "m",
+    "lateral_gap": "m",
+    "knee_flexion": "rad",
+    "leg_extension": "-",
+    "liftoff_speed": "m/s",
+    "torque_limit": "N·m",
+    "speed_limit": "rad/s",
+    "trunk_roll": "rad",
+    "trunk_yaw": "rad",
+    "torsional_friction": "m",
+    "step_width": "m",
+    "swing_tilt": "-",
+    "leg_gap": "m",
+}
+
 
 def write_library_figure(rows: list[Row], axes: list[str], path: Path) -> Path:
     """Draw lines over the first quantity, one for each combination of the others.
+
+    The motors are those of the line with the least cost. A line is interrupted where its gaits
+    change from one family of optima to another.
 
     Args:
         rows: of the library's index.
@@ -42,30 +71,45 @@ def write_library_figure(rows: list[Row], axes: list[str], path: Path) -> Path:
 
 
 def _figure(rows: list[Row], axes: list[str]) -> Figure:
-    figure = new_figure(8.0, 3.6)
+    figure = new_figure(8.0, 3.8)
     left, right = figure.subplots(1, 2)
     lines = _lines(rows, axes)
+    motors = [name for name in columns(rows) if name.startswith(PEAK)]
+    cuts = {others: branch_cuts(_table(line, motors)) for others, line in lines.items()}
     for others, line in lines.items():
-        _draw(left, line, axes[0], "cost", others)
-    label_axes(left, axes[0], "cost (N²·m·s)", "Squared torque per metre")
-    best = min(lines.values(), key=lambda line: min(float(str(r["cost"])) for r in line))
-    for name in (n for n in columns(rows) if n.startswith(PEAK)):
-        _draw(right, best, axes[0], name, name.removeprefix(PEAK).replace("_", " "))
-    label_axes(right, axes[0], "peak torque (N·m)", "Motors of a leg")
+        _draw(left, line, (axes[0], "cost"), others, cuts[others])
+    best = min(lines, key=lambda others: _table(lines[others], ["cost"]).min())
+    for name in motors:
+        label = name.removeprefix(PEAK).replace("_", " ")
+        _draw(right, lines[best], (axes[0], name), label, cuts[best])
+    swept = f"{axes[0]} [{_UNITS[axes[0]]}]" if axes[0] in _UNITS else axes[0]
+    label_axes(left, swept, "cost [N²·m·s]", "Squared torque per metre")
+    label_axes(right, swept, "peak torque [N·m]", f"Motors of a leg{best and ', '}{best}")
     right.legend()
     if 1 < len(lines) <= 8:
         left.legend()
+    if any(cuts.values()):
+        figure.supxlabel(_GAP, fontsize=8.0)
     return figure
 
 
 def _lines(rows: list[Row], axes: list[str]) -> dict[str, list[Row]]:
+    """Return the rows of each line, in the order of the first quantity."""
+    first, *more = axes
     lines: dict[str, list[Row]] = {}
-    for row in rows:
-        others = ", ".join(f"{name} {row[name]:g}" for name in axes[1:])
+    for row in sorted(rows, key=lambda row: [float(str(row[name])) for name in (*more, first)]):
+        others = ", ".join(f"{name} {row[name]:g}" for name in more)
         lines.setdefault(others, []).append(row)
     return lines
 
 
-def _draw(axes: Axes, line: list[Row], x: str, y: str, label: str) -> None:
-    kept = sorted((float(str(r[x])), float(str(r[y]))) for r in line if r.get(y) is not None)
-    axes.plot([a for a, _ in kept], [b for _, b in kept], marker=".", label=label or None)
+def _table(line: list[Row], names: list[str]) -> Array:
+    """Return columns of a line as numbers (rows, names), NaN where there is none."""
+    cells = [[row.get(name) for name in names] for row in line]
+    return np.array([[np.nan if c in (None, "") else float(str(c)) for c in row] for row in cells])
+
+
+def _draw(axes: Axes, line: list[Row], names: tuple[str, str], label: str, cuts: list[int]) -> None:
+    """Draw a line, interrupted before the rows `cuts`."""
+    points = np.insert(_table(line, list(names)), cuts, np.nan, axis=0)
+    axes.plot(*points.T, marker=".", label=label or None)

@@ -9,6 +9,7 @@ from pathlib import Path
 from gaitopt.atomic import write_atomically
 from gaitopt.gait.result import Gait
 from gaitopt.view.meshcat_quiet import meshcat
+from gaitopt.view.page_fit import FIT
 from gaitopt.view.page_template import PAGE
 from gaitopt.view.recorder import Recorder, viewer_script
 from gaitopt.view.scene import build_scene
@@ -59,6 +60,7 @@ def page_text(gait: Gait, steps: int = DEFAULT_STEPS, package_dirs: tuple[str, .
         "@STEP@": json.dumps(gait.duration),
         "@NOTE@": f"<p>{html.escape(scene.note)}</p>" if scene.note else "",
         "@SCALE@": f"{0.1 / scene.force_scale:.4g}",
+        "@FIT@": FIT,
         "@COMMANDS@": recorder.text(),
         "@MESHCAT@": viewer_script(),
     }

@@ -27,6 +27,16 @@ PAGE = """<!DOCTYPE html>
   button.on { background: #0072b2; border-color: #0072b2; color: #fff; }
   #play { min-width: 5.2em; } #scrub { width: 26vw; }
   #clock { font-variant-numeric: tabular-nums; min-width: 9.5em; text-align: right; }
+  @media (max-width: 800px) {
+    .card { padding: 8px 12px; font-size: 12px; }
+    #facts { left: 8px; right: 8px; top: 8px; max-width: none; }
+    #facts h1 { font-size: 14px; margin: 0 0 2px; }
+    #facts p { margin: 4px 0 0; font-size: 11px; } #facts br, #help { display: none; }
+    #controls { left: 8px; right: 8px; bottom: 8px; transform: none; flex-wrap: wrap;
+                justify-content: center; gap: 6px; }
+    #controls button { padding: 3px 7px; }
+    #scrub { flex: 1 1 100%; order: -1; margin: 0; }
+  }
 </style>
 </head>
 <body>
@@ -37,7 +47,9 @@ PAGE = """<!DOCTYPE html>
   <p><span class="mark" style="background:#e07a10"></span> ground force, 10 cm for @SCALE@ N<br>
      <span class="mark" style="background:#b00020"></span> centre of pressure<br>
      <span class="mark" style="background:#2e9e5b"></span> standing foot</p>
-  <p>space: play or pause; arrow keys: a moment<br>back or on; mouse: turn, shift, zoom</p>@NOTE@
+  <p id="help">space: play or pause; arrow keys: a moment<br>
+     back or on; mouse: turn, shift, zoom</p>
+  @NOTE@
 </div>
 <div id="controls" class="card">
   <button id="play">pause</button>
@@ -52,11 +64,12 @@ PAGE = """<!DOCTYPE html>
 <script>@MESHCAT@</script>
 <script>
 "use strict";
-const DURATION = @DURATION@, STEP = @STEP@, NUDGE = STEP / 30;
+const DURATION = @DURATION@, STEP = @STEP@, NUDGE = STEP / 30, PARTS = 5;
 const viewer = new MeshCat.Viewer(document.getElementById("pane"));
 for (const command of commands) {
   viewer.handle_command_bytearray(Uint8Array.from(atob(command), c => c.charCodeAt(0)));
 }
+@FIT@
 const panel = viewer.gui.domElement.style;
 panel.display = "none";
 viewer.gui.open();
@@ -101,6 +114,12 @@ function openAt() {
   if (wanted.has("paused")) setPlaying(false);
 }
 window.addEventListener("hashchange", openAt);
+for (let part = 0; part < 2 * PARTS; part++) {  // both legs
+  seek(Math.min(part * STEP / PARTS, DURATION));
+  measure();
+}
+fit();
+seek(0);
 setPace(1);
 openAt();
 (function tick() { show(); requestAnimationFrame(tick); })();

@@ -15,6 +15,7 @@ from gaitopt.view.walk import walk
 
 _SIDE, _FRONT = 0, 1  # the horizontal axis of each view: x forward, y left
 _FAINT = 0.22  # opacity of the first of the superposed figures; the last is solid
+_BESIDE = 0.1  # m of ground ahead and behind
 _EDGES = ([[0, 1], [2, 3]], [[0, 2], [1, 3]])  # ends of a sole seen from the side: toe, heel; front
 
 
@@ -30,15 +31,15 @@ def step_figure(gait: Gait, count: int = 9) -> Figure:
     film = walk(gait, model, 1)
     sticks = stick_figures(gait, model, film.q[indices])
     figure = new_figure(6.6, 4.9)
-    side, front = figure.subplots(1, 2, sharey=True, width_ratios=[2.35, 1.0])
+    spans = [np.ptp(_reach(sticks, view)) for view in (_SIDE, _FRONT)]  # for both to one scale
+    side, front = figure.subplots(1, 2, sharey=True, width_ratios=spans)
     opacity = np.linspace(_FAINT, 1.0, count)
     for axes, view in ((side, _SIDE), (front, _FRONT)):
         _draw_ground(axes, sticks, view)
         for index in range(count):
             _draw(axes, sticks, index, view, float(opacity[index]))
-    side.plot(
-        *gait.swing_sole[:, :2, ::2].mean(axis=1).T, color=SWING, linewidth=0.9, linestyle=":"
-    )
+    toes = gait.swing_sole[:, :2, ::2].mean(axis=1)
+    side.plot(*toes.T, color=SWING, linewidth=0.9, linestyle=":", label="path of the swing toes")
     label_axes(side, "forward x [m]", "height z [m]", "from the right")
     label_axes(front, "left y [m]", "", "from behind")
     front.invert_xaxis()
@@ -94,10 +95,16 @@ def _draw_foot(
 
 
 def _draw_ground(axes: Axes, sticks: StickFigures, view: int) -> None:
-    reach = np.concatenate([sticks.soles[..., view].ravel(), sticks.trunk[..., view].ravel()])
-    axes.fill_between([reach.min() - 0.1, reach.max() + 0.1], -0.02, 0.0, color=GROUND, linewidth=0)
+    axes.fill_between(_reach(sticks, view), -0.02, 0.0, color=GROUND, linewidth=0)
     axes.set_aspect("equal", adjustable="box")
     axes.grid(False)
+
+
+def _reach(sticks: StickFigures, view: int) -> Array:
+    """Return the ends (2,) of the ground that a view shows [m]."""
+    points = (sticks.soles, sticks.trunk, sticks.legs)
+    along = np.concatenate([part[..., view].ravel() for part in points])
+    return np.array([along.min() - _BESIDE, along.max() + _BESIDE])
 
 
 def _name_legs(
@@ -105,4 +112,4 @@ def _name_legs(
 ) -> None:
     for name, colour in zip((*names, "trunk"), (STANCE, SWING, TRUNK), strict=True):
         axes.plot([], [], color=colour, label=name.replace("_sole", " leg").replace("_", " "))
-    figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=3)
+    figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=4)

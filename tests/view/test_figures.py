@@ -1,9 +1,12 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from sample_gait import bare_gait, sample_gait
 
+from gaitopt.design.joint_summary import motor_summaries
 from gaitopt.errors import InputError
-from gaitopt.view.figures import FIGURES, make_figure, write_figures
+from gaitopt.view.figures import FIGURES, make_figure, rendered, write_figures
 
 
 @pytest.mark.parametrize("name", FIGURES)
@@ -41,16 +44,63 @@ def test_the_torque_figure_pairs_the_same_joint_of_both_legs():
     assert titles == ["hip yaw", "hip roll", "hip pitch", "knee", "ankle pitch", "ankle roll"]
     assert lines(figure, 3, "stance") == pytest.approx(gait.torque[:, 2])
     assert lines(figure, 3, "swing") == pytest.approx(gait.torque[:, 9])
-    assert lines(figure, 3, "limit")[0] == -150.0
+
+
+@pytest.mark.parametrize(
+    ("right", "left", "titles"),
+    [
+        ("RJoint{}Pitch", "LJoint{}Pitch", [f"Joint{n}Pitch" for n in range(6, 0, -1)]),
+        ("leg_right_{}_joint", "leg_left_{}_joint", [f"leg {n}" for n in range(6, 0, -1)]),
+        ("j_{}", "j_0{}", [f"j_{{0{n},{n}}}" for n in range(6, 0, -1)]),
+    ],
+)
+def test_figures_and_motors_name_a_pair_alike_and_each_apart(right, left, titles):
+    names = [right.format(n) for n in range(1, 7)] + [left.format(n) for n in range(6, 0, -1)]
+    gait = replace(sample_gait(), joint_names=tuple(names))
+    assert [a.get_title(loc="left") for a in make_figure(gait, "angles").axes] == titles
+    assert [motor["joint"] for motor in motor_summaries(gait)] == titles
+
+
+def test_each_panel_of_the_torques_has_its_own_scale_and_tells_the_limit():
+    gait = sample_gait()
+    figure = make_figure(gait, "torques")
+    for axes, stance in zip(figure.axes, [5, 4, 3, 2, 1, 0], strict=True):
+        largest = np.abs(gait.torque[:, [stance, 11 - stance]]).max()
+        assert largest < max(np.abs(axes.get_ylim())) < max(1.25 * largest, 1.01 * 150.0)
+        assert axes.get_title(loc="right").startswith("limit 150: ")
+        drawn = [n for n in axes.lines if n.get_label() == "limit"]
+        assert bool(drawn) == (1.5 * largest > 150.0)
+    (legend,) = figure.legends
+    shown = {t.get_text() for t in legend.get_texts()} - {"stance leg", "swing leg"}
+    assert shown == {label for a in figure.axes for label in a.get_legend_handles_labels()[1][2:]}
 
 
 def test_limits_met_are_told():
     figure = make_figure(sample_gait(), "rates")
     assert [a.get_title(loc="right").split(" / ")[1] for a in figure.axes][3:] == ["100 %"] * 3
+    assert all(abs(lines(figure, panel, "limit")[0]) == 10.0 for panel in (3, 4, 5))
 
 
 def test_the_cop_figure_tells_the_distance_to_the_edge():
     assert "5.0 mm" in make_figure(sample_gait(), "cop").get_suptitle()
+
+
+def test_the_cop_figure_is_as_high_as_the_sole_needs_and_its_colours_span_the_step():
+    gait = sample_gait()
+    figure = make_figure(gait, "cop")
+    (path,) = [c for c in figure.axes[0].collections if c.get_array() is not None]
+    assert path.get_clim() == (0.0, pytest.approx(gait.duration))
+    rendered(figure, "png")
+    box = figure.axes[0].get_tightbbox()
+    assert box.height > 0.7 * figure.bbox.height
+    assert box.width > 0.7 * figure.bbox.width
+
+
+def test_all_that_the_step_shows_is_in_its_legend():
+    (legend,) = make_figure(sample_gait(), "step").legends
+    assert {"stance leg", "swing leg", "trunk", "path of the swing toes"} == {
+        t.get_text() for t in legend.get_texts()
+    }
 
 
 def test_every_figure_is_written(tmp_path):

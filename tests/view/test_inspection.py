@@ -4,10 +4,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gaitopt import biped13, urdf_text
+from gaitopt.design.joint_pairs import brace, shared_name
 from gaitopt.robot.choices import Choices
 from gaitopt.view.inspection import inspect_robot
 from gaitopt.view.inspection_page import inspection_text
-from gaitopt.view.inspection_tables import axis_words, brace, sections
+from gaitopt.view.inspection_tables import axis_words, sections
 
 
 @pytest.mark.parametrize(
@@ -21,6 +22,22 @@ from gaitopt.view.inspection_tables import axis_words, brace, sections
 )
 def test_pairs_are_written_as_a_shell_would(pair, expected):
     assert brace(*pair) == expected
+
+
+@pytest.mark.parametrize(
+    ("pair", "expected"),
+    [
+        (("left_hip_yaw_joint", "right_hip_yaw_joint"), "hip yaw"),
+        (("LHipYaw", "RHipYaw"), "HipYaw"),
+        (("LeftKnee", "RightKnee"), "Knee"),
+        (("hip_pitch_l", "hip_pitch_r"), "hip pitch"),
+        (("leg_left_1_joint", "leg_right_1_joint"), "leg 1"),
+        (("knee", "other_knee"), "knee"),
+        (("j12", "j27"), ""),
+    ],
+)
+def test_pairs_are_named_by_what_both_share(pair, expected):
+    assert shared_name(*pair) == shared_name(*reversed(pair)) == expected
 
 
 @given(st.floats(0.0, 40.0), st.sampled_from([0, 1, 2]), st.sampled_from([-1.0, 1.0]))
@@ -53,3 +70,4 @@ def test_a_name_cannot_break_the_page():
     text = inspection_text(inspect_robot(evil, Choices()))
     assert "<script>alert" not in text
     assert "&lt;script&gt;alert(1)" in text
+    assert "@FIT@" not in text

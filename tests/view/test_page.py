@@ -1,4 +1,5 @@
 import base64
+import html
 import json
 import re
 import shutil
@@ -55,6 +56,7 @@ def test_the_page_needs_no_network(text):
     assert not re.search(r"<(script|link|img)[^>]*(src|href)=", markup)
     assert "@TITLE@" not in text
     assert "@MESHCAT@" not in text
+    assert "@FIT@" not in text
 
 
 def test_the_page_tells_what_is_known(text):
@@ -139,3 +141,32 @@ def test_a_browser_draws_the_robot_and_it_moves(tmp_path):
     assert changed.mean() > 0.01
     orange = (first[middle] - [0.88, 0.48, 0.06]) ** 2
     assert (orange.sum(axis=2) < 0.02).sum() > 50  # the force arrow
+
+
+PROBE = """<script>
+requestAnimationFrame(() => requestAnimationFrame(() => {
+  const box = name => document.getElementById(name).getBoundingClientRect();
+  const bar = box("controls"), play = box("play"), zoom = viewer.camera.zoom;
+  const edge = share => innerHeight * (1 - zoom * share) / 2;
+  document.title = JSON.stringify({
+    bar: [bar.left, bar.right], play: [play.left, play.right], wide: innerWidth,
+    head: edge(reach.top), card: box("facts").bottom, feet: edge(-reach.bottom), low: bar.top,
+    side: zoom * reach.side * innerHeight / innerWidth,
+  });
+}));
+</script></body>"""
+
+
+@pytest.mark.browser
+@pytest.mark.skipif(BROWSER is None, reason="no Chromium browser found")
+def test_a_narrow_window_has_room_for_the_robot_and_the_buttons(tmp_path):
+    page = tmp_path / "narrow.html"
+    page.write_text(page_text(sample_gait(), steps=2).replace("</body>", PROBE))
+    command = [BROWSER, *FLAGS, f"--user-data-dir={tmp_path / 'profile'}", "--dump-dom"]
+    command += ["--window-size=500,640", page.as_uri()]
+    done = subprocess.run(command, check=True, capture_output=True, timeout=120)
+    seen = json.loads(html.unescape(re.search(r"<title>({.*?})</title>", done.stdout.decode())[1]))
+    assert seen["wide"] <= 500
+    assert 0.0 < seen["bar"][0] < seen["play"][0] < seen["play"][1] < seen["bar"][1] < seen["wide"]
+    assert seen["card"] < seen["head"] < seen["feet"] < seen["low"]
+    assert 0.05 < seen["side"] < 1.0

@@ -1,0 +1,61 @@
+import numpy as np
+import pytest
+
+from gaitopt.errors import InputError
+from gaitopt.study.axes import _MARGINS, _TASK
+from gaitopt.view.branches import branch_cuts
+from gaitopt.view.library_figures import _UNITS, _figure, write_library_figure
+
+SPEEDS = (0.8, 0.9, 1.0, 1.1, 1.2)
+KNEE = (23.8, 22.3, 20.1, 88.1, 88.4)  # between 1.0 and 1.1 m/s the knee begins to bear load
+HIP = (37.5, 57.7, 82.1, 77.2, 74.3)
+
+
+def library():
+    return [
+        {
+            "speed": speed, "friction": mu, "cost": 1e3 * (row + 2.0) - 100.0 * mu,
+            "peak_torque.knee": KNEE[row] + mu, "peak_torque.hip_pitch": HIP[row],
+        }
+        for row, speed in enumerate(SPEEDS)
+        for mu in (0.6, 0.7)
+    ]  # fmt: skip
+
+
+def test_only_a_jump_that_stands_out_parts_two_families():
+    steep = np.array([10.0, 14.0, 26.0, 29.0, 30.0])  # more than half of the range, yet a curve
+    assert branch_cuts(np.column_stack([KNEE, HIP])) == [3]
+    assert branch_cuts(np.column_stack([KNEE[::-1], steep])) == [2]
+    assert branch_cuts(steep[:, None]) == branch_cuts(np.array([[9.0], [88.0]])) == []
+    small = np.column_stack([KNEE, 100.0 * np.array(HIP)])
+    assert branch_cuts(small) == []
+
+
+def test_lines_are_interrupted_where_the_optima_change():
+    left, right = _figure(library(), ["speed", "friction"]).axes
+    assert [n.get_label() for n in left.lines] == ["friction 0.6", "friction 0.7"]
+    for line in (*left.lines, *right.lines):
+        assert np.flatnonzero(np.isnan(line.get_xdata())).tolist() == [3]
+        assert np.delete(line.get_xdata(), 3).tolist() == list(SPEEDS)
+    assert np.delete(right.lines[0].get_ydata(), 3) == pytest.approx(np.array(KNEE) + 0.7)
+
+
+def test_the_panels_tell_units_and_whose_motors_they_show():
+    figure = _figure(library(), ["speed", "friction"])
+    left, right = figure.axes
+    assert (left.get_xlabel(), left.get_ylabel()) == ("speed [m/s]", "cost [N²·m·s]")
+    assert right.get_title(loc="left") == "Motors of a leg, friction 0.7"
+    assert figure.get_supxlabel().startswith("a gap in the lines")
+    alone = _figure(library()[::2][:3], ["speed"])
+    assert alone.axes[1].get_title(loc="left") == "Motors of a leg"
+    assert alone.get_supxlabel() == ""
+    assert set(_UNITS) >= {*_TASK, *_MARGINS}
+
+
+def test_what_cannot_be_drawn_is_refused(tmp_path):
+    with pytest.raises(InputError, match="no gait to draw"):
+        write_library_figure([{"speed": 1.0, "cost": None}], ["speed"], tmp_path / "a.png")
+    with pytest.raises(InputError, match="ends in"):
+        write_library_figure(library(), ["speed"], tmp_path / "a.gif")
+    drawn = write_library_figure(library(), ["speed", "friction"], tmp_path / "a.svg")
+    assert b"friction 0.7" in drawn.read_bytes()
