@@ -35,7 +35,8 @@ class MissingExtraError(InputError):
 
     def __init__(self, feature: str, extra: str) -> None:
         super().__init__(
-            f"{feature} needs an optional package; run: pip install 'gaitopt[{extra}]'"
+            f"{feature} needs an optional package; run: pip install 'gaitopt[{extra}]' (in a "
+            f"clone of gaitopt: pip install '.[{extra}]')"
         )
 
 
@@ -49,6 +50,8 @@ class UnreachableError(EvaluationError):
     Attributes:
         diagnosis: a `Diagnosis` of the walk asked for, if one was made, else None.
     """
+
+    exit_code = 3
 
     def __init__(self, message: str, diagnosis: object = None) -> None:
         super().__init__(message)

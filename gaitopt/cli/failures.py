@@ -44,7 +44,7 @@ def failures_reported() -> Iterator[None]:
         complain(str(error))
         raise typer.Exit(ExitCode.BAD_INPUT) from error
     except KeyboardInterrupt as error:
-        complain("interrupted before there was a result; nothing was written")
+        complain("interrupted before it was done; every file that was written is complete")
         raise typer.Exit(ExitCode.INTERRUPTED) from error
 
 

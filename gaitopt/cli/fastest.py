@@ -7,14 +7,17 @@ from math import isfinite
 
 from rich.console import Console
 
+from gaitopt.cli.cells import rounded
+from gaitopt.cli.interrupt import ctrl_c_told
 from gaitopt.cli.request import Request, make_task
+from gaitopt.design.certificate import WorstRow
 from gaitopt.design.design import Design
 from gaitopt.errors import InputError
 from gaitopt.gait.task import Task
 from gaitopt.nlp import Status
 from gaitopt.study.fastest import Fastest, fastest
 
-_MOST = 4  # constraints at their limits that are told
+_MOST = 8  # constraints at their limits that are told
 
 
 def fastest_walk(request: Request, console: Console, quiet: bool) -> tuple[Request, Design]:
@@ -40,7 +43,8 @@ def fastest_walk(request: Request, console: Console, quiet: bool) -> tuple[Reque
         if not quiet:
             console.print(f"{speed:.3f} m/s: {result}", highlight=False)
 
-    best = fastest(request.robot, task_at, request.task.speed, request.options, on_try=tell)
+    with ctrl_c_told():
+        best = fastest(request.robot, task_at, request.task.speed, request.options, on_try=tell)
     found = best.design
     if best.interrupted:
         found = replace(found, solution=replace(found.solution, status=Status.INTERRUPTED))
@@ -50,13 +54,21 @@ def fastest_walk(request: Request, console: Console, quiet: bool) -> tuple[Reque
             soft_wrap=True, highlight=False,
         )  # fmt: skip
     if not quiet:
-        console.print(_limits(best), soft_wrap=True, markup=False, highlight=False)
+        for line in limit_lines(best):
+            console.print(line, soft_wrap=True, markup=False, highlight=False)
     settings = {**request.settings, "speed": best.speed}
     return replace(request, task=task_at(best.speed), settings=settings), found
 
 
-def _limits(best: Fastest) -> str:
-    at_limit = f"at their limits: {'; '.join(best.binding[:_MOST])}"
-    if not isfinite(best.refused):
-        return at_limit
-    return f"no walk was found at {best.refused:.3f} m/s; {at_limit}"
+def limit_lines(best: Fastest) -> list[str]:
+    """Return what ended the search, and a line for each constraint at its limit."""
+    rows = [row for row in best.design.certificate.families if row.sentence in best.binding]
+    lines = [f"no walk was found at {best.refused:.3f} m/s"] if isfinite(best.refused) else []
+    lines += [f"at their limits at {best.speed:.3f} m/s:"] if rows else []
+    lines += [f"- {_at_limit(row)}" for row in rows[:_MOST]]
+    return lines + ([f"- and {len(rows) - _MOST} more"] if len(rows) > _MOST else [])
+
+
+def _at_limit(row: WorstRow) -> str:
+    when = "" if row.time is None else f" at {row.time:.3f} s"
+    return f"{row.row}{when}: {rounded(row.value)} {row.unit}, limit {rounded(row.limit)}"

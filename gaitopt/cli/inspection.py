@@ -17,6 +17,7 @@ from gaitopt.cli.config import Settings
 from gaitopt.cli.failures import ExitCode, complain
 from gaitopt.cli.robot_request import choices_text, robot_origin, robot_source
 from gaitopt.cli.screen import WIDTH, screen
+from gaitopt.cli.writable import require_files
 from gaitopt.view.inspection import Inspection, inspect_robot
 from gaitopt.view.inspection_tables import Section, sections
 
@@ -32,6 +33,7 @@ def run(settings: Settings, html: Path | None, write_choices: Path | None) -> No
         InputError: a file cannot be read or written.
         typer.Exit: the robot cannot be used.
     """
+    require_files((html, "--html"), (write_choices, "--write-choices"))
     source, choices = robot_source(settings)
     found = inspect_robot(source, choices, robot_origin(settings))
     out = screen()
@@ -87,4 +89,12 @@ def _count_the_rest(table: Table, seen: Counter[str], columns: int) -> None:
 
 
 def _short(text: str) -> str:
-    return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 4]} ..."
+    """Return a text that is not too long: whole names of a list, or whole words."""
+    if len(text) <= _LONGEST:
+        return text
+    kept = text[: _LONGEST - 4]
+    names, comma, _ = kept.rpartition(", ")
+    if comma and len(names) > _LONGEST // 2:
+        more = text[len(names) :].count(", ")
+        return f"{names} and {more} more"
+    return f"{kept.rpartition(' ')[0] or kept} ..."

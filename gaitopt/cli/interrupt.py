@@ -3,11 +3,18 @@
 from __future__ import annotations
 
 import signal
+import sys
 import threading
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from types import FrameType
+from typing import NoReturn
+
+from gaitopt.cli.failures import ExitCode
+
+STOPPING = "stopping; press Ctrl-C again to quit at once"
+QUIT = "error: interrupted before there was a result; nothing was written"
 
 
 @dataclass
@@ -18,23 +25,62 @@ class StopRequest:
 
 
 @contextmanager
-def ctrl_c_asks() -> Iterator[StopRequest]:
-    """Note the first Ctrl-C inside the block instead of raising; the second raises as usual.
+def ctrl_c_asks(*, told: bool = True) -> Iterator[StopRequest]:
+    """Note the first Ctrl-C inside the block instead of raising; the second ends the program.
 
-    The solver stops between two iterations, so that its best iterate is complete.
+    The solver stops between two iterations, so that its best iterate is complete. Solvers answer
+    KeyboardInterrupt in the same way, so that the second has to be something else.
+
+    Args:
+        told: whether to say on stderr, at once, that the first was heard.
     """
     request = StopRequest()
 
     def note(number: int, frame: FrameType | None) -> None:
+        del number, frame
         if request.asked:
-            signal.default_int_handler(number, frame)
+            _quit()
         request.asked = True
+        if told:
+            _tell(STOPPING)
 
-    if threading.current_thread() is not threading.main_thread():
-        yield request  # only the main thread receives signals
-        return
-    before = signal.signal(signal.SIGINT, note)
-    try:
+    with _answered_by(note):
         yield request
+
+
+@contextmanager
+def ctrl_c_told() -> Iterator[None]:
+    """Say on stderr that Ctrl-C was heard, then raise as usual; the second ends the program."""
+    request = StopRequest()
+
+    def tell(number: int, frame: FrameType | None) -> None:
+        if request.asked:
+            _quit()
+        request.asked = True
+        _tell(STOPPING)
+        signal.default_int_handler(number, frame)
+
+    with _answered_by(tell):
+        yield
+
+
+@contextmanager
+def _answered_by(handler: Callable[[int, FrameType | None], None]) -> Iterator[None]:
+    if threading.current_thread() is not threading.main_thread():
+        yield  # only the main thread receives signals
+        return
+    before = signal.signal(signal.SIGINT, handler)
+    try:
+        yield
     finally:
         signal.signal(signal.SIGINT, before)
+
+
+def _quit() -> NoReturn:
+    _tell(QUIT)
+    raise SystemExit(int(ExitCode.INTERRUPTED))
+
+
+def _tell(text: str) -> None:
+    with suppress(RuntimeError):  # the signal came amid another print
+        print(text, file=sys.stderr, flush=True)  # noqa: T201

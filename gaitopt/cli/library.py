@@ -11,13 +11,15 @@ from gaitopt.cli.cells import new_table
 from gaitopt.cli.failures import ExitCode
 from gaitopt.cli.report import print_gait
 from gaitopt.cli.screen import screen
+from gaitopt.cli.writable import require_files
 from gaitopt.errors import InputError
 from gaitopt.gait.result_file import save_gait
 from gaitopt.study.index import Row, Value, columns
 from gaitopt.study.interpolate import interpolate
 from gaitopt.study.library import Library, open_library
-from gaitopt.study.selection import selected
+from gaitopt.study.selection import selected, unknown_column
 
+LIST = "list"  # in place of columns: what there is
 SHOWN = ("status", "cost", "step_length", "cop_to_edge", "friction_used", "vertical_impulse")
 
 
@@ -29,6 +31,10 @@ def run_list(directory: Path, where: list[str], names: str | None, plot: Path | 
         InputError: a condition or a column cannot be used, or the figure cannot be written.
     """
     library = open_library(directory)
+    if names == LIST:
+        for name in columns(library.rows):
+            screen().print(name, markup=False)
+        return
     rows = selected(library.rows, where)
     if plot is not None:
         from gaitopt.view.library_figures import write_library_figure
@@ -46,6 +52,7 @@ def run_at(directory: Path, at: list[str], output: Path | None) -> None:
         GaitoptError: it is outside the library, or there is none.
         typer.Exit: it is not certified.
     """
+    require_files((output, "--output"))
     found = interpolate(open_library(directory), named_values(at, "--at"))
     out = screen()
     print_gait(out, found.design.gait)
@@ -58,19 +65,21 @@ def run_at(directory: Path, at: list[str], output: Path | None) -> None:
 
 
 def _columns(library: Library, names: str | None) -> list[str]:
+    """Return what to show: first what was swept over."""
     known = columns(library.rows)
+    axes = [axis.name for axis in library.points.axes]
     if names is None:
-        axes = [axis.name for axis in library.points.axes]
-        return [n for n in (*axes, *(c for c in SHOWN if c not in axes)) if n in known]
-    chosen = [name.strip() for name in names.split(",")]
-    unknown = [name for name in chosen if name not in known]
-    if unknown:
-        raise InputError(f"there is no column {', '.join(unknown)}; there are {', '.join(known)}")
-    return chosen
+        return [n for n in dict.fromkeys((*axes, *SHOWN)) if n in known]
+    chosen = [name.strip() for name in names.split(",") if name.strip()]
+    for name in chosen:
+        if name not in known:
+            raise InputError(unknown_column(name, known))
+    return [*(axis for axis in axes if axis not in chosen), *chosen]
 
 
 def _show(library: Library, rows: list[Row], names: list[str]) -> None:
     table = new_table("", *(f">{name}" for name in names))
+    table.expand = False
     for row in rows:
         table.add_row(*(_cell(row.get(name)) for name in names))
     out = screen()

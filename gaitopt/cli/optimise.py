@@ -3,20 +3,22 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator
 from pathlib import Path
 
 import typer
 from rich.console import Console
 
 from gaitopt.cli.config import Settings
-from gaitopt.cli.failures import ExitCode
+from gaitopt.cli.failures import ExitCode, complain
 from gaitopt.cli.fastest import fastest_walk
 from gaitopt.cli.interrupt import StopRequest, ctrl_c_asks
 from gaitopt.cli.progress import ProgressDisplay
 from gaitopt.cli.report import print_gait
 from gaitopt.cli.request import Request, make_request
-from gaitopt.cli.results import require_writable, write_results
+from gaitopt.cli.results import write_results
 from gaitopt.cli.screen import screen
+from gaitopt.cli.writable import require_writable
 from gaitopt.design.design import Design, design
 from gaitopt.design.start_job import Outcome
 from gaitopt.design.starts import many_starts
@@ -45,15 +47,20 @@ def run(
     request = make_request(given, config)
     errors, out = screen(stderr=True), screen()
     with painter(output is not None and figures) as brush:
-        if fastest:
-            request, found = fastest_walk(request, errors, quiet)
-        else:
-            found = _search(request, errors, quiet)
+        try:
+            if fastest:
+                request, found = fastest_walk(request, errors, quiet)
+            else:
+                found = _search(request, errors, quiet)
+        except KeyboardInterrupt as error:
+            complain("interrupted before there was a result; nothing was written")
+            raise typer.Exit(ExitCode.INTERRUPTED) from error
         if not quiet:
             print_gait(out, found.gait)
         if output is not None:
             pictures = brush if figures else None
-            written = write_results(found.gait, request, output, page=page, figures=pictures)
+            results = write_results(found.gait, request, output, page=page, figures=pictures)
+            written = _all_written(results, output)
             if not quiet:
                 names = ", ".join(path.name for path in written)
                 out.print(f"wrote to {output}: {names}", soft_wrap=True, markup=False)
@@ -77,6 +84,22 @@ def exit_code(found: Design, refined: bool) -> ExitCode:
     return ExitCode.OK if good else ExitCode.NOT_CERTIFIED
 
 
+def _all_written(results: Iterator[Path], output: Path) -> list[Path]:
+    """Return what was written; where Ctrl-C ends it, say what is there.
+
+    Raises:
+        typer.Exit: Ctrl-C was pressed.
+    """
+    written: list[Path] = []
+    try:
+        written.extend(results)
+    except KeyboardInterrupt as error:
+        there = ", ".join(path.name for path in written) or "nothing yet"
+        complain(f"interrupted while the results were written; in '{output}' there is: {there}")
+        raise typer.Exit(ExitCode.INTERRUPTED) from error
+    return written
+
+
 def _designed(
     request: Request, progress: ProgressDisplay, stop: StopRequest
 ) -> tuple[Design, tuple[str, ...]]:
@@ -95,11 +118,13 @@ def _designed(
         workers=max(1, min(request.starts // 2, os.cpu_count() or 1)), start=request.start,
         on_outcome=go_on, on_progress=progress,
     )  # fmt: skip
-    return report.design, report.sentences
+    first, *optima = report.sentences
+    return report.design, (f"{first}; costs at the samples, before refinement:", *optima)
 
 
 def _search(request: Request, errors: Console, quiet: bool) -> Design:
-    with ctrl_c_asks() as stop, ProgressDisplay(errors, stop, quiet) as progress:
+    shown = errors.is_terminal and not quiet  # then the table says that it stops
+    with ctrl_c_asks(told=not shown) as stop, ProgressDisplay(errors, stop, quiet) as progress:
         found, said = _designed(request, progress, stop)
     if not quiet:
         for sentence in said:

@@ -10,7 +10,7 @@ from rich.live import Live
 from rich.table import Table
 from rich.text import Text
 
-from gaitopt.cli.interrupt import StopRequest
+from gaitopt.cli.interrupt import STOPPING, StopRequest
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.nlp import Progress, ProgressCallback
 
@@ -35,7 +35,9 @@ class ProgressDisplay:
 
     def __enter__(self) -> ProgressDisplay:
         if self._console.is_terminal and not self._quiet:
-            self._live = Live(console=self._console, refresh_per_second=8)
+            self._live = Live(
+                console=self._console, refresh_per_second=8, get_renderable=self._shown
+            )
             self._live.start()
         return self
 
@@ -44,14 +46,20 @@ class ProgressDisplay:
             self._live.stop()
         elif self._rows and not self._quiet:
             self._print_line()
+        if len(self._rows) > 1 and not self._quiet:
+            self._print_sum()
 
     def __call__(self, problem: WalkProblem) -> ProgressCallback:
         """Begin a round of refinement; return the callback of its solver."""
         self._rows.append(("", "", "", "", "", ""))
         number = len(self._rows)
+        first: int | None = None  # a solver may count on from the rounds before
 
         def show(progress: Progress) -> None:
-            self._rows[-1] = _row(problem.describe, number, progress, self._elapsed)
+            nonlocal first
+            first = progress.iteration if first is None else first
+            done = progress.iteration - first
+            self._rows[-1] = _row(problem.describe, number, done, progress, self._elapsed)
             self._show()
             if self._request.asked:
                 raise KeyboardInterrupt
@@ -63,10 +71,21 @@ class ProgressDisplay:
         return time.monotonic() - self._started
 
     def _show(self) -> None:
-        if self._live is not None:
-            self._live.update(_table(self._rows, self._request.asked))
-        elif not self._quiet and self._elapsed - self._printed >= PERIOD:
+        if self._live is None and not self._quiet and self._elapsed - self._printed >= PERIOD:
             self._print_line()
+
+    def _print_sum(self) -> None:
+        """Print the sum of the rounds, which the table of the walk has too."""
+        iterations = sum(int(row[1] or 0) for row in self._rows)
+        self._console.print(
+            f"{len(self._rows)} rounds, {iterations} iterations; {self._elapsed:.1f} s with all "
+            "starts and checks",
+            soft_wrap=True,
+        )
+
+    def _shown(self) -> Table:
+        """What the terminal shows, asked for eight times a second: Ctrl-C is answered at once."""
+        return _table(self._rows, self._request.asked)
 
     def _print_line(self) -> None:
         self._printed = self._elapsed
@@ -78,13 +97,15 @@ class ProgressDisplay:
         )
 
 
-def _row(describe: Callable[[int], str], number: int, progress: Progress, elapsed: float) -> Row:
+def _row(
+    describe: Callable[[int], str], number: int, done: int, progress: Progress, elapsed: float
+) -> Row:
     violation = "none"
     if progress.violation > NO_VIOLATION:
         violation = f"{progress.violation:.1e}  {describe(progress.worst)}"
     return (
         str(number),
-        str(progress.iteration),
+        str(done),
         f"{progress.cost:.6g}",
         violation,
         f"{progress.optimality:.0e}",
@@ -103,5 +124,5 @@ def _table(rows: list[Row], stopping: bool) -> Table:
     for row in rows[-8:]:
         table.add_row(*(Text(cell) for cell in row))
     if stopping:
-        table.caption = "stopping after this iteration; Ctrl-C again to give up"
+        table.caption = STOPPING
     return table

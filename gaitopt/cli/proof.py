@@ -8,14 +8,16 @@ from typing import Any
 from rich.table import Table
 from rich.text import Text
 
-from gaitopt.cli.cells import ABSENT, new_table
+from gaitopt.cli.cells import ABSENT, new_table, rounded
 from gaitopt.design.certificate import (
     FINE_TOLERANCE,
     KKT_TOLERANCE,
     MOMENTUM_TOLERANCE,
     REFEREE_TOLERANCE,
 )
+from gaitopt.solvers.certified import UNCONFIRMED
 
+_NOT_NEEDED = "the second solver did not reach the same; the certificate does not need it"
 _REFEREE = ("torque", "wrench", "impulse", "rate_after", "sole_twist", "posture", "rate")
 
 
@@ -31,10 +33,12 @@ def proof_table(solver: Mapping[str, Any], certificate: Mapping[str, Any]) -> Ta
 
 
 def _solver(solver: Mapping[str, Any]) -> str:
-    return (
+    text = (
         f"{solver['name']}: {solver['iterations']} iterations, "
-        f"{solver['evaluations']} evaluations, {solver['seconds']:.2f} s\n{solver['sentence']}"
+        f"{solver['evaluations']} evaluations, {solver['seconds']:.2f} s in the solver\n"
+        f"{solver['sentence']}"
     )
+    return f"{text}\n{_NOT_NEEDED}" if solver["name"] == UNCONFIRMED else text
 
 
 def _add_checks(table: Table, certificate: Mapping[str, Any]) -> None:
@@ -68,7 +72,9 @@ def _add_checks(table: Table, certificate: Mapping[str, Any]) -> None:
 def _named(row: Mapping[str, Any]) -> str:
     """Return a row of the certificate in words."""
     when = "" if row["time"] is None else f" at {row['time']:.4f} s"
-    return f"{row['row']}{when}: {row['value']:.4g} {row['unit']}, limit {row['limit']:.4g}"
+    return (
+        f"{row['row']}{when}: {rounded(row['value'])} {row['unit']}, limit {rounded(row['limit'])}"
+    )
 
 
 def _verdict(certificate: Mapping[str, Any]) -> Text:

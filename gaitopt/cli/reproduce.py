@@ -5,8 +5,8 @@ from __future__ import annotations
 import time
 from pathlib import Path
 
-from gaitopt.cli.results import require_writable
 from gaitopt.cli.screen import screen
+from gaitopt.cli.writable import require_writable
 
 
 def run(output: Path, quiet: bool) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+from collections.abc import Iterator
 from pathlib import Path
 
 import tomli_w
@@ -23,28 +24,10 @@ GAIT, PAGE, FIGURES, SUMMARY = "gait.npz", "gait.html", "figures", "summary.json
 TASK, URDF, CHOICES = "task.toml", "robot.urdf", "choices.toml"
 
 
-def require_writable(directory: Path) -> None:
-    """Check, before any work and leaving no trace, that a directory can be made and written.
-
-    Raises:
-        InputError: it cannot.
-    """
-    nearest = directory.absolute()
-    while not nearest.exists() and nearest != nearest.parent:
-        nearest = nearest.parent
-    if not nearest.is_dir():
-        reason = f"'{nearest}' is a file"
-    elif not os.access(nearest, os.W_OK | os.X_OK):
-        reason = f"'{nearest}' may not be written"
-    else:
-        return
-    raise InputError(f"cannot write to '{directory}': {reason}; give another --output directory")
-
-
 def write_results(
     gait: Gait, request: Request, directory: Path, *, page: bool, figures: Painter | None
-) -> list[Path]:
-    """Write the gait and everything made from it; return what was written.
+) -> Iterator[Path]:
+    """Write the gait and everything made from it; yield each as it is written.
 
     Args:
         gait: what was found.
@@ -60,22 +43,19 @@ def write_results(
         directory.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InputError(f"cannot make the directory '{directory}': {error.strerror}") from error
-    written = [
-        save_gait(gait, directory / GAIT),
-        write_atomically(directory / SUMMARY, summary_text(gait).encode()),
-        write_atomically(directory / URDF, gait.urdf.encode()),
-        write_atomically(directory / CHOICES, choices_text(request.robot.choices).encode()),
-        write_atomically(directory / TASK, task_text(request, directory).encode()),
-    ]
+    yield save_gait(gait, directory / GAIT)
+    yield write_atomically(directory / SUMMARY, summary_text(gait).encode())
+    yield write_atomically(directory / URDF, gait.urdf.encode())
+    yield write_atomically(directory / CHOICES, choices_text(request.robot.choices).encode())
+    yield write_atomically(directory / TASK, task_text(request, directory).encode())
     drawn = None if figures is None else figures.begin(gait, directory / FIGURES)
     if page:
         from gaitopt.view.page import write_page
 
-        written.append(write_page(gait, directory / PAGE))
+        yield write_page(gait, directory / PAGE)
     if drawn is not None:
         drawn()
-        written.append(directory / FIGURES)
-    return written
+        yield directory / FIGURES
 
 
 def summary_text(gait: Gait) -> str:

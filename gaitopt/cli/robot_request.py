@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -91,8 +92,23 @@ def _single(settings: Settings) -> dict[str, object]:
         chosen["sole"] = sole_of(str(edges))
     directories: Any = settings.get("package_dir")
     if directories:
+        require_directories(directories)
         chosen["package_dirs"] = tuple(str(Path(d).absolute()) for d in directories)
     return chosen
+
+
+def require_directories(directories: Iterable[str | Path]) -> None:
+    """Check directories of meshes.
+
+    Raises:
+        InputError: one is not there.
+    """
+    for directory in directories:
+        if not Path(directory).is_dir():
+            raise InputError(
+                f"--package-dir {directory}: there is no such directory; give the one that holds "
+                "the packages which the mesh paths name"
+            )
 
 
 def catalogued_task(settings: Settings) -> Settings:

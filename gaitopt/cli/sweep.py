@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from pathlib import Path
 from typing import Any
 
@@ -12,10 +13,10 @@ from gaitopt.cli.assignments import named_values
 from gaitopt.cli.config import SCHEMA, Settings
 from gaitopt.cli.failures import ExitCode, complain
 from gaitopt.cli.request import Request, make_request, make_task
-from gaitopt.cli.results import require_writable
 from gaitopt.cli.robot_request import biped_spec
 from gaitopt.cli.screen import screen
 from gaitopt.cli.sweep_progress import SweepDisplay
+from gaitopt.cli.writable import require_writable
 from gaitopt.design.certificate import KKT_TOLERANCE
 from gaitopt.errors import InputError
 from gaitopt.gait.task import Task
@@ -37,12 +38,13 @@ def run(given: Settings) -> None:
     directory, quiet = Path(str(given["output"])), bool(given.get("quiet", False))
     require_writable(directory)
     request = _request(given, axes)
+    begin = _begin(given, axes)
     errors = screen(stderr=True)
     try:
         with SweepDisplay(errors, quiet) as display:
             library = sweep(
                 request.robot, request.task, axes, directory, request.options,
-                spec=biped_spec(request.settings), seed=named_values(given.get("begin"), "--begin"),
+                spec=biped_spec(request.settings), seed=begin,
                 task_at=lambda values: _task_at(request, values), crew=_crew(given),
                 on_advance=display,
             )  # fmt: skip
@@ -50,7 +52,10 @@ def run(given: Settings) -> None:
         kept = _kept(directory)
         complain(f"interrupted; {kept} in '{directory}', and the same command goes on")
         raise typer.Exit(ExitCode.INTERRUPTED) from error
-    _conclude(library, screen(), quiet, request.options.refine)
+    out = screen()
+    if not quiet and not display.jobs:
+        out.print(f"all {len(library.rows)} were there; nothing was computed")
+    _conclude(library, out, quiet, request.options.refine)
 
 
 def _axes(given: Settings) -> list[Axis]:
@@ -63,9 +68,28 @@ def _axes(given: Settings) -> list[Axis]:
         if not sign:
             raise InputError(f"--grid {text}: give NAME=RANGE, as duration=0.3:0.6:0.05")
         axes.append(parse_axis(name.strip(), values))
+    for name, count in Counter(axis.name for axis in axes).items():
+        if count > 1:
+            raise InputError(
+                f"{name} is swept over twice; give its values once"
+                + (", by --speeds or by --grid" if name == "speed" else "")
+            )
     if not axes:
         raise InputError("nothing to sweep over; give --speeds 0.4:1.3:0.05, or --grid NAME=RANGE")
     return axes
+
+
+def _begin(given: Settings, axes: list[Axis]) -> dict[str, float]:
+    """Return where to begin, inside the ranges."""
+    values = named_values(given.get("begin"), "--begin")
+    for axis in axes:
+        first, last = axis.values[0], axis.values[-1]
+        if axis.name in values and not first <= values[axis.name] <= last:
+            raise InputError(
+                f"--begin {axis.name}={values[axis.name]:g} is outside the sweep; {axis.name} "
+                f"goes from {first:g} to {last:g}"
+            )
+    return values
 
 
 def _request(given: Settings, axes: list[Axis]) -> Request:

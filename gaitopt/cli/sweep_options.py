@@ -23,8 +23,9 @@ Grid = Annotated[
     list[str] | None,
     option(
         "--grid",
-        "Another quantity of task, limits or specification, as duration=0.3:0.6:0.05 or "
-        "geometry.d3=0.28,0.3,0.32; repeatable.",
+        "Another quantity of task, limits, double support or specification, as "
+        "duration=0.3:0.6:0.05 or geometry.d3=0.28,0.3,0.32; repeatable. trunk_pitch is the limit "
+        "of the lean, hold.trunk_pitch the lean at double support.",
         _SWEEP,
         "NAME=RANGE",
     ),
@@ -54,7 +55,12 @@ Where = Annotated[
 ]
 Columns = Annotated[
     str | None,
-    typer.Option("--columns", help="What to show of the index, as speed,cost.", metavar="NAMES"),
+    typer.Option(
+        "--columns",
+        help="What to show of the index beside what was swept, as cost,friction_used; 'list' tells "
+        "what there is.",
+        metavar="NAMES",
+    ),
 ]
 Plot = Annotated[
     Path | None,

@@ -20,6 +20,7 @@ class SweepDisplay:
         self._console, self._quiet = console, quiet
         self._bar: Progress | None = None
         self._printed = time.monotonic()
+        self.jobs = 0  # done so far
 
     def __enter__(self) -> SweepDisplay:
         if self._console.is_terminal and not self._quiet:
@@ -38,6 +39,7 @@ class SweepDisplay:
 
     def __call__(self, advance: Advance) -> None:
         """Show it."""
+        self.jobs += 1
         done = advance.gaits + advance.refused
         said = f"{done} of {advance.points} done, {advance.explored} explored"
         if advance.refused:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import typer
 
+from gaitopt.cli.robot_request import require_directories
 from gaitopt.gait.result_file import load_gait
 from gaitopt.view.walk import DEFAULT_STEPS
 
@@ -21,6 +22,7 @@ def run_play(
     from gaitopt.view.page import write_page
     from gaitopt.view.player import play
 
+    require_directories(package_dirs)
     gait = load_gait(path)
     count = DEFAULT_STEPS if steps is None else steps
     if html is not None:

@@ -115,6 +115,6 @@ def _meta(source: Path, text: NDArray[np.generic]) -> dict[str, object]:
 
 def _bad(source: Path, reason: str) -> GaitFileError:
     return GaitFileError(
-        f"cannot read the gait file '{source}': {reason}; give a file written by 'save_gait' "
-        "or by the command line of gaitopt"
+        f"cannot read the gait file '{source}': {reason}; give one that gaitopt optimise "
+        "--output wrote (in Python, save_gait)"
     )

@@ -56,7 +56,8 @@ class LegPairs:
         if guessed:
             said.append(
                 f"taken as bars of {DEFAULT_RADIUS:g} m radius between their joints, for no shape "
-                f"of them was found (are the meshes in package_dirs?): {', '.join(guessed)}"
+                "of them was found (are the meshes in --package-dir, package_dirs in Python?): "
+                + ", ".join(guessed)
             )
         return tuple(said)
 

@@ -31,7 +31,8 @@ SIDES = ("right", "left")
 
 UNUSED_SRDF = (
     "an SRDF is given (srdf), but nothing of it is used; name one of its poses "
-    '(posture = "POSE"), ask for its rotors (rotors = true), or leave it out'
+    '(--posture POSE, or posture = "POSE" in the file for --choices), ask for '
+    "its rotors (rotors = true), or leave it out"
 )
 
 

@@ -102,7 +102,9 @@ def read_robot(source: Source, choices: Choices) -> Reading:
     sides = (names[side], names[1 - side])
     flat = straight if parallel_feet(placed, straight, pair.legs) else placed
     stance, tilted = level_feet(stance_of(flat, pair.legs, heading.rotation), shapes, sides)
-    soles = choose_soles(stance, _faces(stance, shapes), sides, choices)
+    faces = _faces(stance, shapes)
+    lost = source.mesh_problems() if None in faces else []
+    soles = choose_soles(stance, faces, sides, choices, lost)
     if soles.added:
         _add_frames(model, pair.legs, soles)
     resolved = _resolved(choices, model, pair, heading, soles, side)
@@ -173,7 +175,7 @@ def _check_ranges(model: pin.Model, legs: Legs, problems: tuple[UrdfProblem, ...
     for problem in problems:
         row = names.get(problem.name) if problem.kind == "range" else None
         if row is not None and not model.lowerPositionLimit[row] < model.upperPositionLimit[row]:
-            raise RobotError(f"{problem}; or give a range in limits")
+            raise RobotError(f"{problem}; or give a range: [[limits]] in the file for --choices")
 
 
 def _limits(

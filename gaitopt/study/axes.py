@@ -16,7 +16,13 @@ LARGEST = 100_000  # values of one axis; more is a slip of the keyboard
 
 _TASK = ("speed", "duration", "penalty_weight")
 _MARGINS = tuple(f.name for f in fields(Margins) if f.name not in ("joint_range", "impulse_cop"))
-_GEOMETRY = tuple(name for name in GEOMETRY_NAMES if name != GEOMETRY_NAMES[DURATION])
+_GEOMETRY = {
+    f"hold.{name}" if name in _MARGINS else name: name
+    for name in GEOMETRY_NAMES
+    if name != GEOMETRY_NAMES[DURATION]
+}
+"""Geometric quantities by the name of their axis: trunk_pitch is a limit, hold.trunk_pitch a value
+of the double support."""
 _PARTS = ("geometry", "links", "joints")
 
 
@@ -25,8 +31,9 @@ class Axis:
     """One quantity and the values it takes.
 
     Attributes:
-        name: a field of `Task` or `Margins`, a geometric quantity (held at the value), or the path
-            of an entry of a specification, as "geometry.d3".
+        name: a field of `Task` or `Margins`, a geometric quantity (held at the value; as
+            "hold.trunk_pitch" where a limit has the same name), or the path of an entry of a
+            specification, as "geometry.d3".
         values: increasing, SI units of the quantity.
 
     Raises:
@@ -39,9 +46,9 @@ class Axis:
     def __post_init__(self) -> None:
         if self.name not in (*_TASK, *_MARGINS, *_GEOMETRY) and not self.of_robot:
             raise InputError(
-                f"there is no quantity '{self.name}' to sweep over; there are "
-                f"{', '.join((*_TASK, *_MARGINS, *_GEOMETRY))}, and the entries of a "
-                "specification, as geometry.d3"
+                f"there is no quantity '{self.name}' to sweep over; there are {', '.join(_TASK)}; "
+                f"the limits {', '.join(_MARGINS)}; the geometric quantities, held at the value, "
+                f"{', '.join(_GEOMETRY)}; and the entries of a specification, as geometry.d3"
             )
         values = tuple(round(float(v), DIGITS) for v in self.values)
         if not values or not all(map(math.isfinite, values)):
@@ -74,8 +81,13 @@ def parse_axis(name: str, text: str) -> Axis:
             "0.4:1.3:0.05, or the values, as 0.4,0.6,1.0"
         )
     first, last, step = parts
+    if first > last:
+        raise InputError(
+            f"the range {text} of {name} begins above its end; give the lower value first: "
+            f"{last:g}:{first:g}:{step:g}"
+        )
     count = math.floor((last - first) / step + 1e-6) + 1
-    if not 1 <= count <= LARGEST:
+    if count > LARGEST:
         raise InputError(f"the range {text} of {name} has {count} values; 1 to {LARGEST} are good")
     return Axis(name, tuple(first + i * step for i in range(count)))
 
@@ -95,7 +107,7 @@ def with_values(task: Task, values: Iterable[tuple[str, float]]) -> Task:
         elif name in _MARGINS:
             margins[name] = value
         elif name in _GEOMETRY:
-            geometry[name] = {"free": False, "value": value}
+            geometry[_GEOMETRY[name]] = {"free": False, "value": value}
     return replace(
         task,
         **changes,  # type: ignore[arg-type]

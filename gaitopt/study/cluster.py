@@ -14,7 +14,8 @@ from gaitopt.errors import GaitoptError, InputError, MissingExtraError
 from gaitopt.study.jobs import Crew, Job, Outcome, run_job
 
 AHEAD = 3  # jobs in hand per worker, so that none waits for the next
-START = 60.0  # s to reach a scheduler, or for local workers to come up
+START = 60.0  # s for local workers to come up
+REACH = 8.0  # s to reach a scheduler that is there
 
 
 class DaskCrew(Crew):
@@ -82,7 +83,7 @@ def local_crew(workers: int) -> DaskCrew:
         n_workers=workers,
         threads_per_worker=1,
         processes=True,
-        dashboard_address=None,
+        dashboard_address="127.0.0.1:0",  # any free port; with None it warns if 8787 is taken
         host="127.0.0.1",
         silence_logs=50,
         preload=[__name__],
@@ -100,11 +101,12 @@ def joined_crew(address: str) -> DaskCrew:
     """
     distributed = _distributed()
     try:
-        client = distributed.Client(address, timeout=START)
+        client = distributed.Client(address, timeout=REACH)
     except (OSError, ValueError, TimeoutError) as error:
         raise InputError(
-            f"no Dask scheduler answers at '{address}'; give the address that dask scheduler "
-            "printed, as tcp://10.0.0.1:8786"
+            f"no Dask scheduler answers at '{address}' within {REACH:g} s; start one by 'dask "
+            "scheduler' and give the address that it prints, as tcp://10.0.0.1:8786, or use this "
+            "machine: --workers N"
         ) from error
     if not client.nthreads():
         client.close()

@@ -25,7 +25,7 @@ _WORDS = {"true": True, "false": False}
 _JOIN = re.compile(r"(?:^|\s+)and(?:\s+|$)")
 _STRAY = re.compile(r"[<>=!&|]|\bor\b")  # in a value without quotes: part of another condition
 _FORM = (
-    "give a column, one of < <= > >= = !=, and a value, as \"speed>0.8\" or \"status=certified\"; "
+    'give a column, one of < <= > >= = !=, and a value, as "speed>0.8" or "status=certified"; '
     "several are joined by 'and' only"
 )
 

@@ -3,14 +3,17 @@
 import json
 import os
 import signal
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from gaitopt import load_gait
 from gaitopt.cli import optimise as optimise_command
+from gaitopt.cli import results
 from gaitopt.cli.config import read_config
-from gaitopt.cli.results import require_writable
+from gaitopt.cli.interrupt import STOPPING, ctrl_c_asks, ctrl_c_told
+from gaitopt.cli.writable import require_writable
 from gaitopt.errors import InputError
 
 
@@ -116,6 +119,42 @@ def test_no_gait_found(quick, tmp_path):
     assert not (tmp_path / "none").exists()
 
 
+def test_step_longer_than_the_legs_is_no_gait(quick, tmp_path):
+    result = quick("--speed", "5", "-o", tmp_path / "none")
+    assert result.exit_code == 3
+    assert "a step of 2.000 m" in result.stderr
+    assert "longer than the legs can span: at most 1.164 m" in result.stderr
+    assert not (tmp_path / "none").exists()
+
+
+def test_interrupt_while_writing_tells_what_is_there(designed, quick, monkeypatch, tmp_path):
+    def interrupted(*_):
+        os.kill(os.getpid(), signal.SIGINT)
+
+    monkeypatch.setattr(results, "task_text", interrupted)
+    result = quick("--start", designed / "gait.npz", "-o", tmp_path / "out")
+    assert result.exit_code == 130
+    there = ["gait.npz", "summary.json", "robot.urdf", "choices.toml"]
+    assert f"there is: {', '.join(there)}\n" in result.stderr
+    assert {path.name for path in (tmp_path / "out").iterdir()} == set(there)
+
+
+def test_first_ctrl_c_is_answered_at_once(capsys):
+    with ctrl_c_asks() as stop:
+        os.kill(os.getpid(), signal.SIGINT)
+        assert stop.asked
+        assert capsys.readouterr().err == f"{STOPPING}\n"
+        with pytest.raises(SystemExit, match="130"):
+            os.kill(os.getpid(), signal.SIGINT)
+    assert "nothing was written" in capsys.readouterr().err
+    with ctrl_c_told():
+        with pytest.raises(KeyboardInterrupt):
+            os.kill(os.getpid(), signal.SIGINT)
+        assert capsys.readouterr().err == f"{STOPPING}\n"
+        with pytest.raises(SystemExit, match="130"):
+            os.kill(os.getpid(), signal.SIGINT)
+
+
 def test_interrupt_before_a_gait_stops_at_the_next_iteration(quick, monkeypatch):
     search = optimise_command.design
 
@@ -151,3 +190,9 @@ def test_writability_is_checked_without_leaving_a_trace(tmp_path):
     (tmp_path / "file").touch()
     with pytest.raises(InputError, match="is a file"):
         require_writable(tmp_path / "file" / "b")
+
+
+@pytest.mark.skipif(not Path("/proc/self").exists(), reason="there is no /proc")
+def test_a_place_that_only_looks_like_a_directory_is_refused():
+    with pytest.raises(InputError, match="cannot write to '/proc/sub': in '/proc': "):
+        require_writable(Path("/proc/sub"))

@@ -282,7 +282,8 @@ def test_a_dead_mesh_does_not_stop_reading(robot, capfd):
     (problem,) = read_source(text).mesh_problems()
     assert str(problem) == (
         "link 'left_shin': the visual mesh 'package://lost/foot.stl' was not found; give the "
-        "directory that holds its package as package_dirs, or correct the path"
+        "directory that holds its package (--package-dir DIR; in Python package_dirs), or "
+        "correct the path"
     )
     assert capfd.readouterr().err == ""
 

@@ -128,7 +128,7 @@ def test_resolved_choices_need_no_shapes(robot):
         while f"<{tag}>" in text:
             start = text.index(f"<{tag}>")
             text = text[:start] + text[text.index(f"</{tag}>") + len(tag) + 3 :]
-    with pytest.raises(RobotError, match="no collision box or visual shape of the foot shows"):
+    with pytest.raises(RobotError, match="no collision box or visual shape of the feet shows"):
         Robot.from_urdf(text)
     again = Robot.from_urdf(text, choices=robot.choices)
     assert again.model == robot.model

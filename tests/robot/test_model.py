@@ -93,7 +93,7 @@ def test_a_given_sole_replaces_the_collision_box():
     text = edited_urdf(edit)
     sole = Sole(toe=0.01, heel=-0.2, left=0.05, right=-0.04)
     assert Robot.from_urdf(text, sole=sole).sole == sole
-    with pytest.raises(RobotError, match=r"no collision box .* 'right_sole'; give the sole"):
+    with pytest.raises(RobotError, match=r"no collision box .* 'right_sole'\); give the sole"):
         Robot.from_urdf(text)
 
 

@@ -285,7 +285,7 @@ def test_joints_that_would_be_wrong_in_a_leg(edit, kinds, message):
     [
         (limits(effort="-150"), r"the effort limit is '-150'; it must be above 0; give it \[N.m\]"),
         (limits(velocity="fast"), r"the velocity limit is 'fast'; it must be above 0"),
-        (limits(lower="low"), r"the range is from nan to 2\.6 rad; lower must be below upper"),
+        (limits(lower="low"), r"the lower limit is 'low', which is no number; give it \[rad\]"),
     ],
 )
 def test_limits_that_no_loader_takes_are_refused(edit, message):

@@ -1,9 +1,11 @@
+import re
+
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gaitopt.errors import InputError
-from gaitopt.gait.parameters import FOOT_YAW
+from gaitopt.gait.parameters import FOOT_YAW, TRUNK_PITCH
 from gaitopt.gait.task import preset_task
 from gaitopt.study.axes import Axis, parse_axis, with_values
 
@@ -33,9 +35,19 @@ def test_what_is_no_range_is_refused(text):
         parse_axis("speed", text)
 
 
+def test_each_quantity_is_listed_once():
+    with pytest.raises(InputError, match="there is no quantity 'foo'") as refused:
+        Axis("foo", (1.0,))
+    listed = re.findall(r"[a-z_]+\.?[a-z_]+", str(refused.value).partition("there are")[2])
+    assert [n for n in listed if "trunk_pitch" in n] == ["trunk_pitch", "hold.trunk_pitch"]
+    assert listed.count("pelvis_roll") == 1
+
+
 def test_unknown_quantities_and_disordered_values_are_refused():
     with pytest.raises(InputError, match="there is no quantity 'sped'"):
         Axis("sped", (1.0,))
+    with pytest.raises(InputError, match=r"of speed begins above its end; .*: 0\.4:1\.3:0\.1"):
+        parse_axis("speed", "1.3:0.4:0.1")
     with pytest.raises(InputError, match="do not increase"):
         Axis("speed", (1.0, 0.9))
 
@@ -46,5 +58,8 @@ def test_values_reach_task_margins_and_geometry():
     assert (task.speed, task.margins.friction) == (0.7, 0.55)
     assert task.geometry[FOOT_YAW].value == 0.08
     assert not task.geometry[FOOT_YAW].free
+    task = with_values(preset_task(), [("trunk_pitch", 0.2), ("hold.trunk_pitch", 0.05)])
+    assert task.margins.trunk_pitch == 0.2
+    assert (task.geometry[TRUNK_PITCH].value, task.geometry[TRUNK_PITCH].free) == (0.05, False)
     with pytest.raises(InputError, match="speed is -1"):
         with_values(preset_task(), [("speed", -1.0)])

@@ -1,8 +1,10 @@
 import os
 import signal
+import socket
 import subprocess
 import sys
 import time
+from contextlib import suppress
 
 import pytest
 from sweeps import QUICK, SPEEDS, quick_task
@@ -13,6 +15,7 @@ from gaitopt.study.sweep import sweep
 pytest.importorskip("distributed", reason="the extra 'cluster' is not installed")
 pytestmark = pytest.mark.filterwarnings("ignore")  # what Dask says while workers die is its own
 
+from gaitopt.study import cluster  # noqa: E402
 from gaitopt.study.cluster import joined_crew, local_crew  # noqa: E402
 
 
@@ -70,6 +73,23 @@ def test_an_external_scheduler_finds_the_same(robot, swept, scheduler, tmp_path)
         robot, quick_task(), [SPEEDS], tmp_path / "l", QUICK, crew=joined_crew(scheduler)
     )
     assert costs(library) == pytest.approx(costs(swept), rel=1e-9)
+
+
+def test_an_address_where_nobody_answers_is_refused_soon(monkeypatch):
+    monkeypatch.setattr(cluster, "REACH", 0.5)
+    with pytest.raises(InputError, match=r"answers at 'tcp://127.0.0.1:9' within 0.5 s; start one"):
+        joined_crew("tcp://127.0.0.1:9")
+
+
+@pytest.mark.filterwarnings("error:Port 8787")
+def test_local_workers_take_no_port_for_a_dashboard():
+    with socket.socket() as taken:
+        with suppress(OSError):  # somebody else has it: as good
+            taken.bind(("127.0.0.1", 8787))
+            taken.listen()
+        crew = local_crew(1)
+        assert len(crew.client.nthreads()) == 1
+        crew.close()
 
 
 def test_no_workers_are_too_few():

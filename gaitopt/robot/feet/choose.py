@@ -6,6 +6,7 @@ reference posture, so that one rectangle serves both.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,6 +18,8 @@ from gaitopt.robot.choices import Choices, Placement
 from gaitopt.robot.feet.found import FoundSole
 from gaitopt.robot.feet.rectangles import Rectangle, common_rectangle
 from gaitopt.robot.feet.sole import Sole
+from gaitopt.robot.feet.unseen import unseen_sole
+from gaitopt.robot.files.meshes import MeshProblem
 from gaitopt.robot.findings import Finding
 from gaitopt.robot.legs.stance import Stance
 from gaitopt.robot.mirror.symmetry import mirror_placement
@@ -54,6 +57,7 @@ def choose_soles(
     found: tuple[FoundSole | None, FoundSole | None],
     names: tuple[str | None, str | None],
     choices: Choices,
+    lost: Sequence[MeshProblem] = (),
 ) -> Soles:
     """Return the sole frames and their rectangle.
 
@@ -62,6 +66,7 @@ def choose_soles(
         found: lower faces of the feet, None where the feet have no shape.
         names: frames of the right and of the left sole as the user named them.
         choices: of the user.
+        lost: meshes that cannot be used, to be told if they are missed.
 
     Raises:
         RobotError: a named frame is not in the plane of the sole, or the feet have no shape and
@@ -76,14 +81,15 @@ def choose_soles(
     if frames is not None:
         placements = (frames[0].placement.copy(), frames[1].placement.copy())
         titles = (str(frames[0].name), str(frames[1].name))
-        return _finish(stance, titles, placements, face, choices, added=False)
-    origin = _origin(stance, face, choices)
+        return _finish(stance, titles, placements, face, choices, lost, added=False)
+    origin = _origin(stance, face, choices, lost)
     level = pin.SE3(np.eye(3), origin)
     placements = (
         stance.places[0].actInv(level),
         stance.places[1].actInv(mirror_placement(level)),
     )
-    return _finish(stance, free_names(stance.model), placements, face, choices, added=True)
+    names = free_names(stance.model)
+    return _finish(stance, names, placements, face, choices, lost, added=True)
 
 
 def free_names(model: pin.Model) -> tuple[str, str]:
@@ -197,21 +203,16 @@ def _partner(stance: Stance, side: int, frame: pin.Frame) -> pin.Frame | None:
     return best
 
 
-def _origin(stance: Stance, face: Rectangle | None, choices: Choices) -> Array:
+def _origin(
+    stance: Stance, face: Rectangle | None, choices: Choices, lost: Sequence[MeshProblem]
+) -> Array:
     """Origin of a new right sole frame in the pelvis frame: below the ankle, mid-width."""
     ankle = (stance.ankles[0] + stance.ankles[1] * [1.0, -1.0, 1.0]) / 2.0
     if choices.sole_drop is not None:
         return np.array([ankle[0], ankle[1], ankle[2] - choices.sole_drop])
     if face is None:
-        raise RobotError(_NO_SOLE)
+        raise unseen_sole(lost, None)
     return np.array([ankle[0], (face.left + face.right) / 2.0, face.height])
-
-
-_NO_SOLE = (
-    "the feet have no collision or visual shape that shows their soles, and the file no sole "
-    "frames; give the sole rectangle and the height of the ankle above the sole: "
-    "sole = Sole(toe, heel, left, right), sole_drop"
-)
 
 
 def _finish(
@@ -220,6 +221,7 @@ def _finish(
     placements: tuple[pin.SE3, pin.SE3],
     face: Rectangle | None,
     choices: Choices,
+    lost: Sequence[MeshProblem],
     *,
     added: bool,
 ) -> Soles:
@@ -228,16 +230,13 @@ def _finish(
         finding = Finding("sole", "both feet", f"{_described(choices.sole)}, in {where}", "given")
         return Soles(names, placements, added, choices.sole, (finding,))
     if face is None:
-        raise RobotError(
-            f"no collision box or visual shape of the foot shows the sole of '{names[0]}'; "
-            "give the sole rectangle: Robot.from_urdf(..., sole=Sole(toe, heel, left, right))"
-        )
+        raise unseen_sole(lost, None if added else names[0])
     here = stance.places[0] * placements[0]
-    sole, lost = face.seen_from(here.translation)
+    sole, cut = face.seen_from(here.translation)
     drop = float(stance.ankles[0, 2] - here.translation[2])
     text = f"{_described(sole)}, {drop * 1e3:.1f} mm below the ankle; found: {face.how}; in {where}"
     findings = [Finding("sole", "both feet", text, "guessed" if added else "found")]
-    findings += [Finding("sole", "both feet", t, "warning") for t in (*face.doubts, *lost)]
+    findings += [Finding("sole", "both feet", t, "warning") for t in (*face.doubts, *cut)]
     return Soles(names, placements, added, sole, tuple(findings))
 
 

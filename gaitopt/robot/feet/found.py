@@ -18,7 +18,10 @@ _SMALLEST = 5e-4  # m²: less is an edge or a stud, not a sole
 _MOST = 0.8  # of the foot's length: a sole shorter than that is told
 _CANDIDATES = 120  # edges tried at once
 _ROUNDS = 12  # of refinement, each about the best edges of the last
-_ADVICE = "give the sole rectangle (sole) and the height of the ankle above it (sole_drop)"
+_ADVICE = (
+    "give the sole rectangle (--sole, or [sole] in the file for --choices) and the height of the "
+    "ankle above it (sole_drop there)"
+)
 
 
 @dataclass(frozen=True)

@@ -87,14 +87,14 @@ def common_rectangle(
     if max(box[0] - box[1] for box in boxes) < max(box[2] - box[3] for box in boxes):
         doubts.append(
             "the feet are wider than they are long: their shapes may be turned, or the heading "
-            "wrong; give the sole rectangle (sole), or forward"
+            "wrong; give the sole rectangle (--sole), or --forward"
         )
     toe, heel = min(toe, other[0]), max(heel, other[1])
     left, right = min(left, other[2]), max(right, other[3])
     if toe <= heel or left <= right:
         raise RobotError(
             "the soles of the two feet, mirrored onto each other, have nothing in common; "
-            "give the sole rectangle (sole) and sole_drop"
+            "give the sole rectangle (--sole) and sole_drop in the file for --choices"
         )
     how = next(sole.how for sole in found if sole is not None)
     return Rectangle(toe, heel, left, right, (height + other[4]) / 2.0, how, tuple(doubts))

@@ -31,7 +31,8 @@ class MeshProblem:
         """Return one sentence that says what to do."""
         return (
             f"link '{self.link}': the {self.kind} mesh '{self.file}' {self.reason}; "
-            "give the directory that holds its package as package_dirs, or correct the path"
+            "give the directory that holds its package (--package-dir DIR; in Python "
+            "package_dirs), or correct the path"
         )
 
 

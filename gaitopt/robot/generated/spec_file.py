@@ -87,10 +87,10 @@ def _read_table(path: Path) -> dict[str, Any]:
     except OSError as error:
         raise SpecError(
             f"cannot read {path}: {error.strerror or error}; give the path of a TOML file, "
-            "for example one that write_spec made"
+            "for example one that 'gaitopt urdf --write-spec FILE' made (in Python, write_spec)"
         ) from None
     except (ValueError, RecursionError) as error:
         raise SpecError(
-            f"{path} is not a TOML file: {str(error)[:200]}; write a correct one with write_spec "
-            "and edit that"
+            f"{path} is not a TOML file: {str(error)[:200]}; write a correct one by 'gaitopt urdf "
+            "--write-spec FILE' (in Python, write_spec) and edit that"
         ) from None

@@ -71,7 +71,8 @@ def find_legs(tree: Tree, feet: tuple[int, int] | None, up: Array | None) -> Pai
         return _checked(tree, feet, axes[0], trim=False)
     raise RobotError(
         "no two legs were found: no two chains of joints end side by side below everything else "
-        "at the reference posture; name the feet (feet = [right, left])"
+        "at the reference posture; name the feet in the file for --choices: "
+        'feet = ["RIGHT", "LEFT"] (in Python, feet)'
     )
 
 

@@ -136,7 +136,7 @@ def _refuse_values(
     )
 
 
-_HINT = 'unequal_limits = "tighter", "right" or "left"'
+_HINT = 'unequal_limits = "tighter", "right" or "left" in the file for --choices'
 
 
 def _settled(
@@ -185,7 +185,7 @@ def _settle_ranges(
             raise RobotError(
                 f"the ranges of '{names[row]}' and its partner '{partner}', {own[0]:g} to "
                 f"{own[1]:g} rad and {its[0]:g} to {its[1]:g} rad (mirrored), have nothing in "
-                'common; choose unequal_limits = "right" or "left"'
+                'common; choose unequal_limits = "right" or "left" in the file for --choices'
             )
         lower[row], upper[row] = kept
         if row < 6:

@@ -83,7 +83,10 @@ def reference_configuration(model: pin.Model, angles: Angles) -> Array:
 
 def _srdf(choices: Choices, folder: Path) -> ElementTree.Element:
     if choices.srdf is None:
-        raise RobotError("a pose or rotors are asked for by name, but no SRDF is given (srdf)")
+        raise RobotError(
+            "a pose or rotors are asked for by name, but no SRDF is given; give it: --srdf FILE, "
+            "or srdf in the file for --choices and in Python"
+        )
     text = choices.srdf
     if not text.lstrip().startswith("<"):
         path = next((p for p in (Path(text), folder / text) if p.is_file()), Path(text))

@@ -229,5 +229,6 @@ def _refuse(model: pin.Model, worst: Difference, allowed: float) -> None:
         f"the robot differs from its mirror image by {worst.relative:.3g} (relative, in the "
         f"{worst.kind} of the {where}: mass {worst.mass * 1e3:.4g} g, centre of mass "
         f"{worst.shift * 1e3:.4g} mm, inertia {worst.inertia:.3g} kg·m²); allowed is {allowed:g}. "
-        "Make the two legs and the trunk symmetric in the URDF, or raise asymmetry"
+        "Make the two legs and the trunk symmetric in the URDF, or raise asymmetry in the file for "
+        "--choices"
     )

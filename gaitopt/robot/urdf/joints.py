@@ -78,6 +78,10 @@ def _limit_problems(joint: Entry, kind: str) -> list[UrdfProblem]:
             problems.append(joint.problem(name, text, limit))
     lower, upper = (as_number(limit.get(side, "0")) for side in ("lower", "upper"))
     text = f"the range is from {lower:g} to {upper:g} {length}; lower must be below upper"
+    for side, value in (("lower", lower), ("upper", upper)):
+        if math.isnan(value):
+            wrong = f"{limit.get(side)!r}, which is no number; give it [{length}]"
+            raise joint.refusal(f"the {side} limit is {wrong}", limit)
     if math.isnan(lower + upper):
         raise joint.refusal(text, limit)
     if not lower < upper:

@@ -1,0 +1,89 @@
+"""What the screen shows of numbers, lists and progress."""
+
+from dataclasses import replace
+from types import SimpleNamespace
+
+import pytest
+from rich.console import Console
+
+from gaitopt.cli.cells import rounded
+from gaitopt.cli.fastest import limit_lines
+from gaitopt.cli.inspection import _short
+from gaitopt.cli.interrupt import StopRequest
+from gaitopt.cli.progress import ProgressDisplay
+from gaitopt.cli.proof import proof_table
+from gaitopt.design.certificate import WorstRow
+from gaitopt.nlp import Progress
+from gaitopt.solvers.certified import UNCONFIRMED
+from gaitopt.study.fastest import Fastest
+
+ROW = WorstRow("speed", "(1)", "left_knee speed", 0.12345, 10.0004, 10.0, "rad/s", 0.0, 0.0)
+
+
+def text_of(thing, width=100):
+    console = Console(width=width)
+    with console.capture() as shown:
+        console.print(thing)
+    return shown.get()
+
+
+@pytest.mark.parametrize(
+    ("value", "text"), [(-9.1393e-13, "0"), (2e-6, "2e-06"), (150.1249, "150.1"), (-0.8, "-0.8")]
+)
+def test_numbers_that_are_zero_but_for_rounding_are_shown_as_zero(value, text):
+    assert rounded(value) == text
+
+
+def fastest_with(rows, refused=1.25):
+    design = SimpleNamespace(
+        certificate=SimpleNamespace(families=rows),
+        problem=SimpleNamespace(task=SimpleNamespace(speed=1.2)),
+    )
+    return Fastest(design, refused, tuple(row.sentence for row in rows[1:]))
+
+
+def test_limits_of_the_fastest_walk_stand_one_per_line():
+    slack = replace(ROW, row="not at its limit")
+    zero = replace(ROW, row="friction", time=None, value=-9.1393e-13, limit=0.0, unit="N")
+    assert limit_lines(fastest_with([slack, ROW, zero])) == [
+        "no walk was found at 1.250 m/s",
+        "at their limits at 1.200 m/s:",
+        "- left_knee speed at 0.123 s: 10 rad/s, limit 10",
+        "- friction: 0 N, limit 0",
+    ]
+    many = [replace(ROW, row=f"row {i}") for i in range(12)]
+    lines = limit_lines(fastest_with(many, float("inf")))
+    assert (len(lines), lines[-1]) == (10, "- and 3 more")
+
+
+def test_long_lists_end_at_a_whole_name():
+    names = [f"right_finger_joint_{i}" for i in range(40)]
+    text = _short(f"40 joints that are not the legs', locked at 0: {', '.join(names)}")
+    shown, _, more = text.partition(": ")[2].rpartition(" and ")
+    kept = shown.split(", ")
+    assert kept == names[: len(kept)]
+    assert more == f"{40 - len(kept)} more"
+    assert len(text) <= 300
+    assert _short("word " * 100).endswith("word ...")
+    assert _short("a, b") == "a, b"
+
+
+def test_an_unconfirmed_answer_says_what_that_means():
+    solver = {"name": UNCONFIRMED, "iterations": 3, "evaluations": 4, "seconds": 0.1}
+    for name, said in ((UNCONFIRMED, True), ("sqp", False)):
+        record = {**solver, "name": name, "sentence": "optimal"}
+        table = proof_table(record, {"kkt": None, "certified": True, "verdict": "certified"})
+        assert ("the certificate does not need it" in text_of(table)) == said
+
+
+def test_rounds_add_up_to_the_sum_that_is_told():
+    console = Console(width=100, force_terminal=False)
+    problem = SimpleNamespace(describe=str)
+    with console.capture() as shown, ProgressDisplay(console, StopRequest(), False) as display:
+        for begins, ends in ((0, 5), (0, 3), (19, 20)):
+            show = display(problem)
+            for iteration in range(begins, ends + 1):
+                show(Progress(iteration, 1.0, 0.0, 0, 1e-3, 0.1, 0.2, 1))
+    lines = shown.get().splitlines()
+    assert lines[-2].startswith("round 3, iteration 1: ")
+    assert lines[-1].startswith("3 rounds, 9 iterations; ")
