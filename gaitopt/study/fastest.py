@@ -17,7 +17,7 @@ from gaitopt.robot.model import Robot
 from gaitopt.solvers import CertifiedSQP, Solver
 from gaitopt.study.interruption import stop_if_interrupted
 
-LEAPS = (0.05, 0.1)  # of the speed reached, tried from all starts in the end
+LEAPS = (0.05, 0.1)  # of the speed reached, tried once more in the end
 FIRST_STRIDE = 0.2  # of the speed reached, by which the next try is faster
 RESOLUTION = 0.01  # m/s
 DIGITS = 3  # of the speeds tried
@@ -132,10 +132,14 @@ class _Search:
         options: DesignOptions | None,
         tell: OnTry,
     ) -> bool:
-        """Try speeds beyond the refused one from all starts; tell whether one walks."""
+        """Try speeds beyond the refused one once more and from all starts; tell whether one walks.
+
+        The speed was refused from another walk than the one that is the fastest now.
+        """
         for leap in LEAPS:
             speed = round((1.0 + leap) * self.best.problem.task.speed, DIGITS)
-            found = _from_starts(robot, task_at(speed), options)
+            task = task_at(speed)
+            found = _try(robot, task, options, self.best) or _from_starts(robot, task, options)
             tell(speed, found)
             if found is not None:
                 self.best, self.refused = found, math.inf
