@@ -91,7 +91,7 @@ class _Run:
         self.penalty = initial_penalty(nlp, iterate, options.penalty)
         self.slack = 0.0
         self.last_length = options.initial_radius
-        self.undefined = False
+        self.undefined = self.renewed = False
         self.model: LocalModel | None = None
 
     def iterate_until_verdict(self) -> Status:
@@ -291,18 +291,37 @@ class _Run:
     def _is_optimal(self, iterate: Iterate) -> bool:
         return iterate.is_optimal(self.options.tolerance, self.options.feasibility)
 
-    def _collapsed(self) -> Status:
-        """Say why the region collapsed; the multipliers of short steps are poor, so ask again."""
+    def _collapsed(self) -> Status | None:
+        """Say why the region collapsed; the multipliers of short steps are poor, so ask again.
+
+        Better ones are worth another run from there: rows of nearly the same gradient may have
+        misled the first (once; measured, a few steps then suffice).
+        """
         if self.undefined:
             return Status.NUMERICAL
         if self.iterate.violation > FEASIBLE:
             return Status.INFEASIBLE
-        point = self.iterate.point
-        iterate = make_iterate(self.nlp, point, *least_squares_multipliers(self.nlp, point))
+        iterate = self._with_own_multipliers(self.iterate)
+        if self.recorder.best is not None and not self._is_optimal(iterate):
+            best = self._with_own_multipliers(self.recorder.best)
+            iterate = min(iterate, best, key=lambda one: one.residual.worst)
         if iterate.residual.worst < self.iterate.residual.worst:
             self.iterate = iterate
             self.recorder.keep(iterate)
+            if not self._is_optimal(iterate) and not self.renewed:
+                self._renew()
+                return None
         return Status.OPTIMAL if self._is_optimal(self.iterate) else Status.STALLED
+
+    def _with_own_multipliers(self, iterate: Iterate) -> Iterate:
+        point = iterate.point
+        return make_iterate(self.nlp, point, *least_squares_multipliers(self.nlp, point))
+
+    def _renew(self) -> None:
+        self.renewed, self.model = True, None
+        self.region = TrustRegion(self.options.initial_radius, self.options.max_radius)
+        self.last_length = self.options.initial_radius
+        self.filter = Filter(CEILING)
 
 
 def _length(d: Array) -> float:
