@@ -140,9 +140,11 @@ def _sweep(data: Record) -> tuple[str, str, str, bool]:
         many["cost"] <= cold["cost"] * (1.0 + 1e-6)
         for many, cold in zip(data["sweep"]["gaits"], data["cold, 2"], strict=True)
     )
+    clock = data["commands"]["optimise"] / data["commands"]["sweep"]
     return (
-        "19 gaits against cold designs of two starts", "3 times faster, no cost higher",
-        f"{two:.1f} times ({one:.1f} against one start)", lower and two >= 3.0,
+        "19 gaits against 19 cold commands, by the clock", "3 times faster, no cost higher",
+        f"{clock:.1f} times; in one process {two:.1f}, against one start each {one:.1f}",
+        lower and clock >= 3.0,
     )  # fmt: skip
 
 

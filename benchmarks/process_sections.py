@@ -33,15 +33,20 @@ def sweep(data: Record) -> str:
         for many, first, second in zip(gaits, one, two, strict=True)
     ]  # fmt: skip
     taken = {name: sum(g["cpu seconds"] for g in data[name]) for name in ("cold, 1", "cold, 2")}
-    spent = data["sweep"]["cpu seconds"]
+    spent, all_three = data["sweep"]["cpu seconds"], data["sweeps, cpu seconds"]
+    clock = data["commands"]
     stages = [
         (stage, str(s["jobs"]), f"{s['cpu seconds']:.2f}", f"{s['cpu seconds'] / s['jobs']:.3f}")
         for stage, s in data["sweep"]["stages"].items()
     ]
     head = ("m/s", "J, sweep", "one start", "sweep, %", "two starts", "sweep, %", "certified")
     return (
-        f"The sweep took {spent:.1f} s of CPU. As many designs by the two starts that `optimise` "
-        f"makes take {taken['cold, 2']:.1f} s, {taken['cold, 2'] / spent:.1f} times as long; from "
+        f"`gaitopt sweep` takes {clock['sweep']:.1f} s by the clock, {len(gaits)} times "
+        f"`gaitopt optimise` without page and figures {clock['optimise']:.1f} s, "
+        f"{clock['optimise'] / clock['sweep']:.1f} times as long: each starts a process and "
+        f"prepares the robot anew. In one process the sweep took {spent:.1f} s of CPU (median of "
+        f"{', '.join(f'{s:.1f}' for s in all_three)}). As many designs by the two starts that "
+        f"`optimise` makes take {taken['cold, 2']:.1f} s, {taken['cold, 2'] / spent:.1f} times as long; from "
         f"the first guess alone {taken['cold, 1']:.1f} s, {taken['cold, 1'] / spent:.1f} times, "
         "and they end at higher optima. All are refined and certified.\n\n"
         + table(head, rows)

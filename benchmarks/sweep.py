@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from common import arguments, robot_of, save
+from process import run
 
 from gaitopt.design.design import design
 from gaitopt.design.options import DesignOptions
@@ -76,18 +77,33 @@ def swept(robot: Robot, text: str) -> dict[str, Any]:
     }
 
 
+def commands(speeds: tuple[float, ...], text: str) -> dict[str, float]:
+    """Return the seconds by the clock of one `sweep` command and of as many `optimise` commands."""
+    single = ("optimise", "--quiet", "--no-page", "--no-figures")
+    alone = [run((*single, "--speed", f"{v:g}", "--output"))["wall"] for v in speeds[::2]]
+    many = run(("sweep", "--quiet", "--speeds", text, "--output"))["wall"]
+    alone += [run((*single, "--speed", f"{v:g}", "--output"))["wall"] for v in speeds[1::2]]
+    return {"sweep": many, "optimise": sum(alone)}
+
+
 def main() -> None:
     quick = arguments(__doc__).parse_args().quick
     text = QUICK if quick else SPEEDS
     robot = robot_of()
     cold(robot, 1.0)  # imports and caches
     speeds = parse_axis("speed", text).values
+    # Before, between and after, because the load of a machine changes; the median counts.
+    sweeps = [swept(robot, text)]
     half = {n: [cold(robot, speed, n) for speed in speeds[::2]] for n in STARTS}
-    many = swept(robot, text)  # in the middle: the load of a machine changes
-    data: dict[str, Any] = {"sweep": many}
+    sweeps.append(swept(robot, text))
+    data: dict[str, Any] = {}
     for starts, before in half.items():
         gaits = before + [cold(robot, speed, starts) for speed in speeds[1::2]]
         data[f"cold, {starts}"] = sorted(gaits, key=lambda one: one["speed"])
+    sweeps.append(swept(robot, text))
+    data["sweep"] = sorted(sweeps, key=lambda one: one["cpu seconds"])[1]
+    data["sweeps, cpu seconds"] = [one["cpu seconds"] for one in sweeps]
+    data["commands"] = commands(speeds, text)
     save("sweep", data, quick)
 
 

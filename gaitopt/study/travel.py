@@ -26,7 +26,7 @@ from gaitopt.study.footing import Footing
 from gaitopt.study.setting import RobotSource, Setting, between
 
 RADIUS = 0.5  # first trust region from a neighbour; measured: 0.1 costs a quarter more iterations
-NEARLY = 1e-5  # of the solver on the way
+NEARLY = 1e-4  # tolerance of the solver on the way; measured: with 1e-3 some go astray
 BETWEEN = 1e-4  # violation between the samples on the way: costs are right to 2e-4 (measured)
 PATIENCE = 100  # iterations; a neighbour's walk needs a tenth of them
 SUBSTEPS = (2, 4)  # into which a stride to a neighbour is divided if it fails
