@@ -46,9 +46,10 @@ def sweep(data: Record) -> str:
         f"{clock['optimise'] / clock['sweep']:.1f} times as long: each starts a process and "
         f"prepares the robot anew. In one process the sweep took {spent:.1f} s of CPU (median of "
         f"{', '.join(f'{s:.1f}' for s in all_three)}). As many designs by the two starts that "
-        f"`optimise` makes take {taken['cold, 2']:.1f} s, {taken['cold, 2'] / spent:.1f} times as long; from "
-        f"the first guess alone {taken['cold, 1']:.1f} s, {taken['cold, 1'] / spent:.1f} times, "
-        "and they end at higher optima. All are refined and certified.\n\n"
+        f"`optimise` makes take {taken['cold, 2']:.1f} s, {taken['cold, 2'] / spent:.1f} times as "
+        f"long; from the first guess alone {taken['cold, 1']:.1f} s, "
+        f"{taken['cold, 1'] / spent:.1f} times, and they end at higher optima. All are refined and "
+        "certified.\n\n"
         + table(head, rows)
         + "\n\nWhere the sweep's time goes:\n\n"
         + table(("stage", "jobs", "CPU s", "each"), stages)
