@@ -76,11 +76,13 @@ def test_nothing_is_computed_unless_it_is_asked_for(robot, monkeypatch):
 
 
 def test_they_change_no_other_row(robot, problem, step):
+    """Up to rounding: torques come with their derivatives from another routine than without."""
     plain = WalkProblem(robot, preset_task(), problem.grid)
     at = plain.values(step.x)
     for family in plain.families:
         here = problem.values(step.x).rows[problem.family_rows(family.name)]
-        np.testing.assert_array_equal(here, at.rows[plain.family_rows(family.name)])
+        there = at.rows[plain.family_rows(family.name)]
+        np.testing.assert_allclose(here, there, rtol=0.0, atol=1e-13)
 
 
 @pytest.mark.parametrize(("entry", "limit"), [("roll", 0.1), ("pitch", 0.12), ("yaw", 0.09)])
