@@ -2,8 +2,9 @@
 
 The instants where a walk exceeds a limit are added and the walk is solved again, until none is
 left (Hettich & Kortanek, 1993, Semi-infinite programming, SIAM Review 35(3), section 7). A limit
-that was kept at one instant is then exceeded a little beside it: its multiplier moves there too,
-without which runs among limits of nearly the same gradient take half as long again, and some fail.
+that was kept at one instant is then exceeded a little beside it: its multiplier moves there too.
+Measured on sixteen walks of eight robots, that takes a quarter of the iterations off the median
+one, and one that ran to the limit of iterations without it is certified; one takes four times more.
 """
 
 from __future__ import annotations

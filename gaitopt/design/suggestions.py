@@ -203,6 +203,7 @@ def _walk(problem: WalkProblem, x: Array, effort: Effort) -> Values | None:
 
     It is not optimised: an optimum would lean on the limits between the samples again.
     """
+    fine = on_fine_grid(problem)
     for _ in range(ROUNDS):
         if worst_violation(problem, problem.values(x))[0] > INSIDE:
             nearest = solve_or_stop(VERIFIER, RelaxedProgram(problem, (), x), Start(x))
@@ -210,7 +211,7 @@ def _walk(problem: WalkProblem, x: Array, effort: Effort) -> Values | None:
             if not nearest.violation <= FEASIBLE:
                 return None
             x = nearest.x
-        extra = violated_instants(on_fine_grid(problem), x) if effort.refined else np.zeros(0)
+        extra = violated_instants(fine, x) if effort.refined else np.zeros(0)
         finer = problem.with_grid(problem.grid.with_instants(extra))
         if finer.grid.count == problem.grid.count:
             return problem.values(x)

@@ -7,16 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
-from gaitopt.mechanics.bodies import body_inertias
 from gaitopt.mechanics.curvature import (
     TorqueCurvature,
     WeightedDynamics,
-    torque_curvature,
     velocity_curvature,
     velocity_rate_slope,
 )
 from gaitopt.mechanics.impact import BASE, NV, ImpactSlope, ImpactState
-from gaitopt.mechanics.kept import kept
 from gaitopt.mechanics.linear import solve
 from gaitopt.mechanics.spatial import moved
 from gaitopt.nlp import Array
@@ -85,28 +82,9 @@ class ImpactCurvature:
     def __init__(self, robot: Robot) -> None:
         self._model = robot.model
         self._data = robot.model.createData()
-        self._bodies = kept(robot, body_inertias)
         foot = robot.model.frames[robot.swing_frame]
         self._last, self._to_last = foot.parentJoint, foot.placement
         self._q = pin.neutral(robot.model)
-
-    def hessian(
-        self,
-        posture: Array,
-        rate_before: Array,
-        state: ImpactState,
-        slope: ImpactSlope,
-        weights: Array,
-    ) -> Array:
-        """Return the Hessian of weights . (V+, I) in (posture, rate before), shape (24, 24).
-
-        Args:
-            posture, rate_before, state, slope: the impact and its derivatives.
-            weights: shape (24,).
-        """
-        impact = self.weighted(posture, rate_before, state, slope, weights)
-        inertias = self._bodies.in_world(impact.dynamics.posture)
-        return impact.hessian(torque_curvature(inertias, impact.dynamics))
 
     def weighted(
         self,
@@ -116,7 +94,12 @@ class ImpactCurvature:
         slope: ImpactSlope,
         weights: Array,
     ) -> WeightedImpact:
-        """Return all but the curvature of the dynamics, which can be had with that of a step."""
+        """Return weights . (V+, I) but for the curvature of the dynamics, had with that of a step.
+
+        Args:
+            posture, rate_before, state, slope: the impact and its derivatives.
+            weights: shape (24,).
+        """
         adjoint = -solve(slope.kkt.T, weights)
         self._q[BASE + 1 :] = posture
         J = pin.computeJointJacobians(self._model, self._data, self._q)

@@ -12,6 +12,12 @@ from dataclasses import dataclass, field
 MARGIN = 1e-5
 """gamma, beta: relative betterment asked of a filter entry (Fletcher & Leyffer, section 2.4)."""
 
+CEILING = 10.0
+"""Largest violation the filter ever lets in, in scaled rows, unless the start is worse
+(Fletcher & Leyffer, 2002, use 100 for rows that are not scaled)."""
+FILTER_RESETS = 5
+"""Times the filter may be emptied when it alone blocks progress (Waechter & Biegler, 2006)."""
+
 
 @dataclass
 class Filter:

@@ -9,6 +9,9 @@ import numpy as np
 FAR = 1e-3
 """A least violation below this, in scaled rows, is near enough to go on (measured: near the limits
 runs may take their time)."""
+GIVE_UP, GIVE_UP_LEARNING = 40, 200
+"""Iterations without less violation after which a program is called infeasible, with exact
+curvature and while learning it (measured: feasible walks take up to 16, and up to 60)."""
 HOPE = 0.9
 """Share to which the least violation has to fall."""
 

@@ -1,4 +1,4 @@
-"""The weight of the slack that a run begins with."""
+"""The weight of the slack: what a run begins with, and when and how it is raised."""
 
 from __future__ import annotations
 
@@ -8,6 +8,11 @@ from gaitopt.nlp import NLP
 from gaitopt.solvers.multipliers import least_squares_multipliers
 from gaitopt.solvers.recorder import Iterate
 
+STEERED = 0.1
+"""Share of the violation that a step may leave without the penalty being raised (after Byrd,
+Nocedal & Waltz, "Steering exact penalty methods for nonlinear programming", 2008) ..."""
+RAISE = 10.0
+"""... and factor of a penalty that proved too small (Nocedal & Wright, 2006, Algorithm 18.5)."""
 EXCESS = 1.5
 """Penalty over the sum of the multipliers, if these are known ..."""
 NEARLY = 0.1

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -9,45 +10,26 @@ import numpy as np
 from gaitopt.errors import EvaluationError
 from gaitopt.nlp import NLP, Array, ProgressCallback, Solution, Start, Status
 from gaitopt.solvers.acceptance import Trial, accepts, judge
+from gaitopt.solvers.correction import corrected
 from gaitopt.solvers.curvature import Curvature
 from gaitopt.solvers.elastic import ElasticStep, Subproblem, solve_subproblem
-from gaitopt.solvers.filter import Filter
+from gaitopt.solvers.filter import CEILING, FILTER_RESETS, Filter
 from gaitopt.solvers.model import LocalModel, build_model, pose_correction, pose_subproblem
 from gaitopt.solvers.multipliers import least_squares_multipliers, one_sided
-from gaitopt.solvers.patience import Patience
-from gaitopt.solvers.penalty import initial_penalty
+from gaitopt.solvers.patience import GIVE_UP, GIVE_UP_LEARNING, Patience
+from gaitopt.solvers.penalty import RAISE, STEERED, initial_penalty
 from gaitopt.solvers.recorder import FEASIBLE, Iterate, Recorder, begin, make_iterate
 from gaitopt.solvers.trust_region import TrustRegion
 
 if TYPE_CHECKING:
     from gaitopt.solvers.sqp import SQP
 
-CORRECT_UNTIL = 0.75
-"""A step that is not accepted is corrected until cost and violation are as good as predicted ..."""
-CORRECT_GAIN = 0.1
-"""... or the violation did not fall to this share ..."""
-CORRECTIONS = 2
-"""... but not more often than this (measured: the second saves long runs a third of their
-iterations along the curved rows, a third saves nothing)."""
-STEERED = 0.1
-"""Share of the violation that a step may leave without the penalty being raised (after Byrd,
-Nocedal & Waltz, "Steering exact penalty methods for nonlinear programming", 2008) ..."""
-RAISE = 10.0
-"""... and factor of a penalty that proved too small (Nocedal & Wright, 2006, Algorithm 18.5)."""
 NO_DECREASE = 1e-4
 """Relative decrease of the violation below which the model is called stationary (measured)."""
-CEILING = 10.0
-"""Largest violation the filter ever lets in, in scaled rows, unless the start is worse
-(Fletcher & Leyffer, 2002, use 100 for rows that are not scaled)."""
-FILTER_RESETS = 5
-"""Times the filter may be emptied when it alone blocks progress (Waechter & Biegler, 2006)."""
 POLISH_BELOW = 1e-1
 """KKT residual below which a step may be judged by that residual (measured) ..."""
 POLISH_GAIN = 0.5
 """... which must fall to this share."""
-GIVE_UP, GIVE_UP_LEARNING = 40, 200
-"""Iterations without less violation after which a program is called infeasible, with exact
-curvature and while learning it (measured: feasible walks take up to 16, and up to 60)."""
 INTERIOR = 0.99
 """A step shorter than this share of the radius is not held by the trust region."""
 
@@ -180,7 +162,12 @@ class _Run:
         """Try the step, then its correction; move to the better one or shrink the region."""
         trial = self._try(model, step, step)
         if trial is not None and not self._accepts(trial):
-            trial = self._corrected(model, posed, step, trial)
+            trial = corrected(
+                trial,
+                self.options.feasibility,
+                partial(self._correct, model, posed, step),
+                self._accepts,
+            )
         moved = trial is not None and (
             (self._accepts(trial) and self._move(trial)) or self._polish(trial, step)
         )
@@ -200,31 +187,16 @@ class _Run:
         self.undefined = False
         return judge(self.nlp, self.iterate, model, step, judged, values)
 
-    def _corrected(
-        self, model: LocalModel, posed: Subproblem, step: ElasticStep, trial: Trial
-    ) -> Trial:
-        """Return the best of the trial and its second-order corrections.
-
-        A correction is itself corrected while that keeps reducing the violation.
-        """
-        best, last = trial, trial
-        for _ in range(CORRECTIONS):
-            if last.violation <= self.options.feasibility or last.ratio >= CORRECT_UNTIL:
-                break
-            change = last.values.rows - self.iterate.point.rows
-            correction = solve_subproblem(
-                pose_correction(model, posed, last.step, change, self.region.radius, self.penalty),
-                self.options.qp_solver,
-            )
-            second = None if correction is None else self._try(model, correction, step)
-            if second is None:
-                break
-            if self._accepts(second) and (second.ratio > best.ratio or not self._accepts(best)):
-                best = second
-            if second.violation > CORRECT_GAIN * last.violation:
-                break
-            last = second
-        return best
+    def _correct(
+        self, model: LocalModel, posed: Subproblem, step: ElasticStep, last: Trial
+    ) -> Trial | None:
+        """Try the step again with the rows as they were found at its end."""
+        change = last.values.rows - self.iterate.point.rows
+        correction = solve_subproblem(
+            pose_correction(model, posed, last.step, change, self.region.radius, self.penalty),
+            self.options.qp_solver,
+        )
+        return None if correction is None else self._try(model, correction, step)
 
     def _polish(self, trial: Trial, step: ElasticStep) -> bool:
         """Move although cost and violation look no better, if the KKT residual falls.

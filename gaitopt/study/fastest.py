@@ -84,18 +84,19 @@ def fastest(
             f"the resolution is {resolution} m/s; speeds are told apart from {10.0**-DIGITS} m/s on"
         )
     tell = on_try or (lambda speed, found: None)
-    search = _Search(_first(robot, task_at(speed), options))
+    options = options or DesignOptions()
+    search = _Search(robot, task_at, options, tell, _first(robot, task_at(speed), options))
     interrupted = search.best.solution.status is Status.INTERRUPTED
     try:
         tell(speed, search.best)
         if not interrupted:
-            search.go_on(robot, task_at, options, resolution, tell)
+            search.go_on(resolution)
     except KeyboardInterrupt:
         interrupted = True
     return Fastest(search.best, search.refused, binding(search.best), interrupted)
 
 
-def _first(robot: Robot, task: Task, options: DesignOptions | None) -> Design:
+def _first(robot: Robot, task: Task, options: DesignOptions) -> Design:
     """Design the walk to begin with, as a single design does."""
     try:
         return many_starts(robot, task, options).design
@@ -104,69 +105,56 @@ def _first(robot: Robot, task: Task, options: DesignOptions | None) -> Design:
         raise
 
 
+@dataclass
 class _Search:
-    """The fastest walk so far, and the slowest speed at which there was none."""
+    """The fastest walk so far, the least speed above it at which there was none, what to try."""
 
-    def __init__(self, first: Design) -> None:
-        self.best, self.refused = first, math.inf
+    robot: Robot
+    task_at: Callable[[float], Task]
+    options: DesignOptions
+    tell: OnTry
+    best: Design
+    refused: float = math.inf
 
-    def go_on(
-        self,
-        robot: Robot,
-        task_at: Callable[[float], Task],
-        options: DesignOptions | None,
-        resolution: float,
-        tell: OnTry,
-    ) -> None:
+    def go_on(self, resolution: float) -> None:
         """Try faster speeds until neither small strides nor leaps lead on."""
-        stride = FIRST_STRIDE * self.best.problem.task.speed
-        self._stride(robot, task_at, options, resolution, tell, stride)
-        while self._leap(robot, task_at, options, tell):
-            stride = LEAPS[0] * self.best.problem.task.speed
-            self._stride(robot, task_at, options, resolution, tell, stride)
+        self._stride(FIRST_STRIDE * self._speed, resolution)
+        while self._leap():
+            self._stride(LEAPS[0] * self._speed, resolution)
 
-    def _leap(
-        self,
-        robot: Robot,
-        task_at: Callable[[float], Task],
-        options: DesignOptions | None,
-        tell: OnTry,
-    ) -> bool:
+    @property
+    def _speed(self) -> float:
+        return self.best.problem.task.speed
+
+    def _stride(self, stride: float, resolution: float) -> None:
+        while stride >= resolution:
+            speed = round(self._speed + stride, DIGITS)
+            if speed < self.refused:
+                found = _try(self.robot, self.task_at(speed), self.options, self.best)
+                if found is None:
+                    self.refused = speed
+                else:
+                    self.best = found
+                self.tell(speed, found)
+            if speed >= self.refused:
+                stride /= 2.0
+
+    def _leap(self) -> bool:
         """Try speeds beyond the refused one once more and from all starts; tell whether one walks.
 
         The speed was refused from another walk than the one that is the fastest now.
         """
         for leap in LEAPS:
-            speed = round((1.0 + leap) * self.best.problem.task.speed, DIGITS)
-            task = task_at(speed)
-            found = _try(robot, task, options, self.best) or _from_starts(robot, task, options)
-            tell(speed, found)
+            speed = round((1.0 + leap) * self._speed, DIGITS)
+            task = self.task_at(speed)
+            found = _try(self.robot, task, self.options, self.best)
+            found = found or _from_starts(self.robot, task, self.options)
+            self.tell(speed, found)
             if found is not None:
                 self.best, self.refused = found, math.inf
                 return True
             self.refused = min(self.refused, speed)
         return False
-
-    def _stride(
-        self,
-        robot: Robot,
-        task_at: Callable[[float], Task],
-        options: DesignOptions | None,
-        resolution: float,
-        tell: OnTry,
-        stride: float,
-    ) -> None:
-        while stride >= resolution:
-            speed = round(self.best.problem.task.speed + stride, DIGITS)
-            if speed < self.refused:
-                found = _try(robot, task_at(speed), options, self.best)
-                if found is None:
-                    self.refused = speed
-                else:
-                    self.best = found
-                tell(speed, found)
-            if speed >= self.refused:
-                stride /= 2.0
 
 
 def binding(found: Design) -> tuple[str, ...]:
@@ -191,9 +179,8 @@ def _impatient(solver: Solver) -> Solver:
     return replace(solver, travel=short)
 
 
-def _from_starts(robot: Robot, task: Task, options: DesignOptions | None) -> Design | None:
+def _from_starts(robot: Robot, task: Task, options: DesignOptions) -> Design | None:
     """Design as if nothing were known; a gait that is not certified does not count."""
-    options = options or DesignOptions()
     quick = replace(options, solver=_impatient(options.solver), diagnose=False)
     try:
         found = many_starts(robot, task, quick).design
@@ -204,13 +191,12 @@ def _from_starts(robot: Robot, task: Task, options: DesignOptions | None) -> Des
     return found if found.certificate.certified or not quick.refine else None
 
 
-def _try(robot: Robot, task: Task, options: DesignOptions | None, best: Design) -> Design | None:
+def _try(robot: Robot, task: Task, options: DesignOptions, best: Design) -> Design | None:
     """Design from a slower gait, then cold; a gait that is not certified does not count.
 
     Raises:
         KeyboardInterrupt: Ctrl-C was pressed, which is no answer about this speed.
     """
-    options = options or DesignOptions()
     cold = replace(options, solver=_impatient(options.solver), diagnose=False)
     for quick, start in ((replace(cold, approach="direct"), best.solution.x), (cold, None)):
         try:

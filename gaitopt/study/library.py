@@ -57,8 +57,7 @@ class State:
         """Learn from one event of the journal."""
         point = tuple(entry["point"])
         self.seconds += float(entry.get("seconds", 0.0))
-        if "due" in entry:
-            self.due[point] = tuple(entry["due"])
+        self.due |= {tuple(p): tuple(q) for p, q in entry.get("round", ())}
         if "tried" in entry:
             self.due.pop(point, None)
             self.tried |= {(point, tuple(q), cost) for q, cost in entry["tried"]}

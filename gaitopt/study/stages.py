@@ -123,8 +123,9 @@ class Stages:
         if not self.state.due:  # else an earlier call was interrupted in the midst of a round
             due = {p: q for p in self.points.order if (q := self._rival(p)) is not None}
             settled = {p: q for p, q in due.items() if q not in due}
-            for point, other in (settled or due).items():
-                self.writer.note(point, due=other)
+            pairs = list((settled or due).items())
+            if pairs:
+                self.writer.note(pairs[0][0], round=pairs)
         jobs = [
             self._travel(p, [q], patient=self.state.footings[p] is None, cold=False)
             for p, q in self.state.due.items()

@@ -49,8 +49,8 @@ def travel(
 ) -> Footing | None:
     """Return a walk at a setting, the first that is found in this order.
 
-    From each neighbour; by smaller steps from each neighbour; from the usual first guess; from
-    disturbed ones.
+    From each neighbour; by smaller steps from each neighbour; from the usual first guess, or from a
+    slower walk where that is cheaper; from disturbed guesses.
 
     Args:
         setting: where to.

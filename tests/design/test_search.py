@@ -1,6 +1,7 @@
 from dataclasses import replace
 
 import pytest
+from liftoff_limits import watched_liftoff_limits
 
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.search import RELAXED_LIFTOFF, search
@@ -41,14 +42,7 @@ def test_the_work_of_both_stages_counts(problem):
 
 @pytest.mark.parametrize(("boundary", "stages"), [("closed", 1), ("lifted", 2)])
 def test_automatic_is_relaxed_for_the_lifted_form_only(robot, boundary, stages, monkeypatch):
-    limits = []
-    solve = SQP.solve
-
-    def watched(self, nlp, start, callback=None):
-        limits.append(nlp.task.margins.liftoff_speed)
-        return solve(self, nlp, start, callback)
-
-    monkeypatch.setattr(SQP, "solve", watched)
+    limits = watched_liftoff_limits(monkeypatch, SQP)
     task = preset_task(samples=15, speed=0.8, boundary=boundary)
     walked(WalkProblem(robot, task), "automatic")
     assert limits == [RELAXED_LIFTOFF, 0.0][-stages:]

@@ -3,6 +3,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
+from liftoff_limits import watched_liftoff_limits
 
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.search import RELAXED_LIFTOFF
@@ -85,14 +86,7 @@ def test_every_start_is_made_by_the_approach_of_the_options(
     robot, standard_task, boundary, each, monkeypatch
 ):
     """A lifted walk is begun with a relaxed lift-off: two stages each, and none in the end."""
-    limits = []
-    solve = Still.solve
-
-    def watched(self, nlp, start, on_progress=None):
-        limits.append(nlp.task.margins.liftoff_speed)
-        return solve(self, nlp, start, on_progress)
-
-    monkeypatch.setattr(Still, "solve", watched)
+    limits = watched_liftoff_limits(monkeypatch, Still)
     many_starts(robot, replace(standard_task, boundary=boundary), STILL, count=1)
     assert limits == [*[RELAXED_LIFTOFF, 0.0][-each:], 0.0]
 

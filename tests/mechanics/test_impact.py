@@ -4,6 +4,8 @@ import pytest
 from motions import bent_posture, full_configuration, kinematics, moving
 from numerics import check_jacobian, relative_error
 
+from gaitopt.mechanics.bodies import BodyInertias
+from gaitopt.mechanics.curvature import torque_curvature
 from gaitopt.mechanics.impact import Impact
 from gaitopt.mechanics.impact_curvature import ImpactCurvature
 
@@ -138,7 +140,9 @@ def test_curvature(robot, impact, before, part, rng):
     weights[18:] *= part != "velocity"
     weights[:18] *= part != "impulse"
     state, slope = impact.slope(*before)
-    H = ImpactCurvature(robot).hessian(*before, state, slope, weights)
+    weighted = ImpactCurvature(robot).weighted(*before, state, slope, weights)
+    inertias = BodyInertias(robot.model).in_world(weighted.dynamics.posture)
+    H = weighted.hessian(torque_curvature(inertias, weighted.dynamics))
 
     def gradient(z):
         slope = impact.slope(z[:12], z[12:])[1]

@@ -18,8 +18,8 @@ from gaitopt.robot.legs.placed import joint_axes, place
 from gaitopt.robot.mirror.symmetry import (
     LINE_TOLERANCE,
     REFLECTION,
-    line_distance,
     mirror_placement,
+    mirrored_gap,
 )
 
 _EXACT = 1e-9  # m and rad: legs that are this much alike are left as they are
@@ -147,14 +147,7 @@ def _check_lines(model: pin.Model, sides: Sides, local: list[pin.SE3], axes: Arr
     worst = 0.0
     points = np.array([place.translation for place in local])
     for right, left in zip(sides.right, sides.left, strict=True):
-        gap = line_distance(points, axes, right, left)
-        if gap > LINE_TOLERANCE:
-            raise RobotError(
-                f"the legs are not mirror images: the axis of '{model.names[right]}' mirrors to a "
-                f"line {gap:.4g} (m + rad) away from its match '{model.names[left]}'; allowed is "
-                f"{LINE_TOLERANCE:g}"
-            )
-        worst = max(worst, gap)
+        worst = max(worst, mirrored_gap(points, axes, right, left, model.names))
     return worst
 
 

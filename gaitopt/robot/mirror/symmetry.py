@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import pinocchio as pin
 
@@ -48,13 +50,7 @@ def leg_exchange(names: tuple[str, ...], points: Array, axes: Array, outward: Ar
     E = np.zeros((12, 12))
     for i in reversed(range(6)):  # from the hip: a crooked joint takes those below it along
         partner = 11 - i
-        distance = line_distance(points, axes, i, partner)
-        if distance > LINE_TOLERANCE:
-            raise RobotError(
-                f"the legs are not mirror images: the axis of '{names[i]}' mirrors to a line "
-                f"{distance:.4g} (m + rad) away from its match '{names[partner]}'; "
-                f"allowed is {LINE_TOLERANCE:g}"
-            )
+        mirrored_gap(points, axes, i, partner, names)
         mirrored = -REFLECTION @ (outward[i] * axes[i])
         E[i, partner] = E[partner, i] = np.sign(mirrored @ (outward[partner] * axes[partner]))
     return E
@@ -112,6 +108,21 @@ def _swing_placement(
     energy = pin.computeKineticEnergy(model, data)
     first, second = (swing, stance) if about_swing else (stance, swing)
     return data.oMf[first].actInv(data.oMf[second]), float(energy)
+
+
+def mirrored_gap(points: Array, axes: Array, i: int, j: int, names: Sequence[str]) -> float:
+    """Return the distance of `line_distance`, if it is small enough for mirrored joints.
+
+    Raises:
+        RobotError: it is not.
+    """
+    gap = line_distance(points, axes, i, j)
+    if gap > LINE_TOLERANCE:
+        raise RobotError(
+            f"the legs are not mirror images: the axis of '{names[i]}' mirrors to a line {gap:.4g} "
+            f"(m + rad) away from its match '{names[j]}'; allowed is {LINE_TOLERANCE:g}"
+        )
+    return gap
 
 
 def line_distance(points: Array, axes: Array, i: int, j: int) -> float:
