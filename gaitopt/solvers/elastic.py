@@ -74,6 +74,11 @@ class ElasticStep:
     use_below: Mask
     use_above: Mask
 
+    @property
+    def length(self) -> float:
+        """Largest component of d."""
+        return float(np.abs(self.d).max(initial=0.0))
+
 
 def solve_subproblem(problem: Subproblem, backend: str) -> ElasticStep | None:
     """Solve the elastic subproblem, or return None when no quadratic solver could."""

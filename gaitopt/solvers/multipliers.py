@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from gaitopt.nlp import NLP, Array, Point
+from gaitopt.nlp import NLP, Array, Point, Variables
 
 ACTIVITY = 1e-6
 """Distance to a limit below which it may carry a multiplier, in scaled rows and variables."""
@@ -74,3 +74,20 @@ def one_sided(multipliers: Array, lower: Array, upper: Array) -> Array:
     at_upper = np.where(np.isfinite(upper), np.maximum(multipliers, 0.0), 0.0)
     at_lower = np.where(np.isfinite(lower), np.minimum(multipliers, 0.0), 0.0)
     return np.asarray(at_upper + at_lower)
+
+
+def bound_multipliers(
+    variables: Variables, x: Array, box_multipliers: Array, radius: float
+) -> Array:
+    """Return the multipliers of a step's box that belong to bounds, not to the trust region.
+
+    Args:
+        variables: with their bounds and scales.
+        x: where the step began, shape (n,).
+        box_multipliers: of the box in scaled variables, shape (n,), positive at upper limits.
+        radius: of the trust region, in scaled variables.
+    """
+    held, room = box_multipliers / variables.scale, radius * variables.scale
+    upper = (held > 0.0) & (variables.upper - x <= room)
+    lower = (held < 0.0) & (x - variables.lower <= room)
+    return np.where(upper | lower, held, 0.0)

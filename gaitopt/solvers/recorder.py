@@ -22,6 +22,7 @@ from gaitopt.nlp import (
     worst_violation,
 )
 from gaitopt.solvers.evaluator import Evaluator
+from gaitopt.solvers.multipliers import least_squares_multipliers
 
 FEASIBLE = 1e-6
 """Largest violation of a point called feasible when iterates are compared, in scaled rows."""
@@ -61,6 +62,11 @@ def make_iterate(nlp: NLP, point: Point, multipliers: Array, bound_multipliers: 
     violation, worst = worst_violation(nlp, point)
     residual = kkt_residual(nlp, point, multipliers, bound_multipliers)
     return Iterate(point, multipliers, bound_multipliers, residual, violation, worst)
+
+
+def with_own_multipliers(nlp: NLP, point: Point) -> Iterate:
+    """Judge a point by the multipliers that suit it best, whatever the solver's are."""
+    return make_iterate(nlp, point, *least_squares_multipliers(nlp, point))
 
 
 @dataclass

@@ -14,8 +14,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from gaitopt.nlp import NLP, Array, ProgressCallback, Solution, Start, Status
-from gaitopt.solvers.multipliers import least_squares_multipliers
-from gaitopt.solvers.recorder import FEASIBLE, Iterate, Recorder, begin, make_iterate
+from gaitopt.solvers.recorder import FEASIBLE, Iterate, Recorder, begin, with_own_multipliers
 from gaitopt.solvers.scaled_program import ScaledProgram
 from gaitopt.solvers.solver import require_positive
 
@@ -157,4 +156,4 @@ def _constraints(program: ScaledProgram) -> list[Any]:
 def _judge(program: ScaledProgram, u: Array) -> Iterate:
     """Judge a point by the multipliers that suit it best."""
     point = program.point(u)
-    return make_iterate(program.nlp, point, *least_squares_multipliers(program.nlp, point))
+    return with_own_multipliers(program.nlp, point)

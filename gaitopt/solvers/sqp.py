@@ -14,9 +14,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from gaitopt.nlp import NLP, ProgressCallback, Solution, Start
+import numpy as np
+
+from gaitopt.nlp import NLP, ProgressCallback, Solution, Start, Status
+from gaitopt.solvers.multipliers import one_sided
 from gaitopt.solvers.qp import BACKENDS
+from gaitopt.solvers.recorder import FEASIBLE, begin, make_iterate
 from gaitopt.solvers.solver import require_choice, require_positive
+from gaitopt.solvers.sqp_run import SQPRun
 
 
 @dataclass(frozen=True)
@@ -75,6 +80,19 @@ class SQP:
         self, nlp: NLP, start: Start, on_progress: ProgressCallback | None = None
     ) -> Solution:
         """Solve the program; see `Solver.solve`."""
-        from gaitopt.solvers.sqp_run import run_sqp
-
-        return run_sqp(self, nlp, start, on_progress)
+        recorder, point = begin(self.name, nlp, start, on_progress)
+        if point is None:
+            return recorder.failure(start.x)
+        multipliers = np.zeros(nlp.rows.lower.size)
+        if start.multipliers is not None:
+            multipliers = one_sided(start.multipliers, nlp.rows.lower, nlp.rows.upper)
+        first = make_iterate(nlp, point, multipliers, np.zeros(point.x.size))
+        run = SQPRun(self, nlp, recorder, first)
+        try:
+            status = run.iterate_until_verdict()
+        except KeyboardInterrupt:
+            status = Status.INTERRUPTED
+        best = run.iterate if status is Status.OPTIMAL or recorder.best is None else recorder.best
+        if status is Status.INFEASIBLE and best.violation <= FEASIBLE:
+            status = Status.STALLED  # it went astray from a feasible iterate
+        return recorder.solution(status, best)

@@ -1,24 +1,28 @@
-"""One run of the SQP method: the loop, its verdicts, and the trials of each step."""
+"""One run of the SQP method: the loop and its verdicts."""
 
 from __future__ import annotations
 
 from functools import partial
 from typing import TYPE_CHECKING
 
-import numpy as np
-
-from gaitopt.errors import EvaluationError
-from gaitopt.nlp import NLP, Array, ProgressCallback, Solution, Start, Status
-from gaitopt.solvers.acceptance import Trial, accepts, judge
+from gaitopt.nlp import NLP, Status
+from gaitopt.solvers.acceptance import Trial, accepts
 from gaitopt.solvers.correction import corrected
 from gaitopt.solvers.curvature import Curvature
 from gaitopt.solvers.elastic import ElasticStep, Subproblem, solve_subproblem
 from gaitopt.solvers.filter import CEILING, FILTER_RESETS, Filter
 from gaitopt.solvers.model import LocalModel, build_model, pose_correction, pose_subproblem
-from gaitopt.solvers.multipliers import least_squares_multipliers, one_sided
+from gaitopt.solvers.multipliers import bound_multipliers
 from gaitopt.solvers.patience import GIVE_UP, GIVE_UP_LEARNING, Patience
 from gaitopt.solvers.penalty import RAISE, STEERED, initial_penalty
-from gaitopt.solvers.recorder import FEASIBLE, Iterate, Recorder, begin, make_iterate
+from gaitopt.solvers.recorder import (
+    FEASIBLE,
+    Iterate,
+    Recorder,
+    make_iterate,
+    with_own_multipliers,
+)
+from gaitopt.solvers.trials import Trials
 from gaitopt.solvers.trust_region import TrustRegion
 
 if TYPE_CHECKING:
@@ -30,53 +34,31 @@ POLISH_BELOW = 1e-1
 """KKT residual below which a step may be judged by that residual (measured) ..."""
 POLISH_GAIN = 0.5
 """... which must fall to this share."""
-INTERIOR = 0.99
-"""A step shorter than this share of the radius is not held by the trust region."""
 
 
-def run_sqp(options: SQP, nlp: NLP, start: Start, on_progress: ProgressCallback | None) -> Solution:
-    """Run the method from a start until it has a verdict."""
-    recorder, point = begin(options.name, nlp, start, on_progress)
-    if point is None:
-        return recorder.failure(start.x)
-    multipliers = np.zeros(nlp.rows.lower.size)
-    if start.multipliers is not None:
-        multipliers = one_sided(start.multipliers, nlp.rows.lower, nlp.rows.upper)
-    run = _Run(
-        options, nlp, recorder, make_iterate(nlp, point, multipliers, np.zeros(point.x.size))
-    )
-    try:
-        status = run.iterate_until_verdict()
-    except KeyboardInterrupt:
-        status = Status.INTERRUPTED
-    best = run.iterate if status is Status.OPTIMAL or recorder.best is None else recorder.best
-    if status is Status.INFEASIBLE and best.violation <= FEASIBLE:
-        status = Status.STALLED  # it went astray from a feasible iterate
-    return recorder.solution(status, best)
-
-
-class _Run:
+class SQPRun:
     """The state of a run: the iterate, its model, and what has been learnt on the way."""
 
     def __init__(self, options: SQP, nlp: NLP, recorder: Recorder, iterate: Iterate) -> None:
         self.options = options
         self.nlp = nlp
         self.recorder = recorder
-        self.evaluator = recorder.evaluator
+        self.trials = Trials(nlp, recorder.evaluator)
         self.iterate = iterate
         self.region = TrustRegion(options.initial_radius, options.max_radius)
         exact = options.hessian == "exact" and nlp.has_hessian
         self.patience = Patience(GIVE_UP if exact else GIVE_UP_LEARNING)
         self.filter = Filter(max(CEILING, 1.25 * iterate.violation))
         self.resets_left = FILTER_RESETS
-        self.curvature = Curvature(self.evaluator, exact)
+        self.curvature = Curvature(recorder.evaluator, exact)
         self.penalty = initial_penalty(nlp, iterate, options.penalty)
         self.slack = 0.0
         self.last_length = options.initial_radius
-        self.undefined = self.renewed = False
+        self.renewed = False
         self.model: LocalModel | None = None
 
     def iterate_until_verdict(self) -> Status:
+        """Go on from iterate to iterate until one is optimal, or the reason why not is known."""
         for _ in range(self.options.max_iterations):
             self.recorder.record(self.iterate, self.region.radius)
             if self._is_optimal(self.iterate):
@@ -125,15 +107,17 @@ class _Run:
     def _penalty_too_small(self, step: ElasticStep) -> bool:
         return (
             step.slack > max(self.options.feasibility, STEERED * self.iterate.violation)
-            and _length(step.d) < INTERIOR * self.region.radius
+            and not self.region.holds(step.length)
             and self.penalty < self.options.max_penalty
         )
 
     def _verdict(self, step: ElasticStep) -> Status | None:
         """Judge the iterate with the new multipliers, before any step is taken."""
-        iterate = make_iterate(
-            self.nlp, self.iterate.point, step.multipliers, self._bound_multipliers(step)
+        point = self.iterate.point
+        held = bound_multipliers(
+            self.nlp.variables, point.x, step.box_multipliers, self.region.radius
         )
+        iterate = make_iterate(self.nlp, point, step.multipliers, held)
         if self._is_optimal(iterate):
             self.iterate = iterate
             return Status.OPTIMAL
@@ -144,23 +128,15 @@ class _Run:
         if (
             step.slack > FEASIBLE
             and self.penalty >= self.options.max_penalty
-            and _length(step.d) < INTERIOR * self.region.radius
+            and not self.region.holds(step.length)
             and iterate.violation - step.slack <= NO_DECREASE * iterate.violation
         ):
             return Status.INFEASIBLE
         return None
 
-    def _bound_multipliers(self, step: ElasticStep) -> Array:
-        """Return the box multipliers that belong to bounds, not to the trust region."""
-        variables, x = self.nlp.variables, self.iterate.point.x
-        held, radius = step.box_multipliers / variables.scale, self.region.radius
-        upper = (held > 0.0) & (variables.upper - x <= radius * variables.scale)
-        lower = (held < 0.0) & (x - variables.lower <= radius * variables.scale)
-        return np.where(upper | lower, held, 0.0)
-
     def _advance(self, model: LocalModel, posed: Subproblem, step: ElasticStep) -> None:
         """Try the step, then its correction; move to the better one or shrink the region."""
-        trial = self._try(model, step, step)
+        trial = self.trials.at_end(self.iterate, model, step, step)
         if trial is not None and not self._accepts(trial):
             trial = corrected(
                 trial,
@@ -173,19 +149,7 @@ class _Run:
         )
         if not moved:
             self._unblock(trial)
-            self._shrink(_length(step.d))
-
-    def _try(self, model: LocalModel, step: ElasticStep, judged: ElasticStep) -> Trial | None:
-        """Evaluate a step; its predicted decrease is that of `judged`."""
-        x = self.iterate.point.x + self.nlp.variables.scale * step.d
-        x = np.clip(x, self.nlp.variables.lower, self.nlp.variables.upper)
-        try:
-            values = self.evaluator.values(x)
-        except EvaluationError:
-            self.undefined = True
-            return None
-        self.undefined = False
-        return judge(self.nlp, self.iterate, model, step, judged, values)
+            self._shrink(step.length)
 
     def _correct(
         self, model: LocalModel, posed: Subproblem, step: ElasticStep, last: Trial
@@ -196,7 +160,9 @@ class _Run:
             pose_correction(model, posed, last.step, change, self.region.radius, self.penalty),
             self.options.qp_solver,
         )
-        return None if correction is None else self._try(model, correction, step)
+        if correction is None:
+            return None
+        return self.trials.at_end(self.iterate, model, correction, step)
 
     def _polish(self, trial: Trial, step: ElasticStep) -> bool:
         """Move although cost and violation look no better, if the KKT residual falls.
@@ -208,9 +174,11 @@ class _Run:
         near = (
             max(self.iterate.violation, trial.violation, step.slack) <= FEASIBLE
             and self.iterate.residual.worst <= POLISH_BELOW
-            and _length(step.d) < INTERIOR * self.region.radius
+            and not self.region.holds(step.length)
         )
-        polished = self._derived(trial) if near else None
+        polished = (
+            self.trials.with_derivatives(self.iterate, trial, self.region.radius) if near else None
+        )
         if polished is None or polished.residual.worst > POLISH_GAIN * self.iterate.residual.worst:
             return False
         self._settle(polished, trial)
@@ -221,7 +189,7 @@ class _Run:
 
     def _move(self, trial: Trial) -> bool:
         """Make an accepted trial the iterate; False if it has no derivatives."""
-        iterate = self._derived(trial)
+        iterate = self.trials.with_derivatives(self.iterate, trial, self.region.radius)
         if iterate is None:
             return False
         if not trial.for_cost:
@@ -230,21 +198,11 @@ class _Run:
         self.region = self.region.after(trial.fit, self.last_length, not trial.strays)
         return True
 
-    def _derived(self, trial: Trial) -> Iterate | None:
-        """Return a trial with its derivatives and multipliers, None if it has none."""
-        try:
-            point = self.evaluator.point(trial.values.x)
-        except EvaluationError:
-            self.undefined = True
-            return None
-        held = self._bound_multipliers(trial.step)
-        return make_iterate(self.nlp, point, trial.step.multipliers, held)
-
     def _settle(self, iterate: Iterate, trial: Trial) -> None:
         """Take an iterate, and learn from the step to it."""
         self.curvature.learn(self.iterate, iterate)
         self.iterate, self.model = iterate, None
-        self.last_length, self.slack = _length(trial.step.d), trial.step.slack
+        self.last_length, self.slack = trial.step.length, trial.step.slack
 
     def _unblock(self, trial: Trial | None) -> None:
         """Empty the filter when it alone blocks a step that betters the iterate."""
@@ -269,13 +227,13 @@ class _Run:
         Better ones are worth another run from there: rows of nearly the same gradient may have
         misled the first (once; measured, a few steps then suffice).
         """
-        if self.undefined:
+        if self.trials.undefined:
             return Status.NUMERICAL
         if self.iterate.violation > FEASIBLE:
             return Status.INFEASIBLE
-        iterate = self._with_own_multipliers(self.iterate)
+        iterate = with_own_multipliers(self.nlp, self.iterate.point)
         if self.recorder.best is not None and not self._is_optimal(iterate):
-            best = self._with_own_multipliers(self.recorder.best)
+            best = with_own_multipliers(self.nlp, self.recorder.best.point)
             iterate = min(iterate, best, key=lambda one: one.residual.worst)
         if iterate.residual.worst < self.iterate.residual.worst:
             self.iterate = iterate
@@ -285,16 +243,8 @@ class _Run:
                 return None
         return Status.OPTIMAL if self._is_optimal(self.iterate) else Status.STALLED
 
-    def _with_own_multipliers(self, iterate: Iterate) -> Iterate:
-        point = iterate.point
-        return make_iterate(self.nlp, point, *least_squares_multipliers(self.nlp, point))
-
     def _renew(self) -> None:
         self.renewed, self.model = True, None
         self.region = TrustRegion(self.options.initial_radius, self.options.max_radius)
         self.last_length = self.options.initial_radius
         self.filter = Filter(CEILING)
-
-
-def _length(d: Array) -> float:
-    return float(np.abs(d).max(initial=0.0))

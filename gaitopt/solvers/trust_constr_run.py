@@ -9,7 +9,7 @@ import numpy as np
 
 from gaitopt.nlp import Array, Status
 from gaitopt.solvers.multipliers import ACTIVITY, least_squares_multipliers, one_sided
-from gaitopt.solvers.recorder import FEASIBLE, Iterate, Recorder, make_iterate
+from gaitopt.solvers.recorder import FEASIBLE, Iterate, Recorder, make_iterate, with_own_multipliers
 from gaitopt.solvers.row_choice import RowChoice, choose_rows, given_rows, held_rows, missed_rows
 from gaitopt.solvers.scaled_program import ScaledProgram
 
@@ -237,8 +237,7 @@ class TrustConstrRun:
 
     def _polish(self) -> None:
         """Take least-squares multipliers if they satisfy the conditions better."""
-        nlp, point = self.program.nlp, self.iterate.point
-        iterate: Iterate = make_iterate(nlp, point, *least_squares_multipliers(nlp, point))
+        iterate = with_own_multipliers(self.program.nlp, self.iterate.point)
         if iterate.residual.worst < self.iterate.residual.worst:
             self.iterate = iterate
             self.recorder.keep(iterate)

@@ -12,6 +12,8 @@ SHRINK = 0.25
 """Factor of a shrinking radius, applied to the step's length (same algorithm)."""
 GROW = 2.0
 """Factor of a growing radius (same algorithm)."""
+INTERIOR = 0.99
+"""A step shorter than this share of the radius is not held by the trust region."""
 ROUNDING = 1e-12
 """Relative rounding error of cost and rows (measured; its use is that of Conn,
 Gould & Toint, 2000, section 17.4.2)."""
@@ -29,11 +31,15 @@ class TrustRegion:
     radius: float
     largest: float
 
+    def holds(self, length: float) -> bool:
+        """Return whether a step of infinity norm `length` would go on but for the region."""
+        return length >= INTERIOR * self.radius
+
     def after(self, ratio: float, length: float, may_grow: bool = True) -> TrustRegion:
         """Return the region after an accepted step of infinity norm `length`."""
         if ratio < POOR:
             return self.shrunk(length)
-        if may_grow and ratio > GOOD and length > 0.99 * self.radius:
+        if may_grow and ratio > GOOD and self.holds(length):
             return TrustRegion(min(self.largest, GROW * self.radius), self.largest)
         return self
 
