@@ -70,6 +70,8 @@ class Point(Values):
 class NLP(ABC):
     """A nonlinear program; every method is a pure function of its arguments.
 
+    That may keep what it has just computed: let every thread make a program of its own.
+
     Attributes:
         variables: names, bounds and scale of x.
         rows: limits of the scaled constraint rows.

@@ -8,6 +8,8 @@ import numpy as np
 import pinocchio as pin
 
 from gaitopt.gait.result import Gait
+from gaitopt.gait.task import Task
+from gaitopt.gait.task_record import task_record
 from gaitopt.robot.generated.presets import biped13
 from gaitopt.robot.generated.urdf import urdf_text
 
@@ -61,7 +63,7 @@ def _meta(speed: float, cost: float, urdf: str) -> dict[str, object]:
     model = pin.buildModelFromXML(urdf, pin.JointModelFreeFlyer())
     joints = [model.joints[model.getJointId(n)] for n in JOINT_NAMES]
     return {
-        "task": {"speed": speed, "duration": 0.4, "friction": 0.7},
+        "task": task_record(Task(speed=speed, duration=0.4)),
         "limits": {
             "torque": [150.0] * 12,
             "speed": [10.0] * 12,

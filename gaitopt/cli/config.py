@@ -2,17 +2,12 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Mapping
 from difflib import get_close_matches
 from pathlib import Path
 
 from gaitopt.errors import InputError
-
-if sys.version_info >= (3, 11):
-    import tomllib
-else:
-    import tomli as tomllib
+from gaitopt.robot.files.toml import parse_toml
 
 Settings = dict[str, object]
 
@@ -103,14 +98,13 @@ def read_config(path: Path) -> Settings:
 
 def _table(path: Path) -> dict[str, object]:
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        reason = (error.strerror or str(error)).lower()
+        text = path.read_bytes()
+    except (OSError, ValueError) as error:
+        reason = (getattr(error, "strerror", None) or str(error)).lower()
         raise InputError(
             f"cannot read the configuration '{path}': {reason}; give the path of a TOML file"
         ) from error
-    except (ValueError, RecursionError) as error:
-        raise InputError(f"the configuration '{path}' is not TOML: {str(error)[:200]}") from error
+    return parse_toml(text, f"the configuration '{path}'")
 
 
 def _value(path: Path, name: str, value: object, kind: str) -> object:

@@ -29,9 +29,8 @@ class CommandWithDefaults(TyperCommand):
 def defaults() -> dict[str, object]:
     """Return the default of each option of `gaitopt optimise` that has one."""
     from gaitopt.cli.config import SCHEMA
-    from gaitopt.cli.request import DEFAULT_SIGMA
     from gaitopt.design.options import DesignOptions
-    from gaitopt.design.starts import COUNT
+    from gaitopt.design.starts import COUNT, SIGMA
     from gaitopt.gait.task import PRESETS, Task
     from gaitopt.solvers.sqp import SQP
 
@@ -46,7 +45,7 @@ def defaults() -> dict[str, object]:
         "tolerance": sqp.tolerance,
         "max_iterations": sqp.max_iterations,
         "starts": COUNT,
-        "sigma": DEFAULT_SIGMA,
+        "sigma": SIGMA,
     }
     known = {name for section in SCHEMA.values() for name in section}
     return {name: v for name, v in values.items() if name in known and v is not None}

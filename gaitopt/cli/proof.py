@@ -65,7 +65,9 @@ def _add_checks(table: Table, certificate: Mapping[str, Any]) -> None:
         f"apart by {referee['momentum']:.1e}",
         f"{MOMENTUM_TOLERANCE:.0e}",
     )
-    lifts = "lifts off" if certificate["rear_foot_lifts"] else "stays on the ground"
+    speed = certificate["rear_foot_speed"]
+    sinks = ABSENT if speed is None else f"sinks at {-speed:.3g} m/s"
+    lifts = "lifts off" if certificate["rear_foot_lifts"] else sinks
     table.add_row("rear foot after the impact", lifts, "lifts off")
 
 

@@ -12,7 +12,7 @@ from gaitopt.cli.assignments import named_values
 from gaitopt.cli.config import SCHEMA, Settings, read_config
 from gaitopt.cli.robot_request import ROBOTS, biped_spec, catalogued_task, make_robot
 from gaitopt.design.options import DesignOptions
-from gaitopt.design.starts import COUNT
+from gaitopt.design.starts import COUNT, SIGMA
 from gaitopt.errors import InputError
 from gaitopt.gait.guess import first_guess, perturbed
 from gaitopt.gait.humanoid import humanoid_task
@@ -28,7 +28,6 @@ from gaitopt.solvers.certified import CERTIFIER, CertifiedSQP
 from gaitopt.solvers.sqp import SQP
 
 HUMANOID = "humanoid"  # the preset whose numbers follow from the robot
-DEFAULT_SIGMA = 0.05  # rad; a guess that still looks like a walk
 
 Geometry = dict[str, dict[str, float | bool]]
 
@@ -163,7 +162,7 @@ def _start(problem: WalkProblem, settings: Settings, disturb: bool) -> Array | N
 def _noise(settings: Settings) -> tuple[float, int]:
     """Return standard deviation and seed of the noise on a first guess."""
     sigma, seed = (
-        float(str(settings.get("sigma", DEFAULT_SIGMA))),
+        float(str(settings.get("sigma", SIGMA))),
         int(str(settings.get("seed", 0))),
     )
     if not (math.isfinite(sigma) and sigma >= 0.0 and seed >= 0):
@@ -178,8 +177,9 @@ def parameters_of(gait: Gait, problem: WalkProblem, x: Array) -> Array:
         InputError: the gait moves other joints or has another number of postures.
     """
     known = dict(zip(gait.parameter_names, gait.parameters, strict=True))
+    known |= {f"{j}_at_start": q for j, q in zip(gait.joint_names, gait.q[0], strict=True)}
     names = problem.layout.names
-    joints = names[: problem.layout.shape.start]
+    joints = names[: problem.layout.rates.stop]
     if set(joints) != {n for n in known if "_at_knot_" in n or n.endswith("_rate_before_impact")}:
         raise InputError(
             "the gait given as start moves other joints or has another number of intermediate "

@@ -60,6 +60,7 @@ def design(
         on_progress: makes the progress callback of a walk (it can name the walk's rows).
 
     Raises:
+        InputError: the start has another shape than the parameters, or is not finite.
         NoGaitFoundError: no feasible gait was found; the message says what stands in the way, and
             `diagnosis` why and what would help.
         UnreachableError: the step asked for is longer than the legs; with a `diagnosis` too.
@@ -77,7 +78,7 @@ def _design(
     on_progress: Callable[[WalkProblem], ProgressCallback] | None,
 ) -> Design:
     problem = WalkProblem(robot, task)
-    x = guess(problem, options) if start is None else _checked_start(problem, start)
+    x = guess(problem, options) if start is None else checked_start(problem, start)
     callback = None if on_progress is None else on_progress(problem)
     solution = search(problem, options, x, callback)
     fine = on_fine_grid(problem)
@@ -112,13 +113,25 @@ def finished(
     return Design(gait_at(problem, solution.x, meta), certificate, solution, problem)
 
 
-def _checked_start(problem: WalkProblem, start: Array) -> Array:
-    x = np.array(start, dtype=np.float64)
-    if x.shape != (problem.layout.size,) or not np.all(np.isfinite(x)):
-        raise InputError(
-            f"the first guess has shape {x.shape}; give {problem.layout.size} finite numbers, "
-            "in the order of WalkProblem(robot, task).layout.names"
-        )
+def checked_start(problem: WalkProblem, start: Array) -> Array:
+    """Return a copy of a first guess of the parameters, shape (P,).
+
+    Raises:
+        InputError: it has another shape, or entries that are not finite numbers.
+    """
+    wanted = (
+        f"give {problem.layout.size} finite numbers, in the order of "
+        "WalkProblem(robot, task).layout.names"
+    )
+    try:
+        x = np.array(start, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"the first guess is no array of numbers; {wanted}") from error
+    if x.shape != (problem.layout.size,):
+        raise InputError(f"the first guess has shape {x.shape}; {wanted}")
+    if not np.all(np.isfinite(x)):
+        at = problem.layout.names[int(np.argmin(np.isfinite(x)))]
+        raise InputError(f"the first guess has no finite value for {at}; {wanted}")
     return x
 
 

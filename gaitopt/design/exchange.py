@@ -40,9 +40,10 @@ def exchange(
     peaks: Iterable[Peak] = (),
     enough: float = 0.0,
 ) -> Iterator[tuple[WalkProblem, Solution]]:
-    """Yield a walk and its solution round after round; the last ones keep the limits.
+    """Yield a walk and its solution round after round until one keeps the limits.
 
-    A round whose solution is of no use must be the last that is asked for.
+    After `MAX_ROUNDS` the last ones may still exceed them. A round whose solution is of no use must
+    be the last that is asked for.
 
     Args:
         sparse: the walk at its samples.

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.integrate import trapezoid
 
 from gaitopt.design.joint_pairs import brace, shared_name
-from gaitopt.gait.result import JOINTS, Gait
+from gaitopt.gait.result import Gait
 
 _FROM_HIP = (5, 4, 3, 2, 1, 0)  # stance joints are stored from the ankle up
 
@@ -66,7 +66,7 @@ def _demand(gait: Gait, joints: list[int]) -> dict[str, object]:
 
 def _limit(gait: Gait, kind: str, joints: list[int]) -> float | None:
     limits = gait.joint_limit(kind)
-    if limits is None or len(limits) != JOINTS:
+    if limits is None:
         return None
     least = float(limits[joints].min())
     return least if np.isfinite(least) and least > 0.0 else None

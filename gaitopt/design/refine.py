@@ -62,15 +62,6 @@ def violated_instants(fine: WalkProblem, x: Array) -> Array:
     return np.unique([peak.instant for peak in exceeded(fine, x)])
 
 
-def carry_multipliers(old: WalkProblem, new: WalkProblem, multipliers: Array) -> Array:
-    """Return multipliers for a walk with instants added; the added rows get zero."""
-    carried = np.zeros(new.rows.lower.size)
-    for family in old.families:
-        rows = new.family_rows(family.name)
-        carried[rows][: family.size] = multipliers[old.family_rows(family.name)]
-    return carried
-
-
 def _kept(solution: Solution, failed: Solution) -> Solution:
     """Return the solution before a round that failed: a gait at its own samples at least."""
     status = Status.INTERRUPTED if failed.status is Status.INTERRUPTED else solution.status

@@ -11,11 +11,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from gaitopt.design.active import placed, pressures
 from gaitopt.design.certificate import on_fine_grid
 from gaitopt.design.diagnosis import Suggestion
 from gaitopt.design.knobs import Knob, duration_knob, limit_knobs
 from gaitopt.design.reason import SEARCHER, Reason, easier_guess, solve_or_stop
-from gaitopt.design.refine import carry_multipliers, violated_instants
+from gaitopt.design.refine import violated_instants
 from gaitopt.design.relaxation import RelaxedProgram
 from gaitopt.design.settle import Settle
 from gaitopt.gait.problem import WalkProblem
@@ -169,7 +170,7 @@ def _least_turn(
         finer = problem.with_grid(problem.grid.with_instants(extra))
         if finer.grid.count == problem.grid.count:
             break
-        warm = Start(solution.x, carry_multipliers(problem, finer, multipliers))
+        warm = Start(solution.x, placed(finer, pressures(problem, multipliers)))
         again, multipliers = _solved(WARM, knob, finer, warm, effort)
         if not again.violation <= FEASIBLE:
             break

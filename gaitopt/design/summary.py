@@ -10,8 +10,7 @@ from scipy.integrate import trapezoid
 from gaitopt.design.joint_summary import joint_summaries, motor_summaries
 from gaitopt.gait.result import Gait
 from gaitopt.nlp import Array
-
-GRAVITY = 9.81  # m/s², of every robot read from a URDF
+from gaitopt.robot.legs.measures import GRAVITY
 
 Facts = dict[str, object]
 
@@ -20,7 +19,7 @@ def summarise(gait: Gait) -> Facts:
     """Return the figures of a gait as JSON-able data, None where they were not recorded.
 
     Keys of the result: robot, walk, joints (of stance and swing leg), motors (of one leg over
-    stance and swing), contact, impact, solver, certificate.
+    stance and swing), contact, impact, solver, certificate, versions.
     """
     return {
         "robot": {
@@ -94,7 +93,7 @@ def _certificate(gait: Gait) -> Facts:
     whole: Mapping[str, object] = record if isinstance(record, Mapping) else {}
     names = ("certified", "verdict", "optimal", "kkt", "kkt_tolerance", "fine_samples")
     more = ("fine_violation", "fine_tolerance", "worst", "referee", "rear_foot_lifts")
-    return {name: whole.get(name) for name in (*names, *more)}
+    return {name: whole.get(name) for name in (*names, *more, "rear_foot_speed")}
 
 
 def centre_of_pressure(wrench: Array) -> Array:

@@ -46,7 +46,10 @@ def humanoid_task(robot: Robot, **changes: object) -> Task:
         defaults["torsional_friction"] = round(float(friction) * arm, 4)
     defaults |= {**TRUNK, "knee_flexion": KNEE_FLEXION, "leg_gap": LEG_GAP}
     weight = robot.mass * float(np.linalg.norm(robot.model.gravity.linear))
-    defaults |= {"minimum_load": round(LEAST_LOAD * weight, 1), "step_width": widest(robot)}
+    defaults["minimum_load"] = round(LEAST_LOAD * weight, 1)
+    gap = changes.get("lateral_gap", Margins().lateral_gap)
+    if isinstance(gap, float | int):
+        defaults["step_width"] = widest(robot, gap)
     return preset_task("standard", **{**defaults, **changes})
 
 
@@ -56,7 +59,12 @@ def stroll(robot: Robot) -> float:
     return round(math.sqrt(FROUDE * gravity * robot.legs.height), 2)
 
 
-def widest(robot: Robot) -> float:
-    """Return how far apart the lines of footsteps may be [m]: a little more than the hips."""
-    soles = robot.sole.left - robot.sole.right + Margins().lateral_gap
+def widest(robot: Robot, gap: float = Margins.lateral_gap) -> float:
+    """Return how far apart the lines of footsteps may be [m]: a little more than they must.
+
+    Args:
+        robot: the biped.
+        gap: that must be left between the soles [m].
+    """
+    soles = robot.sole.left - robot.sole.right + gap
     return round(max(abs(robot.legs.spacing), soles) + WIDER, 3)

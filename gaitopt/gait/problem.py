@@ -43,7 +43,11 @@ class RowAddress:
 
 
 class WalkProblem(NLP):
-    """The walk of one robot for one task, on one grid of instants."""
+    """The walk of one robot for one task, on one grid of instants.
+
+    It keeps the last step and works in scratch shared with the other walks of the robot in its
+    thread: not to be used by two threads.
+    """
 
     def __init__(self, robot: Robot, task: Task, grid: Grid | None = None) -> None:
         self.robot, self.task = robot, task

@@ -109,7 +109,8 @@ class Gait:
     def step_length(self) -> float:
         """Distance the robot advances in one step [m]: half the travel of the swing sole."""
         centre = self.swing_sole.mean(axis=1)
-        return float(centre[-1, 0] - centre[0, 0]) / 2.0
+        forward, left, _ = centre[-1] - centre[0]  # with feet turned out, travel is not along x
+        return float(np.hypot(forward, left)) / 2.0
 
     @property
     def speed(self) -> float:

@@ -18,7 +18,7 @@ from gaitopt.nlp import Array
 
 
 class Reads(Enum):
-    """What a constraint or a cost may look at; the value is the number of entries."""
+    """What a constraint or a cost may look at; the comments say how much of it there is."""
 
     TORQUE = "torque"  # at each instant (12) [N.m]
     WRENCH = "wrench"  # at each instant (6): ground force and moment in the stance sole [N, N.m]

@@ -22,6 +22,9 @@ from gaitopt.nlp import Array
 
 Indices = NDArray[np.int_]
 
+_EFFORT = {Reads.WRENCH: slice(6), Reads.TORQUE: slice(6, None)}
+"""Entries of the effort that are bent at each instant, in (q, dq, ddq): cheaper than in x."""
+
 
 @dataclass(frozen=True)
 class StepWeights:
@@ -60,10 +63,9 @@ def step_hessian(model: StepModel, step: Step, slope: StepSlope, weights: StepWe
     motion = slope.motion
     size = motion.shape[2]
     H = motion.reshape(-1, size).T @ (local @ motion).reshape(-1, size)
-    for what in (Reads.IMPULSE, Reads.SOLE_TWIST, Reads.LEGS, Reads.TRAVEL):
-        if what in weights.second:
-            jac = slope.reads[what]
-            H += (jac.swapaxes(1, 2) @ weights.second[what] @ jac).sum(axis=0)
+    for what in weights.second.keys() - _EFFORT.keys():
+        jac = slope.reads[what]
+        H += (jac.swapaxes(1, 2) @ weights.second[what] @ jac).sum(axis=0)
     inputs = np.concatenate([slope.coefficients[-3], slope.coefficients[-1]])
     H += inputs.T @ impact.hessian(curvature.at(slice(-1, None))) @ inputs
     posture = model.boundary.curvature(
@@ -94,7 +96,7 @@ def _local(slope: StepSlope, weights: StepWeights, torque: TorqueCurvature) -> A
     support, first, second = slope.support, weights.first, weights.second
     count = len(support.effort)
     bent = np.zeros(support.effort.shape)
-    for what, rows in ((Reads.WRENCH, slice(6)), (Reads.TORQUE, slice(6, None))):
+    for what, rows in _EFFORT.items():
         if what in second:
             np.matmul(second[what], support.effort[:, rows], out=bent[:, rows])
     local = support.effort.swapaxes(1, 2) @ bent
@@ -107,9 +109,6 @@ def _local(slope: StepSlope, weights: StepWeights, torque: TorqueCurvature) -> A
     local[:, 24:, :12] += torque.qa.swapaxes(1, 2)
     for what, reading in slope.optional.items():
         local[:, :12, :12] += reading.curvature(first[what])
-        if what in second:
-            jac = reading.jacobian
-            local[:, :12, :12] += jac.swapaxes(1, 2) @ second[what] @ jac
     return local
 
 

@@ -21,6 +21,8 @@ BOUNDARIES = ("closed", "lifted")
 
 
 def _is_finite(value: object) -> bool:
+    if isinstance(value, bool):  # to Python a kind of int
+        return False
     return isinstance(value, float | int) and math.isfinite(value)
 
 
@@ -75,8 +77,11 @@ class Margins:
 
     def __post_init__(self) -> None:
         for entry in fields(self):
-            value = getattr(self, entry.name)
-            if value is not None and not _is_finite(value):
+            value, kind = getattr(self, entry.name), str(entry.type)
+            if kind == "bool":
+                if not isinstance(value, bool):
+                    raise InputError(f"{entry.name} is {value!r}; it must be True or False")
+            elif not _is_finite(value) and not (value is None and "None" in kind):
                 raise InputError(f"{entry.name} is {value!r}; it must be a finite number")
         for name, unit in (
             ("friction", ""),
@@ -135,8 +140,9 @@ class Task:
             if not (_is_finite(value) and value > 0.0):
                 raise InputError(f"{name} is {value!r} {unit}; it must be a finite number above 0")
         for name in ("postures", "samples"):
-            if not isinstance(getattr(self, name), int):
-                raise InputError(f"{name} is {getattr(self, name)!r}; it must be a whole number")
+            value = getattr(self, name)
+            if not isinstance(value, int) or isinstance(value, bool):
+                raise InputError(f"{name} is {value!r}; it must be a whole number")
         if self.postures < 1:
             raise InputError(f"postures is {self.postures}; at least 1 intermediate posture")
         if self.speed_as not in SPEED_AS:

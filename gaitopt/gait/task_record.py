@@ -6,24 +6,31 @@ from collections.abc import Mapping
 from dataclasses import asdict
 
 from gaitopt.errors import InputError
-from gaitopt.gait.parameters import GEOMETRY, set_quantities
+from gaitopt.gait.parameters import GEOMETRY, INFINITY, Quantity, set_quantities
 from gaitopt.gait.task import Margins, Task
 
 _QUANTITY_FIELDS = ("free", "value", "lower", "upper", "scale")
+_NO_BOUND = {"lower": -INFINITY, "upper": INFINITY}
 
 
 def task_record(task: Task) -> dict[str, object]:
-    """Return a task as JSON-able data; infinite bounds are left out."""
+    """Return a task as JSON-able data; an infinite bound is None, or left out by default."""
     record = {k: v for k, v in asdict(task).items() if k not in ("margins", "geometry")}
     record["margins"] = asdict(task.margins)
     record["geometry"] = {
-        q.name: {
-            name: getattr(q, name)
-            for name in _QUANTITY_FIELDS
-            if abs(getattr(q, name)) != float("inf")
-        }
-        for q in task.geometry
+        q.name: _quantity_record(q, usual) for q, usual in zip(task.geometry, GEOMETRY, strict=True)
     }
+    return record
+
+
+def _quantity_record(quantity: Quantity, usual: Quantity) -> dict[str, object]:
+    record: dict[str, object] = {}
+    for name in _QUANTITY_FIELDS:
+        value = getattr(quantity, name)
+        if value != _NO_BOUND.get(name):
+            record[name] = value
+        elif value != getattr(usual, name):
+            record[name] = None  # JSON has no infinity
     return record
 
 
@@ -39,7 +46,20 @@ def task_from_record(record: object) -> Task:
     margins, geometry = values.pop("margins", {}), values.pop("geometry", {})
     try:
         return Task(
-            **values, margins=Margins(**margins), geometry=set_quantities(GEOMETRY, geometry)
+            **values,
+            margins=Margins(**margins),
+            geometry=set_quantities(GEOMETRY, _quantities(geometry)),
         )
     except TypeError as error:
         raise InputError(f"the record of the task cannot be read: {error}") from error
+
+
+def _quantities(record: object) -> dict[str, dict[str, float | bool]]:
+    """Return what `set_quantities` takes; records of old leave out every infinite bound."""
+    entries = record.values() if isinstance(record, Mapping) else [record]
+    if not isinstance(record, Mapping) or not all(isinstance(e, Mapping) for e in entries):
+        raise TypeError("its geometry is no table of tables")
+    return {
+        name: {k: _NO_BOUND[k] if v is None and k in _NO_BOUND else v for k, v in entry.items()}
+        for name, entry in record.items()
+    }

@@ -180,17 +180,6 @@ def sole_placement(chain: Chain, q: ArrayLike) -> tuple[Array, Array]:
     return rotation, turned(origin)
 
 
-def centre_of_mass(chain: Chain, q: ArrayLike) -> Array:
-    """Return the centre of mass in the stance sole frame, shape (..., 3) [m].
-
-    Raises:
-        InputError: q has the wrong shape or is not finite.
-    """
-    A, P = link_placements(chain, q)
-    moments = chain.links.mass[:, None] * P + times(A, chain.links.first_moment)
-    return turned(moments.sum(axis=-2) / chain.mass)
-
-
 def turned(vector: Array) -> Array:
     """Turn vectors (..., 3) from R0 axes into sole axes, or from those into R0 axes."""
     product: Array = vector @ SOLE_AXES

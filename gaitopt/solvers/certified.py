@@ -13,7 +13,7 @@ from gaitopt.nlp import NLP, Progress, ProgressCallback, Solution, Start, Status
 from gaitopt.solvers.sqp import SQP
 from gaitopt.solvers.trust_constr import TrustConstr
 
-CERTIFIER = TrustConstr(max_iterations=60, initial_barrier=1e-6)
+CERTIFIER = TrustConstr(max_iterations=60)
 """The interior point method for starts that are nearly solutions (measured)."""
 AGREEMENT = 1e-4
 """Largest difference of the two answers' scaled costs, relative to one or to the cost if larger:

@@ -7,7 +7,7 @@ for large-scale nonlinear programming", Mathematical Programming 106 (2006).
 from __future__ import annotations
 
 import importlib
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any, ClassVar
 
 import numpy as np
@@ -49,12 +49,7 @@ class Ipopt:
         Raises:
             InputError: an option cannot be used.
         """
-        require_positive(
-            self.name,
-            tolerance=self.tolerance,
-            feasibility=self.feasibility,
-            max_iterations=self.max_iterations,
-        )
+        require_positive(self.name, **asdict(self))
 
     def solve(
         self, nlp: NLP, start: Start, on_progress: ProgressCallback | None = None
@@ -77,8 +72,7 @@ class Ipopt:
         last = callbacks.judge(u, info)
         recorder.keep(last)
         status = self._status(last, int(info["status"]))
-        best = last if status is Status.OPTIMAL or recorder.best is None else recorder.best
-        return recorder.solution(status, best)
+        return recorder.solution(status, recorder.answer(status, last))
 
     def _problem(self, cyipopt: Any, callbacks: _Callbacks) -> Any:
         nlp, scale = callbacks.program.nlp, callbacks.program.scale

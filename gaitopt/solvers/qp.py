@@ -82,13 +82,28 @@ def solve_qp(program: QuadraticProgram, preferred: str) -> QuadraticSolution | N
 
 
 def optimality_error(program: QuadraticProgram, solution: QuadraticSolution) -> float:
-    """Return the largest violation of the optimality conditions, relative to their terms."""
-    pull = solution.rows @ program.G
-    slope = program.P @ solution.x + program.q + pull + solution.bounds
+    """Return the largest violation of the optimality conditions.
+
+    Slope and multipliers count relative to the terms of the slope, distances from limits as they
+    are. The lesser of a limit's multiplier and distance must vanish: the distance is negative
+    outside the limit, the multiplier where it pulls the wrong way (the natural residual of
+    complementarity).
+    """
+    x, rows, bounds = solution.x, solution.rows, solution.bounds
+    pull = rows @ program.G
+    slope = program.P @ x + program.q + pull + bounds
     size = 1.0 + max(np.abs(program.q).max(), np.abs(pull).max(initial=0.0))
-    excess = program.G @ solution.x - program.h
-    error = max(float(np.abs(slope).max()) / size, float(excess.max(initial=0.0)))
+    error = max(
+        float(np.abs(slope).max()) / size,
+        _mismatch(rows / size, program.h - program.G @ x),
+        _mismatch(np.maximum(bounds, 0.0) / size, program.upper - x),
+        _mismatch(np.maximum(-bounds, 0.0) / size, x - program.lower),
+    )
     return error if np.isfinite(error) else np.inf
+
+
+def _mismatch(multipliers: Array, distances: Array) -> float:
+    return float(np.abs(np.minimum(multipliers, distances)).max(initial=0.0))
 
 
 def _is_definite(P: Array) -> bool:

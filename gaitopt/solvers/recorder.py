@@ -110,6 +110,10 @@ class Recorder:
         if self.on_progress is not None:
             self.on_progress(progress)
 
+    def answer(self, status: Status, last: Iterate) -> Iterate:
+        """Choose what a run returns: where it ended if that is optimal, else the best iterate."""
+        return last if status is Status.OPTIMAL or self.best is None else self.best
+
     def solution(self, status: Status, iterate: Iterate) -> Solution:
         """Write the solution at an iterate."""
         return Solution(

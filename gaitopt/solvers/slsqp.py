@@ -8,7 +8,7 @@ one to compare with. It returns no multipliers; they are those of `multipliers`.
 from __future__ import annotations
 
 import warnings
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any, ClassVar
 
 import numpy as np
@@ -20,7 +20,8 @@ from gaitopt.solvers.solver import require_positive
 
 LIMIT_REACHED = 9
 """SciPy's status for too many iterations."""
-
+ENDED = 99
+"""SciPy's status for a run that its callback ended."""
 
 RESTARTS = 4
 """Times a stalled run is begun anew where it stopped: SciPy's line search gives up when its learnt
@@ -52,13 +53,7 @@ class SLSQP:
         Raises:
             InputError: an option cannot be used.
         """
-        require_positive(
-            self.name,
-            tolerance=self.tolerance,
-            feasibility=self.feasibility,
-            cost_tolerance=self.cost_tolerance,
-            max_iterations=self.max_iterations,
-        )
+        require_positive(self.name, **asdict(self))
 
     def solve(
         self, nlp: NLP, start: Start, on_progress: ProgressCallback | None = None
@@ -81,8 +76,7 @@ class SLSQP:
                     break
         except KeyboardInterrupt:
             status = Status.INTERRUPTED
-        best = last if status is Status.OPTIMAL or recorder.best is None else recorder.best
-        return recorder.solution(status, best)
+        return recorder.solution(status, recorder.answer(status, last))
 
     def _minimise(
         self, program: ScaledProgram, start: Array, recorder: Recorder
@@ -92,8 +86,10 @@ class SLSQP:
 
         variables, scale = program.nlp.variables, program.scale
         options: Any = {"maxiter": self.max_iterations, "ftol": self.cost_tolerance}
+        last = start.copy()
 
         def judge_and_record(u: Array) -> None:
+            last[:] = u
             iterate = _judge(program, u)
             recorder.record(iterate)
             if iterate.is_optimal(self.tolerance, self.feasibility):
@@ -104,16 +100,19 @@ class SLSQP:
             warnings.simplefilter("ignore", RuntimeWarning)
             # The published types admit neither our arrays nor our callbacks.
             minimise: Any = optimize.minimize
-            result = minimise(
-                program.cost,
-                start,
-                jac=program.gradient,
-                method="SLSQP",
-                bounds=optimize.Bounds(variables.lower / scale, variables.upper / scale),
-                constraints=_constraints(program),
-                callback=judge_and_record,
-                options=options,
-            )
+            try:
+                result = minimise(
+                    program.cost,
+                    start,
+                    jac=program.gradient,
+                    method="SLSQP",
+                    bounds=optimize.Bounds(variables.lower / scale, variables.upper / scale),
+                    constraints=_constraints(program),
+                    callback=judge_and_record,
+                    options=options,
+                )
+            except StopIteration:  # SciPy before 1.17 lets it through
+                return ENDED, last
         return int(result.status), np.asarray(result.x)
 
     def _status(self, iterate: Iterate, stopped: int) -> Status:

@@ -92,7 +92,7 @@ class SQP:
             status = run.iterate_until_verdict()
         except KeyboardInterrupt:
             status = Status.INTERRUPTED
-        best = run.iterate if status is Status.OPTIMAL or recorder.best is None else recorder.best
+        best = recorder.answer(status, run.iterate)
         if status is Status.INFEASIBLE and best.violation <= FEASIBLE:
             status = Status.STALLED  # it went astray from a feasible iterate
         return recorder.solution(status, best)

@@ -53,7 +53,7 @@ class TrustConstrRun:
         self.program = program
         self.recorder = recorder
         self.choice = choice
-        self.barrier = options.initial_barrier
+        self.barrier = APPROACH_BARRIER
         self.row_scale = options.row_scale
         nlp, point = program.nlp, program.first
         self.iterate = make_iterate(nlp, point, np.zeros(point.rows.size), np.zeros(point.x.size))
@@ -61,26 +61,30 @@ class TrustConstrRun:
     def solve(self, x: Array, warm: bool) -> Status:
         """Run rounds until the answer is optimal over all rows, or nothing more helps."""
         u = x / self.program.scale
-        if warm and (self._confirmed_aside(u, ACTIVITY) or self._confirmed_aside(u, HELD)):
+        if warm and (self._confirmed(u, ACTIVITY) or self._confirmed(u, HELD)):
             return Status.OPTIMAL
         u = self._approach(u)
         return self._arrive(u)
+
+    @property
+    def _left(self) -> int:
+        """Iterations that the run may still take."""
+        return self.options.max_iterations - len(self.recorder.history)
 
     def _arrive(self, u: Array) -> Status:
         """Run rounds on growing sets of rows until the answer is optimal over all of them."""
         for _ in range(ROUNDS):
             if self._is_optimal(self.iterate):
                 return Status.OPTIMAL
-            left = self.options.max_iterations - len(self.recorder.history)
-            if left <= 0:
+            if self._left <= 0:
                 return Status.ITERATION_LIMIT
-            u = self._minimise(u, left)
+            u = self._minimise(u, self._left)
             self._polish()
             if self._is_optimal(self.iterate):
                 return Status.OPTIMAL
             if not self._better_posed():
                 break
-        if len(self.recorder.history) >= self.options.max_iterations:
+        if self._left <= 0:
             return Status.ITERATION_LIMIT
         return Status.STALLED if self.iterate.violation <= FEASIBLE else Status.INFEASIBLE
 
@@ -93,46 +97,40 @@ class TrustConstrRun:
         """
         nlp = self.program.nlp
         none = np.zeros(nlp.rows.lower.size)
-        row_scale, barrier = APPROACH_SCALE[0], APPROACH_BARRIER
         for number in range(APPROACH_ROUNDS):
-            left = self.options.max_iterations - len(self.recorder.history)
-            if left <= 0:
+            if self._left <= 0:
                 break
             nearest = choose_rows(nlp, self.iterate.point, none, self.options.rows_kept).rows
             self.choice = given_rows(nlp, np.union1d(self.choice.rows, nearest))
-            row_scale = APPROACH_SCALE[min(number, len(APPROACH_SCALE) - 1)]
+            self.row_scale = APPROACH_SCALE[min(number, len(APPROACH_SCALE) - 1)]
             if number >= 2:
-                barrier *= APPROACH_FALL
-            self.row_scale, self.barrier = row_scale, barrier
-            u = self._minimise(u, min(APPROACH_ITERATIONS, left))
+                self.barrier *= APPROACH_FALL
+            u = self._minimise(u, APPROACH_ITERATIONS)
             self._polish()
             if self._is_optimal(self.iterate) or (
-                self.iterate.violation <= APPROACHED and self._confirmed_aside(u, HELD)
+                self.iterate.violation <= APPROACHED and self._confirmed(u, HELD)
             ):
                 break
         self.row_scale = self.options.row_scale
         return u
 
-    def _confirmed_aside(self, u: Array, activity: float) -> bool:
-        """Confirm the iterate; go on from it if that fails."""
-        kept = self.iterate
-        if self._confirmed(u, activity):
-            return True
-        self.iterate = kept
-        return False
-
     def _confirmed(self, u: Array, activity: float) -> bool:
         """Try the rows that hold the start as equalities, the others left out.
 
         Then no slack and no barrier moves the iterate away from a start that is a solution. What
-        was assumed is judged afterwards, over all rows: signs of multipliers, rows left out.
+        was assumed is judged afterwards, over all rows: signs of multipliers, rows left out. If
+        it does not hold, the iterate is again the one of the beginning.
         """
-        nlp, inequalities = self.program.nlp, self.choice
-        point = self.iterate.point
-        self.choice = held_rows(nlp, *least_squares_multipliers(nlp, point, activity))
-        self._minimise(u, min(CONFIRM, self.options.max_iterations))
+        if self._left <= 0:
+            return False
+        nlp, inequalities, kept = self.program.nlp, self.choice, self.iterate
+        self.choice = held_rows(nlp, *least_squares_multipliers(nlp, kept.point, activity))
+        self._minimise(u, CONFIRM)
         self.choice = inequalities
-        return self._is_optimal(self.iterate)
+        if self._is_optimal(self.iterate):
+            return True
+        self.iterate = kept
+        return False
 
     def _better_posed(self) -> bool:
         """Add the rows missed, or sharpen the barrier; False when neither is of use."""
@@ -145,12 +143,12 @@ class TrustConstrRun:
         return self.iterate.residual.complementarity > self.options.tolerance
 
     def _minimise(self, u: Array, iterations: int) -> Array:
-        """Run SciPy's method once from u and return where it stopped."""
+        """Run SciPy's method once from u, within what is left, and return where it stopped."""
         from scipy import optimize
 
         program, nlp = self.program, self.program.nlp
         options: Any = {
-            "maxiter": iterations,
+            "maxiter": min(iterations, self._left),
             "gtol": NEVER,
             "xtol": SHORTEST,
             "barrier_tol": 0.1 * self.options.tolerance,

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from gaitopt.design.active import Pressure, exceeded, pressures
-from gaitopt.design.exchange import exchange
+from gaitopt.design.exchange import MAX_ROUNDS, exchange
 from gaitopt.design.refine import with_work
 from gaitopt.design.search import is_walk
 from gaitopt.gait.problem import WalkProblem
@@ -67,13 +67,18 @@ def keep(
         return solved(solver, problem, start)
 
     peaks = () if fine is None else exceeded(fine, x)
+    rounds = 0
     for problem, solution in exchange(sparse, x, active, solve, fine, peaks, enough):
+        rounds += 1
         if not is_walk(solution) or solution.cost >= below:
             return None
         if found is None:
             found = Kept(problem, solution, solution.iterations)
         else:
             found = Kept(problem, with_work(solution, found.solution), found.journey)
+    if rounds == MAX_ROUNDS and found is not None and fine is not None:
+        unkept = any(peak.excess > enough for peak in exceeded(fine, found.solution.x))
+        return None if unkept else found
     return found
 
 

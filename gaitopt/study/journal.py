@@ -57,22 +57,26 @@ class Journal:
     def __init__(self, directory: Path) -> None:
         self.path = directory / NAME
         self.entries: list[dict[str, Any]] = []
-        end = 0
-        for entry, length in _entries(self.path):
-            self.entries.append(entry)
-            end = length
         try:
             self._file = self.path.open("ab", buffering=0)
         except OSError as error:
             raise _unwritable(self.path, error) from error
         try:
             _lock(self._file.fileno(), self.path)
-            self._file.truncate(end)
+            self._file.truncate(self._read())  # read behind the lock: nobody appends meanwhile
         except BaseException as error:
             self._file.close()
             if isinstance(error, OSError):
                 raise _unwritable(self.path, error) from error
             raise
+
+    def _read(self) -> int:
+        """Take over the events there are; return the length of the file up to the last end."""
+        end = 0
+        for entry, length in _entries(self.path):
+            self.entries.append(entry)
+            end = length
+        return end
 
     def __enter__(self) -> Journal:
         return self

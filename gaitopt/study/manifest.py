@@ -30,7 +30,11 @@ Record = dict[str, Any]
 def manifest_record(
     points: GridPoints, robot: RobotSource, tasks: Mapping[Index, Task], options: DesignOptions
 ) -> Record:
-    """Return everything that decides the gaits of a sweep, JSON-able."""
+    """Return what decides the gaits of a sweep, JSON-able: grid, robot, options, first task.
+
+    The other tasks follow from the first and the axes. What a caller's own `task_at` makes of the
+    axes beyond that is not seen.
+    """
     solver = options.solver
     record = {
         "format": FORMAT,

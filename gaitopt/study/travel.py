@@ -187,8 +187,14 @@ def _nudged(setting: Setting, name: str, value: float) -> Setting:
 
 
 def _lagrangian(nearby: WalkProblem, problem: WalkProblem, solution: Solution) -> float:
-    values, y = nearby.values(solution.x), solution.multipliers
-    limits: Array = np.where(y > 0.0, nearby.rows.upper, nearby.rows.lower)
-    pressed = np.flatnonzero(y)
-    excess = values.rows[pressed] - limits[pressed]
-    return float(values.cost + y[pressed] @ excess / problem.cost_scale)
+    values, rows, variables = nearby.values(solution.x), nearby.rows, nearby.variables
+    excess = _excess(values.rows, rows.lower, rows.upper, solution.multipliers)
+    excess += _excess(solution.x, variables.lower, variables.upper, solution.bound_multipliers)
+    return values.cost + excess / problem.cost_scale
+
+
+def _excess(values: Array, lower: Array, upper: Array, multipliers: Array) -> float:
+    """Return how far values are beyond the limits that are pressed on, weighed, summed."""
+    pressed = np.flatnonzero(multipliers)
+    limits = np.where(multipliers > 0.0, upper, lower)[pressed]
+    return float(multipliers[pressed] @ (values[pressed] - limits))

@@ -10,6 +10,7 @@ from matplotlib.patches import Rectangle
 
 from gaitopt.gait.result import Gait
 from gaitopt.nlp import Array
+from gaitopt.robot.legs.measures import GRAVITY
 from gaitopt.view.body import walking_model
 from gaitopt.view.figure_style import (
     INSIDE,
@@ -24,7 +25,6 @@ from gaitopt.view.figure_style import (
 )
 from gaitopt.view.skeleton import sole_corners
 
-GRAVITY = 9.81  # m/s², for the weight drawn beside the force
 _AROUND = 0.012  # m, shown around the sole
 _COP_WIDTH, _COP_INSIDE, _COP_TEXT = 6.4, 4.95, 0.9  # inch: figure, panel; text above and below
 _COP_HEIGHTS = (1.2, 5.0)  # inch, of the panel
@@ -85,7 +85,7 @@ def _draw_friction(axes: Axes, gait: Gait) -> None:
     force = gait.ground_wrench
     used = np.hypot(force[:, 0], force[:, 1]) / np.where(force[:, 2] > 0.0, force[:, 2], np.nan)
     axes.plot(gait.time, used, color=TRUNK, label="used")
-    limit = gait.number("task", "friction")
+    limit = gait.number("task", "margins", "friction")
     if limit is not None:
         axes.axhline(limit, color=LIMIT, linestyle="--", linewidth=1.0, label=f"allowed {limit:g}")
     axes.set_ylim(bottom=0.0)

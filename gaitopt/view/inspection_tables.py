@@ -32,7 +32,7 @@ class Section:
         title: of the table.
         columns: their headers, ">" before those that hold numbers.
         rows: texts.
-        how: for each row one of `findings.HOW`, which says how sure it is; empty if all are facts.
+        how: for each row the `how` of its finding; empty if all are facts.
     """
 
     title: str

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import sys
 from importlib import resources
 from math import isfinite
 from pathlib import Path
@@ -14,6 +13,7 @@ import numpy as np
 from gaitopt.atomic import write_atomically
 from gaitopt.errors import InputError
 from gaitopt.nlp import Array
+from gaitopt.robot.files.toml import parse_toml
 from gaitopt.study.reproduce.consequences import EULER_SAMPLES, SINK
 from gaitopt.study.reproduce.gradients import CAP, DIFFERENCES, EXACT, NEAR, SOLVER, Comparison
 from gaitopt.study.reproduce.printed import PrintedSpeed, printed
@@ -33,11 +33,6 @@ from gaitopt.view.reproduction_tables import (
     singular_table,
     unknowns_table,
 )
-
-if sys.version_info >= (3, 11):
-    import tomllib
-else:
-    import tomli as tomllib
 
 PAGE_NAME = "reproduction.md"
 STOPPED_EARLY = 0.3  # printed runs dearer than this look so
@@ -72,9 +67,8 @@ def write_reproduction(result: Reproduction, directory: str | Path) -> list[Path
 def page_text(result: Reproduction) -> str:
     """Return the page."""
     text = (resources.files("gaitopt.view") / "reproduction_page.toml").read_text("utf-8")
-    return Template(tomllib.loads(text)["page"]).substitute(
-        _tables(result) | _numbers(result) | _open_questions(result)
-    )
+    page = parse_toml(text, "reproduction_page.toml")["page"]
+    return Template(page).substitute(_tables(result) | _numbers(result) | _open_questions(result))
 
 
 def _tables(result: Reproduction) -> dict[str, str]:

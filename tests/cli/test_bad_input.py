@@ -56,7 +56,7 @@ CASES = [
     (["--config", "bare.toml"], "unknown section 'speed'"),
     (["--config", "quantity.toml"], "no geometric quantity 'durtion'"),
     (["--spec", "absent.toml"], "cannot read .*absent.toml"),
-    (["--spec", "broken.toml"], "not a TOML file"),
+    (["--spec", "broken.toml"], "not TOML"),
     (["--spec", "negative.toml"], "links.shin.mass = -1 kg"),
     (["--spec", "inertia.toml"], "links.shin.inertia cannot belong to a body"),
     (["--spec", "range.toml"], "joints.knee.lower = 1 rad is not below"),

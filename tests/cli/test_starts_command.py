@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import json
 import os
 import signal
@@ -11,6 +12,9 @@ from typer.testing import CliRunner
 
 from gaitopt.cli import optimise as optimise_command
 from gaitopt.cli.app import app
+from gaitopt.cli.help_defaults import defaults
+from gaitopt.cli.request import make_request
+from gaitopt.design.starts import many_starts
 from gaitopt.gait.result_file import load_gait
 
 QUICK = ["--no-refine", "--no-figures", "--no-page", "--solver", "sqp"]
@@ -26,6 +30,15 @@ def test_several_starts_report_their_optima(tmp_path: Path) -> None:
     assert "optimum 2 of cost 3346.3" in result.output
     summary = json.loads((tmp_path / "summary.json").read_text(encoding="utf-8"))
     assert "3215.4" in json.dumps(summary)
+
+
+def test_the_noise_is_that_of_many_starts() -> None:
+    usual = inspect.signature(many_starts).parameters["sigma"].default
+    request = make_request({"robot": "biped13", "starts": 3}, None)
+    assert request.noise == (usual, 0)
+    assert defaults()["sigma"] == usual
+    said = (Path(__file__).parents[2] / "docs" / "cli.md").read_text(encoding="utf-8")
+    assert f"of standard deviation {usual:g} rad" in said
 
 
 def test_ctrl_c_writes_the_best_start_so_far(tmp_path: Path, monkeypatch) -> None:

@@ -5,7 +5,7 @@ import pytest
 from walks import walk
 
 from gaitopt.design.certificate import FINE_TOLERANCE, on_fine_grid
-from gaitopt.design.refine import carry_multipliers, refine, violated_instants
+from gaitopt.design.refine import refine, violated_instants
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.task import Margins
 from gaitopt.nlp import Solution, Status, violations
@@ -59,17 +59,6 @@ def test_samples_alone_leave_violations_between_them(sampled_design):
     assert found.size > 0
     samples = sampled_design.problem.grid.instants
     assert np.abs(found[:, None] - samples).min() > 1e-3
-
-
-def test_multipliers_keep_their_rows(rng):
-    old = walk("guess").problem
-    new = old.with_grid(old.grid.with_instants(np.array([0.111, 0.222])))
-    multipliers = rng.normal(size=old.rows.lower.size)
-    carried = carry_multipliers(old, new, multipliers)
-    assert carried.size > multipliers.size
-    named = {old.describe(i): m for i, m in enumerate(multipliers)}
-    for row, value in enumerate(carried):
-        assert value == named.get(new.describe(row), 0.0)
 
 
 def test_a_walk_with_nothing_violated_is_returned_as_it_is(refined_design):

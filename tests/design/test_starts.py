@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from liftoff_limits import watched_liftoff_limits
 
+from gaitopt.design.design import design
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.search import RELAXED_LIFTOFF
 from gaitopt.design.start_job import SLOWER, Outcome
@@ -100,6 +101,21 @@ def test_a_start_of_ones_own_is_the_centre(robot, standard_task):
     own = first_guess(WalkProblem(robot, standard_task)) + 0.01
     found = many_starts(robot, standard_task, STILL, count=1, start=own)
     np.testing.assert_array_equal(found.outcomes[0].solution.x, own)
+
+
+@pytest.mark.parametrize(
+    ("start", "message"),
+    [
+        (np.ones(7), r"the first guess has shape \(7,\); give 43 finite numbers, in the order of"),
+        (np.ones((43, 1)), r"the first guess has shape \(43, 1\); give 43"),
+        (np.append(np.ones(42), np.nan), "no finite value for pelvis_yaw; give 43"),
+        ("a walk", "the first guess is no array of numbers; give 43"),
+    ],
+)
+def test_a_start_that_is_none_is_refused_as_design_does(robot, standard_task, start, message):
+    for search in (design, many_starts):
+        with pytest.raises(InputError, match=message):
+            search(robot, standard_task, STILL, start=start)
 
 
 def test_ctrl_c_keeps_the_best_start_so_far(robot, standard_task):

@@ -45,6 +45,14 @@ def test_the_next_step_starts_where_the_mirror_says(gait):
     assert relative_error(gait.dq[-1], gait.rate_before) < 1e-11
 
 
+def test_feet_turned_out_do_not_shorten_the_step():
+    turned = walk("everything free")
+    gait = gait_at(turned.problem, turned.x, {})
+    step = turned.problem.step(turned.x)
+    assert gait.step_length == pytest.approx(step.step_length, rel=1e-12)
+    assert gait.speed == pytest.approx(step.step_length / step.duration, rel=1e-12)
+
+
 def test_knots_are_enough_to_rebuild_the_motion(gait, walked):
     at_knots = CubicSpline(gait.time, gait.q)(gait.knots)
     spline = CubicSpline(gait.knots, at_knots, bc_type=((1, gait.dq[0]), (1, gait.dq[-1])))

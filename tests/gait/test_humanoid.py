@@ -45,6 +45,12 @@ def test_a_wider_robot_may_walk_wider(robot):
     assert widest(robot) == pytest.approx(0.136 + 0.01 + 0.03)  # its soles are wider than its hips
 
 
+def test_the_lines_of_footsteps_leave_room_for_the_gap_asked_for(robot):
+    margins = humanoid_task(robot, lateral_gap=0.15).margins
+    assert margins.step_width == pytest.approx(0.136 + 0.15 + 0.03)
+    assert humanoid_task(robot, lateral_gap=0.15, step_width=0.3).margins.step_width == 0.3
+
+
 @pytest.mark.parametrize("speed", [-1.0, math.nan])
 def test_wrong_speeds_are_refused(robot, speed):
     with pytest.raises(InputError, match="speed"):

@@ -19,7 +19,7 @@ def test_the_facts_of_a_gait_follow_from_its_arrays():
 def test_meta_is_read_by_path_and_may_be_absent():
     gait = sample_gait()
     assert gait.cost == pytest.approx(3346.48, abs=0.01)
-    assert gait.number("task", "friction") == 0.7
+    assert gait.number("task", "margins", "friction") == 0.7
     assert gait.number("certificate", "certified") is None
     assert gait.fact("certificate", "verdict") == "optimal to first order, verified"
     assert gait.joint_limit("torque").tolist() == [150.0] * 12

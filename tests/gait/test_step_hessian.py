@@ -7,6 +7,9 @@ import pytest
 from numerics import check_differences, steps
 from walks import FAMILIES, PAIRS, WALKS, walk
 
+from gaitopt.gait.step import Reads
+from gaitopt.gait.step_hessian import StepWeights, step_hessian
+
 STEPS = steps(4e-4, 6)  # of variables.scale; friction cones need small ones, impacts large ones
 DIRECTIONS = ("joints", "geometry", "all")
 LINEAR = "walking speed"
@@ -81,6 +84,30 @@ def test_hessian_of_every_family(name, family):
     weight = np.concatenate([[0.0], weights(name, family)])
     for part in parts(name, family):
         check(name, part, family_hessian(name, family), weight)
+
+
+CURVED = [("upright, everything free", what) for what in Reads if what is not Reads.GAPS]
+
+
+@pytest.mark.parametrize(("name", "what"), [*CURVED, ("lifted, everything free", Reads.GAPS)])
+def test_hessian_of_a_curved_function_of_every_quantity(name, what):
+    """Half the sum of w v^2: constraints of one's own may be curved in any quantity."""
+    problem, x = walk(name).problem, walk(name).x
+    step, slope = problem.slope(x)
+    v = step.read(what)
+    w = np.random.default_rng(5).uniform(0.5, 1.5, v.shape)
+    weights = StepWeights.zero(step)
+    weights.first[what] += w * v
+    weights.bend(what, slice(None), w[:, :, None] * np.eye(v.shape[1]))
+
+    def gradient(at):
+        step, slope = problem.slope(at)
+        return np.einsum("ke,kep->p", w * step.read(what), slope.reads[what])
+
+    H, scale = step_hessian(problem.model, step, slope, weights), problem.variables.scale
+    moves = [(h, h * direction(name, "all")) for h in STEPS]
+    found = [(gradient(x + m) - gradient(x - m)) * scale / (2.0 * h) for h, m in moves]
+    check_differences(scale * (H @ direction(name, "all")), found)
 
 
 @pytest.mark.parametrize("name", ["guess", "everything free"])

@@ -16,9 +16,23 @@ NUMBERS = (
 
 
 @pytest.mark.parametrize("name", NUMBERS)
-@pytest.mark.parametrize("value", [math.nan, math.inf])
+@pytest.mark.parametrize("value", [math.nan, math.inf, True])
 def test_margins_must_be_numbers(name, value):
     with pytest.raises(InputError, match=f"{name} is {value}; it must be a finite number"):
+        Margins(**{name: value})
+
+
+@pytest.mark.parametrize("name", ["friction", "minimum_load", "lateral_gap", "knee_flexion"])
+def test_limits_that_are_always_there_cannot_be_left_out(name):
+    with pytest.raises(InputError, match=f"{name} is None; it must be a finite number"):
+        Margins(**{name: None})
+    assert Margins(leg_extension=None, torque_limit=None).leg_extension is None
+
+
+@pytest.mark.parametrize("name", ["joint_range", "impulse_cop"])
+@pytest.mark.parametrize("value", [5.0, 1, None, "yes"])
+def test_switches_are_no_numbers(name, value):
+    with pytest.raises(InputError, match=f"{name} is {value!r}; it must be True or False"):
         Margins(**{name: value})
 
 
@@ -51,6 +65,9 @@ def test_margins_out_of_range_are_refused(name, value, message):
         ({"speed": math.nan}, "speed is nan m/s"),
         ({"duration": -0.4}, "duration is -0.4 s; it must be"),
         ({"penalty_weight": math.inf}, "penalty_weight is inf cost/m²"),
+        ({"speed": True}, "speed is True m/s; it must be a finite number above 0"),
+        ({"samples": True}, "samples is True; it must be a whole number"),
+        ({"postures": 1.5}, "postures is 1.5; it must be a whole number"),
         ({"postures": 0}, "postures is 0; at least 1 intermediate posture"),
         ({"speed_as": "wish"}, "speed_as 'wish' is unknown; choose constraint or penalty"),
         ({"quadrature": "gauss"}, "quadrature 'gauss' is unknown; choose simpson or euler"),

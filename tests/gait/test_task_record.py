@@ -1,9 +1,12 @@
 import json
+import math
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from gaitopt.errors import InputError
-from gaitopt.gait.parameters import GEOMETRY, set_quantities
+from gaitopt.gait.parameters import GEOMETRY, GEOMETRY_NAMES, set_quantities
 from gaitopt.gait.task import Task, preset_task
 from gaitopt.gait.task_record import task_from_record, task_record
 
@@ -34,6 +37,34 @@ def test_a_task_comes_back_through_json(task):
     assert task_from_record(json.loads(text)) == task
 
 
+lowers = st.floats(-3.0, -1e-3) | st.just(-math.inf)
+uppers = st.floats(1e-3, 3.0) | st.just(math.inf)
+bounds = st.fixed_dictionaries({}, optional={"lower": lowers, "upper": uppers})
+
+
+@settings(max_examples=50, derandomize=True, deadline=None)
+@given(st.dictionaries(st.sampled_from(GEOMETRY_NAMES), bounds))
+def test_any_bounds_come_back_through_json(changes):
+    task = Task(geometry=set_quantities(GEOMETRY, changes))
+    text = json.dumps(task_record(task), allow_nan=False)
+    assert task_from_record(json.loads(text)) == task
+
+
+def test_a_bound_taken_away_stays_away():
+    free = {"pelvis_yaw": {"lower": -math.inf, "upper": math.inf}}
+    record = task_record(Task(geometry=set_quantities(GEOMETRY, free)))
+    assert record["geometry"]["pelvis_yaw"]["upper"] is None
+    yaw = task_from_record(record).geometry[GEOMETRY_NAMES.index("pelvis_yaw")]
+    assert (yaw.lower, yaw.upper) == (-math.inf, math.inf)
+
+
+def test_an_old_record_that_leaves_bounds_out_has_the_usual_ones():
+    record = task_record(Task())
+    for entry in record["geometry"].values():
+        entry.pop("lower", None), entry.pop("upper", None)
+    assert task_from_record(record) == Task()
+
+
 def test_a_record_says_what_is_free_and_where():
     record = task_record(TASKS[2])
     assert record["geometry"]["foot_yaw"]["value"] == 0.1
@@ -50,6 +81,9 @@ def test_a_record_says_what_is_free_and_where():
         ({"margins": {"frction": 0.5}}, r"cannot be read: .*'frction'"),
         ({"speed": -1.0}, "speed is -1.0 m/s"),
         ({"geometry": {"width": {}}}, "no geometric quantity 'width'"),
+        ({"geometry": 5.0}, "cannot be read: its geometry is no table of tables"),
+        ({"geometry": {"foot_yaw": 0.1}}, "cannot be read: its geometry is no table of tables"),
+        ({"geometry": {"foot_yaw": {"value": None}}}, "record of the task cannot be read"),
     ],
 )
 def test_what_is_no_record_is_refused(record, message):

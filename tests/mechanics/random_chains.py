@@ -54,6 +54,13 @@ def link_matrices(chain: Chain, q):
     return places
 
 
+def centre_of_mass(chain: Chain, q):
+    """In the stance sole frame: x forward, y left, z up; (3,)."""
+    links = zip(chain.links.mass, chain.links.first_moment, link_matrices(chain, q), strict=True)
+    x, y, z = sum(m * place[:3, 3] + place[:3, :3] @ s for m, s, place in links) / chain.mass
+    return np.array([z, -y, x])
+
+
 @dataclass
 class Cloud:
     """Particles of each link: masses (k,) and positions in the link frame (k, 3)."""

@@ -14,6 +14,7 @@ from gaitopt.errors import RobotError
 from gaitopt.robot.choices import Choices
 from gaitopt.robot.feet.level import sole_normal
 from gaitopt.robot.feet.sole import Sole
+from gaitopt.robot.legs.measures import GRAVITY
 from gaitopt.robot.model import Robot
 
 FOOT = "type='box' size='0.107 0.068 0.02' pos='0.03 0 -0.085'"
@@ -202,4 +203,5 @@ def test_height_and_natural_step_of_the_biped(robot):
     # Alexander's stride of 2.3 h (v²/gh)^0.3: at a Froude number of 0.25 it is 1.517 h.
     speed = np.sqrt(0.25 * 9.81 * 0.705)
     assert robot.legs.natural_step(speed) == pytest.approx(0.705 * 1.5174 / 2.0, rel=1e-4)
+    assert np.linalg.norm(robot.model.gravity.linear) == GRAVITY
     assert robot.legs.natural_step(0.5) < robot.legs.natural_step(1.0)

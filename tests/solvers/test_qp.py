@@ -9,7 +9,13 @@ import pytest
 
 from gaitopt.solvers import qp
 from gaitopt.solvers.elastic import Subproblem, solve_subproblem
-from gaitopt.solvers.qp import BACKENDS, QuadraticProgram, optimality_error, solve_qp
+from gaitopt.solvers.qp import (
+    BACKENDS,
+    QuadraticProgram,
+    QuadraticSolution,
+    optimality_error,
+    solve_qp,
+)
 
 
 def random_program(seed: int, n: int = 8, k: int = 30) -> QuadraticProgram:
@@ -25,9 +31,9 @@ def random_program(seed: int, n: int = 8, k: int = 30) -> QuadraticProgram:
     )
 
 
-def test_known_solution() -> None:
-    # min (x - 3)^2 + (y + 2)^2 with x + y <= 0.5, y >= -1.5: at the corner (2, -1.5).
-    program = QuadraticProgram(
+def corner_program() -> QuadraticProgram:
+    """min (x - 3)^2 + (y + 2)^2 with x + y <= 0.5, y >= -1.5: at the corner (2, -1.5)."""
+    return QuadraticProgram(
         P=2.0 * np.eye(2),
         q=np.array([-6.0, 4.0]),
         G=np.array([[1.0, 1.0]]),
@@ -35,12 +41,45 @@ def test_known_solution() -> None:
         lower=np.array([-9.0, -1.5]),
         upper=np.array([9.0, 9.0]),
     )
+
+
+def test_known_solution() -> None:
+    program = corner_program()
     for backend in BACKENDS:
         solution = solve_qp(program, backend)
         assert solution is not None
         np.testing.assert_allclose(solution.x, [2.0, -1.5], atol=1e-8)
         np.testing.assert_allclose(solution.rows, [2.0], atol=1e-7)
         np.testing.assert_allclose(solution.bounds, [0.0, -3.0], atol=1e-7)
+
+
+@pytest.mark.parametrize(
+    ("x", "rows", "bounds", "error"),
+    [
+        pytest.param([2.0, -9.0], [0.0], [0.0, -3.0], 7.5, id="outside its bounds"),
+        pytest.param([1.0, 0.5], [2.0], [0.0, 0.0], 1.0, id="outside its rows"),
+        pytest.param([2.0, -1.5], [-2.0], [0.0, -3.0], 2 / 9, id="a row that pulls"),
+        pytest.param([1.8, -1.5], [2.0], [0.0, -3.0], 0.2, id="a row that is not active"),
+        pytest.param([2.0, -1.5], [2.0], [0.0, 3.0], 3 / 7, id="a bound that pulls"),
+        pytest.param([2.0, -1.5], [2.0], [4.0, -3.0], 4 / 11, id="a bound that is not active"),
+    ],
+)
+def test_a_vanishing_slope_is_not_enough(
+    x: list[float], rows: list[float], bounds: list[float], error: float
+) -> None:
+    given = QuadraticSolution(np.array(x), np.array(rows), np.array(bounds))
+    program = corner_program()
+    q = -(program.P @ given.x + given.rows @ program.G + given.bounds)
+    # Distances count as they are, multipliers relative to one plus the largest of q.
+    assert optimality_error(replace(program, q=q), given) == pytest.approx(error, rel=1e-9)
+
+
+def test_a_limit_that_does_not_exist_has_no_say() -> None:
+    program = replace(corner_program(), lower=np.array([-np.inf, -1.5]), upper=np.full(2, np.inf))
+    exact = QuadraticSolution(np.array([2.0, -1.5]), np.array([2.0]), np.array([0.0, -3.0]))
+    assert optimality_error(program, exact) < 1e-15
+    pulled = replace(exact, bounds=np.array([-7e-3, -3.0]))
+    assert optimality_error(program, pulled) == pytest.approx(1e-3, rel=1e-9)
 
 
 @pytest.mark.parametrize("seed", range(5))

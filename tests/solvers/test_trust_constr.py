@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
@@ -84,6 +84,38 @@ def test_wrong_multipliers_are_put_right() -> None:
     assert solution.status is Status.OPTIMAL
     np.testing.assert_allclose(solution.x, program.solution, atol=1e-5)
     np.testing.assert_allclose(solution.multipliers, program.multipliers, atol=1e-5)
+
+
+@pytest.mark.parametrize("limit", [3, 25])
+def test_confirming_counts_towards_the_iteration_limit(limit: int) -> None:
+    program = bank.hs43()
+    wrong = np.array([0.0, 5.0, 0.0])
+    solution = TrustConstr(max_iterations=limit).solve(program, Start(program.start, wrong))
+    assert solution.status is Status.ITERATION_LIMIT
+    assert len(solution.history) == limit
+
+
+OTHER_OPTIONS = {
+    "tolerance": 1e-2,
+    "feasibility": 1e-3,
+    "max_iterations": 4,
+    "rows_kept": 2,
+    "row_scale": 2.0,
+    "initial_radius": 0.01,
+}
+
+
+@pytest.mark.parametrize("option", [field.name for field in fields(TrustConstr)])
+def test_every_option_has_an_effect(option: str) -> None:
+    usual = TrustConstr(rows_kept=1)
+    other = replace(usual, **{option: OTHER_OPTIONS[option]})
+
+    def differ(program: bank.Textbook) -> bool:
+        start = Start(program.start, np.zeros_like(program.multipliers))
+        one, two = (solver.solve(program, start) for solver in (usual, other))
+        return not np.array_equal(one.x, two.x)
+
+    assert any(differ(program) for program in (bank.hs7(), many_sided_disk()))
 
 
 def test_steps_over_the_edge_are_taken_back() -> None:

@@ -4,11 +4,13 @@ from dataclasses import replace
 
 import pytest
 
+from gaitopt.design import exchange
 from gaitopt.design.active import pressures
 from gaitopt.design.certificate import FINE_TOLERANCE, certify, on_fine_grid
 from gaitopt.design.refine import violated_instants
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.solvers import SQP
+from gaitopt.study import between_samples
 from gaitopt.study.between_samples import keep
 
 SOLVER = SQP()
@@ -60,6 +62,14 @@ def test_a_walk_that_costs_too_much_is_not_wanted(begun, kept):
     between = 0.5 * (solution.cost + kept.solution.cost)
     assert keep(problem, solution.x, active, SOLVER, fine, below=between) is None
     assert keep(problem, solution.x, active, SOLVER, fine, below=1.001 * kept.solution.cost)
+
+
+def test_a_walk_that_still_exceeds_a_limit_in_the_last_round_is_none(begun, monkeypatch):
+    problem, solution, active, fine = begun
+    for module in (exchange, between_samples):
+        monkeypatch.setattr(module, "MAX_ROUNDS", 1)
+    assert keep(problem, solution.x, active, SOLVER, fine) is None
+    assert keep(problem, solution.x, active, SOLVER, fine, enough=1.0) is not None
 
 
 def test_no_walk_is_told(begun):

@@ -3,6 +3,7 @@ import errno
 import pytest
 
 from gaitopt.errors import InputError
+from gaitopt.study import journal as journal_module
 from gaitopt.study.journal import Journal, read_journal
 
 
@@ -32,6 +33,22 @@ def test_one_writer_at_a_time(tmp_path):
     with Journal(tmp_path) as free:
         free.append({"point": [7]})
     assert len(list(read_journal(free.path))) == 1
+
+
+def test_what_another_writer_appended_before_the_lock_was_ours_is_kept(tmp_path, monkeypatch):
+    with Journal(tmp_path) as first:
+        first.append({"point": [1]})
+    lock = journal_module._lock
+
+    def lock_late(descriptor, path):
+        with path.open("ab") as other:
+            other.write(b'{"point": [2]}\n')
+        lock(descriptor, path)
+
+    monkeypatch.setattr(journal_module, "_lock", lock_late)
+    with Journal(tmp_path) as late:
+        assert [e["point"] for e in late.entries] == [[1], [2]]
+    assert [e["point"] for e in read_journal(late.path)] == [[1], [2]]
 
 
 def test_a_full_disk_leaves_the_journal_as_it_was(tmp_path, monkeypatch):

@@ -125,6 +125,14 @@ def test_entries_of_a_specification_can_be_swept(robot, tmp_path):
     assert heavy["cost"] - light["cost"] == pytest.approx(2.55 * slope, rel=0.05)
 
 
+def test_a_limit_that_bounds_a_parameter_has_its_price_too(robot, tmp_path):
+    axis = Axis("step_width", (0.165, 0.17))
+    narrow, wide = sweep(robot, quick_task(), [axis], tmp_path / "l", QUICK).rows
+    slope = 0.5 * (narrow["slope.step_width"] + wide["slope.step_width"])
+    assert slope < -1000.0
+    assert wide["cost"] - narrow["cost"] == pytest.approx(0.005 * slope, rel=0.02)
+
+
 def test_a_specification_is_needed_for_that(robot, tmp_path):
     with pytest.raises(InputError, match="entry of a specification"):
         sweep(robot, quick_task(), [Axis("geometry.d3", (0.3, 0.31))], tmp_path, QUICK)

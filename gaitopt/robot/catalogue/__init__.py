@@ -6,7 +6,6 @@ guessed about it, and a walk to begin with.
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from difflib import get_close_matches
@@ -18,15 +17,11 @@ from typing import TYPE_CHECKING, Any
 from gaitopt.errors import InputError, MissingExtraError
 from gaitopt.robot.choices import Choices
 from gaitopt.robot.choices_file import choices_from_record
+from gaitopt.robot.files.toml import parse_toml
 from gaitopt.robot.generated.presets import biped13
 from gaitopt.robot.generated.spec import BipedSpec
 from gaitopt.robot.generated.spec_table import merged
 from gaitopt.robot.generated.urdf import urdf_text
-
-if sys.version_info >= (3, 11):
-    import tomllib
-else:
-    import tomli as tomllib
 
 if TYPE_CHECKING:
     from gaitopt.robot.model import Robot
@@ -36,8 +31,6 @@ EXTRA = "robots"
 """Name of the extra that installs them."""
 
 _DESCRIPTIONS = "cmeel.prefix/share/example-robot-data/robots"  # inside site-packages
-GENERATED = "biped13"
-"""Name of the robot that gaitopt makes itself."""
 
 
 @dataclass(frozen=True)
@@ -151,7 +144,7 @@ def _descriptions() -> Path | None:
 
 
 def _entry(name: str, text: str) -> Entry:
-    table = tomllib.loads(text)
+    table = parse_toml(text, f"{name}.toml of the catalogue")
     return Entry(
         name=name,
         title=table["title"],

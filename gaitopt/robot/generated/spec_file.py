@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import sys
 from collections.abc import Iterator
 from dataclasses import fields
 from pathlib import Path
@@ -11,15 +10,11 @@ from typing import Any
 
 from gaitopt.atomic import write_atomically
 from gaitopt.errors import SpecError
+from gaitopt.robot.files.toml import parse_toml
 from gaitopt.robot.generated.presets import biped13
 from gaitopt.robot.generated.quantity import quantity_of
 from gaitopt.robot.generated.spec import BipedSpec
 from gaitopt.robot.generated.spec_table import merged
-
-if sys.version_info >= (3, 11):
-    import tomllib
-else:
-    import tomli as tomllib
 
 _HEADER = """\
 # A biped for gaitopt. SI units. Values are those of the left leg, the right one is its mirror.
@@ -83,14 +78,12 @@ def _value_text(value: Any) -> str:
 
 def _read_table(path: Path) -> dict[str, Any]:
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
+        text = path.read_bytes()
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
         raise SpecError(
-            f"cannot read {path}: {error.strerror or error}; give the path of a TOML file, "
-            "for example one that 'gaitopt urdf --write-spec FILE' made (in Python, write_spec)"
+            f"cannot read {path}: {reason}; give the path of a TOML file, for example one that "
+            "'gaitopt urdf --write-spec FILE' made (in Python, write_spec)"
         ) from None
-    except (ValueError, RecursionError) as error:
-        raise SpecError(
-            f"{path} is not a TOML file: {str(error)[:200]}; write a correct one by 'gaitopt urdf "
-            "--write-spec FILE' (in Python, write_spec) and edit that"
-        ) from None
+    advice = "write a correct one by 'gaitopt urdf --write-spec FILE' (in Python, write_spec)"
+    return parse_toml(text, str(path), f"{advice} and edit that", SpecError)

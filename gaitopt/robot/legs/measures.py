@@ -14,9 +14,11 @@ from gaitopt.robot.legs.limits import JointLimits
 HIP_JOINTS = ((3, 4, 5), (6, 7, 8))  # rows of the joint vector: stance leg, swing leg
 ANKLE_JOINTS = ((0, 1), (10, 11))
 
+GRAVITY = 9.81
+"""Acceleration of free fall [m/s²], that of every model Pinocchio reads."""
+
 _OUTWARD = (-1.0, 1.0)  # the stance leg's chain runs from its ankle to its hip
 _MEET = 1e-6  # m: lines that pass a point this closely meet there
-_GRAVITY = 9.81  # m/s²
 
 
 @dataclass(frozen=True)
@@ -65,7 +67,7 @@ class Legs:
         the fit over many species of Alexander (1989), Physiological Reviews 69(4), 1199-1227.
         """
         h = self.height
-        return 0.5 * 2.3 * h * float((speed**2 / (_GRAVITY * h)) ** 0.3)
+        return 0.5 * 2.3 * h * float((speed**2 / (GRAVITY * h)) ** 0.3)
 
 
 @dataclass(frozen=True)

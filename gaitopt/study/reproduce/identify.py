@@ -31,6 +31,11 @@ def identify(
 ) -> Array:
     """Return values of the unknowns with a small largest error, by the method of Nelder and Mead.
 
+    No command does this; to search on from the values that are shipped, in Python:
+
+        from gaitopt.study.reproduce.identify import identify
+        identify(on_better=print)
+
     Each try starts from the walks of the best one so far; the costs of a better one are then
     searched along the speeds, so that they are those of the best walks known.
 

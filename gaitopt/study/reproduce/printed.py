@@ -2,20 +2,14 @@
 
 from __future__ import annotations
 
-import sys
 from dataclasses import dataclass
 from functools import cache
 from importlib import resources
-from typing import Any
 
 import numpy as np
 
 from gaitopt.nlp import Array
-
-if sys.version_info >= (3, 11):
-    import tomllib
-else:
-    import tomli as tomllib
+from gaitopt.robot.files.toml import parse_toml
 
 
 @dataclass(frozen=True)
@@ -101,7 +95,7 @@ class Printed:
 def printed() -> Printed:
     """Return what the paper prints."""
     text = (resources.files("gaitopt.study.reproduce") / "printed.toml").read_text("utf-8")
-    table: dict[str, Any] = tomllib.loads(text)
+    table = parse_toml(text, "printed.toml")
     rows = tuple(
         PrintedSpeed(
             row["speed"], PrintedRun(**row["analytical"]), PrintedRun(**row["differences"])

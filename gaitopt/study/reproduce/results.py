@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import sys
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from importlib import resources
-from typing import Any
 
 import numpy as np
 
@@ -18,6 +16,7 @@ from gaitopt.errors import NoGaitFoundError
 from gaitopt.gait.assemble import gait_at
 from gaitopt.gait.result import Gait
 from gaitopt.nlp import Array
+from gaitopt.robot.files.toml import parse_toml
 from gaitopt.robot.model import Robot
 from gaitopt.study.reproduce.consequences import Consequences, consequences
 from gaitopt.study.reproduce.curve import Curve, Optimum, cost_curve
@@ -27,11 +26,6 @@ from gaitopt.study.reproduce.printed import printed
 from gaitopt.study.reproduce.sensitivity import Sensitivity, relative_errors, sensitivity
 from gaitopt.study.reproduce.unknowns import walks_with
 from gaitopt.study.reproduce.walks import biped_robot, identified_biped, paper_walk
-
-if sys.version_info >= (3, 11):
-    import tomllib
-else:
-    import tomli as tomllib
 
 FASTER = (1.2, 1.3, 1.4, 1.5)
 """Speeds beyond Table 3, to see where the walks end [m/s]."""
@@ -165,7 +159,7 @@ def found_curve(robot: Robot, speeds: tuple[float, ...], postures: int) -> Curve
 def other_fits() -> tuple[Alternative, ...]:
     """Return the costs of the values kept as alternatives."""
     text = (resources.files(__package__) / "alternatives.toml").read_text("utf-8")
-    table: dict[str, Any] = tomllib.loads(text)
+    table = parse_toml(text, "alternatives.toml")
     return tuple(_alternative(fit["note"], np.array(fit["values"])) for fit in table["fit"])
 
 

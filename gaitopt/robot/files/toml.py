@@ -1,0 +1,38 @@
+"""TOML texts, and why one cannot be read."""
+
+from __future__ import annotations
+
+import sys
+from typing import Any
+
+from gaitopt.errors import InputError
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
+
+_LONGEST = 200  # characters of a parser's message
+
+
+def parse_toml(
+    text: str | bytes,
+    where: str,
+    advice: str = "correct that line",
+    kind: type[InputError] = InputError,
+) -> dict[str, Any]:
+    """Return the table that a TOML text holds.
+
+    Args:
+        text: of a file, as text or as the bytes of UTF-8, with or without a byte order mark.
+        where: it comes from, for messages: a path, say.
+        advice: what to do about a damaged one, for messages.
+        kind: of the error.
+
+    Raises:
+        InputError: it is not TOML; of the class asked for.
+    """
+    try:
+        return tomllib.loads(text if isinstance(text, str) else text.decode("utf-8-sig"))
+    except (ValueError, RecursionError) as error:
+        raise kind(f"{where}: not TOML: {str(error)[:_LONGEST]}; {advice}") from None

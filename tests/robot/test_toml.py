@@ -1,0 +1,30 @@
+"""The one reader of TOML."""
+
+from pathlib import Path
+
+import pytest
+
+import gaitopt
+from gaitopt.errors import InputError, RobotError, SpecError
+from gaitopt.robot.files.toml import parse_toml
+
+PACKAGE = Path(gaitopt.__file__).parent
+
+
+@pytest.mark.parametrize("text", ["a.b = 2.5", b"a.b = 2.5", b"\xef\xbb\xbf[a]\r\nb = 2.5\r\n"])
+def test_texts_and_bytes_are_read_alike(text):
+    assert parse_toml(text, "here") == {"a": {"b": 2.5}}
+
+
+@pytest.mark.parametrize("text", ["a = [", "a = 1\na = 2", b"a = '\xe9'", "a = " + "[" * 5000])
+@pytest.mark.parametrize("kind", [InputError, RobotError, SpecError])
+def test_damage_is_told_in_one_line_by_the_error_asked_for(text, kind):
+    with pytest.raises(kind, match=r"^walk\.toml: not TOML: .+; begin again$") as caught:
+        parse_toml(text, "walk.toml", "begin again", kind)
+    assert type(caught.value) is kind
+    assert len(str(caught.value)) < 300
+
+
+def test_nothing_else_reads_toml():
+    files = [p for p in PACKAGE.rglob("*.py") if "tomllib" in p.read_text("utf-8")]
+    assert files == [PACKAGE / "robot" / "files" / "toml.py"]
