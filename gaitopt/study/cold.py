@@ -14,19 +14,16 @@ from gaitopt.nlp import Solution
 from gaitopt.study.interruption import stop_if_interrupted
 from gaitopt.study.setting import Setting
 
+_ORIGINS = {0: "cold", SECOND: "slower walk"}  # by number of the start
 NOISE = (0.1, 0.2)  # rad, of the disturbed first guesses tried in the end
 
 
-def cold_walks(
-    setting: Setting, options: DesignOptions, *, slower: bool
-) -> Iterator[tuple[str, Solution]]:
+def cold_walks(setting: Setting, options: DesignOptions) -> Iterator[tuple[str, Solution]]:
     """Yield walks at the samples with where they came from, the most promising first.
 
     Args:
         setting: robot and task.
         options: as of `design`.
-        slower: whether to start from a slower walk too, as `optimise` does; the cheaper of the two
-            comes first.
 
     Raises:
         KeyboardInterrupt: Ctrl-C was pressed.
@@ -37,10 +34,9 @@ def cold_walks(
     except UnreachableError:
         return
     job = StartJob(robot, task, replace(options, diagnose=False), x, sigma=0.0, seed=0)
-    origins = {0: "cold", SECOND: "slower walk"} if slower else {0: "cold"}
-    outcomes = [_outcome(job, number) for number in origins]
+    outcomes = [_outcome(job, number) for number in _ORIGINS]
     for one in sorted((o for o in outcomes if o.walks), key=lambda o: o.solution.cost):
-        yield origins[one.number], one.solution
+        yield _ORIGINS[one.number], one.solution
     for number, sigma in enumerate(NOISE, SECOND + 1):
         one = _outcome(replace(job, sigma=sigma), number)
         if one.walks:

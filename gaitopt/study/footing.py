@@ -11,6 +11,8 @@ import numpy as np
 from gaitopt.design.active import Pressure
 from gaitopt.nlp import Array
 
+LEAP = 13  # iterations; a journey of more has not followed a branch (measured: most take 4 to 6)
+
 
 @dataclass(frozen=True, eq=False)
 class Footing:
@@ -37,6 +39,11 @@ class Footing:
     evaluations: int
     seconds: float
     origin: str
+
+    @property
+    def leapt(self) -> bool:
+        """Whether the journey was so long that the walk may be of any branch."""
+        return self.journey > LEAP
 
     def record(self) -> dict[str, object]:
         """Return it as JSON-able data."""

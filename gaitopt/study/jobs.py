@@ -38,7 +38,7 @@ class Job:
         axes: swept quantities with their values there.
         options: as of `design`.
         near: neighbours to travel from.
-        patient, cold, slower: what else to try, see `travel`.
+        patient, cold: what else to try, see `travel`.
         below: cost of a walk that would not be wanted, see `travel`.
         walk: to be finished.
     """
@@ -51,7 +51,6 @@ class Job:
     near: tuple[Near, ...] = ()
     patient: bool = False
     cold: bool = False
-    slower: bool = False
     below: float = math.inf
     walk: Footing | None = None
 
@@ -141,7 +140,6 @@ def _travel(job: Job) -> Outcome:
         job.axes,
         patient=job.patient,
         cold=job.cold,
-        slower=job.slower,
         below=job.below,
     )
     return Outcome(job, found)

@@ -8,7 +8,6 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 from gaitopt.design.options import DesignOptions
-from gaitopt.design.start_job import SLOWER
 from gaitopt.study.branches import SAME, lower, promising
 from gaitopt.study.footing import Footing
 from gaitopt.study.grid_points import Index
@@ -56,7 +55,6 @@ class Stages:
         self.plan, self.options, self.writer, self.crew = plan, options, writer, crew
         self.points, self.state = plan.points, writer.state
         self.tell = on_advance or (lambda advance: None)
-        self._slowest = min(task.speed for task in plan.tasks.values())
         self._handed_on: dict[Index, list[Index]] = {}  # by points without a walk, to those beyond
         self.named = {self.points.name(p): p for p in self.points.order}
 
@@ -111,8 +109,9 @@ class Stages:
         )
 
     def _probe(self) -> None:
-        """Far from the seeds start anew as well: another branch may be best there."""
-        jobs = [self._anew(p) for p in self.points.probes if p not in self.state.probed]
+        """Far from the seeds, and after leaps, start anew as well: other branches may be better."""
+        wanted = {*self.points.probes, *filter(self._leapt, self.points.order)}
+        jobs = [self._anew(p) for p in sorted(wanted) if p not in self.state.probed]
         self._drive("probing", jobs, self._note_walk)
 
     def _compare(self) -> bool:
@@ -138,19 +137,31 @@ class Stages:
         if point in self.state.rows:
             return None
         near = promising(self.points, self.state.footings, point)
-        tried = self.state.tried
-        return next((q for q in near if (point, q, self._walk(q).cost) not in tried), None)
+        return next((q for q in near if not self._compared(point, q)), None)
+
+    def _compared(self, point: Index, other: Index) -> bool:
+        """Whether a point was tried from another, or both are as good as single designs.
+
+        To try these too found nothing, for up to half as many iterations again (coarse grids).
+        """
+        probed = self.state.probed
+        alone = point in probed and other in probed and self.state.footings[point] is not None
+        return alone or (point, other, self._walk(other).cost) in self.state.tried
 
     def _start_anew(self) -> bool:
-        """Points that no neighbour leads to, from first guesses; tell whether any was tried."""
+        """Points to which no neighbour or a leap led, as a single design; tell if any was tried."""
         footings, probed = self.state.footings, self.state.probed
-        left = [p for p in self.points.order if footings[p] is None and p not in probed]
-        jobs = [self._anew(p) for p in left]
+        left = [p for p in self.points.order if footings[p] is None or self._leapt(p)]
+        jobs = [self._anew(p) for p in left if p not in probed]
         self._drive("starting anew", jobs, self._note_walk)
         return bool(jobs)
 
     def _anew(self, point: Index) -> Job:
         return self._travel(point, [], patient=False, cold=True)
+
+    def _leapt(self, point: Index) -> bool:
+        footing = self.state.footings[point]
+        return footing is not None and footing.leapt
 
     def _finish(self) -> None:
         """Make gaits of the walks, and explain the points without."""
@@ -172,9 +183,7 @@ class Stages:
         known = tuple((self.plan.setting(q), self._walk(q), self.points.name(q)) for q in near)
         here = self.state.footings.get(point)
         below = math.inf if here is None else here.cost * (1.0 - SAME)
-        # Where the sweep has slower walks of its own, it comes from them anyway.
-        slower = cold and SLOWER * self.plan.tasks[point].speed < self._slowest
-        more = {"patient": patient, "cold": cold, "slower": slower, "below": below}
+        more = {"patient": patient, "cold": cold, "below": below}
         return self._job(TRAVEL, point, near=known, **more)
 
     def _job(self, kind: str, point: Index, **more: object) -> Job:

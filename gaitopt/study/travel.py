@@ -16,6 +16,7 @@ from gaitopt.design.refine import with_work
 from gaitopt.design.search import traveller
 from gaitopt.errors import EvaluationError, InputError
 from gaitopt.gait.problem import WalkProblem
+from gaitopt.gait.resize import resized
 from gaitopt.nlp import Array, Solution
 from gaitopt.solvers import Solver
 from gaitopt.solvers.sqp import SQP
@@ -44,13 +45,12 @@ def travel(
     *,
     patient: bool,
     cold: bool,
-    slower: bool = False,
     below: float = math.inf,
 ) -> Footing | None:
     """Return a walk at a setting, the first that is found in this order.
 
-    From each neighbour; by smaller steps from each neighbour; from the usual first guess, or from a
-    slower walk where that is cheaper; from disturbed guesses.
+    From each neighbour; by smaller steps from each neighbour; from the usual first guess or from a
+    slower walk, whichever is cheaper; from disturbed guesses.
 
     Args:
         setting: where to.
@@ -59,7 +59,6 @@ def travel(
         axes: swept quantities with their values at the setting.
         patient: whether to try smaller steps.
         cold: whether to try without neighbours too.
-        slower: whether that means from a slower walk as well.
         below: a walk of this cost or more is not wanted from a neighbour.
 
     Raises:
@@ -75,7 +74,7 @@ def travel(
     if not cold:
         return None
     problem = WalkProblem(setting.robot.build(), setting.task)
-    for origin, solution in cold_walks(setting, options, slower=slower):
+    for origin, solution in cold_walks(setting, options):
         active = pressures(problem, solution.multipliers)
         kept = _kept(problem, solution.x, active, options)
         if kept is not None:
@@ -89,6 +88,7 @@ def _strides(
 ) -> Kept | None:
     origin, footing, _ = start
     x, active = footing.x, footing.active
+    last = WalkProblem(origin.robot.build(), origin.task)
     way: list[Kept] = []
     for step in range(1, steps + 1):
         try:
@@ -98,12 +98,13 @@ def _strides(
             if step == steps:
                 raise
             return None
+        x = resized(x, last, sparse)
         limit = below if step == steps else math.inf
         kept = _kept(sparse, x, active, options, limit)
         if kept is None:
             return None
         way.append(kept)
-        x, active = kept.solution.x, kept.active
+        x, active, last = kept.solution.x, kept.active, sparse
     return joined(way)
 
 

@@ -7,11 +7,14 @@ import numpy as np
 import pytest
 
 from gaitopt.design.certificate import certify
+from gaitopt.design.options import DesignOptions
 from gaitopt.design.runtime import small_matrices
+from gaitopt.design.starts import many_starts
 from gaitopt.gait.assemble import gait_at
 from gaitopt.gait.step import Reads
 from gaitopt.nlp import Status
 from gaitopt.robot.catalogue import robot_by_name
+from gaitopt.solvers import SQP
 from gaitopt.study.reproduce.consequences import consequences
 from gaitopt.study.reproduce.curve import cost_curve, warm_curve
 from gaitopt.study.reproduce.gradients import GRADIENTS, Run, compare
@@ -31,6 +34,14 @@ def curve():
     robot = robot_by_name("paper")
     with small_matrices():
         return cost_curve([paper_walk(v, robot) for v in printed().speeds])
+
+
+def test_no_walk_is_dearer_than_what_a_single_design_finds():
+    """At 1.4 m/s the best walk comes from a slower one, out of whose reach the longer step is."""
+    walk = paper_walk(1.4, robot_by_name("paper"))
+    options = DesignOptions(solver=SQP(), refine=False, diagnose=False)
+    single = many_starts(walk.robot, walk.task, options).design
+    assert cost_curve([walk])[1.4].cost == pytest.approx(single.solution.cost, rel=1e-6)
 
 
 @pytest.fixture(scope="module")

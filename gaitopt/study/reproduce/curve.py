@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
 
 from gaitopt.design.search import is_walk
+from gaitopt.design.start_job import SLOWER
 from gaitopt.errors import EvaluationError
 from gaitopt.gait.guess import first_guess
 from gaitopt.gait.parameters import GEOMETRY_NAMES, STEP_LENGTH
@@ -69,8 +70,8 @@ def cost_curve(
 ) -> Curve:
     """Return the best walk found at each speed, by speed [m/s]; speeds without a walk are left out.
 
-    Several strict local optima exist, so every walk is searched for from the first guess and from
-    both neighbours, until no cost falls any more.
+    Several strict local optima exist, so every walk is searched for from the first guess, from a
+    slower walk and from both neighbours, until no cost falls any more.
 
     Args:
         problems: one per speed, slowest first.
@@ -124,14 +125,28 @@ def keep_best(curve: Curve, problem: WalkProblem, starts: Iterable[Array]) -> No
 
 
 def stepped(problem: WalkProblem, x: Array) -> Array:
-    """Return a neighbour's parameters with the step length of this problem's speed."""
+    """Return a neighbour's parameters with the step length of this problem's speed, if in reach."""
     start, at = np.array(x), problem.layout.index(GEOMETRY_NAMES[STEP_LENGTH])
     if at is not None:
         start[at] = problem.task.step_length
+    try:
+        problem.values(start)
+    except EvaluationError:
+        return x
     return start
 
 
 def _guesses(problem: WalkProblem) -> list[Array]:
+    """Return where a single design starts: the first guess, and a slower walk from its own."""
+    slower = WalkProblem(
+        problem.robot, replace(problem.task, speed=SLOWER * problem.task.speed), problem.grid
+    )
+    found: Curve = {}
+    keep_best(found, slower, _first_guess(slower))
+    return [*_first_guess(problem), *(walk.solution.x for walk in found.values())]
+
+
+def _first_guess(problem: WalkProblem) -> list[Array]:
     try:
         return [first_guess(problem)]
     except EvaluationError:
