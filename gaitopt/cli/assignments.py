@@ -14,11 +14,13 @@ def named_values(texts: object, option: str, example: str = "speed=0.83") -> dic
         example: of a text, likewise.
 
     Raises:
-        InputError: one is none.
+        InputError: one is none, or a name comes twice.
     """
-    values = {}
+    values: dict[str, float] = {}
     for text in texts if isinstance(texts, list | tuple) else []:
         name, _, number = str(text).partition("=")
+        if name.strip() in values:
+            raise InputError(f"{option} gives {name.strip()} twice; give its value once")
         try:
             values[name.strip()] = float(number)
         except ValueError as error:

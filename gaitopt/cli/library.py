@@ -13,9 +13,10 @@ from gaitopt.cli.report import print_gait
 from gaitopt.cli.screen import screen
 from gaitopt.cli.writable import require_files
 from gaitopt.errors import InputError
+from gaitopt.gait.result import Gait
 from gaitopt.gait.result_file import save_gait
-from gaitopt.study.index import Row, Value, columns
-from gaitopt.study.interpolate import interpolate
+from gaitopt.study.index import NOT_COMPUTED, Row, Value, columns
+from gaitopt.study.interpolate import interpolate, stored_point
 from gaitopt.study.library import Library, open_library
 from gaitopt.study.selection import selected, unknown_column
 
@@ -53,15 +54,32 @@ def run_at(directory: Path, at: list[str], output: Path | None) -> None:
         typer.Exit: it is not certified.
     """
     require_files((output, "--output"))
-    found = interpolate(open_library(directory), named_values(at, "--at"))
+    gait, said = _gait_at(open_library(directory), named_values(at, "--at"))
     out = screen()
-    print_gait(out, found.design.gait)
-    out.print(f"between {' and '.join(found.sources)}; {found.sentence}", soft_wrap=True)
+    print_gait(out, gait)
+    out.print(said, soft_wrap=True, markup=False)
     if output is not None:
-        save_gait(found.design.gait, output)
+        save_gait(gait, output)
         out.print(f"wrote {output}", markup=False)
-    if not found.design.certificate.certified:
+    if not _certified(gait):
         raise typer.Exit(ExitCode.NOT_CERTIFIED)
+
+
+def _gait_at(library: Library, values: dict[str, float]) -> tuple[Gait, str]:
+    """Return the gait at a place, and where it comes from."""
+    point = stored_point(library, values)
+    if point is not None and _certified(stored := library.gait(point)):
+        return stored, f"the stored gait of {library.points.name(point)}; nothing was interpolated"
+    found = interpolate(library, values)
+    if point is None:
+        return found.design.gait, f"between {' and '.join(found.sources)}; {found.sentence}"
+    return found.design.gait, (
+        f"the stored gait of {found.sources[0]} is not certified; designed again from there"
+    )
+
+
+def _certified(gait: Gait) -> bool:
+    return gait.fact("certificate", "certified") is True
 
 
 def _columns(library: Library, names: str | None) -> list[str]:
@@ -84,9 +102,20 @@ def _show(library: Library, rows: list[Row], names: list[str]) -> None:
         table.add_row(*(_cell(row.get(name)) for name in names))
     out = screen()
     out.print(table)
-    total, there = len(library.points.order), len(library.rows)
-    left = "" if there == total else f"; {total - there} of {total} points are not done yet"
-    out.print(f"{len(rows)} of {there} gaits{left}", markup=False)
+    total, there = len(library.points.order), _computed(library.rows)
+    left = "" if there == total else f"; {total - there} of {total} points are not computed yet"
+    out.print(f"{_computed(rows)} of {there} gaits{left}", markup=False)
+    if broken := len(library.faults):
+        told = "1 gait has" if broken == 1 else f"{broken} gaits have"
+        out.print(
+            f"{told} no usable file, see status; give the command of the sweep again to have what "
+            "is missing made anew",
+            soft_wrap=True, markup=False,
+        )  # fmt: skip
+
+
+def _computed(rows: list[Row]) -> int:
+    return sum(row["status"] != NOT_COMPUTED for row in rows)
 
 
 def _cell(value: Value) -> str:

@@ -10,6 +10,8 @@ from typing import Annotated
 
 import typer
 
+from gaitopt.cli.writable import named_directory
+
 _TASK, _LIMITS = "What is asked", "Limits"
 _METHOD, _RESULT = "Method", "Results"
 
@@ -19,6 +21,14 @@ def option(names: str, help_text: str, panel: str, metavar: str | None = None) -
     return typer.Option(
         *names.split(), help=help_text, rich_help_panel=panel, metavar=metavar, show_default=False
     )
+
+
+def output_directory(help_text: str, panel: str | None = None) -> object:
+    """Return the typer option of a directory to write to."""
+    return typer.Option(
+        "--output", "-o", help=help_text, rich_help_panel=panel, metavar="DIR", show_default=False,
+        parser=named_directory,
+    )  # fmt: skip
 
 
 def _print_version(wanted: bool) -> None:
@@ -197,8 +207,7 @@ Config = Annotated[
 ]  # fmt: skip
 
 OutputDirectory = Annotated[
-    Path | None,
-    option("--output -o", "Directory for gait, page, figures and tables.", _RESULT, "DIR"),
+    Path | None, output_directory("Directory for gait, page, figures and tables.", _RESULT)
 ]
 Page = Annotated[bool, option("--page/--no-page", "Write the walking robot.", _RESULT)]
 Figures = Annotated[bool, option("--figures/--no-figures", "Write the figures.", _RESULT)]
@@ -227,8 +236,7 @@ MeshDir = Annotated[
     _plain("--package-dir", "Directory with the packages of the meshes; repeatable.", "DIR"),
 ]
 FigureDirectory = Annotated[
-    Path | None,
-    _plain("--output -o", "Where to; by default 'figures' next to the gait.", "DIR"),
+    Path | None, output_directory("Where to; by default 'figures' next to the gait.")
 ]
 Formats = Annotated[
     list[str] | None, _plain("--format", "png (default), svg or pdf; repeatable.", "KIND")
@@ -237,6 +245,4 @@ ExportFile = Annotated[Path, _plain("--output -o", "File; its suffix chooses the
 BothLegs = Annotated[
     bool, _plain("--both-legs", "Add the mirror image of the step: a whole stride.")
 ]
-ReproductionDirectory = Annotated[
-    Path, _plain("--output -o", "Where to: reproduction.md, its figures and its numbers.", "DIR")
-]
+ReproductionDirectory = Annotated[Path, output_directory("For reproduction.md, figures, numbers.")]

@@ -11,6 +11,7 @@ from rich.console import Console
 
 from gaitopt.cli.assignments import named_values
 from gaitopt.cli.config import SCHEMA, Settings
+from gaitopt.cli.crew import make_crew
 from gaitopt.cli.failures import ExitCode, complain
 from gaitopt.cli.request import Request, make_request, make_task
 from gaitopt.cli.robot_request import biped_spec
@@ -22,9 +23,10 @@ from gaitopt.errors import InputError
 from gaitopt.gait.task import Task
 from gaitopt.study.axes import Axis, parse_axis, with_values
 from gaitopt.study.index import CERTIFIED, INFEASIBLE
-from gaitopt.study.jobs import Alone, Crew
 from gaitopt.study.library import Library, open_library
 from gaitopt.study.sweep import sweep
+
+NAMED = 8  # files that are named, of those that were made anew
 
 
 def run(given: Settings) -> None:
@@ -40,12 +42,13 @@ def run(given: Settings) -> None:
     request = _request(given, axes)
     begin = _begin(given, axes)
     errors = screen(stderr=True)
+    crew, faults = make_crew(given, axes, errors, quiet), _faults(directory)
     try:
         with SweepDisplay(errors, quiet) as display:
             library = sweep(
                 request.robot, request.task, axes, directory, request.options,
                 spec=biped_spec(request.settings), seed=begin,
-                task_at=lambda values: _task_at(request, values), crew=_crew(given),
+                task_at=lambda values: _task_at(request, values), crew=crew,
                 on_advance=display,
             )  # fmt: skip
     except KeyboardInterrupt as error:
@@ -55,6 +58,10 @@ def run(given: Settings) -> None:
     out = screen()
     if not quiet and not display.jobs:
         out.print(f"all {len(library.rows)} were there; nothing was computed")
+    if not quiet and faults:
+        made = [f"{file} ({fault})" for file, fault in faults.items()]
+        more = f"; and {len(made) - NAMED} more" if len(made) > NAMED else ""
+        out.print(f"made anew: {'; '.join(made[:NAMED])}{more}", soft_wrap=True, markup=False)
     _conclude(library, out, quiet, request.options.refine)
 
 
@@ -114,24 +121,23 @@ def _task_at(request: Request, values: dict[str, float]) -> Task:
     return with_values(task, [(k, v) for k, v in values.items() if k not in plain])
 
 
-def _crew(given: Settings) -> Crew:
-    workers, scheduler = given.get("workers"), given.get("scheduler")
-    if workers is not None and scheduler is not None:
-        raise InputError("--workers and --scheduler exclude each other; give one of them")
-    if workers is None and scheduler is None:
-        return Alone()
-    from gaitopt.study.cluster import joined_crew, local_crew
-
-    return joined_crew(str(scheduler)) if workers is None else local_crew(int(str(workers)))
+def _faults(directory: Path) -> dict[str, str]:
+    """Return the gait files of an earlier call that cannot be used, each with what is wrong."""
+    try:
+        library = open_library(directory)
+    except InputError:
+        return {}
+    return {str(library.state.rows[p]["file"]): wrong for p, wrong in library.faults.items()}
 
 
 def _kept(directory: Path) -> str:
     try:
-        state = open_library(directory).state
+        library = open_library(directory)
     except InputError:
         return "nothing is kept"
+    state, lost = library.state, len(library.faults)
     walks = sum(footing is not None for footing in state.footings.values())
-    return f"{len(state.rows)} gaits and {walks} walks to make gaits of are kept"
+    return f"{len(state.rows) - lost} gaits and {walks} walks to make gaits of are kept"
 
 
 def _conclude(library: Library, out: Console, quiet: bool, refined: bool) -> None:

@@ -9,7 +9,7 @@ from typing import Annotated, Any
 
 import typer
 
-from gaitopt.cli.options import option
+from gaitopt.cli.options import option, output_directory
 
 _SWEEP = "Sweep"
 _NOT_OURS = ("page", "figures", "starts", "start", "seed", "sigma", "output", "fastest")
@@ -44,7 +44,7 @@ Scheduler = Annotated[
 ]
 Directory = Annotated[
     Path,
-    option("--output -o", "Directory of the gait library; one that exists goes on.", _SWEEP, "DIR"),
+    output_directory("Directory of the gait library; one that exists goes on.", _SWEEP),
 ]
 LibraryDirectory = Annotated[
     Path, typer.Argument(metavar="DIR", help="A gait library, made by gaitopt sweep.")

@@ -6,6 +6,8 @@ import tempfile
 from contextlib import suppress
 from pathlib import Path
 
+import typer
+
 from gaitopt.errors import InputError
 
 
@@ -24,13 +26,14 @@ def require_writable(directory: Path, option: str = "--output") -> None:
     nearest = missing[-1].parent if missing else whole
     try:
         if not nearest.is_dir():
-            raise NotADirectoryError(None, f"'{nearest}' is a file")
+            raise NotADirectoryError
         whole.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=whole):
             pass
     except OSError as error:
-        reason = (error.strerror or str(error)).lower()
-        reason = reason if reason.startswith("'") else f"in '{nearest}': {reason}"
+        reason = f"in '{nearest}': {(error.strerror or str(error)).lower()}"
+        if not nearest.is_dir():
+            reason = f"'{nearest}' is a file"
         raise InputError(
             f"cannot write to '{directory}': {reason}; give another {option} directory"
         ) from error
@@ -40,6 +43,17 @@ def require_writable(directory: Path, option: str = "--output") -> None:
                 path.rmdir()
 
 
+def named_directory(text: str) -> Path:
+    """Return the directory that an option names, which an empty text does not.
+
+    Raises:
+        typer.BadParameter: the text is empty.
+    """
+    if not text.strip():
+        raise typer.BadParameter("the name is empty; give a directory, as '.' for this one")
+    return Path(text)
+
+
 def require_files(*files: tuple[Path | None, str]) -> None:
     """Check, before any work, that files can be written.
 
@@ -47,11 +61,17 @@ def require_files(*files: tuple[Path | None, str]) -> None:
         files: each with the option that names it; None where none is asked for.
 
     Raises:
-        InputError: a directory is not there or cannot be written, or the file is a directory.
+        InputError: a directory is not there or cannot be written, the file is a directory, or two
+            are the same.
     """
+    taken: dict[Path, str] = {}
     for path, option in files:
         if path is None:
             continue
+        if (other := taken.setdefault(path.resolve(), option)) != option:
+            raise InputError(
+                f"{option} {path}: {other} is to write the same file; give two file names"
+            )
         folder = path.absolute().parent
         if path.is_dir() or not folder.is_dir():
             reason = "it is a directory" if path.is_dir() else f"there is no directory '{folder}'"

@@ -164,6 +164,8 @@ class Task:
                 f"duration is {self.duration} s, but it is free only between {time.lower} and "
                 f"{time.upper} s"
             )
+        if self.duration < time.lower:
+            raise InputError(f"duration is {self.duration:g} s; it must be {time.lower} s or more")
         spacing, width = self.geometry[FOOT_SPACING], self.margins.step_width
         if width is not None and not spacing.free and abs(spacing.value) > width:
             raise InputError(

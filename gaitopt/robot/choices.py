@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sized
 from dataclasses import dataclass, fields, replace
+from pathlib import PurePath
 
 from gaitopt.errors import RobotError
+from gaitopt.robot.choice_values import as_tuple, check_one_of, finite, number
 from gaitopt.robot.feet.sole import Sole
 
 Axis = str | tuple[float, float, float]
@@ -23,6 +25,8 @@ AXES: dict[str, tuple[float, float, float]] = {
     "-z": (0.0, 0.0, -1.0),
 }
 """Names of the axes of the root link."""
+
+_AXIS = f"{{}} must be an axis name ({', '.join(AXES)}) or three numbers, not all 0; got {{!r}}"
 
 UNEQUAL = ("refuse", "tighter", "right", "left")
 """What to do with limits that differ between the legs: refuse, the tighter ones, one leg's."""
@@ -62,7 +66,13 @@ class LimitOverride:
             value = getattr(self, entry.name)
             if value is not None:
                 where = f"limits of '{self.joints}': {entry.name}"
-                object.__setattr__(self, entry.name, _number(value, where))
+                object.__setattr__(self, entry.name, number(value, where))
+        for name, never in (("lower", math.inf), ("upper", -math.inf)):
+            if (value := getattr(self, name)) == never:
+                raise RobotError(
+                    f"limits of '{self.joints}': {name} is {value:g} rad, which no joint can keep; "
+                    f'give a finite angle [rad], or "none" ({-never:g} in Python) for no limit'
+                )
         for name in ("torque", "speed"):
             if (value := getattr(self, name)) is not None and not value > 0.0:
                 raise RobotError(f"limits of '{self.joints}': {name} is {value:g}; it must be > 0")
@@ -128,17 +138,17 @@ class Choices:
     capsules: tuple[CapsuleRow, ...] | None = None
 
     def __post_init__(self) -> None:
-        if isinstance(self.posture, Mapping):
-            object.__setattr__(self, "posture", tuple(self.posture.items()))
+        if self.posture is not None:
+            object.__setattr__(self, "posture", _posture(self.posture))
         for name in ("feet", "limits", "package_dirs"):
             if (value := getattr(self, name)) is not None:
-                object.__setattr__(self, name, _tuple(value, name))
+                object.__setattr__(self, name, as_tuple(value, name))
         _check_names(self)
         for name in ("forward", "up"):
             object.__setattr__(self, name, _axis(getattr(self, name), name))
         _check_numbers(self)
         if self.capsules is not None:
-            rows = tuple(_capsule(row) for row in _tuple(self.capsules, "capsules"))
+            rows = tuple(_capsule(row) for row in as_tuple(self.capsules, "capsules"))
             object.__setattr__(self, "capsules", rows)
 
     def over(self, **given: object) -> Choices:
@@ -152,8 +162,13 @@ def _check_names(choices: Choices) -> None:
             f"feet must be two names, right foot first, got {len(choices.feet)}: "
             f"{', '.join(map(str, choices.feet))}"
         )
-    _check_one_of("stance", choices.stance, (None, *SIDES))
-    _check_one_of("unequal_limits", choices.unequal_limits, UNEQUAL)
+    for name in ("feet", "package_dirs"):
+        for entry in getattr(choices, name) or ():
+            if not isinstance(entry, (str, PurePath)):
+                raise RobotError(f"{name} must be a list of texts, got {entry!r} in it; quote it")
+    object.__setattr__(choices, "package_dirs", tuple(map(str, choices.package_dirs)))
+    check_one_of("stance", choices.stance, (None, *SIDES))
+    check_one_of("unequal_limits", choices.unequal_limits, UNEQUAL)
     if not isinstance(choices.rotors, bool):
         raise RobotError(f"rotors must be true or false, got {choices.rotors!r}")
     for name in ("stance_sole", "swing_sole", "srdf"):
@@ -162,27 +177,18 @@ def _check_names(choices: Choices) -> None:
             raise RobotError(f"{name} must be text, got {value!r}")
 
 
-def _check_one_of(name: str, value: object, allowed: Collection[str | None]) -> None:
-    if value not in allowed:
-        names = ", ".join(f"'{a}'" for a in allowed if a is not None)
-        raise RobotError(f"{name} is {value!r}; it must be one of {names}")
-
-
 def _check_numbers(choices: Choices) -> None:
-    if isinstance(choices.posture, tuple):
-        angles = tuple((str(n), _finite(a, f"posture of '{n}'")) for n, a in choices.posture)
-        object.__setattr__(choices, "posture", angles)
-    if choices.sole_drop is not None and not 0.0 < _finite(choices.sole_drop, "sole_drop") < 1.0:
+    if choices.sole_drop is not None and not 0.0 < finite(choices.sole_drop, "sole_drop") < 1.0:
         raise RobotError(
             f"sole_drop is {choices.sole_drop:g} m; it must be above 0 and below 1: the height of "
             "the ankle above the sole"
         )
-    if not 0.0 <= _finite(choices.asymmetry, "asymmetry") <= 1.0:
+    if not 0.0 <= finite(choices.asymmetry, "asymmetry") <= 1.0:
         raise RobotError(f"asymmetry is {choices.asymmetry:g}; it must be from 0 to 1 (relative)")
     if choices.sole_placements is not None:
         rows = tuple(
-            tuple(_finite(n, "sole_placements") for n in _tuple(p, "sole_placements"))
-            for p in _tuple(choices.sole_placements, "sole_placements")
+            tuple(finite(n, "sole_placements") for n in as_tuple(p, "sole_placements"))
+            for p in as_tuple(choices.sole_placements, "sole_placements")
         )
         if [len(p) for p in rows] != [12, 12]:
             raise RobotError("sole_placements must be 2 lists of 12 numbers, the rows of [R p]")
@@ -190,45 +196,45 @@ def _check_numbers(choices: Choices) -> None:
 
 
 def _capsule(row: object) -> tuple[object, ...]:
-    values = _tuple(row, "capsules")
+    values = as_tuple(row, "capsules")
     if len(values) != 10 or values[0] not in range(13):
         raise RobotError(
             f"capsules: {list(values)} is not one; give body (0 to 12), name, two ends and a "
             "radius [m], and what it covers"
         )
-    numbers = (_finite(n, f"capsules of '{values[1]}'") for n in values[2:9])
+    numbers = (finite(n, f"capsules of '{values[1]}'") for n in values[2:9])
     return (values[0], str(values[1]), *numbers, str(values[9]))
+
+
+def _is_pair(value: object) -> bool:
+    return isinstance(value, (tuple, list)) and len(value) == 2
+
+
+def _posture(value: object) -> Posture:
+    if isinstance(value, str):
+        return value
+    given = value.items() if isinstance(value, Mapping) else value
+    pairs = [p for p in given if _is_pair(p)] if isinstance(given, Iterable) else []
+    if not isinstance(given, Sized) or len(pairs) != len(given):
+        raise RobotError(
+            "posture must be the name of a pose in the SRDF, or a table of angles [rad] by joint "
+            f"([posture] with JOINT = ANGLE), got {value!r}"
+        )
+    return tuple((str(name), finite(a, f"posture of '{name}'")) for name, a in pairs)
 
 
 def _axis(value: object, name: str) -> Axis | None:
     if value is None:
         return None
     if isinstance(value, str):
-        _check_one_of(name, value.removeprefix("+"), AXES)
+        check_one_of(name, value.removeprefix("+"), AXES)
         return value.removeprefix("+")
-    numbers = [_finite(n, name) for n in _tuple(value, name)]
-    size = math.hypot(*numbers)
-    if len(numbers) != 3 or not size > 0.0:
-        raise RobotError(f"{name} must be an axis name or three numbers, not all 0; got {value!r}")
-    x, y, z = numbers
+    listed = tuple(value) if isinstance(value, Iterable) else ()
+    if len(listed) != 3 or not all(isinstance(n, (int, float)) for n in listed):
+        raise RobotError(_AXIS.format(name, value))
+    x, y, z = (finite(n, name) for n in listed)
+    size = math.hypot(x, y, z)
+    if not 0.0 < size < math.inf:
+        raise RobotError(_AXIS.format(name, value))
     # A vector of length 1 comes back as it was, to the last digit.
     return (x, y, z) if abs(size - 1.0) < 1e-12 else (x / size, y / size, z / size)
-
-
-def _tuple(value: object, name: str) -> tuple[object, ...]:
-    if isinstance(value, (str, Mapping)) or not isinstance(value, Iterable):
-        raise RobotError(f"{name} must be a list, got {value!r}")
-    return tuple(value)
-
-
-def _number(value: object, name: str) -> float:
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or math.isnan(value):
-        raise RobotError(f"{name} must be a number, got {value!r}")
-    return float(value)
-
-
-def _finite(value: object, name: str) -> float:
-    number = _number(value, name)
-    if not math.isfinite(number):
-        raise RobotError(f"{name} is {number}; it must be finite")
-    return number

@@ -15,7 +15,7 @@ class Finding:
 
     Attributes:
         topic: what it belongs to: "legs", "pairs", "heading", "sole", "limits", "symmetry",
-            "posture" or "armature".
+            "posture", "armature", "mass" or "inertia".
         subject: the joint, link or leg it is about.
         text: the fact with its numbers and units.
         how: how sure it is.

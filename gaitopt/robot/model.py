@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pinocchio as pin
 
+from gaitopt.errors import RobotError
 from gaitopt.nlp import Array
 from gaitopt.robot.chain import build_chain
 from gaitopt.robot.choices import Choices
@@ -16,7 +17,9 @@ from gaitopt.robot.files.source import Source, read_source
 from gaitopt.robot.findings import Finding
 from gaitopt.robot.legs.limits import JointLimits
 from gaitopt.robot.legs.measures import Legs, measure_legs
+from gaitopt.robot.legs.posture import posture_doubts
 from gaitopt.robot.reading import Reading, read_robot
+from gaitopt.robot.sizes import size_doubts
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,6 +79,11 @@ class Robot:
         Raises:
             RobotError: the URDF cannot be read, or is not a biped with two mirrored six-joint legs.
         """
+        if not isinstance(urdf, (str, Path)):
+            raise RobotError(
+                f"the robot is {urdf!r:.60} of type {type(urdf).__name__}; give the text of a "
+                "URDF (str) or the path of a file (str or Path)"
+            )
         given = choices or Choices()
         given = given.over(stance_sole=stance_sole, swing_sole=swing_sole, sole=sole)
         source = read_source(urdf, given.package_dirs)
@@ -90,9 +98,13 @@ class Robot:
             reading: of that description.
 
         Raises:
-            RobotError: a body of the file is unsound, or the robot is not its own mirror image.
+            RobotError: a body of the file is unsound, the robot is not its own mirror image, or
+                its sole is larger than its legs.
         """
         chain = build_chain(reading)
+        legs = measure_legs(chain.lines, reading.sole_names, reading.limits)
+        doubts = size_doubts(chain, legs.reach, reading.soles.sole)
+        stands = posture_doubts(reading.model, reading.q, reading.legs, reading.choices)
         return cls(
             name=chain.model.name,
             urdf=source.text,
@@ -103,10 +115,10 @@ class Robot:
             swing_sole=reading.sole_names[1],
             sole=reading.soles.sole,
             limits=reading.limits,
-            legs=measure_legs(chain.lines, reading.sole_names, reading.limits),
+            legs=legs,
             pelvis=chain.pelvis,
             choices=reading.choices.over(package_dirs=source.mesh_directories()),
-            findings=(*reading.findings, *chain.findings),
+            findings=(*reading.findings, *chain.findings, *stands, *doubts),
         )
 
     @cached_property

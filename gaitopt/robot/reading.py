@@ -17,10 +17,10 @@ from gaitopt.robot.feet.found import FoundSole, find_sole
 from gaitopt.robot.feet.shape import FootShape, foot_points
 from gaitopt.robot.files.source import Source
 from gaitopt.robot.findings import Finding
-from gaitopt.robot.legs.find import Pair, Tree, find_legs
-from gaitopt.robot.legs.heading import Heading, axis_name, axis_vector, find_heading
+from gaitopt.robot.legs.find import Pair
+from gaitopt.robot.legs.heading import Heading, axis_name, find_heading
 from gaitopt.robot.legs.limits import JointLimits, joint_limits
-from gaitopt.robot.legs.named import named_feet, standing_side
+from gaitopt.robot.legs.named import standing_side
 from gaitopt.robot.legs.overrides import override
 from gaitopt.robot.legs.placed import (
     Legs,
@@ -32,9 +32,11 @@ from gaitopt.robot.legs.placed import (
     stance_of,
 )
 from gaitopt.robot.legs.posture import reference_angles, reference_configuration, rotor_armatures
-from gaitopt.robot.legs.stance import Stance, level_feet
+from gaitopt.robot.legs.stance import Stance, level_feet, refuse_tilted
+from gaitopt.robot.legs.upward import standing_legs
 from gaitopt.robot.mirror.symmetry import leg_exchange
 from gaitopt.robot.telling import tell
+from gaitopt.robot.urdf.joints import locked_mimics
 from gaitopt.robot.urdf.values import UrdfProblem
 
 
@@ -88,7 +90,7 @@ def read_robot(source: Source, choices: Choices) -> Reading:
     overrides = (*_rotors(choices, whole, folder), *choices.limits)
     model, notes = override(whole, overrides)
     placed = place(model, reference_configuration(model, angles))
-    pair = _find_pair(source, placed, choices)
+    pair = standing_legs(source, placed, choices)
     _check_ranges(model, pair.legs, source.problems)
     shapes = _shapes(source, model, pair, choices)
     lines = [leg_lines(placed, leg, s) for leg, s in zip(pair.legs, shapes, strict=True)]
@@ -100,8 +102,8 @@ def read_robot(source: Source, choices: Choices) -> Reading:
     limits, odd = _limits(straight, (pair.legs[side], pair.legs[1 - side]), heading, side, choices)
     names = (choices.stance_sole, choices.swing_sole)
     sides = (names[side], names[1 - side])
-    flat = straight if parallel_feet(placed, straight, pair.legs) else placed
-    stance, tilted = level_feet(stance_of(flat, pair.legs, heading.rotation), shapes, sides)
+    stood = _flat_stance(placed, straight, pair.legs, heading.rotation, shapes)
+    stance, tilted = level_feet(stood, shapes, sides, heading.rotation)
     soles = _soles(source, stance, shapes, sides, choices)
     if soles.added:
         _add_frames(model, pair.legs, soles)
@@ -119,15 +121,8 @@ def read_robot(source: Source, choices: Choices) -> Reading:
         limits,
         resolved,
         findings,
-        source.problems,
+        locked_mimics(source.problems, [str(model.names[j]) for leg in pair.legs for j in leg]),
     )
-
-
-def _find_pair(source: Source, placed: Placed, choices: Choices) -> Pair:
-    points = np.array([place.translation for place in placed.places])
-    tree = Tree(placed.model, points, source.problems)
-    up = None if choices.up is None else axis_vector(choices.up)
-    return find_legs(tree, named_feet(placed.model, choices), up)
 
 
 def _rotors(choices: Choices, model: pin.Model, folder: Path) -> tuple[LimitOverride, ...]:
@@ -153,6 +148,18 @@ def _shapes(
     if choices.sole is not None and choices.forward is not None and placed:
         return [None, None]
     return [foot_points(source, model, leg[-1]) for leg in pair.legs]
+
+
+def _flat_stance(
+    placed: Placed, straight: Placed, legs: Legs, rotation: Array, shapes: list[FootShape | None]
+) -> Stance:
+    """Return the robot with flat feet; see `parallel_feet`."""
+    upright = stance_of(straight, legs, rotation)
+    if parallel_feet(placed, straight, legs):
+        return upright
+    stance = stance_of(placed, legs, rotation)
+    refuse_tilted(stance, upright, shapes)
+    return stance
 
 
 def _soles(

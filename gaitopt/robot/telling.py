@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import re
-
 import numpy as np
 import pinocchio as pin
 
@@ -12,12 +10,8 @@ from gaitopt.robot.choices import AXES, SIDES
 from gaitopt.robot.findings import Finding
 from gaitopt.robot.legs.find import Pair
 from gaitopt.robot.legs.heading import Heading, axis_name
+from gaitopt.robot.legs.sides import SIDE_WORDS
 from gaitopt.robot.mirror.symmetrise import Symmetrised
-
-_SIDE_WORDS = {
-    "right": re.compile(r"(?i:right)|(?<![a-zA-Z])[rR](?![a-zA-Z])|^R(?=[A-Z])"),
-    "left": re.compile(r"(?i:left)|(?<![a-zA-Z])[lL](?![a-zA-Z])|^L(?=[A-Z])"),
-}
 
 
 def tell(
@@ -42,6 +36,8 @@ def tell(
         names = [str(model.names[j]) for j in pair.beyond]
         text = f"beyond the ankle: {', '.join(names)}; locked, as part of the foot"
         findings.append(Finding("legs", "toes", text, "guessed"))
+    if pair.tilt:
+        findings.append(Finding("heading", "robot", pair.tilt, "guessed"))
     findings += _heading(heading)
     findings += _posture(model, q, pair, angles)
     return findings
@@ -105,7 +101,7 @@ def _axis_words(vector: Array) -> str:
 
 def _odd_names(side: str, names: list[str]) -> list[Finding]:
     """Warn if the joints' names speak for the other side."""
-    own, other = _SIDE_WORDS[side], _SIDE_WORDS["left" if side == "right" else "right"]
+    own, other = SIDE_WORDS[side], SIDE_WORDS["left" if side == "right" else "right"]
     if any(own.search(name) or not other.search(name) for name in names):
         return []
     text = f"is the {side} leg by its place, though its joints' names speak for the other"

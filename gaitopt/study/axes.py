@@ -44,13 +44,15 @@ class Axis:
     values: tuple[float, ...]
 
     def __post_init__(self) -> None:
+        if not isinstance(self.name, str):
+            raise InputError(f"a sweep is over a quantity by its name, not {self.name!r}")
         if self.name not in (*_TASK, *_MARGINS, *_GEOMETRY) and not self.of_robot:
             raise InputError(
                 f"there is no quantity '{self.name}' to sweep over; there are {', '.join(_TASK)}; "
                 f"the limits {', '.join(_MARGINS)}; the geometric quantities, held at the value, "
                 f"{', '.join(_GEOMETRY)}; and the entries of a specification, as geometry.d3"
             )
-        values = tuple(round(float(v), DIGITS) for v in self.values)
+        values = _numbers(self.name, self.values)
         if not values or not all(map(math.isfinite, values)):
             raise InputError(f"{self.name} has no values, or not finite ones; give at least one")
         if any(b <= a for a, b in pairwise(values)):
@@ -63,12 +65,26 @@ class Axis:
         return self.name.split(".")[0] in _PARTS and "." in self.name
 
 
+def _numbers(name: str, values: Iterable[float]) -> tuple[float, ...]:
+    try:
+        return tuple(round(float(v), DIGITS) for v in values)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"the values of {name} are {values!r}; give numbers, as (0.8, 1.0)") from (
+            error
+        )
+
+
 def parse_axis(name: str, text: str) -> Axis:
     """Return the axis of a range "first:last:step" (both ends included) or of a list "a,b,c".
 
     Raises:
-        InputError: the text is neither.
+        InputError: the text is neither, or no text.
     """
+    if not isinstance(text, str):
+        raise InputError(
+            f"the range of {name} is {text!r}, no text; give one as '0.4:1.3:0.05', or "
+            f"Axis({name!r}, (0.4, 0.6))"
+        )
     try:
         parts = [float(word) for word in text.split(":" if ":" in text else ",")]
     except ValueError:

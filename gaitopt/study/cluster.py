@@ -6,7 +6,11 @@ dies is given to another.
 
 from __future__ import annotations
 
+import signal
+from collections.abc import Callable
+from concurrent.futures import Future, ThreadPoolExecutor, wait
 from contextlib import suppress
+from multiprocessing import resource_tracker
 from typing import Any
 
 from gaitopt.design.worker import leave_ctrl_c
@@ -66,6 +70,45 @@ class DaskCrew(Crew):
                 self._cluster.close()
 
 
+class LaterCrew(Crew):
+    """Processes on this machine that are started when there is work for them, see `local_crew`."""
+
+    def __init__(self, workers: int, on_start: Callable[[], None]) -> None:
+        """Promise some workers.
+
+        Args:
+            workers: how many.
+            on_start: told before they are started, which takes seconds.
+
+        Raises:
+            InputError: fewer than one worker.
+            MissingExtraError: Dask distributed is not installed.
+        """
+        _require_workers(workers)
+        _distributed()
+        self.room = AHEAD * workers
+        self._workers, self._on_start = workers, on_start
+        self._crew: DaskCrew | None = None
+
+    def submit(self, job: Job) -> None:
+        """Send a job to the workers; start them before the first."""
+        if self._crew is None:
+            self._on_start()
+            self._crew = local_crew(self._workers)
+        self._crew.submit(job)
+
+    def next(self) -> Outcome:
+        """Wait for the next outcome, as `DaskCrew` does."""
+        if self._crew is None:
+            raise GaitoptError("no job was given to the workers yet")
+        return self._crew.next()
+
+    def close(self) -> None:
+        """Stop the workers, if they were started."""
+        if self._crew is not None:
+            self._crew.close()
+
+
 def local_crew(workers: int) -> DaskCrew:
     """Start processes on this machine, one thread each.
 
@@ -75,9 +118,42 @@ def local_crew(workers: int) -> DaskCrew:
     Raises:
         InputError: fewer than one worker.
         MissingExtraError: Dask distributed is not installed.
+        KeyboardInterrupt: Ctrl-C was pressed meanwhile; the workers are stopped again.
     """
+    _require_workers(workers)
+    _distributed()
+    # Ctrl-C amid its start leaves Dask in disorder, so that it starts in a thread of its own, whose
+    # processes inherit that they never receive it.
+    with ThreadPoolExecutor(1, initializer=_block_ctrl_c) as pool:
+        starting = pool.submit(_started, workers)
+        try:
+            return starting.result()
+        except KeyboardInterrupt:
+            _stop(starting)
+            raise
+
+
+def _stop(starting: Future[DaskCrew]) -> None:
+    """Stop workers once they are there, whatever is pressed meanwhile."""
+    while not starting.done():
+        with suppress(KeyboardInterrupt):
+            wait([starting])
+    if starting.exception() is None:
+        starting.result().close()
+
+
+def _block_ctrl_c() -> None:
+    if hasattr(signal, "pthread_sigmask"):  # POSIX
+        resource_tracker.ensure_running()  # else it starts with the first process, and unblocks
+        signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+
+
+def _require_workers(workers: int) -> None:
     if workers < 1:
         raise InputError(f"{workers} workers are too few; give at least 1")
+
+
+def _started(workers: int) -> DaskCrew:
     distributed = _distributed()
     cluster = distributed.LocalCluster(
         n_workers=workers,

@@ -15,10 +15,29 @@ from gaitopt.study.footing import Footing
 
 CSV, PARQUET = "index.csv", "index.parquet"
 CERTIFIED, NOT_CERTIFIED, INFEASIBLE = "certified", "not certified", "infeasible"
+NOT_COMPUTED = "not computed"
 
 Value = float | int | bool | str | None
 Row = dict[str, Value]
 
+_PLACE = ("speed", "duration", "step_length")
+_FIGURES = (
+    "cost",
+    "certified",
+    "verdict",
+    "worst_violation",
+    "kkt",
+    "cost_of_transport",
+    "cop_to_edge",
+    "friction_used",
+    "vertical_impulse",
+    "impulse_friction_used",
+    "iterations",
+    "evaluations",
+    "seconds",
+    "origin",
+)
+_WORDS = ("status", "verdict", "origin", "file")
 _MOTOR = {
     "peak_torque_Nm": "peak_torque",
     "rms_torque_Nm": "rms_torque",
@@ -70,12 +89,31 @@ def index_row(found: Design, footing: Footing, values: Mapping[str, float], seco
 
 def refused_row(values: Mapping[str, float], sentence: str) -> Row:
     """Return the line of a point where no gait was found."""
-    return {**values, "status": INFEASIBLE, "certified": False, "verdict": sentence}
+    return _bare(values, INFEASIBLE, sentence)
+
+
+def awaited_row(values: Mapping[str, float]) -> Row:
+    """Return the line of a point that the sweep has not come to."""
+    return _bare(values, NOT_COMPUTED, "the sweep has not come to it; its command goes on")
+
+
+def faulty_row(row: Row, fault: str, sentence: str) -> Row:
+    """Return the line of a gait whose file cannot be used."""
+    return {**row, "status": fault, "certified": False, "verdict": sentence}
+
+
+def _bare(values: Mapping[str, float], status: str, verdict: str) -> Row:
+    """Return a line without figures, which has their columns all the same."""
+    slopes = (f"slope.{name}" for name in values)
+    names = (*_PLACE, *values, "status", *_FIGURES, *slopes)
+    row: Row = dict.fromkeys(names)
+    return {**row, **values, "status": status, "certified": False, "verdict": verdict}
 
 
 def columns(rows: Iterable[Row]) -> list[str]:
-    """Return the columns of all rows, in the order of the first that has each."""
-    return list(dict.fromkeys(name for row in rows for name in row))
+    """Return the columns of all rows, those of the fullest first and in its order."""
+    fullest_first = sorted(rows, key=len, reverse=True)
+    return list(dict.fromkeys(name for row in fullest_first for name in row))
 
 
 def write_index(rows: Sequence[Row], directory: Path) -> list[Path]:
@@ -102,7 +140,14 @@ def _parquet(rows: Sequence[Row], names: list[str]) -> bytes | None:
         import pyarrow.parquet as pq
     except ImportError:  # the extra "tables" is not installed: CSV must do
         return None
-    table = pa.table({name: [row.get(name) for row in rows] for name in names})
+    table = pa.table({name: _column(pa, name, [row.get(name) for row in rows]) for name in names})
     buffer = io.BytesIO()
     pq.write_table(table, buffer)
     return buffer.getvalue()
+
+
+def _column(pa: Any, name: str, values: list[Value]) -> Any:
+    """Return a column, with a type even if it has no values yet."""
+    if any(value is not None for value in values):
+        return pa.array(values)
+    return pa.nulls(len(values), pa.string() if name in _WORDS else pa.float64())

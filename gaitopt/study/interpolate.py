@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from gaitopt.design.certificate import WorstRow, on_fine_grid, worst_rows
+from gaitopt.design.certificate import FINE_TOLERANCE, WorstRow, on_fine_grid, worst_rows
 from gaitopt.design.design import Design, design
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.runtime import small_matrices
@@ -40,11 +40,24 @@ class Between:
     @property
     def sentence(self) -> str:
         """What interpolation alone would have done."""
+        plain = "plain interpolation of the parameters"
+        if len(self.sources) == 1:
+            plain = "the stored gait"  # nothing to interpolate
         if self.plain is None:
-            return "plain interpolation of the parameters makes no walk"
-        if self.plain.violation == 0.0:
-            return "plain interpolation of the parameters keeps every limit"
-        return f"plain interpolation of the parameters violates {self.plain.sentence}"
+            return f"{plain} makes no walk"
+        if self.plain.violation <= FINE_TOLERANCE:
+            return f"{plain} keeps every limit"
+        return f"{plain} violates {self.plain.sentence}"
+
+
+def stored_point(library: Library, values: Mapping[str, float]) -> Index | None:
+    """Return the point of a library that lies exactly at values of its quantities, if any.
+
+    Raises:
+        InputError: a quantity is missing or unknown, or a value outside the library.
+    """
+    corners = _corners(library, values)
+    return corners[0] if len(corners) == 1 else None
 
 
 def interpolate(

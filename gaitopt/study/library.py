@@ -8,68 +8,24 @@ pyarrow is installed, one line per point.
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable, Mapping
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
-from typing import Any
 
 from gaitopt.errors import GaitFileError, GaitoptError, InputError
 from gaitopt.gait.result import Gait
-from gaitopt.gait.result_file import load_gait, save_gait
-from gaitopt.study.footing import Footing, footing_of
+from gaitopt.gait.result_file import save_gait
 from gaitopt.study.grid_points import GridPoints, Index
-from gaitopt.study.index import Row, refused_row, write_index
+from gaitopt.study.index import Row, faulty_row, write_index
 from gaitopt.study.journal import NAME as JOURNAL
 from gaitopt.study.journal import Journal, read_journal
 from gaitopt.study.manifest import Record, points_of, read_manifest
+from gaitopt.study.state import State, faults_of, index_rows
+from gaitopt.study.stored import REMEDY, digest, load_stored
 
 GAITS = "gaits"
 EVERY = 5.0  # s between two writings of the index, which takes long when it is long
-
-Try = tuple[Index, Index, float]
-"""Point, the neighbour it was tried from, and that neighbour's cost then."""
-
-
-@dataclass
-class State:
-    """What a sweep knows.
-
-    Attributes:
-        footings: walks; None where none has been found so far.
-        due: points that are to be tried in this round, each from a neighbour.
-        tried: what has been tried, so that it is not tried again.
-        probed: points that were tried from first guesses.
-        rows: lines of the index of finished gaits.
-        refusals: records of the points without a gait, with "sentences".
-        seconds: of processor.
-    """
-
-    footings: dict[Index, Footing | None] = field(default_factory=dict)
-    due: dict[Index, Index] = field(default_factory=dict)
-    tried: set[Try] = field(default_factory=set)
-    probed: set[Index] = field(default_factory=set)
-    rows: dict[Index, Row] = field(default_factory=dict)
-    refusals: dict[Index, dict[str, Any]] = field(default_factory=dict)
-    seconds: float = 0.0
-
-    def take(self, entry: Mapping[str, Any]) -> None:
-        """Learn from one event of the journal."""
-        point = tuple(entry["point"])
-        self.seconds += float(entry.get("seconds", 0.0))
-        self.due |= {tuple(p): tuple(q) for p, q in entry.get("round", ())}
-        if "tried" in entry:
-            self.due.pop(point, None)
-            self.tried |= {(point, tuple(q), cost) for q, cost in entry["tried"]}
-        if "footing" in entry:
-            known = entry["footing"]
-            self.footings[point] = None if known is None else footing_of(known)
-        if entry.get("probed"):
-            self.probed.add(point)
-        if "row" in entry:
-            self.rows[point] = entry["row"]
-        if "refusal" in entry:
-            self.refusals[point] = entry["refusal"]
 
 
 @dataclass(frozen=True)
@@ -90,18 +46,30 @@ class Library:
 
     @property
     def rows(self) -> list[Row]:
-        """Lines of the index, in the order of the grid; points not reached yet are left out."""
-        return list(index_rows(self.points, self.state))
+        """Lines of the index, in the order of the grid; "status" tells what became of each point.
+
+        Gait files are looked at, once: where one is missing or damaged, that is the status.
+        """
+        return [
+            faulty_row(row, self.faults[point], REMEDY) if point in self.faults else row
+            for point, row in index_rows(self.points, self.state)
+        ]
+
+    @cached_property
+    def faults(self) -> dict[Index, str]:
+        """What is wrong with the files of finished gaits, of those with which something is."""
+        return faults_of(self.directory, self.points, self.state)
 
     def gait(self, point: Index) -> Gait:
         """Return the gait of a point.
 
         Raises:
-            GaitFileError: there is none, or it cannot be read.
+            GaitFileError: there is none, its file cannot be read, or holds that of another point.
         """
         if point not in self.state.rows:
             raise GaitFileError(f"'{self.directory}' holds no gait at {self.points.name(point)}")
-        return load_gait(self.directory / str(self.state.rows[point]["file"]))
+        file = self.directory / str(self.state.rows[point]["file"])
+        return load_stored(file, self.points.values(point))
 
 
 def open_library(directory: str | Path) -> Library:
@@ -119,24 +87,25 @@ def open_library(directory: str | Path) -> Library:
     return Library(folder, record, points_of(record), state)
 
 
-def index_rows(points: GridPoints, state: State) -> Iterable[Row]:
-    """Yield the lines of the index."""
-    for point in sorted(points.order):
-        if point in state.rows:
-            yield state.rows[point]
-        elif point in state.refusals:
-            sentences = state.refusals[point].get("sentences") or ["no gait was found"]
-            yield refused_row(points.values(point), str(sentences[0]))
-
-
 class Writer:
-    """The one who writes a library; a context manager. Nothing is ever half-written."""
+    """The one who writes a library; a context manager. Nothing is ever half-written.
+
+    Attributes:
+        directory: of the library.
+        points: its grid.
+        state: what is known. Gaits whose files are missing or damaged are not: their walks are, so
+            that they need only be finished again.
+        faults: of those files.
+    """
 
     def __init__(self, directory: Path, points: GridPoints) -> None:
         self.directory, self.points, self.state = directory, points, State()
         self._journal = Journal(directory)
         for entry in self._journal.entries:
             self.state.take(entry)
+        self.faults = faults_of(directory, points, self.state)
+        for point in self.faults:
+            del self.state.rows[point]
         self._written, self._taken, self._stale = -EVERY, 0.0, True
         try:
             (directory / GAITS).mkdir(exist_ok=True)
@@ -182,10 +151,10 @@ class Writer:
         """
         name = f"{GAITS}/{self.points.name(point)}.npz"
         try:
-            save_gait(gait, self.directory / name)
+            written = digest(save_gait(gait, self.directory / name))
         except InputError as error:
             raise self._kept(error) from error
-        self.note(point, row={**row, "file": name}, **entry)
+        self.note(point, row={**row, "file": name}, digest=written, **entry)
 
     def write_index(self) -> None:
         """Bring the index up to date.
@@ -197,7 +166,8 @@ class Writer:
             return
         began = time.monotonic()
         try:
-            write_index(list(index_rows(self.points, self.state)), self.directory)
+            lines = [row for _, row in index_rows(self.points, self.state)]
+            write_index(lines, self.directory)
         except InputError as error:
             raise self._kept(error) from error
         self._written = time.monotonic()

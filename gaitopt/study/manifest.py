@@ -17,12 +17,12 @@ from gaitopt.robot.choices_file import choices_from_record, choices_record
 from gaitopt.robot.generated.presets import biped13
 from gaitopt.robot.generated.spec_table import merged
 from gaitopt.study.axes import Axis
+from gaitopt.study.difference import difference
 from gaitopt.study.grid_points import GridPoints, Index
 from gaitopt.study.setting import RobotSource
 from gaitopt.version import __version__
 
 NAME, FORMAT = "manifest.json", 2
-_NOT_COMPARED = ("gaitopt",)
 
 Record = dict[str, Any]
 
@@ -67,12 +67,11 @@ def claim(directory: Path, record: Record) -> None:
     """
     path = directory / NAME
     if path.exists():
-        difference = _difference(read_manifest(directory), record, "")
-        if difference is not None:
-            where, there, asked = difference
+        found = difference(read_manifest(directory), record)
+        if found is not None:
             raise InputError(
-                f"'{directory}' holds another sweep: its {where} is {there}, asked for is {asked}; "
-                "give another directory, or ask for the same again"
+                f"'{directory}' holds another sweep: {found}; give another directory, or ask for "
+                "the same again"
             )
         return
     try:
@@ -125,21 +124,3 @@ def robot_of(record: Record) -> RobotSource:
         choices_from_record(robot["choices"]),
         None if spec is None else merged(biped13(), spec),
     )
-
-
-def _difference(there: Any, asked: Any, path: str) -> tuple[str, str, str] | None:
-    """Return the first entry in which two records differ."""
-    if isinstance(there, Mapping) and isinstance(asked, Mapping):
-        for key in dict.fromkeys([*asked, *there]):
-            if path == "" and key in _NOT_COMPARED:
-                continue
-            found = _difference(there.get(key), asked.get(key), f"{path} {key}".strip())
-            if found is not None:
-                return found
-        return None
-    return None if there == asked else (path, _short(there), _short(asked))
-
-
-def _short(value: object) -> str:
-    text = json.dumps(value)
-    return text if len(text) <= 60 else f"{text[:57]}..."

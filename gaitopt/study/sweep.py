@@ -13,8 +13,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from pathlib import Path
+from types import NoneType
 
 from gaitopt.design.options import DesignOptions
+from gaitopt.errors import InputError
 from gaitopt.gait.task import Task
 from gaitopt.robot.generated.spec import BipedSpec
 from gaitopt.robot.model import Robot
@@ -27,6 +29,15 @@ from gaitopt.study.plan import make_plan
 from gaitopt.study.stages import Advance, OnAdvance, Stages
 
 __all__ = ["Advance", "OnAdvance", "sweep"]
+
+_KINDS: dict[str, tuple[tuple[type, ...], str]] = {
+    "robot": ((Robot,), "a Robot, as Robot.from_urdf(urdf_text(biped13()))"),
+    "task": ((Task,), "a Task, as preset_task()"),
+    "directory": ((str, Path), "a path"),
+    "options": ((DesignOptions,), "DesignOptions"),
+    "spec": ((BipedSpec, NoneType), "a BipedSpec, as biped13()"),
+    "crew": ((Crew, NoneType), "a Crew, as local_crew(2)"),
+}
 
 
 def sweep(
@@ -65,7 +76,8 @@ def sweep(
         KeyboardInterrupt: Ctrl-C was pressed; what was done is kept.
     """
     options = options or DesignOptions()
-    points = GridPoints(tuple(axes))
+    _require(robot=robot, task=task, directory=directory, options=options, spec=spec, crew=crew)
+    points = GridPoints(_axes(axes))
     if seed:
         points = GridPoints(points.axes, (points.nearest(seed),))
     plan = make_plan(robot, spec, points, task_at or (lambda v: with_values(task, v.items())))
@@ -78,3 +90,20 @@ def sweep(
     finally:
         workers.close()
     return open_library(folder)
+
+
+def _require(**given: object) -> None:
+    for name, value in given.items():
+        kinds, wanted = _KINDS[name]
+        if not isinstance(value, kinds):
+            raise InputError(f"{name} is {value!r}, which cannot be used; give {wanted}")
+
+
+def _axes(given: Iterable[Axis]) -> tuple[Axis, ...]:
+    axes = tuple(given) if isinstance(given, Iterable) else (given,)
+    if isinstance(given, Axis) or not all(isinstance(axis, Axis) for axis in axes):
+        raise InputError(
+            f"axes are {given!r}; give a list of Axis, even of one: "
+            "[parse_axis('speed', '0.4:1.3:0.05')]"
+        )
+    return axes

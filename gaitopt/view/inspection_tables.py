@@ -181,7 +181,7 @@ def _findings(findings: tuple[Finding, ...]) -> Section:
 _REMEDIES = {
     "posture": 'posture = "POSE", srdf = "FILE"; or [posture] with JOINT = ANGLE in rad',
     "sole": "[sole] with toe, heel, left, right in m; sole_drop = height of the ankle above it",
-    "heading": 'forward = "x" (or "-x", "y", ...)',
+    "heading": 'forward = "x" (or "-x", "y", ...); up = "z" (or three numbers)',
     "limits": '[[limits]] with joints = "*knee*" and torque, speed, lower, upper',
     "legs": 'feet = ["RIGHT FOOT", "LEFT FOOT"]: links, joints or frames',
     "armature": '[[limits]] with joints = "*" and armature in kg·m²',
@@ -196,6 +196,7 @@ def _remedies(findings: tuple[Finding, ...]) -> Section:
 
 
 def _problems(inspection: Inspection) -> Section:
-    problems = () if inspection.source is None else inspection.source.problems
+    found = inspection.reading or inspection.source
+    problems = () if found is None else found.problems
     rows = tuple((str(p.line), p.text) for p in problems)
     return Section("Odd in the file", (">line", "what"), rows, ("warning",) * len(rows))

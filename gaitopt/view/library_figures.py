@@ -18,6 +18,7 @@ from gaitopt.view.figure_style import label_axes, new_figure, styled
 from gaitopt.view.figures import rendered
 
 PEAK = "peak_torque."
+MOST = 8  # lines that are told apart in a legend
 
 _GAP = "a gap in the lines: the gaits on its two sides are different kinds of optima"
 _UNITS = {quantity.name: quantity.unit for quantity in GEOMETRY} | {
@@ -71,7 +72,7 @@ def write_library_figure(rows: list[Row], axes: list[str], path: Path) -> Path:
 
 
 def _figure(rows: list[Row], axes: list[str]) -> Figure:
-    figure = new_figure(8.0, 3.8)
+    figure = new_figure(9.5, 3.8)
     left, right = figure.subplots(1, 2)
     lines = _lines(rows, axes)
     motors = [name for name in columns(rows) if name.startswith(PEAK)]
@@ -85,9 +86,8 @@ def _figure(rows: list[Row], axes: list[str]) -> Figure:
     swept = f"{axes[0]} [{_UNITS[axes[0]]}]" if axes[0] in _UNITS else axes[0]
     label_axes(left, swept, "cost [N²·m·s]", "Squared torque per metre")
     label_axes(right, swept, "peak torque [N·m]", f"Motors of a leg{best and ', '}{best}")
-    right.legend()
-    if 1 < len(lines) <= 8:
-        left.legend()
+    for panel in (left, right) if 1 < len(lines) <= MOST else (right,):
+        panel.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
     if any(cuts.values()):
         figure.supxlabel(_GAP, fontsize=8.0)
     return figure

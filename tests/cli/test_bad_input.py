@@ -74,6 +74,8 @@ CASES = [
     (["--stance-sole", "toes"], "no frame named 'toes'"),
     (["--start", "absent.npz"], "cannot read the gait file"),
     (["--output", "file/walk"], "cannot write to .*is a file"),
+    (["--output", ""], "the name is empty; give a directory, as '.' for this one"),
+    (["--duration", "1e-9"], "duration is 1e-09 s; it must be 0.05 s or more"),
     (["--package-dir", "absent"], "--package-dir absent: there is no such directory"),
 ]
 
@@ -108,6 +110,12 @@ def test_optimise_refuses(quick, workplace, words, pattern):
         (["urdf", "--write-spec", "file/out.toml"], "cannot write"),
         (["inspect", "--html", "file/out.html"], "--html file/out.html: cannot write it"),
         (["inspect", "--write-choices", "no/c.toml"], "there is no directory '.*no'"),
+        (
+            ["inspect", "--html", "a.html", "--write-choices", "./a.html"],
+            "--write-choices a.html: --html is to write the same file; give two file names",
+        ),
+        (["reproduce", "--output", ""], "the name is empty; give a directory"),
+        (["sweep", "--output", ""], "the name is empty; give a directory"),
         (["check", "absent.npz"], "there is no such file"),
         (["check", "file"], "truncated, or not a gait file"),
         (["walk"], "No such command 'walk'"),

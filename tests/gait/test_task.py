@@ -64,6 +64,7 @@ def test_margins_out_of_range_are_refused(name, value, message):
         ({"speed": 0.0}, "speed is 0.0 m/s; it must be a finite number above 0"),
         ({"speed": math.nan}, "speed is nan m/s"),
         ({"duration": -0.4}, "duration is -0.4 s; it must be"),
+        ({"duration": 1e-9}, "duration is 1e-09 s; it must be 0.05 s or more"),
         ({"penalty_weight": math.inf}, "penalty_weight is inf cost/m²"),
         ({"speed": True}, "speed is True m/s; it must be a finite number above 0"),
         ({"samples": True}, "samples is True; it must be a whole number"),
@@ -83,6 +84,13 @@ def test_a_fixed_step_length_cannot_also_be_constrained():
     with pytest.raises(InputError, match="step_length is fixed; free it, or take the speed as a"):
         Task(geometry=fixed)
     assert Task(geometry=fixed, speed_as="penalty").geometry == fixed
+
+
+def test_the_shortest_duration_is_that_of_the_table():
+    fine = set_quantities(GEOMETRY, {"duration": {"lower": 0.01}})
+    assert Task(geometry=fine, duration=0.02).duration == 0.02
+    with pytest.raises(InputError, match=r"duration is 0\.009 s; it must be 0\.01 s or more"):
+        Task(geometry=fine, duration=0.009)
 
 
 def test_feet_fixed_farther_apart_than_allowed_are_refused():

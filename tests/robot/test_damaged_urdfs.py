@@ -170,21 +170,21 @@ DAMAGE = {
     ),
     "prismatic joint in a leg": (
         both(lambda side: on("joint", f"{side}_knee", ".", type="prismatic")),
-        r"joint '(left|right)_knee' of a leg is prismatic; gaitopt needs two legs of six revolute",
+        r"joint '(left|right)_knee' is prismatic; gaitopt needs two legs of six revolute",
     ),
     "continuous joint in a leg": (
         both(lambda side: on("joint", f"{side}_knee", ".", type="continuous")),
-        r"joint '(left|right)_knee' of a leg is continuous.*give it the type revolute",
+        r"joint '(left|right)_knee' is continuous.*give it the type revolute",
     ),
     "unknown joint type": (
         on("joint", HIP, ".", type="hinge"),
         rf"line \d+: joint '{HIP}': its type is 'hinge'; it must be one of revolute",
     ),
     "legs of five joints": (
-        both(without_ankle_roll), r"the leg that ends in '\w+' has 5 joints of its own.*six"
+        both(without_ankle_roll), r"the chain that ends in '\w+' has 5 joints of its own.*six"
     ),
     "legs of seven joints": (
-        both(with_seventh_joint), r"the leg that ends in '\w+' has 7 joints of its own"
+        both(with_seventh_joint), r"the chain that ends in '\w+' has 7 joints of its own"
     ),
     "torques differ": (
         set_limit("left_knee", effort=140.0),
@@ -197,7 +197,7 @@ DAMAGE = {
     ),
     "lengths differ": (
         on("joint", "left_ankle_pitch", "origin", xyz="0 0 -0.29"),
-        r"the axis of 'right_ankle_pitch' mirrors to a line 0.01 .* 'left_ankle_pitch'",
+        r"the axis of 'right_ankle_pitch' mirrors to a line 10 mm and 0 .* 'left_ankle_pitch'",
     ),
     "masses differ": (
         scale_mass("left_shin", 1.5),
@@ -222,7 +222,7 @@ DAMAGE = {
     "loop": (
         LOOP, r"line \d+: joint 'brace': its child link 'right_shin' already hangs on .*right_knee"
     ),
-    "one leg": (one_legged, r"no two legs were found: .*name the feet"),
+    "one leg": (one_legged, r"no two legs were found: one chain of 6 joints, which ends in"),
     "no legs": (torso_only, "no two legs were found"),
 }  # fmt: skip
 

@@ -204,7 +204,7 @@ def test_a_pose_of_the_srdf_locks_the_arms_and_rotors_make_armature():
         (Choices(srdf="<robot/>", rotors=True), "the SRDF has no <rotor_params>"),
         (Choices(srdf="<robot", rotors=True), "the SRDF is not well-formed XML"),
         (Choices(posture={"torso_3_joint": 1.0}), "no joint 'torso_3_joint'; did you mean 'torso_"),
-        (Choices(posture={"arm_left_1_joint": 1.0}), "in the inertia of the trunk"),
+        (Choices(posture={"arm_left_1_joint": -1.0}), "in the inertia of the trunk"),
     ],
 )
 def test_postures_that_cannot_be_used_are_named(choices, message):
@@ -241,3 +241,30 @@ def test_a_robot_whose_y_axis_is_up_is_read():
 def test_legs_of_three_joints_are_refused():
     with pytest.raises(RobotError, match=r"has 3 joints of its own; .*: FL_HAA, FL_HFE, FL_KFE"):
         Robot.from_urdf(example_robot("bolt_description/robots/bolt.urdf"))
+
+
+@pytest.mark.parametrize(
+    ("path", "message"),
+    [
+        ("anymal_b_simple_description/robots/anymal.urdf", "four chains of 3 joints each .*SHANK'"),
+        ("hyq_description/robots/hyq_no_sensors.urdf", "four chains of 3 joints each .*lowerleg'"),
+        ("solo_description/robots/solo12.urdf", "four chains of 3 joints each .*LOWER_LEG'"),
+        ("centauro_description/urdf/centauro.urdf", "four chains of 6 joints each .*'wheel_4'"),
+        ("baxter_description/urdf/baxter.urdf", "five chains, .* as fingers do"),
+        (
+            "tiago_description/robots/tiago.urdf",
+            "11 chains, .*_link', share 8 joints, as fingers do",
+        ),
+        ("tiago_pro_description/robots/tiago_pro.urdf", "13 chains, .* as fingers do"),
+        ("alex_description/urdf/alex_psyonic_hands.urdf", "11 chains, .* as fingers do"),
+        ("ur_description/urdf/ur5_robot.urdf", "one chain of 6 joints, which ends in 'wrist_3"),
+    ],
+)
+def test_robots_without_two_legs_are_told_what_they_have(path, message):
+    with pytest.raises(RobotError, match=f"^no two legs were found: {message}"):
+        Robot.from_urdf(example_robot(path))
+
+
+def test_an_arm_is_not_called_a_leg():
+    with pytest.raises(RobotError, match=r"^the chain that ends in 'LeftGripperYawLink' has 7"):
+        Robot.from_urdf(example_robot("alex_description/urdf/alex_nub_hands.urdf"))

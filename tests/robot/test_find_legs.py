@@ -1,5 +1,6 @@
 """Robots that nobody prepared, made from the biped: they must give the biped's own numbers."""
 
+import re
 from xml.etree import ElementTree as ET
 
 import numpy as np
@@ -12,7 +13,11 @@ from urdf_edits import edited_urdf, joint, link
 from gaitopt.errors import RobotError
 from gaitopt.robot.choices import Choices
 from gaitopt.robot.feet.sole import Sole
+from gaitopt.robot.files.source import read_source
 from gaitopt.robot.model import Robot
+from gaitopt.robot.reading import read_robot
+from gaitopt.view.inspection import inspect_robot
+from gaitopt.view.inspection_tables import sections
 
 LEG = ("ankle_roll", "ankle_pitch", "knee", "hip_pitch", "hip_roll", "hip_yaw")
 QUARTER = "1.5707963267948966"
@@ -181,9 +186,9 @@ def _mimic(root):
     [
         (_seventh_joint, r"has 7 joints of its own; gaitopt needs .*: \w+_seventh, \w+_hip_yaw"),
         (edits(_knees("fixed"), add_toes()), r"has 5 joints of its own; gaitopt needs two legs"),
-        (_knees("fixed"), r"_sole' has 5 joints of its own; .*ankle_pitch, \w+_ankle_roll$"),
-        (_knees("prismatic"), r"joint '\w+_knee' of a leg is prismatic; gaitopt needs two legs of"),
-        (_knees("continuous"), r"joint '\w+_knee' of a leg is continuous \(without a range\)"),
+        (_knees("fixed"), r"_sole' has 5 joints of its own; .*ankle_pitch, \w+_ankle_roll; the"),
+        (_knees("prismatic"), r"joint '\w+_knee' is prismatic; gaitopt needs two legs of six"),
+        (_knees("continuous"), r"joint '\w+_knee' is continuous \(without a range\)"),
         (_knees("planar"), r"^line \d+: joint '\w+_knee': its type is planar; only revolute"),
         (_mimic, r"^line \d+: joint 'left_knee': it mimics joint 'right_knee', which is not"),
     ],
@@ -193,9 +198,172 @@ def test_legs_that_cannot_walk_are_named(edit, message):
         Robot.from_urdf(edited_urdf(edit))
 
 
-def test_a_robot_with_one_leg_asks_for_the_feet():
-    def edit(root):
-        joint(root, "left_hip_yaw").find("origin").set("xyz", "0 0.06 0.2")
+def _said_of(edit, **choices):
+    with pytest.raises(RobotError) as caught:
+        Robot.from_urdf(edited_urdf(edit), choices=Choices(**choices))
+    return str(caught.value)
 
-    with pytest.raises(RobotError, match=r"no two legs were found: .*name the feet"):
-        Robot.from_urdf(edited_urdf(edit))
+
+def _shifted(name: str, xyz: str):
+    return lambda root: joint(root, name).find("origin").set("xyz", xyz)
+
+
+@pytest.mark.parametrize("others", [[], [add_arms(7)], [add_arms(6)]])
+@pytest.mark.parametrize(
+    ("name", "xyz", "fault"),
+    [
+        ("left_hip_yaw", "0 0.06 0.2", r"'(right|left)_hip_yaw' lies 200.0 mm away"),
+        ("right_knee", "0 0 -0.35", r"'(right|left)_knee' lies 50.0 mm away .*_hip_pitch' and '"),
+    ],
+)
+def test_unequal_legs_are_named_whatever_else_would_do(name, xyz, fault, others):
+    told = _said_of(edits(_shifted(name, xyz), *others))
+    assert re.search(rf"^the legs are not mirror images: {fault}", told)
+    assert "arm" not in told
+
+
+def test_nameless_legs_are_a_pair_where_they_nearly_mirror():
+    names = rename({"left_": "", "right": "r"})
+    told = _said_of(edits(_shifted("right_knee", "0 0 -0.35"), names))
+    assert re.search("'(r_)?knee' lies 50.0 mm away from the mirror image of '(r_)?knee'", told)
+
+
+def test_a_posture_that_bends_one_leg_is_named():
+    told = _said_of(add_arms(7), posture={"right_knee": 1.5})
+    assert "bends the legs unequally: 'left_knee' stands at 0 rad, its partner 'right_kn" in told
+    assert "at 1.5 rad" in told
+
+
+def _four_legs(root):
+    for name, x in (("front", 0.3), ("hind", -0.3)):
+        for side, y in (("left", 0.1), ("right", -0.1)):
+            parent, xyz = "torso", f"{x} {y} 0"
+            for k in range(3):
+                link_name = f"{name}_{side}_{k}"
+                add_link(root, link_name, 0.5)
+                add_joint(root, f"{link_name}_joint", parent, link_name, xyz=xyz)
+                parent, xyz = link_name, "0 0 -0.5"
+
+
+def test_four_legs_are_counted():
+    told = _said_of(_four_legs)
+    assert "two legs were found: four chains of 3 joints each reach equally low, down to" in told
+    assert all(f"'{a}_{b}_2'" in told for a in ("front", "hind") for b in ("left", "right"))
+    assert told.endswith('name its feet: feet = ["RIGHT", "LEFT"] in the file for --choices '
+                         "(in Python, feet)")  # fmt: skip
+
+
+def _no_legs(root):
+    for side in ("left", "right"):
+        joint(root, f"{side}_hip_yaw").set("type", "fixed")
+        for part in ("hip_roll", "hip_pitch", "knee", "ankle_pitch", "ankle_roll"):
+            joint(root, f"{side}_{part}").set("type", "fixed")
+
+
+def test_arms_are_not_called_legs():
+    told = _said_of(edits(_no_legs, add_arms(7)))
+    assert "the chain that ends in 'left_arm_6' has 7 joints of its own; gaitopt needs two" in told
+    assert "if they are arms, the robot shows no legs" in told
+    assert "leg that ends" not in told
+
+
+def _fingers(root):
+    for side in ("left", "right"):
+        for k in range(2):
+            name = f"{side}_finger_{k}"
+            add_link(root, name, 0.05)
+            add_joint(root, name, f"{side}_arm_4", name, xyz=f"0 {0.02 * k} -0.05")
+            joint(root, name).append(ET.Element("mimic", joint=f"{side}_arm_joint_4"))
+
+
+def test_fingers_that_mimic_are_no_legs():
+    told = _said_of(edits(_no_legs, add_arms(5), _fingers))
+    assert told.startswith("no two legs were found: four chains, the longest, of 6 joints, end in")
+    assert "follow other joints (<mimic>), as fingers do" in told
+
+
+@pytest.mark.parametrize("rpy", ["0.05 0 0", "0.3 0.2 0.9", "-0.4 0 0.3", "1.2 0.5 -2"])
+def test_up_is_told_from_the_legs_of_a_tilted_root(robot, rpy):
+    tilted = edited_urdf(edits(new_root(rpy), _on_spheres if rpy == "0.05 0 0" else _as_it_is))
+    turned = Robot.from_urdf(tilted)
+    R = pin.rpy.rpyToMatrix(*map(float, rpy.split()))
+    np.testing.assert_allclose(turned.choices.up, R[:, 2], atol=1e-9)
+    np.testing.assert_allclose(pelvis(turned), pelvis(robot), atol=1e-9)
+    assert relative_error(effort(turned), effort(robot)) < 1e-8
+    assert "guessed: the root link is tilted by" in said(turned, "heading")
+    assert Robot.from_urdf(turned.urdf, choices=turned.choices).model == turned.model
+
+
+def _as_it_is(root):
+    pass
+
+
+def _on_spheres(root):
+    """Four small balls under each foot in place of its shape, as many robots have."""
+    for side in ("left", "right"):
+        foot = link(root, f"{side}_foot")
+        for shape in foot.findall("collision"):
+            foot.remove(shape)
+        for x in (-0.072, 0.132):
+            for y in (-0.063, 0.063):
+                foot.append(
+                    ET.fromstring(
+                        f"<collision><origin xyz='{x} {y} -0.1'/>"
+                        "<geometry><sphere radius='0.005'/></geometry></collision>"
+                    )
+                )
+
+
+def test_a_pitched_root_is_told_with_the_up_that_would_right_it(robot):
+    tilted = edited_urdf(edits(new_root("0 0.0873 0"), _on_spheres))
+    found = Robot.from_urdf(tilted)
+    assert "is tilted by 5.00 degrees in the reference posture" in said(found, "sole")
+    up = re.search(r"the root link that is tilted: up = \[(.*?)\]", said(found, "sole"))
+    given = Choices(up=tuple(float(n) for n in up[1].split(",")))
+    righted = Robot.from_urdf(tilted, choices=given)
+    assert "tilted" not in said(righted, "sole")
+    np.testing.assert_allclose(pelvis(righted), pelvis(robot), atol=1e-5)
+
+
+def test_a_posture_that_tilts_the_feet_too_far_is_refused():
+    bent = {"left_knee": 1.5, "right_knee": 1.5}
+    told = _said_of(_on_spheres, posture=bent)
+    assert "the sole of the right foot is tilted by 85.9 degrees in the reference posture" in told
+    assert "[posture]" in told
+    level = {"hip_pitch": -0.3, "knee": 0.6, "ankle_pitch": -0.3}
+    angles = {f"{side}_{name}": a for name, a in level.items() for side in ("left", "right")}
+    assert Robot.from_urdf(edited_urdf(_on_spheres), choices=Choices(posture=angles)).mass > 0.0
+
+
+def test_spread_arms_are_no_legs_that_lie(robot):
+    def spread(root):
+        for side, sign in (("left", 1.0), ("right", -1.0)):
+            for k in range(1, 6):
+                place = joint(root, f"{side}_arm_joint_{k}").find("origin")
+                place.set("xyz", f"0.01 {0.1 * sign} 0.02")
+
+    told = _said_of(edits(_no_legs, add_arms(6), spread, new_root("0.3 0.2 0.9")))
+    assert told.startswith("no two legs were found: two chains, the longest, of 6 joints, end in")
+
+
+def test_legs_that_lie_without_soles_ask_for_up(robot):
+    def bare(root):
+        for tag in ("visual", "collision"):
+            for element in root.findall("link"):
+                for shape in element.findall(tag):
+                    element.remove(shape)
+
+    lying = edits(new_root("0.3 0.2 0.9"), bare)
+    told = _said_of(lying)
+    assert "mirror each other, but no soles show which way is up" in told
+    assert "up = [X, Y, Z]" in told
+
+
+def test_other_joints_that_mimic_are_told_in_one_line():
+    text = edited_urdf(edits(add_arms(5), _fingers))
+    reading = read_robot(read_source(text), Choices())
+    (told,) = [p for p in reading.problems if p.kind == "mimic"]
+    assert told.text.startswith("4 joints outside the legs mimic others; they are locked")
+    assert "'left_finger_0', " in told.text
+    shown = {s.title: s.rows for s in sections(inspect_robot(text, Choices()))}
+    assert shown["Odd in the file"] == ((str(told.line), told.text),)

@@ -124,6 +124,44 @@ def test_overrides_replace_limits_by_pattern(robot):
     assert "given: *_ankle_roll: torque 33 N·m (2 joints)" in said(changed)
 
 
+@pytest.mark.parametrize(
+    ("overrides", "message"),
+    [
+        ([LimitOverride("*knee*", lower=5.0)], "with the lower given there, the range of joint "
+         r"'left_knee' is from lower = 5 rad to upper = 2\.6 rad; lower must be below upper"),
+        ([LimitOverride("*", lower=0.5), LimitOverride("*_knee", upper=0.3)],
+         r"limits of '\*': .* 'left_knee' is from lower = 0\.5 rad to upper = 0\.3 rad"),
+    ],
+)  # fmt: skip
+def test_an_end_beyond_the_other_of_the_file_is_refused(robot, overrides, message):
+    with pytest.raises(RobotError, match=message):
+        Robot.from_urdf(robot.urdf, choices=Choices(limits=overrides))
+
+
+def test_only_the_last_of_many_overrides_counts(robot):
+    overrides = (LimitOverride("*knee", lower=5.0), LimitOverride("*knee", lower=0.3))
+    changed = Robot.from_urdf(robot.urdf, choices=Choices(limits=overrides))
+    assert changed.limits.lower[rows(changed, "knee")].tolist() == [0.3, 0.3]
+
+
+def test_ranges_in_degrees_are_told():
+    turned = {"hip_yaw": (-60, 40), "hip_roll": (-45, 35), "hip_pitch": (-120, 30)}
+    turned |= {"knee": (-5, 150), "ankle_pitch": (-50, 30), "ankle_roll": (-20, 20)}
+    mirrored = ("hip_yaw", "hip_roll", "ankle_roll")
+
+    def edit(root):
+        for name, (lower, upper) in turned.items():
+            set_limit(f"left_{name}", lower=lower, upper=upper)(root)
+            ends = (-upper, -lower) if name in mirrored else (lower, upper)
+            set_limit(f"right_{name}", lower=ends[0], upper=ends[1])(root)
+
+    told = [line for line in said(Robot.from_urdf(edited_urdf(edit))) if "degrees" in line]
+    text = "-20 to 20 rad, are more than a turn; are ranges of the file in degrees?"
+    assert len(told) == 1
+    assert told[0].startswith("warning: 12 joints: ranges as that of 'right_ankle_roll', ")
+    assert text in told[0]
+
+
 def test_a_pattern_without_a_joint_is_refused(robot):
     choices = Choices(limits=(LimitOverride("*_nee", torque=1.0),))
     with pytest.raises(RobotError, match=r"no joint matches '\*_nee'; the joints are: left_"):

@@ -138,8 +138,12 @@ def test_mjcf_limits_come_from_classes_and_actuators():
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ("mass='2'", "mass='-2'", r"line 7: body 'leg': its mass is -2 kg .* none may be below 0"),
-        ("'0.1 0.1 0.15'", "'0.1 -0.1 0.15'", r"body 'leg': .*principal moments are \[0.1, -0.1"),
+        ("mass='2'", "mass='-2'", "line 7: body 'leg': the mass is -2 kg; it must be above 0"),
+        (
+            "'0.1 0.1 0.15'",
+            "'0.1 -0.1 0.15'",
+            "line 7: body 'leg': .*principal moments are -0.1, 0.1",
+        ),
         ("mass='2'", "", r"body 'leg': no mass is given; add it \[kg\]"),
         ("axis='1 0 0'", "axis='0 0 0'", "joint 'roll': its axis is 0 0 0; it needs a direction"),
         (
@@ -152,7 +156,11 @@ def test_mjcf_limits_come_from_classes_and_actuators():
             "<body name='ball'><freejoint/>",
             "line 5: body 'pelvis': several bodies move in the world: 'ball'",
         ),
-        ("<body name='leg'", "<body name='pelvis'", "the MJCF file cannot be read"),
+        (
+            "<body name='leg'",
+            "<body name='pelvis'",
+            r"line 6: body 'pelvis': another body .*line 5",
+        ),
         (
             "class='hip'/>",
             "class='knee'/>",
@@ -196,7 +204,7 @@ def with_parts(folder, **changes):
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"mass": "-2"}, "line 6 of 'parts/leg.xml': body 'leg': its mass is -2 kg"),
+        ({"mass": "-2"}, "line 6 of 'parts/leg.xml': body 'leg': the mass is -2 kg"),
         ({"axis": "0 0 0"}, "line 8 of 'parts/leg.xml': joint 'yaw': its axis is 0 0 0"),
         ({"kind": "knee"}, "line 8 of 'parts/leg.xml': joint 'yaw': its class 'knee' is not"),
         ({"more": "</body>"}, "the included file 'parts/leg.xml' is not well-formed XML: line 9"),
@@ -218,7 +226,7 @@ def test_what_is_wrong_in_an_included_file_is_found_there(tmp_path, changes, mes
 def test_lines_are_those_of_the_file(tmp_path):
     path = with_parts(tmp_path)
     path.write_text(MAIN.replace("mass='3'", "mass='x'"), encoding="utf-8")
-    with pytest.raises(RobotError, match=r"^line 4: body 'pelvis': mass is 'x'"):
+    with pytest.raises(RobotError, match=r"^line 4: body 'pelvis': the inertial's mass is 'x'"):
         read_source(path)
 
 

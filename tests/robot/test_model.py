@@ -136,6 +136,18 @@ def test_text_that_is_no_urdf_is_refused(text):
         Robot.from_urdf(text)
 
 
+@pytest.mark.parametrize("thing", [None, 3, b"abc"])
+def test_what_is_neither_text_nor_path_is_refused(thing):
+    kind = type(thing).__name__
+    with pytest.raises(RobotError, match=rf"of type {kind}; give the text of a URDF \(str\) or"):
+        Robot.from_urdf(thing)
+
+
+def test_the_root_is_no_foot():
+    with pytest.raises(RobotError, match=r"ends in 'the root' has 0 joints .* six revolute joints"):
+        Robot.from_urdf(urdf_text(biped13()), stance_sole="torso", swing_sole="left_sole")
+
+
 def test_a_missing_file_is_named(tmp_path):
     with pytest.raises(RobotError, match=r"cannot read the URDF '.*none.urdf': no such file"):
         Robot.from_urdf(tmp_path / "none.urdf")

@@ -238,6 +238,16 @@ def test_feet_without_a_flat_part_ask_for_a_sole(text):
         found(text)
 
 
+def test_a_foot_on_its_edge_is_told_by_its_angle():
+    with pytest.raises(
+        RobotError, match=r"lower face is tilted by 17\.19 degrees, say which .* up"
+    ):
+        found(box("0.2 0.1 0.04", rpy="0 0.3 0"))
+    with pytest.raises(RobotError) as caught:
+        found(box("0.02 0.02 0.02"))
+    assert "tilted" not in str(caught.value)
+
+
 coordinate = st.floats(-0.2, 0.2).map(lambda v: round(v, 4))
 clouds = st.lists(st.tuples(coordinate, coordinate), min_size=3, max_size=12).map(np.array)
 

@@ -100,5 +100,5 @@ def test_a_moved_joint_is_named(robot):
     points, axes = lines(robot)
     moved = points.copy()
     moved[robot.joint_names.index("left_knee")] += [0.01, 0.0, 0.0]
-    with pytest.raises(RobotError, match=r"'right_knee' mirrors to a line 0.01 .*'left_knee'"):
+    with pytest.raises(RobotError, match=r"'right_knee' mirrors to a line 10 mm .*'left_knee'"):
         leg_exchange(robot.joint_names, moved, axes, OUTWARD)

@@ -202,7 +202,73 @@ def test_links_that_weigh_nothing_are_told(inertial):
     (problem,) = checked(text)
     assert (problem.kind, problem.name) == ("massless", "arm")
     assert "link 'arm': a joint moves it, but it has no mass" in str(problem)
-    refuse_unsound(read_source(text).model(), [problem])
+    assert Robot.from_urdf(text).mass == pytest.approx(Robot.from_urdf(edited_urdf(_same)).mass)
+
+
+def _same(root):
+    """An edit of nothing."""
+
+
+def without_inertia(*names):
+    """An edit that leaves links without mass; all of them if none is named."""
+
+    def edit(root):
+        for element in root.findall("link"):
+            inertial = element.find("inertial")
+            if inertial is not None and (not names or element.get("name") in names):
+                element.remove(inertial)
+
+    return edit
+
+
+FEET = ("left_foot", "right_foot")
+
+
+@pytest.mark.parametrize(
+    ("names", "message"),
+    [
+        ((), "joint 'left_hip_yaw' moves no mass: .* so on for 9 more.*give the links of the legs"),
+        (FEET, r"joint 'left_ankle_roll' moves no mass: .*\(the same holds for right_ankle_roll\)"),
+    ],
+)
+def test_a_joint_that_moves_no_mass_is_refused(names, message):
+    with pytest.raises(RobotError, match=message):
+        Robot.from_urdf(edited_urdf(without_inertia(*names)))
+
+
+def test_a_link_without_mass_between_others_is_let_be(robot):
+    light = Robot.from_urdf(
+        edited_urdf(without_inertia("left_hip_roll_link", "right_hip_roll_link"))
+    )
+    assert 0.0 < light.mass < robot.mass - 0.1
+
+
+@pytest.mark.parametrize(("attribute", "value"), [("value", "1e300"), ("ixx", "1e300")])
+def test_numbers_of_no_robot_are_refused(attribute, value, capfd):
+    text = re.sub(rf'\b{attribute}="[^"]*"', f'{attribute}="{value}"', urdf_text(biped13()))
+    with pytest.raises(
+        RobotError, match=r"the trunk: its mass is .* on describe no robot; correct"
+    ):
+        Robot.from_urdf(text)
+    assert capfd.readouterr().err == ""
+
+
+def test_a_chain_of_too_many_joints_is_refused():
+    parts = ["<link name='l0'/>"]
+    for k in range(1, 400):
+        ends = f"<parent link='l{k - 1}'/><child link='l{k}'/>"
+        kind = "fixed" if k <= 50 else "continuous"
+        parts.append(f"<link name='l{k}'/><joint name='j{k}' type='{kind}'>{ends}</joint>")
+    with pytest.raises(RobotError, match="has 349 joints that move; at most 300 can be read; make"):
+        checked(f"<robot name='snake'>{''.join(parts)}</robot>")
+
+
+def test_a_robot_without_a_name_is_refused_by_its_line():
+    text = urdf_text(biped13()).replace(' name="biped13"', "", 1)
+    with pytest.raises(
+        RobotError, match=r"^line \d+: <robot> has no name; give it one, as <robot n"
+    ):
+        checked(text)
 
 
 def test_a_massless_link_that_carries_a_heavy_one_is_sound():

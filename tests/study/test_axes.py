@@ -35,6 +35,21 @@ def test_what_is_no_range_is_refused(text):
         parse_axis("speed", text)
 
 
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda: parse_axis("speed", [1, 2]),
+        lambda: parse_axis(3, "0.4:1.3:0.05"),
+        lambda: Axis("speed", ("fast",)),
+        lambda: Axis("speed", 1.0),
+        lambda: Axis(None, (1.0,)),
+    ],
+)
+def test_values_of_another_kind_are_refused(make):
+    with pytest.raises(InputError, match=r"speed|by its name"):
+        make()
+
+
 def test_each_quantity_is_listed_once():
     with pytest.raises(InputError, match="there is no quantity 'foo'") as refused:
         Axis("foo", (1.0,))

@@ -1,4 +1,5 @@
 import os
+import shutil
 import signal
 import socket
 import subprocess
@@ -16,7 +17,7 @@ pytest.importorskip("distributed", reason="the extra 'cluster' is not installed"
 pytestmark = pytest.mark.filterwarnings("ignore")  # what Dask says while workers die is its own
 
 from gaitopt.study import cluster  # noqa: E402
-from gaitopt.study.cluster import joined_crew, local_crew  # noqa: E402
+from gaitopt.study.cluster import LaterCrew, joined_crew, local_crew  # noqa: E402
 
 
 def costs(library):
@@ -92,6 +93,40 @@ def test_local_workers_take_no_port_for_a_dashboard():
         crew.close()
 
 
+def test_workers_are_started_for_the_first_job_only(robot, swept, tmp_path):
+    begun = []
+    crew = LaterCrew(1, lambda: begun.append(1))
+    assert crew.room >= 1
+    directory = shutil.copytree(swept.directory, tmp_path / "lib")
+    sweep(robot, quick_task(), [SPEEDS], directory, QUICK, crew=crew)
+    assert begun == []
+    (directory / "gaits" / "speed=1.npz").unlink()
+    sweep(robot, quick_task(), [SPEEDS], directory, QUICK, crew=crew)
+    assert begun == [1]
+    assert (directory / "gaits" / "speed=1.npz").exists()
+
+
+@pytest.mark.skipif(os.name != "posix", reason="process groups are POSIX")
+@pytest.mark.parametrize("everybody", [False, True])
+def test_ctrl_c_while_workers_start_is_one_message(tmp_path, everybody):
+    command = "from gaitopt.cli import main; main()"
+    process = subprocess.Popen(
+        [sys.executable, "-c", command, "sweep", "--speeds", "0.6:1.3:0.05", "--workers", "2",
+         "-o", str(tmp_path / "lib")],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True,
+    )  # fmt: skip
+    first = process.stderr.readline()
+    time.sleep(0.5)  # amid the start, which takes longer
+    (os.killpg if everybody else os.kill)(process.pid, signal.SIGINT)
+    out, said = process.communicate(timeout=90)
+    assert first.startswith("starting workers: ")
+    assert process.returncode == 130
+    assert said.startswith("error: interrupted; 0 gaits")
+    assert (len(said.splitlines()), out) == (1, "")
+
+
 def test_no_workers_are_too_few():
     with pytest.raises(InputError, match="0 workers are too few"):
         local_crew(0)
+    with pytest.raises(InputError, match="-1 workers are too few"):
+        LaterCrew(-1, lambda: None)

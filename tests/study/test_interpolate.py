@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import pytest
 from sweeps import QUICK
 
@@ -5,7 +7,7 @@ from gaitopt.design.audit import audit
 from gaitopt.design.options import DesignOptions
 from gaitopt.errors import GaitFileError, InputError
 from gaitopt.solvers import solver_by_name
-from gaitopt.study.interpolate import interpolate
+from gaitopt.study.interpolate import interpolate, stored_point
 from gaitopt.study.library import open_library
 
 
@@ -26,6 +28,20 @@ def test_at_a_point_it_is_the_gait_of_the_library(swept):
     cost = next(row["cost"] for row in swept.rows if row["speed"] == 1.05)
     assert found.design.solution.cost == pytest.approx(cost, rel=1e-8)
     assert found.sources == ("speed=1.05",)
+
+
+def test_a_stored_point_is_known_and_not_called_interpolated(swept):
+    assert stored_point(swept, {"speed": 1.05}) == (2,)
+    assert stored_point(swept, {"speed": 1.06}) is None
+    found = interpolate(swept, {"speed": 1.05}, QUICK)
+    assert found.plain is not None
+    assert found.sentence.startswith("the stored gait ")
+
+
+def test_rounding_is_no_violation(swept):
+    found = interpolate(swept, {"speed": 0.98}, QUICK)
+    exact = replace(found, plain=replace(found.plain, violation=1e-11))
+    assert exact.sentence == "plain interpolation of the parameters keeps every limit"
 
 
 @pytest.mark.parametrize(

@@ -19,7 +19,7 @@ from gaitopt.gait.result_file import load_gait
 from gaitopt.robot.generated.presets import biped13
 from gaitopt.solvers import solver_by_name
 from gaitopt.study.axes import Axis
-from gaitopt.study.index import CERTIFIED, INFEASIBLE
+from gaitopt.study.index import CERTIFIED, INFEASIBLE, NOT_COMPUTED, awaited_row, write_index
 from gaitopt.study.jobs import TRAVEL
 from gaitopt.study.library import open_library
 from gaitopt.study.sweep import sweep
@@ -58,6 +58,15 @@ def test_the_index_opens_as_parquet(swept):
     assert table["cost"].to_pylist() == [row["cost"] for row in swept.rows]
 
 
+def test_a_parquet_index_without_gaits_has_its_columns(tmp_path):
+    parquet = pytest.importorskip("pyarrow.parquet", reason="the extra 'tables' is not installed")
+    write_index([awaited_row({"speed": 0.8}), awaited_row({"speed": 0.9})], tmp_path)
+    table = parquet.read_table(tmp_path / "index.parquet")
+    assert table["speed"].to_pylist() == [0.8, 0.9]
+    assert str(table.schema.field("cost").type) == "double"
+    assert str(table.schema.field("origin").type) == "string"
+
+
 def test_slopes_foretell_the_next_cost(swept):
     """Along a branch: of neighbours one of which came from the other."""
     followed = 0
@@ -87,11 +96,32 @@ def test_an_interrupted_sweep_goes_on_and_computes_nothing_twice(robot, swept, t
 
 
 def test_a_library_is_not_mixed_with_another(robot, swept):
-    with pytest.raises(InputError, match=r"margins friction is 0\.7, asked for is 0\.6"):
+    with pytest.raises(InputError, match=r"limit friction is 0\.7, asked for is 0\.6"):
         sweep(robot, quick_task(friction=0.6), [SPEEDS], swept.directory, QUICK)
     other = Axis("speed", (0.95, 1.0))
-    with pytest.raises(InputError, match="its axes speed is"):
+    with pytest.raises(InputError, match="its values of speed are"):
         sweep(robot, quick_task(), [other], swept.directory, QUICK)
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"axes": SPEEDS}, "give a list of Axis"),
+        ({"axes": ["speed"]}, "give a list of Axis"),
+        ({"axes": 3}, "give a list of Axis"),
+        ({"robot": None}, "robot is None, .* give a Robot"),
+        ({"task": "fast"}, "task is 'fast', .* give a Task"),
+        ({"crew": 3}, "crew is 3, .* give a Crew"),
+        ({"directory": 3}, "directory is 3, .* give a path"),
+        ({"options": 3}, "options is 3, .* give DesignOptions"),
+        ({"spec": "biped13"}, "spec is 'biped13', .* give a BipedSpec"),
+    ],
+)
+def test_what_cannot_be_swept_is_refused(robot, tmp_path, changes, said):
+    good = {"robot": robot, "task": quick_task(), "axes": [SPEEDS], "directory": tmp_path / "l"}
+    with pytest.raises(InputError, match=said):
+        sweep(**(good | changes))
+    assert not (tmp_path / "l").exists()
 
 
 def test_a_directory_with_other_things_is_left_alone(robot, tmp_path):
@@ -215,7 +245,13 @@ def test_a_library_can_be_read_while_it_is_made(robot, tmp_path):
     with pytest.raises(KeyboardInterrupt):
         sweep(robot, quick_task(), [SPEEDS], tmp_path / "l", QUICK, crew=Counting(most=2))
     library = open_library(tmp_path / "l")
-    assert library.rows == []
+    assert [row["status"] for row in library.rows] == 4 * [NOT_COMPUTED]
+    with (library.directory / "index.csv").open() as file:
+        lines = list(csv.DictReader(file))
+    assert [(line["speed"], line["status"]) for line in lines] == [
+        (str(speed), NOT_COMPUTED) for speed in SPEEDS.values
+    ]
+    assert {"cost", "kkt", "slope.speed", "origin"} < set(lines[0])
     assert sum(f is not None for f in library.state.footings.values()) == 2
 
 

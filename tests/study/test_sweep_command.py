@@ -1,10 +1,20 @@
 """`gaitopt sweep` and `gaitopt library`."""
 
+import io
+import shutil
+from dataclasses import replace
+
 import pytest
+from rich.console import Console
+from sweeps import QUICK as LESS
+from sweeps import SPEEDS, Counting, quick_task
 from typer.testing import CliRunner
 
+from gaitopt.cli import crew as crew_module
 from gaitopt.cli.app import app
-from gaitopt.gait.result_file import load_gait
+from gaitopt.gait.result_file import load_gait, save_gait
+from gaitopt.study.axes import Axis
+from gaitopt.study.sweep import sweep
 
 QUICK = ["--solver", "sqp", "--no-refine", "--samples", "15"]
 
@@ -72,6 +82,86 @@ def test_a_gait_between(made, tmp_path):
     assert result.exit_code == 0, result.stderr
     assert "plain interpolation of the parameters" in result.stdout
     assert load_gait(file).speed == pytest.approx(1.02)
+
+
+def test_at_a_stored_place_it_is_the_stored_gait(made, tmp_path):
+    file = tmp_path / "stored.npz"
+    kept = made[0] / "gaits" / "speed=1.05,duration=0.42.npz"
+    gait = load_gait(kept)
+    proof = {**gait.fact("certificate"), "certified": True}
+    directory = shutil.copytree(made[0], tmp_path / "lib")
+    save_gait(replace(gait, meta={**gait.meta, "certificate": proof}),
+              directory / "gaits" / kept.name)  # fmt: skip
+    where = ["--at", "speed=1.05", "--at", "duration=0.42", "-o", file]
+    result = run("library", directory, *where)
+    assert result.exit_code == 0, result.stderr
+    said = "the stored gait of speed=1.05,duration=0.42; nothing was interpolated"
+    assert said in result.stdout.splitlines()
+    assert load_gait(file).q == pytest.approx(gait.q, abs=0.0)
+    assert "is not certified; designed again from there" in run("library", made[0], *where).stdout
+
+
+def test_a_value_given_twice_is_refused(made):
+    twice = run("library", made[0], "--at", "speed=1.0", "--at", "speed=1.05")
+    assert twice.exit_code == 2
+    assert "--at gives speed twice" in twice.stderr
+
+
+def test_missing_gaits_are_listed_and_made_anew(made, tmp_path):
+    directory = shutil.copytree(made[0], tmp_path / "lib")
+    (directory / "gaits" / "speed=1,duration=0.4.npz").unlink()
+    shown = run("library", directory).stdout
+    assert "file missing" in shown
+    assert "1 gait has no usable file, see status; give the command of the sweep again" in shown
+    again = run("sweep", "--speeds", "1.0,1.05", "--grid", "duration=0.4,0.42", *QUICK,
+                "-o", directory)  # fmt: skip
+    said = again.stdout.splitlines()
+    assert said[0] == "made anew: gaits/speed=1,duration=0.4.npz (file missing)"
+    assert again.exit_code == 0
+    assert "file missing" not in run("library", directory).stdout
+
+
+def test_an_interrupted_library_lists_what_is_to_come(robot, tmp_path):
+    with pytest.raises(KeyboardInterrupt):
+        sweep(robot, quick_task(), [SPEEDS], tmp_path / "l", LESS, crew=Counting(most=2))
+    shown = run("library", tmp_path / "l", "--columns", "status,cost")
+    assert shown.exit_code == 0, shown.stderr
+    assert shown.stdout.count("not computed") == 5
+    assert "0 of 0 gaits; 4 of 4 points are not computed yet" in shown.stdout
+    assert run("library", tmp_path / "l", "--where", "cost<4000").exit_code == 0
+
+
+def test_a_library_made_in_python_goes_on(robot, swept):
+    words = ["--speeds", "0.95:1.1:0.05", *QUICK, "-o", swept.directory]
+    went_on = run("sweep", *words)
+    assert went_on.exit_code in (0, 1), went_on.stderr
+    assert went_on.stdout.startswith("all 4 were there; nothing was computed")
+    other = run("sweep", *words, "--robot", "paper")
+    assert other.exit_code == 2
+    assert "it is of the robot 'biped13', asked for is 'paper'" in other.stderr
+
+
+@pytest.mark.parametrize(
+    ("wanted", "points", "got"), [(40, 4, 2), (2, 1, 1), (2, 9, 2), (10**6, 10**5, 2)]
+)
+def test_workers_are_no_more_than_there_is_use_for(monkeypatch, wanted, points, got):
+    pytest.importorskip("distributed", reason="the extra 'cluster' is not installed")
+    monkeypatch.setattr(crew_module, "processors", lambda: 2)
+    axes = [Axis("speed", tuple(0.5 + 1e-5 * i for i in range(points)))]
+    errors = Console(file=io.StringIO())
+    crew = crew_module.make_crew({"workers": wanted}, axes, errors, quiet=False)
+    crew._on_start()
+    said = errors.file.getvalue()
+    assert said.startswith(f"starting workers: {got}")
+    assert (f"not {wanted}" in said) is (wanted != got)
+
+
+def test_a_path_keeps_its_capitals(tmp_path):
+    file = tmp_path / "Camel"
+    file.write_text("x")
+    refused = run("sweep", "--speeds", "1", "-o", file)
+    assert refused.exit_code == 2
+    assert f"'{file}' is a file" in refused.stderr
 
 
 @pytest.mark.parametrize(

@@ -4,6 +4,7 @@ import pytest
 from gaitopt.errors import InputError
 from gaitopt.study.axes import _MARGINS, _TASK
 from gaitopt.view.branches import branch_cuts
+from gaitopt.view.figure_style import styled
 from gaitopt.view.library_figures import _UNITS, _figure, write_library_figure
 
 SPEEDS = (0.8, 0.9, 1.0, 1.1, 1.2)
@@ -50,6 +51,18 @@ def test_the_panels_tell_units_and_whose_motors_they_show():
     assert alone.axes[1].get_title(loc="left") == "Motors of a leg"
     assert alone.get_supxlabel() == ""
     assert set(_UNITS) >= {*_TASK, *_MARGINS}
+
+
+def test_the_legends_stand_beside_their_panels():
+    with styled():
+        figure = _figure(library(), ["speed", "friction"])
+        figure.draw_without_rendering()
+        left, right = figure.axes
+        for panel in (left, right):
+            words = panel.get_legend().get_window_extent()
+            assert words.x0 >= panel.get_window_extent().x1 - 1.0  # pixel
+            assert words.x1 <= figure.bbox.x1
+        assert left.get_legend().get_window_extent().x1 < right.get_window_extent().x0
 
 
 def test_what_cannot_be_drawn_is_refused(tmp_path):

@@ -32,6 +32,11 @@ def test_its_words_are_those_of_the_template(page):
     assert printed_table() in page
 
 
+def test_its_command_gives_its_costs(page):
+    """They are those at the samples; refined, the walk costs more."""
+    assert "gaitopt optimise --robot paper --speed 0.7 --no-refine" in page
+
+
 def test_its_figures_are_there(page):
     files = {path.stem for path in (DOCS / IMAGES).glob("*.png")}
     assert files == set(REPRODUCTION_FIGURES)

@@ -7,7 +7,7 @@ reference posture, so that one rectangle serves both.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pinocchio as pin
@@ -15,6 +15,7 @@ import pinocchio as pin
 from gaitopt.errors import RobotError
 from gaitopt.nlp import Array
 from gaitopt.robot.choices import Choices, Placement
+from gaitopt.robot.feet.drop import drop_doubts
 from gaitopt.robot.feet.found import FoundSole
 from gaitopt.robot.feet.rectangles import Rectangle, common_rectangle
 from gaitopt.robot.feet.sole import Sole
@@ -89,7 +90,8 @@ def choose_soles(
         stance.places[1].actInv(mirror_placement(level)),
     )
     names = free_names(stance.model)
-    return _finish(stance, names, placements, face, choices, lost, added=True)
+    soles = _finish(stance, names, placements, face, choices, lost, added=True)
+    return replace(soles, findings=(*soles.findings, *drop_doubts(stance, face, choices.sole_drop)))
 
 
 def free_names(model: pin.Model) -> tuple[str, str]:

@@ -10,12 +10,14 @@ from scipy.spatial import ConvexHull, QhullError
 
 from gaitopt.errors import RobotError
 from gaitopt.nlp import Array
+from gaitopt.robot.feet.level import lowest_face, tilt
 from gaitopt.robot.feet.shape import FootShape
 from gaitopt.robot.feet.sole import Sole, tidy
 
 _FLATNESS = 2e-3  # m: what lies less than this above the lowest point belongs to the sole
 _SMALLEST = 5e-4  # m²: less is an edge or a stud, not a sole
 _MOST = 0.8  # of the foot's length: a sole shorter than that is told
+_LEANS = 2e-3  # rad: a tilt worth a word
 _CANDIDATES = 120  # edges tried at once
 _ROUNDS = 12  # of refinement, each about the best edges of the last
 _ADVICE = (
@@ -66,7 +68,7 @@ def find_sole(shape: FootShape, upright: Array, ankle: Array) -> FoundSole:
             f"no sole was found under the foot: the part within {_FLATNESS * 1e3:g} mm of its "
             f"lowest point holds a rectangle of {(toe - heel) * 1e3:.1f} x "
             f"{(left - right) * 1e3:.1f} mm only, less than {_SMALLEST * 1e4:g} cm² "
-            f"({shape.how}); {_ADVICE}"
+            f"({shape.how}); {_ADVICE}{_leaning(shape, points)}"
         )
     x, y, z = (float(v) for v in np.asarray(ankle, dtype=float) @ rotation)
     sole = Sole(*(tidy(v) for v in (toe - x, heel - x, left - y, right - y)))
@@ -84,6 +86,20 @@ def find_sole(shape: FootShape, upright: Array, ankle: Array) -> FoundSole:
     if left - right > toe - heel:
         how += "; wider than long: see whether the mesh lies turned, or give the rectangle (sole)"
     return FoundSole(pin.SE3(rotation, origin), sole, how)
+
+
+def _leaning(shape: FootShape, points: Array) -> str:
+    """Say by how much the foot's lower face leans, if it does, and what helps."""
+    down = np.array([0.0, 0.0, -1.0])
+    face = lowest_face(points, shape.radii, down)
+    if face is None or tilt(face, down) < _LEANS:
+        return ""
+    angle = np.degrees(tilt(face, down))
+    return (
+        f"; or, as its lower face is tilted by {angle:.2f} degrees, say which "
+        "direction of the root link is up (up = [X, Y, Z]) or give a posture with flat feet "
+        "([posture]), both in the file for --choices"
+    )
 
 
 def largest_rectangle(points: Array) -> tuple[float, float, float, float]:

@@ -18,13 +18,9 @@ from gaitopt.robot.files.collada import lie_on_side, put_upright, y_up
 from gaitopt.robot.files.meshes import MeshPaths, MeshProblem, first_part
 from gaitopt.robot.files.text_file import read_text
 from gaitopt.robot.files.xml_lines import XmlTree, parse_xml
+from gaitopt.robot.mjcf.check import check_mjcf
 from gaitopt.robot.mjcf.include import whole_mjcf
-from gaitopt.robot.mjcf.parts import (
-    check_mjcf,
-    geometry_mjcf,
-    mjcf_mesh_problems,
-    motion_mjcf,
-)
+from gaitopt.robot.mjcf.parts import geometry_mjcf, mjcf_mesh_problems, motion_mjcf
 from gaitopt.robot.urdf.check import check_urdf
 from gaitopt.robot.urdf.parts import geometry_part, mesh_problems, motion_part
 from gaitopt.robot.urdf.values import UrdfProblem
@@ -167,15 +163,15 @@ def read_source(urdf: str | Path, package_dirs: Collection[str | Path] = ()) -> 
             the file and those that ROS_PACKAGE_PATH and AMENT_PREFIX_PATH name.
 
     Raises:
-        RobotError: the file cannot be read, or what it describes is no robot; see `check_urdf`.
+        RobotError: the file cannot be read, or what it describes is no robot; see `check_urdf` and
+            `check_mjcf`.
     """
     text, path = _text(urdf)
     tree = parse_xml(text)
-    problems: tuple[UrdfProblem, ...] = ()
     file_format = _FORMATS.get(tree.root.tag, "urdf")
     if file_format == "mjcf":
         tree = whole_mjcf(tree, None if path is None else path.parent)
-        check_mjcf(tree)
+        problems = check_mjcf(tree)
         text = tostring(tree.root, encoding="unicode")
     else:
         problems = check_urdf(tree)

@@ -2,23 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
-import pinocchio as pin
 
 from gaitopt.errors import RobotError
 from gaitopt.nlp import Array
 from gaitopt.robot.choices import AXES
-from gaitopt.robot.urdf.values import UrdfProblem
+from gaitopt.robot.legs.alike import mirrored_pairs, unequal_pair
+from gaitopt.robot.legs.refused import SAME_HEIGHT, many_legs, no_legs, no_pair
+from gaitopt.robot.legs.tree import UNMOVED, Tree, foot_name, joint_kind, own_joints, unit
 
-_SAME_HEIGHT = 0.02  # m: feet of a standing robot may differ by this much at its reference posture
 _DOWNWARDS = 0.7  # cosine: from the hips a leg goes down
 _TOE = 0.03  # m: a joint this far ahead of the one before it, and not below it, bends the toes
 _UP_ORDER = ("z", "y", "x", "-z", "-y", "-x")  # the usual one first
-_UNMOVED = ("mimic", "free")  # problems of joints that no motor turns
-_BODY = pin.FrameType.BODY
-_REVOLUTE = ("JointModelRX", "JointModelRY", "JointModelRZ", "JointModelRevoluteUnaligned")
 
 
 @dataclass(frozen=True)
@@ -27,28 +24,18 @@ class Pair:
 
     Attributes:
         legs: joint ids from hip to ankle, of either leg.
-        up: name of the root link's axis that points up.
+        up: upward direction in the root link, shape (3,).
         beyond: joints beyond the ankles (toes).
+        lying: whether the legs hang along no axis of the root link, so that `up` is only roughly
+            known, from hips and ankles.
+        tilt: how up was found where no axis of the root link points up, in words, else empty.
     """
 
     legs: tuple[tuple[int, ...], tuple[int, ...]]
     up: Array
     beyond: tuple[int, ...] = ()
-
-
-@dataclass(frozen=True)
-class Tree:
-    """A model at its reference posture.
-
-    Attributes:
-        model: free-flyer and joints.
-        places: origins of its joints in the root link [m], shape (njoints, 3).
-        problems: that were found in its file.
-    """
-
-    model: pin.Model
-    places: Array
-    problems: tuple[UrdfProblem, ...] = ()
+    lying: bool = False
+    tilt: str = ""
 
 
 def find_legs(tree: Tree, feet: tuple[int, int] | None, up: Array | None) -> Pair:
@@ -66,29 +53,35 @@ def find_legs(tree: Tree, feet: tuple[int, int] | None, up: Array | None) -> Pai
     for axis in axes:
         ends = feet or _lowest_pair(tree, axis)
         if ends is not None and (up is not None or _hangs(tree, ends, axis)):
-            return _checked(tree, ends, axis, trim=feet is None)
+            return _legs(tree, ends, axis, named=feet is not None)
     if feet is not None:
         return _checked(tree, feet, axes[0], trim=False)
-    raise RobotError(
-        "no two legs were found: no two chains of joints end side by side below everything else "
-        "at the reference posture; name the feet in the file for --choices: "
-        'feet = ["RIGHT", "LEFT"] (in Python, feet)'
-    )
+    lying = [pair for pair in mirrored_pairs(tree) if _side_by_side(tree, pair)]
+    if up is not None or len(lying) != 1 or unequal_pair(tree) is not None:
+        raise no_pair(tree)
+    pair = _checked(tree, lying[0], -unit(_downwards(tree, lying[0])), trim=False)
+    return replace(pair, lying=True)
 
 
-def own_joints(model: pin.Model, end: int, other: int) -> list[int]:
-    """Return the joints between the root and a foot that do not carry the other foot too."""
-    shared = set(model.supports[other])
-    return [j for j in model.supports[end] if j > 1 and j not in shared]
+def _legs(tree: Tree, ends: tuple[int, int], up: Array, *, named: bool) -> Pair:
+    if named:
+        return _checked(tree, ends, up, trim=False)
+    crowd = many_legs(tree, ends, up)
+    if crowd is not None:
+        raise crowd
+    try:
+        return _checked(tree, ends, up, trim=True)
+    except RobotError as fault:
+        raise no_legs(tree, ends, fault) from None
 
 
 def _lowest_pair(tree: Tree, up: Array) -> tuple[int, int] | None:
     heights = tree.places @ up
-    leaves = [j for j in range(2, tree.model.njoints) if len(tree.model.children[j]) == 0]
+    leaves = tree.leaves
     if not leaves:
         return None
     first = min(leaves, key=lambda j: float(heights[j]))
-    level = [j for j in leaves if j != first and heights[j] - heights[first] < _SAME_HEIGHT]
+    level = [j for j in leaves if j != first and heights[j] - heights[first] < SAME_HEIGHT]
     if not level:
         return None
     return first, max(level, key=lambda j: _likeness(tree, first, j, up))
@@ -107,9 +100,24 @@ def _across(vector: Array, up: Array) -> Array:
     return np.asarray(vector - (vector @ up) * up)
 
 
-def _hangs(tree: Tree, ends: tuple[int, int], up: Array) -> bool:
+def _side_by_side(tree: Tree, ends: tuple[int, int]) -> bool:
+    """Tell whether two chains run the same way, as legs do and spread arms do not."""
     starts = [own_joints(tree.model, *pair)[0] for pair in (ends, ends[::-1])]
-    down = tree.places[list(ends)].mean(axis=0) - tree.places[starts].mean(axis=0)
+    spans = np.linalg.norm(tree.places[list(ends)] - tree.places[starts], axis=1)
+    return bool(np.linalg.norm(_downwards(tree, ends)) > _DOWNWARDS * spans.mean())
+
+
+def _downwards(tree: Tree, ends: tuple[int, int]) -> Array:
+    """From between the hips to between the ankles [m], shape (3,)."""
+    starts = [own_joints(tree.model, *pair)[0] for pair in (ends, ends[::-1])]
+    return np.asarray(tree.places[list(ends)].mean(axis=0) - tree.places[starts].mean(axis=0))
+
+
+def _hangs(tree: Tree, ends: tuple[int, int], up: Array) -> bool:
+    legs = [own_joints(tree.model, *pair) for pair in (ends, ends[::-1])]
+    if not all(legs):  # one carries the other, or is the root
+        return False
+    down = _downwards(tree, ends)
     return bool(-(down @ up) > _DOWNWARDS * np.linalg.norm(down) > 0.0)
 
 
@@ -134,36 +142,17 @@ def _check_leg(tree: Tree, leg: list[int]) -> None:
     model = tree.model
     names = [model.names[j] for j in leg]
     for joint, name in zip(leg, names, strict=True):
-        for problem in tree.problems:
-            if problem.name == name and problem.kind in _UNMOVED:
-                raise RobotError(f"{problem}; gaitopt needs two legs of six revolute joints each")
-        kind = _kind(model.joints[joint])
+        problem = tree.problem(joint, UNMOVED)
+        if problem is not None:
+            raise RobotError(f"{problem}; gaitopt needs two legs of six revolute joints each")
+        kind = joint_kind(model.joints[joint])
         if kind != "revolute":
             raise RobotError(
-                f"joint '{name}' of a leg is {kind}; gaitopt needs two legs of six revolute "
-                "joints each"
+                f"joint '{name}' is {kind}; gaitopt needs two legs of six revolute joints each"
             )
     if len(leg) != 6:
         end = foot_name(model, leg[-1]) if leg else "the root"
         raise RobotError(
-            f"the leg that ends in '{end}' has {len(leg)} joints of its own; gaitopt needs two "
+            f"the chain that ends in '{end}' has {len(leg)} joints of its own; gaitopt needs two "
             f"legs of six revolute joints each; its joints: {', '.join(names) or 'none'}"
         )
-
-
-def _kind(joint: pin.JointModel) -> str:
-    name = joint.shortname()
-    if name in _REVOLUTE:
-        return "revolute"
-    if name.startswith("JointModelRUB") or "Unbounded" in name:
-        return "continuous (without a range); give it the type revolute and a limit"
-    if name.startswith("JointModelP") and joint.nv == 1:
-        return "prismatic"
-    return f"one with {joint.nv} degrees of freedom"
-
-
-def foot_name(model: pin.Model, joint: int) -> str:
-    """Return the name of the link that a joint moves, of its sole if it is named so."""
-    links = [f.name for f in model.frames if f.parentJoint == joint and f.type == _BODY]
-    soles = [name for name in links if "sole" in name.lower()]
-    return str([*soles, *links, model.names[joint]][0])

@@ -16,6 +16,8 @@ _RANGE_TOLERANCE = 1e-6  # rad
 _ROUNDING = 1e-2  # rad: ranges that differ by less were meant to be mirror images
 _MOST = {"torque": 5000.0, "speed": 50.0}  # N.m, rad/s: larger values stand for "no limit"
 _WIDEST = 2.0 * np.pi  # rad: a range beyond a full turn to either side stands for "no limit"
+_DEGREES = 200.0  # the widest range that a joint of a leg has to one side, if it is in degrees
+_FEWEST = 10.0  # and the least
 _UNITS = {"torque": "N·m", "speed": "rad/s"}
 
 
@@ -110,7 +112,23 @@ def _without_placeholders(
     values["upper"] = np.where(raw.upper > _WIDEST, np.inf, raw.upper)
     wide = np.isinf(values["lower"]) | np.isinf(values["upper"])
     findings += _placeholders(names, "range", raw.upper - raw.lower, wide, "rad")
+    findings = _degrees(names, raw, wide) + findings
     return JointLimits(**values), findings
+
+
+def _degrees(names: tuple[str, ...], raw: JointLimits, wide: NDArray[np.bool_]) -> list[Finding]:
+    """Warn where most ranges are wider than a turn, yet would be those of a leg in degrees."""
+    most = np.maximum(np.abs(raw.lower), np.abs(raw.upper))
+    rows = np.flatnonzero(wide & (most <= _DEGREES) & (most >= _FEWEST))
+    # Placeholders are all alike, and alike to both sides; ranges of a leg are not.
+    if len(rows) <= len(names) // 2 or len({*raw.lower[rows], *-raw.upper[rows]}) < 3:
+        return []
+    row = int(rows[0])
+    text = (
+        f"ranges as that of '{names[row]}', {raw.lower[row]:g} to {raw.upper[row]:g} rad, are "
+        "more than a turn; are ranges of the file in degrees? They must be in rad"
+    )
+    return [Finding("limits", f"{len(rows)} joints", text, "warning")]
 
 
 def _placeholders(

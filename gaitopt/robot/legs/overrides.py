@@ -33,7 +33,7 @@ def override(
         overrides: the later one counts where two match.
 
     Raises:
-        RobotError: a pattern matches no joint with one coordinate.
+        RobotError: a pattern matches no joint with one coordinate, or leaves it an empty range.
     """
     changed, findings = model.copy(), []
     names = [str(n) for n in model.names]
@@ -51,7 +51,25 @@ def override(
         count = "one joint" if len(joints) == 1 else f"{len(joints)} joints"
         text = f"{', '.join(p for p in parts if p)} ({count})"
         findings.append(Finding("limits", entry.joints, text, "given"))
+    _check_ranges(changed, overrides)
     return changed, _joined(findings)
+
+
+def _check_ranges(model: pin.Model, overrides: tuple[LimitOverride, ...]) -> None:
+    """Refuse an end of a range that is beyond the other end, which may be that of the file."""
+    for entry in overrides:
+        given = [side for side in ("lower", "upper") if getattr(entry, side) is not None]
+        for joint in range(2, model.njoints) if given else ():
+            name, row = str(model.names[joint]), model.joints[joint].idx_q
+            if model.joints[joint].nq != 1 or not fnmatchcase(name, entry.joints):
+                continue
+            lower, upper = model.lowerPositionLimit[row], model.upperPositionLimit[row]
+            if not lower < upper:
+                raise RobotError(
+                    f"limits of '{entry.joints}': with the {' and '.join(given)} given there, the "
+                    f"range of joint '{name}' is from lower = {lower:g} rad to upper = {upper:g} "
+                    "rad; lower must be below upper; correct it, or give both"
+                )
 
 
 def _joined(findings: list[Finding]) -> list[Finding]:

@@ -13,8 +13,13 @@ from gaitopt.errors import RobotError
 from gaitopt.nlp import Array
 from gaitopt.robot.choices import UNUSED_SRDF, Choices
 from gaitopt.robot.files.text_file import read_text
+from gaitopt.robot.findings import Finding, How
+from gaitopt.robot.legs.overrides import override
 
 Angles = dict[str, float]
+
+_NEAR = 0.1  # rad, m: poses are rounded, and a stop gives way; what is further out is a mistake
+_ROUNDING = 1e-6  # rad, m: of the digits of a file
 
 
 def reference_angles(choices: Choices, model: pin.Model, folder: Path) -> Angles:
@@ -27,14 +32,21 @@ def reference_angles(choices: Choices, model: pin.Model, folder: Path) -> Angles
         folder: of the URDF, where the SRDF is looked up too.
 
     Raises:
-        RobotError: the SRDF cannot be read, has no such pose, or is given for nothing.
+        RobotError: the SRDF cannot be read, has no such pose, or is given for nothing; or an angle
+            is far beyond the range of its joint.
     """
     if choices.posture is None:
         if choices.srdf is not None and not choices.rotors:
             raise RobotError(UNUSED_SRDF)
         return {}
+    angles = _asked(choices, model, folder)
+    _check_angles(model, override(model, choices.limits)[0], angles)
+    return angles
+
+
+def _asked(choices: Choices, model: pin.Model, folder: Path) -> Angles:
     if not isinstance(choices.posture, str):
-        return dict(choices.posture)
+        return dict(choices.posture or ())
     poses = {s.get("name", ""): s for s in _srdf(choices, folder).iter("group_state")}
     if choices.posture not in poses:
         raise RobotError(
@@ -45,6 +57,33 @@ def reference_angles(choices: Choices, model: pin.Model, folder: Path) -> Angles
         for joint in poses[choices.posture].iter("joint")
         if model.existJointName(joint.get("name", "")) and len(joint.get("value", "").split()) == 1
     }
+
+
+def posture_doubts(
+    model: pin.Model, q: Array, legs: tuple[tuple[int, ...], ...], choices: Choices
+) -> list[Finding]:
+    """Return which joints stand outside their ranges in the reference posture.
+
+    Args:
+        model: of the robot.
+        q: its reference posture.
+        legs: their joints, which only stand so where an angle is given.
+        choices: with the angles that were given.
+    """
+    given = dict(choices.posture) if isinstance(choices.posture, tuple) else {}
+    moving = {j for leg in legs for j in leg if model.names[j] not in given}
+    findings = []
+    for joint in range(2, model.njoints):
+        at, name = model.joints[joint], str(model.names[joint])
+        if joint in moving or at.nq != 1:
+            continue
+        angle, unit = float(q[at.idx_q]), _unit(model, joint)
+        lower, upper = _range(model, joint)
+        if not lower - _ROUNDING <= angle <= upper + _ROUNDING:
+            text = f"stands at {angle:.4g} {unit}, outside its range {lower:.4g} to {upper:.4g}"
+            how: How = "warning" if name in given else "guessed"
+            findings.append(Finding("posture", name, f"{text} {unit}", how))
+    return findings
 
 
 def rotor_armatures(choices: Choices, folder: Path) -> Angles:
@@ -79,6 +118,41 @@ def reference_configuration(model: pin.Model, angles: Angles) -> Array:
         else:
             raise RobotError(f"posture: joint '{name}' has {joint.nv} angles; give single ones")
     return q
+
+
+def _check_angles(model: pin.Model, widened: pin.Model, angles: Angles) -> None:
+    """Refuse angles beyond the range of the file and beyond that of the user."""
+    for name, angle in angles.items():
+        joint = model.getJointId(name) if model.existJointName(name) else 0
+        if joint < 2 or model.joints[joint].nv != 1:
+            continue
+        ranges = _range(model, joint), _range(widened, joint)
+        lower, upper = min(r[0] for r in ranges), max(r[1] for r in ranges)
+        if lower - _NEAR <= angle <= upper + _NEAR:
+            continue
+        unit, turned = _unit(model, joint), float(np.radians(angle))
+        degrees = unit == "rad" and abs(angle) > np.pi and lower <= turned <= upper
+        hint = f"degrees? {angle:g} degrees are {turned:.4g} rad; " if degrees else ""
+        raise RobotError(
+            f"posture: joint '{name}' is at {angle:g} {unit}, but its range is {lower:.4g} to "
+            f"{upper:.4g} {unit}; {hint}give an angle in its range, or a wider range ([[limits]])"
+        )
+
+
+def _range(model: pin.Model, joint: int) -> tuple[float, float]:
+    """Range of a joint; a full turn either way (or any length) where the file gives none."""
+    at = model.joints[joint]
+    lower, upper = -np.inf, np.inf
+    if at.nq == 1:
+        lower, upper = model.lowerPositionLimit[at.idx_q], model.upperPositionLimit[at.idx_q]
+    most = 2.0 * np.pi if _unit(model, joint) == "rad" else np.inf
+    if not lower < upper:
+        return -most, most
+    return max(float(lower), -most), min(float(upper), most)
+
+
+def _unit(model: pin.Model, joint: int) -> str:
+    return "m" if model.joints[joint].shortname().startswith("JointModelP") else "rad"
 
 
 def _srdf(choices: Choices, folder: Path) -> ElementTree.Element:

@@ -111,22 +111,25 @@ def _swing_placement(
 
 
 def mirrored_gap(points: Array, axes: Array, i: int, j: int, names: Sequence[str]) -> float:
-    """Return the distance of `line_distance`, if it is small enough for mirrored joints.
+    """Return the sum of `line_distance` [m + rad], if it is small enough for mirrored joints.
 
     Raises:
         RobotError: it is not.
     """
-    gap = line_distance(points, axes, i, j)
-    if gap > LINE_TOLERANCE:
+    gap, turn = line_distance(points, axes, i, j)
+    if gap + turn > LINE_TOLERANCE:
         raise RobotError(
-            f"the legs are not mirror images: the axis of '{names[i]}' mirrors to a line {gap:.4g} "
-            f"(m + rad) away from its match '{names[j]}'; allowed is {LINE_TOLERANCE:g}"
+            f"the legs are not mirror images: the axis of '{names[i]}' mirrors to a line "
+            f"{gap * 1e3:.4g} mm and {np.degrees(turn):.4g} degrees away from its match "
+            f"'{names[j]}'; allowed is {LINE_TOLERANCE:g} m + rad; correct the <origin> or <axis> "
+            "of one of them, or if the whole robot leans in the root link's axes, say which "
+            "direction of it is up (up = [X, Y, Z] in the file for --choices)"
         )
-    return gap
+    return gap + turn
 
 
-def line_distance(points: Array, axes: Array, i: int, j: int) -> float:
-    """Return distance [m] plus angle [rad] between the mirror image of line i and line j.
+def line_distance(points: Array, axes: Array, i: int, j: int) -> tuple[float, float]:
+    """Return distance [m] and angle [rad] between the mirror image of line i and line j.
 
     Args:
         points, axes: lines in the pelvis frame, shape (n, 3) each.
@@ -135,4 +138,5 @@ def line_distance(points: Array, axes: Array, i: int, j: int) -> float:
     point, axis = REFLECTION @ points[i], REFLECTION @ axes[i]
     offset = point - points[j]
     apart = np.linalg.norm(offset - (offset @ axes[j]) * axes[j])
-    return float(apart + np.linalg.norm(np.cross(axis, axes[j])))
+    sine, cosine = np.linalg.norm(np.cross(axis, axes[j])), abs(float(axis @ axes[j]))
+    return float(apart), float(np.arctan2(sine, cosine))

@@ -11,6 +11,7 @@ from gaitopt.robot.files.xml_lines import XmlTree
 from gaitopt.robot.urdf.values import Entry, as_number
 
 _MAIN = "main"
+_WITH_CLASS = ("worldbody", "actuator", "equality")
 _BY_CONTROL = ("motor",)  # actuators whose control is their force
 
 
@@ -32,16 +33,24 @@ class Defaults:
             _read_class(element, element.get("class", _MAIN), classes[_MAIN], classes)
         return cls(classes)
 
-    def complete(self, element: Element, childclass: str | None = None) -> dict[str, str]:
-        """Return the attributes of an element, its own and those of its class."""
+    def complete(
+        self, element: Element, childclass: str | None = None, tag: str = ""
+    ) -> dict[str, str]:
+        """Return the attributes of an element, its own and those of its class.
+
+        Args:
+            element: of the document.
+            childclass: the class that holds where it stands.
+            tag: under which its class has them, if not its own.
+        """
         name = element.get("class") or childclass or _MAIN
-        return {**self.classes[name].get(element.tag, {}), **element.attrib}
+        return {**self.classes[name].get(tag or element.tag, {}), **element.attrib}
 
 
-def joints_with_class(root: Element) -> Iterator[tuple[Element, str | None]]:
-    """Yield every joint of the bodies with the class that holds where it stands."""
+def with_class(root: Element, tag: str) -> Iterator[tuple[Element, str | None]]:
+    """Yield every joint (or what the tag says) of the bodies, with the class that holds there."""
     for world in root.findall("worldbody"):
-        yield from _joints_below(world, None)
+        yield from _below(world, tag, None)
 
 
 def check_classes(tree: XmlTree) -> None:
@@ -51,7 +60,7 @@ def check_classes(tree: XmlTree) -> None:
         RobotError: naming the line, the element and the class.
     """
     known = Defaults.of(tree.root).classes
-    sections = (*tree.root.findall("worldbody"), *tree.root.findall("actuator"))
+    sections = [e for tag in _WITH_CLASS for e in tree.root.findall(tag)]
     for element in [e for section in sections for e in section.iter()]:
         for attribute in ("class", "childclass"):
             name = element.get(attribute)
@@ -73,7 +82,7 @@ def with_torques(root: Element) -> Element:
     root = copy.deepcopy(root)
     defaults = Defaults.of(root)
     limits = _actuator_limits(root, defaults)
-    for joint, childclass in joints_with_class(root):
+    for joint, childclass in with_class(root, "joint"):
         own = _half_range(defaults.complete(joint, childclass).get("actuatorfrcrange", ""))
         found = [v for v in (own, limits.get(joint.get("name", ""), 0.0)) if v > 0.0]
         if found:
@@ -116,9 +125,9 @@ def _read_class(
         _read_class(inner, inner.get("class", ""), own, classes)
 
 
-def _joints_below(body: Element, childclass: str | None) -> Iterator[tuple[Element, str | None]]:
+def _below(body: Element, tag: str, childclass: str | None) -> Iterator[tuple[Element, str | None]]:
     inside = body.get("childclass") or childclass
-    for joint in body.findall("joint"):
-        yield joint, inside
+    for element in body.findall(tag):
+        yield element, inside
     for below in body.findall("body"):
-        yield from _joints_below(below, inside)
+        yield from _below(below, tag, inside)

@@ -2,60 +2,33 @@
 
 Pinocchio reads MJCF, but passes in silence over what it does not know. So included files are
 merged (in `mjcf_include`), actuators hand their torque limits to the joints, bodies with several
-joints become chains, meshes get absolute paths, and what would still be lost or changed is refused.
+joints become chains, and meshes get absolute paths; what would still be lost or changed is refused
+before (in `check`).
 """
 
 from __future__ import annotations
 
 import copy
+import math
 from collections.abc import Collection, Iterator
 from pathlib import PurePosixPath
 from xml.etree.ElementTree import Element, SubElement, tostring
 
-from gaitopt.errors import RobotError
 from gaitopt.robot.files.meshes import MeshPaths, MeshProblem
-from gaitopt.robot.files.xml_lines import XmlTree
-from gaitopt.robot.mjcf.defaults import check_classes, with_torques
-from gaitopt.robot.urdf.values import Entry, as_number
+from gaitopt.robot.mjcf.check import moves
+from gaitopt.robot.mjcf.defaults import with_torques
+from gaitopt.robot.mjcf.inertial import mass_from_geoms
+from gaitopt.robot.urdf.values import as_number
 
-_UNREAD = ("attach", "composite", "flexcomp", "frame", "replicate")
+_FIRST = ("compiler", "default", "asset")
 _MOTION = ("compiler", "default", "keyframe", "option", "worldbody")
-
-
-def check_mjcf(tree: XmlTree) -> None:
-    """Refuse what Pinocchio would leave out or change in silence.
-
-    Raises:
-        RobotError: naming the line, in which of the included files, and the body.
-    """
-    worlds = tree.root.findall("worldbody")
-    bodies = [body for world in worlds for body in world.findall("body")]
-    for element in [e for world in worlds for e in world.iter()]:
-        if element.tag in _UNREAD:
-            raise Entry(tree, element).refusal(
-                "this is not supported; open the file in MuJoCo and save it, which writes it out "
-                "in plain bodies"
-            )
-    moving = [body for body in bodies if _moves(body)]
-    if not moving:
-        raise RobotError("the MJCF file has no body that moves; it describes no robot")
-    if len(moving) > 1:
-        names = ", ".join(f"'{body.get('name')}'" for body in moving)
-        raise Entry(tree, moving[1]).refusal(
-            f"several bodies move in the world: {names}; leave only the robot in it"
-        )
-    check_classes(tree)
-    for body in moving[0].iter("body"):
-        _check_body(Entry(tree, body), _mass_from_geoms(tree.root))
-    for joint in moving[0].iter("joint"):
-        _check_joint(Entry(tree, joint))
 
 
 def motion_mjcf(root: Element) -> str:
     """Return the MJCF of the one robot, ready for Pinocchio, without geometry it does not need."""
     root = with_torques(root)
     for body in root.iter("body"):
-        if body.find("inertial") is not None and not _mass_from_geoms(root):
+        if body.find("inertial") is not None and not mass_from_geoms(root):
             for geom in body.findall("geom"):
                 body.remove(geom)
     for section in list(root):
@@ -127,41 +100,15 @@ def _mesh_name(mesh: Element) -> str:
     return mesh.get("name") or PurePosixPath(mesh.get("file", "")).stem
 
 
-def _moves(body: Element) -> bool:
-    return any(e.tag in ("joint", "freejoint") for b in body.iter("body") for e in b)
-
-
-def _mass_from_geoms(root: Element) -> bool:
-    return any(c.get("inertiafromgeom") == "true" for c in root.findall("compiler"))
-
-
-def _check_body(body: Entry, from_geoms: bool) -> None:
-    inertial = None if from_geoms else body.element.find("inertial")
-    if inertial is None:
-        if any("mesh" in geom.attrib for geom in body.element.findall("geom")):
-            raise body.refusal("its mass would come from a mesh; give it an <inertial>")
-        return
-    mass = body.number(inertial, "mass", "mass", "kg")
-    moments = [as_number(word) for word in inertial.get("diaginertia", "0").split()]
-    if mass < 0.0 or not min(moments) >= 0.0:
-        raise body.refusal(
-            f"its mass is {mass:g} kg and its principal moments are {moments} kg·m²; none may be "
-            "below 0; correct them",
-            inertial,
-        )
-
-
-def _check_joint(joint: Entry) -> None:
-    axis = joint.vector(joint.element, "axis", "its axis", "0 0 1")
-    if not any(axis):
-        raise joint.refusal("its axis is 0 0 0; it needs a direction, as 0 1 0; correct it")
-
-
 def _for_loader(root: Element) -> str:
-    """Write a document in which nothing but the robot hangs on the world, joint by joint."""
+    """Write a document in which nothing but the robot hangs on the world, joint by joint.
+
+    Pinocchio reads from the top: what it must know of all bodies goes before them.
+    """
+    root[:] = sorted(root, key=lambda s: _FIRST.index(s.tag) if s.tag in _FIRST else len(_FIRST))
     for world in root.findall("worldbody"):
         for element in list(world):
-            if element.tag != "body" or not _moves(element):
+            if element.tag != "body" or not moves(element):
                 world.remove(element)
     for number, body in enumerate(list(root.iter("body"))):
         body.set("name", body.get("name") or f"body_{number}")
@@ -169,6 +116,8 @@ def _for_loader(root: Element) -> str:
         _one_joint_per_body(body)
     for joint in root.iter("joint"):
         _zero_where_drawn(joint)
+    for element in root.iter():
+        _unit_axis(element)
     return tostring(root, encoding="unicode")
 
 
@@ -197,3 +146,11 @@ def _zero_where_drawn(joint: Element) -> None:
     if shift and "range" in joint.attrib:
         ends = (as_number(word) - shift for word in joint.attrib["range"].split())
         joint.set("range", " ".join(repr(end) for end in ends))
+
+
+def _unit_axis(element: Element) -> None:
+    """Give the axis of an `axisangle` the length that Pinocchio takes for granted."""
+    if "axisangle" in element.attrib:
+        x, y, z, angle = (as_number(word) for word in element.attrib["axisangle"].split())
+        size = math.hypot(x, y, z)
+        element.set("axisangle", f"{x / size!r} {y / size!r} {z / size!r} {angle!r}")

@@ -19,6 +19,11 @@ from gaitopt.robot.urdf.joints import check_joint
 from gaitopt.robot.urdf.tree import check_tree
 from gaitopt.robot.urdf.values import Entry, UrdfProblem
 
+_MOST = 1e9  # kg, m, kg·m²: a thousand times what the largest machines come to, in mm and g
+_IDLE = 1e-12  # of the largest inertia that a joint moves: what rounding leaves of none
+MOST_JOINTS = 300
+"""Joints that move: Pinocchio's workspaces grow with their cube, 0.2 GB a piece for so many."""
+
 
 def check_urdf(tree: XmlTree) -> tuple[UrdfProblem, ...]:
     """Check a URDF before any loader sees it.
@@ -35,6 +40,7 @@ def check_urdf(tree: XmlTree) -> tuple[UrdfProblem, ...]:
     check_tree(tree)
     links = [Entry(tree, element) for element in tree.root.findall("link")]
     joints = [Entry(tree, element) for element in tree.root.findall("joint")]
+    _check_count(joints)
     problems: list[UrdfProblem] = []
     for link in links:
         inertial = link.element.find("inertial")
@@ -46,22 +52,61 @@ def check_urdf(tree: XmlTree) -> tuple[UrdfProblem, ...]:
     return tuple(sorted(problems, key=lambda problem: problem.line))
 
 
+def _check_count(joints: list[Entry]) -> None:
+    count = sum(joint.element.get("type") != "fixed" for joint in joints)
+    if count > MOST_JOINTS:
+        raise RobotError(
+            f"the URDF has {count} joints that move; at most {MOST_JOINTS} can be read; make those "
+            'that a walk does not need fixed (type="fixed")'
+        )
+
+
 def refuse_unsound(model: pin.Model, problems: Iterable[UrdfProblem]) -> None:
-    """Refuse a robot with a body whose mass and inertia no body can have.
+    """Refuse a robot with a body that cannot be, or a joint that moves no mass.
 
     Args:
         model: a free-flyer and the joints of the legs; all other joints are locked.
         problems: that were found in its file.
 
     Raises:
-        RobotError: naming the link if one is at fault, else the body.
+        RobotError: naming the link if one is at fault, else the body or the joint.
     """
     problems = tuple(problems)
     for joint in range(1, model.njoints):
         inertia = model.inertias[joint]
+        largest = float(max(inertia.mass, np.abs(inertia.inertia).max(), *np.abs(inertia.lever)))
+        if not largest < _MOST:
+            raise RobotError(
+                f"{_body(model, joint)}: its mass is {inertia.mass:.4g} kg, its largest moment "
+                f"{np.abs(inertia.inertia).max():.4g} kg·m²; numbers from {_MOST:g} on describe no "
+                "robot; correct the masses (kg), inertias (kg·m²) and lengths (m) of the file"
+            )
         fault = inertia_fault(float(inertia.mass), np.array(inertia.inertia))
         if fault:
             raise RobotError(_body_fault(model, joint, fault, problems))
+    _refuse_idle(model)
+
+
+def _refuse_idle(model: pin.Model) -> None:
+    """Refuse a joint that moves no mass: no torque is right for it, and nothing can be solved.
+
+    Seen with all joints bent by different angles, lest a mass just happen to lie on an axis.
+    """
+    q = np.array(pin.neutral(model))
+    q[7:] = 0.2 + 0.1 * np.arange(model.nq - 7)
+    moved = np.diag(pin.crba(model, model.createData(), q))[6:]
+    idle = [str(model.names[2 + int(row)]) for row in np.flatnonzero(moved <= _IDLE * moved.max())]
+    if idle:
+        raise RobotError(
+            f"joint '{idle[0]}' moves no mass: neither the link it moves nor any beyond has one "
+            f"away from its axis{_also(idle[1:])}; give the links of the legs their <inertial>: "
+            "mass (kg), centre of mass (m) and inertia (kg·m²)"
+        )
+
+
+def _also(names: list[str]) -> str:
+    more = f", and so on for {len(names) - 2} more" if len(names) > 2 else ""
+    return f" (the same holds for {', '.join(names[:2])}{more})" if names else ""
 
 
 def _body_fault(model: pin.Model, joint: int, fault: str, problems: tuple[UrdfProblem, ...]) -> str:
@@ -70,8 +115,11 @@ def _body_fault(model: pin.Model, joint: int, fault: str, problems: tuple[UrdfPr
     for problem in problems:
         if problem.kind == "inertia" and problem.name in links:
             return str(problem)
-    body = "the trunk" if joint == 1 else f"the body moved by joint '{model.names[joint]}'"
-    return f"{body}: {fault}"
+    return f"{_body(model, joint)}: {fault}"
+
+
+def _body(model: pin.Model, joint: int) -> str:
+    return "the trunk" if joint == 1 else f"the body moved by joint '{model.names[joint]}'"
 
 
 def _massless(links: list[Entry], joints: list[Entry]) -> list[UrdfProblem]:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Collection, Iterable
+from dataclasses import replace
 from xml.etree.ElementTree import Element
 
 from gaitopt.robot.urdf.values import Entry, UrdfProblem, as_number
@@ -56,10 +58,31 @@ def _mimic_problems(joint: Entry) -> list[UrdfProblem]:
     if mimic is None:
         return []
     text = (
-        f"it mimics joint '{mimic.get('joint')}', which is not supported: every leg joint has "
-        "its own motor; remove <mimic>"
+        f"it mimics joint '{mimic.get('joint')}', which is not supported in a leg: every leg joint "
+        "has its own motor; remove <mimic> there"
     )
     return [joint.problem("mimic", text, mimic)]
+
+
+def locked_mimics(
+    problems: Iterable[UrdfProblem], legs: Collection[str]
+) -> tuple[UrdfProblem, ...]:
+    """Return the problems of a robot with all joints that mimic others, not the legs', in one.
+
+    Args:
+        problems: that were found in its file.
+        legs: names of the joints of its legs.
+    """
+    problems = tuple(problems)
+    others = [p for p in problems if p.kind == "mimic" and p.name not in legs]
+    if not others:
+        return problems
+    names = ", ".join(f"'{p.name}'" for p in others)
+    subject = "one joint" if len(others) == 1 else f"{len(others)} joints"
+    verbs = "mimics another; it is" if len(others) == 1 else "mimic others; they are"
+    text = f"{subject} outside the legs {verbs} locked, as every joint there is: {names}"
+    told = replace(others[0], text=text)
+    return tuple(told if p is others[0] else p for p in problems if p not in others[1:])
 
 
 def _limit_problems(joint: Entry, kind: str) -> list[UrdfProblem]:

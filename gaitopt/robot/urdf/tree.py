@@ -26,6 +26,9 @@ def check_tree(tree: XmlTree) -> None:
     links, joints = _named(tree, "link"), _named(tree, "joint")
     if not links:
         raise RobotError("the URDF has no <link>; it describes no robot. Give another file")
+    if "name" not in tree.root.attrib:
+        line = tree.line(tree.root)
+        raise RobotError(f'line {line}: <robot> has no name; give it one, as <robot name="walker">')
     movers: dict[str, Entry] = {}
     parents: dict[str, str] = {}
     for joint in joints.values():

@@ -17,7 +17,7 @@ class UrdfProblem:
     Attributes:
         kind: "inertia" (no body can have it), "massless" (a joint moves links without mass),
             "effort", "velocity", "range" (limit not given, infinite, zero or empty), "mimic" or
-            "free" (floating or planar).
+            "free" (floating, planar, or in a closed loop).
         name: of the link ("inertia", "massless") or of the joint (all others).
         text: one sentence: the value, what is allowed, what to do.
         line: in the file, counted from 1.

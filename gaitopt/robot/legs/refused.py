@@ -1,0 +1,138 @@
+"""Why a robot has no two legs to walk on: what there is instead, and what helps."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+
+from gaitopt.errors import RobotError
+from gaitopt.nlp import Array
+from gaitopt.robot.legs.alike import unequal_pair
+from gaitopt.robot.legs.tree import Tree, branches, foot_name, own_joints
+
+SAME_HEIGHT = 0.02  # m: feet of a standing robot may differ by this much at its reference posture
+NAME_FEET = 'feet = ["RIGHT", "LEFT"] in the file for --choices (in Python, feet)'
+
+_NUMBERS = {2: "two", 3: "three", 4: "four", 5: "five", 6: "six"}
+_WAIST = 4  # joints: chains that share more branch off a hand, not off a pelvis
+_NEEDS = "gaitopt walks on two legs of six revolute joints each"
+_BIPED = f"if it is a biped all the same, name its feet: {NAME_FEET}"
+
+
+def no_pair(tree: Tree) -> RobotError:
+    """Return the error for a robot of which no two chains hang like legs."""
+    found = f"no two legs were found: {_chains(tree)}"
+    if len(tree.leaves) < 2:
+        return RobotError(f"{found}; {_NEEDS}; give a robot that has them")
+    return _unequal(tree) or RobotError(
+        f"{found}; no two chains of joints end side by side below everything else at the "
+        f"reference posture; {_NEEDS}; if it is a biped, say where its head is (up: an axis of "
+        f'the root link, as "y", or three numbers) or name the feet: {NAME_FEET}'
+    )
+
+
+def no_legs(tree: Tree, ends: tuple[int, int], fault: RobotError) -> RobotError:
+    """Return the error for a robot whose lowest pair of chains cannot be its legs.
+
+    Args:
+        tree: the robot.
+        ends: of the chains.
+        fault: what is wrong with them as legs.
+    """
+    model = tree.model
+    names = " and ".join(f"'{foot_name(model, j)}'" for j in ends)
+    shared = _shared(tree, ends)
+    fingers = ""
+    if any(tree.problem(j, ("mimic",)) is not None for j in ends):
+        fingers = "follow other joints (<mimic>)"
+    elif shared >= _WAIST:
+        fingers = f"share {shared} joints"
+    if fingers:
+        return _unequal(tree) or RobotError(
+            f"no two legs were found: {_chains(tree)}; those that reach lowest, to {names}, "
+            f"{fingers}, as fingers do; {_NEEDS}; {_BIPED}"
+        )
+    return _unequal(tree) or RobotError(
+        f"{fault}; the chains to {names} were taken for legs, as they reach lowest; if they are "
+        f"arms, the robot shows no legs; if its legs are others, name the feet: {NAME_FEET}"
+    )
+
+
+def no_up(tree: Tree, ends: tuple[int, int]) -> RobotError:
+    """Return the error for two mirrored chains of which it cannot be told how they stand."""
+    names = " and ".join(f"'{foot_name(tree.model, j)}'" for j in ends)
+    return RobotError(
+        f"no two legs were found that hang along an axis of the root link; the chains of six "
+        f"joints to {names} mirror each other, but no soles show which way is up for them; if "
+        "they are the legs, say so: up = [X, Y, Z] in the file for --choices (in Python, up), "
+        f"or name the feet: {NAME_FEET}"
+    )
+
+
+def many_legs(tree: Tree, ends: tuple[int, int], up: Array) -> RobotError | None:
+    """Return the error for a robot that stands on more than two chains of joints, if it does.
+
+    Args:
+        tree: the robot.
+        ends: of the two chains that would be its legs.
+        up: upward axis in the root link, shape (3,).
+    """
+    heights = tree.places @ up
+    ground = min(heights[j] for j in ends) + SAME_HEIGHT
+    low = [j for j in tree.leaves if heights[j] < ground]
+    legs = branches(tree.model, low)
+    count = len(own_joints(tree.model, *ends))
+    legs = [leg for leg in legs if len(leg) == count]
+    if len(legs) < 3 or _shared(tree, low) >= _WAIST:
+        return None
+    number = _NUMBERS.get(len(legs), str(len(legs)))
+    joints = "one joint" if count == 1 else f"{count} joints"
+    names = ", ".join(f"'{foot_name(tree.model, leg[-1])}'" for leg in legs)
+    return RobotError(
+        f"no two legs were found: {number} chains of {joints} each reach equally low, "
+        f"down to {names}; {_NEEDS}; {_BIPED}"
+    )
+
+
+def _shared(tree: Tree, ends: Collection[int]) -> int:
+    """How many joints carry all of some joints."""
+    return len(set.intersection(*(set(tree.model.supports[j]) for j in ends)) - {0, 1})
+
+
+def _unequal(tree: Tree) -> RobotError | None:
+    pair = unequal_pair(tree)
+    if pair is None:
+        return None
+    first, other = (str(tree.model.names[leg[pair.row]]) for leg in pair.legs)
+    if pair.bent:
+        angles = [tree.angle(leg[pair.row]) for leg in pair.legs]
+        return RobotError(
+            f"the reference posture bends the legs unequally: '{first}' stands at {angles[0]:.4g} "
+            f"rad, its partner '{other}' at {angles[1]:.4g} rad; give both legs mirrored angles "
+            "with flat feet (posture)"
+        )
+    away = f"lies {pair.size * 1e3:.1f} mm away from the mirror image of '{other}'"
+    if pair.row > 0:
+        before = [str(tree.model.names[leg[pair.row - 1]]) for leg in pair.legs]
+        away += f", each seen from the joint before it ('{before[0]}' and '{before[1]}')"
+    return RobotError(
+        f"the legs are not mirror images: '{first}' {away}; correct the <origin> of one of them, "
+        "or of a joint above it"
+    )
+
+
+def _chains(tree: Tree) -> str:
+    """How many chains of joints there are, and where the longest end."""
+    leaves = tree.leaves
+    if not leaves:
+        return "no joint moves"
+    lengths = {j: len(tree.model.supports[j]) - 2 for j in leaves}
+    most = max(lengths.values())
+    longest = [j for j in leaves if lengths[j] == most]
+    names = " and ".join(f"'{foot_name(tree.model, j)}'" for j in longest[:2])
+    joints = "one joint" if most == 1 else f"{most} joints"
+    if len(leaves) == 1:
+        return f"one chain of {joints}, which ends in {names}"
+    number = _NUMBERS.get(len(leaves), str(len(leaves)))
+    more = f" and {len(longest) - 2} more" if len(longest) > 2 else ""
+    ends = "ends" if len(longest) == 1 else "end"
+    return f"{number} chains, the longest, of {joints}, {ends} in {names}{more}"

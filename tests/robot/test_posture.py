@@ -1,0 +1,80 @@
+"""The reference posture against the ranges of the joints."""
+
+import math
+
+import pytest
+from urdf_edits import add_arm, edited_urdf, joint
+
+from gaitopt.errors import RobotError
+from gaitopt.robot.choices import Choices, LimitOverride
+from gaitopt.robot.model import Robot
+
+POSES = """<robot name="biped13"><group_state name="{name}" group="all">
+<joint name="shoulder" value="{angle}"/></group_state></robot>"""
+
+
+def armed(lower=-1.0, upper=1.0, kind="revolute"):
+    """The biped with an arm whose shoulder has a range."""
+
+    def edit(root):
+        add_arm(root)
+        joint(root, "shoulder").set("type", kind)
+        joint(root, "shoulder").find("limit").attrib.update(lower=f"{lower}", upper=f"{upper}")
+
+    return edited_urdf(edit)
+
+
+def read(angle, text=None, **choices):
+    choices = Choices(posture={"shoulder": angle}, asymmetry=1.0, **choices)
+    return Robot.from_urdf(text or armed(), choices=choices)
+
+
+def told(robot):
+    return [
+        (f.how, f.text) for f in robot.findings if (f.topic, f.subject) == ("posture", "shoulder")
+    ]
+
+
+@pytest.mark.parametrize(
+    ("angle", "hint"),
+    [(9.0, "degrees. 9 degrees are 0.1571 rad; "), (-1.2, ""), (2.0, ""), (200.0, "")],
+)
+def test_an_angle_far_beyond_the_range_is_refused(angle, hint):
+    text = (
+        f"posture: joint 'shoulder' is at {angle:g} rad, but its range is -1 to 1 rad; {hint}give"
+    )
+    with pytest.raises(RobotError, match=f"^{text} an angle in its range"):
+        read(angle)
+
+
+def test_a_pose_of_an_srdf_is_held_to_the_same():
+    far = POSES.format(name="far", angle=1.5)
+    with pytest.raises(RobotError, match=r"'shoulder' is at 1.5 rad, but its range is -1 to 1 rad"):
+        Robot.from_urdf(armed(), choices=Choices(posture="far", srdf=far))
+    near = POSES.format(name="near", angle=1.04)
+    robot = Robot.from_urdf(armed(), choices=Choices(posture="near", srdf=near))
+    assert told(robot) == [("warning", "stands at 1.04 rad, outside its range -1 to 1 rad")]
+    again = Robot.from_urdf(robot.urdf, choices=robot.choices)
+    assert told(again) == told(robot)
+
+
+def test_a_neutral_posture_out_of_range_is_told():
+    robot = Robot.from_urdf(armed(lower=0.3, upper=1.2))
+    assert told(robot) == [("guessed", "stands at 0 rad, outside its range 0.3 to 1.2 rad")]
+    assert told(Robot.from_urdf(armed(lower=-0.3))) == []
+
+
+def test_a_range_may_be_widened_or_absent():
+    assert read(1.5, limits=(LimitOverride("shoulder", upper=2.0),)).mass > 56.0
+    assert read(1.5, armed(0.0, 0.0)).mass > 56.0
+    assert read(1.5, armed(kind="continuous")).mass > 56.0
+    # A narrower range is for the walk; the pose of the file stays.
+    narrow = read(0.8, limits=(LimitOverride("shoulder", upper=0.5),))
+    assert told(narrow) == [("warning", "stands at 0.8 rad, outside its range -1 to 0.5 rad")]
+
+
+@pytest.mark.parametrize("kind", ["revolute", "continuous"])
+def test_without_a_range_a_turn_is_the_most(kind):
+    with pytest.raises(RobotError, match=r"at 20 rad, .* -6.283 to 6.283 rad; degrees\? 20 deg"):
+        read(20.0, armed(0.0, 0.0, kind))
+    assert math.radians(20.0) == pytest.approx(0.3491, abs=1e-4)

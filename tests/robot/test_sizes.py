@@ -1,0 +1,73 @@
+"""Robots and soles in wrong units: each is told with its value and what is plausible."""
+
+import re
+
+import pytest
+from urdf_edits import edited_urdf
+
+from gaitopt.errors import RobotError
+from gaitopt.robot.choices import Choices
+from gaitopt.robot.feet.sole import Sole
+from gaitopt.robot.model import Robot
+
+
+def scaled(lengths=1.0, masses=1.0, inertias=1.0):
+    """The biped with other units."""
+
+    def edit(root):
+        for element in root.iter():
+            for name, factor in (("xyz", lengths), ("size", lengths), ("value", masses)):
+                if name in element.attrib:
+                    words = element.attrib[name].split()
+                    if element.tag != "axis":
+                        element.set(name, " ".join(repr(factor * float(w)) for w in words))
+            if element.tag == "inertia":
+                for name, value in element.attrib.items():
+                    element.set(name, repr(inertias * float(value)))
+
+    return edited_urdf(edit)
+
+
+def warnings(robot):
+    return [f"{f.topic}: {f.subject}: {f.text}" for f in robot.findings if f.how == "warning"]
+
+
+@pytest.mark.parametrize(
+    ("units", "message"),
+    [
+        ({"lengths": 1e3}, "legs: both legs: the legs are 600 m long .* 0.1 to 5 m .* in mm"),
+        ({"lengths": 0.15}, "legs: both legs: the legs are 0.09 m long from hip to ankle; 0.1 to"),
+        ({"masses": 1e3, "inertias": 1e3}, r"mass: robot: the robot weighs 5\.687e\+04 kg; 0.5 to "
+         "1000 kg are plausible; are masses of the file in g"),
+        ({"inertias": 1e6}, "inertia: left_hip_yaw and 5 more of each leg: "
+         "the link that 'left_hip_yaw' moves .* above 1800 mm .* in g·m² or kg·mm²"),
+        ({"inertias": 0.0}, "inertia: left_hip_yaw and 5 more of each leg: the link that .* up to "
+         "0 kg·m², a radius of gyration of 0 mm; below 0.6 mm is implausible; are inertias left"),
+    ],
+)  # fmt: skip
+def test_wrong_units_are_told(units, message):
+    (told,) = warnings(Robot.from_urdf(scaled(**units)))
+    assert re.search(message, told)
+
+
+@pytest.mark.parametrize("units", [{}, {"lengths": 2.5}, {"masses": 3.0, "inertias": 3.0}])
+def test_other_sizes_are_let_be(units):
+    assert warnings(Robot.from_urdf(scaled(**units))) == []
+
+
+def test_a_sole_larger_than_a_leg_is_refused(robot):
+    with pytest.raises(
+        RobotError,
+        match=r"the sole is 170 m long and 50 m wide, but the legs measure only 0.6 m .* not in mm",
+    ):
+        Robot.from_urdf(robot.urdf, sole=Sole(120.0, -50.0, 25.0, -25.0))
+    large = Sole(0.3, -0.25, 0.2, -0.2)
+    assert Robot.from_urdf(robot.urdf, sole=large).sole == large
+
+
+def test_a_height_of_the_ankle_other_than_that_of_the_foot_is_told(robot):
+    seen = float(robot.legs.ankles[0, 2])
+    (told,) = warnings(Robot.from_urdf(robot.urdf, choices=Choices(sole_drop=0.5)))
+    assert "sole_drop is 500.0 mm as given, but the lower faces of the feet were found " in told
+    assert f"found {seen * 1e3:.1f} mm below the ankles; the given one counts" in told
+    assert warnings(Robot.from_urdf(robot.urdf, choices=Choices(sole_drop=seen + 0.004))) == []
