@@ -56,6 +56,29 @@ def sweep(data: Record) -> str:
     )
 
 
+def grids(data: Record) -> str:
+    """Grids of two quantities against single designs."""
+    rows = []
+    for one in data:
+        gaits, seconds = one["gaits"], one["cpu seconds"]
+        apart = [100.0 * (g["cost"] / g["single"] - 1.0) for g in gaits]
+        rows.append((
+            " x ".join(f"{name} {text}" for name, text in one["quantities"].items()),
+            str(len(gaits)), str(sum(g["certified"] for g in gaits)),
+            str(sum(a > 0.01 for a in apart)), str(sum(a < -0.01 for a in apart)),
+            f"{max(apart):+.2f}", f"{min(apart):+.2f}",
+            f"{seconds['sweep']:.1f}", f"{seconds['single']:.1f}",
+        ))  # fmt: skip
+    head = (
+        "grid", "gaits", "certified", "dearer", "cheaper", "most, %", "least, %",
+        "CPU s, sweep", "single",
+    )  # fmt: skip
+    return (
+        "Each gait of a sweep against a design of its own from the two starts that `optimise` "
+        "makes; dearer or cheaper by more than 0.01 %.\n\n" + table(head, rows)
+    )
+
+
 def _percent(many: Record, other: Record) -> str:
     return f"{100.0 * (many['cost'] / other['cost'] - 1.0):+.1f}"
 

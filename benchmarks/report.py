@@ -29,6 +29,7 @@ SECTIONS = (
     ("random_bipeds", "Random bipeds", sections.random_bipeds),
     ("real_robots", "Real robots", robots_section.real_robots),
     ("sweep", "Sweeps", process_sections.sweep),
+    ("grids", "Grids", process_sections.grids),
 )
 """Benchmark, title, and what writes its section."""
 
