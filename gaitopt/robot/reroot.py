@@ -11,6 +11,7 @@ import numpy as np
 import pinocchio as pin
 
 from gaitopt.errors import RobotError
+from gaitopt.robot.files.frame_names import reduced
 
 FOOT_JOINT = "stance_foot"
 PELVIS_FRAME = "pelvis"
@@ -46,7 +47,7 @@ def lock_upper_body(
             )
     locked = [j for j in range(2, model.njoints) if j not in legs]
     q = pin.neutral(model) if posture is None else posture
-    return pin.buildReducedModel(model, locked, q)
+    return reduced(model, locked, q)
 
 
 def reroot(model: pin.Model, stance_sole: str, swing_sole: str) -> pin.Model:

@@ -15,6 +15,7 @@ import pinocchio as pin
 
 from gaitopt.errors import RobotError
 from gaitopt.robot.files.collada import lie_on_side, put_upright, y_up
+from gaitopt.robot.files.frame_names import tell_apart
 from gaitopt.robot.files.meshes import MeshPaths, MeshProblem, first_part
 from gaitopt.robot.files.text_file import read_text
 from gaitopt.robot.files.xml_lines import XmlTree, parse_xml
@@ -121,7 +122,7 @@ class Source:
             )
         if model.njoints < 2 or model.joints[1].shortname() != "JointModelFreeFlyer":
             raise RobotError("the robot has no links that can move; check the file")
-        return model
+        return tell_apart(model)
 
     def _shapes(
         self, kind: pin.GeometryType, links: Collection[str] | None

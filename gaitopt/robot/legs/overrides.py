@@ -44,6 +44,12 @@ def override(
             if fnmatchcase(names[j], entry.joints) and model.joints[j].nq == 1
         ]
         if not joints:
+            free = [n for n in names[2:] if fnmatchcase(n, entry.joints)]
+            if free:
+                raise RobotError(
+                    f"limits: '{entry.joints}' matches only {', '.join(free)}, without a range of "
+                    "one angle (continuous joints have none); give a joint that has a range"
+                )
             raise RobotError(
                 f"limits: no joint matches '{entry.joints}'; the joints are: {', '.join(names[2:])}"
             )

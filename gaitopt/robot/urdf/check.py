@@ -100,7 +100,7 @@ def _refuse_idle(model: pin.Model) -> None:
         raise RobotError(
             f"joint '{idle[0]}' moves no mass: neither the link it moves nor any beyond has one "
             f"away from its axis{_also(idle[1:])}; give the links of the legs their <inertial>: "
-            "mass (kg), centre of mass (m) and inertia (kg·m²)"
+            "mass (kg), centre of mass (m) and inertia (kg·m²), or the joint its armature (kg·m²)"
         )
 
 
