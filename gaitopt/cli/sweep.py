@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -22,11 +23,13 @@ from gaitopt.design.certificate import KKT_TOLERANCE
 from gaitopt.errors import InputError
 from gaitopt.gait.task import Task
 from gaitopt.study.axes import Axis, parse_axis, with_values
+from gaitopt.study.grid_points import Index
 from gaitopt.study.index import CERTIFIED, INFEASIBLE
 from gaitopt.study.library import Library, open_library
+from gaitopt.study.stored import FAULTS
 from gaitopt.study.sweep import sweep
 
-NAMED = 8  # files that are named, of those that were made anew
+NAMED = 8  # files that are named, of those that were made anew, or could not be
 
 
 def run(given: Settings) -> None:
@@ -42,7 +45,7 @@ def run(given: Settings) -> None:
     request = _request(given, axes)
     begin = _begin(given, axes)
     errors = screen(stderr=True)
-    crew, faults = make_crew(given, axes, errors, quiet), _faults(directory)
+    crew = make_crew(given, axes, errors, quiet)
     try:
         with SweepDisplay(errors, quiet) as display:
             library = sweep(
@@ -56,12 +59,12 @@ def run(given: Settings) -> None:
         complain(f"interrupted; {kept} in '{directory}', and the same command goes on")
         raise typer.Exit(ExitCode.INTERRUPTED) from error
     out = screen()
-    if not quiet and not display.jobs:
-        out.print(f"all {len(library.rows)} were there; nothing was computed")
-    if not quiet and faults:
-        made = [f"{file} ({fault})" for file, fault in faults.items()]
-        more = f"; and {len(made) - NAMED} more" if len(made) > NAMED else ""
-        out.print(f"made anew: {'; '.join(made[:NAMED])}{more}", soft_wrap=True, markup=False)
+    if not quiet:
+        if not display.jobs and not library.faults:
+            out.print(f"all {len(library.rows)} were there; nothing was computed")
+        found = library.state.faulty
+        _tell_files("made anew", library, (p for p in found if p not in library.faults), out)
+        _tell_files("could not be made anew", library, library.faults, out)
     _conclude(library, out, quiet, request.options.refine)
 
 
@@ -121,13 +124,13 @@ def _task_at(request: Request, values: dict[str, float]) -> Task:
     return with_values(task, [(k, v) for k, v in values.items() if k not in plain])
 
 
-def _faults(directory: Path) -> dict[str, str]:
-    """Return the gait files of an earlier call that cannot be used, each with what is wrong."""
-    try:
-        library = open_library(directory)
-    except InputError:
-        return {}
-    return {str(library.state.rows[p]["file"]): wrong for p, wrong in library.faults.items()}
+def _tell_files(what: str, library: Library, points: Iterable[Index], out: Console) -> None:
+    """Tell what became of gait files, each with what was wrong with it when the sweep began."""
+    wrong = {**library.faults, **library.state.faulty}
+    told = [f"{library.state.rows[p]['file']} ({wrong[p]})" for p in points]
+    if told:
+        more = f"; and {len(told) - NAMED} more" if len(told) > NAMED else ""
+        out.print(f"{what}: {'; '.join(told[:NAMED])}{more}", soft_wrap=True, markup=False)
 
 
 def _kept(directory: Path) -> str:
@@ -156,6 +159,8 @@ def _conclude(library: Library, out: Console, quiet: bool, refined: bool) -> Non
                 out.print(f"- {sentence}", soft_wrap=True, markup=False)
     if refused:
         raise typer.Exit(ExitCode.NO_GAIT)
-    optimal = sum(float(str(row["kkt"])) <= KKT_TOLERANCE for row in rows)
+    optimal = sum(
+        float(str(row["kkt"])) <= KKT_TOLERANCE for row in rows if row["status"] not in FAULTS
+    )
     if (certified if refined else optimal) < len(rows):
         raise typer.Exit(ExitCode.NOT_CERTIFIED)

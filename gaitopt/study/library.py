@@ -21,7 +21,7 @@ from gaitopt.study.index import Row, faulty_row, write_index
 from gaitopt.study.journal import NAME as JOURNAL
 from gaitopt.study.journal import Journal, read_journal
 from gaitopt.study.manifest import Record, points_of, read_manifest
-from gaitopt.study.state import State, faults_of, index_rows
+from gaitopt.study.state import State, faults_of, index_rows, unknown_digests
 from gaitopt.study.stored import REMEDY, digest, load_stored
 
 GAITS = "gaits"
@@ -48,7 +48,7 @@ class Library:
     def rows(self) -> list[Row]:
         """Lines of the index, in the order of the grid; "status" tells what became of each point.
 
-        Gait files are looked at, once: where one is missing or damaged, that is the status.
+        Gait files are looked at, once: where one cannot be used, its fault is the status.
         """
         return [
             faulty_row(row, self.faults[point], REMEDY) if point in self.faults else row
@@ -64,12 +64,14 @@ class Library:
         """Return the gait of a point.
 
         Raises:
-            GaitFileError: there is none, its file cannot be read, or holds that of another point.
+            GaitFileError: there is none, its file cannot be read, was altered, or holds that of
+                another point.
         """
         if point not in self.state.rows:
             raise GaitFileError(f"'{self.directory}' holds no gait at {self.points.name(point)}")
         file = self.directory / str(self.state.rows[point]["file"])
-        return load_stored(file, self.points.values(point))
+        written = self.state.digests.get(point, "")
+        return load_stored(file, self.points.values(point), written)
 
 
 def open_library(directory: str | Path) -> Library:
@@ -93,9 +95,12 @@ class Writer:
     Attributes:
         directory: of the library.
         points: its grid.
-        state: what is known. Gaits whose files are missing or damaged are not: their walks are, so
-            that they need only be finished again.
+        state: what is known. Gaits whose files cannot be used are not: their walks are, so that
+            they need only be finished again.
         faults: of those files.
+
+    Raises:
+        InputError: the directory cannot be written, its journal is damaged, or it is in use.
     """
 
     def __init__(self, directory: Path, points: GridPoints) -> None:
@@ -103,16 +108,16 @@ class Writer:
         self._journal = Journal(directory)
         for entry in self._journal.entries:
             self.state.take(entry)
-        self.faults = faults_of(directory, points, self.state)
-        for point in self.faults:
-            del self.state.rows[point]
         self._written, self._taken, self._stale = -EVERY, 0.0, True
         try:
+            self.faults = self._look()
             (directory / GAITS).mkdir(exist_ok=True)
-        except OSError as error:
-            raise InputError(
-                f"cannot make '{directory / GAITS}': {(error.strerror or 'unknown').lower()}"
-            ) from error
+        except BaseException as error:
+            self._journal.__exit__(None, None, None)
+            if isinstance(error, OSError):
+                reason = (error.strerror or "unknown").lower()
+                raise InputError(f"cannot make '{directory / GAITS}': {reason}") from error
+            raise
 
     def __enter__(self) -> Writer:
         return self
@@ -127,21 +132,38 @@ class Writer:
         finally:
             self._journal.__exit__(None, None, None)
 
+    def _look(self) -> dict[Index, str]:
+        """Look at the gait files; write down what is news, in one event: each waits for the disk.
+
+        What has no digest is loaded, which takes long; it is given one and not loaded next time.
+        """
+        faults = faults_of(self.directory, self.points, self.state)
+        for point in faults:
+            del self.state.rows[point]
+        digests = unknown_digests(self.directory, self.state)
+        if digests or faults != self.state.faulty:
+            some = min(self.points.order)
+            self._append(some, digests=[*digests.items()], faulty=[*faults.items()])
+        return faults
+
     def note(self, point: Index, **entry: object) -> None:
         """Write one event to the journal and learn from it.
 
         Raises:
             InputError: it cannot be written; what was written before is kept.
         """
+        self._append(point, **entry)
+        self._stale = True
+        if time.monotonic() - self._written > max(EVERY, 20.0 * self._taken):
+            self.write_index()
+
+    def _append(self, point: Index, **entry: object) -> None:
         whole = {"point": list(point), **entry}
         try:
             self._journal.append(whole)
         except InputError as error:
             raise self._kept(error) from error
         self.state.take(whole)
-        self._stale = True
-        if time.monotonic() - self._written > max(EVERY, 20.0 * self._taken):
-            self.write_index()
 
     def save(self, point: Index, gait: Gait, row: Row, **entry: object) -> None:
         """Write a gait, then the event.

@@ -11,7 +11,8 @@ from gaitopt.gait.result import Gait
 from gaitopt.gait.result_file import load_gait
 
 MISSING, DAMAGED, MISFILED = "file missing", "file damaged", "file misplaced"
-FAULTS = (MISSING, DAMAGED, MISFILED)
+ALTERED = "file altered"  # a gait of its point, but not the one that was written
+FAULTS = (MISSING, DAMAGED, MISFILED, ALTERED)
 REMEDY = "give the command of the sweep again to have it made anew"
 
 
@@ -24,23 +25,30 @@ def digest(path: Path) -> str:
     return hashlib.sha256(path.read_bytes()).hexdigest()[:32]
 
 
-def load_stored(path: Path, values: Mapping[str, float]) -> Gait:
+def load_stored(path: Path, values: Mapping[str, float], written: str) -> Gait:
     """Return a gait of a library.
 
     Args:
         path: of its file.
         values: of the swept quantities, by name, at the point it is filed under.
+        written: digest of what was written there; empty if unknown.
 
     Raises:
-        GaitFileError: the file is missing, damaged, or holds the gait of another point.
+        GaitFileError: the file is missing, damaged, altered, or holds the gait of another point.
     """
     try:
         gait = load_gait(path)
+        altered = written not in ("", digest(path))
+    except OSError as error:
+        reason = (error.strerror or "unknown reason").lower()
+        raise GaitFileError(f"cannot read '{path}': {reason}; {REMEDY}") from error
     except GaitFileError as error:
         reason = str(error).rsplit("; give one", 1)[0]
         raise GaitFileError(f"{reason}; {REMEDY}") from error
     if _values(gait) != dict(values):
         raise GaitFileError(f"'{path}' holds {_place(gait)}, not that of its name; {REMEDY}")
+    if altered:
+        raise GaitFileError(f"'{path}' was altered since the sweep wrote it; {REMEDY}")
     return gait
 
 
@@ -50,7 +58,8 @@ def fault(path: Path, values: Mapping[str, float], written: str) -> str | None:
     Args:
         path: of the file.
         values: of the swept quantities at its point.
-        written: digest of what was written there, which spares loading the file; empty if unknown.
+        written: digest of what was written there; empty if unknown, and only then a file is sound
+            because it loads and is of its point.
     """
     try:
         if written and digest(path) == written:
@@ -60,7 +69,9 @@ def fault(path: Path, values: Mapping[str, float], written: str) -> str | None:
         return MISSING
     except (OSError, GaitFileError):
         return DAMAGED if path.exists() else MISSING
-    return None if _values(gait) == dict(values) else MISFILED
+    if _values(gait) != dict(values):
+        return MISFILED
+    return ALTERED if written else None
 
 
 def _values(gait: Gait) -> object:

@@ -14,8 +14,8 @@ from gaitopt.robot.files.source import read_source
 from gaitopt.robot.files.xml_lines import parse_xml
 from gaitopt.robot.generated.presets import biped13
 from gaitopt.robot.generated.urdf import urdf_text
-from gaitopt.robot.mjcf.defaults import with_torques
 from gaitopt.robot.mjcf.include import whole_mjcf
+from gaitopt.robot.mjcf.limits import with_limits
 
 COLLISION = pin.GeometryType.COLLISION
 
@@ -237,6 +237,6 @@ def test_what_is_read_is_left_as_it_was(tmp_path):
     whole = whole_mjcf(tree, tmp_path)
     assert ET.tostring(tree.root) == before != ET.tostring(whole.root)
     root = ET.fromstring(CHAIN)
-    limited = with_torques(root)
+    limited = with_limits(root)
     assert root.find(".//joint[@name='roll']").get("actuatorfrcrange") is None
     assert limited.find(".//joint[@name='roll']").get("actuatorfrcrange") == "-20.0 20.0"

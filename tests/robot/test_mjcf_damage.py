@@ -105,9 +105,6 @@ DAMAGE = {
     "moments are two": (
         inertial(fullinertia=None, diaginertia="0.1 0.1"), "0.1 0.1", "diaginertia is '0.1 0.1'"
     ),
-    "no inertia": (
-        inertial(fullinertia=None), "<inertial", f"{SHIN_SAYS}no inertia is given; give either"
-    ),
     "two inertias": (inertial(diaginertia="1 1 1"), "<inertial", "both diaginertia and fullin"),
     "centre of mass is nan": (
         inertial(pos="0 nan 0"), "nan", rf"{SHIN_SAYS}the inertial's pos is '0 nan 0'; .*\[m\]"
@@ -184,6 +181,17 @@ DAMAGE = {
     ),
     "two joints of one name": (
         joint(name="left_hip_yaw"), "", r"joint 'left_hip_yaw': another joint has this name \(line"
+    ),
+    "sum of the masses": (
+        at("compiler", settotalmass="50"), "settotalmass",
+        "<compiler>: its settotalmass is 50 kg, which is not supported; scale the masses",
+    ),
+    "balanced inertias": (
+        at("compiler", balanceinertia="true"), "balanceinertia",
+        "<compiler>: its balanceinertia is 'true', which is not supported; correct the inertias",
+    ),
+    "unknown limited": (
+        joint(actuatorfrclimited="no"), '"no"', f"{KNEE_SAYS}its actuatorfrclimited is 'no'; it mu"
     ),
     "unknown angle": (at("compiler", angle="grad"), "grad", "its angle is 'grad'; it must be 'ra"),
     "unknown joint type": (

@@ -1,17 +1,19 @@
 """Gait files of a library that went missing, were damaged, or lie under another's name."""
 
-import json
 import shutil
+from dataclasses import replace
 
 import numpy as np
 import pytest
-from sweeps import QUICK, SPEEDS, Counting, quick_task
+from sweeps import QUICK, SPEEDS, Counting, forget_digests, quick_task
 
-from gaitopt.errors import GaitFileError
+from gaitopt.errors import GaitFileError, InputError
+from gaitopt.gait.result_file import load_gait, save_gait
+from gaitopt.study import stored
 from gaitopt.study.index import CERTIFIED, NOT_CERTIFIED
 from gaitopt.study.jobs import FINISH
-from gaitopt.study.library import open_library
-from gaitopt.study.stored import DAMAGED, MISFILED, MISSING, digest, fault
+from gaitopt.study.library import Writer, open_library
+from gaitopt.study.stored import ALTERED, DAMAGED, MISFILED, MISSING, digest, fault
 from gaitopt.study.sweep import sweep
 
 NAMES = ("speed=0.95", "speed=1", "speed=1.05", "speed=1.1")
@@ -28,12 +30,23 @@ def broken(swept, tmp_path):
     return directory
 
 
-def forget_digests(directory):
-    """Make a journal as it was before files had digests."""
-    journal = directory / "journal.jsonl"
-    entries = [json.loads(line) for line in journal.read_text().splitlines()]
-    kept = [{k: v for k, v in entry.items() if k != "digest"} for entry in entries]
-    journal.write_text("".join(json.dumps(entry) + "\n" for entry in kept))
+def alter(file):
+    """Make of a gait file another that loads, of the same point."""
+    gait = load_gait(file)
+    save_gait(replace(gait, q=np.full_like(gait.q, 9.0)), file)
+
+
+@pytest.fixture
+def loaded(monkeypatch):
+    """Names of the gait files that are loaded."""
+    names = []
+
+    def load(path):
+        names.append(path.stem)
+        return load_gait(path)
+
+    monkeypatch.setattr(stored, "load_gait", load)
+    return names
 
 
 @pytest.mark.parametrize("old", [False, True])
@@ -63,8 +76,69 @@ def test_a_gait_of_another_point_is_not_given_out(broken):
     assert library.gait((3,)).fact("sweep", "values") == {"speed": 1.1}
 
 
-def test_a_file_that_was_saved_again_by_somebody_is_looked_into(swept):
+def test_a_file_that_is_not_what_was_written_is_faulty(swept):
     file = swept.directory / "gaits" / "speed=1.npz"
-    assert fault(file, {"speed": 1.0}, "another digest") is None
+    assert fault(file, {"speed": 1.0}, "another digest") == ALTERED
+    assert fault(file, {"speed": 1.0}, "") is None
     assert fault(file, {"speed": 1.1}, "another digest") == MISFILED
     assert fault(file, {"speed": 1.1}, digest(file)) is None  # as it was written: not looked into
+
+
+def test_an_altered_gait_is_told_not_given_out_and_made_anew(robot, swept, tmp_path):
+    directory = shutil.copytree(swept.directory, tmp_path / "lib")
+    alter(directory / "gaits" / "speed=1.npz")
+    library = open_library(directory)
+    assert library.faults == {(1,): ALTERED}
+    assert (library.rows[1]["status"], library.rows[1]["certified"]) == (ALTERED, False)
+    with pytest.raises(
+        GaitFileError, match=r"speed=1\.npz' was altered since .*; give the command"
+    ):
+        library.gait((1,))
+    crew = Counting()
+    whole = sweep(robot, quick_task(), [SPEEDS], directory, QUICK, crew=crew)
+    assert [(job.kind, job.point) for job in crew.done] == [(FINISH, (1,))]
+    assert whole.faults == {}
+    assert whole.state.faulty == {(1,): ALTERED}
+    np.testing.assert_array_equal(whole.gait((1,)).q, swept.gait((1,)).q)
+
+
+def test_gaits_without_digests_are_loaded_by_one_sweep_and_never_again(swept, tmp_path, loaded):
+    directory = shutil.copytree(swept.directory, tmp_path / "lib")
+    forget_digests(directory)
+    with Writer(directory, swept.points) as writer:
+        assert writer.faults == {}
+    assert sorted(loaded) == sorted(NAMES)
+    loaded.clear()
+    library, journal = open_library(directory), directory / "journal.jsonl"
+    assert library.faults == {}
+    assert library.state.digests == swept.state.digests
+    noted = journal.read_bytes()
+    with Writer(directory, swept.points) as writer:
+        assert len(writer.state.rows) == 4
+    assert loaded == []
+    assert journal.read_bytes() == noted  # there was no news
+    alter(directory / "gaits" / "speed=1.npz")
+    assert open_library(directory).faults == {(1,): ALTERED}
+
+
+def test_faults_are_of_the_last_sweep_only(swept, broken):
+    wrong = {(0,): MISSING, (1,): DAMAGED, (2,): MISFILED}
+    with Writer(broken, swept.points) as writer:
+        assert writer.faults == writer.state.faulty == wrong
+    assert open_library(broken).state.faulty == wrong
+    for name in NAMES[:3]:
+        shutil.copy(swept.directory / "gaits" / f"{name}.npz", broken / "gaits")
+    with Writer(broken, swept.points) as writer:
+        assert len(writer.state.rows) == 4
+    assert open_library(broken).state.faulty == {}
+
+
+def test_a_library_that_cannot_be_begun_is_not_left_locked(swept, tmp_path):
+    directory = shutil.copytree(swept.directory, tmp_path / "lib")
+    shutil.rmtree(directory / "gaits")
+    (directory / "gaits").write_text("x")
+    with pytest.raises(InputError, match=r"cannot make .*gaits"):
+        Writer(directory, swept.points)
+    (directory / "gaits").unlink()
+    with Writer(directory, swept.points) as writer:
+        assert list(writer.faults.values()) == 4 * [MISSING]

@@ -7,13 +7,15 @@ from dataclasses import replace
 import pytest
 from rich.console import Console
 from sweeps import QUICK as LESS
-from sweeps import SPEEDS, Counting, quick_task
+from sweeps import SPEEDS, Counting, forget_digests, quick_task
 from typer.testing import CliRunner
 
 from gaitopt.cli import crew as crew_module
+from gaitopt.cli import sweep as sweep_module
 from gaitopt.cli.app import app
 from gaitopt.gait.result_file import load_gait, save_gait
 from gaitopt.study.axes import Axis
+from gaitopt.study.jobs import DIAGNOSE
 from gaitopt.study.sweep import sweep
 
 QUICK = ["--solver", "sqp", "--no-refine", "--samples", "15"]
@@ -92,6 +94,7 @@ def test_at_a_stored_place_it_is_the_stored_gait(made, tmp_path):
     directory = shutil.copytree(made[0], tmp_path / "lib")
     save_gait(replace(gait, meta={**gait.meta, "certificate": proof}),
               directory / "gaits" / kept.name)  # fmt: skip
+    forget_digests(directory)
     where = ["--at", "speed=1.05", "--at", "duration=0.42", "-o", file]
     result = run("library", directory, *where)
     assert result.exit_code == 0, result.stderr
@@ -119,6 +122,34 @@ def test_missing_gaits_are_listed_and_made_anew(made, tmp_path):
     assert said[0] == "made anew: gaits/speed=1,duration=0.4.npz (file missing)"
     assert again.exit_code == 0
     assert "file missing" not in run("library", directory).stdout
+
+
+class Refusing(Counting):
+    """Finishes no gait of the place where the trouble is, and finds no reason."""
+
+    def next(self):
+        outcome = super().next()
+        if outcome.job.point != (1,):
+            return outcome
+        refusal = {"sentences": ["no reason"]} if outcome.job.kind == DIAGNOSE else None
+        return replace(outcome, gait=None, row=None, refusal=refusal)
+
+
+def test_only_what_was_made_anew_is_told_as_such(swept, tmp_path, monkeypatch):
+    directory = shutil.copytree(swept.directory, tmp_path / "lib")
+    for name in ("speed=0.95", "speed=1"):
+        (directory / "gaits" / f"{name}.npz").unlink()
+    monkeypatch.setattr(sweep_module, "make_crew", lambda *_: Refusing())
+    words = ["sweep", "--speeds", "0.95:1.1:0.05", *QUICK, "-o", directory]
+    tried = run(*words)
+    assert tried.exit_code == 1, tried.stderr
+    assert tried.stdout.splitlines()[:2] == [
+        "made anew: gaits/speed=0.95.npz (file missing)",
+        "could not be made anew: gaits/speed=1.npz (file missing)",
+    ]
+    again = run(*words)
+    assert again.exit_code == 1
+    assert again.stdout.splitlines()[0] == tried.stdout.splitlines()[1]
 
 
 def test_an_interrupted_library_lists_what_is_to_come(robot, tmp_path):

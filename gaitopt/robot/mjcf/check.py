@@ -15,12 +15,15 @@ from gaitopt.robot.mjcf.defaults import Defaults, check_classes, with_class
 from gaitopt.robot.mjcf.equality import tied_joints
 from gaitopt.robot.mjcf.inertial import (
     check_inertial,
+    check_scaling,
     check_sizes,
     complete_geoms,
     mass_from_geoms,
 )
+from gaitopt.robot.mjcf.limits import limits_itself, range_in_force
 from gaitopt.robot.mjcf.names import check_names
 from gaitopt.robot.mjcf.numbers import check_numbers
+from gaitopt.robot.urdf.check import MOST_JOINTS
 from gaitopt.robot.urdf.values import Entry, UrdfProblem
 
 _UNREAD = ("attach", "composite", "flexcomp", "frame", "replicate")
@@ -40,9 +43,11 @@ def check_mjcf(tree: XmlTree) -> tuple[UrdfProblem, ...]:
             what is allowed.
     """
     robot = _robot(tree)
+    _check_count(robot)
     check_classes(tree)
     check_names(tree, robot)
     check_numbers(tree, robot)
+    check_scaling(tree)
     from_geoms, geoms = mass_from_geoms(tree.root), complete_geoms(tree.root)
     for body in robot.iter("body"):
         check_inertial(Entry(tree, body), from_geoms)
@@ -76,16 +81,25 @@ def _robot(tree: XmlTree) -> Element:
     return moving[0]
 
 
+def _check_count(robot: Element) -> None:
+    count = sum(joint.get("type") != "free" for joint in robot.iter("joint"))
+    if count > MOST_JOINTS:
+        raise RobotError(
+            f"the MJCF file has {count} joints that move; at most {MOST_JOINTS} can be read; make "
+            "those that a walk does not need fixed (remove their <joint>)"
+        )
+
+
 def _range_problems(tree: XmlTree) -> list[UrdfProblem]:
-    """Return the joints whose range, their own or that of their class, is empty."""
-    defaults = Defaults.of(tree.root)
+    """Return the joints whose range, their own or that of their class, counts but is empty."""
+    defaults, automatic = Defaults.of(tree.root), limits_itself(tree.root)
     radian = any(c.get("angle") == "radian" for c in tree.root.findall("compiler"))
     problems = []
     for joint, childclass in with_class(tree.root, "joint"):
         values = defaults.complete(joint, childclass)
         unit = "m" if values.get("type") == "slide" else "rad" if radian else "degrees"
-        ends = [float(word) for word in values.get("range", "0 1").split()]
-        if not ends[0] < ends[1]:
+        ends = [float(word) for word in range_in_force(values, "range", automatic).split()]
+        if ends and not ends[0] < ends[1]:
             whose = "" if "range" in joint.attrib else " of its class"
             text = (
                 f"the range{whose} is from {ends[0]:g} to {ends[1]:g} {unit}; lower must be below "

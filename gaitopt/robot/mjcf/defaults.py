@@ -1,18 +1,17 @@
-"""The default classes of MJCF, and the torque limits that actuators give to joints."""
+"""The default classes of MJCF: attributes that elements have without saying so."""
 
 from __future__ import annotations
 
-import copy
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from xml.etree.ElementTree import Element
 
 from gaitopt.robot.files.xml_lines import XmlTree
-from gaitopt.robot.urdf.values import Entry, as_number
+from gaitopt.robot.urdf.values import Entry
 
-_MAIN = "main"
+MAIN = "main"
+"""Name of the outermost class, which need not be written."""
 _WITH_CLASS = ("worldbody", "actuator", "equality")
-_BY_CONTROL = ("motor",)  # actuators whose control is their force
 
 
 @dataclass(frozen=True)
@@ -28,9 +27,9 @@ class Defaults:
     @classmethod
     def of(cls, root: Element) -> Defaults:
         """Read the default classes of an MJCF document."""
-        classes: dict[str, dict[str, dict[str, str]]] = {_MAIN: {}}
+        classes: dict[str, dict[str, dict[str, str]]] = {MAIN: {}}
         for element in root.findall("default"):
-            _read_class(element, element.get("class", _MAIN), classes[_MAIN], classes)
+            _read_class(element, element.get("class", MAIN), classes[MAIN], classes)
         return cls(classes)
 
     def complete(
@@ -43,7 +42,7 @@ class Defaults:
             childclass: the class that holds where it stands.
             tag: under which its class has them, if not its own.
         """
-        name = element.get("class") or childclass or _MAIN
+        name = element.get("class") or childclass or MAIN
         return {**self.classes[name].get(tag or element.tag, {}), **element.attrib}
 
 
@@ -69,45 +68,6 @@ def check_classes(tree: XmlTree) -> None:
                     f"its class '{name}' is not defined; define it in <default>, or correct its "
                     "name"
                 )
-
-
-def with_torques(root: Element) -> Element:
-    """Return a copy whose joints have the torque limits of their actuators.
-
-    Pinocchio does not read those.
-
-    The limit at the joint is the force range times the gear; for a motor also its control range
-    times the gear. The narrowest counts.
-    """
-    root = copy.deepcopy(root)
-    defaults = Defaults.of(root)
-    limits = _actuator_limits(root, defaults)
-    for joint, childclass in with_class(root, "joint"):
-        own = _half_range(defaults.complete(joint, childclass).get("actuatorfrcrange", ""))
-        found = [v for v in (own, limits.get(joint.get("name", ""), 0.0)) if v > 0.0]
-        if found:
-            joint.set("actuatorfrcrange", f"{-min(found)!r} {min(found)!r}")
-    return root
-
-
-def _actuator_limits(root: Element, defaults: Defaults) -> dict[str, float]:
-    limits: dict[str, float] = {}
-    for actuator in [e for section in root.findall("actuator") for e in section]:
-        values = defaults.complete(actuator)
-        ranges = ["forcerange", *(["ctrlrange"] if actuator.tag in _BY_CONTROL else [])]
-        gear = abs(as_number((values.get("gear") or "1").split()[0]))
-        found = [gear * _half_range(values.get(name, "")) for name in ranges]
-        found = [value for value in found if value > 0.0]
-        joint = values.get("joint", "")
-        if joint and found:
-            limits[joint] = min([*found, *([limits[joint]] if joint in limits else [])])
-    return limits
-
-
-def _half_range(text: str) -> float:
-    """Return the smaller of the two sides of a range about zero; 0 if there is no such range."""
-    sides = [as_number(word) for word in text.split()]
-    return min(-sides[0], sides[1]) if len(sides) == 2 and sides[0] < 0.0 < sides[1] else 0.0
 
 
 def _read_class(

@@ -8,6 +8,7 @@ from xml.etree.ElementTree import Element
 import numpy as np
 
 from gaitopt.nlp import Array
+from gaitopt.robot.files.xml_lines import XmlTree
 from gaitopt.robot.mjcf.defaults import Defaults, with_class
 from gaitopt.robot.urdf.inertial import inertia_fault
 from gaitopt.robot.urdf.values import Entry
@@ -20,8 +21,33 @@ def mass_from_geoms(root: Element) -> bool:
     return any(c.get("inertiafromgeom") == "true" for c in root.findall("compiler"))
 
 
+def check_scaling(tree: XmlTree) -> None:
+    """Refuse settings by which the masses of a document are not those of the robot.
+
+    Args:
+        tree: of a whole document, whose numbers are numbers.
+
+    Raises:
+        RobotError: naming the line and the setting.
+    """
+    for compiler in [Entry(tree, element) for element in tree.root.findall("compiler")]:
+        total = compiler.element.get("settotalmass", "-1")
+        if float(total) > 0.0:
+            raise compiler.refusal(
+                f"its settotalmass is {total} kg, which is not supported; scale the masses and "
+                "inertias of the bodies to that sum, and remove it"
+            )
+        if compiler.element.get("balanceinertia") == "true":
+            raise compiler.refusal(
+                "its balanceinertia is 'true', which is not supported; correct the inertias that "
+                "no body can have, and remove it"
+            )
+
+
 def check_inertial(body: Entry, from_geoms: bool) -> None:
     """Check the mass and the inertia of one body, whose numbers are numbers.
+
+    One without inertia is a point mass.
 
     Args:
         body: that is checked.
@@ -39,12 +65,13 @@ def check_inertial(body: Entry, from_geoms: bool) -> None:
     if mass < 0.0:
         raise body.refusal(f"the mass is {mass:g} kg; it must be above 0; correct it", inertial)
     given = [name for name in ("diaginertia", "fullinertia") if name in inertial.attrib]
-    if len(given) != 1:
-        found = "both diaginertia and fullinertia are" if given else "no inertia is"
+    if len(given) > 1:
         raise body.refusal(
-            f"{found} given; give either diaginertia or fullinertia [kg·m²]", inertial
+            "both diaginertia and fullinertia are given; give either diaginertia or fullinertia "
+            "[kg·m²]",
+            inertial,
         )
-    fault = inertia_fault(mass, _tensor(inertial, given[0]))
+    fault = inertia_fault(mass, _tensor(inertial, given[0])) if given else ""
     if fault:
         raise body.refusal(fault, inertial)
 

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from xml.etree.ElementTree import Element
 
 from gaitopt.robot.files.xml_lines import XmlTree, where
+from gaitopt.robot.mjcf.numbers import ACTUATORS
 from gaitopt.robot.urdf.values import Entry
 
 _FLAGS = ("true", "false")
@@ -13,17 +14,22 @@ _WORDS: Mapping[str, Mapping[str, tuple[str, ...]]] = {
     "compiler": {
         "angle": ("radian", "degree"),
         "autolimits": _FLAGS,
+        "balanceinertia": _FLAGS,
         "inertiafromgeom": (*_FLAGS, "auto"),
     },
     "joint": {
         "type": ("hinge", "slide", "ball", "free"),
         "limited": (*_FLAGS, "auto"),
+        "actuatorfrclimited": (*_FLAGS, "auto"),
     },
     "geom": {
         "type": (
             "sphere", "capsule", "ellipsoid", "cylinder", "box", "mesh", "plane", "hfield", "sdf",
         ),
     },
+    **dict.fromkeys(
+        ACTUATORS, dict.fromkeys(("ctrllimited", "forcelimited"), (*_FLAGS, "auto"))
+    ),
 }  # fmt: skip
 
 

@@ -85,10 +85,11 @@ _ACTUATOR = {
     "ctrlrange": _Rule(2, ordered=True),
     "forcerange": _FORCE,
 }
-_ACTUATORS = (
+ACTUATORS = (
     "motor", "position", "velocity", "intvelocity", "damper", "cylinder", "muscle", "adhesion",
     "general", "dcmotor",
 )  # fmt: skip
+"""Tags of what moves joints."""
 _RULES: Mapping[str, Mapping[str, _Rule]] = {
     "body": _PLACE,
     "inertial": {
@@ -124,9 +125,9 @@ _RULES: Mapping[str, Mapping[str, _Rule]] = {
     "compiler": {
         "boundmass": _Rule(1, "kg", positive=True),
         "boundinertia": _Rule(1, "kg·m²", positive=True),
+        "settotalmass": _Rule(1, "kg"),
     },
-    "key": {"qpos": _Rule(0)},
-    **dict.fromkeys(_ACTUATORS, _ACTUATOR),
+    **dict.fromkeys(ACTUATORS, _ACTUATOR),
 }
 
 
@@ -142,7 +143,7 @@ def check_numbers(tree: XmlTree, robot: Element) -> None:
     """
     for element in tree.root.findall("compiler"):
         _check(Entry(tree, element), element)
-    for section in ("default", "asset", "actuator", "keyframe"):
+    for section in ("default", "asset", "actuator"):
         for outer in tree.root.findall(section):
             for owner, element in _owned(outer):
                 _check(Entry(tree, owner), element)

@@ -1,9 +1,9 @@
 """MJCF, the format of MuJoCo: made whole, and put so that Pinocchio reads all of it.
 
 Pinocchio reads MJCF, but passes in silence over what it does not know. So included files are
-merged (in `mjcf_include`), actuators hand their torque limits to the joints, bodies with several
-joints become chains, and meshes get absolute paths; what would still be lost or changed is refused
-before (in `check`).
+merged (in `include`), joints say themselves which limits they have (in `limits`), bodies with
+several joints become chains, and meshes get absolute paths; what would still be lost or changed is
+refused before (in `check`).
 """
 
 from __future__ import annotations
@@ -16,17 +16,18 @@ from xml.etree.ElementTree import Element, SubElement, tostring
 
 from gaitopt.robot.files.meshes import MeshPaths, MeshProblem
 from gaitopt.robot.mjcf.check import moves
-from gaitopt.robot.mjcf.defaults import with_torques
+from gaitopt.robot.mjcf.defaults import MAIN
 from gaitopt.robot.mjcf.inertial import mass_from_geoms
+from gaitopt.robot.mjcf.limits import with_limits
 from gaitopt.robot.urdf.values import as_number
 
 _FIRST = ("compiler", "default", "asset")
-_MOTION = ("compiler", "default", "keyframe", "option", "worldbody")
+_MOTION = ("compiler", "default", "option", "worldbody")
 
 
 def motion_mjcf(root: Element) -> str:
     """Return the MJCF of the one robot, ready for Pinocchio, without geometry it does not need."""
-    root = with_torques(root)
+    root = with_limits(root)
     for body in root.iter("body"):
         if body.find("inertial") is not None and not mass_from_geoms(root):
             for geom in body.findall("geom"):
@@ -34,6 +35,9 @@ def motion_mjcf(root: Element) -> str:
     for section in list(root):
         if section.tag not in _MOTION:
             root.remove(section)
+    for inertial in root.iter("inertial"):
+        if not {"diaginertia", "fullinertia"} & set(inertial.attrib):
+            inertial.set("diaginertia", "0 0 0")  # of a point mass, for which Pinocchio takes 1 1 1
     for element in root.iter():
         element.attrib.pop("material", None)
     return _for_loader(root)
@@ -103,8 +107,12 @@ def _mesh_name(mesh: Element) -> str:
 def _for_loader(root: Element) -> str:
     """Write a document in which nothing but the robot hangs on the world, joint by joint.
 
-    Pinocchio reads from the top: what it must know of all bodies goes before them.
+    Pinocchio reads from the top: what it must know of all bodies goes before them. Of keyframes
+    nothing is wanted.
     """
+    for keyframe in root.findall("keyframe"):
+        root.remove(keyframe)
+    _name_main(root)
     root[:] = sorted(root, key=lambda s: _FIRST.index(s.tag) if s.tag in _FIRST else len(_FIRST))
     for world in root.findall("worldbody"):
         for element in list(world):
@@ -119,6 +127,14 @@ def _for_loader(root: Element) -> str:
     for element in root.iter():
         _unit_axis(element)
     return tostring(root, encoding="unicode")
+
+
+def _name_main(root: Element) -> None:
+    """Give the outermost class the name by which bodies may call it."""
+    if root.find("default") is None:
+        root.append(Element("default"))
+    for default in root.findall("default"):
+        default.set("class", default.get("class", MAIN))
 
 
 def _one_joint_per_body(body: Element) -> None:
