@@ -97,7 +97,6 @@ class Writer:
         points: its grid.
         state: what is known. Gaits whose files cannot be used are not: their walks are, so that
             they need only be finished again.
-        faults: of those files.
 
     Raises:
         InputError: the directory cannot be written, its journal is damaged, or it is in use.
@@ -110,7 +109,7 @@ class Writer:
             self.state.take(entry)
         self._written, self._taken, self._stale = -EVERY, 0.0, True
         try:
-            self.faults = self._look()
+            self._look()
             (directory / GAITS).mkdir(exist_ok=True)
         except BaseException as error:
             self._journal.__exit__(None, None, None)
@@ -132,7 +131,7 @@ class Writer:
         finally:
             self._journal.__exit__(None, None, None)
 
-    def _look(self) -> dict[Index, str]:
+    def _look(self) -> None:
         """Look at the gait files; write down what is news, in one event: each waits for the disk.
 
         What has no digest is loaded, which takes long; it is given one and not loaded next time.
@@ -144,7 +143,6 @@ class Writer:
         if digests or faults != self.state.faulty:
             some = min(self.points.order)
             self._append(some, digests=[*digests.items()], faulty=[*faults.items()])
-        return faults
 
     def note(self, point: Index, **entry: object) -> None:
         """Write one event to the journal and learn from it.

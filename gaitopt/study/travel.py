@@ -88,7 +88,7 @@ def _strides(
 ) -> Kept | None:
     origin, footing, _ = start
     x, active = footing.x, footing.active
-    last = WalkProblem(origin.robot.build(), origin.task)
+    last = origin
     way: list[Kept] = []
     for step in range(1, steps + 1):
         try:
@@ -98,13 +98,14 @@ def _strides(
             if step == steps:
                 raise
             return None
-        x = resized(x, last, sparse)
+        if setting.robot.changes != last.robot.changes:
+            x = resized(x, WalkProblem(last.robot.build(), last.task), sparse)
         limit = below if step == steps else math.inf
         kept = _kept(sparse, x, active, options, limit)
         if kept is None:
             return None
         way.append(kept)
-        x, active, last = kept.solution.x, kept.active, sparse
+        x, active, last = kept.solution.x, kept.active, setting
     return joined(way)
 
 

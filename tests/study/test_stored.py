@@ -106,7 +106,7 @@ def test_gaits_without_digests_are_loaded_by_one_sweep_and_never_again(swept, tm
     directory = shutil.copytree(swept.directory, tmp_path / "lib")
     forget_digests(directory)
     with Writer(directory, swept.points) as writer:
-        assert writer.faults == {}
+        assert writer.state.faulty == {}
     assert sorted(loaded) == sorted(NAMES)
     loaded.clear()
     library, journal = open_library(directory), directory / "journal.jsonl"
@@ -124,7 +124,7 @@ def test_gaits_without_digests_are_loaded_by_one_sweep_and_never_again(swept, tm
 def test_faults_are_of_the_last_sweep_only(swept, broken):
     wrong = {(0,): MISSING, (1,): DAMAGED, (2,): MISFILED}
     with Writer(broken, swept.points) as writer:
-        assert writer.faults == writer.state.faulty == wrong
+        assert writer.state.faulty == wrong
     assert open_library(broken).state.faulty == wrong
     for name in NAMES[:3]:
         shutil.copy(swept.directory / "gaits" / f"{name}.npz", broken / "gaits")
@@ -141,4 +141,4 @@ def test_a_library_that_cannot_be_begun_is_not_left_locked(swept, tmp_path):
         Writer(directory, swept.points)
     (directory / "gaits").unlink()
     with Writer(directory, swept.points) as writer:
-        assert list(writer.faults.values()) == 4 * [MISSING]
+        assert list(writer.state.faulty.values()) == 4 * [MISSING]
