@@ -22,6 +22,7 @@ from gaitopt.robot.files.xml_lines import XmlTree, parse_xml
 from gaitopt.robot.mjcf.check import check_mjcf
 from gaitopt.robot.mjcf.include import whole_mjcf
 from gaitopt.robot.mjcf.parts import geometry_mjcf, mjcf_mesh_problems, motion_mjcf
+from gaitopt.robot.physics import Physics
 from gaitopt.robot.urdf.check import check_urdf
 from gaitopt.robot.urdf.parts import geometry_part, mesh_problems, motion_part
 from gaitopt.robot.urdf.values import UrdfProblem
@@ -67,6 +68,11 @@ class Source:
             RobotError: Pinocchio cannot read the description.
         """
         return self._whole.copy()
+
+    @cached_property
+    def physics(self) -> Physics:
+        """Passive joints, gravity and its compensation."""
+        return Physics()
 
     def geometry(
         self, kind: pin.GeometryType, links: Collection[str] | None = None

@@ -1,0 +1,61 @@
+"""What a description says about the physics beside its rigid bodies: passive joints and gravity."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+STANDARD_GRAVITY = (0.0, 0.0, -9.81)
+"""Gravity where a description gives none, along the root link's axes [m/s²]."""
+
+
+@dataclass(frozen=True)
+class PassiveJoint:
+    """What a joint does by itself; its motor must deliver these on top of the rigid bodies' torque.
+
+    Attributes:
+        damping: torque per rate [N·m·s/rad], then per |rate| rate [N·m·s²/rad²], and so on, as far
+            as the description goes.
+        friction: Coulomb friction [N·m], against the motion.
+        stiffness: of a spring: torque per angle from `rest` [N·m/rad], then per its powers as in
+            `damping`.
+        rest: angle at which the spring gives no torque [rad].
+    """
+
+    damping: tuple[float, ...] = ()
+    friction: float = 0.0
+    stiffness: tuple[float, ...] = ()
+    rest: float = 0.0
+
+    @property
+    def idle(self) -> bool:
+        """Whether it does nothing."""
+        return not (any(self.damping) or self.friction or any(self.stiffness))
+
+
+@dataclass(frozen=True)
+class PointMass:
+    """The part of a link whose weight is carried from outside.
+
+    Attributes:
+        mass: factor of compensation times the mass of the link [kg].
+        centre: centre of mass in the frame of the link [m].
+    """
+
+    mass: float
+    centre: tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Physics:
+    """Passive joints, gravity and its compensation, as the description has them.
+
+    Attributes:
+        joints: by joint name; those that do nothing may be left out.
+        gravity: along the axes of the root link with every joint coordinate at zero [m/s²].
+        compensated: weight that is carried from outside, by name of the link.
+    """
+
+    joints: Mapping[str, PassiveJoint] = field(default_factory=dict)
+    gravity: tuple[float, float, float] = STANDARD_GRAVITY
+    compensated: Mapping[str, PointMass] = field(default_factory=dict)
