@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-STANDARD_GRAVITY = (0.0, 0.0, -9.81)
-"""Gravity where a description gives none, along the root link's axes [m/s²]."""
+STANDARD_GRAVITY = 9.81
+"""Acceleration of free fall where a description gives none [m/s²]."""
 
 
 @dataclass(frozen=True)
@@ -15,10 +15,10 @@ class PassiveJoint:
 
     Attributes:
         damping: torque per rate [N·m·s/rad], then per |rate| rate [N·m·s²/rad²], and so on, as far
-            as the description goes.
+            as the description goes: an odd function, as MuJoCo has it.
         friction: Coulomb friction [N·m], against the motion.
-        stiffness: of a spring: torque per angle from `rest` [N·m/rad], then per its powers as in
-            `damping`.
+        stiffness: of a spring: torque per angle from `rest` [N·m/rad], then per |angle| angle, as
+            in `damping`.
         rest: angle at which the spring gives no torque [rad].
     """
 
@@ -52,10 +52,11 @@ class Physics:
 
     Attributes:
         joints: by joint name; those that do nothing may be left out.
-        gravity: along the axes of the root link with every joint coordinate at zero [m/s²].
+        gravity: along the axes of the root link with every joint coordinate at zero [m/s²]; None
+            where the description gives none: then `STANDARD_GRAVITY` along the robot's down.
         compensated: weight that is carried from outside, by name of the link.
     """
 
     joints: Mapping[str, PassiveJoint] = field(default_factory=dict)
-    gravity: tuple[float, float, float] = STANDARD_GRAVITY
+    gravity: tuple[float, float, float] | None = None
     compensated: Mapping[str, PointMass] = field(default_factory=dict)
