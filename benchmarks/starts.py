@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 from common import arguments, robot_of, save
 
+from gaitopt.design.attempt import is_walk
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.runtime import small_matrices
-from gaitopt.design.search import is_walk
 from gaitopt.design.start_job import SECOND, StartJob
 from gaitopt.design.starts import SIGMA
 from gaitopt.gait.guess import first_guess

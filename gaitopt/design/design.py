@@ -2,44 +2,21 @@
 
 from __future__ import annotations
 
-import platform
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
-import pinocchio as pin
 
-from gaitopt.design.certificate import Certificate, certify, on_fine_grid
+from gaitopt.design.complete import Design, complete, finished, versions
 from gaitopt.design.options import DesignOptions
-from gaitopt.design.refine import refine
 from gaitopt.design.runtime import small_matrices
-from gaitopt.design.search import guess, search, traveller
+from gaitopt.design.search import guess, search
 from gaitopt.errors import InputError
-from gaitopt.gait.assemble import gait_at
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.gait.result import Gait
 from gaitopt.gait.task import Task
-from gaitopt.nlp import Array, ProgressCallback, Solution
+from gaitopt.nlp import Array, ProgressCallback
 from gaitopt.robot.model import Robot
-from gaitopt.solvers import CertifiedSQP
-from gaitopt.version import __version__
 
-
-@dataclass(frozen=True)
-class Design:
-    """A gait with how it was found.
-
-    Attributes:
-        gait: the result.
-        certificate: its proof.
-        solution: what the solver returned, with the work of all rounds.
-        problem: the walk on its final grid.
-    """
-
-    gait: Gait
-    certificate: Certificate
-    solution: Solution
-    problem: WalkProblem
+__all__ = ["Design", "checked_start", "design", "finished", "versions"]
 
 
 def design(
@@ -81,36 +58,7 @@ def _design(
     x = guess(problem, options) if start is None else checked_start(problem, start)
     callback = None if on_progress is None else on_progress(problem)
     solution = search(problem, options, x, callback)
-    fine = on_fine_grid(problem)
-    if options.refine:
-        solver = traveller(options.solver)
-        problem, solution = refine(problem, solution, solver, on_progress, fine=fine)
-    if isinstance(options.solver, CertifiedSQP):
-        callback = None if on_progress is None else on_progress(problem)
-        solution = options.solver.confirm(problem, solution, callback)
-    return finished(problem, solution, options.refine, fine)
-
-
-def finished(
-    problem: WalkProblem, solution: Solution, refined: bool, fine: WalkProblem | None = None
-) -> Design:
-    """Return a solution as a design: with its gait and its proof.
-
-    Args:
-        problem: the walk on its final grid.
-        solution: of it.
-        refined: whether it was meant to hold between the samples too.
-        fine: the walk on the certificate's grid, if it is at hand.
-    """
-    certificate = certify(problem, solution.x, fine)
-    meta = {
-        "solver": solution_record(solution),
-        "status": solution.status.value,
-        "refined": refined,
-        "certificate": certificate.record(),
-        "versions": versions(),
-    }
-    return Design(gait_at(problem, solution.x, meta), certificate, solution, problem)
+    return complete(problem, solution, options, on_progress)
 
 
 def checked_start(problem: WalkProblem, start: Array) -> Array:
@@ -133,27 +81,3 @@ def checked_start(problem: WalkProblem, start: Array) -> Array:
         at = problem.layout.names[int(np.argmin(np.isfinite(x)))]
         raise InputError(f"the first guess has no finite value for {at}; {wanted}")
     return x
-
-
-def solution_record(solution: Solution) -> dict[str, object]:
-    """Return how a solution was found, JSON-able."""
-    return {
-        "name": solution.solver,
-        "status": solution.status.name.lower(),
-        "violation": solution.violation,
-        "optimality": solution.optimality,
-        "iterations": solution.iterations,
-        "evaluations": solution.evaluations,
-        "hessians": solution.hessians,
-        "seconds": solution.seconds,
-    }
-
-
-def versions() -> dict[str, str]:
-    """Return the versions that a result depends on."""
-    return {
-        "gaitopt": __version__,
-        "pinocchio": str(pin.__version__),
-        "numpy": np.__version__,
-        "python": platform.python_version(),
-    }

@@ -10,10 +10,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from gaitopt.design.attempt import attempt, is_walk
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.refine import with_work
 from gaitopt.design.runtime import small_matrices
-from gaitopt.design.search import attempt, is_walk
 from gaitopt.design.worker import serve_parent
 from gaitopt.errors import GaitoptError, UnreachableError
 from gaitopt.gait.guess import first_guess, perturbed

@@ -7,9 +7,9 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from gaitopt.design.active import Pressure, exceeded, pressures
+from gaitopt.design.attempt import is_walk
 from gaitopt.design.exchange import MAX_ROUNDS, exchange
 from gaitopt.design.refine import with_work
-from gaitopt.design.search import is_walk
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.nlp import Array, Solution, Start
 from gaitopt.solvers import Solver

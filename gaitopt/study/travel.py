@@ -10,10 +10,10 @@ from dataclasses import replace
 import numpy as np
 
 from gaitopt.design.active import Pressure, pressures
+from gaitopt.design.attempt import traveller
 from gaitopt.design.certificate import on_fine_grid
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.refine import with_work
-from gaitopt.design.search import traveller
 from gaitopt.errors import EvaluationError, InputError
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.resize import resized

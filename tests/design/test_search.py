@@ -3,8 +3,9 @@ from dataclasses import replace
 import pytest
 from liftoff_limits import watched_liftoff_limits
 
+from gaitopt.design.attempt import RELAXED_LIFTOFF
 from gaitopt.design.options import DesignOptions
-from gaitopt.design.search import RELAXED_LIFTOFF, search
+from gaitopt.design.search import search
 from gaitopt.errors import InputError
 from gaitopt.gait.guess import first_guess
 from gaitopt.gait.problem import WalkProblem

@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 from liftoff_limits import watched_liftoff_limits
 
+from gaitopt.design.attempt import RELAXED_LIFTOFF
 from gaitopt.design.design import design
 from gaitopt.design.options import DesignOptions
-from gaitopt.design.search import RELAXED_LIFTOFF
 from gaitopt.design.start_job import SLOWER, Outcome
 from gaitopt.design.starts import _distinct, many_starts
 from gaitopt.errors import InputError, NoGaitFoundError

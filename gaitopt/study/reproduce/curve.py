@@ -9,7 +9,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from gaitopt.design.search import is_walk
+from gaitopt.design.attempt import is_walk
 from gaitopt.design.start_job import SLOWER
 from gaitopt.errors import EvaluationError
 from gaitopt.gait.guess import first_guess

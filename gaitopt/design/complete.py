@@ -1,0 +1,115 @@
+"""From a walk on the task's samples to a design: refined, confirmed, certified."""
+
+from __future__ import annotations
+
+import platform
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import pinocchio as pin
+
+from gaitopt.design.attempt import traveller
+from gaitopt.design.certificate import Certificate, certify, on_fine_grid
+from gaitopt.design.options import DesignOptions
+from gaitopt.design.refine import refine
+from gaitopt.gait.assemble import gait_at
+from gaitopt.gait.problem import WalkProblem
+from gaitopt.gait.result import Gait
+from gaitopt.nlp import ProgressCallback, Solution
+from gaitopt.solvers import CertifiedSQP
+from gaitopt.version import __version__
+
+
+@dataclass(frozen=True)
+class Design:
+    """A gait with how it was found.
+
+    Attributes:
+        gait: the result.
+        certificate: its proof.
+        solution: what the solver returned, with the work of all rounds.
+        problem: the walk on its final grid.
+    """
+
+    gait: Gait
+    certificate: Certificate
+    solution: Solution
+    problem: WalkProblem
+
+    def keeps_its_word(self, refined: bool) -> bool:
+        """Return whether the gait is proven: certified, or, unrefined, optimal at its samples."""
+        certificate = self.certificate
+        return certificate.certified if refined else certificate.optimal and certificate.refereed
+
+
+def complete(
+    problem: WalkProblem,
+    solution: Solution,
+    options: DesignOptions,
+    on_progress: Callable[[WalkProblem], ProgressCallback] | None = None,
+) -> Design:
+    """Refine, confirm and certify a walk.
+
+    Args:
+        problem, solution: the walk on the task's samples, solved.
+        options: solver and refinement.
+        on_progress: makes the progress callback of a walk.
+
+    Raises:
+        EvaluationError: the walk is not defined between its samples.
+    """
+    fine = on_fine_grid(problem)
+    if options.refine:
+        solver = traveller(options.solver)
+        problem, solution = refine(problem, solution, solver, on_progress, fine=fine)
+    if isinstance(options.solver, CertifiedSQP):
+        callback = None if on_progress is None else on_progress(problem)
+        solution = options.solver.confirm(problem, solution, callback)
+    return finished(problem, solution, options.refine, fine)
+
+
+def finished(
+    problem: WalkProblem, solution: Solution, refined: bool, fine: WalkProblem | None = None
+) -> Design:
+    """Return a solution as a design: with its gait and its proof.
+
+    Args:
+        problem: the walk on its final grid.
+        solution: of it.
+        refined: whether it was meant to hold between the samples too.
+        fine: the walk on the certificate's grid, if it is at hand.
+    """
+    certificate = certify(problem, solution.x, fine)
+    meta = {
+        "solver": solution_record(solution),
+        "status": solution.status.value,
+        "refined": refined,
+        "certificate": certificate.record(),
+        "versions": versions(),
+    }
+    return Design(gait_at(problem, solution.x, meta), certificate, solution, problem)
+
+
+def solution_record(solution: Solution) -> dict[str, object]:
+    """Return how a solution was found, JSON-able."""
+    return {
+        "name": solution.solver,
+        "status": solution.status.name.lower(),
+        "violation": solution.violation,
+        "optimality": solution.optimality,
+        "iterations": solution.iterations,
+        "evaluations": solution.evaluations,
+        "hessians": solution.hessians,
+        "seconds": solution.seconds,
+    }
+
+
+def versions() -> dict[str, str]:
+    """Return the versions that a result depends on."""
+    return {
+        "gaitopt": __version__,
+        "pinocchio": str(pin.__version__),
+        "numpy": np.__version__,
+        "python": platform.python_version(),
+    }
