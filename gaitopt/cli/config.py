@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from difflib import get_close_matches
 from pathlib import Path
 
+from gaitopt.bounds import TABLE, read_bounded
 from gaitopt.errors import InputError
 from gaitopt.robot.files.toml import parse_toml
 
@@ -98,7 +99,7 @@ def read_config(path: Path) -> Settings:
 
 def _table(path: Path) -> dict[str, object]:
     try:
-        text = path.read_bytes()
+        text = read_bounded(path, TABLE)
     except (OSError, ValueError) as error:
         reason = (getattr(error, "strerror", None) or str(error)).lower()
         raise InputError(

@@ -7,6 +7,7 @@ import os
 
 from rich.console import Console
 
+from gaitopt.bounds import WORKERS, at_most
 from gaitopt.cli.config import Settings
 from gaitopt.errors import InputError
 from gaitopt.study.axes import Axis
@@ -35,6 +36,7 @@ def make_crew(given: Settings, axes: list[Axis], errors: Console, quiet: bool) -
 
     if workers is None:
         return joined_crew(str(scheduler))
+    at_most(int(str(workers)), WORKERS, "workers")
     wanted, points = int(str(workers)), math.prod(len(axis.values) for axis in axes)
     count = min(wanted, points, processors())
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from gaitopt.bounds import STARTS, at_most, shown
 from gaitopt.cli.assignments import named_values
 from gaitopt.cli.config import SCHEMA, Settings, read_config
 from gaitopt.cli.robot_request import ROBOTS, biped_spec, catalogued_task, make_robot
@@ -77,7 +78,8 @@ def make_request(given: Settings, config: Path | None) -> Request:
     own = any(name in settings for name in ("start", "seed", "sigma"))
     starts = int(str(settings.get("starts", 1 if own else COUNT)))
     if starts < 1:
-        raise InputError(f"{starts} starts are too few; give at least 1")
+        raise InputError(f"{shown(starts)} starts are too few; give at least 1")
+    at_most(starts, STARTS, "starts")
     start = _start(WalkProblem(robot, task), settings, disturb=starts == 1)
     return Request(robot, task, options, start, starts, _noise(settings), settings)
 

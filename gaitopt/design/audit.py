@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gaitopt.bounds import INSTANTS, at_most
 from gaitopt.design.certificate import Certificate, certify
 from gaitopt.errors import EvaluationError, GaitFileError, InputError
 from gaitopt.gait.assemble import gait_at
@@ -120,6 +121,8 @@ def robot_of(gait: Gait) -> Robot:
 def _instants(gait: Gait) -> Array:
     """Return the instants that refinement added to the task's grid."""
     recorded = gait.fact("instants") or []
+    if isinstance(recorded, list):
+        at_most(len(recorded), INSTANTS, "recorded instants")
     try:
         instants = np.asarray(recorded, dtype=np.float64)
     except (TypeError, ValueError) as error:

@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from gaitopt.bounds import STARTS, WORKERS, at_most, shown
 from gaitopt.design.design import Design, checked_start, design, finished
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.start_job import Outcome, StartJob, outcomes_of
@@ -190,7 +191,9 @@ def _distinct(outcomes: list[Outcome], problem: WalkProblem) -> tuple[Optimum, .
 def _check(count: int, seed: int, sigma: float, workers: int) -> None:
     for name, value in (("starts", count), ("workers", workers)):
         if value < 1:
-            raise InputError(f"{value} {name} are too few; give at least 1")
+            raise InputError(f"{shown(value)} {name} are too few; give at least 1")
+    at_most(count, STARTS, "starts")
+    at_most(workers, WORKERS, "workers")
     if seed < 0:
         raise InputError(f"seed {seed} is negative; give 0 or more")
     if not (np.isfinite(sigma) and sigma >= 0.0):

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from gaitopt.bounds import SAMPLES, at_most, shown
 from gaitopt.errors import InputError
 from gaitopt.nlp import Array
 
@@ -54,7 +55,8 @@ def uniform_grid(samples: int, quadrature: str = "simpson") -> Grid:
     if quadrature not in QUADRATURES:
         raise InputError(f"quadrature '{quadrature}' is unknown; choose {' or '.join(QUADRATURES)}")
     if samples < 3:
-        raise InputError(f"{samples} samples are too few for a step; give at least 3")
+        raise InputError(f"{shown(samples)} samples are too few for a step; give at least 3")
+    at_most(samples, SAMPLES, "samples")
     if quadrature == "simpson" and samples % 2 == 0:
         raise InputError(
             f"Simpson's rule needs an odd number of samples, not {samples}; "

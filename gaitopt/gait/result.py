@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sized
 from dataclasses import dataclass, fields
 
 import numpy as np
 
+from gaitopt.bounds import INSTANTS, at_most
 from gaitopt.errors import InputError
 from gaitopt.nlp import Array
 
@@ -154,6 +155,8 @@ def array_names() -> tuple[str, ...]:
 
 
 def _frozen(name: str, value: object) -> Array:
+    if isinstance(value, Sized) and SHAPES[name][0] == "N":
+        at_most(len(value), INSTANTS, f"instants in the gait's '{name}'")
     try:
         array = np.array(value, dtype=np.float64)
     except (TypeError, ValueError) as error:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+import math
 import zipfile
 from pathlib import Path
 from typing import Any
@@ -12,13 +13,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitopt.atomic import write_atomically
+from gaitopt.bounds import GAIT, too_large
 from gaitopt.errors import GaitFileError, InputError
 from gaitopt.gait.result import Gait, array_names
 
 FORMAT = 1  # raised when a reader of the older format would misread the file
 _TEXTS = ("urdf", "stance_sole", "swing_sole_frame")
 _NAMES = ("parameter_names", "joint_names")
-_LARGEST = 2**30  # bytes unpacked; a gait takes less than a thousandth of it
+_HEADERS = {
+    (1, 0): np.lib.format.read_array_header_1_0,
+    (2, 0): np.lib.format.read_array_header_2_0,
+}
 _EPOCH = (1980, 1, 1, 0, 0, 0)  # equal gaits give equal files: no time of writing inside
 
 
@@ -86,16 +91,38 @@ def _read(source: Path) -> dict[str, NDArray[Any]]:
         raise _bad(source, "there is no such file")
     # Damaged archives raise a dozen unrelated exceptions: zip, zlib, header parser, decoder.
     try:
+        if large := too_large(source.stat().st_size, GAIT):
+            raise ValueError(large)
         with zipfile.ZipFile(source) as archive:
-            size = sum(entry.file_size for entry in archive.infolist())
-            if size > _LARGEST:
-                raise ValueError(f"it unpacks to {size} bytes, too large for a gait")
-        with np.load(source, allow_pickle=False) as content:
-            return {name: np.asarray(content[name]) for name in content.files}
+            if large := too_large(sum(entry.file_size for entry in archive.infolist()), GAIT):
+                raise ValueError(f"unpacked, {large}")
+            return {
+                entry.filename.removesuffix(".npy"): _array(archive, entry)
+                for entry in archive.infolist()
+                if entry.filename.endswith(".npy")
+            }
     except zipfile.BadZipFile as error:
         raise _bad(source, "it is truncated, or not a gait file") from error
     except Exception as error:
         raise _bad(source, f"it is damaged, or not a gait file ({error})") from error
+
+
+def _array(archive: zipfile.ZipFile, entry: zipfile.ZipInfo) -> NDArray[Any]:
+    """Return an array, its header believed only as far as there are bytes for it.
+
+    Raises:
+        ValueError: the header promises another size, or objects.
+    """
+    with archive.open(entry) as stream:
+        version = np.lib.format.read_magic(stream)
+        if version not in _HEADERS:
+            raise ValueError(f"{entry.filename} is of version {version}")
+        shape, _, kind = _HEADERS[version](stream)
+        if kind.hasobject or math.prod(shape) * kind.itemsize != entry.file_size - stream.tell():
+            raise ValueError(f"{entry.filename} holds no array of the size in its header")
+        stream.seek(0)
+        array: NDArray[Any] = np.lib.format.read_array(stream, allow_pickle=False)
+    return array
 
 
 def _meta(source: Path, text: NDArray[np.generic]) -> dict[str, object]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field, fields
 
+from gaitopt.bounds import POSTURES, at_most, shown
 from gaitopt.errors import InputError
 from gaitopt.gait.grid import QUADRATURES, uniform_grid
 from gaitopt.gait.parameters import (
@@ -23,7 +24,10 @@ BOUNDARIES = ("closed", "lifted")
 def _is_finite(value: object) -> bool:
     if isinstance(value, bool):  # to Python a kind of int
         return False
-    return isinstance(value, float | int) and math.isfinite(value)
+    try:
+        return isinstance(value, float | int) and math.isfinite(value)
+    except OverflowError:  # a whole number beyond every float
+        return False
 
 
 @dataclass(frozen=True)
@@ -80,9 +84,9 @@ class Margins:
             value, kind = getattr(self, entry.name), str(entry.type)
             if kind == "bool":
                 if not isinstance(value, bool):
-                    raise InputError(f"{entry.name} is {value!r}; it must be True or False")
+                    raise InputError(f"{entry.name} is {shown(value)}; it must be True or False")
             elif not _is_finite(value) and not (value is None and "None" in kind):
-                raise InputError(f"{entry.name} is {value!r}; it must be a finite number")
+                raise InputError(f"{entry.name} is {shown(value)}; it must be a finite number")
         for name, unit in (
             ("friction", ""),
             ("leg_extension", ""),
@@ -138,13 +142,13 @@ class Task:
         for name, unit in (("speed", "m/s"), ("duration", "s"), ("penalty_weight", "cost/m²")):
             value = getattr(self, name)
             if not (_is_finite(value) and value > 0.0):
-                raise InputError(f"{name} is {value!r} {unit}; it must be a finite number above 0")
+                raise InputError(
+                    f"{name} is {shown(value)} {unit}; it must be a finite number above 0"
+                )
         for name in ("postures", "samples"):
             value = getattr(self, name)
             if not isinstance(value, int) or isinstance(value, bool):
-                raise InputError(f"{name} is {value!r}; it must be a whole number")
-        if self.postures < 1:
-            raise InputError(f"postures is {self.postures}; at least 1 intermediate posture")
+                raise InputError(f"{name} is {shown(value)}; it must be a whole number")
         if self.speed_as not in SPEED_AS:
             raise InputError(
                 f"speed_as '{self.speed_as}' is unknown; choose {' or '.join(SPEED_AS)}"
@@ -158,6 +162,7 @@ class Task:
                 f"quadrature '{self.quadrature}' is unknown; choose {' or '.join(QUADRATURES)}"
             )
         uniform_grid(self.samples, self.quadrature)  # refuses numbers of samples it cannot use
+        _check_postures(self.postures, self.samples)
         time = self.geometry[DURATION]
         if time.free and not time.lower <= self.duration <= time.upper:
             raise InputError(
@@ -179,6 +184,27 @@ class Task:
     def step_length(self) -> float:
         """Step length that the speed asks for, V T [m]."""
         return self.speed * self.duration
+
+
+def _check_postures(postures: int, samples: int) -> None:
+    """Refuse more postures than are of use, or than the samples can tell apart.
+
+    The accelerations are linear between the knots, postures + 2 of them. Samples determine those
+    at the knots only if there are as many, and then equidistant ones do (Schoenberg and Whitney;
+    de Boor, 2001, chapter XIII).
+    """
+    if postures < 1:
+        raise InputError(f"postures is {shown(postures)}; at least 1 intermediate posture")
+    if postures <= min(samples - 2, POSTURES):
+        return
+    if samples - 2 >= POSTURES:
+        at_most(postures, POSTURES, "postures")
+    wanted = postures + 2 + (postures + 1) % 2  # odd, as Simpson's rule wants it
+    more = f", or {wanted} samples" if postures <= POSTURES else ""
+    raise InputError(
+        f"{shown(postures)} postures are more than {samples} samples can tell apart; give at most "
+        f"{samples - 2}{more}"
+    )
 
 
 PRESETS = ("standard", "paper")

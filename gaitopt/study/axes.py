@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sized
 from dataclasses import dataclass, fields, replace
-from itertools import pairwise
+from itertools import islice, pairwise
 
+from gaitopt.bounds import POINTS, at_most
 from gaitopt.errors import InputError
 from gaitopt.gait.parameters import DURATION, GEOMETRY_NAMES, set_quantities
 from gaitopt.gait.task import Margins, Task
 
 DIGITS = 10  # of grid values: 0.4 + 3 * 0.05 is 0.55, not 0.55000000000000004
-LARGEST = 100_000  # values of one axis; more is a slip of the keyboard
 
 _TASK = ("speed", "duration", "penalty_weight")
 _MARGINS = tuple(f.name for f in fields(Margins) if f.name not in ("joint_range", "impulse_cop"))
@@ -67,8 +67,10 @@ class Axis:
 
 def _numbers(name: str, values: Iterable[float]) -> tuple[float, ...]:
     try:
-        return tuple(round(float(v), DIGITS) for v in values)
-    except (TypeError, ValueError) as error:
+        numbers = tuple(round(float(v), DIGITS) for v in islice(values, POINTS + 1))
+        at_most(len(values) if isinstance(values, Sized) else len(numbers), POINTS, "values")
+        return numbers
+    except (TypeError, ValueError, OverflowError) as error:
         raise InputError(f"the values of {name} are {values!r}; give numbers, as (0.8, 1.0)") from (
             error
         )
@@ -103,8 +105,7 @@ def parse_axis(name: str, text: str) -> Axis:
             f"{last:g}:{first:g}:{step:g}"
         )
     count = math.floor((last - first) / step + 1e-6) + 1
-    if count > LARGEST:
-        raise InputError(f"the range {text} of {name} has {count} values; 1 to {LARGEST} are good")
+    at_most(count, POINTS, f"values of {name}", "with a larger step, or in several sweeps")
     return Axis(name, tuple(first + i * step for i in range(count)))
 
 

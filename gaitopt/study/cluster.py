@@ -13,6 +13,7 @@ from contextlib import suppress
 from multiprocessing import resource_tracker
 from typing import Any
 
+from gaitopt.bounds import WORKERS, at_most, shown
 from gaitopt.design.worker import leave_ctrl_c
 from gaitopt.errors import GaitoptError, InputError, MissingExtraError
 from gaitopt.study.jobs import Crew, Job, Outcome, run_job
@@ -150,7 +151,8 @@ def _block_ctrl_c() -> None:
 
 def _require_workers(workers: int) -> None:
     if workers < 1:
-        raise InputError(f"{workers} workers are too few; give at least 1")
+        raise InputError(f"{shown(workers)} workers are too few; give at least 1")
+    at_most(workers, WORKERS, "workers")
 
 
 def _started(workers: int) -> DaskCrew:

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
+from gaitopt.bounds import POINTS, at_most
 from gaitopt.errors import InputError
 from gaitopt.study.axes import Axis
 
@@ -25,7 +27,7 @@ class GridPoints:
             starting from the middle and again at the ends, for fewer tries.
 
     Raises:
-        InputError: no axis, or one twice.
+        InputError: no axis, one twice, or too many points.
     """
 
     axes: tuple[Axis, ...]
@@ -35,6 +37,7 @@ class GridPoints:
         names = [axis.name for axis in self.axes]
         if not names or len(set(names)) < len(names):
             raise InputError("a sweep needs at least one quantity, and each only once")
+        at_most(math.prod(len(axis.values) for axis in self.axes), POINTS, "points of a sweep")
         if not self.seeds:
             object.__setattr__(self, "seeds", self._both_ends())
 

@@ -10,6 +10,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any
 
+from gaitopt.bounds import JOURNAL, read_bounded
 from gaitopt.errors import InputError
 
 NAME = "journal.jsonl"
@@ -28,9 +29,9 @@ def read_journal(path: Path) -> Iterator[dict[str, Any]]:
 def _entries(path: Path) -> Iterator[tuple[dict[str, Any], int]]:
     """Yield events and the length of the file up to the end of each."""
     try:
-        data = path.read_bytes() if path.exists() else b""
-    except OSError as error:
-        reason = (error.strerror or "unknown reason").lower()
+        data = read_bounded(path, JOURNAL) if path.exists() else b""
+    except (OSError, ValueError) as error:
+        reason = (getattr(error, "strerror", None) or str(error)).lower()
         raise InputError(f"cannot read '{path}': {reason}") from error
     end = 0
     lines = data.split(b"\n")

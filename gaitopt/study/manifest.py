@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from gaitopt.atomic import write_atomically
+from gaitopt.bounds import MANIFEST, read_bounded
 from gaitopt.design.options import DesignOptions
 from gaitopt.errors import GaitFileError, InputError
 from gaitopt.gait.task import Task
@@ -95,7 +96,7 @@ def read_manifest(directory: Path) -> Record:
     """
     path = directory / NAME
     try:
-        record = json.loads(path.read_text(encoding="utf-8"))
+        record = json.loads(read_bounded(path, MANIFEST))
     except (OSError, ValueError) as error:
         raise GaitFileError(
             f"'{directory}' is no gait library: it has no readable {NAME}; give a directory that "

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
+from gaitopt.bounds import FRAMES, STEPS, at_most, shown
 from gaitopt.errors import InputError
 from gaitopt.gait.result import Gait
 from gaitopt.nlp import Array
@@ -62,7 +63,11 @@ def walk(gait: Gait, model: pin.Model, steps: int = DEFAULT_STEPS) -> Walk:
         InputError: steps < 1.
     """
     if steps < 1:
-        raise InputError(f"{steps} steps cannot be shown; ask for one or more")
+        raise InputError(f"{shown(steps)} steps cannot be shown; ask for one or more")
+    at_most(steps, STEPS, "steps")
+    frames = steps * len(gait.time)
+    few = FRAMES // len(gait.time)
+    at_most(frames, FRAMES, "frames", f"{few} steps of this gait's {len(gait.time)} instants")
     soles = (gait.stance_sole, gait.swing_sole_frame)
     data = model.createData()
     rest = resting(gait, model)

@@ -7,6 +7,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
+from gaitopt.bounds import MESH, too_large
+
 _PACKAGE_SCHEMES = ("package://", "model://")
 _POINTER = b"version https://git-lfs"  # what stands in a clone whose large files were not fetched
 
@@ -58,6 +60,8 @@ class MeshPaths:
         if path is None:
             return "was not found"
         try:
+            if large := too_large(path.stat().st_size, MESH):
+                return f"is not read: {large}"
             with path.open("rb") as stream:
                 head = stream.read(len(_POINTER))
         except OSError as error:

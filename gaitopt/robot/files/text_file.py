@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from gaitopt.bounds import TEXT, read_bounded
 from gaitopt.errors import RobotError
 
 
@@ -15,10 +16,10 @@ def read_text(path: Path, what: str = "file") -> str:
         what: it should hold, for messages.
 
     Raises:
-        RobotError: the file is missing, a directory, empty, or not UTF-8 text.
+        RobotError: the file is missing, a directory, empty, too large, or not UTF-8 text.
     """
     try:
-        text = path.read_text(encoding="utf-8-sig")
+        text = read_bounded(path, TEXT).decode("utf-8-sig")
     except UnicodeDecodeError:
         raise RobotError(
             f"cannot read the {what} '{path}': it is not UTF-8 text; save it as UTF-8"

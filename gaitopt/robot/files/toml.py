@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from typing import Any
 
+from gaitopt.bounds import MEGABYTE, TABLE
 from gaitopt.errors import InputError
 
 if sys.version_info >= (3, 11):
@@ -30,8 +31,11 @@ def parse_toml(
         kind: of the error.
 
     Raises:
-        InputError: it is not TOML; of the class asked for.
+        InputError: it is not TOML, or too large; of the class asked for.
     """
+    if len(text) > TABLE:
+        size, most = len(text) / MEGABYTE, TABLE / MEGABYTE
+        raise kind(f"{where}: it has {size:.1f} MB; at most {most:g} MB of TOML are read")
     try:
         return tomllib.loads(text if isinstance(text, str) else text.decode("utf-8-sig"))
     except (ValueError, RecursionError) as error:

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from gaitopt.atomic import write_atomically
+from gaitopt.bounds import TABLE, read_bounded
 from gaitopt.errors import SpecError
 from gaitopt.robot.files.toml import parse_toml
 from gaitopt.robot.generated.presets import biped13
@@ -78,7 +79,7 @@ def _value_text(value: Any) -> str:
 
 def _read_table(path: Path) -> dict[str, Any]:
     try:
-        text = path.read_bytes()
+        text = read_bounded(path, TABLE)
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
         raise SpecError(

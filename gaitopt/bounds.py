@@ -1,0 +1,93 @@
+"""The largest of everything that a user can ask for; more is refused by its number, at once.
+
+Each bound is far above what is of use and below what takes the memory or the day of a machine, so
+that a slip of the keyboard, or a number in a file from elsewhere, ends in a sentence. They are
+checked where a value enters (`Task`, `Gait`, `GridPoints`, readers of files), before anything of
+that size is made.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from gaitopt.errors import InputError
+
+SAMPLES = 1001
+"""Instants of a step. Results change by less than 1e-4 beyond 101; a solve with 1001 takes some ten
+times one with 31."""
+INSTANTS = 20_000
+"""Instants in a gait file: the samples and those that refinement added."""
+POSTURES = 30
+"""Intermediate postures: the cost hardly falls beyond ten, and the work grows by their cube."""
+STARTS = 1000
+"""First guesses of one search, each of which takes a second or so."""
+WORKERS = 256
+"""Processes on this machine, each of which takes some 150 MB."""
+POINTS = 20_000
+"""Points of a sweep: each is a file and a second or more of work."""
+STEPS = 200
+"""Steps of a film: a minute and a half at 0.4 s."""
+FRAMES = 20_000
+"""Frames of a film, steps times instants: a page holds every part of the robot at each."""
+
+MEGABYTE = 10**6
+TEXT = 32 * MEGABYTE
+"""Bytes of a robot's file (URDF, MJCF, SRDF): public ones have less than one megabyte."""
+TABLE = MEGABYTE
+"""Bytes of a TOML file."""
+MESH = 256 * MEGABYTE
+"""Bytes of one mesh file: the largest of public humanoids have 50 MB."""
+GAIT = 256 * MEGABYTE
+"""Bytes of a gait file, unpacked; numpy stores a text in four bytes a character."""
+MANIFEST = 256 * MEGABYTE
+"""Bytes of the manifest of a library, which holds the robot's file."""
+JOURNAL = 1000 * MEGABYTE
+"""Bytes of a sweep's journal: some ten kilobytes a point."""
+
+_READABLE = 10**15
+_LONGEST = 60  # characters of a value in a message
+
+
+def at_most(value: int, most: int, what: str, advice: str = "") -> None:
+    """Refuse a number beyond its bound.
+
+    Args:
+        value: asked for.
+        most: its bound.
+        what: is counted, as "samples".
+        advice: what else to do, appended to the message.
+
+    Raises:
+        InputError: the number is too large.
+    """
+    if value > most:
+        more = f"; {advice}" if advice else ""
+        raise InputError(f"{shown(value)} {what} are too many; give at most {most}{more}")
+
+
+def shown(value: object) -> str:
+    """Return a value as text for a message: numbers of hundreds of digits by their size."""
+    if isinstance(value, int) and abs(value) >= _READABLE:
+        return "more than 1e15" if value > 0 else "less than -1e15"
+    return repr(value)[:_LONGEST]
+
+
+def read_bounded(path: Path, most: int) -> bytes:
+    """Return what a file holds; of a device without an end no more is read than of a file.
+
+    Raises:
+        OSError: the file cannot be read.
+        ValueError: it is larger than its bound, or the path is none.
+    """
+    with path.open("rb") as stream:
+        data = stream.read(most + 1)
+    if reason := too_large(len(data), most):
+        raise ValueError(reason)
+    return data
+
+
+def too_large(size: int, most: int) -> str:
+    """Return why a file of so many bytes is not read, or an empty text."""
+    if size <= most:
+        return ""
+    return f"it is larger than {most // MEGABYTE} million bytes, the most that is read"
