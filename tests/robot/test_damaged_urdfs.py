@@ -172,10 +172,6 @@ DAMAGE = {
         both(lambda side: on("joint", f"{side}_knee", ".", type="prismatic")),
         r"joint '(left|right)_knee' is prismatic; gaitopt needs two legs of six revolute",
     ),
-    "continuous joint in a leg": (
-        both(lambda side: on("joint", f"{side}_knee", ".", type="continuous")),
-        r"joint '(left|right)_knee' is continuous.*give it the type revolute",
-    ),
     "unknown joint type": (
         on("joint", HIP, ".", type="hinge"),
         rf"line \d+: joint '{HIP}': its type is 'hinge'; it must be one of revolute",

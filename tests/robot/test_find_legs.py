@@ -188,7 +188,6 @@ def _mimic(root):
         (edits(_knees("fixed"), add_toes()), r"has 5 joints of its own; gaitopt needs two legs"),
         (_knees("fixed"), r"_sole' has 5 joints of its own; .*ankle_pitch, \w+_ankle_roll; the"),
         (_knees("prismatic"), r"joint '\w+_knee' is prismatic; gaitopt needs two legs of six"),
-        (_knees("continuous"), r"joint '\w+_knee' is continuous \(without a range\)"),
         (_knees("planar"), r"^line \d+: joint '\w+_knee': its type is planar; only revolute"),
         (_mimic, r"^line \d+: joint 'left_knee': it mimics joint 'right_knee', which is not"),
     ],

@@ -79,7 +79,7 @@ def test_without_a_range_a_turn_is_the_most():
     assert math.radians(20.0) == pytest.approx(0.3491, abs=1e-4)
 
 
-def test_a_continuous_joint_has_no_range_to_change():
+def test_a_continuous_joint_may_be_given_a_range():
     limits = (LimitOverride("shoulder", lower=-1.0, upper=2.0),)
-    with pytest.raises(RobotError, match="'shoulder' matches only shoulder, without a range"):
-        read(0.1, armed(kind="continuous"), limits=limits)
+    robot = read(2.05, armed(kind="continuous"), limits=limits)
+    assert told(robot) == [("warning", "stands at 2.05 rad, outside its range -1 to 2 rad")]

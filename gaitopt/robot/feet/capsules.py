@@ -19,6 +19,8 @@ from gaitopt.robot.feet.cover import Cover, cover
 from gaitopt.robot.feet.shape_points import Points, placed_shapes
 from gaitopt.robot.feet.sole import Sole
 from gaitopt.robot.files.source import Source, read_source
+from gaitopt.robot.legs.joint_points import points_on_lines
+from gaitopt.robot.legs.placed import place
 from gaitopt.robot.model import Robot
 
 DEFAULT_RADIUS = 0.05  # m: of a body whose shape is unknown
@@ -120,7 +122,13 @@ def _joints(robot: Robot, body: int) -> Array:
         middle = (sole.left + sole.right) / 2.0
         ends = ((x, middle, 0.0) for x in (sole.heel, sole.toe))
         return np.array([frame.act(np.array(p)) for p in ends])
-    return np.array([np.zeros(3), model.jointPlacements[body + 2].translation])
+    placed = place(model, pin.neutral(model))
+    own = placed.places[body + 1]
+    # From the hip downwards in both legs, so that their capsules mirror each other.
+    rows = list(range(2, 8))[::-1] if body < PELVIS else list(range(8, 14))
+    origins = np.array([placed.places[row].translation for row in rows])
+    points = points_on_lines(origins, placed.lines[1][rows], [0, *range(5)])
+    return np.array([own.actInv(points[rows.index(row)]) for row in (body + 1, body + 2)])
 
 
 def _facing(robot: Robot, body: int) -> Array:

@@ -24,6 +24,7 @@ from gaitopt.robot.mjcf.include import whole_mjcf
 from gaitopt.robot.mjcf.parts import geometry_mjcf, mjcf_mesh_problems, motion_mjcf
 from gaitopt.robot.physics import Physics
 from gaitopt.robot.urdf.check import check_urdf
+from gaitopt.robot.urdf.continuous import without_end
 from gaitopt.robot.urdf.parts import geometry_part, mesh_problems, motion_part
 from gaitopt.robot.urdf.values import UrdfProblem
 
@@ -62,7 +63,7 @@ class Source:
         """Return a new model of the whole robot; joint 1 is a free-flyer.
 
         A limit that is not given is 0 in a URDF (see `problems`) and infinite in MJCF, which knows
-        no speed limits.
+        no speed limits; the range of a continuous joint is infinite too.
 
         Raises:
             RobotError: Pinocchio cannot read the description.
@@ -126,6 +127,7 @@ class Source:
             model = _guarded(
                 "the URDF", lambda: pin.buildModelFromXML(text, pin.JointModelFreeFlyer())
             )
+            model = without_end(model)
         if model.njoints < 2 or model.joints[1].shortname() != "JointModelFreeFlyer":
             raise RobotError("the robot has no links that can move; check the file")
         return tell_apart(model)

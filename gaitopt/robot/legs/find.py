@@ -14,7 +14,11 @@ from gaitopt.robot.legs.refused import SAME_HEIGHT, many_legs, no_legs, no_pair
 from gaitopt.robot.legs.tree import UNMOVED, Tree, foot_name, joint_kind, own_joints, unit
 
 _DOWNWARDS = 0.7  # cosine: from the hips a leg goes down
-_TOE = 0.03  # m: a joint this far ahead of the one before it, and not below it, bends the toes
+_TOE = 0.03  # m: a joint whose line passes this far ahead of the ankle, and not below, bends toes
+_HINGE = 0.5  # sine: the toes' line and that of the ankle's pitch joint are nearly parallel
+_SLOPE = 0.5  # of the height by which it is below: how far the toes' line is ahead at least
+_FOOT = 1.0 / 3.0  # of the leg: from the ankle to the toes is less
+_JOINTS = 6
 _UP_ORDER = ("z", "y", "x", "-z", "-y", "-x")  # the usual one first
 
 
@@ -125,22 +129,47 @@ def _checked(tree: Tree, ends: tuple[int, int], up: Array, *, trim: bool) -> Pai
     legs = [own_joints(tree.model, *pair) for pair in (ends, ends[::-1])]
     beyond: list[int] = []
     for leg in legs:
-        while trim and len(leg) > 1 and _is_toe(tree, leg, up):
+        while trim and len(leg) >= _JOINTS and _is_toe(tree, leg, up):
             beyond.append(leg.pop())
     for leg in legs:
-        _check_leg(tree, leg)
+        _check_leg(tree, leg, [j for j in beyond if leg[-1] in tree.model.supports[j]])
     return Pair((tuple(legs[0]), tuple(legs[1])), up, tuple(beyond))
 
 
 def _is_toe(tree: Tree, leg: list[int], up: Array) -> bool:
-    gap = tree.places[leg[-1]] - tree.places[leg[-2]]
-    ahead = float(np.linalg.norm(_across(gap, up)))
-    return ahead > _TOE and ahead > abs(float(gap @ up))
+    """Tell whether the last joint of a leg bends the toes.
+
+    Its line is nearly parallel to that of one of the two joints before it, and passes that one at
+    a level distance, rather than below it as the ankle passes the knee. In a leg that has six
+    joints without it the distance may slope, if it is short as a foot is.
+
+    Args:
+        tree: the robot.
+        leg: joints from hip to the end.
+        up: upward direction in the root link, shape (3,).
+    """
+    axis = tree.axes[leg[-1]]
+    span = float(np.linalg.norm(tree.places[leg[-1]] - tree.places[leg[0]]))
+    for joint in leg[-3:-1]:
+        if np.linalg.norm(np.cross(tree.axes[joint], axis)) < _HINGE:
+            gap = tree.places[leg[-1]] - tree.places[joint]
+            gap = gap - (gap @ axis) * axis
+            ahead, below = float(np.linalg.norm(_across(gap, up))), abs(float(gap @ up))
+            spare = len(leg) > _JOINTS and np.linalg.norm(gap) < _FOOT * span
+            return ahead > _TOE and ahead > (_SLOPE if spare else 1.0) * below
+    return False
 
 
-def _check_leg(tree: Tree, leg: list[int]) -> None:
+def _check_leg(tree: Tree, leg: list[int], toes: list[int]) -> None:
     model = tree.model
-    names = [model.names[j] for j in leg]
+    names = [str(model.names[j]) for j in leg]
+    if len(leg) != _JOINTS:
+        end = foot_name(model, leg[-1]) if leg else "the root"
+        more = f", beyond them the toes: {', '.join(model.names[j] for j in toes)}" if toes else ""
+        raise RobotError(
+            f"the chain that ends in '{end}' has {len(leg)} joints of its own; gaitopt needs two "
+            f"legs of six revolute joints each; its joints: {', '.join(names) or 'none'}{more}"
+        )
     for joint, name in zip(leg, names, strict=True):
         problem = tree.problem(joint, UNMOVED)
         if problem is not None:
@@ -150,9 +179,3 @@ def _check_leg(tree: Tree, leg: list[int]) -> None:
             raise RobotError(
                 f"joint '{name}' is {kind}; gaitopt needs two legs of six revolute joints each"
             )
-    if len(leg) != 6:
-        end = foot_name(model, leg[-1]) if leg else "the root"
-        raise RobotError(
-            f"the chain that ends in '{end}' has {len(leg)} joints of its own; gaitopt needs two "
-            f"legs of six revolute joints each; its joints: {', '.join(names) or 'none'}"
-        )

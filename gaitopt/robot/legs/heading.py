@@ -148,7 +148,7 @@ def _front(legs: tuple[LegLines, LegLines], ahead: Array) -> tuple[float, str, s
 
 def _bend(leg: LegLines, ahead: Array) -> float:
     """How far forward the knee takes the ankle as its range has it [m], 0 if that does not tell."""
-    knee = find_knee(leg.points, leg.axes, leg.hip, leg.ankle, leg.angles)
+    knee = find_knee(leg.points, leg.axes, leg.hip, leg.ankle, leg.angles, (3, 4, 5))
     side = knee.range_side(float(leg.lower[knee.row]), float(leg.upper[knee.row]))
     return side * float(knee.side @ ahead)
 

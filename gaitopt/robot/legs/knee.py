@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from gaitopt.nlp import Array
 
+_BENDS = 0.1  # of what any joint of the leg changes: what a knee changes at least
 _ONE_SIDED = 0.15  # of the range: how far its middle must be from straight
 
 
@@ -39,7 +41,14 @@ class Knee:
         return float(np.sign(middle)) if abs(middle) > _ONE_SIDED * (upper - lower) else 0.0
 
 
-def find_knee(points: Array, axes: Array, hip: Array, ankle: Array, angles: Array) -> Knee:
+def find_knee(
+    points: Array,
+    axes: Array,
+    hip: Array,
+    ankle: Array,
+    angles: Array,
+    beyond: Sequence[int] | None = None,
+) -> Knee:
     """Find the knee among the joint lines of a leg; all in one frame.
 
     About one revolute joint the squared distance is c0 + c1 cos q + c2 sin q, q from the posture
@@ -50,18 +59,28 @@ def find_knee(points: Array, axes: Array, hip: Array, ankle: Array, angles: Arra
             as seen from the hip.
         hip, ankle: centres of both [m], shape (3,).
         angles: of the joints in that posture [rad], shape (n,).
+        beyond: rows of the joints beyond the hip, of which the knee is one unless they hardly
+            change the distance; None for all. Where the axes of a hip do not meet, one of its
+            joints may well change the distance more than the knee does.
     """
-    best, most = Knee(0, 0.0, 0.0, np.zeros(3)), -1.0
-    for row, (point, axis) in enumerate(zip(points, axes, strict=True)):
-        to_hip, to_ankle = hip - point, ankle - point
-        along = (to_ankle @ axis) * axis
-        level = to_ankle - along
-        across = np.cross(axis, level)
-        c0 = float(to_hip @ to_hip + to_ankle @ to_ankle - 2.0 * to_hip @ along)
-        c1, c2 = -2.0 * float(to_hip @ level), -2.0 * float(to_hip @ across)
-        swing, turn = float(np.hypot(c1, c2)), float(np.arctan2(c2, c1))
-        if swing > most:
-            side = np.cos(turn) * across - np.sin(turn) * level
-            best = Knee(row, float(angles[row]) + turn, float(np.sqrt(c0 + swing)), side)
-            most = swing
-    return best
+    swings = [_swing(p, a, hip, ankle) for p, a in zip(points, axes, strict=True)]
+    sizes = np.array([abs(c) for _, c in swings])
+    row = int(sizes.argmax())
+    if beyond is not None:
+        nearer = max(beyond, key=lambda k: float(sizes[k]))
+        row = nearer if sizes[nearer] > _BENDS * sizes[row] else row
+    c0, c = swings[row]
+    turn = float(np.angle(c))
+    level = ankle - points[row]
+    level = level - (level @ axes[row]) * axes[row]
+    side = np.cos(turn) * np.cross(axes[row], level) - np.sin(turn) * level
+    return Knee(row, float(angles[row]) + turn, float(np.sqrt(c0 + abs(c))), side)
+
+
+def _swing(point: Array, axis: Array, hip: Array, ankle: Array) -> tuple[float, complex]:
+    """Return c0 and c1 + i c2 of the squared distance between hip and ankle about a line [m²]."""
+    to_hip, to_ankle = hip - point, ankle - point
+    along = (to_ankle @ axis) * axis
+    level = to_ankle - along
+    c0 = float(to_hip @ to_hip + to_ankle @ to_ankle - 2.0 * to_hip @ along)
+    return c0, complex(-2.0 * to_hip @ level, -2.0 * to_hip @ np.cross(axis, level))

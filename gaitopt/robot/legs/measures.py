@@ -111,7 +111,8 @@ def measure_legs(lines: ChainLines, soles: tuple[str, str], limits: JointLimits)
         ankles.append(place.actInv(lines.pelvis.act(ankle)))
         rows = slice(6 * leg, 6 * leg + 6)
         outward = _OUTWARD[leg] * lines.axes[rows]
-        knee = find_knee(lines.points[rows], outward, hip, ankle, np.zeros(6))
+        beyond = [row for row in range(6) if row + 6 * leg not in HIP_JOINTS[leg]]
+        knee = find_knee(lines.points[rows], outward, hip, ankle, np.zeros(6), beyond)
         knees.append(replace(knee, row=6 * leg + knee.row))
         flexion.append(_flexion(knees[-1], limits))
     return Legs(

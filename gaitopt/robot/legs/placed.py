@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import pinocchio as pin
@@ -11,6 +12,7 @@ import pinocchio as pin
 from gaitopt.nlp import Array
 from gaitopt.robot.feet.shape import FootShape
 from gaitopt.robot.legs.heading import LegLines
+from gaitopt.robot.legs.joint_points import joint_lines_of
 from gaitopt.robot.legs.measures import centre
 from gaitopt.robot.legs.stance import Stance
 
@@ -32,6 +34,11 @@ class Placed:
     model: pin.Model
     q: Array
     places: list[pin.SE3]
+
+    @cached_property
+    def lines(self) -> tuple[Array, Array]:
+        """A point and the axis of each joint in the root link; see `joint_lines_of`."""
+        return joint_lines_of(self.model, self.q)
 
 
 def place(model: pin.Model, q: Array) -> Placed:
@@ -88,8 +95,8 @@ def leg_lines(placed: Placed, leg: tuple[int, ...], shape: FootShape | None = No
     rows = [model.joints[joint].idx_q for joint in leg]
     ankle = placed.places[leg[-1]]
     return LegLines(
-        points=np.array([placed.places[joint].translation for joint in leg]),
-        axes=joint_axes(model, placed.q, leg),
+        points=placed.lines[0][list(leg)],
+        axes=placed.lines[1][list(leg)],
         angles=placed.q[rows],
         lower=np.array(model.lowerPositionLimit)[rows],
         upper=np.array(model.upperPositionLimit)[rows],

@@ -124,7 +124,7 @@ def _check_angles(model: pin.Model, widened: pin.Model, angles: Angles) -> None:
     """Refuse angles beyond the range of the file and beyond that of the user."""
     for name, angle in angles.items():
         joint = model.getJointId(name) if model.existJointName(name) else 0
-        if joint < 2 or model.joints[joint].nq != 1:  # continuous joints have no range
+        if joint < 2 or model.joints[joint].nq != 1:
             continue
         ranges = _range(model, joint), _range(widened, joint)
         lower, upper = min(r[0] for r in ranges), max(r[1] for r in ranges)
@@ -140,12 +140,17 @@ def _check_angles(model: pin.Model, widened: pin.Model, angles: Angles) -> None:
 
 
 def _range(model: pin.Model, joint: int) -> tuple[float, float]:
-    """Range of a joint; a full turn either way (or any length) where the file gives none."""
+    """Range of a joint; a full turn either way (or any length) where the file gives a wide one.
+
+    Continuous joints turn for ever.
+    """
     at = model.joints[joint].idx_q
     lower, upper = model.lowerPositionLimit[at], model.upperPositionLimit[at]
     most = 2.0 * np.pi if _unit(model, joint) == "rad" else np.inf
     if not lower < upper:
         return -most, most
+    if np.isinf(lower) and np.isinf(upper):
+        return -np.inf, np.inf
     return max(float(lower), -most), min(float(upper), most)
 
 

@@ -3,11 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Collection
+from itertools import combinations
 
 from gaitopt.errors import RobotError
 from gaitopt.nlp import Array
 from gaitopt.robot.legs.alike import unequal_pair
-from gaitopt.robot.legs.tree import Tree, branches, foot_name, own_joints
+from gaitopt.robot.legs.tree import (
+    UNMOVED,
+    Tree,
+    all_revolute,
+    branches,
+    foot_name,
+    own_joints,
+)
 
 SAME_HEIGHT = 0.02  # m: feet of a standing robot may differ by this much at its reference posture
 NAME_FEET = 'feet = ["RIGHT", "LEFT"] in the file for --choices (in Python, feet)'
@@ -15,7 +23,7 @@ NAME_FEET = 'feet = ["RIGHT", "LEFT"] in the file for --choices (in Python, feet
 _NUMBERS = {2: "two", 3: "three", 4: "four", 5: "five", 6: "six"}
 _WAIST = 4  # joints: chains that share more branch off a hand, not off a pelvis
 _NEEDS = "gaitopt walks on two legs of six revolute joints each"
-_BIPED = f"if it is a biped all the same, name its feet: {NAME_FEET}"
+_SIX = 6
 
 
 def no_pair(tree: Tree) -> RobotError:
@@ -23,10 +31,14 @@ def no_pair(tree: Tree) -> RobotError:
     found = f"no two legs were found: {_chains(tree)}"
     if len(tree.leaves) < 2:
         return RobotError(f"{found}; {_NEEDS}; give a robot that has them")
+    legs = _six_jointed(tree, ())
+    if legs is None:
+        return _unequal(tree) or RobotError(f"{found}; {_NEEDS}, and no two of them are such legs")
     return _unequal(tree) or RobotError(
         f"{found}; no two chains of joints end side by side below everything else at the "
-        f"reference posture; {_NEEDS}; if it is a biped, say where its head is (up: an axis of "
-        f'the root link, as "y", or three numbers) or name the feet: {NAME_FEET}'
+        f"reference posture; {_NEEDS}, as the chains to {legs} are; if it is a biped, say where "
+        f'its head is (up: an axis of the root link, as "y", or three numbers) or name the feet: '
+        f"{NAME_FEET}"
     )
 
 
@@ -49,11 +61,11 @@ def no_legs(tree: Tree, ends: tuple[int, int], fault: RobotError) -> RobotError:
     if fingers:
         return _unequal(tree) or RobotError(
             f"no two legs were found: {_chains(tree)}; those that reach lowest, to {names}, "
-            f"{fingers}, as fingers do; {_NEEDS}; {_BIPED}"
+            f"{fingers}, as fingers do; {_NEEDS}{_others(tree, ends)}"
         )
     return _unequal(tree) or RobotError(
         f"{fault}; the chains to {names} were taken for legs, as they reach lowest; if they are "
-        f"arms, the robot shows no legs; if its legs are others, name the feet: {NAME_FEET}"
+        f"arms, the robot shows no legs{_others(tree, ends)}"
     )
 
 
@@ -89,8 +101,27 @@ def many_legs(tree: Tree, ends: tuple[int, int], up: Array) -> RobotError | None
     names = ", ".join(f"'{foot_name(tree.model, leg[-1])}'" for leg in legs)
     return RobotError(
         f"no two legs were found: {number} chains of {joints} each reach equally low, "
-        f"down to {names}; {_NEEDS}; {_BIPED}"
+        f"down to {names}; {_NEEDS}{_others(tree, [leg[-1] for leg in legs])}"
     )
+
+
+def _others(tree: Tree, ends: Collection[int]) -> str:
+    """Advice to name the feet, where the robot has other chains that may be its legs."""
+    legs = _six_jointed(tree, ends)
+    if legs is None:
+        return ""
+    return f"; if its legs are the chains to {legs} or others, name its feet: {NAME_FEET}"
+
+
+def _six_jointed(tree: Tree, but: Collection[int]) -> str | None:
+    """Ends of two chains of six driven revolute joints each, but for some; None if none are."""
+    for pair in combinations([j for j in tree.leaves if j not in but], 2):
+        legs = [own_joints(tree.model, *ends) for ends in (pair, pair[::-1])]
+        driven = [j for leg in legs for j in leg if tree.problem(j, UNMOVED) is None]
+        six = [len(leg) for leg in legs] == [_SIX, _SIX] and len(driven) == 2 * _SIX
+        if six and all_revolute(tree.model, driven):
+            return " and ".join(f"'{foot_name(tree.model, j)}'" for j in pair)
+    return None
 
 
 def _shared(tree: Tree, ends: Collection[int]) -> int:
@@ -122,7 +153,7 @@ def _unequal(tree: Tree) -> RobotError | None:
 
 def _chains(tree: Tree) -> str:
     """How many chains of joints there are, and where the longest end."""
-    leaves = tree.leaves
+    leaves = [j for j in range(2, tree.model.njoints) if len(tree.model.children[j]) == 0]
     if not leaves:
         return "no joint moves"
     lengths = {j: len(tree.model.supports[j]) - 2 for j in leaves}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import pinocchio as pin
@@ -14,6 +15,7 @@ from gaitopt.robot.urdf.values import UrdfProblem
 UNMOVED = ("mimic", "free")
 """Problems of joints that no motor turns."""
 
+_LIGHT = 2e-4  # of the robot's mass: a branch that carries less is no limb
 _BODY = pin.FrameType.BODY
 _REVOLUTE = ("JointModelRX", "JointModelRY", "JointModelRZ", "JointModelRevoluteUnaligned")
 
@@ -24,20 +26,40 @@ class Tree:
 
     Attributes:
         model: free-flyer and joints.
-        places: origins of its joints in the root link [m], shape (njoints, 3).
+        places: points of its joints in the root link [m], shape (njoints, 3); see `joint_points`.
+        axes: of its joints there, 0 for those that do not revolve, shape (njoints, 3).
         problems: that were found in its file.
         q: the reference posture, shape (nq,); None for the neutral one.
     """
 
     model: pin.Model
     places: Array
+    axes: Array
     problems: tuple[UrdfProblem, ...] = ()
     q: Array | None = None
 
-    @property
+    @cached_property
     def leaves(self) -> list[int]:
-        """Joints that carry no other joint."""
-        return [j for j in range(2, self.model.njoints) if len(self.model.children[j]) == 0]
+        """Joints that carry no other joint, branches without mass left out.
+
+        Such branches stand for rods of a linkage, cables or frames. What carries next to nothing
+        is none of a robot's limbs.
+        """
+        bodies = [float(body.mass) for body in self.model.inertias]
+        below = bodies.copy()
+        for joint in reversed(range(2, self.model.njoints)):
+            below[self.model.parents[joint]] += below[joint]
+        least, found = _LIGHT * sum(bodies), []
+        light = set()
+        for joint in range(2, self.model.njoints):
+            parent = int(self.model.parents[joint])
+            forks = parent < 2 or len(self.model.children[parent]) > 1
+            if parent in light or (forks and below[joint] < least):
+                light.add(joint)
+        for joint in range(2, self.model.njoints):
+            if joint not in light and all(int(c) in light for c in self.model.children[joint]):
+                found.append(joint)
+        return found
 
     def problem(self, joint: int, kinds: Collection[str]) -> UrdfProblem | None:
         """Return the first problem of a joint that is of one of some kinds."""

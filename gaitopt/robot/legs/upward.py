@@ -38,8 +38,7 @@ def standing_legs(source: Source, placed: Placed, choices: Choices) -> Pair:
     Raises:
         RobotError: there are no two legs.
     """
-    points = np.array([place.translation for place in placed.places])
-    tree = Tree(placed.model, points, source.problems, placed.q)
+    tree = Tree(placed.model, *placed.lines, source.problems, placed.q)
     up = None if choices.up is None else axis_vector(choices.up)
     pair = find_legs(tree, named_feet(placed.model, choices), up)
     if up is not None:

@@ -11,6 +11,7 @@ from collections.abc import Collection
 from xml.etree.ElementTree import Element, SubElement, tostring
 
 from gaitopt.robot.files.meshes import MeshPaths, MeshProblem
+from gaitopt.robot.urdf.continuous import make_revolute
 from gaitopt.robot.urdf.joints import FREE, LIMITED, usable_limit
 
 GEOMETRY = ("visual", "collision")
@@ -19,7 +20,8 @@ GEOMETRY = ("visual", "collision")
 def motion_part(root: Element) -> str:
     """Return a URDF of the links and joints alone.
 
-    A limit that is not given or not finite is 0 (see `check_joint`). A massless root that only
+    A limit that is not given or not finite is 0 (see `check_joint`), a continuous joint a revolute
+    one (see `without_end`). A massless root that only
     carries the robot on a floating joint is left out.
 
     Args:
@@ -34,6 +36,7 @@ def motion_part(root: Element) -> str:
             if element.tag != "inertial":
                 link.remove(element)
     for joint in root.findall("joint"):
+        make_revolute(joint)
         _complete_limit(joint)
     _drop_world(root)
     return tostring(root, encoding="unicode")
