@@ -3,17 +3,27 @@
 from __future__ import annotations
 
 import os
+import re
 import secrets
 from contextlib import suppress
 from pathlib import Path
+from typing import BinaryIO
 
 from gaitopt.errors import InputError
+
+try:
+    import fcntl
+except ImportError:  # not a POSIX system: there nothing is swept away
+    fcntl = None  # type: ignore[assignment]
+
+_LEFTOVER = re.compile(r"\.[0-9a-f]{12}\.tmp")
 
 
 def write_atomically(path: str | os.PathLike[str], data: bytes) -> Path:
     """Write bytes to a file so that a reader sees the old or the new content, never a part.
 
-    The data go to a temporary file in the same directory, to the disk, then take the name.
+    The data go to a temporary file in the same directory, to the disk, then take the name. Such
+    files that killed processes have left in the directory are removed.
 
     Args:
         path: file to write; replaced if it exists.
@@ -37,17 +47,58 @@ def write_atomically(path: str | os.PathLike[str], data: bytes) -> Path:
     return target
 
 
+def is_leftover(path: Path) -> bool:
+    """Whether a file is what a killed process may leave of its writing, judged by its name."""
+    return _LEFTOVER.fullmatch(path.name) is not None
+
+
 def _write(target: Path, data: bytes) -> None:
     if target.is_dir():
         raise IsADirectoryError(None, "it is a directory")
-    temporary = target.with_name(f".{secrets.token_hex(6)}.tmp")
+    _sweep(target.parent)
+    temporary, stream = _new_file(target.parent)
     try:
-        with temporary.open("xb") as stream:
+        with stream:
             stream.write(data)
             stream.flush()
             os.fsync(stream.fileno())
-        os.replace(temporary, target)
+            if fcntl is not None:
+                os.replace(temporary, target)  # before the lock goes with the stream
+        if fcntl is None:
+            os.replace(temporary, target)
     except BaseException:
         with suppress(OSError):
             temporary.unlink()
         raise
+
+
+def _new_file(directory: Path) -> tuple[Path, BinaryIO]:
+    """Return a new file, open and locked: it is being written as long as the lock is held."""
+    while True:
+        path = directory / f".{secrets.token_hex(6)}.tmp"
+        stream = path.open("xb")
+        if fcntl is None:
+            return path, stream
+        try:
+            with suppress(OSError):  # a file system without locks
+                fcntl.flock(stream, fcntl.LOCK_EX)
+            if path.exists():  # else it was swept away before the lock was ours
+                return path, stream
+        except BaseException:
+            stream.close()
+            with suppress(OSError):
+                path.unlink()
+            raise
+        stream.close()
+
+
+def _sweep(directory: Path) -> None:
+    """Remove what killed processes have left; what is being written is locked, and stays."""
+    if fcntl is None:
+        return
+    with suppress(OSError):
+        for entry in os.scandir(directory):
+            if is_leftover(Path(entry.name)) and entry.is_file(follow_symlinks=False):
+                with suppress(OSError), open(entry.path, "rb") as stream:
+                    fcntl.flock(stream, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                    os.unlink(entry.path)

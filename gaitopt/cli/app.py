@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Iterable
 
 import typer
@@ -12,6 +11,8 @@ from gaitopt.cli import robot_options as rob
 from gaitopt.cli import sweep_options as many
 from gaitopt.cli.failures import failures_reported
 from gaitopt.cli.help_defaults import CommandWithDefaults
+from gaitopt.cli.interrupt import take_signals
+from gaitopt.cli.streams import outlive_readers
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -27,11 +28,9 @@ app = typer.Typer(
 
 
 def run() -> None:
-    """Run the command line."""
-    for stream in (sys.stdout, sys.stderr):
-        # a terminal that cannot show "N·m" shows "N?m"
-        if hasattr(stream, "reconfigure"):
-            stream.reconfigure(errors="replace")
+    """Run the command line in a process of its own."""
+    outlive_readers()
+    take_signals()
     app(prog_name="gaitopt")
 
 

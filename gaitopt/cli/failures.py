@@ -29,17 +29,15 @@ class ExitCode(IntEnum):
 def failures_reported() -> Iterator[None]:
     """Turn errors the user can mend into a message on stderr and an exit code; no traceback.
 
-    A broken pipe is left to the command-line library, an unexpected exception to Python: it is a
-    bug of gaitopt and its traceback is wanted.
+    An unexpected exception is left to Python: it is a bug of gaitopt and its traceback is wanted.
     """
     try:
         yield
+        sys.stdout.flush()  # a full disk is told here, not after the last exit
     except GaitoptError as error:
         complain(str(error))
         advise(getattr(getattr(error, "diagnosis", None), "sentences", ()))
         raise typer.Exit(error.exit_code) from error
-    except BrokenPipeError:
-        raise
     except OSError as error:
         complain(str(error))
         raise typer.Exit(ExitCode.BAD_INPUT) from error

@@ -1,7 +1,12 @@
-"""Ctrl-C while a solver runs: the first asks it to stop, the second ends the program."""
+"""Ctrl-C while a solver runs: the first asks it to stop, the second ends the program.
+
+SIGTERM, which asks a process to end, and SIGHUP, which tells that its terminal is gone, are
+answered as Ctrl-C is.
+"""
 
 from __future__ import annotations
 
+import os
 import signal
 import sys
 import threading
@@ -16,12 +21,29 @@ from gaitopt.cli.failures import ExitCode
 STOPPING = "stopping; press Ctrl-C again to quit at once"
 QUIT = "error: interrupted before there was a result; nothing was written"
 
+_LIKE_CTRL_C = ("SIGTERM", "SIGHUP")  # the second is not on every system
+
 
 @dataclass
 class StopRequest:
     """Whether Ctrl-C was pressed."""
 
     asked: bool = False
+
+
+def take_signals() -> None:
+    """Answer SIGTERM and SIGHUP as Ctrl-C is answered at the time; one that is ignored stays so."""
+    for name in _LIKE_CTRL_C:
+        number = getattr(signal, name, None)
+        if number is not None and signal.getsignal(number) is signal.SIG_DFL:
+            signal.signal(number, _as_ctrl_c)
+
+
+def _as_ctrl_c(number: int, frame: FrameType | None) -> None:
+    handler = signal.getsignal(signal.SIGINT)
+    if not callable(handler):  # Ctrl-C is ignored, as in a process that a script started by "&"
+        raise KeyboardInterrupt
+    handler(number, frame)
 
 
 @contextmanager
@@ -82,5 +104,8 @@ def _quit() -> NoReturn:
 
 
 def _tell(text: str) -> None:
-    with suppress(RuntimeError):  # the signal came amid another print
+    try:
         print(text, file=sys.stderr, flush=True)  # noqa: T201
+    except RuntimeError:  # the signal came amid another print
+        with suppress(OSError):
+            os.write(2, f"{text}\n".encode())

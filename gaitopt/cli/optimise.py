@@ -16,12 +16,14 @@ from gaitopt.cli.interrupt import StopRequest, ctrl_c_asks
 from gaitopt.cli.progress import ProgressDisplay
 from gaitopt.cli.report import print_gait
 from gaitopt.cli.request import Request, make_request
-from gaitopt.cli.results import write_results
+from gaitopt.cli.results import kept_elsewhere, write_results
 from gaitopt.cli.screen import screen
 from gaitopt.cli.writable import require_writable
 from gaitopt.design.design import Design, design
 from gaitopt.design.start_job import Outcome
 from gaitopt.design.starts import many_starts
+from gaitopt.errors import GaitoptError, InputError, NoGaitFoundError, UnreachableError
+from gaitopt.gait.result import Gait
 from gaitopt.nlp import Status
 from gaitopt.view.painter import painter
 
@@ -55,15 +57,18 @@ def run(
         except KeyboardInterrupt as error:
             complain("interrupted before there was a result; nothing was written")
             raise typer.Exit(ExitCode.INTERRUPTED) from error
-        if not quiet:
-            print_gait(out, found.gait)
-        if output is not None:
-            pictures = brush if figures else None
-            results = write_results(found.gait, request, output, page=page, figures=pictures)
-            written = _all_written(results, output)
+        written: list[Path] = []
+        try:  # first the files: whoever reads the tables may close the pipe
+            if output is not None:
+                pictures = brush if figures else None
+                results = write_results(found.gait, request, output, page=page, figures=pictures)
+                written = _all_written(results, found.gait, output)
+        finally:
             if not quiet:
-                names = ", ".join(path.name for path in written)
-                out.print(f"wrote to {output}: {names}", soft_wrap=True, markup=False)
+                print_gait(out, found.gait)
+        if output is not None and not quiet:
+            names = ", ".join(path.name for path in written)
+            out.print(f"wrote to {output}: {names}", soft_wrap=True, markup=False)
     code = exit_code(found, request.options.refine)
     if code is not ExitCode.OK:
         if not found.certificate.certified:
@@ -84,20 +89,30 @@ def exit_code(found: Design, refined: bool) -> ExitCode:
     return ExitCode.OK if good else ExitCode.NOT_CERTIFIED
 
 
-def _all_written(results: Iterator[Path], output: Path) -> list[Path]:
-    """Return what was written; where Ctrl-C ends it, say what is there.
+def _all_written(results: Iterator[Path], gait: Gait, output: Path) -> list[Path]:
+    """Return what was written; where something ends it, say what is there.
 
     Raises:
         typer.Exit: Ctrl-C was pressed.
+        InputError: something cannot be written; the gait is kept, if it can be anywhere.
     """
     written: list[Path] = []
     try:
         written.extend(results)
     except KeyboardInterrupt as error:
-        there = ", ".join(path.name for path in written) or "nothing yet"
-        complain(f"interrupted while the results were written; in '{output}' there is: {there}")
+        complain(f"interrupted while the results were written; {_there(written, output)}")
         raise typer.Exit(ExitCode.INTERRUPTED) from error
+    except (GaitoptError, OSError) as error:
+        if written:
+            raise InputError(f"{error}; {_there(written, output)}") from error
+        kept = kept_elsewhere(gait)
+        where = "and could be kept nowhere else" if kept is None else f"it is kept in '{kept}'"
+        raise InputError(f"{error}; the gait was found all the same, {where}") from error
     return written
+
+
+def _there(written: list[Path], output: Path) -> str:
+    return f"in '{output}' there is: {', '.join(p.name for p in written) or 'nothing yet'}"
 
 
 def _designed(
@@ -123,9 +138,20 @@ def _designed(
 
 
 def _search(request: Request, errors: Console, quiet: bool) -> Design:
+    """Search with a report on the screen.
+
+    Raises:
+        GaitoptError: no gait was found.
+        KeyboardInterrupt: Ctrl-C was pressed before there was a walk.
+    """
     shown = errors.is_terminal and not quiet  # then the table says that it stops
     with ctrl_c_asks(told=not shown) as stop, ProgressDisplay(errors, stop, quiet) as progress:
-        found, said = _designed(request, progress, stop)
+        try:
+            found, said = _designed(request, progress, stop)
+        except (NoGaitFoundError, UnreachableError) as error:
+            if stop.asked:  # a search that was ended is no answer
+                raise KeyboardInterrupt from error
+            raise
     if not quiet:
         for sentence in said:
             errors.print(sentence, markup=False)

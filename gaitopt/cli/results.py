@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import json
 import os
+import secrets
+import tempfile
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 
 import tomli_w
@@ -56,6 +59,15 @@ def write_results(
     if drawn is not None:
         drawn()
         yield directory / FIGURES
+
+
+def kept_elsewhere(gait: Gait) -> Path | None:
+    """Keep a gait that cannot be written where it should be, in the first place that takes it."""
+    name = f"gaitopt-{secrets.token_hex(4)}.npz"
+    for folder in (tempfile.gettempdir(), os.curdir):
+        with suppress(InputError, OSError):
+            return save_gait(gait, Path(folder).absolute() / name)
+    return None
 
 
 def summary_text(gait: Gait) -> str:

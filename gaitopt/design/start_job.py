@@ -113,7 +113,7 @@ def outcomes_of(job: StartJob, count: int, workers: int) -> Iterator[Outcome]:
         ) from error
     except BaseException:  # Ctrl-C as well: do not wait for starts that nobody wants
         for process in set(multiprocessing.active_children()) - others:
-            process.terminate()
+            process.kill()
         raise
     finally:
         pool.shutdown(wait=True, cancel_futures=True)

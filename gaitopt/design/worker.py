@@ -10,11 +10,15 @@ from contextlib import suppress
 
 
 def serve_parent() -> None:
-    """Leave Ctrl-C to the parent process, and end when it ends, however that happens.
+    """Leave Ctrl-C and its like to the parent process, and end when it ends, however that happens.
 
     A worker that waits for work would not notice: it holds an end of the pipe itself.
     """
     leave_ctrl_c()
+    for name in ("SIGTERM", "SIGHUP"):  # sent to all processes of a service or a terminal
+        if hasattr(signal, name):
+            with suppress(ValueError):
+                signal.signal(getattr(signal, name), signal.SIG_IGN)
     threading.Thread(target=_end_with_parent, daemon=True).start()
 
 

@@ -8,7 +8,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from gaitopt.atomic import write_atomically
+from gaitopt.atomic import is_leftover, write_atomically
 from gaitopt.bounds import MANIFEST, read_bounded
 from gaitopt.design.options import DesignOptions
 from gaitopt.errors import GaitFileError, InputError
@@ -77,7 +77,7 @@ def claim(directory: Path, record: Record) -> None:
         return
     try:
         directory.mkdir(parents=True, exist_ok=True)
-        others = sorted(entry.name for entry in directory.iterdir())
+        others = sorted(e.name for e in directory.iterdir() if not is_leftover(e))
     except OSError as error:
         reason = (error.strerror or "unknown reason").lower()
         raise InputError(f"cannot make the directory '{directory}': {reason}") from error

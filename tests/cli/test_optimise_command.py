@@ -164,8 +164,8 @@ def test_interrupt_before_a_gait_stops_at_the_next_iteration(quick, monkeypatch)
 
     monkeypatch.setattr(optimise_command, "design", design_interrupted)
     result = quick()
-    assert result.exit_code == 3
-    assert "interrupted" in result.stderr
+    assert result.exit_code == 130
+    assert "interrupted before there was a result" in result.stderr
 
 
 def test_interrupt_with_a_gait_writes_it(quick, designed, monkeypatch, tmp_path):

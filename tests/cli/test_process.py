@@ -1,0 +1,172 @@
+"""`gaitopt` as a process: closed pipes, full disks, signals, exit codes."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from gaitopt import load_gait
+from gaitopt.cli import results
+
+pytestmark = pytest.mark.skipif(os.name != "posix", reason="signals and descriptors are POSIX")
+
+ROOT = Path(__file__).parents[2]
+QUICK = ("--solver", "sqp", "--starts", "1", "--no-refine", "--no-figures", "--no-page")
+SLOW = ("--solver", "trust-constr", "--starts", "1", "--no-refine", "--tolerance", "1e-14")
+FULL = Path("/dev/full")
+ENVIRONMENT = {**os.environ, "PYTHONPATH": str(ROOT), "OMP_NUM_THREADS": "1"}
+
+
+def command(*words: object) -> list[str]:
+    return [sys.executable, "-m", "gaitopt", *map(str, words)]
+
+
+def begin(*words: object, **how) -> "subprocess.Popen[str]":
+    options = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+    return subprocess.Popen(command(*words), env=ENVIRONMENT, **{**options, **how})
+
+
+def test_a_reader_that_leaves_loses_nothing(tmp_path):
+    read, write = os.pipe()
+    os.close(read)
+    with begin("optimise", *QUICK, "-o", tmp_path, stdout=write, stderr=write) as process:
+        os.close(write)
+    assert process.returncode == 0
+    assert load_gait(tmp_path / "gait.npz").speed == pytest.approx(1.0)
+    assert (tmp_path / "summary.json").exists()
+
+
+def test_closed_descriptors_do_no_harm(tmp_path):
+    line = " ".join(command("optimise", *QUICK, "-o", tmp_path))
+    found = subprocess.run(["sh", "-c", f"{line} >&- 2>&- <&-"], env=ENVIRONMENT, check=False)
+    assert found.returncode == 0
+    assert load_gait(tmp_path / "gait.npz").speed == pytest.approx(1.0)
+
+
+@pytest.mark.skipif(not FULL.exists(), reason="there is no /dev/full")
+def test_output_that_cannot_be_written_is_told(tmp_path):
+    with FULL.open("w") as full, begin("optimise", *QUICK, "-o", tmp_path, stdout=full) as process:
+        _, said = process.communicate()
+    assert process.returncode == 2
+    assert "error: cannot write the output: no space left on device" in said
+    assert "Traceback" not in said
+    assert load_gait(tmp_path / "gait.npz").speed == pytest.approx(1.0)
+    with FULL.open("w") as full, begin("robots", stdout=full) as process:
+        assert "no space left on device" in process.communicate()[1]
+    assert process.returncode == 2
+
+
+@pytest.mark.parametrize("name", ["SIGINT", "SIGTERM", "SIGHUP"])
+def test_a_signal_keeps_the_best_walk(designed, tmp_path, name):
+    words = ("--start", designed / "gait.npz", "--samples", "61", *SLOW, "-o", tmp_path)
+    with begin("optimise", *words, "--no-figures", "--no-page") as process:
+        _await_line(process.stderr, "round 1")
+        process.send_signal(getattr(signal, name))
+        out, said = process.communicate(timeout=60)
+    assert process.returncode == 130, said
+    assert "stopping" in said
+    assert "interrupted: this is the best gait so far" in said
+    assert "walks at" in out
+    assert load_gait(tmp_path / "gait.npz").cost > 3000.0
+
+
+def test_a_signal_before_anything_walks(tmp_path):
+    with begin("optimise", *SLOW, "--speed", "1.3", "-o", tmp_path / "out") as process:
+        _await_line(process.stderr, "round 1")
+        process.send_signal(signal.SIGTERM)
+        out, said = process.communicate(timeout=60)
+    assert process.returncode == 130, said
+    assert "interrupted before there was a result; nothing was written" in said
+    assert out == ""
+    assert not (tmp_path / "out").exists()
+
+
+def _await_line(stream, text):
+    for line in stream:
+        if text in line:
+            return
+    raise AssertionError(f"no line with {text!r}")
+
+
+def test_a_gait_that_cannot_be_written_is_kept_elsewhere(quick, tmp_path, monkeypatch):
+    elsewhere = tmp_path / "elsewhere"
+    elsewhere.mkdir()
+    monkeypatch.setattr(results.tempfile, "gettempdir", lambda: str(elsewhere))
+    whole = results.save_gait
+
+    def full(gait, path):
+        if path.name == "gait.npz":
+            raise OSError(28, "No space left on device")
+        return whole(gait, path)
+
+    monkeypatch.setattr(results, "save_gait", full)
+    result = quick("-o", tmp_path / "out")
+    assert result.exit_code == 2
+    (kept,) = elsewhere.iterdir()
+    assert f"it is kept in '{kept}'" in result.stderr
+    assert "biped13 walks at" in result.stdout
+    assert load_gait(kept).speed == pytest.approx(1.0)
+
+
+def test_what_fails_after_the_gait_tells_what_is_there(quick, tmp_path, monkeypatch):
+    def full(*_):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(results, "summary_text", full)
+    result = quick("-o", tmp_path / "out")
+    assert result.exit_code == 2
+    assert "there is: gait.npz\n" in result.stderr
+    assert load_gait(tmp_path / "out" / "gait.npz").speed == pytest.approx(1.0)
+
+
+def test_exit_codes(cli, quick, designed, tmp_path):
+    """Those of docs/cli.md, one by one; 130 is above."""
+    table = (ROOT / "docs" / "cli.md").read_text().split("## Exit codes")[1]
+    said = {int(row.split("|")[1]) for row in table.splitlines() if row.startswith("| ") and
+            row.split("|")[1].strip().isdigit()}  # fmt: skip
+    assert said == {0, 1, 2, 3, 130}
+    gait = designed / "gait.npz"
+    assert cli("check", gait).exit_code == 0
+    assert quick("--max-iterations", "1", "--start", gait, "--samples", "61").exit_code == 1
+    assert cli("check", tmp_path / "absent.npz").exit_code == 2
+    assert cli("optimise", "--bogus").exit_code == 2
+    assert quick("--torque-limit", "20").exit_code == 3
+    assert quick("--speed", "9").exit_code == 3
+    assert cli("--version").exit_code == 0
+
+
+@pytest.mark.skipif(not Path("/proc/self").exists(), reason="there is no /proc")
+def test_processes_end_with_the_command(designed):
+    with begin("play", designed / "gait.npz", start_new_session=True) as process:
+        _await_line(process.stdout, "walks at http://127.0.0.1:")
+        process.send_signal(signal.SIGTERM)
+        process.communicate(timeout=30)
+    assert _alive_in_session(process.pid) == []
+    with begin("optimise", *SLOW, "--starts", "4", start_new_session=True) as process:
+        deadline = time.monotonic() + 30.0
+        while len(_alive_in_session(process.pid)) < 3 and time.monotonic() < deadline:
+            time.sleep(0.1)
+        os.killpg(process.pid, signal.SIGTERM)
+        time.sleep(0.3)
+        os.killpg(process.pid, signal.SIGTERM)
+        process.communicate(timeout=30)
+    deadline = time.monotonic() + 10.0
+    while _alive_in_session(process.pid) and time.monotonic() < deadline:
+        time.sleep(0.1)
+    assert _alive_in_session(process.pid) == []
+
+
+def _alive_in_session(session: int) -> list[int]:
+    found = []
+    for place in Path("/proc").glob("[0-9]*/stat"):
+        try:
+            fields = place.read_text().rpartition(")")[2].split()
+        except OSError:
+            continue
+        if int(fields[3]) == session and fields[0] != "Z":
+            found.append(int(place.parent.name))
+    return found
