@@ -16,12 +16,16 @@ from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.result import Gait, array_names
 from gaitopt.gait.task_record import task_from_record
 from gaitopt.nlp import Array
+from gaitopt.robot.choices import Choices
 from gaitopt.robot.choices_file import choices_from_record
 from gaitopt.robot.feet.sole import Sole
 from gaitopt.robot.model import Robot
+from gaitopt.robot.physics import PARTS
 
 SAME = 1e-9  # relative: one formula computed twice, rounding apart
-_FACTS = ("robot", "mass", "leg_length", "sole", "limits", "cost", "step_length", "duration")
+_FACTS = (
+    "robot", "mass", "leg_length", "physics", "sole", "limits", "cost", "step_length", "duration",
+)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -67,7 +71,8 @@ def audit(gait: Gait) -> Audit:
     differences = {
         name: _difference(getattr(gait, name), getattr(again, name)) for name in array_names()
     }
-    facts = [name for name in _FACTS if not _same(gait.fact(name), again.fact(name))]
+    known = [name for name in _FACTS if name != "physics" or gait.fact(name) is not None]
+    facts = [name for name in known if not _same(gait.fact(name), again.fact(name))]
     if gait.fact("certificate", "certified") != certificate.certified:
         facts.append("certificate")
     return Audit(differences, tuple(facts), certificate)
@@ -104,7 +109,7 @@ def robot_of(gait: Gait) -> Robot:
     """
     choices = gait.fact("choices")
     if isinstance(choices, Mapping):
-        return Robot.from_urdf(gait.urdf, choices=choices_from_record(choices))
+        return Robot.from_urdf(gait.urdf, choices=_of_its_time(gait, choices_from_record(choices)))
     edges = {name: gait.number("sole", name) for name in ("toe", "heel", "left", "right")}
     missing = [name for name, value in edges.items() if value is None]
     if missing:
@@ -116,6 +121,13 @@ def robot_of(gait: Gait) -> Robot:
     return Robot.from_urdf(
         gait.urdf, stance_sole=gait.stance_sole, swing_sole=gait.swing_sole_frame, sole=sole
     )
+
+
+def _of_its_time(gait: Gait, choices: Choices) -> Choices:
+    """Return the choices; a gait of version 0.1 counted nothing but rotor inertias."""
+    if gait.fact("physics") is not None:
+        return choices
+    return choices.over(without=tuple(part for part in PARTS if part != "armature"))
 
 
 def _instants(gait: Gait) -> Array:

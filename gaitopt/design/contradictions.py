@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from gaitopt.errors import UnreachableError
 from gaitopt.gait.guess import first_guess
 from gaitopt.gait.parameters import FOOT_YAW
@@ -64,8 +62,7 @@ def _width(problem: WalkProblem) -> list[Contradiction]:
 
 def _load(problem: WalkProblem) -> list[Contradiction]:
     """Eq. (35): over a periodic step the vertical force averages at most the weight."""
-    gravity = float(np.linalg.norm(problem.robot.model.gravity.linear))
-    weight, least = problem.robot.mass * gravity, problem.task.margins.minimum_load
+    weight, least = problem.robot.weight, problem.task.margins.minimum_load
     if least < weight:
         return []
     return [

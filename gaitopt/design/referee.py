@@ -12,15 +12,16 @@ import numpy as np
 
 from gaitopt.gait.grid import Grid
 from gaitopt.gait.step import Reads, Step
-from gaitopt.mechanics.chain import Chain, sole_placement
-from gaitopt.mechanics.chain_build import chain_of_robot
+from gaitopt.mechanics.chain import Chain, sole_placement, turned
+from gaitopt.mechanics.chain_build import chain_of_robot, loads_of_robot
 from gaitopt.mechanics.chain_impact import (
     at_rest,
     base_in_sole_axes,
     impact,
     impulse_on_foot,
 )
-from gaitopt.mechanics.newton_euler import ground_wrench, inverse_dynamics, momentum
+from gaitopt.mechanics.chain_loads import motor_effort
+from gaitopt.mechanics.newton_euler import momentum, sole_axes
 from gaitopt.nlp import Array
 from gaitopt.robot.model import Robot
 
@@ -38,7 +39,7 @@ class Verdict:
         momentum: ground force over the step plus impact impulse against the weight's impulse
             m g T and the change of the robot's momentum, largest component over m g T.
         vertical: integral of the vertical ground force plus the vertical impulse [N·s].
-        weight: m g T [N·s].
+        weight: m g T [N·s], without weight that is carried from outside.
     """
 
     torque: float
@@ -70,15 +71,19 @@ def judge(robot: Robot, step: Step, grid: Grid) -> Verdict:
         grid: fine enough for the momentum balance; all its instants are quadrature nodes.
     """
     chain = chain_of_robot(robot)
-    gravity = float(np.linalg.norm(robot.model.gravity.linear))
+    loads = loads_of_robot(robot, chain)
+    gravity: Array = np.array(robot.model.gravity.linear)
     q, dq, ddq = step.motion
-    _, torque = inverse_dynamics(chain, q, dq, ddq, gravity=gravity)
-    wrench = ground_wrench(chain, q, dq, ddq, gravity=gravity)
+    R0, torque = motor_effort(chain, loads, q, dq, ddq, gravity=turned(gravity))
+    wrench = sole_axes(R0)
     velocity, I13 = impact(chain, step.q_end, at_rest(chain, step.rate_before))
     impulse = impulse_on_foot(chain, I13)
     twist = base_in_sole_axes(velocity)[:6]
     E = robot.mirror
-    balance, vertical, weight = _momentum_balance(chain, step, grid, wrench, impulse, gravity)
+    carried = 0.0 if loads.points is None else float(loads.points.mass.sum())
+    weight = (chain.mass - carried) * gravity
+    ground = _Ground(wrench, impulse, weight * step.duration)
+    balance, vertical = _momentum_balance(chain, step, grid, ground)
     return Verdict(
         torque=_apart(step.read(Reads.TORQUE), torque),
         wrench=_apart(step.read(Reads.WRENCH), wrench),
@@ -89,26 +94,42 @@ def judge(robot: Robot, step: Step, grid: Grid) -> Verdict:
         rate=_apart(dq[0], E @ velocity[6:]),
         momentum=balance,
         vertical=vertical,
-        weight=weight,
+        weight=-float(ground.weight[2]),
     )
 
 
-def _momentum_balance(
-    chain: Chain, step: Step, grid: Grid, wrench: Array, impulse: Array, gravity: float
-) -> tuple[float, float, float]:
-    """Over a step the ground's impulse is the weight's plus the change of momentum.
+@dataclass(frozen=True)
+class _Ground:
+    """What the ground and gravity do to the robot, in the axes of the stance sole.
+
+    Attributes:
+        wrench: ground on stance foot at the instants, shape (N, 6) [N, N·m].
+        impulse: ground on landing foot, in its sole frame, shape (6,) [N·s, N·m·s].
+        weight: impulse over the step of the weight that nothing else carries, shape (3,) [N·s].
+    """
+
+    wrench: Array
+    impulse: Array
+    weight: Array
+
+
+def _momentum_balance(chain: Chain, step: Step, grid: Grid, ground: _Ground) -> tuple[float, float]:
+    """Over a step the impulses of ground and weight are the change of momentum.
 
     From just after one impact to just after the next; there the robot is its own mirror image,
     seen from the foot that has landed.
+
+    Returns:
+        The largest component of what is left, over m g T, and the ground's vertical impulse [N·s].
     """
-    weight = chain.mass * gravity * step.duration
-    force = step.duration * grid.weights @ wrench[:, :3]
+    force = step.duration * grid.weights @ ground.wrench[:, :3]
     landed, _ = sole_placement(chain, step.q_end)
-    push = landed @ impulse[:3]
+    push = landed @ ground.impulse[:3]
     start = momentum(chain, step.motion[0, 0], step.motion[1, 0])[:3]
     change = landed @ (np.array([1.0, -1.0, 1.0]) * start) - start
-    gap = force + push - np.array([0.0, 0.0, weight]) - change
-    return float(np.abs(gap).max() / weight), float(force[2] + push[2]), weight
+    gap = force + push + ground.weight - change
+    size = float(np.linalg.norm(ground.weight))
+    return float(np.abs(gap).max() / size), float(force[2] + push[2])
 
 
 def _apart(a: Array, b: Array) -> float:

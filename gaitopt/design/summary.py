@@ -10,7 +10,8 @@ from scipy.integrate import trapezoid
 from gaitopt.design.joint_summary import joint_summaries, motor_summaries
 from gaitopt.gait.result import Gait
 from gaitopt.nlp import Array
-from gaitopt.robot.legs.measures import GRAVITY
+from gaitopt.robot.physics import STANDARD_GRAVITY
+from gaitopt.robot.physics_record import GRAVITY_KEY
 
 Facts = dict[str, object]
 
@@ -18,8 +19,8 @@ Facts = dict[str, object]
 def summarise(gait: Gait) -> Facts:
     """Return the figures of a gait as JSON-able data, None where they were not recorded.
 
-    Keys of the result: robot, walk, joints (of stance and swing leg), motors (of one leg over
-    stance and swing), contact, impact, solver, certificate, versions.
+    Keys of the result: robot, physics (see `physics_record`), walk, joints (of stance and swing
+    leg), motors (of one leg over stance and swing), contact, impact, solver, certificate, versions.
     """
     return {
         "robot": {
@@ -27,6 +28,7 @@ def summarise(gait: Gait) -> Facts:
             "mass_kg": gait.number("mass"),
             "leg_length_m": gait.number("leg_length"),
         },
+        "physics": gait.fact("physics"),
         "walk": _walk(gait),
         "joints": joint_summaries(gait),
         "motors": motor_summaries(gait),
@@ -43,7 +45,8 @@ def _walk(gait: Gait) -> Facts:
     power = np.abs(gait.torque * gait.dq).sum(axis=1)
     work = float(trapezoid(power, gait.time))
     mass = gait.number("mass")
-    transport = None if mass is None else work / (mass * GRAVITY * gait.step_length)
+    gravity = gait.number("physics", GRAVITY_KEY) or STANDARD_GRAVITY
+    transport = None if mass is None else work / (mass * gravity * gait.step_length)
     return {
         "cost_N2ms": gait.cost,
         "speed_m_per_s": gait.speed,

@@ -15,6 +15,7 @@ from gaitopt.robot.choices import Choices
 from gaitopt.robot.choices_file import choices_record
 from gaitopt.robot.feet.capsules import capsule_rows
 from gaitopt.robot.model import Robot
+from gaitopt.robot.physics_record import physics_record
 
 
 def gait_at(problem: WalkProblem, x: Array, meta: Mapping[str, object]) -> Gait:
@@ -72,6 +73,7 @@ def robot_record(robot: Robot) -> dict[str, object]:
         "robot": robot.name,
         "mass": robot.mass,
         "leg_length": robot.legs.reach,
+        "physics": physics_record(robot),
         "sole": {"toe": sole.toe, "heel": sole.heel, "left": sole.left, "right": sole.right},
     }
 

@@ -45,8 +45,7 @@ def humanoid_task(robot: Robot, **changes: object) -> Task:
         arm = turning_arm(sole.toe - sole.heel, sole.left - sole.right)
         defaults["torsional_friction"] = round(float(friction) * arm, 4)
     defaults |= {**TRUNK, "knee_flexion": KNEE_FLEXION, "leg_gap": LEG_GAP}
-    weight = robot.mass * float(np.linalg.norm(robot.model.gravity.linear))
-    defaults["minimum_load"] = round(LEAST_LOAD * weight, 1)
+    defaults["minimum_load"] = round(LEAST_LOAD * robot.weight, 1)
     gap = changes.get("lateral_gap", Margins().lateral_gap)
     if isinstance(gap, float | int):
         defaults["step_width"] = widest(robot, gap)

@@ -9,8 +9,10 @@ import pinocchio as pin
 
 from gaitopt.errors import InputError, RobotError
 from gaitopt.mechanics.chain import SOLE_AXES, Chain, JointTable, LinkTable, turned
+from gaitopt.mechanics.chain_loads import Loads
 from gaitopt.mechanics.mdh import hat, parameters, placements, transforms
 from gaitopt.nlp import Array
+from gaitopt.robot.chain_physics import CarriedWeight
 from gaitopt.robot.generated.inertia import mirrored_inertia
 from gaitopt.robot.generated.spec import BipedSpec, Geometry, LinkSpec
 from gaitopt.robot.model import Robot
@@ -123,6 +125,41 @@ def chain_of_robot(robot: Robot) -> Chain:
         sigma=np.array([sigma for _, sigma in motions]),
         armature=np.array([model.armature[model.joints[joint].idx_v] for joint in joints]),
     )
+
+
+def loads_of_robot(robot: Robot, chain: Chain) -> Loads:
+    """Return what acts on the chain of a robot beside its rigid bodies.
+
+    Args:
+        robot: the robot.
+        chain: its chain.
+    """
+    passive, carried = robot.physics.passive, robot.physics.carried
+    none = np.zeros((chain.dof, 1))
+    return Loads(
+        damping=none if passive is None else passive.damping,
+        stiffness=none if passive is None else passive.stiffness,
+        friction=none[:, 0] if passive is None else passive.friction,
+        rest=none[:, 0] if passive is None else passive.rest,
+        points=None if carried is None else _hung(robot.model, chain, carried),
+    )
+
+
+def _hung(model: pin.Model, chain: Chain, carried: CarriedWeight) -> LinkTable:
+    """Express carried points in the link frames, about their origins."""
+    data = model.createData()
+    pin.forwardKinematics(model, data, pin.neutral(model))
+    places = list(data.oMi)[1:]
+    totals = np.array(
+        [
+            place.rotation @ moment + mass * place.translation
+            for place, mass, moment in zip(places, carried.mass, carried.moment, strict=True)
+        ]
+    )
+    rotations, origins = _zero_posture(chain.joints)
+    arms = turned(totals) - carried.mass[:, None] * origins
+    first = (np.swapaxes(rotations, -1, -2) @ arms[..., None])[..., 0]
+    return LinkTable(carried.mass, first, np.zeros((len(totals), 3, 3)))
 
 
 def _frame(model: pin.Model, name: str) -> pin.Frame:

@@ -33,7 +33,7 @@ def inverse_dynamics(
     dq: ArrayLike,
     ddq: ArrayLike,
     *,
-    gravity: float = GRAVITY,
+    gravity: ArrayLike = GRAVITY,
     base_velocity: ArrayLike | None = None,
     base_acceleration: ArrayLike | None = None,
     end_wrench: ArrayLike | None = None,
@@ -45,7 +45,7 @@ def inverse_dynamics(
         q: joint values, shape (..., n) [rad; m if prismatic].
         dq: joint rates, shape (..., n) [rad/s; m/s].
         ddq: joint accelerations, shape (..., n) [rad/s²; m/s²].
-        gravity: g, along -x0 [m/s²].
+        gravity: g, along -x0, or a vector in R0, shape (3,) [m/s²].
         base_velocity: [V_0; omega_0] of link 0 in R0, shape (..., 6) [m/s, rad/s]; None: at rest.
         base_acceleration: of O_0, and angular, in R0, shape (..., 6) [m/s², rad/s²]; None: zero.
         end_wrench: R13, force and moment about O_n that link n exerts on its surroundings, in
@@ -69,7 +69,7 @@ def inverse_dynamics(
 
 
 def ground_wrench(
-    chain: Chain, q: ArrayLike, dq: ArrayLike, ddq: ArrayLike, *, gravity: float = GRAVITY
+    chain: Chain, q: ArrayLike, dq: ArrayLike, ddq: ArrayLike, *, gravity: ArrayLike = GRAVITY
 ) -> Array:
     """Return the wrench of the ground on the stance foot in its sole frame, (..., 6) [N, N·m].
 
@@ -158,9 +158,11 @@ def _six_or_zero(name: str, value: ArrayLike | None) -> Array:
     return six_vector(name, np.zeros(6) if value is None else value)
 
 
-def _eq2(gravity: float) -> Array:
-    """Acceleration of the ground that stands for weight, Eq. (2): up, which is +x0."""
-    return np.array([gravity, 0.0, 0.0, 0.0, 0.0, 0.0])
+def _eq2(gravity: ArrayLike) -> Array:
+    """Acceleration of the ground that stands for weight, Eq. (2): against gravity."""
+    given = np.asarray(gravity, dtype=np.float64)
+    vector = np.array([-given, 0.0, 0.0]) if given.ndim == 0 else given
+    return six_vector("gravity", np.concatenate([-vector, np.zeros(3)]))
 
 
 def _velocities(chain: Chain, A: Array, P: Array, dq: Array, base: Array) -> list[_Pair]:

@@ -1,5 +1,8 @@
 """Single support, Eqs. (1)-(13): torques, ground wrench, swing foot, and their derivatives.
 
+The torques are those of the motors: of the rigid bodies, and what damping, friction and springs of
+the joints take; weight that is carried from outside is needed of neither motors nor ground.
+
 One `pin.Data` serves all instants, and its results are live views that are copied out after each:
 faster than a Data per instant, whose 0.4 MB each leave the processor's caches (measured: a third at
 31 instants, two fifths at 301).
@@ -13,11 +16,15 @@ import numpy as np
 import pinocchio as pin
 
 from gaitopt.mechanics.bodies import BodyInertias, body_inertias
+from gaitopt.mechanics.carried import Carried
 from gaitopt.mechanics.curvature import TorqueCurvature, WeightedDynamics, torque_curvature
 from gaitopt.mechanics.feet import corner_positions, corner_slopes
 from gaitopt.mechanics.kept import kept
+from gaitopt.mechanics.passive import PassiveTorque, passive_torque
 from gaitopt.nlp import Array
 from gaitopt.robot.model import Robot
+
+_EACH = np.arange(12)
 
 
 @dataclass(frozen=True)
@@ -45,6 +52,8 @@ class SupportSlope:
         motion: q, dq, ddq it was taken at, shape (N, 12) each.
         bodies: of the robot, for the curvature.
         gravity: spatial acceleration of gravity, shape (6,).
+        passive: what the joints do by themselves; None if they do nothing.
+        carried: weight that is carried from outside; None if there is none.
     """
 
     effort: Array
@@ -53,6 +62,8 @@ class SupportSlope:
     motion: tuple[Array, Array, Array]
     bodies: BodyInertias
     gravity: Array
+    passive: PassiveTorque | None = None
+    carried: Carried | None = None
 
     def curvature(self, weights: Array, then: WeightedDynamics | None = None) -> TorqueCurvature:
         """Return the second derivatives of sum(weights * effort), weights (N, 18).
@@ -65,7 +76,14 @@ class SupportSlope:
         at = WeightedDynamics(self.axes, *self.motion, base, weights)
         if then is not None:
             at = at.followed_by(then)
-        return torque_curvature(self.bodies.in_world(at.posture), at)
+        found = torque_curvature(self.bodies.in_world(at.posture), at)
+        own = slice(len(weights))
+        if self.carried is not None:
+            found.qq[own] -= self.carried.curvature(self.motion[0], weights)
+        if self.passive is not None:
+            found.qq[own, _EACH, _EACH] += weights[:, 6:] * self.passive.by_angle_twice
+            found.vv[own, _EACH, _EACH] += weights[:, 6:] * self.passive.by_rate_twice
+        return found
 
 
 class SingleSupport:
@@ -83,6 +101,7 @@ class SingleSupport:
         points = robot.sole.corners @ frame.placement.rotation.T + frame.placement.translation
         self._corners_in_last = points
         self._bodies = kept(robot, body_inertias)
+        self._joints = robot.physics.passive
         self._bind_views(frame.parentJoint)
 
     def _bind_views(self, last: int) -> None:
@@ -93,6 +112,11 @@ class SingleSupport:
         self._axes = data.J[:, 6:].T
         self._rotation = data.oMi[last].rotation
         self._origin = data.oMi[last].translation
+
+    @property
+    def _carried(self) -> Carried | None:
+        """Weight that is carried from outside."""
+        return None if self.robot.physics.carried is None else kept(self.robot, Carried)
 
     def _load(self, q: Array, dq: Array, ddq: Array) -> None:
         self._q[:, 7:], self._v[:, 6:], self._a[:, 6:] = q, dq, ddq
@@ -107,6 +131,10 @@ class SingleSupport:
             pin.rnea(model, data, *motion)
             pin.updateGlobalPlacements(model, data)
             effort[k], rotation[k], origin[k] = self._effort, self._rotation, self._origin
+        if (carried := self._carried) is not None:
+            effort -= carried.effort(q)
+        if self._joints is not None:
+            effort[:, 6:] += passive_torque(self._joints, q, dq).value
         return SupportState(effort, corner_positions(rotation, origin, self._corners_in_last))
 
     def slope(self, q: Array, dq: Array, ddq: Array) -> tuple[SupportState, SupportSlope]:
@@ -123,6 +151,15 @@ class SingleSupport:
             effort[k], rotation[k], origin[k] = self._effort, self._rotation, self._origin
             of_q[k], of_dq[k], of_ddq[k] = by_position, by_rate, by_acceleration
             axes[k] = self._axes
+        if (carried := self._carried) is not None:
+            unneeded, unneeded_slope = carried.slope(q)
+            effort -= unneeded
+            of_q -= unneeded_slope
+        passive = None if self._joints is None else passive_torque(self._joints, q, dq)
+        if passive is not None:
+            effort[:, 6:] += passive.value
+            of_q[:, 6 + _EACH, _EACH] += passive.by_angle
+            of_dq[:, 6 + _EACH, _EACH] += passive.by_rate
         corners = corner_positions(rotation, origin, self._corners_in_last)
         slope = SupportSlope(
             effort=slopes,
@@ -131,5 +168,7 @@ class SingleSupport:
             motion=(q, dq, ddq),
             bodies=self._bodies,
             gravity=model.gravity.vector,
+            passive=passive,
+            carried=carried,
         )
         return SupportState(effort, corners), slope

@@ -9,10 +9,12 @@ import pinocchio as pin
 
 from gaitopt.errors import RobotError
 from gaitopt.nlp import Array
+from gaitopt.robot.chain_physics import ChainPhysics, chain_physics, even_armature
 from gaitopt.robot.findings import Finding
 from gaitopt.robot.legs.measures import HIP_JOINTS, ChainLines, centre, common_point
 from gaitopt.robot.mirror.symmetrise import Sides, symmetrise
 from gaitopt.robot.mirror.symmetry import exchange_error, joint_lines, leg_exchange
+from gaitopt.robot.physics_telling import tell_even_armature, tell_physics
 from gaitopt.robot.reading import Reading
 from gaitopt.robot.reroot import PELVIS_FRAME, lock_upper_body, reroot
 from gaitopt.robot.telling import tell_pairs, tell_symmetry
@@ -30,13 +32,16 @@ class Chain:
         names: of the twelve joints.
         mirror: the leg exchange E, shape (12, 12).
         lines: joint lines at the neutral posture.
-        findings: what was changed to make it symmetric, and what mirrors what.
+        physics: passive joints, gravity and carried weight.
+        findings: what was changed to make it symmetric, what mirrors what, and what of its physics
+            counts.
     """
 
     model: pin.Model
     names: tuple[str, ...]
     mirror: Array
     lines: ChainLines
+    physics: ChainPhysics
     findings: tuple[Finding, ...]
 
     @property
@@ -53,7 +58,7 @@ def build_chain(reading: Reading) -> Chain:
 
     Raises:
         RobotError: a joint or a body of the file is unsound, or the robot differs from its mirror
-            image by more than `choices.asymmetry`.
+            image by more than `choices.asymmetry`; see `chain_physics` for its physics.
     """
     reduced = lock_upper_body(reading.model, *reading.sole_names, reading.q)
     refuse_unsound(reduced, reading.problems)
@@ -62,6 +67,10 @@ def build_chain(reading: Reading) -> Chain:
     names = tuple(str(n) for n in model.names[2:])
     lines = _place_pelvis(model, reading)
     mirror = leg_exchange(names, lines.points, lines.axes, np.repeat([-1.0, 1.0], 6))
+    armatures = even_armature(model, mirror)
+    physics = chain_physics(model, mirror, lines.pelvis, reading.rotation, reading.physics)
+    model.gravity = pin.Motion(physics.gravity, np.zeros(3))
+    _refuse_hanging(model, physics)
     error = exchange_error(model, mirror, *reading.sole_names)
     if error > _SYMMETRY_TOLERANCE:
         raise RobotError(
@@ -69,8 +78,23 @@ def build_chain(reading: Reading) -> Chain:
             f"feet and kinetic energy); allowed is {_SYMMETRY_TOLERANCE:g}. Make the two legs and "
             "the trunk symmetric in the URDF"
         )
-    findings = (*tell_pairs(names, mirror), *tell_symmetry(done))
-    return Chain(model, names, mirror, lines, findings)
+    told = tell_physics(reading.described, reading.physics, physics, names, reading.rotation)
+    rotors = tell_even_armature(armatures)
+    findings = (*tell_pairs(names, mirror), *tell_symmetry(done), *rotors, *told)
+    return Chain(model, names, mirror, lines, physics, findings)
+
+
+def _refuse_hanging(model: pin.Model, physics: ChainPhysics) -> None:
+    """Refuse a robot that nothing presses on the ground."""
+    carried = 0.0 if physics.carried is None else float(physics.carried.mass.sum())
+    mass = pin.computeTotalMass(model)
+    if carried >= mass:
+        raise RobotError(
+            f"gravity compensation carries {carried:.4g} kg of the robot's {mass:.4g} kg, so that "
+            "nothing presses its feet on the ground; correct the file, or leave it out: "
+            "--without gravity-compensation (in Python and in the file for --choices "
+            'without = ["gravity-compensation"])'
+        )
 
 
 def _sides(reading: Reading, reduced: pin.Model) -> Sides:

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sized
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from pathlib import PurePath
 
 from gaitopt.errors import RobotError
 from gaitopt.robot.choice_values import as_tuple, check_one_of, finite, number
 from gaitopt.robot.feet.sole import Sole
+from gaitopt.robot.physics import PARTS
 
 Axis = str | tuple[float, float, float]
 Placement = tuple[float, ...]
@@ -33,6 +34,9 @@ UNEQUAL = ("refuse", "tighter", "right", "left")
 
 SIDES = ("right", "left")
 
+LIMIT_NAMES = ("torque", "speed", "lower", "upper", "armature")
+"""What a `LimitOverride` can replace."""
+
 UNUSED_SRDF = (
     "an SRDF is given (srdf), but nothing of it is used; name one of its poses "
     '(--posture POSE, or posture = "POSE" in the file for --choices), ask for '
@@ -50,6 +54,7 @@ class LimitOverride:
         speed: largest |rate| [rad/s]; infinite for none.
         lower, upper: joint range [rad]; infinite for none.
         armature: inertia of rotor and gear seen from the joint [kg·m²].
+        source: where the numbers are from, for people.
     """
 
     joints: str
@@ -58,15 +63,16 @@ class LimitOverride:
     lower: float | None = None
     upper: float | None = None
     armature: float | None = None
+    source: str = ""
 
     def __post_init__(self) -> None:
         if not isinstance(self.joints, str) or not self.joints:
             raise RobotError(f"limits: joints must be a pattern of names, got {self.joints!r}")
-        for entry in fields(self)[1:]:
-            value = getattr(self, entry.name)
-            if value is not None:
-                where = f"limits of '{self.joints}': {entry.name}"
-                object.__setattr__(self, entry.name, number(value, where))
+        if not isinstance(self.source, str):
+            raise RobotError(f"limits of '{self.joints}': source must be text, got {self.source!r}")
+        for name, value in self.numbers().items():
+            where = f"limits of '{self.joints}': {name}"
+            object.__setattr__(self, name, number(value, where))
         for name, never in (("lower", math.inf), ("upper", -math.inf)):
             if (value := getattr(self, name)) == never:
                 raise RobotError(
@@ -86,6 +92,11 @@ class LimitOverride:
                 f"limits of '{self.joints}': the range is from {self.lower:g} to {self.upper:g} "
                 "rad; lower must be below upper"
             )
+
+    def numbers(self) -> dict[str, float]:
+        """Return what is replaced, by name."""
+        values = {name: getattr(self, name) for name in LIMIT_NAMES}
+        return {name: value for name, value in values.items() if value is not None}
 
 
 @dataclass(frozen=True)
@@ -116,6 +127,8 @@ class Choices:
         capsules: around the bodies of the legs, as an earlier reading found them in the shapes:
             body from 0 to 12, name, both ends [m] in the frame of its joint, radius [m], and what
             they cover.
+        without: what of the description's physics is left out, some of `physics.PARTS`; without
+            "gravity" it is 9.81 m/s² straight down, whatever the description says.
         package_dirs: directories in which `package://` file names are looked up.
     """
 
@@ -134,6 +147,7 @@ class Choices:
     limits: tuple[LimitOverride, ...] = ()
     unequal_limits: str = "refuse"
     asymmetry: float = 0.08
+    without: tuple[str, ...] = ()
     package_dirs: tuple[str, ...] = ()
     capsules: tuple[CapsuleRow, ...] | None = None
 
@@ -147,6 +161,7 @@ class Choices:
         for name in ("forward", "up"):
             object.__setattr__(self, name, _axis(getattr(self, name), name))
         _check_numbers(self)
+        object.__setattr__(self, "without", _without(self.without))
         if self.capsules is not None:
             rows = tuple(_capsule(row) for row in as_tuple(self.capsules, "capsules"))
             object.__setattr__(self, "capsules", rows)
@@ -193,6 +208,14 @@ def _check_numbers(choices: Choices) -> None:
         if [len(p) for p in rows] != [12, 12]:
             raise RobotError("sole_placements must be 2 lists of 12 numbers, the rows of [R p]")
         object.__setattr__(choices, "sole_placements", rows)
+
+
+def _without(value: object) -> tuple[str, ...]:
+    """Return the parts of the physics that are left out, each once and in their usual order."""
+    given = as_tuple(value, "without")
+    for part in given:
+        check_one_of("without", part, PARTS)
+    return tuple(part for part in PARTS if part in given)
 
 
 def _capsule(row: object) -> tuple[object, ...]:

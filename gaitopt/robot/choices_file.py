@@ -99,11 +99,9 @@ def _plain(name: str, value: Any) -> Any:
 
 def _override_record(entry: LimitOverride) -> dict[str, Any]:
     record: dict[str, Any] = {"joints": entry.joints}
-    for field in fields(LimitOverride)[1:]:
-        value = getattr(entry, field.name)
-        if value is not None:
-            record[field.name] = NO_LIMIT if math.isinf(value) else value
-    return record
+    for name, value in entry.numbers().items():
+        record[name] = NO_LIMIT if math.isinf(value) else value
+    return {**record, "source": entry.source} if entry.source else record
 
 
 def _override(entry: object) -> LimitOverride:

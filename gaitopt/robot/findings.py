@@ -15,7 +15,8 @@ class Finding:
 
     Attributes:
         topic: what it belongs to: "legs", "pairs", "heading", "sole", "limits", "symmetry",
-            "posture", "armature", "mass" or "inertia".
+            "posture", "armature", "damping", "joint friction", "springs", "gravity",
+            "gravity compensation", "mass" or "inertia".
         subject: the joint, link or leg it is about.
         text: the fact with its numbers and units.
         how: how sure it is.

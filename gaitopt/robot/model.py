@@ -6,11 +6,13 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
+import numpy as np
 import pinocchio as pin
 
 from gaitopt.errors import RobotError
 from gaitopt.nlp import Array
 from gaitopt.robot.chain import build_chain
+from gaitopt.robot.chain_physics import ChainPhysics
 from gaitopt.robot.choices import Choices
 from gaitopt.robot.feet.sole import Sole
 from gaitopt.robot.files.source import Source, read_source
@@ -38,6 +40,8 @@ class Robot:
         limits: of the joints.
         legs: hip and ankle centres, knees, reach.
         pelvis: name of the pelvis frame.
+        physics: passive joints and carried weight, beside the rigid bodies; gravity, as `model` has
+            it too.
         choices: every guess made explicit: with them, the text alone gives the same robot, without
             any mesh.
         findings: what was found, guessed and changed, for a person.
@@ -54,6 +58,7 @@ class Robot:
     limits: JointLimits
     legs: Legs
     pelvis: str
+    physics: ChainPhysics
     choices: Choices
     findings: tuple[Finding, ...]
 
@@ -117,6 +122,7 @@ class Robot:
             limits=reading.limits,
             legs=legs,
             pelvis=chain.pelvis,
+            physics=chain.physics,
             choices=reading.choices.over(package_dirs=source.mesh_directories()),
             findings=(*reading.findings, *chain.findings, *stands, *doubts),
         )
@@ -125,6 +131,13 @@ class Robot:
     def mass(self) -> float:
         """Total mass [kg]."""
         return float(pin.computeTotalMass(self.model))
+
+    @cached_property
+    def weight(self) -> float:
+        """Weight that the ground carries [N]: without what is carried from outside."""
+        carried = self.physics.carried
+        mass = self.mass - (0.0 if carried is None else float(carried.mass.sum()))
+        return mass * float(np.linalg.norm(self.model.gravity.linear))
 
     @cached_property
     def pelvis_frame(self) -> int:

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field, replace
 
 STANDARD_GRAVITY = 9.81
 """Acceleration of free fall where a description gives none [m/s²]."""
+
+PARTS = ("friction", "damping", "springs", "armature", "gravity-compensation", "gravity")
+"""Parts of a description's physics that can be left out, each by itself."""
 
 
 @dataclass(frozen=True)
@@ -17,8 +20,8 @@ class PassiveJoint:
         damping: torque per rate [N·m·s/rad], then per |rate| rate [N·m·s²/rad²], and so on, as far
             as the description goes: an odd function, as MuJoCo has it.
         friction: Coulomb friction [N·m], against the motion.
-        stiffness: of a spring: torque per angle from `rest` [N·m/rad], then per |angle| angle, as
-            in `damping`.
+        stiffness: of a spring: torque per angle from `rest` [N·m/rad], then per its square
+            [N·m/rad²] and so on: a plain polynomial, again as MuJoCo has it.
         rest: angle at which the spring gives no torque [rad].
     """
 
@@ -60,3 +63,19 @@ class Physics:
     joints: Mapping[str, PassiveJoint] = field(default_factory=dict)
     gravity: tuple[float, float, float] | None = None
     compensated: Mapping[str, PointMass] = field(default_factory=dict)
+
+    def without(self, parts: Collection[str]) -> Physics:
+        """Return the physics that is left when some of `PARTS` are left out."""
+        changes: dict[str, object] = {}
+        if "friction" in parts:
+            changes["friction"] = 0.0
+        if "damping" in parts:
+            changes["damping"] = ()
+        if "springs" in parts:
+            changes |= {"stiffness": (), "rest": 0.0}
+        joints = {name: replace(joint, **changes) for name, joint in self.joints.items()}  # type: ignore[arg-type]
+        return Physics(
+            joints=joints,
+            gravity=None if "gravity" in parts else self.gravity,
+            compensated={} if "gravity-compensation" in parts else self.compensated,
+        )

@@ -17,11 +17,12 @@ from gaitopt.robot.feet.found import FoundSole, find_sole
 from gaitopt.robot.feet.shape import FootShape, foot_points
 from gaitopt.robot.files.source import Source
 from gaitopt.robot.findings import Finding
+from gaitopt.robot.generated import is_generated
 from gaitopt.robot.legs.find import Pair
 from gaitopt.robot.legs.heading import Heading, axis_name, find_heading
 from gaitopt.robot.legs.limits import JointLimits, joint_limits
 from gaitopt.robot.legs.named import standing_side
-from gaitopt.robot.legs.overrides import override
+from gaitopt.robot.legs.overrides import override, without_armature
 from gaitopt.robot.legs.placed import (
     Legs,
     Placed,
@@ -35,6 +36,8 @@ from gaitopt.robot.legs.posture import reference_angles, reference_configuration
 from gaitopt.robot.legs.stance import Stance, level_feet, refuse_tilted
 from gaitopt.robot.legs.upward import standing_legs
 from gaitopt.robot.mirror.symmetry import leg_exchange
+from gaitopt.robot.physics import Physics
+from gaitopt.robot.physics_telling import tell_armature
 from gaitopt.robot.telling import tell
 from gaitopt.robot.urdf.joints import locked_mimics
 from gaitopt.robot.urdf.values import UrdfProblem
@@ -52,6 +55,8 @@ class Reading:
         soles: frames and rectangle.
         stance: index of the standing foot, 0 right or 1 left.
         limits: of the joints, stance leg from ankle to hip, then swing leg from hip to ankle.
+        physics: what counts of its passive joints, gravity and carried weight.
+        described: the same before `choices.without` left anything out.
         choices: every guess made explicit.
         findings: what was learnt, in the order of reading.
         problems: what was suspicious in the file.
@@ -64,6 +69,8 @@ class Reading:
     soles: Soles
     stance: int
     limits: JointLimits
+    physics: Physics
+    described: Physics
     choices: Choices
     findings: tuple[Finding, ...]
     problems: tuple[UrdfProblem, ...]
@@ -88,7 +95,11 @@ def read_robot(source: Source, choices: Choices) -> Reading:
     whole = source.model()
     angles = reference_angles(choices, whole, folder)
     overrides = (*_rotors(choices, whole, folder), *choices.limits)
+    if "armature" in choices.without:
+        overrides = without_armature(overrides)
     model, notes = override(whole, overrides)
+    if "armature" in choices.without:
+        model.armature = np.zeros(model.nv)
     placed = place(model, reference_configuration(model, angles))
     pair = standing_legs(source, placed, choices)
     _check_ranges(model, pair.legs, source.problems)
@@ -110,7 +121,8 @@ def read_robot(source: Source, choices: Choices) -> Reading:
     resolved = _resolved(choices, model, pair, heading, soles, side)
     resolved = replace(resolved, posture=tuple(angles.items()) or None, limits=overrides)
     told = tell(model, placed.q, pair, heading, angles)
-    findings = (*told, *tilted, *soles.findings, *notes, *odd)
+    rotors = tell_armature(whole, model, pair.legs, resolved, is_generated(source.text))
+    findings = (*told, *tilted, *soles.findings, *notes, *odd, *rotors)
     return Reading(
         model,
         placed.q,
@@ -119,6 +131,8 @@ def read_robot(source: Source, choices: Choices) -> Reading:
         soles,
         side,
         limits,
+        source.physics.without(choices.without),
+        source.physics,
         resolved,
         findings,
         locked_mimics(source.problems, [str(model.names[j]) for leg in pair.legs for j in leg]),

@@ -10,7 +10,8 @@ from matplotlib.patches import Rectangle
 
 from gaitopt.gait.result import Gait
 from gaitopt.nlp import Array
-from gaitopt.robot.legs.measures import GRAVITY
+from gaitopt.robot.physics import STANDARD_GRAVITY
+from gaitopt.robot.physics_record import GRAVITY_KEY
 from gaitopt.view.body import walking_model
 from gaitopt.view.figure_style import (
     INSIDE,
@@ -73,7 +74,8 @@ def _draw_force(axes: Axes, gait: Gait) -> None:
     axes.axhline(mean, color=MEAN, linewidth=1.2, linestyle="-.", label=f"mean $f_z$ {mean:.1f} N")
     mass = gait.number("mass")
     if mass is not None:
-        weight = mass * GRAVITY
+        gravity = gait.number("physics", GRAVITY_KEY) or STANDARD_GRAVITY
+        weight = mass * gravity - (gait.number("physics", "carried_weight_N") or 0.0)
         axes.axhline(
             weight, color=TRUNK, linewidth=1.0, linestyle=":", label=f"weight {weight:.1f} N"
         )

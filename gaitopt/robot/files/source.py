@@ -25,6 +25,7 @@ from gaitopt.robot.mjcf.parts import geometry_mjcf, mjcf_mesh_problems, motion_m
 from gaitopt.robot.physics import Physics
 from gaitopt.robot.urdf.check import check_urdf
 from gaitopt.robot.urdf.continuous import without_end
+from gaitopt.robot.urdf.dynamics import urdf_dynamics
 from gaitopt.robot.urdf.parts import geometry_part, mesh_problems, motion_part
 from gaitopt.robot.urdf.values import UrdfProblem
 
@@ -73,7 +74,7 @@ class Source:
     @cached_property
     def physics(self) -> Physics:
         """Passive joints, gravity and its compensation."""
-        return Physics()
+        return Physics() if self.format == "mjcf" else Physics(joints=urdf_dynamics(self._whole))
 
     def geometry(
         self, kind: pin.GeometryType, links: Collection[str] | None = None

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from xml.etree import ElementTree as ET
 
+from gaitopt.robot.generated import GENERATED
 from gaitopt.robot.generated.inertia import Matrix3, Vector3, mirrored_inertia
 from gaitopt.robot.generated.shapes import (
     Shape,
@@ -45,7 +46,7 @@ def urdf_text(spec: BipedSpec) -> str:
     for side, sign in SIDES.items():
         _add_leg(robot, spec, side, sign)
     ET.indent(robot)
-    return '<?xml version="1.0"?>\n' + ET.tostring(robot, encoding="unicode") + "\n"
+    return f'<?xml version="1.0"?>\n{GENERATED}\n' + ET.tostring(robot, encoding="unicode") + "\n"
 
 
 def _add_leg(robot: ET.Element, spec: BipedSpec, side: str, sign: float) -> None:

@@ -10,12 +10,10 @@ import pinocchio as pin
 from gaitopt.nlp import Array
 from gaitopt.robot.legs.knee import Knee, find_knee
 from gaitopt.robot.legs.limits import JointLimits
+from gaitopt.robot.physics import STANDARD_GRAVITY
 
 HIP_JOINTS = ((3, 4, 5), (6, 7, 8))  # rows of the joint vector: stance leg, swing leg
 ANKLE_JOINTS = ((0, 1), (10, 11))
-
-GRAVITY = 9.81
-"""Acceleration of free fall [m/s²], that of every model Pinocchio reads."""
 
 _OUTWARD = (-1.0, 1.0)  # the stance leg's chain runs from its ankle to its hip
 _MEET = 1e-6  # m: lines that pass a point this closely meet there
@@ -35,6 +33,7 @@ class Legs:
             at 0 [m]; the largest possible one where the axes of a hip meet in one point.
         bound: what that distance cannot exceed at any angles within the joints' ranges [m]; equal
             to `reach` where the axes of hip and ankle meet in one point each.
+        gravity: acceleration of free fall [m/s²].
     """
 
     hips: Array
@@ -44,6 +43,7 @@ class Legs:
     flexion: Array
     reach: float
     bound: float
+    gravity: float = STANDARD_GRAVITY
 
     @property
     def height(self) -> float:
@@ -67,7 +67,7 @@ class Legs:
         the fit over many species of Alexander (1989), Physiological Reviews 69(4), 1199-1227.
         """
         h = self.height
-        return 0.5 * 2.3 * h * float((speed**2 / (GRAVITY * h)) ** 0.3)
+        return 0.5 * 2.3 * h * float((speed**2 / (self.gravity * h)) ** 0.3)
 
 
 @dataclass(frozen=True)
@@ -123,6 +123,7 @@ def measure_legs(lines: ChainLines, soles: tuple[str, str], limits: JointLimits)
         flexion=np.array(flexion),
         reach=max(knee.reach for knee in knees),
         bound=max(knee.reach + more for knee, more in zip(knees, slack, strict=True)),
+        gravity=float(np.linalg.norm(lines.model.gravity.linear)),
     )
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
+from dataclasses import replace
 from fnmatch import fnmatchcase
 
 import numpy as np
@@ -53,12 +53,19 @@ def override(
             raise RobotError(
                 f"limits: no joint matches '{entry.joints}'; the joints are: {', '.join(names[2:])}"
             )
-        parts = [_set(changed, joints, entry, f.name) for f in fields(entry)[1:]]
+        parts = [_set(changed, joints, name, v) for name, v in entry.numbers().items()]
         count = "one joint" if len(joints) == 1 else f"{len(joints)} joints"
-        text = f"{', '.join(p for p in parts if p)} ({count})"
+        source = f"; {entry.source}" if entry.source else ""
+        text = f"{', '.join(parts)} ({count}){source}"
         findings.append(Finding("limits", entry.joints, text, "given"))
     _check_ranges(changed, overrides)
     return changed, _joined(findings)
+
+
+def without_armature(overrides: tuple[LimitOverride, ...]) -> tuple[LimitOverride, ...]:
+    """Return the overrides without their armatures; those that set nothing else are left out."""
+    bare = (replace(entry, armature=None) for entry in overrides)
+    return tuple(entry for entry in bare if entry.numbers())
 
 
 def _check_ranges(model: pin.Model, overrides: tuple[LimitOverride, ...]) -> None:
@@ -86,10 +93,7 @@ def _joined(findings: list[Finding]) -> list[Finding]:
     return [Finding("limits", ", ".join(s), text, "given") for text, s in by_text.items()]
 
 
-def _set(model: pin.Model, joints: list[int], entry: LimitOverride, field: str) -> str:
-    value = getattr(entry, field)
-    if value is None:
-        return ""
+def _set(model: pin.Model, joints: list[int], field: str, value: float) -> str:
     attribute, unit = _ENTRIES[field]
     values = np.array(getattr(model, attribute))
     for joint in joints:
