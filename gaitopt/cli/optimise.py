@@ -24,6 +24,7 @@ from gaitopt.design.start_job import Outcome
 from gaitopt.design.starts import many_starts
 from gaitopt.errors import GaitoptError, InputError, NoGaitFoundError, UnreachableError
 from gaitopt.gait.result import Gait
+from gaitopt.mechanics.leg_gaps import leg_pairs
 from gaitopt.nlp import Status
 from gaitopt.view.painter import painter
 
@@ -153,8 +154,10 @@ def _search(request: Request, errors: Console, quiet: bool) -> Design:
                 raise KeyboardInterrupt from error
             raise
     if not quiet:
-        for sentence in said:
-            errors.print(sentence, markup=False)
+        gap = request.task.margins.leg_gap
+        narrowed = "" if gap is None else leg_pairs(request.robot).narrowed(gap)
+        for sentence in (*said, *filter(None, [narrowed])):
+            errors.print(sentence, markup=False, soft_wrap=True)
     if found.solution.status is Status.INTERRUPTED:
         errors.print(
             "[yellow]interrupted:[/] this is the best gait so far; it walks, but the search for a "

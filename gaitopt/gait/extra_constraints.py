@@ -60,12 +60,13 @@ def impulse_torsion(at: Setting) -> Family:
 
 def leg_gap(at: Setting) -> Family:
     """Beyond (32): the capsules of the two legs keep apart over the whole step."""
-    names = leg_pairs(at.robot).names
+    pairs = leg_pairs(at.robot)
+    names = pairs.names
     rows = Entries(slice(0, len(names)), len(names))
     labels = tuple(f"gap between {name}" for name in names)
     return family_over_step(
         at, "leg gap", "3.2", Reads.LEG_GAPS, rows, labels, "m",
-        lower=at.margins.leg_gap or 0.0, scale=LENGTH_SCALE,
+        lower=pairs.least(at.margins.leg_gap or 0.0), scale=LENGTH_SCALE,
     )  # fmt: skip
 
 

@@ -56,7 +56,8 @@ class Margins:
             the sole is what a foot that presses evenly can bear.
         step_width: largest distance between the two lines of footsteps, |foot_spacing| [m].
         swing_tilt: largest roll, pitch and yaw of the swing sole over the whole step, as sines.
-        leg_gap: least distance between the capsules around the bodies of the two legs [m].
+        leg_gap: least distance between the capsules around the bodies of the two legs [m]; less
+            where the robot has less when it stands.
     """
 
     friction: float = 0.7

@@ -34,10 +34,30 @@ class LegPairs:
         kept: capsules of stance and swing leg.
         dropped: pairs left out because they overlap even when the robot stands with its legs
             apart: bodies beside the pelvis that no joint takes apart, or capsules too generous.
+        standing: gaps of those that are kept when the robot stands so [m], shape (kept,).
     """
 
     kept: tuple[Pair, ...]
     dropped: tuple[Pair, ...]
+    standing: Array
+
+    def least(self, asked: float) -> Array:
+        """Return the gap to be kept by each pair [m]: what is asked, or what standing leaves.
+
+        No walk keeps bodies farther apart that no joint takes apart.
+        """
+        return np.minimum(asked, self.standing)
+
+    def narrowed(self, asked: float) -> str:
+        """Return what a person should know of gaps that are asked for and cannot be, or ""."""
+        narrow = np.flatnonzero(self.standing < asked)
+        if len(narrow) == 0:
+            return ""
+        named = [f"{pair_name(self.kept[k])} {self.standing[k] * 1e3:.1f} mm" for k in narrow]
+        return (
+            f"leg_gap asks for {asked * 1e3:.1f} mm between the legs, but the robot has less when "
+            f"it stands; kept is what it has there: {', '.join(named)}"
+        )
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -79,10 +99,12 @@ def leg_pairs(robot: Robot) -> LegPairs:
     swing = [c for c in capsules if c.body > PELVIS]
     pairs = [(a, b) for a in stance for b in swing]
     standing = Bodies(robot.model).placed(_standing(robot)[None])
-    apart = LegGaps(tuple(pairs)).value(standing)[0] > 0.0
+    gaps = LegGaps(tuple(pairs)).value(standing)[0]
+    apart = gaps > 0.0
     return LegPairs(
         tuple(p for p, good in zip(pairs, apart, strict=True) if good),
         tuple(p for p, good in zip(pairs, apart, strict=True) if not good),
+        gaps[apart],
     )
 
 

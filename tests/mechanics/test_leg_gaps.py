@@ -1,3 +1,4 @@
+from pathlib import Path
 from xml.etree import ElementTree as ET
 
 import coal
@@ -14,6 +15,7 @@ from gaitopt.mechanics.leg_gaps import LegGaps, leg_pairs
 from gaitopt.robot.model import Robot
 
 COUNT = 3
+CASES = Path(__file__).parents[1] / "data" / "cases"
 
 
 @pytest.fixture
@@ -152,3 +154,18 @@ def test_the_legs_are_alike(robot, pairs, postures):
     columns = [there.names.index(exchanged(name)) for name in pairs.names]
     found = gaps(left, there.kept, postures @ robot.mirror[order].T)[:, columns]
     assert relative_error(found, gaps(robot, pairs.kept, postures)) < 1e-9
+
+
+def test_no_more_is_kept_than_the_standing_robot_has(pairs):
+    asked = float(np.sort(pairs.standing)[[0, -1]].mean())
+    kept = pairs.least(asked)
+    assert kept.max() == asked
+    np.testing.assert_array_equal(kept[kept < asked], pairs.standing[pairs.standing < asked])
+    assert pairs.narrowed(0.5 * float(pairs.standing.min())) == ""
+    near = Robot.from_urdf(CASES / "hips_6mm_apart.urdf")
+    found = leg_pairs(near)
+    # Balls of 97 mm about hips that are 200 mm apart.
+    assert found.least(0.01).min() == pytest.approx(0.006, abs=1e-9)
+    assert "has less when it stands; kept is what it has there: r1 and l1 6.0" in found.narrowed(
+        0.01
+    )
