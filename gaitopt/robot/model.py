@@ -18,7 +18,7 @@ from gaitopt.robot.feet.sole import Sole
 from gaitopt.robot.files.source import Source, read_source
 from gaitopt.robot.findings import Finding
 from gaitopt.robot.legs.limits import JointLimits
-from gaitopt.robot.legs.measures import Legs, measure_legs
+from gaitopt.robot.legs.measures import Legs, knee_doubts, measure_legs
 from gaitopt.robot.legs.posture import posture_doubts
 from gaitopt.robot.reading import Reading, read_robot
 from gaitopt.robot.sizes import size_doubts
@@ -108,7 +108,10 @@ class Robot:
         """
         chain = build_chain(reading)
         legs = measure_legs(chain.lines, reading.sole_names, reading.limits)
-        doubts = size_doubts(chain, legs.reach, reading.soles.sole)
+        doubts = (
+            *knee_doubts(legs, reading.limits, chain.names),
+            *size_doubts(chain, legs.reach, reading.soles.sole),
+        )
         stands = posture_doubts(reading.model, reading.q, reading.legs, reading.choices)
         return cls(
             name=chain.model.name,

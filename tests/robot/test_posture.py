@@ -1,12 +1,16 @@
 """The reference posture against the ranges of the joints."""
 
 import math
+from pathlib import Path
 
+import pinocchio as pin
 import pytest
 from urdf_edits import add_arm, edited_urdf, joint
 
 from gaitopt.errors import RobotError
 from gaitopt.robot.choices import Choices, LimitOverride
+from gaitopt.robot.files.source import read_source
+from gaitopt.robot.legs.posture import reference_angles
 from gaitopt.robot.model import Robot
 
 POSES = """<robot name="biped13"><group_state name="{name}" group="all">
@@ -83,3 +87,58 @@ def test_a_continuous_joint_may_be_given_a_range():
     limits = (LimitOverride("shoulder", lower=-1.0, upper=2.0),)
     robot = read(2.05, armed(kind="continuous"), limits=limits)
     assert told(robot) == [("warning", "stands at 2.05 rad, outside its range -1 to 2 rad")]
+
+
+def test_a_legs_neutral_posture_out_of_range_is_told():
+    def edit(root):
+        for side in ("left", "right"):
+            joint(root, f"{side}_knee").find("limit").attrib.update(lower="0.2", upper="2.4")
+
+    robot = Robot.from_urdf(edited_urdf(edit))
+    said = [f.text for f in robot.findings if (f.topic, f.subject) == ("posture", "right_knee")]
+    assert said == [
+        "stands at 0 rad, outside its range 0.2 to 2.4 rad; the walk keeps the range, only feet "
+        "and soles are looked at so"
+    ]
+    knees = [f.text for f in robot.findings if (f.topic, f.how) == ("legs", "warning")]
+    assert len(knees) == 2
+    assert "straight at 0 rad, 0.2 rad outside its range 0.2 to 2.4 rad" in knees[0]
+
+
+def keyframed():
+    """A model with two keyframes, as a reader of MJCF files makes it."""
+    model = read_source(armed()).model()
+    rows = {name: model.joints[model.getJointId(name)].idx_q for name in ("shoulder", "left_knee")}
+    for name, angle in (("home", 0.25), ("sit", 0.5)):
+        q = pin.neutral(model)
+        q[rows["shoulder"]] = angle
+        model.referenceConfigurations[name] = q
+    return model
+
+
+@pytest.mark.parametrize(("name", "angle"), [("home", 0.25), ("keyframe:sit", 0.5)])
+def test_keyframes_are_postures(name, angle):
+    found = reference_angles(Choices(posture=name), keyframed(), Path())
+    assert found == {"shoulder": angle}
+
+
+@pytest.mark.parametrize(
+    ("choices", "told"),
+    [
+        (Choices(posture="stand"), "no SRDF is given .* and it has: home, sit$"),
+        (Choices(posture="keyframe:stand"), "no keyframe 'stand'; it has: home, sit$"),
+        (
+            Choices(posture="stand", srdf=POSES.format(name="far", angle=0.1)),
+            "the SRDF has no pose 'stand'; it has: far; the robot's file has keyframes: home, sit$",
+        ),
+        (
+            Choices(posture="keyframe:sit", srdf=POSES.format(name="far", angle=0.1)),
+            "an SRDF is given .*, but nothing of it is used",
+        ),
+    ],
+)
+def test_unknown_postures_are_answered_with_those_there_are(choices, told):
+    with pytest.raises(RobotError, match=told):
+        reference_angles(choices, keyframed(), Path())
+    with pytest.raises(RobotError, match="the robot's file has no keyframes"):
+        reference_angles(Choices(posture="x"), read_source(armed()).model(), Path())

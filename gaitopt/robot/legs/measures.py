@@ -8,6 +8,7 @@ import numpy as np
 import pinocchio as pin
 
 from gaitopt.nlp import Array
+from gaitopt.robot.findings import Finding
 from gaitopt.robot.legs.knee import Knee, find_knee
 from gaitopt.robot.legs.limits import JointLimits
 from gaitopt.robot.physics import STANDARD_GRAVITY
@@ -16,6 +17,7 @@ HIP_JOINTS = ((3, 4, 5), (6, 7, 8))  # rows of the joint vector: stance leg, swi
 ANKLE_JOINTS = ((0, 1), (10, 11))
 
 _OUTWARD = (-1.0, 1.0)  # the stance leg's chain runs from its ankle to its hip
+_STRAIGHT = 0.01  # rad: a knee that stops this near to straight is straight there
 _MEET = 1e-6  # m: lines that pass a point this closely meet there
 
 
@@ -130,6 +132,28 @@ def measure_legs(lines: ChainLines, soles: tuple[str, str], limits: JointLimits)
 def _flexion(knee: Knee, limits: JointLimits) -> float:
     told = knee.range_side(float(limits.lower[knee.row]), float(limits.upper[knee.row]))
     return told or (1.0 if knee.side[0] < 0.0 else -1.0)
+
+
+def knee_doubts(legs: Legs, limits: JointLimits, names: tuple[str, ...]) -> list[Finding]:
+    """Return which knees never get straight, as their ranges have it.
+
+    Args:
+        legs: of the robot.
+        limits: of its joints.
+        names: of the joints.
+    """
+    findings = []
+    for row, straight in zip(legs.knees, legs.straight, strict=True):
+        lower, upper = float(limits.lower[row]), float(limits.upper[row])
+        if lower - _STRAIGHT <= straight <= upper + _STRAIGHT:
+            continue
+        short = min(abs(straight - lower), abs(straight - upper))
+        text = (
+            f"is taken for the knee; the leg is straight at {straight:.4g} rad, {short:.3g} rad "
+            f"outside its range {lower:.4g} to {upper:.4g} rad"
+        )
+        findings.append(Finding("legs", names[row], text, "warning"))
+    return findings
 
 
 def common_point(points: Array, axes: Array) -> Array:

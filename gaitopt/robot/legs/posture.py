@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
 from difflib import get_close_matches
 from pathlib import Path
 from xml.etree import ElementTree
@@ -17,6 +18,10 @@ from gaitopt.robot.findings import Finding, How
 from gaitopt.robot.legs.overrides import override
 
 Angles = dict[str, float]
+KEYFRAME = "keyframe:"
+"""Before the name of a posture that is meant as a keyframe of the robot's own file."""
+
+_SHOWN = 20  # names
 
 _NEAR = 0.1  # rad, m: poses are rounded, and a stop gives way; what is further out is a mistake
 _ROUNDING = 1e-6  # rad, m: of the digits of a file
@@ -27,13 +32,14 @@ def reference_angles(choices: Choices, model: pin.Model, folder: Path) -> Angles
 
     Args:
         choices: names the pose, or gives the angles. A pose of the SRDF may name joints that the
-            robot does not have: one file often serves several variants.
-        model: of the robot.
+            robot does not have: one file often serves several variants. A name without an SRDF, or
+            after "keyframe:", is that of a keyframe of the robot's file.
+        model: of the robot, its keyframes as reference configurations.
         folder: of the URDF, where the SRDF is looked up too.
 
     Raises:
-        RobotError: the SRDF cannot be read, has no such pose, or is given for nothing; or an angle
-            is far beyond the range of its joint.
+        RobotError: the SRDF cannot be read or is given for nothing, there is no such pose, or an
+            angle is far beyond the range of its joint.
     """
     if choices.posture is None:
         if choices.srdf is not None and not choices.rotors:
@@ -45,18 +51,56 @@ def reference_angles(choices: Choices, model: pin.Model, folder: Path) -> Angles
 
 
 def _asked(choices: Choices, model: pin.Model, folder: Path) -> Angles:
-    if not isinstance(choices.posture, str):
-        return dict(choices.posture or ())
-    poses = {s.get("name", ""): s for s in _srdf(choices, folder).iter("group_state")}
-    if choices.posture not in poses:
+    name = choices.posture
+    if not isinstance(name, str):
+        return dict(name or ())
+    keyframes = {entry.key(): entry.data() for entry in model.referenceConfigurations}
+    if name.startswith(KEYFRAME):
+        if choices.srdf is not None and not choices.rotors:
+            raise RobotError(UNUSED_SRDF)
+        frame = name.removeprefix(KEYFRAME)
+        if frame not in keyframes:
+            raise RobotError(f"the file has no keyframe '{frame}'; {_has(keyframes, 'keyframe')}")
+        return _angles_of(model, keyframes[frame])
+    if choices.srdf is None and name in keyframes:
+        return _angles_of(model, keyframes[name])
+    if choices.srdf is None:
         raise RobotError(
-            f"the SRDF has no pose '{choices.posture}'; it has: {', '.join(poses) or 'none'}"
+            f"the posture '{name}' is asked for by name, but no SRDF is given (--srdf FILE, or "
+            f"srdf in the file for --choices and in Python), and {_has(keyframes, 'keyframe')}"
         )
+    poses = {s.get("name", ""): s for s in _srdf(choices, folder).iter("group_state")}
+    if name not in poses:
+        more = f"; the robot's file has keyframes: {_names(keyframes)}" if keyframes else ""
+        raise RobotError(f"the SRDF has no pose '{name}'; it has: {_names(poses)}{more}")
     return {
         joint.get("name", ""): _value(joint, "value")
-        for joint in poses[choices.posture].iter("joint")
+        for joint in poses[name].iter("joint")
         if model.existJointName(joint.get("name", "")) and len(joint.get("value", "").split()) == 1
     }
+
+
+def _has(keyframes: Mapping[str, Array], kind: str) -> str:
+    return f"it has: {_names(keyframes)}" if keyframes else f"the robot's file has no {kind}s"
+
+
+def _names(found: Iterable[str]) -> str:
+    names = list(found)
+    close = ", ".join(names[:_SHOWN])
+    return (close + (f" and {len(names) - _SHOWN} more" if len(names) > _SHOWN else "")) or "none"
+
+
+def _angles_of(model: pin.Model, q: Array) -> Angles:
+    """Return the joint coordinates of a configuration that are not 0; balls keep their 0."""
+    angles = {}
+    for joint in range(2, model.njoints):
+        at = model.joints[joint]
+        if at.nv == 1:
+            values = q[at.idx_q : at.idx_q + at.nq]
+            angle = float(values[0]) if at.nq == 1 else float(np.arctan2(values[1], values[0]))
+            if angle != 0.0:
+                angles[str(model.names[joint])] = angle
+    return angles
 
 
 def posture_doubts(
@@ -67,22 +111,26 @@ def posture_doubts(
     Args:
         model: of the robot.
         q: its reference posture.
-        legs: their joints, which only stand so where an angle is given.
+        legs: their joints, which walk within their ranges however they stand there.
         choices: with the angles that were given.
     """
     given = dict(choices.posture) if isinstance(choices.posture, tuple) else {}
-    moving = {j for leg in legs for j in leg if model.names[j] not in given}
+    moving = {j for leg in legs for j in leg}
     findings = []
     for joint in range(2, model.njoints):
         at, name = model.joints[joint], str(model.names[joint])
-        if joint in moving or at.nq != 1:
+        if at.nq != 1:
             continue
         angle, unit = float(q[at.idx_q]), _unit(model, joint)
         lower, upper = _range(model, joint)
         if not lower - _ROUNDING <= angle <= upper + _ROUNDING:
-            text = f"stands at {angle:.4g} {unit}, outside its range {lower:.4g} to {upper:.4g}"
+            text = (
+                f"stands at {angle:.4g} {unit}, outside its range {lower:.4g} to {upper:.4g} {unit}"
+            )
+            if joint in moving and name not in given:
+                text += "; the walk keeps the range, only feet and soles are looked at so"
             how: How = "warning" if name in given else "guessed"
-            findings.append(Finding("posture", name, f"{text} {unit}", how))
+            findings.append(Finding("posture", name, text, how))
     return findings
 
 
@@ -161,8 +209,8 @@ def _unit(model: pin.Model, joint: int) -> str:
 def _srdf(choices: Choices, folder: Path) -> ElementTree.Element:
     if choices.srdf is None:
         raise RobotError(
-            "a pose or rotors are asked for by name, but no SRDF is given; give it: --srdf FILE, "
-            "or srdf in the file for --choices and in Python"
+            "rotors are asked for, but no SRDF is given; give it: --srdf FILE, or srdf in the file "
+            "for --choices and in Python"
         )
     text = choices.srdf
     if not text.lstrip().startswith("<"):
