@@ -202,11 +202,13 @@ def play(
     html: opt.Html = None,
     steps: opt.Steps = None,
     package_dir: opt.MeshDir = None,
+    host: opt.Host = None,
+    port: opt.Port = None,
 ) -> None:
     """Watch a gait in the browser."""
     from gaitopt.cli import watch
 
-    watch.run_play(gait, html, steps, tuple(map(str, package_dir or ())))
+    watch.run_play(gait, html, steps, tuple(map(str, package_dir or ())), host, port)
 
 
 @app.command()

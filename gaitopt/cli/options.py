@@ -231,6 +231,13 @@ Html = Annotated[
     Path | None, _plain("--html", "Write a page instead, complete in one file.", "FILE")
 ]
 Steps = Annotated[int | None, _plain("--steps", "How many steps to show.", "N")]
+Host = Annotated[
+    str | None,
+    _plain("--host", "Address to listen on; by default 127.0.0.1: this machine alone.", "ADDRESS"),
+]
+Port = Annotated[
+    int | None, _plain("--port", "Port to listen on; by default a free one from 7000 on.", "N")
+]
 MeshDir = Annotated[
     list[Path] | None,
     _plain("--package-dir", "Directory with the packages of the meshes; repeatable.", "DIR"),

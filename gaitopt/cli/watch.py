@@ -2,17 +2,24 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import typer
 
 from gaitopt.cli.robot_request import require_directories
+from gaitopt.errors import InputError
 from gaitopt.gait.result_file import load_gait
 from gaitopt.view.walk import DEFAULT_STEPS
 
 
 def run_play(
-    path: Path, html: Path | None, steps: int | None, package_dirs: tuple[str, ...] = ()
+    path: Path,
+    html: Path | None,
+    steps: int | None,
+    package_dirs: tuple[str, ...] = (),
+    host: str | None = None,
+    port: int | None = None,
 ) -> None:
     """Show a gait in the browser until Ctrl-C, or write it as a page.
 
@@ -21,17 +28,24 @@ def run_play(
     """
     from gaitopt.view.page import write_page
     from gaitopt.view.player import play
+    from gaitopt.view.server import LOCAL, is_local
 
+    if html is not None and (host is not None or port is not None):
+        raise InputError("a page is a file: --html goes with neither --host nor --port")
     require_directories(package_dirs)
     gait = load_gait(path)
     count = DEFAULT_STEPS if steps is None else steps
     if html is not None:
         typer.echo(f"wrote {write_page(gait, html, count, package_dirs)}")
         return
-    with play(gait, count, package_dirs=package_dirs) as player:
+    host = LOCAL if host is None else host
+    with play(gait, count, package_dirs=package_dirs, host=host, port=port) as player:
+        if not is_local(host):
+            typer.echo("note: other machines can reach this page too", err=True)
         if player.note:
             typer.echo(f"note: {player.note}", err=True)
         typer.echo(f"{path} walks at {player.url} (Ctrl-C stops)")
+        sys.stdout.flush()
         player.wait()
 
 

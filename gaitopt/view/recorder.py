@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import json
+from collections.abc import Iterable
 from pathlib import Path
 
 from gaitopt.errors import InputError
@@ -22,10 +23,15 @@ class Recorder:
 
     def text(self) -> str:
         """Return the commands as JSON, for `MeshCat.Viewer.handle_command_bytearray`."""
-        return json.dumps([base64.b64encode(c).decode("ascii") for c in self.commands])
+        return encoded(self.commands)
 
     def get_image(self) -> None:
         """Do nothing: there is no picture before a browser opens the page."""
+
+
+def encoded(commands: Iterable[bytes]) -> str:
+    """Return packed commands as JSON, for `MeshCat.Viewer.handle_command_bytearray`."""
+    return json.dumps([base64.b64encode(c).decode("ascii") for c in commands])
 
 
 def viewer_script() -> str:
