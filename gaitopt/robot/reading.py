@@ -122,7 +122,7 @@ def read_robot(source: Source, choices: Choices) -> Reading:
     resolved = replace(resolved, posture=tuple(angles.items()) or None, limits=overrides)
     told = tell(model, placed.q, pair, heading, angles)
     rotors = tell_armature(whole, model, pair.legs, resolved, is_generated(source.text))
-    findings = (*told, *tilted, *soles.findings, *notes, *odd, *rotors)
+    findings = (*told, *tilted, *soles.findings, *notes, *odd, *rotors, *source.findings())
     return Reading(
         model,
         placed.q,

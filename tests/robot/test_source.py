@@ -1,5 +1,6 @@
 """Reading robots from files of all kinds."""
 
+import struct
 from xml.etree import ElementTree as ET
 
 import numpy as np
@@ -160,13 +161,35 @@ def test_dead_meshes_are_reported_and_left_out(tmp_path, capfd, model, rng, cont
     assert capfd.readouterr().err == ""
 
 
-def test_a_mesh_that_is_none_is_named(tmp_path):
-    path = tmp_path / "foot.stl"
-    path.write_bytes(b"not a mesh at all")
-    source = read_source(with_mesh(path))
+BINARY = b"solid".ljust(80) + struct.pack("<I", 1)
+NONE = {
+    "foot.stl": (b"not a mesh at all", "is a broken STL file"),
+    "cut.stl": (BINARY + bytes(49), "is a broken STL file"),
+    "nan.stl": (BINARY + struct.pack("<12fH", *[float("nan")] * 12, 0), "is not a mesh that can"),
+    "foot.dae": (b"<COLLADA><asset>", "is a broken Collada file"),
+    "void.dae": (b"<COLLADA/>", "is not a mesh that can be read"),
+    "foot.obj": (b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n", "is not a mesh that can be read"),
+    "foot.wrl": (b"#VRML V2.0 utf8\n", r"is of a format that cannot be read (.wrl)"),
+}
+
+
+@pytest.mark.parametrize("name", NONE)
+def test_a_mesh_that_is_none_costs_itself_and_is_named(tmp_path, capfd, name):
+    content, reason = NONE[name]
+    (tmp_path / name).write_bytes(content)
+    good = write_stl(tmp_path / "good.stl")
+    text = with_mesh(tmp_path / name).replace(
+        "</link>",
+        f"<collision><geometry><mesh filename='{good}'/></geometry></collision></link>",
+        1,
+    )
+    source = read_source(text)
     assert source.model().nv == 18
-    with pytest.raises(RobotError, match=r"meshes cannot be read: .*foot\.stl; correct it"):
-        source.geometry(COLLISION)
+    np.testing.assert_allclose(torso_vertices(source), sorted_rows(TETRAHEDRON), atol=1e-6)
+    (problem,) = source.mesh_problems()
+    assert f"link 'torso': the collision mesh '{tmp_path / name}' {reason}" in str(problem)
+    assert "replace the file" in str(problem)
+    assert capfd.readouterr() == ("", "")
 
 
 def test_capsules_of_old_urdfs_are_read_in_silence(capfd):

@@ -3,14 +3,22 @@
 from __future__ import annotations
 
 import os
+import struct
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path, PurePosixPath
+from xml.parsers import expat
 
 from gaitopt.bounds import MESH, too_large
 
 _PACKAGE_SCHEMES = ("package://", "model://")
 _POINTER = b"version https://git-lfs"  # what stands in a clone whose large files were not fetched
+_READABLE = (
+    ".stl", ".dae", ".obj", ".ply", ".off", ".3ds", ".fbx", ".gltf", ".glb", ".x", ".amf", ".3mf",
+    ".dxf", ".lwo", ".ac", ".ase", ".x3d", ".blend",
+)  # fmt: skip
+_HEADER, _FACET = 84, 50  # bytes of a binary STL file: before its facets, and of each
 
 
 @dataclass(frozen=True)
@@ -22,20 +30,24 @@ class MeshProblem:
         kind: "visual" or "collision".
         file: the path as the robot's file gives it.
         reason: why it cannot be used.
+        there: whether the file was found, and is at fault itself.
     """
 
     link: str
     kind: str
     file: str
     reason: str
+    there: bool = False
 
     def __str__(self) -> str:
         """Return one sentence that says what to do."""
-        return (
-            f"link '{self.link}': the {self.kind} mesh '{self.file}' {self.reason}; "
+        advice = (
             "give the directory that holds its package (--package-dir DIR; in Python "
             "package_dirs), or correct the path"
         )
+        if self.there:
+            advice = "the robot is read without it; replace the file, by one in STL format say"
+        return f"link '{self.link}': the {self.kind} mesh '{self.file}' {self.reason}; {advice}"
 
 
 @dataclass(frozen=True)
@@ -104,6 +116,56 @@ class MeshPaths:
 
     def _above(self) -> list[Path]:
         return [] if self.base is None else [self.base, *self.base.parents]
+
+
+def unreadable(path: Path) -> str:
+    """Return why a mesh file that is there cannot be a mesh that is read, or an empty string.
+
+    STL files are checked whole, of others the format and, of Collada, whether they are XML.
+
+    Args:
+        path: of the file.
+    """
+    try:
+        facts = path.stat()
+        return _unreadable(path, facts.st_mtime_ns, facts.st_size)
+    except OSError as error:
+        return f"cannot be read ({(error.strerror or str(error)).lower()})"
+
+
+@lru_cache(maxsize=4096)
+def _unreadable(path: Path, _changed: int, size: int) -> str:
+    suffix = path.suffix.lower()
+    if suffix not in _READABLE:
+        named = suffix or "without an ending"
+        return f"is of a format that cannot be read ({named})"
+    if suffix == ".stl":
+        return "" if _is_stl(path, size) else "is a broken STL file"
+    if suffix == ".dae":
+        return "" if _is_xml(path) else "is a broken Collada file"
+    return ""
+
+
+def _is_stl(path: Path, size: int) -> bool:
+    """Whether a file has the length of a binary STL, or the words of a textual one."""
+    with path.open("rb") as stream:
+        head = stream.read(_HEADER)
+        if len(head) == _HEADER:
+            (facets,) = struct.unpack("<I", head[-4:])
+            if facets and size >= _HEADER + facets * _FACET:
+                return True
+        if not head.lstrip().startswith(b"solid"):
+            return False
+        return b"vertex" in head + stream.read()
+
+
+def _is_xml(path: Path) -> bool:
+    with path.open("rb") as stream:
+        try:
+            expat.ParserCreate().ParseFile(stream)
+        except expat.ExpatError:
+            return False
+    return True
 
 
 def first_part(file: str) -> str:

@@ -19,17 +19,24 @@ from gaitopt.robot.files.frame_names import tell_apart
 from gaitopt.robot.files.meshes import MeshPaths, MeshProblem, first_part
 from gaitopt.robot.files.text_file import read_text
 from gaitopt.robot.files.xml_lines import XmlTree, parse_xml
+from gaitopt.robot.findings import Finding
 from gaitopt.robot.mjcf.check import check_mjcf
 from gaitopt.robot.mjcf.include import whole_mjcf
 from gaitopt.robot.mjcf.parts import geometry_mjcf, mjcf_mesh_problems, motion_mjcf
 from gaitopt.robot.physics import Physics
+from gaitopt.robot.urdf.build import build_model
 from gaitopt.robot.urdf.check import check_urdf
-from gaitopt.robot.urdf.continuous import without_end
-from gaitopt.robot.urdf.dynamics import urdf_dynamics
-from gaitopt.robot.urdf.parts import geometry_part, mesh_problems, motion_part
+from gaitopt.robot.urdf.description import Description, describe
+from gaitopt.robot.urdf.geometry import build_geometry, diagonals, mesh_problems
+from gaitopt.robot.urdf.rotors import Rotor, add_armature, read_rotors
+from gaitopt.robot.urdf.shapes import Kind, Shapes, read_shapes
+from gaitopt.robot.urdf.telling import passive_joints, urdf_findings
 from gaitopt.robot.urdf.values import UrdfProblem
 
-_KINDS = {pin.GeometryType.VISUAL: "visual", pin.GeometryType.COLLISION: "collision"}
+_KINDS: dict[pin.GeometryType, Kind] = {
+    pin.GeometryType.VISUAL: "visual",
+    pin.GeometryType.COLLISION: "collision",
+}
 _FORMATS = {"mujoco": "mjcf"}
 _LOADER = coal.CachedMeshLoader(coal.NODE_TYPE.BV_OBB)
 """Reads each mesh file of a URDF once, whoever asks, and again if its time of change is another in
@@ -59,12 +66,16 @@ class Source:
     problems: tuple[UrdfProblem, ...]
     tree: XmlTree
     _sides: dict[pin.GeometryType, bool] = field(default_factory=dict, init=False, repr=False)
+    _broken: dict[tuple[str, str], MeshProblem] = field(
+        default_factory=dict, init=False, repr=False
+    )
 
     def model(self) -> pin.Model:
         """Return a new model of the whole robot; joint 1 is a free-flyer.
 
         A limit that is not given is 0 in a URDF (see `problems`) and infinite in MJCF, which knows
-        no speed limits; the range of a continuous joint is infinite too.
+        no speed limits; the range of a continuous joint is infinite too. The armature is that of
+        the rotors which a URDF describes.
 
         Raises:
             RobotError: Pinocchio cannot read the description.
@@ -74,7 +85,7 @@ class Source:
     @cached_property
     def physics(self) -> Physics:
         """Passive joints, gravity and its compensation."""
-        return Physics() if self.format == "mjcf" else Physics(joints=urdf_dynamics(self._whole))
+        return Physics() if self.format == "mjcf" else Physics(passive_joints(self._description))
 
     def geometry(
         self, kind: pin.GeometryType, links: Collection[str] | None = None
@@ -91,7 +102,8 @@ class Source:
             The geometry; None where there is none.
 
         Raises:
-            RobotError: a mesh file is there, but is not one that can be read.
+            RobotError: a mesh file of an MJCF is there, but is not one that can be read; a URDF
+                is drawn without it, and `mesh_problems` has it from then on.
         """
         shapes = self._shapes(kind, links)
         if shapes is not None and y_up(shapes) and self._lying(kind):
@@ -100,8 +112,20 @@ class Source:
 
     def mesh_problems(self) -> list[MeshProblem]:
         """Return the meshes that are missing, empty or were not fetched."""
-        search = mjcf_mesh_problems if self.format == "mjcf" else mesh_problems
-        return search(self.tree.root, self._paths)
+        if self.format == "mjcf":
+            return mjcf_mesh_problems(self.tree.root, self._paths)
+        found = mesh_problems(self._read_shapes.shapes, self._paths)
+        known = {(problem.link, problem.file) for problem in found}
+        return found + [p for place, p in self._broken.items() if place not in known]
+
+    def findings(self) -> tuple[Finding, ...]:
+        """Return what the description says beside bodies, joints and shapes, and what is odd.
+
+        Unlike `problems` it may need meshes: of links whose inertia is large for their size.
+        """
+        if self.format == "mjcf":
+            return ()
+        return urdf_findings(self._description, self._rotors, self._diagonals)
 
     def mesh_directories(self) -> tuple[str, ...]:
         """Return where the meshes are found, for when only the text is left.
@@ -120,15 +144,11 @@ class Source:
     @cached_property
     def _whole(self) -> pin.Model:
         """The model, read once and never modified."""
-        root = self.tree.root
         if self.format == "mjcf":
-            model = _from_file(motion_mjcf(root), _mjcf_model, "the MJCF file")
+            model = _from_file(motion_mjcf(self.tree.root), _mjcf_model, "the MJCF file")
         else:
-            text = motion_part(root)
-            model = _guarded(
-                "the URDF", lambda: pin.buildModelFromXML(text, pin.JointModelFreeFlyer())
-            )
-            model = without_end(model)
+            model = build_model(self._description)
+            add_armature(model, self._rotors)
         if model.njoints < 2 or model.joints[1].shortname() != "JointModelFreeFlyer":
             raise RobotError("the robot has no links that can move; check the file")
         return tell_apart(model)
@@ -144,12 +164,30 @@ class Source:
                 text, lambda file: pin.buildGeomFromMJCF(model, file, kind), "the meshes"
             )
         else:
-            text = geometry_part(root, _KINDS[kind], self._paths, links)
-            shapes = _guarded(
-                "the meshes",
-                lambda: pin.buildGeomFromUrdfString(model, text, kind, mesh_loader=_LOADER),
-            )
+            wanted = self._read_shapes.of(_KINDS[kind])
+            shapes, broken = build_geometry(model, wanted, self._paths, _LOADER.load, links)
+            self._broken.update({(problem.link, problem.file): problem for problem in broken})
         return shapes if shapes.ngeoms else None
+
+    @cached_property
+    def _description(self) -> Description:
+        """Links and joints of a URDF."""
+        return describe(self.tree)
+
+    @cached_property
+    def _rotors(self) -> tuple[Rotor, ...]:
+        return read_rotors(self.tree, self._description)[0]
+
+    @cached_property
+    def _read_shapes(self) -> Shapes:
+        """Shapes of a URDF."""
+        return read_shapes(self.tree)
+
+    def _diagonals(self, kind: Kind, links: Collection[str]) -> dict[str, float]:
+        """Return the diagonals of boxes about the shapes of some links [m]."""
+        which = next(key for key, value in _KINDS.items() if value == kind)
+        shapes = self._shapes(which, links)
+        return {} if shapes is None else diagonals(self._whole, shapes)
 
     def _lying(self, kind: pin.GeometryType) -> bool:
         """Whether the Collada files of one kind lie on their side; all links have a say in it."""

@@ -14,10 +14,15 @@ import pinocchio as pin
 
 from gaitopt.errors import RobotError
 from gaitopt.robot.files.xml_lines import XmlTree
-from gaitopt.robot.urdf.inertial import check_inertial, inertia_fault
-from gaitopt.robot.urdf.joints import check_joint
-from gaitopt.robot.urdf.tree import check_tree
-from gaitopt.robot.urdf.values import Entry, UrdfProblem
+from gaitopt.robot.urdf.description import Description, describe
+from gaitopt.robot.urdf.doubts import placeholder_problems
+from gaitopt.robot.urdf.inertial import inertia_fault, inertial_problems
+from gaitopt.robot.urdf.joints import joint_problems
+from gaitopt.robot.urdf.rotors import read_rotors
+from gaitopt.robot.urdf.shapes import read_shapes
+from gaitopt.robot.urdf.spelling import check_spelling
+from gaitopt.robot.urdf.tree import check_tree, name_problems
+from gaitopt.robot.urdf.values import UrdfProblem
 
 _MOST = 1e9  # kg, m, kg·m²: a thousand times what the largest machines come to, in mm and g
 _IDLE = 1e-12  # of the largest inertia that a joint moves: what rounding leaves of none
@@ -38,22 +43,23 @@ def check_urdf(tree: XmlTree) -> tuple[UrdfProblem, ...]:
         RobotError: naming the line, the link or joint, the value, and what is allowed.
     """
     check_tree(tree)
-    links = [Entry(tree, element) for element in tree.root.findall("link")]
-    joints = [Entry(tree, element) for element in tree.root.findall("joint")]
-    _check_count(joints)
-    problems: list[UrdfProblem] = []
-    for link in links:
-        inertial = link.element.find("inertial")
-        if inertial is not None:
-            problems += check_inertial(link, inertial)
-    for joint in joints:
-        problems += check_joint(joint)
-    problems += _massless(links, joints)
+    _check_count(tree)
+    problems = check_spelling(tree)
+    robot = describe(tree)
+    for link in robot.links.values():
+        problems += inertial_problems(link)
+    for joint in robot.joints.values():
+        problems += joint_problems(joint)
+    problems += _massless(robot)
+    problems += placeholder_problems(robot)
+    problems += name_problems(tree)
+    problems += read_rotors(tree, robot)[1]
+    problems += read_shapes(tree).problems
     return tuple(sorted(problems, key=lambda problem: problem.line))
 
 
-def _check_count(joints: list[Entry]) -> None:
-    count = sum(joint.element.get("type") != "fixed" for joint in joints)
+def _check_count(tree: XmlTree) -> None:
+    count = sum(joint.get("type") != "fixed" for joint in tree.root.findall("joint"))
     if count > MOST_JOINTS:
         raise RobotError(
             f"the URDF has {count} joints that move; at most {MOST_JOINTS} can be read; make those "
@@ -122,39 +128,19 @@ def _body(model: pin.Model, joint: int) -> str:
     return "the trunk" if joint == 1 else f"the body moved by joint '{model.names[joint]}'"
 
 
-def _massless(links: list[Entry], joints: list[Entry]) -> list[UrdfProblem]:
-    """Return the links that a joint moves although they, and all fixed to them, weigh nothing."""
-    heavy = {link.name for link in links if _mass(link) > 0.0}
-    fixed: dict[str, list[str]] = {}
-    moved = set()
-    for joint in joints:
-        parent, child = (_linked(joint, role) for role in ("parent", "child"))
-        if joint.element.get("type") == "fixed":
-            fixed.setdefault(parent, []).append(child)
-        else:
-            moved.add(child)
-    return [
-        link.problem("massless", "a joint moves it, but it has no mass; give it its mass")
-        for link in links
-        if link.name in moved and not heavy & _carried(link.name, fixed)
-    ]
-
-
-def _carried(link: str, fixed: dict[str, list[str]]) -> set[str]:
-    """Return the link and all that is fixed to it."""
-    found, waiting = {link}, [link]
-    while waiting:
-        below = fixed.get(waiting.pop(), [])
-        found.update(below)
-        waiting += below
-    return found
-
-
-def _linked(joint: Entry, role: str) -> str:
-    element = joint.element.find(role)
-    return "" if element is None else element.get("link", "")
-
-
-def _mass(link: Entry) -> float:
-    mass = link.element.find("inertial/mass")
-    return 0.0 if mass is None else float(mass.get("value", "0"))
+def _massless(robot: Description) -> list[UrdfProblem]:
+    """Return the links that move although they, and all fixed to them, weigh nothing."""
+    moved = {joint.child for joint in robot.joints.values() if joint.kind != "fixed"}
+    problems = []
+    for name, link in robot.links.items():
+        if name != robot.root and name not in moved:
+            continue
+        if any(robot.links[part].mass > 0.0 for part in robot.rigid(name)):
+            continue
+        if name == robot.root and inertial_problems(link):  # which says so
+            continue
+        moving = "a joint moves it, but it has no mass"
+        if name == robot.root:
+            moving = "it is the root link, and neither it nor a link fixed to it has a mass"
+        problems.append(link.entry.problem("massless", f"{moving}; give it its mass"))
+    return problems

@@ -2,40 +2,40 @@
 
 from __future__ import annotations
 
-from xml.etree.ElementTree import Element
-
 import numpy as np
 
 from gaitopt.nlp import Array
-from gaitopt.robot.urdf.values import Entry, UrdfProblem
+from gaitopt.robot.urdf.description import Link
+from gaitopt.robot.urdf.values import UrdfProblem
 
-_MOMENTS = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 _ROUNDING = 1e-6  # relative: what the digits of a drawing leave of a flat plate or a thin rod
 _POINT = 1e-9  # m²: below this times its mass, a body is a point and its inertia rounding
+_LEAST = 1e-12  # relative: keeps a moment of zero above zero when the axes are turned
 
 
-def check_inertial(link: Entry, inertial: Element) -> list[UrdfProblem]:
-    """Check the mass, its centre and its inertia of one link.
+def inertial_problems(link: Link) -> list[UrdfProblem]:
+    """Return a problem if no body can have the mass and the inertia of a link."""
+    if link.inertial is None:
+        return []
+    fault = inertia_fault(link.inertial.mass, link.inertial.inertia)
+    return [link.entry.problem("inertia", fault, link.inertial.element)] if fault else []
+
+
+def sound_inertia(mass: float, inertia: Array) -> Array:
+    """Return an inertia whose moments lie below zero by rounding only with these at zero.
+
+    Pinocchio makes no body of the least negative moment. An inertia at fault is returned as it is.
 
     Args:
-        link: that is checked.
-        inertial: its `inertial` element.
-
-    Returns:
-        A problem if no body can have these values.
-
-    Raises:
-        RobotError: a value is not a number, or the mass is negative.
+        mass: not negative [kg].
+        inertia: symmetric, about the centre of mass [kg·m²], shape (3, 3).
     """
-    mass_entry, tensor = inertial.find("mass"), inertial.find("inertia")
-    mass = link.number(mass_entry, "value", "mass", "kg")
-    if mass < 0.0:
-        raise link.refusal(f"the mass is {mass:g} kg; it must be above 0; correct it", mass_entry)
-    xx, xy, xz, yy, yz, zz = (link.number(tensor, m, m, "kg·m²") for m in _MOMENTS)
-    for part in ("xyz", "rpy"):
-        link.vector(inertial.find("origin"), part, f"the {part} of its centre of mass")
-    fault = inertia_fault(mass, np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]))
-    return [link.problem("inertia", fault, inertial)] if fault else []
+    moments, axes = np.linalg.eigh(inertia)
+    least = _LEAST * float(moments[2])
+    if moments[0] >= least or inertia_fault(mass, inertia):
+        return inertia
+    raised: Array = (axes * np.maximum(moments, least)) @ axes.T
+    return (raised + raised.T) / 2.0
 
 
 def inertia_fault(mass: float, inertia: Array) -> str:

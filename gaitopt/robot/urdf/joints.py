@@ -5,63 +5,39 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Iterable
 from dataclasses import replace
-from xml.etree.ElementTree import Element
 
-from gaitopt.robot.urdf.values import Entry, UrdfProblem, as_number
-
-LIMITED = ("revolute", "prismatic")
-FREE = ("floating", "planar")
-_UNITS = {"revolute": ("rad", "N.m", "rad/s"), "prismatic": ("m", "N", "m/s")}
+from gaitopt.robot.urdf.description import FREE, LIMITED, Joint, limit_unit
+from gaitopt.robot.urdf.values import UrdfProblem
 
 
-def check_joint(joint: Entry) -> list[UrdfProblem]:
-    """Check the placement, the axis and the limits of one joint.
+def joint_problems(joint: Joint) -> list[UrdfProblem]:
+    """Return what matters about one joint only if it is part of a leg.
 
-    Returns:
-        What matters only if the joint is part of a leg.
-
-    Raises:
-        RobotError: the placement or the axis is not finite, the axis has no direction, or a limit
-            is no number or below zero (no loader would take the file).
+    Limits that readers of URDFs take differently are problems. An effort or a velocity of zero, or
+    none, is no motor in one and a motor without limit in another: it is taken as no limit. A range
+    that is empty or not given is a joint that is locked in one and turns freely in another: it is
+    refused in a leg.
     """
-    kind = joint.element.get("type", "")
-    for part in ("xyz", "rpy"):
-        joint.vector(joint.element.find("origin"), part, f"the {part} of its origin")
-    if kind == "fixed":
+    if joint.kind in FREE:
+        text = f"its type is {joint.kind}; only revolute joints are moved, the others are locked"
+        return [joint.entry.problem("free", text)]
+    if joint.kind == "fixed":
         return []
-    if kind in FREE:
-        text = f"its type is {kind}; only revolute joints are moved, the others are locked"
-        return [joint.problem("free", text)]
-    _check_axis(joint)
     problems = _mimic_problems(joint)
-    if kind in LIMITED:
-        problems += _limit_problems(joint, kind)
+    if joint.kind in LIMITED:
+        problems += _limit_problems(joint)
     return problems
 
 
-def usable_limit(joint: Element, name: str) -> float:
-    """Return an attribute of a joint's `limit`, 0 if it is not given or not finite."""
-    limit = joint.find("limit")
-    value = 0.0 if limit is None else as_number(limit.get(name, "0"))
-    return value if math.isfinite(value) else 0.0
-
-
-def _check_axis(joint: Entry) -> None:
-    axis = joint.element.find("axis")
-    values = joint.vector(axis, "xyz", "its axis", "1 0 0" if axis is None else "")
-    if not any(values):
-        raise joint.refusal("its axis is 0 0 0; it needs a direction, as 0 1 0; correct it", axis)
-
-
-def _mimic_problems(joint: Entry) -> list[UrdfProblem]:
-    mimic = joint.element.find("mimic")
+def _mimic_problems(joint: Joint) -> list[UrdfProblem]:
+    mimic = joint.entry.element.find("mimic")
     if mimic is None:
         return []
     text = (
         f"it mimics joint '{mimic.get('joint')}', which is not supported in a leg: every leg joint "
         "has its own motor; remove <mimic> there"
     )
-    return [joint.problem("mimic", text, mimic)]
+    return [joint.entry.problem("mimic", text, mimic)]
 
 
 def locked_mimics(
@@ -85,28 +61,46 @@ def locked_mimics(
     return tuple(told if p is others[0] else p for p in problems if p not in others[1:])
 
 
-def _limit_problems(joint: Entry, kind: str) -> list[UrdfProblem]:
-    limit = joint.element.find("limit")
+def _limit_problems(joint: Joint) -> list[UrdfProblem]:
+    entry, limits, limit = joint.entry, joint.limits, joint.entry.element.find("limit")
     if limit is None:
         text = 'it has no limits; add <limit effort="" velocity="" lower="" upper=""/> with values'
-        return [joint.problem(kind, text) for kind in ("effort", "velocity", "range")]
-    length, force, speed = _UNITS[kind]
+        return [entry.problem(kind, text) for kind in ("effort", "velocity", "range")]
     problems = []
-    for name, unit in (("effort", force), ("velocity", speed)):
-        value = as_number(limit.get(name, "0"))
-        text = f"the {name} limit is {limit.get(name)!r}; it must be above 0; give it [{unit}]"
-        if math.isnan(value) or value < 0.0:
-            raise joint.refusal(text, limit)
-        if value in (0.0, math.inf):
-            problems.append(joint.problem(name, text, limit))
-    lower, upper = (as_number(limit.get(side, "0")) for side in ("lower", "upper"))
-    text = f"the range is from {lower:g} to {upper:g} {length}; lower must be below upper"
-    for side, value in (("lower", lower), ("upper", upper)):
-        if math.isnan(value):
-            wrong = f"{limit.get(side)!r}, which is no number; give it [{length}]"
-            raise joint.refusal(f"the {side} limit is {wrong}", limit)
-    if math.isnan(lower + upper):
-        raise joint.refusal(text, limit)
+    for name, value in (("effort", limits.effort), ("velocity", limits.velocity)):
+        if math.isnan(value) or value in (0.0, math.inf):
+            unit = limit_unit(joint.kind, name)
+            text = f"the {name} limit is {limit.get(name)!r}; it must be above 0; give it [{unit}]"
+            problems.append(entry.problem(name, text, limit))
+    return problems + _range_problems(joint)
+
+
+def _range_problems(joint: Joint) -> list[UrdfProblem]:
+    limit = joint.entry.element.find("limit")
+    unit = limit_unit(joint.kind, "lower")
+    lower, upper = range_of(joint)
     if not lower < upper:
-        problems.append(joint.problem("range", text, limit))
-    return problems
+        text = f"the range is from {lower:g} to {upper:g} {unit}; lower must be below upper"
+        return [joint.entry.problem("range", text, limit)]
+    sides = (("lower", joint.limits.lower), ("upper", joint.limits.upper))
+    missing = [side for side, value in sides if math.isnan(value)]
+    text = f"no {missing and missing[0]} limit is given: taken as 0 {unit}, as the format has it"
+    return [joint.entry.problem("range", text, limit)] if missing else []
+
+
+def range_of(joint: Joint) -> tuple[float, float]:
+    """Return the range of a joint [rad, m]; a side not given is at 0, as the format has it.
+
+    A continuous joint has none, whatever its limit says.
+    """
+    if joint.kind == "continuous":
+        return -math.inf, math.inf
+    lower, upper = joint.limits.lower, joint.limits.upper
+    return 0.0 if math.isnan(lower) else lower, 0.0 if math.isnan(upper) else upper
+
+
+def strength_of(joint: Joint) -> tuple[float, float]:
+    """Return the limits of torque and rate; 0 stands for none, as for what is not given."""
+    values = joint.limits.effort, joint.limits.velocity
+    effort, velocity = (value if math.isfinite(value) else 0.0 for value in values)
+    return effort, velocity

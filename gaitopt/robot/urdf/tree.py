@@ -7,9 +7,11 @@ from xml.etree.ElementTree import Element
 
 from gaitopt.errors import RobotError
 from gaitopt.robot.files.xml_lines import XmlTree
-from gaitopt.robot.urdf.values import Entry
+from gaitopt.robot.urdf.values import Entry, UrdfProblem, printable
 
 JOINT_TYPES = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
+_TAKEN = {"link": ("universe",), "joint": ("universe", "root_joint")}
+"""Names of Pinocchio's own: the world, and the joint that carries the root link."""
 _OTHER_FORMATS = {
     "sdf": "convert it to URDF",
     "COLLADA": "give the robot's URDF, not one of its meshes",
@@ -53,6 +55,13 @@ def _check_root(root: Element) -> None:
                 f"the file still holds xacro macros (<{element.tag}>); "
                 "expand them first: xacro robot.urdf.xacro > robot.urdf"
             )
+    for element in root:
+        text = element.get("name", "")
+        if element.tag in ("link", "joint") and "${" in text:
+            raise RobotError(
+                f'the file still holds xacro macros (name="{text}"); '
+                "expand them first: xacro robot.urdf.xacro > robot.urdf"
+            )
 
 
 def _named(tree: XmlTree, tag: str) -> dict[str, Entry]:
@@ -62,11 +71,24 @@ def _named(tree: XmlTree, tag: str) -> dict[str, Entry]:
         entry = Entry(tree, element)
         if not entry.name.strip():
             raise RobotError(f"line {tree.line(element)}: a {tag} has no name; give it one")
+        if entry.name in _TAKEN[tag]:
+            raise entry.refusal("this name stands for something else in every robot; rename it")
         if entry.name in found:
             first = tree.line(found[entry.name].element)
             raise entry.refusal(f"another {tag} has this name (line {first}); rename one of them")
         found[entry.name] = entry
     return found
+
+
+def name_problems(tree: XmlTree) -> list[UrdfProblem]:
+    """Return a problem for each name that does not show on a screen as it is."""
+    problems = []
+    for element in tree.root:
+        name = element.get("name", "")
+        if element.tag in ("link", "joint") and printable(name) != name:
+            text = "its name holds characters that cannot be seen, here as Python writes them"
+            problems.append(Entry(tree, element).problem("name", f"{text}; rename it"))
+    return problems
 
 
 def _check_type(joint: Entry) -> None:

@@ -3,11 +3,17 @@
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import dataclass
 from xml.etree.ElementTree import Element
 
 from gaitopt.errors import RobotError
 from gaitopt.robot.files.xml_lines import XmlTree, where
+
+_BLANKS = " \t\r\n"  # of XML; a no-break space, say, is none
+_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
+_WORDS = {1: "one", 3: "three", 4: "four"}
+_INFINITE = re.compile(r"([+-]?)inf(inity)?", re.ASCII | re.IGNORECASE)
 
 
 @dataclass(frozen=True)
@@ -16,9 +22,10 @@ class UrdfProblem:
 
     Attributes:
         kind: "inertia" (no body can have it), "massless" (a joint moves links without mass),
-            "effort", "velocity", "range" (limit not given, infinite, zero or empty), "mimic" or
-            "free" (floating, planar, or in a closed loop).
-        name: of the link ("inertia", "massless") or of the joint (all others).
+            "effort", "velocity", "range" (limit not given, infinite, zero or empty), "mimic",
+            "free" (floating, planar, or in a closed loop), "shape" (cannot be drawn or touched),
+            "name", "unknown" (not read), "placeholder" (of inertias) or "rotor".
+        name: of the link ("inertia", "massless", "shape") or of the joint (all others).
         text: one sentence: the value, what is allowed, what to do.
         line: in the file, counted from 1.
         file: name of the file that the robot's own includes, else empty.
@@ -57,8 +64,8 @@ class Entry:
         """Its tag and name, as "joint 'left_knee'", or what it has in place of a name."""
         tag, name = self.element.tag, self.element.get("name")
         if name is None and "joint" in self.element.attrib:
-            return f"{tag} of joint '{self.element.attrib['joint']}'"
-        return f"<{tag}>" if name is None else f"{tag} '{name}'"
+            return f"{tag} of joint '{printable(self.element.attrib['joint'])}'"
+        return f"<{tag}>" if name is None else f"{tag} '{printable(name)}'"
 
     def problem(self, kind: str, text: str, child: Element | None = None) -> UrdfProblem:
         """Return a problem of this link or joint, at the line of `child` if that is given."""
@@ -87,30 +94,77 @@ class Entry:
         value = as_number(text)
         if not math.isfinite(value):
             raise self.refusal(
-                f"{name} is '{text}'; it must be a finite number [{unit}]; correct it", child
+                f"{name} is '{printable(text)}'; it must be a finite number [{unit}]"
+                f"{_how(text)}; correct it",
+                child,
             )
         return value
 
+    def numbers(
+        self, child: Element | None, attribute: str, name: str, count: int, default: str = ""
+    ) -> tuple[float, ...]:
+        """Return the finite numbers in an attribute, those of `default` if it is absent.
+
+        Args:
+            child: the element, None if it is absent.
+            attribute: that holds the numbers, with blanks between them.
+            name: of the quantity, for messages.
+            count: how many there must be.
+            default: numbers.
+
+        Raises:
+            RobotError: there are more or fewer, or one is not a finite number.
+        """
+        text = default if child is None else child.get(attribute, default)
+        values = as_numbers(text)
+        if len(values) != count or not all(map(math.isfinite, values)):
+            raise self.refusal(
+                f"{name} is '{printable(text)}'; it must be {_WORDS[count]} finite numbers"
+                f"{_how(text)}; correct it",
+                child,
+            )
+        return values
+
     def vector(
         self, child: Element | None, attribute: str, name: str, default: str = "0 0 0"
-    ) -> tuple[float, ...]:
-        """Return the three finite numbers in an attribute, `default` if it is absent.
+    ) -> tuple[float, float, float]:
+        """Return the three finite numbers in an attribute, those of `default` if it is absent.
 
         Raises:
             RobotError: they are not three finite numbers.
         """
-        text = default if child is None else child.get(attribute, default)
-        values = tuple(as_number(word) for word in text.split())
-        if len(values) != 3 or not all(math.isfinite(value) for value in values):
-            raise self.refusal(
-                f"{name} is '{text}'; it must be three finite numbers; correct it", child
-            )
-        return values
+        x, y, z = self.numbers(child, attribute, name, 3, default)
+        return x, y, z
 
 
 def as_number(text: str) -> float:
-    """Return the number a text holds, NaN if it holds none."""
-    try:
+    """Return the number a text holds, NaN if it holds none.
+
+    Decimal digits, a point and an exponent count, with blanks about them, and `inf`: not what else
+    Python's `float` takes (4_0, digits of other scripts) or C's does (0x10), for no two readers of
+    robots agree about those.
+    """
+    text = text.strip(_BLANKS)
+    if _NUMBER.fullmatch(text):
         return float(text)
-    except ValueError:
-        return math.nan
+    infinite = _INFINITE.fullmatch(text)
+    return float(f"{infinite[1]}inf") if infinite else math.nan
+
+
+def as_numbers(text: str) -> tuple[float, ...]:
+    """Return the numbers of a text with blanks between them, NaN for what is none."""
+    words = re.split(f"[{_BLANKS}]+", text.strip(_BLANKS))
+    return tuple(map(as_number, words)) if words != [""] else ()
+
+
+def printable(text: str) -> str:
+    """Return a text with what cannot be seen on a screen in the notation of Python."""
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
+
+
+def _how(text: str) -> str:
+    """Return how a number is written, for a text that looks like one, else an empty string."""
+    if "${" in text or "$(" in text:
+        return " (expand the xacro macros first: xacro robot.urdf.xacro > robot.urdf)"
+    digits = any(c.isdigit() for c in text)
+    return " in digits 0 to 9, as -1.5e-3, with blanks between numbers" if digits else ""
