@@ -31,6 +31,8 @@ _ALIGNED = 1e-3  # rad: a sole frame's axes may differ from the robot's by round
 _IN_PLANE = 1e-3  # m: and its origin from the plane of the foot's lower face
 _CENTRED = 1e-3  # m: and from the middle of its width
 _MIRRORED = 1e-4  # m and rad
+_ALIKE = 2e-3  # m: rectangles that differ by less are one
+_EDGES = ("toe", "heel", "left", "right")
 _OFF_PLANE = 5e-3  # m: a named frame further from the foot's lower face is not its sole
 
 
@@ -238,8 +240,29 @@ def _finish(
     drop = float(stance.ankles[0, 2] - here.translation[2])
     text = f"{_described(sole)}, {drop * 1e3:.1f} mm below the ankle; found: {face.how}; in {where}"
     findings = [Finding("sole", "both feet", text, "guessed" if added else "found")]
-    findings += [Finding("sole", "both feet", t, "warning") for t in (*face.doubts, *cut)]
+    doubts = (*face.doubts, *cut, *_choice(face, here.translation, sole))
+    findings += [Finding("sole", "both feet", t, "warning") for t in doubts]
     return Soles(names, placements, added, sole, tuple(findings))
+
+
+def _choice(face: Rectangle, origin: Array, taken: Sole) -> list[str]:
+    """Say which other rectangles there are, where the one taken leaves out much of the foot."""
+    shown = []
+    for name, other in face.others:
+        try:
+            sole = other.seen_from(origin)[0]
+        except RobotError:
+            continue
+        edges = [round(getattr(sole, edge), 4) for edge in _EDGES]
+        if max(abs(a - getattr(taken, e)) for a, e in zip(edges, _EDGES, strict=True)) > _ALIKE:
+            numbers = ",".join(f"{edge:g}" for edge in edges)
+            shown.append(f"{numbers} ({name})")
+    if not shown:
+        return []
+    return [
+        f"the rectangle holds {face.share:.0%} of the flat part under the foot; if the foot stands "
+        f"on more, choose another with --sole=TOE,HEEL,LEFT,RIGHT: {'; '.join(shown)}"
+    ]
 
 
 def _described(sole: Sole) -> str:

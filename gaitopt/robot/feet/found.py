@@ -17,6 +17,8 @@ from gaitopt.robot.feet.sole import Sole, tidy
 _FLATNESS = 2e-3  # m: what lies less than this above the lowest point belongs to the sole
 _SMALLEST = 5e-4  # m²: less is an edge or a stud, not a sole
 _MOST = 0.8  # of the foot's length: a sole shorter than that is told
+_LEAVES_OUT = 0.9  # of the flat part: what the rectangle must hold to be the only one shown
+_NEARLY = 0.9  # of the length or the width of the flat part
 _LEANS = 2e-3  # rad: a tilt worth a word
 _CANDIDATES = 120  # edges tried at once
 _ROUNDS = 12  # of refinement, each about the best edges of the last
@@ -35,11 +37,16 @@ class FoundSole:
             in the frame of the last joint of the leg.
         sole: the rectangle in it.
         how: one sentence: where it came from, its size, what was left out.
+        share: of the flat part under the foot that is in the rectangle.
+        others: other rectangles that suit the flat part, by name, where the largest leaves out
+            more than a tenth of it.
     """
 
     placement: pin.SE3
     sole: Sole
     how: str
+    share: float = 1.0
+    others: tuple[tuple[str, Sole], ...] = ()
 
 
 def find_sole(shape: FootShape, upright: Array, ankle: Array) -> FoundSole:
@@ -71,7 +78,13 @@ def find_sole(shape: FootShape, upright: Array, ankle: Array) -> FoundSole:
             f"({shape.how}); {_ADVICE}{_leaning(shape, points)}"
         )
     x, y, z = (float(v) for v in np.asarray(ankle, dtype=float) @ rotation)
-    sole = Sole(*(tidy(v) for v in (toe - x, heel - x, left - y, right - y)))
+
+    def seen(edges: tuple[float, float, float, float]) -> Sole:
+        toe, heel, left, right = edges
+        return Sole(*(tidy(v) for v in (toe - x, heel - x, left - y, right - y)))
+
+    sole = seen((toe, heel, left, right))
+    share = (toe - heel) * (left - right) / float(ConvexHull(flat).volume)
     origin = rotation @ np.array([x, y, tidy(height)])
     how = (
         f"{(toe - heel) * 1e3:.1f} x {(left - right) * 1e3:.1f} mm, {(z - height) * 1e3:.1f} mm "
@@ -85,7 +98,22 @@ def find_sole(shape: FootShape, upright: Array, ankle: Array) -> FoundSole:
         )
     if left - right > toe - heel:
         how += "; wider than long: see whether the mesh lies turned, or give the rectangle (sole)"
-    return FoundSole(pin.SE3(rotation, origin), sole, how)
+    others = _other_rectangles(flat) if share < _LEAVES_OUT else {}
+    candidates = tuple((name, seen(edges)) for name, edges in others.items())
+    return FoundSole(pin.SE3(rotation, origin), sole, how, share, candidates)
+
+
+def _other_rectangles(flat: Array) -> dict[str, tuple[float, float, float, float]]:
+    """Return rectangles that suit a flat part that is none, toe, heel, left and right by name."""
+    (high_x, high_y), (low_x, low_y) = flat.max(axis=0), flat.min(axis=0)
+    long, wide = high_x - low_x, high_y - low_y
+    return {
+        f"{_NEARLY:.0%} of its length": largest_rectangle(flat, (_NEARLY * long, 0.0)),
+        f"{_NEARLY:.0%} of its width": largest_rectangle(flat, (0.0, _NEARLY * wide)),
+        "all of it, with corners in the air": (
+            float(high_x), float(low_x), float(high_y), float(low_y)
+        ),
+    }  # fmt: skip
 
 
 def _leaning(shape: FootShape, points: Array) -> str:
@@ -102,11 +130,14 @@ def _leaning(shape: FootShape, points: Array) -> str:
     )
 
 
-def largest_rectangle(points: Array) -> tuple[float, float, float, float]:
+def largest_rectangle(
+    points: Array, least: tuple[float, float] = (0.0, 0.0)
+) -> tuple[float, float, float, float]:
     """Return the largest rectangle along the axes in the convex hull of points in a plane.
 
     Args:
         points: shape (n, 2).
+        least: extent along x and y that it must have [m].
 
     Returns:
         Largest x, smallest x, largest y, smallest y; of no area if the hull has none.
@@ -119,26 +150,27 @@ def largest_rectangle(points: Array) -> tuple[float, float, float, float]:
         return float(low[0]), float(low[0]), float(low[1]), float(low[1])
     edges = np.unique(np.concatenate([hull[:, 0], np.linspace(low[0], high[0], _CANDIDATES)]))
     starts, ends, step = edges, edges, (high[0] - low[0]) / (_CANDIDATES - 1)
-    best = _best_strip(hull, starts, ends)
+    best = _best_strip(hull, starts, ends, least)
     for _ in range(_ROUNDS):
         starts, ends = (
             np.clip(x + np.linspace(-step, step, 21), low[0], high[0]) for x in best[1:3]
         )
-        best = max(best, _best_strip(hull, starts, ends), key=lambda b: b[0])
+        best = max(best, _best_strip(hull, starts, ends, least), key=lambda b: b[0])
         step /= 8.0
     _, heel, toe, right, left = best
     return toe, heel, left, right
 
 
 def _best_strip(
-    hull: Array, starts: Array, ends: Array
+    hull: Array, starts: Array, ends: Array, least: tuple[float, float]
 ) -> tuple[float, float, float, float, float]:
     """Return area, smallest x, largest x, smallest y, largest y of the best pair of edges."""
     (low_a, high_a), (low_b, high_b) = (_sides(hull, x) for x in (starts, ends))
     low = np.maximum(low_a[:, None], low_b[None, :])
     high = np.minimum(high_a[:, None], high_b[None, :])
     long, wide = ends[None, :] - starts[:, None], high - low
-    area = np.where((long > 0.0) & (wide > 0.0), long * wide, 0.0)
+    fits = (long > 0.0) & (wide > 0.0) & (long >= least[0]) & (wide >= least[1])
+    area = np.where(fits, long * wide, 0.0)
     i, j = np.unravel_index(int(area.argmax()), area.shape)
     if area[i, j] == 0.0:
         x, y = float(starts[0]), float(low_a[0])

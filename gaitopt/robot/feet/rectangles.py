@@ -24,6 +24,8 @@ class Rectangle:
         height: of its plane.
         how: where it came from, in words.
         doubts: what deserves a look, in words.
+        share: of the flat part under the foot that it holds.
+        others: other rectangles, by name.
     """
 
     toe: float
@@ -33,6 +35,8 @@ class Rectangle:
     height: float
     how: str
     doubts: tuple[str, ...] = ()
+    share: float = 1.0
+    others: tuple[tuple[str, Rectangle], ...] = ()
 
     def seen_from(self, origin: Array) -> tuple[Sole, tuple[str, ...]]:
         """Return the sole in a frame with its origin there, as wide to the left as to the right.
@@ -70,15 +74,15 @@ def common_rectangle(
     Raises:
         RobotError: the soles have nothing in common.
     """
-    boxes = [
-        _box(sole, place, side)
+    seen = [
+        (sole, place, side)
         for side, (sole, place) in enumerate(zip(found, places, strict=True))
         if sole is not None
     ]
-    if not boxes:
+    if not seen:
         return None
-    (toe, heel, left, right, height), other = boxes[0], boxes[-1]
-    gap = max(abs(a - b) for a, b in zip(boxes[0], other, strict=True))
+    boxes = [_box(sole.sole, sole, place, side) for sole, place, side in seen]
+    gap = max(abs(a - b) for a, b in zip(boxes[0], boxes[-1], strict=True))
     doubts = []
     if gap > _DIFFERENT:
         doubts.append(
@@ -89,21 +93,45 @@ def common_rectangle(
             "the feet are wider than they are long: their shapes may be turned, or the heading "
             "wrong; give the sole rectangle (--sole), or --forward"
         )
-    toe, heel = min(toe, other[0]), max(heel, other[1])
-    left, right = min(left, other[2]), max(right, other[3])
+    toe, heel, left, right, height = _common(boxes)
     if toe <= heel or left <= right:
         raise RobotError(
             "the soles of the two feet, mirrored onto each other, have nothing in common; "
             "give the sole rectangle (--sole) and sole_drop in the file for --choices"
         )
-    how = next(sole.how for sole in found if sole is not None)
-    return Rectangle(toe, heel, left, right, (height + other[4]) / 2.0, how, tuple(doubts))
+    how, share = seen[0][0].how, min(sole.share for sole, _, _ in seen)
+    others = []
+    for name in dict.fromkeys(name for sole, _, _ in seen for name, _ in sole.others):
+        edges = _common(
+            [
+                _box(dict(sole.others).get(name, sole.sole), sole, place, side)
+                for sole, place, side in seen
+            ]
+        )
+        if edges[0] > edges[1] and edges[2] > edges[3]:
+            others.append((name, Rectangle(*edges, how)))
+    return Rectangle(toe, heel, left, right, height, how, tuple(doubts), share, tuple(others))
 
 
-def _box(found: FoundSole, place: pin.SE3, side: int) -> tuple[float, float, float, float, float]:
+_Box = tuple[float, float, float, float, float]
+
+
+def _common(boxes: list[_Box]) -> _Box:
+    """Edges of the part that two boxes have in common, and their mean height."""
+    (toe, heel, left, right, height), other = boxes[0], boxes[-1]
+    return (
+        min(toe, other[0]),
+        max(heel, other[1]),
+        min(left, other[2]),
+        max(right, other[3]),
+        (height + other[4]) / 2.0,
+    )
+
+
+def _box(sole: Sole, found: FoundSole, place: pin.SE3, side: int) -> _Box:
     """Edges toe, heel, left, right and the height, of the left foot mirrored to the right."""
     frame = place * found.placement
-    corners = np.array([frame.act(corner) for corner in found.sole.corners])
+    corners = np.array([frame.act(corner) for corner in sole.corners])
     if side == 1:
         corners[:, 1] *= -1.0
     (x, y, z), (low_x, low_y, _) = corners.max(axis=0), corners.min(axis=0)
