@@ -9,12 +9,16 @@ import pinocchio as pin
 
 from gaitopt.errors import RobotError
 from gaitopt.nlp import Array
-from gaitopt.robot.chain_physics import ChainPhysics, chain_physics, even_armature
+from gaitopt.robot.chain_physics import ChainPhysics, chain_physics
+from gaitopt.robot.faults import fault_error
 from gaitopt.robot.findings import Finding
+from gaitopt.robot.legs.knee import find_knee
 from gaitopt.robot.legs.measures import HIP_JOINTS, ChainLines, centre, common_point
-from gaitopt.robot.mirror.symmetrise import Sides, symmetrise
+from gaitopt.robot.mirror.mean_lines import Sides
+from gaitopt.robot.mirror.refused import asymmetry_faults
+from gaitopt.robot.mirror.symmetrise import Symmetrised, symmetrise
 from gaitopt.robot.mirror.symmetry import exchange_error, joint_lines, leg_exchange
-from gaitopt.robot.physics_telling import tell_even_armature, tell_physics
+from gaitopt.robot.physics_telling import tell_physics
 from gaitopt.robot.reading import Reading
 from gaitopt.robot.reroot import PELVIS_FRAME, lock_upper_body, reroot
 from gaitopt.robot.telling import tell_pairs, tell_symmetry
@@ -32,6 +36,7 @@ class Chain:
         names: of the twelve joints.
         mirror: the leg exchange E, shape (12, 12).
         lines: joint lines at the neutral posture.
+        symmetry: what making it symmetric took, rooted at the pelvis.
         physics: passive joints, gravity and carried weight.
         findings: what was changed to make it symmetric, what mirrors what, and what of its physics
             counts.
@@ -41,6 +46,7 @@ class Chain:
     names: tuple[str, ...]
     mirror: Array
     lines: ChainLines
+    symmetry: Symmetrised
     physics: ChainPhysics
     findings: tuple[Finding, ...]
 
@@ -57,31 +63,41 @@ def build_chain(reading: Reading) -> Chain:
         reading: of the robot.
 
     Raises:
-        RobotError: a joint or a body of the file is unsound, or the robot differs from its mirror
-            image by more than `choices.asymmetry`; see `chain_physics` for its physics.
+        RobotError: with all that keeps the robot from being used: what the reading found, a joint
+            or a body of the file that is unsound, a difference between the robot and its mirror
+            image that matters more than `choices.asymmetry`, its physics (see `chain_physics`).
     """
     reduced = lock_upper_body(reading.model, *reading.sole_names, reading.q)
-    refuse_unsound(reduced, reading.problems)
-    done = symmetrise(reduced, _sides(reading, reduced), reading.choices.asymmetry)
+    faults = list(reading.faults)
+    try:
+        refuse_unsound(reduced, reading.problems)
+    except RobotError as error:
+        faults.append(str(error))
+        _forget_inertias(reduced)
+    done = symmetrise(reduced, *_sides(reading, reduced))
+    faults += asymmetry_faults(done, reading.choices.asymmetry)
     model = reroot(done.model, *reading.sole_names)
     names = tuple(str(n) for n in model.names[2:])
     lines = _place_pelvis(model, reading)
-    mirror = leg_exchange(names, lines.points, lines.axes, np.repeat([-1.0, 1.0], 6))
-    armatures = even_armature(model, mirror)
-    physics = chain_physics(model, mirror, lines.pelvis, reading.rotation, reading.physics)
+    mirror = leg_exchange(lines.axes, np.repeat([-1.0, 1.0], 6))
+    try:
+        physics = chain_physics(model, mirror, lines.pelvis, reading.rotation, reading.physics)
+    except RobotError as error:
+        raise fault_error([*faults, str(error)]) from error
+    if faults:
+        raise fault_error(faults)
     model.gravity = pin.Motion(physics.gravity, np.zeros(3))
     _refuse_hanging(model, physics)
-    error = exchange_error(model, mirror, *reading.sole_names)
-    if error > _SYMMETRY_TOLERANCE:
+    off = exchange_error(model, mirror, *reading.sole_names)
+    if off > _SYMMETRY_TOLERANCE:
         raise RobotError(
-            f"the robot differs from its mirror image by {error:.3g} (relative, placement of the "
+            f"the robot differs from its mirror image by {off:.3g} (relative, placement of the "
             f"feet and kinetic energy); allowed is {_SYMMETRY_TOLERANCE:g}. Make the two legs and "
             "the trunk symmetric in the URDF"
         )
     told = tell_physics(reading.described, reading.physics, physics, names, reading.rotation)
-    rotors = tell_even_armature(armatures)
-    findings = (*tell_pairs(names, mirror), *tell_symmetry(done), *rotors, *told)
-    return Chain(model, names, mirror, lines, physics, findings)
+    findings = (*tell_pairs(names, mirror), *tell_symmetry(done), *told)
+    return Chain(model, names, mirror, lines, done, physics, findings)
 
 
 def _refuse_hanging(model: pin.Model, physics: ChainPhysics) -> None:
@@ -97,16 +113,26 @@ def _refuse_hanging(model: pin.Model, physics: ChainPhysics) -> None:
         )
 
 
-def _sides(reading: Reading, reduced: pin.Model) -> Sides:
-    """Legs of the reduced model, and the mirror plane between them."""
+def _forget_inertias(model: pin.Model) -> None:
+    """Put equal balls in the place of all bodies, so that the joints can still be compared."""
+    for joint in range(1, model.njoints):
+        model.inertias[joint] = pin.Inertia.FromSphere(1.0, 0.1)
+
+
+def _sides(reading: Reading, reduced: pin.Model) -> tuple[Sides, float]:
+    """Legs of the reduced model with the mirror plane between them, and the length of a leg [m]."""
     right, left = (
         tuple(int(reduced.getJointId(reading.model.names[j])) for j in leg) for leg in reading.legs
     )
     points, axes = joint_lines(reduced, pin.SE3.Identity())
     hips = [[j - 2 for j in leg[:3]] for leg in (right, left)]
-    middle = sum(common_point(points[rows], axes[rows]) for rows in hips) / 2.0
+    centres = [common_point(points[rows], axes[rows]) for rows in hips]
+    middle = (centres[0] + centres[1]) / 2.0
     plane = pin.SE3(reading.rotation, middle)
-    return Sides(right, left, reading.soles.names, plane)
+    rows = [j - 2 for j in right]
+    ankle = common_point(points[rows[4:]], axes[rows[4:]])
+    length = find_knee(points[rows], axes[rows], centres[0], ankle, np.zeros(6)).reach
+    return Sides(right, left, reading.soles.names, plane), length
 
 
 def _place_pelvis(model: pin.Model, reading: Reading) -> ChainLines:

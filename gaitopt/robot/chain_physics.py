@@ -139,27 +139,6 @@ def tilt(physics: Physics, rotation: Array) -> float:
     return math.atan2(math.hypot(forward, left), -up)
 
 
-def even_armature(model: pin.Model, mirror: Array) -> dict[str, float]:
-    """Give each joint of a chain the mean of its rotor inertia and its partner's.
-
-    Args:
-        model: the chain; changed.
-        mirror: the leg exchange E, shape (12, 12).
-
-    Returns:
-        How far the joints that were changed are from the mean [kg·m²], by name.
-    """
-    armature = np.array(model.armature)
-    own = armature[6:]
-    mean = (own + np.abs(mirror) @ own) / 2.0
-    off = np.abs(own - mean)
-    changed = off > _SAME * np.abs(mean)
-    if changed.any():
-        armature[6:][changed] = mean[changed]
-        model.armature = armature
-    return {str(model.names[2 + k]): float(off[k]) for k in range(12) if changed[k]}
-
-
 def _check_joint(name: str, joint: PassiveJoint) -> None:
     """Refuse what no joint does."""
     numbers = {

@@ -122,8 +122,9 @@ class Choices:
             joint of their legs, each as the rows of a 3 x 4 matrix [R p], 12 numbers [m].
         limits: what replaces limits of the URDF; where two patterns match, the later one counts.
         unequal_limits: one of `UNEQUAL`.
-        asymmetry: largest relative difference between the robot and its mirror image that is
-            averaged away, in mass, centre of mass (per radius of gyration) and inertia of a link.
+        asymmetry: by how much averaging left and right may change the robot at most, over the range
+            of motion: its mass matrix (relative), and the placement of its feet (per length of the
+            leg, or rad); see `mirror.effect`.
         capsules: around the bodies of the legs, as an earlier reading found them in the shapes:
             body from 0 to 12, name, both ends [m] in the frame of its joint, radius [m], and what
             they cover.
@@ -146,7 +147,7 @@ class Choices:
     sole_placements: tuple[Placement, Placement] | None = None
     limits: tuple[LimitOverride, ...] = ()
     unequal_limits: str = "refuse"
-    asymmetry: float = 0.08
+    asymmetry: float = 0.02
     without: tuple[str, ...] = ()
     package_dirs: tuple[str, ...] = ()
     capsules: tuple[CapsuleRow, ...] | None = None

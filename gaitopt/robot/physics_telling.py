@@ -101,17 +101,6 @@ def tell_armature(
     return findings
 
 
-def tell_even_armature(off: Mapping[str, float]) -> list[Finding]:
-    """Return how far rotor inertias were from the mean of left and right [kg·m²], by joint."""
-    if not off:
-        return []
-    text = (
-        "rotor inertia averaged with that of the other leg, from which it differed by "
-        f"{2.0 * max(off.values()):.2g} kg·m²"
-    )
-    return [Finding("armature", ", ".join(off), text, "changed")]
-
-
 def _counted(topic: str, subject: str, text: str, part: str, left_out: bool) -> Finding:
     if left_out:
         return Finding(topic, subject, f"{text}; left out, as chosen (without)", "given")

@@ -12,6 +12,7 @@ import pinocchio as pin
 from gaitopt.errors import RobotError
 from gaitopt.nlp import Array
 from gaitopt.robot.choices import SIDES, Choices, LimitOverride
+from gaitopt.robot.faults import fault_error
 from gaitopt.robot.feet.choose import Soles, choose_soles, placement_numbers
 from gaitopt.robot.feet.found import FoundSole, find_sole
 from gaitopt.robot.feet.shape import FootShape, foot_points
@@ -26,6 +27,7 @@ from gaitopt.robot.legs.overrides import override, without_armature
 from gaitopt.robot.legs.placed import (
     Legs,
     Placed,
+    joint_axes,
     leg_lines,
     legs_at_zero,
     parallel_feet,
@@ -59,6 +61,7 @@ class Reading:
         described: the same before `choices.without` left anything out.
         choices: every guess made explicit.
         findings: what was learnt, in the order of reading.
+        faults: what keeps it from being used, to be told together with all else that does.
         problems: what was suspicious in the file.
     """
 
@@ -73,6 +76,7 @@ class Reading:
     described: Physics
     choices: Choices
     findings: tuple[Finding, ...]
+    faults: tuple[str, ...]
     problems: tuple[UrdfProblem, ...]
 
     @property
@@ -102,7 +106,7 @@ def read_robot(source: Source, choices: Choices) -> Reading:
         model.armature = np.zeros(model.nv)
     placed = place(model, reference_configuration(model, angles))
     pair = standing_legs(source, placed, choices)
-    _check_ranges(model, pair.legs, source.problems)
+    faults = _empty_ranges(model, pair.legs, source.problems)
     shapes = _shapes(source, model, pair, choices)
     lines = [leg_lines(placed, leg, s) for leg, s in zip(pair.legs, shapes, strict=True)]
     heading = find_heading((lines[0], lines[1]), pair.up, choices.forward)
@@ -110,12 +114,16 @@ def read_robot(source: Source, choices: Choices) -> Reading:
         pair, lines, shapes = _swapped(pair), lines[::-1], shapes[::-1]
     side = standing_side(model, pair.legs, choices)
     straight = legs_at_zero(placed, pair.legs)
-    limits, odd = _limits(straight, (pair.legs[side], pair.legs[1 - side]), heading, side, choices)
+    limits, odd, wrong = _limits(straight, pair.legs, heading, side, choices)
+    faults += () if faults else wrong
     names = (choices.stance_sole, choices.swing_sole)
     sides = (names[side], names[1 - side])
-    stood = _flat_stance(placed, straight, pair.legs, heading.rotation, shapes)
-    stance, tilted = level_feet(stood, shapes, sides, heading.rotation)
-    soles = _soles(source, stance, shapes, sides, choices)
+    try:
+        stood = _flat_stance(placed, straight, pair.legs, heading.rotation, shapes)
+        stance, tilted = level_feet(stood, shapes, sides, heading.rotation)
+        soles = _soles(source, stance, shapes, sides, choices)
+    except RobotError as error:
+        raise fault_error([*faults, str(error)]) from error
     if soles.added:
         _add_frames(model, pair.legs, soles)
     resolved = _resolved(choices, model, pair, heading, soles, side)
@@ -135,6 +143,7 @@ def read_robot(source: Source, choices: Choices) -> Reading:
         source.physics,
         resolved,
         findings,
+        faults,
         locked_mimics(source.problems, [str(model.names[j]) for leg in pair.legs for j in leg]),
     )
 
@@ -200,33 +209,33 @@ def _faces(
     return first, second
 
 
-def _check_ranges(model: pin.Model, legs: Legs, problems: tuple[UrdfProblem, ...]) -> None:
-    """Refuse an empty range before it is compared with that of the other leg."""
+def _empty_ranges(
+    model: pin.Model, legs: Legs, problems: tuple[UrdfProblem, ...]
+) -> tuple[str, ...]:
+    """Return what is wrong with empty ranges, before they are compared with the other leg's."""
     names = {str(model.names[j]): model.joints[j].idx_q for leg in legs for j in leg}
-    for problem in problems:
-        row = names.get(problem.name) if problem.kind == "range" else None
-        if row is not None and not model.lowerPositionLimit[row] < model.upperPositionLimit[row]:
-            raise RobotError(f"{problem}; or give a range: [[limits]] in the file for --choices")
+    low, high = model.lowerPositionLimit, model.upperPositionLimit
+    return tuple(
+        f"{problem}; or give a range: [[limits]] in the file for --choices"
+        for problem in problems
+        if problem.kind == "range"
+        and problem.name in names
+        and not low[names[problem.name]] < high[names[problem.name]]
+    )
 
 
 def _limits(
     placed: Placed, legs: Legs, heading: Heading, side: int, choices: Choices
-) -> tuple[JointLimits, list[Finding]]:
+) -> tuple[JointLimits, list[Finding], tuple[str, ...]]:
     """Read the limits of stance and swing leg before anything is asked about the soles."""
     model = placed.model
-    lines = [leg_lines(placed, leg) for leg in legs]
-    middle = (lines[0].hip + lines[1].hip) / 2.0
-    points, axes = (
-        (np.vstack([parts[0][::-1], parts[1]]) - origin) @ heading.rotation
-        for parts, origin in (
-            ([line.points for line in lines], middle),
-            ([line.axes for line in lines], np.zeros(3)),
-        )
+    chain = (*legs[side][::-1], *legs[1 - side])
+    axes = joint_axes(model, placed.q, chain) @ heading.rotation
+    mirror = leg_exchange(axes, np.ones(12))
+    limits, findings, faults = joint_limits(
+        model, chain, mirror, choices.unequal_limits, SIDES[side]
     )
-    chain = (*legs[0][::-1], *legs[1])
-    names = tuple(str(model.names[j]) for j in chain)
-    mirror = leg_exchange(names, points, axes, np.ones(12))
-    return joint_limits(model, chain, mirror, choices.unequal_limits, SIDES[side])
+    return limits, findings, tuple(faults)
 
 
 def _add_frames(model: pin.Model, legs: Legs, soles: Soles) -> None:

@@ -13,6 +13,8 @@ from gaitopt.robot.legs.heading import Heading, axis_name
 from gaitopt.robot.legs.sides import SIDE_WORDS
 from gaitopt.robot.mirror.symmetrise import Symmetrised
 
+_LISTED = 1e-5  # effect: differences that matter less are counted
+
 
 def tell(
     model: pin.Model, q: Array, pair: Pair, heading: Heading, angles: dict[str, float]
@@ -44,30 +46,22 @@ def tell(
 
 
 def tell_symmetry(done: Symmetrised) -> list[Finding]:
-    """Return what was changed to make the robot its own mirror image."""
+    """Return what was changed to make the robot its own mirror image, and what that amounts to."""
     findings = []
-    if done.gap > 0.0:
-        text = (
-            f"the left leg's joints were moved onto the mirror image of the right leg's, by at "
-            f"most {done.gap:.2g} (m + rad)"
-        )
-        findings.append(Finding("symmetry", "left leg", text, "changed"))
     if done.filled:
         text = (
             "the file gives these links a mass but no inertia; it was taken from the mirrored "
             "partner in the other leg"
         )
         findings.append(Finding("symmetry", ", ".join(done.filled), text, "warning"))
-    for d in done.differences:
-        text = (
-            f"averaged with its mirror image: the two differed by {d.mass * 1e3:.3g} g in mass, "
-            f"{d.shift * 1e3:.3g} mm in centre of mass and {d.inertia:.2g} kg·m² in inertia "
-            f"({100.0 * d.relative:.2g} % in {d.kind})"
-        )
-        subject = "trunk" if d.joint == done.model.names[1] else d.joint
-        findings.append(Finding("symmetry", subject, text, "changed"))
+    listed = [d for d in done.differences if d.effect.size >= _LISTED]
+    for d in listed:
+        text = f"averaged left and right, which differed by {d.size}: {d.effect.brief()}"
+        findings.append(Finding("symmetry", d.subject, text, "changed"))
     if done.differences:
-        text = f"averaging changed the mass matrix by {done.mass_matrix:.2g} of its largest entry"
+        text = f"averaging left and right changed {done.effect.words()}"
+        if more := len(done.differences) - len(listed):
+            text += f"; {more} of {len(done.differences)} differences are too small to be listed"
         findings.append(Finding("symmetry", "robot", text, "changed"))
     return findings
 

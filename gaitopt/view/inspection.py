@@ -68,15 +68,5 @@ def inspect_robot(urdf: str | Path, choices: Choices, origin: str = "") -> Inspe
         robot = Robot.from_reading(source, reading)
     except RobotError as error:
         refusal = str(error)
-    if source is not None and reading is None:
-        reading = _forgiving(source, choices)
     title = Path(origin).name if model is None else str(model.name)
     return Inspection(title, origin, source, model, reading, robot, refusal)
-
-
-def _forgiving(source: Source, choices: Choices) -> Reading | None:
-    """Return what can be found when limits that differ between the legs are overlooked."""
-    try:
-        return read_robot(source, choices.over(unequal_limits="tighter"))
-    except RobotError:
-        return None

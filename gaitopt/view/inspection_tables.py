@@ -185,7 +185,7 @@ _REMEDIES = {
     "limits": '[[limits]] with joints = "*knee*" and torque, speed, lower, upper',
     "legs": 'feet = ["RIGHT FOOT", "LEFT FOOT"]: links, joints or frames',
     "armature": '[[limits]] with joints = "*" and armature in kg·m²',
-    "symmetry": "asymmetry = the largest relative difference that is averaged away",
+    "symmetry": "asymmetry = by how much averaging left and right may change the robot at most",
 }
 
 

@@ -55,16 +55,73 @@ def test_a_knee_without_a_range_bends_backwards(robot):
 @pytest.mark.parametrize(
     ("edit", "message"),
     [
-        (set_limit("left_knee", effort=140.0), "torque limits of 'right_knee' and its partner in "
-         r"the other leg, 'left_knee', differ: 150.0 and 140.0 N·m; .* unequal_limits = \"tighter"),
-        (set_limit("left_knee", velocity=0.0), "speed limits of .* differ: 10.0 and inf rad/s"),
-        (set_limit("left_hip_roll", upper=0.5), r"range of 'right_hip_roll', -0.8 to 0.8 rad, is "
-         r"not the mirror image of its partner's, 'left_hip_roll', which mirrors to -0.5 to 0.8"),
+        (set_limit("left_knee", effort=140.0), "torque limits of 'right_knee' and 'left_knee', "
+         r"150 and 140 N·m; .* unequal_limits = \"tighter"),
+        (set_limit("left_knee", velocity=0.0), "speed limits of .*, 10 and inf rad/s"),
+        (set_limit("left_hip_roll", upper=0.5), r"ranges of 'right_hip_roll' and 'left_hip_roll', "
+         r"-0.8 to 0.8 rad and -0.5 to 0.8 rad \(mirrored\)"),
     ],
 )  # fmt: skip
 def test_legs_of_different_strength_are_refused(edit, message):
     with pytest.raises(RobotError, match=message):
         Robot.from_urdf(edited_urdf(edit))
+
+
+def test_all_limits_that_differ_are_told_at_once_and_either_choice_settles_them():
+    edit = edits(
+        set_limit("left_knee", effort=140.0),
+        set_limit("left_hip_yaw", effort=30.0, velocity=3.0),
+        set_limit("left_hip_roll", upper=0.5),
+    )
+    with pytest.raises(RobotError) as refused:
+        Robot.from_urdf(edited_urdf(edit))
+    told = str(refused.value)
+    for fact in ("150 and 140 N·m", "and 30 N·m", "and 3 rad/s", "-0.8 to 0.8 rad and -0.5 to 0.8"):
+        assert fact in told
+    for offered in ("tighter", "right", "left"):
+        assert f'"{offered}"' in told
+        Robot.from_urdf(edited_urdf(edit), choices=Choices(unequal_limits=offered))
+
+
+@pytest.mark.parametrize(
+    ("field", "key", "values"),
+    [
+        ("speed", "velocity", (18.54, 18.53)),
+        ("torque", "effort", (3.0226, 3.023)),
+        ("torque", "effort", (150.0, 147.01)),
+    ],
+)
+def test_limits_that_differ_by_rounding_are_tightened_and_told(field, key, values):
+    edit = edits(
+        set_limit("left_knee", **{key: values[0]}), set_limit("right_knee", **{key: values[1]})
+    )
+    robot = Robot.from_urdf(edited_urdf(edit))
+    assert getattr(robot.limits, field)[rows(robot, "knee")].tolist() == [min(values)] * 2
+    (line,) = said(robot)
+    assert line.startswith("changed: right_knee, left_knee: ")
+    assert f"{field} limits {values[1]:g} and {values[0]:g} " in line
+    assert line.endswith("differ: tighter")
+
+
+@pytest.mark.parametrize("unit", [1.0, -1.0])
+def test_flipped_ranges_are_a_fault_of_the_file_and_tighter_is_not_offered(unit):
+    lower, upper = sorted((unit * -0.09, unit * 2.3))
+    edit = edits(
+        set_limit("left_knee", lower=lower, upper=upper),
+        set_limit("right_knee", lower=-upper, upper=-lower),
+        set_limit("left_hip_pitch", lower=-1.8, upper=0.7),
+        set_limit("right_hip_pitch", lower=-0.7, upper=1.8),
+    )
+    with pytest.raises(RobotError) as refused:
+        Robot.from_urdf(edited_urdf(edit))
+    told = str(refused.value)
+    assert "the file is broken" in told
+    assert told.count("alike when one of the two is turned round") == 2
+    assert "tighter" not in told
+    for offered in ("right", "left"):
+        assert f'"{offered}"' in told
+        robot = Robot.from_urdf(edited_urdf(edit), choices=Choices(unequal_limits=offered))
+        assert np.ptp([robot.limits.lower[2], robot.limits.upper[2]]) == pytest.approx(2.39)
 
 
 @pytest.mark.parametrize(
@@ -94,7 +151,7 @@ def test_ranges_without_a_common_part_are_refused():
     edit = edits(
         set_limit("left_knee", lower=0.0, upper=1.0), set_limit("right_knee", lower=1.2, upper=2.0)
     )
-    with pytest.raises(RobotError, match=r"'right_knee' and its partner 'left_knee', 1\.2 to"):
+    with pytest.raises(RobotError, match=r"'right_knee' and 'left_knee', 1\.2 to .* nothing in"):
         Robot.from_urdf(edited_urdf(edit), choices=Choices(unequal_limits="tighter"))
 
 

@@ -30,7 +30,7 @@ SOLE_NAMES = ("right_sole", "left_sole")
 _ALIGNED = 1e-3  # rad: a sole frame's axes may differ from the robot's by rounding in the file
 _IN_PLANE = 1e-3  # m: and its origin from the plane of the foot's lower face
 _CENTRED = 1e-3  # m: and from the middle of its width
-_MIRRORED = 1e-4  # m and rad
+_MIRRORED = 2e-3  # m and rad: frames of both feet that are each other's; `symmetrise` judges it
 _ALIKE = 2e-3  # m: rectangles that differ by less are one
 _EDGES = ("toe", "heel", "left", "right")
 _OFF_PLANE = 5e-3  # m: a named frame further from the foot's lower face is not its sole
@@ -86,10 +86,12 @@ def choose_soles(
         titles = (str(frames[0].name), str(frames[1].name))
         return _finish(stance, titles, placements, face, choices, lost, added=False)
     origin = _origin(stance, face, choices, lost)
-    level = pin.SE3(np.eye(3), origin)
+    # Each below its own ankle: where one leg is set a little apart, its foot is so as a whole.
+    apart = (stance.ankles[0] - stance.ankles[1] * [1.0, -1.0, 1.0]) / 2.0
+    level, other = (pin.SE3(np.eye(3), origin + sign * apart) for sign in (1.0, -1.0))
     placements = (
         stance.places[0].actInv(level),
-        stance.places[1].actInv(mirror_placement(level)),
+        stance.places[1].actInv(mirror_placement(other)),
     )
     names = free_names(stance.model)
     soles = _finish(stance, names, placements, face, choices, lost, added=True)

@@ -12,9 +12,9 @@ from gaitopt.nlp import Array
 from gaitopt.robot.legs.sides import partners_by_name
 from gaitopt.robot.legs.tree import UNMOVED, Tree, all_revolute, own_joints, unit
 
-_SAME = 1e-3  # m: mirrored joints of one design are rounded by less
+_SAME = 1e-2  # m: legs whose joints differ by more are not averaged by anyone
 _BENT = 1e-3  # rad: mirrored joints stand at angles of one size
-_PARALLEL = 1e-3  # rad: lines between mirrored joints
+_PARALLEL = 2e-2  # rad: lines between mirrored joints
 _NEAR = 0.25  # of the chains' length: legs that differ by more are not one pair without names
 _FAULTS = 2  # joints: chains that differ at more are two arms of one kind rather than two legs
 _JOINTS = 6
@@ -55,6 +55,18 @@ def mirror_normal(tree: Tree, legs: tuple[list[int], list[int]]) -> Array | None
     if np.any(skew > _PARALLEL * np.linalg.norm(gaps, axis=1)) or np.ptp(middles) > _SAME:
         return None
     return normal if normal.any() else None
+
+
+def axes_apart(first: Array, other: Array, normal: Array) -> float:
+    """Return how far the axes of two legs are from mirror images in a plane, on average [rad].
+
+    Args:
+        first, other: of the joints, from hip to ankle, shape (n, 3) each; either sense.
+        normal: of the plane, shape (3,).
+    """
+    image = first - 2.0 * np.outer(first @ normal, normal)
+    cosine = np.abs((image * other).sum(axis=1))
+    return float(np.arctan2(np.linalg.norm(np.cross(image, other), axis=1), cosine).mean())
 
 
 def mirrored_pairs(tree: Tree) -> list[tuple[int, int]]:

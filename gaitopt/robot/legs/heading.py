@@ -9,10 +9,12 @@ import numpy as np
 from gaitopt.errors import RobotError
 from gaitopt.nlp import Array
 from gaitopt.robot.choices import AXES, Axis
+from gaitopt.robot.legs.alike import axes_apart
 from gaitopt.robot.legs.knee import find_knee
 from gaitopt.robot.legs.measures import common_point
 
 _SNAP = 1e-3  # rad: a hip line this close to an axis of the root link is that axis
+_ASKEW = 3e-2  # rad: and one this close if the axes of the legs mirror better in that one
 _LONGER = 1.25  # a foot is clearly longer ahead of the ankle if by this factor
 _NARROW = 1e-4  # m
 
@@ -112,9 +114,20 @@ def _hip_line(legs: tuple[LegLines, LegLines], up: Array) -> Array:
         level = line - (line @ up) * up
         if (size := float(np.linalg.norm(level))) > _NARROW:
             unit = level / size
-            near = [np.array(a) for a in AXES.values() if unit @ np.array(a) > np.cos(_SNAP)]
-            return near[0] if near else np.asarray(unit)
+            near = [np.array(a) for a in AXES.values() if unit @ np.array(a) > np.cos(_ASKEW)]
+            return near[0] if near and _squarer(legs, near[0], unit) else np.asarray(unit)
     raise RobotError("neither the hips nor the ankles of the two legs are beside each other")
+
+
+def _squarer(legs: tuple[LegLines, LegLines], axis: Array, line: Array) -> bool:
+    """Tell whether the legs look to the side along an axis of the root rather than along a line.
+
+    A hip that is a little ahead of the other one turns the line through both, not the robot.
+    """
+    if line @ axis > np.cos(_SNAP):
+        return True
+    first, other = (leg.axes for leg in legs)
+    return axes_apart(first, other, axis) < axes_apart(first, other, line)
 
 
 def _given(forward: Axis, side: Array, up: Array) -> Array:

@@ -1,4 +1,8 @@
-"""Limits of the joints, read from the URDF and compared between the legs."""
+"""Limits of the joints, read from the file and compared between the legs.
+
+Where left and right differ by no more than rounding and fits do, the tighter of both holds: it is
+kept by either leg. Where they differ by more, someone has to say which is right.
+"""
 
 from __future__ import annotations
 
@@ -8,12 +12,13 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
-from gaitopt.errors import RobotError
 from gaitopt.nlp import Array
 from gaitopt.robot.findings import Finding
 
-_RANGE_TOLERANCE = 1e-6  # rad
-_ROUNDING = 1e-2  # rad: ranges that differ by less were meant to be mirror images
+_ALIKE = 0.02  # of the larger one: limits that differ by less are settled, the tighter holds
+_ROUNDING = 1e-2  # rad: the same for the ends of ranges, however narrow
+_TOLD = 1e-6  # rad: ends of ranges that differ by less are not worth a word
+_COMMON = 0.5  # of the narrower range: where two have less in common, one of them is wrong
 _MOST = {"torque": 5000.0, "speed": 50.0}  # N.m, rad/s: larger values stand for "no limit"
 _WIDEST = 2.0 * np.pi  # rad: a range beyond a full turn to either side stands for "no limit"
 _DEGREES = 200.0  # the widest range that a joint of a leg has to one side, if it is in degrees
@@ -43,7 +48,7 @@ def joint_limits(
     mirror: Array,
     unequal: str = "refuse",
     stance: str = "right",
-) -> tuple[JointLimits, list[Finding]]:
+) -> tuple[JointLimits, list[Finding], list[str]]:
     """Read the limits of the leg joints.
 
     Args:
@@ -54,10 +59,8 @@ def joint_limits(
         stance: which leg stands, "right" or "left".
 
     Returns:
-        The limits, and what was found about them.
-
-    Raises:
-        RobotError: a limit is below zero, or the two legs differ.
+        The limits, what was found about them, and what is wrong with them: limits below zero, or
+        legs that differ. Where something is wrong the limits are the tighter ones, to be shown.
     """
     names = tuple(str(model.names[j]) for j in joints)
     rows, angles = ([getattr(model.joints[j], i) for j in joints] for i in ("idx_v", "idx_q"))
@@ -67,18 +70,35 @@ def joint_limits(
         lower=np.array(model.lowerPositionLimit)[angles],
         upper=np.array(model.upperPositionLimit)[angles],
     )
-    limits, findings = _without_placeholders(raw, names)
-    other = mirrored_limits(limits, mirror)
-    keep = (np.arange(12) < 6) == (unequal == stance)
-    for field in ("torque", "speed"):
-        mine, its = getattr(limits, field), getattr(other, field)
-        differ = np.flatnonzero(mine != its)
-        if unequal == "refuse" and differ.size:
-            _refuse_values(names, mirror, field, mine, int(differ[0]))
-        settled = np.minimum(mine, its) if unequal == "tighter" else np.where(keep, mine, its)
-        limits = replace(limits, **{field: np.where(mine != its, settled, mine)})
-        findings += _settled(names, mirror, field, (mine, its), unequal)
-    return _settle_ranges(limits, other, names, mirror, unequal, keep, findings)
+    limits, findings, faults = _without_placeholders(raw, names)
+    partner = np.abs(mirror).argmax(axis=1)
+    legs = _Legs(names, partner, mirror[np.arange(12), partner], unequal, stance)
+    limits, told, differ, broken = _settled(limits, mirror, legs)
+    fault = _difference_fault(differ, broken)
+    return limits, findings + told, faults + ([fault] if fault else [])
+
+
+@dataclass(frozen=True)
+class _Legs:
+    """Which joint is whose partner, and what to do where their limits differ."""
+
+    names: tuple[str, ...]
+    partner: NDArray[np.intp]
+    signs: Array
+    unequal: str
+    stance: str
+
+    @property
+    def keep(self) -> NDArray[np.bool_]:
+        """Whether a joint is of the leg whose limits count."""
+        kept: NDArray[np.bool_] = (np.arange(12) < 6) == (self.unequal == self.stance)
+        return kept
+
+    def pair(self, row: int) -> str:
+        return f"{self.names[row]}, {self.names[self.partner[row]]}"
+
+    def quoted(self, row: int) -> str:
+        return f"'{self.names[row]}' and '{self.names[self.partner[row]]}'"
 
 
 def mirrored_limits(limits: JointLimits, mirror: Array) -> JointLimits:
@@ -96,24 +116,25 @@ def mirrored_limits(limits: JointLimits, mirror: Array) -> JointLimits:
 
 def _without_placeholders(
     raw: JointLimits, names: tuple[str, ...]
-) -> tuple[JointLimits, list[Finding]]:
-    findings, values = [], {}
+) -> tuple[JointLimits, list[Finding], list[str]]:
+    findings, faults, values = [], [], {}
     for field, most in _MOST.items():
         given = getattr(raw, field)
         for name, value in zip(names, given, strict=True):
             if value < 0.0 or np.isnan(value):
-                raise RobotError(
+                faults.append(
                     f"the {field} limit of '{name}' is {value} {_UNITS[field]}; it must be > 0"
                 )
-        free = (given == 0.0) | (given > most)
+        free = ~(given > 0.0) | (given > most)
         values[field] = np.where(free, np.inf, given)
-        findings += _placeholders(names, field, given, free, _UNITS[field])
+        stands = free & (given >= 0.0)
+        findings += _placeholders(names, field, given, stands, _UNITS[field])
     values["lower"] = np.where(raw.lower < -_WIDEST, -np.inf, raw.lower)
     values["upper"] = np.where(raw.upper > _WIDEST, np.inf, raw.upper)
     wide = np.isinf(values["lower"]) | np.isinf(values["upper"])
     findings += _placeholders(names, "range", raw.upper - raw.lower, wide, "rad")
     findings = _degrees(names, raw, wide) + findings
-    return JointLimits(**values), findings
+    return JointLimits(**values), findings, faults
 
 
 def _degrees(names: tuple[str, ...], raw: JointLimits, wide: NDArray[np.bool_]) -> list[Finding]:
@@ -143,80 +164,116 @@ def _placeholders(
     return findings
 
 
-def _refuse_values(
-    names: tuple[str, ...], mirror: Array, field: str, values: Array, row: int
-) -> None:
-    partner = int(np.abs(mirror[row]).argmax())
-    raise RobotError(
-        f"the {field} limits of '{names[row]}' and its partner in the other leg, "
-        f"'{names[partner]}', differ: {values[row]} and {values[partner]} {_UNITS[field]}; "
-        f"make them equal in the URDF, or choose {_HINT}"
-    )
-
-
-_HINT = 'unequal_limits = "tighter", "right" or "left" in the file for --choices'
+_HINT = "in the file for --choices"
 
 
 def _settled(
-    names: tuple[str, ...],
-    mirror: Array,
-    field: str,
-    values: tuple[Array, Array],
-    unequal: str,
-) -> list[Finding]:
-    mine, its = values
-    findings = []
-    for row in np.flatnonzero(mine[:6] != its[:6]):
-        pair = f"{names[row]}, {names[int(np.abs(mirror[row]).argmax())]}"
-        text = f"{field} limits {mine[row]:g} and {its[row]:g} {_UNITS[field]} differ: {unequal}"
-        findings.append(Finding("limits", pair, text, "changed"))
-    return findings
+    limits: JointLimits, mirror: Array, legs: _Legs
+) -> tuple[JointLimits, list[Finding], list[str], list[str]]:
+    """Make the limits of the legs mirror images.
 
-
-def _settle_ranges(
-    limits: JointLimits,
-    other: JointLimits,
-    names: tuple[str, ...],
-    mirror: Array,
-    unequal: str,
-    keep: Array,
-    findings: list[Finding],
-) -> tuple[JointLimits, list[Finding]]:
-    """Make the ranges of the legs mirror images, or refuse."""
-    gap = np.maximum(_gap(limits.lower, other.lower), _gap(limits.upper, other.upper))
+    Returns:
+        The limits, what was settled, what differs too much, and what cannot be meant.
+    """
+    other = mirrored_limits(limits, mirror)
+    findings: list[Finding] = []
+    differ: list[str] = []
+    broken: list[str] = []
+    for field, unit in _UNITS.items():
+        mine, its = getattr(limits, field), getattr(other, field)
+        tighter = np.minimum(mine, its)
+        chosen = legs.unequal in ("right", "left")
+        kept = np.where(legs.keep, mine, its) if chosen else tighter
+        for row in np.flatnonzero(mine[:6] != its[:6]).tolist():
+            values = f"{mine[row]:.10g} and {its[row]:.10g} {unit}"
+            larger = max(mine[row], its[row])
+            far = np.isinf(larger) or abs(mine[row] - its[row]) > _ALIKE * larger
+            if legs.unequal == "refuse" and far:
+                differ.append(f"the {field} limits of {legs.quoted(row)}, {values}")
+            else:
+                how = legs.unequal if chosen else "tighter"
+                text = f"{field} limits {values} differ: {how}"
+                findings.append(Finding("limits", legs.pair(row), text, "changed"))
+        limits = replace(limits, **{field: kept})
     lower, upper = limits.lower.copy(), limits.upper.copy()
-    for row in np.flatnonzero(gap > _RANGE_TOLERANCE):
-        own, its = (lower[row], upper[row]), (other.lower[row], other.upper[row])
-        partner = names[int(np.abs(mirror[row]).argmax())]
-        if unequal == "refuse" and gap[row] > _ROUNDING:
-            raise RobotError(
-                f"the range of '{names[row]}', {own[0]:g} to {own[1]:g} rad, is not the mirror "
-                f"image of its partner's, '{partner}', which mirrors to {its[0]:g} to "
-                f"{its[1]:g} rad; make the ranges of the two legs mirror images in the URDF, or "
-                f"choose {_HINT}"
-            )
-        if unequal in ("refuse", "tighter"):
-            kept = max(own[0], its[0]), min(own[1], its[1])
-        else:
-            kept = own if keep[row] else its
-        if not kept[0] < kept[1]:
-            raise RobotError(
-                f"the ranges of '{names[row]}' and its partner '{partner}', {own[0]:g} to "
-                f"{own[1]:g} rad and {its[0]:g} to {its[1]:g} rad (mirrored), have nothing in "
-                'common; choose unequal_limits = "right" or "left" in the file for --choices'
-            )
-        lower[row], upper[row] = kept
-        if row < 6:
+    for row in range(6):
+        own, its = (limits.lower[row], limits.upper[row]), (other.lower[row], other.upper[row])
+        if own == its:
+            continue
+        kept_range = _kept_range(row, own, its, legs, differ, broken)
+        if max(_gap(own[0], its[0]), _gap(own[1], its[1])) > _TOLD:
             text = (
-                f"ranges {own[0]:g} to {own[1]:g} and {its[0]:g} to {its[1]:g} rad (mirrored) "
-                f"differ: taken as {kept[0]:g} to {kept[1]:g} rad"
+                f"ranges {_span(own)} and {_span(its)} (mirrored) differ: taken as "
+                f"{_span(kept_range)}"
             )
-            findings.append(Finding("limits", f"{names[row]}, {partner}", text, "changed"))
-    return replace(limits, lower=lower, upper=upper), findings
+            findings.append(Finding("limits", legs.pair(row), text, "changed"))
+        lower[row], upper[row] = kept_range
+        there = int(legs.partner[row])
+        ends = kept_range if legs.signs[row] > 0.0 else (-kept_range[1], -kept_range[0])
+        lower[there], upper[there] = ends
+    return replace(limits, lower=lower, upper=upper), findings, differ, broken
 
 
-def _gap(mine: Array, its: Array) -> Array:
+_Range = tuple[float, float]
+
+
+def _kept_range(
+    row: int, own: _Range, its: _Range, legs: _Legs, differ: list[str], broken: list[str]
+) -> _Range:
+    """Return the range that holds for a joint of the standing leg; note it if none can."""
+    if legs.unequal in ("right", "left"):
+        return own if legs.keep[row] else its
+    common = max(own[0], its[0]), min(own[1], its[1])
+    shared, narrow = common[1] - common[0], min(own[1] - own[0], its[1] - its[0])
+    gap = max(_gap(own[0], its[0]), _gap(own[1], its[1]))
+    text = f"the ranges of {legs.quoted(row)}, {_span(own)} and {_span(its)} (mirrored)"
+    if not shared > 0.0:
+        why = _FLIPPED if _flipped(own, its) else "which have nothing in common"
+        broken.append(f"{text}, {why}")
+        return own
+    if legs.unequal == "refuse" and gap > max(_ROUNDING, _ALIKE * narrow):
+        if _flipped(own, its):
+            broken.append(f"{text}, {_FLIPPED}")
+        elif shared < _COMMON * narrow:
+            broken.append(f"{text}, which have only {_span(common)} in common")
+        else:
+            differ.append(text)
+    return common
+
+
+_FLIPPED = (
+    "which are alike when one of the two is turned round: an axis or a range has a wrong sign"
+)
+
+
+def _flipped(own: _Range, its: _Range) -> bool:
+    """Tell whether the ranges would agree if one of the joints turned the other way."""
+    apart = max(_gap(own[0], -its[1]), _gap(own[1], -its[0]))
+    return apart <= max(_ROUNDING, _ALIKE * (own[1] - own[0]))
+
+
+def _difference_fault(differ: list[str], broken: list[str]) -> str:
+    """Return what is wrong with limits that differ, all joints in one sentence."""
+    if broken:
+        others = f"; besides, these differ: {'; '.join(differ)}" if differ else ""
+        return (
+            f"the file is broken: it gives the legs limits that cannot both be meant: "
+            f"{'; '.join(broken)}{others}; correct the <axis> or the range of one of the two in "
+            f'the file, or say whose limits are right: unequal_limits = "right" or "left" {_HINT}'
+        )
+    if not differ:
+        return ""
+    return (
+        f"the limits of the two legs differ by more than {100 * _ALIKE:g} %: {'; '.join(differ)}; "
+        "make them mirror images in the file, or choose unequal_limits = "
+        f'"tighter", "right" or "left" {_HINT}'
+    )
+
+
+def _span(ends: _Range) -> str:
+    return f"{ends[0]:.6g} to {ends[1]:.6g} rad"
+
+
+def _gap(mine: float, its: float) -> float:
     # Two infinite ends on the same side are equal; their difference is not a number.
-    same = mine == its
-    gap: Array = np.abs(np.where(same, 0.0, mine) - np.where(same, 0.0, its))
-    return gap
+    return 0.0 if mine == its else abs(mine - its)

@@ -11,15 +11,15 @@ from gaitopt.robot.choices import Choices
 from gaitopt.robot.feet.level import lowest_face
 from gaitopt.robot.feet.shape import foot_points
 from gaitopt.robot.files.source import Source
-from gaitopt.robot.legs.alike import mirror_normal
+from gaitopt.robot.legs.alike import axes_apart, mirror_normal
 from gaitopt.robot.legs.find import Pair, find_legs
 from gaitopt.robot.legs.heading import axis_vector
 from gaitopt.robot.legs.named import named_feet
-from gaitopt.robot.legs.placed import Placed
+from gaitopt.robot.legs.placed import Placed, joint_axes
 from gaitopt.robot.legs.refused import no_up
 from gaitopt.robot.legs.tree import Tree, unit
 
-_UPRIGHT = 1e-3  # rad: a smaller tilt would be refused as unequal legs before, or is rounding
+_UPRIGHT = 1e-3  # rad: a smaller tilt is rounding
 _AGREE = 0.02  # rad: the soles of both feet, whose meshes may be rounded
 _Z = np.array([0.0, 0.0, 1.0])
 
@@ -44,7 +44,7 @@ def standing_legs(source: Source, placed: Placed, choices: Choices) -> Pair:
     if up is not None:
         return pair
     normal = mirror_normal(tree, (list(pair.legs[0]), list(pair.legs[1])))
-    leaning = normal is not None and abs(float(normal @ pair.up)) > _UPRIGHT
+    leaning = normal is not None and _leans(placed, pair, normal)
     if normal is None or not (leaning or pair.lying):
         return pair
     within = unit(pair.up - (pair.up @ normal) * normal)
@@ -60,6 +60,18 @@ def standing_legs(source: Source, placed: Placed, choices: Choices) -> Pair:
         f"{reason}the plane between the legs; if that is wrong, name it: up = [X, Y, Z]"
     )
     return replace(pair, up=up, tilt=text)
+
+
+def _leans(placed: Placed, pair: Pair, normal: Array) -> bool:
+    """Tell whether the plane between the legs leans, rather than one leg is longer than the other.
+
+    Then the axes of the joints lean with it.
+    """
+    if abs(float(normal @ pair.up)) <= _UPRIGHT:
+        return False
+    upright = unit(normal - (normal @ pair.up) * pair.up)
+    first, other = (joint_axes(placed.model, placed.q, leg) for leg in pair.legs)
+    return axes_apart(first, other, normal) < axes_apart(first, other, upright)
 
 
 def _above_soles(source: Source, placed: Placed, pair: Pair, up: Array) -> Array | None:

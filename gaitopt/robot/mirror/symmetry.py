@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 import pinocchio as pin
 
-from gaitopt.errors import RobotError
 from gaitopt.nlp import Array
 from gaitopt.robot.legs.placed import joint_axes, place
 
 REFLECTION = np.diag([1.0, -1.0, 1.0])  # left <-> right, in axes x forward, y left, z up
-LINE_TOLERANCE = 1e-4  # m and rad: how far a mirrored joint axis may lie from its partner
 
 
 def joint_lines(model: pin.Model, pelvis: pin.SE3) -> tuple[Array, Array]:
@@ -30,29 +26,26 @@ def joint_lines(model: pin.Model, pelvis: pin.SE3) -> tuple[Array, Array]:
     return points, joint_axes(model, placed.q, range(2, 14)) @ pelvis.rotation
 
 
-def leg_exchange(names: tuple[str, ...], points: Array, axes: Array, outward: Array) -> Array:
+def leg_exchange(axes: Array, outward: Array) -> Array:
     """Return E, shape (12, 12): `E q` is the posture q with the legs exchanged by reflection.
 
     A joint's partner is the joint of the other leg as many joints away from the hip: where several
-    axes meet or are parallel, the mirror image of its line alone would not tell. Its line must lie
-    on that mirror image; the sign is that between the partner's axis and the mirrored one (a
-    rotation vector mirrors to minus its reflection).
+    axes meet or are parallel, the mirror image of its line alone would not tell. The sign is that
+    between the partner's axis and the mirrored one (a rotation vector mirrors to minus its
+    reflection).
 
     Args:
-        names: joint names, stance leg then swing leg, for messages.
-        points, axes: joint lines in the pelvis frame, shape (12, 3) each.
+        axes: of the joints in the pelvis frame, stance leg from ankle to hip, then swing leg from
+            hip to ankle, shape (12, 3).
         outward: (12,) +1 where the joint turns its URDF child by +axis in the re-rooted model, -1
             where the chain runs against the URDF.
-
-    Raises:
-        RobotError: the legs are not mirror images of each other.
     """
     E = np.zeros((12, 12))
-    for i in reversed(range(6)):  # from the hip: a crooked joint takes those below it along
+    for i in range(6):
         partner = 11 - i
-        mirrored_gap(points, axes, i, partner, names)
         mirrored = -REFLECTION @ (outward[i] * axes[i])
-        E[i, partner] = E[partner, i] = np.sign(mirrored @ (outward[partner] * axes[partner]))
+        same = mirrored @ (outward[partner] * axes[partner]) >= 0.0
+        E[i, partner] = E[partner, i] = 1.0 if same else -1.0
     return E
 
 
@@ -108,35 +101,3 @@ def _swing_placement(
     energy = pin.computeKineticEnergy(model, data)
     first, second = (swing, stance) if about_swing else (stance, swing)
     return data.oMf[first].actInv(data.oMf[second]), float(energy)
-
-
-def mirrored_gap(points: Array, axes: Array, i: int, j: int, names: Sequence[str]) -> float:
-    """Return the sum of `line_distance` [m + rad], if it is small enough for mirrored joints.
-
-    Raises:
-        RobotError: it is not.
-    """
-    gap, turn = line_distance(points, axes, i, j)
-    if gap + turn > LINE_TOLERANCE:
-        raise RobotError(
-            f"the legs are not mirror images: the axis of '{names[i]}' mirrors to a line "
-            f"{gap * 1e3:.4g} mm and {np.degrees(turn):.4g} degrees away from its match "
-            f"'{names[j]}'; allowed is {LINE_TOLERANCE:g} m + rad; correct the <origin> or <axis> "
-            "of one of them, or if the whole robot leans in the root link's axes, say which "
-            "direction of it is up (up = [X, Y, Z] in the file for --choices)"
-        )
-    return gap + turn
-
-
-def line_distance(points: Array, axes: Array, i: int, j: int) -> tuple[float, float]:
-    """Return distance [m] and angle [rad] between the mirror image of line i and line j.
-
-    Args:
-        points, axes: lines in the pelvis frame, shape (n, 3) each.
-        i, j: rows.
-    """
-    point, axis = REFLECTION @ points[i], REFLECTION @ axes[i]
-    offset = point - points[j]
-    apart = np.linalg.norm(offset - (offset @ axes[j]) * axes[j])
-    sine, cosine = np.linalg.norm(np.cross(axis, axes[j])), abs(float(axis @ axes[j]))
-    return float(apart), float(np.arctan2(sine, cosine))
