@@ -95,6 +95,8 @@ def optimise(
     sole: rob.SoleEdges = None,
     stance_sole: rob.StanceSole = None,
     swing_sole: rob.SwingSole = None,
+    without: rob.Without = None,
+    armature: rob.Armature = None,
     solver: opt.Solver = None,
     qp_solver: opt.QpSolver = None,
     tolerance: opt.Tolerance = None,
@@ -167,6 +169,8 @@ def inspect(
     sole: rob.SoleEdges = None,
     stance_sole: rob.StanceSole = None,
     swing_sole: rob.SwingSole = None,
+    without: rob.Without = None,
+    armature: rob.Armature = None,
     html: rob.RobotPage = None,
     write_choices: rob.NewChoices = None,
 ) -> None:

@@ -58,6 +58,8 @@ SCHEMA: dict[str, dict[str, str]] = {
         "sole": "text",
         "stance_sole": "text",
         "swing_sole": "text",
+        "without": "list of names",
+        "armature": "table of numbers",
     },
     "solver": {
         "solver": "text",

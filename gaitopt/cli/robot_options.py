@@ -46,6 +46,27 @@ SwingSole = Annotated[
     str | None, option("--swing-sole", "Frame of the other sole.", _ROBOT, "FRAME")
 ]
 
+Without = Annotated[
+    list[str] | None,
+    option(
+        "--without",
+        "Physics of its file to leave out: friction, damping, springs, armature, "
+        "gravity-compensation, gravity; a list with commas, or repeated.",
+        _ROBOT,
+        "PARTS",
+    ),
+]
+Armature = Annotated[
+    list[str] | None,
+    option(
+        "--armature",
+        "Rotor inertia times gear ratio squared of the joints of that name, kg·m²: '*knee*=0.02'; "
+        "repeatable.",
+        _ROBOT,
+        "PATTERN=VALUE",
+    ),
+]
+
 RobotPage = Annotated[
     Path | None,
     option("--html", "Write a page with the robot standing and these tables.", _RESULT, "FILE"),

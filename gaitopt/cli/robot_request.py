@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import tomli_w
 
+from gaitopt.cli.assignments import named_values
 from gaitopt.cli.config import Settings
 from gaitopt.errors import InputError
 from gaitopt.robot.catalogue import biped_of, description, entry_by_name
-from gaitopt.robot.choices import Choices
+from gaitopt.robot.choices import Choices, LimitOverride
 from gaitopt.robot.choices_file import choices_from_record, choices_from_toml, choices_record
 from gaitopt.robot.feet.sole import Sole
 from gaitopt.robot.generated.presets import biped13
@@ -55,9 +57,29 @@ def robot_source(settings: Settings) -> tuple[str | Path, Choices]:
         raise InputError(f"{names} exclude each other; give one of them")
     source, choices = _described(settings)
     if (path := settings.get("choices")) is not None:
-        more = choices_from_toml(Path(str(path)))
-        choices = choices_from_record({**choices_record(choices), **choices_record(more)})
-    return source, choices.over(**_single(settings))
+        choices = _joined(choices, choices_from_toml(Path(str(path))))
+    return source, _with_armature(choices.over(**_single(settings)), settings.get("armature"))
+
+
+def _joined(choices: Choices, more: Choices) -> Choices:
+    """Return choices with those of a file in their place; of limits, the later ones count."""
+    own = choices_from_record({**choices_record(choices), **choices_record(more)})
+    before = (entry for entry in choices.limits if entry not in more.limits)
+    return replace(own, limits=(*before, *more.limits))
+
+
+def _with_armature(choices: Choices, given: object) -> Choices:
+    """Return choices with the rotor inertias of the command line [kg·m²], which count last."""
+    if given is None:
+        return choices
+    if "armature" in choices.without:
+        raise InputError(
+            "--without armature leaves out every rotor inertia, --armature gives some; leave out "
+            "one of the two (--armature '*=0' before the others leaves out those of the file only)"
+        )
+    named = given if isinstance(given, Mapping) else named_values(given, "--armature", "'*=0.01'")
+    entries = (LimitOverride(joints, armature=value) for joints, value in named.items())
+    return replace(choices, limits=(*choices.limits, *entries))
 
 
 def _described(settings: Settings) -> tuple[str | Path, Choices]:
@@ -94,6 +116,9 @@ def _single(settings: Settings) -> dict[str, object]:
     if directories:
         require_directories(directories)
         chosen["package_dirs"] = tuple(str(Path(d).absolute()) for d in directories)
+    parts: Any = settings.get("without")
+    if parts is not None:
+        chosen["without"] = tuple(part.strip() for text in parts for part in text.split(","))
     return chosen
 
 

@@ -153,7 +153,7 @@ def _rotors(choices: Choices, model: pin.Model, folder: Path) -> tuple[LimitOver
         return ()
     armatures = rotor_armatures(choices, folder)
     return tuple(
-        LimitOverride(glob.escape(name), armature=value)
+        LimitOverride(glob.escape(name), armature=value, source="rotor_params of the SRDF")
         for name, value in armatures.items()
         if model.existJointName(name)
     )

@@ -7,7 +7,7 @@ guessed about it, and a walk to begin with.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
 from importlib import resources
 from importlib.metadata import PackageNotFoundError, distribution
@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from gaitopt.errors import InputError, MissingExtraError
-from gaitopt.robot.choices import Choices
+from gaitopt.robot.choices import Choices, LimitOverride
 from gaitopt.robot.choices_file import choices_from_record
 from gaitopt.robot.files.toml import parse_toml
 from gaitopt.robot.generated.presets import biped13
@@ -47,6 +47,9 @@ class Entry:
         task: fields of a `Task` to begin with: speed [m/s], duration [s], ..., and its preset
             where that is not the usual one.
         remark: what to know before using it, or empty.
+        rotors: rotor inertias times gear ratios squared by pattern of joint names [kg·m²], which
+            the description leaves out and others have published.
+        rotors_from: where those are from.
         spec: of a biped that gaitopt makes itself: where it differs from `biped13`, as
             `spec_table.merged` takes it.
     """
@@ -58,6 +61,8 @@ class Entry:
     choices: Mapping[str, Any]
     task: Mapping[str, Any]
     remark: str = ""
+    rotors: Mapping[str, float] = field(default_factory=dict)
+    rotors_from: str = ""
     spec: Mapping[str, Any] = field(default_factory=dict)
 
     @property
@@ -99,10 +104,17 @@ def entry_by_name(name: str) -> Entry:
 def description(entry: Entry) -> tuple[str | Path, Choices]:
     """Return the URDF of a robot of the catalogue, as text or path, and its choices.
 
+    Published rotor inertias are among its limits; `without=("armature",)` leaves them out.
+
     Raises:
         MissingExtraError: the package that has it is not installed.
     """
     choices = choices_from_record(entry.choices)
+    published = (
+        LimitOverride(joints, armature=value, source=entry.rotors_from)
+        for joints, value in entry.rotors.items()
+    )
+    choices = replace(choices, limits=(*published, *choices.limits))
     if not entry.file:
         return urdf_text(biped_of(entry)), choices
     folder = _descriptions()
@@ -153,5 +165,7 @@ def _entry(name: str, text: str) -> Entry:
         choices=table.get("choices", {}),
         task=table.get("task", {}),
         remark=table.get("remark", ""),
+        rotors={rotor["joints"]: float(rotor["armature"]) for rotor in table.get("rotors", ())},
+        rotors_from=table.get("rotors_from", ""),
         spec=table.get("spec", {}),
     )
