@@ -17,8 +17,8 @@ SAMPLES = 1001
 times one with 31."""
 INSTANTS = 20_000
 """Instants in a gait file: the samples and those that refinement added."""
-POSTURES = 30
-"""Intermediate postures: the cost hardly falls beyond ten, and the work grows by their cube."""
+POSTURES = 20
+"""Intermediate postures: the cost hardly falls beyond ten, and a design with 20 takes minutes."""
 STARTS = 1000
 """First guesses of one search, each of which takes a second or so."""
 WORKERS = 256

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import html
 from pathlib import Path
 
 from gaitopt.atomic import write_atomically
@@ -12,6 +11,7 @@ from gaitopt.view.inspection_tables import Section, sections
 from gaitopt.view.meshcat_quiet import meshcat
 from gaitopt.view.page_fit import FIT
 from gaitopt.view.recorder import Recorder, viewer_script
+from gaitopt.view.visible import filled, on_page
 
 _SHORT = 24  # characters; a longer text may be broken
 
@@ -90,25 +90,22 @@ def inspection_text(inspection: Inspection) -> str:
     """Return the text of the page of `write_inspection`."""
     recorder = Recorder()
     draw_inspection(meshcat.Visualizer(window=recorder), inspection)
-    refusal = html.escape(inspection.refusal)
+    refusal = on_page(inspection.refusal)
     parts = {
-        "@TITLE@": html.escape(inspection.title),
+        "@TITLE@": on_page(inspection.title),
         "@REFUSAL@": f'<p class="refusal">{refusal}</p>' if refusal else "",
         "@TABLES@": "".join(map(_table, sections(inspection))),
         "@FIT@": FIT,
         "@COMMANDS@": recorder.text(),
         "@MESHCAT@": viewer_script(),
     }
-    text = _PAGE
-    for mark, part in parts.items():
-        text = text.replace(mark, part)
-    return text
+    return filled(_PAGE, parts)
 
 
 def _table(section: Section) -> str:
     classes = [' class="number"' if name.startswith(">") else "" for name in section.columns]
     heads = "".join(
-        f"<th{kind}>{html.escape(name.removeprefix('>'))}</th>"
+        f"<th{kind}>{on_page(name.removeprefix('>'))}</th>"
         for kind, name in zip(classes, section.columns, strict=True)
     )
     how = section.how or ("",) * len(section.rows)
@@ -118,12 +115,12 @@ def _table(section: Section) -> str:
     )
     head = f"<tr>{heads}</tr>" if any(section.columns) else ""
     table = f'<div class="table"><table>{head}{rows}</table></div>'
-    return f"<h2>{html.escape(section.title)}</h2>{table}"
+    return f"<h2>{on_page(section.title)}</h2>{table}"
 
 
 def _cells(row: tuple[str, ...], classes: list[str]) -> str:
     short = ' class="short"'
     return "".join(
-        f"<td{kind or short if len(cell) < _SHORT else kind}>{html.escape(cell)}</td>"
+        f"<td{kind or short if len(cell) < _SHORT else kind}>{on_page(cell)}</td>"
         for kind, cell in zip(classes, row, strict=True)
     )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import html
 import json
 from pathlib import Path
 
@@ -13,6 +12,7 @@ from gaitopt.view.page_fit import FIT
 from gaitopt.view.page_template import PAGE
 from gaitopt.view.recorder import Recorder, viewer_script
 from gaitopt.view.scene import build_scene
+from gaitopt.view.visible import filled, on_page
 from gaitopt.view.walk import DEFAULT_STEPS
 
 
@@ -52,22 +52,18 @@ def page_text(gait: Gait, steps: int = DEFAULT_STEPS, package_dirs: tuple[str, .
     """
     recorder = Recorder()
     scene = build_scene(meshcat.Visualizer(window=recorder), gait, steps, package_dirs)
-    # plain replacement: the script and the template are full of braces and percent signs
     parts = {
-        "@TITLE@": html.escape(_title(gait)),
-        "@FACTS@": "".join(f"<dt>{k}</dt><dd>{html.escape(v)}</dd>" for k, v in facts(gait)),
+        "@TITLE@": on_page(_title(gait)),
+        "@FACTS@": "".join(f"<dt>{k}</dt><dd>{on_page(v)}</dd>" for k, v in facts(gait)),
         "@DURATION@": json.dumps(gait.duration * steps),
         "@STEP@": json.dumps(gait.duration),
-        "@NOTE@": f"<p>{html.escape(scene.note)}</p>" if scene.note else "",
+        "@NOTE@": f"<p>{on_page(scene.note)}</p>" if scene.note else "",
         "@SCALE@": f"{0.1 / scene.force_scale:.4g}",
         "@FIT@": FIT,
         "@COMMANDS@": recorder.text(),
         "@MESHCAT@": viewer_script(),
     }
-    text = PAGE
-    for mark, part in parts.items():
-        text = text.replace(mark, part)
-    return text
+    return filled(PAGE, parts)
 
 
 def facts(gait: Gait) -> list[tuple[str, str]]:

@@ -1,6 +1,6 @@
 """The frame around the viewer: layout, buttons and what they do."""
 
-# @NAME@ is replaced by `page.page_text`; MeshCat's script last, for it may hold anything.
+# @NAME@ is replaced by `page.page_text`.
 PAGE = """<!DOCTYPE html>
 <html lang="en">
 <head>

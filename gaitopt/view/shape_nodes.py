@@ -1,26 +1,26 @@
 """One shape of a robot as a node of the viewer.
 
-Simple shapes, STL and OBJ files are drawn here; the rest is left to Pinocchio's visualiser, whose
-import alone takes as long as a page.
+Simple shapes, and the triangles of meshes, are drawn here; the rest is left to Pinocchio's
+visualiser, whose import alone takes as long as a page. Of a mesh file nothing but its shape and its
+colours comes into a page.
 """
 
 from __future__ import annotations
 
 from pathlib import Path
+from uuid import uuid4
 
 import coal
 import numpy as np
 import pinocchio as pin
 
 from gaitopt.nlp import Array
+from gaitopt.view.bare_collada import bare_collada
+from gaitopt.view.mesh_files import mesh_triangles
 from gaitopt.view.meshcat_quiet import geometry, meshcat, pinocchio_visualizer
 
 # MeshCat's cylinders stand along y, the others' along z
 UPRIGHT = np.array([[1.0, 0, 0, 0], [0, 0, -1.0, 0], [0, 1.0, 0, 0], [0, 0, 0, 1.0]])
-_FILES = {
-    ".stl": geometry.StlMeshGeometry.from_file,
-    ".obj": geometry.ObjMeshGeometry.from_file,
-}
 _AROUND, _ALONG = 30, 10  # facets of a capsule: around its axis, and from rim to pole
 
 
@@ -37,11 +37,14 @@ def draw_shape(
     """
     node = robot[f"{group}/{item.name}"]
     matrix = placement.homogeneous @ np.diag([*item.meshScale, 1.0])
-    shape = None if _has_lustre(item) else _shape(item)
-    if shape is None:
+    text = bare_collada(item.meshPath) if _keeps_colours(item) else None
+    shape = None if text is not None else _shape(item)
+    if text is not None:
+        node.window.send(_ColladaScene(node, text))
+    elif shape is None:
         _leave_to_pinocchio(robot, group, item)
     else:
-        node.set_object(shape, _material(item.meshColor))
+        node.set_object(shape, _material(item))
         if not _suffix(item) and isinstance(item.geometry, coal.Cylinder | coal.Cone):
             matrix = matrix @ UPRIGHT
     node.set_transform(matrix)
@@ -50,8 +53,11 @@ def draw_shape(
 def _shape(item: pin.GeometryObject) -> geometry.Geometry | None:
     """Return the shape as MeshCat's, None if it is not known here."""
     solid = item.geometry
-    if suffix := _suffix(item):
-        return _FILES[suffix](item.meshPath) if suffix in _FILES else None
+    if _suffix(item) or isinstance(solid, coal.BVHModelBase):
+        corners = mesh_triangles(item.meshPath)
+        if corners is None:
+            corners = _triangles(solid, item.meshScale)
+        return None if corners is None else _facets(corners)
     if isinstance(solid, coal.Box):
         return geometry.Box(list(2.0 * solid.halfSide))
     if isinstance(solid, coal.Sphere):
@@ -94,16 +100,66 @@ def capsule(radius: float, half: float) -> tuple[Array, Array]:
     return corners, faces
 
 
-def _material(colour: Array) -> geometry.Material:
-    red, green, blue = (int(255.0 * c) for c in colour[:3])
-    opacity = float(colour[3])
-    number = (red << 16) + (green << 8) + blue
-    return geometry.MeshPhongMaterial(color=number, opacity=opacity, transparent=opacity < 1.0)
+def _triangles(solid: object, scale: Array) -> Array | None:
+    """Return the triangles of a mesh as it was read, shape (M, 3, 3), before it was scaled."""
+    if not isinstance(solid, coal.BVHModelBase) or not np.all(scale):
+        return None
+    corners = np.array(solid.vertices()) / scale
+    faces = [solid.tri_indices(i) for i in range(solid.num_tris)]
+    return corners[np.array([[f[0], f[1], f[2]] for f in faces], dtype=np.intp)]
 
 
-def _has_lustre(item: pin.GeometryObject) -> bool:
-    """Whether the robot's file tells how the shape shines."""
-    return bool(item.overrideMaterial) and isinstance(item.meshMaterial, pin.GeometryPhongMaterial)
+def _facets(corners: Array) -> geometry.Geometry:
+    """Return triangles (M, 3, 3) as a shape with flat facets: no two of them share a corner."""
+    points = corners.reshape(-1, 3)
+    return geometry.TriangularMeshGeometry(points, np.arange(len(points)).reshape(-1, 3))
+
+
+def _material(item: pin.GeometryObject) -> geometry.Material:
+    opacity, lustre = float(item.meshColor[3]), item.meshMaterial
+    shines: dict[str, float] = {}
+    if item.overrideMaterial and isinstance(lustre, pin.GeometryPhongMaterial):
+        shines["emissive"] = _number(lustre.meshEmissionColor)
+        shines["specular"] = _number(lustre.meshSpecularColor)
+        shines["shininess"] = 100.0 * lustre.meshShininess
+    return geometry.MeshPhongMaterial(
+        color=_number(item.meshColor), opacity=opacity, transparent=opacity < 1.0, **shines
+    )
+
+
+def _number(colour: Array) -> int:
+    """Return red, green and blue, each from 0 to 1, as one number."""
+    red, green, blue = (int(255.0 * c) for c in np.clip(colour[:3], 0.0, 1.0))
+    return (red << 16) + (green << 8) + blue
+
+
+def _keeps_colours(item: pin.GeometryObject) -> bool:
+    """Whether a Collada file is to be drawn in its own colours, see `drawable`."""
+    return _suffix(item) == ".dae" and not item.overrideMaterial
+
+
+class _ColladaScene:
+    """The command that draws a Collada document as a node."""
+
+    def __init__(self, node: meshcat.Visualizer, text: str) -> None:
+        self._path, self._text = node.path, text
+
+    def lower(self) -> dict[str, object]:
+        """Return the command as the viewer reads it."""
+        whole = {
+            "uuid": str(uuid4()),
+            "type": "_meshfile_object",
+            "format": "dae",
+            "data": self._text,
+            "resources": {},
+            "matrix": np.eye(4).ravel().tolist(),
+        }
+        made = {"metadata": {"version": 4.5, "type": "Object"}, "geometries": [], "materials": []}
+        return {
+            "type": "set_object",
+            "path": self._path.lower(),
+            "object": {**made, "object": whole},
+        }
 
 
 def _leave_to_pinocchio(robot: meshcat.Visualizer, group: str, item: pin.GeometryObject) -> None:
