@@ -61,7 +61,8 @@ def energy(robot: Robot, q: np.ndarray, dq: np.ndarray) -> float:
     """Kinetic (with the rotors) and potential energy, springs and carried weight included."""
     model, data = robot.model, robot.model.createData()
     full, rate = np.concatenate([pin.neutral(model)[:7], q]), np.concatenate([np.zeros(6), dq])
-    total = rate @ pin.crba(model, data, full) @ rate / 2.0  # computeKineticEnergy leaves rotors out
+    # With the rotors, which pin.computeKineticEnergy leaves out.
+    total = rate @ pin.crba(model, data, full) @ rate / 2.0
     total += pin.computePotentialEnergy(model, data, full)
     carried, passive = robot.physics.carried, robot.physics.passive
     pin.forwardKinematics(model, data, full)
