@@ -15,7 +15,7 @@ from gaitopt.design.runtime import small_matrices
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.nlp import NLP, Array, Progress, Start
 from gaitopt.solvers import SLSQP, SQP, FiniteDifferenceNLP, Solver
-from gaitopt.solvers.recorder import FEASIBLE
+from gaitopt.tolerances import FEASIBLE
 
 CAP = 600.0
 """CPU seconds after which a run is stopped."""

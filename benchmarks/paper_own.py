@@ -19,7 +19,7 @@ from gaitopt.design.runtime import small_matrices
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.nlp import NLP, Array, Progress, Start, Values
 from gaitopt.solvers import SLSQP, SQP, FiniteDifferenceNLP
-from gaitopt.solvers.recorder import FEASIBLE
+from gaitopt.tolerances import FEASIBLE
 
 CAP = 5400.0
 """CPU seconds after which a run is stopped."""

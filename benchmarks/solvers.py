@@ -21,7 +21,7 @@ from gaitopt.gait.problem import WalkProblem
 from gaitopt.nlp import NLP, Array, Start, kkt_residual, worst_violation
 from gaitopt.solvers import SLSQP, SQP, CertifiedSQP, Ipopt, Solver, TrustConstr
 from gaitopt.solvers.multipliers import least_squares_multipliers
-from gaitopt.solvers.recorder import FEASIBLE
+from gaitopt.tolerances import FEASIBLE
 
 SIGMAS = (0.05, 0.1, 0.2)
 STARTS = 20

@@ -9,8 +9,9 @@ import typer
 from gaitopt.cli.failures import ExitCode, complain
 from gaitopt.cli.proof import proof_table
 from gaitopt.cli.screen import WIDTH, screen
-from gaitopt.design.audit import SAME, Audit, audit
+from gaitopt.design.audit import Audit, audit
 from gaitopt.gait.result_file import load_gait
+from gaitopt.tolerances import SAME
 
 
 def run(path: Path) -> None:

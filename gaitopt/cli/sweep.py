@@ -19,7 +19,6 @@ from gaitopt.cli.robot_request import biped_spec
 from gaitopt.cli.screen import screen
 from gaitopt.cli.sweep_progress import SweepDisplay
 from gaitopt.cli.writable import require_writable
-from gaitopt.design.certificate import KKT_TOLERANCE
 from gaitopt.errors import InputError
 from gaitopt.gait.task import Task
 from gaitopt.study.axes import Axis, parse_axis, with_values
@@ -28,6 +27,7 @@ from gaitopt.study.index import CERTIFIED, INFEASIBLE
 from gaitopt.study.library import Library, open_library
 from gaitopt.study.stored import FAULTS
 from gaitopt.study.sweep import sweep
+from gaitopt.tolerances import OPTIMALITY
 
 NAMED = 8  # files that are named, of those that were made anew, or could not be
 
@@ -160,7 +160,7 @@ def _conclude(library: Library, out: Console, quiet: bool, refined: bool) -> Non
     if refused:
         raise typer.Exit(ExitCode.NO_GAIT)
     optimal = sum(
-        float(str(row["kkt"])) <= KKT_TOLERANCE for row in rows if row["status"] not in FAULTS
+        float(str(row["kkt"])) <= OPTIMALITY for row in rows if row["status"] not in FAULTS
     )
     if (certified if refined else optimal) < len(rows):
         raise typer.Exit(ExitCode.NOT_CERTIFIED)

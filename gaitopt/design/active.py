@@ -7,10 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gaitopt.design.certificate import FINE_TOLERANCE
+from gaitopt.design.extremes import Extreme, located
 from gaitopt.gait.families import Family
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.nlp import Array, violations
+from gaitopt.nlp import Array
+from gaitopt.tolerances import REFINED
 
 DIGITS = 12  # of instants, as `Grid.with_instants` rounds them
 PRESSING = 1e-9  # scaled multiplier below which a limit counts as idle
@@ -25,12 +26,14 @@ class Peak:
         family, entry: which constraint.
         instant: s = t / T.
         excess: scaled violation there.
+        held: instant at which to hold the row, so that it keeps its limit all about the peak.
     """
 
     family: str
     entry: int
     instant: float
     excess: float
+    held: float
 
 
 @dataclass(frozen=True)
@@ -88,23 +91,38 @@ def instants_of(problem: WalkProblem, active: Iterable[Pressure]) -> Array:
 
 
 def exceeded(fine: WalkProblem, x: Array) -> tuple[Peak, ...]:
-    """Return rows and instants of a fine grid where limits are exceeded most.
+    """Return where rows exceed their limits most, located anywhere in the step.
 
-    Of every stretch of violated instants of one row only the worst is taken.
+    Of every stretch in which a row exceeds a limit only the worst instant is taken.
+
+    Args:
+        fine: the walk on the proof's grid.
+        x: parameters, shape (P,).
+
+    Raises:
+        EvaluationError: the walk is not defined at x.
     """
-    excess = violations(fine.rows.lower, fine.rows.upper, fine.values(x).rows)
-    found: list[Peak] = []
-    for family in fine.families:
-        if family.times is None:
-            continue
-        block = excess[fine.family_rows(family.name)].reshape(family.lower.shape)
-        padded = np.pad(block, ((1, 1), (0, 0)), constant_values=-1.0)
-        middle = padded[1:-1]
-        peak = (middle > 0.5 * FINE_TOLERANCE) & (middle >= padded[:-2]) & (middle > padded[2:])
-        for row, entry in np.argwhere(peak):
-            instant, size = float(family.times[row]), float(block[row, entry])
-            found.append(Peak(family.name, int(entry), instant, size))
-    return tuple(found)
+    return tuple(
+        Peak(one.family, one.entry, round(one.instant, DIGITS), -one.margin, _held(one))
+        for one in located(fine, x)
+        if one.margin < -REFINED
+    )
+
+
+def _held(peak: Extreme) -> float:
+    """Return the instant at which a row is to be held after it has exceeded its limit.
+
+    That is the peak, except where the row vanishes at the end of the step (a foot that lands).
+    There the row would be exceeded again between peak and end, a quarter as much, and again; a row
+    held at a distance d from such an end is exceeded by curvature * d² / 8 in between, so it is
+    held where that is half of what refinement allows.
+    """
+    end = float(round(peak.instant))
+    distance = abs(end - peak.instant)
+    reaches_end = peak.curvature * distance**2 < -4.0 * peak.margin
+    if not (abs(peak.at_end) < REFINED and reaches_end and peak.curvature > 0.0):
+        return round(peak.instant, DIGITS)
+    return round(abs(end - min(distance, float(np.sqrt(4.0 * REFINED / peak.curvature)))), DIGITS)
 
 
 def moved(active: Iterable[Pressure], peaks: Iterable[Peak]) -> tuple[Pressure, ...]:
@@ -119,13 +137,13 @@ def moved(active: Iterable[Pressure], peaks: Iterable[Peak]) -> tuple[Pressure, 
             i
             for i, one in enumerate(kept)
             if (one.family, one.entry) == (peak.family, peak.entry)
-            and abs(one.instant - peak.instant) <= WINDOW
+            and abs(one.instant - peak.held) <= WINDOW
         ]
         size = 0.0
         if near:
-            index = min(near, key=lambda i: abs(kept[i].instant - peak.instant))
+            index = min(near, key=lambda i: abs(kept[i].instant - peak.held))
             size = kept.pop(index).multiplier
-        kept.append(Pressure(peak.family, peak.entry, peak.instant, size))
+        kept.append(Pressure(peak.family, peak.entry, peak.held, size))
     return tuple(kept)
 
 

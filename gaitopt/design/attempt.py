@@ -12,7 +12,7 @@ from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.task import Task
 from gaitopt.nlp import NLP, Array, ProgressCallback, Solution, Start, Status
 from gaitopt.solvers import CertifiedSQP, FiniteDifferenceNLP, Solver
-from gaitopt.solvers.recorder import FEASIBLE
+from gaitopt.tolerances import FEASIBLE
 
 RELAXED_LIFTOFF = -0.02
 """Least speed of the rear foot's corners after the impact [m/s] in a relaxed first stage.

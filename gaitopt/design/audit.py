@@ -21,8 +21,8 @@ from gaitopt.robot.choices_file import choices_from_record
 from gaitopt.robot.feet.sole import Sole
 from gaitopt.robot.model import Robot
 from gaitopt.robot.physics import PARTS
+from gaitopt.tolerances import SAME
 
-SAME = 1e-9  # relative: one formula computed twice, rounding apart
 _FACTS = (
     "robot", "mass", "leg_length", "physics", "sole", "limits", "cost", "step_length", "duration",
 )  # fmt: skip

@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 
 import numpy as np
 
+from gaitopt.design.extremes import Extreme, located
 from gaitopt.design.referee import Verdict, judge
-from gaitopt.gait.grid import Grid, uniform_grid
+from gaitopt.gait.grid import Grid, proof_grid
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.mechanics.feet import sole_edge_speeds
-from gaitopt.nlp import Array, Residual, kkt_residual, violations
+from gaitopt.nlp import Array, Residual, kkt_residual
 from gaitopt.solvers.multipliers import least_squares_multipliers
+from gaitopt.tolerances import LIMITS, MOMENTUM, OPTIMALITY, REFEREE
 
-FINER = 10  # the certificate's grid over the task's
-KKT_TOLERANCE = 1e-6  # scaled stationarity, feasibility and complementarity
-FINE_TOLERANCE = 1e-6  # scaled violation between the samples
-REFEREE_TOLERANCE = 1e-8  # relative; two formulations agree to rounding times conditioning
-MOMENTUM_TOLERANCE = 1e-5  # of m g T; the fine grid's quadrature error
+_INSIDE = 1e-6  # of the step: nearest to its ends that a family which leaves them out is told
 
 
 @dataclass(frozen=True)
@@ -56,10 +54,11 @@ class Certificate:
 
     Attributes:
         kkt: residuals at the samples that were optimised, from least-squares multipliers.
-        samples: instants of the fine grid.
-        cost: on the fine grid [N²·m·s].
-        families: worst row of every family on the fine grid, worst first.
-        referee: disagreement with the Newton-Euler referee on the fine grid.
+        samples: instants at which the whole step was evaluated; extremes are located between them.
+        cost: with the quadrature of the proof's grid [N²·m·s].
+        families: worst row of every family over the whole step, worst first.
+        resolution: estimated error of the located extremes near their limits, scaled.
+        referee: disagreement with the Newton-Euler referee on the proof's grid.
         rear_foot_speed: least upward speed of a corner of the rear sole after the impact [m/s].
         both_feet_stay: second outcome: the ground would only push on both feet.
     """
@@ -68,6 +67,7 @@ class Certificate:
     samples: int
     cost: float
     families: tuple[WorstRow, ...]
+    resolution: float
     referee: Verdict
     rear_foot_speed: float
     both_feet_stay: bool
@@ -80,24 +80,27 @@ class Certificate:
     @property
     def optimal(self) -> bool:
         """Whether the KKT conditions hold at the optimised samples."""
-        return self.kkt.worst <= KKT_TOLERANCE
+        return self.kkt.worst <= OPTIMALITY
 
     @property
     def rear_foot_lifts(self) -> bool:
         """First outcome of section 2.4.1: no corner of the rear sole moves down."""
-        return self.rear_foot_speed >= -FINE_TOLERANCE
+        return self.rear_foot_speed >= -LIMITS
 
     @property
     def refereed(self) -> bool:
         """Whether the referee agrees, momentum balance included."""
-        return (
-            self.referee.worst <= REFEREE_TOLERANCE and self.referee.momentum <= MOMENTUM_TOLERANCE
-        )
+        return self.referee.worst <= REFEREE and self.referee.momentum <= MOMENTUM
 
     @property
     def certified(self) -> bool:
         """Whether everything that the task asks for holds, between the samples too."""
-        return self.optimal and self.refereed and self.worst.violation <= FINE_TOLERANCE
+        return self.optimal and self.refereed and self.limits_hold
+
+    @property
+    def limits_hold(self) -> bool:
+        """Whether no limit is exceeded at any instant, the located extremes' error included."""
+        return self.worst.violation + self.resolution <= LIMITS
 
     @property
     def verdict(self) -> str:
@@ -109,12 +112,12 @@ class Certificate:
                 f"certified, but the rear foot sinks at {-self.rear_foot_speed:.3g} m/s after the "
                 "impact, as the task allows; liftoff_speed 0 forbids it"
             )
-        if self.referee.worst > REFEREE_TOLERANCE:
+        if self.referee.worst > REFEREE:
             return f"not certified: the referee disagrees by {self.referee.worst:.2e}"
         if not self.refereed:
             return f"not certified: momentum is off by {self.referee.momentum:.2e} of m g T"
         if not self.optimal:
-            return f"not certified: KKT residual {self.kkt.worst:.2e}, allowed {KKT_TOLERANCE:.0e}"
+            return f"not certified: KKT residual {self.kkt.worst:.2e}, allowed {OPTIMALITY:.0e}"
         return f"optimal at the given samples only; between them {self.worst.sentence}"
 
     def record(self) -> dict[str, object]:
@@ -124,11 +127,12 @@ class Certificate:
             "verdict": self.verdict,
             "optimal": self.optimal,
             "kkt": asdict(self.kkt),
-            "kkt_tolerance": KKT_TOLERANCE,
+            "kkt_tolerance": OPTIMALITY,
             "fine_samples": self.samples,
             "fine_cost": self.cost,
             "fine_violation": self.worst.violation,
-            "fine_tolerance": FINE_TOLERANCE,
+            "fine_tolerance": LIMITS,
+            "fine_resolution": self.resolution,
             "worst": asdict(self.worst),
             "families": [asdict(row) for row in self.families],
             "referee": asdict(self.referee),
@@ -155,11 +159,13 @@ def certify(problem: WalkProblem, x: Array, fine: WalkProblem | None = None) -> 
     step = fine.step(x)
     locked = problem.model.impact.locked(step.q_end, step.rate_before)
     rear_corners = sole_edge_speeds(problem.robot.sole.corners) @ step.impact.sole_twist
+    extremes = located(fine, x, everywhere=True)
     return Certificate(
         kkt=kkt_residual(problem, point, *multipliers),
         samples=fine.grid.count,
         cost=fine.cost.value(step),
-        families=worst_rows(fine, x),
+        families=_worst_of_all(fine, x, extremes),
+        resolution=max((e.error for e in extremes if e.margin < e.error), default=0.0),
         referee=judge(problem.robot, step, fine.grid),
         rear_foot_speed=float(rear_corners.min()),
         both_feet_stay=locked.valid,
@@ -167,17 +173,60 @@ def certify(problem: WalkProblem, x: Array, fine: WalkProblem | None = None) -> 
 
 
 def fine_grid(problem: WalkProblem) -> Grid:
-    """Return the certificate's grid: at least ten times finer than the task's, Simpson's rule.
-
-    The knots fall between panels of two intervals, since the jerk jumps there.
-    """
-    panels = 2 * (problem.task.postures + 1)
-    return uniform_grid(panels * -(-FINER * (problem.task.samples - 1) // panels) + 1)
+    """Return the proof's grid: Chebyshev points between the knots, whatever the task's samples."""
+    return proof_grid(np.linspace(0.0, 1.0, problem.task.postures + 2))
 
 
 def on_fine_grid(problem: WalkProblem) -> WalkProblem:
-    """Return the walk on the certificate's grid, the same whatever grid it was optimised on."""
+    """Return the walk on the proof's grid, the same whatever grid it was optimised on."""
     return problem.with_grid(fine_grid(problem))
+
+
+def worst_between(fine: WalkProblem, x: Array) -> tuple[WorstRow, ...]:
+    """Return the worst row of every family over the whole step, the one that fares worst first.
+
+    Args:
+        fine: the walk on the proof's grid.
+        x: parameters, shape (P,).
+
+    Raises:
+        EvaluationError: the walk is not defined at x.
+    """
+    return _worst_of_all(fine, x, located(fine, x, everywhere=True))
+
+
+def _worst_of_all(
+    fine: WalkProblem, x: Array, extremes: tuple[Extreme, ...]
+) -> tuple[WorstRow, ...]:
+    """The located extremes of families over the step, computed again there; the rows of others."""
+    worst = _worst_extremes(fine, extremes)
+    instants = np.unique([one.instant for one in worst.values()])
+    at = fine.with_grid(Grid(instants, np.ones(instants.size), instants.size))
+    values = at.values(x).rows
+    rows = [_worst_extreme(at, one, values, x) for one in worst.values()]
+    rows += [row for row in worst_rows(fine, x) if row.family not in worst]
+    return tuple(sorted(rows, key=lambda row: row.margin))
+
+
+def _worst_extremes(fine: WalkProblem, extremes: tuple[Extreme, ...]) -> dict[str, Extreme]:
+    """The worst extreme of each family; at an end only where the family looks there."""
+    ends = {f.name: f.times is not None and 0.0 in f.times for f in fine.families}
+    worst: dict[str, Extreme] = {}
+    for one in sorted(extremes, key=lambda one: one.margin):
+        if ends[one.family] or _INSIDE <= one.instant <= 1.0 - _INSIDE:
+            worst.setdefault(one.family, one)
+    for one in extremes:
+        inside = replace(one, instant=min(max(one.instant, _INSIDE), 1.0 - _INSIDE))
+        worst.setdefault(one.family, inside)
+    return worst
+
+
+def _worst_extreme(at: WalkProblem, extreme: Extreme, values: Array, x: Array) -> WorstRow:
+    rows = at.family_rows(extreme.family)
+    family = at.address(rows.start).family
+    assert family.times is not None
+    instant = int(np.argmin(np.abs(family.times - extreme.instant)))
+    return _row(at, rows.start + instant * family.lower.shape[1] + extreme.entry, values, x)
 
 
 def worst_rows(problem: WalkProblem, x: Array) -> tuple[WorstRow, ...]:
@@ -191,22 +240,27 @@ def worst_rows(problem: WalkProblem, x: Array) -> tuple[WorstRow, ...]:
 def _worst_of(problem: WalkProblem, name: str, values: Array, x: Array) -> WorstRow:
     rows = problem.family_rows(name)
     value, lower, upper = values[rows], problem.rows.lower[rows], problem.rows.upper[rows]
-    margin = np.minimum(value - lower, upper - value)
-    index = int(np.argmin(margin))
-    at = problem.address(rows.start + index)
+    index = int(np.argmin(np.minimum(value - lower, upper - value)))
+    return _row(problem, rows.start + index, values, x)
+
+
+def _row(problem: WalkProblem, index: int, values: Array, x: Array) -> WorstRow:
+    """Return a row of the program in words and figures."""
+    value, lower, upper = values[index], problem.rows.lower[index], problem.rows.upper[index]
+    at = problem.address(index)
     scale = float(at.family.scale[at.entry])
-    low = value[index] - lower[index] < upper[index] - value[index]
+    margin, low = min(value - lower, upper - value), value - lower < upper - value
     time = None
     if at.family.times is not None:
         time = float(at.family.times[at.instant]) * problem.step(x).duration
     return WorstRow(
-        family=name,
+        family=at.family.name,
         equation=at.family.equation,
         row=at.family.labels[at.entry],
         time=time,
-        value=float(value[index]) * scale,
-        limit=float(lower[index] if low else upper[index]) * scale,
+        value=float(value) * scale,
+        limit=float(lower if low else upper) * scale,
         unit=at.family.unit,
-        violation=float(violations(lower, upper, value).max()),
-        margin=float(margin[index]),
+        violation=max(0.0, -float(margin)),
+        margin=float(margin),
     )

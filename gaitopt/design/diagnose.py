@@ -19,7 +19,7 @@ from gaitopt.design.reason import (
 from gaitopt.design.suggestions import find_suggestions
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.nlp import Array, Solution, Start
-from gaitopt.solvers.recorder import FEASIBLE
+from gaitopt.tolerances import FEASIBLE
 
 EQUAL = 0.98
 """Rows violated at least this share of the most violated are its equals."""

@@ -59,7 +59,7 @@ def exchange(
     """
     instants, active = instants_of(sparse, active), tuple(active)
     for _ in range(MAX_ROUNDS):
-        instants = np.union1d(instants, [peak.instant for peak in peaks])
+        instants = np.union1d(instants, [peak.held for peak in peaks])
         active = moved(active, peaks)
         problem = sparse.with_grid(sparse.grid.with_instants(instants))
         solution = solve(problem, Start(x, placed(problem, active)))

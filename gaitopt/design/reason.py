@@ -13,8 +13,8 @@ from gaitopt.errors import UnreachableError
 from gaitopt.gait.guess import first_guess, perturbed
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.nlp import NLP, Array, Solution, Start, Status
-from gaitopt.solvers.recorder import FEASIBLE
 from gaitopt.solvers.sqp import SQP
+from gaitopt.tolerances import FEASIBLE
 
 SEARCHER = SQP(max_iterations=80, tolerance=1e-3, feasibility=0.9 * FEASIBLE)
 """For relaxations: they need few digits (measured: half the time of 1e-4). The tip of a smoothed

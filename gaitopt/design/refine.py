@@ -55,11 +55,15 @@ def refine(
 
 
 def violated_instants(fine: WalkProblem, x: Array) -> Array:
-    """Return the instants s where a row of a walk on a fine grid is at its worst beyond its limit.
+    """Return the instants s at which to hold rows that exceed their limits, none if none does.
 
-    Of every stretch of violated instants of one row only the worst is taken.
+    Of every stretch in which a row exceeds its limit only one is taken.
+
+    Args:
+        fine: the walk on the proof's grid.
+        x: parameters, shape (P,).
     """
-    return np.unique([peak.instant for peak in exceeded(fine, x)])
+    return np.unique([peak.held for peak in exceeded(fine, x)])
 
 
 def _kept(solution: Solution, failed: Solution) -> Solution:

@@ -8,7 +8,7 @@ import numpy as np
 
 from gaitopt.nlp import Progress
 from gaitopt.solvers.patience import Patience
-from gaitopt.solvers.recorder import FEASIBLE
+from gaitopt.tolerances import FEASIBLE
 
 WORTH, RESTLESS = 0.01, 8
 """A run ends when the objective of so many feasible iterates has not fallen by this share ..."""

@@ -21,8 +21,8 @@ from gaitopt.design.relaxation import RelaxedProgram
 from gaitopt.design.settle import Settle
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.nlp import Array, Solution, Start, Values, worst_violation
-from gaitopt.solvers.recorder import FEASIBLE
 from gaitopt.solvers.sqp import SQP
+from gaitopt.tolerances import FEASIBLE
 
 WARM = replace(SEARCHER, max_iterations=15)
 """For relaxations that were solved on a coarser grid (measured: five to ten, or very many)."""

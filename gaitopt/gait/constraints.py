@@ -32,6 +32,7 @@ from gaitopt.gait.task import Task
 from gaitopt.mechanics.feet import sole_edge_speeds
 from gaitopt.robot.model import Robot
 
+_SINKING = 29  # a foot that may sink does so for about a thirtieth of the step
 CORNERS = ("toe left", "toe right", "heel left", "heel right")
 
 
@@ -106,9 +107,16 @@ def lateral(at: Setting) -> Family:
 
 
 def clearance(at: Setting) -> Family:
-    """Section 3.2.3: the swing foot's corners stay above a smooth profile."""
+    """Section 3.2.3: the swing foot's corners stay above a smooth profile.
+
+    A foot that may leave the ground with a negative speed sinks at first, whatever it does then;
+    the profile is lowered by as much as that.
+    """
     inside = np.flatnonzero((at.grid.instants > 0.0) & (at.grid.instants < 1.0))
-    profile = at.margins.clearance * np.sin(np.pi * at.grid.instants[inside]) ** 2
+    s = at.grid.instants[inside]
+    profile = at.margins.clearance * np.sin(np.pi * s) ** 2
+    if at.margins.liftoff_speed < 0.0:
+        profile += at.margins.liftoff_speed * at.task.duration * s * (1.0 - s) ** _SINKING
     labels = tuple(f"swing foot {c} height" for c in CORNERS)
     return family_over_step(
         at,

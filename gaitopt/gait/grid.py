@@ -11,6 +11,9 @@ from gaitopt.errors import InputError
 from gaitopt.nlp import Array
 
 QUADRATURES = ("simpson", "euler")
+NODES = 20
+"""Chebyshev points of a piece of the proof's grid: torques of walks are then known to 1e-11 of
+their limits between them (docs/decisions/extremes.md)."""
 
 
 @dataclass(frozen=True)
@@ -71,3 +74,30 @@ def uniform_grid(samples: int, quadrature: str = "simpson") -> Grid:
         weights[1::2] = 4.0 * step / 3.0
         weights[[0, -1]] = step / 3.0
     return Grid(np.linspace(0.0, 1.0, samples), weights, samples)
+
+
+def chebyshev_points(count: int) -> Array:
+    """Return the zeros of the Chebyshev polynomial of degree `count`, increasing, in (-1, 1)."""
+    return np.asarray(-np.cos((np.arange(count) + 0.5) * np.pi / count))
+
+
+def proof_grid(knots: Array) -> Grid:
+    """Return the instants at which a walk is proven, whatever its samples.
+
+    Chebyshev points between every two knots of the spline, where all quantities are smooth, with
+    the weights of Fejer's first rule (Waldvogel, BIT 46, 2006), and both ends of the step without
+    weight.
+
+    Args:
+        knots: s of the knots, from 0 to 1, shape (n,).
+    """
+    angles = (np.arange(NODES) + 0.5) * np.pi / NODES
+    orders = np.arange(1, NODES // 2 + 1)
+    terms = np.cos(2.0 * np.outer(angles, orders)) / (4.0 * orders**2 - 1.0)
+    weights = (1.0 - 2.0 * terms.sum(axis=1)) / NODES  # of [0, 1]
+    points = 0.5 * (chebyshev_points(NODES) + 1.0)
+    lengths = np.diff(knots)
+    inside = (knots[:-1, None] + lengths[:, None] * points).ravel()
+    instants = np.concatenate([[0.0], inside, [1.0]])
+    weighed = np.concatenate([[0.0], np.outer(lengths, weights).ravel(), [0.0]])
+    return Grid(instants, weighed, instants.size)

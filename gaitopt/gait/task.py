@@ -45,7 +45,8 @@ class Margins:
         leg_extension: largest hip-ankle distance in double support over the straight leg, Eq. (31);
             None: no limit, as suits the lifted form, whose joint angles cannot be out of reach.
         liftoff_speed: least upward speed of the old stance sole's corners after impact [m/s];
-            a small negative value relaxes section 2.4.1.
+            a small negative value relaxes section 2.4.1, and lowers the profile of the clearance
+            by what such a foot sinks, at most 0.0125 |liftoff_speed| T.
         joint_range: whether the joint ranges of Eq. (30) are imposed.
         impulse_cop: whether the impulsive centre of pressure must lie in the landing sole.
         torque_limit, speed_limit: replace the robot's limits when given [N.m], [rad/s].

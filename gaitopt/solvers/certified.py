@@ -9,15 +9,22 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from typing import ClassVar
 
-from gaitopt.nlp import NLP, Progress, ProgressCallback, Solution, Start, Status, kkt_residual
+from gaitopt.nlp import (
+    NLP,
+    Progress,
+    ProgressCallback,
+    Residual,
+    Solution,
+    Start,
+    Status,
+    kkt_residual,
+)
 from gaitopt.solvers.sqp import SQP
 from gaitopt.solvers.trust_constr import TrustConstr
+from gaitopt.tolerances import AGREEMENT
 
 CERTIFIER = TrustConstr(max_iterations=60)
 """The interior point method for starts that are nearly solutions (measured)."""
-AGREEMENT = 1e-4
-"""Largest difference of the two answers' scaled costs, relative to one or to the cost if larger:
-an interior point stays off each active limit by its complementarity tolerance."""
 NOT_WORTH = (Status.INFEASIBLE, Status.NUMERICAL, Status.INTERRUPTED)
 """Ends of the journey after which there is nothing to sign."""
 UNCONFIRMED = "sqp (not confirmed by trust-constr)"
@@ -64,7 +71,47 @@ class CertifiedSQP:
             Start(first.x, first.multipliers),
             None if on_progress is None else lambda record: on_progress(_after(first, record)),
         )
-        return _joined(nlp, first, second, self.travel.tolerance)
+        return self._joined(nlp, first, second)
+
+    def _is_optimal(self, nlp: NLP, solution: Solution) -> bool:
+        """Whether an answer satisfies, judged anew, what both stages ask of theirs."""
+        residual = _residual(nlp, solution)
+        return max(residual.stationarity, residual.complementarity) <= min(
+            self.travel.tolerance, self.certify.tolerance
+        ) and residual.feasibility <= min(self.travel.feasibility, self.certify.feasibility)
+
+    def _joined(self, nlp: NLP, first: Solution, second: Solution) -> Solution:
+        """Keep the better answer, with the work of both."""
+        best = min((first, second), key=lambda one: self._rank(nlp, one))
+        status = best.status
+        if self._is_optimal(nlp, best):
+            status = Status.OPTIMAL  # whatever the stage did after it
+        elif Status.INTERRUPTED in (first.status, second.status):
+            status = Status.INTERRUPTED
+        elif status is Status.OPTIMAL:
+            status = Status.STALLED
+        return replace(
+            best,
+            status=status,
+            iterations=first.iterations + second.iterations,
+            evaluations=first.evaluations + second.evaluations,
+            hessians=first.hessians + second.hessians,
+            seconds=first.seconds + second.seconds,
+            solver=self._signature(nlp, first, second, best),
+            history=first.history + tuple(_after(first, record) for record in second.history),
+        )
+
+    def _rank(self, nlp: NLP, solution: Solution) -> tuple[bool, float]:
+        """Order answers: optimal ones first, then by their KKT residual."""
+        return not self._is_optimal(nlp, solution), _residual(nlp, solution).worst
+
+    def _signature(self, nlp: NLP, first: Solution, second: Solution, best: Solution) -> str:
+        """Tell which stage's answer it is, and whether the other one agrees."""
+        difference = nlp.cost_scale * abs(first.cost - second.cost)
+        agree = difference <= AGREEMENT * max(1.0, nlp.cost_scale * abs(first.cost))
+        if agree and all(self._is_optimal(nlp, one) for one in (second, best)):
+            return CertifiedSQP.name
+        return UNCONFIRMED if best is first else "trust-constr (after sqp)"
 
 
 def _after(first: Solution, record: Progress) -> Progress:
@@ -77,36 +124,7 @@ def _after(first: Solution, record: Progress) -> Progress:
     )
 
 
-def _joined(nlp: NLP, first: Solution, second: Solution, tolerance: float) -> Solution:
-    """Keep the better answer, with the work of both."""
-    best = first if _error(nlp, first) <= _error(nlp, second) else second
-    status = best.status
-    if _error(nlp, best) <= tolerance:
-        status = Status.OPTIMAL  # whatever the stage did after it
-    elif Status.INTERRUPTED in (first.status, second.status):
-        status = Status.INTERRUPTED
-    return replace(
-        best,
-        status=status,
-        iterations=first.iterations + second.iterations,
-        evaluations=first.evaluations + second.evaluations,
-        hessians=first.hessians + second.hessians,
-        seconds=first.seconds + second.seconds,
-        solver=_signature(nlp, first, second, best),
-        history=first.history + tuple(_after(first, record) for record in second.history),
-    )
-
-
-def _signature(nlp: NLP, first: Solution, second: Solution, best: Solution) -> str:
-    """Tell which stage's answer it is, and whether the other one agrees."""
-    difference = nlp.cost_scale * abs(first.cost - second.cost)
-    agree = difference <= AGREEMENT * max(1.0, nlp.cost_scale * abs(first.cost))
-    if agree and second.status is Status.OPTIMAL:
-        return CertifiedSQP.name
-    return UNCONFIRMED if best is first else "trust-constr (after sqp)"
-
-
-def _error(nlp: NLP, solution: Solution) -> float:
-    """Return the largest KKT residual of a solution, from its definition."""
+def _residual(nlp: NLP, solution: Solution) -> Residual:
+    """Return the KKT residual of a solution, from its definition."""
     point = nlp.point(solution.x)
-    return kkt_residual(nlp, point, solution.multipliers, solution.bound_multipliers).worst
+    return kkt_residual(nlp, point, solution.multipliers, solution.bound_multipliers)

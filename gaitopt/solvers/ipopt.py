@@ -16,9 +16,10 @@ from gaitopt.errors import MissingExtraError
 from gaitopt.nlp import NLP, Array, ProgressCallback, Solution, Start, Status
 from gaitopt.solvers.elastic import Indices
 from gaitopt.solvers.multipliers import one_sided
-from gaitopt.solvers.recorder import FEASIBLE, Iterate, Recorder, begin, make_iterate
+from gaitopt.solvers.recorder import Iterate, Recorder, begin, make_iterate
 from gaitopt.solvers.scaled_program import ScaledProgram
 from gaitopt.solvers.solver import require_positive
+from gaitopt.tolerances import FEASIBILITY, FEASIBLE, OPTIMALITY
 
 STATUS = {
     -1: Status.ITERATION_LIMIT,
@@ -39,8 +40,8 @@ class Ipopt:
     """
 
     name: ClassVar[str] = "ipopt"
-    tolerance: float = 1e-6
-    feasibility: float = 1e-8
+    tolerance: float = OPTIMALITY
+    feasibility: float = FEASIBILITY
     max_iterations: int = 1000
 
     def __post_init__(self) -> None:

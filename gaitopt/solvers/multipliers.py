@@ -12,9 +12,7 @@ from __future__ import annotations
 import numpy as np
 
 from gaitopt.nlp import NLP, Array, Point, Variables
-
-ACTIVITY = 1e-6
-"""Distance to a limit below which it may carry a multiplier, in scaled rows and variables."""
+from gaitopt.tolerances import ACTIVITY
 
 
 def least_squares_multipliers(

@@ -23,9 +23,7 @@ from gaitopt.nlp import (
 )
 from gaitopt.solvers.evaluator import Evaluator
 from gaitopt.solvers.multipliers import least_squares_multipliers
-
-FEASIBLE = 1e-6
-"""Largest violation of a point called feasible when iterates are compared, in scaled rows."""
+from gaitopt.tolerances import FEASIBLE
 
 
 @dataclass(frozen=True)

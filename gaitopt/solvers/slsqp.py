@@ -14,9 +14,10 @@ from typing import Any, ClassVar
 import numpy as np
 
 from gaitopt.nlp import NLP, Array, ProgressCallback, Solution, Start, Status
-from gaitopt.solvers.recorder import FEASIBLE, Iterate, Recorder, begin, with_own_multipliers
+from gaitopt.solvers.recorder import Iterate, Recorder, begin, with_own_multipliers
 from gaitopt.solvers.scaled_program import ScaledProgram
 from gaitopt.solvers.solver import require_positive
+from gaitopt.tolerances import FEASIBLE
 
 LIMIT_REACHED = 9
 """SciPy's status for too many iterations."""

@@ -19,9 +19,10 @@ import numpy as np
 from gaitopt.nlp import NLP, ProgressCallback, Solution, Start, Status
 from gaitopt.solvers.multipliers import one_sided
 from gaitopt.solvers.qp import BACKENDS
-from gaitopt.solvers.recorder import FEASIBLE, begin, make_iterate
+from gaitopt.solvers.recorder import begin, make_iterate
 from gaitopt.solvers.solver import require_choice, require_positive
 from gaitopt.solvers.sqp_run import SQPRun
+from gaitopt.tolerances import FEASIBILITY, FEASIBLE, OPTIMALITY
 
 
 @dataclass(frozen=True)
@@ -45,8 +46,8 @@ class SQP:
     """
 
     name: ClassVar[str] = "sqp"
-    tolerance: float = 1e-6
-    feasibility: float = 1e-8
+    tolerance: float = OPTIMALITY
+    feasibility: float = FEASIBILITY
     max_iterations: int = 300
     hessian: str = "exact"
     qp_solver: str = "daqp"

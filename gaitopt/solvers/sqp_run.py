@@ -15,15 +15,10 @@ from gaitopt.solvers.model import LocalModel, build_model, pose_correction, pose
 from gaitopt.solvers.multipliers import bound_multipliers
 from gaitopt.solvers.patience import GIVE_UP, GIVE_UP_LEARNING, Patience
 from gaitopt.solvers.penalty import RAISE, STEERED, initial_penalty
-from gaitopt.solvers.recorder import (
-    FEASIBLE,
-    Iterate,
-    Recorder,
-    make_iterate,
-    with_own_multipliers,
-)
+from gaitopt.solvers.recorder import Iterate, Recorder, make_iterate, with_own_multipliers
 from gaitopt.solvers.trials import Trials
 from gaitopt.solvers.trust_region import TrustRegion
+from gaitopt.tolerances import FEASIBLE
 
 if TYPE_CHECKING:
     from gaitopt.solvers.sqp import SQP

@@ -23,6 +23,7 @@ from gaitopt.solvers.recorder import begin
 from gaitopt.solvers.row_choice import choose_rows
 from gaitopt.solvers.scaled_program import ScaledProgram
 from gaitopt.solvers.solver import require_positive
+from gaitopt.tolerances import FEASIBILITY, OPTIMALITY
 
 
 @dataclass(frozen=True)
@@ -40,8 +41,8 @@ class TrustConstr:
     """
 
     name: ClassVar[str] = "trust-constr"
-    tolerance: float = 1e-6
-    feasibility: float = 1e-8
+    tolerance: float = OPTIMALITY
+    feasibility: float = FEASIBILITY
     max_iterations: int = 1000
     rows_kept: int = 300
     row_scale: float = 300.0

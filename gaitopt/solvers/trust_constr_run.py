@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gaitopt.nlp import Array, Status
-from gaitopt.solvers.multipliers import ACTIVITY, least_squares_multipliers, one_sided
-from gaitopt.solvers.recorder import FEASIBLE, Iterate, Recorder, make_iterate, with_own_multipliers
+from gaitopt.solvers.multipliers import least_squares_multipliers, one_sided
+from gaitopt.solvers.recorder import Iterate, Recorder, make_iterate, with_own_multipliers
 from gaitopt.solvers.row_choice import RowChoice, choose_rows, given_rows, held_rows, missed_rows
 from gaitopt.solvers.scaled_program import ScaledProgram
+from gaitopt.tolerances import ACTIVITY, FEASIBLE
 
 if TYPE_CHECKING:
     from scipy.optimize import NonlinearConstraint

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from gaitopt.design.certificate import FINE_TOLERANCE, WorstRow, on_fine_grid, worst_rows
+from gaitopt.design.certificate import WorstRow, on_fine_grid, worst_between
 from gaitopt.design.design import Design, design
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.runtime import small_matrices
@@ -20,6 +20,7 @@ from gaitopt.study.library import Library
 from gaitopt.study.manifest import robot_of
 from gaitopt.study.plan import robot_at
 from gaitopt.study.setting import Setting, between
+from gaitopt.tolerances import LIMITS
 
 
 @dataclass(frozen=True)
@@ -45,7 +46,7 @@ class Between:
             plain = "the stored gait"  # nothing to interpolate
         if self.plain is None:
             return f"{plain} makes no walk"
-        if self.plain.violation <= FINE_TOLERANCE:
+        if self.plain.violation <= LIMITS:
             return f"{plain} keeps every limit"
         return f"{plain} violates {self.plain.sentence}"
 
@@ -144,7 +145,7 @@ def _distance(library: Library, point: Index, values: Mapping[str, float]) -> fl
 def _worst(setting: Setting, x: Array) -> WorstRow | None:
     problem = WalkProblem(setting.robot.build(), setting.task)
     try:
-        rows = worst_rows(on_fine_grid(problem), x)
+        rows = worst_between(on_fine_grid(problem), x)
     except EvaluationError:
         return None
     return max(rows, key=lambda row: row.violation)

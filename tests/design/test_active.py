@@ -5,6 +5,7 @@ import pytest
 
 from gaitopt.design.active import Peak, Pressure, exceeded, instants_of, moved, placed, pressures
 from gaitopt.design.certificate import on_fine_grid
+from gaitopt.gait.grid import Grid
 from gaitopt.gait.problem import WalkProblem
 
 
@@ -43,29 +44,44 @@ def test_only_families_of_instants_have_instants(sampled):
     assert instants_of(problem, active).tolist() == [0.3]
 
 
+def margins(problem: WalkProblem, x, peak: Peak, instants):
+    """Margins of a peak's row at instants, straight from its definition."""
+    at = problem.with_grid(Grid(instants, np.ones(instants.size), instants.size))
+    block = at.family_rows(peak.family)
+    shape = at.address(block.start).family.lower.shape
+    value, low, high = (
+        part[block].reshape(shape)[:, peak.entry]
+        for part in (at.values(x).rows, at.rows.lower, at.rows.upper)
+    )
+    return np.minimum(value - low, high - value)
+
+
 def test_peaks_are_the_worst_of_their_stretch(sampled):
     problem, solution = sampled
-    fine = on_fine_grid(problem)
-    rows = fine.values(solution.x).rows
-    found = exceeded(fine, solution.x)
+    found = exceeded(on_fine_grid(problem), solution.x)
     assert found
     for peak in found:
-        block = fine.families[[f.name for f in fine.families].index(peak.family)]
-        shape = block.lower.shape
-        part = fine.family_rows(peak.family)
-        low, high = (
-            bound[part].reshape(shape)[:, peak.entry]
-            for bound in (fine.rows.lower, fine.rows.upper)
-        )
-        value = rows[part].reshape(shape)[:, peak.entry]
-        excess = np.maximum(low - value, value - high)
-        at = int(np.argmin(np.abs(block.times - peak.instant)))
-        assert excess[at] == excess[max(at - 1, 0) : at + 2].max() == peak.excess > 0.0
+        beside = peak.instant + np.array([-1e-4, 0.0, 1e-4])
+        before, there, after = margins(problem, solution.x, peak, beside)
+        assert there < min(before, after)
+        assert there == pytest.approx(-peak.excess, abs=1e-9)
+
+
+def test_a_landing_foot_is_held_near_the_end(sampled):
+    """It has no height at the end: held at the peak it would sink between peak and end again."""
+    problem, solution = sampled
+    peaks = exceeded(on_fine_grid(problem), solution.x)
+    (peak,) = (one for one in peaks if one.family == "clearance" and one.instant > 0.97)
+    assert peak.instant < peak.held < 1.0
+    assert 1.0 - peak.held < 0.1 * (1.0 - peak.instant)
 
 
 def test_a_multiplier_moves_to_the_peak_beside_it():
     kept = Pressure("torque", 3, 0.25, 1.5)
-    beside, far = Peak("torque", 3, 0.26, 0.1), Peak("torque", 3, 0.75, 0.1)
+    beside, far = Peak("torque", 3, 0.26, 0.1, 0.26), Peak("torque", 3, 0.75, 0.1, 0.75)
     assert moved([kept], [beside]) == (replace(kept, instant=0.26),)
     assert moved([kept], [far]) == (kept, Pressure("torque", 3, 0.75, 0.0))
-    assert moved([kept], [Peak("torque", 4, 0.26, 0.1)]) == (kept, Pressure("torque", 4, 0.26, 0.0))
+    assert moved([kept], [Peak("torque", 4, 0.26, 0.1, 0.26)]) == (
+        kept,
+        Pressure("torque", 4, 0.26, 0.0),
+    )

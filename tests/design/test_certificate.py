@@ -7,27 +7,23 @@ from numerics import relative_error
 from reference_cases import biped, reference_case
 from walks import walk
 
-from gaitopt.design.certificate import (
-    FINE_TOLERANCE,
-    KKT_TOLERANCE,
-    certify,
-    fine_grid,
-    worst_rows,
-)
+from gaitopt.design.certificate import certify, fine_grid, worst_rows
 from gaitopt.design.design import design
 from gaitopt.design.options import DesignOptions
+from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.step import Reads
 from gaitopt.gait.task import preset_task
 from gaitopt.nlp import Residual
 from gaitopt.solvers.sqp import SQP
+from gaitopt.tolerances import LIMITS, OPTIMALITY
 
 
 def test_a_refined_optimum_is_certified(refined_design):
     certificate = refined_design.certificate
     assert certificate.certified
     assert certificate.verdict == "certified"
-    assert certificate.kkt.worst < KKT_TOLERANCE
-    assert certificate.worst.violation <= FINE_TOLERANCE
+    assert certificate.kkt.worst < OPTIMALITY
+    assert certificate.worst.violation <= LIMITS
     assert certificate.rear_foot_lifts
 
 
@@ -38,7 +34,7 @@ def test_an_optimum_at_the_samples_is_called_just_that(sampled_design):
     assert not certificate.certified
     assert certificate.verdict.startswith("optimal at the given samples only; between them ")
     assert certificate.worst.sentence in certificate.verdict
-    assert certificate.worst.violation > 100.0 * FINE_TOLERANCE
+    assert certificate.worst.violation > 100.0 * LIMITS
 
 
 def test_their_optimum_does_not_hold_between_the_samples():
@@ -96,11 +92,17 @@ def test_both_outcomes_of_the_impact_are_told(rng):
         assert certify(problem, point).both_feet_stay is valid
 
 
-def test_the_fine_grid_contains_the_samples(refined_design):
-    grid = fine_grid(refined_design.problem)
-    assert grid.count == refined_design.certificate.samples == 301
-    samples = refined_design.problem.grid.instants[: refined_design.problem.grid.nodes]
-    np.testing.assert_allclose(grid.instants[::10], samples, atol=1e-12)
+@pytest.mark.parametrize("samples", [5, 31, 101])
+def test_the_proof_does_not_depend_on_the_samples(refined_design, samples):
+    """The same parameters, designed on however many samples, are proven at the same instants."""
+    problem = refined_design.problem
+    other = WalkProblem(problem.robot, replace(problem.task, samples=samples))
+    one, two = (
+        certify(problem, refined_design.solution.x),
+        certify(other, refined_design.solution.x),
+    )
+    np.testing.assert_array_equal(fine_grid(problem).instants, fine_grid(other).instants)
+    assert (one.families, one.resolution, one.cost) == (two.families, two.resolution, two.cost)
 
 
 def test_the_fine_cost_is_close_to_that_of_the_samples(refined_design):
@@ -166,7 +168,7 @@ def test_the_referee_can_refuse(refined_design, name, verdict):
 def test_the_record_is_plain_data(refined_design):
     record = json.loads(json.dumps(refined_design.certificate.record(), allow_nan=False))
     assert record["certified"] is True
-    assert record["fine_samples"] == 301
+    assert record["fine_samples"] == refined_design.certificate.samples
     assert record["kkt"]["stationarity"] == refined_design.certificate.kkt.stationarity
     assert record["worst"] == record["families"][0]
     assert record["referee"]["weight"] == pytest.approx(56.87 * 9.81 * 0.4)

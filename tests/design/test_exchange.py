@@ -1,9 +1,10 @@
 from gaitopt.design.active import exceeded, pressures
-from gaitopt.design.certificate import FINE_TOLERANCE, certify, on_fine_grid
+from gaitopt.design.certificate import certify, on_fine_grid
 from gaitopt.design.exchange import exchange, pruned
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.nlp import Start
 from gaitopt.solvers import SQP
+from gaitopt.tolerances import LIMITS
 
 SOLVER = SQP()
 
@@ -38,4 +39,4 @@ def test_what_does_not_press_can_be_left_out(sampled_design):
     assert sparse.grid.count < lean.grid.count < problem.grid.count
     again = SOLVER.solve(lean, Start(kept.x, kept.multipliers))
     assert again.iterations <= 1
-    assert certify(lean, kept.x, fine).worst.violation <= FINE_TOLERANCE
+    assert certify(lean, kept.x, fine).worst.violation <= LIMITS

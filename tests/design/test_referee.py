@@ -7,16 +7,17 @@ import pinocchio as pin
 import pytest
 from walks import WALKS, walk
 
-from gaitopt.design.certificate import MOMENTUM_TOLERANCE, REFEREE_TOLERANCE, fine_grid
+from gaitopt.design.certificate import fine_grid
 from gaitopt.design.referee import judge
-from gaitopt.gait.grid import uniform_grid
+from gaitopt.gait.grid import proof_grid
 from gaitopt.robot.model import Robot
+from gaitopt.tolerances import MOMENTUM, REFEREE
 
-GRID = uniform_grid(301)
+GRID = proof_grid(np.linspace(0.0, 1.0, 4))
 
 
 def fine_step(name: str):
-    """Robot, step and grid, the knots of the spline at even instants of the grid."""
+    """Robot, step and the proof's grid."""
     problem, x = walk(name).problem, walk(name).x
     grid = fine_grid(problem)
     return problem.robot, problem.with_grid(grid).step(x), grid
@@ -29,19 +30,19 @@ def judged():
 
 @pytest.mark.parametrize("name", WALKS)
 def test_it_agrees_with_every_step(name):
-    assert 0.0 < judge(*fine_step(name)).worst < REFEREE_TOLERANCE
+    assert 0.0 < judge(*fine_step(name)).worst < REFEREE
 
 
 @pytest.mark.parametrize("name", WALKS)
 def test_momentum_is_balanced(name):
-    assert 0.0 < judge(*fine_step(name)).momentum < MOMENTUM_TOLERANCE
+    assert 0.0 < judge(*fine_step(name)).momentum < MOMENTUM
 
 
 def test_the_ground_carries_the_weight(judged):
     robot, step = judged
     verdict = judge(robot, step, GRID)
     assert verdict.weight == pytest.approx(56.87 * 9.81 * step.duration)
-    assert verdict.vertical == pytest.approx(verdict.weight, rel=1e-5)
+    assert verdict.vertical == pytest.approx(verdict.weight, rel=1e-9)
 
 
 def heavier(robot: Robot, joint: int) -> Robot:
@@ -59,7 +60,7 @@ def test_a_changed_mass_is_found(judged, joint):
     verdict = judge(heavier(robot, joint), step, GRID)
     assert verdict.wrench > 1e-5
     assert verdict.impulse > 1e-6
-    assert verdict.worst > REFEREE_TOLERANCE
+    assert verdict.worst > REFEREE
 
 
 def test_changed_gravity_is_found(judged):
@@ -67,17 +68,17 @@ def test_changed_gravity_is_found(judged):
     model = robot.model.copy()
     model.gravity.linear = np.array([0.0, 0.0, -9.80665])
     verdict = judge(replace(robot, model=model), step, GRID)
-    assert verdict.torque > REFEREE_TOLERANCE
-    assert verdict.impulse < REFEREE_TOLERANCE  # the impact knows no weight
+    assert verdict.torque > REFEREE
+    assert verdict.impulse < REFEREE  # the impact knows no weight
 
 
 def test_changed_loads_are_found(judged):
     robot, step = judged
     effort = step.support.effort.copy()
-    effort[100, 9] += 1e-3
+    effort[20, 9] += 1e-3
     wrong = replace(step, support=replace(step.support, effort=effort))
     verdict = judge(robot, wrong, GRID)
-    assert verdict.torque > REFEREE_TOLERANCE > verdict.wrench
+    assert verdict.torque > REFEREE > verdict.wrench
 
 
 def test_a_changed_impact_is_found(judged):
@@ -87,7 +88,7 @@ def test_a_changed_impact_is_found(judged):
     assert verdict.impulse == pytest.approx(1e-3, rel=1e-3)
     velocity = step.impact.velocity + 1e-5
     verdict = judge(robot, replace(step, impact=replace(step.impact, velocity=velocity)), GRID)
-    assert min(verdict.rate_after, verdict.sole_twist) > REFEREE_TOLERANCE
+    assert min(verdict.rate_after, verdict.sole_twist) > REFEREE
 
 
 def test_a_step_that_is_not_periodic_is_found(judged):
@@ -105,7 +106,7 @@ def test_momentum_that_comes_from_nowhere_is_found(judged):
     robot, step = judged
     motion = step.motion.copy()
     motion[2] *= 1.01  # accelerations that do not belong to the rates
-    assert judge(robot, replace(step, motion=motion), GRID).momentum > MOMENTUM_TOLERANCE
+    assert judge(robot, replace(step, motion=motion), GRID).momentum > MOMENTUM
 
 
 def test_worst_is_the_largest_but_for_the_momentum(judged):

@@ -4,12 +4,14 @@ import numpy as np
 import pytest
 from walks import walk
 
-from gaitopt.design.certificate import FINE_TOLERANCE, on_fine_grid
+from gaitopt.design.certificate import on_fine_grid
 from gaitopt.design.refine import refine, violated_instants
+from gaitopt.gait.grid import Grid
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.task import Margins
-from gaitopt.nlp import Solution, Status, violations
+from gaitopt.nlp import Solution, Status
 from gaitopt.solvers import solver_by_name
+from gaitopt.tolerances import LIMITS
 
 
 def with_margins(problem: WalkProblem, **changes: object) -> WalkProblem:
@@ -28,37 +30,39 @@ def test_a_refined_gait_has_no_violated_instant(lenient):
     assert violated_instants(on_fine_grid(problem), x).size == 0
 
 
+def dense_torques(problem: WalkProblem, x):
+    """Instants, and torques there: an independent look at the whole step."""
+    instants = np.linspace(0.0, 1.0, 6001)
+    grid = Grid(instants, np.ones(instants.size), instants.size)
+    return instants, problem.with_grid(grid).step(x).support.effort[:, 6:]
+
+
 def test_a_planted_violation_is_found(lenient):
-    """Limit the torques just below the largest one on the fine grid: its instant is found."""
+    """Limit the torques just below the largest one of the step: its instant is found."""
     problem, x = lenient
-    fine = on_fine_grid(problem)
-    torque = np.abs(fine.step(x).support.effort[:, 6:])
-    instant, _ = np.unravel_index(np.argmax(torque), torque.shape)
-    lowered = with_margins(problem, torque_limit=float(torque.max()) * (1.0 - 1e-4))
-    np.testing.assert_allclose(
-        violated_instants(on_fine_grid(lowered), x), [fine.grid.instants[instant]], atol=1e-12
-    )
+    instants, torque = dense_torques(problem, x)
+    instant, _ = np.unravel_index(np.argmax(np.abs(torque)), torque.shape)
+    lowered = with_margins(problem, torque_limit=float(np.abs(torque).max()) * (1.0 - 1e-4))
+    found = violated_instants(on_fine_grid(lowered), x)
+    np.testing.assert_allclose(found, [instants[instant]], atol=2e-4)
 
 
 def test_of_every_stretch_the_worst_instant_is_taken(lenient):
     problem, x = lenient
-    lowered = with_margins(problem, torque_limit=40.0)
-    fine = on_fine_grid(lowered)
-    found = violated_instants(fine, x)
-    rows = fine.family_rows("torque")
-    excess = violations(fine.rows.lower, fine.rows.upper, fine.values(x).rows)[rows]
-    excess = excess.reshape(-1, 12)
-    violated = fine.grid.instants[(excess > FINE_TOLERANCE).any(axis=1)]
-    assert 0 < found.size < violated.size / 3
-    worst = fine.grid.instants[np.argmax(excess, axis=0)[excess.max(axis=0) > FINE_TOLERANCE]]
-    assert set(np.round(worst, 9)) <= set(np.round(found, 9))
+    found = violated_instants(on_fine_grid(with_margins(problem, torque_limit=40.0)), x)
+    instants, torque = dense_torques(problem, x)
+    excess = np.abs(torque) - 40.0
+    violated = (excess > 40.0 * LIMITS).any(axis=1)
+    assert 0 < found.size < violated.sum() / 30
+    worst = instants[np.argmax(excess, axis=0)[excess.max(axis=0) > 40.0 * LIMITS]]
+    assert np.abs(worst[:, None] - found).min(axis=1).max() < 2e-4
 
 
 def test_samples_alone_leave_violations_between_them(sampled_design):
     found = violated_instants(on_fine_grid(sampled_design.problem), sampled_design.solution.x)
     assert found.size > 0
     samples = sampled_design.problem.grid.instants
-    assert np.abs(found[:, None] - samples).min() > 1e-3
+    assert np.abs(found[:, None] - samples).min() > 1e-5
 
 
 def test_a_walk_with_nothing_violated_is_returned_as_it_is(refined_design):

@@ -15,7 +15,7 @@ from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.task import preset_task
 from gaitopt.nlp import Array, Point, Start, Status, Values
 from gaitopt.solvers import SQP
-from gaitopt.solvers.recorder import FEASIBLE
+from gaitopt.tolerances import FEASIBLE
 
 
 @dataclass(frozen=True)

@@ -6,12 +6,13 @@ import pytest
 
 from gaitopt.design import exchange
 from gaitopt.design.active import pressures
-from gaitopt.design.certificate import FINE_TOLERANCE, certify, on_fine_grid
+from gaitopt.design.certificate import certify, on_fine_grid
 from gaitopt.design.refine import violated_instants
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.solvers import SQP
 from gaitopt.study import between_samples
 from gaitopt.study.between_samples import keep
+from gaitopt.tolerances import LIMITS
 
 SOLVER = SQP()
 
@@ -34,7 +35,7 @@ def test_no_limit_is_exceeded_between_the_samples(begun, kept):
     *_, fine = begun
     assert violated_instants(fine, begun[1].x).size > 0
     assert violated_instants(fine, kept.solution.x).size == 0
-    assert certify(kept.problem, kept.solution.x).worst.violation <= FINE_TOLERANCE
+    assert certify(kept.problem, kept.solution.x).worst.violation <= LIMITS
 
 
 def test_it_is_the_optimum_that_refinement_finds(kept, refined_design):

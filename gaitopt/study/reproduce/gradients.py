@@ -11,8 +11,8 @@ from gaitopt.gait.guess import first_guess
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.nlp import NLP, Array, Progress, Start, Status
 from gaitopt.solvers import SQP, FiniteDifferenceNLP
-from gaitopt.solvers.recorder import FEASIBLE
 from gaitopt.study.interruption import stop_if_interrupted
+from gaitopt.tolerances import FEASIBLE
 
 EXACT, COST_ONLY, DIFFERENCES = "exact", "cost only", "differences"
 GRADIENTS = (EXACT, COST_ONLY, DIFFERENCES)

@@ -1,0 +1,345 @@
+"""Where a walk comes nearest to its limits, located between the instants that are evaluated.
+
+Between two knots of the spline every row is a smooth function of time. It is evaluated at Chebyshev
+points of each piece and represented by the polynomial through them, whose error is read off its
+last coefficients; where a row comes near its limit and the polynomial is not yet exact enough, the
+piece is halved (Trefethen, Approximation Theory and Approximation Practice, 2013, chapters 2 to 8;
+Pachon, Platte & Trefethen, Piecewise-smooth chebfuns, IMA J. Numer. Anal. 30, 2010). The extremes
+of the polynomials are then found by Newton's method. Nothing here depends on the task's samples.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from itertools import pairwise
+
+import numpy as np
+from numpy.polynomial import chebyshev
+from numpy.typing import NDArray
+
+from gaitopt.errors import EvaluationError
+from gaitopt.gait.grid import NODES, Grid, chebyshev_points
+from gaitopt.gait.problem import WalkProblem
+from gaitopt.nlp import Array
+from gaitopt.tolerances import LOCATED
+
+DENSE = 4 * NODES  # points of a piece among which its extremes are bracketed
+NEWTON = 6  # steps; the brackets are narrow
+TAIL = 4  # last coefficients that tell the error of a polynomial ...
+SAFETY = 10.0  # ... times this
+BEYOND = 20.0  # errors by which a limit is exceeded without doubt
+DEPTH = 20  # halvings of a piece, at most: then it is a microsecond long
+CLOSE = 1e-2  # scaled distance: extremes farther from their limit are of no interest
+
+
+@dataclass(frozen=True)
+class Extreme:
+    """A row at an instant where it comes nearest to one of its limits, or exceeds it most.
+
+    Attributes:
+        family, entry: which constraint.
+        instant: s = t / T.
+        margin: scaled distance to the limit there, negative if it is exceeded.
+        error: estimate of how far the margin may be off.
+        upper: whether the limit is the upper one.
+        curvature: second derivative of the margin with respect to s.
+        at_end: margin at the nearer end of the step, infinite where that is in another piece.
+    """
+
+    family: str
+    entry: int
+    instant: float
+    margin: float
+    error: float
+    upper: bool
+    curvature: float = 0.0
+    at_end: float = np.inf
+
+
+@dataclass(frozen=True)
+class _Sides:
+    """Limits that are looked at over the whole step, one per column of a table of margins.
+
+    Attributes:
+        names: of the families, (C).
+        entry: index of the row in its family, shape (C,).
+        upper: whether it is the upper limit, shape (C,).
+        rows: of the program, at the instants inside the step, shape (instants, C).
+        limits: shape (instants, C).
+    """
+
+    names: tuple[str, ...]
+    entry: NDArray[np.int_]
+    upper: NDArray[np.bool_]
+    rows: NDArray[np.int_]
+    limits: Array
+
+    def margins(self, problem: WalkProblem, x: Array) -> Array:
+        """Return the distances to the limits, shape (instants, C).
+
+        Raises:
+            EvaluationError: one of them is not finite.
+        """
+        value = problem.values(x).rows[self.rows]
+        margins = np.where(self.upper, self.limits - value, value - self.limits)
+        if not np.isfinite(margins).all():
+            raise EvaluationError("a constraint of the walk has no finite value at some instant")
+        return margins
+
+
+@dataclass(frozen=True)
+class _Piece:
+    """Margins over a part of the step without a knot inside.
+
+    Attributes:
+        start, end: in s.
+        coefficients: Chebyshev series of every column, shape (NODES, C).
+        dense: margins at `_dense_points`, shape (DENSE, C).
+        depth: how often a knot interval was halved.
+    """
+
+    start: float
+    end: float
+    coefficients: Array
+    dense: Array
+    depth: int
+
+    @cached_property
+    def errors(self) -> Array:
+        """Estimated error of every column, shape (C,)."""
+        return np.asarray(SAFETY * np.abs(self.coefficients[-TAIL:]).sum(axis=0))
+
+    def instant(self, x: Array | float) -> Array:
+        """Return s of places in [-1, 1]."""
+        return np.asarray(self.start + 0.5 * (np.asarray(x) + 1.0) * (self.end - self.start))
+
+
+def located(fine: WalkProblem, x: Array, *, everywhere: bool = False) -> tuple[Extreme, ...]:
+    """Return the extremes of every row that is looked at over the whole step.
+
+    Args:
+        fine: the walk on the proof's grid, see `gaitopt.gait.grid.proof_grid`.
+        x: parameters, shape (P,).
+        everywhere: whether to return the worst extreme of every row too, however far it is from
+            its limits.
+
+    Returns:
+        For each limit of each row the local extremes that are near it.
+
+    Raises:
+        EvaluationError: the walk is not defined at x, or a row has no finite value.
+    """
+    sides = _sides(fine)
+    at_instants = tuple(_at_instants(fine, x, set(sides.names)))
+    if not sides.names:
+        return at_instants
+    pieces = _resolved(fine, x, _pieces(fine, x, sides))
+    return *_polished(pieces, sides, *_brackets(pieces, everywhere)), *at_instants
+
+
+def _pieces(fine: WalkProblem, x: Array, sides: _Sides) -> list[_Piece]:
+    """The knot intervals."""
+    knots = np.linspace(0.0, 1.0, fine.task.postures + 2)
+    margins = sides.margins(fine, x)
+    return [
+        _piece(start, end, margins[k * NODES : (k + 1) * NODES], 0)
+        for k, (start, end) in enumerate(pairwise(knots))
+    ]
+
+
+def _resolved(fine: WalkProblem, x: Array, pieces: list[_Piece]) -> list[_Piece]:
+    """Halve pieces until every row that comes near a limit is known well enough there."""
+    while any(map(_unclear, pieces)):
+        unclear = [piece for piece in pieces if _unclear(piece)]
+        halves = [(start, end) for piece in unclear for start, end in _halves(piece)]
+        points = 0.5 * (chebyshev_points(NODES) + 1.0)
+        instants = np.concatenate([start + points * (end - start) for start, end in halves])
+        grid = Grid(instants, np.full(instants.size, 1.0 / instants.size), instants.size)
+        finer = fine.with_grid(grid)
+        margins = _sides(finer).margins(finer, x)
+        made = iter(np.split(margins, len(halves)))
+        pieces = [
+            half
+            for piece in pieces
+            for half in (
+                [_piece(*bounds, next(made), piece.depth + 1) for bounds in _halves(piece)]
+                if _unclear(piece)
+                else [piece]
+            )
+        ]
+    return pieces
+
+
+def _unclear(piece: _Piece) -> bool:
+    """Whether a row may exceed its limit by as much as its polynomial may be wrong.
+
+    A limit that is exceeded by far more is exceeded; by how much, a later round will tell.
+    """
+    errors, least = piece.errors, piece.dense.min(axis=0)
+    near = (errors > LOCATED) & (least < errors) & (-least < BEYOND * errors)
+    return piece.depth < DEPTH and bool(near.any())
+
+
+def _halves(piece: _Piece) -> tuple[tuple[float, float], tuple[float, float]]:
+    middle = 0.5 * (piece.start + piece.end)
+    return (piece.start, middle), (middle, piece.end)
+
+
+def _piece(start: float, end: float, margins: Array, depth: int) -> _Piece:
+    to_coefficients, to_dense = _transforms()
+    coefficients = to_coefficients @ margins
+    return _Piece(float(start), float(end), coefficients, to_dense @ coefficients, depth)
+
+
+@lru_cache(maxsize=1)
+def _transforms() -> tuple[Array, Array]:
+    """Matrices from values at the nodes to coefficients, and from those to dense values."""
+    to_coefficients = np.linalg.inv(_terms(chebyshev_points(NODES)))
+    return np.asarray(to_coefficients, dtype=np.float64), _terms(_dense_points())
+
+
+@lru_cache(maxsize=1)
+def _dense_points() -> Array:
+    return -np.cos(np.linspace(0.0, np.pi, DENSE))
+
+
+def _sides(problem: WalkProblem) -> _Sides:
+    """Return the limits of the families that look at every instant inside the step."""
+    instants = problem.grid.instants
+    count = int(((instants > 0.0) & (instants < 1.0)).sum())
+    names: list[str] = []
+    entries, uppers, rows, limits = [], [], [], []
+    for family in problem.families:
+        if family.times is None:
+            continue
+        inside = (family.times > 0.0) & (family.times < 1.0)
+        if int(inside.sum()) != count:
+            continue
+        block = problem.family_rows(family.name)
+        numbers = np.arange(block.start, block.stop).reshape(family.lower.shape)[inside]
+        for upper, limit in ((False, problem.rows.lower), (True, problem.rows.upper)):
+            bounds = limit[block].reshape(family.lower.shape)[inside]
+            kept = np.flatnonzero(np.isfinite(bounds).all(axis=0))
+            names += [family.name] * kept.size
+            entries.append(kept)
+            uppers.append(np.full(kept.size, upper))
+            rows.append(numbers[:, kept])
+            limits.append(bounds[:, kept])
+    return _Sides(
+        tuple(names),
+        np.concatenate(entries),
+        np.concatenate(uppers),
+        np.concatenate(rows, axis=1),
+        np.concatenate(limits, axis=1),
+    )
+
+
+def _at_instants(fine: WalkProblem, x: Array, over_step: set[str]) -> Iterator[Extreme]:
+    """Yield the worst of each row of families that look at chosen instants only: at those."""
+    values = fine.values(x).rows
+    for family in fine.families:
+        if family.times is None or family.name in over_step or family.size == 0:
+            continue
+        block, shape = fine.family_rows(family.name), family.lower.shape
+        below = (values[block] - fine.rows.lower[block]).reshape(shape)
+        above = (fine.rows.upper[block] - values[block]).reshape(shape)
+        margins = np.minimum(below, above)
+        for entry, row in enumerate(np.argmin(margins, axis=0)):
+            yield Extreme(
+                family=family.name,
+                entry=entry,
+                instant=float(family.times[row]),
+                margin=float(margins[row, entry]),
+                error=0.0,
+                upper=bool(above[row, entry] < below[row, entry]),
+            )
+
+
+def _brackets(pieces: list[_Piece], everywhere: bool) -> tuple[NDArray[np.int_], ...]:
+    """Return piece, dense point and column of every extreme.
+
+    Where an extreme is at a knot, it belongs to the piece into which the margin falls.
+    """
+    dense = np.concatenate([pieces[0].dense, *(piece.dense[1:] for piece in pieces[1:])])
+    minima = dense < CLOSE
+    minima[1:] &= dense[1:] <= dense[:-1]
+    minima[:-1] &= dense[:-1] < dense[1:]
+    if everywhere:
+        minima[np.argmin(dense, axis=0), np.arange(dense.shape[1])] = True
+    rows, columns = np.nonzero(minima)
+    numbers, points = np.divmod(rows, DENSE - 1)
+    for k in np.flatnonzero((points == 0) & (numbers > 0)):
+        falls = numbers[k] < len(pieces) and _slope_at_start(pieces[numbers[k]], columns[k]) < 0.0
+        if not falls:
+            numbers[k], points[k] = numbers[k] - 1, DENSE - 1
+    return numbers, points, columns
+
+
+def _slope_at_start(piece: _Piece, column: int) -> float:
+    orders = np.arange(NODES)
+    return float(-((-1.0) ** orders * orders**2) @ piece.coefficients[:, column])
+
+
+def _polished(
+    pieces: list[_Piece],
+    sides: _Sides,
+    numbers: NDArray[np.int_],
+    points: NDArray[np.int_],
+    columns: NDArray[np.int_],
+) -> Iterator[Extreme]:
+    """Find the extremes by Newton's method between the neighbours of dense points."""
+    if not numbers.size:
+        return
+    coefficients = np.stack(
+        [pieces[n].coefficients[:, c] for n, c in zip(numbers, columns, strict=True)], axis=1
+    )
+    at = _dense_points()
+    low, high = at[np.maximum(points - 1, 0)], at[np.minimum(points + 1, DENSE - 1)]
+    places, margins, bends = _minima(coefficients, low, high, at[points])
+    for number, column, place, margin, bend in zip(
+        numbers, columns, places, margins, bends, strict=True
+    ):
+        piece = pieces[number]
+        ends = [piece.dense[k, column] for k in (0, -1) if piece.instant(at[k]) in (0.0, 1.0)]
+        yield Extreme(
+            family=sides.names[column],
+            entry=int(sides.entry[column]),
+            instant=float(piece.instant(place)),
+            margin=float(margin),
+            error=float(piece.errors[column]),
+            upper=bool(sides.upper[column]),
+            curvature=float(bend) * (2.0 / (piece.end - piece.start)) ** 2,
+            at_end=float(min(ends, default=np.inf)),
+        )
+
+
+def _minima(coefficients: Array, low: Array, high: Array, x: Array) -> tuple[Array, Array, Array]:
+    """Return place, value and second derivative at the minima of Chebyshev series (NODES, M).
+
+    The brackets have shape (M,), like the results.
+
+    Newton's method on the derivative, halving the bracket where a step would leave it.
+    """
+    first: Array = np.pad(chebyshev.chebder(coefficients), ((0, 1), (0, 0)))
+    second: Array = np.pad(chebyshev.chebder(coefficients, 2), ((0, 2), (0, 0)))
+    begin = x
+    for _ in range(NEWTON):
+        slope, bend = _sum(x, first), _sum(x, second)
+        low, high = np.where(slope > 0.0, low, x), np.where(slope > 0.0, x, high)
+        step = x - slope / np.where(bend > 0.0, bend, 1.0)
+        x = np.where((bend > 0.0) & (low <= step) & (step <= high), step, 0.5 * (low + high))
+    better = _sum(x, coefficients) <= _sum(begin, coefficients)
+    x = np.where(better, x, begin)
+    return x, _sum(x, coefficients), _sum(x, second)
+
+
+def _sum(x: Array, coefficients: Array) -> Array:
+    """Return Chebyshev series (NODES, M), each at its own place (M,)."""
+    return np.asarray((_terms(x).T * coefficients).sum(axis=0))
+
+
+def _terms(x: Array) -> Array:
+    """Return the Chebyshev polynomials at places (M,), shape (M, NODES)."""
+    return np.asarray(chebyshev.chebvander(x, NODES - 1), dtype=np.float64)

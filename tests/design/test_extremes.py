@@ -1,0 +1,124 @@
+"""Located extremes against the walk evaluated at thousands of instants, which share nothing."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.polynomial import chebyshev
+from walks import UPRIGHT, walk
+
+from gaitopt.design import extremes
+from gaitopt.design.certificate import on_fine_grid
+from gaitopt.design.extremes import located
+from gaitopt.errors import EvaluationError
+from gaitopt.gait.grid import NODES, Grid, proof_grid
+from gaitopt.gait.guess import first_guess, perturbed
+from gaitopt.gait.problem import WalkProblem
+from gaitopt.gait.task import preset_task
+
+INSTANTS = 5001
+
+
+def dense_margins(problem: WalkProblem, x, count: int = INSTANTS):
+    """The least margin of every row over the step at equidistant instants, by family."""
+    s = np.linspace(0.0, 1.0, count)
+    dense = problem.with_grid(Grid(s, np.ones(count), count))
+    values = dense.values(x).rows
+    margins = np.minimum(values - dense.rows.lower, dense.rows.upper - values)
+    return {
+        f.name: margins[dense.family_rows(f.name)].reshape(f.lower.shape).min(axis=0)
+        for f in dense.families
+        if f.times is not None
+    }
+
+
+def random_walk(robot, seed: int, **changes: object):
+    problem = WalkProblem(robot, preset_task(**changes))
+    return problem, perturbed(problem, first_guess(problem), 0.15, seed)
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("postures", [1, 2, 4])
+def test_no_row_comes_nearer_to_its_limit_than_was_located(robot, seed, postures):
+    """Wild walks that exceed most limits: kinks of leg gaps and tips of friction cones included."""
+    problem, x = random_walk(robot, seed, postures=postures, speed=0.9, **UPRIGHT)
+    found = located(on_fine_grid(problem), x, everywhere=True)
+    for family, least in dense_margins(problem, x).items():
+        for row, margin in enumerate(least):
+            worst = min(e.margin for e in found if (e.family, e.entry) == (family, row))
+            enough = 1e-6 + 0.1 * abs(margin)  # exact near the limit, roughly beyond it
+            assert worst <= margin + enough or margin > 1e-2
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_located_extreme_is_there(robot, seed):
+    """The walk evaluated at the instant itself has the margin that was told."""
+    problem, x = random_walk(robot, seed, speed=1.0, **UPRIGHT)
+    found = [e for e in located(on_fine_grid(problem), x) if 1e-6 < e.instant < 1.0 - 1e-6]
+    s = np.unique([e.instant for e in found])
+    at = problem.with_grid(Grid(s, np.ones(s.size), s.size))
+    values = at.values(x).rows
+    for one in found:
+        block = at.family_rows(one.family)
+        shape = at.address(block.start).family.lower.shape
+        bound = (at.rows.upper if one.upper else at.rows.lower)[block].reshape(shape)
+        value = values[block].reshape(shape)
+        margin = np.where(one.upper, bound - value, value - bound)
+        exact = margin[np.searchsorted(s, one.instant), one.entry]
+        assert one.margin == pytest.approx(exact, abs=max(1e-9, one.error))
+
+
+@pytest.mark.parametrize("count", [5001, 20001])
+def test_a_refined_gait_keeps_its_limits_at_every_instant(refined_design, count):
+    least = dense_margins(refined_design.problem, refined_design.solution.x, count)
+    assert min(margins.min() for margins in least.values()) >= -1e-6
+
+
+def test_minima_of_polynomials(rng):
+    """Against the roots of the derivative."""
+    coefficients = rng.normal(size=(NODES, 30)) / (1.0 + np.arange(NODES)[:, None]) ** 2
+    dense = np.linspace(-1.0, 1.0, 2001)
+    begin = dense[np.argmin(chebyshev.chebval(dense, coefficients), axis=1)]
+    low, high = np.maximum(begin - 1e-3, -1.0), np.minimum(begin + 1e-3, 1.0)
+    places, values, bends = extremes._minima(coefficients, low, high, begin)
+    for k, column in enumerate(coefficients.T):
+        roots = chebyshev.chebroots(chebyshev.chebder(column))
+        inside = [r.real for r in roots if abs(r.imag) < 1e-9 and abs(r.real) <= 1.0]
+        least = min(chebyshev.chebval(np.array([*inside, -1.0, 1.0]), column))
+        assert values[k] == pytest.approx(least, abs=1e-12)
+        assert bends[k] == pytest.approx(
+            chebyshev.chebval(places[k], chebyshev.chebder(column, 2)), rel=1e-9, abs=1e-9
+        )
+
+
+def test_a_jump_of_the_slope_is_closed_in_upon(robot):
+    """Where the polynomial is not exact enough near a limit, the piece is halved until it is."""
+    problem, x = random_walk(robot, 3, **UPRIGHT)
+    gap = dense_margins(problem, x)["leg gap"].min()
+    limit = problem.task.margins.leg_gap + 0.1 * gap  # exactly at the nearest approach
+    task = replace(problem.task, margins=replace(problem.task.margins, leg_gap=limit))
+    touching = WalkProblem(robot, task)
+    found = [e for e in located(on_fine_grid(touching), x) if e.family == "leg gap"]
+    worst = min(found, key=lambda e: e.margin)
+    assert worst.margin == pytest.approx(0.0, abs=1e-4)
+    assert worst.margin <= dense_margins(touching, x)["leg gap"].min() + 1e-7
+    assert worst.error <= 1e-7
+
+
+def test_a_row_that_is_no_number_is_an_error(monkeypatch):
+    problem, x = walk("guess").problem, walk("guess").x
+    fine = on_fine_grid(problem)
+    values = fine.values(x)
+    broken = replace(values, rows=np.full(values.rows.size, np.nan))
+    monkeypatch.setattr(fine, "values", lambda _: broken)
+    with pytest.raises(EvaluationError, match="no finite value"):
+        located(fine, x)
+
+
+@pytest.mark.parametrize("pieces", [1, 3, 7])
+def test_the_quadrature_of_the_proof_is_exact_for_polynomials(pieces):
+    grid = proof_grid(np.linspace(0.0, 1.0, pieces + 1))
+    for power in range(NODES):
+        assert grid.weights @ grid.instants**power == pytest.approx(1.0 / (power + 1), abs=1e-14)
+    assert grid.weights[0] == grid.weights[-1] == 0.0
+    assert (grid.weights[1:-1] > 0.0).all()
