@@ -100,6 +100,44 @@ class LimitOverride:
 
 
 @dataclass(frozen=True)
+class InertiaOverride:
+    """The body of the links whose name matches a pattern; None leaves what the file says.
+
+    Attributes:
+        links: pattern of link names as in a shell: `*foot*`, `left_shin`.
+        mass: [kg]; without `inertia`, that of the file grows with it.
+        com: centre of mass in the frame of the link [m].
+        inertia: ixx, iyy, izz, ixy, ixz, iyz about the centre of mass, along the axes of the
+            link's frame [kg·m²].
+    """
+
+    links: str
+    mass: float | None = None
+    com: tuple[float, float, float] | None = None
+    inertia: tuple[float, float, float, float, float, float] | None = None
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.links, str) or not self.links:
+            raise RobotError(f"inertias: links must be a pattern of names, got {self.links!r}")
+        where = f"inertias of '{self.links}'"
+        if self.mass is not None:
+            object.__setattr__(self, "mass", finite(self.mass, f"{where}: mass"))
+            if not self.mass > 0.0:
+                raise RobotError(f"{where}: mass is {self.mass:g} kg; it must be > 0")
+        for name, count, what in (
+            ("com", 3, "x, y, z [m]"),
+            ("inertia", 6, "ixx, iyy, izz, ixy, ixz, iyz [kg·m²]"),
+        ):
+            if (value := getattr(self, name)) is not None:
+                numbers = tuple(finite(n, f"{where}: {name}") for n in as_tuple(value, name))
+                if len(numbers) != count:
+                    raise RobotError(f"{where}: {name} has {len(numbers)} numbers; give {what}")
+                object.__setattr__(self, name, numbers)
+        if self.mass is None and self.com is None and self.inertia is None:
+            raise RobotError(f"{where}: nothing is replaced; give mass, com or inertia")
+
+
+@dataclass(frozen=True)
 class Choices:
     """How to read a robot; whatever is left None is found from its model.
 
@@ -121,6 +159,8 @@ class Choices:
         sole_placements: the sole frames of the right and of the left foot in the frame of the last
             joint of their legs, each as the rows of a 3 x 4 matrix [R p], 12 numbers [m].
         limits: what replaces limits of the URDF; where two patterns match, the later one counts.
+        inertias: what replaces masses and inertias of the file; where two patterns match, the
+            later one counts.
         unequal_limits: one of `UNEQUAL`.
         asymmetry: by how much averaging left and right may change the robot at most, over the range
             of motion: its mass matrix (relative), and the placement of its feet (per length of the
@@ -146,6 +186,7 @@ class Choices:
     sole_drop: float | None = None
     sole_placements: tuple[Placement, Placement] | None = None
     limits: tuple[LimitOverride, ...] = ()
+    inertias: tuple[InertiaOverride, ...] = ()
     unequal_limits: str = "refuse"
     asymmetry: float = 0.02
     without: tuple[str, ...] = ()
@@ -155,7 +196,7 @@ class Choices:
     def __post_init__(self) -> None:
         if self.posture is not None:
             object.__setattr__(self, "posture", _posture(self.posture))
-        for name in ("feet", "limits", "package_dirs"):
+        for name in ("feet", "limits", "inertias", "package_dirs"):
             if (value := getattr(self, name)) is not None:
                 object.__setattr__(self, name, as_tuple(value, name))
         _check_names(self)

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from gaitopt.errors import RobotError
-from gaitopt.robot.choices import UNUSED_SRDF, Choices, LimitOverride
+from gaitopt.robot.choices import UNUSED_SRDF, Choices, InertiaOverride, LimitOverride
 from gaitopt.robot.feet.sole import Sole
 from gaitopt.robot.files.text_file import read_text
 from gaitopt.robot.files.toml import parse_toml
@@ -69,6 +69,8 @@ def choices_from_record(record: Mapping[str, Any]) -> Choices:
         table["sole"] = Sole(**{k: _number(v, f"sole.{k}") for k, v in sole.items()})
     if table.get("limits") is not None:
         table["limits"] = tuple(_override(entry) for entry in _list(table["limits"], "limits"))
+    if table.get("inertias") is not None:
+        table["inertias"] = tuple(_body(entry) for entry in _list(table["inertias"], "inertias"))
     for name in ("forward", "up"):
         if isinstance(table.get(name), list):
             table[name] = tuple(table[name])
@@ -92,6 +94,8 @@ def _plain(name: str, value: Any) -> Any:
         return dict(value)
     if name == "limits":
         return [_override_record(entry) for entry in value]
+    if name == "inertias":
+        return [_body_record(entry) for entry in value]
     if name in ("sole_placements", "capsules"):
         return [list(numbers) for numbers in value]
     return list(value) if isinstance(value, tuple) else value
@@ -113,6 +117,23 @@ def _override(entry: object) -> LimitOverride:
         if value == NO_LIMIT and name in ("torque", "speed", "lower", "upper"):
             table[name] = -math.inf if name == "lower" else math.inf
     return LimitOverride(**table)
+
+
+def _body_record(entry: InertiaOverride) -> dict[str, Any]:
+    values = {f.name: getattr(entry, f.name) for f in fields(InertiaOverride)}
+    return {
+        name: list(value) if isinstance(value, tuple) else value
+        for name, value in values.items()
+        if value is not None
+    }
+
+
+def _body(entry: object) -> InertiaOverride:
+    table = dict(_table(entry, "inertias"))
+    _check_keys(table, InertiaOverride, "inertias.")
+    if "links" not in table:
+        raise RobotError('inertias: links is missing; give a pattern of names, as "*foot*"')
+    return InertiaOverride(**table)
 
 
 def _check_keys(table: Mapping[str, Any], part: type, path: str) -> None:

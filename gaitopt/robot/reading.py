@@ -19,6 +19,7 @@ from gaitopt.robot.feet.shape import FootShape, foot_points
 from gaitopt.robot.files.source import Source
 from gaitopt.robot.findings import Finding
 from gaitopt.robot.generated import is_generated
+from gaitopt.robot.legs.bodies import override_bodies, without_mended
 from gaitopt.robot.legs.find import Pair
 from gaitopt.robot.legs.heading import Heading, axis_name, find_heading
 from gaitopt.robot.legs.limits import JointLimits, joint_limits
@@ -96,7 +97,8 @@ def read_robot(source: Source, choices: Choices) -> Reading:
         RobotError: it is not a biped with two six-joint legs, or something cannot be told.
     """
     folder = Path() if source.path is None else source.path.parent
-    whole = source.model()
+    whole, bodies, mended = override_bodies(source.model(), choices.inertias)
+    problems = without_mended(source.problems, mended)
     angles = reference_angles(choices, whole, folder)
     overrides = (*_rotors(choices, whole, folder), *choices.limits)
     if "armature" in choices.without:
@@ -106,7 +108,7 @@ def read_robot(source: Source, choices: Choices) -> Reading:
         model.armature = np.zeros(model.nv)
     placed = place(model, reference_configuration(model, angles))
     pair = standing_legs(source, placed, choices)
-    faults = _empty_ranges(model, pair.legs, source.problems)
+    faults = _empty_ranges(model, pair.legs, problems)
     shapes = _shapes(source, model, pair, choices)
     lines = [leg_lines(placed, leg, s) for leg, s in zip(pair.legs, shapes, strict=True)]
     heading = find_heading((lines[0], lines[1]), pair.up, choices.forward)
@@ -130,7 +132,7 @@ def read_robot(source: Source, choices: Choices) -> Reading:
     resolved = replace(resolved, posture=tuple(angles.items()) or None, limits=overrides)
     told = tell(model, placed.q, pair, heading, angles)
     rotors = tell_armature(whole, model, pair.legs, resolved, is_generated(source.text))
-    findings = (*told, *tilted, *soles.findings, *notes, *odd, *rotors, *source.findings())
+    findings = (*told, *tilted, *soles.findings, *notes, *bodies, *odd, *rotors, *source.findings())
     return Reading(
         model,
         placed.q,
@@ -144,7 +146,7 @@ def read_robot(source: Source, choices: Choices) -> Reading:
         resolved,
         findings,
         faults,
-        locked_mimics(source.problems, [str(model.names[j]) for leg in pair.legs for j in leg]),
+        locked_mimics(problems, [str(model.names[j]) for leg in pair.legs for j in leg]),
     )
 
 
