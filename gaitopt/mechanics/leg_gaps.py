@@ -21,6 +21,7 @@ from gaitopt.robot.feet.capsules import DEFAULT_RADIUS, Capsule, leg_capsules
 from gaitopt.robot.model import Robot
 
 PELVIS = 6  # its place among the bodies
+_HAIR = 1e-4  # m
 _APART = 0.1  # m between the soles of a robot that stands with its legs apart
 
 Pair = tuple[Capsule, Capsule]
@@ -44,9 +45,10 @@ class LegPairs:
     def least(self, asked: float) -> Array:
         """Return the gap to be kept by each pair [m]: what is asked, or what standing leaves.
 
-        No walk keeps bodies farther apart that no joint takes apart.
+        No walk keeps bodies farther apart that no joint takes apart. Capsules are not quite round
+        about the axes of the hips, so that a gap there changes by a hair.
         """
-        return np.minimum(asked, self.standing)
+        return np.minimum(asked, np.maximum(self.standing - _HAIR, 0.0))
 
     def narrowed(self, asked: float) -> str:
         """Return what a person should know of gaps that are asked for and cannot be, or ""."""
