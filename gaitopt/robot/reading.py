@@ -99,7 +99,7 @@ def read_robot(source: Source, choices: Choices) -> Reading:
     folder = Path() if source.path is None else source.path.parent
     whole, bodies, mended = override_bodies(source.model(), choices.inertias)
     problems = without_mended(source.problems, mended)
-    angles = reference_angles(choices, whole, folder)
+    angles = {**source.drawn_posture, **reference_angles(choices, whole, folder)}
     overrides = (*_rotors(choices, whole, folder), *choices.limits)
     if "armature" in choices.without:
         overrides = without_armature(overrides)
@@ -215,15 +215,20 @@ def _empty_ranges(
     model: pin.Model, legs: Legs, problems: tuple[UrdfProblem, ...]
 ) -> tuple[str, ...]:
     """Return what is wrong with empty ranges, before they are compared with the other leg's."""
-    names = {str(model.names[j]): model.joints[j].idx_q for leg in legs for j in leg}
+    joints = {str(model.names[j]): model.joints[j] for leg in legs for j in leg}
     low, high = model.lowerPositionLimit, model.upperPositionLimit
-    return tuple(
-        f"{problem}; or give a range: [[limits]] in the file for --choices"
-        for problem in problems
-        if problem.kind == "range"
-        and problem.name in names
-        and not low[names[problem.name]] < high[names[problem.name]]
-    )
+    faults = []
+    for problem in problems:
+        if (joint := joints.get(problem.name)) is None:
+            continue
+        given = ""
+        if problem.kind == "range" and not low[joint.idx_q] < high[joint.idx_q]:
+            given = "range"
+        elif problem.kind == "torque" and not model.effortLimit[joint.idx_v] > 0.0:
+            given = "torque"
+        if given:
+            faults.append(f"{problem}; or give a {given}: [[limits]] in the file for --choices")
+    return tuple(faults)
 
 
 def _limits(

@@ -4,8 +4,9 @@ from xml.etree import ElementTree as ET
 
 import numpy as np
 import pytest
-from mjcf_edits import at, edited, together
+from mjcf_edits import added, at, edited, together
 
+from gaitopt.errors import RobotError
 from gaitopt.robot.files.source import read_source
 
 TEXT = """<mujoco><compiler angle='radian'/>
@@ -72,20 +73,69 @@ def test_a_range_of_a_motor_counts_as_limited_says(place, kind):
     assert limits(given, at(place, **{f"{kind}limited": "false"}))[2] == 70.0
 
 
-def test_without_autolimits_only_what_says_so_is_limited():
+def test_without_autolimits_everything_must_say_whether_it_is_limited():
     plain = at("compiler", autolimits="false")
-    assert limits(plain) == (-INF, INF, INF)
-    assert limits(plain, at(OWN, limited="true")) == (-2.0, 3.0, INF)
-    assert limits(plain, at(CLASS, actuatorfrclimited="true")) == (-INF, INF, 70.0)
+    with pytest.raises(RobotError, match=r"joint 'knee': .*joint has `range` but not `limited`"):
+        limits(plain)
+    said = {"limited": "true", "actuatorfrclimited": "true"}
+    assert limits(plain, at(CLASS, **said)) == (-2.0, 3.0, 70.0)
+    assert limits(plain, at(CLASS, **said), at(OWN, limited="false")) == (-INF, INF, 70.0)
 
 
 def test_a_range_that_counts_may_not_be_empty():
-    text = edited(TEXT, at(OWN, range="0 0", limited="true"))
-    (problem,) = read_source(text).problems
-    assert (problem.kind, problem.name) == ("range", "knee")
-    assert "the range is from 0 to 0 rad; lower must be below upper" in problem.text
+    with pytest.raises(RobotError, match=r"joint 'knee': MuJoCo .*should be smaller"):
+        read_source(edited(TEXT, at(OWN, range="0 0", limited="true")))
 
 
-def test_a_range_of_a_class_is_counted_from_the_posture_of_the_file():
-    assert limits(at(OWN, ref="0.5")) == (-2.5, 2.5, 70.0)
+def test_a_range_is_one_of_mujocos_coordinate():
+    assert limits(at(OWN, ref="0.5")) == (-2.0, 3.0, 70.0)
     assert ET.fromstring(TEXT).find(OWN).get("range") is None
+
+
+KNEE = "joint='knee'"
+
+
+@pytest.mark.parametrize(
+    ("texts", "expected"),
+    [
+        ([f"<motor {KNEE} forcerange='-5 6' gear='3'/>"], 15.0),
+        ([f"<motor {KNEE} forcerange='-5 6' gear='-3'/>"], 15.0),
+        ([f"<motor {KNEE} ctrlrange='-5 6' forcerange='-4 9' gear='3'/>"], 12.0),
+        ([f"<general {KNEE} ctrlrange='-1 1' gear='50' gainprm='3'/>"], 150.0),
+        ([f"<general {KNEE} ctrlrange='-1 2' biastype='affine' biasprm='-0.5'/>"], 1.5),
+        ([f"<position {KNEE} kp='9' forcerange='-7 7'/>"], 7.0),
+        ([f"<position {KNEE} kp='9' ctrlrange='-7 7'/>"], INF),  # no bound of the force
+        ([f"<velocity {KNEE} kv='9' forcerange='-7 7' gear='2'/>"], 14.0),
+        ([f"<damper {KNEE} kv='9' ctrlrange='0 7'/>", f"<motor {KNEE} ctrlrange='-3 3'/>"], 3.0),
+        ([f"<motor {KNEE} forcerange='-5 5'/>", f"<motor {KNEE} ctrlrange='-3 3'/>"], 8.0),
+        ([f"<motor {KNEE} forcerange='-5 5'/>", f"<position {KNEE} kp='9'/>"], INF),
+        ([f"<general {KNEE} dyntype='filter' dynprm='0.1' ctrlrange='-2 2' gear='4'/>"], 8.0),
+        ([f"<general {KNEE} dyntype='integrator' actrange='-2 2' gear='4'/>"], 8.0),
+    ],
+)
+def test_the_ranges_of_all_actuators_add_up(texts, expected):
+    without = [at(".//actuator/motor", joint="other"), added(".//body", OTHER)]
+    free = at(CLASS, range="0 0", actuatorfrcrange="0 0")
+    text = edited(TEXT, together(free, *without, added(".//actuator", *texts)))
+    source = read_source(text)
+    assert source.model().effortLimit[6] == expected
+    clamped = edited(text, at(OWN, actuatorfrcrange="-6 6"))
+    assert read_source(clamped).model().effortLimit[6] == min(6.0, expected)
+
+
+OTHER = (
+    "<body name='arm'><inertial pos='0 0 0' mass='1' diaginertia='1 1 1'/>"
+    "<joint name='other' axis='0 1 0'/></body>"
+)
+
+
+def test_a_tendon_passes_the_force_on():
+    tendon = (
+        "<tendon><fixed name='t' actuatorfrcrange='-4 4'><joint joint='knee' coef='2'/></fixed>"
+        "</tendon>"
+    )
+    pulls = added(".//actuator", "<motor tendon='t' gear='3' forcerange='-9 9'/>")
+    without = [at(".//actuator/motor", joint="other"), added(".//body", OTHER)]
+    free = at(CLASS, range="0 0", actuatorfrcrange="0 0")
+    text = edited(TEXT, together(free, *without, added(".", tendon), pulls))
+    assert read_source(text).model().effortLimit[6] == 24.0

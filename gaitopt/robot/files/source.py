@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Callable, Collection
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import TypeVar
-from xml.etree.ElementTree import tostring
 
 import coal
 import pinocchio as pin
@@ -20,9 +18,14 @@ from gaitopt.robot.files.meshes import MeshPaths, MeshProblem, first_part
 from gaitopt.robot.files.text_file import read_text
 from gaitopt.robot.files.xml_lines import XmlTree, parse_xml
 from gaitopt.robot.findings import Finding
-from gaitopt.robot.mjcf.check import check_mjcf
-from gaitopt.robot.mjcf.include import whole_mjcf
-from gaitopt.robot.mjcf.parts import geometry_mjcf, mjcf_mesh_problems, motion_mjcf
+from gaitopt.robot.mjcf.build import (
+    build_mjcf_geometry,
+    build_mjcf_model,
+    build_physics,
+    missing_meshes,
+)
+from gaitopt.robot.mjcf.compiled import CompiledRobot
+from gaitopt.robot.mjcf.read import read_mjcf
 from gaitopt.robot.physics import Physics
 from gaitopt.robot.urdf.build import build_model
 from gaitopt.robot.urdf.check import check_urdf
@@ -50,13 +53,15 @@ class Source:
     """The description of a robot, checked.
 
     Attributes:
-        text: of the description, included files merged: `read_source` reads it again as it is,
-            though not its meshes.
+        text: of the description, which `read_source` reads again as it is, though not its meshes;
+            of an MJCF file its normal form (see `mjcf.normal_form`).
         path: of the file, None for text.
         format: "urdf" or "mjcf".
         package_dirs: directories that hold packages with meshes.
         problems: what is suspicious but did not stop reading; see `urdf_check`.
         tree: the parsed description, which knows the lines of the files.
+        compiled: what MuJoCo made of an MJCF file; None of a URDF.
+        notes: what a person should know about how MuJoCo's numbers were read.
     """
 
     text: str
@@ -65,6 +70,8 @@ class Source:
     package_dirs: tuple[str, ...]
     problems: tuple[UrdfProblem, ...]
     tree: XmlTree
+    compiled: CompiledRobot | None = None
+    notes: tuple[Finding, ...] = ()
     _sides: dict[pin.GeometryType, bool] = field(default_factory=dict, init=False, repr=False)
     _broken: dict[tuple[str, str], MeshProblem] = field(
         default_factory=dict, init=False, repr=False
@@ -85,7 +92,14 @@ class Source:
     @cached_property
     def physics(self) -> Physics:
         """Passive joints, gravity and its compensation."""
-        return Physics() if self.format == "mjcf" else Physics(passive_joints(self._description))
+        if self.compiled is not None:
+            return build_physics(self.compiled)
+        return Physics(passive_joints(self._description))
+
+    @property
+    def drawn_posture(self) -> dict[str, float]:
+        """Joint coordinates of the posture that the file draws, where they are not 0 [rad or m]."""
+        return {} if self.compiled is None else self.compiled.drawn_posture
 
     def geometry(
         self, kind: pin.GeometryType, links: Collection[str] | None = None
@@ -112,8 +126,8 @@ class Source:
 
     def mesh_problems(self) -> list[MeshProblem]:
         """Return the meshes that are missing, empty or were not fetched."""
-        if self.format == "mjcf":
-            return mjcf_mesh_problems(self.tree.root, self._paths)
+        if self.compiled is not None:
+            return missing_meshes(self.compiled, self._paths)
         found = mesh_problems(self._read_shapes.shapes, self._paths)
         known = {(problem.link, problem.file) for problem in found}
         return found + [p for place, p in self._broken.items() if place not in known]
@@ -123,8 +137,8 @@ class Source:
 
         Unlike `problems` it may need meshes: of links whose inertia is large for their size.
         """
-        if self.format == "mjcf":
-            return ()
+        if self.compiled is not None:
+            return self.notes
         return urdf_findings(self._description, self._rotors, self._diagonals)
 
     def mesh_directories(self) -> tuple[str, ...]:
@@ -133,19 +147,23 @@ class Source:
         Those given, then the directory of the file and those above it that hold a package or
         directory which a mesh path names.
         """
-        files = [m.get("filename", m.get("file", "")) for m in self.tree.root.iter("mesh")]
+        if self.compiled is None:
+            files = [mesh.get("filename", "") for mesh in self.tree.root.iter("mesh")]
+        else:
+            files = [mesh.file for mesh in self.compiled.meshes if mesh.file]
         if self.path is None or not files:
             return self.package_dirs
         folder = self.path.resolve().parent
-        names = {first_part(file) for file in files} - {""}
+        names = {first_part(file) for file in files} - {"", ".", ".."}
         above = [d for d in folder.parents if any((d / name).exists() for name in names)]
         return tuple(dict.fromkeys((*self.package_dirs, str(folder), *map(str, above))))
 
     @cached_property
     def _whole(self) -> pin.Model:
         """The model, read once and never modified."""
-        if self.format == "mjcf":
-            model = _from_file(motion_mjcf(self.tree.root), _mjcf_model, "the MJCF file")
+        compiled = self.compiled
+        if compiled is not None:
+            model = _guarded("the MJCF file", lambda: build_mjcf_model(compiled))
         else:
             model = build_model(self._description)
             add_armature(model, self._rotors)
@@ -156,17 +174,13 @@ class Source:
     def _shapes(
         self, kind: pin.GeometryType, links: Collection[str] | None
     ) -> pin.GeometryModel | None:
-        """The geometry as Pinocchio reads it."""
-        model, root = self._whole, self.tree.root
-        if self.format == "mjcf":
-            text = geometry_mjcf(root, self._paths, links)
-            shapes = _from_file(
-                text, lambda file: pin.buildGeomFromMJCF(model, file, kind), "the meshes"
-            )
-        else:
-            wanted = self._read_shapes.of(_KINDS[kind])
-            shapes, broken = build_geometry(model, wanted, self._paths, _LOADER.load, links)
-            self._broken.update({(problem.link, problem.file): problem for problem in broken})
+        """The geometry as the description has it."""
+        model = self._whole
+        if self.compiled is not None:
+            return build_mjcf_geometry(self.compiled, model, kind, self._paths, _LOADER.load, links)
+        wanted = self._read_shapes.of(_KINDS[kind])
+        shapes, broken = build_geometry(model, wanted, self._paths, _LOADER.load, links)
+        self._broken.update({(problem.link, problem.file): problem for problem in broken})
         return shapes if shapes.ngeoms else None
 
     @cached_property
@@ -198,8 +212,7 @@ class Source:
 
     @property
     def _paths(self) -> MeshPaths:
-        base = None if self.path is None else self.path.resolve().parent
-        return MeshPaths(base, tuple(Path(p).expanduser() for p in self.package_dirs))
+        return _paths(self.path, self.package_dirs)
 
 
 def read_source(urdf: str | Path, package_dirs: Collection[str | Path] = ()) -> Source:
@@ -212,18 +225,18 @@ def read_source(urdf: str | Path, package_dirs: Collection[str | Path] = ()) -> 
 
     Raises:
         RobotError: the file cannot be read, or what it describes is no robot; see `check_urdf` and
-            `check_mjcf`.
+            `read_mjcf`.
+        MissingExtraError: it is MJCF, and MuJoCo is not installed.
     """
     text, path = _text(urdf)
     tree = parse_xml(text)
     file_format = _FORMATS.get(tree.root.tag, "urdf")
+    dirs = tuple(map(str, package_dirs))
     if file_format == "mjcf":
-        tree = whole_mjcf(tree, None if path is None else path.parent)
-        problems = check_mjcf(tree)
-        text = tostring(tree.root, encoding="unicode")
-    else:
-        problems = check_urdf(tree)
-    return Source(text, path, file_format, tuple(map(str, package_dirs)), problems, tree)
+        mjcf = read_mjcf(text, path, tree, _paths(path, dirs))
+        problems, notes = mjcf.problems, mjcf.findings
+        return Source(mjcf.text, path, file_format, dirs, problems, mjcf.tree, mjcf.robot, notes)
+    return Source(text, path, file_format, dirs, check_urdf(tree), tree)
 
 
 def _text(urdf: str | Path) -> tuple[str, Path | None]:
@@ -236,16 +249,9 @@ def _text(urdf: str | Path) -> tuple[str, Path | None]:
     return read_text(path, "URDF"), path
 
 
-def _mjcf_model(file: str) -> pin.Model:
-    return pin.buildModelFromMJCFAndRootJoint(file, pin.JointModelFreeFlyer())
-
-
-def _from_file(text: str, load: Callable[[str], _Result], what: str) -> _Result:
-    """Call a loader that wants a file."""
-    with tempfile.TemporaryDirectory() as directory:
-        file = Path(directory) / "robot.xml"
-        file.write_text(text, encoding="utf-8")
-        return _guarded(what, lambda: load(str(file)))
+def _paths(path: Path | None, package_dirs: Collection[str]) -> MeshPaths:
+    base = None if path is None else path.resolve().parent
+    return MeshPaths(base, tuple(Path(p).expanduser() for p in package_dirs))
 
 
 def _guarded(what: str, load: Callable[[], _Result]) -> _Result:

@@ -1,1 +1,1 @@
-"""MJCF files: made whole, checked, and cut down to what Pinocchio is to read."""
+"""MJCF files: compiled by MuJoCo, kept as plain numbers, made a Pinocchio model."""

@@ -1,0 +1,333 @@
+"""MuJoCo compiles an MJCF file; what it refuses is refused in its words, with the place.
+
+Files that the masses do not need may be missing: textures and height fields are never asked for,
+and a mesh whose absence changes no mass is replaced while MuJoCo compiles.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path, PurePosixPath
+from types import ModuleType
+from typing import Any, cast
+from xml.etree.ElementTree import Element
+
+import numpy as np
+
+from gaitopt.errors import InputError, MissingExtraError, RobotError
+from gaitopt.robot.files.meshes import MeshPaths
+from gaitopt.robot.files.xml_lines import XmlTree, where
+from gaitopt.robot.mjcf.compiled import CompiledMesh, Pose, quaternion, se3, vector
+from gaitopt.robot.urdf.values import Entry, as_number
+
+EXTRA = "mujoco"
+"""Name of the extra that installs MuJoCo."""
+
+_OLDEST = (3, 10)
+_MOST_COPIES = 10_000  # of an element: <replicate> and <composite> nest, and multiply
+_MOST_ITEMS = 1e6  # of what <size> and <texture> reserve
+_COPIES = ("replicate", "composite", "flexcomp")
+_STAND_IN = (
+    ((0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)),
+    ((0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)),
+)
+_READABLE = (".stl", ".obj", ".dae")  # by the loader of meshes, beside MuJoCo's own format
+_NAMED = re.compile(r"Element name '(?P<name>.*)', id -?\d+(?:, line (?P<line>\d+))?")
+_TAGGED = re.compile(r"Element '(?P<tag>.*)', line (?P<line>\d+)")
+_PARSED = re.compile(r"Line number=(?P<line>\d+)(?:: XMLElement name=(?P<tag>\w+))?")
+_NOISE = re.compile(r"^(?:XML |Schema |Compile )?(?:Error|violation): ?", re.IGNORECASE)
+
+
+@dataclass(frozen=True)
+class Compilation:
+    """What MuJoCo made of a file.
+
+    Attributes:
+        model: MuJoCo's MjModel.
+        meshes: by the name that the model has for them.
+        lost: files of meshes that were replaced, as the robot's file names them.
+        said: what MuJoCo warns about.
+    """
+
+    model: Any
+    meshes: dict[str, CompiledMesh]
+    lost: tuple[str, ...]
+    said: tuple[str, ...]
+
+
+def load_mujoco() -> ModuleType:
+    """Return the module `mujoco`.
+
+    Raises:
+        MissingExtraError: it is not installed.
+        InputError: it is too old.
+    """
+    try:
+        import mujoco
+    except ImportError:
+        raise MissingExtraError("reading an MJCF file", EXTRA) from None
+    numbers = tuple(int(n) for n in re.findall(r"\d+", mujoco.__version__)[:2])
+    if numbers < _OLDEST:
+        raise InputError(
+            f"MuJoCo {mujoco.__version__} is installed, but reading an MJCF file needs "
+            f"{'.'.join(map(str, _OLDEST))} or newer; run: pip install --upgrade mujoco"
+        )
+    return cast(ModuleType, mujoco)
+
+
+def compile_mjcf(text: str, path: Path | None, tree: XmlTree, paths: MeshPaths) -> Compilation:
+    """Compile an MJCF document.
+
+    Args:
+        text: of the main file.
+        path: of that file, None for text alone, which may include nothing.
+        tree: of the document with what it includes, for the places in messages.
+        paths: where meshes are.
+
+    Raises:
+        RobotError: MuJoCo refuses the document, or a mass depends on a mesh that is missing.
+        MissingExtraError: MuJoCo is not installed.
+    """
+    mujoco = load_mujoco()
+    _check_copies(tree)
+    with _listening(mujoco) as said:
+        try:
+            spec = mujoco.MjSpec.from_string(text) if path is None else _spec(mujoco, path)
+            _without_pictures(spec)
+            files, lost = _place_meshes(mujoco, spec, tree, paths)
+            model = spec.compile()
+        except (ValueError, RuntimeError, IndexError, KeyError, TypeError, mujoco.FatalError) as e:
+            _check_words(said, tree)
+            raise _refusal(str(e), tree) from None
+    _check_words(said, tree)
+    return Compilation(model, _meshes(mujoco, spec, model, files), lost, tuple(dict.fromkeys(said)))
+
+
+def element_named(tree: XmlTree, tags: tuple[str, ...], name: str) -> Element | None:
+    """Return the first element of some tags with a name, outside of the defaults."""
+    for element in tree.root.iter():
+        if element.tag in tags and element.get("name") == name:
+            return element
+    return None
+
+
+def refusal_of(tree: XmlTree, tags: tuple[str, ...], name: str, text: str) -> RobotError:
+    """Return the error that says something of a named element, with its place if it is known."""
+    element = element_named(tree, tags, name)
+    if element is None:
+        return RobotError(f"{tags[0]} '{name}': {text}")
+    return Entry(tree, element).refusal(text)
+
+
+def _spec(mujoco: ModuleType, path: Path) -> Any:
+    # MuJoCo keeps the directory as it is written, and may be asked from another one later.
+    return mujoco.MjSpec.from_file(str(path.resolve()))
+
+
+@contextmanager
+def _listening(mujoco: ModuleType) -> Iterator[list[str]]:
+    """Collect MuJoCo's warnings, which otherwise go to the screen and into a file."""
+    said: list[str] = []
+    before = mujoco.get_mju_user_warning()
+    mujoco.set_mju_user_warning(lambda text: said.append(str(text)))
+    try:
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            yield said
+            said += [str(w.message) for w in caught]
+    finally:
+        mujoco.set_mju_user_warning(before)
+
+
+def _without_pictures(spec: Any) -> None:
+    """Take away what only pictures and terrain need, with the files behind it."""
+    for material in spec.materials:
+        material.textures = [""] * len(material.textures)
+    for thing in [*spec.textures, *spec.skins]:
+        spec.delete(thing)
+    for field in spec.hfields:
+        field.file, field.nrow, field.ncol, field.userdata = "", 2, 2, [0.0] * 4
+
+
+def _place_meshes(
+    mujoco: ModuleType, spec: Any, tree: XmlTree, paths: MeshPaths
+) -> tuple[dict[str, str], tuple[str, ...]]:
+    """Give every mesh the path at which it is, or a stand-in.
+
+    Returns:
+        By name of the mesh: its file, from the directory of the robot's file; and the files that
+        are lost.
+
+    Raises:
+        RobotError: a mass depends on a lost file.
+    """
+    files: dict[str, str] = {}
+    lost: dict[str, str] = {}
+    foreign = any(element.tag == "model" for element in tree.root.iter())  # files of <attach>
+    for mesh in spec.meshes:
+        if not mesh.file:
+            continue
+        mesh.name = mesh.name or PurePosixPath(mesh.file).stem
+        file = files[mesh.name] = _file_of(spec, mesh)
+        found, reason = paths.find(file), paths.problem(file)
+        if not reason and found is not None:
+            mesh.file = str(found.resolve())
+        elif not foreign:
+            lost[mesh.name] = reason
+    spec.strippath = False
+    shapes = (mujoco.mjtGeom.mjGEOM_MESH, mujoco.mjtGeom.mjGEOM_SDF)
+    for body in spec.bodies:
+        for geom in [geom for geom in body.geoms if geom.meshname in lost]:
+            name = geom.meshname
+            if _weighs(mujoco, spec, body, geom):
+                raise _needed(tree, body.name, files[name], lost[name])
+            if geom.type not in shapes:
+                spec.delete(geom)  # a simple shape fitted to a mesh that is not there
+    corners, triangles = _STAND_IN
+    for mesh in [mesh for mesh in spec.meshes if mesh.name in lost]:
+        mesh.file = ""
+        mesh.uservert = [float(n) for corner in corners for n in corner]
+        mesh.userface = [n for triangle in triangles for n in triangle]
+    return files, tuple(dict.fromkeys(files[name] for name in lost))
+
+
+def _file_of(spec: Any, mesh: Any) -> str:
+    """Return the path of a mesh from the directory of the robot's file, as MuJoCo forms it."""
+    file = PurePosixPath(mesh.file)
+    return str(PurePosixPath(spec.meshdir) / (file.name if spec.strippath else file))
+
+
+def _weighs(mujoco: ModuleType, spec: Any, body: Any, geom: Any) -> bool:
+    """Whether the mass or the inertia of a body depends on a geom."""
+    compiler, rule = spec.compiler, mujoco.mjtInertiaFromGeom
+    given = body.explicitinertial and compiler.inertiafromgeom != rule.mjINERTIAFROMGEOM_TRUE
+    lowest, highest = compiler.inertiagrouprange
+    if given or compiler.inertiafromgeom == rule.mjINERTIAFROMGEOM_FALSE:
+        return False
+    massless = geom.density == 0.0 if math.isnan(geom.mass) else geom.mass == 0.0
+    return bool(lowest <= geom.group <= highest and not massless and body.name != "world")
+
+
+def _needed(tree: XmlTree, body: str, file: str, reason: str) -> RobotError:
+    return refusal_of(
+        tree,
+        ("body",),
+        body,
+        f"its mass comes from the mesh '{file}', which {reason}; give the directory that holds it "
+        "(--package-dir DIR; in Python package_dirs), or give the body an <inertial>",
+    )
+
+
+def _meshes(
+    mujoco: ModuleType, spec: Any, model: Any, files: dict[str, str]
+) -> dict[str, CompiledMesh]:
+    """Return what geoms show, files under the names that the robot's file has for them."""
+    meshes = {}
+    for mesh in spec.meshes:
+        index = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_MESH, mesh.name)
+        file = files.get(mesh.name, "")
+        if PurePosixPath(file).suffix.lower() in _READABLE:
+            size = math.sqrt(sum(float(n) ** 2 for n in mesh.refquat)) or 1.0
+            ref = Pose(vector(mesh.refpos), quaternion(mesh.refquat / size))
+            meshes[mesh.name] = CompiledMesh(mesh.name, file, vector(mesh.scale), ref)
+        elif index >= 0:
+            meshes[mesh.name] = _written_out(model, index, mesh.name)
+    return meshes
+
+
+def _written_out(model: Any, index: int, name: str) -> CompiledMesh:
+    """Return a mesh with its corners, before MuJoCo moved it onto its principal axes."""
+    corners = slice(
+        model.mesh_vertadr[index], model.mesh_vertadr[index] + model.mesh_vertnum[index]
+    )
+    faces = slice(model.mesh_faceadr[index], model.mesh_faceadr[index] + model.mesh_facenum[index])
+    place = se3(Pose(vector(model.mesh_pos[index]), quaternion(model.mesh_quat[index])))
+    points = np.array(model.mesh_vert[corners], dtype=float) @ place.rotation.T + place.translation
+    return CompiledMesh(
+        name,
+        "",
+        vertices=tuple(map(float, points.ravel())),
+        triangles=tuple(map(int, model.mesh_face[faces].ravel())),
+    )
+
+
+def _check_copies(tree: XmlTree) -> None:
+    """Refuse a few lines that stand for more elements than fit into memory."""
+
+    def check(element: Element, copies: float) -> None:
+        if element.tag in _COPIES:
+            counts = [as_number(word) for word in element.get("count", "1").split()]
+            copies *= math.prod(n for n in counts if n > 1.0)
+            if copies > _MOST_COPIES:
+                raise Entry(tree, element).refusal(
+                    f"its count, with those around it, asks for {copies:g} copies; at most "
+                    f"{_MOST_COPIES} are made; lower it"
+                )
+        if element.tag == "size":
+            for name, text in element.attrib.items():
+                if as_number(text) > _MOST_ITEMS:
+                    raise Entry(tree, element).refusal(
+                        f"its {name} is {text}; at most {_MOST_ITEMS:g} are reserved; lower it"
+                    )
+        for below in element:
+            check(below, copies)
+
+    check(tree.root, 1.0)
+
+
+def _check_words(said: list[str], tree: XmlTree) -> None:
+    """Refuse numbers that are none: MuJoCo only warns about them, and goes on."""
+    if not any("NaN" in text for text in said):
+        return
+    for element in tree.root.iter():
+        for attribute, text in element.attrib.items():
+            if attribute != "name" and any(math.isnan(as_nan(word)) for word in text.split()):
+                raise Entry(tree, element).refusal(
+                    f"its {attribute} is '{text}'; it must be finite; correct it"
+                )
+    raise RobotError(f"MuJoCo warns: {said[0]} Correct it")
+
+
+def as_nan(word: str) -> float:
+    """Return NaN for the word that C takes for it, 0 for every other."""
+    return math.nan if word.lower().lstrip("+-").startswith("nan") else 0.0
+
+
+def _refusal(message: str, tree: XmlTree) -> RobotError:
+    """Return MuJoCo's refusal, with the place at which the element stands."""
+    place = _NAMED.search(message) or _TAGGED.search(message) or _PARSED.search(message)
+    words = message if place is None else message[: place.start()]
+    words = " ".join(words.split())
+    while (short := _NOISE.sub("", words)) != words:
+        words = short
+    words = words.rstrip(".;") or "it cannot be parsed"
+    parts = {} if place is None else place.groupdict()
+    element = _element(tree, parts, words)
+    if element is not None:
+        return Entry(tree, element).refusal(f"MuJoCo refuses it: {words}; correct it")
+    line = parts.get("line")
+    at = f"{where(int(line))}: " if line and int(line) else ""
+    return RobotError(f"{at}MuJoCo refuses the file: {words}; correct it")
+
+
+def _element(tree: XmlTree, parts: dict[str, str | None], words: str) -> Element | None:
+    """Return the element that a message is about, None if it cannot be told.
+
+    MuJoCo knows no lines of elements that an included file includes or holds, and says 0.
+    """
+    tag, name, line = (parts.get(key) for key in ("tag", "name", "line"))
+    quoted = {name, *re.findall(r"'([^']+)'", words)} - {None, ""}
+    found = [e for e in tree.root.iter() if tag in (None, e.tag)]
+    if line and int(line):
+        found = [e for e in found if tree.line(e) == int(line)]
+    elif tag is None:
+        found = [e for e in found if {e.get("name"), e.get("file")} & quoted]
+    else:
+        found = [e for e in found if tree.file(e)] or found
+    marked = [e for e in found if {*e.attrib, *e.attrib.values()} & quoted]
+    return next(iter(marked or found), None)
