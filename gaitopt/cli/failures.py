@@ -36,7 +36,8 @@ def failures_reported() -> Iterator[None]:
         sys.stdout.flush()  # a full disk is told here, not after the last exit
     except GaitoptError as error:
         complain(str(error))
-        advise(getattr(getattr(error, "diagnosis", None), "sentences", ()))
+        sentences = getattr(getattr(error, "diagnosis", None), "sentences", ())
+        advise(f"- {sentence}" for sentence in sentences)
         raise typer.Exit(error.exit_code) from error
     except OSError as error:
         complain(str(error))
@@ -46,10 +47,10 @@ def failures_reported() -> Iterator[None]:
         raise typer.Exit(ExitCode.INTERRUPTED) from error
 
 
-def advise(sentences: Iterable[str]) -> None:
-    """Print why there is no gait and what would help, a line each."""
-    for sentence in sentences:
-        print(f"- {sentence}", file=sys.stderr)  # noqa: T201
+def advise(lines: Iterable[str]) -> None:
+    """Print why there is no gait and what would help; long lines are not broken."""
+    for line in lines:
+        print(line, file=sys.stderr)  # noqa: T201
 
 
 def complain(message: str) -> None:

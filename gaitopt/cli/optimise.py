@@ -10,10 +10,11 @@ import typer
 from rich.console import Console
 
 from gaitopt.cli.config import Settings
-from gaitopt.cli.failures import ExitCode, complain
+from gaitopt.cli.failures import ExitCode, advise, complain
 from gaitopt.cli.fastest import fastest_walk
 from gaitopt.cli.interrupt import StopRequest, ctrl_c_asks
 from gaitopt.cli.progress import ProgressDisplay
+from gaitopt.cli.remedies import Asked, remedies
 from gaitopt.cli.report import print_gait
 from gaitopt.cli.request import Request, make_request
 from gaitopt.cli.results import kept_elsewhere, write_results
@@ -55,6 +56,11 @@ def run(
                 request, found = fastest_walk(request, errors, quiet)
             else:
                 found = _search(request, errors, quiet)
+        except (NoGaitFoundError, UnreachableError) as error:
+            complain(str(error))
+            asked = Asked(given, config, output, page=page, figures=figures, quiet=quiet)
+            advise(remedies(error.diagnosis, request, asked))
+            raise typer.Exit(error.exit_code) from error
         except KeyboardInterrupt as error:
             complain("interrupted before there was a result; nothing was written")
             raise typer.Exit(ExitCode.INTERRUPTED) from error
@@ -70,24 +76,21 @@ def run(
         if output is not None and not quiet:
             names = ", ".join(path.name for path in written)
             out.print(f"wrote to {output}: {names}", soft_wrap=True, markup=False)
-    code = exit_code(found, request.options.refine)
+    code = exit_code(found)
     if code is not ExitCode.OK:
         if not found.certificate.certified:
             errors.print(f"[yellow]warning:[/] {found.certificate.verdict}", soft_wrap=True)
         raise typer.Exit(code)
 
 
-def exit_code(found: Design, refined: bool) -> ExitCode:
+def exit_code(found: Design) -> ExitCode:
     """Return the exit code of a gait: unrefined, being optimal at the samples is enough.
 
     A search that Ctrl-C ended says so, however good the gait it left.
     """
     if found.solution.status is Status.INTERRUPTED:
         return ExitCode.INTERRUPTED
-    certificate = found.certificate
-    at_samples = certificate.optimal and certificate.refereed
-    good = certificate.certified if refined else at_samples
-    return ExitCode.OK if good else ExitCode.NOT_CERTIFIED
+    return ExitCode.OK if found.proven else ExitCode.NOT_CERTIFIED
 
 
 def _all_written(results: Iterator[Path], gait: Gait, output: Path) -> list[Path]:

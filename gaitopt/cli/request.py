@@ -8,6 +8,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from gaitopt.bounds import STARTS, at_most, shown
 from gaitopt.cli.assignments import named_values
 from gaitopt.cli.config import SCHEMA, Settings, read_config
@@ -155,9 +157,10 @@ def _start(problem: WalkProblem, settings: Settings, disturb: bool) -> Array | N
     disturb = disturb and ("seed" in settings or "sigma" in settings)
     if "start" not in settings and not disturb:
         return None
-    x = first_guess(problem)
     if "start" in settings:
-        x = parameters_of(load_gait(Path(str(settings["start"]))), problem, x)
+        x = parameters_of(load_gait(Path(str(settings["start"]))), problem)
+    else:
+        x = first_guess(problem)
     return perturbed(problem, x, *_noise(settings)) if disturb else x
 
 
@@ -172,14 +175,15 @@ def _noise(settings: Settings) -> tuple[float, int]:
     return sigma, seed
 
 
-def parameters_of(gait: Gait, problem: WalkProblem, x: Array) -> Array:
-    """Return x with every parameter that a gait knows taken from the gait.
+def parameters_of(gait: Gait, problem: WalkProblem) -> Array:
+    """Return the parameters of a gait for a walk; those it does not know are first guesses.
 
     Raises:
         InputError: the gait moves other joints or has another number of postures.
+        UnreachableError: there is no first guess for what the gait does not know.
     """
-    known = dict(zip(gait.parameter_names, gait.parameters, strict=True))
-    known |= {f"{j}_at_start": q for j, q in zip(gait.joint_names, gait.q[0], strict=True)}
+    at_start = {f"{j}_at_start": q for j, q in zip(gait.joint_names, gait.q[0], strict=True)}
+    known = at_start | dict(zip(gait.parameter_names, gait.parameters, strict=True))
     names = problem.layout.names
     joints = names[: problem.layout.rates.stop]
     if set(joints) != {n for n in known if "_at_knot_" in n or n.endswith("_rate_before_impact")}:
@@ -187,7 +191,7 @@ def parameters_of(gait: Gait, problem: WalkProblem, x: Array) -> Array:
             "the gait given as start moves other joints or has another number of intermediate "
             "postures; take one of the same robot and --postures"
         )
-    start = x.copy()
-    for i, name in enumerate(names):
-        start[i] = known.get(name, x[i])
-    return start
+    if all(name in known for name in names):
+        return np.array([known[name] for name in names])
+    guessed = zip(names, first_guess(problem), strict=True)
+    return np.array([known.get(name, value) for name, value in guessed])

@@ -27,7 +27,7 @@ def attempt(
 ) -> Solution:
     """Solve from a first guess by the approach of the options, walk or not."""
     solver, nlp = traveller(options.solver), derived(problem, options)
-    if not _relaxed(problem.task, options):
+    if not begins_relaxed(problem.task, options):
         return solver.solve(nlp, Start(x), callback)
     start, spent = _relaxed_walk(problem, options, x, callback)
     if spent.status is Status.INTERRUPTED:
@@ -35,8 +35,8 @@ def attempt(
     return with_work(solver.solve(nlp, start, callback), spent)
 
 
-def _relaxed(task: Task, options: DesignOptions) -> bool:
-    """Whether to begin with a rear foot that may sink at lift-off."""
+def begins_relaxed(task: Task, options: DesignOptions) -> bool:
+    """Return whether to begin with a rear foot that may sink at lift-off."""
     wanted = options.approach == "relaxed" or (
         options.approach == "automatic" and task.boundary == "lifted"
     )

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 
 import numpy as np
 
 from gaitopt.design.certificate import WorstRow, worst_rows
 from gaitopt.design.contradictions import contradictions
 from gaitopt.design.diagnosis import Diagnosis
+from gaitopt.design.options import DesignOptions
 from gaitopt.design.reason import (
     TRAVELLER,
     conflicts,
@@ -26,20 +28,22 @@ EQUAL = 0.98
 
 
 def diagnose(
-    problem: WalkProblem, tried: Solution | None = None, *, refined: bool = True
+    problem: WalkProblem,
+    tried: Sequence[Solution] = (),
+    options: DesignOptions | None = None,
 ) -> Diagnosis:
     """Find out why a walk has no feasible gait and what change would give it one.
 
     Args:
         problem: the walk.
-        tried: what a solver made of it, if one could start.
-        refined: whether the gaits of suggestions must hold between the samples too.
+        tried: what solvers made of it, where they could start.
+        options: how the walk was searched for; suggestions are followed in the same way.
 
     Raises:
         UnreachableError: not even an easier walk can be guessed.
         KeyboardInterrupt: Ctrl-C was pressed.
     """
-    started = time.perf_counter()
+    started, options = time.process_time(), options or DesignOptions()
     points = journeys(problem, tried)
     least = min(points, key=lambda s: s.violation, default=None)
     reason = None
@@ -47,20 +51,22 @@ def diagnose(
         reason = find_reason(problem, points)
         if reason is not None and reason.amount <= FEASIBLE:
             least = solve_or_stop(TRAVELLER, problem, Start(reason.x))
+    if least is not None and least.violation <= FEASIBLE:
+        return Diagnosis((), least.violation, None, (), (), (), least.x, _since(started))
     impossible = tuple(sentence for _, sentence in contradictions(problem))
     if least is None or reason is None:
-        gait = None if least is None or least.violation > FEASIBLE else least.x
         violation = np.inf if least is None else least.violation
-        return Diagnosis(impossible, violation, None, (), (), gait, _since(started))
-    if least.violation <= FEASIBLE:
-        return Diagnosis((), least.violation, None, (), (), least.x, _since(started))
+        worst = None if least is None else worst_rows(problem, least.x)[0]
+        return Diagnosis(impossible, violation, worst, (), (), (), None, _since(started))
     conflict = conflicts(problem, reason)
+    suggestions, vain = find_suggestions(problem, reason, options)
     return Diagnosis(
         impossible=impossible,
         violation=least.violation,
         worst=_worst(problem, least.x, [c.family for c in conflict]),
         conflict=conflict,
-        suggestions=find_suggestions(problem, reason, refined),
+        suggestions=suggestions,
+        tried=vain,
         gait=None,
         seconds=_since(started),
     )
@@ -74,4 +80,4 @@ def _worst(problem: WalkProblem, x: Array, ranked: list[str]) -> WorstRow:
 
 
 def _since(started: float) -> float:
-    return time.perf_counter() - started
+    return time.process_time() - started

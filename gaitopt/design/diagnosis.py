@@ -7,7 +7,11 @@ from dataclasses import asdict, dataclass
 import numpy as np
 
 from gaitopt.design.certificate import WorstRow
+from gaitopt.design.complete import Design
+from gaitopt.design.options import DesignOptions
+from gaitopt.gait.task import Task
 from gaitopt.nlp import Array
+from gaitopt.robot.model import Robot
 
 PLAIN_WORDS = {
     "torque": "joint torque",
@@ -66,15 +70,17 @@ class Conflict:
 
 @dataclass(frozen=True)
 class Suggestion:
-    """One change that alone makes the walk possible.
+    """One change that alone makes the walk possible; it was followed, and led to a proven walk.
 
     Attributes:
-        knob: field of `Task` or `Margins`, or a property of the robot.
+        knob: field of `Task` or `Margins`, or a property of the robot; empty where nothing but
+            the way to the walk is changed.
         words: for a person.
-        before, after: its value in the task, and one with which a gait was found.
+        before, after: its value in the task, and the one with which a walk was found.
         unit: of both, empty where there is none.
-        cost: of that gait, which is feasible but not optimal [N²·m·s].
-        gait: its parameters, shape (P,).
+        robot, task, options: as changed.
+        start: parameters of a walk that nearly keeps the limits, shape (P,): where to start.
+        found: the design that following it gives, `design(robot, task, options, start=start)`.
     """
 
     knob: str
@@ -82,22 +88,49 @@ class Suggestion:
     before: float
     after: float
     unit: str
-    cost: float
-    gait: Array
+    robot: Robot
+    task: Task
+    options: DesignOptions
+    start: Array
+    found: Design
+
+    @property
+    def gait(self) -> Array:
+        """Parameters of the walk found, shape (P,)."""
+        return self.found.solution.x
+
+    @property
+    def cost(self) -> float:
+        """Of the walk [N²·m·s]."""
+        return self.found.solution.cost
 
     @property
     def sentence(self) -> str:
         """In words."""
+        proven = "certified" if self.options.refine else "optimal (at its samples)"
+        walk = f"a {proven} walk of cost {self.cost:.5g} N²·m·s"
+        if not self.knob:
+            return f"{self.words} leads to {walk}"
         if self.knob == "impulse_cop":
-            return f"without {self.words} it is feasible"
+            return f"without {self.words} (impulse_cop) there is {walk}"
         unit = f" {self.unit}" if self.unit else ""
-        change = f"{self.words} ({self.knob}) from {self.before:g} to {self.after:g}{unit}"
-        fastest = " (about the fastest walk found)" if self.knob == "speed" else ""
-        return f"changing {change}{fastest} makes it feasible"
+        change = f"{self.words} ({self.knob}) from {self.before:g} to {digits(self.after)}{unit}"
+        return f"changing {change} gives {walk}"
 
     def record(self) -> dict[str, object]:
         """Return the suggestion as JSON-able data."""
-        return {**asdict(self), "gait": self.gait.tolist()}
+        told = ("knob", "words", "before", "after", "unit", "cost")
+        return {
+            **{name: getattr(self, name) for name in told},
+            "start": self.start.tolist(),
+            "gait": self.gait.tolist(),
+        }
+
+
+def digits(value: float) -> str:
+    """Return a number with as many digits as it has: read again, it is the same."""
+    short = f"{value:.12g}"
+    return short if float(short) == value else repr(value)
 
 
 @dataclass(frozen=True)
@@ -109,9 +142,10 @@ class Diagnosis:
         violation: least violation found, scaled.
         worst: the row that has it; None where nothing could be evaluated.
         conflict: families in the way, most first; empty if a gait was found after all.
-        suggestions: single changes that suffice, smallest first.
+        suggestions: single changes that suffice, most promising first.
+        tried: what was changed in vain, by the names of `Suggestion.knob`.
         gait: parameters of a feasible walk, shape (P,), if one was found after all.
-        seconds: spent on the diagnosis.
+        seconds: of CPU time spent on the diagnosis.
     """
 
     impossible: tuple[str, ...]
@@ -119,6 +153,7 @@ class Diagnosis:
     worst: WorstRow | None
     conflict: tuple[Conflict, ...]
     suggestions: tuple[Suggestion, ...]
+    tried: tuple[str, ...]
     gait: Array | None
     seconds: float
 
@@ -130,23 +165,30 @@ class Diagnosis:
     @property
     def sentences(self) -> tuple[str, ...]:
         """The diagnosis for people, one thought each."""
+        return (*self.reasons, *(s.sentence for s in self.suggestions))
+
+    @property
+    def reasons(self) -> tuple[str, ...]:
+        """The sentences without the suggestions."""
         if self.gait is not None:
-            return ("a feasible walk exists: start from the one that the diagnosis found",)
+            known = "a walk that keeps every limit at its samples exists"
+            rest = "" if self.suggestions else "; from there no proven one was found"
+            return (known + rest,)
         said = list(self.impossible)
         if self.worst is not None:
             said.append("the least violation found leaves " + _worst_sentence(self.worst))
-        gives = [c for c in self.conflict if c.amount > 0.0]
+        gives = [c.sentence for c in self.conflict if c.amount > 0.0]
         if gives:
-            said.append(
-                "the smallest relaxation found that admits a walk: "
-                + "; ".join(map(_sentence, gives))
-            )
-        holds = [c for c in self.conflict if c.amount == 0.0]
+            said.append("the smallest relaxation found that admits a walk: " + "; ".join(gives))
+        holds = [c.sentence for c in self.conflict if c.amount == 0.0]
         if holds:
-            said.append("what stands against it: " + "; ".join(map(_sentence, holds)))
+            said.append("what stands against it: " + "; ".join(holds))
         if not self.suggestions:
-            said.append("no change of a single number was found that makes it feasible")
-        return (*said, *map(_sentence, self.suggestions))
+            tried = f"; tried were {', '.join(self.tried)}" if self.tried else ""
+            said.append(
+                "no change of a single number was found that leads to a certified walk" + tried
+            )
+        return tuple(said)
 
     def record(self) -> dict[str, object]:
         """Return the diagnosis as JSON-able data."""
@@ -157,8 +199,9 @@ class Diagnosis:
             "worst": None if self.worst is None else asdict(self.worst),
             "conflict": [asdict(c) for c in self.conflict],
             "suggestions": [s.record() for s in self.suggestions],
+            "tried": list(self.tried),
             "gait": None if self.gait is None else self.gait.tolist(),
-            "seconds": self.seconds,
+            "cpu_seconds": self.seconds,
         }
 
 
@@ -166,7 +209,3 @@ def _worst_sentence(row: WorstRow) -> str:
     if row.family != "walking speed":
         return row.sentence
     return f"a step that is {abs(row.value):.3g} m too {'short' if row.value > 0.0 else 'long'}"
-
-
-def _sentence(said: Conflict | Suggestion) -> str:
-    return said.sentence

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import glob
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, replace
 
@@ -10,15 +11,18 @@ import numpy as np
 from gaitopt.design.margin_knobs import COUPLED, MARGINS
 from gaitopt.design.relaxation import Coupling, Relaxation, RelaxedProgram
 from gaitopt.gait.constraints import families
+from gaitopt.gait.humanoid import humanoid_task
 from gaitopt.gait.parameters import set_quantities
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.gait.task import Task
+from gaitopt.gait.task import Task, preset_task
 from gaitopt.nlp import Array
+from gaitopt.robot.choices import LimitOverride
 from gaitopt.robot.model import Robot
 
 STRONGEST = 10.0  # times: no motor is asked to be stronger or faster than this
 WIDEST = 1.0  # rad: no joint range is widened by more
 SLOWEST = 0.05  # m/s
+UNUSUAL = 0.05  # of a change that matters: a value this far from the usual one was asked for
 LONGEST, SHORTEST = 2.0, 0.5  # step duration over the one asked for
 
 
@@ -31,6 +35,7 @@ class Knob(ABC):
         unit: of its value; empty where it has none.
         before: its value in the task.
         bound: the farthest value that makes sense.
+        step: a change of it that matters.
         families: constraint families that it relaxes.
     """
 
@@ -39,6 +44,7 @@ class Knob(ABC):
     unit: str
     before: float
     bound: float
+    step: float
     families: tuple[str, ...]
 
     @abstractmethod
@@ -86,16 +92,7 @@ class LimitKnob(Knob):
     def turned(self, robot: Robot, task: Task, value: float) -> tuple[Robot, Task]:
         """Return robot and task with another value."""
         if self.name in _ROBOT_KNOBS:
-            limits = robot.limits
-            changes = {
-                "robot torque limits": {"torque": value * limits.torque},
-                "robot speed limits": {"speed": value * limits.speed},
-                "robot joint ranges": {
-                    "lower": limits.lower - value,
-                    "upper": limits.upper + value,
-                },
-            }
-            return replace(robot, limits=replace(limits, **changes[self.name])), task
+            return _with_limits(robot, self.name, value), task
         if self.name == "speed":
             return robot, replace(task, speed=value)
         # setting a field of Margins by its name is beyond what the type checker follows
@@ -152,6 +149,7 @@ class DurationKnob(Knob):
 
     before: float
     bound: float
+    step: float
     name: str = "duration"
     words: str = "the duration of a step"
     unit: str = "s"
@@ -201,10 +199,58 @@ def limit_knobs(problem: WalkProblem) -> tuple[LimitKnob, ...]:
 def duration_knob(problem: WalkProblem, shorter: bool) -> DurationKnob:
     """Return the knob of the step duration, to be made shorter or longer."""
     before = problem.task.duration
-    return DurationKnob(before, before * (SHORTEST if shorter else LONGEST))
+    return DurationKnob(before, before * (SHORTEST if shorter else LONGEST), before)
+
+
+def usual_value(problem: WalkProblem, knob: Knob) -> float | None:
+    """Return the value of a knob in a usual task, if that asks for less; else None.
+
+    Where it is usual not to impose the limit, that is the knob's bound, or the robot's own motors.
+    """
+    robot, task = problem.robot, problem.task
+    usual = humanoid_task(robot) if task.boundary == "lifted" else preset_task()
+    if knob.name in _ROBOT_KNOBS:
+        return None
+    if knob.name == "duration":
+        natural = task.boundary == "lifted"
+        value = robot.legs.natural_step(task.speed) / task.speed if natural else usual.duration
+        value = round(value, 2)
+    elif knob.name == "speed":
+        value = min(usual.speed, knob.before)
+    else:
+        given = getattr(usual.margins, knob.name)
+        own = getattr(robot.limits, knob.name.removesuffix("_limit"), None)
+        if given is None and own is not None and np.isfinite(own).any():
+            given = float(np.max(own[np.isfinite(own)]))
+        value = knob.bound if given is None else float(given)
+    sign = 1.0 if knob.bound > knob.before else -1.0
+    away = sign * (value - knob.before)
+    return value if away > UNUSUAL * abs(knob.step) and sign * (knob.bound - value) >= 0.0 else None
 
 
 _ROBOT_KNOBS = ("robot torque limits", "robot speed limits", "robot joint ranges")
+
+
+def _with_limits(robot: Robot, knob: str, value: float) -> Robot:
+    """Return a robot with other limits, which its choices tell as well."""
+    own = robot.limits
+    if knob == "robot joint ranges":
+        limits = replace(own, lower=own.lower - value, upper=own.upper + value)
+    elif knob == "robot torque limits":
+        limits = replace(own, torque=value * own.torque)
+    else:
+        limits = replace(own, speed=value * own.speed)
+    changed = {
+        name: getattr(limits, name)
+        for name in ("torque", "speed", "lower", "upper")
+        if getattr(limits, name) is not getattr(own, name)
+    }
+    overrides = tuple(
+        LimitOverride(glob.escape(joint), **{n: float(v[i]) for n, v in changed.items()})  # type: ignore[arg-type]
+        for i, joint in enumerate(robot.joint_names)
+    )
+    choices = robot.choices.over(limits=(*robot.choices.limits, *overrides))
+    return replace(robot, limits=limits, choices=choices)
 
 
 def _motor_knobs(problem: WalkProblem) -> list[LimitKnob]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -62,20 +63,19 @@ class Reason:
         return float(self.amounts.sum())
 
 
-def journeys(problem: WalkProblem, tried: Solution | None) -> list[Solution]:
-    """Return where two runs ended: the one already made, and one from another start.
+def journeys(problem: WalkProblem, tried: Sequence[Solution]) -> list[Solution]:
+    """Return where two runs ended: those already made, others from further starts.
 
     Raises:
         UnreachableError: not even an easier walk can be guessed.
         KeyboardInterrupt: Ctrl-C was pressed.
     """
-    found = []
-    if tried is not None and np.isfinite(tried.violation):
-        found.append(tried)
-    x = easier_guess(problem)
-    for start in (perturbed(problem, x, SIGMA, seed=0), x):
-        if len(found) < 2 and not any(s.violation <= FEASIBLE for s in found):
-            found.append(solve_or_stop(TRAVELLER, problem, Start(start)))
+    found = sorted((s for s in tried if np.isfinite(s.violation)), key=lambda s: s.violation)[:2]
+    if len(found) < 2:
+        x = easier_guess(problem)
+        for start in (perturbed(problem, x, SIGMA, seed=0), x):
+            if len(found) < 2 and not any(s.violation <= FEASIBLE for s in found):
+                found.append(solve_or_stop(TRAVELLER, problem, Start(start)))
     return [s for s in found if np.isfinite(s.violation)]
 
 

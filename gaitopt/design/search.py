@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
+
 import numpy as np
 
-from gaitopt.design.attempt import attempt, derived, is_walk, traveller
+from gaitopt.design.attempt import attempt, is_walk
 from gaitopt.design.diagnose import diagnose
-from gaitopt.design.diagnosis import Diagnosis
+from gaitopt.design.diagnosis import Diagnosis, Suggestion
 from gaitopt.design.options import DesignOptions
+from gaitopt.design.suggestions import followed, following
 from gaitopt.errors import EvaluationError, NoGaitFoundError, UnreachableError
 from gaitopt.gait.guess import first_guess
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.nlp import Array, ProgressCallback, Solution, Start, Status
+from gaitopt.nlp import Array, ProgressCallback, Solution, Status
 
 
 def guess(problem: WalkProblem, options: DesignOptions) -> Array:
@@ -19,7 +23,7 @@ def guess(problem: WalkProblem, options: DesignOptions) -> Array:
     try:
         return first_guess(problem)
     except UnreachableError as error:
-        diagnosis = _diagnosis(problem, None, options)
+        diagnosis = _diagnosis(problem, [], options)
         if diagnosis is None or diagnosis.gait is None:
             raise UnreachableError(str(error), diagnosis) from error
         return diagnosis.gait
@@ -32,26 +36,64 @@ def search(
     solution = attempt(problem, options, x, callback)
     if is_walk(solution):
         return solution
-    diagnosis = _diagnosis(problem, solution, options)
+    return second_thoughts(problem, [solution], options, callback)
+
+
+def second_thoughts(
+    problem: WalkProblem,
+    tried: Sequence[Solution],
+    options: DesignOptions,
+    callback: ProgressCallback | None,
+) -> Solution:
+    """Return the walk that a diagnosis leads to where solvers found none; raise if there is none.
+
+    Args:
+        problem: the walk.
+        tried: what solvers made of it, none of them a walk.
+        options: how it was searched for.
+        callback: told of iterations.
+
+    Raises:
+        NoGaitFoundError: with the diagnosis.
+    """
+    solution = min(tried, key=lambda s: s.violation if np.isfinite(s.violation) else np.inf)
+    diagnosis = _diagnosis(problem, tried, options)
     if diagnosis is not None and diagnosis.gait is not None:
-        solver, nlp = traveller(options.solver), derived(problem, options)
-        second = solver.solve(nlp, Start(diagnosis.gait), callback)
+        second = attempt(problem, following(options), diagnosis.gait, callback)
         if is_walk(second):
             return second
+        diagnosis = _with_another_solver(problem, diagnosis, options)
     raise NoGaitFoundError(_refusal(problem, solution), solution, diagnosis)
 
 
 def _diagnosis(
-    problem: WalkProblem, solution: Solution | None, options: DesignOptions
+    problem: WalkProblem, tried: Sequence[Solution], options: DesignOptions
 ) -> Diagnosis | None:
     """Return a diagnosis, unless it is not wanted, cannot be made or is given up by Ctrl-C."""
-    interrupted = solution is not None and solution.status is Status.INTERRUPTED
+    interrupted = any(solution.status is Status.INTERRUPTED for solution in tried)
     if interrupted or not options.diagnose:
         return None
     try:
-        return diagnose(problem, solution, refined=options.refine)
+        return diagnose(problem, tried, options)
     except (UnreachableError, KeyboardInterrupt):
         return None
+
+
+def _with_another_solver(
+    problem: WalkProblem, diagnosis: Diagnosis, options: DesignOptions
+) -> Diagnosis:
+    """Return the diagnosis of a walk that exists with what finds it, if anything does."""
+    usual = following(replace(options, solver=DesignOptions().solver, differences="none"))
+    x = diagnosis.gait
+    try:
+        found = None if x is None else followed(problem.robot, problem.task, x, usual)
+    except KeyboardInterrupt:
+        return diagnosis
+    if x is None or found is None:
+        return diagnosis
+    words = "the default solver, started from the walk that the diagnosis found,"
+    told = Suggestion("", words, 0.0, 0.0, "", problem.robot, problem.task, usual, x, found)
+    return replace(diagnosis, suggestions=(told,))
 
 
 def _refusal(problem: WalkProblem, solution: Solution) -> str:

@@ -13,6 +13,8 @@ import numpy as np
 from gaitopt.bounds import STARTS, WORKERS, at_most, shown
 from gaitopt.design.design import Design, checked_start, design, finished
 from gaitopt.design.options import DesignOptions
+from gaitopt.design.runtime import small_matrices
+from gaitopt.design.search import second_thoughts
 from gaitopt.design.start_job import Outcome, StartJob, outcomes_of
 from gaitopt.errors import InputError, UnreachableError
 from gaitopt.gait.guess import first_guess
@@ -140,11 +142,24 @@ def many_starts(
             raise KeyboardInterrupt
         found = finished(problem, replace(best.solution, status=Status.INTERRUPTED), False)
     else:
-        again = job.x
         if best is not None and walks:
-            again, options = best.solution.x, replace(options, approach="direct")
-        found = design(robot, task, options, start=again, on_progress=on_progress)
+            again = best.solution.x
+        else:
+            again = _walk_after_all(problem, outcomes, options)
+        direct = replace(options, approach="direct")
+        found = design(robot, task, direct, start=again, on_progress=on_progress)
     return StartsReport(found, _distinct(outcomes, problem), tuple(outcomes), count)
+
+
+def _walk_after_all(problem: WalkProblem, outcomes: list[Outcome], options: DesignOptions) -> Array:
+    """Return the walk that a diagnosis leads to where no start did.
+
+    Raises:
+        NoGaitFoundError: it leads nowhere; with the diagnosis.
+    """
+    tried = [outcome.solution for outcome in outcomes]
+    with small_matrices():
+        return second_thoughts(problem, tried, options, None).x
 
 
 def _gathered(

@@ -1,116 +1,195 @@
-"""Single changes that make a walk possible: knobs turned as little as possible, and a walk found.
+"""Single changes that make a walk possible: knobs turned as little as possible, and followed.
 
 The multipliers of the smallest relaxation tell what turning each knob would bring; the most
-promising are turned, one at a time.
+promising are turned, one at a time. Only what led to a proven walk when it was followed, as a
+person would follow it, is suggested.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
-from gaitopt.design.active import placed, pressures
-from gaitopt.design.certificate import on_fine_grid
+from gaitopt.design.attempt import attempt, is_walk
+from gaitopt.design.complete import Design, complete
 from gaitopt.design.diagnosis import Suggestion
-from gaitopt.design.knobs import Knob, duration_knob, limit_knobs
+from gaitopt.design.knobs import Knob, duration_knob, limit_knobs, usual_value
+from gaitopt.design.options import DesignOptions
 from gaitopt.design.reason import SEARCHER, Reason, easier_guess, solve_or_stop
-from gaitopt.design.refine import violated_instants
-from gaitopt.design.relaxation import RelaxedProgram
 from gaitopt.design.settle import Settle
+from gaitopt.errors import EvaluationError, InputError, UnreachableError
+from gaitopt.gait.guess import first_guess
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.nlp import Array, Solution, Start, Values, worst_violation
+from gaitopt.gait.task import Task
+from gaitopt.nlp import Array, Start, Status
+from gaitopt.robot.model import Robot
+from gaitopt.solvers import CertifiedSQP, Solver
 from gaitopt.solvers.sqp import SQP
 from gaitopt.tolerances import FEASIBLE
 
-WARM = replace(SEARCHER, max_iterations=15)
-"""For relaxations that were solved on a coarser grid (measured: five to ten, or very many)."""
-INSIDE = 4e-7
-"""Scaled violation of a suggestion's walk: what `violated_instants` lets pass, and less."""
-VERIFIER = SQP(max_iterations=20, tolerance=1e-2, feasibility=INSIDE)
-"""For the walk of a suggestion, which is nearly feasible: any walk near it will do."""
-KNOBS, ENOUGH = 5, 3
+KNOBS, ENOUGH = 5, 2
 """Knobs that are tried, the most promising first, and suggestions that are enough."""
-WORK = 400
-"""Evaluations after which no other knob is begun if one was found that does it."""
+WORK, MOST_WORK = 200, 900
+"""Evaluations after which no other knob is begun, if one was found that does it and if none was."""
 MAIN = 0.25
 """Share of the relaxation from which a family is a main one. Its knob is turned a second time,
 wide open from the first guess, where the first did not lead to a walk: what is asked may be so far
 from anything that the relaxed walk is no good place to begin."""
+LEAST = 0.05
+"""Least change worth a suggestion, over the change that matters: smaller ones are made this large.
+At the very edge of what can be walked hardly an optimum can be proven."""
+OUTWARD = (1.1, 2.5)
+"""Multiples of the least change that are tried until a walk is certified, ..."""
+PATIENCE = 70
+"""Iterations after which a walk that follows a suggestion is given up."""
 COARSE = 3.0
-"""A suggestion is rounded to a power of ten below this part of the change."""
-OUTWARD = (0, 1, 3, 8)
-"""Last digits by which a knob is turned farther until a walk is found."""
-SEARCHES, ROUNDS = 1, 10
-"""Times instants are added where a limit is exceeded between the samples: while the knob is
-turned, and while a walk is sought."""
+"""... each rounded outwards to a power of ten below this part of the change."""
 
 
 @dataclass
 class Effort:
-    """What a search for suggestions has to do, and has done.
+    """What a search for suggestions may use, and has done.
 
     Attributes:
-        refined: whether the gaits found must hold between the samples too.
+        options: how a walk is designed that follows a suggestion.
         evaluations: so far.
+        tried: names of the knobs that were turned in vain at least once.
+        done: names of those that led to a suggestion.
     """
 
-    refined: bool
+    options: DesignOptions
     evaluations: int = 0
+    tried: tuple[str, ...] = ()
+    done: tuple[str, ...] = ()
+
+    def spent(self, enough: bool) -> bool:
+        """Whether no other knob should be begun."""
+        return self.evaluations >= (WORK if enough else MOST_WORK)
 
 
-def find_suggestions(problem: WalkProblem, reason: Reason, refined: bool) -> tuple[Suggestion, ...]:
-    """Return what suffices alone, the most promising first.
+def find_suggestions(
+    problem: WalkProblem, reason: Reason, options: DesignOptions
+) -> tuple[tuple[Suggestion, ...], tuple[str, ...]]:
+    """Return what suffices alone, the most promising first, and the knobs turned in vain.
 
     Args:
         problem: a walk without a gait.
         reason: its smallest relaxation.
-        refined: whether the gaits found must hold between the samples too.
+        options: how the walk was searched for, and will be.
 
     Raises:
         KeyboardInterrupt: Ctrl-C was pressed.
     """
-    x, effort = reason.x, Effort(refined)
-    main = _giving(problem, reason, MAIN * reason.amount)
+    x, effort = reason.x, Effort(following(options))
     found: list[Suggestion] = []
-    for knob, amount in _promising(problem, reason):
+    main = _giving(problem, reason, MAIN * reason.amount)
+    promising = _promising(problem, reason)
+    trials: list[tuple[Knob, Callable[..., Suggestion | None]]] = []
+    for knob, start in _near(reason, promising):
+        trials += [(knob, partial(_turn, start=start)), (knob, _as_usual)]
+    for knob, start in _far(problem, main, promising):
+        trials += [(knob, partial(_turn, start=start))]
+    for knob, trial in trials:
+        if len(found) == ENOUGH or effort.spent(bool(found)):
+            break
+        suggestion = None if knob.name in effort.done else trial(problem, knob, effort=effort)
+        if suggestion is not None:
+            found.append(suggestion)
+            effort.done += (knob.name,)
+        elif knob.name not in effort.tried:
+            effort.tried += (knob.name,)
+    if not found and _pushes(problem, reason, "impulse cop"):
+        found += _without_impulse_cop(problem, x, effort)
+    return tuple(found), tuple(name for name in effort.tried if name not in effort.done)
+
+
+def _near(reason: Reason, promising: list[tuple[Knob, float]]) -> Iterator[tuple[Knob, Start]]:
+    """Yield knobs with starts from the smallest relaxation."""
+    for knob, amount in promising:
         # One unit of this knob is worth reason.amount / amount of what the reason minimises.
         worth = amount / reason.amount
         multipliers = reason.multipliers * worth if np.isfinite(worth) else None
-        start = Start(knob.start(x, amount), multipliers)
-        suggestion = _turn(problem, knob, start, effort)
-        if suggestion is None and not main.isdisjoint(knob.families):
-            far = Start(knob.start(easier_guess(problem), np.inf))
-            suggestion = _turn(problem, knob, far, effort)
-        found += [] if suggestion is None else [suggestion]
-        if len(found) == ENOUGH or (found and effort.evaluations >= WORK):
-            return tuple(found)
-    if _pushes(problem, reason, "impulse cop"):
-        found += _without_impulse_cop(problem, x, effort)
-    return tuple(found)
+        yield knob, Start(knob.start(reason.x, amount), multipliers)
+
+
+def _far(
+    problem: WalkProblem, main: set[str], promising: list[tuple[Knob, float]]
+) -> Iterator[tuple[Knob, Start]]:
+    """Yield the knobs of the main families, wide open, with starts from the first guess."""
+    for knob, _ in promising:
+        if not main.isdisjoint(knob.families):
+            yield knob, Start(knob.start(easier_guess(problem), np.inf))
+
+
+def following(options: DesignOptions) -> DesignOptions:
+    """Return how a walk is designed from a walk that is known."""
+    return replace(options, approach="direct", diagnose=False)
+
+
+def followed(robot: Robot, task: Task, x: Array, options: DesignOptions) -> Design | None:
+    """Return the proven design from x, or None.
+
+    A search that is not done after `PATIENCE` iterations is given up. One that is done went the
+    same way as without that limit.
+
+    Args:
+        robot, task: as changed.
+        x: a walk that nearly keeps the limits, shape (P,).
+        options: as `following` returns them.
+
+    Raises:
+        KeyboardInterrupt: Ctrl-C was pressed.
+    """
+    problem, options = WalkProblem(robot, task), replace(options, solver=_hasty(options.solver))
+    try:
+        solution = attempt(problem, options, x)
+        if solution.status is Status.INTERRUPTED:
+            raise KeyboardInterrupt
+        if not is_walk(solution) or solution.status is Status.ITERATION_LIMIT:
+            return None
+        found = complete(problem, solution, options)
+    except EvaluationError:
+        return None
+    if found.solution.status is Status.INTERRUPTED:
+        raise KeyboardInterrupt
+    return found if found.proven else None
+
+
+def _hasty(solver: Solver) -> Solver:
+    """Return the default solver with fewer iterations, any other as it is."""
+    if not isinstance(solver, CertifiedSQP) or not isinstance(solver.travel, SQP):
+        return solver
+    limit = min(solver.travel.max_iterations, PATIENCE)
+    return replace(solver, travel=replace(solver.travel, max_iterations=limit))
 
 
 def _promising(problem: WalkProblem, reason: Reason) -> list[tuple[Knob, float]]:
     """Return the knobs to try, with how far they should have to be turned by the multipliers.
 
-    Those of the main families come first, whatever the multipliers say; then knobs that may
-    suffice, of these the ones of families that give, then those that have to be turned less.
+    Those that ask for more than is usual come first, then those of the main families, whatever the
+    multipliers say; then knobs that may suffice, of these the ones of families that give, then
+    those that have to be turned less.
     """
     rows = problem.values(reason.x).rows
     gives, main = (_giving(problem, reason, least) for least in (FEASIBLE, MAIN * reason.amount))
-    found: list[tuple[bool, bool, bool, float, Knob]] = []
+    found: list[tuple[bool, bool, bool, bool, float, Knob]] = []
     for knob in limit_knobs(problem):
         relaxation = knob.relaxation(problem)
         relief = relaxation.relief(rows, reason.multipliers)
         short = relief * relaxation.largest <= reason.amount
         stands, aside = gives.isdisjoint(knob.families), main.isdisjoint(knob.families)
         far = reason.amount / relief if relief > 0.0 else np.inf
-        if not aside or (np.isfinite(far) and not (short and stands)):
-            found.append((aside, short, stands, far, knob))
+        easy = usual_value(problem, knob) is None
+        if not easy or not aside or (np.isfinite(far) and not (short and stands)):
+            found.append((easy, aside, short, stands, far, knob))
     others = _promising_duration(problem, reason)
-    found += [(True, False, True, far, knob) for knob, far in others]
-    found.sort(key=lambda entry: entry[:4])
+    found += [
+        (usual_value(problem, knob) is None, True, False, True, far, knob) for knob, far in others
+    ]
+    found.sort(key=lambda entry: entry[:5])
     return [(knob, far) for *_, far, knob in found[:KNOBS]]
 
 
@@ -121,7 +200,7 @@ def _giving(problem: WalkProblem, reason: Reason, least: float) -> set[str]:
 
 
 def _promising_duration(problem: WalkProblem, reason: Reason) -> list[tuple[Knob, float]]:
-    """The step duration, in the direction that the multipliers ask for."""
+    """The step duration: where it is unusual, or in the direction that the multipliers ask for."""
     if problem.layout.index("duration") is not None:
         return []
     for shorter in (True, False):
@@ -129,8 +208,8 @@ def _promising_duration(problem: WalkProblem, reason: Reason) -> list[tuple[Knob
         start = knob.start(reason.x, 0.0)
         slope = knob.program(problem, start).point(start).jacobian[:, -1]
         relief = -float(reason.multipliers @ slope) * (knob.bound - knob.before)
-        if relief > reason.amount:
-            return [(knob, reason.amount / relief)]
+        if relief > reason.amount or usual_value(problem, knob) is not None:
+            return [(knob, reason.amount / relief if relief > reason.amount else 1.0)]
     return []
 
 
@@ -139,95 +218,83 @@ def _pushes(problem: WalkProblem, reason: Reason, name: str) -> bool:
     return present and bool(reason.multipliers[problem.family_rows(name)].any())
 
 
-def _turn(problem: WalkProblem, knob: Knob, start: Start, effort: Effort) -> Suggestion | None:
+def _turn(problem: WalkProblem, knob: Knob, effort: Effort, start: Start) -> Suggestion | None:
     """Turn one knob as little as possible; return None if that does not suffice.
 
     The start is in the knob's variables, with multipliers of the walk's rows.
     """
-    problem, solution = _least_turn(problem, knob, start, effort)
+    program = knob.program(problem, start.x)
+    own = None if start.multipliers is None else program.own_multipliers(start.multipliers)
+    solution = solve_or_stop(SEARCHER, program, Start(start.x, own), Settle())
+    effort.evaluations += solution.evaluations
     if not solution.violation <= FEASIBLE:
         return None
-    for value in _outward(knob.before, knob.value(solution.x), knob.bound):
-        robot, task = knob.turned(problem.robot, problem.task, value)
-        walk = _walk(WalkProblem(robot, task, problem.grid), solution.x[:-1], effort)
-        if walk is not None:
-            return Suggestion(
-                knob.name, knob.words, knob.before, value, knob.unit, walk.cost, walk.x
-            )
+    for value in _outward(knob.before, knob.value(solution.x), knob.bound, knob.step):
+        suggestion = _suggestion(problem, knob, value, solution.x[:-1], effort)
+        if suggestion is not None:
+            return suggestion
     return None
 
 
-def _least_turn(
-    problem: WalkProblem, knob: Knob, start: Start, effort: Effort
-) -> tuple[WalkProblem, Solution]:
-    """Return the solution of a knob's program, and the walk with the instants that matter to it."""
-    solution, multipliers = _solved(SEARCHER, knob, problem, start, effort)
-    if not effort.refined or not solution.violation <= FEASIBLE:
-        return problem, solution
-    for _ in range(SEARCHES):
-        robot, task = knob.turned(problem.robot, problem.task, knob.value(solution.x))
-        extra = violated_instants(on_fine_grid(WalkProblem(robot, task)), solution.x[:-1])
-        finer = problem.with_grid(problem.grid.with_instants(extra))
-        if finer.grid.count == problem.grid.count:
-            break
-        warm = Start(solution.x, placed(finer, pressures(problem, multipliers)))
-        again, multipliers = _solved(WARM, knob, finer, warm, effort)
-        if not again.violation <= FEASIBLE:
-            break
-        problem, solution = finer, again
-    return problem, solution
+def _as_usual(problem: WalkProblem, knob: Knob, effort: Effort) -> Suggestion | None:
+    """Turn a knob to its usual value where more is asked for; return None if that does not do."""
+    value = usual_value(problem, knob)
+    if value is None:
+        return None
+    try:
+        x = first_guess(WalkProblem(*knob.turned(problem.robot, problem.task, value)))
+    except (InputError, UnreachableError):
+        return None
+    return _suggestion(problem, knob, value, x, effort)
 
 
-def _solved(
-    solver: SQP, knob: Knob, problem: WalkProblem, start: Start, effort: Effort
-) -> tuple[Solution, Array]:
-    """Turn a knob from a start with multipliers of the walk's rows; return such ones too."""
-    program = knob.program(problem, start.x)
-    own = None if start.multipliers is None else program.own_multipliers(start.multipliers)
-    solution = solve_or_stop(solver, program, Start(start.x, own), Settle())
-    effort.evaluations += solution.evaluations
-    return solution, program.base_multipliers(solution.multipliers)
+def _suggestion(
+    problem: WalkProblem, knob: Knob, value: float, x: Array, effort: Effort
+) -> Suggestion | None:
+    """Follow a suggestion; return it if that leads to a proven walk."""
+    try:
+        robot, task = knob.turned(problem.robot, problem.task, value)
+    except InputError:
+        return None
+    found = followed(robot, task, x, effort.options)
+    effort.evaluations += PATIENCE if found is None else found.solution.evaluations
+    if found is None:
+        return None
+    return Suggestion(
+        knob.name, knob.words, knob.before, value, knob.unit, robot, task, effort.options, x, found
+    )
 
 
 def _without_impulse_cop(problem: WalkProblem, x: Array, effort: Effort) -> list[Suggestion]:
     margins = replace(problem.task.margins, impulse_cop=False)
-    task = replace(problem.task, margins=margins)
-    walk = _walk(WalkProblem(problem.robot, task, problem.grid), x, effort)
-    if walk is None:
+    robot, task = problem.robot, replace(problem.task, margins=margins)
+    found = followed(robot, task, x, effort.options)
+    if found is None:
+        effort.tried += ("impulse_cop",)
         return []
-    words = "the limit on the centre of pressure at the impact (impulse_cop)"
-    return [Suggestion("impulse_cop", words, 1.0, 0.0, "", walk.cost, walk.x)]
+    words = "the limit on the centre of pressure at the impact"
+    return [Suggestion("impulse_cop", words, 1.0, 0.0, "", robot, task, effort.options, x, found)]
 
 
-def _walk(problem: WalkProblem, x: Array, effort: Effort) -> Values | None:
-    """Return a gait of a changed task near x, or None.
+def _outward(before: float, exact: float, bound: float, step: float) -> Iterator[float]:
+    """Yield rounded values beyond the exact one, ever farther from the value before.
 
-    It is not optimised: an optimum would lean on the limits between the samples again.
+    Args:
+        before: the value asked for.
+        exact: the nearest with which a walk may exist.
+        bound: the farthest allowed.
+        step: a change that matters.
     """
-    fine = on_fine_grid(problem)
-    for _ in range(ROUNDS):
-        if worst_violation(problem, problem.values(x))[0] > INSIDE:
-            nearest = solve_or_stop(VERIFIER, RelaxedProgram(problem, (), x), Start(x))
-            effort.evaluations += nearest.evaluations
-            if not nearest.violation <= FEASIBLE:
-                return None
-            x = nearest.x
-        extra = violated_instants(fine, x) if effort.refined else np.zeros(0)
-        finer = problem.with_grid(problem.grid.with_instants(extra))
-        if finer.grid.count == problem.grid.count:
-            return problem.values(x)
-        problem = finer
-    return None
-
-
-def _outward(before: float, exact: float, bound: float) -> Iterator[float]:
-    """Yield rounded values beyond the exact one, ever farther from the value before."""
     sign = 1.0 if bound > before else -1.0
-    digit = 10.0 ** np.floor(np.log10(max(abs(exact - before), 1e-9) / COARSE))
-    nearest = np.ceil(sign * exact / digit - 1e-9)
-    for more in OUTWARD:
-        value = round(float(sign * (nearest + more) * digit), 9) + 0.0
-        if sign * (bound - value) <= 0.0:
-            yield bound
+    change = max(abs(exact - before), LEAST * abs(step))
+    digit = 10.0 ** np.floor(np.log10(change / COARSE))
+    last = before
+    for factor in OUTWARD:
+        least = np.ceil((sign * before + factor * change) / digit - 1e-9)
+        value = round(float(sign * least * digit), 9) + 0.0
+        value = bound if sign * (bound - value) <= 0.0 else value
+        if value != last:
+            yield value
+        if value == bound:
             return
-        yield value
+        last = value

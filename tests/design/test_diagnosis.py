@@ -12,6 +12,7 @@ from gaitopt.design.certificate import on_fine_grid
 from gaitopt.design.contradictions import contradictions
 from gaitopt.design.design import design
 from gaitopt.design.diagnose import diagnose
+from gaitopt.design.diagnosis import digits
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.refine import violated_instants
 from gaitopt.errors import NoGaitFoundError, UnreachableError
@@ -122,6 +123,46 @@ def test_a_suggestion_can_be_designed(robot):
     assert weak.before < np.abs(found.gait.torque).max() <= weak.after * (1.0 + 1e-6)
 
 
+def test_following_a_suggestion_leads_to_the_walk_that_it_names(robot):
+    for suggestion in refusal(BETWEEN).diagnosis.suggestions:
+        again = design(
+            suggestion.robot, suggestion.task, suggestion.options, start=suggestion.start
+        )
+        assert again.certificate.certified
+        assert again.gait.cost == pytest.approx(suggestion.cost, rel=1e-6)
+        assert robot.mass == suggestion.robot.mass
+
+
+def test_a_suggestion_changes_more_than_its_digits_hide(case):
+    *_, diagnosis = case
+    for suggestion in diagnosis.suggestions:
+        if suggestion.knob != "impulse_cop":
+            before, after = f"{suggestion.before:g}", digits(suggestion.after)
+            assert before != after
+            assert float(after) == suggestion.after
+            assert f" to {after}" in suggestion.sentence
+
+
+@pytest.mark.parametrize(
+    "value", [150.0, 0.1, 1.0 / 3.0, 1e-9, 123456789.125, -0.00986, 9.999999999999998]
+)
+def test_a_number_is_printed_with_the_digits_it_has(value):
+    assert float(digits(value)) == value
+
+
+def test_the_usual_solver_is_suggested_where_another_gave_up(robot):
+    """One iteration does not do; the diagnosis finds the walk all the same."""
+    hasty = DesignOptions(solver=solver_by_name("sqp", max_iterations=1), refine=False)
+    with pytest.raises(NoGaitFoundError) as caught:
+        design(robot, preset_task(samples=21), hasty)
+    diagnosis = caught.value.diagnosis
+    assert diagnosis.gait is not None
+    (suggestion,) = diagnosis.suggestions
+    assert suggestion.knob == ""
+    assert suggestion.options.solver == DesignOptions().solver
+    assert "the default solver" in diagnosis.sentences[-1]
+
+
 def test_people_can_read_it(case):
     task, _, knob, diagnosis = case
     text = "\n".join(diagnosis.sentences)
@@ -176,12 +217,12 @@ def test_a_walk_that_can_be_walked_contradicts_nothing(robot):
 
 def test_a_walk_found_after_all_is_handed_over(robot, standard_task):
     problem = WalkProblem(robot, standard_task)
-    diagnosis = diagnose(problem, None)
+    diagnosis = diagnose(problem)
     assert diagnosis.gait is not None
     excess = violations(problem.rows.lower, problem.rows.upper, problem.values(diagnosis.gait).rows)
     assert excess.max() <= 1e-6
     assert diagnosis.sentences == (
-        "a feasible walk exists: start from the one that the diagnosis found",
+        "a walk that keeps every limit at its samples exists; from there no proven one was found",
     )
     assert diagnosis.suggestions == ()
 

@@ -7,13 +7,15 @@ from hypothesis import strategies as st
 from numerics import check_jacobian, relative_error
 from walks import walk
 
-from gaitopt.design.knobs import duration_knob, limit_knobs
+from gaitopt.design.knobs import duration_knob, limit_knobs, usual_value
 from gaitopt.design.reason import easier_guess
 from gaitopt.design.relaxation import Relaxation, RelaxedProgram
 from gaitopt.design.suggestions import _outward
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.task import preset_task
 from gaitopt.nlp import Start, Status
+from gaitopt.robot.choices import LimitOverride
+from gaitopt.robot.model import Robot
 from gaitopt.solvers import SQP
 
 KNOBS = (
@@ -173,15 +175,45 @@ def test_the_duration_knob_pulls_towards_the_duration_asked_for(shorter, value):
 )
 def test_suggestions_are_rounded_away_from_the_value_before(before, share, room, up):
     bound = before + room if up else before - room
-    exact = before + share * (bound - before)
-    values = list(_outward(before, exact, bound))
+    exact, step = before + share * (bound - before), 0.1 * room
+    values = list(_outward(before, exact, bound, step))
     sign = 1.0 if up else -1.0
+    change = max(abs(exact - before), 0.05 * step)
     assert values
-    assert all(sign * (v - exact) >= -1e-8 * abs(exact - before) for v in values)
+    assert all(sign * (v - exact) >= -1e-8 * change for v in values)
     assert all(sign * (bound - v) >= -1e-12 * abs(bound) for v in values)
-    assert sign * (values[0] - exact) <= 0.34 * abs(exact - before) + 1e-9
-    assert [sign * v for v in values] == sorted(sign * v for v in values)
-    assert all(len(f"{v:.9f}".rstrip("0")) <= 12 for v in values[:-1])
+    assert sign * (values[0] - before) <= 1.44 * change + 1e-9
+    assert [sign * v for v in values] == sorted({sign * v for v in values})
+    assert all(len(f"{v:.9f}".rstrip("0")) <= 12 for v in values if v != bound)
+
+
+def test_a_change_too_small_to_see_is_made_larger():
+    """150 N.m and next to nothing, as a search ends at the edge of what can be walked."""
+    (first, *_) = _outward(150.0, 150.0 + 1e-7, 1500.0, 150.0)
+    assert first == pytest.approx(159.0)
+
+
+def test_stronger_motors_are_told_by_the_choices_about_the_robot(robot):
+    """As a file of choices tells them: read with these, the robot has the new limits."""
+    given = LimitOverride("*knee", torque=50.0)
+    uneven = Robot.from_urdf(robot.urdf, choices=replace(robot.choices, limits=(given,)))
+    problem = WalkProblem(uneven, preset_task())
+    for name in ("robot torque limits", "robot joint ranges"):
+        changed, _ = knob_of(problem, name).turned(uneven, problem.task, 1.3)
+        again = Robot.from_urdf(robot.urdf, choices=changed.choices)
+        for kind in ("torque", "speed", "lower", "upper"):
+            expected, found = getattr(changed.limits, kind), getattr(again.limits, kind)
+            np.testing.assert_allclose(found, expected, rtol=1e-12)
+    assert (changed.limits.upper > uneven.limits.upper).all()
+
+
+def test_what_is_asked_beyond_the_usual_is_known(robot):
+    asked = {"torque_limit": 25.0, "clearance": 0.3, "trunk_yaw": 0.05, "speed": 1.4}
+    problem = WalkProblem(robot, preset_task(**asked))
+    found = {k.name: usual_value(problem, k) for k in limit_knobs(problem)}
+    assert {n: v for n, v in found.items() if v is not None} == {
+        "torque_limit": 150.0, "clearance": 0.03, "trunk_yaw": 1.0, "speed": 1.0,
+    }  # fmt: skip
 
 
 def test_multipliers_go_to_the_limit_they_push():

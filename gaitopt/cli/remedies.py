@@ -1,0 +1,239 @@
+"""What to do where there is no gait: suggestions as commands to run, with their walks kept."""
+
+from __future__ import annotations
+
+import json
+import os
+import shlex
+import shutil
+import sys
+import tempfile
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, fields
+from hashlib import sha256
+from pathlib import Path
+
+import numpy as np
+
+from gaitopt.atomic import write_atomically
+from gaitopt.cli.config import SCHEMA, Settings
+from gaitopt.cli.request import Request, make_task
+from gaitopt.cli.robot_request import choices_text, make_robot, robot_source
+from gaitopt.design.attempt import begins_relaxed
+from gaitopt.design.diagnosis import Diagnosis, Suggestion, digits
+from gaitopt.errors import InputError
+from gaitopt.gait.assemble import gait_at
+from gaitopt.gait.problem import WalkProblem
+from gaitopt.gait.result_file import save_gait
+from gaitopt.gait.task import Margins, Task
+from gaitopt.robot.model import Robot
+from gaitopt.solvers.sqp import SQP
+
+FOLDER = "suggestions"
+"""In the directory of the results, or else in one for gaitopt's files."""
+RECORD = "diagnosis.json"
+SOLVER = ("solver", "qp_solver", "tolerance", "max_iterations", "differences")
+GUESSES = ("start", "starts", "seed", "sigma")
+SAME_LIMIT = 1e-12  # relative; limits come back through a file
+
+
+@dataclass(frozen=True)
+class Asked:
+    """The command line that was given.
+
+    Attributes:
+        options: as typed, those of `SCHEMA`.
+        config: configuration file, if any.
+        output: where results go, if anywhere.
+        page, figures, quiet: what else `gaitopt optimise` was told.
+    """
+
+    options: Settings
+    config: Path | None
+    output: Path | None
+    page: bool = True
+    figures: bool = True
+    quiet: bool = False
+
+    def command(self, changes: Mapping[str, object]) -> str:
+        """Return the command line with some options changed, quoted for a shell.
+
+        Args:
+            changes: by name; those that are None are left out.
+        """
+        options = {k: v for k, v in {**self.options, **changes}.items() if v is not None}
+        words = [*_program(), "optimise"]
+        for name, value in options.items():
+            words += _words(name, value)
+        for name, path in (("config", self.config), ("output", self.output)):
+            words += [] if path is None else _words(name, path)
+        words += [
+            f"--no-{n}" for n, on in (("page", self.page), ("figures", self.figures)) if not on
+        ]
+        return shlex.join([*words, "--quiet"] if self.quiet else words)
+
+
+def remedies(diagnosis: object, request: Request, asked: Asked) -> Iterator[str]:
+    """Yield the lines of a diagnosis; keep the walks of its suggestions.
+
+    Args:
+        diagnosis: of a walk without a gait; anything else has no lines.
+        request: what was asked for.
+        asked: in what words.
+    """
+    if not isinstance(diagnosis, Diagnosis):
+        return
+    yield from (f"- {sentence}" for sentence in diagnosis.reasons)
+    try:
+        folder = _folder(request, asked.output)
+    except OSError as error:
+        yield f"- nothing can be kept: {error}"
+        yield from (f"- {suggestion.sentence}" for suggestion in diagnosis.suggestions)
+        return
+    commands = []
+    for suggestion in diagnosis.suggestions:
+        yield f"- {suggestion.sentence}:"
+        try:
+            command = asked.command(_changes(suggestion, request, asked, folder))
+            kept = _keep(suggestion, folder)
+        except (InputError, OSError) as error:
+            yield f"  (no command for it: {error})"
+            continue
+        yield f"    {command}"
+        yield f"  the walk itself is kept as {kept}"
+        commands.append(command)
+    if asked.output is not None or commands:
+        record = {**diagnosis.record(), "commands": commands}
+        text = json.dumps(record, indent=2, ensure_ascii=False, allow_nan=False)
+        write_atomically(folder / RECORD, f"{text}\n".encode())
+
+
+def _changes(
+    suggestion: Suggestion, request: Request, asked: Asked, folder: Path
+) -> dict[str, object]:
+    """Return the options to change, by name; None for those to leave out.
+
+    Raises:
+        InputError: no options lead to what the suggestion says.
+    """
+    changes: dict[str, object] = {}
+    knob, task_names = suggestion.knob, (*SCHEMA["task"], *SCHEMA["margins"])
+    if knob == "impulse_cop":
+        changes[knob] = False
+    elif knob in task_names:
+        changes[knob] = suggestion.after
+    elif knob:
+        changes["choices"] = _write_choices(suggestion, request, folder)
+    changes |= _method(suggestion, request, asked)
+    settings = {**request.settings, **changes}
+    robot = make_robot(settings) if "choices" in changes else request.robot
+    # what follows from the robot and the changed value by default is held where it was
+    for name, value in _differing(make_task(settings, robot), suggestion.task).items():
+        changes[name] = settings[name] = value
+    if make_task(settings, robot) != suggestion.task or not _same_limits(robot, suggestion.robot):
+        raise InputError("no option of the command line says this; change the task in Python")
+    return {**changes, "start": _start_file(suggestion, folder)}
+
+
+def _method(suggestion: Suggestion, request: Request, asked: Asked) -> dict[str, object]:
+    """Return the options on how to search, so that the walk is found as it was."""
+    settings, wanted = request.settings, suggestion.options
+    changes: dict[str, object] = dict.fromkeys(GUESSES)
+    if any(name in settings and name not in asked.options for name in GUESSES):
+        changes |= {"starts": 1, "sigma": 0.0}  # the configuration file's do not count
+    if begins_relaxed(suggestion.task, request.options):
+        changes["approach"] = wanted.approach
+    if (wanted.solver, wanted.differences) != (request.options.solver, request.options.differences):
+        changes |= dict.fromkeys(SOLVER)
+        usual = {
+            "solver": "default", "qp_solver": SQP.qp_solver, "tolerance": SQP.tolerance,
+            "max_iterations": SQP.max_iterations, "differences": "none",
+        }  # fmt: skip
+        changes |= {n: v for n, v in usual.items() if n in settings and n not in asked.options}
+    return changes
+
+
+def _differing(found: Task, wanted: Task) -> dict[str, object]:
+    """Return the fields of task and margins that differ, with the values wanted."""
+    names = [n for n in SCHEMA["task"] if n not in ("preset",)]
+    differing = {n: getattr(wanted, n) for n in names if getattr(found, n) != getattr(wanted, n)}
+    for name in (f.name for f in fields(Margins)):
+        value = getattr(wanted.margins, name)
+        if getattr(found.margins, name) != value:
+            differing[name] = value
+    return differing
+
+
+def _same_limits(robot: Robot, wanted: Robot) -> bool:
+    return all(
+        np.allclose(getattr(robot.limits, f.name), getattr(wanted.limits, f.name), SAME_LIMIT, 0.0)
+        for f in fields(robot.limits)
+    )
+
+
+def _write_choices(suggestion: Suggestion, request: Request, folder: Path) -> Path:
+    """Write the choices about the robot with the limits of a suggestion."""
+    _, choices = robot_source(request.settings)
+    changed = suggestion.robot.choices.limits[len(request.robot.choices.limits) :]
+    path = folder / f"{_file_name(suggestion)}.toml"
+    text = choices_text(choices.over(limits=(*choices.limits, *changed)))
+    return write_atomically(path, text.encode())
+
+
+def _start_file(suggestion: Suggestion, folder: Path) -> Path:
+    return folder / f"{_file_name(suggestion)}_start.npz"
+
+
+def _keep(suggestion: Suggestion, folder: Path) -> Path:
+    """Write the walk of a suggestion, and the one from which it is found; return the first."""
+    problem = WalkProblem(suggestion.robot, suggestion.task)
+    status = {"status": "first guess for a suggestion: near the limits, not optimal"}
+    save_gait(gait_at(problem, suggestion.start, status), _start_file(suggestion, folder))
+    return save_gait(suggestion.found.gait, folder / f"{_file_name(suggestion)}.npz")
+
+
+def _file_name(suggestion: Suggestion) -> str:
+    return (suggestion.knob or "same task").replace(" ", "_")
+
+
+def _folder(request: Request, output: Path | None) -> Path:
+    """Return the directory for the walks of suggestions, made if need be.
+
+    Raises:
+        OSError: it cannot be made.
+    """
+    if output is not None:
+        folder = output / FOLDER
+        folder.mkdir(parents=True, exist_ok=True)
+        return folder
+    same = repr((request.robot.urdf, request.task)).encode()
+    name = Path("gaitopt") / FOLDER / sha256(same).hexdigest()[:12]
+    home = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+    for place in (Path(home), Path(tempfile.gettempdir())):
+        try:
+            (place / name).mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            reason = error
+        else:
+            return place / name
+    raise reason
+
+
+def _program() -> list[str]:
+    """Return what starts gaitopt from a shell, as it was started."""
+    if Path(sys.argv[0]).name == "__main__.py":
+        name = Path(sys.executable).name
+        found = shutil.which(name)
+        same = found is not None and os.path.samefile(found, sys.executable)
+        return [name if same else sys.executable, "-m", "gaitopt"]
+    return ["gaitopt"]
+
+
+def _words(name: str, value: object) -> list[str]:
+    """Return an option as words of a command line."""
+    flag = name.replace("_", "-")
+    if isinstance(value, bool):
+        return [f"--{flag}" if value else f"--no-{flag}"]
+    if isinstance(value, list | tuple):
+        return [word for one in value for word in _words(name, one)]
+    return [f"--{flag}", digits(value) if isinstance(value, float) else str(value)]
