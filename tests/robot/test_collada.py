@@ -9,7 +9,7 @@ from example_robots import example_robot, needs_example_robots
 from mesh_files import TETRAHEDRON, sorted_rows
 from urdf_edits import edited_urdf, link
 
-from gaitopt.robot.files.collada import up_axis
+from gaitopt.robot.files.collada import unseen, up_axis
 from gaitopt.robot.files.source import read_source
 
 COLLISION = pin.GeometryType.COLLISION
@@ -106,3 +106,34 @@ def test_robots_that_mean_y_and_robots_that_do_not(path, turned):
     ]
     assert len(same) > 5
     assert set(same) == {not turned}
+
+
+A_ONE = "<transparent opaque='A_ONE'><color>1 1 1 {}</color></transparent>"
+RGB_ZERO = "<transparent opaque='RGB_ZERO'><color>{0} {0} {0} 1</color></transparent>"
+FACTOR = "<transparency><float>{}</float></transparency>"
+
+
+@pytest.mark.parametrize(
+    ("parts", "expected"),
+    [
+        ("", False),
+        (A_ONE.format(0), True),
+        (A_ONE.format(1), False),
+        (A_ONE.format(0.4), False),
+        (A_ONE.format(1) + FACTOR.format(0), True),
+        (FACTOR.format("0.0"), True),
+        (FACTOR.format(0.3), False),
+        (FACTOR.format("none"), False),
+        (RGB_ZERO.format(1), True),
+        (RGB_ZERO.format(0), False),
+        (RGB_ZERO.format(1) + FACTOR.format(0), False),
+        ("<transparent><color>1 1 1 1</color></transparent>" + FACTOR.format("0.0"), True),
+        ("<transparent opaque='A_ZERO'><color>1 1 1 1</color></transparent>", True),
+        ("<transparent opaque='RGB_ONE'><color>0 0 0 1</color></transparent>", True),
+        ("<transparent><texture texture='a'/></transparent>", False),
+    ],
+)
+def test_meshes_that_the_viewer_would_not_show(parts, expected):
+    """The viewer is three.js, whose opacities these are: it was read and tried."""
+    text = f"<phong xmlns='http://www.collada.org/2005/11/COLLADASchema'>{parts}</phong>"
+    assert unseen(ET.fromstring(text)) is expected

@@ -1,19 +1,61 @@
-"""Collada files whose y axis is up: whether a robot wants their meshes turned, and the turn.
+"""Collada files whose y axis is up, and files that viewers draw invisible.
 
 Pinocchio takes the numbers of a Collada file as they are, whichever axis the file calls up. Many
 robots are made for that, and their files say y only because some program wrote it there; others
 mean it. Which of the two, the masses tell: the links' shapes lie about their centres of mass.
+
+Opacity is written in four ways, and many programs wrote that of an opaque mesh as none.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from xml.etree import ElementTree
+from xml.etree.ElementTree import Element
 
 import numpy as np
 import pinocchio as pin
 
 _UPRIGHT = pin.SE3(np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]]), np.zeros(3))
 _NEARER = 0.8  # of the distance to the masses: symmetric shapes tell nothing and are left alone
+_UNSEEN = 0.02  # opacity: less is what a program meant as opaque, glass has more
+
+
+def unseen(model: Element) -> bool:
+    """Tell whether a viewer that goes by the book draws nothing with a lighting model.
+
+    Args:
+        model: `phong` element, say, of a Collada document.
+    """
+    return _opacity(model) < _UNSEEN
+
+
+def _opacity(model: Element) -> float:
+    """Return the opacity of a lighting model (COLLADA 1.4.1, "Determining transparency")."""
+    factor = _numbers(model, "transparency", "float")
+    colour = _numbers(model, "transparent", "color")
+    if not factor and not colour:
+        return 1.0
+    mode = next((e.get("opaque", "A_ONE") for e in _parts(model, "transparent")), "A_ONE")
+    scale = factor[0] if factor else 1.0
+    full = (*colour, 1.0, 1.0, 1.0, 1.0)[:4] if colour else (1.0, 1.0, 1.0, 1.0)
+    part = full[3] if mode.startswith("A_") else full[0]
+    return 1.0 - part * scale if mode.endswith("ZERO") else part * scale
+
+
+def _numbers(model: Element, name: str, kind: str) -> list[float]:
+    """Return the numbers of a part of a lighting model, none if it has no such part."""
+    for part in _parts(model, name):
+        for value in _parts(part, kind):
+            try:
+                return [float(word) for word in (value.text or "").split()]
+            except ValueError:
+                return []
+    return []
+
+
+def _parts(element: Element, name: str) -> Iterator[Element]:
+    return (child for child in element if child.tag.rpartition("}")[2] == name)
 
 
 def up_axis(path: str) -> str:

@@ -94,6 +94,7 @@ def _joint_model(joint: Joint) -> pin.JointModel:
     if joint.kind == "planar":
         return pin.JointModelPlanar()
     axis, slides = np.array(joint.axis), joint.kind == "prismatic"
+    axis = axis / np.abs(axis).max()  # its square may be too large or too small for a number
     for unit, name in zip(np.eye(3), "XYZ", strict=True):
         if np.abs(axis - unit).max() < _ROUNDING:
             return getattr(pin, f"JointModel{'P' if slides else 'R'}{name}")()

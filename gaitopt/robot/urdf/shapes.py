@@ -13,6 +13,7 @@ from xml.etree.ElementTree import Element
 from gaitopt.errors import RobotError
 from gaitopt.robot.files.xml_lines import XmlTree
 from gaitopt.robot.urdf.description import Pose, Vector, read_pose, read_version
+from gaitopt.robot.urdf.spelling import check_attributes
 from gaitopt.robot.urdf.values import Entry, UrdfProblem, printable
 
 Kind = Literal["visual", "collision"]
@@ -108,8 +109,10 @@ def _form(
         found = f"has <{'>, <'.join(named)}>" if named else "has nothing"
         allowed = f"one of {', '.join(_SHAPES)}"
         raise owner.refusal(f"the geometry of its {part.tag} {found}; it must be {allowed}", part)
-    form = forms[0]
-    pose = read_pose(owner, part.find("origin"), what, version)
+    form, origin = forms[0], part.find("origin")
+    if origin is not None:
+        check_attributes(owner, origin)
+    pose = read_pose(owner, origin, what, version)
     return pose, form.tag, _size(owner, form, part.tag), form.get("filename", "")
 
 

@@ -30,7 +30,8 @@ _ATTRIBUTES = {
     "dynamics": ("damping", "friction"),
 }
 _SEEN = ("visual", "collision", "safety_controller", "calibration")  # no motion depends on them
-_ALIKE = 0.7  # ratio of `difflib`: one letter wrong, missing, or exchanged with the next
+_ALIKE = 0.7  # ratio of `difflib`: one letter of five wrong, missing, or exchanged with the next
+_ALIKE_SHORT = 0.66  # and of three, as in xzy
 
 
 def check_spelling(tree: XmlTree) -> list[UrdfProblem]:
@@ -70,7 +71,7 @@ def _check(entry: Entry, element: Element) -> list[UrdfProblem]:
         if child.tag not in (*once, *_MORE[element.tag]):
             problems += _unknown(entry, element, child)
         elif child.tag in _ATTRIBUTES:
-            _check_attributes(entry, child)
+            check_attributes(entry, child)
     return problems
 
 
@@ -88,11 +89,21 @@ def _unknown(entry: Entry, element: Element, child: Element) -> list[UrdfProblem
     return [entry.problem("unknown", text, child)]
 
 
-def _check_attributes(entry: Entry, child: Element) -> None:
+def check_attributes(entry: Entry, child: Element) -> None:
+    """Refuse an element with an attribute that is another one misspelt.
+
+    Args:
+        entry: link or joint that it belongs to, for messages.
+        child: the element.
+
+    Raises:
+        RobotError: naming the attribute that must be meant.
+    """
     known = _ATTRIBUTES[child.tag]
-    for name in child.attrib:
-        near = _nearest(name, [each for each in known if each not in child.attrib])
-        if name not in known and near:
+    for name in child.attrib.keys() - set(known):
+        left = [each for each in known if each not in child.attrib]
+        near = _nearest(name, left, _ALIKE_SHORT)
+        if near:
             raise entry.refusal(
                 f"<{child.tag}> has {printable(name)}=, which is not known; write {near}=, or "
                 "remove it",
@@ -100,6 +111,6 @@ def _check_attributes(entry: Entry, child: Element) -> None:
             )
 
 
-def _nearest(name: str, known: tuple[str, ...] | list[str]) -> str:
-    near = difflib.get_close_matches(name.lower(), known, 1, _ALIKE)
+def _nearest(name: str, known: tuple[str, ...] | list[str], alike: float = _ALIKE) -> str:
+    near = difflib.get_close_matches(name.lower(), known, 1, alike)
     return near[0] if near else ""
