@@ -13,6 +13,8 @@ from pathlib import Path
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
 
+from gaitopt.robot.files.collada import unseen
+
 _SPACE = "http://www.collada.org/2005/11/COLLADASchema"
 _GREY = "0.62 0.65 0.68 1"  # in place of a picture
 _NUMBERS = re.compile(r"[\d\s+\-.eE]*")
@@ -89,16 +91,9 @@ def _copy(element: Element, parent: Element, labels: dict[str, str]) -> None:
         _copy(child, made, labels)
     if tag == "diffuse" and made.find("color") is None:
         SubElement(made, "color").text = _GREY
-    clear = [e for e in made if e.tag in ("transparent", "transparency")]
-    if tag in _SHADING and any(map(_invisible, clear)):
-        for one in clear:
+    if tag in _SHADING and unseen(made):
+        for one in [e for e in made if e.tag in ("transparent", "transparency")]:
             made.remove(one)
-
-
-def _invisible(element: Element) -> bool:
-    """Whether the last number, the opacity or how much of it counts, is none or zero."""
-    numbers = "".join(element.itertext()).split()
-    return not numbers or float(numbers[-1]) == 0.0
 
 
 def _value(name: str, value: str, labels: dict[str, str]) -> str:
