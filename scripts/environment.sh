@@ -20,7 +20,7 @@ find_python() {
   complain "gaitopt needs Python 3.10 or newer, and none was found; install one, or name it: PYTHON=/path/to/python $0"
 }
 
-# use_environment EXTRAS: EXTRAS is empty, or "[test]"; what an earlier call installed is kept.
+# use_environment EXTRAS: EXTRAS is empty, or as "[test]"; what an earlier call installed is kept.
 use_environment() {
   local extras=$1 venv="$root/.venv" python stamp wanted
   if [ ! -x "$venv/bin/python" ]; then

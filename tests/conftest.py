@@ -1,6 +1,6 @@
 """Fixtures that all tests share; its presence also puts this directory on the import path."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Generator
 
 import numpy as np
 import pytest
@@ -11,6 +11,47 @@ from gaitopt.design.options import DesignOptions
 from gaitopt.gait.task import Task, preset_task
 from gaitopt.robot.model import Robot
 from gaitopt.solvers import solver_by_name
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption(
+        "--nothing-skipped",
+        action="store_true",
+        help="fail on tests that are skipped, but for those that need a browser",
+    )
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(
+    item: pytest.Item, call: "pytest.CallInfo[None]"
+) -> Generator[None, pytest.TestReport, pytest.TestReport]:
+    del call
+    report = yield
+    if (
+        report.skipped
+        and not hasattr(report, "wasxfail")
+        and not item.get_closest_marker("browser")
+    ):
+        _fail(report, item.config)
+    return report
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_make_collect_report(
+    collector: pytest.Collector,
+) -> Generator[None, pytest.CollectReport, pytest.CollectReport]:
+    report = yield
+    if report.skipped:
+        _fail(report, collector.config)
+    return report
+
+
+def _fail(report: pytest.TestReport | pytest.CollectReport, config: pytest.Config) -> None:
+    """Turn a report of a skip into one of a failure, if nothing is to be skipped."""
+    if config.getoption("--nothing-skipped"):
+        reason = report.longrepr[2] if isinstance(report.longrepr, tuple) else report.longrepr
+        report.outcome = "failed"
+        report.longrepr = f"--nothing-skipped: {reason}"
 
 
 @pytest.fixture(scope="session")

@@ -53,8 +53,8 @@ def test_import_is_light() -> None:
     assert found.stdout.strip() == "[]"
 
 
-@pytest.mark.skipif(importlib.util.find_spec("cyipopt") is not None, reason="cyipopt is installed")
-def test_ipopt_says_how_to_get_it() -> None:
+def test_ipopt_says_how_to_get_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "cyipopt", None)
     program = bank.hs71()
     with pytest.raises(MissingExtraError, match=r"gaitopt\[ipopt\]"):
         Ipopt().solve(program, Start(program.start))
