@@ -7,6 +7,7 @@ from pathlib import Path
 import typer
 
 from gaitopt.cli.failures import ExitCode, complain
+from gaitopt.cli.known import tell_robot_of
 from gaitopt.cli.proof import proof_table
 from gaitopt.cli.screen import WIDTH, screen
 from gaitopt.design.audit import Audit, audit
@@ -22,6 +23,7 @@ def run(path: Path) -> None:
         typer.Exit: it was altered, or is not certified.
     """
     gait = load_gait(path)
+    tell_robot_of(screen(stderr=True), gait)
     found = audit(gait)
     out = screen()
     out.print(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from pathlib import Path
 
 import typer
@@ -9,10 +10,11 @@ import typer
 from gaitopt.cli.assignments import named_values
 from gaitopt.cli.cells import new_table
 from gaitopt.cli.failures import ExitCode
+from gaitopt.cli.known import tell_robot_of
 from gaitopt.cli.report import print_gait
 from gaitopt.cli.screen import screen
 from gaitopt.cli.writable import require_files
-from gaitopt.errors import InputError
+from gaitopt.errors import GaitFileError, InputError
 from gaitopt.gait.result import Gait
 from gaitopt.gait.result_file import save_gait
 from gaitopt.study.index import NOT_COMPUTED, Row, Value, columns
@@ -32,6 +34,7 @@ def run_list(directory: Path, where: list[str], names: str | None, plot: Path | 
         InputError: a condition or a column cannot be used, or the figure cannot be written.
     """
     library = open_library(directory)
+    _tell_robot(library)
     if names == LIST:
         for name in columns(library.rows):
             screen().print(name, markup=False)
@@ -55,6 +58,7 @@ def run_at(directory: Path, at: list[str], output: Path | None) -> None:
     """
     require_files((output, "--output"))
     gait, said = _gait_at(open_library(directory), named_values(at, "--at"))
+    tell_robot_of(screen(stderr=True), gait)
     out = screen()
     print_gait(out, gait)
     out.print(said, soft_wrap=True, markup=False)
@@ -63,6 +67,14 @@ def run_at(directory: Path, at: list[str], output: Path | None) -> None:
         out.print(f"wrote {output}", markup=False)
     if not _certified(gait):
         raise typer.Exit(ExitCode.NOT_CERTIFIED)
+
+
+def _tell_robot(library: Library) -> None:
+    """Tell what is odd about the robot, as the first gait that is there records it."""
+    for point in library.state.rows:
+        with suppress(GaitFileError):
+            tell_robot_of(screen(stderr=True), library.gait(point))
+            return
 
 
 def _gait_at(library: Library, values: dict[str, float]) -> tuple[Gait, str]:

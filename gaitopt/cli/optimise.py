@@ -13,6 +13,7 @@ from gaitopt.cli.config import Settings
 from gaitopt.cli.failures import ExitCode, advise, complain
 from gaitopt.cli.fastest import fastest_walk
 from gaitopt.cli.interrupt import StopRequest, ctrl_c_asks
+from gaitopt.cli.known import inspect_command, tell_robot
 from gaitopt.cli.progress import ProgressDisplay
 from gaitopt.cli.remedies import Asked, remedies
 from gaitopt.cli.report import print_gait
@@ -50,6 +51,8 @@ def run(
         require_writable(output)
     request = make_request(given, config)
     errors, out = screen(stderr=True), screen()
+    if not quiet:
+        tell_robot(errors, request.robot.findings, inspect_command(request.settings))
     with painter(output is not None and figures) as brush:
         try:
             if fastest:

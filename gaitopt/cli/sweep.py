@@ -14,6 +14,7 @@ from gaitopt.cli.assignments import named_values
 from gaitopt.cli.config import SCHEMA, Settings
 from gaitopt.cli.crew import make_crew
 from gaitopt.cli.failures import ExitCode, complain
+from gaitopt.cli.known import inspect_command, tell_robot
 from gaitopt.cli.request import Request, make_request, make_task
 from gaitopt.cli.robot_request import biped_spec
 from gaitopt.cli.screen import screen
@@ -45,6 +46,8 @@ def run(given: Settings) -> None:
     request = _request(given, axes)
     begin = _begin(given, axes)
     errors = screen(stderr=True)
+    if not quiet:
+        tell_robot(errors, request.robot.findings, inspect_command(request.settings))
     crew = make_crew(given, axes, errors, quiet)
     try:
         with SweepDisplay(errors, quiet) as display:

@@ -7,8 +7,11 @@ from pathlib import Path
 
 import typer
 
+from gaitopt.cli.known import tell_robot_of
 from gaitopt.cli.robot_request import require_directories
+from gaitopt.cli.screen import screen
 from gaitopt.errors import InputError
+from gaitopt.gait.result import Gait
 from gaitopt.gait.result_file import load_gait
 from gaitopt.view.walk import DEFAULT_STEPS
 
@@ -33,7 +36,7 @@ def run_play(
     if html is not None and (host is not None or port is not None):
         raise InputError("a page is a file: --html goes with neither --host nor --port")
     require_directories(package_dirs)
-    gait = load_gait(path)
+    gait = _loaded(path)
     count = DEFAULT_STEPS if steps is None else steps
     if html is not None:
         typer.echo(f"wrote {write_page(gait, html, count, package_dirs)}")
@@ -57,7 +60,7 @@ def run_plot(path: Path, output: Path | None, formats: list[str] | None) -> None
     """
     from gaitopt.view.figures import write_figures
 
-    gait = load_gait(path)
+    gait = _loaded(path)
     directory = path.parent / "figures" if output is None else output
     for figure in write_figures(gait, directory, tuple(formats or ("png",))):
         typer.echo(f"wrote {figure}")
@@ -71,4 +74,11 @@ def run_export(path: Path, output: Path, both_legs: bool) -> None:
     """
     from gaitopt.view.export import export
 
-    typer.echo(f"wrote {export(load_gait(path), output, both_legs=both_legs)}")
+    typer.echo(f"wrote {export(_loaded(path), output, both_legs=both_legs)}")
+
+
+def _loaded(path: Path) -> Gait:
+    """Return a gait, its robot's oddities told."""
+    gait = load_gait(path)
+    tell_robot_of(screen(stderr=True), gait)
+    return gait

@@ -89,6 +89,7 @@ def finished(
         "status": solution.status.value,
         "refined": refined,
         "certificate": certificate.record(),
+        "findings": [finding.record() for finding in problem.robot.findings],
         "versions": versions(),
     }
     return Design(gait_at(problem, solution.x, meta), certificate, solution, problem)

@@ -10,6 +10,7 @@ from scipy.integrate import trapezoid
 from gaitopt.design.joint_summary import joint_summaries, motor_summaries
 from gaitopt.gait.result import Gait
 from gaitopt.nlp import Array
+from gaitopt.robot.findings import findings_of
 from gaitopt.robot.physics import STANDARD_GRAVITY
 from gaitopt.robot.physics_record import GRAVITY_KEY
 
@@ -19,8 +20,9 @@ Facts = dict[str, object]
 def summarise(gait: Gait) -> Facts:
     """Return the figures of a gait as JSON-able data, None where they were not recorded.
 
-    Keys of the result: robot, physics (see `physics_record`), walk, joints (of stance and swing
-    leg), motors (of one leg over stance and swing), contact, impact, solver, certificate, versions.
+    Keys of the result: robot, findings (about it, each with topic, subject, how and text), physics
+    (see `physics_record`), walk, joints (of stance and swing leg), motors (of one leg over
+    stance and swing), contact, impact, solver, certificate, versions.
     """
     return {
         "robot": {
@@ -28,6 +30,7 @@ def summarise(gait: Gait) -> Facts:
             "mass_kg": gait.number("mass"),
             "leg_length_m": gait.number("leg_length"),
         },
+        "findings": [finding.record() for finding in findings_of(gait.fact("findings"))],
         "physics": gait.fact("physics"),
         "walk": _walk(gait),
         "joints": joint_summaries(gait),

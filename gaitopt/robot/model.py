@@ -127,7 +127,7 @@ class Robot:
             pelvis=chain.pelvis,
             physics=chain.physics,
             choices=reading.choices.over(package_dirs=source.mesh_directories()),
-            findings=(*reading.findings, *chain.findings, *stands, *doubts),
+            findings=(*reading.findings, *chain.findings, *stands, *doubts, *_odd(reading)),
         )
 
     @cached_property
@@ -151,3 +151,11 @@ class Robot:
     def swing_frame(self) -> int:
         """Index of the swing sole frame."""
         return int(self.model.getFrameId(self.swing_sole))
+
+
+def _odd(reading: Reading) -> list[Finding]:
+    """Return what is odd in the file as findings."""
+    return [
+        Finding("file", f"line {problem.line}", problem.text, "warning")
+        for problem in reading.problems
+    ]

@@ -172,7 +172,11 @@ def axis_words(axis: Array) -> str:
 
 
 def _findings(findings: tuple[Finding, ...]) -> Section:
-    told = [f for f in findings if f.topic not in _IN_THE_TABLE or f.how not in ("found", "given")]
+    told = [
+        f
+        for f in findings
+        if f.topic != "file" and (f.topic not in _IN_THE_TABLE or f.how not in ("found", "given"))
+    ]
     rows = tuple((f.topic, f.how, f"{f.subject}: {f.text}") for f in told)
     columns = ("about", "how sure", "what")
     return Section("Found, guessed and changed", columns, rows, tuple(f.how for f in told))

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import json
+from collections import Counter
 from pathlib import Path
 
 from gaitopt.atomic import write_atomically
 from gaitopt.gait.result import Gait
+from gaitopt.robot.findings import findings_of
 from gaitopt.view.meshcat_quiet import meshcat
 from gaitopt.view.page_fit import FIT
 from gaitopt.view.page_template import PAGE
@@ -58,6 +60,7 @@ def page_text(gait: Gait, steps: int = DEFAULT_STEPS, package_dirs: tuple[str, .
         "@DURATION@": json.dumps(gait.duration * steps),
         "@STEP@": json.dumps(gait.duration),
         "@NOTE@": f"<p>{on_page(scene.note)}</p>" if scene.note else "",
+        "@ROBOT@": _robot(gait),
         "@SCALE@": f"{0.1 / scene.force_scale:.4g}",
         "@FIT@": FIT,
         "@COMMANDS@": recorder.text(),
@@ -78,6 +81,19 @@ def facts(gait: Gait) -> list[tuple[str, str]]:
         ("certificate", gait.fact("certificate", "verdict")),
     ]
     return [(name, str(value)) for name, value in known if value is not None]
+
+
+def _robot(gait: Gait) -> str:
+    """Return what is odd, changed and guessed about the robot, folded up; empty if nothing is."""
+    known = findings_of(gait.fact("findings"))
+    told = [f for how in ("warning", "changed", "guessed") for f in known if f.how == how]
+    if not told:
+        return ""
+    words = {"warning": "warnings", "changed": "changes", "guessed": "guesses"}
+    counts = Counter(f.how for f in told)
+    head = ", ".join(f"{words[how]}: {count}" for how, count in counts.items())
+    rows = "".join(f"<li>{f.how}: {on_page(f.subject)}: {on_page(f.text)}</li>" for f in told)
+    return f"<details><summary>about the robot: {head}</summary><ul>{rows}</ul></details>"
 
 
 def _title(gait: Gait) -> str:

@@ -18,6 +18,8 @@ PAGE = """<!DOCTYPE html>
   #facts dl { display: grid; grid-template-columns: auto 1fr; gap: 1px 12px; margin: 0; }
   #facts dt { color: #5a6b7a; } #facts dd { margin: 0; }
   #facts p { margin: 8px 0 0; color: #5a6b7a; font-size: 12px; }
+  #facts details { margin: 8px 0 0; font-size: 12px; max-height: 40vh; overflow: auto; }
+  #facts ul { margin: 4px 0 0; padding-left: 1.4em; overflow-wrap: anywhere; }
   .mark { display: inline-block; width: .8em; height: .8em; border-radius: 2px;
           vertical-align: -1px; }
   #controls { left: 50%; bottom: 18px; transform: translateX(-50%); display: flex; gap: 8px;
@@ -50,6 +52,7 @@ PAGE = """<!DOCTYPE html>
   <p id="help">space: play or pause; arrow keys: a moment<br>
      back or on; mouse: turn, shift, zoom</p>
   @NOTE@
+  @ROBOT@
 </div>
 <div id="controls" class="card">
   <button id="play">pause</button>
