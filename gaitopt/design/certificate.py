@@ -212,6 +212,7 @@ def _worst_extremes(fine: WalkProblem, extremes: tuple[Extreme, ...]) -> dict[st
     """The worst extreme of each family; at an end only where the family looks there."""
     ends = {f.name: f.times is not None and 0.0 in f.times for f in fine.families}
     worst: dict[str, Extreme] = {}
+    extremes = tuple(one for one in extremes if np.isfinite(one.margin))  # a robot may lack limits
     for one in sorted(extremes, key=lambda one: one.margin):
         if ends[one.family] or _INSIDE <= one.instant <= 1.0 - _INSIDE:
             worst.setdefault(one.family, one)
