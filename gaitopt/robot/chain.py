@@ -82,12 +82,12 @@ def build_chain(reading: Reading) -> Chain:
     mirror = leg_exchange(lines.axes, np.repeat([-1.0, 1.0], 6))
     try:
         physics = chain_physics(model, mirror, lines.pelvis, reading.rotation, reading.physics)
+        _refuse_hanging(model, physics)
     except RobotError as error:
         raise fault_error([*faults, str(error)]) from error
     if faults:
         raise fault_error(faults)
     model.gravity = pin.Motion(physics.gravity, np.zeros(3))
-    _refuse_hanging(model, physics)
     off = exchange_error(model, mirror, *reading.sole_names)
     if off > _SYMMETRY_TOLERANCE:
         raise RobotError(

@@ -83,14 +83,17 @@ def tell_armature(
     """
     rows = [model.joints[j].idx_v for leg in legs for j in leg]
     names = [str(model.names[j]) for leg in legs for j in leg]
-    stated = {n: float(before.armature[r]) for n, r in zip(names, rows, strict=True)}
-    findings = []
     left_out = "armature" in choices.without
+    stated = {  # what the user replaced is told as such
+        name: float(before.armature[row])
+        for name, row in zip(names, rows, strict=True)
+        if left_out or before.armature[row] == model.armature[row]
+    }
+    findings = []
     for text, subjects in _grouped({n: f"{v:.4g} kg·m²" for n, v in stated.items() if v}).items():
         subject = ", ".join(subjects)
-        findings.append(
-            _counted("armature", subject, f"rotor inertia {text}", "armature", left_out)
-        )
+        at_joint = f"rotor inertia at the joint {text}"
+        findings.append(_counted("armature", subject, at_joint, "armature", left_out))
     chosen = any(entry.armature is not None for entry in choices.limits)
     if not any(model.armature[rows]) and not (left_out or chosen):
         if generated:
