@@ -21,8 +21,6 @@ from enum import Enum
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitopt.errors import EvaluationError
-
 Array = NDArray[np.float64]
 
 
@@ -118,6 +116,7 @@ class Status(Enum):
 
     OPTIMAL = "optimal: the first-order conditions hold"
     STALLED = "feasible but stalled: no further progress before the optimality tolerance"
+    UNBOUNDED = "unbounded: the cost falls without end within the limits"
     INFEASIBLE = "infeasible: no nearby point reduces the violation"
     ITERATION_LIMIT = "iteration limit reached"
     INTERRUPTED = "interrupted: the best iterate so far was kept"
@@ -200,7 +199,8 @@ class Residual:
     Attributes:
         stationarity: infinity norm of cost_scale * grad f + J' y + z.
         feasibility: largest violation of a row or bound.
-        complementarity: largest |multiplier| times distance to the limit it belongs to.
+        complementarity: largest |multiplier| times distance to the limit it belongs to; infinite
+            where there is no such limit.
     """
 
     stationarity: float
@@ -243,6 +243,4 @@ def _complementarity(lower: Array, upper: Array, value: Array, multiplier: Array
     active = np.flatnonzero(multiplier)  # few of them
     weight, at = multiplier[active], value[active]
     distance = np.where(weight > 0.0, upper[active] - at, at - lower[active])
-    if not np.all(np.isfinite(distance)):
-        raise EvaluationError("a multiplier belongs to a limit that does not exist")
     return float(np.abs(distance * weight).max(initial=0.0))

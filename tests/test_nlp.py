@@ -1,7 +1,6 @@
 import numpy as np
 import pytest
 
-from gaitopt.errors import EvaluationError
 from gaitopt.nlp import (
     NLP,
     Point,
@@ -95,10 +94,8 @@ def test_each_condition_is_seen_when_it_fails():
 def test_the_sign_of_a_multiplier_tells_its_limit():
     """With the bound above instead of below, a negative multiplier belongs to no limit."""
     nlp = Example(lower=-INF, upper=0.8)
-    with pytest.raises(EvaluationError, match="multiplier belongs to a limit that does not exist"):
-        kkt_residual(nlp, nlp.point(X), ROW, BOUND)
-    with pytest.raises(EvaluationError, match="does not exist"):
-        kkt_residual(nlp, nlp.point(X), -ROW, 0.0 * BOUND)
+    assert kkt_residual(nlp, nlp.point(X), ROW, BOUND).complementarity == np.inf
+    assert kkt_residual(nlp, nlp.point(X), -ROW, 0.0 * BOUND).complementarity == np.inf
 
 
 def test_the_cost_is_scaled():

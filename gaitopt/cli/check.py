@@ -13,6 +13,7 @@ from gaitopt.cli.screen import WIDTH, screen
 from gaitopt.design.audit import Audit, audit
 from gaitopt.gait.result_file import load_gait
 from gaitopt.tolerances import SAME
+from gaitopt.view.visible import visible
 
 
 def run(path: Path) -> None:
@@ -34,11 +35,17 @@ def run(path: Path) -> None:
     no_solver = {"name": None}
     record = found.certificate.record()
     out.print(proof_table(no_solver, record), width=min(out.width, WIDTH))
+    if found.imposed:
+        out.print("the file itself brings:", markup=False)
+        for line in found.imposed:
+            out.print(f"  {visible(line)}", soft_wrap=True, markup=False)
     if found.altered:
         complain(altered_message(found))
     else:
         worst = max(found.differences.values())
         out.print(f"stored arrays agree with it to {worst:.1e} (allowed {SAME:.0e})")
+    if found.claimed and not found.certificate.certified:
+        complain("its certificate says certified; computed now, the walk is not")
     if not found.passed:
         raise typer.Exit(ExitCode.NOT_CERTIFIED)
 

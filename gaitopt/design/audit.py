@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
@@ -14,15 +14,17 @@ from gaitopt.gait.assemble import gait_at
 from gaitopt.gait.grid import uniform_grid
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.result import Gait, array_names
+from gaitopt.gait.task import Margins
 from gaitopt.gait.task_record import task_from_record
 from gaitopt.nlp import Array
 from gaitopt.robot.choices import Choices
-from gaitopt.robot.choices_file import choices_from_record
+from gaitopt.robot.choices_file import choices_from_record, choices_record
 from gaitopt.robot.feet.sole import Sole
 from gaitopt.robot.model import Robot
 from gaitopt.robot.physics import PARTS
 from gaitopt.tolerances import SAME
 
+MOST_SHOWN = 120  # characters of a choice
 _FACTS = (
     "robot", "mass", "leg_length", "physics", "sole", "limits", "cost", "step_length", "duration",
 )  # fmt: skip
@@ -37,11 +39,15 @@ class Audit:
             relative to the largest entry of either.
         facts: records of `meta` that are not what was computed again.
         certificate: computed now, from `parameters`, `urdf` and the task.
+        claimed: whether the file says that it is certified.
+        imposed: limits and choices that the file itself brings, in words.
     """
 
     differences: Mapping[str, float]
     facts: tuple[str, ...]
     certificate: Certificate
+    claimed: bool
+    imposed: tuple[str, ...]
 
     @property
     def altered(self) -> tuple[str, ...]:
@@ -73,9 +79,48 @@ def audit(gait: Gait) -> Audit:
     }
     known = [name for name in _FACTS if name != "physics" or gait.fact(name) is not None]
     facts = [name for name in known if not _same(gait.fact(name), again.fact(name))]
-    if gait.fact("certificate", "certified") != certificate.certified:
+    claimed = gait.fact("certificate", "certified") is True
+    if not claimed and certificate.certified:
         facts.append("certificate")
-    return Audit(differences, tuple(facts), certificate)
+    for name, frame in (
+        ("stance_sole", problem.robot.stance_sole),
+        ("swing_sole_frame", problem.robot.swing_sole),
+    ):
+        if getattr(gait, name) != frame:
+            facts.append(name)
+    return Audit(differences, tuple(facts), certificate, claimed, imposed(problem))
+
+
+def imposed(problem: WalkProblem) -> tuple[str, ...]:
+    """Return what a walk brings itself instead of taking it from the robot's description.
+
+    That is every margin of its task that is not the preset's, every choice about the robot, and
+    each joint limit that the task replaces, with the robot's own.
+    """
+    margins, limits = problem.task.margins, problem.robot.limits
+    found = []
+    for name, own, unit in (
+        ("torque_limit", limits.torque, "N·m"),
+        ("speed_limit", limits.speed, "rad/s"),
+    ):
+        value = getattr(margins, name)
+        if value is not None:
+            found.append(
+                f"{name} {value:g} {unit} for every joint, where the robot has {own.min():g} to "
+                f"{own.max():g} {unit}"
+            )
+    for one in fields(Margins):
+        value = getattr(margins, one.name)
+        if one.name not in ("torque_limit", "speed_limit") and value != one.default:
+            found.append(f"{one.name} {value}, by default {one.default}")
+    choices = choices_record(problem.robot.choices)
+    found += [f"choice {name}: {_short(value)}" for name, value in choices.items()]
+    return tuple(found)
+
+
+def _short(value: object) -> str:
+    text = str(value)
+    return text if len(text) <= MOST_SHOWN else f"{text[:MOST_SHOWN]}..."
 
 
 def problem_of(gait: Gait) -> WalkProblem:

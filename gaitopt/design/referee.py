@@ -25,6 +25,8 @@ from gaitopt.mechanics.newton_euler import momentum, sole_axes
 from gaitopt.nlp import Array
 from gaitopt.robot.model import Robot
 
+LEAST = 1e-3  # share of a quantity's natural size below which differences are relative to that
+
 
 @dataclass(frozen=True)
 class Verdict:
@@ -82,16 +84,18 @@ def judge(robot: Robot, step: Step, grid: Grid) -> Verdict:
     E = robot.mirror
     carried = 0.0 if loads.points is None else float(loads.points.mass.sum())
     weight = (chain.mass - carried) * gravity
+    force, length = float(np.linalg.norm(weight)), robot.legs.reach
+    rate = float(np.sqrt(np.linalg.norm(gravity) / length))
     ground = _Ground(wrench, impulse, weight * step.duration)
     balance, vertical = _momentum_balance(chain, step, grid, ground)
     return Verdict(
-        torque=_apart(step.read(Reads.TORQUE), torque),
-        wrench=_apart(step.read(Reads.WRENCH), wrench),
-        impulse=_apart(step.impact.impulse, impulse),
-        rate_after=_apart(step.impact.rate_after, velocity[6:]),
+        torque=_apart(step.read(Reads.TORQUE), torque, force * length),
+        wrench=_apart(step.read(Reads.WRENCH), wrench, force),
+        impulse=_apart(step.impact.impulse, impulse, force * step.duration),
+        rate_after=_apart(step.impact.rate_after, velocity[6:], rate),
         sole_twist=float(np.abs(step.impact.sole_twist - twist).max()),
         posture=float(np.abs(q[0] - E @ step.q_end).max()),
-        rate=_apart(dq[0], E @ velocity[6:]),
+        rate=_apart(dq[0], E @ velocity[6:], rate),
         momentum=balance,
         vertical=vertical,
         weight=-float(ground.weight[2]),
@@ -129,8 +133,16 @@ def _momentum_balance(chain: Chain, step: Step, grid: Grid, ground: _Ground) -> 
     change = landed @ (np.array([1.0, -1.0, 1.0]) * start) - start
     gap = force + push + ground.weight - change
     size = float(np.linalg.norm(ground.weight))
-    return float(np.abs(gap).max() / size), float(force[2] + push[2])
+    balance = float(np.abs(gap).max())
+    return balance / size if size > 0.0 else balance, float(force[2] + push[2])
 
 
-def _apart(a: Array, b: Array) -> float:
-    return float(np.abs(a - b).max() / np.abs(b).max())
+def _apart(a: Array, b: Array, size: float) -> float:
+    """Return the largest difference, relative to what is compared or to a thousandth of its size.
+
+    The size is that of such a quantity in a walk, so that rounding next to an impulse of zero is
+    not a disagreement; two quantities without any size agree where both are zero.
+    """
+    difference = float(np.abs(a - b).max())
+    scale = max(float(np.abs(b).max()), LEAST * size)
+    return difference / scale if scale > 0.0 else difference

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from gaitopt.errors import EvaluationError
 from gaitopt.gait.boundary import PELVIS_DRIVE, SOLE_DRIVE, Boundary, Posture, PostureSlope
 from gaitopt.mechanics.closure import loop_gap_curvature, loop_gap_slope
 from gaitopt.nlp import Array
@@ -31,6 +32,9 @@ class LiftedBoundary(Boundary):
         (pelvis, pelvis_axes), (sole, sole_axes) = self.place(geometry)
         pelvis_is, sole_is = self.kinematics.placements(q_start)
         loops = (pelvis_is.inverse() * pelvis, sole_is.inverse() * sole)
+        for name, loop in zip(("pelvis", "swing foot"), loops, strict=True):
+            if np.trace(loop.rotation) < 1.0:  # its sine, which the rows read, vanishes again
+                raise EvaluationError(f"the {name} is turned by more than a right angle")
         legs = self.leg_vectors(pelvis, sole)
         return Posture(q_start, legs, pelvis, sole, pelvis_axes, sole_axes, loops)
 

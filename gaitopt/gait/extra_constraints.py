@@ -7,8 +7,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+import numpy as np
+
 from gaitopt.gait.families import Entries, Family, Linear, Torsion
 from gaitopt.gait.rows import (
+    FREE,
     LENGTH_SCALE,
     Setting,
     family_over_step,
@@ -71,12 +74,20 @@ def leg_gap(at: Setting) -> Family:
 
 
 def swing_tilt(at: Setting) -> Family:
-    """Beyond 3.2.3: the swing sole stays level and points ahead, within an angle (its sine)."""
+    """Beyond 3.2.3: the swing sole stays level and points ahead, within an angle (its sine).
+
+    A foot upside down or turned about has the same sines; it does not point ahead and left.
+    """
     limit = at.margins.swing_tilt or 0.0
-    labels = ("swing foot roll", "swing foot pitch", "swing foot yaw")
+    labels = (
+        "swing foot roll", "swing foot pitch", "swing foot yaw",
+        "swing foot pointing ahead", "swing foot upright",
+    )  # fmt: skip
+    bounds = np.array([limit, limit, limit, FREE, FREE])
+    least = np.array([-limit, -limit, -limit, 0.0, 0.0])
     return family_over_step(
         at, "swing tilt", "3.2", Reads.CORNERS, Linear(sole_tilt(at.robot.sole.corners)), labels,
-        "rad", lower=-limit, upper=limit, scale=1.0,
+        "rad", lower=least, upper=bounds, scale=1.0,
     )  # fmt: skip
 
 

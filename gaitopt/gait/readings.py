@@ -6,12 +6,13 @@ from collections.abc import Collection
 
 import numpy as np
 
+from gaitopt.errors import EvaluationError
 from gaitopt.gait.parameters import FOOT_YAW
 from gaitopt.gait.step import Reads
 from gaitopt.mechanics.bodies import Bodies, Placements
 from gaitopt.mechanics.leg_gaps import LegGaps, leg_pairs
 from gaitopt.mechanics.readings import Reading, ReadingSlope
-from gaitopt.mechanics.trunk import YAW, Trunk
+from gaitopt.mechanics.trunk import ROLL, YAW, Trunk
 from gaitopt.nlp import Array
 from gaitopt.robot.model import Robot
 
@@ -54,7 +55,12 @@ def completed(values: dict[Reads, Array], geometry: Array, count: int) -> dict[R
         values: what was read off the bodies.
         geometry: geometric quantities (10,).
         count: N.
+
+    Raises:
+        EvaluationError: the trunk is upside down at some instant.
     """
+    if Reads.TRUNK in values and np.abs(values[Reads.TRUNK][:, ROLL]).max(initial=0.0) > np.pi / 2:
+        raise EvaluationError("the trunk is upside down")  # its pitch then reads as if it were not
     found = {what: np.zeros((count, 0)) for what in OPTIONAL} | values
     if Reads.TRUNK in values:
         found[Reads.TRUNK] = values[Reads.TRUNK].copy()

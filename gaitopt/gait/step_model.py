@@ -115,7 +115,7 @@ class StepModel:
         if not np.all(np.isfinite(x)):
             raise EvaluationError("a parameter is not finite")
         geometry = self.layout.geometry_of(x)
-        if geometry[DURATION] <= 0.0 or geometry[STEP_LENGTH] == 0.0:
+        if geometry[DURATION] <= 0.0 or geometry[STEP_LENGTH] <= 0.0:
             raise EvaluationError(
                 f"a step of {geometry[DURATION]} s and {geometry[STEP_LENGTH]} m is not a step"
             )

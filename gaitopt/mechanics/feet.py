@@ -67,20 +67,24 @@ def sole_edge_speeds(corners: Array) -> Array:
 
 
 def sole_tilt(corners: Array) -> Array:
-    """Return the matrix from a sole's corners in the world to its tilt, shape (3, 12).
+    """Return the matrix from a sole's corners in the world to its tilt, shape (5, 12).
 
     Rows: how much higher the left edge is than the right, the heel than the toe (both per metre:
-    the sines of roll and pitch), and how far left the toe is of the heel (the sine of yaw).
+    the sines of roll and pitch), how far left the toe is of the heel (the sine of yaw); and how far
+    the toe is ahead of the heel and the left edge left of the right, one where the sole is level,
+    negative where it points backwards or is upside down, which the sines do not tell.
 
     Args:
         corners: in the sole frame, in the order of `Sole.corners` [m], shape (4, 3).
     """
     x, y = corners[:, 0] - corners[:, 0].mean(), corners[:, 1] - corners[:, 1].mean()
-    rows = np.zeros((3, 4, 3))
+    rows = np.zeros((5, 4, 3))
     rows[0, :, 2] = y / (y @ y)
     rows[1, :, 2] = -x / (x @ x)
     rows[2, :, 1] = x / (x @ x)
-    return rows.reshape(3, 12)
+    rows[3, :, 0] = x / (x @ x)
+    rows[4, :, 1] = y / (y @ y)
+    return rows.reshape(5, 12)
 
 
 def turning_arm(length: float, width: float) -> float:

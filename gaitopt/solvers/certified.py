@@ -25,7 +25,7 @@ from gaitopt.tolerances import AGREEMENT
 
 CERTIFIER = TrustConstr(max_iterations=60)
 """The interior point method for starts that are nearly solutions (measured)."""
-NOT_WORTH = (Status.INFEASIBLE, Status.NUMERICAL, Status.INTERRUPTED)
+NOT_WORTH = (Status.UNBOUNDED, Status.INFEASIBLE, Status.NUMERICAL, Status.INTERRUPTED)
 """Ends of the journey after which there is nothing to sign."""
 UNCONFIRMED = "sqp (not confirmed by trust-constr)"
 

@@ -25,6 +25,9 @@ from gaitopt.solvers.evaluator import Evaluator
 from gaitopt.solvers.multipliers import least_squares_multipliers
 from gaitopt.tolerances import FEASIBLE
 
+BOTTOM = -1e10
+"""Scaled cost, of order one to ten at sensible points, below which it is called unbounded."""
+
 
 @dataclass(frozen=True)
 class Iterate:
@@ -65,6 +68,11 @@ def make_iterate(nlp: NLP, point: Point, multipliers: Array, bound_multipliers: 
 def with_own_multipliers(nlp: NLP, point: Point) -> Iterate:
     """Judge a point by the multipliers that suit it best, whatever the solver's are."""
     return make_iterate(nlp, point, *least_squares_multipliers(nlp, point))
+
+
+def is_bottomless(nlp: NLP, iterate: Iterate) -> bool:
+    """Return whether a feasible iterate costs so little that the cost has no least value."""
+    return iterate.violation <= FEASIBLE and nlp.cost_scale * iterate.point.cost < BOTTOM
 
 
 @dataclass
@@ -114,6 +122,8 @@ class Recorder:
 
     def solution(self, status: Status, iterate: Iterate) -> Solution:
         """Write the solution at an iterate."""
+        if is_bottomless(self.evaluator.nlp, iterate):
+            status = Status.UNBOUNDED
         return Solution(
             x=iterate.point.x.copy(),
             cost=iterate.point.cost,

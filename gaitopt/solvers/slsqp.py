@@ -14,7 +14,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from gaitopt.nlp import NLP, Array, ProgressCallback, Solution, Start, Status
-from gaitopt.solvers.recorder import Iterate, Recorder, begin, with_own_multipliers
+from gaitopt.solvers.recorder import Iterate, Recorder, begin, is_bottomless, with_own_multipliers
 from gaitopt.solvers.scaled_program import ScaledProgram
 from gaitopt.solvers.solver import require_positive
 from gaitopt.tolerances import FEASIBLE
@@ -93,7 +93,8 @@ class SLSQP:
             last[:] = u
             iterate = _judge(program, u)
             recorder.record(iterate)
-            if iterate.is_optimal(self.tolerance, self.feasibility):
+            ended = iterate.is_optimal(self.tolerance, self.feasibility)
+            if ended or is_bottomless(program.nlp, iterate):
                 raise StopIteration
 
         with warnings.catch_warnings():

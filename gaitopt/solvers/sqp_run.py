@@ -15,7 +15,13 @@ from gaitopt.solvers.model import LocalModel, build_model, pose_correction, pose
 from gaitopt.solvers.multipliers import bound_multipliers
 from gaitopt.solvers.patience import GIVE_UP, GIVE_UP_LEARNING, Patience
 from gaitopt.solvers.penalty import RAISE, STEERED, initial_penalty
-from gaitopt.solvers.recorder import Iterate, Recorder, make_iterate, with_own_multipliers
+from gaitopt.solvers.recorder import (
+    Iterate,
+    Recorder,
+    is_bottomless,
+    make_iterate,
+    with_own_multipliers,
+)
 from gaitopt.solvers.trials import Trials
 from gaitopt.solvers.trust_region import TrustRegion
 from gaitopt.tolerances import FEASIBLE
@@ -25,6 +31,9 @@ if TYPE_CHECKING:
 
 NO_DECREASE = 1e-4
 """Relative decrease of the violation below which the model is called stationary (measured)."""
+ENDLESS = 100
+"""Longest steps in a row, all feasible, after which a cost is called unbounded: 200 units of the
+variables' scale with the default radius, in radians thirty turns."""
 POLISH_BELOW = 1e-1
 """KKT residual below which a step may be judged by that residual (measured) ..."""
 POLISH_GAIN = 0.5
@@ -50,6 +59,7 @@ class SQPRun:
         self.slack = 0.0
         self.last_length = options.initial_radius
         self.renewed = False
+        self.strides = 0
         self.model: LocalModel | None = None
 
     def iterate_until_verdict(self) -> Status:
@@ -58,11 +68,20 @@ class SQPRun:
             self.recorder.record(self.iterate, self.region.radius)
             if self._is_optimal(self.iterate):
                 return Status.OPTIMAL
+            if self._falls_without_end():
+                return Status.UNBOUNDED
             status = self._iteration()
             if status is not None:
                 return status
         self.recorder.record(self.iterate, self.region.radius)
         return Status.OPTIMAL if self._is_optimal(self.iterate) else Status.ITERATION_LIMIT
+
+    def _falls_without_end(self) -> bool:
+        """Whether the cost is beyond all bounds, or falls with every of many longest steps."""
+        longest = self.region.radius >= self.options.max_radius
+        going = longest and self.last_length >= 0.99 * self.options.max_radius
+        self.strides = self.strides + 1 if going and self.iterate.violation <= FEASIBLE else 0
+        return self.strides >= ENDLESS or is_bottomless(self.nlp, self.iterate)
 
     def _iteration(self) -> Status | None:
         model = self._model()

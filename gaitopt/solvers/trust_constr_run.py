@@ -9,7 +9,13 @@ import numpy as np
 
 from gaitopt.nlp import Array, Status
 from gaitopt.solvers.multipliers import least_squares_multipliers, one_sided
-from gaitopt.solvers.recorder import Iterate, Recorder, make_iterate, with_own_multipliers
+from gaitopt.solvers.recorder import (
+    Iterate,
+    Recorder,
+    is_bottomless,
+    make_iterate,
+    with_own_multipliers,
+)
 from gaitopt.solvers.row_choice import RowChoice, choose_rows, given_rows, held_rows, missed_rows
 from gaitopt.solvers.scaled_program import ScaledProgram
 from gaitopt.tolerances import ACTIVITY, FEASIBLE
@@ -83,6 +89,8 @@ class TrustConstrRun:
             self._polish()
             if self._is_optimal(self.iterate):
                 return Status.OPTIMAL
+            if is_bottomless(self.program.nlp, self.iterate):
+                return Status.UNBOUNDED
             if not self._better_posed():
                 break
         if self._left <= 0:
@@ -232,7 +240,8 @@ class TrustConstrRun:
         )
         self.recorder.record(self.iterate, float(state.tr_radius))
         # The start's own optimality is no news: at least one step must confirm it.
-        return state.nit > 1 and self._is_optimal(self.iterate)
+        done = state.nit > 1 and self._is_optimal(self.iterate)
+        return done or is_bottomless(nlp, self.iterate)
 
     def _polish(self) -> None:
         """Take least-squares multipliers if they satisfy the conditions better."""

@@ -2,12 +2,17 @@
 
 import json
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from gaitopt import audit, load_gait, save_gait
+from gaitopt.gait.assemble import gait_at
+from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.result import array_names
+
+CASES = Path(__file__).parents[1] / "data" / "cases"
 
 
 def test_designed_gait_passes(cli, designed):
@@ -110,3 +115,31 @@ def test_altered_sole_is_named(cli, gait_file):
     result = cli("check", gait_file)
     assert result.exit_code == 1
     assert "these differ: sole" in result.stderr
+
+
+def test_a_walk_that_exceeds_limits_between_its_samples_is_not_certified(cli):
+    """Designed at 5 samples; certified at 43 instants by version 0.1."""
+    result = cli("check", CASES / "coarse5.npz")
+    assert result.exit_code == 1
+    assert "151.3 N·m" in result.stdout
+    assert "its certificate says certified; computed now, the walk is not" in result.stderr
+    assert "altered" not in result.stderr
+
+
+def test_limits_that_the_file_brings_are_shown(cli, refined_design, tmp_path):
+    """A reader sees that the gait is of motors that the robot has not."""
+    problem = refined_design.problem
+    margins = replace(problem.task.margins, torque_limit=1e9, friction=0.9)
+    strong = WalkProblem(problem.robot, replace(problem.task, margins=margins), problem.grid)
+    gait = gait_at(strong, refined_design.solution.x, {"certificate": {"certified": False}})
+    result = cli("check", save_gait(gait, tmp_path / "strong.npz"))
+    assert "torque_limit 1e+09 N·m for every joint, where the robot has 150" in result.stdout
+    assert "friction 0.9, by default 0.7" in result.stdout
+
+
+@pytest.mark.parametrize("name", ["stance_sole", "swing_sole_frame"])
+def test_sole_names_that_are_not_computed_are_caught(cli, gait_file, name):
+    save_gait(replace(load_gait(gait_file), **{name: "somewhere_else"}), gait_file)
+    result = cli("check", gait_file)
+    assert result.exit_code == 1
+    assert name in result.stderr

@@ -1,5 +1,6 @@
 """The referee agrees with Pinocchio, and disagrees when something is wrong."""
 
+import warnings
 from dataclasses import replace
 
 import numpy as np
@@ -112,3 +113,18 @@ def test_momentum_that_comes_from_nowhere_is_found(judged):
 def test_worst_is_the_largest_but_for_the_momentum(judged):
     verdict = replace(judge(*judged, GRID), momentum=1.0, sole_twist=0.02)
     assert verdict.worst == 0.02
+
+
+def test_a_zero_impulse_is_no_disagreement(judged):
+    """A foot that is set down at rest: no rates, no impulse, nothing to divide by."""
+    robot, step = judged
+    model = walk("optimum 43").problem.model
+    rest = np.zeros(12)
+    still = replace(step, rate_before=rest, impact=model.impact.state(step.q_end, rest))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        verdict = judge(robot, still, GRID)
+    assert verdict.impulse < REFEREE
+    assert verdict.rate_after < REFEREE
+    wrong = replace(still, impact=replace(still.impact, impulse=np.full(6, 1e-3)))
+    assert judge(robot, wrong, GRID).impulse > REFEREE

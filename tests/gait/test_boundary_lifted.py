@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 from motions import bent_posture, kinematics
 from numerics import relative_error
+from reference_cases import biped
 
 from gaitopt.errors import EvaluationError
 from gaitopt.gait.boundary_closed import ClosedBoundary
@@ -80,3 +81,14 @@ def test_rows_of_the_loops_are_named(robot):
     rows = problem.family_rows("closure")
     assert problem.describe(rows.start) == "pelvis closure along x"
     assert problem.describe(rows.stop - 1) == "swing sole closure about z"
+
+
+def test_a_loop_turned_by_half_a_turn_is_no_walk():
+    """Its gap, a sine, vanishes as if it closed."""
+    problem = WalkProblem(biped(), preset_task(boundary="lifted"))
+    x = first_guess(problem)
+    problem.step(x)
+    quantity = problem.layout.index("pelvis_yaw")
+    x[quantity] += np.pi
+    with pytest.raises(EvaluationError, match="turned by more than a right angle"):
+        problem.step(x)

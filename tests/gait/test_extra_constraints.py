@@ -8,16 +8,19 @@ from reference_cases import biped
 from urdf_edits import edited_urdf, joint, set_limit
 from walks import SWITCHED, UPRIGHT, walk
 
+from gaitopt.errors import EvaluationError
 from gaitopt.gait.constraints import families
 from gaitopt.gait.extra_constraints import switched_on
 from gaitopt.gait.grid import uniform_grid
 from gaitopt.gait.guess import first_guess
 from gaitopt.gait.parameters import FOOT_SPACING, GEOMETRY, set_quantities
 from gaitopt.gait.problem import WalkProblem
+from gaitopt.gait.readings import completed
 from gaitopt.gait.step import Reads
 from gaitopt.gait.task import Margins, preset_task
 from gaitopt.mechanics.bodies import Bodies
 from gaitopt.mechanics.leg_gaps import leg_pairs
+from gaitopt.nlp import violations
 from gaitopt.robot.model import Robot
 
 KNEES = ("right_knee", "left_knee")
@@ -162,11 +165,15 @@ def test_leg_gap(robot, problem, rows, step):
 def test_swing_tilt(robot, problem, rows, step):
     """Sines of the angles between the sole's edges and the ground or the way ahead."""
     value, lower, upper = rows("swing tilt")
-    np.testing.assert_allclose(upper, 0.15)
-    np.testing.assert_allclose(lower, -upper)
+    np.testing.assert_allclose(upper[:, :3], 0.15)
+    np.testing.assert_allclose(lower[:, :3], -0.15)
+    assert np.isinf(upper[:, 3:]).all()
+    np.testing.assert_array_equal(lower[:, 3:], 0.0)
     for q, found in zip(step.motion[0], value, strict=True):
         R = kinematics(robot, q).frame(robot.swing_frame).rotation
-        np.testing.assert_allclose(found, [R[2, 1], -R[2, 0], R[1, 0]], atol=1e-12)
+        np.testing.assert_allclose(
+            found, [R[2, 1], -R[2, 0], R[1, 0], R[0, 0], R[1, 1]], atol=1e-12
+        )
 
 
 def spacing_bounds(side="right", **changes):
@@ -212,3 +219,23 @@ def test_knees_that_bend_to_negative_angles_are_the_same_knees(robot):
     np.testing.assert_allclose(there.rows.lower[knee], 0.21)
     assert there.values(y).cost == pytest.approx(problem.values(x).cost)
     assert relative_error(first_guess(there)[:12] * sign, first_guess(problem)[:12]) < 1e-9
+
+
+@pytest.mark.parametrize(
+    "turn", [np.diag([1.0, -1.0, -1.0]), np.diag([-1.0, 1.0, -1.0]), np.diag([-1.0, -1.0, 1.0])]
+)
+def test_a_sole_turned_by_half_a_turn_is_not_level(turn):
+    """About each axis: the sines of its tilt vanish as if it were level."""
+    problem = WalkProblem(biped(), preset_task(swing_tilt=0.3))
+    family = next(f for f in problem.families if f.name == "swing tilt")
+    corners = problem.robot.sole.corners
+    level, turned = (family.rows.value((corners @ R.T).reshape(1, 12)) for R in (np.eye(3), turn))
+    assert violations(family.lower[:1], family.upper[:1], level).max() == 0.0
+    np.testing.assert_allclose(turned[0, :3], 0.0, atol=1e-12)
+    assert violations(family.lower[:1], family.upper[:1], turned).max() == pytest.approx(1.0)
+
+
+def test_a_trunk_upside_down_is_no_walk():
+    values = {Reads.TRUNK: np.array([[np.pi, 0.0, np.pi]])}  # pitched by half a turn
+    with pytest.raises(EvaluationError, match="upside down"):
+        completed(values, np.zeros(10), 1)

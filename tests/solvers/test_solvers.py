@@ -13,7 +13,7 @@ import textbook_programs as bank
 
 from gaitopt import solvers
 from gaitopt.errors import EvaluationError, InputError, MissingExtraError
-from gaitopt.nlp import Start
+from gaitopt.nlp import NLP, Point, Rows, Start, Status, Values, Variables, kkt_residual
 from gaitopt.solvers import (
     SOLVERS,
     FiniteDifferenceNLP,
@@ -127,3 +127,50 @@ def test_differences_stay_inside_bounds_and_domain() -> None:
     at_edge = np.array([-2.0, -1e-9])  # a forward step would leave the domain
     slope = FiniteDifferenceNLP(mirrored, step=1e-10).point(at_edge).gradient
     assert slope[1] == pytest.approx(0.5e9**0.5 * np.sqrt(0.5), rel=0.1)
+
+
+class Falling(NLP):
+    """A cost that falls without end along the first variable."""
+
+    def __init__(self, power: int) -> None:
+        self.power = power
+        free = np.full(2, np.inf)
+        self.variables = Variables(("x", "y"), -free, free, np.ones(2))
+        self.rows = Rows(np.array([-1.0]), np.array([1.0]))
+        self.cost_scale, self.has_hessian = 1.0, True
+
+    def values(self, x):
+        return Values(x, -(x[0] ** self.power) + x[1] ** 2, x[1:])
+
+    def point(self, x):
+        k = self.power
+        values = self.values(x)
+        gradient = np.array([-k * x[0] ** (k - 1), 2.0 * x[1]])
+        return Point(x, values.cost, values.rows, gradient, np.array([[0.0, 1.0]]))
+
+    def hessian(self, x, multipliers, cost_weight):
+        k = self.power
+        bend = -k * (k - 1) * x[0] ** max(k - 2, 0)
+        return cost_weight * np.diag([bend, 2.0])
+
+    def describe(self, row):
+        return "y"
+
+
+@pytest.mark.parametrize("power", [1, 2])
+@pytest.mark.parametrize("name", ["default", "sqp", "slsqp"])
+def test_a_cost_without_a_least_value_is_called_unbounded(name, power):
+    solution = solver_by_name(name).solve(Falling(power), Start(np.array([1.0, 0.5])))
+    assert solution.status is Status.UNBOUNDED
+
+
+def test_a_multiplier_of_a_missing_limit_is_never_optimal():
+    program = Falling(2)
+    program.rows = Rows(np.array([-np.inf]), np.array([1.0]))
+    point = program.point(np.array([0.0, 0.0]))
+    residual = kkt_residual(program, point, np.array([-1e-3]), np.zeros(2))
+    assert residual.complementarity == np.inf
+    started = solver_by_name("default").solve(
+        program, Start(np.array([1.0, 0.5]), np.array([-3.0]))
+    )
+    assert started.status is Status.UNBOUNDED
