@@ -247,6 +247,8 @@ def _at_instants(fine: WalkProblem, x: Array, over_step: set[str]) -> Iterator[E
         above = (fine.rows.upper[block] - values[block]).reshape(shape)
         margins = np.minimum(below, above)
         for entry, row in enumerate(np.argmin(margins, axis=0)):
+            if np.isinf(margins[row, entry]):
+                continue  # it has no limit
             yield Extreme(
                 family=family.name,
                 entry=entry,

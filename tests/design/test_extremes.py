@@ -8,7 +8,7 @@ from numpy.polynomial import chebyshev
 from walks import UPRIGHT, walk
 
 from gaitopt.design import extremes
-from gaitopt.design.certificate import on_fine_grid
+from gaitopt.design.certificate import certify, on_fine_grid
 from gaitopt.design.extremes import located
 from gaitopt.errors import EvaluationError
 from gaitopt.gait.grid import NODES, Grid, proof_grid
@@ -122,3 +122,19 @@ def test_the_quadrature_of_the_proof_is_exact_for_polynomials(pieces):
         assert grid.weights @ grid.instants**power == pytest.approx(1.0 / (power + 1), abs=1e-14)
     assert grid.weights[0] == grid.weights[-1] == 0.0
     assert (grid.weights[1:-1] > 0.0).all()
+
+
+def test_rows_without_limits_have_no_extremes(robot):
+    """No torque limits at all, and limits on some joints only."""
+    free = np.full(12, np.inf)
+    some = free.copy()
+    some[3] = 150.0
+    for torque, expected in ((free, set()), (some, {3})):
+        weak = replace(robot, limits=replace(robot.limits, torque=torque))
+        problem = WalkProblem(weak, preset_task())
+        x = first_guess(problem)
+        found = located(on_fine_grid(problem), x, everywhere=True)
+        assert {e.entry for e in found if e.family == "torque"} == expected
+        assert np.isfinite([e.margin for e in found]).all()
+        rows = certify(problem, x).families
+        assert np.isfinite([(row.limit, row.margin) for row in rows]).all()
