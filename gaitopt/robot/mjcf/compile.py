@@ -52,12 +52,17 @@ class Compilation:
         meshes: by the name that the model has for them.
         lost: files of meshes that were replaced, as the robot's file names them.
         said: what MuJoCo warns about.
+        scene: names of geoms that contact pairs of the file ask for and another file has, such as
+            the floor.
+        touching: names of the geoms that touch those.
     """
 
     model: Any
     meshes: dict[str, CompiledMesh]
     lost: tuple[str, ...]
     said: tuple[str, ...]
+    scene: tuple[str, ...] = ()
+    touching: frozenset[str] = frozenset()
 
 
 def load_mujoco() -> ModuleType:
@@ -99,13 +104,15 @@ def compile_mjcf(text: str, path: Path | None, tree: XmlTree, paths: MeshPaths) 
         try:
             spec = mujoco.MjSpec.from_string(text) if path is None else _spec(mujoco, path)
             _without_pictures(spec)
+            scene, touching = _without_scene(spec)
             files, lost = _place_meshes(mujoco, spec, tree, paths)
             model = spec.compile()
         except (ValueError, RuntimeError, IndexError, KeyError, TypeError, mujoco.FatalError) as e:
             _check_words(said, tree)
             raise _refusal(str(e), tree) from None
     _check_words(said, tree)
-    return Compilation(model, _meshes(mujoco, spec, model, files), lost, tuple(dict.fromkeys(said)))
+    meshes = _meshes(mujoco, spec, model, files)
+    return Compilation(model, meshes, lost, tuple(dict.fromkeys(said)), scene, touching)
 
 
 def element_named(tree: XmlTree, tags: tuple[str, ...], name: str) -> Element | None:
@@ -152,6 +159,24 @@ def _without_pictures(spec: Any) -> None:
         spec.delete(thing)
     for field in spec.hfields:
         field.file, field.nrow, field.ncol, field.userdata = "", 2, 2, [0.0] * 4
+
+
+def _without_scene(spec: Any) -> tuple[tuple[str, ...], frozenset[str]]:
+    """Take away the contact pairs with geoms of the scene that includes the robot's file.
+
+    Returns:
+        Names of those geoms, and of the robot's that touch them.
+    """
+    own = {geom.name for geom in spec.geoms}
+    scene: dict[str, None] = {}
+    touching = set()
+    for pair in list(spec.pairs):
+        names = {pair.geomname1, pair.geomname2}
+        if names & own and names - own:
+            scene |= dict.fromkeys(sorted(names - own))
+            touching |= names & own
+            spec.delete(pair)
+    return tuple(scene), frozenset(touching)
 
 
 def _place_meshes(

@@ -313,7 +313,9 @@ class _Extraction:
             place=place,
             mesh=mesh,
             rgba=rgba,  # type: ignore[arg-type]
-            touches=masks or geom in self.paired,
+            touches=masks
+            or geom in self.paired
+            or str(model.geom(geom).name) in self.compilation.touching,
             drawn=int(model.geom_group[geom]) < _SHOWN_GROUPS and rgba[3] > 0.0,
         )
 
@@ -424,6 +426,10 @@ class _Extraction:
         if model.opt.density or model.opt.viscosity:
             text = "the drag of the medium in <option> is left out"
             self._tell("physics", "robot", text, "warning")
+        if self.compilation.scene:
+            names = ", ".join(f"'{n}'" for n in self.compilation.scene)
+            text = f"contact pairs with {names}, which the file does not hold, are left out"
+            self._tell("contact", "robot", text)
         for words in self.compilation.said:
             self._tell("mujoco", "file", f"MuJoCo warns: {words}", "warning")
 
