@@ -7,6 +7,7 @@ from rich.text import Text
 from gaitopt.cli.cells import new_table
 from gaitopt.cli.screen import WIDTH, screen
 from gaitopt.robot.catalogue import EXTRA, Entry, catalogue
+from gaitopt.robot.catalogue.menagerie import PACKAGE, PREFIX, humanoids
 
 
 def run() -> None:
@@ -26,6 +27,9 @@ def run() -> None:
     out.print(table, width=min(out.width, WIDTH))
     out.print()
     out.print("gaitopt optimise --robot NAME, or any other robot: --urdf FILE", markup=False)
+    if known := humanoids():
+        names = ", ".join(known)
+        out.print(f"{PACKAGE} is installed: --robot {PREFIX}NAME, as {names}", markup=False)
     if not all(entry.installed for entry in entries):
         out.print(f"to install the others: pip install 'gaitopt[{EXTRA}]'", markup=False)
 

@@ -6,6 +6,7 @@ guessed about it, and a walk to begin with.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
@@ -15,6 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from gaitopt.errors import InputError, MissingExtraError
+from gaitopt.robot.catalogue.menagerie import PACKAGE, PREFIX, menagerie_file, menagerie_robot
 from gaitopt.robot.choices import Choices, LimitOverride
 from gaitopt.robot.choices_file import choices_from_record
 from gaitopt.robot.files.toml import parse_toml
@@ -50,6 +52,7 @@ class Entry:
         rotors: rotor inertias times gear ratios squared by pattern of joint names [kg·m²], which
             the description leaves out and others have published.
         rotors_from: where those are from.
+        source: package that has the description, where that is not example-robot-data.
         spec: of a biped that gaitopt makes itself: where it differs from `biped13`, as
             `spec_table.merged` takes it.
     """
@@ -63,17 +66,18 @@ class Entry:
     remark: str = ""
     rotors: Mapping[str, float] = field(default_factory=dict)
     rotors_from: str = ""
+    source: str = ""
     spec: Mapping[str, Any] = field(default_factory=dict)
 
     @property
     def package(self) -> str:
         """Name of the Python package that has its description; empty for gaitopt itself."""
-        return _PACKAGE if self.file else ""
+        return self.source or (_PACKAGE if self.file else "")
 
     @property
     def installed(self) -> bool:
         """Whether its description is on this machine."""
-        return not self.file or _descriptions() is not None
+        return not self.file or bool(self.source) or _descriptions() is not None
 
 
 def catalogue() -> tuple[Entry, ...]:
@@ -89,7 +93,11 @@ def entry_by_name(name: str) -> Entry:
 
     Raises:
         InputError: there is none.
+        MissingExtraError: it is one of MuJoCo Menagerie, whose package is not installed.
     """
+    if name.startswith(PREFIX):
+        title, file = menagerie_robot(name)
+        return Entry(name, title, math.nan, file, {}, {}, source=PACKAGE)
     entries = {entry.name: entry for entry in catalogue()}
     if name not in entries:
         close = get_close_matches(name, entries, n=1)
@@ -117,6 +125,8 @@ def description(entry: Entry) -> tuple[str | Path, Choices]:
     choices = replace(choices, limits=(*published, *choices.limits))
     if not entry.file:
         return urdf_text(biped_of(entry)), choices
+    if entry.source == PACKAGE:
+        return menagerie_file(entry.name), choices
     folder = _descriptions()
     if folder is None:
         raise MissingExtraError(f"the robot '{entry.name}'", EXTRA)

@@ -182,7 +182,9 @@ def _without_scene(spec: Any) -> tuple[tuple[str, ...], frozenset[str]]:
 def _place_meshes(
     mujoco: ModuleType, spec: Any, tree: XmlTree, paths: MeshPaths
 ) -> tuple[dict[str, str], tuple[str, ...]]:
-    """Give every mesh the path at which it is, or a stand-in.
+    """Give every mesh that MuJoCo must read its path, and every other one a stand-in.
+
+    Most meshes are there to be seen or touched; MuJoCo would spend seconds on their hulls.
 
     Returns:
         By name of the mesh: its file, from the directory of the robot's file; and the files that
@@ -193,6 +195,7 @@ def _place_meshes(
     """
     files: dict[str, str] = {}
     lost: dict[str, str] = {}
+    idle: set[str] = set()
     foreign = any(element.tag == "model" for element in tree.root.iter())  # files of <attach>
     for mesh in spec.meshes:
         if not mesh.file:
@@ -202,19 +205,24 @@ def _place_meshes(
         found, reason = paths.find(file), paths.problem(file)
         if not reason and found is not None:
             mesh.file = str(found.resolve())
+            if found.suffix.lower() in _READABLE:
+                idle.add(mesh.name)
         elif not foreign:
             lost[mesh.name] = reason
     spec.strippath = False
     shapes = (mujoco.mjtGeom.mjGEOM_MESH, mujoco.mjtGeom.mjGEOM_SDF)
     for body in spec.bodies:
-        for geom in [geom for geom in body.geoms if geom.meshname in lost]:
+        for geom in [geom for geom in body.geoms if geom.meshname in {*lost, *idle}]:
             name = geom.meshname
-            if _weighs(mujoco, spec, body, geom):
+            weighs, fitted = _weighs(mujoco, spec, body, geom), geom.type not in shapes
+            if name in lost and weighs:
                 raise _needed(tree, body.name, files[name], lost[name])
-            if geom.type not in shapes:
+            if name in lost and fitted:
                 spec.delete(geom)  # a simple shape fitted to a mesh that is not there
+            if weighs or fitted:
+                idle.discard(name)
     corners, triangles = _STAND_IN
-    for mesh in [mesh for mesh in spec.meshes if mesh.name in lost]:
+    for mesh in [mesh for mesh in spec.meshes if mesh.name in {*lost, *idle}]:
         mesh.file = ""
         mesh.uservert = [float(n) for corner in corners for n in corner]
         mesh.userface = [n for triangle in triangles for n in triangle]
