@@ -233,3 +233,14 @@ def test_mujocos_own_reading_of_the_normal_form_is_the_same(tmp_path, rng):
     )
     masses = [pin.crba(s.model(), s.model().createData(), q) for s in (source, again)]
     np.testing.assert_allclose(masses[0], masses[1], rtol=1e-9, atol=1e-9)
+
+
+def test_bodies_joints_and_sites_may_share_names():
+    sites = "<site name='left_knee_link'/>", "<site name='left_knee'/>", "<site name='base'/>"
+    source = read_source(edited(text(), added(".//body[@name='base']", *sites)))
+    model = source.model()
+    assert len({frame.name for frame in model.frames}) == model.nframes
+    names = [f.name for f in model.frames if f.type == pin.FrameType.OP_FRAME]
+    assert names == ["left_knee_link (site)", "left_knee (site)", "base (site)"]
+    assert source.geometry(pin.GeometryType.COLLISION).ngeoms == 2
+    assert Robot.from_urdf(source.text).mass == pytest.approx(42.6)

@@ -7,7 +7,7 @@ that the posture which the file draws is the one with every coordinate at its `r
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Iterator
 from pathlib import Path
 
 import coal
@@ -39,21 +39,20 @@ _ALIGNED = {
     ("slide", (0.0, 0.0, 1.0)): pin.JointModelPZ,
 }
 _ROOT_JOINT = "root_joint"
-DRAWN = "drawn"
-"""Name of the reference configuration that holds the posture of the file."""
+_SITE = " (site)"
 
 
 def build_mjcf_model(robot: CompiledRobot) -> pin.Model:
     """Return the model of a robot; joint 1 is a free-flyer that stands in the root body.
 
-    Reference configurations are the posture that the file draws (`DRAWN`) and its keyframes, the
-    root at the origin.
+    Its reference configurations are the keyframes, the root at the origin.
     """
     model = pin.Model()
     model.name = robot.name
     flyer, names = _ROOT_JOINT, {joint.name for joint in robot.joints}
     while flyer in names:
         flyer += "_"
+    sites = _site_names(robot)
     places: list[tuple[int, pin.SE3]] = []  # of every body: joint that carries it, and where
     frames: list[int] = []
     for body in robot.bodies:
@@ -72,9 +71,9 @@ def build_mjcf_model(robot: CompiledRobot) -> pin.Model:
         frames.append(_add_frame(model, body.name, joint, frame, place, pin.FrameType.BODY))
         for site in body.sites:
             at = place * se3(site.place)
-            _add_frame(model, site.name, joint, frames[-1], at, pin.FrameType.OP_FRAME)
-    for name, angles in ((DRAWN, robot.drawn_posture), *((n, dict(a)) for n, a in robot.keyframes)):
-        model.referenceConfigurations[name] = _configuration(model, angles)
+            _add_frame(model, next(sites), joint, frames[-1], at, pin.FrameType.OP_FRAME)
+    for name, angles in robot.keyframes:
+        model.referenceConfigurations[name] = _configuration(model, dict(angles))
     return model
 
 
@@ -215,11 +214,14 @@ def _inertia(body: CompiledBody) -> pin.Inertia:
 def _add_frame(
     model: pin.Model, name: str, joint: int, parent: int, place: pin.SE3, kind: pin.FrameType
 ) -> int:
-    """Add a frame; one whose name another body or site has gets a mark."""
-    known = {f.name for f in model.frames if f.type in (pin.FrameType.BODY, pin.FrameType.OP_FRAME)}
-    while name in known:
-        name += " (site)" if kind == pin.FrameType.OP_FRAME else " (body)"
     return int(model.addFrame(pin.Frame(name, joint, parent, place, kind), False))
+
+
+def _site_names(robot: CompiledRobot) -> Iterator[str]:
+    """Yield a name for every site; one that a body or a joint has, too, gets a mark."""
+    known = {body.name for body in robot.bodies} | {joint.name for joint in robot.joints}
+    for site in (site for body in robot.bodies for site in body.sites):
+        yield site.name + _SITE if site.name in known else site.name
 
 
 def _configuration(model: pin.Model, angles: dict[str, float]) -> Array:
