@@ -230,6 +230,10 @@ def read_source(urdf: str | Path, package_dirs: Collection[str | Path] = ()) -> 
     """
     text, path = _text(urdf)
     tree = parse_xml(text)
+    if tree.root.tag == "mujocoinclude":
+        raise RobotError(
+            "the file holds <mujocoinclude>, a part of an MJCF file; give the file that includes it"
+        )
     file_format = _FORMATS.get(tree.root.tag, "urdf")
     dirs = tuple(map(str, package_dirs))
     if file_format == "mjcf":

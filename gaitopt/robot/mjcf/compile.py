@@ -40,6 +40,7 @@ _READABLE = (".stl", ".obj", ".dae")  # by the loader of meshes, beside MuJoCo's
 _NAMED = re.compile(r"Element name '(?P<name>.*)', id -?\d+(?:, line (?P<line>\d+))?")
 _TAGGED = re.compile(r"Element '(?P<tag>.*)', line (?P<line>\d+)")
 _PARSED = re.compile(r"Line number=(?P<line>\d+)(?:: XMLElement name=(?P<tag>\w+))?")
+_ABSENT = re.compile(r"not found|unrecognized name|unknown (?:element|default|transmission)")
 _NOISE = re.compile(r"^(?:XML |Schema |Compile )?(?:Error|violation): ?", re.IGNORECASE)
 
 
@@ -339,6 +340,8 @@ def _refusal(message: str, tree: XmlTree) -> RobotError:
     while (short := _NOISE.sub("", words)) != words:
         words = short
     words = words.rstrip(".;") or "it cannot be parsed"
+    if _ABSENT.search(words):
+        words += " (of files that are made to be included, give the one that includes them)"
     parts = {} if place is None else place.groupdict()
     element = _element(tree, parts, words)
     if element is not None:

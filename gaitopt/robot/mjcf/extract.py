@@ -63,7 +63,8 @@ def extract(compilation: Compilation, tree: XmlTree) -> Extract:
     Raises:
         RobotError: nothing moves, a number is not finite, or there are too many joints.
     """
-    return _Extraction(load_mujoco(), compilation, tree).run()
+    with np.errstate(all="ignore"):  # what is not finite is refused with its place
+        return _Extraction(load_mujoco(), compilation, tree).run()
 
 
 class _Extraction:
@@ -226,8 +227,8 @@ class _Extraction:
 
     def _armature(self, joint: int, dof: int) -> float:
         model = self.model
-        motors = sum(g**2 * float(model.actuator_armature[a]) for a, g in self._gears(joint))
-        tendons = sum(c**2 * float(self._tendon_armature(t)) for t, c in self._tendons(joint))
+        motors = sum(g * g * float(model.actuator_armature[a]) for a, g in self._gears(joint))
+        tendons = sum(c * c * float(self._tendon_armature(t)) for t, c in self._tendons(joint))
         return float(model.dof_armature[dof]) + motors + tendons
 
     def _pulling(self, tendon: int) -> list[tuple[int, float]]:
@@ -242,7 +243,7 @@ class _Extraction:
     def _tendon_armature(self, tendon: int) -> float:
         """Return the inertia along a tendon, with that of the actuators that pull it."""
         model = self.model
-        motors = sum(g**2 * float(model.actuator_armature[a]) for a, g in self._pulling(tendon))
+        motors = sum(g * g * float(model.actuator_armature[a]) for a, g in self._pulling(tendon))
         return float(model.tendon_armature[tendon]) + motors
 
     def _tendon_damping(self, tendon: int) -> Array:
@@ -255,7 +256,9 @@ class _Extraction:
         """Return the damping of actuators: a polynomial in the rate of the joint or tendon."""
         model, total = self.model, np.zeros(size)
         for a, gear in actuators:
-            total += gear**2 * np.array([model.actuator_damping[a], *model.actuator_dampingpoly[a]])
+            total += (
+                gear * gear * np.array([model.actuator_damping[a], *model.actuator_dampingpoly[a]])
+            )
         return total
 
     def _damping(self, joint: int, dof: int) -> tuple[float, ...]:
