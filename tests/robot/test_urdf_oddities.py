@@ -102,16 +102,41 @@ def test_what_only_the_eye_misses_is_told_misspelt():
     assert "<collsion> is not known; write <collision>" in str(problem)
 
 
-@pytest.mark.parametrize(("tag", "name"), [("joint", "universe"), ("joint", "root_joint")])
-@pytest.mark.parametrize("kind", ["fixed", "revolute"])
-def test_names_of_the_world_are_refused(tag, name, kind):
-    def edit(root):
-        root.append(ET.fromstring("<link name='ear'/>"))
-        ends = "<parent link='torso'/><child link='ear'/><limit effort='1' velocity='1'/>"
-        root.append(ET.fromstring(f"<{tag} name='{name}' type='{kind}'>{ends}</{tag}>"))
+def with_ear(name, kind):
+    """The generated biped with an ear on a joint of some name."""
 
+    def edit(root):
+        mass = "<mass value='0.3'/><inertia ixx='1e-4' iyy='1e-4' izz='1e-4' {}/>"
+        rest = "ixy='0' ixz='0' iyz='0'"
+        inertial = f"<inertial>{mass.format(rest)}</inertial>"
+        root.append(ET.fromstring(f"<link name='ear'>{inertial}</link>"))
+        ends = "<parent link='torso'/><child link='ear'/><origin xyz='0 0 0.7'/>"
+        limit = "<limit effort='1' velocity='1' lower='-1' upper='1'/>"
+        root.append(ET.fromstring(f"<joint name='{name}' type='{kind}'>{ends}{limit}</joint>"))
+
+    return edited_urdf(edit)
+
+
+@pytest.mark.parametrize("name", ["universe", "root_joint"])
+def test_joints_that_move_under_names_of_the_world_are_refused(name):
     with pytest.raises(RobotError, match=rf"^line \d+: joint '{name}': this name stands for"):
-        read_source(edited_urdf(edit))
+        read_source(with_ear(name, "revolute"))
+
+
+@pytest.mark.parametrize("name", ["universe", "root_joint"])
+def test_fixed_joints_may_have_names_of_the_world(name):
+    plain, named = (Robot.from_urdf(with_ear(each, "fixed")) for each in ("lobe", name))
+    assert named.mass == plain.mass == pytest.approx(57.17)
+    assert named.model.inertias.tolist() == plain.model.inertias.tolist()
+
+
+def test_a_world_on_a_floating_joint_may_have_any_name():
+    def edit(root):
+        root.insert(0, ET.fromstring("<link name='universe'/>"))
+        ends = "<parent link='universe'/><child link='torso'/>"
+        root.append(ET.fromstring(f"<joint name='root_joint' type='floating'>{ends}</joint>"))
+
+    assert Robot.from_urdf(edited_urdf(edit)).mass == pytest.approx(56.87)
 
 
 def test_a_link_named_as_the_world_and_a_leg_joint_are_refused():
@@ -169,6 +194,27 @@ def test_one_inertia_for_all_is_a_placeholder():
     (finding,) = source.findings()
     assert (finding.topic, finding.how) == ("inertia", "warning")
     assert "'left_ankle_roll_link': its inertia is 55.2 times the largest" in finding.text
+
+
+def test_a_heavy_link_without_inertia_is_told():
+    def edit(root):
+        for name in ("torso", "left_foot"):
+            moments = link(root, name).find("inertial/inertia").attrib
+            moments.update(dict.fromkeys(moments, "0"))
+
+    (problem,) = read_source(edited_urdf(edit)).problems
+    assert (problem.kind, problem.name) == ("placeholder", "torso")
+    assert "it has a mass of 40.55 kg but no inertia: a point mass?" in str(problem)
+
+
+def test_one_body_for_most_links_is_a_placeholder():
+    def edit(root):
+        for inertial in root.iter("inertial"):
+            inertial.find("mass").set("value", "1")
+            inertial.find("inertia").attrib.update(ixx="1e-3", iyy="1e-3", izz="1e-3")
+
+    (problem,) = read_source(edited_urdf(edit)).problems
+    assert "and 9 more too, though these are most of all links: a placeholder?" in str(problem)
 
 
 def test_links_that_are_alike_in_both_legs_are_no_placeholders():

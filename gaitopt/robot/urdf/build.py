@@ -16,7 +16,9 @@ from gaitopt.robot.urdf.description import Description, Inertial, Joint, Link, P
 from gaitopt.robot.urdf.inertial import sound_inertia
 from gaitopt.robot.urdf.joints import range_of, strength_of
 
-ROOT_JOINT = "root_joint"
+WORLD, ROOT_JOINT = "universe", "root_joint"
+"""Names of Pinocchio's own: the world, and the joint that carries the root link."""
+_FIXED = " (fixed)"  # marks a frame whose name is taken
 _ROUNDING = 1e-15  # of an axis: cos(pi/2) = 6e-17 as programs write it
 
 
@@ -37,7 +39,7 @@ def build_model(robot: Description) -> pin.Model:
     model.name = robot.name
     root = model.addJoint(0, pin.JointModelFreeFlyer(), pin.SE3.Identity(), ROOT_JOINT)
     frame = model.addJointFrame(root, 0)
-    below = robot.below()
+    below = robot.below
     waiting: list[tuple[Joint | None, str, int]] = [(None, robot.root, frame)]
     while waiting:
         joint, name, parent = waiting.pop()
@@ -48,6 +50,21 @@ def build_model(robot: Description) -> pin.Model:
     if model.njoints < 2:
         raise RobotError("the robot has no links that can move; check the file")
     return model
+
+
+def refuse_taken(robot: Description) -> None:
+    """Refuse links and moving joints that bear a name of Pinocchio's own, which finds them by name.
+
+    Args:
+        robot: values of its file.
+
+    Raises:
+        RobotError: naming the line.
+    """
+    moving = [joint.entry for joint in robot.joints.values() if joint.kind != "fixed"]
+    links = [link.entry for link in robot.links.values() if link.name == WORLD]
+    for entry in [*links, *(each for each in moving if each.name in (WORLD, ROOT_JOINT))]:
+        raise entry.refusal("this name stands for something else in every robot; rename it")
 
 
 def placement(pose: Pose) -> pin.SE3:
@@ -81,7 +98,8 @@ def _add_joint(model: pin.Model, joint: Joint, parent: int) -> int:
     place = at.placement * placement(joint.pose)
     if joint.kind == "fixed":
         kind = pin.FrameType.FIXED_JOINT
-        frame = pin.Frame(joint.name, at.parentJoint, parent, place, kind)
+        name = joint.name + (_FIXED if joint.name in (WORLD, ROOT_JOINT) else "")
+        frame = pin.Frame(name, at.parentJoint, parent, place, kind)
         return int(model.addFrame(frame, False))
     moving = _joint_model(joint)
     new = model.addJoint(at.parentJoint, moving, place, joint.name, *_bounds(joint, moving))

@@ -14,6 +14,7 @@ import pinocchio as pin
 
 from gaitopt.errors import RobotError
 from gaitopt.robot.files.xml_lines import XmlTree
+from gaitopt.robot.urdf.build import refuse_taken
 from gaitopt.robot.urdf.description import Description, describe
 from gaitopt.robot.urdf.doubts import placeholder_problems
 from gaitopt.robot.urdf.inertial import inertia_fault, inertial_problems
@@ -46,6 +47,7 @@ def check_urdf(tree: XmlTree) -> tuple[UrdfProblem, ...]:
     _check_count(tree)
     problems = check_spelling(tree)
     robot = describe(tree)
+    refuse_taken(robot)
     for link in robot.links.values():
         problems += inertial_problems(link)
     for joint in robot.joints.values():

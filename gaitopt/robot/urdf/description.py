@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 from xml.etree.ElementTree import Element
 
 import numpy as np
@@ -140,8 +141,9 @@ class Description:
     links: dict[str, Link]
     joints: dict[str, Joint]
 
+    @cached_property
     def below(self) -> dict[str, list[Joint]]:
-        """Return the joints that hang on each link, in the order of Pinocchio's loader.
+        """The joints that hang on each link, in the order of Pinocchio's loader.
 
         It sorts them by the bytes of their names.
         """
@@ -150,7 +152,7 @@ class Description:
             found[joint.parent].append(joint)
         return found
 
-    @property
+    @cached_property
     def root(self) -> str:
         """Name of the link on which no joint hangs it."""
         children = {joint.child for joint in self.joints.values()}
@@ -158,7 +160,7 @@ class Description:
 
     def rigid(self, link: str) -> Iterator[str]:
         """Yield a link and all that is fixed to it, directly or not."""
-        waiting, below = [link], self.below()
+        waiting, below = [link], self.below
         while waiting:
             name = waiting.pop()
             yield name
@@ -349,7 +351,7 @@ def _from_quaternion(quaternion: Array) -> Array:
 
 def _without_world(found: Description) -> Description:
     root = found.links[found.root]
-    below = found.below()[root.name]
+    below = found.below[root.name]
     if root.inertial is not None or [joint.kind for joint in below] != ["floating"]:
         return found
     links = {name: link for name, link in found.links.items() if link is not root}

@@ -10,8 +10,6 @@ from gaitopt.robot.files.xml_lines import XmlTree
 from gaitopt.robot.urdf.values import Entry, UrdfProblem, printable
 
 JOINT_TYPES = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
-_TAKEN = {"link": ("universe",), "joint": ("universe", "root_joint")}
-"""Names of Pinocchio's own: the world, and the joint that carries the root link."""
 _OTHER_FORMATS = {
     "sdf": "convert it to URDF",
     "COLLADA": "give the robot's URDF, not one of its meshes",
@@ -71,8 +69,6 @@ def _named(tree: XmlTree, tag: str) -> dict[str, Entry]:
         entry = Entry(tree, element)
         if not entry.name.strip():
             raise RobotError(f"line {tree.line(element)}: a {tag} has no name; give it one")
-        if entry.name in _TAKEN[tag]:
-            raise entry.refusal("this name stands for something else in every robot; rename it")
         if entry.name in found:
             first = tree.line(found[entry.name].element)
             raise entry.refusal(f"another {tag} has this name (line {first}); rename one of them")
