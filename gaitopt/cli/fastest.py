@@ -32,7 +32,8 @@ def fastest_walk(request: Request, console: Console, quiet: bool) -> tuple[Reque
     """
     if "starts" in request.settings or request.start is not None:
         raise InputError(
-            "--fastest starts each walk from a slower one; leave out --start, --starts and --seed"
+            "--fastest starts each walk from a slower one; leave out --start, --starts, --seed and "
+            "--sigma, here and in the configuration file"
         )
 
     def task_at(speed: float) -> Task:

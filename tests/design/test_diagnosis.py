@@ -16,6 +16,7 @@ from gaitopt.design.diagnosis import digits
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.refine import violated_instants
 from gaitopt.errors import NoGaitFoundError, UnreachableError
+from gaitopt.gait.parameters import GEOMETRY, set_quantities
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.task import preset_task
 from gaitopt.nlp import violations
@@ -202,12 +203,29 @@ def test_the_error_carries_what_is_known():
         ({"knee_flexion": 2.7}, "knee", "_knee bends by at most 2.6 rad; .* at least 2.7 rad"),
         ({"step_width": 0.14}, "lateral", "at most 0.14 m apart .* at least 0.146 m are needed"),
         ({"speed": 3.0}, "leg length", r"a step of 1.200 m .* at most 1.164 m"),
+        ({"speed": 2.5, "leg_extension": 0.5}, "leg length", r"1.000 m .*leg_extension.* most 0"),
+        ({"clearance": 0.9}, "clearance", r"clearance of 0.9 m .* to where the hips are, 0\.\d+ m"),
     ],
 )
 def test_what_no_motion_can_meet_is_seen_at_once(robot, changes, family, sentence):
     found = contradictions(WalkProblem(robot, preset_task(**changes)))
     assert {name for name, _ in found} == {family}
     assert all(re.search(sentence, said) for _, said in found)
+
+
+@pytest.mark.parametrize(
+    ("fixed", "margins", "sentence"),
+    [
+        ({"trunk_pitch": 0.3}, {"trunk_pitch": 0.2}, "trunk_pitch is fixed at 0.3 .* most 0.2 rad"),
+        ({"pelvis_yaw": -0.1}, {"trunk_yaw": 0.05}, "pelvis_yaw is fixed at -0.1 .* trunk_yaw"),
+        ({"foot_spacing": 0.1}, {}, r"fixed at 0.1 m apart \(foot_spacing\) leave no gap"),
+    ],
+)
+def test_what_is_held_and_what_is_allowed_must_agree(robot, fixed, margins, sentence):
+    values = {name: {"free": False, "value": value} for name, value in fixed.items()}
+    task = preset_task(geometry=set_quantities(GEOMETRY, values), **margins)
+    ((_, said),) = contradictions(WalkProblem(robot, task))
+    assert re.search(sentence, said)
 
 
 def test_a_walk_that_can_be_walked_contradicts_nothing(robot):
