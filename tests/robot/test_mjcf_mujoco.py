@@ -1,6 +1,7 @@
 """MJCF files mean what MuJoCo says: kinematics, dynamics, limits, passive joints, shapes."""
 
 from pathlib import Path
+from xml.etree import ElementTree as ET
 
 import numpy as np
 import pinocchio as pin
@@ -244,3 +245,24 @@ def test_bodies_joints_and_sites_may_share_names():
     assert names == ["left_knee_link (site)", "left_knee (site)", "base (site)"]
     assert source.geometry(pin.GeometryType.COLLISION).ngeoms == 2
     assert Robot.from_urdf(source.text).mass == pytest.approx(42.6)
+
+
+def test_what_brakes_the_root_is_left_out_and_told():
+    def edit(root):
+        base = root.find(".//body[@name='base']")
+        base.remove(base.find("freejoint"))
+        base.insert(0, ET.fromstring("<joint name='root' type='free'/>"))
+        added(".", "<default><joint armature='0.02' damping='3'/></default>")(root)
+
+    source = read_source(edited(text(), edit))
+    assert "floats free: the armature, damping of what holds it" in told(source, "root")
+    model = source.model()
+    assert model.armature[:6].tolist() == [0.0] * 6
+    assert set(model.armature[6:]) == {0.02}
+
+
+def test_gait_files_of_the_first_version_hold_the_files_own_text(tmp_path):
+    """Without includes, the meshes gone, all masses given: as 0.1 accepted them."""
+    shown = with_mesh("<geom type='mesh' mesh='shell' contype='0' conaffinity='0'/>")
+    old = edited(text(), shown)
+    assert Robot.from_urdf(old).model == Robot.from_urdf(read_source(old).text).model

@@ -207,8 +207,10 @@ def _limit(
 
 def _inertia(body: CompiledBody) -> pin.Inertia:
     axes = se3(body.centre)
-    tensor = axes.rotation @ np.diag(body.moments) @ axes.rotation.T
-    return pin.Inertia(body.mass, axes.translation, (tensor + tensor.T) / 2.0)
+    with np.errstate(all="ignore"):  # impossible numbers are refused where they matter
+        tensor = axes.rotation @ np.diag(body.moments) @ axes.rotation.T
+        tensor = tensor / 2.0 + tensor.T / 2.0
+    return pin.Inertia(body.mass, axes.translation, tensor)
 
 
 def _add_frame(

@@ -349,7 +349,17 @@ class _Extraction:
             others = ", ".join(f"'{n}'" for n in self.others)
             text = f"the file holds others that move, too, which are left out: {others}"
             self._tell("root", f"'{name}'", text, "guessed")
-        if root.joints and int(self.model.jnt_type[root.joints[0]]) == self.bodies.free:
+        model = self.model
+        dofs = [d for d in range(model.nv) if int(model.dof_jntid[d]) in root.joints]
+        passive = {
+            "armature": model.dof_armature,
+            "damping": model.dof_damping,
+            "friction": model.dof_frictionloss,
+        }
+        if words := [word for word, values in passive.items() if values[dofs].any()]:
+            text = f"floats free: the {', '.join(words)} of what holds it in the file is left out"
+            self._tell("root", f"'{name}'", text, "changed")
+        if root.joints and int(model.jnt_type[root.joints[0]]) == self.bodies.free:
             return
         if root.joints:
             names = ", ".join(self.joint_names[j] for j in root.joints)
