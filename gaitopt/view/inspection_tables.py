@@ -140,6 +140,8 @@ def _sign(robot: Robot | None, name: str) -> str:
 
 def _limits(limits: JointLimits, row: int, inspection: Inspection, name: str) -> Row:
     spread = f"{limits.lower[row]:.2f} to {limits.upper[row]:.2f}"
+    if np.isinf(limits.lower[row]) and np.isinf(limits.upper[row]):
+        spread = "none"
     raw = (np.nan, np.nan)
     if inspection.model is not None:
         at = inspection.model.joints[inspection.model.getJointId(name)].idx_v

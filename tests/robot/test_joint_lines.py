@@ -217,3 +217,21 @@ def test_points_are_where_lines_meet():
     found = points_on_lines(points, axes, [0, 0, 1, 2])
     expected = [[0.0, 0.0, 0.0], [0.1, 0.2, 0.5], [0.1, 0.2, 0.5], [0.1, 0.7, 0.1]]
     np.testing.assert_allclose(found, expected, atol=1e-5)
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_the_knee_lies_beyond_hips_whose_axes_do_not_meet(seed):
+    """Hip joints far from each other change the leg's length more than the knee does."""
+    rng = np.random.default_rng(seed)
+    steps = {name: rng.uniform(-0.25, 0.25, 3) for name in ("hip_roll", "hip_pitch")}
+
+    def edit(root):
+        for side, sign in (("left", 1.0), ("right", -1.0)):
+            for name, (x, y, z) in steps.items():
+                xyz = f"{0.2 * x} {sign * (0.02 + 0.3 * abs(y))} {-abs(z)}"
+                origin_of(joint(root, f"{side}_{name}")).set("xyz", xyz)
+
+    robot = Robot.from_urdf(edited_urdf(edit))
+    assert [robot.joint_names[k] for k in robot.legs.knees] == ["right_knee", "left_knee"]
+    assert robot.legs.straight == pytest.approx([0.0, 0.0], abs=0.2)
+    assert robot.legs.reach < 0.75

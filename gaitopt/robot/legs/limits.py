@@ -13,7 +13,7 @@ import pinocchio as pin
 from numpy.typing import NDArray
 
 from gaitopt.nlp import Array
-from gaitopt.robot.findings import Finding
+from gaitopt.robot.findings import Finding, How
 
 _ALIKE = 0.02  # of the larger one: limits that differ by less are settled, the tighter holds
 _ROUNDING = 1e-2  # rad: the same for the ends of ranges, however narrow
@@ -158,9 +158,14 @@ def _placeholders(
     findings = []
     for value in dict.fromkeys(given[free]):
         joints = [n for n, v, f in zip(names, given, free, strict=True) if f and v == value]
-        text = f"{field} limit {value:g} {unit} is a placeholder: taken as no limit"
         subject = "all joints" if len(joints) == len(names) else ", ".join(joints)
-        findings.append(Finding("limits", subject, text, "warning"))
+        if np.isinf(value):
+            text = f"the file gives no {field} limit"
+        else:
+            text = f"{field} limit {value:g} {unit} is a placeholder: taken as no limit"
+        # A joint without a range is continuous; a motor without a limit has not been looked up.
+        how: How = "found" if field == "range" and np.isinf(value) else "warning"
+        findings.append(Finding("limits", subject, text, how))
     return findings
 
 
