@@ -14,7 +14,9 @@ def real_robots(data: Record) -> str:
     return "\n\n".join(
         (
             "Robots of example-robot-data as they come, with the default task of a humanoid: "
-            "lifted double support, relaxed approach, bounds on trunk, width, torsion and gaps. "
+            "lifted double support, relaxed approach, bounds on trunk, width, torsion and gaps; "
+            "rigid bodies alone, without rotors and the damping of their files, which "
+            "[physics.md](physics.md) adds. "
             "Nine starts: the first guess, and eight with normal noise of 0.05 on every joint "
             "parameter. Times are of the CPU, one thread, without refinement and certificate.",
             _starts(data["catalogue"]),

@@ -17,11 +17,7 @@ from gaitopt.mechanics.newton_euler import sole_axes
 from gaitopt.mechanics.passive import FRICTION_RATE, odd_polynomial, polynomial
 from gaitopt.mechanics.support import SingleSupport
 from gaitopt.robot.chain_physics import CarriedWeight, ChainPhysics, PassiveJoints
-from gaitopt.robot.choices import Choices
-from gaitopt.robot.files.source import read_source
 from gaitopt.robot.model import Robot
-from gaitopt.robot.physics import PassiveJoint, Physics, PointMass
-from gaitopt.robot.reading import read_robot
 
 CASES = Path(__file__).parents[1] / "data" / "cases"
 COUNT = 4
@@ -47,36 +43,12 @@ def case_text(name: str) -> str:
     return text.replace("<worldbody>", '<option gravity="0 0 -3.7"/><worldbody>')
 
 
-def physics_of(model: mujoco.MjModel) -> Physics:
-    """What MuJoCo says of passive joints, gravity and its compensation."""
-    joints = {}
-    for j in range(model.njnt):
-        if model.jnt_type[j] != mujoco.mjtJoint.mjJNT_HINGE:
-            continue
-        dof, angle = model.jnt_dofadr[j], model.jnt_qposadr[j]
-        joints[model.joint(j).name] = PassiveJoint(
-            damping=(float(model.dof_damping[dof]), *map(float, model.dof_dampingpoly[dof])),
-            friction=float(model.dof_frictionloss[dof]),
-            stiffness=(float(model.jnt_stiffness[j]), *map(float, model.jnt_stiffnesspoly[j])),
-            rest=float(model.qpos_spring[angle]),
-        )
-    masses = model.body_gravcomp * model.body_mass
-    carried = {
-        model.body(b).name: PointMass(float(masses[b]), tuple(map(float, model.body_ipos[b])))
-        for b in range(1, model.nbody)
-        if model.body_gravcomp[b]
-    }
-    return Physics(joints, tuple(map(float, model.opt.gravity)), carried)
-
-
 def robot_and_mujoco(name: str) -> tuple[Robot, mujoco.MjModel]:
     text = case_text(name)
     model = mujoco.MjModel.from_xml_string(text)
     model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_CONTACT
     model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_LIMIT
-    source = read_source(text)
-    source.__dict__["physics"] = physics_of(model)
-    return Robot.from_reading(source, read_robot(source, Choices())), model
+    return Robot.from_urdf(text), model
 
 
 def fast_motion(robot: Robot, rng: np.random.Generator) -> tuple[np.ndarray, ...]:
