@@ -95,7 +95,9 @@ def build_chain(reading: Reading) -> Chain:
             f"feet and kinetic energy); allowed is {_SYMMETRY_TOLERANCE:g}. Make the two legs and "
             "the trunk symmetric in the URDF"
         )
-    told = tell_physics(reading.described, reading.physics, physics, names, reading.rotation)
+    told = tell_physics(
+        reading.described, reading.physics, physics, names, reading.rotation, reading.limits.torque
+    )
     findings = (*tell_pairs(names, mirror), *tell_symmetry(done), *told)
     return Chain(model, names, mirror, lines, done, physics, findings)
 

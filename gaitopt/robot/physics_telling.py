@@ -24,6 +24,7 @@ NO_ROTORS = (
 
 _UNITS = ("N·m·s/rad", "N·m·s²/rad²", "N·m·s³/rad³")
 _SPRING_UNITS = ("N·m/rad", "N·m/rad²", "N·m/rad³")
+_SERVO = 0.15  # of a motor's torque at 1 rad/s: files with losses of joints stay below a tenth
 _SMALL = 0.08  # relative: differences between left and right up to this are told, not warned of
 _WORDS = {
     "damping": "N·m·s/rad",
@@ -40,6 +41,7 @@ def tell_physics(
     chain: ChainPhysics,
     joints: tuple[str, ...],
     rotation: np.ndarray,
+    limits: np.ndarray,
 ) -> list[Finding]:
     """Return what of a description's physics counts, and what was left out or averaged.
 
@@ -49,8 +51,9 @@ def tell_physics(
         chain: what became of that.
         joints: names of the twelve joints.
         rotation: forward, left and up of the robot in its root link, columns, shape (3, 3).
+        limits: largest torques of the joints, shape (12,) [N·m].
     """
-    findings = []
+    findings = _servos(chain, joints, limits)
     for topic, part, text in (
         ("damping", "damping", _damping),
         ("joint friction", "friction", _friction),
@@ -102,6 +105,24 @@ def tell_armature(
         else:
             findings.append(Finding("armature", "robot", NO_ROTORS, "warning"))
     return findings
+
+
+def _servos(chain: ChainPhysics, joints: tuple[str, ...], limits: np.ndarray) -> list[Finding]:
+    """Warn of damping so strong that it is rather the gain of a servo than a loss of the joint."""
+    if chain.passive is None:
+        return []
+    torque = chain.passive.damping.sum(axis=1)  # at 1 rad/s
+    strong = torque > _SERVO * limits
+    if not strong.any():
+        return []
+    worst = int(np.argmax(np.where(strong, torque / limits, 0.0)))
+    text = (
+        f"damping takes {torque[worst]:.4g} of the {limits[worst]:.4g} N·m of '{joints[worst]}' at "
+        "1 rad/s, more than bearings and gears do; if it is the gain of a servo in a simulation, "
+        "leave it out: --without damping"
+    )
+    names = ", ".join(name for name, is_strong in zip(joints, strong, strict=True) if is_strong)
+    return [Finding("damping", names, text, "warning")]
 
 
 def _counted(topic: str, subject: str, text: str, part: str, left_out: bool) -> Finding:

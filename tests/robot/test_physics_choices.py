@@ -80,6 +80,16 @@ def test_left_and_right_walk_with_the_mean():
     assert "changed" in [how for how, _ in told(mini(Physics(joints)), "damping")]
 
 
+def test_damping_like_the_gain_of_a_servo_is_warned_of():
+    joints = {f"{side}_knee": PassiveJoint(damping=(100.0,)) for side in ("left", "right")}
+    warned = [text for how, text in told(mini(Physics(joints)), "damping") if how == "warning"]
+    assert len(warned) == 1
+    assert "at 1 rad/s" in warned[0]
+    assert "--without damping" in warned[0]
+    mild = {name: PassiveJoint(damping=(2.0,)) for name in joints}
+    assert [how for how, _ in told(mini(Physics(mild)), "damping")] == ["found"]
+
+
 def test_springs_of_mirrored_joints_pull_like_their_mean():
     """Stiffness 10 at rest at 0.4 and 30 at 0.2, one angle being the other's opposite."""
     joints = {
