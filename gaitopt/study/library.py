@@ -8,10 +8,12 @@ pyarrow is installed, one line per point.
 from __future__ import annotations
 
 import time
+from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 from gaitopt.errors import GaitFileError, GaitoptError, InputError
 from gaitopt.gait.result import Gait
@@ -21,7 +23,7 @@ from gaitopt.study.index import Row, faulty_row, write_index
 from gaitopt.study.journal import NAME as JOURNAL
 from gaitopt.study.journal import Journal, read_journal
 from gaitopt.study.manifest import Record, points_of, read_manifest
-from gaitopt.study.state import State, faults_of, index_rows, unknown_digests
+from gaitopt.study.state import State, checked, faults_of, index_rows, unknown_digests
 from gaitopt.study.stored import REMEDY, digest, load_stored
 
 GAITS = "gaits"
@@ -84,9 +86,27 @@ def open_library(directory: str | Path) -> Library:
     folder = Path(directory)
     record = read_manifest(folder)
     state = State()
-    for entry in read_journal(folder / JOURNAL):
-        state.take(entry)
-    return Library(folder, record, points_of(record), state)
+    points = points_of(folder, record)
+    _learn(state, read_journal(folder / JOURNAL), points, folder)
+    return Library(folder, record, points, state)
+
+
+def _learn(
+    state: State, entries: Iterable[Mapping[str, Any]], points: GridPoints, directory: Path
+) -> None:
+    """Take over a journal.
+
+    Raises:
+        InputError: a line of it is not what a sweep writes.
+    """
+    for number, entry in enumerate(entries, start=1):
+        try:
+            state.take(checked(entry, points))
+        except ValueError as error:
+            raise InputError(
+                f"line {number} of '{directory / JOURNAL}' is damaged: {error}; remove the line to "
+                "compute its point again"
+            ) from error
 
 
 class Writer:
@@ -105,8 +125,11 @@ class Writer:
     def __init__(self, directory: Path, points: GridPoints) -> None:
         self.directory, self.points, self.state = directory, points, State()
         self._journal = Journal(directory)
-        for entry in self._journal.entries:
-            self.state.take(entry)
+        try:
+            _learn(self.state, self._journal.entries, points, directory)
+        except BaseException:
+            self._journal.__exit__(None, None, None)
+            raise
         self._written, self._taken, self._stale = -EVERY, 0.0, True
         try:
             self._look()

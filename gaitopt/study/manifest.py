@@ -26,6 +26,7 @@ from gaitopt.version import __version__
 NAME, FORMAT = "manifest.json", 2
 
 Record = dict[str, Any]
+_DAMAGE = (KeyError, TypeError, ValueError, AttributeError, IndexError)
 
 
 def manifest_record(
@@ -68,7 +69,11 @@ def claim(directory: Path, record: Record) -> None:
     """
     path = directory / NAME
     if path.exists():
-        found = difference(read_manifest(directory), record)
+        there = read_manifest(directory)
+        try:
+            found = difference(there, record)
+        except _DAMAGE as error:
+            raise _damaged(directory, "some of its entries", error) from error
         if found is not None:
             raise InputError(
                 f"'{directory}' holds another sweep: {found}; give another directory, or ask for "
@@ -97,7 +102,7 @@ def read_manifest(directory: Path) -> Record:
     path = directory / NAME
     try:
         record = json.loads(read_bounded(path, MANIFEST))
-    except (OSError, ValueError) as error:
+    except (OSError, ValueError, RecursionError) as error:
         raise GaitFileError(
             f"'{directory}' is no gait library: it has no readable {NAME}; give a directory that "
             "gaitopt sweep has written"
@@ -110,18 +115,51 @@ def read_manifest(directory: Path) -> Record:
     return record
 
 
-def points_of(record: Record) -> GridPoints:
-    """Return the grid of a record."""
-    axes = tuple(Axis(name, tuple(values)) for name, values in record["axes"].items())
-    return GridPoints(axes, tuple(tuple(seed) for seed in record["seeds"]))
+def points_of(directory: Path, record: Record) -> GridPoints:
+    """Return the grid of a record.
+
+    Args:
+        directory: where it was read, for messages.
+        record: as of `read_manifest`.
+
+    Raises:
+        GaitFileError: the record does not tell it.
+    """
+    try:
+        axes = tuple(Axis(name, tuple(values)) for name, values in record["axes"].items())
+        points = GridPoints(axes, tuple(tuple(seed) for seed in record["seeds"]))
+        for seed in points.seeds:
+            points.values(seed)
+    except (*_DAMAGE, InputError) as error:
+        raise _damaged(directory, "its axes and seeds", error) from error
+    return points
+
+
+def _damaged(directory: Path, what: str, error: Exception) -> GaitFileError:
+    reason = str(error) if isinstance(error, InputError) else "they are not there, or of no use"
+    return GaitFileError(
+        f"'{directory / NAME}' is damaged in {what}: {reason}; make the library again, in another "
+        "directory"
+    )
 
 
 def robot_of(record: Record) -> RobotSource:
-    """Return the robot of a record, without the changes of a point."""
-    robot = record["robot"]
-    spec = robot["spec"]
-    return RobotSource(
-        robot["urdf"],
-        choices_from_record(robot["choices"]),
-        None if spec is None else merged(biped13(), spec),
-    )
+    """Return the robot of a record, without the changes of a point.
+
+    Raises:
+        GaitFileError: the record does not tell it.
+        InputError: what it tells is no robot.
+    """
+    try:
+        robot = record["robot"]
+        urdf, choices, spec = str(robot["urdf"]), robot["choices"], robot["spec"]
+        return RobotSource(
+            urdf,
+            choices_from_record(choices),
+            None if spec is None else merged(biped13(), spec),
+        )
+    except _DAMAGE as error:
+        raise GaitFileError(
+            "the manifest of the library is damaged in its robot; make the library again, in "
+            "another directory"
+        ) from error

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
@@ -44,7 +45,7 @@ class State:
     seconds: float = 0.0
 
     def take(self, entry: Mapping[str, Any]) -> None:
-        """Learn from one event of the journal."""
+        """Learn from one event of the journal, which is as `checked` or made by this gaitopt."""
         point = tuple(entry["point"])
         self.seconds += float(entry.get("seconds", 0.0))
         self.due |= {tuple(p): tuple(q) for p, q in entry.get("round", ())}
@@ -64,6 +65,51 @@ class State:
             self.faulty = {tuple(p): wrong for p, wrong in entry["faulty"]}
         if "refusal" in entry:
             self.refusals[point] = entry["refusal"]
+
+
+def checked(entry: object, points: GridPoints) -> Mapping[str, Any]:
+    """Return an event of a journal if it has the shape of one.
+
+    Args:
+        entry: a line of it, read as JSON.
+        points: of the sweep.
+
+    Raises:
+        ValueError: it is none.
+    """
+    if not isinstance(entry, Mapping):
+        raise ValueError("it is no event")
+    try:
+        trial = State()
+        trial.take(entry)
+        own = {tuple(entry["point"])}
+        named = own | {p for pair in trial.due.items() for p in pair} | {*trial.digests}
+        named |= {*trial.faulty} | {q for _, q, _ in trial.tried}
+        for point in named:
+            for index, axis in zip(point, points.axes, strict=True):
+                if not (type(index) is int and 0 <= index < len(axis.values)):
+                    raise ValueError("it is of a point that the sweep does not have")
+        for point, row in trial.rows.items():
+            _check_row(row, f"gaits/{points.name(point)}.npz")
+        for refusal in trial.refusals.values():
+            if not all(isinstance(s, str) for s in refusal.get("sentences", ())):
+                raise ValueError("its sentences are no texts")
+        texts = (*trial.digests.values(), *trial.faulty.values())
+        numbers = (trial.seconds, *(float(cost) for _, _, cost in trial.tried))
+        if not all(isinstance(t, str) for t in texts) or not all(map(math.isfinite, numbers)):
+            raise ValueError("it holds something else than it should")
+    except (KeyError, TypeError, AttributeError, IndexError, OverflowError) as error:
+        raise ValueError("it has not the shape of an event") from error
+    return entry
+
+
+def _check_row(row: object, file: str) -> None:
+    if not isinstance(row, Mapping) or row.get("file") != file:
+        raise ValueError(f"its line of the index is not that of '{file}'")
+    if not all(v is None or isinstance(v, int | float | str) for v in row.values()):
+        raise ValueError("its line of the index holds something else than figures")
+    if not isinstance(row.get("status"), str) or not isinstance(row.get("kkt"), int | float):
+        raise ValueError("its line of the index lacks its status")
 
 
 def index_rows(points: GridPoints, state: State) -> Iterator[tuple[Index, Row]]:
