@@ -97,6 +97,8 @@ def __getattr__(name: str) -> object:
     """Import a public name when it is first used."""
     if name not in _HOMES:
         raise AttributeError(f"module 'gaitopt' has no attribute '{name}'")
+    if _HOMES[name] != "gaitopt.errors":
+        import_module("gaitopt.pinocchio_check").require_pinocchio()
     value: object = getattr(import_module(_HOMES[name]), _NAMES_THERE.get(name, name))
     globals()[name] = value
     return value

@@ -10,6 +10,7 @@ from enum import IntEnum
 import typer
 
 from gaitopt.errors import GaitoptError
+from gaitopt.pinocchio_check import require_pinocchio
 
 
 class ExitCode(IntEnum):
@@ -32,6 +33,7 @@ def failures_reported() -> Iterator[None]:
     An unexpected exception is left to Python: it is a bug of gaitopt and its traceback is wanted.
     """
     try:
+        require_pinocchio()
         yield
         sys.stdout.flush()  # a full disk is told here, not after the last exit
     except GaitoptError as error:
