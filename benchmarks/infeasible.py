@@ -95,11 +95,14 @@ def one(seed: int) -> dict[str, Any]:
         told = Path(folder) / "suggestions" / "diagnosis.json"
         diagnosis = json.loads(told.read_text()) if told.is_file() else {}
     return record | {
-        "said": lines,
+        "said": [line for line in lines if line.startswith("- ")],
         "knobs": [s["knob"] for s in diagnosis.get("suggestions", [])],
         "diagnosis seconds": diagnosis.get("cpu_seconds"),
         "impossible": len(diagnosis.get("impossible", [])),
-        "followed": [{"command": c, "code": k, "cpu": s, "said": e} for c, k, s, e in followed],
+        "followed": [
+            {"code": code, "cpu": spent} | ({"command": command, "said": why} if code else {})
+            for command, code, spent, why in followed
+        ],
     }
 
 

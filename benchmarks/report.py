@@ -23,6 +23,7 @@ SECTIONS = (
     ("paper_own", "The paper's method on its own evaluation", process_sections.paper_own),
     ("starts", "Starts", search_sections.starts),
     ("diagnosis", "Walks that do not exist", search_sections.diagnosis),
+    ("infeasible", "Suggestions, followed", search_sections.infeasible),
     ("scaling", "Postures and samples", sections.scaling),
     ("memory", "Memory", sections.memory),
     ("process", "Whole processes", process_sections.process),

@@ -57,3 +57,25 @@ def diagnosis(data: list[Record]) -> str:
         "its walk keeps all limits between the samples too. The time is of design and "
         "diagnosis.\n\n" + table(head, rows)
     )
+
+
+def infeasible(data: Record) -> str:
+    """What became of the commands that diagnoses print."""
+    records = data["records"]
+    codes = [followed["code"] for line in records for followed in line["followed"]]
+    advised = sum(bool(line["followed"]) for line in records)
+    seconds = [line["diagnosis seconds"] for line in records if line["diagnosis seconds"]]
+    rows = [
+        ("random tasks without a gait", len(records)),
+        ("random tasks with one, left out", data["walked"]),
+        ("diagnoses with a suggestion", advised),
+        ("suggestions printed", len(codes)),
+        ("suggestions that exit 0, run as printed", codes.count(0)),
+        ("median CPU time of a diagnosis", f"{median(seconds):.1f} s"),
+        ("longest", f"{max(seconds):.1f} s"),
+    ]
+    return (
+        "Random limits that are hard for the biped or for a robot of the catalogue, one to three "
+        "at a time. Every command that was printed was run as printed, through a shell.\n\n"
+        + table(("", ""), rows)
+    )

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 from reference_cases import biped
 
-from gaitopt.design import suggestions
+from gaitopt.design import search, suggestions
+from gaitopt.design.attempt import attempt
 from gaitopt.design.certificate import on_fine_grid
 from gaitopt.design.contradictions import contradictions
 from gaitopt.design.design import design
@@ -16,6 +17,7 @@ from gaitopt.design.diagnosis import digits
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.refine import violated_instants
 from gaitopt.errors import NoGaitFoundError, UnreachableError
+from gaitopt.gait.guess import first_guess
 from gaitopt.gait.parameters import GEOMETRY, set_quantities
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.task import preset_task
@@ -151,11 +153,14 @@ def test_a_number_is_printed_with_the_digits_it_has(value):
     assert float(digits(value)) == value
 
 
-def test_the_usual_solver_is_suggested_where_another_gave_up(robot):
-    """One iteration does not do; the diagnosis finds the walk all the same."""
-    hasty = DesignOptions(solver=solver_by_name("sqp", max_iterations=1), refine=False)
+def test_the_usual_solver_is_suggested_where_another_gives_up(robot, monkeypatch):
+    """A solver that leads nowhere, even from the walk that the diagnosis finds."""
+    problem = WalkProblem(robot, preset_task(samples=21))
+    hopeless = replace(QUICK, solver=solver_by_name("sqp", max_iterations=1))
+    nowhere = attempt(problem, hopeless, first_guess(problem))
+    monkeypatch.setattr(search, "attempt", lambda *_: nowhere)
     with pytest.raises(NoGaitFoundError) as caught:
-        design(robot, preset_task(samples=21), hasty)
+        design(robot, problem.task, hopeless)
     diagnosis = caught.value.diagnosis
     assert diagnosis.gait is not None
     (suggestion,) = diagnosis.suggestions
