@@ -196,7 +196,7 @@ def _soles(
 ) -> Soles:
     faces = _faces(stance, shapes)
     lost = source.mesh_problems() if None in faces else []
-    return choose_soles(stance, faces, names, choices, lost)
+    return choose_soles(stance.centred(), faces, names, choices, lost)
 
 
 def _faces(

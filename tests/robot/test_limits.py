@@ -104,7 +104,7 @@ def test_limits_that_differ_by_rounding_are_tightened_and_told(field, key, value
 
 
 @pytest.mark.parametrize("unit", [1.0, -1.0])
-def test_flipped_ranges_are_a_fault_of_the_file_and_tighter_is_not_offered(unit):
+def test_flipped_ranges_are_a_fault_of_the_file_and_tighter_comes_last(unit):
     lower, upper = sorted((unit * -0.09, unit * 2.3))
     edit = edits(
         set_limit("left_knee", lower=lower, upper=upper),
@@ -117,7 +117,8 @@ def test_flipped_ranges_are_a_fault_of_the_file_and_tighter_is_not_offered(unit)
     told = str(refused.value)
     assert "the file is broken" in told
     assert told.count("alike when one of the two is turned round") == 2
-    assert "tighter" not in told
+    assert told.index('"right" or "left"') < told.index('"tighter" leaves only')
+    Robot.from_urdf(edited_urdf(edit), choices=Choices(unequal_limits="tighter"))
     for offered in ("right", "left"):
         assert f'"{offered}"' in told
         robot = Robot.from_urdf(edited_urdf(edit), choices=Choices(unequal_limits=offered))
@@ -151,8 +152,13 @@ def test_ranges_without_a_common_part_are_refused():
     edit = edits(
         set_limit("left_knee", lower=0.0, upper=1.0), set_limit("right_knee", lower=1.2, upper=2.0)
     )
-    with pytest.raises(RobotError, match=r"'right_knee' and 'left_knee', 1\.2 to .* nothing in"):
-        Robot.from_urdf(edited_urdf(edit), choices=Choices(unequal_limits="tighter"))
+    for unequal in ("refuse", "tighter"):
+        with pytest.raises(RobotError, match=r"'right_knee' and 'left_knee', 1\.2 to") as refused:
+            Robot.from_urdf(edited_urdf(edit), choices=Choices(unequal_limits=unequal))
+        assert "which have nothing in common" in str(refused.value)
+        assert "tighter" not in str(refused.value)
+    for unequal in ("right", "left"):
+        Robot.from_urdf(edited_urdf(edit), choices=Choices(unequal_limits=unequal))
 
 
 def test_rounded_ranges_are_tightened(robot):

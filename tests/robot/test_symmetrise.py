@@ -1,5 +1,6 @@
 import re
 from pathlib import Path
+from xml.etree import ElementTree as ET
 
 import numpy as np
 import pinocchio as pin
@@ -326,6 +327,37 @@ def test_what_is_accepted_grows_with_the_choice_and_falls_with_the_size(seed):
 
 
 SIZES = (1e-4, 1e-3, 1e-2)
+
+
+@pytest.mark.parametrize("degrees", [0.18, 0.49])
+@pytest.mark.parametrize("axis", range(3))
+@pytest.mark.parametrize("name", ["hip_yaw", "knee"])
+def test_a_leg_a_little_turned_is_read_as_it_is(name, axis, degrees):
+    root = ET.parse(CASES / "base_mini.urdf").getroot()
+    rpy = np.zeros(3)
+    rpy[axis] = np.radians(degrees)
+    joint(root, f"left_{name}").find("origin").set("rpy", " ".join(map(str, rpy)))
+    robot = Robot.from_urdf(ET.tostring(root, encoding="unicode"))
+    assert exchange_error(robot.model, robot.mirror, *soles_of(robot)) < 1e-12
+    # It is the leg that is turned, not the robot, and one sole is told to be tilted at most.
+    even = Robot.from_urdf(CASES / "base_mini.urdf")
+    assert (robot.choices.forward, robot.choices.up) == ("x", "z")
+    edges = ("toe", "heel", "left", "right")
+    for edge in edges:
+        assert getattr(robot.sole, edge) == pytest.approx(getattr(even.sole, edge), abs=2e-3)
+
+
+@pytest.mark.parametrize("shift", [(2e-3, 0.0, 0.0), (0.0, 0.0, 2e-3), (8e-3, 0.0, 0.0)])
+def test_a_hip_ahead_or_above_turns_neither_heading_nor_up(shift):
+    root = ET.parse(CASES / "base_mini.urdf").getroot()
+    place = np.array([0.0, 0.1, 0.0]) + shift
+    joint(root, "left_hip_yaw").find("origin").set("xyz", " ".join(map(str, place)))
+    choices = Choices(asymmetry=0.05)
+    robot = Robot.from_urdf(ET.tostring(root, encoding="unicode"), choices=choices)
+    assert (robot.choices.forward, robot.choices.up) == ("x", "z")
+    told = [line for line in said(robot) if "joints" in line]
+    assert len(told) == 1
+    assert f"differed by {1e3 * max(shift):.3g} mm and 0 degrees" in told[0]
 
 
 def test_a_hip_of_the_case_is_averaged_and_told():

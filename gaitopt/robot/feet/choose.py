@@ -86,12 +86,10 @@ def choose_soles(
         titles = (str(frames[0].name), str(frames[1].name))
         return _finish(stance, titles, placements, face, choices, lost, added=False)
     origin = _origin(stance, face, choices, lost)
-    # Each below its own ankle: where one leg is set a little apart, its foot is so as a whole.
-    apart = (stance.ankles[0] - stance.ankles[1] * [1.0, -1.0, 1.0]) / 2.0
-    level, other = (pin.SE3(np.eye(3), origin + sign * apart) for sign in (1.0, -1.0))
+    level = pin.SE3(np.eye(3), origin)
     placements = (
         stance.places[0].actInv(level),
-        stance.places[1].actInv(mirror_placement(other)),
+        stance.places[1].actInv(mirror_placement(level)),
     )
     names = free_names(stance.model)
     soles = _finish(stance, names, placements, face, choices, lost, added=True)

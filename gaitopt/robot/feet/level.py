@@ -29,8 +29,25 @@ def sole_normal(points: Array, down: Array, radii: Array | None = None) -> Array
         radii: of balls about the points [m], shape (n,); 0 by default.
     """
     normal = lowest_face(points, radii, down)
-    flat = _EXACT if _plane(points, radii) is not None else _FLAT
-    return None if normal is None or tilt(normal, down) < flat else normal
+    if normal is None:
+        return None
+    exact = _plane(points, radii) is not None or _is_face(points, radii, normal)
+    return None if tilt(normal, down) < (_EXACT if exact else _FLAT) else normal
+
+
+def _is_face(points: Array, radii: Array | None, normal: Array) -> bool:
+    """Tell whether a foot ends below in a plane, as a box does, so that its tilt is no rounding."""
+    if radii is not None and np.ptp(radii) > 0.0:
+        return False
+    heights = points @ normal
+    size = float(np.ptp(points, axis=0).max())
+    face = points[heights > heights.max() - _THIN * size]
+    if len(face) < 3:
+        return False
+    spread = np.linalg.svd(face - face.mean(axis=0), compute_uv=False)
+    wide = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
+    share = (spread[:2] / np.sqrt(len(face))) / (wide[:2] / np.sqrt(len(points)))
+    return bool((share > _SHARE).all())
 
 
 def lowest_face(points: Array, radii: Array | None, down: Array) -> Array | None:

@@ -14,7 +14,7 @@ from gaitopt.robot.legs.knee import find_knee
 from gaitopt.robot.legs.measures import common_point
 
 _SNAP = 1e-3  # rad: a hip line this close to an axis of the root link is that axis
-_ASKEW = 3e-2  # rad: and one this close if the axes of the legs mirror better in that one
+_ASKEW = 0.5  # rad: and one this close if the axes of the legs mirror better in that one
 _LONGER = 1.25  # a foot is clearly longer ahead of the ankle if by this factor
 _NARROW = 1e-4  # m
 

@@ -74,7 +74,8 @@ def joint_limits(
     partner = np.abs(mirror).argmax(axis=1)
     legs = _Legs(names, partner, mirror[np.arange(12), partner], unequal, stance)
     limits, told, differ, broken = _settled(limits, mirror, legs)
-    fault = _difference_fault(differ, broken)
+    shared = bool((limits.lower < limits.upper).all())
+    fault = _difference_fault(differ, broken, shared)
     return limits, findings + told, faults + ([fault] if fault else [])
 
 
@@ -233,9 +234,9 @@ def _kept_range(
     gap = max(_gap(own[0], its[0]), _gap(own[1], its[1]))
     text = f"the ranges of {legs.quoted(row)}, {_span(own)} and {_span(its)} (mirrored)"
     if not shared > 0.0:
-        why = _FLIPPED if _flipped(own, its) else "which have nothing in common"
-        broken.append(f"{text}, {why}")
-        return own
+        why = ", and turned round they are alike" if _flipped(own, its) else ""
+        broken.append(f"{text}, which have nothing in common{why}")
+        return common
     if legs.unequal == "refuse" and gap > max(_ROUNDING, _ALIKE * narrow):
         if _flipped(own, its):
             broken.append(f"{text}, {_FLIPPED}")
@@ -257,14 +258,22 @@ def _flipped(own: _Range, its: _Range) -> bool:
     return apart <= max(_ROUNDING, _ALIKE * (own[1] - own[0]))
 
 
-def _difference_fault(differ: list[str], broken: list[str]) -> str:
-    """Return what is wrong with limits that differ, all joints in one sentence."""
+def _difference_fault(differ: list[str], broken: list[str], shared: bool) -> str:
+    """Return what is wrong with limits that differ, all joints in one sentence.
+
+    Args:
+        differ: what differs too much.
+        broken: what cannot be meant.
+        shared: whether all ranges have something in common.
+    """
     if broken:
         others = f"; besides, these differ: {'; '.join(differ)}" if differ else ""
+        last = ' ("tighter" leaves only what both have in common)' if shared else ""
         return (
             f"the file is broken: it gives the legs limits that cannot both be meant: "
             f"{'; '.join(broken)}{others}; correct the <axis> or the range of one of the two in "
-            f'the file, or say whose limits are right: unequal_limits = "right" or "left" {_HINT}'
+            f'the file, or say whose limits are right: unequal_limits = "right" or "left" '
+            f"{_HINT}{last}"
         )
     if not differ:
         return ""

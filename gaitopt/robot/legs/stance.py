@@ -46,6 +46,21 @@ class Stance:
         """Columns forward, left, up in the frame of a foot's joint, shape (3, 3)."""
         return np.asarray(self.places[side].rotation.T)
 
+    def centred(self) -> Stance:
+        """Return it with either foot where its ankle is the mirror image of the other one's.
+
+        Where one leg is set a little apart its foot is so as a whole: the soles are compared below
+        their own ankles.
+        """
+        mirror = np.array([1.0, -1.0, 1.0])
+        mean = (self.ankles[0] + self.ankles[1] * mirror) / 2.0
+        ankles = np.array([mean, mean * mirror])
+        first, other = (
+            pin.SE3(place.rotation, place.translation + shift)
+            for place, shift in zip(self.places, ankles - self.ankles, strict=True)
+        )
+        return replace(self, places=(first, other), ankles=ankles)
+
 
 def level_feet(
     stance: Stance,
