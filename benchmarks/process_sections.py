@@ -122,3 +122,22 @@ def _line(name: str, run: Record, ours: float) -> tuple[str, str, str, str]:
     seconds, cost, violation = run["progress"][-1][:3]
     state = "arrived" if run["arrived"] else f"stopped at J = {cost:.1f}, violation {violation:.0e}"
     return name, number(seconds), number(seconds / ours), state
+
+
+def proof(data: Record) -> str:
+    """Certified walks at thousands of instants."""
+    certified = [r for r in data["records"] if r["outcome"] == "certified"]
+    samples = sorted({r["samples"] for r in certified})
+    robots = sorted({r["robot"] for r in certified})
+    above = sum(r["violation"] > 1e-6 for r in certified)
+    hidden = max(r["violation"] - r["told"] for r in certified)
+    others = [r for r in data["records"] if r["outcome"] != "certified"]
+    return (
+        f"{len(certified)} random certified walks ({', '.join(robots)}; samples "
+        f"{', '.join(map(str, samples))}) evaluated at {data['instants']} equally spaced instants: "
+        f"the worst scaled violation is {data['worst']:.1e}, the median {data['median']:.1e}; "
+        f"{above} exceed 1e-6. (Before extremes were located, 132 of 132 did: median 5e-5, worst "
+        f"8e-4.) The certificate itself told at most {data['told']:.1e}; no walk exceeds its own "
+        f"certificate by more than {max(hidden, 0.0):.1e}. {len(others)} further draws had no gait "
+        "or were not certified, and say so."
+    )

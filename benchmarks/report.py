@@ -31,6 +31,7 @@ SECTIONS = (
     ("real_robots", "Real robots", robots_section.real_robots),
     ("sweep", "Sweeps", process_sections.sweep),
     ("grids", "Grids", process_sections.grids),
+    ("proof", "The proof between the samples", process_sections.proof),
 )
 """Benchmark, title, and what writes its section."""
 
