@@ -10,7 +10,7 @@ from gaitopt.robot.choices import AXES, SIDES
 from gaitopt.robot.findings import Finding
 from gaitopt.robot.legs.find import Pair
 from gaitopt.robot.legs.heading import Heading, axis_name
-from gaitopt.robot.legs.sides import SIDE_WORDS
+from gaitopt.robot.legs.sides import speaks_for_other_side
 from gaitopt.robot.mirror.symmetrise import Symmetrised
 
 _LISTED = 1e-5  # effect: differences that matter less are counted
@@ -29,11 +29,13 @@ def tell(
         angles: of the reference posture that were given [rad].
     """
     findings = []
-    for side, leg in zip(SIDES, pair.legs, strict=True):
-        names = [str(model.names[j]) for j in leg]
-        text = f"six joints from hip to ankle: {', '.join(names)}"
+    names = [[str(model.names[j]) for j in leg] for leg in pair.legs]
+    for side, own in zip(SIDES, names, strict=True):
+        text = f"six joints from hip to ankle: {', '.join(own)}"
         findings.append(Finding("legs", f"{side} leg", text))
-        findings += _odd_names(side, names)
+    if speaks_for_other_side(names[0], names[1]):
+        text = "is the right leg by its place, though its joints' names speak for the left one"
+        findings.append(Finding("heading", names[0][0], text, "warning"))
     if pair.beyond:
         names = [str(model.names[j]) for j in pair.beyond]
         text = f"beyond the ankle: {', '.join(names)}; locked, as part of the foot"
@@ -91,15 +93,6 @@ def _axis_words(vector: Array) -> str:
     if isinstance(name, str):
         return f"+{name}" if name in AXES and name[0] != "-" else name
     return "(" + ", ".join(f"{n:.4g}" for n in name) + ")"
-
-
-def _odd_names(side: str, names: list[str]) -> list[Finding]:
-    """Warn if the joints' names speak for the other side."""
-    own, other = SIDE_WORDS[side], SIDE_WORDS["left" if side == "right" else "right"]
-    if any(own.search(name) or not other.search(name) for name in names):
-        return []
-    text = f"is the {side} leg by its place, though its joints' names speak for the other"
-    return [Finding("heading", names[0], text, "warning")]
 
 
 def _posture(model: pin.Model, q: Array, pair: Pair, angles: dict[str, float]) -> list[Finding]:

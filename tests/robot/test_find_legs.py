@@ -14,6 +14,7 @@ from gaitopt.errors import RobotError
 from gaitopt.robot.choices import Choices
 from gaitopt.robot.feet.sole import Sole
 from gaitopt.robot.files.source import read_source
+from gaitopt.robot.legs.sides import speaks_for_other_side
 from gaitopt.robot.model import Robot
 from gaitopt.robot.reading import read_robot
 from gaitopt.view.inspection import inspect_robot
@@ -366,3 +367,18 @@ def test_other_joints_that_mimic_are_told_in_one_line():
     assert "'left_finger_0', " in told.text
     shown = {s.title: s.rows for s in sections(inspect_robot(text, Choices()))}
     assert shown["Odd in the file"] == ((str(told.line), told.text),)
+
+
+@pytest.mark.parametrize(
+    ("right", "left", "wrong"),
+    [
+        ("LR_HR", "LL_HR", False),  # both legs begin with L
+        ("right_hip", "left_hip", False),
+        ("left_hip", "right_hip", True),
+        ("RLEG_R", "LLEG_R", False),
+        ("hip_l_pitch", "hip_r_pitch", True),
+        ("leg1", "leg2", False),
+    ],
+)
+def test_names_speak_where_partners_differ(right, left, wrong):
+    assert speaks_for_other_side([right], [left]) is wrong

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 
 SIDE_WORDS = {
     "right": re.compile(r"(?i:right)|(?<![a-zA-Z])[rR](?![a-zA-Z])|^R(?=[A-Z])"),
@@ -19,3 +20,24 @@ def partners_by_name(first: str, other: str) -> bool:
         and SIDE_WORDS[a].sub("*", first) == SIDE_WORDS[b].sub("*", other)
         for a, b in (("right", "left"), ("left", "right"))
     )
+
+
+def speaks_for_other_side(right: Sequence[str], left: Sequence[str]) -> bool:
+    """Tell whether the names of a right leg's joints are those of a left one, and the other way.
+
+    What tells is where the names of two partners differ: `LR_HR` and `LL_HR` are the right and the
+    left leg of a robot that begins its legs with L.
+
+    Args:
+        right, left: names of the joints from hip to ankle.
+    """
+    initials = [_initials(*names) for names in zip(right, left, strict=True)]
+    return "lr" in initials and "rl" not in initials
+
+
+def _initials(first: str, other: str) -> str:
+    """First letters of what differs in two names, in lower case."""
+    start = 0
+    while start < min(len(first), len(other)) and first[start] == other[start]:
+        start += 1
+    return (first[start : start + 1] + other[start : start + 1]).lower()
