@@ -45,6 +45,7 @@ JOURNAL = 1000 * MEGABYTE
 """Bytes of a sweep's journal: some ten kilobytes a point."""
 
 _READABLE = 10**15
+_PIECE = 2**22  # bytes read at once
 _LONGEST = 60  # characters of a value in a message
 
 
@@ -79,11 +80,14 @@ def read_bounded(path: Path, most: int) -> bytes:
         OSError: the file cannot be read.
         ValueError: it is larger than its bound, or the path is none.
     """
-    with path.open("rb") as stream:
-        data = stream.read(most + 1)
-    if reason := too_large(len(data), most):
+    parts, size = [], 0
+    with path.open("rb") as stream:  # piece by piece: one `read` would reserve the whole bound
+        while size <= most and (part := stream.read(min(_PIECE, most + 1 - size))):
+            parts.append(part)
+            size += len(part)
+    if reason := too_large(size, most):
         raise ValueError(reason)
-    return data
+    return b"".join(parts)
 
 
 def too_large(size: int, most: int) -> str:

@@ -12,7 +12,7 @@ _NUMERIC = (
     "xyz", "rpy", "value", "ixx", "ixy", "ixz", "iyy", "iyz", "izz", "lower", "upper", "effort",
     "velocity", "damping", "friction", "size", "radius", "length", "rgba",
 )  # fmt: skip
-_FORMS = (
+FORMS = (
     "{} ", " {}", "{}\t", "\n{}", "{}_0", "1_{}", "\u0664", "\u00a0{}", "0x1A", "0x1p3", "inf",
     "-inf", "nan", "1,5", "{}, 0", "{};", "", "1e", "{}e", "+{}", "--{}", ".", "{} 1", "{}f",
     "{}d0", "1e400", "1e-320", "1e3", "-{}", "1e7", "${{x}}", "{}%", "\uff11", "TRUE", "None",
@@ -29,32 +29,32 @@ def mutate_urdf(text: str, rng: np.random.Generator, times: int = 1) -> str:
     """
     for _ in range(times):
         if rng.random() < 0.05:
-            text = _damage(text, rng)
+            text = damage(text, rng)
             continue
         try:
             root = ET.fromstring(text)
         except ET.ParseError:
             return text
-        edits = (_number, _number, _number, _scale, _double, _drop, _misspell, _name, _kind, _move)
+        edits = (_number, _number, _number, _scale, double, drop, misspell, _name, _kind, move)
         edits[rng.integers(len(edits))](root, rng)
         text = ET.tostring(root, encoding="unicode")
     return text
 
 
-def _pick(items, rng):
+def pick(items, rng):
     return items[rng.integers(len(items))]
 
 
 def _numeric(root, rng):
     found = [(e, k) for e in root.iter() for k in e.attrib if k in _NUMERIC]
-    return _pick(found, rng) if found else (root, "value")
+    return pick(found, rng) if found else (root, "value")
 
 
 def _number(root, rng):
     element, key = _numeric(root, rng)
     words = element.get(key, "0").split() or ["0"]
     place = int(rng.integers(len(words)))
-    words[place] = str(_pick(_FORMS, rng)).format(words[place])
+    words[place] = str(pick(FORMS, rng)).format(words[place])
     element.set(key, " ".join(words))
 
 
@@ -71,23 +71,23 @@ def _parents(root):
     return [(parent, child) for parent in root.iter() for child in parent]
 
 
-def _double(root, rng):
-    parent, child = _pick(_parents(root), rng)
+def double(root, rng):
+    parent, child = pick(_parents(root), rng)
     parent.insert(int(rng.integers(len(parent) + 1)), child)
 
 
-def _drop(root, rng):
-    parent, child = _pick(_parents(root), rng)
+def drop(root, rng):
+    parent, child = pick(_parents(root), rng)
     if rng.random() < 0.5 and child.attrib:
-        child.attrib.pop(_pick(list(child.attrib), rng))
+        child.attrib.pop(pick(list(child.attrib), rng))
     else:
         parent.remove(child)
 
 
-def _misspell(root, rng):
-    _, child = _pick(_parents(root), rng)
+def misspell(root, rng):
+    _, child = pick(_parents(root), rng)
     if rng.random() < 0.5 and child.attrib:
-        key = _pick(list(child.attrib), rng)
+        key = pick(list(child.attrib), rng)
         child.set(_typo(key, rng), child.attrib.pop(key))
     else:
         child.tag = _typo(child.tag, rng)
@@ -95,13 +95,13 @@ def _misspell(root, rng):
 
 def _typo(word, rng):
     place = int(rng.integers(len(word)))
-    return _pick([word[:place] + word[place + 1 :], word.upper(), word + "s"], rng) or "x"
+    return pick([word[:place] + word[place + 1 :], word.upper(), word + "s"], rng) or "x"
 
 
 def _name(root, rng):
     named = [e for e in root if e.tag in ("link", "joint")]
     if named:
-        element, new = _pick(named, rng), str(_pick(_NAMES, rng))
+        element, new = pick(named, rng), str(pick(_NAMES, rng))
         old = element.get("name")
         element.set("name", new)
         for end in root.iter():
@@ -112,18 +112,18 @@ def _name(root, rng):
 def _kind(root, rng):
     joints = root.findall("joint")
     if joints:
-        _pick(joints, rng).set("type", str(_pick(_TYPES, rng)))
+        pick(joints, rng).set("type", str(pick(_TYPES, rng)))
 
 
-def _move(root, rng):
-    parent, child = _pick(_parents(root), rng)
+def move(root, rng):
+    parent, child = pick(_parents(root), rng)
     parent.remove(child)
     parent.insert(int(rng.integers(len(parent) + 1)), child)
 
 
-def _damage(text, rng):
+def damage(text, rng):
     place = int(rng.integers(len(text)))
-    return _pick(
+    return pick(
         [text[:place], text[:place] + "<" + text[place:], text[:place] + text[place + 1 :]], rng
     )
 

@@ -13,6 +13,7 @@ from gaitopt.errors import InputError
 from gaitopt.nlp import Array
 
 JOINTS = 12  # of the two legs; the paper's chain, Table 1
+_REAL = "fiu"  # kinds of NumPy types; a text or a complex number would be cast in silence
 _EXCHANGE_TOLERANCE = 1e-9  # on E E = 1, whose entries are 0 and +-1
 
 # Sizes that are not numbers: N samples, n knots, P parameters.
@@ -158,7 +159,10 @@ def _frozen(name: str, value: object) -> Array:
     if isinstance(value, Sized) and SHAPES[name][0] == "N":
         at_most(len(value), INSTANTS, f"instants in the gait's '{name}'")
     try:
-        array = np.array(value, dtype=np.float64)
+        array = np.array(value)
+        if array.dtype.kind not in _REAL:
+            raise TypeError(array.dtype)
+        array = array.astype(np.float64)
     except (TypeError, ValueError) as error:
         raise InputError(f"the gait's '{name}' is not an array of numbers") from error
     if array.ndim != len(SHAPES[name]):

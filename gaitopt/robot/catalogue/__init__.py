@@ -84,7 +84,8 @@ def catalogue() -> tuple[Entry, ...]:
     """Return the robots that can be asked for by name, the generated one first."""
     folder = resources.files("gaitopt.robot") / "catalogue"
     names = sorted(p.name for p in folder.iterdir() if p.name.endswith(".toml"))
-    entries = [_entry(n.removesuffix(".toml"), (folder / n).read_text("utf-8")) for n in names]
+    files = ((n.removesuffix(".toml"), (folder / n).read_text("utf-8")) for n in names)
+    entries = [read_entry(name, text) for name, text in files]
     return tuple(sorted(entries, key=lambda entry: bool(entry.file)))
 
 
@@ -165,17 +166,52 @@ def _descriptions() -> Path | None:
     return folder if folder.is_dir() else None
 
 
-def _entry(name: str, text: str) -> Entry:
-    table = parse_toml(text, f"{name}.toml of the catalogue")
+def read_entry(name: str, text: str | bytes) -> Entry:
+    """Return the robot that a TOML text of the catalogue describes.
+
+    Args:
+        name: of the robot.
+        text: of its file.
+
+    Raises:
+        InputError: it is not TOML, or an entry is missing or of another kind; what the choices and
+            the specification hold is checked when they are used.
+    """
+    where = f"{name}.toml of the catalogue"
+    table = parse_toml(text, where)
+    rotors = _of_kind(table, "rotors", list, where) or []
+    if not all(isinstance(rotor, Mapping) for rotor in rotors):
+        raise InputError(f"{where}: rotors must be a list of tables ([[rotors]])")
     return Entry(
         name=name,
-        title=table["title"],
-        mass=float(table["mass"]),
-        file=table.get("file", ""),
-        choices=table.get("choices", {}),
-        task=table.get("task", {}),
-        remark=table.get("remark", ""),
-        rotors={rotor["joints"]: float(rotor["armature"]) for rotor in table.get("rotors", ())},
-        rotors_from=table.get("rotors_from", ""),
-        spec=table.get("spec", {}),
+        title=_needed(table, "title", str, where),
+        mass=float(_needed(table, "mass", (int, float), where)),
+        file=_of_kind(table, "file", str, where) or "",
+        choices=_of_kind(table, "choices", Mapping, where) or {},
+        task=_of_kind(table, "task", Mapping, where) or {},
+        remark=_of_kind(table, "remark", str, where) or "",
+        rotors={
+            _needed(rotor, "joints", str, where): float(
+                _needed(rotor, "armature", (int, float), where)
+            )
+            for rotor in rotors
+        },
+        rotors_from=_of_kind(table, "rotors_from", str, where) or "",
+        spec=_of_kind(table, "spec", Mapping, where) or {},
     )
+
+
+def _of_kind(table: Mapping[str, Any], key: str, kind: Any, where: str) -> Any:
+    """Return an entry of a table, None if it is absent."""
+    value = table.get(key)
+    if value is not None and (isinstance(value, bool) or not isinstance(value, kind)):
+        words = {str: "a text", list: "a list", Mapping: "a table"}.get(kind, "a number")
+        raise InputError(f"{where}: {key} is {str(value)[:60]!r}; it must be {words}")
+    return value
+
+
+def _needed(table: Mapping[str, Any], key: str, kind: Any, where: str) -> Any:
+    value = _of_kind(table, key, kind, where)
+    if value is None:
+        raise InputError(f"{where}: {key} is missing; add it")
+    return value
