@@ -29,8 +29,7 @@ from typing import Any
 
 from common import save
 
-_TESTS = Path(__file__).parents[1] / "tests"
-sys.path += [str(_TESTS), str(_TESTS / "study")]
+sys.path.append(str(Path(__file__).parents[1] / "tests"))
 
 SEED, COUNT = 10, 20_000
 MOST_SECONDS = 20.0

@@ -88,9 +88,7 @@ class Outcome:
 
 def prepare(folder: Path) -> None:
     """Make the inputs that are mutated: a walk, a library, a task, choices, a specification."""
-    from sweeps import QUICK, quick_task
-
-    from gaitopt import Robot, biped13, design_gait, save_gait, urdf_text, write_spec
+    from gaitopt import Robot, biped13, design_gait, preset_task, save_gait, urdf_text, write_spec
     from gaitopt.cli.robot_request import choices_text
     from gaitopt.design.options import DesignOptions
     from gaitopt.solvers import solver_by_name
@@ -109,8 +107,9 @@ def prepare(folder: Path) -> None:
     )
     (folder / "task.toml").write_text(_TASK, encoding="utf-8")
     options = DesignOptions(solver=solver_by_name("sqp"), refine=False, diagnose=False)
-    save_gait(design_gait(robot, quick_task(), options).gait, folder / "gait.npz")
-    sweep(robot, quick_task(), [Axis("speed", (1.0, 1.05))], folder / "lib", QUICK)
+    task = preset_task(speed=1.0, samples=15)
+    save_gait(design_gait(robot, task, options).gait, folder / "gait.npz")
+    sweep(robot, task, [Axis("speed", (1.0, 1.05))], folder / "lib", options)
 
 
 _TASK = """

@@ -39,7 +39,7 @@ def _entries(path: Path) -> Iterator[tuple[dict[str, Any], int]]:
         end += len(line) + 1
         try:
             entry = json.loads(line)
-        except ValueError as error:
+        except (ValueError, RecursionError) as error:
             if number == len(lines) - 1:
                 return
             raise InputError(

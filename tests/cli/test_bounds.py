@@ -3,6 +3,7 @@
 import io
 import shutil
 import time
+import tracemalloc
 import zipfile
 from dataclasses import replace
 from pathlib import Path
@@ -185,3 +186,16 @@ def test_a_gait_survives_its_file(designed, tmp_path):
     gait = load_gait(designed / "gait.npz")
     save_gait(gait, tmp_path / "again.npz")
     assert (tmp_path / "again.npz").read_bytes() == (designed / "gait.npz").read_bytes()
+
+
+def test_a_small_file_takes_little_memory_however_large_its_bound(tmp_path):
+    path = tmp_path / "small"
+    path.write_bytes(b"x" * 10_000_000)
+    tracemalloc.start()
+    try:
+        assert len(read_bounded(path, 10**12)) == 10_000_000
+        assert tracemalloc.get_traced_memory()[1] < 40_000_000
+    finally:
+        tracemalloc.stop()
+    with pytest.raises(ValueError, match="larger than 9 million"):
+        read_bounded(path, 9_999_999)

@@ -3,7 +3,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from sample_gait import bare_gait, sample_gait
+from sample_gait import KNOTS, bare_gait, sample_gait
 
 from gaitopt.errors import InputError
 from gaitopt.gait.result import array_names
@@ -58,6 +58,8 @@ def broken(name, index, value):
         ({"q": np.ones((30, 12))}, r"'q' has shape \(30, 12\); it must be \(31, 12\)"),
         ({"q": np.ones(12)}, r"'q' has shape \(12,\); it must be N x 12"),
         ({"cop": "here"}, "'cop' is not an array of numbers"),
+        ({"knots": KNOTS + 1j}, "'knots' is not an array of numbers"),
+        ({"knots": KNOTS.astype(str)}, "'knots' is not an array of numbers"),
         (broken("time", 5, 0.2), "'time' must increase from 0 s"),
         ({"knots": [0.0, 0.1, 0.3]}, "last knot is 0.3 s; it must be the end of the step, 0.4 s"),
         (broken("mirror", (0, 11), 0.5), "'mirror' E is not a leg exchange"),

@@ -35,6 +35,7 @@ def library(original, tmp_path):
     [
         "3",
         "null",
+        pytest.param("[" * 100_000, id="nested"),
         "[]",
         "{}",
         '{"point": 3}',
