@@ -37,8 +37,8 @@ def tell(
         text = "is the right leg by its place, though its joints' names speak for the left one"
         findings.append(Finding("heading", names[0][0], text, "warning"))
     if pair.beyond:
-        names = [str(model.names[j]) for j in pair.beyond]
-        text = f"beyond the ankle: {', '.join(names)}; locked, as part of the foot"
+        toes = [str(model.names[j]) for j in pair.beyond]
+        text = f"beyond the ankle: {', '.join(toes)}; locked, as part of the foot"
         findings.append(Finding("legs", "toes", text, "guessed"))
     if pair.tilt:
         findings.append(Finding("heading", "robot", pair.tilt, "guessed"))
