@@ -38,6 +38,8 @@ _FIGURES = (
     "origin",
 )
 _WORDS = ("status", "verdict", "origin", "file")
+_ANSWERS = ("certified",)
+_GREATEST = 2**53  # a column of figures holds whole numbers up to this one exactly
 _MOTOR = {
     "peak_torque_Nm": "peak_torque",
     "rms_torque_Nm": "rms_torque",
@@ -108,6 +110,16 @@ def _bare(values: Mapping[str, float], status: str, verdict: str) -> Row:
     names = (*_PLACE, *values, "status", *_FIGURES, *slopes)
     row: Row = dict.fromkeys(names)
     return {**row, **values, "status": status, "certified": False, "verdict": verdict}
+
+
+def fits_column(name: str, value: object) -> bool:
+    """Whether a value is one that a column of the index can hold beside those of other lines."""
+    if value is None:
+        return True
+    if name in _WORDS or name in _ANSWERS:
+        return isinstance(value, str if name in _WORDS else bool)
+    figure = isinstance(value, int | float) and not isinstance(value, bool)
+    return figure and (isinstance(value, float) or abs(value) <= _GREATEST)  # type: ignore[arg-type]
 
 
 def columns(rows: Iterable[Row]) -> list[str]:

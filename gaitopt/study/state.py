@@ -11,7 +11,7 @@ from typing import Any
 
 from gaitopt.study.footing import Footing, footing_of
 from gaitopt.study.grid_points import GridPoints, Index
-from gaitopt.study.index import Row, awaited_row, refused_row
+from gaitopt.study.index import Row, awaited_row, fits_column, refused_row
 from gaitopt.study.stored import digest, fault
 
 Try = tuple[Index, Index, float]
@@ -106,8 +106,9 @@ def checked(entry: object, points: GridPoints) -> Mapping[str, Any]:
 def _check_row(row: object, file: str) -> None:
     if not isinstance(row, Mapping) or row.get("file") != file:
         raise ValueError(f"its line of the index is not that of '{file}'")
-    if not all(v is None or isinstance(v, int | float | str) for v in row.values()):
-        raise ValueError("its line of the index holds something else than figures")
+    for name, value in row.items():
+        if not fits_column(str(name), value):
+            raise ValueError(f"its line of the index has {name} {str(value)[:60]!r}")
     if not isinstance(row.get("status"), str) or not isinstance(row.get("kkt"), int | float):
         raise ValueError("its line of the index lacks its status")
 

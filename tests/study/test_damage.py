@@ -47,6 +47,17 @@ def library(original, tmp_path):
         '{"point": [0], "row": {"file": "../../other.npz", "status": "certified", "kkt": 0}}',
         '{"point": [0], "row": {"file": "gaits/speed=0.9.npz", "status": 1, "kkt": 0}}',
         '{"point": [0], "row": {"file": "gaits/speed=0.9.npz", "status": "certified", "kkt": []}}',
+        *(
+            f'{{"point": [0], "row": {{"file": "gaits/speed=0.9.npz", "status": "certified", '
+            f'"kkt": 0, {wrong}}}}}'
+            for wrong in (
+                '"cost": "much"',
+                '"cost": true',
+                f'"cost": {10**30}',
+                '"origin": 0.9',
+                '"certified": 1',
+            )
+        ),
         '{"point": [0], "footing": {"x": 3}}',
         '{"point": [0], "footing": []}',
         '{"point": [0], "refusal": "none"}',
