@@ -15,8 +15,8 @@ if TYPE_CHECKING:
     from gaitopt.design.audit import Audit, audit
     from gaitopt.design.certificate import Certificate, certify
     from gaitopt.design.design import Design
-    from gaitopt.design.design import design as design_gait
     from gaitopt.design.options import DesignOptions
+    from gaitopt.design.starts import design_gait, many_starts
     from gaitopt.design.summary import summarise
     from gaitopt.errors import (
         EvaluationError,
@@ -29,10 +29,11 @@ if TYPE_CHECKING:
         SpecError,
         UnreachableError,
     )
+    from gaitopt.gait.presets import preset_task
     from gaitopt.gait.problem import WalkProblem
     from gaitopt.gait.result import Gait
     from gaitopt.gait.result_file import load_gait, save_gait
-    from gaitopt.gait.task import Margins, Task, preset_task
+    from gaitopt.gait.task import Margins, Task
     from gaitopt.nlp import Status
     from gaitopt.robot.feet.sole import Sole
     from gaitopt.robot.generated.presets import biped13
@@ -59,7 +60,7 @@ _HOMES = {
     "Margins": "gaitopt.gait.task",
     "Task": "gaitopt.gait.task",
     "WalkProblem": "gaitopt.gait.problem",
-    "preset_task": "gaitopt.gait.task",
+    "preset_task": "gaitopt.gait.presets",
     # the answer
     "Audit": "gaitopt.design.audit",
     "Certificate": "gaitopt.design.certificate",
@@ -69,8 +70,9 @@ _HOMES = {
     "Status": "gaitopt.nlp",
     "audit": "gaitopt.design.audit",
     "certify": "gaitopt.design.certificate",
-    "design_gait": "gaitopt.design.design",
+    "design_gait": "gaitopt.design.starts",
     "load_gait": "gaitopt.gait.result_file",
+    "many_starts": "gaitopt.design.starts",
     "save_gait": "gaitopt.gait.result_file",
     "solver_by_name": "gaitopt.solvers",
     "summarise": "gaitopt.design.summary",
@@ -90,7 +92,6 @@ _HOMES = {
     "SpecError": "gaitopt.errors",
     "UnreachableError": "gaitopt.errors",
 }
-_NAMES_THERE = {"design_gait": "design"}  # `gaitopt.design` is the package
 
 
 def __getattr__(name: str) -> object:
@@ -99,7 +100,7 @@ def __getattr__(name: str) -> object:
         raise AttributeError(f"module 'gaitopt' has no attribute '{name}'")
     if _HOMES[name] != "gaitopt.errors":
         import_module("gaitopt.pinocchio_check").require_pinocchio()
-    value: object = getattr(import_module(_HOMES[name]), _NAMES_THERE.get(name, name))
+    value: object = getattr(import_module(_HOMES[name]), name)
     globals()[name] = value
     return value
 
@@ -138,6 +139,7 @@ __all__ = [
     "design_gait",
     "export",
     "load_gait",
+    "many_starts",
     "play",
     "preset_task",
     "read_spec",

@@ -92,6 +92,12 @@ def test_readme_links_exist():
     assert [t for t in targets if not (ROOT / t).exists()] == []
 
 
+def test_what_is_cited_is_this_version():
+    lines = (ROOT / "CITATION.cff").read_text().splitlines()
+    assert f"version: {gaitopt.__version__}" in lines
+    assert "license: BSD-2-Clause" in lines
+
+
 def test_picture_is_of_the_gait_that_the_command_finds(robot):
     record = json.loads((ROOT / "docs" / "images" / "walk.json").read_text())
     assert record["speed_m_per_s"] == pytest.approx(1.0)

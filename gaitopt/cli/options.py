@@ -5,11 +5,13 @@ Names are those of the configuration file (`gaitopt.cli.config`).
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
+from gaitopt.cli.units import M_PER_S, NM, RAD, RAD_PER_S, M, N, S, Units, reader, sine
 from gaitopt.cli.writable import named_directory
 
 _TASK, _LIMITS = "What is asked", "Limits"
@@ -21,6 +23,20 @@ def option(names: str, help_text: str, panel: str, metavar: str | None = None) -
     return typer.Option(
         *names.split(), help=help_text, rich_help_panel=panel, metavar=metavar, show_default=False
     )
+
+
+def quantity(
+    names: str,
+    help_text: str,
+    panel: str,
+    unit: Units,
+    read: Callable[[object], float] | None = None,
+) -> object:
+    """Return the typer option of a number with a unit, which may stand behind it."""
+    return typer.Option(
+        *names.split(), help=help_text, rich_help_panel=panel, metavar=next(iter(unit)).upper(),
+        show_default=False, parser=read or reader(unit),
+    )  # fmt: skip
 
 
 def output_directory(help_text: str, panel: str | None = None) -> object:
@@ -46,12 +62,12 @@ Version = Annotated[
     ),
 ]
 
-Speed = Annotated[float | None, option("--speed", "Walking speed.", _TASK, "M/S")]
+Speed = Annotated[float | None, quantity("--speed", "Walking speed.", _TASK, M_PER_S)]
 Fastest = Annotated[
     bool,
     option("--fastest", "Search the fastest walk, from this speed up.", _TASK),
 ]
-Duration = Annotated[float | None, option("--duration", "Duration of a step.", _TASK, "S")]
+Duration = Annotated[float | None, quantity("--duration", "Duration of a step.", _TASK, S)]
 Preset = Annotated[
     str | None,
     option(
@@ -93,28 +109,28 @@ Quadrature = Annotated[
 
 TorqueLimit = Annotated[
     float | None,
-    option("--torque-limit", "Of every joint, in place of the robot's.", _LIMITS, "N·M"),
+    quantity("--torque-limit", "Of every joint, in place of the robot's.", _LIMITS, NM),
 ]
 SpeedLimit = Annotated[
     float | None,
-    option("--speed-limit", "Of every joint, in place of the robot's.", _LIMITS, "RAD/S"),
+    quantity("--speed-limit", "Of every joint, in place of the robot's.", _LIMITS, RAD_PER_S),
 ]
 Friction = Annotated[float | None, option("--friction", "Coefficient.", _LIMITS, "MU")]
 MinimumLoad = Annotated[
-    float | None, option("--minimum-load", "Least vertical ground force.", _LIMITS, "N")
+    float | None, quantity("--minimum-load", "Least vertical ground force.", _LIMITS, N)
 ]
 CopMargin = Annotated[
     float | None,
-    option("--cop-margin", "Centre of pressure to the edge of the sole.", _LIMITS, "M"),
+    quantity("--cop-margin", "Centre of pressure to the edge of the sole.", _LIMITS, M),
 ]
 Clearance = Annotated[
-    float | None, option("--clearance", "Height of the swing foot at mid-step.", _LIMITS, "M")
+    float | None, quantity("--clearance", "Height of the swing foot at mid-step.", _LIMITS, M)
 ]
 LateralGap = Annotated[
-    float | None, option("--lateral-gap", "Between swing and stance sole.", _LIMITS, "M")
+    float | None, quantity("--lateral-gap", "Between swing and stance sole.", _LIMITS, M)
 ]
 KneeFlexion = Annotated[
-    float | None, option("--knee-flexion", "Least bend of the knees.", _LIMITS, "RAD")
+    float | None, quantity("--knee-flexion", "Least bend of the knees.", _LIMITS, RAD)
 ]
 LegExtension = Annotated[
     float | None,
@@ -122,7 +138,7 @@ LegExtension = Annotated[
 ]
 LiftoffSpeed = Annotated[
     float | None,
-    option("--liftoff-speed", "Least speed of the rear foot as it leaves.", _LIMITS, "M/S"),
+    quantity("--liftoff-speed", "Least speed of the rear foot as it leaves.", _LIMITS, M_PER_S),
 ]
 JointRange = Annotated[
     bool | None, option("--joint-range/--no-joint-range", "Impose joint ranges.", _LIMITS)
@@ -133,26 +149,29 @@ ImpulseCop = Annotated[
 ]
 
 TrunkRoll = Annotated[
-    float | None, option("--trunk-roll", "Largest sideways lean of the trunk.", _LIMITS, "RAD")
+    float | None,
+    quantity("--trunk-roll", "Largest sideways lean of the trunk.", _LIMITS, RAD),
 ]
 TrunkPitch = Annotated[
-    float | None, option("--trunk-pitch", "Largest lean forward or back.", _LIMITS, "RAD")
+    float | None, quantity("--trunk-pitch", "Largest lean forward or back.", _LIMITS, RAD)
 ]
 TrunkYaw = Annotated[
-    float | None, option("--trunk-yaw", "Largest turn of the trunk.", _LIMITS, "RAD")
+    float | None, quantity("--trunk-yaw", "Largest turn of the trunk.", _LIMITS, RAD)
 ]
 TorsionalFriction = Annotated[
     float | None,
-    option("--torsional-friction", "Turning moment over load a foot bears.", _LIMITS, "M"),
+    quantity("--torsional-friction", "Turning moment over load a foot bears.", _LIMITS, M),
 ]
 StepWidth = Annotated[
-    float | None, option("--step-width", "Largest distance of the feet sideways.", _LIMITS, "M")
+    float | None,
+    quantity("--step-width", "Largest distance of the feet sideways.", _LIMITS, M),
 ]
 LegGap = Annotated[
-    float | None, option("--leg-gap", "Least distance between the legs' bodies.", _LIMITS, "M")
+    float | None,
+    quantity("--leg-gap", "Least distance between the legs' bodies.", _LIMITS, M),
 ]
 SwingTilt = Annotated[
-    float | None, option("--swing-tilt", "Largest tilt of the swing foot.", _LIMITS, "RAD")
+    float | None, quantity("--swing-tilt", "Largest tilt of the swing foot.", _LIMITS, RAD, sine)
 ]
 
 Solver = Annotated[str | None, option("--solver", "Which solver.", _METHOD, "NAME")]
@@ -198,7 +217,7 @@ Seed = Annotated[
     int | None, option("--seed", "Disturb the first guess; number of the noise.", _METHOD, "N")
 ]
 Sigma = Annotated[
-    float | None, option("--sigma", "Standard deviation of that noise.", _METHOD, "RAD")
+    float | None, quantity("--sigma", "Standard deviation of that noise.", _METHOD, RAD)
 ]
 Config = Annotated[
     Path | None,

@@ -14,23 +14,22 @@ from gaitopt.bounds import STARTS, at_most, shown
 from gaitopt.cli.assignments import named_values
 from gaitopt.cli.config import SCHEMA, Settings, read_config
 from gaitopt.cli.robot_request import ROBOTS, biped_spec, catalogued_task, make_robot
+from gaitopt.cli.units import OF_NAME
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.starts import COUNT, SIGMA
 from gaitopt.errors import InputError
 from gaitopt.gait.guess import first_guess, perturbed
-from gaitopt.gait.humanoid import humanoid_task
-from gaitopt.gait.parameters import set_quantities
+from gaitopt.gait.parameters import GEOMETRY, set_quantities
+from gaitopt.gait.presets import HUMANOID, PRESETS, preset_task
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.result import Gait
 from gaitopt.gait.result_file import load_gait
-from gaitopt.gait.task import PRESETS, Task, preset_task
+from gaitopt.gait.task import Task
 from gaitopt.nlp import Array
 from gaitopt.robot.model import Robot
 from gaitopt.solvers import Solver, solver_by_name
 from gaitopt.solvers.certified import CERTIFIER, CertifiedSQP
 from gaitopt.solvers.sqp import SQP
-
-HUMANOID = "humanoid"  # the preset whose numbers follow from the robot
 
 Geometry = dict[str, dict[str, float | bool]]
 
@@ -93,15 +92,11 @@ def make_task(settings: Settings, robot: Robot) -> Task:
         InputError: a value is out of range, or a geometric quantity unknown.
     """
     preset = str(settings["preset"])
-    if preset not in (*PRESETS, HUMANOID):
-        presets = ", ".join((*PRESETS, HUMANOID))
-        raise InputError(f"preset '{preset}' is unknown; choose one of {presets}")
     names = [*SCHEMA["task"], *SCHEMA["margins"]]
     changes = {n: settings[n] for n in names if n in settings and n != "preset"}
-    base = "standard" if preset == HUMANOID else preset
     geometry: Any = settings.get("geometry", {})
-    changes["geometry"] = set_quantities(preset_task(base).geometry, geometry)
-    return humanoid_task(robot, **changes) if preset == HUMANOID else preset_task(base, **changes)
+    changes["geometry"] = set_quantities(preset_task(preset, robot).geometry, geometry)
+    return preset_task(preset, robot, **changes)
 
 
 def usual_preset(settings: Settings) -> str:
@@ -133,7 +128,9 @@ def _merged(config: Settings, given: Settings) -> Settings:
         config = {k: v for k, v in config.items() if k not in SCHEMA["robot"]}
     fixed = config.get("fix", {})
     geometry: Geometry = {**_free(config), **_fixed(fixed if isinstance(fixed, Mapping) else {})}
-    geometry |= _free(given) | _fixed(named_values(given.get("fix"), "--fix", "pelvis_roll=0.05"))
+    units = {quantity.name: OF_NAME[quantity.unit] for quantity in GEOMETRY}
+    held = named_values(given.get("fix"), "--fix", "pelvis_roll=0.05", units)
+    geometry |= _free(given) | _fixed(held)
     rest = {k: v for k, v in {**config, **given}.items() if k not in ("free", "fix")}
     return {**rest, "geometry": geometry}
 

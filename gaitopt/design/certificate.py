@@ -72,6 +72,13 @@ class Certificate:
     rear_foot_speed: float
     both_feet_stay: bool
 
+    def __repr__(self) -> str:
+        """Return it in one line: the whole of it is pages long."""
+        return (
+            f"<Certificate: {self.verdict}; KKT {self.kkt.worst:.1e}, limits "
+            f"{self.worst.violation:.1e}, referee {self.referee.worst:.1e}>"
+        )
+
     @property
     def worst(self) -> WorstRow:
         """Worst row of all."""

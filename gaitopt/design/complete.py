@@ -37,6 +37,10 @@ class Design:
     solution: Solution
     problem: WalkProblem
 
+    def __repr__(self) -> str:
+        """Return it in one line: the whole of it is pages long."""
+        return f"<Design: {self.gait!r}, {self.solution.solver}>"
+
     @property
     def proven(self) -> bool:
         """Whether the gait is certified; unrefined, being optimal at its samples is enough."""

@@ -5,6 +5,7 @@ The first start is the guess itself, the second a slower walk, the others are th
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
@@ -18,6 +19,7 @@ from gaitopt.design.search import second_thoughts
 from gaitopt.design.start_job import Outcome, StartJob, outcomes_of
 from gaitopt.errors import InputError, UnreachableError
 from gaitopt.gait.guess import first_guess
+from gaitopt.gait.presets import foreign_margins
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.task import Task
 from gaitopt.nlp import Array, ProgressCallback, Status
@@ -149,6 +151,48 @@ def many_starts(
         direct = replace(options, approach="direct")
         found = design(robot, task, direct, start=again, on_progress=on_progress)
     return StartsReport(found, _distinct(outcomes, problem), tuple(outcomes), count)
+
+
+def design_gait(
+    robot: Robot,
+    task: Task | None = None,
+    options: DesignOptions | None = None,
+    *,
+    start: Array | None = None,
+    starts: int | None = None,
+    on_progress: Callable[[WalkProblem], ProgressCallback] | None = None,
+) -> Design:
+    """Design the optimal gait of a robot for a task, as `gaitopt optimise` does.
+
+    Args:
+        robot: the biped.
+        task: speed, duration, margins; by default 1 m/s with steps of 0.4 s.
+        options: solver, refinement, kind of derivatives.
+        start: first guess of the parameters, shape (P,); by default `first_guess`.
+        starts: number of first guesses to try, of which the best walk is kept; by default 2, or 1
+            from a start that is given. One takes half the time; `many_starts` tells all it found.
+        on_progress: makes the progress callback of a walk (it can name the walk's rows).
+
+    Warns:
+        UserWarning: the robot is not the thirteen-link biped, but the margins of the task are its.
+
+    Raises:
+        InputError: starts below 1, or the start has another shape than the parameters, or is not
+            finite.
+        NoGaitFoundError: no feasible gait was found; the message says what stands in the way, and
+            `diagnosis` why and what would help.
+        UnreachableError: the step asked for is longer than the legs; with a `diagnosis` too.
+    """
+    task = task or Task()
+    foreign = foreign_margins(robot, task)
+    if foreign is not None:
+        warnings.warn(foreign, stacklevel=2)
+    count = starts if starts is not None else COUNT if start is None else 1
+    if count == 1:
+        return design(robot, task, options, start=start, on_progress=on_progress)
+    return many_starts(
+        robot, task, options, count=count, start=start, on_progress=on_progress
+    ).design
 
 
 def _walk_after_all(problem: WalkProblem, outcomes: list[Outcome], options: DesignOptions) -> Array:

@@ -102,6 +102,17 @@ class Gait:
         _check_times(self)
         _check_mirror(self.mirror)
 
+    def __repr__(self) -> str:
+        """Return it in one line: the whole of it is pages long."""
+        robot, cost = self.fact("robot"), self.cost
+        certified = self.fact("certificate", "certified")
+        proof = "" if certified is None else f", {'certified' if certified else 'not certified'}"
+        return (
+            f"<Gait{'' if robot is None else f' of {robot!r}'}: {self.speed:.3f} m/s, "
+            f"{self.step_length:.3f} m in {self.duration:.3f} s"
+            f"{'' if cost is None else f', {cost:.6g} N²·m·s'}{proof}>"
+        )
+
     @property
     def duration(self) -> float:
         """Duration of the step [s]."""

@@ -130,6 +130,13 @@ class Robot:
             findings=(*reading.findings, *chain.findings, *stands, *doubts, *_odd(reading)),
         )
 
+    def __repr__(self) -> str:
+        """Return it in one line: the whole of it is pages long."""
+        return (
+            f"<Robot {self.name!r}: {self.mass:.2f} kg, legs {self.legs.reach:.3f} m, "
+            f"stands on {self.stance_sole!r}>"
+        )
+
     @cached_property
     def mass(self) -> float:
         """Total mass [kg]."""

@@ -105,7 +105,7 @@ def inspection_text(inspection: Inspection) -> str:
 def _table(section: Section) -> str:
     classes = [' class="number"' if name.startswith(">") else "" for name in section.columns]
     heads = "".join(
-        f"<th{kind}>{on_page(name.removeprefix('>'))}</th>"
+        f"<th{kind}>{'<br>'.join(map(on_page, name.removeprefix('>').splitlines()))}</th>"
         for kind, name in zip(classes, section.columns, strict=True)
     )
     how = section.how or ("",) * len(section.rows)
