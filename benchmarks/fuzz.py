@@ -233,7 +233,7 @@ def main() -> None:
         before = state.read_text(encoding="utf-8").splitlines() if state.exists() else []
         known = {json.loads(line)["number"] for line in before}
         left = [n for n in numbers if n not in known]
-        if left:
+        if left and given.minutes > 0:
             run(left, given.seed, state, given.workers, 60.0 * given.minutes)
         lines = state.read_text(encoding="utf-8").splitlines()
     entries = sorted(map(json.loads, lines), key=lambda entry: int(entry["number"]))

@@ -8,6 +8,7 @@ from __future__ import annotations
 import copy
 import io
 import json
+import re
 import sys
 import zipfile
 from typing import Any
@@ -398,6 +399,7 @@ def _npz(members: dict[str, np.ndarray], extra: list[tuple[str, bytes]]) -> byte
     return stream.getvalue()
 
 
+_FIGURE = re.compile(r"-?\d+(?:\.\d+)?")
 _WORDS = (
     "", "0", "-1", "1", "1e9", "nan", "inf", "-inf", "1_0", "٤", "1e400", "99999999999999999999",
     "x", "-", "--", "=", "a=b", "=1", "a=", "speed=", "speed=x", "*=1", "*=nan", "[=1", "1:2",
@@ -414,6 +416,8 @@ _WORDS = (
 def mutate_words(words: list[str], rng: Rng, options: tuple[str, ...]) -> list[str]:
     """The words of a command line, one or two of them changed, added or lost."""
     words = list(words)
+    if rng.random() < 0.4:
+        return _other_number(words, rng)
     for _ in range(int(rng.integers(1, 3))):
         place, what = int(rng.integers(len(words) + 1)), rng.integers(7)
         if what == 0 and len(words) > 1:
@@ -429,4 +433,15 @@ def mutate_words(words: list[str], rng: Rng, options: tuple[str, ...]) -> list[s
             words.insert(place, words[min(place, len(words) - 1)])
         else:
             words[place:place] = [pick(options, rng), pick(_WORDS, rng)]
+    return words
+
+
+def _other_number(words: list[str], rng: Rng) -> list[str]:
+    """Other numbers of the same form: what is still understood, and goes on into the work."""
+    found = [(i, m) for i, word in enumerate(words) for m in _FIGURE.finditer(word)]
+    if found:
+        place, match = pick(found, rng)
+        value = float(match[0]) * float(rng.choice([-1.0, 0.0, 0.5, 0.9, 1.1, 2.0, 10.0, 1e3, 1e9]))
+        text = f"{value:g}" if "." in match[0] else f"{value:.0f}"
+        words[place] = words[place][: match.start()] + text + words[place][match.end() :]
     return words

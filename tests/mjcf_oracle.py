@@ -15,6 +15,7 @@ from gaitopt.robot.files.source import Source, read_source
 from gaitopt.robot.physics import STANDARD_GRAVITY
 
 _GREAT = 1e7  # a control beyond all ranges; forces as large are without limit
+_MOST_FORCE = 1e5  # N·m or N
 _POSTURES = 20
 SINGLE = (int(mujoco.mjtJoint.mjJNT_HINGE), int(mujoco.mjtJoint.mjJNT_SLIDE))
 DIRECT = (int(mujoco.mjtTrn.mjTRN_JOINT), int(mujoco.mjtTrn.mjTRN_JOINTINPARENT))
@@ -230,9 +231,15 @@ def _limits(mapping: Mapping, model: pin.Model, result: Comparison) -> None:
         found = model.lowerPositionLimit[own.idx_q], model.upperPositionLimit[own.idx_q]
         result.add("range", found, ends)
         least, most = force_range(m, j)
-        result.add("force", (joint.least, joint.most), (least, most))
+        result.add("force", _limitless((joint.least, joint.most)), (least, most))
         effort = max(min(-least, most), 0.0)
-        result.add("force", model.effortLimit[own.idx_v], effort)
+        result.add("force", _limitless(model.effortLimit[own.idx_v]), effort)
+
+
+def _limitless(forces: object) -> np.ndarray:
+    """Forces as `force_range` tells them: as good as infinite beyond what it tries."""
+    forces = np.asarray(forces, dtype=float)
+    return np.where(np.abs(forces) > _MOST_FORCE, np.copysign(np.inf, forces), forces)
 
 
 def force_range(m: mujoco.MjModel, joint: int) -> tuple[float, float]:
@@ -272,7 +279,7 @@ def force_range(m: mujoco.MjModel, joint: int) -> tuple[float, float]:
             best[u] = max(tried)[1]
         m.jnt_actfrclimited[joint] = clamped
         value = force(best)
-        ends.append(sign * np.inf if abs(value) > 1e5 else value)
+        ends.append(sign * np.inf if abs(value) > _MOST_FORCE else value)
     m.opt.gravity[:], m.actuator_ctrllimited[:] = gravity, limited
     acts = bool(m.jnt_actfrclimited[joint]) or _driven(m, joint)
     if not acts:

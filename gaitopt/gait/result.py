@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Mapping, Sized
 from dataclasses import dataclass, fields
 
@@ -150,13 +151,15 @@ class Gait:
         return float(value)
 
     def joint_limit(self, kind: str) -> Array | None:
-        """Return meta["limits"][kind], shape (12,), None if it is absent.
+        """Return meta["limits"][kind], shape (12,), None if it is absent or no list of numbers.
 
         Args:
             kind: "torque" [N·m], "speed" [rad/s], "lower" or "upper" [rad].
         """
         value = self.fact("limits", kind)
         if not isinstance(value, list) or len(value) != JOINTS:
+            return None
+        if not all(v is None or (isinstance(v, int | float) and abs(v) < math.inf) for v in value):
             return None
         return np.array([np.nan if v is None else v for v in value], dtype=np.float64)
 
