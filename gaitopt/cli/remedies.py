@@ -117,13 +117,14 @@ def _changes(
         InputError: no options lead to what the suggestion says.
     """
     changes: dict[str, object] = {}
-    knob, task_names = suggestion.knob, (*SCHEMA["task"], *SCHEMA["margins"])
-    if knob == "impulse_cop":
-        changes[knob] = False
-    elif knob in task_names:
-        changes[knob] = suggestion.after
-    elif knob:
-        changes["choices"] = _write_choices(suggestion, request, folder)
+    task_names = (*SCHEMA["task"], *SCHEMA["margins"])
+    for change in suggestion.changes:
+        if change.knob == "impulse_cop":
+            changes[change.knob] = False
+        elif change.knob in task_names:
+            changes[change.knob] = change.after
+        else:
+            changes["choices"] = _write_choices(suggestion, request, folder)
     changes |= _method(suggestion, request, asked)
     settings = {**request.settings, **changes}
     robot = make_robot(settings) if "choices" in changes else request.robot
@@ -193,7 +194,8 @@ def _keep(suggestion: Suggestion, folder: Path) -> Path:
 
 
 def _file_name(suggestion: Suggestion) -> str:
-    return (suggestion.knob or "same task").replace(" ", "_")
+    names = " and ".join(change.knob for change in suggestion.changes)
+    return (names or "same task").replace(" ", "_")
 
 
 def _folder(request: Request, output: Path | None) -> Path:

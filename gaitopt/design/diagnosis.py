@@ -69,8 +69,32 @@ class Conflict:
 
 
 @dataclass(frozen=True)
+class Change:
+    """One number changed.
+
+    Attributes:
+        knob: field of `Task` or `Margins`, or a property of the robot.
+        words: for a person.
+        before, after: its value in the task, and the one with which a walk was found.
+        unit: of both, empty where there is none.
+    """
+
+    knob: str
+    words: str
+    before: float
+    after: float
+    unit: str
+
+    @property
+    def sentence(self) -> str:
+        """In words."""
+        unit = f" {self.unit}" if self.unit else ""
+        return f"{self.words} ({self.knob}) from {self.before:g} to {digits(self.after)}{unit}"
+
+
+@dataclass(frozen=True)
 class Suggestion:
-    """One change that alone makes the walk possible; it was followed, and led to a proven walk.
+    """A change that makes the walk possible; it was followed, and led to a proven walk.
 
     Attributes:
         knob: field of `Task` or `Margins`, or a property of the robot; empty where nothing but
@@ -81,6 +105,7 @@ class Suggestion:
         robot, task, options: as changed.
         start: parameters of a walk that nearly keeps the limits, shape (P,): where to start.
         found: the design that following it gives, `design(robot, task, options, start=start)`.
+        also: what must be changed as well; nothing where one change suffices.
     """
 
     knob: str
@@ -93,6 +118,13 @@ class Suggestion:
     options: DesignOptions
     start: Array
     found: Design
+    also: tuple[Change, ...] = ()
+
+    @property
+    def changes(self) -> tuple[Change, ...]:
+        """All that is changed; nothing where only the way to the walk is."""
+        first = Change(self.knob, self.words, self.before, self.after, self.unit)
+        return (first, *self.also) if self.knob else ()
 
     @property
     def gait(self) -> Array:
@@ -113,15 +145,15 @@ class Suggestion:
             return f"{self.words} leads to {walk}"
         if self.knob == "impulse_cop":
             return f"without {self.words} (impulse_cop) there is {walk}"
-        unit = f" {self.unit}" if self.unit else ""
-        change = f"{self.words} ({self.knob}) from {self.before:g} to {digits(self.after)}{unit}"
-        return f"changing {change} gives {walk}"
+        changes = " and ".join(change.sentence for change in self.changes)
+        return f"changing {changes} gives {walk}"
 
     def record(self) -> dict[str, object]:
         """Return the suggestion as JSON-able data."""
         told = ("knob", "words", "before", "after", "unit", "cost")
         return {
             **{name: getattr(self, name) for name in told},
+            "also": [asdict(change) for change in self.also],
             "start": self.start.tolist(),
             "gait": self.gait.tolist(),
         }
@@ -142,7 +174,8 @@ class Diagnosis:
         violation: least violation found, scaled.
         worst: the row that has it; None where nothing could be evaluated.
         conflict: families in the way, most first; empty if a gait was found after all.
-        suggestions: single changes that suffice, most promising first.
+        suggestions: single changes that suffice, most promising first; if none does, several
+            changes that do together.
         tried: what was changed in vain, by the names of `Suggestion.knob`.
         gait: parameters of a feasible walk, shape (P,), if one was found after all.
         seconds: of CPU time spent on the diagnosis.
@@ -186,7 +219,8 @@ class Diagnosis:
         if not self.suggestions:
             tried = f"; tried were {', '.join(self.tried)}" if self.tried else ""
             said.append(
-                "no change of a single number was found that leads to a certified walk" + tried
+                "no change of one number, nor of several together, was found that leads to a "
+                "certified walk" + tried
             )
         return tuple(said)
 

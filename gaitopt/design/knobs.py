@@ -11,8 +11,8 @@ import numpy as np
 from gaitopt.design.margin_knobs import COUPLED, MARGINS
 from gaitopt.design.relaxation import Coupling, Relaxation, RelaxedProgram
 from gaitopt.gait.constraints import families
-from gaitopt.gait.humanoid import humanoid_task
-from gaitopt.gait.parameters import set_quantities
+from gaitopt.gait.humanoid import humanoid_task, widest
+from gaitopt.gait.parameters import FOOT_SPACING, set_quantities
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.task import Task, preset_task
 from gaitopt.nlp import Array
@@ -71,6 +71,10 @@ class Knob(ABC):
     @abstractmethod
     def value(self, z: Array) -> float:
         """Return the knob's value at variables of the program."""
+
+    def walk(self, z: Array) -> Array:
+        """Return x of the walk at variables of the program, by default all but the last."""
+        return z[:-1]
 
 
 @dataclass(frozen=True)
@@ -179,6 +183,55 @@ class DurationKnob(Knob):
         return float(z[-1])
 
 
+@dataclass(frozen=True)
+class StepWidthKnob(Knob):
+    """The largest step width: a bound of the foot spacing, which is a variable of the walk.
+
+    Attributes:
+        index: of the foot spacing in x.
+        side: sign of the foot spacing.
+    """
+
+    before: float
+    bound: float
+    index: int
+    side: float
+    step: float = 0.1
+    name: str = "step_width"
+    words: str = "the largest step width"
+    unit: str = "m"
+    families: tuple[str, ...] = ("lateral", "leg gap")
+
+    def turned(self, robot: Robot, task: Task, value: float) -> tuple[Robot, Task]:
+        """Return robot and task with another step width."""
+        return robot, replace(task, margins=replace(task.margins, step_width=value))
+
+    def program(self, problem: WalkProblem, start: Array) -> RelaxedProgram:
+        """Return the walk whose steps are as little wider than asked for as can be."""
+        least = {"lower": self.before} if self.side > 0.0 else {"upper": -self.before}
+        table = set_quantities(problem.task.geometry, {"foot_spacing": {**least}})
+        _, task = self.turned(problem.robot, replace(problem.task, geometry=table), self.bound)
+        walk = WalkProblem(problem.robot, task, problem.grid)
+        pull = np.zeros(walk.layout.size)
+        pull[self.index] = self.side / (self.bound - self.before)
+        return RelaxedProgram(walk, (), start, pull)
+
+    def start(self, x: Array, amount: float) -> Array:
+        """Return x with the feet a part of the way from the width asked for to the bound apart."""
+        z = x.copy()
+        width = self.before + min(amount, 1.0) * (self.bound - self.before)
+        z[self.index] = self.side * width
+        return z
+
+    def value(self, z: Array) -> float:
+        """Return the step width."""
+        return self.side * float(z[self.index])
+
+    def walk(self, z: Array) -> Array:
+        """Return x, which the program's variables are."""
+        return z
+
+
 def limit_knobs(problem: WalkProblem) -> tuple[LimitKnob, ...]:
     """Return everything that can be turned in the limits of a walk."""
     margins, task = problem.task.margins, problem.task
@@ -202,6 +255,22 @@ def duration_knob(problem: WalkProblem, shorter: bool) -> DurationKnob:
     return DurationKnob(before, before * (SHORTEST if shorter else LONGEST), before)
 
 
+def step_width_knob(problem: WalkProblem) -> StepWidthKnob | None:
+    """Return the knob of the step width, to be made wider; None where nothing bounds it so."""
+    before, legs = problem.task.margins.step_width, problem.robot.legs
+    index = problem.layout.index("foot_spacing")
+    if before is None or index is None:
+        return None
+    side = 1.0 if legs.side > 0.0 else -1.0
+    given = problem.task.geometry[FOOT_SPACING]
+    farthest = given.upper if side > 0.0 else -given.lower
+    nearest = given.lower if side > 0.0 else -given.upper
+    bound = min(before + legs.reach, farthest)
+    if bound - before <= 1e-9 or nearest > before:
+        return None
+    return StepWidthKnob(before, bound, index, side)
+
+
 def usual_value(problem: WalkProblem, knob: Knob) -> float | None:
     """Return the value of a knob in a usual task, if that asks for less; else None.
 
@@ -219,6 +288,8 @@ def usual_value(problem: WalkProblem, knob: Knob) -> float | None:
         value = min(usual.speed, knob.before)
     else:
         given = getattr(usual.margins, knob.name)
+        if knob.name == "step_width" and given is not None:
+            given = widest(robot, task.margins.lateral_gap)
         own = getattr(robot.limits, knob.name.removesuffix("_limit"), None)
         if given is None and own is not None and np.isfinite(own).any():
             given = float(np.max(own[np.isfinite(own)]))

@@ -1,8 +1,8 @@
-"""Single changes that make a walk possible: knobs turned as little as possible, and followed.
+"""Changes that make a walk possible: knobs turned as little as possible, and followed.
 
 The multipliers of the smallest relaxation tell what turning each knob would bring; the most
-promising are turned, one at a time. Only what led to a proven walk when it was followed, as a
-person would follow it, is suggested.
+promising are turned, one at a time, and if none suffices alone, several together. Only what led to
+a proven walk when it was followed, as a person would follow it, is suggested.
 """
 
 from __future__ import annotations
@@ -10,15 +10,24 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import partial
+from itertools import combinations
 
 import numpy as np
 
-from gaitopt.design.attempt import attempt, is_walk
+from gaitopt.design.attempt import attempt, begins_relaxed, is_walk
 from gaitopt.design.complete import Design, complete
-from gaitopt.design.diagnosis import Suggestion
-from gaitopt.design.knobs import Knob, duration_knob, limit_knobs, usual_value
+from gaitopt.design.diagnosis import Change, Suggestion
+from gaitopt.design.knobs import (
+    Knob,
+    LimitKnob,
+    duration_knob,
+    limit_knobs,
+    step_width_knob,
+    usual_value,
+)
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.reason import SEARCHER, Reason, easier_guess, solve_or_stop
+from gaitopt.design.relaxation import RelaxedProgram
 from gaitopt.design.settle import Settle
 from gaitopt.errors import EvaluationError, InputError, UnreachableError
 from gaitopt.gait.guess import first_guess
@@ -34,6 +43,8 @@ KNOBS, ENOUGH = 5, 2
 """Knobs that are tried, the most promising first, and suggestions that are enough."""
 WORK, MOST_WORK = 200, 900
 """Evaluations after which no other knob is begun, if one was found that does it and if none was."""
+PAIRED, PAIRS_WORK = 3, 400
+"""Knobs that are turned in pairs where none suffices alone, and evaluations for that."""
 MAIN = 0.25
 """Share of the relaxation from which a family is a main one. Its knob is turned a second time,
 wide open from the first guess, where the first did not lead to a walk: what is asked may be so far
@@ -47,6 +58,8 @@ PATIENCE = 70
 """Iterations after which a walk that follows a suggestion is given up."""
 COARSE = 3.0
 """... each rounded outwards to a power of ten below this part of the change."""
+
+Changes = tuple[tuple[Knob, float], ...]
 
 
 @dataclass
@@ -73,7 +86,7 @@ class Effort:
 def find_suggestions(
     problem: WalkProblem, reason: Reason, options: DesignOptions
 ) -> tuple[tuple[Suggestion, ...], tuple[str, ...]]:
-    """Return what suffices alone, the most promising first, and the knobs turned in vain.
+    """Return what suffices, the most promising first, and the knobs turned alone in vain.
 
     Args:
         problem: a walk without a gait.
@@ -103,6 +116,8 @@ def find_suggestions(
             effort.tried += (knob.name,)
     if not found and _pushes(problem, reason, "impulse cop"):
         found += _without_impulse_cop(problem, x, effort)
+    if not found:
+        found += _together(problem, reason, [knob for knob, _ in promising], effort)
     return tuple(found), tuple(name for name in effort.tried if name not in effort.done)
 
 
@@ -185,10 +200,10 @@ def _promising(problem: WalkProblem, reason: Reason) -> list[tuple[Knob, float]]
         easy = usual_value(problem, knob) is None
         if not easy or not aside or (np.isfinite(far) and not (short and stands)):
             found.append((easy, aside, short, stands, far, knob))
-    others = _promising_duration(problem, reason)
-    found += [
-        (usual_value(problem, knob) is None, True, False, True, far, knob) for knob, far in others
-    ]
+    others = [(True, *entry) for entry in _promising_duration(problem, reason)]
+    others += [(main.isdisjoint(k.families), k, n) for k, n in _promising_width(problem, reason)]
+    for aside, other, far in others:
+        found.append((usual_value(problem, other) is None, aside, False, True, far, other))
     found.sort(key=lambda entry: entry[:5])
     return [(knob, far) for *_, far, knob in found[:KNOBS]]
 
@@ -213,6 +228,18 @@ def _promising_duration(problem: WalkProblem, reason: Reason) -> list[tuple[Knob
     return []
 
 
+def _promising_width(problem: WalkProblem, reason: Reason) -> list[tuple[Knob, float]]:
+    """The step width: where it is unusual, or if the multipliers ask for it."""
+    knob = step_width_knob(problem)
+    if knob is None:
+        return []
+    rate = float(reason.multipliers @ problem.point(reason.x).jacobian[:, knob.index])
+    relief = -rate * knob.side * (knob.bound - knob.before)
+    if relief > reason.amount:
+        return [(knob, reason.amount / relief)]
+    return [] if usual_value(problem, knob) is None else [(knob, 1.0)]
+
+
 def _pushes(problem: WalkProblem, reason: Reason, name: str) -> bool:
     present = name in (f.name for f in problem.families)
     return present and bool(reason.multipliers[problem.family_rows(name)].any())
@@ -230,7 +257,7 @@ def _turn(problem: WalkProblem, knob: Knob, effort: Effort, start: Start) -> Sug
     if not solution.violation <= FEASIBLE:
         return None
     for value in _outward(knob.before, knob.value(solution.x), knob.bound, knob.step):
-        suggestion = _suggestion(problem, knob, value, solution.x[:-1], effort)
+        suggestion = _suggestion(problem, ((knob, value),), knob.walk(solution.x), effort)
         if suggestion is not None:
             return suggestion
     return None
@@ -239,30 +266,98 @@ def _turn(problem: WalkProblem, knob: Knob, effort: Effort, start: Start) -> Sug
 def _as_usual(problem: WalkProblem, knob: Knob, effort: Effort) -> Suggestion | None:
     """Turn a knob to its usual value where more is asked for; return None if that does not do."""
     value = usual_value(problem, knob)
-    if value is None:
-        return None
+    return None if value is None else _from_first_guess(problem, ((knob, value),), effort)
+
+
+def _from_first_guess(problem: WalkProblem, changes: Changes, effort: Effort) -> Suggestion | None:
+    """Follow a suggestion from the first guess, at last by way of a relaxed lift-off."""
     try:
-        x = first_guess(WalkProblem(*knob.turned(problem.robot, problem.task, value)))
+        robot, task = _turned(problem, changes)
+        x = first_guess(WalkProblem(robot, task))
     except (InputError, UnreachableError):
         return None
-    return _suggestion(problem, knob, value, x, effort)
+    suggestion = _suggestion(problem, changes, x, effort)
+    by_way = replace(effort.options, approach="relaxed")
+    if suggestion is not None or not begins_relaxed(task, by_way):
+        return suggestion
+    return _suggestion(problem, changes, x, effort, by_way)
+
+
+def _together(
+    problem: WalkProblem, reason: Reason, knobs: list[Knob], effort: Effort
+) -> list[Suggestion]:
+    """Turn two knobs as little as possible; at last all that ask for more than is usual."""
+    most = effort.evaluations + PAIRS_WORK
+    limits = [knob for knob in knobs if isinstance(knob, LimitKnob)]
+    for pair in combinations(limits[:PAIRED], 2):
+        if effort.evaluations >= most:
+            break
+        suggestion = _turn_together(problem, reason, pair, effort)
+        if suggestion is not None:
+            return [suggestion]
+    usual = [(knob, usual_value(problem, knob)) for knob in knobs]
+    asked = tuple((knob, value) for knob, value in usual if value is not None)
+    suggestion = _from_first_guess(problem, asked, effort) if len(asked) > 1 else None
+    return [] if suggestion is None else [suggestion]
+
+
+def _turn_together(
+    problem: WalkProblem, reason: Reason, knobs: tuple[LimitKnob, ...], effort: Effort
+) -> Suggestion | None:
+    """Turn several knobs of limits as little as possible; return None if they do not suffice."""
+    relaxations = tuple(knob.relaxation(problem) for knob in knobs)
+    program = RelaxedProgram(problem, relaxations, reason.x)
+    solution = solve_or_stop(SEARCHER, program, Start(program.needed(reason.x)), Settle())
+    effort.evaluations += solution.evaluations
+    if not solution.violation <= FEASIBLE:
+        return None
+    x, amounts = program.split(solution.x)
+    outward = [
+        list(_outward(k.before, k.before + k.step * t, k.bound, k.step))
+        for k, t in zip(knobs, amounts, strict=True)
+    ]
+    for trial in range(len(OUTWARD)):
+        values = [values[min(trial, len(values) - 1)] for values in outward]
+        suggestion = _suggestion(problem, tuple(zip(knobs, values, strict=True)), x, effort)
+        if suggestion is not None:
+            return suggestion
+    return None
+
+
+def _turned(problem: WalkProblem, changes: Changes) -> tuple[Robot, Task]:
+    """Return robot and task with knobs turned.
+
+    Raises:
+        InputError: a value is out of range.
+    """
+    robot, task = problem.robot, problem.task
+    for knob, value in changes:
+        robot, task = knob.turned(robot, task, value)
+    return robot, task
 
 
 def _suggestion(
-    problem: WalkProblem, knob: Knob, value: float, x: Array, effort: Effort
+    problem: WalkProblem,
+    changes: Changes,
+    x: Array,
+    effort: Effort,
+    options: DesignOptions | None = None,
 ) -> Suggestion | None:
-    """Follow a suggestion; return it if that leads to a proven walk."""
+    """Follow a suggestion, by default as all of them; return it if it leads to a proven walk."""
+    options = options or effort.options
     try:
-        robot, task = knob.turned(problem.robot, problem.task, value)
+        robot, task = _turned(problem, changes)
     except InputError:
         return None
-    found = followed(robot, task, x, effort.options)
+    found = followed(robot, task, x, options)
     effort.evaluations += PATIENCE if found is None else found.solution.evaluations
     if found is None:
         return None
+    first, *also = (Change(k.name, k.words, k.before, value, k.unit) for k, value in changes)
     return Suggestion(
-        knob.name, knob.words, knob.before, value, knob.unit, robot, task, effort.options, x, found
-    )
+        first.knob, first.words, first.before, first.after, first.unit,
+        robot, task, options, x, found, tuple(also),
+    )  # fmt: skip
 
 
 def _without_impulse_cop(problem: WalkProblem, x: Array, effort: Effort) -> list[Suggestion]:

@@ -35,6 +35,7 @@ INFEASIBLE = {
     "ice": ({"friction": 0.02, "torque_limit": 45.0, **COARSE}, "friction", "friction"),
     "a leap": ({"liftoff_speed": 1.0, **COARSE}, "lift-off", "liftoff_speed"),
     "knees bent too far": ({"knee_flexion": 2.5, **COARSE}, "knee", "knee_flexion"),
+    "feet in one line": ({"step_width": 0.1, **COARSE}, "lateral", "step_width"),
 }
 BETWEEN = "weak motors"  # the one whose suggestions must hold between the samples too
 
@@ -86,7 +87,8 @@ def test_its_own_knob_is_suggested(case):
     assert knob in found
     before = task.speed if knob == "speed" else getattr(task.margins, knob)
     assert found[knob].before == before
-    assert (found[knob].after > before) == (knob in ("torque_limit", "speed_limit", "friction"))
+    grows = knob in ("torque_limit", "speed_limit", "friction", "step_width")
+    assert (found[knob].after > before) == grows
 
 
 def test_every_suggestion_has_a_walk(robot, case):
@@ -167,6 +169,24 @@ def test_the_usual_solver_is_suggested_where_another_gives_up(robot, monkeypatch
     assert suggestion.knob == ""
     assert suggestion.options.solver == DesignOptions().solver
     assert "the default solver" in diagnosis.sentences[-1]
+
+
+def test_two_limits_that_are_both_hopeless_are_changed_together(robot):
+    """Feet in one line and motors too weak: neither change alone does, and both are told."""
+    task = preset_task(step_width=0.1, torque_limit=20.0, **COARSE)
+    with pytest.raises(NoGaitFoundError) as caught:
+        design(robot, task, QUICK)
+    (suggestion,) = caught.value.diagnosis.suggestions
+    changes = {change.knob: change for change in suggestion.changes}
+    assert {"step_width", "torque_limit"} == {*changes}
+    again = design(suggestion.robot, suggestion.task, suggestion.options, start=suggestion.start)
+    assert again.proven
+    assert again.gait.cost == pytest.approx(suggestion.cost, rel=1e-6)
+    expected = {k: getattr(suggestion.task.margins, k) for k in changes}
+    assert {k: c.after for k, c in changes.items()} == expected
+    assert all(c.sentence in suggestion.sentence for c in suggestion.changes)
+    record = json.loads(json.dumps(suggestion.record(), allow_nan=False))
+    assert [record["knob"], *(c["knob"] for c in record["also"])] == [*changes]
 
 
 def test_people_can_read_it(case):

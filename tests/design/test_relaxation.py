@@ -7,14 +7,15 @@ from hypothesis import strategies as st
 from numerics import check_jacobian, relative_error
 from walks import walk
 
-from gaitopt.design.knobs import duration_knob, limit_knobs, usual_value
+from gaitopt.design.knobs import duration_knob, limit_knobs, step_width_knob, usual_value
 from gaitopt.design.reason import easier_guess
 from gaitopt.design.relaxation import Relaxation, RelaxedProgram
 from gaitopt.design.suggestions import _outward
+from gaitopt.gait.parameters import GEOMETRY, set_quantities
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.task import preset_task
 from gaitopt.nlp import Start, Status
-from gaitopt.robot.choices import LimitOverride
+from gaitopt.robot.choices import Choices, LimitOverride
 from gaitopt.robot.model import Robot
 from gaitopt.solvers import SQP
 
@@ -164,6 +165,42 @@ def test_the_duration_knob_pulls_towards_the_duration_asked_for(shorter, value):
     _, task = knob.turned(problem.robot, problem.task, value)
     changed = WalkProblem(problem.robot, task, problem.grid)
     assert relative_error(program.base.values(z).rows, changed.values(x).rows) < 1e-12
+
+
+@pytest.mark.parametrize("stance", ["left", "right"])
+def test_the_step_width_is_turned_by_the_foot_spacing(robot, stance):
+    """Its program allows just the widths beyond the one asked for, and asks for little of it."""
+    robot = Robot.from_urdf(robot.urdf, choices=Choices(stance=stance))
+    problem = WalkProblem(robot, preset_task(step_width=0.1))
+    x, knob = easier_guess(problem), step_width_knob(problem)
+    assert knob is not None
+    assert knob.before == 0.1 < knob.bound
+    z = knob.start(x, (0.18 - knob.before) / (knob.bound - knob.before))
+    program = knob.program(problem, z)
+    assert knob.value(z) == pytest.approx(0.18)
+    np.testing.assert_array_equal(knob.walk(z), z)
+    held = [side[knob.index] for side in (program.variables.lower, program.variables.upper)]
+    wanted = [0.1, knob.bound] if robot.legs.side > 0.0 else [-knob.bound, -0.1]
+    assert held == pytest.approx(wanted)
+    slope = program.point(z).gradient * robot.legs.side
+    assert slope[knob.index] == pytest.approx(1.0 / (knob.bound - knob.before))
+    _, task = knob.turned(robot, problem.task, 0.18)
+    changed = WalkProblem(robot, task, problem.grid)
+    held = [side[knob.index] for side in (changed.variables.lower, changed.variables.upper)]
+    assert 0.18 * robot.legs.side in held
+    assert relative_error(program.base.values(z).rows, changed.values(z).rows) < 1e-12
+
+
+def test_only_a_step_width_that_bounds_the_walk_can_be_turned(robot):
+    def fixed(**field):
+        return set_quantities(GEOMETRY, {"foot_spacing": field})
+
+    tasks = (
+        preset_task(),
+        preset_task(step_width=0.2, geometry=fixed(free=False, value=0.15)),
+        preset_task(step_width=0.2, geometry=fixed(lower=-0.18, upper=0.18)),
+    )
+    assert [step_width_knob(WalkProblem(robot, task)) for task in tasks] == [None] * 3
 
 
 @settings(derandomize=True, deadline=None)
