@@ -26,6 +26,18 @@ class RobotError(InputError):
     """A URDF cannot be read, or is not a biped with two six-joint legs."""
 
 
+class RobotFaultsError(RobotError):
+    """Several faults keep a robot from being used.
+
+    Attributes:
+        faults: a sentence for each.
+    """
+
+    def __init__(self, message: str, faults: tuple[str, ...]) -> None:
+        super().__init__(message)
+        self.faults = faults
+
+
 class GaitFileError(InputError):
     """A gait file is missing, truncated, or was not written by gaitopt."""
 

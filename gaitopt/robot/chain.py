@@ -10,7 +10,7 @@ import pinocchio as pin
 from gaitopt.errors import RobotError
 from gaitopt.nlp import Array
 from gaitopt.robot.chain_physics import ChainPhysics, chain_physics
-from gaitopt.robot.faults import fault_error
+from gaitopt.robot.faults import fault_error, faults_of
 from gaitopt.robot.findings import Finding
 from gaitopt.robot.legs.knee import find_knee
 from gaitopt.robot.legs.measures import HIP_JOINTS, ChainLines, centre, common_point
@@ -72,7 +72,7 @@ def build_chain(reading: Reading) -> Chain:
     try:
         refuse_unsound(reduced, reading.problems)
     except RobotError as error:
-        faults.append(str(error))
+        faults += faults_of(error)
         _forget_inertias(reduced)
     done = symmetrise(reduced, *_sides(reading, reduced))
     faults += asymmetry_faults(done, reading.choices.asymmetry)
@@ -84,7 +84,7 @@ def build_chain(reading: Reading) -> Chain:
         physics = chain_physics(model, mirror, lines.pelvis, reading.rotation, reading.physics)
         _refuse_hanging(model, physics)
     except RobotError as error:
-        raise fault_error([*faults, str(error)]) from error
+        raise fault_error([*faults, *faults_of(error)]) from error
     if faults:
         raise fault_error(faults)
     model.gravity = pin.Motion(physics.gravity, np.zeros(3))

@@ -12,7 +12,7 @@ import pinocchio as pin
 from gaitopt.errors import RobotError
 from gaitopt.nlp import Array
 from gaitopt.robot.choices import SIDES, Choices, LimitOverride
-from gaitopt.robot.faults import fault_error
+from gaitopt.robot.faults import fault_error, faults_of
 from gaitopt.robot.feet.choose import Soles, choose_soles, placement_numbers
 from gaitopt.robot.feet.found import FoundSole, find_sole
 from gaitopt.robot.feet.shape import FootShape, foot_points
@@ -125,7 +125,7 @@ def read_robot(source: Source, choices: Choices) -> Reading:
         stance, tilted = level_feet(stood, shapes, sides, heading.rotation)
         soles = _soles(source, stance, shapes, sides, choices)
     except RobotError as error:
-        raise fault_error([*faults, str(error)]) from error
+        raise fault_error([*faults, *faults_of(error)]) from error
     if soles.added:
         _add_frames(model, pair.legs, soles)
     resolved = _resolved(choices, model, pair, heading, soles, side)

@@ -1,5 +1,6 @@
 """Robots that nobody prepared, made from the biped: they must give the biped's own numbers."""
 
+import json
 import re
 from xml.etree import ElementTree as ET
 
@@ -382,3 +383,19 @@ def test_other_joints_that_mimic_are_told_in_one_line():
 )
 def test_names_speak_where_partners_differ(right, left, wrong):
     assert speaks_for_other_side([right], [left]) is wrong
+
+
+def test_legs_of_unequal_length_can_be_averaged_as_the_refusal_says():
+    def shorten(root):
+        origin = joint(root, "left_knee").find("origin")
+        x, y, z = map(float, origin.get("xyz").split())
+        origin.set("xyz", f"{x} {y} {z + 0.03}")
+
+    text = edited_urdf(shorten)
+    with pytest.raises(RobotError, match="legs are not mirror images") as caught:
+        Robot.from_urdf(text)
+    feet = tuple(json.loads(re.search(r"feet = (\[[^]]*\])", str(caught.value))[1]))
+    with pytest.raises(RobotError, match="averaging left and right") as caught:
+        Robot.from_urdf(text, choices=Choices(feet=feet))
+    asymmetry = float(re.search(r"asymmetry = (\S+) in the file", str(caught.value))[1])
+    Robot.from_urdf(text, choices=Choices(feet=feet, asymmetry=asymmetry))

@@ -327,7 +327,7 @@ def floats(root):
     ("edit", "kinds", "message"),
     [
         (no_limit, ["effort", "velocity", "range"], "it has no limits; add <limit effort"),
-        (limits(effort=None), ["effort"], r"the effort limit is None; .* above 0; give it \[N.m\]"),
+        (limits(effort=None), ["effort"], r"the effort limit is not given; give it \[N.m\]"),
         (limits(velocity="0"), ["velocity"], r"the velocity limit is '0'; .*give it \[rad/s\]"),
         (limits(velocity="inf"), ["velocity"], "the velocity limit is 'inf'; it must be above 0"),
         (limits(lower="3"), ["range"], r"the range is from 3 to 2\.6 rad; lower must be below"),
@@ -383,3 +383,58 @@ def test_bipeds_of_others_pass(path):
     # These two are known for bodies that cannot be, the others for none in their legs.
     legs = [p.name for p in problems if re.search(r"[hH]ip", p.name) and p.kind == "inertia"]
     assert legs == (["LHipPitch_link", "RHipPitch_link"] if "romeo_laas" in path else [])
+
+
+def spoilt(text, *pairs):
+    for old, new in pairs:
+        assert old in text
+        text = text.replace(old, new, 1)
+    return text
+
+
+@pytest.mark.parametrize(
+    ("pairs", "faults"),
+    [
+        pytest.param(
+            [('mass value="40.55"', 'mass value="4_0"'), ('lower="-1"', 'lower="-1,0"')],
+            [r"link 'torso': mass is '4_0'", "lower limit is '-1,0'"],
+            id="numbers of a link and a joint",
+        ),
+        pytest.param(
+            [('mass value="40.55"', 'mass vlaue="40.55"'), ('lower="-1"', 'lower="low"')],
+            ["<mass> has vlaue=, which is not known", "lower limit is 'low'"],
+            id="misspelt, and not missed once more",
+        ),
+        pytest.param(
+            [('type="revolute"', 'type="Revolute"'), ('parent link="torso"', 'parent link="tors"')],
+            ["its type is 'Revolute'", "parent link 'tors' does not exist"],
+            id="type and parent",
+        ),
+    ],
+)
+def test_faults_of_a_file_are_told_at_once(pairs, faults):
+    with pytest.raises(RobotError) as caught:
+        checked(spoilt(TEXT, *pairs))
+    told = str(caught.value)
+    assert told.startswith(f"{len(faults)} faults keep this robot from being used: (1) line ")
+    for number, fault in enumerate(faults, 1):
+        assert re.search(rf"\({number}\) line \d+: [^;]*{fault}", told)
+
+
+def test_all_impossible_bodies_are_told_at_once():
+    def spoil(root):
+        for name in ("left_shin", "right_thigh", "torso"):
+            inertia = link(root, name).find("inertial/inertia")
+            inertia.set("ixx", "900")
+
+    with pytest.raises(RobotError) as caught:
+        Robot.from_urdf(edited_urdf(spoil))
+    told = str(caught.value)
+    for name in ("left_shin", "right_thigh", "torso"):
+        assert re.search(rf"\(\d\) line \d+: link '{name}': the inertia cannot belong to", told)
+
+
+def test_legs_that_weigh_nothing_beside_the_trunk_are_refused_by_their_mass():
+    text = edited(r'mass value="40\.55"', 'mass value="4.055e8"')
+    with pytest.raises(RobotError, match=r"legs carry mass, but of 4\.055e\+08 kg, .* the trunk"):
+        Robot.from_urdf(text)

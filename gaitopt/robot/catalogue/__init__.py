@@ -105,7 +105,7 @@ def entry_by_name(name: str) -> Entry:
         hint = f"did you mean '{close[0]}'? " if close else ""
         raise InputError(
             f"the catalogue has no robot '{name}'; {hint}there are {', '.join(entries)}. "
-            "Any other robot: give its URDF"
+            "Any other robot: give its file, --urdf FILE (in Python Robot.from_urdf)"
         )
     return entries[name]
 

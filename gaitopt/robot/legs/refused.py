@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Collection
 from itertools import combinations
 
@@ -9,6 +10,7 @@ from gaitopt.errors import RobotError
 from gaitopt.nlp import Array
 from gaitopt.robot.legs.alike import unequal_pair
 from gaitopt.robot.legs.tree import (
+    LIGHT,
     UNMOVED,
     Tree,
     all_revolute,
@@ -30,7 +32,8 @@ def no_pair(tree: Tree) -> RobotError:
     """Return the error for a robot of which no two chains hang like legs."""
     found = f"no two legs were found: {_chains(tree)}"
     if len(tree.leaves) < 2:
-        return RobotError(f"{found}; {_NEEDS}; give a robot that has them")
+        remedy = _too_light(tree) or "give a robot that has them"
+        return RobotError(f"{found}; {_NEEDS}; {remedy}")
     legs = _six_jointed(tree, ())
     if legs is None:
         return _unequal(tree) or RobotError(f"{found}; {_NEEDS}, and no two of them are such legs")
@@ -105,6 +108,22 @@ def many_legs(tree: Tree, ends: tuple[int, int], up: Array) -> RobotError | None
     )
 
 
+def _too_light(tree: Tree) -> str:
+    """Advice where there are chains enough, but what they carry is next to nothing."""
+    model = tree.model
+    ends = [j for j in range(2, model.njoints) if len(model.children[j]) == 0]
+    if len(ends) < 2:
+        return ""
+    mass = sum(float(body.mass) for body in model.inertias)
+    heaviest = max(range(1, model.njoints), key=lambda j: float(model.inertias[j].mass))
+    body = "the trunk" if heaviest == 1 else f"the body moved by joint '{model.names[heaviest]}'"
+    return (
+        f"legs carry mass, but of {mass:.4g} kg, {float(model.inertias[heaviest].mass):.4g} kg of "
+        f"it {body}, the chains here have less than {100 * LIGHT:g} %; correct the masses (kg) of "
+        "the file"
+    )
+
+
 def _others(tree: Tree, ends: Collection[int]) -> str:
     """Advice to name the feet, where the robot has other chains that may be its legs."""
     legs = _six_jointed(tree, ends)
@@ -134,6 +153,7 @@ def _unequal(tree: Tree) -> RobotError | None:
     if pair is None:
         return None
     first, other = (str(tree.model.names[leg[pair.row]]) for leg in pair.legs)
+    ends = json.dumps([foot_name(tree.model, leg[-1]) for leg in pair.legs], ensure_ascii=False)
     if pair.bent:
         angles = [tree.angle(leg[pair.row]) for leg in pair.legs]
         return RobotError(
@@ -147,7 +167,8 @@ def _unequal(tree: Tree) -> RobotError | None:
         away += f", each seen from the joint before it ('{before[0]}' and '{before[1]}')"
     return RobotError(
         f"the legs are not mirror images: '{first}' {away}; correct the <origin> of one of them, "
-        "or of a joint above it"
+        f"or of a joint above it; or if they are to be averaged, name the feet: feet = {ends} in "
+        "the file for --choices (in Python, feet), and be told how large an asymmetry to choose"
     )
 
 

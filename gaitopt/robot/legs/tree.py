@@ -15,7 +15,9 @@ from gaitopt.robot.urdf.values import UrdfProblem
 UNMOVED = ("mimic", "free")
 """Problems of joints that no motor turns."""
 
-_LIGHT = 2e-4  # of the robot's mass: a branch that carries less is no limb
+LIGHT = 2e-4
+"""Of the robot's mass: a branch that carries less is no limb."""
+
 _BODY = pin.FrameType.BODY
 _REVOLUTE = ("JointModelRX", "JointModelRY", "JointModelRZ", "JointModelRevoluteUnaligned")
 
@@ -49,7 +51,7 @@ class Tree:
         below = bodies.copy()
         for joint in reversed(range(2, self.model.njoints)):
             below[self.model.parents[joint]] += below[joint]
-        least, found = _LIGHT * sum(bodies), []
+        least, found = LIGHT * sum(bodies), []
         light = set()
         for joint in range(2, self.model.njoints):
             parent = int(self.model.parents[joint])

@@ -13,6 +13,7 @@ import numpy as np
 import pinocchio as pin
 
 from gaitopt.errors import RobotError
+from gaitopt.robot.faults import Faults, fault_error, faults_of
 from gaitopt.robot.files.xml_lines import XmlTree
 from gaitopt.robot.urdf.build import refuse_taken
 from gaitopt.robot.urdf.description import Description, describe
@@ -45,9 +46,19 @@ def check_urdf(tree: XmlTree) -> tuple[UrdfProblem, ...]:
     """
     check_tree(tree)
     _check_count(tree)
-    problems = check_spelling(tree)
-    robot = describe(tree)
-    refuse_taken(robot)
+    faults, problems = Faults(), []
+    with faults.noted():
+        problems = check_spelling(tree)
+    spelt = {_place(fault) for fault in faults.found}
+    try:
+        robot = describe(tree)
+        refuse_taken(robot)
+        rotors = read_rotors(tree, robot)[1]
+    except RobotError as error:
+        # What is misspelt is missing, too: that is said once.
+        new = [fault for fault in faults_of(error) if _place(fault) not in spelt]
+        raise fault_error([*faults.found, *new]) from error
+    faults.refuse()
     for link in robot.links.values():
         problems += inertial_problems(link)
     for joint in robot.joints.values():
@@ -55,9 +66,14 @@ def check_urdf(tree: XmlTree) -> tuple[UrdfProblem, ...]:
     problems += _massless(robot)
     problems += placeholder_problems(robot)
     problems += name_problems(tree)
-    problems += read_rotors(tree, robot)[1]
+    problems += rotors
     problems += read_shapes(tree).problems
     return tuple(sorted(problems, key=lambda problem: problem.line))
+
+
+def _place(fault: str) -> str:
+    """Return the line and the element that a fault names."""
+    return ":".join(fault.split(":")[:2])
 
 
 def _check_count(tree: XmlTree) -> None:
@@ -79,19 +95,20 @@ def refuse_unsound(model: pin.Model, problems: Iterable[UrdfProblem]) -> None:
     Raises:
         RobotError: naming the link if one is at fault, else the body or the joint.
     """
-    problems = tuple(problems)
+    problems, faults = tuple(problems), []
     for joint in range(1, model.njoints):
         inertia = model.inertias[joint]
         largest = float(max(inertia.mass, np.abs(inertia.inertia).max(), *np.abs(inertia.lever)))
         if not largest < _MOST:
-            raise RobotError(
+            faults.append(
                 f"{_body(model, joint)}: its mass is {inertia.mass:.4g} kg, its largest moment "
                 f"{np.abs(inertia.inertia).max():.4g} kg·m²; numbers from {_MOST:g} on describe no "
                 "robot; correct the masses (kg), inertias (kg·m²) and lengths (m) of the file"
             )
-        fault = inertia_fault(float(inertia.mass), np.array(inertia.inertia))
-        if fault:
-            raise RobotError(_body_fault(model, joint, fault, problems))
+        elif fault := inertia_fault(float(inertia.mass), np.array(inertia.inertia)):
+            faults += _body_faults(model, joint, fault, problems)
+    if faults:
+        raise fault_error(faults)
     _refuse_idle(model)
 
 
@@ -117,13 +134,13 @@ def _also(names: list[str]) -> str:
     return f" (the same holds for {', '.join(names[:2])}{more})" if names else ""
 
 
-def _body_fault(model: pin.Model, joint: int, fault: str, problems: tuple[UrdfProblem, ...]) -> str:
-    """Return the message: of the link that is at fault if one is known, else of the whole body."""
+def _body_faults(
+    model: pin.Model, joint: int, fault: str, problems: tuple[UrdfProblem, ...]
+) -> list[str]:
+    """Return the messages: of the links at fault if any are known, else of the whole body."""
     links = {frame.name for frame in model.frames if frame.parentJoint == joint}
-    for problem in problems:
-        if problem.kind == "inertia" and problem.name in links:
-            return str(problem)
-    return f"{_body(model, joint)}: {fault}"
+    known = [str(p) for p in problems if p.kind == "inertia" and p.name in links]
+    return known or [f"{_body(model, joint)}: {fault}"]
 
 
 def _body(model: pin.Model, joint: int) -> str:

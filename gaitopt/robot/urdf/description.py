@@ -11,6 +11,7 @@ from xml.etree.ElementTree import Element
 import numpy as np
 
 from gaitopt.nlp import Array
+from gaitopt.robot.faults import Faults
 from gaitopt.robot.files.xml_lines import XmlTree
 from gaitopt.robot.urdf.values import Entry, as_number
 
@@ -180,8 +181,14 @@ def describe(tree: XmlTree) -> Description:
         RobotError: a value is no number, with its line; no loader would take it as it is meant.
     """
     version = read_version(tree)
-    links = [_link(Entry(tree, e), version) for e in tree.root.findall("link")]
-    joints = [_joint(Entry(tree, e), version) for e in tree.root.findall("joint")]
+    faults, links, joints = Faults(), [], []
+    for element in tree.root:
+        with faults.noted():
+            if element.tag == "link":
+                links.append(_link(Entry(tree, element), version))
+            elif element.tag == "joint":
+                joints.append(_joint(Entry(tree, element), version))
+    faults.refuse()
     found = Description(
         tree.root.get("name", ""),
         {link.name: link for link in links},

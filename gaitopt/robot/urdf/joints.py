@@ -70,7 +70,9 @@ def _limit_problems(joint: Joint) -> list[UrdfProblem]:
     for name, value in (("effort", limits.effort), ("velocity", limits.velocity)):
         if math.isnan(value) or value in (0.0, math.inf):
             unit = limit_unit(joint.kind, name)
-            text = f"the {name} limit is {limit.get(name)!r}; it must be above 0; give it [{unit}]"
+            given = limit.get(name)
+            found = "is not given" if given is None else f"is {given!r}; it must be above 0"
+            text = f"the {name} limit {found}; give it [{unit}]"
             problems.append(entry.problem(name, text, limit))
     return problems + _range_problems(joint)
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 import difflib
 from xml.etree.ElementTree import Element
 
+from gaitopt.robot.faults import Faults
 from gaitopt.robot.files.xml_lines import XmlTree
 from gaitopt.robot.urdf.values import Entry, UrdfProblem, printable
 
@@ -46,13 +47,14 @@ def check_spelling(tree: XmlTree) -> list[UrdfProblem]:
     Raises:
         RobotError: an element is there twice, or one that motion depends on is misspelt.
     """
-    problems = []
+    problems, faults = [], Faults()
     for element in tree.root:
         if element.tag in ("link", "joint"):
             entry = Entry(tree, element)
-            problems += _check(entry, element)
-            for inertial in element.findall("inertial"):
-                problems += _check(entry, inertial)
+            for part in (element, *element.findall("inertial")):
+                with faults.noted():
+                    problems += _check(entry, part)
+    faults.refuse()
     return problems
 
 

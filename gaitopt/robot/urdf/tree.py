@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from xml.etree.ElementTree import Element
 
 from gaitopt.errors import RobotError
+from gaitopt.robot.faults import Faults
 from gaitopt.robot.files.xml_lines import XmlTree
 from gaitopt.robot.urdf.values import Entry, UrdfProblem, printable
 
@@ -31,15 +32,20 @@ def check_tree(tree: XmlTree) -> None:
         raise RobotError(f'line {line}: <robot> has no name; give it one, as <robot name="walker">')
     movers: dict[str, Entry] = {}
     parents: dict[str, str] = {}
+    faults = Faults()
     for joint in joints.values():
-        _check_type(joint)
-        parent, child = (_end(joint, role, links) for role in ("parent", "child"))
-        if child in movers:
-            raise joint.refusal(
-                f"its child link '{child}' already hangs on joint '{movers[child].name}'; a link "
-                "hangs on one joint only; remove one of the two (a URDF cannot describe a loop)"
-            )
-        movers[child], parents[child] = joint, parent
+        with faults.noted():
+            _check_type(joint)
+        with faults.noted():
+            parent, child = (_end(joint, role, links) for role in ("parent", "child"))
+            if child in movers:
+                raise joint.refusal(
+                    f"its child link '{child}' already hangs on joint '{movers[child].name}'; a "
+                    "link hangs on one joint only; remove one of the two (a URDF cannot describe "
+                    "a loop)"
+                )
+            movers[child], parents[child] = joint, parent
+    faults.refuse()
     _check_one_root(links, movers, parents)
 
 
