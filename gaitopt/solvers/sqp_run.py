@@ -5,6 +5,8 @@ from __future__ import annotations
 from functools import partial
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from gaitopt.nlp import NLP, Status
 from gaitopt.solvers.acceptance import Trial, accepts
 from gaitopt.solvers.correction import corrected
@@ -39,6 +41,12 @@ POLISH_BELOW = 1e-1
 POLISH_GAIN = 0.5
 """... which must fall to this share."""
 
+IDLE = 4
+"""Feasible iterates in a row with no better KKT residual, after which it is asked what multipliers
+of its own an iterate has. Those of a step are poor where rows have nearly the same gradients (a
+limit held at two instants close together): the run goes to and fro about an optimum that it does
+not recognise."""
+
 
 class SQPRun:
     """The state of a run: the iterate, its model, and what has been learnt on the way."""
@@ -60,6 +68,7 @@ class SQPRun:
         self.last_length = options.initial_radius
         self.renewed = False
         self.strides = 0
+        self.idle, self.least_residual = 0, np.inf
         self.model: LocalModel | None = None
 
     def iterate_until_verdict(self) -> Status:
@@ -68,6 +77,8 @@ class SQPRun:
             self.recorder.record(self.iterate, self.region.radius)
             if self._is_optimal(self.iterate):
                 return Status.OPTIMAL
+            if self._is_optimal_by_itself():
+                return Status.OPTIMAL
             if self._falls_without_end():
                 return Status.UNBOUNDED
             status = self._iteration()
@@ -75,6 +86,25 @@ class SQPRun:
                 return status
         self.recorder.record(self.iterate, self.region.radius)
         return Status.OPTIMAL if self._is_optimal(self.iterate) else Status.ITERATION_LIMIT
+
+    def _is_optimal_by_itself(self) -> bool:
+        """Whether a run that gets no nearer is at an optimum that its steps do not recognise."""
+        residual, feasible = self.iterate.residual.worst, self.options.feasibility
+        if self.iterate.violation > feasible or residual < self.least_residual:
+            self.idle = 0
+        else:
+            self.idle += 1
+        if self.iterate.violation <= feasible:
+            self.least_residual = min(residual, self.least_residual)
+        if self.idle < IDLE or residual > POLISH_BELOW:
+            return False
+        self.idle = 0
+        own = with_own_multipliers(self.nlp, self.iterate.point)
+        if not self._is_optimal(own):
+            return False
+        self.iterate = own
+        self.recorder.keep(own)
+        return True
 
     def _falls_without_end(self) -> bool:
         """Whether the cost is beyond all bounds, or falls with every of many longest steps."""
