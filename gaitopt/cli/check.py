@@ -30,15 +30,14 @@ def run(path: Path) -> None:
     out.print(
         f"{path}: {gait.fact('robot')} at {gait.speed:.3g} m/s, computed again from its parameters",
         soft_wrap=True,
-        markup=False,
     )
     no_solver = {"name": None}
     record = found.certificate.record()
     out.print(proof_table(no_solver, record), width=min(out.width, WIDTH))
     if found.imposed:
-        out.print("the file itself brings:", markup=False)
+        out.print("the file itself brings:")
         for line in found.imposed:
-            out.print(f"  {visible(line)}", soft_wrap=True, markup=False)
+            out.print(f"  {visible(line)}", soft_wrap=True)
     if found.altered:
         complain(altered_message(found))
     else:

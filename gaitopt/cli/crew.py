@@ -43,7 +43,7 @@ def make_crew(given: Settings, axes: list[Axis], errors: Console, quiet: bool) -
     def tell() -> None:
         few = "" if count == wanted else f", not {wanted}: {_few(points)}"
         if not quiet:
-            errors.print(f"starting workers: {count}{few}", soft_wrap=True, highlight=False)
+            errors.print(f"starting workers: {count}{few}", soft_wrap=True)
 
     return LaterCrew(count, tell)
 

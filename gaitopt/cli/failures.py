@@ -11,6 +11,7 @@ import typer
 
 from gaitopt.errors import GaitoptError
 from gaitopt.pinocchio_check import require_pinocchio
+from gaitopt.view.visible import visible
 
 
 class ExitCode(IntEnum):
@@ -52,17 +53,19 @@ def failures_reported() -> Iterator[None]:
 def advise(lines: Iterable[str]) -> None:
     """Print why there is no gait and what would help; long lines are not broken."""
     for line in lines:
-        print(line, file=sys.stderr)  # noqa: T201
+        print(visible(line), file=sys.stderr)  # noqa: T201
 
 
 def complain(message: str) -> None:
     """Print an error: in a panel on a terminal, else in one line that can be searched."""
+    message = visible(message)
     if not sys.stderr.isatty():
         print(f"error: {message}", file=sys.stderr)  # noqa: T201
         return
-    from rich.console import Console
     from rich.panel import Panel
     from rich.text import Text
 
+    from gaitopt.cli.screen import screen
+
     panel = Panel(Text(message), title="Error", title_align="left", border_style="red")
-    Console(stderr=True).print(panel)
+    screen(stderr=True).print(panel)

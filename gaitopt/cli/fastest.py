@@ -10,6 +10,7 @@ from rich.console import Console
 from gaitopt.cli.cells import rounded
 from gaitopt.cli.interrupt import ctrl_c_told
 from gaitopt.cli.request import Request, make_task
+from gaitopt.cli.screen import warn
 from gaitopt.design.certificate import WorstRow
 from gaitopt.design.design import Design
 from gaitopt.errors import InputError
@@ -42,21 +43,22 @@ def fastest_walk(request: Request, console: Console, quiet: bool) -> tuple[Reque
     def tell(speed: float, found: Design | None) -> None:
         result = "no walk" if found is None else f"J = {found.solution.cost:.1f} N²·m·s"
         if not quiet:
-            console.print(f"{speed:.3f} m/s: {result}", highlight=False)
+            console.print(f"{speed:.3f} m/s: {result}")
 
     with ctrl_c_told():
         best = fastest(request.robot, task_at, request.task.speed, request.options, on_try=tell)
     found = best.design
     if best.interrupted:
         found = replace(found, solution=replace(found.solution, status=Status.INTERRUPTED))
-        console.print(
-            f"[yellow]interrupted:[/] {best.speed:g} m/s is the fastest walk so far; the search "
-            "for a faster one was not finished",
-            soft_wrap=True, highlight=False,
-        )  # fmt: skip
+        warn(
+            console,
+            "interrupted",
+            f"{best.speed:g} m/s is the fastest walk so far; the search for a faster one was not "
+            "finished",
+        )
     if not quiet:
         for line in limit_lines(best):
-            console.print(line, soft_wrap=True, markup=False, highlight=False)
+            console.print(line, soft_wrap=True)
     settings = {**request.settings, "speed": best.speed}
     return replace(request, task=task_at(best.speed), settings=settings), found
 

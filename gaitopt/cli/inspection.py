@@ -20,6 +20,7 @@ from gaitopt.cli.screen import WIDTH, screen
 from gaitopt.cli.writable import require_files
 from gaitopt.view.inspection import Inspection, inspect_robot
 from gaitopt.view.inspection_tables import Section, sections
+from gaitopt.view.visible import visible
 
 _STYLES = {"guessed": "yellow", "warning": "bold yellow", "changed": "cyan", "given": "green"}
 _MOST = 4  # rows about one thing on the screen; a page shows all
@@ -41,12 +42,12 @@ def run(settings: Settings, html: Path | None, write_choices: Path | None) -> No
     if html is not None:
         from gaitopt.view.inspection_page import write_inspection
 
-        out.print(f"wrote {write_inspection(found, html)}", soft_wrap=True, markup=False)
+        out.print(f"wrote {write_inspection(found, html)}", soft_wrap=True)
     if write_choices is not None and found.choices is not None:
         write_atomically(write_choices, choices_text(found.choices).encode())
         out.print(
             f"wrote {write_choices}; edit it, then: --choices {write_choices}",
-            soft_wrap=True, markup=False,
+            soft_wrap=True,
         )  # fmt: skip
     if found.refusal:
         complain(found.refusal)
@@ -57,7 +58,7 @@ def print_inspection(out: Console, found: Inspection) -> None:
     """Print the tables of an inspection."""
     width = min(out.width, WIDTH)
     verdict = ("cannot be used", "bold red") if found.refusal else ("can be used", "bold green")
-    out.print(Rule(Text.assemble((found.title, "bold"), "  ", verdict)), width=width)
+    out.print(Rule(Text.assemble((visible(found.title), "bold"), "  ", verdict)), width=width)
     for section in sections(found):
         out.print(_table(section), width=width)
         out.print()
@@ -76,7 +77,9 @@ def _table(section: Section) -> Table:
         topic = row[0] if section.how and len(row) > 2 else ""
         seen[topic] += 1
         if not section.how or seen[topic] <= (_MOST if topic else 3 * _MOST):
-            table.add_row(*(Text(_short(cell), style=_STYLES.get(sure, "")) for cell in row))
+            table.add_row(
+                *(Text(_short(visible(cell)), style=_STYLES.get(sure, "")) for cell in row)
+            )
     _count_the_rest(table, seen, len(section.columns)) if section.how else None
     return table
 

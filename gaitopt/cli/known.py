@@ -37,7 +37,7 @@ def tell_robot(console: Console, findings: Iterable[Finding], all_of_them: str) 
         count = sum(f.how == "guessed" for f in known)
         facts = "1 fact was" if count == 1 else f"{count} facts were"
         line = f"guessed: {facts}, about {', '.join(topics)}; {all_of_them}"
-        console.print(line, soft_wrap=True, markup=False)
+        console.print(line, soft_wrap=True)
 
 
 def _gathered(findings: Iterable[Finding]) -> list[tuple[str, str]]:

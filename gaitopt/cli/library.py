@@ -21,6 +21,7 @@ from gaitopt.study.index import NOT_COMPUTED, Row, Value, columns
 from gaitopt.study.interpolate import interpolate, stored_point
 from gaitopt.study.library import Library, open_library
 from gaitopt.study.selection import selected, unknown_column
+from gaitopt.view.visible import visible
 
 LIST = "list"  # in place of columns: what there is
 SHOWN = ("status", "cost", "step_length", "cop_to_edge", "friction_used", "vertical_impulse")
@@ -37,14 +38,14 @@ def run_list(directory: Path, where: list[str], names: str | None, plot: Path | 
     _tell_robot(library)
     if names == LIST:
         for name in columns(library.rows):
-            screen().print(name, markup=False)
+            screen().print(visible(name), soft_wrap=True)
         return
     rows = selected(library.rows, where)
     if plot is not None:
         from gaitopt.view.library_figures import write_library_figure
 
         write_library_figure(rows, [axis.name for axis in library.points.axes], plot)
-        screen().print(f"wrote {plot}", markup=False)
+        screen().print(f"wrote {plot}")
         return
     _show(library, rows, _columns(library, names))
 
@@ -61,10 +62,10 @@ def run_at(directory: Path, at: list[str], output: Path | None) -> None:
     tell_robot_of(screen(stderr=True), gait)
     out = screen()
     print_gait(out, gait)
-    out.print(said, soft_wrap=True, markup=False)
+    out.print(said, soft_wrap=True)
     if output is not None:
         save_gait(gait, output)
-        out.print(f"wrote {output}", markup=False)
+        out.print(f"wrote {output}")
     if not _certified(gait):
         raise typer.Exit(ExitCode.NOT_CERTIFIED)
 
@@ -108,7 +109,7 @@ def _columns(library: Library, names: str | None) -> list[str]:
 
 
 def _show(library: Library, rows: list[Row], names: list[str]) -> None:
-    table = new_table("", *(f">{name}" for name in names))
+    table = new_table("", *(f">{visible(name)}" for name in names))
     table.expand = False
     for row in rows:
         table.add_row(*(_cell(row.get(name)) for name in names))
@@ -116,13 +117,13 @@ def _show(library: Library, rows: list[Row], names: list[str]) -> None:
     out.print(table)
     total, there = len(library.points.order), _computed(library.rows)
     left = "" if there == total else f"; {total - there} of {total} points are not computed yet"
-    out.print(f"{_computed(rows)} of {there} gaits{left}", markup=False)
+    out.print(f"{_computed(rows)} of {there} gaits{left}")
     if broken := len(library.faults):
         told = "1 gait has" if broken == 1 else f"{broken} gaits have"
         out.print(
             f"{told} no usable file, see status; give the command of the sweep again to have what "
             "is missing made anew",
-            soft_wrap=True, markup=False,
+            soft_wrap=True,
         )  # fmt: skip
 
 
@@ -133,4 +134,4 @@ def _computed(rows: list[Row]) -> int:
 def _cell(value: Value) -> str:
     if isinstance(value, float):
         return f"{value:.6g}"
-    return "-" if value is None else str(value)
+    return "-" if value is None else visible(str(value))

@@ -19,7 +19,7 @@ from gaitopt.cli.remedies import Asked, remedies
 from gaitopt.cli.report import print_gait
 from gaitopt.cli.request import Request, make_request
 from gaitopt.cli.results import kept_elsewhere, write_results
-from gaitopt.cli.screen import screen
+from gaitopt.cli.screen import screen, warn
 from gaitopt.cli.writable import require_writable
 from gaitopt.design.design import Design, design
 from gaitopt.design.start_job import Outcome
@@ -78,11 +78,11 @@ def run(
                 print_gait(out, found.gait)
         if output is not None and not quiet:
             names = ", ".join(path.name for path in written)
-            out.print(f"wrote to {output}: {names}", soft_wrap=True, markup=False)
+            out.print(f"wrote to {output}: {names}", soft_wrap=True)
     code = exit_code(found)
     if code is not ExitCode.OK:
         if not found.certificate.certified:
-            errors.print(f"[yellow]warning:[/] {found.certificate.verdict}", soft_wrap=True)
+            warn(errors, "warning", found.certificate.verdict)
         raise typer.Exit(code)
 
 
@@ -163,11 +163,12 @@ def _search(request: Request, errors: Console, quiet: bool) -> Design:
         gap = request.task.margins.leg_gap
         narrowed = "" if gap is None else leg_pairs(request.robot).narrowed(gap)
         for sentence in (*said, *filter(None, [narrowed])):
-            errors.print(sentence, markup=False, soft_wrap=True)
+            errors.print(sentence, soft_wrap=True)
     if found.solution.status is Status.INTERRUPTED:
-        errors.print(
-            "[yellow]interrupted:[/] this is the best gait so far; it walks, but the search for a "
-            "better one was not finished",
-            soft_wrap=True,
+        warn(
+            errors,
+            "interrupted",
+            "this is the best gait so far; it walks, but the search for a better one was not "
+            "finished",
         )
     return found

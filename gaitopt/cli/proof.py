@@ -11,6 +11,7 @@ from rich.text import Text
 from gaitopt.cli.cells import ABSENT, new_table, rounded
 from gaitopt.solvers.certified import UNCONFIRMED
 from gaitopt.tolerances import LIMITS, MOMENTUM, OPTIMALITY, REFEREE
+from gaitopt.view.visible import visible
 
 _NOT_NEEDED = "the second solver did not reach the same; the certificate does not need it"
 _REFEREE = ("torque", "wrench", "impulse", "rate_after", "sole_twist", "posture", "rate")
@@ -69,11 +70,10 @@ def _add_checks(table: Table, certificate: Mapping[str, Any]) -> None:
 def _named(row: Mapping[str, Any]) -> str:
     """Return a row of the certificate in words."""
     when = "" if row["time"] is None else f" at {row['time']:.4f} s"
-    return (
-        f"{row['row']}{when}: {rounded(row['value'])} {row['unit']}, limit {rounded(row['limit'])}"
-    )
+    value, limit = rounded(row["value"]), rounded(row["limit"])
+    return f"{visible(row['row'])}{when}: {value} {row['unit']}, limit {limit}"
 
 
 def _verdict(certificate: Mapping[str, Any]) -> Text:
     style = "bold green" if certificate["certified"] else "bold yellow"
-    return Text(str(certificate["verdict"] or ABSENT), style=style)
+    return Text(visible(str(certificate["verdict"] or ABSENT)), style=style)

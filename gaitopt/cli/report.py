@@ -15,6 +15,7 @@ from gaitopt.cli.proof import proof_table
 from gaitopt.cli.screen import WIDTH
 from gaitopt.design.summary import summarise
 from gaitopt.gait.result import Gait
+from gaitopt.view.visible import visible
 
 
 def print_gait(console: Console, gait: Gait) -> None:
@@ -36,7 +37,7 @@ def _headline(facts: Any) -> RenderableType:
     certified = facts["certificate"]["certified"]
     verdict = ("certified", "bold green") if certified else ("not certified", "bold yellow")
     speed = facts["walk"]["speed_m_per_s"]
-    name = facts["robot"]["name"] or "the robot"
+    name = visible(facts["robot"]["name"]) or "the robot"
     return Rule(Text.assemble((f"{name} walks at {speed:.3f} m/s", "bold"), "  ", verdict))
 
 
@@ -67,7 +68,7 @@ def _joints(joints: list[Mapping[str, Any]]) -> Table:
     )  # fmt: skip
     for i, joint in enumerate(joints):
         table.add_row(
-            joint["joint"] if i % 2 == 0 else "",
+            visible(joint["joint"]) if i % 2 == 0 else "",
             joint["leg"],
             f"{joint['peak_torque_Nm']:.1f}",
             f"{joint['rms_torque_Nm']:.1f}",

@@ -23,13 +23,13 @@ def run(output: Path, quiet: bool) -> None:
 
     def tell(stage: str) -> None:
         if not quiet:
-            errors.print(f"{time.monotonic() - started:5.0f} s  {stage}", markup=False)
+            errors.print(f"{time.monotonic() - started:5.0f} s  {stage}")
 
     result = reproduce(tell)
     written = write_reproduction(result, output)
     worst = 100.0 * float(abs(result.errors).max())
     if not quiet:
         out = screen()
-        out.print(f"largest error at the speeds of Table 3: {worst:.2f} %", markup=False)
+        out.print(f"largest error at the speeds of Table 3: {worst:.2f} %")
         for path in written:
-            out.print(f"wrote {path}", soft_wrap=True, markup=False)
+            out.print(f"wrote {path}", soft_wrap=True)

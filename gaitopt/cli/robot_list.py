@@ -26,12 +26,12 @@ def run() -> None:
     out = screen()
     out.print(table, width=min(out.width, WIDTH))
     out.print()
-    out.print("gaitopt optimise --robot NAME, or any other robot: --urdf FILE", markup=False)
+    out.print("gaitopt optimise --robot NAME, or any other robot: --urdf FILE")
     if known := humanoids():
         names = ", ".join(known)
-        out.print(f"{PACKAGE} is installed: --robot {PREFIX}NAME, as {names}", markup=False)
+        out.print(f"{PACKAGE} is installed: --robot {PREFIX}NAME, as {names}")
     if not all(entry.installed for entry in entries):
-        out.print(f"to install the others: pip install 'gaitopt[{EXTRA}]'", markup=False)
+        out.print(f"to install the others: pip install 'gaitopt[{EXTRA}]'")
 
 
 def _where(entry: Entry) -> Text:

@@ -133,7 +133,7 @@ def _tell_files(what: str, library: Library, points: Iterable[Index], out: Conso
     told = [f"{library.state.rows[p]['file']} ({wrong[p]})" for p in points]
     if told:
         more = f"; and {len(told) - NAMED} more" if len(told) > NAMED else ""
-        out.print(f"{what}: {'; '.join(told[:NAMED])}{more}", soft_wrap=True, markup=False)
+        out.print(f"{what}: {'; '.join(told[:NAMED])}{more}", soft_wrap=True)
 
 
 def _kept(directory: Path) -> str:
@@ -154,12 +154,12 @@ def _conclude(library: Library, out: Console, quiet: bool, refined: bool) -> Non
         out.print(
             f"{certified} of {len(rows)} gaits certified; {library.state.seconds:.0f} s of "
             f"processor; in {library.directory}: gaits/, index.csv",
-            soft_wrap=True, markup=False,
+            soft_wrap=True,
         )  # fmt: skip
         for point, refusal in library.state.refusals.items():
-            out.print(f"no gait at {library.points.name(point)}:", markup=False)
+            out.print(f"no gait at {library.points.name(point)}:")
             for sentence in refusal["sentences"]:
-                out.print(f"- {sentence}", soft_wrap=True, markup=False)
+                out.print(f"- {sentence}", soft_wrap=True)
     if refused:
         raise typer.Exit(ExitCode.NO_GAIT)
     optimal = sum(

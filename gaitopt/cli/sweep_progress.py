@@ -54,4 +54,4 @@ class SweepDisplay:
             )
         elif not self._quiet and time.monotonic() - self._printed >= PERIOD:
             self._printed = time.monotonic()
-            self._console.print(f"{advance.doing}: {said}", soft_wrap=True, markup=False)
+            self._console.print(f"{advance.doing}: {said}", soft_wrap=True)

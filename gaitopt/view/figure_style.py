@@ -20,6 +20,7 @@ from gaitopt.view.colours import (
     SWING,
     TRUNK,
 )
+from gaitopt.view.visible import visible
 
 __all__ = [
     "GREY",
@@ -33,10 +34,12 @@ __all__ = [
     "TRUNK",
     "draw_limits",
     "label_axes",
+    "name_on_figure",
     "new_figure",
     "styled",
 ]
 
+_LONGEST = 40  # characters of a name
 _STYLE: Any = {
     "font.size": 9.0,
     "axes.titlesize": 9.5,
@@ -77,6 +80,13 @@ def new_figure(
         layout: None for panels that are put in their place by hand.
     """
     return Figure(figsize=(width, height), layout=layout)
+
+
+def name_on_figure(name: str) -> str:
+    """Return a name from a file as a label: visible, no mathematics in it, and not too long."""
+    shown = visible(name)
+    shown = shown if len(shown) <= _LONGEST else f"{shown[: _LONGEST - 3]}..."
+    return shown.replace("$", "\\$")
 
 
 def draw_limits(axes: Axes, low: float, high: float, label: str | None) -> None:

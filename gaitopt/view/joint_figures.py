@@ -14,6 +14,7 @@ from gaitopt.view.figure_style import (
     STANCE,
     SWING,
     label_axes,
+    name_on_figure,
     new_figure,
 )
 
@@ -64,7 +65,7 @@ def _grid(gait: Gait, values: Array, limits: Array | None, unit: str) -> Figure:
             axes,
             "time [s]" if panel >= 3 else "",
             unit if panel % 3 == 0 else "",
-            pair_name(gait, stance),
+            name_on_figure(pair_name(gait, stance)),
         )
     _share_legend(figure, list(panels.flat))
     return figure

@@ -14,7 +14,7 @@ from gaitopt.gait.parameters import GEOMETRY
 from gaitopt.nlp import Array
 from gaitopt.study.index import Row, columns
 from gaitopt.view.branches import branch_cuts
-from gaitopt.view.figure_style import label_axes, new_figure, styled
+from gaitopt.view.figure_style import label_axes, name_on_figure, new_figure, styled
 from gaitopt.view.figures import rendered
 
 PEAK = "peak_torque."
@@ -81,7 +81,7 @@ def _figure(rows: list[Row], axes: list[str]) -> Figure:
         _draw(left, line, (axes[0], "cost"), others, cuts[others])
     best = min(lines, key=lambda others: _table(lines[others], ["cost"]).min())
     for name in motors:
-        label = name.removeprefix(PEAK).replace("_", " ")
+        label = name_on_figure(name.removeprefix(PEAK).replace("_", " "))
         _draw(right, lines[best], (axes[0], name), label, cuts[best])
     swept = f"{axes[0]} [{_UNITS[axes[0]]}]" if axes[0] in _UNITS else axes[0]
     label_axes(left, swept, "cost [N²·m·s]", "Squared torque per metre")

@@ -18,6 +18,11 @@ def visible(text: str) -> str:
     return "".join(c if unicodedata.category(c) not in _HIDDEN else _escape(c) for c in text)
 
 
+def visible_lines(text: str) -> str:
+    """Return a text of several lines, each of them visible."""
+    return text if text.isprintable() else "\n".join(map(visible, text.split("\n")))
+
+
 def on_page(text: object) -> str:
     """Return a text for a page: visible, and with no meaning in HTML."""
     return html.escape(visible(str(text)))
