@@ -23,7 +23,7 @@ from gaitopt.study.index import Row, faulty_row, write_index
 from gaitopt.study.journal import NAME as JOURNAL
 from gaitopt.study.journal import Journal, read_journal
 from gaitopt.study.manifest import Record, points_of, read_manifest
-from gaitopt.study.state import State, checked, faults_of, index_rows, unknown_digests
+from gaitopt.study.state import State, checked, faults_of, index_rows
 from gaitopt.study.stored import REMEDY, digest, load_stored
 
 GAITS = "gaits"
@@ -155,17 +155,12 @@ class Writer:
             self._journal.__exit__(None, None, None)
 
     def _look(self) -> None:
-        """Look at the gait files; write down what is news, in one event: each waits for the disk.
-
-        What has no digest is loaded, which takes long; it is given one and not loaded next time.
-        """
+        """Look at the gait files; write down what is news, in one event."""
         faults = faults_of(self.directory, self.points, self.state)
         for point in faults:
             del self.state.rows[point]
-        digests = unknown_digests(self.directory, self.state)
-        if digests or faults != self.state.faulty:
-            some = min(self.points.order)
-            self._append(some, digests=[*digests.items()], faulty=[*faults.items()])
+        if faults != self.state.faulty:
+            self._append(min(self.points.order), faulty=[*faults.items()])
 
     def note(self, point: Index, **entry: object) -> None:
         """Write one event to the journal and learn from it.

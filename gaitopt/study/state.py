@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -12,7 +11,7 @@ from typing import Any
 from gaitopt.study.footing import Footing, footing_of
 from gaitopt.study.grid_points import GridPoints, Index
 from gaitopt.study.index import Row, awaited_row, fits_column, refused_row
-from gaitopt.study.stored import digest, fault
+from gaitopt.study.stored import fault
 
 Try = tuple[Index, Index, float]
 """Point, the neighbour it was tried from, and that neighbour's cost then."""
@@ -28,7 +27,8 @@ class State:
         tried: what has been tried, so that it is not tried again.
         probed: points that were tried from first guesses.
         rows: lines of the index of finished gaits.
-        digests: of their files as they were written; empty where unknown.
+        digests: of their files as they were written; empty where unknown, and then they do not
+            count.
         faulty: what was wrong with such files when the last sweep began, as of `faults_of`.
         refusals: records of the points without a gait, with "sentences".
         seconds: of processor.
@@ -60,7 +60,6 @@ class State:
         if "row" in entry:
             self.rows[point] = entry["row"]
             self.digests[point] = entry.get("digest", "")
-        self.digests |= {tuple(p): written for p, written in entry.get("digests", ())}
         if "faulty" in entry:
             self.faulty = {tuple(p): wrong for p, wrong in entry["faulty"]}
         if "refusal" in entry:
@@ -133,14 +132,4 @@ def faults_of(directory: Path, points: GridPoints, state: State) -> dict[Index, 
         wrong = fault(file, values, state.digests.get(point, ""))
         if wrong is not None:
             found[point] = wrong
-    return found
-
-
-def unknown_digests(directory: Path, state: State) -> dict[Index, str]:
-    """Return the digests that the journal does not tell, of gait files known to be sound."""
-    found = {}
-    for point, row in state.rows.items():
-        if not state.digests.get(point):
-            with suppress(OSError):  # gone this moment: it will be missed next time
-                found[point] = digest(directory / str(row["file"]))
     return found

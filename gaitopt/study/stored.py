@@ -12,7 +12,8 @@ from gaitopt.gait.result_file import load_gait
 
 MISSING, DAMAGED, MISFILED = "file missing", "file damaged", "file misplaced"
 ALTERED = "file altered"  # a gait of its point, but not the one that was written
-FAULTS = (MISSING, DAMAGED, MISFILED, ALTERED)
+UNVOUCHED = "file unvouched"  # a gait of its point, but nothing tells that it was written so
+FAULTS = (MISSING, DAMAGED, MISFILED, ALTERED, UNVOUCHED)
 REMEDY = "give the command of the sweep again to have it made anew"
 
 
@@ -34,11 +35,12 @@ def load_stored(path: Path, values: Mapping[str, float], written: str) -> Gait:
         written: digest of what was written there; empty if unknown.
 
     Raises:
-        GaitFileError: the file is missing, damaged, altered, or holds the gait of another point.
+        GaitFileError: the file is missing, damaged, altered, holds the gait of another point, or
+            nothing tells what was written.
     """
     try:
         gait = load_gait(path)
-        altered = written not in ("", digest(path))
+        altered = written != digest(path)
     except OSError as error:
         reason = (error.strerror or "unknown reason").lower()
         raise GaitFileError(f"cannot read '{path}': {reason}; {REMEDY}") from error
@@ -47,6 +49,8 @@ def load_stored(path: Path, values: Mapping[str, float], written: str) -> Gait:
         raise GaitFileError(f"{reason}; {REMEDY}") from error
     if _values(gait) != dict(values):
         raise GaitFileError(f"'{path}' holds {_place(gait)}, not that of its name; {REMEDY}")
+    if not written:
+        raise GaitFileError(f"the journal does not vouch for '{path}': no digest; {REMEDY}")
     if altered:
         raise GaitFileError(f"'{path}' was altered since the sweep wrote it; {REMEDY}")
     return gait
@@ -58,8 +62,7 @@ def fault(path: Path, values: Mapping[str, float], written: str) -> str | None:
     Args:
         path: of the file.
         values: of the swept quantities at its point.
-        written: digest of what was written there; empty if unknown, and only then a file is sound
-            because it loads and is of its point.
+        written: digest of what was written there; empty if unknown.
     """
     try:
         if written and digest(path) == written:
@@ -71,7 +74,7 @@ def fault(path: Path, values: Mapping[str, float], written: str) -> str | None:
         return DAMAGED if path.exists() else MISSING
     if _values(gait) != dict(values):
         return MISFILED
-    return ALTERED if written else None
+    return ALTERED if written else UNVOUCHED
 
 
 def _values(gait: Gait) -> object:

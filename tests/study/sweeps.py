@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 from gaitopt.design.options import DesignOptions
 from gaitopt.gait.task import Task, preset_task
 from gaitopt.solvers import solver_by_name
 from gaitopt.study.axes import Axis
 from gaitopt.study.jobs import Alone, Crew, Job, Outcome
+from gaitopt.study.stored import digest
 
 SPEEDS = Axis("speed", (0.95, 1.0, 1.05, 1.1))
 QUICK = DesignOptions(solver=solver_by_name("sqp"), refine=False, diagnose=False)
@@ -21,11 +24,25 @@ def quick_task(**changes: object) -> Task:
 
 
 def forget_digests(directory: Path) -> None:
-    """Make a journal as it was before files had digests."""
+    """Make a journal that does not vouch for any file."""
+    _rewrite(directory, lambda entry: {k: v for k, v in entry.items() if k != "digest"})
+
+
+def vouch(directory: Path) -> None:
+    """Make a journal that vouches for the gait files as they are."""
+
+    def vouched(entry: dict[str, Any]) -> dict[str, Any]:
+        if "row" not in entry:
+            return entry
+        return {**entry, "digest": digest(directory / entry["row"]["file"])}
+
+    _rewrite(directory, vouched)
+
+
+def _rewrite(directory: Path, change: Callable[[dict[str, Any]], dict[str, Any]]) -> None:
     journal = directory / "journal.jsonl"
-    entries = [json.loads(line) for line in journal.read_text().splitlines()]
-    kept = [{k: v for k, v in entry.items() if k != "digest"} for entry in entries]
-    journal.write_text("".join(json.dumps(entry) + "\n" for entry in kept))
+    entries = [change(json.loads(line)) for line in journal.read_text().splitlines()]
+    journal.write_text("".join(json.dumps(entry) + "\n" for entry in entries))
 
 
 class Counting(Crew):

@@ -65,7 +65,6 @@ def library(original, tmp_path):
         '{"point": [0], "tried": [3]}',
         '{"point": [0], "tried": [[[9], 1.0]]}',
         '{"point": [0], "round": [[[0], [9]]]}',
-        '{"point": [0], "digests": [[[0], 3]]}',
         '{"point": [0], "faulty": 3}',
         '{"point": [0], "seconds": "long"}',
         '{"point": [0], "seconds": NaN}',

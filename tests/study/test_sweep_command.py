@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 from rich.console import Console
 from sweeps import QUICK as LESS
-from sweeps import SPEEDS, Counting, forget_digests, quick_task
+from sweeps import SPEEDS, Counting, quick_task, vouch
 from typer.testing import CliRunner
 
 from gaitopt.cli import crew as crew_module
@@ -94,7 +94,7 @@ def test_at_a_stored_place_it_is_the_stored_gait(made, tmp_path):
     directory = shutil.copytree(made[0], tmp_path / "lib")
     save_gait(replace(gait, meta={**gait.meta, "certificate": proof}),
               directory / "gaits" / kept.name)  # fmt: skip
-    forget_digests(directory)
+    vouch(directory)
     where = ["--at", "speed=1.05", "--at", "duration=0.42", "-o", file]
     result = run("library", directory, *where)
     assert result.exit_code == 0, result.stderr
