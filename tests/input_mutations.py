@@ -362,7 +362,8 @@ def _mutate_array(array, rng) -> np.ndarray | bytes | None:
     if array.dtype.kind == "f" and array.size and what < 5:
         changed, place = array.copy(), int(rng.integers(array.size))
         factor = float(rng.choice([0.0, -1.0, 1.001, 1e6, 1e300, np.nan, np.inf]))
-        changed.flat[place] *= factor
+        with np.errstate(all="ignore"):
+            changed.flat[place] *= factor
         return changed
     if what == 5:
         return None

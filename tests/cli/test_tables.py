@@ -1,6 +1,6 @@
 """What the screen shows of numbers, lists and progress."""
 
-from dataclasses import replace
+from dataclasses import asdict, replace
 from types import SimpleNamespace
 
 import pytest
@@ -87,3 +87,30 @@ def test_rounds_add_up_to_the_sum_that_is_told():
     lines = shown.get().splitlines()
     assert lines[-2].startswith("round 3, iteration 1: ")
     assert lines[-1].startswith("3 rounds, 9 iterations; ")
+
+
+@pytest.mark.parametrize(
+    "damage",
+    [
+        {"kkt": {}},
+        {"kkt": 3},
+        {"worst": {"time": None}},
+        {"worst": {"row": "", "time": "late", "value": 0.0, "unit": "", "limit": 0.0}},
+        {"referee": []},
+        {"fine_violation": "none"},
+        {"rear_foot_speed": {}},
+    ],
+)
+def test_a_damaged_record_of_the_proof_is_said_to_be_one(damage):
+    referee = dict.fromkeys(
+        ("torque", "wrench", "impulse", "rate_after", "sole_twist", "posture", "rate", "vertical",
+         "weight", "momentum"), 0.0,
+    )  # fmt: skip
+    record = {
+        "kkt": {"stationarity": 0.0, "feasibility": 0.0, "complementarity": 0.0},
+        "worst": asdict(ROW), "referee": referee, "fine_violation": 0.0, "certified": True,
+        "verdict": "optimal", "rear_foot_lifts": False, "rear_foot_speed": None,
+    }  # fmt: skip
+    assert "worst row: left_knee speed" in text_of(proof_table({"name": None}, record))
+    shown = text_of(proof_table({"name": None}, {**record, **damage}))
+    assert "the file's record of them is damaged" in shown

@@ -111,6 +111,8 @@ DAMAGE = {
     ),
     "size is zero": (geom(size="0.1 0 0.1"), "0.1 0 0.1", f"{MUJOCO}size 1 must be positive"),
     "size is nan": (geom(size="nan 1 1"), "nan", f"<geom>: its size is 'nan 1 1'{NO_NUMBER}"),
+    "place is infinite": (geom(pos="-inf 0 0"), "ankle_roll", "geoms or sites is not finite"),
+    "place is too far": (geom(pos="0 1e200 0"), "ankle_roll", "finite, or beyond 1e.10; correct"),
     "size is negative": (geom(size="1 -1 1"), "-1", f"{MUJOCO}size 1 must be positive in geom"),
     "range is text": (joint(range="a 1"), "a 1", f"{KNEE_SAYS}{MUJOCO}bad format in .*'range'"),
     "range is half a number": (joint(range="0 2_6"), "2_6", f"{KNEE_SAYS}{MUJOCO}bad format in"),

@@ -18,6 +18,11 @@ KINDS = ("sphere", "capsule", "ellipsoid", "cylinder", "box", "mesh")
 """Of shapes."""
 ORIGIN: Vector = (0.0, 0.0, 0.0)
 
+_FAR = 1e10  # m: beyond it MuJoCo calls a state bad, and squares soon have no value
+_WILD = (
+    f"the place or size of one of its geoms or sites is not finite, or beyond {_FAR:g}; correct it"
+)
+
 
 @dataclass(frozen=True)
 class Pose:
@@ -186,6 +191,9 @@ def fault_of(robot: CompiledRobot) -> tuple[str, str, str]:
         numbers += [*body.centre.pos, *body.centre.quat]
         if not np.isfinite(numbers).all():
             return "body", body.name, "not all of its numbers are finite; correct them"
+        items: tuple[CompiledGeom | CompiledSite, ...] = (*body.geoms, *body.sites)
+        if not all(_sound(item) for item in items):
+            return "body", body.name, _WILD
         for joint in body.joints:
             fault = _joint_fault(joint)
             if fault:
@@ -193,6 +201,14 @@ def fault_of(robot: CompiledRobot) -> tuple[str, str, str]:
     if not np.isfinite(robot.gravity).all():
         return "option", "", "its gravity is not finite; give three numbers [m/s²]"
     return "", "", ""
+
+
+def _sound(item: CompiledGeom | CompiledSite) -> bool:
+    """Whether all numbers of a shape or frame are numbers of a place and a size."""
+    numbers = [*item.place.pos, *item.place.quat]
+    if isinstance(item, CompiledGeom):
+        numbers += [*item.rgba, *(() if item.mesh else item.size)]
+    return bool((np.abs(numbers) < _FAR).all())
 
 
 def _joint_fault(joint: CompiledJoint) -> str:
