@@ -6,6 +6,7 @@ import json
 from pathlib import Path
 
 import comparisons
+import fuzz_section
 import process_sections
 import robots_section
 import search_sections
@@ -31,6 +32,7 @@ SECTIONS = (
     ("real_robots", "Real robots", robots_section.real_robots),
     ("sweep", "Sweeps", process_sections.sweep),
     ("grids", "Grids", process_sections.grids),
+    ("fuzz", "Damaged inputs", fuzz_section.fuzz),
     ("proof", "The proof between the samples", process_sections.proof),
 )
 """Benchmark, title, and what writes its section."""

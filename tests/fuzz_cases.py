@@ -456,7 +456,7 @@ def _try_robot(path: Path | str, choices, number: int, outcome: Outcome) -> None
             outcome.findings.append(f"message: {str(error)[:300]!r}")
         return
     outcome.result += ", a biped"
-    if number % 311 == 0:
+    if number % 53 == 0:
         _short_design(robot)
         outcome.result += ", a short design"
 

@@ -31,6 +31,9 @@ TAIL = 4  # last coefficients that tell the error of a polynomial ...
 SAFETY = 10.0  # ... times this
 BEYOND = 20.0  # errors by which a limit is exceeded without doubt
 DEPTH = 20  # halvings of a piece, at most: then it is a microsecond long
+HALVES = (
+    256  # of all pieces, made at once: walks need some tens, parameters that are none a million
+)
 CLOSE = 1e-2  # scaled distance: extremes farther from their limit are of no interest
 
 
@@ -150,9 +153,14 @@ def _pieces(fine: WalkProblem, x: Array, sides: _Sides) -> list[_Piece]:
 
 
 def _resolved(fine: WalkProblem, x: Array, pieces: list[_Piece]) -> list[_Piece]:
-    """Halve pieces until every row that comes near a limit is known well enough there."""
-    while any(map(_unclear, pieces)):
-        unclear = [piece for piece in pieces if _unclear(piece)]
+    """Halve pieces until every row that comes near a limit is known well enough there.
+
+    What is still unclear when there are too many of them keeps its error, of which the certificate
+    tells.
+    """
+    while unclear := [piece for piece in pieces if _unclear(piece)]:
+        if 2 * len(unclear) > HALVES:
+            break
         halves = [(start, end) for piece in unclear for start, end in _halves(piece)]
         points = 0.5 * (chebyshev_points(NODES) + 1.0)
         instants = np.concatenate([start + points * (end - start) for start, end in halves])

@@ -138,3 +138,18 @@ def test_rows_without_limits_have_no_extremes(robot):
         assert np.isfinite([e.margin for e in found]).all()
         rows = certify(problem, x).families
         assert np.isfinite([(row.limit, row.margin) for row in rows]).all()
+
+
+def test_parameters_that_are_no_walk_are_not_resolved_without_end(robot, monkeypatch):
+    problem = WalkProblem(robot, preset_task(samples=15))
+    x = first_guess(problem)
+    x[problem.layout.names.index("left_hip_pitch_rate_before_impact")] *= 1e6
+    sizes, with_grid = [], WalkProblem.with_grid
+
+    def counted(self, grid):
+        sizes.append(grid.count)
+        return with_grid(self, grid)
+
+    monkeypatch.setattr(WalkProblem, "with_grid", counted)
+    assert not certify(problem, x).certified
+    assert NODES * 2 < max(sizes) <= NODES * extremes.HALVES
