@@ -1,6 +1,8 @@
 """A hundred random walks that do not exist: every command that a diagnosis prints is run.
 
-python benchmarks/infeasible.py [--quick] [--count N] [--first SEED]
+python benchmarks/infeasible.py [--quick] [--count N] [--first SEED] [--resume]
+
+Every task is saved when it is done; `--resume` goes on after the last one saved.
 """
 
 from __future__ import annotations
@@ -16,7 +18,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from common import arguments, save
+from common import RESULTS, arguments, save
 
 COUNT, QUICK = 100, 3
 ROBOTS: dict[str, dict[str, tuple[float, float]]] = {
@@ -96,7 +98,10 @@ def one(seed: int) -> dict[str, Any]:
         diagnosis = json.loads(told.read_text()) if told.is_file() else {}
     return record | {
         "said": [line for line in lines if line.startswith("- ")],
-        "knobs": [s["knob"] for s in diagnosis.get("suggestions", [])],
+        "knobs": [
+            " and ".join([s["knob"], *(change["knob"] for change in s["also"])])
+            for s in diagnosis.get("suggestions", [])
+        ],
         "diagnosis seconds": diagnosis.get("cpu_seconds"),
         "impossible": len(diagnosis.get("impossible", [])),
         "followed": [
@@ -111,22 +116,26 @@ def main() -> None:
     parser = arguments(__doc__)
     parser.add_argument("--count", type=int, default=COUNT)
     parser.add_argument("--first", type=int, default=0)
+    parser.add_argument("--resume", action="store_true", help="go on after what was saved")
     given = parser.parse_args()
     os.environ.setdefault("OMP_NUM_THREADS", "1")
-    count, seed, records, feasible = (QUICK if given.quick else given.count), given.first, [], 0
+    data: dict[str, Any] = {"walked": 0, "next": given.first, "records": []}
+    if given.resume:
+        data = json.loads((RESULTS / "infeasible.json").read_text())["data"]
+    count, records = QUICK if given.quick else given.count, data["records"]
     while len(records) < count:
-        record = one(seed)
-        seed += 1
+        record = one(data["next"])
+        data["next"] += 1
         if record["code"] != NO_GAIT:
-            feasible += 1
+            data["walked"] += 1
             print(record["seed"], record["options"], "exit", record["code"], flush=True)
-            continue
-        records.append(record)
-        codes = [f["code"] for f in record["followed"]]
-        print(record["seed"], record["options"], record["knobs"], codes,
-              f"{record['cpu']:.1f} s, diagnosis {record['diagnosis seconds'] or 0.0:.1f} s",
-              flush=True)  # fmt: skip
-        save("infeasible", {"walked": feasible, "records": records}, given.quick)
+        else:
+            records.append(record)
+            codes = [f["code"] for f in record["followed"]]
+            print(record["seed"], record["options"], record["knobs"], codes,
+                  f"{record['cpu']:.1f} s, diagnosis {record['diagnosis seconds'] or 0.0:.1f} s",
+                  flush=True)  # fmt: skip
+        save("infeasible", data, given.quick)
 
 
 if __name__ == "__main__":

@@ -61,21 +61,29 @@ def diagnosis(data: list[Record]) -> str:
 
 def infeasible(data: Record) -> str:
     """What became of the commands that diagnoses print."""
-    records = data["records"]
+    parts = [
+        "Random limits that are hard for the biped or for a robot of the catalogue, one to three "
+        "at a time. Every command that was printed was run as printed, through a shell.\n\n"
+        + table(("", ""), _followed(data["records"], data["walked"]))
+    ]
+    for again in data.get("again", []):
+        parts.append(
+            f"{again['why']}\n\n" + table(("", ""), _followed(again["records"], again["walked"]))
+        )
+    return "\n\n".join(parts)
+
+
+def _followed(records: list[Record], walked: int) -> list[tuple[object, ...]]:
     codes = [followed["code"] for line in records for followed in line["followed"]]
     advised = sum(bool(line["followed"]) for line in records)
     seconds = [line["diagnosis seconds"] for line in records if line["diagnosis seconds"]]
-    rows = [
+    return [
         ("random tasks without a gait", len(records)),
-        ("random tasks with one, left out", data["walked"]),
+        ("random tasks with one, proven or not, left out", walked),
         ("diagnoses with a suggestion", advised),
+        ("diagnoses without", len(records) - advised),
         ("suggestions printed", len(codes)),
         ("suggestions that exit 0, run as printed", codes.count(0)),
         ("median CPU time of a diagnosis", f"{median(seconds):.1f} s"),
         ("longest", f"{max(seconds):.1f} s"),
     ]
-    return (
-        "Random limits that are hard for the biped or for a robot of the catalogue, one to three "
-        "at a time. Every command that was printed was run as printed, through a shell.\n\n"
-        + table(("", ""), rows)
-    )

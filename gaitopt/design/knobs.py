@@ -338,7 +338,10 @@ def _motor_knobs(problem: WalkProblem) -> list[LimitKnob]:
             unit, before = "times its own", 1.0
         else:
             before = float(own[0] if given is None else given)
-        knobs.append(LimitKnob(name, words, unit, before, STRONGEST * before, before, (quantity,)))
+        bound = STRONGEST * before
+        if given is not None:  # the robot's own motors are no stronger than they are
+            bound = max(bound, float(own[np.isfinite(own)].max(initial=0.0)))
+        knobs.append(LimitKnob(name, words, unit, before, bound, before, (quantity,)))
     return knobs
 
 

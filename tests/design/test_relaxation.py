@@ -253,6 +253,12 @@ def test_what_is_asked_beyond_the_usual_is_known(robot):
     }  # fmt: skip
 
 
+def test_the_own_motors_of_a_robot_are_never_too_strong_for_it(robot):
+    """A limit of 8 N.m is less than a tenth of what they can do."""
+    problem = WalkProblem(robot, preset_task(torque_limit=8.0))
+    assert usual_value(problem, knob_of(problem, "torque_limit")) == 150.0
+
+
 def test_multipliers_go_to_the_limit_they_push():
     problem = walk("guess").problem
     relaxation = knob_of(problem, "torque_limit").relaxation(problem)
