@@ -63,7 +63,8 @@ def infeasible(data: Record) -> str:
     """What became of the commands that diagnoses print."""
     parts = [
         "Random limits that are hard for the biped or for a robot of the catalogue, one to three "
-        "at a time. Every command that was printed was run as printed, through a shell.\n\n"
+        "at a time. Every command that was printed was run as printed, through a shell. A hundred "
+        f"tasks without a gait were meant to be run; {len(data['records'])} were.\n\n"
         + table(("", ""), _followed(data["records"], data["walked"]))
     ]
     for again in data.get("again", []):
