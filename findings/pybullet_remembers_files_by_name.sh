@@ -11,7 +11,7 @@ set -euo pipefail
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 python3 -m venv "$work/env"
-"$work/env/bin/pip" install --quiet --disable-pip-version-check pybullet==3.2.7
+"$work/env/bin/pip" install --quiet --disable-pip-version-check pybullet==3.2.7 numpy==2.4.6
 cd "$work"
 "$work/env/bin/python" - <<'PY'
 from pathlib import Path
