@@ -30,6 +30,7 @@ SECTIONS = (
     ("process", "Whole processes", process_sections.process),
     ("random_bipeds", "Random bipeds", sections.random_bipeds),
     ("real_robots", "Real robots", robots_section.real_robots),
+    ("public_robots", "Public files as they come", robots_section.public_robots),
     ("sweep", "Sweeps", process_sections.sweep),
     ("grids", "Grids", process_sections.grids),
     ("fuzz", "Damaged inputs", fuzz_section.fuzz),

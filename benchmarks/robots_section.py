@@ -110,3 +110,38 @@ def _head_to_head(data: list[Record]) -> str:
         "s, median, largest",
     )  # fmt: skip
     return table(head, rows)
+
+
+def public_robots(data: Record) -> str:
+    """Files as they come, with the physics in them and without."""
+    rows = []
+    for r in data["records"]:
+        if "cost" not in r:
+            rows.append(
+                (r["file"], f"{r['speed']:g}", "refused", "", "", "", f"{r['cpu seconds']:.1f}")
+            )
+            continue
+        length, width = (1e3 * v for v in r["sole"])
+        rows.append(
+            (
+                r["file"],
+                f"{r['speed']:g}",
+                "certified" if r["certified"] else "not certified",
+                f"{r['cost']:.1f}",
+                f"{r['rigid']['cost']:.1f}" if "cost" in r["rigid"] else "-",
+                f"{length:.0f} x {width:.0f}",
+                f"{r['cpu seconds']:.1f}",
+            )
+        )
+    refused = [r for r in data["records"] if "cost" not in r]
+    said = "\n".join(f"- {r['file']}: {r['said'][:240]} ..." for r in refused)
+    head = ("file", "m/s", "", "J", "J, rigid bodies alone", "sole, mm", "CPU s")
+    return "\n\n".join(
+        (
+            "`gaitopt optimise --urdf FILE --speed V` without any choice, on files of public "
+            "packages (docs/robots.md says which). J counts rotors, damping, friction and springs "
+            "of the file; the second figure leaves them out (`--without`).",
+            table(head, rows),
+            f"What the refusals say:\n\n{said}" if refused else "None is refused.",
+        )
+    )

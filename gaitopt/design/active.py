@@ -15,6 +15,7 @@ from gaitopt.tolerances import REFINED
 
 DIGITS = 12  # of instants, as `Grid.with_instants` rounds them
 PRESSING = 1e-9  # scaled multiplier below which a limit counts as idle
+APPROACH = 3.0  # by which a row that vanishes at the end is held nearer to it, round after round
 WINDOW = 0.05  # of the step: a peak nearer than this to an active instant is that one, moved
 
 
@@ -114,15 +115,17 @@ def _held(peak: Extreme) -> float:
 
     That is the peak, except where the row vanishes at the end of the step (a foot that lands).
     There the row would be exceeded again between peak and end, a quarter as much, and again; a row
-    held at a distance d from such an end is exceeded by curvature * d² / 8 in between, so it is
-    held where that is half of what refinement allows.
+    held at a distance d from such an end is exceeded by curvature * d² / 8 in between, so it need
+    not be held nearer than where that is half of what refinement allows. It gets there by steps:
+    nearer to the end its gradient vanishes too, and a solver that is sent there at once crawls.
     """
     end = float(round(peak.instant))
     distance = abs(end - peak.instant)
     reaches_end = peak.curvature * distance**2 < -4.0 * peak.margin
     if not (abs(peak.at_end) < REFINED and reaches_end and peak.curvature > 0.0):
         return round(peak.instant, DIGITS)
-    return round(abs(end - min(distance, float(np.sqrt(4.0 * REFINED / peak.curvature)))), DIGITS)
+    nearest = min(distance, float(np.sqrt(4.0 * REFINED / peak.curvature)))
+    return round(abs(end - max(nearest, distance / APPROACH)), DIGITS)
 
 
 def moved(active: Iterable[Pressure], peaks: Iterable[Peak]) -> tuple[Pressure, ...]:

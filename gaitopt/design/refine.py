@@ -13,8 +13,11 @@ from gaitopt.design.exchange import exchange, pruned
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.nlp import Array, ProgressCallback, Solution, Start, Status
 from gaitopt.solvers.solver import Solver
+from gaitopt.tolerances import FEASIBLE
 
 _WORTH_SOLVING = (Status.OPTIMAL, Status.STALLED)
+_WORTH_GOING_ON = (*_WORTH_SOLVING, Status.ITERATION_LIMIT)
+"""A round that crawled is followed by another, at whose instants it often does not."""
 
 
 def refine(
@@ -48,7 +51,7 @@ def refine(
 
     found, active = (problem, solution), pressures(problem, solution.multipliers)
     for finer, again in exchange(problem, solution.x, active, solve, fine, peaks):
-        if again.status not in _WORTH_SOLVING:
+        if again.status not in _WORTH_GOING_ON or again.violation > FEASIBLE:
             return found[0], _kept(found[1], again)
         found = finer, with_work(again, found[1])
     return pruned(problem, *found)
