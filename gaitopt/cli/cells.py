@@ -6,7 +6,8 @@ from rich.box import SIMPLE_HEAD
 from rich.table import Table
 from rich.text import Text
 
-_LENGTH = 6  # characters of a full bar
+BAR = 6
+"""Characters of a full bar."""
 _AT_LIMIT, _NEAR_LIMIT = 0.999, 0.8
 ABSENT = "-"
 ZERO = 1e-6  # of any unit: the tolerance of the certificate on a scaled limit
@@ -45,14 +46,20 @@ def rounded(value: float) -> str:
     return "0" if abs(value) < ZERO else f"{value:.4g}"
 
 
-def bar(used: float | None, limit: float | None) -> Text:
-    """Return the share of a limit as a bar, a percentage, and the limit."""
+def bar(used: float | None, limit: float | None, length: int = BAR) -> Text:
+    """Return the share of a limit as a bar, a percentage, and the limit.
+
+    Args:
+        used: share of the limit.
+        limit: in the unit of the column.
+        length: characters of a full bar; 0 where there is no room for one.
+    """
     if used is None or limit is None:
         return Text("no limit", style="dim")
-    full = min(_LENGTH, round(_LENGTH * used))
+    full = min(length, round(length * used))
     text = Text("━" * full, style=shade(used))
-    text.append("─" * (_LENGTH - full), style="dim")
-    text.append(f" {100.0 * used:3.0f} %", style=shade(used))
+    text.append("─" * (length - full), style="dim")
+    text.append(f"{' ' if length else ''}{100.0 * used:3.0f} %", style=shade(used))
     text.append(f" of {limit:g}", style="dim")
     return text
 

@@ -97,7 +97,7 @@ def _short(text: str) -> str:
         return text
     kept = text[: _LONGEST - 4]
     names, comma, _ = kept.rpartition(", ")
-    if comma and len(names) > _LONGEST // 2:
-        more = text[len(names) :].count(", ")
-        return f"{names} and {more} more"
+    rest = text[len(names) :].removeprefix(", ").split(", ")
+    if comma and len(names) > _LONGEST // 2 and not any(" " in name for name in rest):
+        return f"{names} and {len(rest)} more"
     return f"{kept.rpartition(' ')[0] or kept} ..."

@@ -160,9 +160,10 @@ def _search(request: Request, errors: Console, quiet: bool) -> Design:
                 raise KeyboardInterrupt from error
             raise
     if not quiet:
+        kept = f"the walk that is kept: cost {found.solution.cost:.6g} N²·m·s"
         gap = request.task.margins.leg_gap
         narrowed = "" if gap is None else leg_pairs(request.robot).narrowed(gap)
-        for sentence in (*said, *filter(None, [narrowed])):
+        for sentence in (*said, kept, *filter(None, [narrowed])):
             errors.print(sentence, soft_wrap=True)
     if found.solution.status is Status.INTERRUPTED:
         warn(

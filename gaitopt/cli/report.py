@@ -10,7 +10,7 @@ from rich.rule import Rule
 from rich.table import Table
 from rich.text import Text
 
-from gaitopt.cli.cells import bar, fixed, new_table, number, share
+from gaitopt.cli.cells import BAR, bar, fixed, new_table, number, share
 from gaitopt.cli.proof import proof_table
 from gaitopt.cli.screen import WIDTH
 from gaitopt.design.summary import summarise
@@ -25,7 +25,7 @@ def print_gait(console: Console, gait: Gait) -> None:
     for part in (
         _headline(facts),
         _walk(facts),
-        _joints(facts["joints"]),
+        _joints(facts["joints"], bars=width >= WIDTH),
         _ground(facts["contact"], facts["impact"]),
         proof_table(facts["solver"], facts["certificate"]),
     ):
@@ -44,8 +44,8 @@ def _headline(facts: Any) -> RenderableType:
 def _walk(facts: Any) -> Table:
     walk, robot = facts["walk"], facts["robot"]
     table = Table.grid(padding=(0, 2))
-    for style in ("dim", "bold", "dim", "bold"):
-        table.add_column(style=style, min_width=21)
+    for style, width in (("dim", 9), ("bold", 18), ("dim", 14), ("bold", 13)):
+        table.add_column(style=style, min_width=width)
     table.add_row(
         "cost (squared torque)", number(walk["cost_N2ms"], "N²·m·s", 7),
         "mechanical cost of transport", number(walk["mechanical_cost_of_transport"], ""),
@@ -61,7 +61,8 @@ def _walk(facts: Any) -> Table:
     return table
 
 
-def _joints(joints: list[Mapping[str, Any]]) -> Table:
+def _joints(joints: list[Mapping[str, Any]], *, bars: bool) -> Table:
+    length = BAR if bars else 0
     table = new_table(
         "Motors", "joint", "leg", ">peak\nN·m", ">RMS\nN·m", "torque\nof limit, N·m",
         ">peak\nrad/s", "speed\nof limit, rad/s", ">peak\nW",
@@ -72,9 +73,9 @@ def _joints(joints: list[Mapping[str, Any]]) -> Table:
             joint["leg"],
             f"{joint['peak_torque_Nm']:.1f}",
             f"{joint['rms_torque_Nm']:.1f}",
-            bar(joint["torque_used"], joint["torque_limit_Nm"]),
+            bar(joint["torque_used"], joint["torque_limit_Nm"], length),
             f"{joint['peak_speed_rad_per_s']:.2f}",
-            bar(joint["speed_used"], joint["speed_limit_rad_per_s"]),
+            bar(joint["speed_used"], joint["speed_limit_rad_per_s"], length),
             f"{joint['peak_power_W']:.0f}",
         )
     return table

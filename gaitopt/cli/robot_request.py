@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -155,7 +156,15 @@ def robot_origin(settings: Settings) -> str:
 
 def choices_text(choices: Choices) -> str:
     """Return choices as TOML, with a word on how to use them."""
-    return f"{_CHOICES_HEADER}{tomli_w.dumps(choices_record(choices))}"
+    return f"{_CHOICES_HEADER}{_rows_on_lines(tomli_w.dumps(choices_record(choices)))}"
+
+
+_NUMBERS = re.compile(r"\[\n((?:\s+[-+.\w]+,\n)+)\s*\]")
+
+
+def _rows_on_lines(toml: str) -> str:
+    """Return TOML whose innermost arrays stand on a line each, as people write them."""
+    return _NUMBERS.sub(lambda found: f"[{' '.join(found[1].split()).rstrip(',')}]", toml)
 
 
 def sole_of(text: str) -> Sole:

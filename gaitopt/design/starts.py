@@ -70,7 +70,7 @@ class StartsReport:
         if len(self.outcomes) < self.asked:
             first += f"; {self.asked} were asked for"
         rest = (
-            f"optimum {i} of cost {optimum.cost:.6g}: reached from {len(optimum.starts)}"
+            f"optimum {i} of cost {optimum.cost:.6g}: reached from {_starts(optimum.starts)}"
             for i, optimum in enumerate(self.optima, start=1)
         )
         return (first, *rest)
@@ -86,6 +86,10 @@ class StartsReport:
                 for o in self.optima
             ],
         }
+
+
+def _starts(numbers: tuple[int, ...]) -> str:
+    return "1 start" if len(numbers) == 1 else f"{len(numbers)} starts"
 
 
 def many_starts(

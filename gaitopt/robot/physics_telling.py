@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 
 import numpy as np
 import pinocchio as pin
@@ -61,7 +61,9 @@ def tell_physics(
     ):
         own = _by_text(joints, described.joints, text)
         left_out = bool(own) and not _by_text(joints, counted.joints, text)
-        findings += [_counted(topic, ", ".join(n), t, part, left_out) for t, n in own.items()]
+        findings += [
+            _counted(topic, _joints(n, len(joints)), t, part, left_out) for t, n in own.items()
+        ]
     findings += _weight(described, counted)
     findings += _gravity(described, counted, rotation)
     findings += [_averaged(word, off, chain) for word, off in chain.uneven.items()]
@@ -94,7 +96,7 @@ def tell_armature(
     }
     findings = []
     for text, subjects in _grouped({n: f"{v:.4g} kg·m²" for n, v in stated.items() if v}).items():
-        subject = ", ".join(subjects)
+        subject = _joints(subjects, len(names))
         at_joint = f"rotor inertia at the joint {text}"
         findings.append(_counted("armature", subject, at_joint, "armature", left_out))
     chosen = any(entry.armature is not None for entry in choices.limits)
@@ -121,8 +123,13 @@ def _servos(chain: ChainPhysics, joints: tuple[str, ...], limits: np.ndarray) ->
         "1 rad/s, more than bearings and gears do; if it is the gain of a servo in a simulation, "
         "leave it out: --without damping"
     )
-    names = ", ".join(name for name, is_strong in zip(joints, strong, strict=True) if is_strong)
-    return [Finding("damping", names, text, "warning")]
+    names = [name for name, is_strong in zip(joints, strong, strict=True) if is_strong]
+    return [Finding("damping", _joints(names, len(joints)), text, "warning")]
+
+
+def _joints(names: Sequence[str], count: int) -> str:
+    """Return joints in words; where it is all of them, their names would hide what is said."""
+    return "all joints of the legs" if len(names) == count else ", ".join(names)
 
 
 def _counted(topic: str, subject: str, text: str, part: str, left_out: bool) -> Finding:

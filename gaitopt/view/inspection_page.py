@@ -32,7 +32,7 @@ _PAGE = """<!DOCTYPE html>
   table { border-collapse: collapse; width: 100%; }
   th, td { text-align: left; vertical-align: top; padding: 3px 12px 3px 0; }
   th { color: #5a6b7a; font-weight: normal; border-bottom: 1px solid #c3ccd4; }
-  td { border-bottom: 1px solid #edf0f2; overflow-wrap: break-word; }
+  td { border-bottom: 1px solid #edf0f2; overflow-wrap: anywhere; }
   td:first-child { white-space: nowrap; }
   .short { white-space: nowrap; }
   .number { text-align: right; white-space: nowrap; } th.number { white-space: pre-line; }
@@ -43,7 +43,7 @@ _PAGE = """<!DOCTYPE html>
   @media (max-width: 900px) {
     body { flex-direction: column; } #pane { flex: 0 0 50vh; height: 50vh; }
     #facts { height: auto; min-height: 0; padding: 0 12px; }
-    th, td { padding-right: 8px; } td { overflow-wrap: anywhere; }
+    th, td { padding-right: 8px; }
   }
 </style>
 </head>

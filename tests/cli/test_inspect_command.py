@@ -82,7 +82,7 @@ def test_page_of_a_robot_and_of_a_refused_one(cli, urdf, tmp_path):
     assert "{left,right}_knee" in page.read_text()
     urdf.write_text(urdf.read_text().replace('effort="150"', 'effort="80"', 1))
     assert cli("inspect", "--urdf", urdf, "--html", page).exit_code == 2
-    assert '<p class="refusal">the torque limits' in page.read_text()
+    assert '<p class="refusal">the limits of the two legs differ' in page.read_text()
 
 
 @needs_example_robots

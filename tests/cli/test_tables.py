@@ -6,12 +6,14 @@ from types import SimpleNamespace
 import pytest
 from rich.console import Console
 
+from gaitopt import load_gait
 from gaitopt.cli.cells import rounded
 from gaitopt.cli.fastest import limit_lines
 from gaitopt.cli.inspection import _short
 from gaitopt.cli.interrupt import StopRequest
 from gaitopt.cli.progress import ProgressDisplay
 from gaitopt.cli.proof import proof_table
+from gaitopt.cli.report import print_gait
 from gaitopt.design.certificate import WorstRow
 from gaitopt.nlp import Progress
 from gaitopt.solvers.certified import UNCONFIRMED
@@ -66,6 +68,21 @@ def test_long_lists_end_at_a_whole_name():
     assert len(text) <= 300
     assert _short("word " * 100).endswith("word ...")
     assert _short("a, b") == "a, b"
+    advice = f"{', '.join(names[:11])}: more than gears do; leave it out, by --without damping"
+    assert _short(advice + " or another word" * 3).endswith(" ...")  # a sentence is no list
+
+
+def test_the_table_of_motors_needs_no_second_lines_on_a_narrow_terminal(designed):
+    gait = load_gait(designed / "gait.npz")
+    console = Console(width=80, highlight=False)
+    with console.capture() as shown:
+        print_gait(console, gait)
+    lines = shown.get().splitlines()
+    assert max(map(len, lines)) <= 80
+    knee = next(i for i, line in enumerate(lines) if line.startswith("knee"))
+    assert " % of 150 " in lines[knee]
+    assert lines[knee + 1].split()[0] == "swing"
+    assert "150 steps/min" in shown.get()
 
 
 def test_an_unconfirmed_answer_says_what_that_means():

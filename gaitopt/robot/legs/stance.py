@@ -91,7 +91,7 @@ def level_feet(
                 "was taken level"
             )
             if up is not None:
-                numbers = ", ".join(f"{n:.6g}" for n in up + 0.0)
+                numbers = ", ".join(f"{n:g}" for n in np.round(up, 6) + 0.0)
                 text += f"; if it is the root link that is tilted: up = [{numbers}]"
             findings.append(Finding("sole", f"{SIDES[side]} foot", text, "guessed"))
     return replace(stance, places=(places[0], places[1])), findings
