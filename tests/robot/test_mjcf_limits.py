@@ -2,6 +2,7 @@
 
 from xml.etree import ElementTree as ET
 
+import mujoco
 import numpy as np
 import pytest
 from mjcf_edits import added, at, edited, together
@@ -93,6 +94,7 @@ def test_a_range_is_one_of_mujocos_coordinate():
 
 
 KNEE = "joint='knee'"
+MUSCLE = f"<muscle {KNEE} force='300' lengthrange='0.1 1' gear='1'/>"
 
 
 @pytest.mark.parametrize(
@@ -111,6 +113,10 @@ KNEE = "joint='knee'"
         ([f"<motor {KNEE} forcerange='-5 5'/>", f"<position {KNEE} kp='9'/>"], INF),
         ([f"<general {KNEE} dyntype='filter' dynprm='0.1' ctrlrange='-2 2' gear='4'/>"], 8.0),
         ([f"<general {KNEE} dyntype='integrator' actrange='-2 2' gear='4'/>"], 8.0),
+        ([f"<intvelocity {KNEE} kp='9' actrange='-2 2' forcerange='-7 7' gear='-2'/>"], 14.0),
+        ([f"<cylinder {KNEE} area='0.01' ctrlrange='-500 500' gear='-2'/>"], 10.0),
+        ([MUSCLE, MUSCLE.replace("gear='1'", "gear='-1'")], 300.0),
+        ([MUSCLE, MUSCLE.replace("gear='1'", "gear='-0.5' forcerange='-80 0'")], 40.0),
     ],
 )
 def test_the_ranges_of_all_actuators_add_up(texts, expected):
@@ -139,3 +145,36 @@ def test_a_tendon_passes_the_force_on():
     free = at(CLASS, range="0 0", actuatorfrcrange="0 0")
     text = edited(TEXT, together(free, *without, added(".", tendon), pulls))
     assert read_source(text).model().effortLimit[6] == 24.0
+
+
+MUSCLES = together(
+    at(CLASS, actuatorfrcrange="0 0"),
+    at(".//actuator/motor", joint="other"),
+    added(".//body", OTHER),
+)
+
+
+def test_a_muscle_pulls_as_mujoco_says_at_its_best_length():
+    source = read_source(edited(TEXT, together(MUSCLES, added(".//actuator", MUSCLE))))
+    (joint,) = [j for j in source.compiled.joints if j.name == "knee"]
+    model = mujoco.MjModel.from_xml_string(
+        edited(TEXT, together(MUSCLES, added(".//actuator", MUSCLE)))
+    )
+    gain = model.actuator_gainprm[1, :9]
+    best = max(
+        abs(mujoco.mju_muscleGain(length, 0.0, model.actuator_lengthrange[1], 1.0, gain))
+        for length in np.linspace(0.1, 1.0, 2001)
+    )
+    assert joint.least == pytest.approx(-best, rel=1e-6)
+    assert joint.most == 0.0
+    assert any("muscles count with their pull at rest" in f.text for f in source.notes)
+    assert any("does not reach to both sides of 0" in p.text for p in source.problems)
+
+
+def test_motors_that_the_options_switch_off_are_told():
+    group = "<option actuatorgroupdisable='1'/>"
+    text = edited(TEXT, together(at(".//actuator/motor", group="1"), added(".", group)))
+    assert any("switches them off" in f.text for f in read_source(text).notes)
+    flag = edited(TEXT, added(".", "<option><flag actuation='disable'/></option>"))
+    assert read_source(flag).model().effortLimit[6] == 70.0
+    assert any("switches all motors off" in f.text for f in read_source(flag).notes)

@@ -405,6 +405,20 @@ class _Extraction:
             names = ", ".join(self.motors.left_out)
             text = f"their force on the joints depends on the posture and is left out: {names}"
             self._tell("limits", "actuators", text, "warning")
+        if self.motors.muscles:
+            names = ", ".join(self.motors.muscles)
+            text = f"muscles count with their pull at rest at their best length: {names}"
+            self._tell("limits", "actuators", text, "warning")
+        if self.motors.disabled:
+            names = ", ".join(self.motors.disabled)
+            text = f"<option actuatorgroupdisable> switches them off: not counted: {names}"
+            self._tell("limits", "actuators", text, "warning")
+        if self._off("ACTUATION"):
+            text = (
+                '<flag actuation="disable"> switches all motors off; a walk needs them: their '
+                "ranges count all the same"
+            )
+            self._tell("limits", "actuators", text, "warning")
         coupled = sorted(self.motors.coupled & joints)
         if coupled:
             names = ", ".join(self.joint_names[j] for j in coupled)
@@ -434,8 +448,12 @@ class _Extraction:
                 self._tell("physics", f"tendon '{name}'", text, "warning")
         held = sum(float(m) for m in self.model.body_gravcomp)
         if held and any(model.jnt_actgravcomp[j] for j in joints):
-            text = "the compensation of gravity is the motors' own (actuatorgravcomp): not counted"
-            self._tell("gravity", "robot", text)
+            text = (
+                "what joints with actuatorgravcomp move is not carried from outside: their motors "
+                "bear that weight, and so does the ground here, though MuJoCo takes it off a root "
+                "that floats"
+            )
+            self._tell("gravity compensation", "robot", text, "warning")
         if model.opt.density or model.opt.viscosity:
             text = "the drag of the medium in <option> is left out"
             self._tell("physics", "robot", text, "warning")

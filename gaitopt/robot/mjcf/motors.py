@@ -25,11 +25,15 @@ class Motors:
         ranges: least and largest force [N·m or N] by joint, of those that have a motor or a range.
         coupled: joints that share an actuator through a tendon, whose ranges are not independent.
         left_out: actuators whose force on joints depends on the posture.
+        muscles: actuators that count with what they pull at rest at their best length.
+        disabled: actuators in groups that the options of the file switch off.
     """
 
     ranges: dict[int, Range]
     coupled: frozenset[int]
     left_out: tuple[str, ...]
+    muscles: tuple[str, ...] = ()
+    disabled: tuple[str, ...] = ()
 
 
 def motors_of(mujoco: ModuleType, model: Any) -> Motors:
@@ -37,10 +41,14 @@ def motors_of(mujoco: ModuleType, model: Any) -> Motors:
     kinds = mujoco.mjtTrn
     sums: dict[int, Range] = {}
     coupled: set[int] = set()
-    left_out = []
+    left_out, muscles, disabled = [], [], []
     for index in range(len(model.actuator_trntype)):
+        name = str(model.actuator(index).name) or f"number {index}"
         if _switched_off(model, index):
+            disabled.append(name)
             continue
+        if int(model.actuator_gaintype[index]) == mujoco.mjtGain.mjGAIN_MUSCLE:
+            muscles.append(name)
         force = _force(mujoco, model, index)
         kind, target = int(model.actuator_trntype[index]), int(model.actuator_trnid[index, 0])
         gear = float(model.actuator_gear[index, 0])
@@ -52,7 +60,7 @@ def motors_of(mujoco: ModuleType, model: Any) -> Motors:
             force = _clamped(force, _tendon_range(model, target))
             coupled.update(arms if arms and len(arms) > 1 else ())
         if arms is None:
-            left_out.append(str(model.actuator(index).name) or f"number {index}")
+            left_out.append(name)
             continue
         for joint, arm in arms.items():
             sums[joint] = _added(sums.get(joint, (0.0, 0.0)), _scaled(force, arm))
@@ -60,7 +68,7 @@ def motors_of(mujoco: ModuleType, model: Any) -> Motors:
         if model.jnt_actfrclimited[joint]:
             own = _pair(model.jnt_actfrcrange[joint])
             sums[joint] = _clamped(sums[joint], own) if joint in sums else own
-    return Motors(sums, frozenset(coupled), tuple(left_out))
+    return Motors(sums, frozenset(coupled), tuple(left_out), tuple(muscles), tuple(disabled))
 
 
 def fixed_tendon(mujoco: ModuleType, model: Any, tendon: int) -> dict[int, float]:
@@ -98,6 +106,8 @@ def _by_control(mujoco: ModuleType, model: Any, index: int) -> Range:
     """Return the force that the range of the control allows; that of a servo depends on posture."""
     gain, bias = int(model.actuator_gaintype[index]), int(model.actuator_biastype[index])
     gains, biases = model.actuator_gainprm[index], model.actuator_biasprm[index]
+    if gain == mujoco.mjtGain.mjGAIN_MUSCLE:
+        return _scaled(_signal(mujoco, model, index), -_peak(model, index))
     affine = (mujoco.mjtGain.mjGAIN_FIXED, mujoco.mjtGain.mjGAIN_AFFINE)
     if gain not in affine or bias not in (mujoco.mjtBias.mjBIAS_NONE, mujoco.mjtBias.mjBIAS_AFFINE):
         return FREE
@@ -114,6 +124,15 @@ def _by_control(mujoco: ModuleType, model: Any, index: int) -> Range:
     return least + offset, most + offset
 
 
+def _peak(model: Any, index: int) -> float:
+    """Return the force with which a muscle pulls at rest at its best length."""
+    force, scale = (float(n) for n in model.actuator_gainprm[index, 2:4])
+    if force >= 0.0:
+        return force
+    reach = float(model.actuator_acc0[index])  # acceleration by a unit force
+    return scale / reach if reach > 0.0 else math.inf
+
+
 def _signal(mujoco: ModuleType, model: Any, index: int) -> Range:
     """Return the range of what the gain multiplies: the control, or the activation it drives."""
     limited = bool(model.actuator_ctrllimited[index])
@@ -125,6 +144,8 @@ def _signal(mujoco: ModuleType, model: Any, index: int) -> Range:
         return control
     follows = kind in (kinds.mjDYN_FILTER, kinds.mjDYN_FILTEREXACT)
     signal = control if follows else FREE
+    if kind == kinds.mjDYN_MUSCLE:
+        signal = (0.0, 1.0)
     if model.actuator_actlimited[index]:
         signal = _clamped(signal, _pair(model.actuator_actrange[index]))
     return signal
