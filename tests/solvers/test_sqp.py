@@ -138,7 +138,9 @@ def test_good_multipliers_at_the_solution_save_the_work() -> None:
 def test_converges_quadratically() -> None:
     program = bank.hs71()
     solution = SQP(tolerance=1e-12).solve(program, Start(program.start))
-    tail = [r.optimality for r in solution.history if 1e-11 < r.optimality < 1e-1]
+    tail = [r.optimality for r in solution.history if r.optimality < 1e-1]
+    # Below 1e-8 the rounding of the quadratic programs decides, which differs between machines.
+    tail = tail[: 1 + sum(error > 1e-8 for error in tail)]
     # Each error is at most a moderate multiple of the square of the one before.
     assert len(tail) >= 2
     assert all(after < 100.0 * before**2 for before, after in itertools.pairwise(tail))
