@@ -108,6 +108,7 @@ class Mapping:
             at = m.jnt_qposadr[j]
             if m.jnt_type[j] in SINGLE:
                 ends = m.jnt_range[j] if m.jnt_limited[j] else (-1.5, 1.5)
+                ends = np.clip(ends, -1e3, 1e3)
                 d.qpos[at] = rng.uniform(*ends)
             else:
                 turn = at + (3 if m.jnt_type[j] == 0 else 0)

@@ -55,12 +55,27 @@ class Footing:
 
 
 def footing_of(record: Mapping[str, Any]) -> Footing:
-    """Return the footing of a record."""
+    """Return the footing of a record.
+
+    Raises:
+        KeyError, TypeError, ValueError: it is none.
+    """
+    if not isinstance(record["origin"], str):
+        raise TypeError("the origin of a walk is no text")
     return Footing(
-        **{
-            **record,
-            "x": np.array(record["x"], dtype=np.float64),
-            "active": tuple(Pressure(*entry) for entry in record["active"]),
-            "slopes": tuple(record["slopes"]),
-        }
+        x=np.array(record["x"], dtype=np.float64),
+        cost=float(record["cost"]),
+        active=tuple(_pressure(*entry) for entry in record["active"]),
+        slopes=tuple(None if slope is None else float(slope) for slope in record["slopes"]),
+        journey=int(record["journey"]),
+        iterations=int(record["iterations"]),
+        evaluations=int(record["evaluations"]),
+        seconds=float(record["seconds"]),
+        origin=record["origin"],
     )
+
+
+def _pressure(family: object, entry: object, instant: Any, multiplier: Any) -> Pressure:
+    if not isinstance(family, str) or not isinstance(entry, int):
+        raise TypeError("an active limit has no name or no number")
+    return Pressure(family, entry, float(instant), float(multiplier))

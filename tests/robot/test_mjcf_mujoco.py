@@ -127,6 +127,16 @@ def test_gravity_and_what_carries_weight():
     }
 
 
+@pytest.mark.parametrize(("thigh", "carried"), [(-1.0, 0), (0.5, 2)])
+def test_negative_compensation_counts_beside_a_positive_one(tmp_path, thigh, carried):
+    made = text("mjcf_gravcomp").replace('gravcomp="1"', 'gravcomp="-1"')
+    made = made.replace('gravcomp="-1"', f'gravcomp="{thigh}"', 1)
+    assert len(read_source(made).physics.compensated) == carried
+    path = tmp_path / "robot.xml"
+    path.write_text(made, encoding="utf-8")
+    agree(path)
+
+
 def test_passive_joints():
     joints = read_source(text("mjcf_damping_stiffness")).physics.joints
     assert len(joints) == 12

@@ -43,6 +43,11 @@ def library(original, tmp_path):
         '{"point": [0, 0]}',
         '{"point": [0.5]}',
         '{"point": [0], "row": 3}',
+        *(
+            f'{{"point": [0], "footing": {{"x": [], "cost": 0, "active": {active}, "slopes": [], '
+            f'"journey": 0, "iterations": 0, "evaluations": 0, "seconds": 0, "origin": "cold"}}}}'
+            for active in ('[[["torque"], 0, 0.5, 1.0]]', '[["torque", "0", 0.5, 1.0]]', "[[]]")
+        ),
         '{"point": [0], "row": {}}',
         '{"point": [0], "row": {"file": "../../other.npz", "status": "certified", "kkt": 0}}',
         '{"point": [0], "row": {"file": "gaits/speed=0.9.npz", "status": 1, "kkt": 0}}',

@@ -158,7 +158,12 @@ class _Extraction:
         return Pose(vector(self.data.xpos[body]), quaternion(self.data.xquat[body]))
 
     def _gravcomp(self, body: int) -> float:
-        """Return the compensation of a body's weight; none where motors are what compensates it."""
+        """Return the compensation of a body's weight; none where motors are what compensates it.
+
+        MuJoCo counts negative ones only beside one that is positive.
+        """
+        if not (self.model.body_gravcomp > 0.0).any():
+            return 0.0
         above = body
         while above > 0:
             if any(self.model.jnt_actgravcomp[j] for j in self.bodies.joints(above)):
