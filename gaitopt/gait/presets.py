@@ -31,8 +31,7 @@ def preset_task(preset: str = "standard", robot: Robot | None = None, **changes:
         InputError: unknown preset or field, a value out of range, or no robot for `humanoid`.
     """
     if preset not in PRESETS:
-        known = ", ".join(PRESETS[:-1])
-        raise InputError(f"preset '{preset}' is unknown; choose {known} or {PRESETS[-1]}")
+        raise InputError(f"preset '{preset}' is unknown; choose one of {', '.join(PRESETS)}")
     if preset != HUMANOID:
         return bipeds.preset_task(preset, **changes)
     if not isinstance(robot, Robot):

@@ -3,7 +3,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gaitopt.design.active import Peak, Pressure, exceeded, instants_of, moved, placed, pressures
+from gaitopt.design.active import (
+    APPROACH,
+    Peak,
+    Pressure,
+    exceeded,
+    instants_of,
+    moved,
+    placed,
+    pressures,
+)
 from gaitopt.design.certificate import on_fine_grid
 from gaitopt.gait.grid import Grid
 from gaitopt.gait.problem import WalkProblem
@@ -73,7 +82,7 @@ def test_a_landing_foot_is_held_near_the_end(sampled):
     peaks = exceeded(on_fine_grid(problem), solution.x)
     (peak,) = (one for one in peaks if one.family == "clearance" and one.instant > 0.97)
     assert peak.instant < peak.held < 1.0
-    assert 1.0 - peak.held < 0.1 * (1.0 - peak.instant)
+    assert 1.0 - peak.held == pytest.approx((1.0 - peak.instant) / APPROACH, rel=1e-6)
 
 
 def test_a_multiplier_moves_to_the_peak_beside_it():

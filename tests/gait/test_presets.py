@@ -32,7 +32,7 @@ def test_the_others_do_without_a_robot(robot):
     assert preset_task("paper", robot) == preset_task("paper")
     with pytest.raises(InputError, match=r'give it, as in preset_task\("humanoid", robot'):
         preset_task("humanoid")
-    with pytest.raises(InputError, match="choose standard, paper or humanoid"):
+    with pytest.raises(InputError, match="choose one of standard, paper, humanoid"):
         preset_task("human")
 
 
