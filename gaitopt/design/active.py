@@ -15,7 +15,7 @@ from gaitopt.tolerances import REFINED
 
 DIGITS = 12  # of instants, as `Grid.with_instants` rounds them
 PRESSING = 1e-9  # scaled multiplier below which a limit counts as idle
-APPROACH = 3.0  # by which a row that vanishes at the end is held nearer to it, round after round
+APPROACH = 10.0  # by which a row that vanishes at the end is held nearer to it, round after round
 WINDOW = 0.05  # of the step: a peak nearer than this to an active instant is that one, moved
 
 
