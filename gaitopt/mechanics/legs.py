@@ -82,7 +82,7 @@ class LegKinematics:
         ankles = legs.ankles[0], sole.act(legs.ankles[1])
         for name, hip, ankle in zip(("stance", "swing"), legs.hips, ankles, strict=True):
             apart = pelvis.act(hip) - ankle
-            distance = math.sqrt(apart @ apart)
+            distance = math.hypot(*apart)  # infinite where a square would overflow
             if distance > legs.bound:
                 raise UnreachableError(
                     f"the {name} leg is too short: hip and ankle are {distance:.4f} m apart, the "
