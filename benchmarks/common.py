@@ -19,7 +19,7 @@ import numpy as np
 import pinocchio as pin
 
 from gaitopt.errors import EvaluationError
-from gaitopt.gait.guess import first_guess, perturbed
+from gaitopt.gait.initial_guess import first_guess, perturbed
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.task import preset_task
 from gaitopt.nlp import NLP, Array, Point, Progress, Solution, Values

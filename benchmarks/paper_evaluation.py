@@ -13,15 +13,27 @@ import numpy as np
 import pinocchio as pin
 
 from gaitopt.errors import EvaluationError, UnreachableError
+from gaitopt.gait.double_support import PELVIS_CHAIN, SWING_SOLE_CHAIN, Displacement
 from gaitopt.gait.parameters import STEP_LENGTH
-from gaitopt.gait.placement import PELVIS_CHAIN, SWING_SOLE_CHAIN, Displacement
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.step import Reads
-from gaitopt.mechanics.chain import SOLE_AXES, Chain, link_placements, sole_placement, turned
 from gaitopt.mechanics.chain_build import chain_of_robot
-from gaitopt.mechanics.chain_impact import at_rest, base_in_sole_axes, impact, impulse_on_foot
-from gaitopt.mechanics.mdh import hat
-from gaitopt.mechanics.newton_euler import inverse_dynamics, sole_axes
+from gaitopt.mechanics.mdh_chain import (
+    SOLE_AXES,
+    Chain,
+    hat,
+    link_placements,
+    sole_placement,
+    turned,
+)
+from gaitopt.mechanics.newton_euler import (
+    at_rest,
+    base_in_sole_axes,
+    impact,
+    impulse_on_foot,
+    inverse_dynamics,
+    sole_axes,
+)
 from gaitopt.nlp import NLP, Array, Point, Values
 from gaitopt.robot.model import Robot
 

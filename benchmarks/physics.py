@@ -16,7 +16,8 @@ from tables import table
 from gaitopt.design.design import Design, design
 from gaitopt.design.runtime import small_matrices
 from gaitopt.gait.humanoid import humanoid_task
-from gaitopt.mechanics import chain_loads, passive
+from gaitopt.mechanics import newton_euler as chain_loads
+from gaitopt.mechanics import single_support as passive
 from gaitopt.robot.catalogue import catalogue, description, entry_by_name
 from gaitopt.robot.choices import Choices, LimitOverride
 from gaitopt.robot.model import Robot

@@ -14,8 +14,8 @@ from gaitopt.design.options import DesignOptions
 from gaitopt.design.runtime import small_matrices
 from gaitopt.design.search import search
 from gaitopt.errors import GaitoptError
-from gaitopt.gait.guess import first_guess, perturbed
 from gaitopt.gait.humanoid import humanoid_task
+from gaitopt.gait.initial_guess import first_guess, perturbed
 from gaitopt.gait.parameters import GEOMETRY, set_quantities
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.task import Task, preset_task

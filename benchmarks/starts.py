@@ -13,7 +13,7 @@ from gaitopt.design.options import DesignOptions
 from gaitopt.design.runtime import small_matrices
 from gaitopt.design.start_job import SECOND, StartJob
 from gaitopt.design.starts import SIGMA
-from gaitopt.gait.guess import first_guess
+from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.task import preset_task
 from gaitopt.nlp import Start

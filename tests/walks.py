@@ -7,7 +7,7 @@ import numpy as np
 from reference_cases import biped, reference_case
 
 from gaitopt.gait.grid import uniform_grid
-from gaitopt.gait.guess import first_guess, perturbed
+from gaitopt.gait.initial_guess import first_guess, perturbed
 from gaitopt.gait.parameters import GEOMETRY, set_quantities
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.task import preset_task

@@ -26,7 +26,7 @@ from gaitopt.design.start_job import Outcome
 from gaitopt.design.starts import many_starts
 from gaitopt.errors import GaitoptError, InputError, NoGaitFoundError, UnreachableError
 from gaitopt.gait.result import Gait
-from gaitopt.mechanics.leg_gaps import leg_pairs
+from gaitopt.mechanics.leg_distance import leg_pairs
 from gaitopt.nlp import Status
 from gaitopt.view.painter import painter
 

@@ -18,7 +18,7 @@ from gaitopt.cli.units import OF_NAME
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.starts import COUNT, SIGMA
 from gaitopt.errors import InputError
-from gaitopt.gait.guess import first_guess, perturbed
+from gaitopt.gait.initial_guess import first_guess, perturbed
 from gaitopt.gait.parameters import GEOMETRY, set_quantities
 from gaitopt.gait.presets import HUMANOID, PRESETS, preset_task
 from gaitopt.gait.problem import WalkProblem

@@ -10,7 +10,7 @@ from gaitopt.design.extremes import Extreme, located
 from gaitopt.design.referee import Verdict, judge
 from gaitopt.gait.grid import Grid, proof_grid
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.mechanics.feet import sole_edge_speeds
+from gaitopt.mechanics.forward_kinematics import sole_edge_speeds
 from gaitopt.nlp import Array, Residual, kkt_residual
 from gaitopt.solvers.multipliers import least_squares_multipliers
 from gaitopt.tolerances import LIMITS, MOMENTUM, OPTIMALITY, REFEREE

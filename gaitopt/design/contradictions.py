@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from gaitopt.errors import UnreachableError
-from gaitopt.gait.guess import first_guess
+from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.parameters import (
     DURATION,
     FOOT_SPACING,

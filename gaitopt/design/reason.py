@@ -11,7 +11,7 @@ from gaitopt.design.diagnosis import Conflict
 from gaitopt.design.relaxation import Relaxation, RelaxedProgram
 from gaitopt.design.settle import Settle
 from gaitopt.errors import UnreachableError
-from gaitopt.gait.guess import first_guess, perturbed
+from gaitopt.gait.initial_guess import first_guess, perturbed
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.nlp import NLP, Array, Solution, Start, Status
 from gaitopt.solvers.sqp import SQP

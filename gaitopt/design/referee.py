@@ -12,16 +12,17 @@ import numpy as np
 
 from gaitopt.gait.grid import Grid
 from gaitopt.gait.step import Reads, Step
-from gaitopt.mechanics.chain import Chain, sole_placement, turned
 from gaitopt.mechanics.chain_build import chain_of_robot, loads_of_robot
-from gaitopt.mechanics.chain_impact import (
+from gaitopt.mechanics.mdh_chain import Chain, sole_placement, turned
+from gaitopt.mechanics.newton_euler import (
     at_rest,
     base_in_sole_axes,
     impact,
     impulse_on_foot,
+    momentum,
+    motor_effort,
+    sole_axes,
 )
-from gaitopt.mechanics.chain_loads import motor_effort
-from gaitopt.mechanics.newton_euler import momentum, sole_axes
 from gaitopt.nlp import Array
 from gaitopt.robot.model import Robot
 

@@ -13,7 +13,7 @@ from gaitopt.design.diagnosis import Diagnosis, Suggestion
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.suggestions import followed, following
 from gaitopt.errors import EvaluationError, NoGaitFoundError, UnreachableError
-from gaitopt.gait.guess import first_guess
+from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.nlp import Array, ProgressCallback, Solution, Status
 

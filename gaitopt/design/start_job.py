@@ -16,7 +16,7 @@ from gaitopt.design.refine import with_work
 from gaitopt.design.runtime import small_matrices
 from gaitopt.design.worker import serve_parent
 from gaitopt.errors import GaitoptError, UnreachableError
-from gaitopt.gait.guess import first_guess, perturbed
+from gaitopt.gait.initial_guess import first_guess, perturbed
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.task import Task
 from gaitopt.nlp import Array, Solution, Status

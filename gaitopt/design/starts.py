@@ -18,7 +18,7 @@ from gaitopt.design.runtime import small_matrices
 from gaitopt.design.search import second_thoughts
 from gaitopt.design.start_job import Outcome, StartJob, outcomes_of
 from gaitopt.errors import InputError, UnreachableError
-from gaitopt.gait.guess import first_guess
+from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.presets import foreign_margins
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.task import Task

@@ -30,7 +30,7 @@ from gaitopt.design.reason import SEARCHER, Reason, easier_guess, solve_or_stop
 from gaitopt.design.relaxation import RelaxedProgram
 from gaitopt.design.settle import Settle
 from gaitopt.errors import EvaluationError, InputError, UnreachableError
-from gaitopt.gait.guess import first_guess
+from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.task import Task
 from gaitopt.nlp import Array, Start, Status

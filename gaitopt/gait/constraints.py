@@ -29,7 +29,7 @@ from gaitopt.gait.rows import (
 )
 from gaitopt.gait.step import Reads
 from gaitopt.gait.task import Task
-from gaitopt.mechanics.feet import sole_edge_speeds
+from gaitopt.mechanics.forward_kinematics import sole_edge_speeds
 from gaitopt.robot.model import Robot
 
 _SINKING = 29  # a foot that may sink does so for about a thirtieth of the step

@@ -20,8 +20,8 @@ from gaitopt.gait.rows import (
 )
 from gaitopt.gait.step import Reads
 from gaitopt.gait.task import Margins
-from gaitopt.mechanics.feet import sole_tilt
-from gaitopt.mechanics.leg_gaps import leg_pairs
+from gaitopt.mechanics.forward_kinematics import sole_tilt
+from gaitopt.mechanics.leg_distance import leg_pairs
 from gaitopt.mechanics.trunk import PITCH, ROLL, YAW
 
 TORSION_SCALE = 20.0  # N.m

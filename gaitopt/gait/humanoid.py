@@ -11,7 +11,7 @@ import math
 import numpy as np
 
 from gaitopt.gait.task import Margins, Task, preset_task
-from gaitopt.mechanics.feet import turning_arm
+from gaitopt.mechanics.forward_kinematics import turning_arm
 from gaitopt.robot.model import Robot
 
 FROUDE = 0.05  # V² / (g h) of a stroll; people change to a run near 0.5 (Alexander, 1989)

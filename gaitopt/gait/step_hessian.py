@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 from gaitopt.gait.parameters import DURATION
 from gaitopt.gait.step import Reads, Step, StepSlope
 from gaitopt.gait.step_model import StepModel
-from gaitopt.mechanics.curvature import TorqueCurvature
-from gaitopt.mechanics.feet import corner_curvature
-from gaitopt.mechanics.impact_curvature import WeightedImpact
+from gaitopt.mechanics.forward_kinematics import corner_curvature
+from gaitopt.mechanics.impact import WeightedImpact
+from gaitopt.mechanics.inverse_dynamics_hessian import TorqueCurvature
 from gaitopt.nlp import Array
 
 Indices = NDArray[np.int_]

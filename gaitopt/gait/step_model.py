@@ -13,19 +13,21 @@ from collections.abc import Collection
 import numpy as np
 
 from gaitopt.errors import EvaluationError
-from gaitopt.gait.boundary import Boundary, Posture, PostureSlope
-from gaitopt.gait.boundary_closed import ClosedBoundary
-from gaitopt.gait.boundary_lifted import LiftedBoundary
+from gaitopt.gait.double_support import (
+    Boundary,
+    ClosedBoundary,
+    LiftedBoundary,
+    Posture,
+    PostureSlope,
+)
 from gaitopt.gait.grid import Grid
 from gaitopt.gait.parameters import DURATION, STEP_LENGTH, Layout
-from gaitopt.gait.readings import Readings, chained, completed
 from gaitopt.gait.spline import spline_basis
-from gaitopt.gait.step import Reads, Step, StepSlope
-from gaitopt.mechanics.impact import Impact, ImpactSlope
-from gaitopt.mechanics.impact_curvature import ImpactCurvature
-from gaitopt.mechanics.kept import kept
-from gaitopt.mechanics.readings import ReadingSlope
-from gaitopt.mechanics.support import SingleSupport, SupportSlope
+from gaitopt.gait.step import Readings, Reads, Step, StepSlope, chained, completed
+from gaitopt.mechanics.cached_workspace import kept
+from gaitopt.mechanics.impact import Impact, ImpactCurvature, ImpactSlope
+from gaitopt.mechanics.single_support import SingleSupport, SupportSlope
+from gaitopt.mechanics.trunk import ReadingSlope
 from gaitopt.nlp import Array
 from gaitopt.robot.model import Robot
 

@@ -8,9 +8,18 @@ import numpy as np
 import pinocchio as pin
 
 from gaitopt.errors import InputError, RobotError
-from gaitopt.mechanics.chain import SOLE_AXES, Chain, JointTable, LinkTable, turned
-from gaitopt.mechanics.chain_loads import Loads
-from gaitopt.mechanics.mdh import hat, parameters, placements, transforms
+from gaitopt.mechanics.mdh_chain import (
+    SOLE_AXES,
+    Chain,
+    JointTable,
+    LinkTable,
+    hat,
+    parameters,
+    placements,
+    transforms,
+    turned,
+)
+from gaitopt.mechanics.newton_euler import Loads
 from gaitopt.nlp import Array
 from gaitopt.robot.chain_physics import CarriedWeight
 from gaitopt.robot.generated.inertia import mirrored_inertia

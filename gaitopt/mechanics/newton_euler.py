@@ -5,16 +5,36 @@ states is evaluated at once: every argument may carry the same leading axes "...
 
 Frame R0 (x0 up, y0 right, z0 forward) sits at the stance sole; `sole_axes` turns twists and
 wrenches from R0 to the axes of the sole frame (x forward, y left, z up) and back.
+
+What acts on a chain beside its rigid bodies, for the referee: from the definitions, on its own.
+
+The production code has the same in `passive` and `carried`, by other formulas.
+
+Rigid, inelastic impact of the swing foot with its whole sole: Section 2.4, Eqs. (14) to (24).
+
+Velocities are V = [V_0; omega_0; dq], the base in R0; wrenches and twists of the swing foot are
+the paper's, at O_12 in R12; `impulse_on_foot` takes an impulse to the sole.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass, replace
+
 import numpy as np
 from numpy.typing import ArrayLike
 
-from gaitopt.errors import EvaluationError
-from gaitopt.mechanics.chain import Chain, joint_transforms, joint_values, six_vector, turned
-from gaitopt.mechanics.mdh import hat, times
+from gaitopt.errors import EvaluationError, InputError
+from gaitopt.mechanics.mdh_chain import (
+    Chain,
+    LinkTable,
+    hat,
+    joint_transforms,
+    joint_values,
+    link_placements,
+    six_vector,
+    times,
+    turned,
+)
 from gaitopt.nlp import Array
 
 GRAVITY = 9.81
@@ -244,3 +264,172 @@ def _cross(a: Array, b: Array) -> Array:
 
 def _joined(first: Array, second: Array) -> Array:
     return np.concatenate(np.broadcast_arrays(first, second), axis=-1)
+
+
+FRICTION_RATE = 0.1
+"""Rate in which Coulomb friction turns round [rad/s]; the referee has its own, as for gravity."""
+
+
+@dataclass(frozen=True)
+class Loads:
+    """Passive joints, in the sign of the robot's joints, and weight carried from outside.
+
+    Attributes:
+        damping: coefficients of |rate|^(k-1) rate, k = 1, 2, ..., shape (n, K).
+        stiffness: coefficients of (angle - rest)^k, shape (n, K).
+        friction: Coulomb friction, shape (n,) [N·m].
+        rest: of the springs, shape (n,) [rad].
+        points: the points that are carried, as links of a chain of their own; None for none.
+    """
+
+    damping: Array
+    stiffness: Array
+    friction: Array
+    rest: Array
+    points: LinkTable | None
+
+
+def motor_effort(
+    chain: Chain,
+    loads: Loads,
+    q: ArrayLike,
+    dq: ArrayLike,
+    ddq: ArrayLike,
+    *,
+    gravity: ArrayLike = GRAVITY,
+) -> tuple[Array, Array]:
+    """Return what ground and motors give: `inverse_dynamics`, and the loads.
+
+    Args:
+        chain: the chain.
+        loads: what acts on it beside.
+        q, dq, ddq: as for `inverse_dynamics`.
+        gravity: g, along -x0, or a vector in R0, shape (3,) [m/s²].
+
+    Returns:
+        R0, shape (..., 6), in R0, and the torques of the motors, shape (..., n).
+
+    Raises:
+        InputError: an argument has the wrong shape or is not finite.
+    """
+    R0, torque = inverse_dynamics(chain, q, dq, ddq, gravity=gravity)
+    angle, rate = joint_values(chain, "q", q), joint_values(chain, "dq", dq)
+    torque = torque + np.sign(rate) * _powers(loads.damping, np.abs(rate))
+    torque = torque + _powers(loads.stiffness, angle - loads.rest)
+    torque = torque + loads.friction * _turned(rate / FRICTION_RATE)
+    if loads.points is not None:
+        hung = replace(chain, links=loads.points, armature=np.zeros(chain.dof))
+        still = np.zeros(chain.dof)
+        unneeded, unneeded_torque = inverse_dynamics(hung, q, still, still, gravity=gravity)
+        R0, torque = R0 - unneeded, torque - unneeded_torque
+    return R0, torque
+
+
+def _powers(coefficients: Array, x: Array) -> Array:
+    """Sum of c_k x^k."""
+    powers = x[..., None] ** np.arange(1, coefficients.shape[1] + 1)
+    return np.asarray((coefficients * powers).sum(axis=-1))
+
+
+def _turned(x: Array) -> Array:
+    """The smooth sign (1 - exp(-2 x)) / (1 + exp(-2 x)), from the side that does not overflow."""
+    fading = np.exp(-2.0 * np.abs(x))
+    return np.asarray(np.sign(x) * (1.0 - fading) / (1.0 + fading))
+
+
+def swing_jacobian(chain: Chain, q: ArrayLike) -> Array:
+    """Return D12' of Eq. (24): [V_n; omega_n] of link n in R_n equals this times V, Eq. (23).
+
+    Args:
+        chain: the chain.
+        q: joint values, shape (..., n) [rad, m].
+
+    Returns:
+        Shape (..., 6, 6 + n).
+
+    Raises:
+        InputError: q has the wrong shape or is not finite.
+    """
+    A, P = link_placements(chain, q)
+    to_last = np.swapaxes(A[..., -1, :, :], -1, -2)
+    jacobian = np.zeros((*P.shape[:-2], 6, 6 + chain.dof))
+    jacobian[..., :3, :3] = jacobian[..., 3:, 3:6] = to_last
+    jacobian[..., :3, 3:6] = -to_last @ hat(P[..., -1, :])
+    jacobian[..., 6:] = _joint_columns(chain, A, P)
+    return jacobian
+
+
+def _joint_columns(chain: Chain, A: Array, P: Array) -> Array:
+    """^nJ_n: twist of link n at O_n in R_n for unit rates, shape (..., 6, n)."""
+    axis = A[..., 1:, :, 2] * chain.sign[:, None]
+    arm = P[..., -1:, :] - P[..., 1:, :]
+    sigma = chain.joints.sigma[:, None]
+    linear = sigma * axis + (1.0 - sigma) * times(hat(axis), arm)
+    # Rows times A_n are columns in R_n.
+    columns = np.concatenate(
+        [linear @ A[..., -1, :, :], ((1.0 - sigma) * axis) @ A[..., -1, :, :]], axis=-1
+    )
+    return np.swapaxes(columns, -1, -2)
+
+
+def impact(chain: Chain, q: ArrayLike, v_minus: ArrayLike) -> tuple[Array, Array]:
+    """Return the velocity after the impact and the impulse, Eqs. (19) and (20).
+
+    The former stance foot is free to leave the ground, I_0 = 0.
+
+    Args:
+        chain: the chain.
+        q: joint values, shape (..., n) [rad, m].
+        v_minus: V before the impact, shape (..., 6 + n) [m/s, rad/s].
+
+    Returns:
+        V after the impact, shape (..., 6 + n), and I13, the impulse of the swing foot ON THE
+        GROUND about O_n in R_n (the paper's sign), shape (..., 6) [N·s, N·m·s].
+
+    Raises:
+        InputError: an argument has the wrong shape or is not finite, or a joint moves no mass.
+    """
+    before: Array = np.asarray(v_minus, dtype=np.float64)
+    if before.shape[-1:] != (6 + chain.dof,) or not np.isfinite(before).all():
+        raise InputError(
+            f"v_minus has shape {before.shape}; give {6 + chain.dof} finite velocities: linear "
+            "and angular velocity of link 0 in R0, then the joint rates"
+        )
+    D, D12_t = inertia_matrix(chain, q), swing_jacobian(chain, q)
+    compliance = _solved(D, np.swapaxes(D12_t, -1, -2))
+    I13 = _solved(D12_t @ compliance, times(D12_t, before)[..., None])[..., 0]
+    return before - times(compliance, I13), I13
+
+
+def _solved(matrix: Array, right: Array) -> Array:
+    try:
+        return np.asarray(np.linalg.solve(matrix, right), dtype=np.float64)
+    except np.linalg.LinAlgError as error:
+        raise InputError(
+            "the inertia matrix of the chain is singular: a joint moves no mass; give every link "
+            "a mass and an inertia"
+        ) from error
+
+
+def impulse_on_foot(chain: Chain, I13: Array) -> Array:
+    """Return the impulse of the ground on the landing foot in its sole frame, (..., 6).
+
+    Args:
+        chain: the chain.
+        I13: as returned by `impact`, shape (..., 6) [N·s, N·m·s].
+    """
+    R = chain.tool_rotation
+    force = I13[..., :3]
+    moment = I13[..., 3:] - times(hat(np.broadcast_to(chain.tool_position, force.shape)), force)
+    return -np.concatenate([force @ R, moment @ R], axis=-1)
+
+
+def at_rest(chain: Chain, rate: ArrayLike) -> Array:
+    """Return V for joint rates (..., n) while the stance foot stands still, Eq. (18)."""
+    rate = np.asarray(rate, dtype=np.float64)
+    return np.concatenate([np.zeros((*rate.shape[:-1], 6)), rate], axis=-1)
+
+
+def base_in_sole_axes(velocity: Array) -> Array:
+    """Turn the first six entries of V (..., 6 + n) from R0 into sole axes, or back."""
+    return np.concatenate([sole_axes(velocity[..., :6]), velocity[..., 6:]], axis=-1)

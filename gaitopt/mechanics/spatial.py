@@ -6,11 +6,22 @@ parts exchanged).
 
 The cross products are linear in their first factor, so their matrices for a whole stack are one
 product with a constant matrix: on the small stacks met here many times faster than slicing.
+
+Stacks of square matrices put together from triangles.
+
+Closed forms of a chain's curvature hold for one order of the two joints, the other triangle follows
+by symmetry. `numpy.triu` makes its mask anew at every call, which costs more than these matrices.
+
+Small linear systems straight from LAPACK: NumPy's wrapper costs more than the elimination.
 """
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg.lapack import dgesv
 
 from gaitopt.nlp import Array
 
@@ -105,3 +116,34 @@ def world_inertias(
     spatial[..., 3:, :3] = mc
     spatial[..., 3:, 3:] = rotation @ inertia @ np.swapaxes(rotation, -1, -2) - mc @ c
     return spatial
+
+
+def joined(upper: Array, lower: Array) -> Array:
+    """Return `upper` on and above the diagonal, `lower` below it, shape (..., n, n)."""
+    return np.where(_on_or_above(upper.shape[-1]), upper, lower)
+
+
+def symmetric(upper: Array) -> Array:
+    """Return the symmetric matrices with this upper triangle, shape (..., n, n)."""
+    return joined(upper, np.swapaxes(upper, -1, -2))
+
+
+@lru_cache(maxsize=32)
+def _on_or_above(size: int) -> NDArray[np.bool_]:
+    return np.triu(np.ones((size, size), dtype=np.bool_))
+
+
+def solve(matrix: Array, rhs: Array) -> Array:
+    """Return the solution of matrix @ x = rhs, in the shape of rhs.
+
+    Args:
+        matrix: square, shape (n, n).
+        rhs: shape (n,) or (n, m).
+
+    Raises:
+        numpy.linalg.LinAlgError: the matrix is singular to the last digit.
+    """
+    _, _, x, info = dgesv(matrix, rhs)
+    if info != 0:
+        raise np.linalg.LinAlgError("singular matrix")
+    return np.asarray(x, dtype=np.float64)

@@ -1,4 +1,9 @@
-"""Attitude of the trunk: roll, pitch and yaw of the pelvis frame in the stance sole frame.
+"""What can be read off the postures of a step beyond what every walk needs.
+
+A reading is computed only if a constraint looks at it. It depends on the joint angles alone, so its
+local derivatives come from the placements of the bodies and the joint axes.
+
+Attitude of the trunk: roll, pitch and yaw of the pelvis frame in the stance sole frame.
 
 Tait-Bryan angles in the order of the double support's geometric quantities: yaw about the vertical,
 then pitch about the turned y axis, then roll about the trunk's own x axis. With the world angular
@@ -13,15 +18,49 @@ velocity w of the pelvis
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 
 import numpy as np
 
-from gaitopt.mechanics.bodies import Placements
-from gaitopt.mechanics.readings import Reading, ReadingSlope
-from gaitopt.mechanics.triangles import symmetric
+from gaitopt.mechanics.forward_kinematics import Placements
+from gaitopt.mechanics.spatial import symmetric
 from gaitopt.nlp import Array
 from gaitopt.robot.model import Robot
+
+
+class ReadingSlope(ABC):
+    """A reading at N postures and its local derivatives.
+
+    Attributes:
+        value: the reading, shape (N, entries).
+        jacobian: with respect to q, shape (N, entries, 12).
+    """
+
+    value: Array
+    jacobian: Array
+
+    @abstractmethod
+    def curvature(self, weights: Array) -> Array:
+        """Return the Hessian in q of sum(weights * reading), weights (N, entries), (N, 12, 12)."""
+
+
+class Reading(ABC):
+    """A quantity of the posture at each instant."""
+
+    @abstractmethod
+    def value(self, placed: Placements) -> Array:
+        """Return the reading, shape (N, entries)."""
+
+    @abstractmethod
+    def slope(self, placed: Placements, axes: Array) -> ReadingSlope:
+        """Return it with its derivatives.
+
+        Args:
+            placed: the bodies.
+            axes: joint motion axes in the world, shape (N, 12, 6).
+        """
+
 
 ROLL, PITCH, YAW = range(3)
 _LEAST_COSINE = 1e-9  # of the pitch: roll and yaw are one and the same where it is 90 degrees

@@ -8,7 +8,7 @@ from dataclasses import replace
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.start_job import SECOND, Outcome, StartJob
 from gaitopt.errors import UnreachableError
-from gaitopt.gait.guess import first_guess
+from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.nlp import Solution
 from gaitopt.study.interruption import stop_if_interrupted

@@ -15,8 +15,8 @@ from gaitopt.design.certificate import on_fine_grid
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.refine import with_work
 from gaitopt.errors import EvaluationError, InputError
+from gaitopt.gait.initial_guess import resized
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.gait.resize import resized
 from gaitopt.nlp import Array, Solution
 from gaitopt.solvers import Solver
 from gaitopt.solvers.sqp import SQP

@@ -10,7 +10,7 @@ from gaitopt.cli import optimise
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.starts import many_starts
 from gaitopt.errors import NoGaitFoundError, UnreachableError
-from gaitopt.gait.guess import first_guess
+from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.task import preset_task
 from gaitopt.solvers import solver_by_name

@@ -7,7 +7,7 @@ from reference_cases import biped
 from gaitopt.cli.request import parameters_of
 from gaitopt.errors import InputError
 from gaitopt.gait.assemble import gait_at
-from gaitopt.gait.guess import first_guess, perturbed
+from gaitopt.gait.initial_guess import first_guess, perturbed
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.task import preset_task
 

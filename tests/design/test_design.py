@@ -8,7 +8,7 @@ from numerics import relative_error
 from gaitopt.design.design import design
 from gaitopt.design.options import DesignOptions
 from gaitopt.errors import NoGaitFoundError, UnreachableError
-from gaitopt.gait.guess import first_guess
+from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.task import preset_task
 from gaitopt.nlp import Solution, Status

@@ -17,7 +17,7 @@ from gaitopt.design.diagnosis import digits
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.refine import violated_instants
 from gaitopt.errors import NoGaitFoundError, UnreachableError
-from gaitopt.gait.guess import first_guess
+from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.parameters import GEOMETRY, set_quantities
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.task import preset_task

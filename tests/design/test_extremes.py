@@ -12,7 +12,7 @@ from gaitopt.design.certificate import certify, on_fine_grid
 from gaitopt.design.extremes import located
 from gaitopt.errors import EvaluationError
 from gaitopt.gait.grid import NODES, Grid, proof_grid
-from gaitopt.gait.guess import first_guess, perturbed
+from gaitopt.gait.initial_guess import first_guess, perturbed
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.task import preset_task
 

@@ -14,12 +14,12 @@ from gaitopt.design.design import Design, design
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.referee import judge
 from gaitopt.design.summary import summarise
-from gaitopt.gait.guess import first_guess
 from gaitopt.gait.humanoid import humanoid_task
+from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.result_file import load_gait, save_gait
 from gaitopt.gait.step import Reads
-from gaitopt.mechanics.passive import FRICTION_RATE
+from gaitopt.mechanics.single_support import FRICTION_RATE
 from gaitopt.robot.choices import Choices, LimitOverride
 from gaitopt.robot.files.source import read_source
 from gaitopt.robot.model import Robot

@@ -7,7 +7,7 @@ from gaitopt.design.attempt import RELAXED_LIFTOFF
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.search import search
 from gaitopt.errors import InputError
-from gaitopt.gait.guess import first_guess
+from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.task import preset_task
 from gaitopt.nlp import Status

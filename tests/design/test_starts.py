@@ -11,7 +11,7 @@ from gaitopt.design.options import DesignOptions
 from gaitopt.design.start_job import SLOWER, Outcome
 from gaitopt.design.starts import _distinct, many_starts
 from gaitopt.errors import InputError, NoGaitFoundError
-from gaitopt.gait.guess import first_guess
+from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.task import preset_task
 from gaitopt.nlp import Solution, Status

@@ -5,9 +5,8 @@ from motions import kinematics
 from numerics import check_jacobian, relative_error
 
 from gaitopt.errors import EvaluationError, UnreachableError
-from gaitopt.gait.boundary_closed import ClosedBoundary
+from gaitopt.gait.double_support import PELVIS_CHAIN, SWING_SOLE_CHAIN, ClosedBoundary, place
 from gaitopt.gait.parameters import FOOT_SPACING, GEOMETRY, PELVIS_HEIGHT, STEP_LENGTH
-from gaitopt.gait.placement import PELVIS_CHAIN, SWING_SOLE_CHAIN, place
 
 # Height, lateral, forward, trunk pitch, spacing, step, yaw, roll, foot yaw, duration.
 POINTS = (

@@ -5,9 +5,8 @@ from numerics import relative_error
 from reference_cases import biped
 
 from gaitopt.errors import EvaluationError
-from gaitopt.gait.boundary_closed import ClosedBoundary
-from gaitopt.gait.boundary_lifted import LiftedBoundary
-from gaitopt.gait.guess import first_guess
+from gaitopt.gait.double_support import ClosedBoundary, LiftedBoundary
+from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.parameters import GEOMETRY
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.step import Reads

@@ -12,14 +12,13 @@ from gaitopt.errors import EvaluationError
 from gaitopt.gait.constraints import families
 from gaitopt.gait.extra_constraints import switched_on
 from gaitopt.gait.grid import uniform_grid
-from gaitopt.gait.guess import first_guess
+from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.parameters import FOOT_SPACING, GEOMETRY, set_quantities
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.gait.readings import completed
-from gaitopt.gait.step import Reads
+from gaitopt.gait.step import Reads, completed
 from gaitopt.gait.task import Margins, preset_task
-from gaitopt.mechanics.bodies import Bodies
-from gaitopt.mechanics.leg_gaps import leg_pairs
+from gaitopt.mechanics.forward_kinematics import Bodies
+from gaitopt.mechanics.leg_distance import leg_pairs
 from gaitopt.nlp import violations
 from gaitopt.robot.model import Robot
 

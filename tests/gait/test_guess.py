@@ -4,7 +4,7 @@ from motions import kinematics
 from reference_cases import biped
 
 from gaitopt.errors import UnreachableError
-from gaitopt.gait.guess import first_guess, perturbed
+from gaitopt.gait.initial_guess import first_guess, perturbed
 from gaitopt.gait.parameters import GEOMETRY, set_quantities
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.step import Reads

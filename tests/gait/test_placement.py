@@ -3,8 +3,8 @@ import pinocchio as pin
 import pytest
 from numerics import check_jacobian, relative_error
 
+from gaitopt.gait.double_support import PELVIS_CHAIN, SWING_SOLE_CHAIN, drive, place
 from gaitopt.gait.parameters import GEOMETRY_NAMES
-from gaitopt.gait.placement import PELVIS_CHAIN, SWING_SOLE_CHAIN, drive, place
 
 VALUES = {
     "pelvis_height": 0.63,

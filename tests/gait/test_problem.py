@@ -7,7 +7,7 @@ from walks import FAMILIES, PAIRS, WALKS, walk
 
 from gaitopt.errors import EvaluationError, UnreachableError
 from gaitopt.gait.grid import uniform_grid
-from gaitopt.gait.guess import first_guess
+from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.step import Reads
 from gaitopt.gait.task import preset_task

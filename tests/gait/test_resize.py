@@ -9,9 +9,9 @@ from numerics import relative_error
 from reference_cases import reference_case
 
 from gaitopt.errors import UnreachableError
+from gaitopt.gait.initial_guess import resized
 from gaitopt.gait.parameters import set_quantities
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.gait.resize import resized
 from gaitopt.gait.step import Reads
 from gaitopt.gait.task import preset_task
 from gaitopt.nlp import worst_violation

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pinocchio as pin
 
-from gaitopt.mechanics.chain import Chain, JointTable, LinkTable
+from gaitopt.mechanics.mdh_chain import Chain, JointTable, LinkTable
 from gaitopt.robot.generated.presets import biped13
 
 UP = np.array([1.0, 0.0, 0.0])  # R0

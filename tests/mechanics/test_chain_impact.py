@@ -11,16 +11,17 @@ from hypothesis import strategies as st
 from random_chains import pin_model, posture, random_cloud_chain, random_spec, relative
 
 from gaitopt.errors import InputError
-from gaitopt.mechanics.chain import sole_placement
 from gaitopt.mechanics.chain_build import chain_of_robot, chain_of_spec
-from gaitopt.mechanics.chain_impact import (
+from gaitopt.mechanics.mdh_chain import sole_placement
+from gaitopt.mechanics.newton_euler import (
     at_rest,
     base_in_sole_axes,
     impact,
     impulse_on_foot,
+    inertia_matrix,
+    momentum,
     swing_jacobian,
 )
-from gaitopt.mechanics.newton_euler import inertia_matrix, momentum
 from gaitopt.robot.generated.presets import biped13
 from gaitopt.robot.generated.urdf import urdf_text
 from gaitopt.robot.model import Robot

@@ -3,7 +3,7 @@ import pinocchio as pin
 import pytest
 from numerics import check_jacobian, relative_error
 
-from gaitopt.mechanics.closure import loop_gap, loop_gap_curvature, loop_gap_slope
+from gaitopt.mechanics.inverse_kinematics import loop_gap, loop_gap_curvature, loop_gap_slope
 
 JOINTS = 7
 

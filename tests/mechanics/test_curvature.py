@@ -6,8 +6,8 @@ import pytest
 from motions import bent_posture, kinematics, random_motion
 from numerics import check_jacobian
 
-from gaitopt.mechanics.curvature import velocity_curvature, velocity_rate_slope
-from gaitopt.mechanics.support import SingleSupport
+from gaitopt.mechanics.inverse_dynamics_hessian import velocity_curvature, velocity_rate_slope
+from gaitopt.mechanics.single_support import SingleSupport
 
 COUNT = 2
 CASES = ("torques", "wrench", "both")

@@ -3,7 +3,7 @@ import pytest
 from motions import bent_posture, kinematics
 from numerics import check_derivative, check_jacobian, relative_error
 
-from gaitopt.mechanics.feet import (
+from gaitopt.mechanics.forward_kinematics import (
     corner_curvature,
     corner_positions,
     corner_slopes,

@@ -4,10 +4,9 @@ import pytest
 from motions import bent_posture, full_configuration, kinematics, moving
 from numerics import check_jacobian, relative_error
 
-from gaitopt.mechanics.bodies import BodyInertias
-from gaitopt.mechanics.curvature import torque_curvature
-from gaitopt.mechanics.impact import Impact
-from gaitopt.mechanics.impact_curvature import ImpactCurvature
+from gaitopt.mechanics.forward_kinematics import BodyInertias
+from gaitopt.mechanics.impact import Impact, ImpactCurvature
+from gaitopt.mechanics.inverse_dynamics_hessian import torque_curvature
 
 SEEDS = range(4)
 

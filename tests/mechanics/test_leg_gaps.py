@@ -10,8 +10,8 @@ from numerics import check_jacobian, relative_error
 from reference_cases import biped
 from urdf_edits import edited_urdf, link
 
-from gaitopt.mechanics.bodies import Bodies
-from gaitopt.mechanics.leg_gaps import LegGaps, leg_pairs
+from gaitopt.mechanics.forward_kinematics import Bodies
+from gaitopt.mechanics.leg_distance import LegGaps, leg_pairs
 from gaitopt.robot.model import Robot
 
 COUNT = 3

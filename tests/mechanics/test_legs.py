@@ -8,7 +8,7 @@ from numerics import check_jacobian, relative_error
 from reference_cases import biped
 
 from gaitopt.errors import UnreachableError
-from gaitopt.mechanics.legs import (
+from gaitopt.mechanics.inverse_kinematics import (
     LegKinematics,
     chain_curvature,
     closure_forces,

@@ -7,8 +7,7 @@ from hypothesis import strategies as st
 from random_chains import link_matrices, random_cloud_chain, relative
 from scipy.spatial.transform import Rotation
 
-from gaitopt.mechanics.chain import link_placements
-from gaitopt.mechanics.mdh import PARALLEL, parameters, transforms
+from gaitopt.mechanics.mdh_chain import PARALLEL, link_placements, parameters, transforms
 
 EXACT = 1e-9  # relative: rounding of twelve chained transforms, with a wide margin
 

@@ -10,12 +10,15 @@ import pytest
 from motions import random_motion
 from numerics import check_jacobian, relative_error
 
-from gaitopt.mechanics.chain import turned
 from gaitopt.mechanics.chain_build import chain_of_robot, loads_of_robot
-from gaitopt.mechanics.chain_loads import motor_effort
-from gaitopt.mechanics.newton_euler import sole_axes
-from gaitopt.mechanics.passive import FRICTION_RATE, odd_polynomial, polynomial
-from gaitopt.mechanics.support import SingleSupport
+from gaitopt.mechanics.mdh_chain import turned
+from gaitopt.mechanics.newton_euler import motor_effort, sole_axes
+from gaitopt.mechanics.single_support import (
+    FRICTION_RATE,
+    SingleSupport,
+    odd_polynomial,
+    polynomial,
+)
 from gaitopt.robot.chain_physics import CarriedWeight, ChainPhysics, PassiveJoints
 from gaitopt.robot.model import Robot
 

@@ -4,8 +4,8 @@ import pytest
 from motions import full_configuration, kinematics, moving, random_motion
 from numerics import check_jacobian, relative_error
 
-from gaitopt.mechanics.bodies import BodyInertias
-from gaitopt.mechanics.support import SingleSupport
+from gaitopt.mechanics.forward_kinematics import BodyInertias
+from gaitopt.mechanics.single_support import SingleSupport
 
 COUNT = 3
 G = 9.81

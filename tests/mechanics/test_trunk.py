@@ -5,7 +5,7 @@ from motions import bent_posture, kinematics
 from numerics import check_jacobian, relative_error
 from reference_cases import biped
 
-from gaitopt.mechanics.bodies import Bodies
+from gaitopt.mechanics.forward_kinematics import Bodies
 from gaitopt.mechanics.trunk import Trunk
 
 COUNT = 3

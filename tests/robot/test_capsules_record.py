@@ -4,7 +4,7 @@ import pytest
 from example_robots import example_robot, needs_example_robots
 
 from gaitopt.errors import RobotError
-from gaitopt.mechanics.leg_gaps import leg_pairs
+from gaitopt.mechanics.leg_distance import leg_pairs
 from gaitopt.robot.choices import Choices
 from gaitopt.robot.choices_file import choices_from_record, choices_record
 from gaitopt.robot.feet.capsules import capsule_rows, leg_capsules

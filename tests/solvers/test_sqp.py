@@ -10,7 +10,7 @@ import pytest
 import textbook_programs as bank
 
 from gaitopt.errors import EvaluationError, InputError
-from gaitopt.gait.guess import first_guess, perturbed
+from gaitopt.gait.initial_guess import first_guess, perturbed
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.task import preset_task
 from gaitopt.nlp import Array, Point, Start, Status, Values

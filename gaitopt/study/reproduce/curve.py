@@ -12,7 +12,7 @@ import numpy as np
 from gaitopt.design.attempt import is_walk
 from gaitopt.design.start_job import SLOWER
 from gaitopt.errors import EvaluationError
-from gaitopt.gait.guess import first_guess
+from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.parameters import GEOMETRY_NAMES, STEP_LENGTH
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.step import Reads, Step

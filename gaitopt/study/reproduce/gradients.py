@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gaitopt.gait.guess import first_guess
+from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.nlp import NLP, Array, Progress, Start, Status
 from gaitopt.solvers import SQP, FiniteDifferenceNLP

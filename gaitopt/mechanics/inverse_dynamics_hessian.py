@@ -17,8 +17,16 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from gaitopt.mechanics.spatial import apply, cross_force, force_cross, motion_cross, moved, pushed
-from gaitopt.mechanics.triangles import joined, symmetric
+from gaitopt.mechanics.spatial import (
+    apply,
+    cross_force,
+    force_cross,
+    joined,
+    motion_cross,
+    moved,
+    pushed,
+    symmetric,
+)
 from gaitopt.nlp import Array
 
 _OUTWARD = np.tril(np.ones((12, 12)))  # a product with it sums along the chain

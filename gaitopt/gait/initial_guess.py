@@ -1,4 +1,7 @@
-"""A first guess that walks badly but is a walk: straight-line swing foot, pelvis midway."""
+"""A first guess that walks badly but is a walk: straight-line swing foot, pelvis midway.
+
+A walk of one robot as the start for one of other lengths.
+"""
 
 from __future__ import annotations
 
@@ -6,6 +9,7 @@ import numpy as np
 import pinocchio as pin
 
 from gaitopt.errors import UnreachableError
+from gaitopt.gait.double_support import PELVIS_CHAIN, SWING_SOLE_CHAIN, place
 from gaitopt.gait.parameters import (
     DURATION,
     FOOT_SPACING,
@@ -15,9 +19,8 @@ from gaitopt.gait.parameters import (
     STEP_LENGTH,
     TRUNK_PITCH,
 )
-from gaitopt.gait.placement import PELVIS_CHAIN, SWING_SOLE_CHAIN, place
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.mechanics.legs import LegKinematics
+from gaitopt.mechanics.inverse_kinematics import LegKinematics
 from gaitopt.nlp import Array
 
 _CROUCH = 0.875  # hip height above the ankle over the leg's length; measured to start well
@@ -96,3 +99,34 @@ def _geometry(problem: WalkProblem) -> Array:
             quantity = problem.layout.geometry[row]
             guess[row] = np.clip(value, quantity.lower, quantity.upper)
     return guess
+
+
+def resized(x: Array, old: WalkProblem, new: WalkProblem) -> Array:
+    """Return x with the pelvis at the height where no leg is straighter than before.
+
+    Joint angles fit legs of any length; a height that is kept bends them otherwise, or is out of
+    their reach.
+
+    Args:
+        x: parameters of a walk of the old robot, shape (P,).
+        old, new: of the same layout.
+    """
+    at = new.layout.index("pelvis_height")
+    if at is None:
+        return x
+    before, after = _legs(old, x), _legs(new, x)
+    share = np.linalg.norm(before, axis=1) / old.robot.legs.reach
+    reach = share * new.robot.legs.reach
+    room = reach**2 - (after[:, :2] ** 2).sum(axis=1)
+    if not (room > 0.0).all():
+        return x
+    lifted = x.copy()
+    lifted[at] += float((np.sqrt(room) - after[:, 2]).min())
+    return lifted
+
+
+def _legs(problem: WalkProblem, x: Array) -> Array:
+    """Return the vectors from ankles to hips in double support, shape (2, 3)."""
+    boundary = problem.model.boundary
+    (pelvis, _), (sole, _) = boundary.place(problem.layout.geometry_of(x))
+    return boundary.leg_vectors(pelvis, sole)

@@ -1,4 +1,12 @@
-"""Gaps between the two legs: distances of their bodies' capsules.
+"""Nearest points of line segments, and how their distance changes as the second one moves.
+
+Let r(s, t) be the vector from point t of the second segment to point s of the first. The squared
+distance is the minimum of r . r over 0 <= s, t <= 1. How the nearest points move does not matter to
+the slope (envelope theorem); to the curvature it does, as far as s and t are free to follow. The
+distance has continuous slopes unless the segments are parallel or meet; its curvature jumps where a
+nearest point reaches an end.
+
+Gaps between the two legs: distances of their bodies' capsules.
 
 The robot is a chain, so the distance of body a of the stance leg from body b of the swing leg
 depends only on the joints between them: a may be held, and those joints move b.
@@ -12,13 +20,125 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitopt.mechanics.bodies import Bodies, Placements
-from gaitopt.mechanics.legs import LegKinematics
-from gaitopt.mechanics.readings import Reading, ReadingSlope
-from gaitopt.mechanics.segments import Nearest, distance_curvature, distance_force, nearest
+from gaitopt.mechanics.forward_kinematics import Bodies, Placements
+from gaitopt.mechanics.inverse_kinematics import LegKinematics
+from gaitopt.mechanics.spatial import cross, skew, symmetric
+from gaitopt.mechanics.trunk import Reading, ReadingSlope
 from gaitopt.nlp import Array
 from gaitopt.robot.feet.capsules import DEFAULT_RADIUS, Capsule, leg_capsules
 from gaitopt.robot.model import Robot
+
+_POINT = 1e-12  # m²: a shorter segment is a point
+_PARALLEL = 1e-12  # squared sine of the angle: where the nearest points are becomes rounding
+_HELD = 1e-6  # squared sine of the angle: below it (0.06 degrees) s is held in the curvature
+_TOUCHING = 1e-9  # m: a shorter distance has no direction
+
+
+@dataclass(frozen=True)
+class Nearest:
+    """Nearest points of M pairs of segments.
+
+    Attributes:
+        along: direction vectors of first and second segment [m], shape (M, 2, 3).
+        share: s and t, where the nearest points are, from 0 to 1, shape (M, 2).
+        second: nearest point of the second segment [m], shape (M, 3).
+        between: from there to the nearest point of the first [m], shape (M, 3).
+    """
+
+    along: Array
+    share: Array
+    second: Array
+    between: Array
+
+    @property
+    def distance(self) -> Array:
+        """Distance [m], shape (M,)."""
+        return np.asarray(np.linalg.norm(self.between, axis=1))
+
+    def pick(self, chosen: Array) -> Nearest:
+        """Return some of the pairs."""
+        return Nearest(
+            self.along[chosen], self.share[chosen], self.second[chosen], self.between[chosen]
+        )
+
+
+def nearest(first: Array, second: Array) -> Nearest:
+    """Return the nearest points of segments given by their ends, shape (M, 2, 3) each.
+
+    The method is that of Ericson (Real-Time Collision Detection, 2005, section 5.1.9): the nearest
+    points of the lines, then each clamped to its segment.
+    """
+    p, q = first[:, 1] - first[:, 0], second[:, 1] - second[:, 0]
+    apart = first[:, 0] - second[:, 0]
+    pp, qq, pq = _dot(p, p), _dot(q, q), _dot(p, q)
+    p_apart, q_apart = _dot(p, apart), _dot(q, apart)
+    skewed = pp * qq - pq**2
+    slanted = (skewed > _PARALLEL * pp * qq) & (np.minimum(pp, qq) > _POINT)
+    short = np.maximum(pp, _POINT)
+    on_line = (pq * q_apart - p_apart * qq) / np.where(slanted, skewed, 1.0)
+    s = np.clip(np.where(slanted, on_line, -p_apart / short), 0.0, 1.0)
+    t_free = (pq * s + q_apart) / np.maximum(qq, _POINT)
+    t = np.clip(t_free, 0.0, 1.0)
+    s = np.where(t == t_free, s, np.clip((pq * t - p_apart) / short, 0.0, 1.0))
+    here = second[:, 0] + t[:, None] * q
+    there = first[:, 0] + s[:, None] * p
+    return Nearest(np.stack([p, q], axis=1), np.stack([s, t], axis=1), here, there - here)
+
+
+def distance_force(near: Nearest) -> Array:
+    """Return the six-force on the second segment that works against the distance, shape (M, 6).
+
+    A joint with world axis S that moves the second segment changes the distance by S . force.
+    """
+    direction = near.between / np.maximum(near.distance, _TOUCHING)[:, None]
+    return -np.concatenate([direction, cross(near.second, direction)], axis=1)
+
+
+def distance_curvature(near: Nearest, axes: Array) -> Array:
+    """Return the Hessian of the distance in the rotations of the joints, shape (M, j, j).
+
+    With phi = r . r / 2 and u the free ones of (s, t), the reduced Hessian of phi is
+    phi_qq - phi_qu phi_uu^-1 phi_uq; of the distance d it is (that - d' d'^T) / d.
+
+    Args:
+        near: nearest points.
+        axes: motion axes in the world of joints that move the second segment, from the base on (a
+            joint turns those after it), shape (M, j, 6); zero for joints that do not.
+    """
+    w, r = axes[:, :, 3:], near.between
+    moved = axes[:, :, :3] + w @ skew(near.second)  # l + w x point
+    upper = moved @ moved.swapaxes(1, 2) - w @ (moved @ skew(r)).swapaxes(1, 2)
+    H = symmetric(upper) - _given_way(near, w, moved)
+    d = np.maximum(near.distance, _TOUCHING)[:, None, None]
+    slope = axes @ distance_force(near)[:, :, None]
+    return np.asarray((H - slope @ slope.swapaxes(1, 2)) / d)
+
+
+def _given_way(near: Nearest, w: Array, moved: Array) -> Array:
+    """phi_qu phi_uu^-1 phi_uq: what the nearest points give way, shape (M, j, j)."""
+    p, q = near.along[:, 0], near.along[:, 1]
+    pp, qq, pq = _dot(p, p), _dot(q, q), _dot(p, q)
+    free = (near.share > 0.0) & (near.share < 1.0)
+    free &= np.stack([pp, qq], axis=1) > _POINT
+    s, t = free[:, 0], free[:, 1]
+    s = s & ~(t & (pp * qq - pq**2 < _HELD * pp * qq))
+    by_s = np.where(s[:, None], -(moved @ p[:, :, None])[:, :, 0], 0.0)
+    turning = (w @ cross(q, near.between)[:, :, None])[:, :, 0]
+    by_t = np.where(t[:, None], (moved @ q[:, :, None])[:, :, 0] - turning, 0.0)
+    # phi_uu = [[pp, -pq], [-pq, qq]]; a variable that is held is left out
+    both = s & t
+    determinant = np.where(both, pp * qq - pq**2, 1.0)
+    ss = np.where(both, qq / determinant, np.where(s, 1.0 / np.maximum(pp, _POINT), 0.0))
+    tt = np.where(both, pp / determinant, np.where(t, 1.0 / np.maximum(qq, _POINT), 0.0))
+    st = np.where(both, pq / determinant, 0.0)
+    rows = np.stack([by_s, by_t], axis=1)
+    inverse = np.stack([np.stack([ss, st], axis=1), np.stack([st, tt], axis=1)], axis=1)
+    return np.asarray(rows.swapaxes(1, 2) @ inverse @ rows)
+
+
+def _dot(a: Array, b: Array) -> Array:
+    return np.asarray(np.einsum("mi,mi->m", a, b))
+
 
 PELVIS = 6  # its place among the bodies
 _HAIR = 1e-4  # m

@@ -1,0 +1,406 @@
+"""Placements of pelvis and swing foot in double support as chains of virtual joints (Fig. 2).
+
+Each target is a product of elementary displacements whose amounts are linear in the geometric
+quantities. Such a product is a serial chain, so its twists and their curvature follow the same
+formulas as those of a leg.
+
+The double-support posture, Eq. (26) and Fig. 2: q_start from the geometric quantities.
+
+Two forms, with the same geometric quantities. The paper's solves the inverse kinematics; the
+lifted one takes the joint angles as parameters too and reports how far pelvis and swing foot are
+from where the quantities put them, which no trial point can fail to do. A boundary answers three
+questions (posture, slope, curvature) as a pure function of its coordinates.
+
+The paper's double support (section 4.2): joint angles by inverse kinematics from p_G.
+
+The lifted double support: joint angles are parameters, tied to p_G by equalities.
+
+No trial point is out of reach, and the knee may pass through the straight leg on the way.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import pinocchio as pin
+
+from gaitopt.errors import EvaluationError, UnreachableError
+from gaitopt.gait.parameters import (
+    FOOT_SPACING,
+    FOOT_YAW,
+    GEOMETRY,
+    PELVIS_FORWARD,
+    PELVIS_HEIGHT,
+    PELVIS_LATERAL,
+    PELVIS_ROLL,
+    PELVIS_YAW,
+    STEP_LENGTH,
+    TRUNK_PITCH,
+)
+from gaitopt.mechanics.inverse_kinematics import (
+    LegKinematics,
+    chain_curvature,
+    closure_forces,
+    closure_slope,
+    loop_gap,
+    loop_gap_curvature,
+    loop_gap_slope,
+)
+from gaitopt.mechanics.spatial import cross, skew
+from gaitopt.nlp import Array
+from gaitopt.robot.model import Robot
+
+_X, _Y, _Z = np.eye(3)
+_ZERO = np.zeros(3)
+
+
+@dataclass(frozen=True)
+class Displacement:
+    """A translation along, or a rotation about, a fixed axis of the frame before it.
+
+    Attributes:
+        axis: unit vector, shape (3,).
+        turns: True for a rotation.
+        quantity: row of the geometry table that drives it.
+        factor: amount of displacement per unit of that quantity.
+    """
+
+    axis: Array
+    turns: bool
+    quantity: int
+    factor: float = 1.0
+
+    @cached_property
+    def twist(self) -> Array:
+        """Its unit motion, linear part first, shape (6,)."""
+        return np.concatenate([_ZERO, self.axis] if self.turns else [self.axis, _ZERO])
+
+
+PELVIS_CHAIN = (
+    Displacement(_X, False, PELVIS_FORWARD),
+    Displacement(_Y, False, PELVIS_LATERAL),
+    Displacement(_Z, False, PELVIS_HEIGHT),
+    Displacement(_Z, True, PELVIS_YAW),
+    Displacement(_Y, True, TRUNK_PITCH),
+    Displacement(_X, True, PELVIS_ROLL),
+)
+"""Pelvis in the stance sole frame: translation, then yaw, pitch, roll."""
+
+SWING_SOLE_CHAIN = (
+    Displacement(_Z, True, FOOT_YAW, 0.5),
+    Displacement(_X, False, STEP_LENGTH, -1.0),
+    Displacement(_Y, False, FOOT_SPACING),
+    Displacement(_Z, True, FOOT_YAW, 0.5),
+)
+"""Swing sole in the stance sole frame at the start of the step.
+
+Half of the foot yaw before the offset and half after makes the direction of travel the bisector of
+the two feet, so that step length and spacing keep their meaning with feet turned out.
+"""
+
+
+def place(chain: tuple[Displacement, ...], geometry: Array) -> tuple[pin.SE3, Array]:
+    """Return the placement and the world axes of its displacements, shape (k, 6).
+
+    Args:
+        chain: displacements from the stance sole outwards.
+        geometry: the geometric quantities, shape (10,).
+    """
+    placement = pin.SE3.Identity()
+    axes = np.empty((len(chain), 6))
+    for row, joint in zip(axes, chain, strict=True):
+        row[:] = placement.toActionMatrix() @ joint.twist
+        amount = joint.factor * float(geometry[joint.quantity])
+        placement = placement * pin.exp6(amount * joint.twist)
+    return placement, axes
+
+
+def drive(chain: tuple[Displacement, ...]) -> Array:
+    """Return the matrix from geometric quantities to displacements, shape (k, 10)."""
+    matrix = np.zeros((len(chain), len(GEOMETRY)))
+    for row, joint in enumerate(chain):
+        matrix[row, joint.quantity] = joint.factor
+    return matrix
+
+
+PELVIS_DRIVE = drive(PELVIS_CHAIN)
+SOLE_DRIVE = drive(SWING_SOLE_CHAIN)
+
+
+@dataclass(frozen=True)
+class Posture:
+    """Double support at the start of the step.
+
+    Attributes:
+        q_start: joint angles [rad], shape (12,).
+        legs: from ankle centre to hip centre, in stance sole axes [m], shape (2, 3).
+        pelvis, sole: placements of pelvis and swing sole that the quantities ask for, in the
+            stance sole frame.
+        pelvis_axes, sole_axes: world axes of the displacement chains, shape (k, 6).
+        loops: lifted form only: where pelvis and swing sole ought to be, seen from where they are.
+    """
+
+    q_start: Array
+    legs: Array
+    pelvis: pin.SE3
+    sole: pin.SE3
+    pelvis_axes: Array
+    sole_axes: Array
+    loops: tuple[pin.SE3, ...] = ()
+
+    @cached_property
+    def twists(self) -> tuple[Array, Array]:
+        """Twists of pelvis and swing sole per unit of each quantity, shape (6, 10) each."""
+        return self.pelvis_axes.T @ PELVIS_DRIVE, self.sole_axes.T @ SOLE_DRIVE
+
+    @cached_property
+    def gaps(self) -> Array:
+        """How far pelvis and swing sole are from where they ought to be, shape (0 or 2, 6)."""
+        return np.array([loop_gap(loop) for loop in self.loops]).reshape(-1, 6)
+
+
+@dataclass(frozen=True)
+class PostureSlope:
+    """Derivatives of a Posture with respect to the boundary's coordinates, B of them.
+
+    The coordinates are the ten geometric quantities; in the lifted form the twelve joint angles
+    come before them.
+
+    Attributes:
+        q_start: shape (12, B).
+        legs: shape (2, 3, B).
+        joint_axes: joint motion axes at q_start, shape (12, 6).
+        gaps: shape (0 or 2, 6, B).
+        loop_axes: lifted form only: axes of each loop's chain in its base.
+    """
+
+    q_start: Array
+    legs: Array
+    joint_axes: Array
+    gaps: Array
+    loop_axes: tuple[Array, ...] = ()
+
+
+class Boundary(ABC):
+    """Two feet on the ground and a pelvis, placed by the geometric quantities."""
+
+    def __init__(self, robot: Robot) -> None:
+        self.robot = robot
+        self.kinematics = LegKinematics(robot)
+
+    @abstractmethod
+    def posture(self, geometry: Array, q_start: Array) -> Posture:
+        """Return the posture for geometric quantities, shape (10,).
+
+        Args:
+            geometry: the quantities.
+            q_start: joint angles (12,); empty unless they are parameters.
+
+        Raises:
+            EvaluationError: a quantity is not finite.
+            UnreachableError: a leg cannot reach, or the feet or pelvis are misplaced.
+        """
+
+    @abstractmethod
+    def slope(self, posture: Posture) -> PostureSlope:
+        """Return the derivatives of a posture."""
+
+    @abstractmethod
+    def curvature(
+        self,
+        posture: Posture,
+        slope: PostureSlope,
+        q_weights: Array,
+        leg_weights: Array,
+        gap_weights: Array,
+    ) -> Array:
+        """Return the Hessian of weights . (q_start, legs, gaps), shape (B, B)."""
+
+    def place(self, geometry: Array) -> tuple[tuple[pin.SE3, Array], tuple[pin.SE3, Array]]:
+        """Return placement and displacement axes of pelvis and of swing sole."""
+        if not np.all(np.isfinite(geometry)):
+            raise EvaluationError("a geometric quantity is not finite")
+        return place(PELVIS_CHAIN, geometry), place(SWING_SOLE_CHAIN, geometry)
+
+    def leg_vectors(self, pelvis: pin.SE3, sole: pin.SE3) -> Array:
+        """Return the vectors from ankle to hip centres, shape (2, 3)."""
+        points = self._points(pelvis, sole)
+        return np.asarray(points[:2] - [self.robot.legs.ankles[0], points[2]])
+
+    def _points(self, pelvis: pin.SE3, sole: pin.SE3) -> Array:
+        """Hips of both legs, then the swing ankle, in the world, shape (3, 3)."""
+        hips = self.robot.legs.hips @ pelvis.rotation.T + pelvis.translation
+        return np.vstack([hips, sole.act(self.robot.legs.ankles[1])])
+
+    def leg_slopes(self, posture: Posture) -> Array:
+        """Return the slopes of the legs in the geometric quantities, shape (2, 3, 10)."""
+        pelvis_twists, sole_twists = posture.twists
+        points = self._points(posture.pelvis, posture.sole)
+        hips = [_point_slope(p, pelvis_twists) for p in points[:2]]
+        ankle = _point_slope(points[2], sole_twists)
+        return np.stack([hips[0], hips[1] - ankle])
+
+    def _point_forces(self, posture: Posture, weights: Array) -> tuple[Array, Array]:
+        """Six-forces on pelvis and sole that the leg weights (2, 3) are worth."""
+        points = self._points(posture.pelvis, posture.sole)
+        pelvis = np.concatenate([weights.sum(axis=0), cross(points[:2], weights).sum(axis=0)])
+        return pelvis, np.concatenate([weights[1], cross(points[2], weights[1])])
+
+    def target_curvature(
+        self, posture: Posture, forces: tuple[Array, Array], leg_weights: Array
+    ) -> Array:
+        """Return the curvature in the geometric quantities of legs and of what forces pair with.
+
+        Args:
+            posture: the double support.
+            forces: six-forces on pelvis and on swing sole.
+            leg_weights: shape (2, 3).
+        """
+        on_pelvis, on_sole = self._point_forces(posture, leg_weights)
+        H = PELVIS_DRIVE.T @ chain_curvature(posture.pelvis_axes, forces[0] + on_pelvis)
+        H = H @ PELVIS_DRIVE
+        sole = chain_curvature(posture.sole_axes, forces[1] - on_sole)
+        H += SOLE_DRIVE.T @ sole @ SOLE_DRIVE
+        return np.asarray(H + self._centripetal(posture, leg_weights))
+
+    def _centripetal(self, posture: Posture, weights: Array) -> Array:
+        """Second derivative of the leg vectors that a spatial acceleration does not carry.
+
+        A body point accelerates by (spatial acceleration at p) + w x (l + w x p).
+        """
+        points = self._points(posture.pelvis, posture.sole)
+        pelvis_twists, sole_twists = posture.twists
+        return (
+            _centripetal(points[0], pelvis_twists, weights[0])
+            + _centripetal(points[1], pelvis_twists, weights[1])
+            - _centripetal(points[2], sole_twists, weights[1])
+        )
+
+
+def _point_slope(point: Array, twists: Array) -> Array:
+    """Velocity of a body point per unit of each twist (6, p), shape (3, p)."""
+    return np.asarray(twists[:3] - skew(point) @ twists[3:])
+
+
+def _centripetal(point: Array, twists: Array, weight: Array) -> Array:
+    moved = _point_slope(point, twists)
+    turned = -skew(weight) @ moved  # weight . (w x m) = w . (m x weight)
+    matrix = twists[3:].T @ turned
+    return (matrix + matrix.T) / 2.0
+
+
+class ClosedBoundary(Boundary):
+    """The paper's form: q_start by inverse kinematics; B = 10."""
+
+    def posture(self, geometry: Array, q_start: Array) -> Posture:
+        """Return the posture for geometric quantities, shape (10,)."""
+        del q_start
+        (pelvis, pelvis_axes), (sole, sole_axes) = self.place(geometry)
+        try:
+            q_start = self.kinematics.solve(pelvis, sole)
+        except UnreachableError as error:
+            raise UnreachableError(
+                f"{error} (pelvis height {geometry[PELVIS_HEIGHT]:.4f} m, "
+                f"pelvis {geometry[PELVIS_FORWARD]:+.4f} m forward of the stance toes, "
+                f"step length {geometry[STEP_LENGTH]:.4f} m, "
+                f"foot spacing {geometry[FOOT_SPACING]:.4f} m)"
+            ) from error
+        return Posture(
+            q_start, self.leg_vectors(pelvis, sole), pelvis, sole, pelvis_axes, sole_axes
+        )
+
+    def slope(self, posture: Posture) -> PostureSlope:
+        """Return the derivatives of a posture."""
+        axes = self.kinematics.axes(posture.q_start)
+        slope = closure_slope(axes, *posture.twists)
+        return PostureSlope(slope, self.leg_slopes(posture), axes, np.zeros((0, 6, 10)))
+
+    def curvature(
+        self,
+        posture: Posture,
+        slope: PostureSlope,
+        q_weights: Array,
+        leg_weights: Array,
+        gap_weights: Array,
+    ) -> Array:
+        """Return the Hessian of q_weights . q_start + sum(leg_weights * legs), shape (10, 10).
+
+        Along straight lines in the geometric quantities both sides of each closure accelerate:
+        S q'' + (curvature of the leg) = (curvature of the displacement chain).
+        """
+        del gap_weights
+        forces = closure_forces(slope.joint_axes, q_weights)
+        own = chain_curvature(slope.joint_axes, forces[1])
+        own[:6, :6] += chain_curvature(slope.joint_axes[:6], forces[0])
+        H = self.target_curvature(posture, (forces[0], forces[1]), leg_weights)
+        return np.asarray(H - slope.q_start.T @ own @ slope.q_start)
+
+
+def _loop_drive(count: int, displacements: Array) -> Array:
+    """Matrix from (q_start, geometric quantities) to a loop's coordinates, shape (m, 22)."""
+    matrix = np.zeros((count + len(displacements), 22))
+    matrix[np.arange(count), np.arange(count)[::-1]] = 1.0
+    matrix[count:, 12:] = displacements
+    return matrix
+
+
+_LOOP_DRIVES = (_loop_drive(6, PELVIS_DRIVE), _loop_drive(12, SOLE_DRIVE))
+
+
+class LiftedBoundary(Boundary):
+    """q_start is a parameter; the gaps of both loops must vanish; B = 12 + 10."""
+
+    def posture(self, geometry: Array, q_start: Array) -> Posture:
+        """Return the posture at the joint angles given, and its gaps."""
+        (pelvis, pelvis_axes), (sole, sole_axes) = self.place(geometry)
+        pelvis_is, sole_is = self.kinematics.placements(q_start)
+        loops = (pelvis_is.inverse() * pelvis, sole_is.inverse() * sole)
+        for name, loop in zip(("pelvis", "swing foot"), loops, strict=True):
+            if np.trace(loop.rotation) < 1.0:  # its sine, which the rows read, vanishes again
+                raise EvaluationError(f"the {name} is turned by more than a right angle")
+        legs = self.leg_vectors(pelvis, sole)
+        return Posture(q_start, legs, pelvis, sole, pelvis_axes, sole_axes, loops)
+
+    def slope(self, posture: Posture) -> PostureSlope:
+        """Return the derivatives of a posture."""
+        axes = self.kinematics.axes(posture.q_start)
+        chains = self._loop_axes(posture, axes)
+        gaps = [
+            loop_gap_slope(loop, chain) @ drive
+            for loop, chain, drive in zip(posture.loops, chains, _LOOP_DRIVES, strict=True)
+        ]
+        legs = np.concatenate([np.zeros((2, 3, 12)), self.leg_slopes(posture)], axis=2)
+        return PostureSlope(np.eye(12, 22), legs, axes, np.stack(gaps), chains)
+
+    def curvature(
+        self,
+        posture: Posture,
+        slope: PostureSlope,
+        q_weights: Array,
+        leg_weights: Array,
+        gap_weights: Array,
+    ) -> Array:
+        """Return the Hessian of sum(leg_weights * legs) + sum(gap_weights * gaps), (22, 22)."""
+        del q_weights  # q_start is linear in the coordinates
+        H = np.zeros((22, 22))
+        H[12:, 12:] = self.target_curvature(posture, (np.zeros(6), np.zeros(6)), leg_weights)
+        for loop, axes, drive, weight in zip(
+            posture.loops, slope.loop_axes, _LOOP_DRIVES, gap_weights, strict=True
+        ):
+            H += drive.T @ loop_gap_curvature(loop, axes, weight) @ drive
+        return H
+
+    def _loop_axes(self, posture: Posture, axes: Array) -> tuple[Array, ...]:
+        """Back through the joints to the stance sole, then out along the displacements."""
+        targets = ((posture.pelvis, posture.pelvis_axes), (posture.sole, posture.sole_axes))
+        chains = []
+        for loop, count, (target, displacements) in zip(
+            posture.loops, (6, 12), targets, strict=True
+        ):
+            world = np.concatenate([-axes[count - 1 :: -1], displacements])
+            to_body = loop * target.inverse()  # world axes into the body the loop starts from
+            chains.append(world @ to_body.action.T)
+        return tuple(chains)
