@@ -237,8 +237,10 @@ def export(gait: opt.GaitFile, output: opt.ExportFile, both_legs: opt.BothLegs =
 
 @app.command()
 @failures_reported()
-def reproduce(output: opt.ReproductionDirectory, quiet: opt.Quiet = False) -> None:
-    """Compute the tables and figures of the paper's section 6 beside its own; takes minutes."""
+def reproduce(
+    output: opt.ReproductionDirectory, only: opt.ReproductionParts = None, quiet: opt.Quiet = False
+) -> None:
+    """Compute the paper's section 6 again, as `python -m reproduction` in the sources."""
     from gaitopt.cli import reproduce as work
 
-    work.run(output, quiet)
+    work.run(output, only, quiet)

@@ -272,3 +272,7 @@ BothLegs = Annotated[
     bool, _plain("--both-legs", "Add the mirror image of the step: a whole stride.")
 ]
 ReproductionDirectory = Annotated[Path, output_directory("For reproduction.md, figures, numbers.")]
+ReproductionParts = Annotated[
+    str | None,
+    typer.Option("--only", help="Only some tables and figures, as table3,fig7.", metavar="PARTS"),
+]

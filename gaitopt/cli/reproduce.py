@@ -1,35 +1,39 @@
-"""`gaitopt reproduce`: the paper's section 6, computed again, as a page with figures."""
+"""`gaitopt reproduce`: run the paper's reproduction, which only a source checkout holds."""
 
 from __future__ import annotations
 
-import time
+import importlib
+import sys
 from pathlib import Path
 
-from gaitopt.cli.screen import screen
-from gaitopt.cli.writable import require_writable
+import typer
+
+import gaitopt
+from gaitopt.errors import InputError
+
+FOLDER = "reproduction"
 
 
-def run(output: Path, quiet: bool) -> None:
-    """Compute, and write page, figures and numbers.
+def run(output: Path, only: str | None, quiet: bool) -> None:
+    """Run `python -m reproduction` of the checkout from which gaitopt is imported.
+
+    Args:
+        output: directory to write.
+        only: parts, as "table3,fig7"; None for everything.
+        quiet: whether to print errors only.
 
     Raises:
-        GaitoptError: the directory cannot be written, or a walk was not found.
+        InputError: gaitopt is installed without its sources.
+        typer.Exit: with the exit code of the reproduction.
     """
-    from gaitopt.study.reproduce.results import reproduce
-    from gaitopt.view.reproduction_page import write_reproduction
-
-    require_writable(output)
-    errors, started = screen(stderr=True), time.monotonic()
-
-    def tell(stage: str) -> None:
-        if not quiet:
-            errors.print(f"{time.monotonic() - started:5.0f} s  {stage}")
-
-    result = reproduce(tell)
-    written = write_reproduction(result, output)
-    worst = 100.0 * float(abs(result.errors).max())
-    if not quiet:
-        out = screen()
-        out.print(f"largest error at the speeds of Table 3: {worst:.2f} %")
-        for path in written:
-            out.print(f"wrote {path}", soft_wrap=True)
+    sources = Path(gaitopt.__file__).parents[1]
+    if not (sources / FOLDER / "__main__.py").is_file():
+        raise InputError(
+            f"the reproduction of the paper is not installed with gaitopt ('{sources}' has no "
+            f"'{FOLDER}'); get the sources of gaitopt and run `python -m {FOLDER}` in them"
+        )
+    sys.path.insert(0, str(sources))
+    command = importlib.import_module(f"{FOLDER}.__main__")
+    arguments = ["--output", str(output), *(["--quiet"] if quiet else [])]
+    if code := command.main([*arguments, *([] if only is None else ["--only", only])]):
+        raise typer.Exit(code)

@@ -3,9 +3,7 @@
 import numpy as np
 import pytest
 
-from gaitopt.study.reproduce.identify import misfit
-from gaitopt.study.reproduce.sensitivity import Sensitivity
-from gaitopt.study.reproduce.unknowns import UNKNOWNS, identified_values
+from reproduction.identification import UNKNOWNS, Sensitivity, identified_values, misfit
 
 RANGES = np.array([u.upper - u.lower for u in UNKNOWNS])
 

@@ -6,7 +6,6 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from gaitopt.design.certificate import certify
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.runtime import small_matrices
 from gaitopt.design.starts import many_starts
@@ -15,18 +14,21 @@ from gaitopt.gait.step import Reads
 from gaitopt.nlp import Status
 from gaitopt.robot.catalogue import robot_by_name
 from gaitopt.solvers import SQP
-from gaitopt.study.reproduce.consequences import consequences
-from gaitopt.study.reproduce.curve import cost_curve, warm_curve
-from gaitopt.study.reproduce.gradients import GRADIENTS, Run, compare
-from gaitopt.study.reproduce.identify import identify, misfit
-from gaitopt.study.reproduce.joint_costs import joint_costs
-from gaitopt.study.reproduce.printed import printed
-from gaitopt.study.reproduce.record import record
-from gaitopt.study.reproduce.results import Alternative, Reproduction
-from gaitopt.study.reproduce.sensitivity import Sensitivity, relative_errors
-from gaitopt.study.reproduce.unknowns import biped_with, identified_values, walks_with
-from gaitopt.study.reproduce.walks import identified_biped, paper_walk
-from gaitopt.view.reproduction_page import write_reproduction
+from reproduction.curve import cost_curve, joint_costs, warm_curve
+from reproduction.figures import convergence_figure
+from reproduction.gradients import GRADIENTS, Run, compare
+from reproduction.identification import (
+    Sensitivity,
+    biped_with,
+    identified_values,
+    identify,
+    misfit,
+    relative_errors,
+    walks_with,
+)
+from reproduction.page import part_text, write_figures, write_reproduction
+from reproduction.paper import identified_biped, paper_walk, printed
+from reproduction.results import Alternative, Reproduction, record
 
 
 @pytest.fixture(scope="module")
@@ -56,19 +58,17 @@ def result(curve, comparison):
     gait = gait_at(walk.problem, walk.solution.x, {})
     jacobian = np.random.default_rng(1).normal(size=(8, 5))
     fit = Sensitivity(identified_values(), relative_errors(curve), jacobian)
-    return Reproduction(
-        curve=curve,
-        one_posture=curve,
-        certificates={v: certify(o.problem, o.solution.x) for v, o in curve.items()},
-        comparisons=(comparison,),
-        sensitivity=fit,
-        alternatives=(Alternative("another", fit.values, fit.errors, 3.5),),
-        consequences=consequences(walk.problem.robot, curve),
-        gait=gait,
-        gait_one_posture=gait,
-        seconds=90.0,
-        cpu_seconds=60.0,
-    )
+    found = Reproduction()
+    found.curve = found.one_posture = curve
+    found._comparisons = {1.0: comparison}
+    found.comparisons = (comparison,)
+    found.sensitivity = fit
+    found.alternatives = (Alternative("another", fit.values, fit.errors, 3.5),)
+    found.gait = found.gait_one_posture = gait
+    found.seconds = 90.0, 60.0
+    with small_matrices():
+        assert found.consequences.yaw.shape == (8,)
+    return found
 
 
 def test_every_cost_is_within_5_percent_of_table_3_and_the_least_at_0_7(curve):
@@ -155,7 +155,7 @@ def test_a_short_identification_improves_on_worse_values(curve, monkeypatch):
     """On real walks, but without the search along the speeds, which takes seconds."""
     start = identified_values() + np.array([0.0, 0.0, -0.2, 0.0, 0.0])  # an easier torso to turn
     searched = lambda walks, known=None: warm_curve(walks, known) if known else curve  # noqa: E731
-    monkeypatch.setattr("gaitopt.study.reproduce.identify.cost_curve", searched)
+    monkeypatch.setattr("reproduction.identification.cost_curve", searched)
     told = []
     with small_matrices():
         found = identify(start, evaluations=4, on_better=lambda v, e: told.append((v, misfit(e))))
@@ -171,7 +171,7 @@ def test_ctrl_c_is_no_answer(curve, monkeypatch):
             return replace(curve[0.5].solution, status=Status.INTERRUPTED)
 
     for module in ("curve", "gradients"):
-        monkeypatch.setattr(f"gaitopt.study.reproduce.{module}.SOLVER", Stopped())
+        monkeypatch.setattr(f"reproduction.{module}.SOLVER", Stopped())
     walk = curve[0.5]
     with pytest.raises(KeyboardInterrupt):
         warm_curve([walk.problem], {0.5: walk.solution.x})
@@ -189,6 +189,18 @@ def test_page_figures_and_numbers_are_written(result, tmp_path):
     assert numbers.suffix == ".json"
     walks = record(result)["walks"]
     assert walks[6]["printed"] == 6295.95
+
+
+def test_a_part_is_computed_only_when_it_is_asked_for(curve, comparison):
+    told = []
+    part = Reproduction(told.append)
+    part.curve = curve
+    part._comparisons = {1.0: comparison}
+    assert part_text(part, "fig7").count("| 0.7 |") == 1
+    assert part_text(part, "fig3") == "## fig3: convergence at 1.0 m/s"
+    assert write_figures(part, "nowhere", []) == []
+    assert convergence_figure(part).axes
+    assert told == []
 
 
 def curve_cost(result):

@@ -5,9 +5,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from gaitopt.study.reproduce.identify import FIRST_STRIDE, identify, misfit
-from gaitopt.study.reproduce.printed import printed
-from gaitopt.study.reproduce.unknowns import UNKNOWNS, identified_values
+from reproduction.identification import FIRST_STRIDE, UNKNOWNS, identified_values, identify, misfit
+from reproduction.paper import printed
 
 LOWER = np.array([u.lower for u in UNKNOWNS])
 RANGES = np.array([u.upper - u.lower for u in UNKNOWNS])
@@ -30,7 +29,7 @@ def tried(monkeypatch):
         solution = SimpleNamespace(x=np.ones(43))
         return {p.task.speed: SimpleNamespace(cost=p.cost, solution=solution) for p in problems}
 
-    module = "gaitopt.study.reproduce.identify"
+    module = "reproduction.identification"
     monkeypatch.setattr(f"{module}.walks_with", walks)
     monkeypatch.setattr(f"{module}.cost_curve", curve)
     monkeypatch.setattr(f"{module}.warm_curve", curve)

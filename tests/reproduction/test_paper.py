@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from gaitopt.study.reproduce.printed import printed
+from reproduction.paper import printed
 
 
 def test_table_3_has_eight_speeds_and_its_least_cost_at_0_7():

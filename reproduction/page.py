@@ -1,8 +1,10 @@
-"""docs/reproduction.md: the words of `reproduction_page.toml` with the numbers of a run."""
+"""docs/reproduction.md: the words of `page.toml` with the numbers of a run."""
 
 from __future__ import annotations
 
 import json
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
 from importlib import resources
 from math import isfinite
 from pathlib import Path
@@ -14,21 +16,21 @@ from gaitopt.atomic import write_atomically
 from gaitopt.errors import InputError
 from gaitopt.nlp import Array
 from gaitopt.robot.files.toml import parse_toml
-from gaitopt.study.reproduce.consequences import EULER_SAMPLES, SINK
-from gaitopt.study.reproduce.gradients import CAP, DIFFERENCES, EXACT, NEAR, SOLVER, Comparison
-from gaitopt.study.reproduce.printed import PrintedSpeed, printed
-from gaitopt.study.reproduce.record import record
-from gaitopt.study.reproduce.results import Reproduction
 from gaitopt.view.figures import rendered
-from gaitopt.view.reproduction_claims import claims_table, printed_impulse
-from gaitopt.view.reproduction_figures import REPRODUCTION_FIGURES, reproduction_figure
-from gaitopt.view.reproduction_tables import (
+from reproduction.consequences import EULER_SAMPLES, SINK
+from reproduction.figures import REPRODUCTION_FIGURES, reproduction_figure
+from reproduction.gradients import CAP, DIFFERENCES, EXACT, NEAR, SOLVER, Comparison
+from reproduction.paper import PrintedSpeed, printed
+from reproduction.results import Reproduction, record
+from reproduction.tables import (
     alternatives_table,
+    claims_table,
     environment,
     errors_table,
     gradient_table,
     joint_table,
     posture_table,
+    printed_impulse,
     printed_table,
     singular_table,
     unknowns_table,
@@ -40,6 +42,51 @@ RECORD_NAME = "reproduction.json"
 IMAGES = "images/reproduction"
 
 
+@dataclass(frozen=True)
+class Part:
+    """A table or figure of the paper, or a chapter of the page.
+
+    Attributes:
+        title: what it shows.
+        tables: each returns a table of Markdown.
+        figures: names of `REPRODUCTION_FIGURES`.
+    """
+
+    title: str
+    tables: tuple[Callable[[Reproduction], str], ...] = ()
+    figures: tuple[str, ...] = ()
+
+
+PARTS = {
+    "table3": Part(
+        "optimal costs, iterations and times with exact derivatives and with differences",
+        (errors_table, gradient_table, lambda result: printed_table()),
+    ),
+    "fig3": Part("convergence at 1.0 m/s", figures=("convergence",)),
+    "fig4": Part("one step at 1.0 m/s", figures=("step",)),
+    "fig5": Part("force of the ground at 1.0 m/s", figures=("ground_force",)),
+    "fig6": Part(
+        "centre of pressure with one and two intermediate postures", (posture_table,), ("cop",)
+    ),
+    "fig7": Part("optimal cost against speed", (errors_table,), ("cost",)),
+    "fig8": Part("cost of the joint torques by group", (joint_table,), ("joint_costs",)),
+    "fig9": Part("three steps at 1.0 m/s", figures=("walk",)),
+    "identification": Part(
+        "the values that the paper leaves open",
+        (unknowns_table, singular_table, alternatives_table),
+        ("errors",),
+    ),
+    "claims": Part("what the paper says of its gaits and was not fitted", (claims_table,)),
+}
+"""What `--only` selects, by name."""
+
+
+def part_text(result: Reproduction, name: str) -> str:
+    """Return the title and the tables of one of `PARTS`, as Markdown."""
+    part = PARTS[name]
+    return "\n\n".join([f"## {name}: {part.title}", *(table(result) for table in part.tables)])
+
+
 def write_reproduction(result: Reproduction, directory: str | Path) -> list[Path]:
     """Write page, figures and numbers of a reproduction to a directory, made if need be.
 
@@ -48,26 +95,44 @@ def write_reproduction(result: Reproduction, directory: str | Path) -> list[Path
 
     Raises:
         InputError: the directory cannot be written.
+        NoGaitFoundError: at a speed of Table 3 no walk was found.
         RobotError: the biped cannot be drawn.
     """
-    folder = Path(directory)
-    try:
-        (folder / IMAGES).mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"cannot make the directory '{folder}': {error.strerror}") from error
+    folder = _made(Path(directory))
     page = write_atomically(folder / PAGE_NAME, page_text(result).encode())
     numbers = json.dumps(record(result), indent=2) + "\n"
     written = [page, write_atomically(folder / RECORD_NAME, numbers.encode())]
-    for name in REPRODUCTION_FIGURES:
-        figure = rendered(reproduction_figure(result, name), "png")
-        written.append(write_atomically(folder / IMAGES / f"{name}.png", figure))
-    return written
+    return written + write_figures(result, folder, REPRODUCTION_FIGURES)
+
+
+def write_figures(result: Reproduction, directory: str | Path, names: Iterable[str]) -> list[Path]:
+    """Write some of `REPRODUCTION_FIGURES` as PNG; return the files.
+
+    Raises:
+        InputError: the directory cannot be written.
+        NoGaitFoundError: at a speed of Table 3 no walk was found.
+        RobotError: the biped cannot be drawn.
+    """
+    chosen = list(names)
+    folder = _made(Path(directory) / IMAGES) if chosen else Path(directory)
+    return [
+        write_atomically(folder / f"{name}.png", rendered(reproduction_figure(result, name), "png"))
+        for name in chosen
+    ]
+
+
+def _made(folder: Path) -> Path:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"cannot make the directory '{folder}': {error.strerror}") from error
+    return folder
 
 
 def page_text(result: Reproduction) -> str:
     """Return the page."""
-    text = (resources.files("gaitopt.view") / "reproduction_page.toml").read_text("utf-8")
-    page = parse_toml(text, "reproduction_page.toml")["page"]
+    text = (resources.files("reproduction") / "page.toml").read_text("utf-8")
+    page = parse_toml(text, "page.toml")["page"]
     return Template(page).substitute(_tables(result) | _numbers(result) | _open_questions(result))
 
 
@@ -94,8 +159,8 @@ def _numbers(result: Reproduction) -> dict[str, str]:
     gaps = [c.run(DIFFERENCES).cost / c.run(EXACT).cost - 1.0 for c in result.comparisons]
     return {
         "environment": environment(),
-        "minutes": f"{result.seconds / 60.0:.1f}",
-        "cpu_minutes": f"{result.cpu_seconds / 60.0:.1f}",
+        "minutes": f"{result.seconds[0] / 60.0:.1f}",
+        "cpu_minutes": f"{result.seconds[1] / 60.0:.1f}",
         "images": IMAGES,
         "quickest": f"{min(_per_evaluation(row) for row in rows):.2f}",
         "slowest": f"{max(_per_evaluation(row) for row in rows):.2f}",

@@ -12,9 +12,8 @@ from gaitopt.gait.parameters import GEOMETRY
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.nlp import Array
 from gaitopt.robot.model import Robot
-from gaitopt.study.reproduce.curve import Curve, Optimum, warm_curve
-from gaitopt.study.reproduce.printed import printed
-from gaitopt.study.reproduce.walks import paper_walk
+from reproduction.curve import Curve, Optimum, warm_curve
+from reproduction.paper import paper_walk, printed
 
 SINK = 0.02
 """Downward speed of the rear sole's corners, to see what their lift-off costs [m/s]."""

@@ -162,3 +162,30 @@ def _fell(before: Mapping[float, float], after: Mapping[float, float]) -> bool:
         speed not in before or cost < before[speed] * (1.0 - SETTLED)
         for speed, cost in after.items()
     )
+
+
+GROUPS = ("ankle", "knee", "hip")
+_STANCE = {"ankle": slice(0, 2), "knee": slice(2, 3), "hip": slice(3, 6)}
+_SWING = {"ankle": slice(10, 12), "knee": slice(9, 10), "hip": slice(6, 9)}
+
+
+@dataclass(frozen=True)
+class JointCosts:
+    """Shares of J [N²·m·s] by group of joints; they add up to J.
+
+    Attributes:
+        stance, swing: of the leg, by name of `GROUPS`.
+    """
+
+    stance: dict[str, float]
+    swing: dict[str, float]
+
+
+def joint_costs(optimum: Optimum) -> JointCosts:
+    """Return what each group of joints contributes to the cost of a walk, Eq. (46)."""
+    step, weights = optimum.step, optimum.problem.grid.weights
+    per_joint: Array = weights @ step.read(Reads.TORQUE) ** 2 * step.duration / step.step_length
+    return JointCosts(
+        {group: float(per_joint[_STANCE[group]].sum()) for group in GROUPS},
+        {group: float(per_joint[_SWING[group]].sum()) for group in GROUPS},
+    )

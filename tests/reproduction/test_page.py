@@ -8,11 +8,11 @@ from pathlib import Path
 import pytest
 
 from gaitopt.robot.files.toml import parse_toml
-from gaitopt.study.reproduce.printed import printed
-from gaitopt.study.reproduce.unknowns import UNKNOWNS, identified_values
-from gaitopt.view.reproduction_figures import REPRODUCTION_FIGURES
-from gaitopt.view.reproduction_page import IMAGES
-from gaitopt.view.reproduction_tables import printed_table
+from reproduction.figures import REPRODUCTION_FIGURES
+from reproduction.identification import UNKNOWNS, identified_values
+from reproduction.page import IMAGES
+from reproduction.paper import printed
+from reproduction.tables import printed_table
 
 DOCS = Path(__file__).parents[2] / "docs"
 
@@ -23,7 +23,7 @@ def page():
 
 
 def test_its_words_are_those_of_the_template(page):
-    words = (resources.files("gaitopt.view") / "reproduction_page.toml").read_text("utf-8")
+    words = (resources.files("reproduction") / "page.toml").read_text("utf-8")
     pieces = re.split(r"\$\w+", parse_toml(words, "the words")["page"])
     assert len(pieces) > 20
     at = 0

@@ -8,10 +8,6 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from gaitopt.study.reproduce.gradients import COST_ONLY, DIFFERENCES, EXACT, Run
-from gaitopt.study.reproduce.joint_costs import GROUPS
-from gaitopt.study.reproduce.printed import printed
-from gaitopt.study.reproduce.results import Reproduction
 from gaitopt.view.body import walking_model
 from gaitopt.view.figure_style import (
     GREY,
@@ -26,9 +22,13 @@ from gaitopt.view.figure_style import (
     new_figure,
     styled,
 )
-from gaitopt.view.reproduction_claims import weight
 from gaitopt.view.skeleton import sole_corners
 from gaitopt.view.stick_figures import step_figure, walking_figure
+from reproduction.curve import GROUPS
+from reproduction.gradients import COST_ONLY, DIFFERENCES, EXACT, Run
+from reproduction.paper import printed
+from reproduction.results import Reproduction
+from reproduction.tables import weight
 
 BAND = "#DFE6EC"  # of what is allowed, seen through a grid
 
@@ -44,7 +44,7 @@ def convergence_figure(result: Reproduction) -> Figure:
     """Draw cost and violation against the iterations at 1.0 m/s (Fig. 3)."""
     figure = new_figure(7.4, 5.0)
     above, below = figure.subplots(2, 1, sharex=True)
-    comparison = next(c for c in result.comparisons if c.speed == printed().speed)
+    comparison = result.comparison(printed().speed)
     best = min(run.cost for run in comparison.runs)
     for run in comparison.runs:
         _draw_run(above, below, run, best)
