@@ -13,7 +13,7 @@ from gaitopt.gait.task_record import task_record
 from gaitopt.nlp import Array
 from gaitopt.robot.choices import Choices
 from gaitopt.robot.choices_file import choices_record
-from gaitopt.robot.feet.capsules import capsule_rows
+from gaitopt.robot.leg_capsules import capsule_rows
 from gaitopt.robot.model import Robot
 from gaitopt.robot.physics_record import physics_record
 

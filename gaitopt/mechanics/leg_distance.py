@@ -25,7 +25,7 @@ from gaitopt.mechanics.inverse_kinematics import LegKinematics
 from gaitopt.mechanics.spatial import cross, skew, symmetric
 from gaitopt.mechanics.trunk import Reading, ReadingSlope
 from gaitopt.nlp import Array
-from gaitopt.robot.feet.capsules import DEFAULT_RADIUS, Capsule, leg_capsules
+from gaitopt.robot.leg_capsules import DEFAULT_RADIUS, Capsule, leg_capsules
 from gaitopt.robot.model import Robot
 
 _POINT = 1e-12  # m²: a shorter segment is a point

@@ -12,15 +12,12 @@ from gaitopt.nlp import Array
 from gaitopt.robot.chain_physics import ChainPhysics, chain_physics
 from gaitopt.robot.faults import fault_error, faults_of
 from gaitopt.robot.findings import Finding
-from gaitopt.robot.legs.knee import find_knee
-from gaitopt.robot.legs.measures import HIP_JOINTS, ChainLines, centre, common_point
-from gaitopt.robot.mirror.mean_lines import Sides
-from gaitopt.robot.mirror.refused import asymmetry_faults
-from gaitopt.robot.mirror.symmetrise import Symmetrised, symmetrise
-from gaitopt.robot.mirror.symmetry import exchange_error, joint_lines, leg_exchange
+from gaitopt.robot.legs.leg_geometry import HIP_JOINTS, ChainLines, centre, common_point, find_knee
 from gaitopt.robot.physics_telling import tell_physics
 from gaitopt.robot.reading import Reading
 from gaitopt.robot.reroot import PELVIS_FRAME, lock_upper_body, reroot
+from gaitopt.robot.symmetry.averaging import Sides, Symmetrised, asymmetry_faults, symmetrise
+from gaitopt.robot.symmetry.leg_exchange import exchange_error, joint_lines, leg_exchange
 from gaitopt.robot.telling import tell_pairs, tell_symmetry
 from gaitopt.robot.urdf.check import refuse_unsound
 

@@ -11,8 +11,8 @@ import pinocchio as pin
 
 from gaitopt.errors import RobotError
 from gaitopt.nlp import Array
-from gaitopt.robot.mirror.symmetry import REFLECTION
 from gaitopt.robot.physics import STANDARD_GRAVITY, PassiveJoint, Physics
+from gaitopt.robot.symmetry.leg_exchange import REFLECTION
 
 LEVEL = math.radians(0.5)
 """Angle from the robot's down up to which gravity is taken to point there [rad]: files round

@@ -164,7 +164,7 @@ class Choices:
         unequal_limits: one of `UNEQUAL`.
         asymmetry: by how much averaging left and right may change the robot at most, over the range
             of motion: its mass matrix (relative), and the placement of its feet (per length of the
-            leg, or rad); see `mirror.effect`.
+            leg, or rad); see `symmetry.averaging`.
         capsules: around the bodies of the legs, as an earlier reading found them in the shapes:
             body from 0 to 12, name, both ends [m] in the frame of its joint, radius [m], and what
             they cover.

@@ -17,9 +17,9 @@ from gaitopt.robot.choices import Choices
 from gaitopt.robot.feet.sole import Sole
 from gaitopt.robot.files.source import Source, read_source
 from gaitopt.robot.findings import Finding
-from gaitopt.robot.legs.limits import JointLimits
-from gaitopt.robot.legs.measures import Legs, knee_doubts, measure_legs
-from gaitopt.robot.legs.posture import posture_doubts
+from gaitopt.robot.legs.joint_limits import JointLimits
+from gaitopt.robot.legs.leg_geometry import Legs, knee_doubts, measure_legs
+from gaitopt.robot.legs.reference_posture import posture_doubts
 from gaitopt.robot.reading import Reading, read_robot
 from gaitopt.robot.sizes import size_doubts
 

@@ -13,34 +13,34 @@ from gaitopt.errors import RobotError
 from gaitopt.nlp import Array
 from gaitopt.robot.choices import SIDES, Choices, LimitOverride
 from gaitopt.robot.faults import fault_error, faults_of
-from gaitopt.robot.feet.choose import Soles, choose_soles, placement_numbers
-from gaitopt.robot.feet.found import FoundSole, find_sole
-from gaitopt.robot.feet.shape import FootShape, foot_points
+from gaitopt.robot.feet.foot_shape import FootShape, foot_points
+from gaitopt.robot.feet.sole_detection import FoundSole, find_sole
+from gaitopt.robot.feet.sole_frames import Soles, choose_soles, placement_numbers
+from gaitopt.robot.feet.stance import (
+    Stance,
+    legs_at_zero,
+    level_feet,
+    parallel_feet,
+    refuse_tilted,
+    stance_of,
+    standing_legs,
+)
 from gaitopt.robot.files.source import Source
 from gaitopt.robot.findings import Finding
 from gaitopt.robot.generated import is_generated
-from gaitopt.robot.legs.bodies import override_bodies, without_mended
-from gaitopt.robot.legs.find import Pair
-from gaitopt.robot.legs.heading import Heading, axis_name, find_heading
-from gaitopt.robot.legs.limits import JointLimits, joint_limits
-from gaitopt.robot.legs.named import standing_side
-from gaitopt.robot.legs.overrides import override, without_armature
-from gaitopt.robot.legs.placed import (
-    Legs,
-    Placed,
-    joint_axes,
-    leg_lines,
-    legs_at_zero,
-    parallel_feet,
-    place,
-    stance_of,
+from gaitopt.robot.legs.heading import Heading, axis_name, find_heading, leg_lines
+from gaitopt.robot.legs.joint_limits import JointLimits, joint_limits
+from gaitopt.robot.legs.kinematic_tree import LegJoints, Placed, joint_axes, place
+from gaitopt.robot.legs.leg_detection import Pair, standing_side
+from gaitopt.robot.legs.overrides import override, override_bodies, without_armature, without_mended
+from gaitopt.robot.legs.reference_posture import (
+    reference_angles,
+    reference_configuration,
+    rotor_armatures,
 )
-from gaitopt.robot.legs.posture import reference_angles, reference_configuration, rotor_armatures
-from gaitopt.robot.legs.stance import Stance, level_feet, refuse_tilted
-from gaitopt.robot.legs.upward import standing_legs
-from gaitopt.robot.mirror.symmetry import leg_exchange
 from gaitopt.robot.physics import Physics
 from gaitopt.robot.physics_telling import tell_armature
+from gaitopt.robot.symmetry.leg_exchange import leg_exchange
 from gaitopt.robot.telling import tell
 from gaitopt.robot.urdf.joints import locked_mimics
 from gaitopt.robot.urdf.values import UrdfProblem
@@ -68,7 +68,7 @@ class Reading:
 
     model: pin.Model
     q: Array
-    legs: Legs
+    legs: LegJoints
     rotation: Array
     soles: Soles
     stance: int
@@ -110,7 +110,8 @@ def read_robot(source: Source, choices: Choices) -> Reading:
     pair = standing_legs(source, placed, choices)
     faults = _empty_ranges(model, pair.legs, problems)
     shapes = _shapes(source, model, pair, choices)
-    lines = [leg_lines(placed, leg, s) for leg, s in zip(pair.legs, shapes, strict=True)]
+    feet = [None if shape is None else shape.points for shape in shapes]
+    lines = [leg_lines(placed, leg, foot) for leg, foot in zip(pair.legs, feet, strict=True)]
     heading = find_heading((lines[0], lines[1]), pair.up, choices.forward)
     if heading.right == 1:
         pair, lines, shapes = _swapped(pair), lines[::-1], shapes[::-1]
@@ -176,7 +177,11 @@ def _shapes(
 
 
 def _flat_stance(
-    placed: Placed, straight: Placed, legs: Legs, rotation: Array, shapes: list[FootShape | None]
+    placed: Placed,
+    straight: Placed,
+    legs: LegJoints,
+    rotation: Array,
+    shapes: list[FootShape | None],
 ) -> Stance:
     """Return the robot with flat feet; see `parallel_feet`."""
     upright = stance_of(straight, legs, rotation)
@@ -212,7 +217,7 @@ def _faces(
 
 
 def _empty_ranges(
-    model: pin.Model, legs: Legs, problems: tuple[UrdfProblem, ...]
+    model: pin.Model, legs: LegJoints, problems: tuple[UrdfProblem, ...]
 ) -> tuple[str, ...]:
     """Return what is wrong with empty ranges, before they are compared with the other leg's."""
     joints = {str(model.names[j]): model.joints[j] for leg in legs for j in leg}
@@ -232,7 +237,7 @@ def _empty_ranges(
 
 
 def _limits(
-    placed: Placed, legs: Legs, heading: Heading, side: int, choices: Choices
+    placed: Placed, legs: LegJoints, heading: Heading, side: int, choices: Choices
 ) -> tuple[JointLimits, list[Finding], tuple[str, ...]]:
     """Read the limits of stance and swing leg before anything is asked about the soles."""
     model = placed.model
@@ -245,7 +250,7 @@ def _limits(
     return limits, findings, tuple(faults)
 
 
-def _add_frames(model: pin.Model, legs: Legs, soles: Soles) -> None:
+def _add_frames(model: pin.Model, legs: LegJoints, soles: Soles) -> None:
     for leg, name, placement in zip(legs, soles.names, soles.placements, strict=True):
         model.addFrame(pin.Frame(name, leg[-1], placement, pin.FrameType.OP_FRAME), False)
 

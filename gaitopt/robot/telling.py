@@ -8,10 +8,9 @@ import pinocchio as pin
 from gaitopt.nlp import Array
 from gaitopt.robot.choices import AXES, SIDES
 from gaitopt.robot.findings import Finding
-from gaitopt.robot.legs.find import Pair
 from gaitopt.robot.legs.heading import Heading, axis_name
-from gaitopt.robot.legs.sides import speaks_for_other_side
-from gaitopt.robot.mirror.symmetrise import Symmetrised
+from gaitopt.robot.legs.leg_detection import Pair, speaks_for_other_side
+from gaitopt.robot.symmetry.averaging import Symmetrised
 
 _LISTED = 1e-5  # effect: differences that matter less are counted
 

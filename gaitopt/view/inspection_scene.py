@@ -7,7 +7,7 @@ import pinocchio as pin
 
 from gaitopt.errors import RobotError
 from gaitopt.nlp import Array
-from gaitopt.robot.legs.placed import joint_axes
+from gaitopt.robot.legs.kinematic_tree import joint_axes
 from gaitopt.robot.reading import Reading
 from gaitopt.view.drawable import drawable
 from gaitopt.view.inspection import Inspection

@@ -12,8 +12,8 @@ from gaitopt.gait.humanoid import stroll
 from gaitopt.nlp import Array
 from gaitopt.robot.choices import SIDES
 from gaitopt.robot.findings import Finding
-from gaitopt.robot.legs.limits import JointLimits
-from gaitopt.robot.legs.placed import joint_axes
+from gaitopt.robot.legs.joint_limits import JointLimits
+from gaitopt.robot.legs.kinematic_tree import joint_axes
 from gaitopt.robot.model import Robot
 from gaitopt.robot.reading import Reading
 from gaitopt.view.inspection import Inspection

@@ -7,7 +7,7 @@ from gaitopt.errors import RobotError
 from gaitopt.mechanics.leg_distance import leg_pairs
 from gaitopt.robot.choices import Choices
 from gaitopt.robot.choices_file import choices_from_record, choices_record
-from gaitopt.robot.feet.capsules import capsule_rows, leg_capsules
+from gaitopt.robot.leg_capsules import capsule_rows, leg_capsules
 from gaitopt.robot.model import Robot
 
 

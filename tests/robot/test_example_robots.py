@@ -12,10 +12,10 @@ from pelvis_rooted import reading_of, rooted_both_ways
 from gaitopt.errors import RobotError
 from gaitopt.robot.choices import Choices
 from gaitopt.robot.choices_file import choices_from_record, choices_record
-from gaitopt.robot.feet.capsules import leg_capsules
 from gaitopt.robot.feet.sole import Sole
-from gaitopt.robot.mirror.symmetry import exchange_error, mirror_placement
+from gaitopt.robot.leg_capsules import leg_capsules
 from gaitopt.robot.model import Robot
+from gaitopt.robot.symmetry.leg_exchange import exchange_error, mirror_placement
 
 pytestmark = needs_example_robots
 

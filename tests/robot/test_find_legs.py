@@ -15,7 +15,7 @@ from gaitopt.errors import RobotError
 from gaitopt.robot.choices import Choices
 from gaitopt.robot.feet.sole import Sole
 from gaitopt.robot.files.source import read_source
-from gaitopt.robot.legs.sides import speaks_for_other_side
+from gaitopt.robot.legs.leg_detection import speaks_for_other_side
 from gaitopt.robot.model import Robot
 from gaitopt.robot.reading import read_robot
 from gaitopt.view.inspection import inspect_robot

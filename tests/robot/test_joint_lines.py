@@ -11,8 +11,8 @@ from urdf_edits import edited_urdf, joint
 
 from gaitopt.errors import RobotError
 from gaitopt.robot.choices import Choices, LimitOverride
-from gaitopt.robot.feet.capsules import leg_capsules
-from gaitopt.robot.legs.joint_points import points_on_lines
+from gaitopt.robot.leg_capsules import leg_capsules
+from gaitopt.robot.legs.kinematic_tree import points_on_lines
 from gaitopt.robot.model import Robot
 
 CASES = Path(__file__).parents[1] / "data" / "cases"

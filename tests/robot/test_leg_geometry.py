@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 from numerics import relative_error
 from urdf_edits import edited_urdf, joint
 
-from gaitopt.robot.legs.measures import common_point
+from gaitopt.robot.legs.leg_geometry import common_point
 from gaitopt.robot.model import Robot
 
 quick = settings(deadline=None, derandomize=True, max_examples=25)

@@ -10,7 +10,7 @@ from urdf_edits import add_arm, edited_urdf, joint
 from gaitopt.errors import RobotError
 from gaitopt.robot.choices import Choices, LimitOverride
 from gaitopt.robot.files.source import read_source
-from gaitopt.robot.legs.posture import reference_angles
+from gaitopt.robot.legs.reference_posture import reference_angles
 from gaitopt.robot.model import Robot
 
 POSES = """<robot name="biped13"><group_state name="{name}" group="all">

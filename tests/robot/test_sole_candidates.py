@@ -8,8 +8,8 @@ import pytest
 from scipy.spatial import ConvexHull
 from urdf_edits import edited_urdf, joint, link
 
-from gaitopt.robot.feet.found import largest_rectangle
 from gaitopt.robot.feet.sole import Sole
+from gaitopt.robot.feet.sole_detection import largest_rectangle
 from gaitopt.robot.model import Robot
 
 DROP = 0.105  # m from the ankle to the sole

@@ -16,9 +16,9 @@ from urdf_edits import joint as joint_named
 from gaitopt import Robot
 from gaitopt.errors import RobotError
 from gaitopt.robot.choices import Choices
-from gaitopt.robot.feet.found import find_sole, largest_rectangle
-from gaitopt.robot.feet.shape import foot_points
+from gaitopt.robot.feet.foot_shape import foot_points
 from gaitopt.robot.feet.sole import Sole
+from gaitopt.robot.feet.sole_detection import find_sole, largest_rectangle
 from gaitopt.robot.files.source import read_source
 from gaitopt.robot.generated.presets import biped13
 from gaitopt.robot.generated.urdf import urdf_text

@@ -15,11 +15,11 @@ from gaitopt.errors import RobotError
 from gaitopt.robot.chain import Chain, build_chain
 from gaitopt.robot.choices import Choices, LimitOverride
 from gaitopt.robot.files.source import read_source
-from gaitopt.robot.mirror.symmetrise import mirrored
-from gaitopt.robot.mirror.symmetry import exchange_error
 from gaitopt.robot.model import Robot
 from gaitopt.robot.reading import Reading, read_robot
 from gaitopt.robot.reroot import lock_upper_body, reroot
+from gaitopt.robot.symmetry.averaging import mirrored
+from gaitopt.robot.symmetry.leg_exchange import exchange_error
 
 CASES = Path(__file__).parents[1] / "data" / "cases"
 

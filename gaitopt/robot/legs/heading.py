@@ -9,9 +9,9 @@ import numpy as np
 from gaitopt.errors import RobotError
 from gaitopt.nlp import Array
 from gaitopt.robot.choices import AXES, Axis
-from gaitopt.robot.legs.alike import axes_apart
-from gaitopt.robot.legs.knee import find_knee
-from gaitopt.robot.legs.measures import common_point
+from gaitopt.robot.legs.kinematic_tree import Placed
+from gaitopt.robot.legs.leg_detection import axes_apart
+from gaitopt.robot.legs.leg_geometry import common_point, find_knee
 
 _SNAP = 1e-3  # rad: a hip line this close to an axis of the root link is that axis
 _ASKEW = 0.5  # rad: and one this close if the axes of the legs mirror better in that one
@@ -46,6 +46,27 @@ class LegLines:
     def ankle(self) -> Array:
         """Point nearest to the two ankle lines."""
         return common_point(self.points[4:], self.axes[4:])
+
+
+def leg_lines(placed: Placed, leg: tuple[int, ...], foot: Array | None = None) -> LegLines:
+    """Return the joint lines of a leg in the root link.
+
+    Args:
+        placed: the robot.
+        leg: joints from hip to ankle.
+        foot: points of its foot in the frame of its last joint [m], shape (n, 3), if known.
+    """
+    model = placed.model
+    rows = [model.joints[joint].idx_q for joint in leg]
+    ankle = placed.places[leg[-1]]
+    return LegLines(
+        points=placed.lines[0][list(leg)],
+        axes=placed.lines[1][list(leg)],
+        angles=placed.q[rows],
+        lower=np.array(model.lowerPositionLimit)[rows],
+        upper=np.array(model.upperPositionLimit)[rows],
+        foot=None if foot is None else foot @ ankle.rotation.T + ankle.translation,
+    )
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ import numpy as np
 import pinocchio as pin
 
 from gaitopt.nlp import Array
-from gaitopt.robot.legs.placed import joint_axes, place
+from gaitopt.robot.legs.kinematic_tree import joint_axes, place
 
 REFLECTION = np.diag([1.0, -1.0, 1.0])  # left <-> right, in axes x forward, y left, z up
 

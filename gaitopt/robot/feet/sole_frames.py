@@ -15,15 +15,64 @@ import pinocchio as pin
 from gaitopt.errors import RobotError
 from gaitopt.nlp import Array
 from gaitopt.robot.choices import Choices, Placement
-from gaitopt.robot.feet.drop import drop_doubts
-from gaitopt.robot.feet.found import FoundSole
-from gaitopt.robot.feet.rectangles import Rectangle, common_rectangle
 from gaitopt.robot.feet.sole import Sole
-from gaitopt.robot.feet.unseen import unseen_sole
+from gaitopt.robot.feet.sole_detection import FoundSole, Rectangle, common_rectangle
+from gaitopt.robot.feet.stance import Stance
 from gaitopt.robot.files.meshes import MeshProblem
 from gaitopt.robot.findings import Finding
-from gaitopt.robot.legs.stance import Stance
-from gaitopt.robot.mirror.symmetry import mirror_placement
+from gaitopt.robot.symmetry.leg_exchange import mirror_placement
+
+_MEASURED = 5e-3  # m: what a tape measure may be wrong by
+
+
+def drop_doubts(stance: Stance, face: Rectangle | None, given: float | None) -> list[Finding]:
+    """Compare the given height of the ankle above the sole with that of the shapes.
+
+    Args:
+        stance: the robot at its reference posture.
+        face: lower face of the feet in the pelvis frame, None where they have no shape.
+        given: height that the user gives, None if none [m].
+    """
+    if given is None or face is None:
+        return []
+    seen = float(stance.ankles[:, 2].mean() - face.height)
+    if abs(given - seen) <= _MEASURED:
+        return []
+    text = (
+        f"sole_drop is {given * 1e3:.1f} mm as given, but the lower faces of the feet were found "
+        f"{seen * 1e3:.1f} mm below the ankles; the given one counts; check it, it must be in m"
+    )
+    return [Finding("sole", "both feet", text, "warning")]
+
+
+_DIRECTORY = (
+    "give the directory that holds their package (--package-dir DIR; in Python package_dirs), or "
+)
+_RECTANGLE = (
+    "the sole rectangle ([sole] with toe, heel, left, right in the file for --choices, or --sole; "
+    "in Python sole=Sole(toe, heel, left, right))"
+)
+_DROP = " and the height of the ankle above it (sole_drop in the same file, or in Python)"
+
+
+def unseen_sole(lost: Sequence[MeshProblem], frame: str | None) -> RobotError:
+    """Return the error that the feet have no shape, to be raised.
+
+    Args:
+        lost: meshes of the robot that cannot be used.
+        frame: of the right sole, None where the file has no sole frames either.
+    """
+    shows = "no collision box or visual shape of the feet shows their soles"
+    where = ", and the file has no sole frames" if frame is None else f" (frame '{frame}')"
+    drop = _DROP if frame is None else ""
+    if not lost:
+        return RobotError(f"{shows}{where}; give {_RECTANGLE}{drop}")
+    count = len({problem.file for problem in lost})
+    many = "one mesh" if count == 1 else f"{count} meshes"
+    first = f"'{lost[0].file}' of link '{lost[0].link}' {lost[0].reason}"
+    which = f"{many} cannot be used: {first}{', and so on' if count > 1 else ''}"
+    return RobotError(f"{shows}{where}; {which}; {_DIRECTORY}{_RECTANGLE}{drop}")
+
 
 SOLE_NAMES = ("right_sole", "left_sole")
 
