@@ -320,7 +320,7 @@ def _library(rng, inputs: Path, folder: Path) -> Path:
         path.write_bytes(mutate_bytes(path.read_bytes(), rng))
     else:
         for _ in range(_times(rng)):
-            with contextlib.suppress(ValueError, IndexError):
+            with contextlib.suppress(ValueError, IndexError, RecursionError):
                 path.write_bytes(
                     mutate_json_lines(path.read_bytes(), rng, ("point", "row", "tried"))
                 )

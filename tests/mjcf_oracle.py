@@ -4,6 +4,7 @@ Every difference is relative: to the largest entry of MuJoCo's, or to 1 where th
 """
 
 import math
+import warnings
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -27,12 +28,13 @@ class Comparison:
 
     worst: dict[str, float] = field(default_factory=dict)
 
-    def add(self, quantity: str, found: object, expected: object) -> None:
+    def add(self, quantity: str, found: object, expected: object, terms: float = 1.0) -> None:
+        """Add a quantity; `terms` is the largest number that MuJoCo adds up for it."""
         found, expected = np.asarray(found, dtype=float), np.asarray(expected, dtype=float)
         assert found.shape == expected.shape, (quantity, found.shape, expected.shape)
         if not found.size:
             return
-        scale = max(1.0, float(np.abs(expected[np.isfinite(expected)]).max(initial=0.0)))
+        scale = max(terms, float(np.abs(expected[np.isfinite(expected)]).max(initial=0.0)))
         same = (found == expected) | (np.isnan(found) & np.isnan(expected))
         gap = np.where(same, 0.0, found - np.where(same, 0.0, expected)) / scale
         value = float(np.nan_to_num(np.abs(gap), nan=math.inf).max())
@@ -59,7 +61,11 @@ def silently_compiled(path: Path) -> mujoco.MjModel:
     before = mujoco.get_mju_user_warning()
     mujoco.set_mju_user_warning(lambda text: None)
     try:
-        return mujoco.MjModel.from_xml_path(str(path))
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            spec = mujoco.MjSpec.from_file(str(path.resolve()))
+            spec.memory = -1  # else a file may ask for gigabytes, for each MjData
+            return spec.compile()
     finally:
         mujoco.set_mju_user_warning(before)
 
@@ -198,6 +204,8 @@ def _passive(mapping: Mapping, source: Source, rng, result: Comparison) -> None:
         away = 0.0 if passive is None else angle - passive.rest
         spring.append(-sum(k * away ** (n + 1) for n, k in enumerate(terms)))
     dofs = [m.jnt_dofadr[j] for _, j in single]
+    friction = [physics.joints[n].friction if n in physics.joints else 0.0 for n, _ in single]
+    result.add("friction", friction, _friction_loss(m, d)[dofs])
     result.add("damping", damping, d.qfrc_damper[dofs])
     result.add("spring", spring, d.qfrc_spring[dofs])
     model, data = mapping.model, mapping.model.createData()
@@ -216,8 +224,42 @@ def _passive(mapping: Mapping, source: Source, rng, result: Comparison) -> None:
         arm = data.oMf[frame].rotation @ np.array(mass.centre)
         force = -mass.mass * gravity
         lifted += J.T @ np.r_[force, np.cross(arm, force)]
-    if not any(m.jnt_actgravcomp):
-        result.add("gravity compensation", lifted[mapping.rows], d.qfrc_gravcomp[mapping.dofs])
+    # MuJoCo takes moments about the centre of mass of all below a body of the world. If that is
+    # far away, these are large and nearly cancel: their rounding is MuJoCo's.
+    arms = np.linalg.norm(d.xipos - d.subtree_com[m.body_rootid], axis=1)
+    weights = m.body_mass * np.abs(m.body_gravcomp) * np.linalg.norm(m.opt.gravity)
+    terms = max(1.0, float((arms * weights).max()))
+    expected = _carried_from_outside(m, d)[mapping.dofs]
+    result.add("gravity compensation", lifted[mapping.rows], expected, terms)
+
+
+def _friction_loss(m: mujoco.MjModel, d: mujoco.MjData) -> np.ndarray:
+    """Friction that MuJoCo's constraints give the joints, of those that move one joint alone."""
+    mujoco.mj_makeConstraint(m, d)
+    J = np.zeros((d.nefc, m.nv))
+    if mujoco.mj_isSparse(m):
+        mujoco.mju_sparse2dense(J, d.efc_J, d.efc_J_rownnz, d.efc_J_rowadr, d.efc_J_colind)
+    else:
+        J[:] = d.efc_J.reshape(J.shape)
+    kinds = mujoco.mjtConstraint
+    rubs = (int(kinds.mjCNSTR_FRICTION_DOF), int(kinds.mjCNSTR_FRICTION_TENDON))
+    alone = np.isin(d.efc_type, rubs) & (np.count_nonzero(J, axis=1) == 1)
+    return np.abs(J[alone]).T @ d.efc_frictionloss[alone]
+
+
+def _carried_from_outside(m: mujoco.MjModel, d: mujoco.MjData) -> np.ndarray:
+    """Gravity compensation without that of bodies whose motors bear it (actuatorgravcomp)."""
+    whole = m.body_gravcomp.copy()
+    for body in range(m.nbody):
+        above = body
+        while above > 0:
+            first, count = m.body_jntadr[above], m.body_jntnum[above]
+            if m.jnt_actgravcomp[first : first + count].any():
+                m.body_gravcomp[body] = 0.0
+            above = m.body_parentid[above]
+    mujoco.mj_passive(m, d)
+    m.body_gravcomp[:] = whole
+    return d.qfrc_gravcomp.copy()
 
 
 def _limits(mapping: Mapping, model: pin.Model, result: Comparison) -> None:

@@ -28,7 +28,7 @@ def run(path: Path) -> None:
     found = audit(gait)
     out = screen()
     out.print(
-        f"{path}: {gait.fact('robot')} at {gait.speed:.3g} m/s, computed again from its parameters",
+        f"{path}: {gait.text('robot')} at {gait.speed:.3g} m/s, computed again from its parameters",
         soft_wrap=True,
     )
     no_solver = {"name": None}

@@ -37,7 +37,7 @@ def _headline(facts: Any) -> RenderableType:
     certified = facts["certificate"]["certified"]
     verdict = ("certified", "bold green") if certified else ("not certified", "bold yellow")
     speed = facts["walk"]["speed_m_per_s"]
-    name = visible(facts["robot"]["name"]) or "the robot"
+    name = visible(facts["robot"]["name"] or "") or "the robot"
     return Rule(Text.assemble((f"{name} walks at {speed:.3f} m/s", "bold"), "  ", verdict))
 
 

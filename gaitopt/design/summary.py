@@ -26,7 +26,7 @@ def summarise(gait: Gait) -> Facts:
     """
     return {
         "robot": {
-            "name": gait.fact("robot"),
+            "name": gait.text("robot"),
             "mass_kg": gait.number("mass"),
             "leg_length_m": gait.number("leg_length"),
         },

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Mapping, Sized
 from dataclasses import dataclass, fields
 
@@ -15,6 +14,10 @@ from gaitopt.nlp import Array
 
 JOINTS = 12  # of the two legs; the paper's chain, Table 1
 _REAL = "fiu"  # kinds of NumPy types; a text or a complex number would be cast in silence
+_LARGEST = 1e50
+"""Of any number in a gait, in SI units: sums of squares and products still have a value."""
+_SHORTEST = 1e-50
+"""Duration of a step [s]: what is divided by it still has a value."""
 _EXCHANGE_TOLERANCE = 1e-9  # on E E = 1, whose entries are 0 and +-1
 
 # Sizes that are not numbers: N samples, n knots, P parameters.
@@ -105,7 +108,7 @@ class Gait:
 
     def __repr__(self) -> str:
         """Return it in one line: the whole of it is pages long."""
-        robot, cost = self.fact("robot"), self.cost
+        robot, cost = self.text("robot"), self.cost
         certified = self.fact("certificate", "certified")
         proof = "" if certified is None else f", {'certified' if certified else 'not certified'}"
         return (
@@ -146,9 +149,12 @@ class Gait:
     def number(self, *keys: str) -> float | None:
         """Return a number of `meta`, None if it is absent or not a number."""
         value = self.fact(*keys)
-        if isinstance(value, bool) or not isinstance(value, (int, float)):
-            return None
-        return float(value)
+        return float(value) if _is_number(value) else None  # type: ignore[arg-type]
+
+    def text(self, *keys: str) -> str | None:
+        """Return a text of `meta`, None if it is absent or not a text."""
+        value = self.fact(*keys)
+        return value if isinstance(value, str) else None
 
     def joint_limit(self, kind: str) -> Array | None:
         """Return meta["limits"][kind], shape (12,), None if it is absent or no list of numbers.
@@ -159,7 +165,7 @@ class Gait:
         value = self.fact("limits", kind)
         if not isinstance(value, list) or len(value) != JOINTS:
             return None
-        if not all(v is None or (isinstance(v, int | float) and abs(v) < math.inf) for v in value):
+        if not all(v is None or _is_number(v) for v in value):
             return None
         return np.array([np.nan if v is None else v for v in value], dtype=np.float64)
 
@@ -167,6 +173,15 @@ class Gait:
 def array_names() -> tuple[str, ...]:
     """Return the names of the numeric arrays of a gait, in their order."""
     return tuple(f.name for f in fields(Gait) if f.name in SHAPES)
+
+
+def _is_number(value: object) -> bool:
+    """Whether a value of JSON is a number whose square has a value."""
+    return (
+        isinstance(value, int | float)
+        and not isinstance(value, bool)
+        and -_LARGEST <= value <= _LARGEST
+    )
 
 
 def _frozen(name: str, value: object) -> Array:
@@ -185,6 +200,10 @@ def _frozen(name: str, value: object) -> Array:
     if not np.isfinite(array).all():
         index = ", ".join(str(i) for i in np.argwhere(~np.isfinite(array))[0])
         raise InputError(f"the gait's '{name}' holds NaN or infinity at [{index}]")
+    if np.abs(array).max(initial=0.0) > _LARGEST:
+        raise InputError(
+            f"the gait's '{name}' holds a number beyond {_LARGEST:g}, which is no SI value"
+        )
     array.setflags(write=False)
     return array
 
@@ -224,6 +243,10 @@ def _check_times(gait: Gait) -> None:
         values = getattr(gait, name)
         if len(values) < 2 or values[0] != 0.0 or not (np.diff(values) > 0.0).all():
             raise InputError(f"the gait's '{name}' must increase from 0 s, two values at least")
+    if gait.duration < _SHORTEST:
+        raise InputError(
+            f"the gait lasts {gait.duration:.3g} s; it must last {_SHORTEST:g} s or more"
+        )
     if not np.isclose(gait.knots[-1], gait.duration, rtol=1e-9, atol=0.0):
         raise InputError(
             f"the gait's last knot is {gait.knots[-1]:.6g} s; "

@@ -72,7 +72,7 @@ def build_chain(reading: Reading) -> Chain:
         faults += faults_of(error)
         _forget_inertias(reduced)
     done = symmetrise(reduced, *_sides(reading, reduced))
-    faults += asymmetry_faults(done, reading.choices.asymmetry)
+    faults += asymmetry_faults(done, reading.choices.asymmetry, reading.drawn_unequally)
     model = reroot(done.model, *reading.sole_names)
     names = tuple(str(n) for n in model.names[2:])
     lines = _place_pelvis(model, reading)

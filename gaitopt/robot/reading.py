@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import glob
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -45,6 +46,8 @@ from gaitopt.robot.telling import tell
 from gaitopt.robot.urdf.joints import locked_mimics
 from gaitopt.robot.urdf.values import UrdfProblem
 
+_SAME_REF = 1e-6  # rad: what rounding leaves between mirrored refs
+
 
 @dataclass(frozen=True)
 class Reading:
@@ -64,6 +67,8 @@ class Reading:
         findings: what was learnt, in the order of reading.
         faults: what keeps it from being used, to be told together with all else that does.
         problems: what was suspicious in the file.
+        drawn_unequally: joints of the legs whose `ref` of an MJCF file is not the mirror image of
+            their partner's, in words.
     """
 
     model: pin.Model
@@ -79,6 +84,7 @@ class Reading:
     findings: tuple[Finding, ...]
     faults: tuple[str, ...]
     problems: tuple[UrdfProblem, ...]
+    drawn_unequally: tuple[str, ...]
 
     @property
     def sole_names(self) -> tuple[str, str]:
@@ -117,8 +123,12 @@ def read_robot(source: Source, choices: Choices) -> Reading:
         pair, lines, shapes = _swapped(pair), lines[::-1], shapes[::-1]
     side = standing_side(model, pair.legs, choices)
     straight = legs_at_zero(placed, pair.legs)
-    limits, odd, wrong = _limits(straight, pair.legs, heading, side, choices)
-    faults += () if faults else wrong
+    chain = (*pair.legs[side][::-1], *pair.legs[1 - side])
+    axes = joint_axes(model, straight.q, chain) @ heading.rotation
+    mirror = leg_exchange(axes, np.ones(12))
+    limits, odd, wrong = joint_limits(model, chain, mirror, choices.unequal_limits, SIDES[side])
+    drawn_unequally = _drawn_unequally(source.drawn_posture, model, chain, mirror)
+    faults += () if faults else tuple(wrong)
     names = (choices.stance_sole, choices.swing_sole)
     sides = (names[side], names[1 - side])
     try:
@@ -148,6 +158,7 @@ def read_robot(source: Source, choices: Choices) -> Reading:
         findings,
         faults,
         locked_mimics(problems, [str(model.names[j]) for leg in pair.legs for j in leg]),
+        drawn_unequally,
     )
 
 
@@ -236,18 +247,20 @@ def _empty_ranges(
     return tuple(faults)
 
 
-def _limits(
-    placed: Placed, legs: LegJoints, heading: Heading, side: int, choices: Choices
-) -> tuple[JointLimits, list[Finding], tuple[str, ...]]:
-    """Read the limits of stance and swing leg before anything is asked about the soles."""
-    model = placed.model
-    chain = (*legs[side][::-1], *legs[1 - side])
-    axes = joint_axes(model, placed.q, chain) @ heading.rotation
-    mirror = leg_exchange(axes, np.ones(12))
-    limits, findings, faults = joint_limits(
-        model, chain, mirror, choices.unequal_limits, SIDES[side]
+def _drawn_unequally(
+    drawn: Mapping[str, float], model: pin.Model, chain: tuple[int, ...], mirror: Array
+) -> tuple[str, ...]:
+    """Return the pairs of joints whose coordinates in the drawn posture are no mirror images."""
+    names = [str(model.names[joint]) for joint in chain]
+    angles = np.array([drawn.get(name, 0.0) for name in names])
+    images = mirror @ angles
+    partners = np.abs(mirror).argmax(axis=1)
+    return tuple(
+        f"'{names[row]}' at ref {angles[row]:.4g} rad, '{names[partners[row]]}' at "
+        f"{angles[partners[row]]:.4g} rad, mirrored {images[row]:.4g}"
+        for row in range(6)
+        if abs(images[row] - angles[row]) > _SAME_REF
     )
-    return limits, findings, tuple(faults)
 
 
 def _add_frames(model: pin.Model, legs: LegJoints, soles: Soles) -> None:

@@ -97,5 +97,5 @@ def _robot(gait: Gait) -> str:
 
 
 def _title(gait: Gait) -> str:
-    name = gait.fact("robot")
+    name = gait.text("robot")
     return f"{name or 'Walking'}{' walks' if name else ''} at {gait.speed:.3g} m/s"

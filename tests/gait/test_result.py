@@ -29,6 +29,17 @@ def test_meta_is_read_by_path_and_may_be_absent():
     assert bare.fact("no", "such", "key") is None
 
 
+@pytest.mark.parametrize("huge", [10**400, 1e200, -(10**400)])
+def test_facts_of_another_kind_than_theirs_are_absent(huge):
+    odd = replace(
+        sample_gait(), meta={"robot": {"a": 1}, "mass": huge, "limits": {"torque": [huge] * 12}}
+    )
+    assert odd.text("robot") is None
+    assert odd.number("mass") is None
+    assert odd.joint_limit("torque") is None
+    assert sample_gait().text("robot") == sample_gait().fact("robot")
+
+
 def test_arrays_are_copies_that_cannot_be_written():
     q = sample_gait().q.copy()
     gait = replace(sample_gait(), q=q)
@@ -55,6 +66,11 @@ def broken(name, index, value):
     ("change", "message"),
     [
         (broken("torque", (3, 4), np.nan), r"'torque' holds NaN or infinity at \[3, 4\]"),
+        (broken("torque", (3, 4), -1e160), "'torque' holds a number beyond 1e\\+50"),
+        (
+            {"time": sample_gait().time * 1e-60, "knots": KNOTS * 1e-60},
+            "lasts 4e-61 s; it must last 1e-50 s",
+        ),
         ({"q": np.ones((30, 12))}, r"'q' has shape \(30, 12\); it must be \(31, 12\)"),
         ({"q": np.ones(12)}, r"'q' has shape \(12,\); it must be N x 12"),
         ({"cop": "here"}, "'cop' is not an array of numbers"),

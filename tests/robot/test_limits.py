@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 from humanoids import edits
-from urdf_edits import edited_urdf, set_limit
+from urdf_edits import edited_urdf, joint, set_limit
 
 from gaitopt.errors import RobotError
 from gaitopt.robot.choices import Choices, LimitOverride
@@ -37,6 +37,20 @@ def test_placeholders_are_no_limits(robot, field, key, value, unit):
     np.testing.assert_array_equal(limits[others], getattr(robot.limits, field)[others])
     text = f"{field} limit {value:g} {unit} is a placeholder: taken as no limit"
     assert said(free) == [f"warning: right_knee, left_knee: {text}"]
+
+
+def test_a_joint_without_limits_has_none_in_words():
+    def edit(root):
+        for side in ("left", "right"):
+            moved = joint(root, f"{side}_hip_yaw")
+            moved.set("type", "continuous")
+            moved.remove(moved.find("limit"))
+
+    free = Robot.from_urdf(edited_urdf(edit))
+    names = "right_hip_yaw, left_hip_yaw"
+    assert f"warning: {names}: the file gives no torque limit" in said(free)
+    assert f"warning: {names}: the file gives no speed limit" in said(free)
+    assert not any("placeholder" in line for line in said(free))
 
 
 def test_a_range_beyond_full_turns_is_none(robot):

@@ -1,5 +1,6 @@
 """MJCF files mean what MuJoCo says: kinematics, dynamics, limits, passive joints, shapes."""
 
+import re
 from pathlib import Path
 from xml.etree import ElementTree as ET
 
@@ -135,6 +136,38 @@ def test_negative_compensation_counts_beside_a_positive_one(tmp_path, thigh, car
     path = tmp_path / "robot.xml"
     path.write_text(made, encoding="utf-8")
     agree(path)
+
+
+def test_weight_that_motors_bear_is_not_carried_from_outside(tmp_path):
+    made = text("mjcf_gravcomp").replace("<joint ", "<joint actuatorgravcomp='true' ", 2)
+    assert len(read_source(text("mjcf_gravcomp")).physics.compensated) > 0
+    path = tmp_path / "robot.xml"
+    path.write_text(made, encoding="utf-8")
+    agree(path)
+
+
+def test_legs_drawn_at_unequal_refs_are_named():
+    with pytest.raises(RobotError) as caught:
+        Robot.from_urdf(text("default_joint_ref"))
+    drawn = "'right_hip_yaw' at ref 0.3 rad, 'left_hip_yaw' at 0.3 rad, mirrored -0.3. Correct the"
+    assert drawn in str(caught.value)
+    assert "'right_knee' at ref" not in str(caught.value)
+    # Followed, the advice works.
+    odd = r'(name="left_\w+" axis="(?:0.0 0.0 1.0|1.0 0.0 0.0)")'
+    shifted = re.sub(odd, r'\1 ref="-0.3"', text("default_joint_ref"))
+    assert Robot.from_urdf(shifted).mass == pytest.approx(56.87)
+
+
+@pytest.mark.parametrize("memory", ["1G", "100000G"])
+def test_memory_of_simulations_is_not_asked_for(memory):
+    asking = text().replace("</mujoco>", f"<size memory='{memory}'/></mujoco>")
+    assert read_source(asking).model() == read_source(text()).model()
+
+
+def test_bodies_beyond_all_places_are_refused():
+    far = re.sub(r'<inertial pos="[^"]*"', '<inertial pos="0 0 4e10"', text(), count=1)
+    with pytest.raises(RobotError, match=r"body '\w+': its place or centre of mass is .* away"):
+        read_source(far)
 
 
 def test_passive_joints():

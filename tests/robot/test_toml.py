@@ -6,6 +6,7 @@ import pytest
 
 import gaitopt
 from gaitopt.errors import InputError, RobotError, SpecError
+from gaitopt.robot.choices_file import choices_from_toml
 from gaitopt.robot.files.toml import parse_toml
 
 PACKAGE = Path(gaitopt.__file__).parent
@@ -23,6 +24,12 @@ def test_damage_is_told_in_one_line_by_the_error_asked_for(text, kind):
         parse_toml(text, "walk.toml", "begin again", kind)
     assert type(caught.value) is kind
     assert len(str(caught.value)) < 300
+
+
+def test_only_the_word_is_infinite():
+    assert parse_toml("a = inf\nb = -inf\nc = 1e300", "here")["b"] == float("-inf")
+    with pytest.raises(RobotError, match="the number 1e400 is too large"):
+        choices_from_toml('[[limits]]\njoints = "*knee*"\ntorque = 1e400\n')
 
 
 def test_nothing_else_reads_toml():

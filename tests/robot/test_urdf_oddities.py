@@ -332,3 +332,43 @@ def test_a_mesh_of_an_unknown_format_is_as_a_missing_one(capfd):
     assert source.geometry(VISUAL) is None
     assert Robot.from_urdf(CASES / "wrl_mesh.urdf").mass == pytest.approx(37.6)
     assert capfd.readouterr() == ("", "")
+
+
+UNREAD = {
+    "safety": (
+        '<safety_controller soft_lower_limit="1" soft_upper_limit="-1" k_velocity="1"/>',
+        "soft limits from 1 to -1 rad; lower must be below upper: passed over",
+    ),
+    "unknown": (
+        '<dynamics damping="0" spring_stiffness="20" spring_reference="0.1"/>',
+        "<dynamics> has spring_stiffness and spring_reference, which a URDF does not know",
+    ),
+}
+
+
+@pytest.mark.parametrize("kind", UNREAD)
+def test_what_a_joint_says_in_vain_is_told(kind):
+    element, told = UNREAD[kind]
+
+    def edit(root):
+        joint(root, "left_knee").append(ET.fromstring(element))
+
+    source = read_source(edited_urdf(edit))
+    (problem,) = [p for p in source.problems if p.kind == kind]
+    assert problem.name == "left_knee"
+    assert told in str(problem)
+    robot = Robot.from_urdf(edited_urdf(edit))
+    assert any(told in f.text and f.how == "warning" for f in robot.findings)
+
+
+def test_an_axis_that_is_not_given_is_told():
+    def edit(root):
+        for side in ("left", "right"):
+            moved = joint(root, f"{side}_hip_roll")
+            assert moved.find("axis").get("xyz").split() == ["1", "0", "0"]
+            moved.remove(moved.find("axis"))
+
+    robot = Robot.from_urdf(edited_urdf(edit))
+    told = [f.text for f in robot.findings if "it has no <axis>: taken as 1 0 0" in f.text]
+    assert [text.split("'")[1] for text in told] == ["left_hip_roll", "right_hip_roll"]
+    assert robot.model == Robot.from_urdf(edited_urdf()).model

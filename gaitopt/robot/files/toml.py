@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 from typing import Any
 
@@ -37,6 +38,15 @@ def parse_toml(
         size, most = len(text) / MEGABYTE, TABLE / MEGABYTE
         raise kind(f"{where}: it has {size:.1f} MB; at most {most:g} MB of TOML are read")
     try:
-        return tomllib.loads(text if isinstance(text, str) else text.decode("utf-8-sig"))
+        words = text if isinstance(text, str) else text.decode("utf-8-sig")
+        return tomllib.loads(words, parse_float=_finite_or_inf)
     except (ValueError, RecursionError) as error:
         raise kind(f"{where}: not TOML: {str(error)[:_LONGEST]}; {advice}") from None
+
+
+def _finite_or_inf(word: str) -> float:
+    """Return a number; only the word `inf` is infinite."""
+    value = float(word)
+    if math.isinf(value) and "inf" not in word:
+        raise ValueError(f"the number {word} is too large")
+    return value

@@ -104,6 +104,7 @@ def compile_mjcf(text: str, path: Path | None, tree: XmlTree, paths: MeshPaths) 
     with _listening(mujoco) as said:
         try:
             spec = mujoco.MjSpec.from_string(text) if path is None else _spec(mujoco, path)
+            spec.memory = -1  # of simulations, which may ask for more than there is
             _without_pictures(spec)
             scene, touching = _without_scene(spec)
             files, lost = _place_meshes(mujoco, spec, tree, paths)

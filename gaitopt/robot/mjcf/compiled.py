@@ -191,6 +191,8 @@ def fault_of(robot: CompiledRobot) -> tuple[str, str, str]:
         numbers += [*body.centre.pos, *body.centre.quat]
         if not np.isfinite(numbers).all():
             return "body", body.name, "not all of its numbers are finite; correct them"
+        if max(map(abs, (*body.place.pos, *body.centre.pos))) >= _FAR:
+            return "body", body.name, f"its place or centre of mass is {_FAR:g} m away; correct it"
         items: tuple[CompiledGeom | CompiledSite, ...] = (*body.geoms, *body.sites)
         if not all(_sound(item) for item in items):
             return "body", body.name, _WILD

@@ -14,7 +14,7 @@ a light link or a joint near the ground counts as little as it matters.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -512,12 +512,15 @@ _LISTED = 0.1  # of the largest effect: differences that matter less are counted
 _MOST = 1.0  # the largest value of the choice
 
 
-def asymmetry_faults(done: Symmetrised, allowed: float) -> list[str]:
+def asymmetry_faults(
+    done: Symmetrised, allowed: float, drawn_unequally: Sequence[str] = ()
+) -> list[str]:
     """Return what is wrong with a robot that differs too much from its mirror image, if it does.
 
     Args:
         done: of the robot.
         allowed: largest effect that averaging may have, `Choices.asymmetry`.
+        drawn_unequally: joints whose `ref` is not the mirror image of their partner's, in words.
     """
     size = done.effect.size
     if size <= allowed:
@@ -527,10 +530,12 @@ def asymmetry_faults(done: Symmetrised, allowed: float) -> list[str]:
     more = len(done.differences) - len(listed)
     differs = "; ".join(_described(difference) for difference in listed)
     rest = f"; {more} more that matter less" if more else ""
+    ref = "; ".join(drawn_unequally)
+    drawn = f" The file draws the legs in postures that are no mirror images: {ref}." if ref else ""
     fault = (
         f"the robot is not its own mirror image: averaging left and right would change "
         f"{done.effect.words()}; allowed is {percent(allowed)} (asymmetry = {allowed:g}). What "
-        f"differs, by its effect: {differs}{rest}. {_remedy(done, size)}"
+        f"differs, by its effect: {differs}{rest}.{drawn} {_remedy(done, size, bool(ref))}"
     )
     return [fault]
 
@@ -539,9 +544,11 @@ def _described(difference: Difference) -> str:
     return f"{difference.subject}: {difference.size} ({difference.effect.brief()})"
 
 
-def _remedy(done: Symmetrised, size: float) -> str:
+def _remedy(done: Symmetrised, size: float, by_ref: bool) -> str:
     place = "<origin>, <axis>" if done.differences[0].kind in ("joints", "soles") else "<inertial>"
     correct = f"Correct the file ({place} of what is named first)"
+    if by_ref:
+        correct = "Correct the ref of one joint of each such pair"
     if done.differences[0].kind == "joints":
         correct += (
             ", or if the whole robot leans in the root link's axes, say which direction of it is "

@@ -19,7 +19,7 @@ from gaitopt.robot.urdf.build import refuse_taken
 from gaitopt.robot.urdf.description import Description, describe
 from gaitopt.robot.urdf.doubts import placeholder_problems
 from gaitopt.robot.urdf.inertial import inertia_fault, inertial_problems
-from gaitopt.robot.urdf.joints import joint_problems
+from gaitopt.robot.urdf.joints import joint_problems, unread_problems
 from gaitopt.robot.urdf.rotors import read_rotors
 from gaitopt.robot.urdf.shapes import read_shapes
 from gaitopt.robot.urdf.spelling import check_spelling
@@ -62,7 +62,7 @@ def check_urdf(tree: XmlTree) -> tuple[UrdfProblem, ...]:
     for link in robot.links.values():
         problems += inertial_problems(link)
     for joint in robot.joints.values():
-        problems += joint_problems(joint)
+        problems += [*joint_problems(joint), *unread_problems(joint)]
     problems += _massless(robot)
     problems += placeholder_problems(robot)
     problems += name_problems(tree)

@@ -7,7 +7,9 @@ from collections.abc import Collection, Iterable
 from dataclasses import replace
 
 from gaitopt.robot.urdf.description import FREE, LIMITED, Joint, limit_unit
-from gaitopt.robot.urdf.values import UrdfProblem
+from gaitopt.robot.urdf.values import UrdfProblem, as_number
+
+_SPRINGS = ("spring_stiffness", "spring_reference")  # of <dynamics>, as SDF has them
 
 
 def joint_problems(joint: Joint) -> list[UrdfProblem]:
@@ -23,7 +25,7 @@ def joint_problems(joint: Joint) -> list[UrdfProblem]:
         return [joint.entry.problem("free", text)]
     if joint.kind == "fixed":
         return []
-    problems = _mimic_problems(joint)
+    problems = _mimic_problems(joint) + _axis_problems(joint)
     if joint.kind in LIMITED:
         problems += _limit_problems(joint)
     return problems
@@ -38,6 +40,34 @@ def _mimic_problems(joint: Joint) -> list[UrdfProblem]:
         "has its own motor; remove <mimic> there"
     )
     return [joint.entry.problem("mimic", text, mimic)]
+
+
+def unread_problems(joint: Joint) -> list[UrdfProblem]:
+    """Return what a joint says that changes nothing: soft limits upside down, springs."""
+    entry, problems = joint.entry, []
+    soft = joint.limits.soft
+    if joint.kind in LIMITED and soft is not None and not soft[0] < soft[1]:
+        text = (
+            f"its safety_controller has soft limits from {soft[0]:g} to {soft[1]:g} "
+            f"{limit_unit(joint.kind, 'lower')}; lower must be below upper: passed over"
+        )
+        problems.append(entry.problem("safety", text, entry.element.find("safety_controller")))
+    dynamics = entry.element.find("dynamics")
+    given = [] if dynamics is None else [n for n in _SPRINGS if n in dynamics.attrib]
+    if given and as_number(dynamics.get(_SPRINGS[0], "0")) != 0.0:  # type: ignore[union-attr]
+        text = (
+            f"its <dynamics> has {' and '.join(given)}, which a URDF does not know: passed over; "
+            "springs count in MJCF files (stiffness, springref)"
+        )
+        problems.append(entry.problem("unknown", text, dynamics))
+    return problems
+
+
+def _axis_problems(joint: Joint) -> list[UrdfProblem]:
+    if joint.entry.element.find("axis") is not None:
+        return []
+    text = 'it has no <axis>: taken as 1 0 0, as the format has it; write <axis xyz="1 0 0"/>'
+    return [joint.entry.problem("axis", text)]
 
 
 def locked_mimics(
@@ -102,7 +132,7 @@ def range_of(joint: Joint) -> tuple[float, float]:
 
 
 def strength_of(joint: Joint) -> tuple[float, float]:
-    """Return the limits of torque and rate; 0 stands for none, as for what is not given."""
+    """Return the limits of torque and rate; infinite where none is given."""
     values = joint.limits.effort, joint.limits.velocity
-    effort, velocity = (value if math.isfinite(value) else 0.0 for value in values)
+    effort, velocity = (math.inf if math.isnan(value) else value for value in values)
     return effort, velocity
