@@ -91,9 +91,9 @@ def limits_record(problem: WalkProblem) -> dict[str, list[float | None]]:
     limits, margins = problem.robot.limits, problem.task.margins
     torque, speed = limits.torque, limits.speed
     if margins.torque_limit is not None:
-        torque = np.full(12, margins.torque_limit)
+        torque = np.full(torque.size, margins.torque_limit)
     if margins.speed_limit is not None:
-        speed = np.full(12, margins.speed_limit)
+        speed = np.full(torque.size, margins.speed_limit)
     named = {"torque": torque, "speed": speed, "lower": limits.lower, "upper": limits.upper}
     return {
         name: [float(v) if np.isfinite(v) else None for v in values]

@@ -40,7 +40,7 @@ def torque(at: Setting) -> Family:
     """Eq. (28): |Gamma_i| <= Gamma_i,max."""
     limit = at.robot.limits.torque
     if at.margins.torque_limit is not None:
-        limit = np.full(12, at.margins.torque_limit)
+        limit = np.full(at.robot.tree.size, at.margins.torque_limit)
     return joint_rows(at, "torque", "(28)", Reads.TORQUE, "N·m", -limit, limit, size(limit))
 
 
@@ -48,13 +48,13 @@ def speed(at: Setting) -> Family:
     """Eq. (29): |dq_i| <= dq_i,max."""
     limit = at.robot.limits.speed
     if at.margins.speed_limit is not None:
-        limit = np.full(12, at.margins.speed_limit)
+        limit = np.full(at.robot.tree.size, at.margins.speed_limit)
     return joint_rows(at, "speed", "(29)", Reads.RATES, "rad/s", -limit, limit, size(limit))
 
 
 def joint_range(at: Setting) -> Family:
     """Eq. (30): q_min <= q <= q_max."""
-    limits, one = at.robot.limits, np.ones(12)
+    limits, one = at.robot.limits, np.ones(at.robot.tree.size)
     return joint_rows(at, "range", "(30)", Reads.ANGLES, "rad", limits.lower, limits.upper, one)
 
 
@@ -62,7 +62,8 @@ def knee_flexion(at: Setting) -> Family:
     """Both knees stay bent by a margin from the straight leg."""
     legs = at.robot.legs
     first, second = legs.knees
-    bend = Entries(slice(first, second + 1, second - first), 12, legs.flexion)
+    chosen = slice(first, second + 1, second - first)
+    bend = Entries(chosen, at.robot.tree.size, legs.flexion)
     least = legs.flexion * legs.straight + at.margins.knee_flexion
     labels = tuple(f"{at.robot.joint_names[k]} flexion" for k in legs.knees)
     return family_over_step(

@@ -32,7 +32,7 @@ class TorqueCost:
     def slope(self, step: Step) -> dict[Reads, Array]:
         """Return the derivatives with respect to what the cost reads, Eqs. (50)-(57).
 
-        Torque: shape (N, 12); travel (d, T): shape (1, 2).
+        Torque: shape (N, n); travel (d, T): shape (1, 2).
         """
         effort, d, T = self._effort(step), step.step_length, step.duration
         torque = step.read(Reads.TORQUE)
@@ -58,7 +58,7 @@ class TorqueCost:
         )
 
     def mixed_curvature(self, step: Step) -> tuple[Array, Array]:
-        """Return d²J / d(torque) d(d, T) as d(Gamma'Gamma integral) (N, 12) and d(T/d) (2,)."""
+        """Return d²J / d(torque) d(d, T) as d(Gamma'Gamma integral) (N, n) and d(T/d) (2,)."""
         d, T = step.step_length, step.duration
         torque = step.read(Reads.TORQUE)
         return 2.0 * self.weights[:, None] * torque, np.array([-T / d**2, 1.0 / d])

@@ -27,7 +27,7 @@ from functools import cached_property
 import numpy as np
 import pinocchio as pin
 
-from gaitopt.errors import EvaluationError, UnreachableError
+from gaitopt.errors import EvaluationError, InputError, UnreachableError
 from gaitopt.gait.parameters import (
     FOOT_SPACING,
     FOOT_YAW,
@@ -135,7 +135,7 @@ class Posture:
     """Double support at the start of the step.
 
     Attributes:
-        q_start: joint angles [rad], shape (12,).
+        q_start: joint angles [rad], shape (n,).
         legs: from ankle centre to hip centre, in stance sole axes [m], shape (2, 3).
         pelvis, sole: placements of pelvis and swing sole that the quantities ask for, in the
             stance sole frame.
@@ -166,13 +166,13 @@ class Posture:
 class PostureSlope:
     """Derivatives of a Posture with respect to the boundary's coordinates, B of them.
 
-    The coordinates are the ten geometric quantities; in the lifted form the twelve joint angles
-    come before them.
+    The coordinates are the ten geometric quantities; in the lifted form the n joint angles come
+    before them.
 
     Attributes:
-        q_start: shape (12, B).
+        q_start: shape (n, B).
         legs: shape (2, 3, B).
-        joint_axes: joint motion axes at q_start, shape (12, 6).
+        joint_axes: joint motion axes at q_start, shape (n, 6).
         gaps: shape (0 or 2, 6, B).
         loop_axes: lifted form only: axes of each loop's chain in its base.
     """
@@ -197,7 +197,7 @@ class Boundary(ABC):
 
         Args:
             geometry: the quantities.
-            q_start: joint angles (12,); empty unless they are parameters.
+            q_start: joint angles (n,); empty unless they are parameters.
 
         Raises:
             EvaluationError: a quantity is not finite.
@@ -293,7 +293,20 @@ def _centripetal(point: Array, twists: Array, weight: Array) -> Array:
 
 
 class ClosedBoundary(Boundary):
-    """The paper's form: q_start by inverse kinematics; B = 10."""
+    """The paper's form: q_start by inverse kinematics; B = 10.
+
+    Raises:
+        InputError: pelvis and swing foot do not determine all joint angles.
+    """
+
+    def __init__(self, robot: Robot) -> None:
+        if not robot.tree.determined:
+            raise InputError(
+                "boundary 'closed' solves for two legs of six joints and nothing else; this robot "
+                f"has {robot.tree.size} joints, {robot.tree.stance} in each leg: take boundary "
+                "'lifted'"
+            )
+        super().__init__(robot)
 
     def posture(self, geometry: Array, q_start: Array) -> Posture:
         """Return the posture for geometric quantities, shape (10,)."""
@@ -334,24 +347,34 @@ class ClosedBoundary(Boundary):
         del gap_weights
         forces = closure_forces(slope.joint_axes, q_weights)
         own = chain_curvature(slope.joint_axes, forces[1])
-        own[:6, :6] += chain_curvature(slope.joint_axes[:6], forces[0])
+        stance = slice(self.robot.tree.stance)
+        own[stance, stance] += chain_curvature(slope.joint_axes[stance], forces[0])
         H = self.target_curvature(posture, (forces[0], forces[1]), leg_weights)
         return np.asarray(H - slope.q_start.T @ own @ slope.q_start)
 
 
-def _loop_drive(count: int, displacements: Array) -> Array:
-    """Matrix from (q_start, geometric quantities) to a loop's coordinates, shape (m, 22)."""
-    matrix = np.zeros((count + len(displacements), 22))
+def _loop_drive(count: int, joints: int, displacements: Array) -> Array:
+    """Matrix from (q_start, geometric quantities) to a loop's coordinates, shape (m, n + 10).
+
+    The loop runs back through the first `count` of n joints, then out along the displacements.
+    """
+    matrix = np.zeros((count + len(displacements), joints + len(GEOMETRY)))
     matrix[np.arange(count), np.arange(count)[::-1]] = 1.0
-    matrix[count:, 12:] = displacements
+    matrix[count:, joints:] = displacements
     return matrix
 
 
-_LOOP_DRIVES = (_loop_drive(6, PELVIS_DRIVE), _loop_drive(12, SOLE_DRIVE))
-
-
 class LiftedBoundary(Boundary):
-    """q_start is a parameter; the gaps of both loops must vanish; B = 12 + 10."""
+    """q_start is a parameter; the gaps of both loops must vanish; B = n + 10."""
+
+    def __init__(self, robot: Robot) -> None:
+        super().__init__(robot)
+        tree = robot.tree
+        self._counts = tree.stance, tree.legs.stop  # joints from the stance foot to either target
+        self._drives = tuple(
+            _loop_drive(count, tree.size, drive)
+            for count, drive in zip(self._counts, (PELVIS_DRIVE, SOLE_DRIVE), strict=True)
+        )
 
     def posture(self, geometry: Array, q_start: Array) -> Posture:
         """Return the posture at the joint angles given, and its gaps."""
@@ -370,10 +393,11 @@ class LiftedBoundary(Boundary):
         chains = self._loop_axes(posture, axes)
         gaps = [
             loop_gap_slope(loop, chain) @ drive
-            for loop, chain, drive in zip(posture.loops, chains, _LOOP_DRIVES, strict=True)
+            for loop, chain, drive in zip(posture.loops, chains, self._drives, strict=True)
         ]
-        legs = np.concatenate([np.zeros((2, 3, 12)), self.leg_slopes(posture)], axis=2)
-        return PostureSlope(np.eye(12, 22), legs, axes, np.stack(gaps), chains)
+        n = len(axes)
+        legs = np.concatenate([np.zeros((2, 3, n)), self.leg_slopes(posture)], axis=2)
+        return PostureSlope(np.eye(n, legs.shape[2]), legs, axes, np.stack(gaps), chains)
 
     def curvature(
         self,
@@ -383,12 +407,13 @@ class LiftedBoundary(Boundary):
         leg_weights: Array,
         gap_weights: Array,
     ) -> Array:
-        """Return the Hessian of sum(leg_weights * legs) + sum(gap_weights * gaps), (22, 22)."""
+        """Return the Hessian of sum(leg_weights * legs) + sum(gap_weights * gaps), (B, B)."""
         del q_weights  # q_start is linear in the coordinates
-        H = np.zeros((22, 22))
-        H[12:, 12:] = self.target_curvature(posture, (np.zeros(6), np.zeros(6)), leg_weights)
+        n = len(posture.q_start)
+        H = np.zeros((n + len(GEOMETRY), n + len(GEOMETRY)))
+        H[n:, n:] = self.target_curvature(posture, (np.zeros(6), np.zeros(6)), leg_weights)
         for loop, axes, drive, weight in zip(
-            posture.loops, slope.loop_axes, _LOOP_DRIVES, gap_weights, strict=True
+            posture.loops, slope.loop_axes, self._drives, gap_weights, strict=True
         ):
             H += drive.T @ loop_gap_curvature(loop, axes, weight) @ drive
         return H
@@ -398,7 +423,7 @@ class LiftedBoundary(Boundary):
         targets = ((posture.pelvis, posture.pelvis_axes), (posture.sole, posture.sole_axes))
         chains = []
         for loop, count, (target, displacements) in zip(
-            posture.loops, (6, 12), targets, strict=True
+            posture.loops, self._counts, targets, strict=True
         ):
             world = np.concatenate([-axes[count - 1 :: -1], displacements])
             to_body = loop * target.inverse()  # world axes into the body the loop starts from

@@ -63,7 +63,7 @@ class Layout:
     """Where each parameter stands in x: intermediate postures, rates before impact, double support.
 
     Attributes:
-        joint_names: of the twelve joints.
+        joint_names: of the n joints.
         postures: number of intermediate postures, n - 2 of section 4.2.
         geometry: the table, complete, in the order of `GEOMETRY`.
         lifted: whether the posture at the start is in x as well, tied to the geometry by equalities
@@ -86,20 +86,25 @@ class Layout:
         return np.array([quantity.value for quantity in self.geometry])
 
     @property
+    def joints(self) -> int:
+        """Number of joints n."""
+        return len(self.joint_names)
+
+    @property
     def knots(self) -> slice:
         """Entries of the intermediate postures."""
-        return slice(0, 12 * self.postures)
+        return slice(0, self.joints * self.postures)
 
     @property
     def rates(self) -> slice:
         """Entries of the rates before impact."""
-        return slice(12 * self.postures, 12 * self.postures + 12)
+        return slice(self.knots.stop, self.knots.stop + self.joints)
 
     @property
     def start(self) -> slice:
-        """Entries of the posture at the start: twelve in the lifted form, else none."""
+        """Entries of the posture at the start: n in the lifted form, else none."""
         first = self.rates.stop
-        return slice(first, first + 12 * self.lifted)
+        return slice(first, first + self.joints * self.lifted)
 
     @property
     def shape(self) -> slice:
@@ -113,8 +118,8 @@ class Layout:
 
     @cached_property
     def boundary_columns(self) -> list[int]:
-        """Which of the boundary's own coordinates (12 angles if lifted, 10 quantities) are in x."""
-        angles = 12 * self.lifted
+        """Which of the boundary's own coordinates (n angles if lifted, 10 quantities) are in x."""
+        angles = self.joints * self.lifted
         return [*range(angles), *(angles + row for row in self.free)]
 
     @property
@@ -142,7 +147,7 @@ class Layout:
         return values
 
     def pack(self, knots: Array, rate_before: Array, q_start: Array, geometry: Array) -> Array:
-        """Return x from postures (n - 2, 12), rates (12,), start (12,) and all geometry (10,).
+        """Return x from postures (k, n), rates (n,), start (n,) and all geometry (10,).
 
         The posture at the start goes in only in the lifted form.
         """

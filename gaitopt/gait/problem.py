@@ -163,7 +163,9 @@ class WalkProblem(NLP):
 
     def _add_cost_curvature(self, step: Step, weights: StepWeights, cost_weight: float) -> None:
         diagonal = cost_weight * self.cost.torque_curvature(step)
-        weights.bend(Reads.TORQUE, slice(None), diagonal[:, None, None] * np.eye(12))
+        weights.bend(
+            Reads.TORQUE, slice(None), diagonal[:, None, None] * np.eye(self.layout.joints)
+        )
         weights.bend(Reads.TRAVEL, slice(None), cost_weight * self.cost.travel_curvature(step))
 
     def _coupling(self, step: Step, slope: StepSlope) -> Array:

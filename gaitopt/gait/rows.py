@@ -95,8 +95,9 @@ def joint_rows(
 ) -> Family:  # fmt: skip
     """A family with one row per joint and instant."""
     labels = tuple(f"{joint} {name}" for joint in at.robot.joint_names)
+    every = Entries(slice(0, len(labels)), len(labels))
     return family_over_step(
-        at, name, equation, reads, Entries(slice(0, 12), 12), labels, unit,
+        at, name, equation, reads, every, labels, unit,
         lower=lower, upper=upper, scale=scale,
     )  # fmt: skip
 

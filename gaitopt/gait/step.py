@@ -29,11 +29,11 @@ from gaitopt.robot.model import Robot
 class Reads(Enum):
     """What a constraint or a cost may look at; the comments say how much of it there is."""
 
-    TORQUE = "torque"  # at each instant (12) [N.m]
+    TORQUE = "torque"  # at each instant (n) [N.m]
     WRENCH = "wrench"  # at each instant (6): ground force and moment in the stance sole [N, N.m]
     CORNERS = "corners"  # at each instant (12): corners of the swing sole, x y z each [m]
-    ANGLES = "angles"  # at each instant (12) [rad]
-    RATES = "rates"  # at each instant (12) [rad/s]
+    ANGLES = "angles"  # at each instant (n) [rad]
+    RATES = "rates"  # at each instant (n) [rad/s]
     IMPULSE = "impulse"  # once (6): of the ground on the landing foot [N.s, N.m.s]
     SOLE_TWIST = "sole_twist"  # once (6): old stance sole after the impact [m/s, rad/s]
     LEGS = "legs"  # two legs (3): ankle to hip in double support [m]
@@ -54,11 +54,11 @@ class Step:
         x: parameters (P,).
         geometry: geometric quantities, free and fixed (10,).
         posture: double support at the start.
-        q_end: posture at the end, E q_start, (12,).
-        rate_before: joint rates before the impact (12,) [rad/s].
+        q_end: posture at the end, E q_start, (n,).
+        rate_before: joint rates before the impact (n,) [rad/s].
         impact: the robot just after it.
-        coefficients: of the spline (n + 2, 12): knots, rate at start, rate at end.
-        motion: q, dq, ddq at the instants, shape (3, N, 12).
+        coefficients: of the spline (k + 4, n): knots, rate at start, rate at end.
+        motion: q, dq, ddq at the instants, shape (3, N, n).
         support: single support at the instants.
         optional: quantities that only some constraints look at; without entries unless they do.
     """
@@ -94,7 +94,7 @@ class Step:
         return {
             Reads.TORQUE: effort[:, 6:],
             Reads.WRENCH: effort[:, :6],
-            Reads.CORNERS: corners.reshape(len(corners), 12),
+            Reads.CORNERS: corners.reshape(len(corners), -1),
             Reads.ANGLES: self.motion[0],
             Reads.RATES: self.motion[1],
             Reads.IMPULSE: self.impact.impulse[None],
@@ -112,8 +112,8 @@ class StepSlope:
 
     Attributes:
         posture, impact, support, optional: the local derivatives they are made of.
-        coefficients: of the spline coefficients, shape (n + 2, 12, P).
-        motion: of (q, dq, ddq) at each instant, shape (N, 36, P).
+        coefficients: of the spline coefficients, shape (k + 4, n, P).
+        motion: of (q, dq, ddq) at each instant, shape (N, 3 n, P).
         reads: of each quantity, shape (K, entries, P).
     """
 
@@ -138,11 +138,11 @@ class Readings:
         if Reads.TRUNK in asked:
             self._read[Reads.TRUNK] = Trunk(robot)
         if Reads.LEG_GAPS in asked:
-            self._read[Reads.LEG_GAPS] = LegGaps(leg_pairs(robot).kept)
+            self._read[Reads.LEG_GAPS] = LegGaps(robot.tree, leg_pairs(robot).kept)
         self._bodies = Bodies(robot.model) if self._read else None
 
     def placed(self, q: Array) -> Placements | None:
-        """Return the bodies at postures q (N, 12), if anything is read off them."""
+        """Return the bodies at postures q (N, n), if anything is read off them."""
         return None if self._bodies is None else self._bodies.placed(q)
 
     def values(self, placed: Placements | None) -> dict[Reads, Array]:
@@ -152,7 +152,7 @@ class Readings:
         return {what: reading.value(placed) for what, reading in self._read.items()}
 
     def slopes(self, placed: Placements | None, axes: Array) -> dict[Reads, ReadingSlope]:
-        """Return the local derivatives of those asked for, from joint axes (N, 12, 6)."""
+        """Return the local derivatives of those asked for, from joint axes (N, n, 6)."""
         if placed is None:
             return {}
         return {what: reading.slope(placed, axes) for what, reading in self._read.items()}
@@ -185,7 +185,7 @@ def chained(
 
     Args:
         slopes: local derivatives.
-        motion: derivatives of the joint angles, shape (N, 12, P).
+        motion: derivatives of the joint angles, shape (N, n, P).
         foot_yaw: its place in x, if it is free.
     """
     found = {what: np.zeros((len(motion), 0, motion.shape[2])) for what in OPTIONAL}

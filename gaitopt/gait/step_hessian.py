@@ -75,57 +75,58 @@ def step_hessian(model: StepModel, step: Step, slope: StepSlope, weights: StepWe
     H[boundary, boundary] += posture[np.ix_(own, own)]
     column = model.layout.index("duration")
     if column is not None:
-        H += _duration_curvature(model, step, slope, pull.reshape(-1, 12), column)
+        H += _duration_curvature(model, step, slope, pull.reshape(-1, model.layout.joints), column)
     return (H + H.T) / 2.0
 
 
 def _pull(slope: StepSlope, weights: StepWeights, effort: Array) -> Array:
-    """Local gradient in (q, dq, ddq), shape (N, 36)."""
+    """Local gradient in (q, dq, ddq), shape (N, 3 n)."""
     support, first = slope.support, weights.first
-    corners = support.corners.reshape(-1, 12, 12)
+    n = support.tree.size
+    corners = support.corners.reshape(len(effort), -1, n)
     pull = (effort[:, None] @ support.effort)[:, 0]
-    pull[:, :12] += (first[Reads.CORNERS][:, None] @ corners)[:, 0] + first[Reads.ANGLES]
-    pull[:, 12:24] += first[Reads.RATES]
+    pull[:, :n] += (first[Reads.CORNERS][:, None] @ corners)[:, 0] + first[Reads.ANGLES]
+    pull[:, n : 2 * n] += first[Reads.RATES]
     for what, reading in slope.optional.items():
-        pull[:, :12] += (first[what][:, None] @ reading.jacobian)[:, 0]
+        pull[:, :n] += (first[what][:, None] @ reading.jacobian)[:, 0]
     return np.asarray(pull)
 
 
 def _local(slope: StepSlope, weights: StepWeights, torque: TorqueCurvature) -> Array:
-    """Local Hessian in (q, dq, ddq), shape (N, 36, 36)."""
+    """Local Hessian in (q, dq, ddq), shape (N, 3 n, 3 n)."""
     support, first, second = slope.support, weights.first, weights.second
-    count = len(support.effort)
+    count, n = len(support.effort), support.tree.size
+    q, dq, ddq = slice(n), slice(n, 2 * n), slice(2 * n, None)
     bent = np.zeros(support.effort.shape)
     for what, rows in _EFFORT.items():
         if what in second:
             np.matmul(second[what], support.effort[:, rows], out=bent[:, rows])
     local = support.effort.swapaxes(1, 2) @ bent
     corners = first[Reads.CORNERS].reshape(count, 4, 3)
-    local[:, :12, :12] += torque.qq + corner_curvature(support.axes, support.corners, corners)
-    local[:, :12, 12:24] += torque.qv
-    local[:, 12:24, :12] += torque.qv.swapaxes(1, 2)
-    local[:, 12:24, 12:24] += torque.vv
-    local[:, :12, 24:] += torque.qa
-    local[:, 24:, :12] += torque.qa.swapaxes(1, 2)
+    local[:, q, q] += torque.qq + corner_curvature(support.axes, support.corners, corners)
+    local[:, q, dq] += torque.qv
+    local[:, dq, q] += torque.qv.swapaxes(1, 2)
+    local[:, dq, dq] += torque.vv
+    local[:, q, ddq] += torque.qa
+    local[:, ddq, q] += torque.qa.swapaxes(1, 2)
     for what, reading in slope.optional.items():
-        local[:, :12, :12] += reading.curvature(first[what])
+        local[:, q, q] += reading.curvature(first[what])
     return local
 
 
 def _reached(
     model: StepModel, step: Step, slope: StepSlope, weights: StepWeights, pull: Array
 ) -> tuple[Array, WeightedImpact]:
-    """What the weights reach through the spline coefficients: q_start (12,) and the impact."""
+    """What the weights reach through the spline coefficients: q_start (n,) and the impact."""
     E, first = model.robot.mirror, weights.first
     width = step.coefficients.shape[0]
-    on_coefficients = model.basis.at(step.duration).reshape(-1, width).T @ pull.reshape(-1, 12)
+    by_sample = pull.reshape(-1, model.layout.joints)
+    on_coefficients = model.basis.at(step.duration).reshape(-1, width).T @ by_sample
     after = np.concatenate(
         [first[Reads.SOLE_TWIST][0], E.T @ on_coefficients[-2], first[Reads.IMPULSE][0]]
     )
     q_weights = on_coefficients[0] + E.T @ (on_coefficients[-3] + slope.impact.posture.T @ after)
-    impact = model.impact_curvature.weighted(
-        step.q_end, step.rate_before, step.impact, slope.impact, after
-    )
+    impact = model.impact.weighted(step.q_end, step.rate_before, step.impact, slope.impact, after)
     return q_weights, impact
 
 

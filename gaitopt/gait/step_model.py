@@ -25,7 +25,7 @@ from gaitopt.gait.parameters import DURATION, STEP_LENGTH, Layout
 from gaitopt.gait.spline import spline_basis
 from gaitopt.gait.step import Readings, Reads, Step, StepSlope, chained, completed
 from gaitopt.mechanics.cached_workspace import kept
-from gaitopt.mechanics.impact import Impact, ImpactCurvature, ImpactSlope
+from gaitopt.mechanics.impact import Impact, ImpactSlope
 from gaitopt.mechanics.single_support import SingleSupport, SupportSlope
 from gaitopt.mechanics.trunk import ReadingSlope
 from gaitopt.nlp import Array
@@ -59,11 +59,6 @@ class StepModel:
     def impact(self) -> Impact:
         """The impact of the robot."""
         return kept(self.robot, Impact)
-
-    @property
-    def impact_curvature(self) -> ImpactCurvature:
-        """Second derivatives of the impact."""
-        return kept(self.robot, ImpactCurvature)
 
     def step(self, x: Array) -> Step:
         """Return the step at x (P,).
@@ -130,11 +125,11 @@ class StepModel:
     def _coefficients(
         self, x: Array, posture: Posture, q_end: Array, rate_start: Array, rate_before: Array
     ) -> Array:
-        knots = x[self.layout.knots].reshape(-1, 12)
+        knots = x[self.layout.knots].reshape(-1, self.layout.joints)
         return np.vstack([posture.q_start, knots, q_end, rate_start, rate_before])
 
     def _motion(self, coefficients: Array, geometry: Array) -> Array:
-        """q, dq, ddq at the instants, shape (3, N, 12), Eqs. (42)-(44)."""
+        """q, dq, ddq at the instants, shape (3, N, n), Eqs. (42)-(44)."""
         motion = self.basis.at(geometry[DURATION]) @ coefficients
         return np.ascontiguousarray(motion.swapaxes(0, 1))
 
@@ -146,14 +141,14 @@ class StepModel:
         support: SupportSlope,
         optional: dict[Reads, ReadingSlope],
     ) -> StepSlope:
-        size, own = self.layout.size, self.layout.boundary_columns
-        q_start = np.zeros((12, size))
+        size, own, n = self.layout.size, self.layout.boundary_columns, self.layout.joints
+        q_start = np.zeros((n, size))
         q_start[:, self.layout.boundary] = posture.q_start[:, own]
-        rate_before = np.zeros((12, size))
-        rate_before[:, self.layout.rates] = np.eye(12)
+        rate_before = np.zeros((n, size))
+        rate_before[:, self.layout.rates] = np.eye(n)
         q_end = self.robot.mirror @ q_start
         after = impact.posture @ q_end + impact.rate @ rate_before
-        coefficients = self._coefficient_slopes(q_start, q_end, after[6:18], rate_before)
+        coefficients = self._coefficient_slopes(q_start, q_end, after[6:-6], rate_before)
         motion = self._motion_slopes(step, coefficients)
         legs = np.zeros((2, 3, size))
         legs[:, :, self.layout.boundary] = posture.legs[:, :, own]
@@ -165,30 +160,31 @@ class StepModel:
             if column is not None:
                 travel[0, row, column] = 1.0
         effort = support.effort @ motion
-        corners = support.corners.reshape(-1, 12, 12) @ motion[:, :12]
+        angles = motion[:, :n]
+        corners = support.corners.reshape(len(motion), -1, n) @ angles
         reads = {
             Reads.TORQUE: effort[:, 6:],
             Reads.WRENCH: effort[:, :6],
             Reads.CORNERS: corners,
-            Reads.ANGLES: motion[:, :12],
-            Reads.RATES: motion[:, 12:24],
-            Reads.IMPULSE: after[None, 18:],
+            Reads.ANGLES: angles,
+            Reads.RATES: motion[:, n : 2 * n],
+            Reads.IMPULSE: after[None, -6:],
             Reads.SOLE_TWIST: after[None, :6],
             Reads.LEGS: legs,
             Reads.GAPS: gaps,
             Reads.TRAVEL: travel,
-            **chained(optional, motion[:, :12], self.layout.index("foot_yaw")),
+            **chained(optional, angles, self.layout.index("foot_yaw")),
         }
         return StepSlope(posture, impact, support, optional, coefficients, motion, reads)
 
     def _coefficient_slopes(
         self, q_start: Array, q_end: Array, rate_after: Array, rate_before: Array
     ) -> Array:
-        postures, size = self.layout.postures, self.layout.size
-        slopes = np.zeros((postures + 4, 12, size))
+        postures, n = self.layout.postures, self.layout.joints
+        slopes = np.zeros((postures + 4, n, self.layout.size))
         slopes[0] = q_start
-        slopes[1 : postures + 1, :, self.layout.knots] = np.eye(12 * postures).reshape(
-            postures, 12, -1
+        slopes[1 : postures + 1, :, self.layout.knots] = np.eye(n * postures).reshape(
+            postures, n, -1
         )
         slopes[postures + 1] = q_end
         slopes[postures + 2] = self.robot.mirror @ rate_after
@@ -196,13 +192,13 @@ class StepModel:
         return slopes
 
     def _motion_slopes(self, step: Step, coefficients: Array) -> Array:
-        """Derivatives of (q, dq, ddq) at the instants, shape (N, 36, P)."""
+        """Derivatives of (q, dq, ddq) at the instants, shape (N, 3 n, P)."""
         count, width = self.grid.count, coefficients.shape[0]
         basis = self.basis.at(step.duration).reshape(3 * count, width)
         slopes = basis @ coefficients.reshape(width, -1)
-        slopes = slopes.reshape(count, 36, -1)
+        slopes = slopes.reshape(count, 3 * self.layout.joints, -1)
         column = self.layout.index("duration")
         if column is not None:
             stretched = self.basis.at(step.duration, 1) @ step.coefficients
-            slopes[:, :, column] += stretched.reshape(count, 36)
+            slopes[:, :, column] += stretched.reshape(count, -1)
         return slopes

@@ -55,14 +55,14 @@ def chain_of_spec(spec: BipedSpec) -> Chain:
         joints=joints,
         links=_link_table(rotations, origins, _bodies_of_spec(spec, turned(origins))),
         sign=np.repeat([-1.0, 1.0], 6),
-        armature=np.zeros(12),
+        armature=np.zeros(len(joints.alpha)),
         tool_rotation=tool_rotation,
         tool_position=tool_position,
     )
 
 
 def _table_1(g: Geometry) -> tuple[JointTable, Array, Array]:
-    """Rows 1 to 12 as the joints; row 13, and R13 to the sole axes, as the tool."""
+    """All rows but the last as the joints; row 13, and R13 to the sole axes, as the tool."""
     quarter, zero = np.pi / 2.0, np.zeros(13)
     alpha = np.array([0, 1, 0, 0, -1, -1, 0, 1, -1, 0, 0, 1, 0]) * quarter
     theta = np.array([0, 0, 0, 0, -1, 0, 0, -1, 0, 0, 0, 0, 0]) * quarter
@@ -70,21 +70,26 @@ def _table_1(g: Geometry) -> tuple[JointTable, Array, Array]:
     r = np.array([g.l1, 0, 0, g.l4, 0, 0, 0, 0, 0, g.l4, 0, 0, -g.l1])
     A, P = transforms(zero, zero, alpha, d, theta, r)
     joints = JointTable(
-        alpha=alpha[:12],
-        d=d[:12],
-        theta=theta[:12],
-        r=r[:12],
-        sigma=zero[:12],
-        gamma=zero[:12],
-        b=zero[:12],
+        alpha=alpha[:-1],
+        d=d[:-1],
+        theta=theta[:-1],
+        r=r[:-1],
+        sigma=zero[:-1],
+        gamma=zero[:-1],
+        b=zero[:-1],
     )
     # R13 is R0 turned upside down about z: x13 down, y13 left, z13 forward.
     sole_in_13 = np.array([[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]])
-    return joints, A[12] @ sole_in_13, P[12]
+    return joints, A[-1] @ sole_in_13, P[-1]
 
 
 def _bodies_of_spec(spec: BipedSpec, origins: Array) -> Bodies:
-    """Links 0 to 12 in the stance sole frame; origins (13, 3) of the link frames there [m]."""
+    """Links in the stance sole frame, the stance foot first.
+
+    Args:
+        spec: of the biped.
+        origins: of the link frames there, shape (13, 3) [m].
+    """
     hips = (origins[6] + origins[7]) / 2.0
     right = [(part, -1.0) for part in reversed(spec.links.leg)]
     left = [(part, 1.0) for part in spec.links.leg]

@@ -1,6 +1,6 @@
-"""Where the bodies of the chain are and their inertias there, for many postures at once.
+"""Where the bodies of a robot are, their inertias there, and the corners of its sole.
 
-The corners of a sole: where they are, how they move, how that bends.
+All in the world frame, which is that of the stance sole, for many postures at once.
 """
 
 from __future__ import annotations
@@ -12,19 +12,18 @@ import pinocchio as pin
 
 from gaitopt.mechanics.spatial import skew, symmetric, world_inertias
 from gaitopt.nlp import Array
+from gaitopt.robot.joint_tree import FIRST
 from gaitopt.robot.model import Robot
 from gaitopt.robot.reroot import joint_axis
-
-_FIRST = 2  # joints 0 and 1 are the universe and the stance foot, which does not move
 
 
 @dataclass(frozen=True)
 class Placements:
-    """Frames of the thirteen bodies in the world at N postures, the stance foot first.
+    """Frames of the n + 1 bodies in the world at N postures, the stance foot first.
 
     Attributes:
-        rotation: shape (N, 13, 3, 3).
-        origin: shape (N, 13, 3) [m].
+        rotation: shape (N, n + 1, 3, 3).
+        origin: shape (N, n + 1, 3) [m].
     """
 
     rotation: Array
@@ -32,10 +31,10 @@ class Placements:
 
 
 class Bodies:
-    """The chain from the stance foot (body 0) by the pelvis (6) to the swing foot (12)."""
+    """The bodies of a model rooted at the stance foot: body 0, then one for each joint."""
 
     def __init__(self, model: pin.Model) -> None:
-        joints = range(_FIRST, model.njoints)
+        joints = range(FIRST, model.njoints)
         placements = [model.jointPlacements[j] for j in joints]
         K = skew(np.stack([joint_axis(model, j) for j in joints]))
         # Rodrigues' formula: the frame of a joint in the one before it is fixed
@@ -44,31 +43,31 @@ class Bodies:
         self._by_sine, self._by_cosine = np.zeros((2, *self._fixed.shape))
         self._by_sine[:, :3, :3] = self._fixed[:, :3, :3] @ K
         self._by_cosine[:, :3, :3] = self._fixed[:, :3, :3] @ K @ K
+        self._carriers = [int(model.parents[j]) - 1 for j in joints]
 
     def placed(self, q: Array) -> Placements:
-        """Return the placements at postures q (N, 12), joint after joint along the chain."""
+        """Return the placements at postures q (N, n), joint after joint outwards."""
         sine, cosine = np.sin(q)[..., None, None], np.cos(q)[..., None, None]
         local = self._fixed + sine * self._by_sine + (1.0 - cosine) * self._by_cosine
-        count = q.shape[1]
-        world = np.empty((len(q), count + 1, 4, 4))
+        world = np.empty((len(q), q.shape[1] + 1, 4, 4))
         world[:, 0] = np.eye(4)
-        for j in range(count):
-            np.matmul(world[:, j], local[:, j], out=world[:, j + 1])
+        for j, carrier in enumerate(self._carriers):
+            np.matmul(world[:, carrier], local[:, j], out=world[:, j + 1])
         return Placements(world[:, :, :3, :3], world[:, :, :3, 3])
 
 
 class BodyInertias:
-    """Mass, centre and inertia of the twelve bodies beyond the stance foot."""
+    """Mass, centre and inertia of the n bodies beyond the stance foot."""
 
     def __init__(self, model: pin.Model) -> None:
-        bodies = [model.inertias[j] for j in range(_FIRST, model.njoints)]
+        bodies = [model.inertias[j] for j in range(FIRST, model.njoints)]
         self._bodies = Bodies(model)
         self._mass = np.array([b.mass for b in bodies])
         self._lever = np.stack([b.lever for b in bodies])
         self._inertia = np.stack([b.inertia for b in bodies])
 
     def in_world(self, q: Array) -> Array:
-        """Return the world inertias at postures q (N, 12), shape (N, 12, 6, 6)."""
+        """Return the world inertias at postures q (N, n), shape (N, n, 6, 6)."""
         at = self._bodies.placed(q)
         return world_inertias(
             self._mass, self._lever, self._inertia, at.rotation[:, 1:], at.origin[:, 1:]
@@ -109,12 +108,12 @@ def corner_slopes(axes: Array, corners: Array) -> Array:
 def corner_curvature(axes: Array, slopes: Array, weights: Array) -> Array:
     """Return the Hessian of sum(weights * corners) with respect to q, shape (N, j, j).
 
-    For j <= k the second derivative is w_j x (d p / d q_k): turning joint j turns all that joint k
-    moves.
+    For j <= k on the way to the foot the second derivative is w_j x (d p / d q_k): turning joint j
+    turns all that joint k moves.
 
     Args:
         axes: joint motion axes in the world, shape (N, j, 6).
-        slopes: of the corners, shape (N, 4, 3, j).
+        slopes: of the corners, shape (N, 4, 3, j); zero for joints that do not move the foot.
         weights: shape (N, 4, 3).
     """
     # sum over corners of weight . (w_j x slope_k) = w_j . (slope_k x weight)
@@ -149,13 +148,13 @@ def sole_tilt(corners: Array) -> Array:
         corners: in the sole frame, in the order of `Sole.corners` [m], shape (4, 3).
     """
     x, y = corners[:, 0] - corners[:, 0].mean(), corners[:, 1] - corners[:, 1].mean()
-    rows = np.zeros((5, 4, 3))
+    rows = np.zeros((5, *corners.shape))
     rows[0, :, 2] = y / (y @ y)
     rows[1, :, 2] = -x / (x @ x)
     rows[2, :, 1] = x / (x @ x)
     rows[3, :, 0] = x / (x @ x)
     rows[4, :, 1] = y / (y @ y)
-    return rows.reshape(5, 12)
+    return rows.reshape(5, corners.size)
 
 
 def turning_arm(length: float, width: float) -> float:

@@ -1,15 +1,13 @@
-"""The impact that swaps the legs, Eqs. (14)-(20), and its exact derivatives, Eqs. (58)-(62).
+"""The impact that swaps the legs, Eqs. (14)-(20), its exact derivatives and its Hessian.
 
 The landing sole stops at once, flat on the ground; the old stance foot is free to leave:
 
     [ D  -J' ] [ V+ ]   [ D V- ]
     [ J   0  ] [ I  ] = [  0   ]
 
-with V = (twist of the old stance sole, joint rates), J the Jacobian of the landing sole in its own
-frame (D12' of Eq. 24 at the sole) and I the impulse of the ground on the landing foot, upward
-positive (-I13 of the paper).
-
-Exact second derivatives of the impact, from the closed forms of a serial chain.
+with V = (twist of the old stance sole, n joint rates), J the Jacobian of the landing sole in its
+own frame (D12' of Eq. 24 at the sole) and I the impulse of the ground on the landing foot, upward
+positive (-I13 of the paper). First derivatives: Eqs. (58)-(62); second ones: docs/derivations.md.
 """
 
 from __future__ import annotations
@@ -27,10 +25,11 @@ from gaitopt.mechanics.inverse_dynamics_hessian import (
 )
 from gaitopt.mechanics.spatial import moved, solve
 from gaitopt.nlp import Array
+from gaitopt.robot.joint_tree import JointTree
 from gaitopt.robot.model import Robot
 
 BASE = 6
-NV = 18
+"""Entries of V and of I that belong to a foot."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +38,7 @@ class ImpactState:
 
     Attributes:
         velocity: V+: linear and angular velocity of the old stance sole in its frame
-            [m/s, rad/s], then the joint rates [rad/s], shape (18,).
+            [m/s, rad/s], then the joint rates [rad/s], shape (6 + n,).
         impulse: of the ground on the landing foot, force then moment, in the landing sole frame
             [N.s, N.m.s], shape (6,).
     """
@@ -54,18 +53,18 @@ class ImpactState:
 
     @property
     def rate_after(self) -> Array:
-        """Joint rates after the impact [rad/s], shape (12,)."""
+        """Joint rates after the impact [rad/s], shape (n,)."""
         return self.velocity[BASE:]
 
 
 @dataclass(frozen=True)
 class ImpactSlope:
-    """Derivatives of (V+, I), shape (24, 12) each.
+    """Derivatives of (V+, I), shape (12 + n, n) each.
 
     Attributes:
         posture: with respect to the joint angles at the impact.
         rate: with respect to the joint rates before the impact.
-        kkt: the matrix of the linear system, shape (24, 24).
+        kkt: the matrix of the linear system, shape (12 + n, 12 + n).
     """
 
     posture: Array
@@ -78,7 +77,7 @@ class LockedImpact:
     """The other outcome of section 2.4.1: both feet stay on the ground.
 
     Attributes:
-        velocity: V+, shape (18,); the first six entries are zero.
+        velocity: V+, shape (6 + n,); the first six entries are zero.
         impulse_landing, impulse_rear: ground on foot, each in its sole frame, shape (6,).
     """
 
@@ -93,11 +92,10 @@ class LockedImpact:
 
 
 class Impact:
-    """Evaluates the impact of one robot."""
+    """Evaluates the impact of one robot and its derivatives."""
 
     def __init__(self, robot: Robot) -> None:
         self.robot = robot
-        self._model = robot.model
         self._weightless = robot.model.copy()
         self._weightless.gravity = pin.Motion.Zero()
         self._data = self._weightless.createData()
@@ -108,6 +106,7 @@ class Impact:
         self._q = pin.neutral(robot.model)
         self._forces = pin.StdVec_Force()
         self._forces.extend([pin.Force.Zero()] * robot.model.njoints)
+        self._nv = robot.model.nv
 
     def _configuration(self, posture: Array) -> Array:
         self._q[BASE + 1 :] = posture
@@ -115,44 +114,45 @@ class Impact:
         return q
 
     def _matrices(self, posture: Array) -> tuple[Array, Array]:
-        """Inertia matrix D (18, 18) and landing Jacobian J (6, 18) at a posture."""
+        """Inertia matrix D (6 + n, 6 + n) and landing Jacobian J (6, 6 + n) at a posture."""
         q = self._configuration(posture)
         D = np.array(pin.crba(self._weightless, self._data, q))
         J = pin.computeFrameJacobian(self._weightless, self._data, q, self._frame, pin.LOCAL)
         return D, J
 
     def _kkt(self, D: Array, J: Array) -> Array:
-        K = np.zeros((NV + BASE, NV + BASE))
-        K[:NV, :NV] = D
-        K[:NV, NV:] = -J.T
-        K[NV:, :NV] = J
+        nv = self._nv
+        K = np.zeros((nv + BASE, nv + BASE))
+        K[:nv, :nv] = D
+        K[:nv, nv:] = -J.T
+        K[nv:, :nv] = J
         return K
 
     def state(self, posture: Array, rate_before: Array) -> ImpactState:
         """Return the state after the impact, Eqs. (19)-(20).
 
         Args:
-            posture: joint angles at the impact [rad], shape (12,).
-            rate_before: joint rates before it [rad/s], shape (12,); the stance foot is at rest.
+            posture: joint angles at the impact [rad], shape (n,).
+            rate_before: joint rates before it [rad/s], shape (n,); the stance foot is at rest.
         """
         D, J = self._matrices(posture)
         rhs = np.concatenate([D[:, BASE:] @ rate_before, np.zeros(BASE)])
         y = solve(self._kkt(D, J), rhs)
-        return ImpactState(y[:NV], y[NV:])
+        return ImpactState(y[: self._nv], y[self._nv :])
 
     def slope(self, posture: Array, rate_before: Array) -> tuple[ImpactState, ImpactSlope]:
         """Return the state and its exact derivatives, Eqs. (58)-(62)."""
         D, J = self._matrices(posture)
-        K = self._kkt(D, J)
+        K, nv, n = self._kkt(D, J), self._nv, len(posture)
         rhs = np.concatenate([D[:, BASE:] @ rate_before, np.zeros(BASE)])
         y = solve(K, rhs)
-        state = ImpactState(y[:NV], y[NV:])
-        sides = np.zeros((NV + BASE, 24))
-        sides[:NV, :12], sides[NV:, :12] = self._residual_slopes(posture, rate_before, state)
-        sides[:, :12] *= -1.0
-        sides[:NV, 12:] = D[:, BASE:]
+        state = ImpactState(y[:nv], y[nv:])
+        sides = np.zeros((nv + BASE, 2 * n))
+        sides[:nv, :n], sides[nv:, :n] = self._residual_slopes(posture, rate_before, state)
+        sides[:, :n] *= -1.0
+        sides[:nv, n:] = D[:, BASE:]
         slopes = solve(K, sides)
-        return state, ImpactSlope(slopes[:, :12], slopes[:, 12:], K)
+        return state, ImpactSlope(slopes[:, :n], slopes[:, n:], K)
 
     def _residual_slopes(
         self, posture: Array, rate_before: Array, state: ImpactState
@@ -166,12 +166,11 @@ class Impact:
         jump = state.velocity.copy()
         jump[BASE:] -= rate_before
         self._forces[self._last] = self._to_last.act(pin.Force(state.impulse))
-        pin.computeRNEADerivatives(
-            self._weightless, self._data, q, np.zeros(NV), jump, self._forces
-        )
+        rest = np.zeros(self._nv)
+        pin.computeRNEADerivatives(self._weightless, self._data, q, rest, jump, self._forces)
         momentum = self._data.dtau_dq[:, BASE:].copy()
         pin.computeForwardKinematicsDerivatives(
-            self._weightless, self._data, q, state.velocity, np.zeros(NV)
+            self._weightless, self._data, q, state.velocity, rest
         )
         landing, _ = pin.getFrameVelocityDerivatives(
             self._weightless, self._data, self._frame, pin.LOCAL
@@ -181,13 +180,42 @@ class Impact:
     def locked(self, posture: Array, rate_before: Array) -> LockedImpact:
         """Return the outcome in which both feet stay on the ground (section 2.4.1, case two)."""
         D, J = self._matrices(posture)
-        both = np.vstack([np.eye(BASE, NV), J])
-        K = np.block([[D, -both.T], [both, np.zeros((12, 12))]])
-        rhs = np.concatenate([D[:, BASE:] @ rate_before, np.zeros(12)])
+        nv = self._nv
+        both = np.vstack([np.eye(BASE, nv), J])
+        K = np.block([[D, -both.T], [both, np.zeros((2 * BASE, 2 * BASE))]])
+        rhs = np.concatenate([D[:, BASE:] @ rate_before, np.zeros(2 * BASE)])
         y = solve(K, rhs)
-        velocity = y[:NV].copy()
+        velocity = y[:nv].copy()
         velocity[:BASE] = 0.0
-        return LockedImpact(velocity, y[NV + BASE :], y[NV : NV + BASE])
+        return LockedImpact(velocity, y[nv + BASE :], y[nv : nv + BASE])
+
+    def weighted(
+        self,
+        posture: Array,
+        rate_before: Array,
+        state: ImpactState,
+        slope: ImpactSlope,
+        weights: Array,
+    ) -> WeightedImpact:
+        """Return weights . (V+, I), whose Hessian needs that of the inverse dynamics.
+
+        Args:
+            posture, rate_before, state, slope: the impact and its derivatives.
+            weights: shape (12 + n,).
+        """
+        adjoint = -solve(slope.kkt.T, weights)
+        q = self._configuration(posture)
+        J = pin.computeJointJacobians(self._weightless, self._data, q)
+        dynamics = WeightedDynamics(
+            axes=J[:, BASE:].T.copy()[None],
+            posture=posture[None],
+            rate=np.zeros((1, len(posture))),
+            acceleration=(state.rate_after - rate_before)[None],
+            base_acceleration=state.sole_twist[None],
+            weights=adjoint[None, : self._nv],
+        )
+        foot = self._data.oMi[self._last] * self._to_last
+        return WeightedImpact(dynamics, state, slope, foot, adjoint, self.robot.tree)
 
 
 @dataclass(frozen=True)
@@ -201,7 +229,8 @@ class WeightedImpact:
         dynamics: D (V+ - V-) as the inverse dynamics of one instant at rest, weighted by l.
         state, slope: the impact and its derivatives.
         foot: placement of the landing sole.
-        adjoint: l, shape (24,).
+        adjoint: l, shape (12 + n,).
+        tree: of the joints.
     """
 
     dynamics: WeightedDynamics
@@ -209,89 +238,56 @@ class WeightedImpact:
     slope: ImpactSlope
     foot: pin.SE3
     adjoint: Array
+    tree: JointTree
 
     def hessian(self, inertial: TorqueCurvature) -> Array:
-        """Return the Hessian in (posture, rate before), shape (24, 24).
+        """Return the Hessian in (posture, rate before), shape (2 n, 2 n).
 
         Args:
             inertial: second derivatives of `dynamics`.
         """
+        n = self.tree.size
         qq, by_result = self._landing()
         qq += inertial.qq[0]
         by_result[:, :BASE] += inertial.base[0]
-        by_result[:, BASE:NV] += inertial.qa[0]
+        by_result[:, BASE : BASE + n] += inertial.qa[0]
         mixed = by_result @ np.hstack([self.slope.posture, self.slope.rate])
-        mixed[:, 12:] -= inertial.qa[0]  # the jump V+ - V- sees minus the rate before
-        H = np.zeros((24, 24))
-        H[:12, :12] = qq
-        H[:12] += mixed
-        H[:, :12] += mixed.T
+        mixed[:, n:] -= inertial.qa[0]  # the jump V+ - V- sees minus the rate before
+        H = np.zeros((2 * n, 2 * n))
+        H[:n, :n] = qq
+        H[:n] += mixed
+        H[:, :n] += mixed.T
         return H
 
     def _landing(self) -> tuple[Array, Array]:
-        """Second derivatives of l . (-J' I, J V+).
+        """Second derivatives of l . (-J' I, J V+), to which the legs alone contribute.
 
         Returns:
-            In the posture twice (12, 12); in the posture and (V+, I) (12, 24).
+            In the posture twice (n, n); in the posture and (V+, I) (n, 12 + n).
         """
-        axes, state = self.dynamics.axes[0], self.state
-        momentum, landing = self.adjoint[:NV], self.adjoint[NV:]
+        n, legs = self.tree.size, self.tree.legs
+        axes, state = self.dynamics.axes[0, legs], self.state
+        momentum, landing = np.split(self.adjoint, [BASE + n])
+        base, rates = momentum[:BASE], momentum[BASE:][legs]
         impulse = self.foot.act(pin.Force(state.impulse)).vector
         push = self.foot.act(pin.Force(landing)).vector
-        qq = velocity_curvature(axes, state.rate_after, state.sole_twist, push)
-        qq -= velocity_curvature(axes, momentum[BASE:], momentum[:BASE], impulse)
-        by_result = np.empty((12, NV + BASE))
-        by_result[:, BASE:NV], by_result[:, :BASE] = velocity_rate_slope(axes, push)
-        by_result[:, NV:] = -_landing_slopes(axes, momentum, self.foot)
+        qq, by_result = np.zeros((n, n)), np.zeros((n, n + 2 * BASE))
+        qq[legs, legs] = velocity_curvature(axes, state.rate_after[legs], state.sole_twist, push)
+        qq[legs, legs] -= velocity_curvature(axes, rates, base, impulse)
+        by_rate, by_result[legs, :BASE] = velocity_rate_slope(axes, push)
+        by_result[legs, BASE : BASE + len(axes)] = by_rate
+        by_result[legs, -BASE:] = -_landing_slopes(axes, base, rates, self.foot)
         return qq, by_result
 
 
-class ImpactCurvature:
-    """Second derivatives of any weighted sum of the robot's state after the impact."""
-
-    def __init__(self, robot: Robot) -> None:
-        self._model = robot.model
-        self._data = robot.model.createData()
-        foot = robot.model.frames[robot.swing_frame]
-        self._last, self._to_last = foot.parentJoint, foot.placement
-        self._q = pin.neutral(robot.model)
-
-    def weighted(
-        self,
-        posture: Array,
-        rate_before: Array,
-        state: ImpactState,
-        slope: ImpactSlope,
-        weights: Array,
-    ) -> WeightedImpact:
-        """Return weights . (V+, I) but for the curvature of the dynamics, had with that of a step.
-
-        Args:
-            posture, rate_before, state, slope: the impact and its derivatives.
-            weights: shape (24,).
-        """
-        adjoint = -solve(slope.kkt.T, weights)
-        self._q[BASE + 1 :] = posture
-        J = pin.computeJointJacobians(self._model, self._data, self._q)
-        dynamics = WeightedDynamics(
-            axes=J[:, BASE:].T.copy()[None],
-            posture=posture[None],
-            rate=np.zeros((1, 12)),
-            acceleration=(state.rate_after - rate_before)[None],
-            base_acceleration=state.sole_twist[None],
-            weights=adjoint[None, :NV],
-        )
-        foot = self._data.oMi[self._last] * self._to_last
-        return WeightedImpact(dynamics, state, slope, foot, adjoint)
-
-
-def _landing_slopes(axes: Array, velocity: Array, foot: pin.SE3) -> Array:
-    """Derivative in q of the landing sole's velocity in its own frame, shape (12, 6).
+def _landing_slopes(axes: Array, base: Array, rates: Array, foot: pin.SE3) -> Array:
+    """Derivative in q of the landing sole's velocity in its own frame, shape (m, 6).
 
     Args:
-        axes: S_j, shape (12, 6).
-        velocity: twist of the base, then joint rates, shape (18,).
+        axes: S_j of the joints between the feet, shape (m, 6).
+        base: twist of the stance foot, shape (6,).
+        rates: of these joints, shape (m,).
         foot: placement of the landing sole.
     """
-    before = velocity[:BASE] + np.cumsum(axes * velocity[BASE:, None], axis=0)
+    before = base + np.cumsum(axes * rates[:, None], axis=0)
     return np.asarray(moved(before, axes) @ foot.toActionMatrixInverse().T)

@@ -1,4 +1,4 @@
-"""Closed-form second derivatives of inverse dynamics and of frame velocities for a serial chain.
+"""Closed-form second derivatives of inverse dynamics and of frame velocities for a tree of joints.
 
 All in the world frame at the base, batched over instants. Body b carries joint b; S_j are the joint
 motion axes; u, v, a are virtual, real and (gravity-included) accelerations of the bodies:
@@ -6,9 +6,12 @@ motion axes; u, v, a are virtual, real and (gravity-included) accelerations of t
     u_b = u_0 + sum_{j<=b} S_j lambda_j      v_b = sum_{j<=b} S_j dq_j
     a_b = a_0 + sum_{j<=b} (S_j ddq_j + (v_{j-1} x S_j) dq_j)
 
+where j <= b reads "joint j moves body b" and j - 1 is the body that joint j sits on.
+
 By d'Alembert's principle lambda . tau = sum_b u_b . (I_b a_b + v_b x* I_b v_b). Turning joint j
 turns all bodies beyond it, which gives every second derivative as products of one term of joint j
-and one composite term of joint k >= j (derivation: docs/derivations.md).
+and one composite term of joint k >= j, over the bodies beyond it. Joints of different branches
+move no body in common: their mixed derivatives vanish (derivation: docs/derivations.md).
 """
 
 from __future__ import annotations
@@ -21,28 +24,26 @@ from gaitopt.mechanics.spatial import (
     apply,
     cross_force,
     force_cross,
-    joined,
     motion_cross,
     moved,
     pushed,
     symmetric,
 )
 from gaitopt.nlp import Array
-
-_OUTWARD = np.tril(np.ones((12, 12)))  # a product with it sums along the chain
+from gaitopt.robot.joint_tree import JointTree
 
 
 @dataclass(frozen=True)
 class WeightedDynamics:
     """What the second derivatives of lambda . tau at N instants depend on.
 
-    tau is the ground wrench and the torques, (N, 18).
+    tau is the ground wrench and the n torques, (N, 6 + n).
 
     Attributes:
-        axes: S_j, shape (N, 12, 6).
-        posture, rate, acceleration: q, dq, ddq, shape (N, 12).
+        axes: S_j, shape (N, n, 6).
+        posture, rate, acceleration: q, dq, ddq, shape (N, n).
         base_acceleration: a_0, shape (N, 6); minus gravity for a foot at rest.
-        weights: lambda, shape (N, 18).
+        weights: lambda, shape (N, 6 + n).
     """
 
     axes: Array
@@ -61,13 +62,13 @@ class WeightedDynamics:
 
 @dataclass(frozen=True)
 class TorqueCurvature:
-    """Second derivatives of lambda . tau at N instants, shape (N, 12, 12) each.
+    """Second derivatives of lambda . tau at N instants, shape (N, n, n) each.
 
     Attributes:
         qq, vv: symmetric blocks.
         qv: rows q, columns dq.
         qa: rows q, columns ddq (the other blocks with ddq vanish).
-        base: d²(lambda . tau) / d q d a_0, shape (N, 12, 6).
+        base: d²(lambda . tau) / d q d a_0, shape (N, n, 6).
     """
 
     qq: Array
@@ -81,24 +82,26 @@ class TorqueCurvature:
         return TorqueCurvature(*(getattr(self, field.name)[instants] for field in fields(self)))
 
 
-def torque_curvature(inertias: Array, at: WeightedDynamics) -> TorqueCurvature:
+def torque_curvature(inertias: Array, at: WeightedDynamics, tree: JointTree) -> TorqueCurvature:
     """Return the second derivatives of lambda . tau.
 
     Args:
-        inertias: world spatial inertias of the twelve moving bodies, shape (N, 12, 6, 6).
+        inertias: world spatial inertias of the n moving bodies, shape (N, n, 6, 6).
         at: motion and lambda.
+        tree: of the joints.
     """
     axes, rate, (base_weights, weights) = at.axes, at.rate, np.split(at.weights, [6], axis=1)
     du, dv = axes * weights[:, :, None], axes * rate[:, :, None]
-    u, v = base_weights[:, None] + _up_to(du), _up_to(dv)
+    u, v = base_weights[:, None] + tree.up_to(du), tree.up_to(dv)
     across = -motion_cross(axes)  # y -> y x S_j
     u_before, v_before = u - du, v - dv
     p, U = apply(across, v_before), apply(across, u_before)
     da = axes * at.acceleration[:, :, None] + p * rate[:, :, None]
-    a = at.base_acceleration[:, None] + _up_to(da)
+    a = at.base_acceleration[:, None] + tree.up_to(da)
     r = apply(across, a - da) + moved(v_before, p)
 
-    I, B, Z, yI, yB, force = _composites(inertias, u, v, a)  # noqa: E741
+    own = _own_terms(inertias, u, v, a)
+    I, B, Z, yI, yB, force = map(tree.beyond, own)  # noqa: E741
     onto = np.swapaxes(across, 2, 3)  # f -> S_j x* f
     IS, Ip, IU, Ir = _products(I, axes, p, U, r)
     BS, Bp = _products(B, axes, p)
@@ -113,16 +116,16 @@ def torque_curvature(inertias: Array, at: WeightedDynamics) -> TorqueCurvature:
     vv = _table((axes,), (beta_v,))
     qa, aq = _table((U,), (IS,)), _table((gamma,), (axes,))
     return TorqueCurvature(
-        qq=symmetric(qq),
-        qv=joined(qv, vq),
-        vv=symmetric(vv),
-        qa=joined(qa, aq),
+        qq=tree.symmetric(qq),
+        qv=tree.joined(qv, vq),
+        vv=tree.symmetric(vv),
+        qa=tree.joined(qa, aq),
         base=gamma,
     )
 
 
-def _composites(inertias: Array, u: Array, v: Array, a: Array) -> tuple[Array, ...]:
-    """Return I, 2 B and Z (N, 12, 6, 6), yI, yB and the force (N, 12, 6) of all beyond each joint.
+def _own_terms(inertias: Array, u: Array, v: Array, a: Array) -> tuple[Array, ...]:
+    """Return I, 2 B and Z (N, n, 6, 6), yI, yB and the force (N, n, 6) of each body.
 
     2 B y = -I (v x y) + y x* (I v) + v x* (I y), and Z is minus the change of I along u.
     """
@@ -134,19 +137,19 @@ def _composites(inertias: Array, u: Array, v: Array, a: Array) -> tuple[Array, .
     matrices = (inertias, B, turn + np.swapaxes(turn, 2, 3))
     force = apply(inertias, a) + apply(onto_v, momentum)
     forces = (apply(inertias, u), apply(np.swapaxes(B, 2, 3), u), force)
-    return (*map(_beyond, matrices), *map(_beyond, forces))
+    return (*matrices, *forces)
 
 
 def velocity_curvature(axes: Array, rate: Array, base: Array, force: Array) -> Array:
     """Return the second derivative in q of force . (end velocity in the end's own frame).
 
-    The force is fixed in the end body. Seen from that body, turning joint j moves everything
-    before it: the slope in q_k is force . (v_{k-1} x S_k), the curvature
-    -force . (S_max x (v_{min-1} x S_min)).
+    The joints are those of a serial chain to the end body, in which the force is fixed. Seen from
+    that body, turning joint j moves everything before it: the first derivative in q_k is
+    force . (v_{k-1} x S_k), the second -force . (S_max x (v_{min-1} x S_min)).
 
     Args:
-        axes: S_j, shape (12, 6).
-        rate: joint rates, shape (12,).
+        axes: S_j in order from the base, shape (m, 6).
+        rate: joint rates, shape (m,).
         base: twist of the base, shape (6,).
         force: in the world at the current posture, shape (6,).
     """
@@ -157,7 +160,7 @@ def velocity_curvature(axes: Array, rate: Array, base: Array, force: Array) -> A
 
 
 def velocity_rate_slope(axes: Array, force: Array) -> tuple[Array, Array]:
-    """Return d²/dq d(rate) (12, 12) and d²/dq d(base twist) (12, 6) of force . (end velocity).
+    """Return d²/dq d(rate) (m, m) and d²/dq d(base twist) (m, 6) of force . (end velocity).
 
     Args:
         axes, force: as for `velocity_curvature`.
@@ -167,23 +170,12 @@ def velocity_rate_slope(axes: Array, force: Array) -> tuple[Array, Array]:
     return np.tril(turned @ axes.T, -1), turned
 
 
-def _up_to(per_body: Array) -> Array:
-    """Sum over the joints from the base to each body, shape (N, 12, ...)."""
-    return _OUTWARD @ per_body
-
-
-def _beyond(per_body: Array) -> Array:
-    """Sum over the bodies from each joint to the end of the chain, shape (N, 12, ...)."""
-    flat = per_body.reshape(*per_body.shape[:2], -1)
-    return (_OUTWARD.T @ flat).reshape(per_body.shape)
-
-
 def _products(matrices: Array, *vectors: Array) -> Array:
-    """Products of each matrix (N, 12, 6, 6) with its vectors (N, 12, 6), as many (N, 12, 6)."""
+    """Products of each matrix (N, n, 6, 6) with its vectors (N, n, 6), as many (N, n, 6)."""
     return np.moveaxis(matrices @ np.stack(vectors, axis=3), 3, 0)
 
 
 def _table(of_q: tuple[Array, ...], of_other: tuple[Array, ...]) -> Array:
-    """Sum of the products of one term of each row's joint and one of each column's, (N, 12, 12)."""
+    """Sum of the products of one term of each row's joint and one of each column's, (N, n, n)."""
     left, right = np.concatenate(of_q, axis=2), np.concatenate(of_other, axis=2)
     return np.asarray(left @ np.swapaxes(right, 1, 2))

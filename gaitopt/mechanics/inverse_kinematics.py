@@ -22,8 +22,10 @@ import pinocchio as pin
 from gaitopt.errors import UnreachableError
 from gaitopt.mechanics.spatial import cross, pushed, skew, solve, symmetric
 from gaitopt.nlp import Array
+from gaitopt.robot.joint_tree import TWIST
 from gaitopt.robot.model import Robot
 
+_RANK = 1e-6  # of the largest singular value: directions in which a leg cannot be moved
 _LAST_STEP = 1e-7  # rad: Newton is quadratic, so the error left is below rounding
 _MAX_ITERATIONS = 40
 _BRANCHES = 3  # searches, each from the last one's posture with its knees bent the other way
@@ -36,6 +38,8 @@ _SEED_STEP = 0.5  # of the leg's length: a usual step is near it, so few iterati
 class LegKinematics:
     """Solves for the joint angles of a double-support posture.
 
+    Legs of six joints have one solution on each branch of the knees; with more joints the search
+    takes the shortest steps, with fewer it ends nearest to the targets. Other joints stay at 0.
     Every search starts from the same bent posture, so the result is a pure function of the targets.
     """
 
@@ -46,7 +50,7 @@ class LegKinematics:
         self._q = pin.neutral(robot.model)
 
     def solve(self, pelvis: pin.SE3, sole: pin.SE3) -> Array:
-        """Return the joint angles that place pelvis and swing sole [rad], shape (12,).
+        """Return the joint angles that place pelvis and swing sole [rad], shape (n,).
 
         Args:
             pelvis, sole: placements in the stance sole frame.
@@ -69,14 +73,14 @@ class LegKinematics:
         )
 
     def placements(self, q: Array) -> tuple[pin.SE3, pin.SE3]:
-        """Return the placements of pelvis and swing sole at joint angles q (12,)."""
+        """Return the placements of pelvis and swing sole at joint angles q (n,)."""
         self._q[7:] = q
         pin.framesForwardKinematics(self._model, self._data, self._q)
         frames = self._data.oMf
         return frames[self.robot.pelvis_frame].copy(), frames[self.robot.swing_frame].copy()
 
     def axes(self, q: Array) -> Array:
-        """Return the joint motion axes in the stance sole frame at q (12,), shape (12, 6)."""
+        """Return the joint motion axes in the stance sole frame at q (n,), shape (n, 6)."""
         self._q[7:] = q
         J = pin.computeJointJacobians(self._model, self._data, self._q)
         return np.asarray(J[:, 6:].T).copy()
@@ -96,22 +100,28 @@ class LegKinematics:
 
     def _newton(self, q: Array, pelvis: pin.SE3, sole: pin.SE3) -> Array:
         model, data, robot = self._model, self._data, self.robot
-        matrix, gap = np.zeros((12, 12)), np.empty(12)
+        legs, stance = robot.tree.legs, robot.tree.stance
+        matrix, gap = np.zeros((2 * TWIST, legs.stop)), np.empty(2 * TWIST)
+        square = matrix.shape[0] == matrix.shape[1]
         for _ in range(_MAX_ITERATIONS):
             self._q[7:] = q
             J = pin.computeJointJacobians(model, data, self._q)
             at_pelvis = pin.updateFramePlacement(model, data, robot.pelvis_frame)
-            gap[:6] = pin.log6(pelvis * at_pelvis.inverse()).vector
+            gap[:TWIST] = pin.log6(pelvis * at_pelvis.inverse()).vector
             at_sole = pin.updateFramePlacement(model, data, robot.swing_frame)
-            gap[6:] = pin.log6(sole * at_sole.inverse()).vector
-            matrix[:6, :6], matrix[6:] = J[:, 6:12], J[:, 6:]
-            step = _solve(matrix, gap)
+            gap[TWIST:] = pin.log6(sole * at_sole.inverse()).vector
+            columns = J[:, 6 : 6 + legs.stop]
+            matrix[:TWIST, :stance], matrix[TWIST:] = columns[:, :stance], columns
+            step = _solve(matrix, gap) if square else np.linalg.lstsq(matrix, gap, rcond=_RANK)[0]
             largest = float(np.abs(step).max())
             if not np.isfinite(largest):
                 break
-            q = q + step * min(1.0, _MAX_STEP / max(largest, _MAX_STEP))
+            q = q.copy()
+            q[legs] += step * min(1.0, _MAX_STEP / max(largest, _MAX_STEP))
             if largest < _LAST_STEP:
                 return q
+        if legs.stop < 2 * TWIST and np.isfinite(q).all():
+            return q  # the nearest posture; too few joints to meet both targets
         raise UnreachableError(
             "the legs found no posture for this double support; lower the pelvis, shorten the step "
             "or bring the trunk closer to upright"
@@ -121,7 +131,7 @@ class LegKinematics:
     def _seed(self) -> Array:
         """In double support, soles flat, trunk upright, knees bent: the seed of every search."""
         legs = self.robot.legs
-        q = np.zeros(12)
+        q = np.zeros(self.robot.tree.size)
         q[list(legs.knees)] = legs.straight + legs.flexion * _SEED_KNEE
         for step in (0.0, _SEED_STEP * legs.reach):
             q = self._newton(q, *self.flat_feet(step, legs.spacing))
@@ -143,28 +153,29 @@ class LegKinematics:
 
 
 def closure_matrix(axes: Array) -> Array:
-    """Return the (12, 12) matrix from joint rates to the twists of pelvis and swing sole.
+    """Return the matrix from leg joint rates to the twists of pelvis and swing sole, (12, m).
 
     Args:
-        axes: joint motion axes, shape (12, 6).
+        axes: motion axes of the stance leg's joints, then of as many of the swing leg, (m, 6).
     """
-    matrix = np.zeros((12, 12))
-    matrix[:6, :6] = axes[:6].T
-    matrix[6:] = axes.T
+    stance = len(axes) // 2
+    matrix = np.zeros((2 * TWIST, len(axes)))
+    matrix[:TWIST, :stance] = axes[:stance].T
+    matrix[TWIST:] = axes.T
     return matrix
 
 
 def closure_slope(axes: Array, pelvis_twists: Array, sole_twists: Array) -> Array:
-    """Return d q / d p, shape (12, p), from the twists of the targets, shape (6, p) each."""
+    """Return d q / d p, shape (m, p), from the twists of the targets, shape (6, p) each."""
     return _solve(closure_matrix(axes), np.vstack([pelvis_twists, sole_twists]))
 
 
 def closure_forces(axes: Array, weights: Array) -> Array:
-    """Return the forces (2, 6) on pelvis and sole that the joint weights (12,) are worth.
+    """Return the forces (2, 6) on pelvis and sole that the joint weights (m,) are worth.
 
     They solve closure_matrix' f = weights, so weights . dq = f . (twists of the targets).
     """
-    return _solve(closure_matrix(axes).T, weights).reshape(2, 6)
+    return _solve(closure_matrix(axes).T, weights).reshape(2, TWIST)
 
 
 def chain_curvature(axes: Array, force: Array) -> Array:

@@ -25,6 +25,7 @@ from gaitopt.mechanics.inverse_kinematics import LegKinematics
 from gaitopt.mechanics.spatial import cross, skew, symmetric
 from gaitopt.mechanics.trunk import Reading, ReadingSlope
 from gaitopt.nlp import Array
+from gaitopt.robot.joint_tree import JointTree
 from gaitopt.robot.leg_capsules import DEFAULT_RADIUS, Capsule, leg_capsules
 from gaitopt.robot.model import Robot
 
@@ -140,7 +141,6 @@ def _dot(a: Array, b: Array) -> Array:
     return np.asarray(np.einsum("mi,mi->m", a, b))
 
 
-PELVIS = 6  # its place among the bodies
 _HAIR = 1e-4  # m
 _APART = 0.1  # m between the soles of a robot that stands with its legs apart
 
@@ -217,11 +217,12 @@ def leg_pairs(robot: Robot) -> LegPairs:
         UnreachableError: the robot cannot stand on flat feet with its knees bent.
     """
     capsules = leg_capsules(robot)
-    stance = [c for c in capsules if c.body < PELVIS]
-    swing = [c for c in capsules if c.body > PELVIS]
+    pelvis = robot.tree.pelvis
+    stance = [c for c in capsules if c.body < pelvis]
+    swing = [c for c in capsules if pelvis < c.body <= robot.tree.swing_foot]
     pairs = [(a, b) for a in stance for b in swing]
     standing = Bodies(robot.model).placed(_standing(robot)[None])
-    gaps = LegGaps(tuple(pairs)).value(standing)[0]
+    gaps = LegGaps(robot.tree, tuple(pairs)).value(standing)[0]
     apart = gaps > 0.0
     return LegPairs(
         tuple(p for p, good in zip(pairs, apart, strict=True) if good),
@@ -231,7 +232,7 @@ def leg_pairs(robot: Robot) -> LegPairs:
 
 
 def _standing(robot: Robot) -> Array:
-    """Joint angles with flat feet well apart, the pelvis upright between them, (12,)."""
+    """Joint angles with flat feet well apart, the pelvis upright between them, (n,)."""
     legs, sole, kinematics = robot.legs, robot.sole, LegKinematics(robot)
     spacing = legs.side * max(abs(legs.spacing), sole.left - sole.right + _APART)
     return kinematics.solve(*kinematics.flat_feet(0.0, spacing))
@@ -243,10 +244,10 @@ class LegGapsSlope(ReadingSlope):
 
     Attributes:
         value: the gaps [m], shape (N, pairs).
-        jacobian: with respect to q, shape (N, pairs, 12).
+        jacobian: with respect to q, shape (N, pairs, n).
         near: nearest points, instant after instant, N * pairs of them.
-        axes: joint motion axes in the world, shape (N, 12, 6).
-        between: which joints are between the bodies of each pair, shape (pairs, 12).
+        axes: joint motion axes in the world, shape (N, n, 6).
+        between: which joints are between the bodies of each pair, shape (pairs, n).
     """
 
     value: Array
@@ -256,14 +257,14 @@ class LegGapsSlope(ReadingSlope):
     between: NDArray[np.bool_]
 
     def curvature(self, weights: Array) -> Array:
-        """Return the Hessian in q of sum(weights * gaps), weights (N, pairs), shape (N, 12, 12).
+        """Return the Hessian in q of sum(weights * gaps), weights (N, pairs), shape (N, n, n).
 
         Pairs without weight cost nothing.
         """
         instants, pairs = np.nonzero(weights)
         near = self.near.pick(instants * weights.shape[1] + pairs)
         axes = self.axes[instants] * self.between[pairs][:, :, None]
-        H = np.zeros((len(weights), 12, 12))
+        H = np.zeros((len(weights), *axes.shape[1:2] * 2))
         bend = distance_curvature(near, axes) * weights[instants, pairs][:, None, None]
         np.add.at(H, instants, bend)
         return H
@@ -272,15 +273,19 @@ class LegGapsSlope(ReadingSlope):
 class LegGaps(Reading):
     """Gaps of pairs of capsules [m], negative where they overlap."""
 
-    def __init__(self, pairs: tuple[Pair, ...]) -> None:
+    def __init__(self, tree: JointTree, pairs: tuple[Pair, ...]) -> None:
+        """Prepare pairs, of which the first body is on the way from the stance foot to the second.
+
+        Args:
+            tree: of the robot's joints.
+            pairs: of capsules.
+        """
         capsules = list(dict.fromkeys(c for pair in pairs for c in pair))  # few, in many pairs
         self._carriers = [c.body for c in capsules]
         self._ends = np.array([c.ends for c in capsules])
         self._sides = np.array([[capsules.index(c) for c in pair] for pair in pairs]).T
-        bodies = np.array([[c.body for c in pair] for pair in pairs])
         self._radii = np.array([sum(c.radius for c in pair) for pair in pairs])
-        joints = np.arange(12)  # joint j carries body j + 1
-        self._between = (joints >= bodies[:, :1]) & (joints < bodies[:, 1:])
+        self._between = np.array([tree.path(b.body) & ~tree.path(a.body) for a, b in pairs])
 
     def value(self, placed: Placements) -> Array:
         """Return the gaps [m], shape (N, pairs)."""

@@ -1,29 +1,7 @@
-"""What joints do by themselves: damping, Coulomb friction and springs (docs/physics.md).
+"""Single support, Eqs. (1)-(13): torques, ground wrench, swing foot, and their derivatives.
 
-The motor delivers the torque of the rigid bodies plus
-
-    sum_k d_k |dq|^(k-1) dq + F tanh(dq / epsilon) + sum_k c_k (q - r)^k
-
-with the powers that MuJoCo 4 gives to damping (odd) and to springs (plain).
-
-Weight that is carried from outside (MuJoCo's `gravcomp`): point masses that hang on nothing.
-
-A point mass m at p is held by a force -m g from outside, which the ground and the motors need not
-give. With a_0 = -g the wrench that holds all points beyond joint j is
-
-    W_j = sum_{b >= j} P_b a_0        of P_b, the spatial inertia of body b's points,
-
-and the effort is that of the whole robot less [W_0; S_j . W_j]: two inverse dynamics, the second
-of the points alone at rest. Turning joint k moves what lies beyond it, so that
-
-    dW_j / dq_k = G_max(j, k)         G_k = S_k x* W_k - P_k^c (S_k x a_0)
-
-and the derivative of S_j . W_j is S_min . G_max, symmetric as the curvature of a potential is.
-
-Single support, Eqs. (1)-(13): torques, ground wrench, swing foot, and their derivatives.
-
-The torques are those of the motors: of the rigid bodies, and what damping, friction and springs of
-the joints take; weight that is carried from outside is needed of neither motors nor ground.
+The effort is [R0; Gamma] of Eq. (1) for the rigid bodies, plus what the joints take themselves
+(damping, Coulomb friction, springs; docs/physics.md), less the weight that is carried from outside.
 
 One `pin.Data` serves all instants, and its results are live views that are copied out after each:
 faster than a Data per instant, whose 0.4 MB each leave the processor's caches (measured: a third at
@@ -53,6 +31,7 @@ from gaitopt.mechanics.inverse_dynamics_hessian import (
 from gaitopt.mechanics.spatial import apply, moved, pushed, skew
 from gaitopt.nlp import Array
 from gaitopt.robot.chain_physics import PassiveJoints
+from gaitopt.robot.joint_tree import FIRST, JointTree
 from gaitopt.robot.model import Robot
 from gaitopt.robot.reroot import joint_axis
 
@@ -64,13 +43,169 @@ How little the optimum depends on it: docs/physics.md."""
 
 
 @dataclass(frozen=True)
-class PassiveTorque:
-    """The torque at N instants and its derivatives; each joint's depends on its own motion alone.
+class SupportState:
+    """Single support at N instants, world frame = stance sole frame.
 
     Attributes:
-        value: shape (N, 12) [N·m].
-        by_angle, by_rate: first derivatives, shape (N, 12) each.
-        by_angle_twice, by_rate_twice: second derivatives, shape (N, 12) each.
+        effort: ground wrench on the stance foot (force, moment about the sole origin; 6) then
+            torques (n) [N, N.m], shape (N, 6 + n): [R0; Gamma] of Eq. (1).
+        corners: corners of the swing sole [m], shape (N, 4, 3).
+    """
+
+    effort: Array
+    corners: Array
+
+
+@dataclass(frozen=True)
+class SupportSlope:
+    """Derivatives of a SupportState, and the kinematics they came with.
+
+    Attributes:
+        effort: with respect to (q, dq, ddq) side by side, shape (N, 6 + n, 3 n).
+        corners: with respect to q, shape (N, 4, 3, n).
+        axes: joint motion axes in the world, shape (N, n, 6).
+        motion: q, dq, ddq it was taken at, shape (N, n) each.
+        bodies: of the robot, for the second derivatives.
+        tree: of its joints.
+        gravity: spatial acceleration of gravity, shape (6,).
+        passive: what the joints do by themselves; None if they do nothing.
+        carried: weight that is carried from outside; None if there is none.
+    """
+
+    effort: Array
+    corners: Array
+    axes: Array
+    motion: tuple[Array, Array, Array]
+    bodies: BodyInertias
+    tree: JointTree
+    gravity: Array
+    passive: PassiveTorque | None = None
+    carried: Carried | None = None
+
+    def curvature(self, weights: Array, then: WeightedDynamics | None = None) -> TorqueCurvature:
+        """Return the second derivatives of sum(weights * effort), weights (N, 6 + n).
+
+        Args:
+            weights: of the effort.
+            then: further instants to follow the N; cheaper than on their own.
+        """
+        base = np.broadcast_to(-self.gravity, (len(weights), 6))
+        at = WeightedDynamics(self.axes, *self.motion, base, weights)
+        if then is not None:
+            at = at.followed_by(then)
+        found = torque_curvature(self.bodies.in_world(at.posture), at, self.tree)
+        own = slice(len(weights))
+        if self.carried is not None:
+            found.qq[own] -= self.carried.curvature(self.motion[0], weights)
+        if self.passive is not None:
+            each = np.arange(self.tree.size)
+            found.qq[own, each, each] += weights[:, 6:] * self.passive.by_angle_twice
+            found.vv[own, each, each] += weights[:, 6:] * self.passive.by_rate_twice
+        return found
+
+
+class SingleSupport:
+    """Evaluates Eq. (1) at a fixed number of instants."""
+
+    def __init__(self, robot: Robot, count: int) -> None:
+        self.robot = robot
+        self.count = count
+        model = robot.model
+        self._data = model.createData()
+        self._q = np.tile(pin.neutral(model), (count, 1))
+        self._v = np.zeros((count, model.nv))
+        self._a = np.zeros((count, model.nv))
+        frame = model.frames[robot.swing_frame]
+        points = robot.sole.corners @ frame.placement.rotation.T + frame.placement.translation
+        self._corners_in_last = points
+        self._bodies = kept(robot, body_inertias)
+        self._joints = robot.physics.passive
+        self._bind_views(frame.parentJoint)
+
+    def _bind_views(self, last: int) -> None:
+        """Bind Pinocchio's results once: these arrays follow the Data they belong to."""
+        data = self._data
+        self._effort = data.tau
+        self._slopes = [getattr(data, name)[:, 6:] for name in ("dtau_dq", "dtau_dv", "M")]
+        self._axes = data.J[:, 6:].T
+        self._rotation = data.oMi[last].rotation
+        self._origin = data.oMi[last].translation
+
+    @property
+    def _carried(self) -> Carried | None:
+        """Weight that is carried from outside."""
+        return None if self.robot.physics.carried is None else kept(self.robot, Carried)
+
+    def _load(self, q: Array, dq: Array, ddq: Array) -> None:
+        self._q[:, 7:], self._v[:, 6:], self._a[:, 6:] = q, dq, ddq
+
+    def state(self, q: Array, dq: Array, ddq: Array) -> SupportState:
+        """Return wrench, torques and swing foot at the motion q, dq, ddq, shape (N, n) each."""
+        self._load(q, dq, ddq)
+        model, data = self.robot.model, self._data
+        effort = np.empty((self.count, model.nv))
+        rotation, origin = np.empty((self.count, 3, 3)), np.empty((self.count, 3))
+        for k, motion in enumerate(zip(self._q, self._v, self._a, strict=True)):
+            pin.rnea(model, data, *motion)
+            pin.updateGlobalPlacements(model, data)
+            effort[k], rotation[k], origin[k] = self._effort, self._rotation, self._origin
+        if (carried := self._carried) is not None:
+            effort -= carried.effort(q)
+        if self._joints is not None:
+            effort[:, 6:] += passive_torque(self._joints, q, dq).value
+        return SupportState(effort, corner_positions(rotation, origin, self._corners_in_last))
+
+    def slope(self, q: Array, dq: Array, ddq: Array) -> tuple[SupportState, SupportSlope]:
+        """Return the state and its exact derivatives at the motion q, dq, ddq, (N, n) each."""
+        self._load(q, dq, ddq)
+        model, data = self.robot.model, self._data
+        by_position, by_rate, by_acceleration = self._slopes
+        tree, n = self.robot.tree, self.robot.tree.size
+        effort = np.empty((self.count, 6 + n))
+        slopes = np.empty((self.count, 6 + n, 3 * n))
+        rotation, origin = np.empty((self.count, 3, 3)), np.empty((self.count, 3))
+        axes = np.empty((self.count, n, 6))
+        of_q, of_dq, of_ddq = np.split(slopes, 3, axis=2)
+        for k, motion in enumerate(zip(self._q, self._v, self._a, strict=True)):
+            pin.computeRNEADerivatives(model, data, *motion)
+            effort[k], rotation[k], origin[k] = self._effort, self._rotation, self._origin
+            of_q[k], of_dq[k], of_ddq[k] = by_position, by_rate, by_acceleration
+            axes[k] = self._axes
+        if (carried := self._carried) is not None:
+            unneeded, unneeded_slope = carried.slope(q)
+            effort -= unneeded
+            of_q -= unneeded_slope
+        passive = None if self._joints is None else passive_torque(self._joints, q, dq)
+        if passive is not None:
+            effort[:, 6:] += passive.value
+            each = np.arange(n)
+            of_q[:, 6 + each, each] += passive.by_angle
+            of_dq[:, 6 + each, each] += passive.by_rate
+        corners = corner_positions(rotation, origin, self._corners_in_last)
+        slope = SupportSlope(
+            effort=slopes,
+            corners=tree.from_legs(corner_slopes(axes[:, tree.legs], corners)),
+            axes=axes,
+            motion=(q, dq, ddq),
+            bodies=self._bodies,
+            tree=tree,
+            gravity=model.gravity.vector,
+            passive=passive,
+            carried=carried,
+        )
+        return SupportState(effort, corners), slope
+
+
+@dataclass(frozen=True)
+class PassiveTorque:
+    """The torque that the joints take themselves, at N instants, and its derivatives.
+
+    Each joint's depends on its own motion alone.
+
+    Attributes:
+        value: shape (N, n) [N·m].
+        by_angle, by_rate: first derivatives, shape (N, n) each.
+        by_angle_twice, by_rate_twice: second derivatives, shape (N, n) each.
     """
 
     value: Array
@@ -83,9 +218,13 @@ class PassiveTorque:
 def passive_torque(joints: PassiveJoints, q: Array, dq: Array) -> PassiveTorque:
     """Return the torque that the motors deliver for the joints themselves.
 
+    It is sum_k d_k |dq|^(k-1) dq + F tanh(dq / epsilon) + sum_k c_k (q - r)^k
+
+    with the powers that MuJoCo 4 gives to damping (odd) and to springs (plain).
+
     Args:
         joints: what they do.
-        q, dq: angles and rates, shape (N, 12) each [rad, rad/s].
+        q, dq: angles and rates, shape (N, n) each [rad, rad/s].
     """
     spring, by_angle, by_angle_twice = polynomial(joints.stiffness, q - joints.rest)
     damping, by_rate, by_rate_twice = odd_polynomial(joints.damping, dq)
@@ -130,7 +269,21 @@ def odd_polynomial(coefficients: Array, x: Array) -> tuple[Array, Array, Array]:
 
 
 class Carried:
-    """The weight of one robot that is carried from outside."""
+    """The weight of one robot that is carried from outside (MuJoCo's `gravcomp`).
+
+    A point mass m at p is held by a force -m g from outside, which the ground and the motors need
+    not give. With a_0 = -g the wrench that holds all points beyond joint j is
+
+        W_j = sum_{b >= j} P_b a_0        of P_b, the spatial inertia of body b's points,
+
+    and the effort is that of the whole robot less [W_0; S_j . W_j]: two inverse dynamics, the
+    second of the points alone at rest. Turning joint k moves what lies beyond it, so that for the
+    joint j that k moves or is, and the other way round,
+
+        dW_j / dq_k = G_j         G_k = S_k x* W_k - P_k^c (S_k x a_0)
+
+    and the derivative of S_j . W_j is S_min . G_max, symmetric as the Hessian of a potential is.
+    """
 
     def __init__(self, robot: Robot) -> None:
         """Prepare what does not depend on the posture.
@@ -143,47 +296,47 @@ class Carried:
             raise ValueError("the robot has no weight that is carried from outside")
         model = robot.model
         self._bodies = Bodies(model)
-        self._axes = np.stack([joint_axis(model, j) for j in range(2, model.njoints)])
+        self._tree = robot.tree
+        self._axes = np.stack([joint_axis(model, j) for j in range(FIRST, model.njoints)])
         self._mass, self._moment = weight.mass, weight.moment
         self._start = np.concatenate([-model.gravity.linear, np.zeros(3)])
 
     def effort(self, q: Array) -> Array:
-        """Return the part of wrench and torques that is not needed, shape (N, 18).
+        """Return the part of wrench and torques that is not needed, shape (N, 6 + n).
 
         Args:
-            q: postures, shape (N, 12) [rad].
+            q: postures, shape (N, n) [rad].
         """
         axes, inertias = self._placed(q)
         return _effort(axes, self._wrenches(inertias))
 
     def slope(self, q: Array) -> tuple[Array, Array]:
-        """Return the effort (N, 18) and its derivative in the posture (N, 18, 12)."""
+        """Return the effort (N, 6 + n) and its derivative in the posture (N, 6 + n, n)."""
         axes, inertias = self._placed(q)
         wrenches = self._wrenches(inertias)
-        composite = _beyond(inertias)[:, 1:]
+        composite = self._tree.beyond(inertias[:, 1:])
         fallen = moved(axes, np.broadcast_to(self._start, axes.shape))
         G = pushed(axes, wrenches[:, 1:]) - apply(composite, fallen)
-        slope = np.empty((len(q), 18, 12))
-        slope[:, :6] = G.swapaxes(1, 2)
-        upper = np.triu(axes @ G.swapaxes(1, 2))  # S_j . G_k for k >= j
-        slope[:, 6:] = upper + np.triu(upper, 1).swapaxes(1, 2)
+        by_joint = G.swapaxes(1, 2)
+        of_torque = self._tree.symmetric(axes @ by_joint)  # S_j . G_k for k >= j
+        slope = np.concatenate([by_joint, of_torque], axis=1)
         return _effort(axes, wrenches), slope
 
     def curvature(self, q: Array, weights: Array) -> Array:
-        """Return the second derivative of sum(weights * effort) in the posture, (N, 12, 12).
+        """Return the second derivative of sum(weights * effort) in the posture, (N, n, n).
 
         Args:
-            q: postures, shape (N, 12) [rad].
-            weights: of the effort, shape (N, 18).
+            q: postures, shape (N, n) [rad].
+            weights: of the effort, shape (N, 6 + n).
         """
         axes, inertias = self._placed(q)
         rest = np.zeros(q.shape)
         base = np.broadcast_to(self._start, (len(q), 6))
         at = WeightedDynamics(axes, q, rest, rest, base, weights)
-        return torque_curvature(inertias[:, 1:], at).qq
+        return torque_curvature(inertias[:, 1:], at, self._tree).qq
 
     def _placed(self, q: Array) -> tuple[Array, Array]:
-        """Joint axes S_j (N, 12, 6) and the points' spatial inertias P_b (N, 13, 6, 6).
+        """Joint axes S_j (N, n, 6) and the points' spatial inertias P_b (N, n + 1, 6, 6).
 
         Their rotational blocks are left 0: nothing here turns.
         """
@@ -191,172 +344,18 @@ class Carried:
         direction = apply(at.rotation[:, 1:], self._axes)
         axes = np.concatenate([np.cross(at.origin[:, 1:], direction), direction], axis=2)
         moment = apply(at.rotation, self._moment) + self._mass[:, None] * at.origin
-        inertias = np.zeros((len(q), 13, 6, 6))
+        inertias = np.zeros((*moment.shape[:2], 6, 6))
         inertias[..., :3, :3] = self._mass[:, None, None] * np.eye(3)
         inertias[..., 3:, :3] = skew(moment)
         inertias[..., :3, 3:] = -inertias[..., 3:, :3]
         return axes, inertias
 
     def _wrenches(self, inertias: Array) -> Array:
-        """W_0 and W_j, shape (N, 13, 6)."""
-        return _beyond(inertias @ self._start)
+        """W_0 and W_j, shape (N, n + 1, 6)."""
+        own = inertias @ self._start
+        return np.concatenate([own.sum(axis=1)[:, None], self._tree.beyond(own[:, 1:])], axis=1)
 
 
 def _effort(axes: Array, wrenches: Array) -> Array:
     torque = np.einsum("nji,nji->nj", axes, wrenches[:, 1:])
     return np.concatenate([wrenches[:, 0], torque], axis=1)
-
-
-def _beyond(per_body: Array) -> Array:
-    """Sum over the bodies from each one to the end of the chain."""
-    return np.flip(np.cumsum(np.flip(per_body, axis=1), axis=1), axis=1)
-
-
-_EACH = np.arange(12)
-
-
-@dataclass(frozen=True)
-class SupportState:
-    """Single support at N instants, world frame = stance sole frame.
-
-    Attributes:
-        effort: ground wrench on the stance foot (force, moment about the sole origin; 6) then
-            torques (12) [N, N.m], shape (N, 18): [R0; Gamma] of Eq. (1).
-        corners: corners of the swing sole [m], shape (N, 4, 3).
-    """
-
-    effort: Array
-    corners: Array
-
-
-@dataclass(frozen=True)
-class SupportSlope:
-    """Derivatives of a SupportState, and the kinematics they came with.
-
-    Attributes:
-        effort: with respect to (q, dq, ddq) side by side, shape (N, 18, 36).
-        corners: with respect to q, shape (N, 4, 3, 12).
-        axes: joint motion axes in the world, shape (N, 12, 6).
-        motion: q, dq, ddq it was taken at, shape (N, 12) each.
-        bodies: of the robot, for the curvature.
-        gravity: spatial acceleration of gravity, shape (6,).
-        passive: what the joints do by themselves; None if they do nothing.
-        carried: weight that is carried from outside; None if there is none.
-    """
-
-    effort: Array
-    corners: Array
-    axes: Array
-    motion: tuple[Array, Array, Array]
-    bodies: BodyInertias
-    gravity: Array
-    passive: PassiveTorque | None = None
-    carried: Carried | None = None
-
-    def curvature(self, weights: Array, then: WeightedDynamics | None = None) -> TorqueCurvature:
-        """Return the second derivatives of sum(weights * effort), weights (N, 18).
-
-        Args:
-            weights: of the effort.
-            then: further instants to follow the N; cheaper than on their own.
-        """
-        base = np.broadcast_to(-self.gravity, (len(weights), 6))
-        at = WeightedDynamics(self.axes, *self.motion, base, weights)
-        if then is not None:
-            at = at.followed_by(then)
-        found = torque_curvature(self.bodies.in_world(at.posture), at)
-        own = slice(len(weights))
-        if self.carried is not None:
-            found.qq[own] -= self.carried.curvature(self.motion[0], weights)
-        if self.passive is not None:
-            found.qq[own, _EACH, _EACH] += weights[:, 6:] * self.passive.by_angle_twice
-            found.vv[own, _EACH, _EACH] += weights[:, 6:] * self.passive.by_rate_twice
-        return found
-
-
-class SingleSupport:
-    """Evaluates Eq. (1) at a fixed number of instants."""
-
-    def __init__(self, robot: Robot, count: int) -> None:
-        self.robot = robot
-        self.count = count
-        model = robot.model
-        self._data = model.createData()
-        self._q = np.tile(pin.neutral(model), (count, 1))
-        self._v = np.zeros((count, model.nv))
-        self._a = np.zeros((count, model.nv))
-        frame = model.frames[robot.swing_frame]
-        points = robot.sole.corners @ frame.placement.rotation.T + frame.placement.translation
-        self._corners_in_last = points
-        self._bodies = kept(robot, body_inertias)
-        self._joints = robot.physics.passive
-        self._bind_views(frame.parentJoint)
-
-    def _bind_views(self, last: int) -> None:
-        """Bind Pinocchio's results once: these arrays follow the Data they belong to."""
-        data = self._data
-        self._effort = data.tau
-        self._slopes = [getattr(data, name)[:, 6:] for name in ("dtau_dq", "dtau_dv", "M")]
-        self._axes = data.J[:, 6:].T
-        self._rotation = data.oMi[last].rotation
-        self._origin = data.oMi[last].translation
-
-    @property
-    def _carried(self) -> Carried | None:
-        """Weight that is carried from outside."""
-        return None if self.robot.physics.carried is None else kept(self.robot, Carried)
-
-    def _load(self, q: Array, dq: Array, ddq: Array) -> None:
-        self._q[:, 7:], self._v[:, 6:], self._a[:, 6:] = q, dq, ddq
-
-    def state(self, q: Array, dq: Array, ddq: Array) -> SupportState:
-        """Return wrench, torques and swing foot at the motion q, dq, ddq, shape (N, 12) each."""
-        self._load(q, dq, ddq)
-        model, data = self.robot.model, self._data
-        effort = np.empty((self.count, 18))
-        rotation, origin = np.empty((self.count, 3, 3)), np.empty((self.count, 3))
-        for k, motion in enumerate(zip(self._q, self._v, self._a, strict=True)):
-            pin.rnea(model, data, *motion)
-            pin.updateGlobalPlacements(model, data)
-            effort[k], rotation[k], origin[k] = self._effort, self._rotation, self._origin
-        if (carried := self._carried) is not None:
-            effort -= carried.effort(q)
-        if self._joints is not None:
-            effort[:, 6:] += passive_torque(self._joints, q, dq).value
-        return SupportState(effort, corner_positions(rotation, origin, self._corners_in_last))
-
-    def slope(self, q: Array, dq: Array, ddq: Array) -> tuple[SupportState, SupportSlope]:
-        """Return the state and its exact derivatives at the motion q, dq, ddq, (N, 12) each."""
-        self._load(q, dq, ddq)
-        model, data = self.robot.model, self._data
-        by_position, by_rate, by_acceleration = self._slopes
-        effort, slopes = np.empty((self.count, 18)), np.empty((self.count, 18, 36))
-        rotation, origin = np.empty((self.count, 3, 3)), np.empty((self.count, 3))
-        axes = np.empty((self.count, 12, 6))
-        of_q, of_dq, of_ddq = np.split(slopes, 3, axis=2)
-        for k, motion in enumerate(zip(self._q, self._v, self._a, strict=True)):
-            pin.computeRNEADerivatives(model, data, *motion)
-            effort[k], rotation[k], origin[k] = self._effort, self._rotation, self._origin
-            of_q[k], of_dq[k], of_ddq[k] = by_position, by_rate, by_acceleration
-            axes[k] = self._axes
-        if (carried := self._carried) is not None:
-            unneeded, unneeded_slope = carried.slope(q)
-            effort -= unneeded
-            of_q -= unneeded_slope
-        passive = None if self._joints is None else passive_torque(self._joints, q, dq)
-        if passive is not None:
-            effort[:, 6:] += passive.value
-            of_q[:, 6 + _EACH, _EACH] += passive.by_angle
-            of_dq[:, 6 + _EACH, _EACH] += passive.by_rate
-        corners = corner_positions(rotation, origin, self._corners_in_last)
-        slope = SupportSlope(
-            effort=slopes,
-            corners=corner_slopes(axes, corners),
-            axes=axes,
-            motion=(q, dq, ddq),
-            bodies=self._bodies,
-            gravity=model.gravity.vector,
-            passive=passive,
-            carried=carried,
-        )
-        return SupportState(effort, corners), slope

@@ -44,9 +44,9 @@ def _motion_constants() -> Array:
 
 
 _SKEW = _levi_civita().reshape(3, 9)
-_MOTION = _motion_constants().reshape(6, 36)
-_FORCE = -_motion_constants().swapaxes(1, 2).reshape(6, 36)
-_ON_FORCE = -_motion_constants().swapaxes(1, 2).transpose(2, 1, 0).reshape(6, 36)
+_MOTION = _motion_constants().reshape(6, -1)
+_FORCE = -_motion_constants().swapaxes(1, 2).reshape(6, -1)
+_ON_FORCE = -_motion_constants().swapaxes(1, 2).transpose(2, 1, 0).reshape(6, -1)
 
 
 def skew(vector: Array) -> Array:

@@ -34,7 +34,7 @@ class ReadingSlope(ABC):
 
     Attributes:
         value: the reading, shape (N, entries).
-        jacobian: with respect to q, shape (N, entries, 12).
+        jacobian: with respect to q, shape (N, entries, n).
     """
 
     value: Array
@@ -42,7 +42,7 @@ class ReadingSlope(ABC):
 
     @abstractmethod
     def curvature(self, weights: Array) -> Array:
-        """Return the Hessian in q of sum(weights * reading), weights (N, entries), (N, 12, 12)."""
+        """Return the Hessian in q of sum(weights * reading), weights (N, entries), (N, n, n)."""
 
 
 class Reading(ABC):
@@ -58,13 +58,12 @@ class Reading(ABC):
 
         Args:
             placed: the bodies.
-            axes: joint motion axes in the world, shape (N, 12, 6).
+            axes: joint motion axes in the world, shape (N, n, 6).
         """
 
 
 ROLL, PITCH, YAW = range(3)
 _LEAST_COSINE = 1e-9  # of the pitch: roll and yaw are one and the same where it is 90 degrees
-_BEFORE = np.arange(12) < 6  # joints between the stance foot and the pelvis
 
 
 @dataclass(frozen=True)
@@ -73,9 +72,9 @@ class TrunkSlope(ReadingSlope):
 
     Attributes:
         value: the angles [rad], shape (N, 3).
-        jacobian: with respect to q, shape (N, 3, 12).
+        jacobian: with respect to q, shape (N, 3, n).
         bend: how the rates (roll', pitch', yaw') change with pitch and with yaw at a given
-            velocity of each joint, shape (N, 2, 3, 12).
+            velocity of each joint, shape (N, 2, 3, n).
     """
 
     value: Array
@@ -83,10 +82,10 @@ class TrunkSlope(ReadingSlope):
     bend: Array
 
     def curvature(self, weights: Array) -> Array:
-        """Return the Hessian in q of sum(weights * angles), weights (N, 3), shape (N, 12, 12).
+        """Return the Hessian in q of sum(weights * angles), weights (N, 3), shape (N, n, n).
 
-        Turning joint k leaves the axes of the joints j <= k where they are, so there only pitch
-        and yaw change the rates.
+        Between the stance foot and the pelvis, turning joint k leaves the axes of the joints
+        j <= k where they are, so there only pitch and yaw change the rates.
         """
         bend = (weights[:, None, None, :] @ self.bend)[:, :, 0]
         return symmetric(bend.swapaxes(1, 2) @ self.jacobian[:, PITCH:])
@@ -97,7 +96,8 @@ class Trunk(Reading):
 
     def __init__(self, robot: Robot) -> None:
         frame = robot.model.frames[robot.pelvis_frame]
-        self._body = frame.parentJoint - 1
+        self._body = robot.tree.pelvis
+        self._below = robot.tree.path(self._body)
         self._turn = np.array(frame.placement.rotation)
 
     def value(self, placed: Placements) -> Array:
@@ -112,7 +112,7 @@ class Trunk(Reading):
         """Return the derivatives of the angles."""
         value = self.value(placed)
         _, pitch, yaw = value.T
-        w = np.where(_BEFORE, axes[:, :, 3:].swapaxes(1, 2), 0.0)
+        w = np.where(self._below, axes[:, :, 3:].swapaxes(1, 2), 0.0)
         c, s = np.cos(yaw)[:, None], np.sin(yaw)[:, None]
         ahead, aside = c * w[:, 0] + s * w[:, 1], c * w[:, 1] - s * w[:, 0]  # turned with the yaw
         cosine = np.maximum(np.cos(pitch), _LEAST_COSINE)[:, None]

@@ -17,6 +17,7 @@ from gaitopt.robot.choices import Choices
 from gaitopt.robot.feet.sole import Sole
 from gaitopt.robot.files.source import Source, read_source
 from gaitopt.robot.findings import Finding
+from gaitopt.robot.joint_tree import JointTree, joint_tree
 from gaitopt.robot.legs.joint_limits import JointLimits
 from gaitopt.robot.legs.leg_geometry import Legs, knee_doubts, measure_legs
 from gaitopt.robot.legs.reference_posture import posture_doubts
@@ -148,6 +149,12 @@ class Robot:
         carried = self.physics.carried
         mass = self.mass - (0.0 if carried is None else float(carried.mass.sum()))
         return mass * float(np.linalg.norm(self.model.gravity.linear))
+
+    @cached_property
+    def tree(self) -> JointTree:
+        """The joints: which of them are in which leg, and what each of them moves."""
+        frames = (self.model.frames[frame] for frame in (self.pelvis_frame, self.swing_frame))
+        return joint_tree(self.model, *(int(frame.parentJoint) for frame in frames))
 
     @cached_property
     def pelvis_frame(self) -> int:

@@ -5,7 +5,7 @@ from motions import bent_posture, full_configuration, kinematics, moving
 from numerics import check_jacobian, relative_error
 
 from gaitopt.mechanics.forward_kinematics import BodyInertias
-from gaitopt.mechanics.impact import Impact, ImpactCurvature
+from gaitopt.mechanics.impact import Impact
 from gaitopt.mechanics.inverse_dynamics_hessian import torque_curvature
 
 SEEDS = range(4)
@@ -139,9 +139,9 @@ def test_curvature(robot, impact, before, part, rng):
     weights[18:] *= part != "velocity"
     weights[:18] *= part != "impulse"
     state, slope = impact.slope(*before)
-    weighted = ImpactCurvature(robot).weighted(*before, state, slope, weights)
+    weighted = Impact(robot).weighted(*before, state, slope, weights)
     inertias = BodyInertias(robot.model).in_world(weighted.dynamics.posture)
-    H = weighted.hessian(torque_curvature(inertias, weighted.dynamics))
+    H = weighted.hessian(torque_curvature(inertias, weighted.dynamics, robot.tree))
 
     def gradient(z):
         slope = impact.slope(z[:12], z[12:])[1]

@@ -29,12 +29,12 @@ def pairs(robot):
 
 
 def gaps(robot, pairs, q):
-    return LegGaps(pairs).value(Bodies(robot.model).placed(q))
+    return LegGaps(robot.tree, pairs).value(Bodies(robot.model).placed(q))
 
 
 def slope(robot, pairs, q):
     axes = np.stack([kinematics(robot, angles).axes for angles in q])
-    return LegGaps(pairs).slope(Bodies(robot.model).placed(q), axes)
+    return LegGaps(robot.tree, pairs).slope(Bodies(robot.model).placed(q), axes)
 
 
 def coals_gap(robot, q, pair):
