@@ -15,10 +15,8 @@ from gaitopt.design.runtime import small_matrices
 from gaitopt.design.starts import many_starts
 from gaitopt.gait.task import preset_task
 from gaitopt.robot import biped13
-from gaitopt.study.axes import parse_axis, with_values
-from gaitopt.study.grid_points import GridPoints
-from gaitopt.study.plan import make_plan
-from gaitopt.study.sweep import sweep
+from gaitopt.sweep.grid import GridPoints, parse_axis, with_values
+from gaitopt.sweep.scheduler import make_plan, sweep
 
 GRIDS = (
     {"speed": "0.4:1.2:0.2", "duration": "0.3:0.6:0.1"},

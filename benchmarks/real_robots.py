@@ -22,7 +22,7 @@ from gaitopt.gait.task import Task, preset_task
 from gaitopt.robot.catalogue import description, entry_by_name
 from gaitopt.robot.feet.sole import Sole
 from gaitopt.robot.model import Robot
-from gaitopt.study.fastest import fastest
+from gaitopt.sweep.fastest import fastest
 
 ROBOTS = ("talos", "g1", "alexander", "icub", "romeo", "simple_humanoid", "human")
 SIGMA, STARTS = 0.05, 9

@@ -15,8 +15,8 @@ from gaitopt.design.options import DesignOptions
 from gaitopt.design.starts import many_starts
 from gaitopt.gait.task import preset_task
 from gaitopt.robot.model import Robot
-from gaitopt.study.axes import parse_axis
-from gaitopt.study.sweep import Advance, sweep
+from gaitopt.sweep.grid import parse_axis
+from gaitopt.sweep.scheduler import Advance, sweep
 
 SPEEDS, QUICK = "0.4:1.3:0.05", "0.95:1.05:0.05"
 STARTS = (1, 2)

@@ -18,7 +18,7 @@ from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.step import Reads, Step
 from gaitopt.nlp import Array, Solution, Start
 from gaitopt.solvers import SQP
-from gaitopt.study.interruption import solved
+from gaitopt.sweep.semi_infinite import solved
 
 SETTLED = 1e-6  # relative; a cost that falls by less is the same optimum
 SOLVER = SQP(max_iterations=150)  # a neighbour's walk needs a tenth of them

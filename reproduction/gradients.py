@@ -11,7 +11,7 @@ from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.nlp import NLP, Array, Progress, Start, Status
 from gaitopt.solvers import SQP, FiniteDifferenceNLP
-from gaitopt.study.interruption import stop_if_interrupted
+from gaitopt.sweep.semi_infinite import stop_if_interrupted
 from gaitopt.tolerances import FEASIBLE
 
 EXACT, COST_ONLY, DIFFERENCES = "exact", "cost only", "differences"

@@ -92,8 +92,8 @@ def prepare(folder: Path) -> None:
     from gaitopt.cli.robot_request import choices_text
     from gaitopt.design.options import DesignOptions
     from gaitopt.solvers import solver_by_name
-    from gaitopt.study.axes import Axis
-    from gaitopt.study.sweep import sweep
+    from gaitopt.sweep.grid import Axis
+    from gaitopt.sweep.scheduler import sweep
 
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "robot.urdf").write_text(urdf_text(biped13()), encoding="utf-8")
@@ -549,7 +549,7 @@ def _try_gait(path: Path, rng, outcome: Outcome, number: int) -> None:
 
 def _try_library(directory: Path, rng, outcome: Outcome, number: int) -> None:
     from gaitopt.cli.library import run_list
-    from gaitopt.study.library import Writer, open_library
+    from gaitopt.sweep.library import Writer, open_library
 
     with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
         run_list(directory, [], None, None)
@@ -558,7 +558,7 @@ def _try_library(directory: Path, rng, outcome: Outcome, number: int) -> None:
         with contextlib.suppress(GaitoptError):
             library.gait(point)
     if number % 5 == 0:
-        from gaitopt.study.interpolate import interpolate
+        from gaitopt.sweep.interpolate import interpolate
 
         with contextlib.suppress(GaitoptError):
             interpolate(library, {"speed": float(rng.uniform(0.99, 1.06))})

@@ -10,8 +10,8 @@ from rich.console import Console
 from gaitopt.bounds import WORKERS, at_most
 from gaitopt.cli.config import Settings
 from gaitopt.errors import InputError
-from gaitopt.study.axes import Axis
-from gaitopt.study.jobs import Alone, Crew
+from gaitopt.sweep.executor import Alone, Crew
+from gaitopt.sweep.grid import Axis
 
 
 def make_crew(given: Settings, axes: list[Axis], errors: Console, quiet: bool) -> Crew:
@@ -32,7 +32,7 @@ def make_crew(given: Settings, axes: list[Axis], errors: Console, quiet: bool) -
         raise InputError("--workers and --scheduler exclude each other; give one of them")
     if workers is None and scheduler is None:
         return Alone()
-    from gaitopt.study.cluster import LaterCrew, joined_crew
+    from gaitopt.sweep.executor import LaterCrew, joined_crew
 
     if workers is None:
         return joined_crew(str(scheduler))

@@ -17,10 +17,9 @@ from gaitopt.cli.writable import require_files
 from gaitopt.errors import GaitFileError, InputError
 from gaitopt.gait.result import Gait
 from gaitopt.gait.result_file import save_gait
-from gaitopt.study.index import NOT_COMPUTED, Row, Value, columns
-from gaitopt.study.interpolate import interpolate, stored_point
-from gaitopt.study.library import Library, open_library
-from gaitopt.study.selection import selected, unknown_column
+from gaitopt.sweep.interpolate import interpolate, stored_point
+from gaitopt.sweep.library import Library, open_library
+from gaitopt.sweep.table import NOT_COMPUTED, Row, Value, columns, selected, unknown_column
 from gaitopt.view.visible import visible
 
 LIST = "list"  # in place of columns: what there is

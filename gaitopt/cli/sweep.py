@@ -22,12 +22,10 @@ from gaitopt.cli.sweep_progress import SweepDisplay
 from gaitopt.cli.writable import require_writable
 from gaitopt.errors import InputError
 from gaitopt.gait.task import Task
-from gaitopt.study.axes import Axis, parse_axis, with_values
-from gaitopt.study.grid_points import Index
-from gaitopt.study.index import CERTIFIED, INFEASIBLE
-from gaitopt.study.library import Library, open_library
-from gaitopt.study.stored import FAULTS
-from gaitopt.study.sweep import sweep
+from gaitopt.sweep.grid import Axis, Index, parse_axis, with_values
+from gaitopt.sweep.library import FAULTS, Library, open_library
+from gaitopt.sweep.scheduler import sweep
+from gaitopt.sweep.table import CERTIFIED, INFEASIBLE
 from gaitopt.tolerances import OPTIMALITY
 
 NAMED = 8  # files that are named, of those that were made anew, or could not be

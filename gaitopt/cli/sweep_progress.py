@@ -7,7 +7,7 @@ import time
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
-from gaitopt.study.sweep import Advance
+from gaitopt.sweep.scheduler import Advance
 
 PERIOD = 10.0  # s between two plain lines
 FINISHING = 3  # times the work of exploring a point

@@ -12,7 +12,7 @@ from gaitopt.atomic import write_atomically
 from gaitopt.errors import InputError
 from gaitopt.gait.parameters import GEOMETRY
 from gaitopt.nlp import Array
-from gaitopt.study.index import Row, columns
+from gaitopt.sweep.table import Row, columns
 from gaitopt.view.branches import branch_cuts
 from gaitopt.view.figure_style import label_axes, name_on_figure, new_figure, styled
 from gaitopt.view.figures import rendered

@@ -22,9 +22,8 @@ from gaitopt.gait.task_record import task_from_record, task_record
 from gaitopt.robot.files.meshes import MeshPaths
 from gaitopt.robot.files.source import read_source
 from gaitopt.robot.files.toml import parse_toml
-from gaitopt.study.axes import Axis, parse_axis
-from gaitopt.study.cluster import LaterCrew
-from gaitopt.study.grid_points import GridPoints
+from gaitopt.sweep.executor import LaterCrew
+from gaitopt.sweep.grid import Axis, GridPoints, parse_axis
 from gaitopt.view.page import page_text
 
 CASES = Path(__file__).parents[1] / "data" / "cases"

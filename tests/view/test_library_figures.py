@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from gaitopt.errors import InputError
-from gaitopt.study.axes import _MARGINS, _TASK
+from gaitopt.sweep.grid import _MARGINS, _TASK
 from gaitopt.view.branches import branch_cuts
 from gaitopt.view.figure_style import styled
 from gaitopt.view.library_figures import _UNITS, _figure, write_library_figure

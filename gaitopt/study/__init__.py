@@ -1,1 +1,0 @@
-"""Many gaits: sweeps over speed and design, and what they teach."""

@@ -1,0 +1,232 @@
+"""The grid of a sweep: the quantities that vary, their values, and all combinations of them."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterable, Iterator, Mapping, Sized
+from dataclasses import dataclass, fields, replace
+from functools import cached_property
+from itertools import islice, pairwise
+
+from gaitopt.bounds import POINTS, at_most
+from gaitopt.errors import InputError
+from gaitopt.gait.parameters import DURATION, GEOMETRY_NAMES, set_quantities
+from gaitopt.gait.task import Margins, Task
+
+DIGITS = 10  # of grid values: 0.4 + 3 * 0.05 is 0.55, not 0.55000000000000004
+
+_TASK = ("speed", "duration", "penalty_weight")
+_MARGINS = tuple(f.name for f in fields(Margins) if f.name not in ("joint_range", "impulse_cop"))
+_GEOMETRY = {
+    f"hold.{name}" if name in _MARGINS else name: name
+    for name in GEOMETRY_NAMES
+    if name != GEOMETRY_NAMES[DURATION]
+}
+"""Geometric quantities by the name of their axis: trunk_pitch is a limit, hold.trunk_pitch a value
+of the double support."""
+_PARTS = ("geometry", "links", "joints")
+
+
+@dataclass(frozen=True)
+class Axis:
+    """One quantity and the values it takes.
+
+    Attributes:
+        name: a field of `Task` or `Margins`, a geometric quantity (held at the value; as
+            "hold.trunk_pitch" where a limit has the same name), or the path of an entry of a
+            specification, as "geometry.d3".
+        values: increasing, SI units of the quantity.
+
+    Raises:
+        InputError: unknown name; values missing, not finite, or not increasing.
+    """
+
+    name: str
+    values: tuple[float, ...]
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.name, str):
+            raise InputError(f"a sweep is over a quantity by its name, not {self.name!r}")
+        if self.name not in (*_TASK, *_MARGINS, *_GEOMETRY) and not self.of_robot:
+            raise InputError(
+                f"there is no quantity '{self.name}' to sweep over; there are {', '.join(_TASK)}; "
+                f"the limits {', '.join(_MARGINS)}; the geometric quantities, held at the value, "
+                f"{', '.join(_GEOMETRY)}; and the entries of a specification, as geometry.d3"
+            )
+        values = _numbers(self.name, self.values)
+        if not values or not all(map(math.isfinite, values)):
+            raise InputError(f"{self.name} has no values, or not finite ones; give at least one")
+        if any(b <= a for a, b in pairwise(values)):
+            raise InputError(f"the values of {self.name} do not increase; give each once, in order")
+        object.__setattr__(self, "values", values)
+
+    @property
+    def of_robot(self) -> bool:
+        """Whether the quantity is one of the robot's specification."""
+        return self.name.split(".")[0] in _PARTS and "." in self.name
+
+
+def _numbers(name: str, values: Iterable[float]) -> tuple[float, ...]:
+    try:
+        numbers = tuple(round(float(v), DIGITS) for v in islice(values, POINTS + 1))
+        at_most(len(values) if isinstance(values, Sized) else len(numbers), POINTS, "values")
+        return numbers
+    except (TypeError, ValueError, OverflowError) as error:
+        raise InputError(f"the values of {name} are {values!r}; give numbers, as (0.8, 1.0)") from (
+            error
+        )
+
+
+def parse_axis(name: str, text: str) -> Axis:
+    """Return the axis of a range "first:last:step" (both ends included) or of a list "a,b,c".
+
+    Raises:
+        InputError: the text is neither, or no text.
+    """
+    if not isinstance(text, str):
+        raise InputError(
+            f"the range of {name} is {text!r}, no text; give one as '0.4:1.3:0.05', or "
+            f"Axis({name!r}, (0.4, 0.6))"
+        )
+    try:
+        parts = [float(word) for word in text.split(":" if ":" in text else ",")]
+    except ValueError:
+        parts = []
+    if ":" not in text and parts:
+        return Axis(name, tuple(parts))
+    if len(parts) != 3 or not all(map(math.isfinite, parts)) or not parts[2] > 0.0:
+        raise InputError(
+            f"'{text}' is no range of {name}; give first:last:step with a step above 0, as "
+            "0.4:1.3:0.05, or the values, as 0.4,0.6,1.0"
+        )
+    first, last, step = parts
+    if first > last:
+        raise InputError(
+            f"the range {text} of {name} begins above its end; give the lower value first: "
+            f"{last:g}:{first:g}:{step:g}"
+        )
+    count = math.floor((last - first) / step + 1e-6) + 1
+    at_most(count, POINTS, f"values of {name}", "with a larger step, or in several sweeps")
+    return Axis(name, tuple(first + i * step for i in range(count)))
+
+
+def with_values(task: Task, values: Iterable[tuple[str, float]]) -> Task:
+    """Return the task with some quantities changed; those of the robot are passed over.
+
+    Raises:
+        InputError: a value is out of range.
+    """
+    changes: dict[str, float] = {}
+    margins: dict[str, float] = {}
+    geometry: dict[str, dict[str, float | bool]] = {}
+    for name, value in values:
+        if name in _TASK:
+            changes[name] = value
+        elif name in _MARGINS:
+            margins[name] = value
+        elif name in _GEOMETRY:
+            geometry[_GEOMETRY[name]] = {"free": False, "value": value}
+    return replace(
+        task,
+        **changes,  # type: ignore[arg-type]
+        margins=replace(task.margins, **margins),  # type: ignore[arg-type]
+        geometry=set_quantities(task.geometry, geometry),
+    )
+
+
+Index = tuple[int, ...]
+"""Which value of each axis."""
+
+
+@dataclass(frozen=True)
+class GridPoints:
+    """A grid and the points from which it is explored.
+
+    Attributes:
+        axes: at least one, with different names.
+        seeds: where the exploration starts; by default both ends of the longest axis, in the middle
+            of the others: the front is twice as wide and as many branches of optima are met as by
+            starting from the middle and again at the ends, for fewer tries.
+
+    Raises:
+        InputError: no axis, one twice, or too many points.
+    """
+
+    axes: tuple[Axis, ...]
+    seeds: tuple[Index, ...] = ()
+
+    def __post_init__(self) -> None:
+        names = [axis.name for axis in self.axes]
+        if not names or len(set(names)) < len(names):
+            raise InputError("a sweep needs at least one quantity, and each only once")
+        at_most(math.prod(len(axis.values) for axis in self.axes), POINTS, "points of a sweep")
+        if not self.seeds:
+            object.__setattr__(self, "seeds", self._both_ends())
+
+    @cached_property
+    def order(self) -> tuple[Index, ...]:
+        """All points, those near a seed first."""
+        ranges = [range(len(axis.values)) for axis in self.axes]
+        return tuple(sorted(itertools.product(*ranges), key=lambda p: (self._ring(p), p)))
+
+    def values(self, point: Index) -> dict[str, float]:
+        """Return the value of each quantity at a point."""
+        return {a.name: a.values[i] for a, i in zip(self.axes, point, strict=True)}
+
+    def neighbours(self, point: Index) -> Iterator[tuple[int, Index]]:
+        """Yield the points one value away, each with the axis along which."""
+        for k, axis in enumerate(self.axes):
+            for step in (-1, 1):
+                if 0 <= point[k] + step < len(axis.values):
+                    yield k, (*point[:k], point[k] + step, *point[k + 1 :])
+
+    def inner(self, point: Index) -> list[Index]:
+        """Return the neighbours nearer to a seed: those that are explored before the point."""
+        return [q for _, q in self.neighbours(point) if self._ring(q) < self._ring(point)]
+
+    @property
+    def probes(self) -> tuple[Index, ...]:
+        """The ends of the lines through the seeds along each axis, where no seed is."""
+        found = {
+            (*seed[:k], end, *seed[k + 1 :])
+            for seed in self.seeds
+            for k, axis in enumerate(self.axes)
+            for end in (0, len(axis.values) - 1)
+        }
+        return tuple(sorted(found - {*self.seeds}))
+
+    def nearest(self, values: Mapping[str, float]) -> Index:
+        """Return the point nearest to some values; quantities not given are in the middle.
+
+        Raises:
+            InputError: a quantity is not one of the axes.
+        """
+        unknown = set(values) - {axis.name for axis in self.axes}
+        if unknown:
+            raise InputError(
+                f"the sweep is not over {', '.join(sorted(unknown))}; it is over "
+                f"{', '.join(axis.name for axis in self.axes)}"
+            )
+        return tuple(
+            min(range(len(axis.values)), key=lambda i: abs(axis.values[i] - values[axis.name]))
+            if axis.name in values
+            else start
+            for axis, start in zip(self.axes, self._middle(), strict=True)
+        )
+
+    def name(self, point: Index) -> str:
+        """Return the name of a point in files: "speed=0.85,duration=0.4"."""
+        return ",".join(f"{name}={value:.10g}" for name, value in self.values(point).items())
+
+    def _ring(self, point: Index) -> int:
+        return min(sum(abs(i - j) for i, j in zip(point, seed, strict=True)) for seed in self.seeds)
+
+    def _middle(self) -> Index:
+        return tuple((len(axis.values) - 1) // 2 for axis in self.axes)
+
+    def _both_ends(self) -> tuple[Index, ...]:
+        middle, sizes = self._middle(), [len(axis.values) for axis in self.axes]
+        k = sizes.index(max(sizes))
+        ends = {0, sizes[k] - 1}
+        return tuple(sorted((*middle[:k], end, *middle[k + 1 :]) for end in ends))

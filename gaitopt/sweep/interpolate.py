@@ -1,0 +1,151 @@
+"""A gait between those of a library."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from gaitopt.design.certificate import WorstRow, on_fine_grid, worst_between
+from gaitopt.design.design import Design, design
+from gaitopt.design.options import DesignOptions
+from gaitopt.design.runtime import small_matrices
+from gaitopt.errors import EvaluationError, InputError
+from gaitopt.gait.problem import WalkProblem
+from gaitopt.gait.task_record import task_from_record
+from gaitopt.nlp import Array
+from gaitopt.sweep.grid import Index
+from gaitopt.sweep.library import Library
+from gaitopt.sweep.manifest import robot_of
+from gaitopt.sweep.scenario import Setting, between
+from gaitopt.sweep.scheduler import robot_at
+from gaitopt.sweep.semi_infinite import finish
+from gaitopt.sweep.warm_start import Footing
+from gaitopt.tolerances import LIMITS
+
+
+@dataclass(frozen=True)
+class Between:
+    """A gait between those of a library.
+
+    Attributes:
+        design: the gait, designed from the interpolated parameters and certified.
+        plain: the row that the plain interpolation of the parameters exceeds most, on the fine
+            grid; None where it makes no walk at all.
+        sources: names of the points between which.
+    """
+
+    design: Design
+    plain: WorstRow | None
+    sources: tuple[str, ...]
+
+    @property
+    def sentence(self) -> str:
+        """What interpolation alone would have done."""
+        plain = "plain interpolation of the parameters"
+        if len(self.sources) == 1:
+            plain = "the stored gait"  # nothing to interpolate
+        if self.plain is None:
+            return f"{plain} makes no walk"
+        if self.plain.violation <= LIMITS:
+            return f"{plain} keeps every limit"
+        return f"{plain} violates {self.plain.sentence}"
+
+
+def stored_point(library: Library, values: Mapping[str, float]) -> Index | None:
+    """Return the point of a library that lies exactly at values of its quantities, if any.
+
+    Raises:
+        InputError: a quantity is missing or unknown, or a value outside the library.
+    """
+    corners = _corners(library, values)
+    return corners[0] if len(corners) == 1 else None
+
+
+def interpolate(
+    library: Library, values: Mapping[str, float], options: DesignOptions | None = None
+) -> Between:
+    """Return the gait at values of the swept quantities that lie between points of a library.
+
+    Args:
+        library: of gaits.
+        values: of all its quantities.
+        options: as of `design`.
+
+    Raises:
+        InputError: a quantity is missing or unknown, or a value outside the library.
+        GaitFileError: a gait around the place is missing.
+        NoGaitFoundError: there is none at the place.
+    """
+    options = options or DesignOptions()
+    corners = _corners(library, values)
+    setting, x = _mixed(library, corners, values)
+    with small_matrices():
+        plain = _worst(setting, x)
+        near = min(corners, key=lambda point: _distance(library, point, values))
+        known = library.state.footings.get(near)
+        active = () if known is None else known.active
+        footing = Footing(x, 0.0, active, (), 0, 0, 0, 0.0, "interpolation")
+        found = finish(setting, footing, options)
+    if found is None:
+        found = design(setting.robot.build(), setting.task, options, start=x)
+    return Between(found, plain, tuple(map(library.points.name, corners)))
+
+
+def _corners(library: Library, values: Mapping[str, float]) -> list[Index]:
+    """Return the points of the cell around a place, less those that do not matter."""
+    names = [axis.name for axis in library.points.axes]
+    if set(values) != set(names):
+        raise InputError(f"give a value of each of {', '.join(names)}, and of nothing else")
+    corners: list[Index] = [()]
+    for axis in library.points.axes:
+        value, grid = values[axis.name], axis.values
+        if not grid[0] <= value <= grid[-1]:
+            raise InputError(
+                f"{axis.name} {value:g} is outside the library, which holds {grid[0]:g} to "
+                f"{grid[-1]:g}"
+            )
+        low = max(i for i, known in enumerate(grid) if known <= value)
+        sides = [low] if grid[low] == value else [low, low + 1]
+        corners = [(*corner, i) for corner in corners for i in sides]
+    return corners
+
+
+def _mixed(
+    library: Library, corners: list[Index], values: Mapping[str, float]
+) -> tuple[Setting, Array]:
+    """Interpolate linearly along one quantity after another."""
+    robot = robot_of(library.record)
+    mixed: dict[Index, tuple[Setting, Array]] = {}
+    for corner in corners:
+        gait = library.gait(corner)
+        task = task_from_record(gait.fact("task"))
+        place = Setting(robot_at(robot, library.points, corner), task)
+        mixed[corner] = place, gait.parameters
+    for axis in library.points.axes:
+        rest: dict[Index, list[tuple[int, tuple[Setting, Array]]]] = {}
+        for corner, entry in mixed.items():
+            rest.setdefault(corner[1:], []).append((corner[0], entry))
+        mixed = {key: _along(axis.values, pair, values[axis.name]) for key, pair in rest.items()}
+    return mixed[()]
+
+
+def _along(
+    grid: tuple[float, ...], pair: list[tuple[int, tuple[Setting, Array]]], value: float
+) -> tuple[Setting, Array]:
+    (i, (first, x)), (j, (last, y)) = pair[0], pair[-1]
+    share = 0.0 if i == j else (value - grid[i]) / (grid[j] - grid[i])
+    return between(first, last, share), x + share * (y - x)
+
+
+def _distance(library: Library, point: Index, values: Mapping[str, float]) -> float:
+    here = library.points.values(point)
+    return sum(abs(here[name] - value) / (abs(value) or 1.0) for name, value in values.items())
+
+
+def _worst(setting: Setting, x: Array) -> WorstRow | None:
+    problem = WalkProblem(setting.robot.build(), setting.task)
+    try:
+        rows = worst_between(on_fine_grid(problem), x)
+    except EvaluationError:
+        return None
+    return max(rows, key=lambda row: row.violation)

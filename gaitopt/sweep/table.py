@@ -1,0 +1,249 @@
+"""The table of a gait library: one line per point, its files, and conditions on it."""
+
+from __future__ import annotations
+
+import csv
+import io
+import operator
+import re
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Any
+
+from gaitopt.atomic import write_atomically
+from gaitopt.design.design import Design
+from gaitopt.design.summary import summarise
+from gaitopt.errors import InputError
+from gaitopt.sweep.warm_start import Footing
+
+CSV, PARQUET = "index.csv", "index.parquet"
+CERTIFIED, NOT_CERTIFIED, INFEASIBLE = "certified", "not certified", "infeasible"
+NOT_COMPUTED = "not computed"
+
+Value = float | int | bool | str | None
+Row = dict[str, Value]
+
+_PLACE = ("speed", "duration", "step_length")
+_FIGURES = (
+    "cost",
+    "certified",
+    "verdict",
+    "worst_violation",
+    "kkt",
+    "cost_of_transport",
+    "cop_to_edge",
+    "friction_used",
+    "vertical_impulse",
+    "impulse_friction_used",
+    "iterations",
+    "evaluations",
+    "seconds",
+    "origin",
+)
+_WORDS = ("status", "verdict", "origin", "file")
+_ANSWERS = ("certified",)
+_GREATEST = 2**53  # a column of figures holds whole numbers up to this one exactly
+_MOTOR = {
+    "peak_torque_Nm": "peak_torque",
+    "rms_torque_Nm": "rms_torque",
+    "peak_speed_rad_per_s": "peak_speed",
+    "peak_power_W": "peak_power",
+}
+
+
+def index_row(found: Design, footing: Footing, values: Mapping[str, float], seconds: float) -> Row:
+    """Return the line of a gait; SI units.
+
+    Args:
+        found: the gait.
+        footing: where it came from; its work is counted, its slopes are given.
+        values: of the swept quantities.
+        seconds: of processor, for everything.
+    """
+    facts: Any = summarise(found.gait)
+    walk, contact, impact = facts["walk"], facts["contact"], facts["impact"]
+    certificate, solution = found.certificate, found.solution
+    edges = contact["cop_to_edge_mm"]
+    row: Row = {
+        "speed": walk["speed_m_per_s"],
+        "duration": walk["step_duration_s"],
+        "step_length": walk["step_length_m"],
+        **values,
+        "status": CERTIFIED if certificate.certified else NOT_CERTIFIED,
+        "cost": solution.cost,
+        "certified": certificate.certified,
+        "verdict": certificate.verdict,
+        "worst_violation": certificate.worst.violation,
+        "kkt": certificate.kkt.worst,
+        "cost_of_transport": walk["mechanical_cost_of_transport"],
+        "cop_to_edge": None if edges is None else 1e-3 * min(edges.values()),
+        "friction_used": contact["friction_used"],
+        "vertical_impulse": impact["vertical_impulse_Ns"],
+        "impulse_friction_used": impact["friction_used"],
+        "iterations": footing.iterations + solution.iterations,
+        "evaluations": footing.evaluations + solution.evaluations,
+        "seconds": seconds,
+        "origin": footing.origin,
+    }
+    row |= {f"slope.{k}": s for k, s in zip(values, footing.slopes, strict=True)}
+    for motor in facts["motors"]:
+        joint = str(motor["joint"]).replace(" ", "_")
+        row |= {f"{column}.{joint}": motor[key] for key, column in _MOTOR.items()}
+    return row
+
+
+def refused_row(values: Mapping[str, float], sentence: str) -> Row:
+    """Return the line of a point where no gait was found."""
+    return _bare(values, INFEASIBLE, sentence)
+
+
+def awaited_row(values: Mapping[str, float]) -> Row:
+    """Return the line of a point that the sweep has not come to."""
+    return _bare(values, NOT_COMPUTED, "the sweep has not come to it; its command goes on")
+
+
+def faulty_row(row: Row, fault: str, sentence: str) -> Row:
+    """Return the line of a gait whose file cannot be used."""
+    return {**row, "status": fault, "certified": False, "verdict": sentence}
+
+
+def _bare(values: Mapping[str, float], status: str, verdict: str) -> Row:
+    """Return a line without figures, which has their columns all the same."""
+    slopes = (f"slope.{name}" for name in values)
+    names = (*_PLACE, *values, "status", *_FIGURES, *slopes)
+    row: Row = dict.fromkeys(names)
+    return {**row, **values, "status": status, "certified": False, "verdict": verdict}
+
+
+def fits_column(name: str, value: object) -> bool:
+    """Whether a value is one that a column of the index can hold beside those of other lines."""
+    if value is None:
+        return True
+    if name in _WORDS or name in _ANSWERS:
+        return isinstance(value, str if name in _WORDS else bool)
+    figure = isinstance(value, int | float) and not isinstance(value, bool)
+    return figure and (isinstance(value, float) or abs(value) <= _GREATEST)  # type: ignore[arg-type]
+
+
+def columns(rows: Iterable[Row]) -> list[str]:
+    """Return the columns of all rows, those of the fullest first and in its order."""
+    fullest_first = sorted(rows, key=len, reverse=True)
+    return list(dict.fromkeys(name for row in fullest_first for name in row))
+
+
+def write_index(rows: Sequence[Row], directory: Path) -> list[Path]:
+    """Write the index as CSV, and as Parquet if pyarrow is installed; return what was written.
+
+    Raises:
+        InputError: the directory cannot be written.
+    """
+    names = columns(rows)
+    text = io.StringIO()
+    writer = csv.DictWriter(text, names, lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows)
+    written = [write_atomically(directory / CSV, text.getvalue().encode())]
+    table = _parquet(rows, names)
+    if table is not None:
+        written.append(write_atomically(directory / PARQUET, table))
+    return written
+
+
+def _parquet(rows: Sequence[Row], names: list[str]) -> bytes | None:
+    try:
+        import pyarrow as pa
+        import pyarrow.parquet as pq
+    except ImportError:  # the extra "tables" is not installed: CSV must do
+        return None
+    table = pa.table({name: _column(pa, name, [row.get(name) for row in rows]) for name in names})
+    buffer = io.BytesIO()
+    pq.write_table(table, buffer)
+    return buffer.getvalue()
+
+
+def _column(pa: Any, name: str, values: list[Value]) -> Any:
+    """Return a column, with a type even if it has no values yet."""
+    if any(value is not None for value in values):
+        return pa.array(values)
+    return pa.nulls(len(values), pa.string() if name in _WORDS else pa.float64())
+
+
+_CONDITION = re.compile(r"\s*([\w.]+)\s*(<=|>=|==|!=|<|>|=)\s*(.+?)\s*")
+_COMPARE: dict[str, Callable[[Any, Any], bool]] = {
+    "<": operator.lt,
+    "<=": operator.le,
+    ">": operator.gt,
+    ">=": operator.ge,
+    "=": operator.eq,
+    "==": operator.eq,
+    "!=": operator.ne,
+}
+_TRUTH = {"true": True, "false": False}
+_JOIN = re.compile(r"(?:^|\s+)and(?:\s+|$)")
+_STRAY = re.compile(r"[<>=!&|]|\bor\b")  # in a value without quotes: part of another condition
+_FORM = (
+    'give a column, one of < <= > >= = !=, and a value, as "speed>0.8" or "status=certified"; '
+    "several are joined by 'and' only"
+)
+
+
+def selected(rows: Iterable[Row], conditions: Iterable[str]) -> list[Row]:
+    """Return the lines that meet every condition; one without the quantity meets none of it.
+
+    Args:
+        rows: of an index.
+        conditions: each a column, one of < <= > >= = !=, and a number or a word; several joined by
+            "and" are several.
+
+    Raises:
+        InputError: a condition cannot be understood, or there is no such column.
+    """
+    every = list(rows)
+    kept = every
+    for text in conditions:
+        for condition in _JOIN.split(text.strip()):
+            name, sign, value = _parsed(condition, text, every)
+            kept = [row for row in kept if _meets(row.get(name), sign, value)]
+    return kept
+
+
+def _parsed(condition: str, whole: str, rows: list[Row]) -> tuple[str, str, Value]:
+    """Return column, sign and value of one condition of a text, which may hold several."""
+    found = _CONDITION.fullmatch(condition)
+    if found is None or (found[3][0] not in "'\"" and _STRAY.search(found[3])):
+        raise InputError(f"'{condition or whole}' is no condition; {_FORM}")
+    name, sign, text = found.groups()
+    names = columns(rows)
+    if names and name not in names:
+        raise InputError(unknown_column(name, names))
+    value = _value(text.strip("'\""))
+    there = [row[name] for row in rows if row.get(name) is not None]
+    if there and value != value:
+        raise InputError(f"'{condition}' compares with no number; {_FORM}")
+    if there and not any(isinstance(v, str) == isinstance(value, str) for v in there):
+        kind = "numbers" if isinstance(value, str) else f"words, as '{there[0]}'"
+        raise InputError(f"'{condition}' is no condition: {name} holds {kind}; {_FORM}")
+    return name, sign, value
+
+
+def unknown_column(name: str, names: list[str]) -> str:
+    """Return the sentence that there is no such column, with the names nearest to it."""
+    close = get_close_matches(name, names, n=3, cutoff=0.4)
+    hint = f"did you mean {' or '.join(close)}? " if close else ""
+    return f"there is no column '{name}'; {hint}'gaitopt library DIR --columns list' lists all"
+
+
+def _value(word: str) -> Value:
+    try:
+        return float(word)
+    except ValueError:
+        return _TRUTH.get(word.lower(), word)
+
+
+def _meets(there: Value, sign: str, value: Value) -> bool:
+    if there is None:
+        return False
+    if isinstance(there, str) != isinstance(value, str):
+        return sign == "!="
+    return bool(_COMPARE[sign](there, value))
