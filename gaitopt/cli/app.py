@@ -2,29 +2,35 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from inspect import Parameter
+from pathlib import Path
+from typing import Annotated, Any
 
 import typer
 
-from gaitopt.cli import options as opt
-from gaitopt.cli import robot_options as rob
 from gaitopt.cli import sweep_options as many
-from gaitopt.cli.failures import failures_reported
-from gaitopt.cli.help_defaults import CommandWithDefaults
 from gaitopt.cli.interrupt import take_signals
+from gaitopt.cli.options import CONTEXT, command, given, option
 from gaitopt.cli.streams import outlive_readers
+from gaitopt.cli.writable import named_directory
 
 app = typer.Typer(
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
     rich_markup_mode="rich",
-    context_settings={"help_option_names": ["-h", "--help"]},
+    context_settings=CONTEXT,
     help="Optimal walking gaits for bipeds: how does this robot walk at this speed for the least "
     "effort, and what must its motors deliver?",
     epilog="Exit codes: 0 done (and certified), 1 a gait that is not certified, 2 bad usage or "
     "input, 3 no gait found, 130 interrupted.",
 )
+
+PANELS = {
+    "task": "What is asked", "geometry": "What is asked", "margins": "Limits", "robot": "Robot",
+    "solver": "Method",
+}  # fmt: skip
+"""Headings of the help over the options of each section."""
 
 
 def run() -> None:
@@ -34,109 +40,107 @@ def run() -> None:
     app(prog_name="gaitopt")
 
 
+def _option(names: str, help_text: str, metavar: str | None = None, **how: Any) -> Any:
+    """Return a typer option; `names` as typer takes them, separated by spaces."""
+    return typer.Option(*names.split(), help=help_text, metavar=metavar, show_default=False, **how)
+
+
+def _result(names: str, help_text: str, metavar: str | None = None, **how: Any) -> Any:
+    return _option(names, help_text, metavar, rich_help_panel="Results", **how)
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        from gaitopt.version import __version__
+
+        typer.echo(f"gaitopt {__version__}")
+        raise typer.Exit
+
+
+GaitFile = Annotated[Path, typer.Argument(metavar="GAIT", help="A gait file, .npz.")]
+Quiet = Annotated[bool, _result("--quiet -q", "Print nothing but errors.")]
+
+
 @app.callback()
-def options_before_a_command(version: opt.Version = False) -> None:
+def options_before_a_command(
+    version: Annotated[
+        bool,
+        _option("--version", "Show the version and exit.", callback=_print_version, is_eager=True),
+    ] = False,
+) -> None:
     """Take the options that stand before a command."""
     del version  # its callback has done the work
 
 
-@app.command()
-@failures_reported()
-def urdf(
-    spec: rob.SpecFile = None, output: opt.UrdfOutput = None, write_spec: opt.NewSpec = None
-) -> None:
-    """Write the URDF of a biped (by default of the thirteen-link one)."""
-    from gaitopt.cli import robot_files
+def _settings(*sections: str) -> list[Parameter]:
+    """Return the options of sections of the configuration, by default of all."""
+    from gaitopt.cli.config import SCHEMA
 
-    robot_files.run(spec, output, write_spec)
+    return [
+        option(one, PANELS[name]) for name in sections or SCHEMA for one in SCHEMA[name].values()
+    ]
 
 
+def _given(ctx: typer.Context, *sections: str) -> dict[str, object]:
+    from gaitopt.cli.config import SCHEMA
+
+    return given(ctx, [name for section in sections or SCHEMA for name in SCHEMA[section]])
+
+
+@command(app, _settings, "optimize")
 def optimise(
     ctx: typer.Context,
-    speed: opt.Speed = None,
-    fastest: opt.Fastest = False,
-    duration: opt.Duration = None,
-    preset: opt.Preset = None,
-    speed_as: opt.SpeedAs = None,
-    penalty_weight: opt.PenaltyWeight = None,
-    boundary: opt.Boundary = None,
-    free: opt.Free = None,
-    fix: opt.Fix = None,
-    postures: opt.Postures = None,
-    samples: opt.Samples = None,
-    quadrature: opt.Quadrature = None,
-    torque_limit: opt.TorqueLimit = None,
-    speed_limit: opt.SpeedLimit = None,
-    friction: opt.Friction = None,
-    minimum_load: opt.MinimumLoad = None,
-    cop_margin: opt.CopMargin = None,
-    clearance: opt.Clearance = None,
-    lateral_gap: opt.LateralGap = None,
-    knee_flexion: opt.KneeFlexion = None,
-    leg_extension: opt.LegExtension = None,
-    liftoff_speed: opt.LiftoffSpeed = None,
-    joint_range: opt.JointRange = None,
-    impulse_cop: opt.ImpulseCop = None,
-    trunk_roll: opt.TrunkRoll = None,
-    trunk_pitch: opt.TrunkPitch = None,
-    trunk_yaw: opt.TrunkYaw = None,
-    torsional_friction: opt.TorsionalFriction = None,
-    step_width: opt.StepWidth = None,
-    leg_gap: opt.LegGap = None,
-    swing_tilt: opt.SwingTilt = None,
-    robot: rob.RobotName = None,
-    urdf: rob.UrdfFile = None,
-    spec: rob.SpecFile = None,
-    choices: rob.ChoicesFile = None,
-    package_dir: rob.PackageDir = None,
-    forward: rob.Forward = None,
-    posture: rob.Posture = None,
-    srdf: rob.SrdfFile = None,
-    sole: rob.SoleEdges = None,
-    stance_sole: rob.StanceSole = None,
-    swing_sole: rob.SwingSole = None,
-    without: rob.Without = None,
-    armature: rob.Armature = None,
-    solver: opt.Solver = None,
-    qp_solver: opt.QpSolver = None,
-    tolerance: opt.Tolerance = None,
-    max_iterations: opt.MaxIterations = None,
-    differences: opt.Differences = None,
-    approach: opt.Approach = None,
-    refine: opt.Refine = None,
-    start: opt.Start = None,
-    starts: opt.Starts = None,
-    seed: opt.Seed = None,
-    sigma: opt.Sigma = None,
-    config: opt.Config = None,
-    output: opt.OutputDirectory = None,
-    page: opt.Page = True,
-    figures: opt.Figures = True,
-    quiet: opt.Quiet = False,
+    fastest: Annotated[
+        bool,
+        _option(
+            "--fastest",
+            "Search the fastest walk, from this speed up.",
+            rich_help_panel=PANELS["task"],
+        ),
+    ] = False,
+    config: Annotated[
+        Path | None,
+        _option(
+            "--config",
+            "TOML file with any of these options; the command line wins.",
+            "FILE",
+            rich_help_panel=PANELS["solver"],
+        ),
+    ] = None,
+    output: Annotated[
+        Path | None,
+        _result(
+            "--output -o",
+            "Directory for gait, page, figures and tables.",
+            "DIR",
+            parser=named_directory,
+        ),
+    ] = None,
+    page: Annotated[bool, _result("--page/--no-page", "Write the walking robot.")] = True,
+    figures: Annotated[bool, _result("--figures/--no-figures", "Write the figures.")] = True,
+    quiet: Quiet = False,
+    **_: object,
 ) -> None:
     """Design the gait that walks at a given speed for the least effort."""
     from gaitopt.cli import optimise as work
-    from gaitopt.cli.config import SCHEMA
 
-    given = _given(ctx, [name for section in SCHEMA.values() for name in section])
     work.run(
-        given, config=config, output=output, fastest=fastest, page=page, figures=figures,
+        _given(ctx), config=config, output=output, fastest=fastest, page=page, figures=figures,
         quiet=quiet,
     )  # fmt: skip
 
 
-def _given(ctx: typer.Context, names: Iterable[str]) -> dict[str, object]:
-    """Return the options that were given; a repeatable one that is absent is an empty list."""
-    return {name: ctx.params[name] for name in names if ctx.params[name] not in (None, [], ())}
+@command(app, lambda: many.options(_settings()))
+def sweep(
+    ctx: typer.Context, config: many.Config = None, quiet: Quiet = False, **_: object
+) -> None:
+    """Design gaits over speeds and other quantities, each from its neighbour."""
+    from gaitopt.cli import sweep as work
+
+    work.run(given(ctx, ctx.params))
 
 
-for _name, _hidden in (("optimise", False), ("optimize", True)):
-    app.command(_name, cls=CommandWithDefaults, hidden=_hidden)(failures_reported()(optimise))
-app.command("sweep", cls=CommandWithDefaults)(failures_reported()(many.sweep_command(optimise)))
-
-
-@app.command()
-@failures_reported()
+@command(app)
 def library(
     directory: many.LibraryDirectory,
     where: many.Where = None,
@@ -154,35 +158,30 @@ def library(
         work.run_list(directory, where or [], columns, plot)
 
 
-@app.command()
-@failures_reported()
+@command(app, lambda: _settings("robot"))
 def inspect(
     ctx: typer.Context,
-    robot: rob.RobotName = None,
-    urdf: rob.UrdfFile = None,
-    spec: rob.SpecFile = None,
-    choices: rob.ChoicesFile = None,
-    package_dir: rob.PackageDir = None,
-    forward: rob.Forward = None,
-    posture: rob.Posture = None,
-    srdf: rob.SrdfFile = None,
-    sole: rob.SoleEdges = None,
-    stance_sole: rob.StanceSole = None,
-    swing_sole: rob.SwingSole = None,
-    without: rob.Without = None,
-    armature: rob.Armature = None,
-    html: rob.RobotPage = None,
-    write_choices: rob.NewChoices = None,
+    html: Annotated[
+        Path | None,
+        _result("--html", "Write a page with the robot standing and these tables.", "FILE"),
+    ] = None,
+    write_choices: Annotated[
+        Path | None,
+        _result(
+            "--write-choices",
+            "Write what was found or guessed, to edit; then --choices FILE.",
+            "FILE",
+        ),
+    ] = None,
+    **_: object,
 ) -> None:
     """Say what gaitopt understood of a robot, what it guessed, and what is wrong with the file."""
     from gaitopt.cli import inspection as work
-    from gaitopt.cli.config import SCHEMA
 
-    work.run(_given(ctx, SCHEMA["robot"]), html, write_choices)
+    work.run(_given(ctx, "robot"), html, write_choices)
 
 
-@app.command()
-@failures_reported()
+@command(app)
 def robots() -> None:
     """List the robots that can be asked for by name."""
     from gaitopt.cli import robot_list
@@ -190,24 +189,54 @@ def robots() -> None:
     robot_list.run()
 
 
-@app.command()
-@failures_reported()
-def check(gait: opt.GaitFile) -> None:
+@command(app)
+def urdf(
+    spec: Annotated[
+        Path | None, _option("--spec", "Parameter table of a biped, TOML.", "FILE")
+    ] = None,
+    output: Annotated[
+        Path | None,
+        _option("--output -o", "Where to write it; by default to the terminal.", "FILE"),
+    ] = None,
+    write_spec: Annotated[
+        Path | None, _option("--write-spec", "Write the parameter table instead, to edit.", "FILE")
+    ] = None,
+) -> None:
+    """Write the URDF of a biped (by default of the thirteen-link one)."""
+    from gaitopt.cli import robot_files
+
+    robot_files.run(spec, output, write_spec)
+
+
+@command(app)
+def check(gait: GaitFile) -> None:
     """Compute a gait file again, from its parameters alone, and certify it."""
     from gaitopt.cli import check as work
 
     work.run(gait)
 
 
-@app.command()
-@failures_reported()
+@command(app)
 def play(
-    gait: opt.GaitFile,
-    html: opt.Html = None,
-    steps: opt.Steps = None,
-    package_dir: opt.MeshDir = None,
-    host: opt.Host = None,
-    port: opt.Port = None,
+    gait: GaitFile,
+    html: Annotated[
+        Path | None, _option("--html", "Write a page instead, complete in one file.", "FILE")
+    ] = None,
+    steps: Annotated[int | None, _option("--steps", "How many steps to show.", "N")] = None,
+    package_dir: Annotated[
+        list[Path] | None,
+        _option("--package-dir", "Directory with the packages of the meshes; repeatable.", "DIR"),
+    ] = None,
+    host: Annotated[
+        str | None,
+        _option(
+            "--host", "Address to listen on; by default 127.0.0.1: this machine alone.", "ADDRESS"
+        ),
+    ] = None,
+    port: Annotated[
+        int | None,
+        _option("--port", "Port to listen on; by default a free one from 7000 on.", "N"),
+    ] = None,
 ) -> None:
     """Watch a gait in the browser."""
     from gaitopt.cli import watch
@@ -215,10 +244,21 @@ def play(
     watch.run_play(gait, html, steps, tuple(map(str, package_dir or ())), host, port)
 
 
-@app.command()
-@failures_reported()
+@command(app)
 def plot(
-    gait: opt.GaitFile, output: opt.FigureDirectory = None, formats: opt.Formats = None
+    gait: GaitFile,
+    output: Annotated[
+        Path | None,
+        _option(
+            "--output -o",
+            "Where to; by default 'figures' next to the gait.",
+            "DIR",
+            parser=named_directory,
+        ),
+    ] = None,
+    formats: Annotated[
+        list[str] | None, _option("--format", "png (default), svg or pdf; repeatable.", "KIND")
+    ] = None,
 ) -> None:
     """Draw the figures of a gait."""
     from gaitopt.cli import watch
@@ -226,19 +266,32 @@ def plot(
     watch.run_plot(gait, output, formats)
 
 
-@app.command()
-@failures_reported()
-def export(gait: opt.GaitFile, output: opt.ExportFile, both_legs: opt.BothLegs = False) -> None:
+@command(app)
+def export(
+    gait: GaitFile,
+    output: Annotated[Path, _option("--output -o", "File; its suffix chooses the form.", "FILE")],
+    both_legs: Annotated[
+        bool, _option("--both-legs", "Add the mirror image of the step: a whole stride.")
+    ] = False,
+) -> None:
     """Write a gait for a spreadsheet or a controller: .csv, .json or .yaml."""
     from gaitopt.cli import watch
 
     watch.run_export(gait, output, both_legs)
 
 
-@app.command()
-@failures_reported()
+@command(app)
 def reproduce(
-    output: opt.ReproductionDirectory, only: opt.ReproductionParts = None, quiet: opt.Quiet = False
+    output: Annotated[
+        Path,
+        _option(
+            "--output -o", "For reproduction.md, figures, numbers.", "DIR", parser=named_directory
+        ),
+    ],
+    only: Annotated[
+        str | None, _option("--only", "Only some tables and figures, as table3,fig7.", "PARTS")
+    ] = None,
+    quiet: Quiet = False,
 ) -> None:
     """Compute the paper's section 6 again, as `python -m reproduction` in the sources."""
     from gaitopt.cli import reproduce as work

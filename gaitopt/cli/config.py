@@ -1,81 +1,184 @@
-"""Options from a TOML file: the names of the command line, in sections."""
+"""What can be configured, by section, and the TOML files that do."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, fields
 from difflib import get_close_matches
 from pathlib import Path
 
 from gaitopt.bounds import TABLE, read_bounded
+from gaitopt.design.options import COUNT, SIGMA, DesignOptions
 from gaitopt.errors import InputError
+from gaitopt.gait.parameters import GEOMETRY, GEOMETRY_NAMES
+from gaitopt.gait.task import Margins, Task
 from gaitopt.robot.files.toml import parse_toml
+from gaitopt.robot.physics import PARTS
+from gaitopt.settings import FILE, FILES, FLAG, NUMBER, Setting, declared, setting
+from gaitopt.solvers import SOLVERS
+from gaitopt.solvers.sqp import SQP
+from gaitopt.units import SINE
 
 Settings = dict[str, object]
+"""Values that were given, by name; what is not there takes its default."""
 
-SCHEMA: dict[str, dict[str, str]] = {
-    "task": {
-        "preset": "text",
-        "speed": "number",
-        "duration": "number",
-        "postures": "whole number",
-        "samples": "whole number",
-        "quadrature": "text",
-        "speed_as": "text",
-        "penalty_weight": "number",
-        "boundary": "text",
-    },
-    "margins": {
-        "friction": "number",
-        "minimum_load": "number",
-        "cop_margin": "number",
-        "clearance": "number",
-        "lateral_gap": "number",
-        "knee_flexion": "number",
-        "leg_extension": "number",
-        "liftoff_speed": "number",
-        "joint_range": "true or false",
-        "impulse_cop": "true or false",
-        "torque_limit": "number",
-        "speed_limit": "number",
-        "trunk_roll": "number",
-        "trunk_pitch": "number",
-        "trunk_yaw": "number",
-        "torsional_friction": "number",
-        "step_width": "number",
-        "leg_gap": "number",
-        "swing_tilt": "number",
-    },
-    "geometry": {"free": "list of names", "fix": "table of numbers"},
-    "robot": {
-        "robot": "text",
-        "urdf": "file name",
-        "spec": "file name",
-        "choices": "file name",
-        "package_dir": "list of file names",
-        "forward": "text",
-        "posture": "text",
-        "srdf": "file name",
-        "sole": "text",
-        "stance_sole": "text",
-        "swing_sole": "text",
-        "without": "list of names",
-        "armature": "table of numbers",
-    },
-    "solver": {
-        "solver": "text",
-        "qp_solver": "text",
-        "tolerance": "number",
-        "max_iterations": "whole number",
-        "differences": "text",
-        "approach": "text",
-        "refine": "true or false",
-        "start": "file name",
-        "starts": "whole number",
-        "seed": "whole number",
-        "sigma": "number",
-    },
+_UNITS = {quantity.name: quantity.unit for quantity in GEOMETRY}
+
+
+@dataclass(frozen=True)
+class GeometrySettings:
+    """Which geometric quantities of the double support are free, and which are held."""
+
+    free: tuple[str, ...] = field(
+        default=(),
+        metadata=setting(
+            "Let the optimiser choose a geometric quantity.", metavar="NAME",
+            choices=GEOMETRY_NAMES, common=True,
+        ),
+    )  # fmt: skip
+    fix: Mapping[str, float] = field(
+        default_factory=dict,
+        metadata=setting(
+            "Hold a geometric quantity at a value.", entry_unit=lambda name: _UNITS.get(name, ""),
+            example="pelvis_roll=0.05",
+        ),
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class RobotSettings:
+    """Which robot, and what not to guess about it."""
+
+    robot: str | None = field(
+        default=None,
+        metadata=setting("Name in the catalogue: gaitopt robots.", metavar="NAME", common=True),
+    )
+    urdf: Path | None = field(
+        default=None, metadata=setting("URDF or MJCF of any humanoid.", common=True)
+    )
+    spec: Path | None = field(
+        default=None, metadata=setting("Parameter table of a biped, TOML.", common=True)
+    )
+    choices: Path | None = field(
+        default=None,
+        metadata=setting("What not to guess about it, TOML: inspect --write-choices.", common=True),
+    )
+    package_dir: tuple[Path, ...] = field(
+        default=(), metadata=setting("Directory with the packages of its meshes.")
+    )
+    forward: str | None = field(
+        default=None,
+        metadata=setting("Where it looks: x, -x, y, ... of its root link.", metavar="AXIS"),
+    )
+    posture: str | None = field(
+        default=None,
+        metadata=setting("Pose of the SRDF in which it stands.", metavar="NAME"),
+    )
+    srdf: Path | None = field(default=None, metadata=setting("SRDF with that pose."))
+    sole: str | None = field(
+        default=None,
+        metadata=setting("Rectangle in the sole frame: toe,heel,left,right.", metavar="M,M,M,M"),
+    )
+    stance_sole: str | None = field(
+        default=None, metadata=setting("Frame of the standing sole.", metavar="FRAME")
+    )
+    swing_sole: str | None = field(
+        default=None, metadata=setting("Frame of the other sole.", metavar="FRAME")
+    )
+    without: tuple[str, ...] = field(
+        default=(),
+        metadata=setting(
+            f"Physics of its file to leave out: {', '.join(PARTS)}; a list with commas.",
+            metavar="PARTS",
+        ),
+    )
+    armature: Mapping[str, float] = field(
+        default_factory=dict,
+        metadata=setting(
+            "Rotor inertia times gear ratio squared of the joints of that name, kg·m²: "
+            "'*knee*=0.02'.", metavar="PATTERN=VALUE", entry_unit=lambda _: "kg·m²",
+            example="'*=0.01'",
+        ),
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class SearchSettings:
+    """With which solver, and from where."""
+
+    solver: str | None = field(
+        default="default",
+        metadata=setting("Which solver.", metavar="NAME", choices=tuple(SOLVERS), common=True),
+    )
+    start: Path | None = field(
+        default=None,
+        metadata=setting("Gait whose parameters are the first guess.", metavar="GAIT"),
+    )
+    starts: int | None = field(
+        default=COUNT,
+        metadata=setting("First guesses to try; 1 with --start or --seed.", common=True),
+    )
+    seed: int | None = field(
+        default=None, metadata=setting("Disturb the first guess; number of the noise.")
+    )
+    sigma: float | None = field(
+        default=SIGMA, metadata=setting("Standard deviation of that noise.", "rad")
+    )
+
+
+_PRESET = Setting(
+    "preset", "text", "A task for the biped, its paper's constraints only, or sized by any robot.",
+    default="standard", metavar="NAME", choices=("standard", "paper", "humanoid"), common=True,
+)  # fmt: skip
+
+_MARGINS = {
+    "friction": ("Coefficient.", "mu"),
+    "minimum_load": ("Least vertical ground force.", "N"),
+    "cop_margin": ("Centre of pressure to the edge of the sole.", "m"),
+    "clearance": ("Height of the swing foot at mid-step.", "m"),
+    "lateral_gap": ("Between swing and stance sole.", "m"),
+    "knee_flexion": ("Least bend of the knees.", "rad"),
+    "leg_extension": ("Longest leg over the straight one.", "ratio"),
+    "liftoff_speed": ("Least speed of the rear foot as it leaves.", "m/s"),
+    "joint_range": ("Impose joint ranges.", ""),
+    "impulse_cop": ("Landing foot must not tip.", ""),
+    "torque_limit": ("Of every joint, in place of the robot's.", "N·m"),
+    "speed_limit": ("Of every joint, in place of the robot's.", "rad/s"),
+    "trunk_roll": ("Largest sideways lean of the trunk.", "rad"),
+    "trunk_pitch": ("Largest lean forward or back.", "rad"),
+    "trunk_yaw": ("Largest turn of the trunk.", "rad"),
+    "torsional_friction": ("Turning moment over load a foot bears.", "m"),
+    "step_width": ("Largest distance of the feet sideways.", "m"),
+    "leg_gap": ("Least distance between the legs' bodies.", "m"),
+    "swing_tilt": ("Largest tilt of the swing foot.", SINE),
 }
-"""Every option that a configuration file may hold, by section, and what its value is."""
+_COMMON = ("friction", "torque_limit", "speed_limit", "clearance", "trunk_pitch")
+
+
+def _margins() -> Iterator[Setting]:
+    for entry in fields(Margins):
+        said, unit = _MARGINS[entry.name]
+        kind, default = FLAG if entry.type == "bool" else NUMBER, entry.default
+        yield Setting(entry.name, kind, said, unit, default, common=entry.name in _COMMON)
+
+
+def _by_name(*settings: Setting) -> dict[str, Setting]:
+    return {one.name: one for one in settings}
+
+
+SCHEMA: dict[str, dict[str, Setting]] = {
+    "task": _by_name(_PRESET, *declared(Task)),
+    "margins": _by_name(*_margins()),
+    "geometry": _by_name(*declared(GeometrySettings)),
+    "robot": _by_name(*declared(RobotSettings)),
+    "solver": _by_name(
+        *declared(SearchSettings, "solver"),
+        *declared(SQP),
+        *declared(DesignOptions),
+        *declared(SearchSettings, "start", "starts", "seed", "sigma"),
+    ),
+}
+"""Every setting that a command line or a configuration file may hold, by section."""
 
 
 def read_config(path: Path) -> Settings:
@@ -110,33 +213,15 @@ def _table(path: Path) -> dict[str, object]:
     return parse_toml(text, f"the configuration '{path}'")
 
 
-def _value(path: Path, name: str, value: object, kind: str) -> object:
+def _value(path: Path, name: str, value: object, wanted: Setting) -> object:
     """Return a value of the kind its name asks for, files as paths."""
-    good = {
-        "text": isinstance(value, str),
-        "file name": isinstance(value, str),
-        "true or false": isinstance(value, bool),
-        "whole number": isinstance(value, int) and not isinstance(value, bool),
-        "number": _is_number(value),
-        "list of names": _is_list_of_names(value),
-        "list of file names": _is_list_of_names(value),
-        "table of numbers": isinstance(value, dict) and all(map(_is_number, value.values())),
-    }[kind]
-    if not good:
-        raise InputError(f"{path}: {name} = {str(value)[:60]!r} is wrong; give a {kind}")
-    if kind == "file name":
-        return path.parent / str(value)
-    if kind == "list of file names" and isinstance(value, list):
-        return [path.parent / str(name) for name in value]
-    return float(str(value)) if kind == "number" else value
-
-
-def _is_list_of_names(value: object) -> bool:
-    return isinstance(value, list) and all(isinstance(v, str) for v in value)
-
-
-def _is_number(value: object) -> bool:
-    return isinstance(value, int | float) and not isinstance(value, bool)
+    try:
+        read = wanted.read_entry(value)
+    except ValueError as error:
+        raise InputError(f"{path}: {name} = {str(value)[:60]!r} is wrong; {error}") from error
+    if wanted.kind == FILE:
+        return path.parent / read
+    return [path.parent / one for one in read] if wanted.kind == FILES else read
 
 
 def _unknown(what: str, name: str, known: list[str]) -> str:

@@ -7,7 +7,6 @@ from pathlib import Path
 
 import typer
 
-from gaitopt.cli.assignments import named_values
 from gaitopt.cli.cells import new_table
 from gaitopt.cli.failures import ExitCode
 from gaitopt.cli.known import tell_robot_of
@@ -17,6 +16,7 @@ from gaitopt.cli.writable import require_files
 from gaitopt.errors import GaitFileError, InputError
 from gaitopt.gait.result import Gait
 from gaitopt.gait.result_file import save_gait
+from gaitopt.settings import named_values
 from gaitopt.sweep.interpolate import interpolate, stored_point
 from gaitopt.sweep.library import Library, open_library
 from gaitopt.sweep.table import NOT_COMPUTED, Row, Value, columns, selected, unknown_column

@@ -1,278 +1,162 @@
-"""The options of the commands: name, type and help. Their defaults stand in the method's own types.
-
-Names are those of the configuration file (`gaitopt.cli.config`).
-"""
+"""Options of the commands, made from declared settings; the help says their defaults."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from pathlib import Path
-from typing import Annotated
+import inspect
+from collections.abc import Callable, Iterable
+from copy import copy
+from typing import Annotated, Any
 
 import typer
+import typer.main
+from typer.core import TyperCommand
 
-from gaitopt.cli.units import M_PER_S, NM, RAD, RAD_PER_S, M, N, S, Units, reader, sine
-from gaitopt.cli.writable import named_directory
+from gaitopt.cli.failures import failures_reported
+from gaitopt.settings import FLAG, TABLE, Setting, declared
 
-_TASK, _LIMITS = "What is asked", "Limits"
-_METHOD, _RESULT = "Method", "Results"
+CONTEXT = {"help_option_names": ["-h", "--help"]}
+
+_WHOSE = (
+    "Defaults are those of the thirteen-link biped. For other robots speed, duration, load, step "
+    "width and limits of the trunk follow from the robot or the catalogue (preset 'humanoid')."
+)
 
 
-def option(names: str, help_text: str, panel: str, metavar: str | None = None) -> object:
-    """Return a typer option; `names` as typer takes them, separated by spaces."""
-    return typer.Option(
-        *names.split(), help=help_text, rich_help_panel=panel, metavar=metavar, show_default=False
+def option(setting: Setting, panel: str) -> inspect.Parameter:
+    """Return the parameter of a command that takes a setting; None or empty where it is not given.
+
+    Args:
+        setting: what it sets.
+        panel: heading under which the help shows it.
+    """
+    said = f"{setting.help}{' Repeatable.' if setting.repeatable else ''}"
+    how: dict[str, Any] = {"help": said, "rich_help_panel": panel, "show_default": False}
+    kind: Any = bool | None
+    if setting.kind == FLAG:
+        names = f"{setting.option}/--no-{setting.option[2:]}"
+    else:
+        names, kind = setting.option, list[str] | None if setting.repeatable else str | None
+        how |= {"metavar": _metavar(setting), "parser": _reader(setting)}
+    return inspect.Parameter(
+        setting.name, inspect.Parameter.KEYWORD_ONLY, default=None,
+        annotation=Annotated[kind, typer.Option(names, **how)],
+    )  # fmt: skip
+
+
+def _metavar(setting: Setting) -> str:
+    plain = {"integer": "N", "file": "FILE", "files": "DIR", TABLE: "NAME=VALUE"}
+    return (setting.metavar or setting.unit or plain.get(setting.kind, "X")).upper()
+
+
+def _reader(setting: Setting) -> Callable[[Any], Any]:
+    def read(value: Any) -> Any:
+        if setting.kind == TABLE or not isinstance(value, str):  # a default is read already
+            return value
+        try:
+            return setting.read(value)
+        except ValueError as error:
+            raise typer.BadParameter(f"{value[:60]!r} is wrong; {error}") from error
+
+    return read
+
+
+def given(ctx: typer.Context, names: Iterable[str]) -> dict[str, object]:
+    """Return the options that were given; a repeatable one that is absent is an empty list."""
+    return {name: ctx.params[name] for name in names if ctx.params[name] not in (None, [], ())}
+
+
+class CommandWithDefaults(TyperCommand):
+    """A command whose options all default to "not given"; its help says what then holds."""
+
+    def format_help(self, ctx: Any, formatter: Any) -> None:
+        """Show the help of a copy of the command with defaults and allowed names."""
+        command = copy(self)
+        command.epilog = _WHOSE
+        settings = known_settings()
+        command.params = [_shown(one, settings.get(one.name or "")) for one in self.params]
+        TyperCommand.format_help(command, ctx, formatter)
+
+
+def known_settings() -> dict[str, Setting]:
+    """Return every setting of `gaitopt optimise` and `gaitopt sweep` by its name."""
+    from gaitopt.cli.config import SCHEMA
+    from gaitopt.cli.sweep_options import SweepSettings
+
+    sections = (*SCHEMA.values(), {one.name: one for one in declared(SweepSettings)})
+    return {name: one for section in sections for name, one in section.items()}
+
+
+def _shown(option: Any, setting: Setting | None) -> Any:
+    """Return an option as the help shows it."""
+    if setting is None:
+        return option
+    changed = copy(option)
+    if setting.default not in (None, (), {}):
+        changed.default, changed.show_default = setting.default, True
+    if setting.names:
+        changed.help = f"{option.help} One of {', '.join(setting.names)}."
+    return changed
+
+
+Options = Callable[[], Iterable[inspect.Parameter]]
+"""Returns options of a command, beside those of its function's signature."""
+
+
+def command(app: typer.Typer, options: Options = tuple, *aliases: str) -> Callable[[Any], Any]:
+    """Return the decorator that makes a function a command of an application.
+
+    Its options are made when the command is asked for, so that every other one starts at once; its
+    errors become a message and an exit code.
+
+    Args:
+        app: the application.
+        options: that the function takes by name, beside those of its signature.
+        aliases: hidden names of the command.
+    """
+
+    def register(function: Callable[..., None]) -> Callable[..., None]:
+        attributes = {"function": staticmethod(function), "more": staticmethod(options)}
+        kind = type("LateCommand", (_LateCommand,), attributes)
+        for name in (function.__name__, *aliases):
+            how: Any = {"cls": kind, "help": function.__doc__, "hidden": name in aliases}
+            app.command(name, **how)(lambda: None)
+        return function
+
+    return register
+
+
+class _LateCommand(TyperCommand):
+    """Stands for a command until it is asked for."""
+
+    function: Callable[..., None]
+    more: Options
+
+    def make_context(
+        self, info_name: str | None, args: list[str], parent: Any = None, **extra: Any
+    ) -> Any:
+        """Return the context of the command with its options."""
+        made = _complete(self.function, tuple(self.more()), str(self.name))
+        return made.make_context(info_name, args, parent, **extra)
+
+
+def _complete(function: Callable[..., None], more: tuple[inspect.Parameter, ...], name: str) -> Any:
+    """Return the command line of a function, with more options than its signature has."""
+    own = inspect.signature(function, eval_str=True).parameters.values()
+    rest = [p for p in own if p.kind is not inspect.Parameter.VAR_KEYWORD]
+    first = [rest.pop(0)] if rest and rest[0].annotation is typer.Context else []
+    kind = inspect.Parameter.KEYWORD_ONLY
+    parameters = [p.replace(kind=kind) for p in (*first, *more, *rest)]
+
+    def call(**values: Any) -> None:
+        with failures_reported():
+            function(**values)
+
+    call.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
+    call.__annotations__ = {p.name: p.annotation for p in parameters}
+    call.__doc__ = function.__doc__
+    alone = typer.Typer(
+        add_completion=False, pretty_exceptions_enable=False, rich_markup_mode="rich"
     )
-
-
-def quantity(
-    names: str,
-    help_text: str,
-    panel: str,
-    unit: Units,
-    read: Callable[[object], float] | None = None,
-) -> object:
-    """Return the typer option of a number with a unit, which may stand behind it."""
-    return typer.Option(
-        *names.split(), help=help_text, rich_help_panel=panel, metavar=next(iter(unit)).upper(),
-        show_default=False, parser=read or reader(unit),
-    )  # fmt: skip
-
-
-def output_directory(help_text: str, panel: str | None = None) -> object:
-    """Return the typer option of a directory to write to."""
-    return typer.Option(
-        "--output", "-o", help=help_text, rich_help_panel=panel, metavar="DIR", show_default=False,
-        parser=named_directory,
-    )  # fmt: skip
-
-
-def _print_version(wanted: bool) -> None:
-    if wanted:
-        from gaitopt.version import __version__
-
-        typer.echo(f"gaitopt {__version__}")
-        raise typer.Exit
-
-
-Version = Annotated[
-    bool,
-    typer.Option(
-        "--version", callback=_print_version, is_eager=True, help="Show the version and exit."
-    ),
-]
-
-Speed = Annotated[float | None, quantity("--speed", "Walking speed.", _TASK, M_PER_S)]
-Fastest = Annotated[
-    bool,
-    option("--fastest", "Search the fastest walk, from this speed up.", _TASK),
-]
-Duration = Annotated[float | None, quantity("--duration", "Duration of a step.", _TASK, S)]
-Preset = Annotated[
-    str | None,
-    option(
-        "--preset",
-        "'standard'; 'paper': its constraints only; 'humanoid': sized by the robot, for --urdf "
-        "and --robot.",
-        _TASK,
-        "NAME",
-    ),
-]
-SpeedAs = Annotated[
-    str | None,
-    option("--speed-as", "Speed as a 'constraint' or a 'penalty'.", _TASK, "KIND"),
-]
-PenaltyWeight = Annotated[
-    float | None, option("--penalty-weight", "Weight of that penalty.", _TASK, "COST/M²")
-]
-Boundary = Annotated[
-    str | None,
-    option("--boundary", "Double support by inverse kinematics, 'closed', or 'lifted'.", _TASK,
-            "FORM"),
-]  # fmt: skip
-Free = Annotated[
-    list[str] | None,
-    option("--free", "Let the optimiser choose a geometric quantity; repeatable.", _TASK, "NAME"),
-]
-Fix = Annotated[
-    list[str] | None,
-    option("--fix", "Hold a geometric quantity at a value; repeatable.", _TASK, "NAME=VALUE"),
-]
-Postures = Annotated[
-    int | None, option("--postures", "Intermediate postures of the splines.", _TASK, "N")
-]
-Samples = Annotated[int | None, option("--samples", "Instants of the step.", _TASK, "N")]
-Quadrature = Annotated[
-    str | None,
-    option("--quadrature", "Rule for the cost, 'simpson' or 'euler'.", _TASK, "RULE"),
-]
-
-TorqueLimit = Annotated[
-    float | None,
-    quantity("--torque-limit", "Of every joint, in place of the robot's.", _LIMITS, NM),
-]
-SpeedLimit = Annotated[
-    float | None,
-    quantity("--speed-limit", "Of every joint, in place of the robot's.", _LIMITS, RAD_PER_S),
-]
-Friction = Annotated[float | None, option("--friction", "Coefficient.", _LIMITS, "MU")]
-MinimumLoad = Annotated[
-    float | None, quantity("--minimum-load", "Least vertical ground force.", _LIMITS, N)
-]
-CopMargin = Annotated[
-    float | None,
-    quantity("--cop-margin", "Centre of pressure to the edge of the sole.", _LIMITS, M),
-]
-Clearance = Annotated[
-    float | None, quantity("--clearance", "Height of the swing foot at mid-step.", _LIMITS, M)
-]
-LateralGap = Annotated[
-    float | None, quantity("--lateral-gap", "Between swing and stance sole.", _LIMITS, M)
-]
-KneeFlexion = Annotated[
-    float | None, quantity("--knee-flexion", "Least bend of the knees.", _LIMITS, RAD)
-]
-LegExtension = Annotated[
-    float | None,
-    option("--leg-extension", "Longest leg over the straight one.", _LIMITS, "RATIO"),
-]
-LiftoffSpeed = Annotated[
-    float | None,
-    quantity("--liftoff-speed", "Least speed of the rear foot as it leaves.", _LIMITS, M_PER_S),
-]
-JointRange = Annotated[
-    bool | None, option("--joint-range/--no-joint-range", "Impose joint ranges.", _LIMITS)
-]
-ImpulseCop = Annotated[
-    bool | None,
-    option("--impulse-cop/--no-impulse-cop", "Landing foot must not tip.", _LIMITS),
-]
-
-TrunkRoll = Annotated[
-    float | None,
-    quantity("--trunk-roll", "Largest sideways lean of the trunk.", _LIMITS, RAD),
-]
-TrunkPitch = Annotated[
-    float | None, quantity("--trunk-pitch", "Largest lean forward or back.", _LIMITS, RAD)
-]
-TrunkYaw = Annotated[
-    float | None, quantity("--trunk-yaw", "Largest turn of the trunk.", _LIMITS, RAD)
-]
-TorsionalFriction = Annotated[
-    float | None,
-    quantity("--torsional-friction", "Turning moment over load a foot bears.", _LIMITS, M),
-]
-StepWidth = Annotated[
-    float | None,
-    quantity("--step-width", "Largest distance of the feet sideways.", _LIMITS, M),
-]
-LegGap = Annotated[
-    float | None,
-    quantity("--leg-gap", "Least distance between the legs' bodies.", _LIMITS, M),
-]
-SwingTilt = Annotated[
-    float | None, quantity("--swing-tilt", "Largest tilt of the swing foot.", _LIMITS, RAD, sine)
-]
-
-Solver = Annotated[str | None, option("--solver", "Which solver.", _METHOD, "NAME")]
-QpSolver = Annotated[
-    str | None, option("--qp-solver", "Quadratic solver of the SQP.", _METHOD, "NAME")
-]
-Tolerance = Annotated[
-    float | None, option("--tolerance", "Of the optimality conditions.", _METHOD, "X")
-]
-MaxIterations = Annotated[
-    int | None, option("--max-iterations", "Of one run of the solver.", _METHOD, "N")
-]
-Differences = Annotated[
-    str | None,
-    option(
-        "--differences",
-        "Finite differences for 'none', 'constraints' or 'all' derivatives.",
-        _METHOD,
-        "WHICH",
-    ),
-]
-Approach = Annotated[
-    str | None,
-    option(
-        "--approach",
-        "'relaxed': first with a lift-off that may fail a little; 'direct'; or 'automatic'.",
-        _METHOD,
-        "HOW",
-    ),
-]
-Refine = Annotated[
-    bool | None,
-    option("--refine/--no-refine", "Keep the limits between the instants too.", _METHOD),
-]
-Start = Annotated[
-    Path | None, option("--start", "Gait whose parameters are the first guess.", _METHOD, "GAIT")
-]
-Starts = Annotated[
-    int | None,
-    option("--starts", "First guesses to try; 1 with --start or --seed.", _METHOD, "N"),
-]
-Seed = Annotated[
-    int | None, option("--seed", "Disturb the first guess; number of the noise.", _METHOD, "N")
-]
-Sigma = Annotated[
-    float | None, quantity("--sigma", "Standard deviation of that noise.", _METHOD, RAD)
-]
-Config = Annotated[
-    Path | None,
-    option("--config", "TOML file with any of these options; the command line wins.", _METHOD,
-            "FILE"),
-]  # fmt: skip
-
-OutputDirectory = Annotated[
-    Path | None, output_directory("Directory for gait, page, figures and tables.", _RESULT)
-]
-Page = Annotated[bool, option("--page/--no-page", "Write the walking robot.", _RESULT)]
-Figures = Annotated[bool, option("--figures/--no-figures", "Write the figures.", _RESULT)]
-Quiet = Annotated[bool, option("--quiet -q", "Print nothing but errors.", _RESULT)]
-
-GaitFile = Annotated[Path, typer.Argument(metavar="GAIT", help="A gait file, .npz.")]
-
-
-def _plain(names: str, help_text: str, metavar: str | None = None) -> object:
-    """Return a typer option of a command that has few."""
-    return typer.Option(*names.split(), help=help_text, metavar=metavar, show_default=False)
-
-
-UrdfOutput = Annotated[
-    Path | None, _plain("--output -o", "Where to write it; by default to the terminal.", "FILE")
-]
-NewSpec = Annotated[
-    Path | None, _plain("--write-spec", "Write the parameter table instead, to edit.", "FILE")
-]
-Html = Annotated[
-    Path | None, _plain("--html", "Write a page instead, complete in one file.", "FILE")
-]
-Steps = Annotated[int | None, _plain("--steps", "How many steps to show.", "N")]
-Host = Annotated[
-    str | None,
-    _plain("--host", "Address to listen on; by default 127.0.0.1: this machine alone.", "ADDRESS"),
-]
-Port = Annotated[
-    int | None, _plain("--port", "Port to listen on; by default a free one from 7000 on.", "N")
-]
-MeshDir = Annotated[
-    list[Path] | None,
-    _plain("--package-dir", "Directory with the packages of the meshes; repeatable.", "DIR"),
-]
-FigureDirectory = Annotated[
-    Path | None, output_directory("Where to; by default 'figures' next to the gait.")
-]
-Formats = Annotated[
-    list[str] | None, _plain("--format", "png (default), svg or pdf; repeatable.", "KIND")
-]
-ExportFile = Annotated[Path, _plain("--output -o", "File; its suffix chooses the form.", "FILE")]
-BothLegs = Annotated[
-    bool, _plain("--both-legs", "Add the mirror image of the step: a whole stride.")
-]
-ReproductionDirectory = Annotated[Path, output_directory("For reproduction.md, figures, numbers.")]
-ReproductionParts = Annotated[
-    str | None,
-    typer.Option("--only", help="Only some tables and figures, as table3,fig7.", metavar="PARTS"),
-]
+    kind_of_help = CommandWithDefaults if more else TyperCommand
+    alone.command(name, cls=kind_of_help, context_settings=CONTEXT)(call)
+    return typer.main.get_command(alone)

@@ -11,15 +11,12 @@ from typing import Any
 import numpy as np
 
 from gaitopt.bounds import STARTS, at_most, shown
-from gaitopt.cli.assignments import named_values
 from gaitopt.cli.config import SCHEMA, Settings, read_config
 from gaitopt.cli.robot_request import ROBOTS, biped_spec, catalogued_task, make_robot
-from gaitopt.cli.units import OF_NAME
-from gaitopt.design.options import DesignOptions
-from gaitopt.design.starts import COUNT, SIGMA
+from gaitopt.design.options import COUNT, SIGMA, DesignOptions
 from gaitopt.errors import InputError
 from gaitopt.gait.initial_guess import first_guess, perturbed
-from gaitopt.gait.parameters import GEOMETRY, set_quantities
+from gaitopt.gait.parameters import set_quantities
 from gaitopt.gait.presets import HUMANOID, PRESETS, preset_task
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.result import Gait
@@ -128,8 +125,7 @@ def _merged(config: Settings, given: Settings) -> Settings:
         config = {k: v for k, v in config.items() if k not in SCHEMA["robot"]}
     fixed = config.get("fix", {})
     geometry: Geometry = {**_free(config), **_fixed(fixed if isinstance(fixed, Mapping) else {})}
-    units = {quantity.name: OF_NAME[quantity.unit] for quantity in GEOMETRY}
-    held = named_values(given.get("fix"), "--fix", "pelvis_roll=0.05", units)
+    held = SCHEMA["geometry"]["fix"].read_pairs(given.get("fix"))
     geometry |= _free(given) | _fixed(held)
     rest = {k: v for k, v in {**config, **given}.items() if k not in ("free", "fix")}
     return {**rest, "geometry": geometry}

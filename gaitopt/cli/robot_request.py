@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import tomli_w
 
-from gaitopt.cli.assignments import named_values
-from gaitopt.cli.config import Settings
+from gaitopt.cli.config import SCHEMA, Settings
 from gaitopt.errors import InputError
 from gaitopt.robot.catalogue import biped_of, description, entry_by_name
 from gaitopt.robot.choices import Choices, LimitOverride
@@ -78,7 +77,7 @@ def _with_armature(choices: Choices, given: object) -> Choices:
             "--without armature leaves out every rotor inertia, --armature gives some; leave out "
             "one of the two (--armature '*=0' before the others leaves out those of the file only)"
         )
-    named = given if isinstance(given, Mapping) else named_values(given, "--armature", "'*=0.01'")
+    named = SCHEMA["robot"]["armature"].read_pairs(given)
     entries = (LimitOverride(joints, armature=value) for joints, value in named.items())
     return replace(choices, limits=(*choices.limits, *entries))
 

@@ -10,7 +10,6 @@ from typing import Any
 import typer
 from rich.console import Console
 
-from gaitopt.cli.assignments import named_values
 from gaitopt.cli.config import SCHEMA, Settings
 from gaitopt.cli.crew import make_crew
 from gaitopt.cli.failures import ExitCode, complain
@@ -22,6 +21,7 @@ from gaitopt.cli.sweep_progress import SweepDisplay
 from gaitopt.cli.writable import require_writable
 from gaitopt.errors import InputError
 from gaitopt.gait.task import Task
+from gaitopt.settings import named_values
 from gaitopt.sweep.grid import Axis, Index, parse_axis, with_values
 from gaitopt.sweep.library import FAULTS, Library, open_library
 from gaitopt.sweep.scheduler import sweep

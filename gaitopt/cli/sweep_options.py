@@ -3,49 +3,67 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable
+from collections.abc import Iterable
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
-from gaitopt.cli.options import option, output_directory
+from gaitopt.cli.options import option
+from gaitopt.cli.writable import named_directory
+from gaitopt.settings import declared, setting
 
 _SWEEP = "Sweep"
-_NOT_OURS = ("page", "figures", "starts", "start", "seed", "sigma", "output", "fastest")
+_NOT_OURS = ("starts", "start", "seed", "sigma")
 
 
-Speeds = Annotated[
-    str | None,
-    option("--speeds", "Walking speeds, FIRST:LAST:STEP or a list A,B,C.", _SWEEP, "M/S"),
-]
-Grid = Annotated[
-    list[str] | None,
-    option(
-        "--grid",
-        "Another quantity of task, limits, double support or specification, as "
-        "duration=0.3:0.6:0.05 or geometry.d3=0.28,0.3,0.32; repeatable. trunk_pitch is the limit "
-        "of the lean, hold.trunk_pitch the lean at double support.",
-        _SWEEP,
-        "NAME=RANGE",
+@dataclass(frozen=True)
+class SweepSettings:
+    """What is swept over, and who does the work."""
+
+    speeds: str | None = field(
+        default=None,
+        metadata=setting(
+            "Walking speeds, FIRST:LAST:STEP or a list A,B,C.", metavar="M/S", common=True
+        ),
+    )
+    grid: tuple[str, ...] = field(
+        default=(),
+        metadata=setting(
+            "Another quantity of task, limits, double support or specification, as "
+            "duration=0.3:0.6:0.05 or geometry.d3=0.28,0.3,0.32. trunk_pitch is the limit of the "
+            "lean, hold.trunk_pitch the lean at double support.", metavar="NAME=RANGE",
+            common=True,
+        ),
+    )  # fmt: skip
+    begin: tuple[str, ...] = field(
+        default=(),
+        metadata=setting("Where to begin, by default in the middle.", metavar="NAME=VALUE"),
+    )
+    workers: int | None = field(
+        default=None,
+        metadata=setting("Processes on this machine (extra 'cluster').", common=True),
+    )
+    scheduler: str | None = field(
+        default=None, metadata=setting("Dask scheduler to use instead.", metavar="ADDRESS")
+    )
+
+
+Config = Annotated[
+    Path | None,
+    typer.Option(
+        "--config", help="TOML file with any of these options; the command line wins.",
+        rich_help_panel="Method", metavar="FILE",
     ),
-]
-Begin = Annotated[
-    list[str] | None,
-    option(
-        "--begin", "Where to begin, by default in the middle; repeatable.", _SWEEP, "NAME=VALUE"
-    ),
-]
-Workers = Annotated[
-    int | None, option("--workers", "Processes on this machine (extra 'cluster').", _SWEEP, "N")
-]
-Scheduler = Annotated[
-    str | None, option("--scheduler", "Dask scheduler to use instead.", _SWEEP, "ADDRESS")
-]
+]  # fmt: skip
 Directory = Annotated[
     Path,
-    output_directory("Directory of the gait library; one that exists goes on.", _SWEEP),
-]
+    typer.Option(
+        "--output", "-o", help="Directory of the gait library; one that exists goes on.",
+        rich_help_panel=_SWEEP, metavar="DIR", parser=named_directory,
+    ),
+]  # fmt: skip
 LibraryDirectory = Annotated[
     Path, typer.Argument(metavar="DIR", help="A gait library, made by gaitopt sweep.")
 ]
@@ -77,35 +95,9 @@ GaitOutput = Annotated[
 ]
 
 
-def sweep_command(optimise: Callable[..., None]) -> Callable[..., None]:
-    """Return the command `sweep`, with the options of `optimise` that make sense for many gaits."""
-
-    def sweep(ctx: typer.Context, **_: Any) -> None:
-        """Design gaits over speeds and other quantities, each from its neighbour."""
-        from gaitopt.cli import sweep as work
-
-        work.run({name: v for name, v in ctx.params.items() if v not in (None, [], ())})
-
-    own = {
-        "speeds": (Speeds, None),
-        "grid": (Grid, None),
-        "begin": (Begin, None),
-        "workers": (Workers, None),
-        "scheduler": (Scheduler, None),
-        "output": (Directory, inspect.Parameter.empty),
-    }
-    kind = inspect.Parameter.POSITIONAL_OR_KEYWORD
-    others = inspect.signature(optimise, eval_str=True).parameters
-    taken = [p for name, p in others.items() if name not in (*_NOT_OURS, "ctx")]
-    mine = [
-        inspect.Parameter(name, kind, default=default, annotation=annotation)
-        for name, (annotation, default) in own.items()
-    ]
-    context = others["ctx"]
-    parameters = [context, *mine, *taken]
-    signature = inspect.Signature(
-        [p.replace(kind=inspect.Parameter.KEYWORD_ONLY) for p in parameters]
-    )
-    sweep.__signature__ = signature  # type: ignore[attr-defined]
-    sweep.__annotations__ = {p.name: p.annotation for p in parameters}
-    return sweep
+def options(of_optimise: Iterable[inspect.Parameter]) -> list[inspect.Parameter]:
+    """Return the options of a sweep, with those of `optimise` that make sense for many gaits."""
+    own = [option(one, _SWEEP) for one in declared(SweepSettings)]
+    kind = inspect.Parameter.KEYWORD_ONLY
+    output = inspect.Parameter("output", kind, annotation=Directory)
+    return [*own, output, *(p for p in of_optimise if p.name not in _NOT_OURS)]

@@ -5,10 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from gaitopt.errors import InputError
+from gaitopt.settings import setting
 from gaitopt.solvers import Solver, solver_by_name
 
 DIFFERENCES = ("none", "constraints", "all")
 APPROACHES = ("automatic", "direct", "relaxed")
+
+SIGMA = 0.1  # rad and rad/s: 20 of 20 such starts reach a walk, some another one; measured
+COUNT = 2  # starts; measured: finds the best known optimum at all speeds, docs/diagnosis.md
 
 
 @dataclass(frozen=True)
@@ -28,9 +32,26 @@ class DesignOptions:
     """
 
     solver: Solver = field(default_factory=lambda: solver_by_name("default"))
-    refine: bool = True
-    differences: str = "none"
-    approach: str = "automatic"
+    refine: bool = field(
+        default=True,
+        metadata=setting("Keep the limits between the instants too.", common=True),
+    )
+    differences: str = field(
+        default="none",
+        metadata=setting(
+            "Finite differences in place of derivatives of nothing, the constraints, or all.",
+            choices=DIFFERENCES,
+            metavar="WHICH",
+        ),
+    )
+    approach: str = field(
+        default="automatic",
+        metadata=setting(
+            "First with a lift-off that may fail a little, or directly.",
+            choices=APPROACHES,
+            metavar="HOW",
+        ),
+    )
     diagnose: bool = True
 
     def __post_init__(self) -> None:

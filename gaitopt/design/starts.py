@@ -13,7 +13,7 @@ import numpy as np
 
 from gaitopt.bounds import STARTS, WORKERS, at_most, shown
 from gaitopt.design.design import Design, checked_start, design, finished
-from gaitopt.design.options import DesignOptions
+from gaitopt.design.options import COUNT, SIGMA, DesignOptions
 from gaitopt.design.runtime import small_matrices
 from gaitopt.design.search import second_thoughts
 from gaitopt.design.start_job import Outcome, StartJob, outcomes_of
@@ -25,8 +25,6 @@ from gaitopt.gait.task import Task
 from gaitopt.nlp import Array, ProgressCallback, Status
 from gaitopt.robot.model import Robot
 
-SIGMA = 0.1  # rad and rad/s: 20 of 20 such starts reach a walk, some another one; measured
-COUNT = 2  # measured: finds the best known optimum at all speeds, docs/diagnosis.md
 SAME_COST = 1e-4  # relative
 SAME_PLACE = 0.05  # largest difference of parameters over their scale
 

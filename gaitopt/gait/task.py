@@ -16,6 +16,7 @@ from gaitopt.gait.parameters import (
     Quantity,
     set_quantities,
 )
+from gaitopt.settings import setting
 
 SPEED_AS = ("constraint", "penalty")
 BOUNDARIES = ("closed", "lifted")
@@ -129,14 +130,30 @@ class Task:
         geometry: table of the geometric quantities, free and fixed.
     """
 
-    speed: float = 1.0
-    duration: float = 0.4
-    postures: int = 2
-    samples: int = 31
-    quadrature: str = "simpson"
-    speed_as: str = "constraint"
-    penalty_weight: float = 1e6
-    boundary: str = "closed"
+    speed: float = field(default=1.0, metadata=setting("Walking speed.", "m/s", common=True))
+    duration: float = field(default=0.4, metadata=setting("Duration of a step.", "s", common=True))
+    postures: int = field(default=2, metadata=setting("Intermediate postures of the splines."))
+    samples: int = field(default=31, metadata=setting("Instants of the step."))
+    quadrature: str = field(
+        default="simpson",
+        metadata=setting("Rule for the cost.", choices=QUADRATURES, metavar="RULE"),
+    )
+    speed_as: str = field(
+        default="constraint",
+        metadata=setting("Speed as a constraint or a penalty.", choices=SPEED_AS, metavar="KIND"),
+    )
+    penalty_weight: float = field(
+        default=1e6, metadata=setting("Weight of that penalty.", "cost/m²")
+    )
+    boundary: str = field(
+        default="closed",
+        metadata=setting(
+            "Double support by inverse kinematics, closed, or with its joint angles as "
+            "parameters, lifted.",
+            choices=BOUNDARIES,
+            metavar="FORM",
+        ),
+    )
     margins: Margins = field(default_factory=Margins)
     geometry: tuple[Quantity, ...] = GEOMETRY
 

@@ -11,12 +11,13 @@ Mathematical Programming 91 (2002); Conn, Gould & Toint, "Trust-Region Methods" 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import ClassVar
 
 import numpy as np
 
 from gaitopt.nlp import NLP, ProgressCallback, Solution, Start, Status
+from gaitopt.settings import setting
 from gaitopt.solvers.multipliers import one_sided
 from gaitopt.solvers.qp import BACKENDS
 from gaitopt.solvers.recorder import begin, make_iterate
@@ -46,11 +47,14 @@ class SQP:
     """
 
     name: ClassVar[str] = "sqp"
-    tolerance: float = OPTIMALITY
+    tolerance: float = field(default=OPTIMALITY, metadata=setting("Of the optimality conditions."))
     feasibility: float = FEASIBILITY
-    max_iterations: int = 300
+    max_iterations: int = field(default=300, metadata=setting("Of one run of the solver."))
     hessian: str = "exact"
-    qp_solver: str = "daqp"
+    qp_solver: str = field(
+        default="daqp",
+        metadata=setting("Quadratic solver of the SQP.", choices=tuple(BACKENDS), metavar="NAME"),
+    )
     initial_radius: float = 0.1
     max_radius: float = 2.0
     min_radius: float = 1e-10

@@ -12,7 +12,8 @@ import pytest
 
 from gaitopt import Margins, Robot, Task, biped13, read_spec, urdf_text
 from gaitopt.cli.config import SCHEMA
-from gaitopt.cli.help_defaults import defaults
+from gaitopt.cli.options import known_settings
+from gaitopt.gait.presets import PRESETS
 from gaitopt.version import __version__
 
 if sys.version_info >= (3, 11):
@@ -86,10 +87,11 @@ def test_every_task_and_margin_field_is_an_option():
 
 
 def test_defaults_are_those_of_the_method():
-    shown = defaults()
-    assert shown["speed"] == Task().speed
-    assert shown["clearance"] == Margins().clearance
-    assert "torque_limit" not in shown  # that is the robot's
+    shown = known_settings()
+    assert shown["speed"].default == Task().speed
+    assert shown["clearance"].default == Margins().clearance
+    assert shown["torque_limit"].default is None  # that is the robot's
+    assert shown["preset"].names == PRESETS
 
 
 def test_help_is_fast_and_imports_nothing_heavy():

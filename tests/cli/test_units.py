@@ -1,52 +1,126 @@
 """Numbers with a unit behind them."""
 
 import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
 
 import pytest
-import typer
 
 from gaitopt import load_gait
+from gaitopt.cli.config import SCHEMA, read_config
 from gaitopt.cli.request import make_request
-from gaitopt.cli.units import M_PER_S, NM, RAD, RAD_PER_S, M, N, S, reader, sine
 from gaitopt.errors import InputError
+from gaitopt.settings import declared, setting
+from gaitopt.units import SINE, UNITS, read_quantity
 
 
 @pytest.mark.parametrize(
-    ("text", "units", "value"),
+    ("text", "unit", "value"),
     [
-        ("10deg", RAD, math.radians(10.0)),
-        (" -10 ° ", RAD, -math.radians(10.0)),
-        ("0.2rad", RAD, 0.2),
-        ("8rpm", RAD_PER_S, 2.0 * math.pi * 8.0 / 60.0),
-        ("90deg/s", RAD_PER_S, math.pi / 2.0),
-        ("3.6km/h", M_PER_S, 1.0),
-        ("35mm", M, 0.035),
-        ("4e2ms", S, 0.4),
-        ("0.03kN", N, 30.0),
-        ("80N·m", NM, 80.0),
-        ("80 Nm", NM, 80.0),
-        ("0.7", M_PER_S, 0.7),
-        (".5", RAD, 0.5),
+        ("10deg", "rad", math.radians(10.0)),
+        (" -10 ° ", "rad", -math.radians(10.0)),
+        ("0.2rad", "rad", 0.2),
+        ("8rpm", "rad/s", 2.0 * math.pi * 8.0 / 60.0),
+        ("90deg/s", "rad/s", math.pi / 2.0),
+        ("3.6km/h", "m/s", 1.0),
+        ("35mm", "m", 0.035),
+        ("4e2ms", "s", 0.4),
+        ("0.03kN", "N", 30.0),
+        ("80N·m", "N·m", 80.0),
+        ("80 Nm", "N·m", 80.0),
+        ("250g", "kg", 0.25),
+        ("300 g·cm²", "kg·m²", 3e-5),
+        ("0.7", "m/s", 0.7),
+        (".5", "rad", 0.5),
+        (7, "rad", 7.0),
+        ("1e-6", "", 1e-6),
     ],
 )
-def test_units_are_read(text, units, value):
-    assert reader(units)(text) == pytest.approx(value, rel=1e-15)
+def test_units_are_read(text, unit, value):
+    assert read_quantity(text, unit) == pytest.approx(value, rel=1e-15)
 
 
-@pytest.mark.parametrize("text", ["10dg", "deg", "", "10 deg 3", "8rpm", "1,5", "10degrad", "x"])
+@pytest.mark.parametrize(
+    "text", ["10dg", "deg", "", "10 deg 3", "8rpm", "1,5", "10degrad", "x", True, None, [1.0]]
+)
 def test_what_is_no_angle_is_refused_with_the_units_there_are(text):
-    with pytest.raises(typer.BadParameter, match=r"no number in rad.*rad, deg, °"):
-        reader(RAD)(text)
+    with pytest.raises(ValueError, match=r"give a number in rad, .* with its unit: rad, deg, °"):
+        read_quantity(text, "rad")
+    with pytest.raises(ValueError, match=r"give a number$"):
+        read_quantity("1 rad", "")
+
+
+def test_the_first_unit_is_that_of_a_bare_number():
+    assert all(units.get(unit, 1.0) == 1.0 for unit, units in UNITS.items())
 
 
 def test_a_tilt_is_limited_by_its_sine():
-    assert sine("10deg") == pytest.approx(math.sin(math.radians(10.0)))
-    assert sine("0.2 rad") == pytest.approx(math.sin(0.2))
-    assert sine("0.2") == sine(0.2) == 0.2
+    assert read_quantity("10deg", SINE) == pytest.approx(math.sin(math.radians(10.0)))
+    assert read_quantity("0.2 rad", SINE) == pytest.approx(math.sin(0.2))
+    assert read_quantity("0.2", SINE) == read_quantity(0.2, SINE) == 0.2
 
 
-def test_the_help_shows_defaults_that_are_numbers_already():
-    assert reader(RAD)(0.1) == 0.1
+@dataclass(frozen=True)
+class Wheel:
+    """Something that nobody thought of."""
+
+    radius: float = field(default=0.1, metadata=setting("Of the tyre.", "m", common=True))
+    teeth: int | None = field(default=None, metadata=setting("Of its gear."))
+    loads: Mapping[str, float] = field(
+        default_factory=dict, metadata=setting("By name.", entry_unit=lambda _: "N")
+    )
+    hidden: float = 3.0
+
+
+def test_any_dataclass_declares_settings():
+    radius, teeth, loads = declared(Wheel)
+    assert (radius.name, radius.kind, radius.unit, radius.default) == ("radius", "number", "m", 0.1)
+    assert (radius.option, radius.common, teeth.common) == ("--radius", True, False)
+    assert radius.read("12cm") == pytest.approx(0.12)
+    assert teeth.read("17") == teeth.read(17) == 17
+    assert loads.read_entry({"axle": "2kN", "rim": 3}) == {"axle": 2000.0, "rim": 3.0}
+    assert loads.read_pairs(["axle=2kN", "rim=3"]) == {"axle": 2000.0, "rim": 3.0}
+    for value in ("1.5", 1.5, True, "x"):
+        with pytest.raises(ValueError, match="give a whole number"):
+            teeth.read(value)
+    with pytest.raises(ValueError, match="axle: give a number in N"):
+        loads.read_entry({"axle": "2kg"})
+
+
+def test_a_field_that_nobody_can_write_is_refused():
+    @dataclass
+    class Odd:
+        thing: complex = field(default=1j, metadata=setting("Of no use."))
+
+    with pytest.raises(TypeError, match=r"Odd.thing: nobody can write a complex"):
+        list(declared(Odd))
+
+
+def test_a_file_takes_every_unit_that_options_take(tmp_path: Path):
+    path = tmp_path / "task.toml"
+    path.write_text(
+        '[task]\nspeed = "3.6 km/h"\nsamples = 21\n[margins]\ntrunk_pitch = "10deg"\n'
+        'swing_tilt = "10deg"\n[geometry]\nfix = { pelvis_roll = "3deg" }\n'
+        '[robot]\narmature = { "*knee*" = "200 g·cm²" }\n'
+    )
+    read = read_config(path)
+    assert read["speed"] == pytest.approx(1.0)
+    assert read["trunk_pitch"] == pytest.approx(math.radians(10.0))
+    assert read["swing_tilt"] == pytest.approx(math.sin(math.radians(10.0)))
+    assert read["fix"] == {"pelvis_roll": pytest.approx(math.radians(3.0))}
+    assert read["armature"] == {"*knee*": pytest.approx(2e-5)}
+    assert make_request({}, path).settings["speed"] == pytest.approx(1.0)
+    path.write_text('[margins]\ntrunk_pitch = "10rpm"\n')
+    with pytest.raises(InputError, match=r"margins.trunk_pitch = '10rpm' is wrong; .* rad, deg, °"):
+        read_config(path)
+
+
+def test_every_setting_says_what_it_is():
+    for section in SCHEMA.values():
+        for one in section.values():
+            assert one.help.endswith((".", "'*knee*=0.02'.")), one.name
+            assert one.kind not in ("number",) or one.unit or one.name in ("tolerance",), one.name
 
 
 def test_a_quantity_is_held_at_a_value_with_its_unit():

@@ -1,0 +1,208 @@
+"""Settings: what the field of a dataclass means to people, and how a value for it is read.
+
+A field declares itself once, by `field(default=..., metadata=setting("Walking speed.", "m/s"))`.
+Options of the command line, entries of TOML files, their help, units and checks follow from that.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import MISSING, dataclass, fields
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from gaitopt.errors import InputError
+from gaitopt.units import read_quantity
+
+KEY = "setting"
+"""Key of a dataclass field's metadata under which its declaration is found."""
+
+NUMBER, INTEGER, FLAG, TEXT, FILE = "number", "integer", "flag", "text", "file"
+TEXTS, FILES, TABLE = "texts", "files", "table"
+
+_KINDS = {
+    "float": NUMBER, "int": INTEGER, "bool": FLAG, "str": TEXT, "Path": FILE,
+    "tuple[str, ...]": TEXTS, "tuple[Path, ...]": FILES, "Mapping[str, float]": TABLE,
+}  # fmt: skip
+_ALLOWED = {
+    INTEGER: "whole number", FLAG: "true or false", TEXT: "text", FILE: "file name",
+    TEXTS: "list of names", FILES: "list of file names", TABLE: "table of numbers",
+}  # fmt: skip
+
+
+def _none(_: str) -> str:
+    return ""
+
+
+@dataclass(frozen=True)
+class Setting:
+    """One thing that can be set, for people.
+
+    Attributes:
+        name: in Python and in TOML files; the option has hyphens for underscores.
+        kind: of its value: "number", "integer", "flag", "text", "file"; "texts" and "files" for
+            lists, "table" for numbers by name.
+        help: one sentence.
+        unit: SI unit of a number, a key of `units.UNITS` or any other; empty for none.
+        default: None where it follows from something else.
+        choices: names that are allowed, or a function that returns them; empty for any.
+        metavar: stands for the value in the help; by default the unit.
+        common: whether the short help shows it.
+        entry_unit: of a table, returns the unit of an entry.
+        example: of a table's entry, as NAME=VALUE.
+    """
+
+    name: str
+    kind: str
+    help: str
+    unit: str = ""
+    default: object = None
+    choices: tuple[str, ...] | Callable[[], Iterable[str]] = ()
+    metavar: str = ""
+    common: bool = False
+    entry_unit: Callable[[str], str] = _none
+    example: str = ""
+
+    @property
+    def option(self) -> str:
+        """Name of the option on the command line."""
+        return f"--{self.name.replace('_', '-')}"
+
+    @property
+    def repeatable(self) -> bool:
+        """Whether the option may be given several times."""
+        return self.kind in (TEXTS, FILES, TABLE)
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """Names that are allowed; empty for any."""
+        return tuple(self.choices() if callable(self.choices) else self.choices)
+
+    def read(self, value: object) -> Any:
+        """Return one value, of a list one element, as typed on the command line or in a file.
+
+        Raises:
+            ValueError: it cannot be read; the message says what is allowed.
+        """
+        if self.kind == NUMBER:
+            return read_quantity(value, self.unit)
+        if self.kind == INTEGER:
+            return _integer(value)
+        if self.kind == FLAG and isinstance(value, bool):
+            return value
+        if self.kind in (FILE, FILES) and isinstance(value, str | Path):
+            return Path(value)
+        if self.kind in (TEXT, TEXTS) and isinstance(value, str):
+            return value
+        raise ValueError(f"give a {_ALLOWED[self.kind]}")
+
+    def read_entry(self, value: object) -> Any:
+        """Return the whole value of an entry of a TOML file.
+
+        Raises:
+            ValueError: it cannot be read; the message says what is allowed.
+        """
+        if self.kind == TABLE and isinstance(value, Mapping):
+            return {name: self._entry(name, one) for name, one in value.items()}
+        if self.kind in (TEXTS, FILES) and isinstance(value, list | tuple):
+            return [self.read(one) for one in value]
+        if self.repeatable:
+            raise ValueError(f"give a {_ALLOWED[self.kind]}")
+        return self.read(value)
+
+    def read_pairs(self, texts: object) -> dict[str, float]:
+        """Return a table from the NAME=VALUE texts of a command line, or from one read already.
+
+        Raises:
+            InputError: a text is none, or a name comes twice.
+        """
+        return named_values(texts, self.option, self.example, self.entry_unit)
+
+    def _entry(self, name: str, value: object) -> float:
+        try:
+            return read_quantity(value, self.entry_unit(name))
+        except ValueError as error:
+            raise ValueError(f"{name}: {error}") from None
+
+
+def _integer(value: object) -> int:
+    if isinstance(value, str):
+        try:
+            return int(value)
+        except ValueError:
+            raise ValueError("give a whole number") from None
+    if isinstance(value, int) and not isinstance(value, bool):
+        return value
+    raise ValueError("give a whole number")
+
+
+def setting(help_text: str, unit: str = "", **more: Any) -> dict[str, Any]:
+    """Return the metadata of a dataclass field that can be set.
+
+    Args:
+        help_text: one sentence for people.
+        unit: SI unit of the number; empty for none.
+        more: other attributes of `Setting`.
+    """
+    return {KEY: {"help": help_text, "unit": unit, **more}}
+
+
+def declared(part: type, *names: str) -> Iterator[Setting]:
+    """Yield the settings that a dataclass declares, in its order.
+
+    Args:
+        part: the dataclass.
+        names: of the fields wanted; by default all that declare themselves.
+
+    Raises:
+        TypeError: a declared field is of a type that people cannot write.
+    """
+    for entry in fields(part):
+        if KEY not in entry.metadata or (names and entry.name not in names):
+            continue
+        kind = _KINDS.get(written := _type_name(entry.type))
+        if kind is None:
+            raise TypeError(f"{part.__name__}.{entry.name}: nobody can write a {written}")
+        default = None if entry.default is MISSING else entry.default
+        yield Setting(entry.name, kind, default=default, **entry.metadata[KEY])
+
+
+def _type_name(annotation: object) -> str:
+    """Return an annotation, evaluated or not, as it is written, without None and modules."""
+    text = str(annotation).removesuffix(" | None").removeprefix("<class '").removesuffix("'>")
+    return re.sub(r"\b[a-z]+\.(?=[a-zA-Z])", "", text)
+
+
+def named_values(
+    texts: object,
+    option: str,
+    example: str = "speed=0.83",
+    unit: Callable[[str], str] = _none,
+) -> dict[str, float]:
+    """Read NAME=VALUE texts of an option that may be repeated.
+
+    Args:
+        texts: a list of them, or a table that is read already; anything else has no values.
+        option: its name, for the error.
+        example: of a text, likewise.
+        unit: returns the SI unit of a name's value.
+
+    Raises:
+        InputError: one is none, or a name comes twice.
+    """
+    if isinstance(texts, Mapping):
+        return dict(texts)
+    values: dict[str, float] = {}
+    for text in texts if isinstance(texts, list | tuple) else []:
+        name, _, number = (part.strip() for part in str(text).partition("="))
+        if name in values:
+            raise InputError(f"{option} gives {name} twice; give its value once")
+        try:
+            values[name] = read_quantity(number, unit(name))
+        except ValueError as error:
+            raise InputError(
+                f"{option} {text}: give a name and a number, as in {option} {example}"
+            ) from error
+    return values

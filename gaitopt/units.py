@@ -1,0 +1,58 @@
+"""Units: numbers as people write them, 10deg, 8rpm, 35mm, 2 km/h, read into SI."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping
+
+_NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*([^\s\d].*?)?\s*")
+_DEGREE = math.pi / 180.0
+_NEWTON_METRE = {"N·m": 1.0, "Nm": 1.0, "N.m": 1.0, "mNm": 1e-3, "kNm": 1e3}
+
+SINE = "sin(rad)"
+"""Unit of a limit on the sine of an angle; with an angle's unit behind it, the angle is meant."""
+
+UNITS: Mapping[str, Mapping[str, float]] = {
+    "rad": {"rad": 1.0, "deg": _DEGREE, "°": _DEGREE},
+    "rad/s": {"rad/s": 1.0, "deg/s": _DEGREE, "°/s": _DEGREE, "rpm": math.pi / 30.0},
+    "m/s": {"m/s": 1.0, "cm/s": 1e-2, "km/h": 1.0 / 3.6},
+    "m": {"m": 1.0, "cm": 1e-2, "mm": 1e-3},
+    "s": {"s": 1.0, "ms": 1e-3},
+    "kg": {"kg": 1.0, "g": 1e-3},
+    "N": {"N": 1.0, "kN": 1e3},
+    "N·m": _NEWTON_METRE,
+    "kg·m²": {"kg·m²": 1.0, "kgm²": 1.0, "kgm2": 1.0, "kg·m2": 1.0, "g·cm²": 1e-7, "gcm2": 1e-7},
+    SINE: {"rad": 1.0, "deg": _DEGREE, "°": _DEGREE},
+}
+"""Units of one dimension by the SI unit of it, and their sizes in that."""
+
+
+def read_quantity(value: object, unit: str) -> float:
+    """Return a quantity in its SI unit.
+
+    Args:
+        value: a number in that unit, or a text with a number and any unit of the dimension.
+        unit: a key of `UNITS`, or any other for a number that has no unit to choose.
+
+    Raises:
+        ValueError: it is no number, or has another unit; the message says what to give.
+    """
+    if isinstance(value, bool) or not isinstance(value, str | int | float):
+        raise ValueError(_advice(unit))
+    found = _NUMBER.fullmatch(str(value))
+    if found is None or found[2] is None:
+        try:
+            return float(str(value))
+        except ValueError:
+            raise ValueError(_advice(unit)) from None
+    if found[2] not in (known := UNITS.get(unit, {})):
+        raise ValueError(_advice(unit))
+    number = float(found[1]) * known[found[2]]
+    return math.sin(number) if unit == SINE else number
+
+
+def _advice(unit: str) -> str:
+    if unit not in UNITS:
+        return "give a number"
+    return f"give a number in {unit}, if you like with its unit: {', '.join(UNITS[unit])}"
