@@ -29,6 +29,8 @@ STEPS = 200
 """Steps of a film: a minute and a half at 0.4 s."""
 FRAMES = 20_000
 """Frames of a film, steps times instants: a page holds every part of the robot at each."""
+TIMES = 1_000_000
+"""Instants at which a trajectory is evaluated at once: half a minute, and a gigabyte."""
 
 MEGABYTE = 10**6
 TEXT = 32 * MEGABYTE

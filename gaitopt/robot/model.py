@@ -21,6 +21,7 @@ from gaitopt.robot.joint_tree import JointTree, joint_tree
 from gaitopt.robot.legs.joint_limits import JointLimits
 from gaitopt.robot.legs.leg_geometry import Legs, knee_doubts, measure_legs
 from gaitopt.robot.legs.reference_posture import posture_doubts
+from gaitopt.robot.multibody import Multibody, multibody
 from gaitopt.robot.reading import Reading, read_robot
 from gaitopt.robot.sizes import size_doubts
 
@@ -46,6 +47,7 @@ class Robot:
         choices: every guess made explicit: with them, the text alone gives the same robot, without
             any mesh.
         findings: what was found, guessed and changed, for a person.
+        multibody: the same robot on a floating base, with every joint of the file, as arrays.
     """
 
     name: str
@@ -62,6 +64,7 @@ class Robot:
     physics: ChainPhysics
     choices: Choices
     findings: tuple[Finding, ...]
+    multibody: Multibody
 
     @classmethod
     def from_urdf(
@@ -129,6 +132,7 @@ class Robot:
             physics=chain.physics,
             choices=reading.choices.over(package_dirs=source.mesh_directories()),
             findings=(*reading.findings, *chain.findings, *stands, *doubts, *_odd(reading)),
+            multibody=multibody(reading, chain),
         )
 
     def __repr__(self) -> str:

@@ -1,0 +1,419 @@
+"""A walk as a function of time: base, joints, torques, ground wrenches and contacts at any instant.
+
+Whatever shows, exports or simulates a gait reads it here; nothing is fitted again.
+
+Frames: the world stands on the ground, x forward along the walk, z up, and its origin is that of
+the sole frame that stands first. Twists and accelerations of the base are of its origin and in its
+own axes, linear before angular, as in Pinocchio's free-flyer. Wrenches are in the sole frames.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import pinocchio as pin
+from numpy.typing import ArrayLike, NDArray
+
+from gaitopt.bounds import TIMES, at_most
+from gaitopt.errors import InputError
+from gaitopt.gait.spline import spline_basis
+from gaitopt.mechanics.passive import passive_torque
+from gaitopt.nlp import Array
+from gaitopt.robot.chain_physics import PassiveJoints
+from gaitopt.robot.multibody import Multibody
+
+_SNAP = 1e-9  # of a step: instants this near to its end are its end
+_STRAIGHT = 1e-9  # rad: feet turned by less point along the walk
+_FEET = 2
+
+
+@dataclass(frozen=True, eq=False)
+class TrajectoryPhase:
+    """A part of a step in which one foot stands flat and the joints follow one spline.
+
+    Attributes:
+        standing: the foot, as index into `Multibody.sole_names`.
+        knots: of the spline, from 0 to the duration of the phase [s], shape (m,).
+        coefficients: joint angles at the knots [rad], rates at the start and at the end [rad/s],
+            shape (m + 2, n); joints as in `Multibody.moving`.
+    """
+
+    standing: int
+    knots: Array
+    coefficients: Array
+
+    @property
+    def duration(self) -> float:
+        """Duration of the phase [s]."""
+        return float(self.knots[-1])
+
+    def motion(self, times: Array) -> Array:
+        """Return angles, rates and accelerations at times [s] within the phase, (3, N, n)."""
+        duration = self.duration
+        basis = spline_basis(self.knots / duration, np.clip(times / duration, 0.0, 1.0))
+        return np.asarray((basis.at(duration) @ self.coefficients).swapaxes(0, 1))
+
+
+@dataclass(frozen=True, eq=False)
+class TrajectorySamples:
+    """A trajectory at N instants; joints are all M of the file, in its order.
+
+    Attributes:
+        time: [s], shape (N,).
+        step: number of the step that an instant belongs to, from 0, shape (N,).
+        phase: number of its phase within the step, shape (N,).
+        base_position: origin of the base in the world [m], shape (N, 3).
+        base_quaternion: its orientation, x y z w, shape (N, 4).
+        base_twist: linear [m/s] and angular velocity [rad/s], shape (N, 6).
+        base_acceleration: time derivative of the twist's components, shape (N, 6).
+        q, dq, ddq: joint coordinates [rad or m], rates and accelerations, shape (N, M).
+        torque: of the motors [N·m or N]; of joints that do not move what holds them, (N, M).
+        contact: which feet stand, in the order of `Multibody.sole_names`, shape (N, 2).
+        sole: placements of the sole frames in the world, shape (N, 2, 4, 4).
+        wrench: of the ground on the feet, force [N] and moment about the sole frame's origin
+            [N·m] in the sole frame, shape (N, 2, 6).
+    """
+
+    time: Array
+    step: NDArray[np.int64]
+    phase: NDArray[np.int64]
+    base_position: Array
+    base_quaternion: Array
+    base_twist: Array
+    base_acceleration: Array
+    q: Array
+    dq: Array
+    ddq: Array
+    torque: Array
+    contact: NDArray[np.bool_]
+    sole: Array
+    wrench: Array
+
+    @property
+    def configuration(self) -> Array:
+        """Configurations of `Multibody.model`: base position, quaternion, joints, (N, 7 + M)."""
+        return np.hstack([self.base_position, self.base_quaternion, self.q])
+
+    @property
+    def velocity(self) -> Array:
+        """Velocities of `Multibody.model`: base twist, joint rates, shape (N, 6 + M)."""
+        return np.hstack([self.base_twist, self.dq])
+
+    @property
+    def acceleration(self) -> Array:
+        """Accelerations of `Multibody.model`, shape (N, 6 + M)."""
+        return np.hstack([self.base_acceleration, self.ddq])
+
+    @property
+    def force(self) -> Array:
+        """Force of the ground on each foot in the world [N], shape (N, 2, 3)."""
+        return np.einsum("nfij,nfj->nfi", self.sole[..., :3, :3], self.wrench[..., :3])
+
+    @property
+    def pressure(self) -> Array:
+        """Centre of pressure of each foot in its sole frame [m], (N, 2, 2); NaN in the air."""
+        normal = np.where(self.contact, self.wrench[..., 2], np.nan)[..., None]
+        return np.stack([-self.wrench[..., 4], self.wrench[..., 3]], axis=-1) / normal
+
+
+@dataclass(frozen=True, eq=False)
+class Trajectory:
+    """A periodic walk, defined at every time; it repeats itself for ever, the base advancing.
+
+    Attributes:
+        body: the robot.
+        phases: of one step, in order.
+        exchange: E, shape (n, n): joints of the next step are E times those of this one, and the
+            feet change roles, Eq. (26); None where a step is followed by the same again.
+    """
+
+    body: Multibody
+    phases: tuple[TrajectoryPhase, ...]
+    exchange: Array | None
+
+    @property
+    def step_duration(self) -> float:
+        """Time until the next step begins [s]."""
+        return float(self._ends[-1])
+
+    @property
+    def period(self) -> float:
+        """Time after which the motion repeats [s]: two steps where legs are exchanged."""
+        return self._steps * self.step_duration
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """Names of the joints of samples, all of the file."""
+        return self.body.joint_names
+
+    def advance(self, step: int) -> pin.SE3:
+        """Return the placement in the world of the sole that stands in a step, from step 0."""
+        return self._place(step, 0)
+
+    def times(self, rate: float, strides: float = 1.0) -> Array:
+        """Return equidistant times [s] of a number of strides, the last excluded.
+
+        Args:
+            rate: samples a second [Hz].
+            strides: number of periods; halves are steps.
+
+        Raises:
+            InputError: the rate or the number is not above 0, or there are too many instants.
+        """
+        if not (rate > 0.0 and strides > 0.0):
+            raise InputError(f"{rate:g} Hz and {strides:g} strides: both must be above 0")
+        count = int(np.ceil(strides * self.period * rate - _SNAP))
+        at_most(count, TIMES, "instants")
+        return np.asarray(np.arange(count) / rate)
+
+    def at(self, times: ArrayLike, before: bool | ArrayLike = False) -> TrajectorySamples:
+        """Return the walk at any times.
+
+        Rates, torques and wrenches jump where the swing foot lands: there, the values after the
+        impact are returned.
+
+        Args:
+            times: [s], a number or shape (N,).
+            before: whether an instant of change belongs to the phase that ends, not to the one
+                that begins; one for all, or one for each time.
+
+        Raises:
+            InputError: a time is not finite, or there are too many of them.
+        """
+        t = np.atleast_1d(np.asarray(times, dtype=np.float64))
+        if t.ndim != 1 or not np.isfinite(t).all():
+            raise InputError("times of a trajectory must be finite numbers, shape (N,)")
+        at_most(len(t), TIMES, "instants")
+        ending = np.broadcast_to(np.asarray(before, dtype=bool), t.shape)
+        share = t / self.step_duration
+        step = np.where(ending, np.ceil(share - _SNAP) - 1, np.floor(share + _SNAP))
+        local = np.clip(t - step * self.step_duration, 0.0, self.step_duration)
+        slack = _SNAP * self.step_duration
+        phase = (local[:, None] - np.where(ending, slack, -slack)[:, None] >= self._ends[:-1]).sum(
+            axis=1
+        )
+        number = step.astype(np.int64)
+        return self._evaluated(t, number, phase, local - self._starts[phase])
+
+    @cached_property
+    def _ends(self) -> Array:
+        """Ends of the phases within a step [s]."""
+        return np.cumsum([phase.duration for phase in self.phases])
+
+    @cached_property
+    def _starts(self) -> Array:
+        return np.concatenate([[0.0], self._ends[:-1]])
+
+    @property
+    def _steps(self) -> int:
+        """Steps of a period."""
+        return 1 if self.exchange is None else 2
+
+    @cached_property
+    def _stances(self) -> tuple[tuple[tuple[pin.SE3, ...], ...], pin.SE3]:
+        """Placement of the standing sole in each phase of each step of a period, and the stride.
+
+        The stride moves the world so that the next period looks like this one.
+        """
+        kinematics = _Kinematics(self.body)
+        place, stances = pin.SE3.Identity(), []
+        standing = self._standing(0, 0)
+        for step in range(self._steps):
+            own = []
+            for index, phase in enumerate(self.phases):
+                own.append(place)
+                end = self._exchanged(phase.motion(np.array([phase.duration]))[0], step)[0]
+                following = self._next(step, index)
+                if following != standing:
+                    soles = kinematics.soles(end)
+                    place = place * soles[standing].inverse() * soles[following]
+                    standing = following
+            stances.append(tuple(own))
+        line = _heading(stances)
+        stride = line * place * line.inverse()
+        return tuple(tuple(line * p for p in own) for own in stances), stride
+
+    def _standing(self, step: int, phase: int) -> int:
+        foot = self.phases[phase].standing
+        return foot if self.exchange is None or step % 2 == 0 else 1 - foot
+
+    def _next(self, step: int, phase: int) -> int:
+        """Return the foot that stands in the following phase."""
+        if phase + 1 < len(self.phases):
+            return self._standing(step, phase + 1)
+        return self._standing(step + 1, 0)
+
+    def _exchanged(self, joints: Array, step: int) -> Array:
+        """Return joint values (..., n) of a step, given those of step 0."""
+        return joints if self.exchange is None or step % 2 == 0 else joints @ self.exchange.T
+
+    def _place(self, step: int, phase: int) -> pin.SE3:
+        stances, stride = self._stances
+        periods, inside = divmod(step, self._steps)
+        moved = pin.exp6(pin.Motion(periods * pin.log6(stride).vector))
+        return moved * stances[inside][phase]
+
+    def _evaluated(
+        self, times: Array, step: NDArray[np.int64], phase: NDArray[np.int64], local: Array
+    ) -> TrajectorySamples:
+        body, count, joints = self.body, len(times), len(self.body.joint_names)
+        motion = np.zeros((3, count, joints))
+        motion[0] = body.posture
+        for index, part in enumerate(self.phases):
+            rows = np.flatnonzero(phase == index)
+            values = part.motion(local[rows])
+            if self.exchange is not None:
+                odd = step[rows] % 2 == 1
+                values[:, odd] = values[:, odd] @ self.exchange.T
+            motion[:, rows[:, None], body.moving] = values
+        places = {key: self._place(*key) for key in set(zip(step.tolist(), phase.tolist(), strict=True))}
+        keys = zip(step.tolist(), phase.tolist(), strict=True)
+        standing = [(self._standing(*key), places[key]) for key in keys]
+        dynamics = _Dynamics(body)
+        passive = PassiveJoints(body.damping, body.friction, body.stiffness, body.rest)
+        rows = [
+            dynamics.at(q, dq, ddq, *stance)
+            for q, dq, ddq, stance in zip(*motion, standing, strict=True)
+        ]
+        base, twist, acceleration, torque, sole, wrench = (
+            np.array(column).reshape(count, *shape)
+            for column, shape in zip(
+                zip(*rows, strict=True) if rows else [()] * 6,
+                ((7,), (6,), (6,), (joints,), (_FEET, 4, 4), (6,)),
+                strict=True,
+            )
+        )
+        foot = np.array([s for s, _ in standing], dtype=np.int64)
+        each = np.arange(count)
+        contact, on_feet = np.zeros((count, _FEET), dtype=bool), np.zeros((count, _FEET, 6))
+        contact[each, foot], on_feet[each, foot] = True, wrench
+        return TrajectorySamples(
+            time=times,
+            step=step,
+            phase=phase,
+            base_position=base[:, :3],
+            base_quaternion=base[:, 3:],
+            base_twist=twist,
+            base_acceleration=acceleration,
+            q=motion[0],
+            dq=motion[1],
+            ddq=motion[2],
+            torque=torque + passive_torque(passive, motion[0], motion[1]).value,
+            contact=contact,
+            sole=sole,
+            wrench=on_feet,
+        )
+
+
+def fitted_coefficients(knots: Array, times: Array, motion: Array) -> Array:
+    """Return the spline coefficients of sampled motion, by least squares, shape (m + 2, n).
+
+    Exact for samples of a clamped cubic spline; gait files of format 1 hold only these.
+
+    Args:
+        knots: from 0 to the duration [s], shape (m,).
+        times: of the samples [s], shape (N,).
+        motion: angles, rates and accelerations, shape (3, N, n).
+    """
+    duration = float(knots[-1])
+    basis = spline_basis(knots / duration, times / duration).at(duration)
+    size = duration ** np.arange(3.0)[:, None, None]  # all three in angles, so that none prevails
+    rows = (basis.swapaxes(0, 1) * size).reshape(-1, basis.shape[2])
+    values = (motion * size).reshape(-1, motion.shape[2])
+    scale = np.ones(basis.shape[2])
+    scale[-2:] = 1.0 / duration
+    found: Array = np.linalg.lstsq(rows * scale, values, rcond=None)[0] * scale[:, None]
+    return found
+
+
+class _Kinematics:
+    """Where the feet of a robot are, its base at the origin."""
+
+    def __init__(self, body: Multibody) -> None:
+        self._model, self._body = body.model, body
+        self._data = self._model.createData()
+        self._frames = [self._model.getFrameId(name) for name in body.sole_names]
+
+    def soles(self, joints: Array) -> tuple[pin.SE3, ...]:
+        """Return the placements of both sole frames for angles (n,) of the moving joints."""
+        q = np.concatenate([pin.neutral(self._model)[:7], self._body.posture])
+        q[7 + self._body.moving] = joints
+        pin.framesForwardKinematics(self._model, self._data, q)
+        return tuple(self._data.oMf[frame].copy() for frame in self._frames)
+
+
+class _Dynamics:
+    """Inverse dynamics of a robot that stands with one foot flat and still.
+
+    The twist of the base follows from the sole's, which is zero; the wrench on the foot is the only
+    one from outside, so that it must give what the free-flyer of the inverse dynamics asks for.
+    """
+
+    def __init__(self, body: Multibody) -> None:
+        self._body, self._model = body, body.model
+        self._data = self._model.createData()
+        self._frames = [self._model.getFrameId(name) for name in body.sole_names]
+        self._carried = body.carried
+        self._forces = pin.StdVec_Force()
+        self._forces.extend([pin.Force.Zero()] * self._model.njoints)
+
+    def at(
+        self, q: Array, dq: Array, ddq: Array, foot: int, place: pin.SE3
+    ) -> tuple[Array, Array, Array, Array, list[Array], Array]:
+        """Return base pose, twist, acceleration, torques, soles and the wrench on the foot.
+
+        Args:
+            q, dq, ddq: of all joints, shape (M,).
+            foot: which stands.
+            place: of its sole frame in the world.
+        """
+        model, data, frame = self._model, self._data, self._frames[foot]
+        rest = np.zeros(6)
+        relative = np.concatenate([[0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0], q])
+        J = pin.computeFrameJacobian(model, data, relative, frame, pin.WORLD)[:, 6:].copy()
+        pin.forwardKinematics(
+            model, data, relative, np.concatenate([rest, dq]), np.concatenate([rest, ddq])
+        )
+        pin.updateFramePlacements(model, data)
+        twist = -pin.getFrameVelocity(model, data, frame, pin.WORLD).vector
+        acceleration = -pin.getFrameAcceleration(model, data, frame, pin.WORLD).vector
+        sole = data.oMf[frame].copy()
+        base = place * sole.inverse()
+        soles = [(base * data.oMf[f]).homogeneous for f in self._frames]
+        pose = pin.SE3ToXYZQUAT(base)
+        motion = (
+            np.concatenate([pose, q]),
+            np.concatenate([twist, dq]),
+            np.concatenate([acceleration, ddq]),
+        )
+        if self._carried is None:
+            effort = pin.rnea(model, data, *motion)
+        else:
+            self._carry(base)
+            effort = pin.rnea(model, data, *motion, self._forces)
+        on_base = pin.Force(effort[:6].copy())
+        torque = effort[6:] - J.T @ on_base.vector
+        return pose, twist, acceleration, torque, soles, sole.actInv(on_base).vector
+
+    def _carry(self, base: pin.SE3) -> None:
+        """Set the forces that carry weight from outside."""
+        assert self._carried is not None
+        for joint, mass, moment in zip(
+            range(1, self._model.njoints), self._carried.mass, self._carried.moment, strict=True
+        ):
+            turned = base.rotation @ self._data.oMi[joint].rotation
+            fall = turned.T @ self._body.gravity
+            self._forces[joint] = pin.Force(-mass * fall, -np.cross(moment, fall))
+
+
+def _heading(stances: list[tuple[pin.SE3, ...]]) -> pin.SE3:
+    """Return the turn that makes the line midway between the directions of both feet the x axis."""
+    if len(stances) < _FEET:
+        return pin.SE3.Identity()
+    turned = stances[1][0].rotation
+    angle = float(np.arctan2(turned[1, 0], turned[0, 0])) / 2.0
+    if abs(angle) < _STRAIGHT:
+        return pin.SE3.Identity()
+    return pin.SE3(pin.utils.rotate("z", -angle), np.zeros(3))
