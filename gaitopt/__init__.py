@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from gaitopt.gait.result import Gait
     from gaitopt.gait.result_file import load_gait, save_gait
     from gaitopt.gait.task import Margins, Task
+    from gaitopt.gait.trajectory import Trajectory
     from gaitopt.nlp import Status
     from gaitopt.robot.feet.sole import Sole
     from gaitopt.robot.generated.presets import biped13
@@ -68,6 +69,7 @@ _HOMES = {
     "DesignOptions": "gaitopt.design.options",
     "Gait": "gaitopt.gait.result",
     "Status": "gaitopt.nlp",
+    "Trajectory": "gaitopt.gait.trajectory",
     "audit": "gaitopt.design.audit",
     "certify": "gaitopt.design.certificate",
     "design_gait": "gaitopt.design.starts",
@@ -130,6 +132,7 @@ __all__ = [
     "SpecError",
     "Status",
     "Task",
+    "Trajectory",
     "UnreachableError",
     "WalkProblem",
     "__version__",

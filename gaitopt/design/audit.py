@@ -14,15 +14,12 @@ from gaitopt.errors import EvaluationError, GaitFileError, InputError
 from gaitopt.gait.assemble import gait_at
 from gaitopt.gait.grid import uniform_grid
 from gaitopt.gait.problem import WalkProblem
+from gaitopt.gait.recorded_robot import robot_of
 from gaitopt.gait.result import Gait, array_names
 from gaitopt.gait.task import Margins
 from gaitopt.gait.task_record import task_from_record
 from gaitopt.nlp import Array
-from gaitopt.robot.choices import Choices
-from gaitopt.robot.choices_file import choices_from_record, choices_record
-from gaitopt.robot.feet.sole import Sole
-from gaitopt.robot.model import Robot
-from gaitopt.robot.physics import PARTS
+from gaitopt.robot.choices_file import choices_record
 from gaitopt.tolerances import SAME
 
 MOST_SHOWN = 120  # characters of a choice
@@ -144,36 +141,6 @@ def problem_of(gait: Gait) -> WalkProblem:
             "it was not designed by gaitopt, or its URDF or task has been changed"
         )
     return problem
-
-
-def robot_of(gait: Gait) -> Robot:
-    """Return the robot a gait was designed for.
-
-    Raises:
-        GaitFileError: neither the choices about it nor its sole are recorded.
-        RobotError: the URDF is not a biped, or the choices do not fit it.
-    """
-    choices = gait.fact("choices")
-    if isinstance(choices, Mapping):
-        return Robot.from_urdf(gait.urdf, choices=_of_its_time(gait, choices_from_record(choices)))
-    edges = {name: gait.number("sole", name) for name in ("toe", "heel", "left", "right")}
-    missing = [name for name, value in edges.items() if value is None]
-    if missing:
-        raise GaitFileError(
-            f"the gait does not record the {missing[0]} edge of the sole in its 'meta'; "
-            "was it designed by gaitopt?"
-        )
-    sole = Sole(**{name: value for name, value in edges.items() if value is not None})
-    return Robot.from_urdf(
-        gait.urdf, stance_sole=gait.stance_sole, swing_sole=gait.swing_sole_frame, sole=sole
-    )
-
-
-def _of_its_time(gait: Gait, choices: Choices) -> Choices:
-    """Return the choices; a gait of version 0.1 counted nothing but rotor inertias."""
-    if gait.fact("physics") is not None:
-        return choices
-    return choices.over(without=tuple(part for part in PARTS if part != "armature"))
 
 
 def _instants(gait: Gait) -> Array:

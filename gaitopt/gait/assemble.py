@@ -63,6 +63,8 @@ def gait_at(problem: WalkProblem, x: Array, meta: Mapping[str, object]) -> Gait:
         stance_sole=robot.stance_sole,
         swing_sole_frame=robot.swing_sole,
         meta={**facts, **meta},
+        coefficients=step.coefficients,
+        multibody=robot.multibody,
     )
 
 

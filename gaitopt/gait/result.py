@@ -5,14 +5,16 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping, Sized
 from dataclasses import dataclass, fields
+from functools import cached_property
 
 import numpy as np
 
 from gaitopt.bounds import INSTANTS, at_most
 from gaitopt.errors import InputError
+from gaitopt.gait.trajectory import Trajectory, TrajectoryPhase, fitted_coefficients
 from gaitopt.nlp import Array
+from gaitopt.robot.multibody import Multibody
 
-JOINTS = 12  # of the two legs; the paper's chain, Table 1
 _REAL = "fiu"  # kinds of NumPy types; a text or a complex number would be cast in silence
 _LARGEST = 1e50
 """Of any number in a gait, in SI units: sums of squares and products still have a value."""
@@ -20,22 +22,23 @@ _SHORTEST = 1e-50
 """Duration of a step [s]: what is divided by it still has a value."""
 _EXCHANGE_TOLERANCE = 1e-9  # on E E = 1, whose entries are 0 and +-1
 
-# Sizes that are not numbers: N samples, n knots, P parameters.
+# Sizes that are not numbers: N samples, J joints, m knots, m + 2 coefficients, P parameters.
 SHAPES: dict[str, tuple[int | str, ...]] = {
     "time": ("N",),
-    "q": ("N", JOINTS),
-    "dq": ("N", JOINTS),
-    "ddq": ("N", JOINTS),
-    "torque": ("N", JOINTS),
+    "q": ("N", "J"),
+    "dq": ("N", "J"),
+    "ddq": ("N", "J"),
+    "torque": ("N", "J"),
     "ground_wrench": ("N", 6),
     "cop": ("N", 2),
     "swing_sole": ("N", 4, 3),
-    "knots": ("n",),
+    "knots": ("m",),
+    "coefficients": ("m + 2", "J"),
     "impulse": (6,),
-    "rate_before": (JOINTS,),
-    "rate_after": (JOINTS,),
+    "rate_before": ("J",),
+    "rate_after": ("J",),
     "parameters": ("P",),
-    "mirror": (JOINTS, JOINTS),
+    "mirror": ("J", "J"),
 }
 
 
@@ -48,22 +51,26 @@ class Gait:
 
     Attributes:
         time: sample times from 0 to the step duration [s], shape (N,).
-        q, dq, ddq: joint angles [rad], rates [rad/s], accelerations [rad/s²], shape (N, 12).
-        torque: joint torques [N·m], shape (N, 12), Eq. (1).
+        q, dq, ddq: joint angles [rad], rates [rad/s], accelerations [rad/s²], shape (N, J).
+        torque: joint torques [N·m], shape (N, J), Eq. (1).
         ground_wrench: force [N] then moment [N·m] of the ground on the stance foot, in its sole
             frame, shape (N, 6), Eqs. (11)-(13).
         cop: centre of pressure in the stance sole frame [m], shape (N, 2).
         swing_sole: corners (toe left, toe right, heel left, heel right) of the swing sole in the
             stance sole frame [m], shape (N, 4, 3).
-        knots: knots of the joint splines [s], shape (n,).
+        knots: knots of the joint splines [s], shape (m,).
         impulse: of the ground on the landing foot, in its sole frame [N·s, N·m·s], shape (6,).
-        rate_before, rate_after: joint rates around the impact, same joints [rad/s], shape (12,).
+        rate_before, rate_after: joint rates around the impact, same joints [rad/s], shape (J,).
         parameters: the optimum, shape (P,); units as the parameter names say.
         parameter_names: P names.
-        joint_names: 12 names of the URDF.
-        mirror: leg exchange E, shape (12, 12): the next step starts at E q(T), Eq. (26).
+        joint_names: J names of the URDF.
+        mirror: leg exchange E, shape (J, J): the next step starts at E q(T), Eq. (26).
         urdf: text of the robot's URDF.
         stance_sole, swing_sole_frame: names of the sole frames in the URDF.
+        coefficients: of the splines: angles at the knots [rad], then rates at the start and at the
+            end [rad/s], shape (m + 2, J); None: those that the samples have.
+        multibody: the robot as it was designed for; None: it is read again from `urdf` where it
+            is needed.
         meta: JSON-able record (task, limits, sole, mass, cost, solver, status, certificate,
             versions); every key is optional.
 
@@ -92,8 +99,12 @@ class Gait:
     stance_sole: str
     swing_sole_frame: str
     meta: Mapping[str, object]
+    coefficients: Array = None  # type: ignore[assignment]  # from then on an array
+    multibody: Multibody | None = None
 
     def __post_init__(self) -> None:
+        if self.coefficients is None:
+            object.__setattr__(self, "coefficients", _fitted(self))
         for name in SHAPES:
             object.__setattr__(self, name, _frozen(name, getattr(self, name)))
         for name in ("parameter_names", "joint_names"):
@@ -102,8 +113,8 @@ class Gait:
             if not isinstance(getattr(self, name), str) or not getattr(self, name):
                 raise InputError(f"the gait's '{name}' must be a non-empty text")
         object.__setattr__(self, "meta", _json_copy(self.meta))
-        _check_sizes(self)
         _check_times(self)
+        _check_sizes(self)
         _check_mirror(self.mirror)
 
     def __repr__(self) -> str:
@@ -139,6 +150,27 @@ class Gait:
         """Value of the cost the gait was optimised for, None if it was not recorded."""
         return self.number("cost")
 
+    @cached_property
+    def trajectory(self) -> Trajectory:
+        """The walk as a function of time, from the splines that were optimised.
+
+        Raises:
+            RobotError: the gait has no `multibody`, and its URDF is not its robot.
+            InputError: the joints of its `multibody` are others than its own.
+        """
+        body = self.multibody
+        if body is None:
+            from gaitopt.gait.recorded_robot import drawn_robot  # knows gaits
+
+            body = drawn_robot(self).multibody
+        if body.moving_names != self.joint_names:
+            raise InputError(
+                f"the gait moves {', '.join(self.joint_names)}, but its robot "
+                f"{', '.join(body.moving_names)}; give the robot that it was designed for"
+            )
+        phase = TrajectoryPhase(0, self.knots, self.coefficients)
+        return Trajectory(body, (phase,), self.mirror)
+
     def fact(self, *keys: str) -> object | None:
         """Return meta[key][key]..., None if any of the keys is absent."""
         value: object | None = self.meta
@@ -157,13 +189,13 @@ class Gait:
         return value if isinstance(value, str) else None
 
     def joint_limit(self, kind: str) -> Array | None:
-        """Return meta["limits"][kind], shape (12,), None if it is absent or no list of numbers.
+        """Return meta["limits"][kind], shape (J,), None if it is absent or no list of numbers.
 
         Args:
             kind: "torque" [N·m], "speed" [rad/s], "lower" or "upper" [rad].
         """
         value = self.fact("limits", kind)
-        if not isinstance(value, list) or len(value) != JOINTS:
+        if not isinstance(value, list) or len(value) != len(self.joint_names):
             return None
         if not all(v is None or _is_number(v) for v in value):
             return None
@@ -182,6 +214,17 @@ def _is_number(value: object) -> bool:
         and not isinstance(value, bool)
         and -_LARGEST <= value <= _LARGEST
     )
+
+
+def _fitted(gait: Gait) -> Array:
+    """Return the coefficients of the splines that the samples lie on."""
+    values = [_frozen(name, getattr(gait, name)) for name in ("knots", "time", "q", "dq", "ddq")]
+    knots, time, *motion = values
+    if len({part.shape for part in motion}) != 1 or len(time) != len(motion[0]):
+        return np.zeros((len(knots) + 2, 0))  # told by the check of shapes
+    if len(knots) < 2 or not knots[-1] > _SHORTEST:  # likewise
+        return np.zeros((len(knots) + 2, motion[0].shape[1]))
+    return fitted_coefficients(knots, time, np.array(motion))
 
 
 def _frozen(name: str, value: object) -> Array:
@@ -227,15 +270,18 @@ def _json_copy(meta: Mapping[str, object]) -> dict[str, object]:
 
 
 def _check_sizes(gait: Gait) -> None:
-    sizes: dict[int | str, int] = {"N": len(gait.time), "n": len(gait.knots)}
-    sizes["P"] = len(gait.parameter_names)
+    sizes: dict[int | str, int] = {
+        "N": len(gait.time),
+        "J": len(gait.joint_names),
+        "m": len(gait.knots),
+        "m + 2": len(gait.knots) + 2,
+        "P": len(gait.parameter_names),
+    }
     for name, shape in SHAPES.items():
         expected = tuple(sizes.get(s, s) for s in shape)
         found = getattr(gait, name).shape
         if found != expected:
             raise InputError(f"the gait's '{name}' has shape {found}; it must be {expected}")
-    if len(gait.joint_names) != JOINTS:
-        raise InputError(f"the gait names {len(gait.joint_names)} joints; it must name {JOINTS}")
 
 
 def _check_times(gait: Gait) -> None:
@@ -255,7 +301,7 @@ def _check_times(gait: Gait) -> None:
 
 
 def _check_mirror(mirror: Array) -> None:
-    error = float(np.abs(mirror @ mirror - np.eye(JOINTS)).max())
+    error = float(np.abs(mirror @ mirror - np.eye(len(mirror))).max())
     if error > _EXCHANGE_TOLERANCE:
         raise InputError(
             f"the gait's 'mirror' E is not a leg exchange: E E differs from 1 by {error:.3g}"

@@ -60,13 +60,14 @@ def load_gait(path: str | Path) -> Gait:
     source = Path(path)
     members = _read(source)
     keys = (*array_names(), *_TEXTS, *_NAMES, "meta")
-    missing = [k for k in keys if k not in members]
+    missing = [k for k in keys if k not in members and k != "coefficients"]
     if missing:
         raise _bad(source, f"it is not a complete gait file, '{missing[0]}' is missing")
     meta = _meta(source, members.pop("meta"))
+    arrays: dict[str, Any] = {n: members[n] for n in array_names() if n in members}
     try:
         return Gait(
-            **{name: members[name] for name in array_names()},
+            **arrays,
             urdf=str(members["urdf"]),
             stance_sole=str(members["stance_sole"]),
             swing_sole_frame=str(members["swing_sole_frame"]),

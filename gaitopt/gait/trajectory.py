@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 from gaitopt.bounds import TIMES, at_most
 from gaitopt.errors import InputError
 from gaitopt.gait.spline import spline_basis
-from gaitopt.mechanics.passive import passive_torque
+from gaitopt.mechanics.single_support import passive_torque
 from gaitopt.nlp import Array
 from gaitopt.robot.chain_physics import PassiveJoints
 from gaitopt.robot.multibody import Multibody
@@ -109,7 +109,8 @@ class TrajectorySamples:
     @property
     def force(self) -> Array:
         """Force of the ground on each foot in the world [N], shape (N, 2, 3)."""
-        return np.einsum("nfij,nfj->nfi", self.sole[..., :3, :3], self.wrench[..., :3])
+        force = np.einsum("nfij,nfj->nfi", self.sole[..., :3, :3], self.wrench[..., :3])
+        return np.asarray(force)
 
     @property
     def pressure(self) -> Array:
@@ -132,6 +133,13 @@ class Trajectory:
     body: Multibody
     phases: tuple[TrajectoryPhase, ...]
     exchange: Array | None
+
+    def __repr__(self) -> str:
+        """Return it in one line: the whole of it is pages long."""
+        return (
+            f"<Trajectory of {self.body.name!r}: {len(self.phases)} phases in "
+            f"{self.step_duration:.3f} s, again after {self.period:.3f} s>"
+        )
 
     @property
     def step_duration(self) -> float:
@@ -268,19 +276,21 @@ class Trajectory:
                 odd = step[rows] % 2 == 1
                 values[:, odd] = values[:, odd] @ self.exchange.T
             motion[:, rows[:, None], body.moving] = values
-        places = {key: self._place(*key) for key in set(zip(step.tolist(), phase.tolist(), strict=True))}
+        places = {
+            key: self._place(*key) for key in set(zip(step.tolist(), phase.tolist(), strict=True))
+        }
         keys = zip(step.tolist(), phase.tolist(), strict=True)
         standing = [(self._standing(*key), places[key]) for key in keys]
         dynamics = _Dynamics(body)
         passive = PassiveJoints(body.damping, body.friction, body.stiffness, body.rest)
-        rows = [
+        found = [
             dynamics.at(q, dq, ddq, *stance)
             for q, dq, ddq, stance in zip(*motion, standing, strict=True)
         ]
         base, twist, acceleration, torque, sole, wrench = (
             np.array(column).reshape(count, *shape)
             for column, shape in zip(
-                zip(*rows, strict=True) if rows else [()] * 6,
+                zip(*found, strict=True) if found else [()] * 6,
                 ((7,), (6,), (6,), (joints,), (_FEET, 4, 4), (6,)),
                 strict=True,
             )

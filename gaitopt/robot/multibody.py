@@ -22,6 +22,7 @@ from gaitopt.robot.reading import Reading
 
 Index = NDArray[np.int64]
 BASE = -1  # as parent of a joint: the floating base
+_SAME = 1e-12  # relative: what is left of no difference by rounding
 _LEAST = 1e-9  # relative: moments of inertia this much below what a body can have are rounding
 
 
@@ -87,6 +88,13 @@ class Multibody:
     sole_rectangle: Array
     heading: Array
 
+    def __repr__(self) -> str:
+        """Return it in one line: the whole of it is pages long."""
+        return (
+            f"<Multibody {self.name!r}: {len(self.joint_names)} joints, {len(self.moving)} move, "
+            f"{self.mass.sum():.2f} kg>"
+        )
+
     @property
     def moving_names(self) -> tuple[str, ...]:
         """Names of the joints that the walk moves, in the order of a gait's columns."""
@@ -109,7 +117,7 @@ class Multibody:
         model = pin.Model()
         model.name = self.name
         root = model.addJoint(0, pin.JointModelFreeFlyer(), pin.SE3.Identity(), "root_joint")
-        ids = []
+        ids: list[int] = []
         for name, parent, turns, placement, axis in zip(
             self.joint_names, self.parent, self.revolute, self.placement, self.axis, strict=True
         ):
@@ -142,8 +150,9 @@ class Multibody:
 def multibody(reading: Reading, chain: Chain) -> Multibody:
     """Return the arrays of a robot that was read.
 
-    The bodies of joints that do not move keep their file's inertias where the symmetric body that
-    they belong to leaves its own part one that can exist; else all of it is given to that part.
+    Links that stand still on each other keep their file's inertias, except for the heaviest, which
+    takes what averaging changed of all of them; where no such link can exist, all of them are made
+    one body.
 
     Args:
         reading: of the file.
@@ -227,7 +236,7 @@ def _axes(model: pin.Model) -> tuple[Array, NDArray[np.bool_]]:
         for joint in range(2, model.njoints)
     ]
     motion = np.array(columns).reshape(-1, 6)
-    revolute = motion[:, 3:].any(axis=1)
+    revolute = np.abs(motion[:, 3:]).max(axis=1) > 0.0
     return np.where(revolute[:, None], motion[:, 3:], motion[:, :3]), revolute
 
 
@@ -271,18 +280,22 @@ def _bodies(
     for body, (joint, _) in enumerate(carried_by):
         members.setdefault(joint, []).append(body)
     bodies = [whole.inertias[body + 1].copy() for body in range(len(carried_by))]
-    for joint, (own, *fixed) in members.items():
-        total = even.inertias[joint]
-        rest = total.toDynamicParameters() - sum(
-            (carried_by[body][1].act(bodies[body]).toDynamicParameters() for body in fixed),
-            start=np.zeros(10),
-        )
-        if not fixed or not _can_exist(rest):
-            bodies[own] = total.copy()
-            for body in fixed:
-                bodies[body] = pin.Inertia.Zero()
+    for joint, parts in members.items():
+        total = even.inertias[joint].toDynamicParameters()
+        placed = {body: carried_by[body][1].act(bodies[body]) for body in parts}
+        seen = {body: inertia.toDynamicParameters() for body, inertia in placed.items()}
+        difference = total - sum(seen.values())
+        if np.abs(difference).max() <= _SAME * np.abs(total).max():
+            continue
+        for body in sorted(parts, key=lambda body: -seen[body][0]):
+            if _can_exist(changed := seen[body] + difference):
+                inertia = pin.Inertia.FromDynamicParameters(changed)
+                bodies[body] = carried_by[body][1].actInv(inertia)
+                break
         else:
-            bodies[own] = pin.Inertia.FromDynamicParameters(rest)
+            for body in parts:
+                bodies[body] = pin.Inertia.Zero()
+            bodies[parts[0]] = even.inertias[joint].copy()
     return bodies
 
 
@@ -302,7 +315,7 @@ def _carried(chain: Chain, even: pin.Model, names: tuple[str, ...]) -> tuple[Arr
     if weight is None:
         return mass, moment
     rooted = chain.model
-    ends = [f.name for f in rooted.frames if even.existFrame(f.name)]
+    ends = [f.name for f in rooted.frames if f.parentJoint and even.existFrame(f.name)]
     for frame in ends:  # each body of the chain is found by a frame that it has in both models
         there = rooted.frames[rooted.getFrameId(frame)]
         here = even.frames[even.getFrameId(frame)]
