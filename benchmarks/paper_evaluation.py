@@ -13,10 +13,11 @@ import numpy as np
 import pinocchio as pin
 
 from gaitopt.errors import EvaluationError, UnreachableError
+from gaitopt.gait import quantities
 from gaitopt.gait.double_support import PELVIS_CHAIN, SWING_SOLE_CHAIN, Displacement
 from gaitopt.gait.parameters import STEP_LENGTH
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.gait.step import Reads
+from gaitopt.gait.quantities import Quantity
 from gaitopt.mechanics.chain_build import chain_of_robot
 from gaitopt.mechanics.mdh_chain import (
     SOLE_AXES,
@@ -73,13 +74,13 @@ class PaperProblem(NLP):
         coefficients = np.vstack([q_start, knots, q_end, rate_start, rate_before])
         duration, length = float(geometry[-1]), float(geometry[STEP_LENGTH])
         reads = self._over_step(problem.model.basis.at(duration), coefficients) | {
-            Reads.IMPULSE: impulse_on_foot(self._chain, I13)[None],
-            Reads.SOLE_TWIST: base_in_sole_axes(velocity)[None, :6],
-            Reads.LEGS: legs,
-            Reads.TRAVEL: np.array([[length, duration]]),
+            quantities.IMPULSE: impulse_on_foot(self._chain, I13)[None],
+            quantities.SOLE_TWIST: base_in_sole_axes(velocity)[None, :6],
+            quantities.LEGS: legs,
+            quantities.TRAVEL: np.array([[length, duration]]),
         }
-        effort = float(problem.grid.weights @ (reads[Reads.TORQUE] ** 2).sum(axis=1))
-        rows = [(f.rows.value(f.take(reads[f.reads])) / f.scale).ravel() for f in problem.families]
+        effort = float(problem.grid.weights @ (reads[quantities.TORQUE] ** 2).sum(axis=1))
+        rows = [(b.function.value(b.take(reads)) / b.scale).ravel() for b in problem.blocks]
         return Values(x, duration / length * effort, np.concatenate(rows))
 
     def point(self, x: Array) -> Point:
@@ -94,22 +95,28 @@ class PaperProblem(NLP):
         """Name a row."""
         return self.problem.describe(row)
 
-    def _over_step(self, basis: Array, coefficients: Array) -> dict[Reads, Array]:
+    def _over_step(self, basis: Array, coefficients: Array) -> dict[Quantity, Array]:
         """What is looked at throughout the step; basis (N, 3, n + 2)."""
         chain, corners = self._chain, self.problem.robot.sole.corners
-        found: dict[Reads, list[Array]] = {
+        found: dict[Quantity, list[Array]] = {
             what: []
-            for what in (Reads.ANGLES, Reads.RATES, Reads.TORQUE, Reads.WRENCH, Reads.CORNERS)
+            for what in (
+                quantities.ANGLES,
+                quantities.RATES,
+                quantities.TORQUE,
+                quantities.WRENCH,
+                quantities.CORNERS,
+            )
         }
         for instant in basis:
             q, dq, ddq = instant @ coefficients
             R0, torque = inverse_dynamics(chain, q, dq, ddq, gravity=self._gravity)
             rotation, origin = sole_placement(chain, q)
-            found[Reads.ANGLES].append(q)
-            found[Reads.RATES].append(dq)
-            found[Reads.TORQUE].append(torque)
-            found[Reads.WRENCH].append(sole_axes(R0))
-            found[Reads.CORNERS].append((corners @ rotation.T + origin).ravel())
+            found[quantities.ANGLES].append(q)
+            found[quantities.RATES].append(dq)
+            found[quantities.TORQUE].append(torque)
+            found[quantities.WRENCH].append(sole_axes(R0))
+            found[quantities.CORNERS].append((corners @ rotation.T + origin).ravel())
         return {what: np.array(values) for what, values in found.items()}
 
 

@@ -29,11 +29,12 @@ if TYPE_CHECKING:
         SpecError,
         UnreachableError,
     )
+    from gaitopt.gait.constraints import Margins
     from gaitopt.gait.presets import preset_task
     from gaitopt.gait.problem import WalkProblem
     from gaitopt.gait.result import Gait
     from gaitopt.gait.result_file import load_gait, save_gait
-    from gaitopt.gait.task import Margins, Task
+    from gaitopt.gait.task import Task
     from gaitopt.gait.trajectory import Trajectory
     from gaitopt.nlp import Status
     from gaitopt.robot.feet.sole import Sole
@@ -58,7 +59,7 @@ _HOMES = {
     "urdf_text": "gaitopt.robot.generated.urdf",
     "write_spec": "gaitopt.robot.generated.spec_file",
     # the question
-    "Margins": "gaitopt.gait.task",
+    "Margins": "gaitopt.gait.constraints",
     "Task": "gaitopt.gait.task",
     "WalkProblem": "gaitopt.gait.problem",
     "preset_task": "gaitopt.gait.presets",

@@ -12,10 +12,11 @@ import numpy as np
 from gaitopt.design.attempt import is_walk
 from gaitopt.design.start_job import SLOWER
 from gaitopt.errors import EvaluationError
+from gaitopt.gait import quantities
 from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.parameters import GEOMETRY_NAMES, STEP_LENGTH
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.gait.step import Reads, Step
+from gaitopt.gait.step import Step
 from gaitopt.nlp import Array, Solution, Start
 from gaitopt.solvers import SQP
 from gaitopt.sweep.semi_infinite import solved
@@ -54,12 +55,12 @@ class Optimum:
     @property
     def impulse(self) -> float:
         """Vertical impulse of the ground at the impact [N·s]."""
-        return float(self.step.read(Reads.IMPULSE)[0, 2])
+        return float(self.step.read(quantities.IMPULSE)[0, 2])
 
     @property
     def mean_vertical_force(self) -> float:
         """Of the ground on the stance foot over the step [N]."""
-        return float(self.problem.grid.weights @ self.step.read(Reads.WRENCH)[:, 2])
+        return float(self.problem.grid.weights @ self.step.read(quantities.WRENCH)[:, 2])
 
 
 Curve = dict[float, Optimum]
@@ -184,7 +185,9 @@ class JointCosts:
 def joint_costs(optimum: Optimum) -> JointCosts:
     """Return what each group of joints contributes to the cost of a walk, Eq. (46)."""
     step, weights = optimum.step, optimum.problem.grid.weights
-    per_joint: Array = weights @ step.read(Reads.TORQUE) ** 2 * step.duration / step.step_length
+    per_joint: Array = (
+        weights @ step.read(quantities.TORQUE) ** 2 * step.duration / step.step_length
+    )
     return JointCosts(
         {group: float(per_joint[_STANCE[group]].sum()) for group in GROUPS},
         {group: float(per_joint[_SWING[group]].sum()) for group in GROUPS},

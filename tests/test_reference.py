@@ -14,7 +14,7 @@ from reference_cases import CASES, OPTIMA, URDF_SIGNS, biped, reference_case
 
 from gaitopt.design.design import design
 from gaitopt.design.options import DesignOptions
-from gaitopt.gait.step import Reads
+from gaitopt.gait import quantities
 from gaitopt.nlp import Start
 from gaitopt.solvers import solver_by_name
 
@@ -49,8 +49,8 @@ def slack_rows(name: str) -> Slack:
     _, problem, _, point = evaluated(name)
 
     def side(family: str, upper: bool, entries: slice | list[int] = slice(None)) -> Slack:
-        rows = problem.family_rows(family)
-        width = next(f for f in problem.families if f.name == family).lower.shape[1]
+        rows = problem.rows_of(family)
+        width = next(f for f in problem.blocks if f.name == family).lower.shape[1]
         limit = (problem.rows.upper if upper else problem.rows.lower)[rows]
         sign = -1.0 if upper else 1.0
         value = (sign * (point.rows[rows] - limit)).reshape(-1, width)[:, entries]
@@ -116,8 +116,8 @@ def test_ends_of_the_step(robot, name):
 @at_cases
 def test_loads(name):
     case, _, step, _ = evaluated(name)
-    wrench = step.read(Reads.WRENCH)
-    assert relative_error(step.read(Reads.TORQUE) * URDF_SIGNS, case["torque"]) < VALUES
+    wrench = step.read(quantities.WRENCH)
+    assert relative_error(step.read(quantities.TORQUE) * URDF_SIGNS, case["torque"]) < VALUES
     assert relative_error(wrench, case["ground_wrench"]) < VALUES
     cop = np.stack([-wrench[:, 4], wrench[:, 3]], axis=1) / wrench[:, 2:3]
     assert relative_error(cop, case["cop"]) < VALUES
@@ -148,9 +148,9 @@ def test_cost_and_its_gradient(name):
 def test_gauss_newton_part_of_the_cost(name):
     """J is the sum of squares of r = sqrt(w T / d) torque; this is 2 r' r with slopes r'."""
     case, problem, step, _ = evaluated(name)
-    slopes = problem.slope(case.x)[1].reads[Reads.TORQUE].copy()
+    slopes = problem.slope(case.x)[1].reads[quantities.TORQUE].copy()
     column = problem.layout.index("step_length")
-    slopes[:, :, column] -= step.read(Reads.TORQUE) / (2.0 * step.step_length)
+    slopes[:, :, column] -= step.read(quantities.TORQUE) / (2.0 * step.step_length)
     weights = step.duration / step.step_length * problem.grid.weights
     J = (np.sqrt(weights)[:, None, None] * slopes * case.parameter_signs).reshape(-1, case.x.size)
     assert relative_error(2.0 * J.T @ J, case["cost_gauss_newton_hessian"]) < SLOPES

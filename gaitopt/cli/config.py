@@ -10,8 +10,9 @@ from pathlib import Path
 from gaitopt.bounds import TABLE, read_bounded
 from gaitopt.design.options import COUNT, SIGMA, DesignOptions
 from gaitopt.errors import InputError
+from gaitopt.gait.constraints import Margins
 from gaitopt.gait.parameters import GEOMETRY, GEOMETRY_NAMES
-from gaitopt.gait.task import Margins, Task
+from gaitopt.gait.task import Task
 from gaitopt.robot.files.toml import parse_toml
 from gaitopt.robot.physics import PARTS
 from gaitopt.settings import FILE, FILES, FLAG, NUMBER, Setting, declared, setting

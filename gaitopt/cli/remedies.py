@@ -23,9 +23,10 @@ from gaitopt.design.attempt import begins_relaxed
 from gaitopt.design.diagnosis import Diagnosis, Suggestion, digits
 from gaitopt.errors import InputError
 from gaitopt.gait.assemble import gait_at
+from gaitopt.gait.constraints import Margins
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.result_file import save_gait
-from gaitopt.gait.task import Margins, Task
+from gaitopt.gait.task import Task
 from gaitopt.robot.model import Robot
 from gaitopt.solvers.sqp import SQP
 

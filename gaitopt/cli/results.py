@@ -18,9 +18,10 @@ from gaitopt.cli.request import Request
 from gaitopt.cli.robot_request import choices_text
 from gaitopt.design.summary import summarise
 from gaitopt.errors import InputError
+from gaitopt.gait.constraints import Margins
 from gaitopt.gait.result import Gait
 from gaitopt.gait.result_file import save_gait
-from gaitopt.gait.task import Margins, Task
+from gaitopt.gait.task import Task
 from gaitopt.view.painter import Painter
 
 GAIT, PAGE, FIGURES, SUMMARY = "gait.npz", "gait.html", "figures", "summary.json"

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gaitopt.design.extremes import Extreme, located
-from gaitopt.gait.families import Family
+from gaitopt.gait.constraint import ConstraintBlock
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.nlp import Array
 from gaitopt.tolerances import REFINED
@@ -56,8 +56,8 @@ class Pressure:
 def pressures(problem: WalkProblem, multipliers: Array) -> tuple[Pressure, ...]:
     """Return the active rows of a walk from the multipliers of its rows (m,)."""
     found = []
-    for family in problem.families:
-        block = multipliers[problem.family_rows(family.name)].reshape(family.lower.shape)
+    for family in problem.blocks:
+        block = multipliers[problem.rows_of(family.name)].reshape(family.lower.shape)
         for instant, entry in np.argwhere(np.abs(block) > PRESSING):
             found.append(
                 Pressure(
@@ -73,21 +73,21 @@ def pressures(problem: WalkProblem, multipliers: Array) -> tuple[Pressure, ...]:
 def placed(problem: WalkProblem, active: Iterable[Pressure]) -> Array:
     """Return multipliers (m,) for a walk on another grid; rows it lacks are left out."""
     multipliers = np.zeros(problem.rows.lower.size)
-    rows = {f.name: (f, _rows_of(f)) for f in problem.families}
+    rows = {f.name: (f, _rows_of(f)) for f in problem.blocks}
     for one in active:
         if one.family not in rows:
             continue
         family, known = rows[one.family]
         row = known.get(round(one.instant, DIGITS))
         if row is not None and one.entry < family.lower.shape[1]:
-            block = multipliers[problem.family_rows(one.family)].reshape(family.lower.shape)
+            block = multipliers[problem.rows_of(one.family)].reshape(family.lower.shape)
             block[row, one.entry] += one.multiplier
     return multipliers
 
 
 def instants_of(problem: WalkProblem, active: Iterable[Pressure]) -> Array:
     """Return the instants of active rows of the families that are looked at over the step."""
-    timed = {f.name for f in problem.families if f.times is not None}
+    timed = {f.name for f in problem.blocks if f.times is not None}
     return np.unique([one.instant for one in active if one.family in timed])
 
 
@@ -150,9 +150,9 @@ def moved(active: Iterable[Pressure], peaks: Iterable[Peak]) -> tuple[Pressure, 
     return tuple(kept)
 
 
-def _instant(family: Family, row: int) -> float:
+def _instant(family: ConstraintBlock, row: int) -> float:
     return float(row) if family.times is None else round(float(family.times[row]), DIGITS)
 
 
-def _rows_of(family: Family) -> dict[float, int]:
+def _rows_of(family: ConstraintBlock) -> dict[float, int]:
     return {_instant(family, row): row for row in range(family.lower.shape[0])}

@@ -12,11 +12,11 @@ from gaitopt.bounds import INSTANTS, at_most
 from gaitopt.design.certificate import Certificate, certify
 from gaitopt.errors import EvaluationError, GaitFileError, InputError
 from gaitopt.gait.assemble import gait_at
+from gaitopt.gait.constraints import Margins
 from gaitopt.gait.grid import uniform_grid
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.recorded_robot import robot_of
 from gaitopt.gait.result import Gait, array_names
-from gaitopt.gait.task import Margins
 from gaitopt.gait.task_record import task_from_record
 from gaitopt.nlp import Array
 from gaitopt.robot.choices_file import choices_record

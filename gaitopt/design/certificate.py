@@ -217,7 +217,7 @@ def _worst_of_all(
 
 def _worst_extremes(fine: WalkProblem, extremes: tuple[Extreme, ...]) -> dict[str, Extreme]:
     """The worst extreme of each family; at an end only where the family looks there."""
-    ends = {f.name: f.times is not None and 0.0 in f.times for f in fine.families}
+    ends = {f.name: f.times is not None and 0.0 in f.times for f in fine.blocks}
     worst: dict[str, Extreme] = {}
     extremes = tuple(one for one in extremes if np.isfinite(one.margin))  # a robot may lack limits
     for one in sorted(extremes, key=lambda one: one.margin):
@@ -230,8 +230,8 @@ def _worst_extremes(fine: WalkProblem, extremes: tuple[Extreme, ...]) -> dict[st
 
 
 def _worst_extreme(at: WalkProblem, extreme: Extreme, values: Array, x: Array) -> WorstRow:
-    rows = at.family_rows(extreme.family)
-    family = at.address(rows.start).family
+    rows = at.rows_of(extreme.family)
+    family = at.address(rows.start).block
     assert family.times is not None
     instant = int(np.argmin(np.abs(family.times - extreme.instant)))
     return _row(at, rows.start + instant * family.lower.shape[1] + extreme.entry, values, x)
@@ -240,13 +240,13 @@ def _worst_extreme(at: WalkProblem, extreme: Extreme, values: Array, x: Array) -
 def worst_rows(problem: WalkProblem, x: Array) -> tuple[WorstRow, ...]:
     """Return the worst row of every family that has limits, the one that fares worst first."""
     values = problem.values(x).rows
-    limited = [f for f in problem.families if np.isfinite([f.lower, f.upper]).any()]
+    limited = [f for f in problem.blocks if np.isfinite([f.lower, f.upper]).any()]
     rows = [_worst_of(problem, family.name, values, x) for family in limited]
     return tuple(sorted(rows, key=lambda row: row.margin))
 
 
 def _worst_of(problem: WalkProblem, name: str, values: Array, x: Array) -> WorstRow:
-    rows = problem.family_rows(name)
+    rows = problem.rows_of(name)
     value, lower, upper = values[rows], problem.rows.lower[rows], problem.rows.upper[rows]
     index = int(np.argmin(np.minimum(value - lower, upper - value)))
     return _row(problem, rows.start + index, values, x)
@@ -256,19 +256,19 @@ def _row(problem: WalkProblem, index: int, values: Array, x: Array) -> WorstRow:
     """Return a row of the program in words and figures."""
     value, lower, upper = values[index], problem.rows.lower[index], problem.rows.upper[index]
     at = problem.address(index)
-    scale = float(at.family.scale[at.entry])
+    scale = float(at.block.scale[at.entry])
     margin, low = min(value - lower, upper - value), value - lower < upper - value
     time = None
-    if at.family.times is not None:
-        time = float(at.family.times[at.instant]) * problem.step(x).duration
+    if at.block.times is not None:
+        time = float(at.block.times[at.instant]) * problem.step(x).duration
     return WorstRow(
-        family=at.family.name,
-        equation=at.family.equation,
-        row=at.family.labels[at.entry],
+        family=at.block.name,
+        equation=at.block.equation,
+        row=at.block.labels[at.entry],
         time=time,
         value=float(value) * scale,
         limit=float(lower if low else upper) * scale,
-        unit=at.family.unit,
+        unit=at.block.unit,
         violation=max(0.0, -float(margin)),
         margin=float(margin),
     )

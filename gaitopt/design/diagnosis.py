@@ -13,39 +13,13 @@ from gaitopt.gait.task import Task
 from gaitopt.nlp import Array
 from gaitopt.robot.model import Robot
 
-PLAIN_WORDS = {
-    "torque": "joint torque",
-    "speed": "joint speed",
-    "range": "joint range",
-    "load": "load on the stance foot",
-    "friction": "friction on the ground",
-    "cop": "centre of pressure",
-    "impulse": "vertical impulse at the impact",
-    "impulse friction": "friction at the impact",
-    "impulse cop": "centre of pressure at the impact",
-    "lift-off": "lift-off of the rear foot",
-    "clearance": "clearance of the swing foot",
-    "lateral": "gap between the feet",
-    "knee": "bend of the knees",
-    "leg length": "length of the legs",
-    "walking speed": "walking speed",
-    "trunk roll": "sideways lean of the trunk",
-    "trunk pitch": "lean of the trunk forward or back",
-    "trunk yaw": "turn of the trunk",
-    "torsion": "torsional friction under the foot",
-    "impulse torsion": "torsional friction at the impact",
-    "leg gap": "gap between the legs",
-    "swing tilt": "tilt of the swing foot",
-}
-"""What a constraint family is to a person."""
-
 
 @dataclass(frozen=True)
 class Conflict:
     """A constraint family that stands in the way.
 
     Attributes:
-        family: its name.
+        family, words: its name, and what a person calls it.
         amount, unit: by how much its limits give in the smallest relaxation; zero for a family
             that holds but pushes the others.
         row: joint and instant where it pushes most.
@@ -53,6 +27,7 @@ class Conflict:
     """
 
     family: str
+    words: str
     amount: float
     unit: str
     row: str
@@ -61,11 +36,10 @@ class Conflict:
     @property
     def sentence(self) -> str:
         """In words."""
-        words = PLAIN_WORDS.get(self.family, self.family)
         where = " in every step" if self.family == "walking speed" else f" ({self.row})"
         if self.amount == 0.0:
-            return words if self.family == "walking speed" else words + where
-        return f"{words} by {self.amount:.2g} {self.unit}{where}"
+            return self.words if self.family == "walking speed" else self.words + where
+        return f"{self.words} by {self.amount:.2g} {self.unit}{where}"
 
 
 @dataclass(frozen=True)

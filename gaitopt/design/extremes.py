@@ -219,13 +219,13 @@ def _sides(problem: WalkProblem) -> _Sides:
     count = int(((instants > 0.0) & (instants < 1.0)).sum())
     names: list[str] = []
     entries, uppers, rows, limits = [], [], [], []
-    for family in problem.families:
+    for family in problem.blocks:
         if family.times is None:
             continue
         inside = (family.times > 0.0) & (family.times < 1.0)
         if int(inside.sum()) != count:
             continue
-        block = problem.family_rows(family.name)
+        block = problem.rows_of(family.name)
         numbers = np.arange(block.start, block.stop).reshape(family.lower.shape)[inside]
         for upper, limit in ((False, problem.rows.lower), (True, problem.rows.upper)):
             bounds = limit[block].reshape(family.lower.shape)[inside]
@@ -247,10 +247,10 @@ def _sides(problem: WalkProblem) -> _Sides:
 def _at_instants(fine: WalkProblem, x: Array, over_step: set[str]) -> Iterator[Extreme]:
     """Yield the worst of each row of families that look at chosen instants only: at those."""
     values = fine.values(x).rows
-    for family in fine.families:
+    for family in fine.blocks:
         if family.times is None or family.name in over_step or family.size == 0:
             continue
-        block, shape = fine.family_rows(family.name), family.lower.shape
+        block, shape = fine.rows_of(family.name), family.lower.shape
         below = (values[block] - fine.rows.lower[block]).reshape(shape)
         above = (fine.rows.upper[block] - values[block]).reshape(shape)
         margins = np.minimum(below, above)

@@ -8,12 +8,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from gaitopt.design.margin_knobs import COUPLED, MARGINS
 from gaitopt.design.relaxation import Coupling, Relaxation, RelaxedProgram
-from gaitopt.gait.constraints import families
+from gaitopt.gait.constraint import declared_margins
+from gaitopt.gait.constraints import CONSTRAINTS
 from gaitopt.gait.humanoid import humanoid_task, widest
 from gaitopt.gait.parameters import FOOT_SPACING, set_quantities
-from gaitopt.gait.problem import WalkProblem
+from gaitopt.gait.problem import WalkProblem, constraint_blocks
 from gaitopt.gait.task import Task, preset_task
 from gaitopt.nlp import Array
 from gaitopt.robot.choices import LimitOverride
@@ -99,9 +99,7 @@ class LimitKnob(Knob):
             return _with_limits(robot, self.name, value), task
         if self.name == "speed":
             return robot, replace(task, speed=value)
-        # setting a field of Margins by its name is beyond what the type checker follows
-        changed = replace(task.margins, **{self.name: value})  # type: ignore[arg-type]
-        return robot, replace(task, margins=changed)
+        return robot, task.with_margins({self.name: value})
 
     def program(self, problem: WalkProblem, start: Array) -> RelaxedProgram:
         """Return the walk with the limits as functions of t."""
@@ -112,13 +110,13 @@ class LimitKnob(Knob):
         size = problem.rows.lower.size
         lower, upper = np.zeros(size), np.zeros(size)
         if self.name == "speed":
-            upper[problem.family_rows("walking speed")] = -self.step * problem.task.duration
+            upper[problem.rows_of("walking speed")] = -self.step * problem.task.duration
         else:
             robot, task = self.turned(problem.robot, problem.task, self.bound)
             share = self.step / (self.bound - self.before)
-            pairs = zip(problem.families, families(robot, task, problem.grid), strict=True)
+            pairs = zip(problem.blocks, constraint_blocks(robot, task, problem.grid), strict=True)
             for old, new in pairs:
-                rows = problem.family_rows(old.name)
+                rows = problem.rows_of(old.name)
                 lower[rows] = share * _moved(new.lower, old.lower, old.scale)
                 upper[rows] = share * _moved(old.upper, new.upper, old.scale)
         largest = (self.bound - self.before) / self.step
@@ -133,14 +131,16 @@ class LimitKnob(Knob):
         return self.before + self.step * float(z[-1])
 
     def _couplings(self, problem: WalkProblem) -> tuple[Coupling, ...]:
-        present = {f.name: f for f in problem.families}
+        present = {f.name: f for f in problem.blocks}
         found = []
-        for name, force, sign in COUPLED.get(self.name, ()):
-            if name not in present:
+        for constraint in (*CONSTRAINTS, *problem.task.constraints):
+            name, coupled = constraint.name, constraint.couplings.get(self.name)
+            if name not in present or coupled is None:
                 continue
-            rows = np.arange(problem.rows.lower.size)[problem.family_rows(name)]
+            force, sign = coupled
+            rows = np.arange(problem.rows.lower.size)[problem.rows_of(name)]
             per_force = rows.size // present[force].size
-            first = problem.family_rows(force).start
+            first = problem.rows_of(force).start
             partners = first + np.arange(rows.size) // per_force
             factor = float(present[force].scale[0] / present[name].scale[0])
             found.append((rows, partners, sign * self.step * factor))
@@ -236,10 +236,20 @@ def limit_knobs(problem: WalkProblem) -> tuple[LimitKnob, ...]:
     """Return everything that can be turned in the limits of a walk."""
     margins, task = problem.task.margins, problem.task
     knobs = [*_motor_knobs(problem)]
-    for name, words, unit, bound, step, relaxed in MARGINS:
-        before = getattr(margins, name)
-        if before is not None:
-            knobs.append(LimitKnob(name, words, unit, before, bound, step, relaxed))
+    for name, declared in task.declared.items():
+        before, how = task.margin(name), declared.relax
+        if before is not None and how is not None:
+            knobs.append(
+                LimitKnob(
+                    name,
+                    declared.words,
+                    declared.unit,
+                    before,
+                    how.farthest,
+                    how.change,
+                    constraints_of(task, name),
+                )
+            )
     if margins.joint_range:
         words = "the joint ranges of the robot, widened at both ends"
         knobs.append(LimitKnob("robot joint ranges", words, "rad", 0.0, WIDEST, 0.3, ("range",)))
@@ -247,6 +257,13 @@ def limit_knobs(problem: WalkProblem) -> tuple[LimitKnob, ...]:
         words, relaxed = "the walking speed", ("walking speed",)
         knobs.append(LimitKnob("speed", words, "m/s", task.speed, SLOWEST, -0.2, relaxed))
     return tuple(k for k in knobs if (k.bound - k.before) / k.step > 1e-9)
+
+
+def constraints_of(task: Task, margin: str) -> tuple[str, ...]:
+    """Return the names of the constraints that a margin loosens."""
+    built_in = tuple(one.name for one in CONSTRAINTS if margin in one.margins)
+    own = (one.name for one in task.constraints if margin in declared_margins(one))
+    return (*built_in, *own)
 
 
 def duration_knob(problem: WalkProblem, shorter: bool) -> DurationKnob:
@@ -287,7 +304,7 @@ def usual_value(problem: WalkProblem, knob: Knob) -> float | None:
     elif knob.name == "speed":
         value = min(usual.speed, knob.before)
     else:
-        given = getattr(usual.margins, knob.name)
+        given = getattr(usual.margins, knob.name, None)
         if knob.name == "step_width" and given is not None:
             given = widest(robot, task.margins.lateral_gap)
         own = getattr(robot.limits, knob.name.removesuffix("_limit"), None)

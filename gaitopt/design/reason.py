@@ -24,15 +24,6 @@ GATHERER = replace(SEARCHER, max_iterations=60)
 """For the relaxation of all families."""
 TRAVELLER = SQP(max_iterations=40)
 """For a second opinion: another start."""
-MATTERS = {
-    "walking speed": 0.1,
-    "lift-off": 0.1,
-    "knee": 0.3,
-    "trunk roll": 0.3,
-    "trunk pitch": 0.3,
-    "trunk yaw": 0.3,
-}
-"""Changes of scaled rows that matter as much as one of the others: 0.1 m, 0.1 m/s, 0.3 rad."""
 SIGMA = 0.1
 """Standard deviation of the second start [rad], [rad/s]."""
 SHORTER = 0.8
@@ -120,8 +111,8 @@ def find_reason(problem: WalkProblem, points: list[Solution]) -> Reason | None:
 
 def conflicts(problem: WalkProblem, reason: Reason) -> tuple[Conflict, ...]:
     """Return the families in conflict: those that give, most first, then those that push most."""
-    matter = np.array([_matters(f.name) for f in problem.families])
-    rows = [problem.family_rows(f.name) for f in problem.families]
+    matter = np.array([f.change for f in problem.blocks])
+    rows = [problem.rows_of(f.name) for f in problem.blocks]
     push = matter * np.array([np.abs(reason.multipliers[r]).sum() for r in rows])
     share = push / max(float(push.sum()), 1e-12)
     gives = reason.amounts > GIVES * reason.amount
@@ -129,12 +120,19 @@ def conflicts(problem: WalkProblem, reason: Reason) -> tuple[Conflict, ...]:
     order = np.lexsort((-share, -given))
     found = []
     for i in order[(gives | (share >= HOLDS))[order]]:
-        family = problem.families[i]
+        family = problem.blocks[i]
         row = rows[i].start + int(np.argmax(np.abs(reason.multipliers[rows[i]])))
         unit = matter[i] * float(family.scale[problem.address(row).entry])
         amount = float(reason.amounts[i]) * unit if gives[i] else 0.0
         found.append(
-            Conflict(family.name, amount, family.unit, problem.describe(row), float(share[i]))
+            Conflict(
+                family.name,
+                family.words,
+                amount,
+                family.unit,
+                problem.describe(row),
+                float(share[i]),
+            )
         )
     return tuple(found)
 
@@ -156,13 +154,9 @@ def solve_or_stop(
 def _family_relaxations(problem: WalkProblem) -> tuple[Relaxation, ...]:
     """One per family; the walking speed may only fall."""
     found = []
-    for family in problem.families:
+    for family in problem.blocks:
         gives = np.zeros(problem.rows.lower.size)
-        gives[problem.family_rows(family.name)] = _matters(family.name)
+        gives[problem.rows_of(family.name)] = family.change
         slower = family.name == "walking speed"
         found.append(Relaxation(family.name, 0.0 * gives if slower else gives, gives))
     return tuple(found)
-
-
-def _matters(family: str) -> float:
-    return MATTERS.get(family, 1.0)

@@ -10,8 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gaitopt.gait import quantities
 from gaitopt.gait.grid import Grid
-from gaitopt.gait.step import Reads, Step
+from gaitopt.gait.step import Step
 from gaitopt.mechanics.chain_build import chain_of_robot, loads_of_robot
 from gaitopt.mechanics.mdh_chain import Chain, sole_placement, turned
 from gaitopt.mechanics.newton_euler import (
@@ -90,8 +91,8 @@ def judge(robot: Robot, step: Step, grid: Grid) -> Verdict:
     ground = _Ground(wrench, impulse, weight * step.duration)
     balance, vertical = _momentum_balance(chain, step, grid, ground)
     return Verdict(
-        torque=_apart(step.read(Reads.TORQUE), torque, force * length),
-        wrench=_apart(step.read(Reads.WRENCH), wrench, force),
+        torque=_apart(step.read(quantities.TORQUE), torque, force * length),
+        wrench=_apart(step.read(quantities.WRENCH), wrench, force),
         impulse=_apart(step.impact.impulse, impulse, force * step.duration),
         rate_after=_apart(step.impact.rate_after, velocity[6:], rate),
         sole_twist=float(np.abs(step.impact.sole_twist - twist).max()),

@@ -106,12 +106,12 @@ def _refusal(problem: WalkProblem, solution: Solution) -> str:
     worst = np.maximum(problem.rows.lower - rows, rows - problem.rows.upper)
     row = int(np.argmax(worst))
     at = problem.address(row)
-    scale = at.family.scale[at.entry]
+    scale = at.block.scale[at.entry]
     limit = (
         problem.rows.lower[row] if rows[row] < problem.rows.lower[row] else problem.rows.upper[row]
     )
     return (
         f"{reason} at {problem.task.speed:g} m/s with steps of {problem.task.duration:g} s; the "
         f"least violation leaves {problem.describe(row)}: {rows[row] * scale:.4g} "
-        f"{at.family.unit}, allowed {limit * scale:.4g}"
+        f"{at.block.unit}, allowed {limit * scale:.4g}"
     )

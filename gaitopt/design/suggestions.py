@@ -210,7 +210,7 @@ def _promising(problem: WalkProblem, reason: Reason) -> list[tuple[Knob, float]]
 
 def _giving(problem: WalkProblem, reason: Reason, least: float) -> set[str]:
     """Return the families that give more than an amount."""
-    pairs = zip(problem.families, reason.amounts, strict=True)
+    pairs = zip(problem.blocks, reason.amounts, strict=True)
     return {family.name for family, amount in pairs if amount > least}
 
 
@@ -241,8 +241,8 @@ def _promising_width(problem: WalkProblem, reason: Reason) -> list[tuple[Knob, f
 
 
 def _pushes(problem: WalkProblem, reason: Reason, name: str) -> bool:
-    present = name in (f.name for f in problem.families)
-    return present and bool(reason.multipliers[problem.family_rows(name)].any())
+    present = name in (f.name for f in problem.blocks)
+    return present and bool(reason.multipliers[problem.rows_of(name)].any())
 
 
 def _turn(problem: WalkProblem, knob: Knob, effort: Effort, start: Start) -> Suggestion | None:

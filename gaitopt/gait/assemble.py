@@ -6,9 +6,9 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from gaitopt.gait import quantities
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.result import Gait
-from gaitopt.gait.step import Reads
 from gaitopt.gait.task_record import task_record
 from gaitopt.nlp import Array
 from gaitopt.robot.choices import Choices
@@ -31,7 +31,7 @@ def gait_at(problem: WalkProblem, x: Array, meta: Mapping[str, object]) -> Gait:
     """
     step, robot = problem.step(x), problem.robot
     nodes = slice(0, problem.grid.nodes)
-    wrench = step.read(Reads.WRENCH)[nodes]
+    wrench = step.read(quantities.WRENCH)[nodes]
     facts = {
         **robot_record(robot),
         "choices": choices_record(_choices(problem)),
@@ -47,7 +47,7 @@ def gait_at(problem: WalkProblem, x: Array, meta: Mapping[str, object]) -> Gait:
         q=step.motion[0, nodes],
         dq=step.motion[1, nodes],
         ddq=step.motion[2, nodes],
-        torque=step.read(Reads.TORQUE)[nodes],
+        torque=step.read(quantities.TORQUE)[nodes],
         ground_wrench=wrench,
         cop=np.stack([-wrench[:, 4], wrench[:, 3]], axis=1) / wrench[:, 2:3],
         swing_sole=step.support.corners[nodes],

@@ -1,249 +1,527 @@
-"""Every constraint of section 3.2, one function each, and the few a real walk needs besides."""
+"""The constraints of section 3.2 and the few a real walk needs besides, with their margins.
+
+To add one: a field of `Margins` if it has a number of its own, a class, a place in `CONSTRAINTS`.
+Option, TOML key, record, messages, diagnosis and refinement follow. Constraints of one's own need
+not stand here: see docs/extending.md.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
-from gaitopt.gait.extra_constraints import switched_on
-from gaitopt.gait.families import Entries, Family, FrictionCone, Length, Linear
-from gaitopt.gait.grid import Grid
-from gaitopt.gait.rows import (
-    EDGES,
-    FORCE_SCALE,
-    FORCE_SMOOTHING,
+from gaitopt.gait import quantities
+from gaitopt.gait.constraint import (
     FREE,
-    IMPULSE_MOMENT_SCALE,
-    IMPULSE_SCALE,
-    IMPULSE_SMOOTHING,
-    LENGTH_SCALE,
-    MOMENT_SCALE,
-    Setting,
-    edge_moments,
-    family_over_step,
-    ground_rows,
-    joint_rows,
-    rows_once,
-    size,
+    Constraint,
+    ConstraintBlock,
+    ConstraintContext,
+    check_margins,
+    margin,
 )
-from gaitopt.gait.step import Reads
-from gaitopt.gait.task import Task
-from gaitopt.mechanics.forward_kinematics import sole_edge_speeds
-from gaitopt.robot.model import Robot
+from gaitopt.gait.functions import Entries, FrictionCone, Length, Linear, Torsion
+from gaitopt.mechanics.forward_kinematics import sole_edge_speeds, sole_tilt
+from gaitopt.mechanics.leg_distance import leg_pairs
+from gaitopt.nlp import Array
 
-_SINKING = 29  # a foot that may sink does so for about a thirtieth of the step
+FORCE_SCALE = 500.0  # N
+MOMENT_SCALE = 100.0  # N.m
+IMPULSE_SCALE = 50.0  # N.s
+IMPULSE_MOMENT_SCALE = 5.0  # N.m.s
+TORSION_SCALE = 20.0  # N.m
+IMPULSE_TORSION_SCALE = 1.0  # N.m.s
+LENGTH_SCALE = 0.1  # m
+FORCE_SMOOTHING = 0.05  # N, rounds the tip of the friction cone
+IMPULSE_SMOOTHING = 10**-4.5  # N.s
+LEAST_FORCE = 1.0  # N, where the centre of pressure is given up
+LEAST_IMPULSE = 1e-3  # N.s, the same
+
+EDGES = ("front", "rear", "left", "right")
 CORNERS = ("toe left", "toe right", "heel left", "heel right")
+_SINKING = 29  # a foot that may sink does so for about a thirtieth of the step
+_TILTED = 1.0  # rad: no trunk is asked to lean or turn farther, no foot to tilt
 
 
-def torque(at: Setting) -> Family:
+@dataclass(frozen=True)
+class Margins:
+    """The limits of section 3.2 that are not facts of the robot.
+
+    Attributes:
+        friction: coefficient mu of Eqs. (33)-(34).
+        minimum_load: least vertical ground force, Eq. (35) [N].
+        cop_margin: distance of the centre of pressure from the sole's edge, Eqs. (37)-(38) [m].
+        clearance: height of the swing foot's corners at mid-step; the profile is
+            clearance * sin²(pi t / T) [m].
+        lateral_gap: between the swing sole and the edge of the stance sole, Eq. (32) [m].
+        knee_flexion: least bend of both knees from straight [rad].
+        leg_extension: largest hip-ankle distance in double support over the straight leg, Eq. (31);
+            None: no limit, as suits the lifted form, whose joint angles cannot be out of reach.
+        liftoff_speed: least upward speed of the old stance sole's corners after impact [m/s];
+            a small negative value relaxes section 2.4.1, and lowers the profile of the clearance
+            by what such a foot sinks, at most 0.0125 |liftoff_speed| T.
+        joint_range: whether the joint ranges of Eq. (30) are imposed.
+        impulse_cop: whether the impulsive centre of pressure must lie in the landing sole.
+        torque_limit, speed_limit: replace the robot's limits when given [N·m], [rad/s].
+        trunk_roll, trunk_pitch, trunk_yaw: largest angle of the trunk from upright and from the
+            direction of travel over the whole step [rad].
+        torsional_friction: largest moment about the vertical through the centre of pressure over
+            the vertical force, of the stance foot and of the impact [m]; friction * turning_arm of
+            the sole is what a foot that presses evenly can bear.
+        step_width: largest distance between the two lines of footsteps, |foot_spacing| [m].
+        swing_tilt: largest roll, pitch and yaw of the swing sole over the whole step, as sines.
+        leg_gap: least distance between the capsules around the bodies of the two legs [m]; less
+            where the robot has less when it stands.
+
+    Raises:
+        InputError: a value is no finite number, or out of range.
+    """
+
+    friction: float = margin(
+        0.7, "Coefficient.", "the coefficient of friction", above=0.0,
+        relax=(2.0, 0.1),  # rubber on rough concrete
+    )  # fmt: skip
+    minimum_load: float = margin(
+        25.0, "Least vertical ground force.", "the least vertical ground force", "N", least=0.0,
+        relax=(0.0, -100.0),
+    )  # fmt: skip
+    cop_margin: float = margin(
+        0.005, "Centre of pressure to the edge of the sole.",
+        "the margin of the centre of pressure", "m", least=0.0, relax=(0.0, -0.01),
+    )  # fmt: skip
+    clearance: float = margin(
+        0.03, "Height of the swing foot at mid-step.", "the clearance of the swing foot", "m",
+        least=0.0, relax=(0.0, -0.1),
+    )  # fmt: skip
+    lateral_gap: float = margin(
+        0.01, "Between swing and stance sole.", "the gap between the feet", "m", relax=(0.0, -0.1)
+    )
+    knee_flexion: float = margin(
+        0.1, "Least bend of the knees.", "the least bend of the knees", "rad", relax=(0.0, -0.3)
+    )
+    leg_extension: float | None = margin(
+        0.9995, "Longest leg over the straight one.", "the largest extension of the legs",
+        above=0.0, most=1.0, relax=(1.0, 0.01),
+    )  # fmt: skip
+    liftoff_speed: float = margin(
+        0.0, "Least speed of the rear foot as it leaves.",
+        "the least lift-off speed of the rear foot", "m/s",
+        relax=(-0.05, -0.1),  # a rear foot that sinks faster has not lifted off
+    )  # fmt: skip
+    joint_range: bool = margin(True, "Impose joint ranges.")
+    impulse_cop: bool = margin(True, "Landing foot must not tip.")
+    torque_limit: float | None = margin(
+        None, "Of every joint, in place of the robot's.", "the torque limit of every joint", "N·m",
+        above=0.0,
+    )  # fmt: skip
+    speed_limit: float | None = margin(
+        None, "Of every joint, in place of the robot's.", "the speed limit of every joint",
+        "rad/s", above=0.0,
+    )  # fmt: skip
+    trunk_roll: float | None = margin(
+        None, "Largest sideways lean of the trunk.", "the largest sideways lean of the trunk",
+        "rad", above=0.0, relax=(_TILTED, 0.3),
+    )  # fmt: skip
+    trunk_pitch: float | None = margin(
+        None, "Largest lean forward or back.", "the largest lean of the trunk forward or back",
+        "rad", above=0.0, relax=(_TILTED, 0.3),
+    )  # fmt: skip
+    trunk_yaw: float | None = margin(
+        None, "Largest turn of the trunk.", "the largest turn of the trunk", "rad", above=0.0,
+        relax=(_TILTED, 0.3),
+    )  # fmt: skip
+    torsional_friction: float | None = margin(
+        None, "Turning moment over load a foot bears.", "the coefficient of torsional friction",
+        "m", above=0.0, relax=(0.5, 0.01),  # of a foot far larger than any biped's
+    )  # fmt: skip
+    step_width: float | None = margin(
+        None, "Largest distance of the feet sideways.", "the largest step width", "m", above=0.0
+    )
+    swing_tilt: float | None = margin(
+        None, "Largest tilt of the swing foot.", "the largest tilt of the swing foot", "rad",
+        above=0.0, relax=(_TILTED, 0.3), sine=True,
+    )  # fmt: skip
+    leg_gap: float | None = margin(
+        None, "Least distance between the legs' bodies.", "the gap between the bodies of the legs",
+        "m", relax=(0.0, -0.1),
+    )  # fmt: skip
+
+    def __post_init__(self) -> None:
+        check_margins(self)
+
+
+class JointTorque(Constraint):
     """Eq. (28): |Gamma_i| <= Gamma_i,max."""
-    limit = at.robot.limits.torque
-    if at.margins.torque_limit is not None:
-        limit = np.full(at.robot.tree.size, at.margins.torque_limit)
-    return joint_rows(at, "torque", "(28)", Reads.TORQUE, "N·m", -limit, limit, size(limit))
+
+    name, equation, unit, words = "torque", "(28)", "N·m", "joint torque"
+    reads = (quantities.TORQUE,)
+
+    def block(self, context: ConstraintContext) -> ConstraintBlock:
+        """Return its rows."""
+        limit = imposed_limit(context.robot.limits.torque, context.margins.torque_limit)
+        return _joints(self, context, -limit, limit, _size(limit))
 
 
-def speed(at: Setting) -> Family:
+class JointSpeed(Constraint):
     """Eq. (29): |dq_i| <= dq_i,max."""
-    limit = at.robot.limits.speed
-    if at.margins.speed_limit is not None:
-        limit = np.full(at.robot.tree.size, at.margins.speed_limit)
-    return joint_rows(at, "speed", "(29)", Reads.RATES, "rad/s", -limit, limit, size(limit))
+
+    name, equation, unit, words = "speed", "(29)", "rad/s", "joint speed"
+    reads = (quantities.RATES,)
+
+    def block(self, context: ConstraintContext) -> ConstraintBlock:
+        """Return its rows."""
+        limit = imposed_limit(context.robot.limits.speed, context.margins.speed_limit)
+        return _joints(self, context, -limit, limit, _size(limit))
 
 
-def joint_range(at: Setting) -> Family:
-    """Eq. (30): q_min <= q <= q_max."""
-    limits, one = at.robot.limits, np.ones(at.robot.tree.size)
-    return joint_rows(at, "range", "(30)", Reads.ANGLES, "rad", limits.lower, limits.upper, one)
+class Load(Constraint):
+    """Eq. (35): the stance foot keeps pressing on the ground."""
+
+    name, equation, unit, words = "load", "(35)", "N", "load on the stance foot"
+    reads, margins = (quantities.WRENCH,), ("minimum_load",)
+
+    def block(self, context: ConstraintContext) -> ConstraintBlock:
+        """Return its rows."""
+        return self.over_step(
+            context, Entries(slice(2, 3), 6), ("vertical ground force",),
+            lower=context.margins.minimum_load, scale=FORCE_SCALE,
+        )  # fmt: skip
 
 
-def knee_flexion(at: Setting) -> Family:
-    """Both knees stay bent by a margin from the straight leg."""
-    legs = at.robot.legs
-    first, second = legs.knees
-    chosen = slice(first, second + 1, second - first)
-    bend = Entries(chosen, at.robot.tree.size, legs.flexion)
-    least = legs.flexion * legs.straight + at.margins.knee_flexion
-    labels = tuple(f"{at.robot.joint_names[k]} flexion" for k in legs.knees)
-    return family_over_step(
-        at, "knee", "3.2.1", Reads.ANGLES, bend, labels, "rad", lower=least, scale=1.0
-    )
+class Friction(Constraint):
+    """Eq. (33): the ground force stays inside the friction cone."""
+
+    name, equation, unit, words = "friction", "(33)", "N", "friction on the ground"
+    reads, margins = (quantities.WRENCH,), ("friction",)
+    couplings: ClassVar = {"friction": ("load", 1.0)}
+
+    def block(self, context: ConstraintContext) -> ConstraintBlock:
+        """Return its rows."""
+        cone = FrictionCone(context.margins.friction, FORCE_SMOOTHING)
+        labels = ("friction cone margin",)
+        return self.over_step(context, cone, labels, lower=0.0, scale=FORCE_SCALE)
 
 
-def leg_length(at: Setting) -> Family:
-    """Eq. (31): d(hip, foot) <= l_hip in double support."""
-    longest = (at.margins.leg_extension or 1.0) * at.robot.legs.reach
-    return Family(
-        name="leg length",
-        equation="(31)",
-        reads=Reads.LEGS,
-        rows=Length(),
-        labels=("hip-ankle distance",),
-        unit="m",
-        lower=np.full((2, 1), -FREE),
-        upper=np.full((2, 1), longest),
-        scale=np.full(1, LENGTH_SCALE),
-        instants=np.arange(2),
-        times=None,
-    )
+class CentreOfPressure(Constraint):
+    """Eqs. (37)-(38) as moments about the edges: they stay linear when the load vanishes."""
+
+    name, equation, unit, words = "cop", "(37)-(38)", "N·m", "centre of pressure"
+    reads, margins = (quantities.WRENCH,), ("cop_margin",)
+    couplings: ClassVar = {"cop_margin": ("load", -1.0)}
+
+    def block(self, context: ConstraintContext) -> ConstraintBlock:
+        """Return its rows."""
+        labels = tuple(f"centre of pressure, moment about the {e} edge" for e in EDGES)
+        moments = Linear(_edge_moments(context))
+        return self.over_step(context, moments, labels, lower=0.0, scale=MOMENT_SCALE)
 
 
-def lateral(at: Setting) -> Family:
-    """Eq. (32) over the whole step: the swing foot stays beside the stance foot."""
-    side = at.robot.legs.side
-    edge = at.robot.sole.left if side > 0 else -at.robot.sole.right
-    labels = tuple(f"swing foot {c} sideways" for c in CORNERS)
-    return family_over_step(
-        at,
-        "lateral",
-        "(32)",
-        Reads.CORNERS,
-        Entries(slice(1, 12, 3), 12, side),
-        labels,
-        "m",
-        lower=edge + at.margins.lateral_gap,
-        scale=LENGTH_SCALE,
-    )
+class ImpulseUp(Constraint):
+    """Eq. (36): the ground pushes the landing foot up."""
+
+    name, equation, unit, words = "impulse", "(36)", "N·s", "vertical impulse at the impact"
+    reads = (quantities.IMPULSE,)
+
+    def block(self, context: ConstraintContext) -> ConstraintBlock:
+        """Return its row."""
+        labels = ("vertical impact impulse",)
+        return self.once(Entries(slice(2, 3), 6), labels, lower=0.0, scale=IMPULSE_SCALE)
 
 
-def clearance(at: Setting) -> Family:
+class ImpulseFriction(Constraint):
+    """Eq. (34): the impulse stays inside the friction cone."""
+
+    name, equation, unit, words = "impulse friction", "(34)", "N·s", "friction at the impact"
+    reads, margins = (quantities.IMPULSE,), ("friction",)
+    couplings: ClassVar = {"friction": ("impulse", 1.0)}
+
+    def block(self, context: ConstraintContext) -> ConstraintBlock:
+        """Return its row."""
+        cone = FrictionCone(context.margins.friction, IMPULSE_SMOOTHING)
+        return self.once(cone, ("impulse friction cone margin",), lower=0.0, scale=IMPULSE_SCALE)
+
+
+class LiftOff(Constraint):
+    """Section 2.4.1, first case: the old stance foot leaves the ground at all four corners."""
+
+    name, equation, unit, words = "lift-off", "2.4.1", "m/s", "lift-off of the rear foot"
+    reads, margins, change = (quantities.SOLE_TWIST,), ("liftoff_speed",), 0.1
+
+    def block(self, context: ConstraintContext) -> ConstraintBlock:
+        """Return its rows."""
+        speeds = Linear(sole_edge_speeds(context.robot.sole.corners))
+        labels = tuple(f"rear foot {c} lift-off speed" for c in CORNERS)
+        return self.once(speeds, labels, lower=context.margins.liftoff_speed)
+
+
+class Clearance(Constraint):
     """Section 3.2.3: the swing foot's corners stay above a smooth profile.
 
     A foot that may leave the ground with a negative speed sinks at first, whatever it does then;
     the profile is lowered by as much as that.
     """
-    inside = np.flatnonzero((at.grid.instants > 0.0) & (at.grid.instants < 1.0))
-    s = at.grid.instants[inside]
-    profile = at.margins.clearance * np.sin(np.pi * s) ** 2
-    if at.margins.liftoff_speed < 0.0:
-        profile += at.margins.liftoff_speed * at.task.duration * s * (1.0 - s) ** _SINKING
-    labels = tuple(f"swing foot {c} height" for c in CORNERS)
-    return family_over_step(
-        at,
-        "clearance",
-        "3.2.3",
-        Reads.CORNERS,
-        Entries(slice(2, 12, 3), 12),
-        labels,
-        "m",
-        lower=profile[:, None],
-        scale=LENGTH_SCALE,
-        instants=inside,
-    )
+
+    name, equation, unit, words = "clearance", "3.2.3", "m", "clearance of the swing foot"
+    reads, margins = (quantities.CORNERS,), ("clearance",)
+
+    def block(self, context: ConstraintContext) -> ConstraintBlock:
+        """Return its rows, inside the step."""
+        margins, instants = context.margins, context.grid.instants
+        inside = np.flatnonzero((instants > 0.0) & (instants < 1.0))
+        s = instants[inside]
+        profile = margins.clearance * np.sin(np.pi * s) ** 2
+        if margins.liftoff_speed < 0.0:
+            profile += margins.liftoff_speed * context.duration * s * (1.0 - s) ** _SINKING
+        labels = tuple(f"swing foot {c} height" for c in CORNERS)
+        return self.over_step(
+            context, Entries(slice(2, 12, 3), 12), labels, lower=profile[:, None],
+            scale=LENGTH_SCALE, instants=inside,
+        )  # fmt: skip
 
 
-def friction(at: Setting) -> Family:
-    """Eq. (33): the ground force stays inside the friction cone."""
-    cone = FrictionCone(at.margins.friction, FORCE_SMOOTHING)
-    return ground_rows(at, "friction", "(33)", cone, ("friction cone margin",), 0.0, FORCE_SCALE)
+class Lateral(Constraint):
+    """Eq. (32) over the whole step: the swing foot stays beside the stance foot."""
+
+    name, equation, unit, words = "lateral", "(32)", "m", "gap between the feet"
+    reads, margins = (quantities.CORNERS,), ("lateral_gap",)
+
+    def block(self, context: ConstraintContext) -> ConstraintBlock:
+        """Return its rows."""
+        side, sole = context.robot.legs.side, context.robot.sole
+        edge = sole.left if side > 0 else -sole.right
+        labels = tuple(f"swing foot {c} sideways" for c in CORNERS)
+        return self.over_step(
+            context, Entries(slice(1, 12, 3), 12, side), labels,
+            lower=edge + context.margins.lateral_gap, scale=LENGTH_SCALE,
+        )  # fmt: skip
 
 
-def load(at: Setting) -> Family:
-    """Eq. (35): the stance foot keeps pressing on the ground."""
-    vertical = Entries(slice(2, 3), 6)
-    least = at.margins.minimum_load
-    return ground_rows(at, "load", "(35)", vertical, ("vertical ground force",), least, FORCE_SCALE)
+class KneeFlexion(Constraint):
+    """Both knees stay bent by a margin from the straight leg."""
+
+    name, equation, unit, words = "knee", "3.2.1", "rad", "bend of the knees"
+    reads, margins, change = (quantities.ANGLES,), ("knee_flexion",), 0.3
+
+    def block(self, context: ConstraintContext) -> ConstraintBlock:
+        """Return its rows."""
+        legs, joints = context.robot.legs, context.robot.joint_names
+        first, second = legs.knees
+        knees = slice(first, second + 1, second - first)
+        return self.over_step(
+            context, Entries(knees, len(joints), legs.flexion),
+            tuple(f"{joints[k]} flexion" for k in legs.knees),
+            lower=legs.flexion * legs.straight + context.margins.knee_flexion,
+        )  # fmt: skip
 
 
-def centre_of_pressure(at: Setting) -> Family:
-    """Eqs. (37)-(38) as moments about the edges: they stay linear when the load vanishes."""
-    rows = Linear(edge_moments(at))
-    labels = tuple(f"centre of pressure, moment about the {e} edge" for e in EDGES)
-    return ground_rows(at, "cop", "(37)-(38)", rows, labels, 0.0, MOMENT_SCALE, unit="N·m")
+class LegLength(Constraint):
+    """Eq. (31): d(hip, foot) <= l_hip in double support."""
+
+    name, equation, unit, words = "leg length", "(31)", "m", "length of the legs"
+    reads, margins = (quantities.LEGS,), ("leg_extension",)
+
+    def block(self, context: ConstraintContext) -> ConstraintBlock:
+        """Return its two rows."""
+        longest = (context.margins.leg_extension or 1.0) * context.robot.legs.reach
+        return self.once(Length(), ("hip-ankle distance",), upper=longest, scale=LENGTH_SCALE)
 
 
-def impulse_up(at: Setting) -> Family:
-    """Eq. (36): the ground pushes the landing foot up."""
-    return rows_once(
-        "impulse", "(36)", Reads.IMPULSE, Entries(slice(2, 3), 6), ("vertical impact impulse",),
-        "N·s", 0.0, IMPULSE_SCALE,
-    )  # fmt: skip
+class JointRange(Constraint):
+    """Eq. (30): q_min <= q <= q_max."""
+
+    name, equation, unit, words = "range", "(30)", "rad", "joint range"
+    reads, margins = (quantities.ANGLES,), ("joint_range",)
+
+    def block(self, context: ConstraintContext) -> ConstraintBlock:
+        """Return its rows."""
+        limits = context.robot.limits
+        return _joints(self, context, limits.lower, limits.upper, np.ones(limits.lower.size))
 
 
-def impulse_friction(at: Setting) -> Family:
-    """Eq. (34): the impulse stays inside the friction cone."""
-    cone = FrictionCone(at.margins.friction, IMPULSE_SMOOTHING)
-    return rows_once(
-        "impulse friction", "(34)", Reads.IMPULSE, cone, ("impulse friction cone margin",),
-        "N·s", 0.0, IMPULSE_SCALE,
-    )  # fmt: skip
-
-
-def impulse_cop(at: Setting) -> Family:
+class ImpulseCentreOfPressure(Constraint):
     """The landing foot does not tip: impulsive centre of pressure inside the landing sole."""
-    labels = tuple(f"impulsive centre of pressure, moment about the {e} edge" for e in EDGES)
-    return rows_once(
-        "impulse cop", "3.2.3", Reads.IMPULSE, Linear(edge_moments(at)), labels,
-        "N·m·s", 0.0, IMPULSE_MOMENT_SCALE,
-    )  # fmt: skip
+
+    name, equation, unit = "impulse cop", "3.2.3", "N·m·s"
+    words = "centre of pressure at the impact"
+    reads, margins = (quantities.IMPULSE,), ("cop_margin", "impulse_cop")
+    couplings: ClassVar = {"cop_margin": ("impulse", -1.0)}
+
+    def block(self, context: ConstraintContext) -> ConstraintBlock:
+        """Return its rows."""
+        labels = tuple(f"impulsive centre of pressure, moment about the {e} edge" for e in EDGES)
+        moments = Linear(_edge_moments(context))
+        return self.once(moments, labels, lower=0.0, scale=IMPULSE_MOMENT_SCALE)
 
 
-def liftoff(at: Setting) -> Family:
-    """Section 2.4.1, first case: the old stance foot leaves the ground at all four corners."""
-    rows = Linear(sole_edge_speeds(at.robot.sole.corners))
-    labels = tuple(f"rear foot {c} lift-off speed" for c in CORNERS)
-    return rows_once(
-        "lift-off", "2.4.1", Reads.SOLE_TWIST, rows, labels, "m/s", at.margins.liftoff_speed, 1.0
-    )
-
-
-def walking_speed(at: Setting) -> Family:
+class WalkingSpeed(Constraint):
     """Eq. (39): V T - d = 0."""
-    rows = Linear(np.array([[-1.0, at.task.speed]]))
-    return rows_once(
-        "walking speed", "(39)", Reads.TRAVEL, rows, ("V T - d",), "m", 0.0, 1.0, upper=0.0
-    )
+
+    name, equation, unit, words = "walking speed", "(39)", "m", "walking speed"
+    reads, change = (quantities.TRAVEL,), 0.1
+
+    def asked(self, context: ConstraintContext) -> bool:
+        """Return whether the speed is a constraint."""
+        return context.speed_as == "constraint"
+
+    def block(self, context: ConstraintContext) -> ConstraintBlock:
+        """Return its row."""
+        rows = Linear(np.array([[-1.0, context.speed]]))
+        return self.once(rows, ("V T - d",), lower=0.0, upper=0.0)
 
 
-def closure(at: Setting) -> Family:
+class Closure(Constraint):
     """Lifted form of Eq. (26): pelvis and swing sole are where the quantities put them."""
-    labels = tuple(f"closure along {a}" for a in "xyz") + tuple(f"closure about {a}" for a in "xyz")
-    return Family(
-        name="closure",
-        equation="(26)",
-        reads=Reads.GAPS,
-        rows=Entries(slice(0, 6), 6),
-        labels=labels,
-        unit="m, rad",
-        lower=np.zeros((2, 6)),
-        upper=np.zeros((2, 6)),
-        scale=np.full(6, LENGTH_SCALE),
-        instants=np.arange(2),
-        times=None,
-    )
+
+    name, equation, unit, words = "closure", "(26)", "m, rad", "closure of the double support"
+    reads = (quantities.GAPS,)
+
+    def asked(self, context: ConstraintContext) -> bool:
+        """Return whether the double support is lifted."""
+        return context.boundary == "lifted"
+
+    def block(self, context: ConstraintContext) -> ConstraintBlock:
+        """Return its rows."""
+        labels = tuple(f"closure {how} {axis}" for how in ("along", "about") for axis in "xyz")
+        rows = Entries(slice(0, 6), 6)
+        return self.once(rows, labels, lower=0.0, upper=0.0, scale=LENGTH_SCALE)
 
 
-_STANDARD: tuple[Callable[[Setting], Family], ...] = (
-    torque,
-    speed,
-    load,
-    friction,
-    centre_of_pressure,
-    impulse_up,
-    impulse_friction,
-    liftoff,
-    clearance,
-    lateral,
-    knee_flexion,
-)
+class _Trunk(Constraint):
+    """Beyond section 3.2: |an angle of the trunk| <= limit over the whole step."""
+
+    equation, unit, reads, change = "3.2", "rad", (quantities.TRUNK,), 0.3
+
+    def block(self, context: ConstraintContext) -> ConstraintBlock:
+        """Return its rows."""
+        entry = quantities.TRUNK.entries.index(self.name.removeprefix("trunk "))
+        (given,) = self.margins
+        limit = getattr(context.margins, given)
+        angle = Entries(slice(entry, entry + 1), 3)
+        return self.over_step(context, angle, (self.name,), lower=-limit, upper=limit)
 
 
-def families(robot: Robot, task: Task, grid: Grid) -> tuple[Family, ...]:
-    """Return the constraint families of a task, in a fixed order.
+class TrunkRoll(_Trunk):
+    """The trunk leans sideways by at most a limit."""
 
-    To add a constraint: write a function above that returns its Family, and list it here.
+    name, words, margins = "trunk roll", "sideways lean of the trunk", ("trunk_roll",)
+
+
+class TrunkPitch(_Trunk):
+    """The trunk leans forward or back by at most a limit."""
+
+    name, words, margins = "trunk pitch", "lean of the trunk forward or back", ("trunk_pitch",)
+
+
+class TrunkYaw(_Trunk):
+    """The trunk turns from the direction of travel by at most a limit."""
+
+    name, words, margins = "trunk yaw", "turn of the trunk", ("trunk_yaw",)
+
+
+class TorsionalFriction(Constraint):
+    """Beyond (33): |moment about the vertical through the centre of pressure| <= c f_z."""
+
+    name, equation, unit, words = "torsion", "3.2", "N·m", "torsional friction under the foot"
+    reads, margins = (quantities.WRENCH,), ("torsional_friction",)
+    couplings: ClassVar = {"torsional_friction": ("load", 1.0)}
+
+    def block(self, context: ConstraintContext) -> ConstraintBlock:
+        """Return its rows."""
+        torsion = Torsion(context.margins.torsional_friction or 0.0, LEAST_FORCE)
+        labels = tuple(f"torsional friction margin to the {side}" for side in ("left", "right"))
+        return self.over_step(context, torsion, labels, lower=0.0, scale=TORSION_SCALE)
+
+
+class ImpulseTorsion(Constraint):
+    """Beyond (34): the same of the impulse on the landing foot."""
+
+    name, equation, unit = "impulse torsion", "3.2", "N·m·s"
+    words = "torsional friction at the impact"
+    reads, margins = (quantities.IMPULSE,), ("torsional_friction",)
+    couplings: ClassVar = {"torsional_friction": ("impulse", 1.0)}
+
+    def block(self, context: ConstraintContext) -> ConstraintBlock:
+        """Return its rows."""
+        torsion = Torsion(context.margins.torsional_friction or 0.0, LEAST_IMPULSE)
+        labels = tuple(f"impulse torsional friction margin to the {s}" for s in ("left", "right"))
+        return self.once(torsion, labels, lower=0.0, scale=IMPULSE_TORSION_SCALE)
+
+
+class LegGap(Constraint):
+    """Beyond (32): the capsules of the two legs keep apart over the whole step."""
+
+    name, equation, unit, words = "leg gap", "3.2", "m", "gap between the legs"
+    reads, margins = (quantities.LEG_GAPS,), ("leg_gap",)
+
+    def block(self, context: ConstraintContext) -> ConstraintBlock:
+        """Return its rows, one per pair of bodies."""
+        pairs = leg_pairs(context.robot)
+        return self.over_step(
+            context, Entries(slice(0, len(pairs.names)), len(pairs.names)),
+            tuple(f"gap between {name}" for name in pairs.names),
+            lower=pairs.least(context.margins.leg_gap or 0.0), scale=LENGTH_SCALE,
+        )  # fmt: skip
+
+
+class SwingTilt(Constraint):
+    """Beyond 3.2.3: the swing sole stays level and points ahead, within an angle (its sine).
+
+    A foot upside down or turned about has the same sines; it does not point ahead and left.
     """
-    at = Setting(robot, task, grid)
-    chosen = list(_STANDARD)
-    if task.margins.leg_extension is not None:
-        chosen.append(leg_length)
-    if task.margins.joint_range:
-        chosen.append(joint_range)
-    if task.margins.impulse_cop:
-        chosen.append(impulse_cop)
-    if task.speed_as == "constraint":
-        chosen.append(walking_speed)
-    if task.boundary == "lifted":
-        chosen.append(closure)
-    return tuple(make(at) for make in (*chosen, *switched_on(task.margins)))
+
+    name, equation, unit, words = "swing tilt", "3.2", "rad", "tilt of the swing foot"
+    reads, margins = (quantities.CORNERS,), ("swing_tilt",)
+
+    def block(self, context: ConstraintContext) -> ConstraintBlock:
+        """Return its rows."""
+        limit = context.margins.swing_tilt or 0.0
+        labels = (
+            "swing foot roll", "swing foot pitch", "swing foot yaw",
+            "swing foot pointing ahead", "swing foot upright",
+        )  # fmt: skip
+        return self.over_step(
+            context, Linear(sole_tilt(context.robot.sole.corners)), labels,
+            lower=np.array([-limit, -limit, -limit, 0.0, 0.0]),
+            upper=np.array([limit, limit, limit, FREE, FREE]),
+        )  # fmt: skip
+
+
+CONSTRAINTS: tuple[Constraint, ...] = (
+    JointTorque(), JointSpeed(), Load(), Friction(), CentreOfPressure(), ImpulseUp(),
+    ImpulseFriction(), LiftOff(), Clearance(), Lateral(), KneeFlexion(), LegLength(), JointRange(),
+    ImpulseCentreOfPressure(), WalkingSpeed(), Closure(), TrunkRoll(), TrunkPitch(), TrunkYaw(),
+    TorsionalFriction(), ImpulseTorsion(), LegGap(), SwingTilt(),
+)  # fmt: skip
+"""All built-in constraints, in the order of their rows."""
+
+
+def imposed_limit(own: Array, given: float | None) -> Array:
+    """Return the limits of the joints: the robot's own, or one for all in their place."""
+    return own if given is None else np.full(own.size, given)
+
+
+def _joints(
+    constraint: Constraint, context: ConstraintContext, lower: Array, upper: Array, scale: Array
+) -> ConstraintBlock:
+    """Rows with one entry per joint and instant."""
+    joints = context.robot.joint_names
+    labels = tuple(f"{joint} {constraint.name}" for joint in joints)
+    rows = Entries(slice(0, len(joints)), len(joints))
+    return constraint.over_step(context, rows, labels, lower=lower, upper=upper, scale=scale)
+
+
+def _size(limits: Array) -> Array:
+    """Limits as scales of their rows; a row without a limit may have any scale."""
+    return np.where(np.isfinite(limits), limits, 1.0)
+
+
+def _edge_moments(context: ConstraintContext) -> Array:
+    """Rows that are >= 0 while the centre of pressure (-m_y/f_z, m_x/f_z) is inside the margins."""
+    sole, inside = context.robot.sole, context.margins.cop_margin
+    rows = np.zeros((4, 6))
+    rows[0, [2, 4]] = sole.toe - inside, 1.0
+    rows[1, [2, 4]] = -sole.heel - inside, -1.0
+    rows[2, [2, 3]] = sole.left - inside, -1.0
+    rows[3, [2, 3]] = -sole.right - inside, 1.0
+    return rows

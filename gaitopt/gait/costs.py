@@ -1,68 +1,350 @@
-"""The cost of Eqs. (46) and (47): squared torque per metre walked."""
+"""What a walk is optimised for: the cost of Eqs. (46) and (47), and others that may take its place.
+
+A `Cost` is declared once, with name, unit and words. Nearly every cost is an integral over the step
+per metre walked: subclass `RunningCost` and give the integrand. To add one to those known by name,
+write a class here and list it in `COSTS`; costs of one's own need not stand here: see
+docs/extending.md.
+"""
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
 from dataclasses import dataclass
+from fnmatch import fnmatchcase
 
 import numpy as np
 
-from gaitopt.gait.step import Reads, Step
+from gaitopt.errors import InputError
+from gaitopt.gait import quantities
+from gaitopt.gait.constraint import check_margins, is_finite
+from gaitopt.gait.functions import QuantityFunction, SquaredNorm
+from gaitopt.gait.quantities import TRAVEL, Quantity, typical_entries
+from gaitopt.gait.step import Step
 from gaitopt.nlp import Array
+from gaitopt.robot.model import Robot
+
+Pair = tuple[Quantity, Quantity]
 
 
 @dataclass(frozen=True)
-class TorqueCost:
-    """J = (1 / d) integral of Gamma' Gamma dt, with (47) the term rho (V T - d)².
+class CostContext:
+    """The walk that a cost is made for.
 
     Attributes:
-        weights: of the quadrature for T = 1, shape (N,).
-        speed: V [m/s].
-        penalty: rho [cost / m²]; zero for Eq. (46).
+        robot: the biped.
+        weights: of the quadrature over the step for T = 1, shape (N,).
+        speed: V asked for [m/s].
     """
 
+    robot: Robot
     weights: Array
     speed: float
-    penalty: float = 0.0
+
+
+class CostFunction(ABC):
+    """A cost of one walk, and its derivatives with respect to the quantities it reads."""
+
+    @abstractmethod
+    def value(self, step: Step) -> float:
+        """Return the cost."""
+
+    @abstractmethod
+    def gradient(self, step: Step) -> dict[Quantity, Array]:
+        """Return the derivatives with respect to quantities, each of the quantity's shape."""
+
+    @abstractmethod
+    def hessian(self, step: Step) -> dict[Pair, Array]:
+        """Return second derivatives by pairs of quantities (a, b), each pair once.
+
+        Rows of different instants do not mix: that of a pair has shape (K, entries of a, entries of
+        b). Where b has a single row (`TRAVEL`), it goes with each of the K rows of a.
+        """
+
+
+class Cost(ABC):
+    """A cost; a subclass declares it and makes its function for a walk.
+
+    A subclass with numbers of its own is a frozen dataclass; fields made by `margin` are checked.
+    """
+
+    @property
+    @abstractmethod
+    def name(self) -> str:
+        """Unique: "torque"."""
+
+    @property
+    @abstractmethod
+    def unit(self) -> str:
+        """Unit of its value; this is the one place where it stands."""
+
+    @property
+    @abstractmethod
+    def words(self) -> str:
+        """What a person calls it: "squared torque per metre"."""
+
+    @property
+    @abstractmethod
+    def reads(self) -> tuple[Quantity, ...]:
+        """The quantities it depends on, without `TRAVEL`."""
+
+    def __post_init__(self) -> None:
+        check_margins(self)
+
+    @abstractmethod
+    def function(self, context: CostContext) -> CostFunction:
+        """Return the cost of a walk as a function of its step."""
+
+    @abstractmethod
+    def typical(self, context: CostContext) -> float:
+        """Return about what a good walk costs, by which the problem is scaled; above zero."""
+
+
+class RunningCost(Cost):
+    """J = (1 / d) integral of l dt over a step of length d; a subclass gives the integrand l."""
+
+    @abstractmethod
+    def integrand(self, robot: Robot) -> QuantityFunction:
+        """Return l as a function with one row of the quantities it reads, side by side."""
+
+    def function(self, context: CostContext) -> CostFunction:
+        """Return the integral."""
+        return _Integral(self.integrand(context.robot), self.reads, context.weights)
+
+    def typical(self, context: CostContext) -> float:
+        """Return the cost of typical values of the quantities, see `typical_entries`."""
+        robot = context.robot
+        entries = np.concatenate([typical_entries(one, robot) for one in self.reads])
+        return float(self.integrand(robot).value(entries[None])[0, 0]) / context.speed
+
+
+@dataclass(frozen=True)
+class TorqueCost(RunningCost):
+    """J = (1 / d) integral of Gamma' W Gamma dt, Eq. (46); W is one in the paper.
+
+    Attributes:
+        weights: of joints by patterns of their names, as `{"*_knee": 2.0}`; of several that fit
+            the last one counts, and one where none does. Every joint is in the stance leg in one
+            step and in the swing leg in the next, so the two joints of a pair count with the mean
+            of their weights.
+
+    Raises:
+        InputError: a weight is no number, or negative.
+    """
+
+    name, unit, words = "torque", "N²·m·s", "squared torque per metre"
+    reads = (quantities.TORQUE,)
+    weights: Mapping[str, float] | tuple[tuple[str, float], ...] = ()
+
+    def __post_init__(self) -> None:
+        given = self.weights
+        pairs = tuple(given.items() if isinstance(given, Mapping) else given)
+        for pattern, weight in pairs:
+            if not (is_finite(weight) and weight >= 0.0):
+                raise InputError(
+                    f"the weight of '{pattern}' in the cost is {weight}; it must be a finite "
+                    "number, zero or more"
+                )
+        object.__setattr__(self, "weights", pairs)  # hashable
+
+    def integrand(self, robot: Robot) -> QuantityFunction:
+        """Return the weighted sum of squared torques."""
+        return SquaredNorm(joint_weights(robot, dict(self.weights)))
+
+
+COSTS: tuple[type[Cost], ...] = (TorqueCost,)
+"""The costs that are known by name."""
+
+
+@dataclass(frozen=True)
+class WeightedSum(Cost):
+    """A weighted sum of costs.
+
+    Attributes:
+        terms: costs and their weights.
+
+    Raises:
+        InputError: there are no terms, or a weight is not above zero.
+    """
+
+    terms: tuple[tuple[Cost, float], ...]
+
+    def __post_init__(self) -> None:
+        if not self.terms or not all(is_finite(w) and w > 0.0 for _, w in self.terms):
+            raise InputError("a weighted sum needs costs, with weights above 0")
+
+    @property
+    def name(self) -> str:
+        """The names of its terms."""
+        return " + ".join(f"{weight:g} {cost.name}" for cost, weight in self.terms)
+
+    @property
+    def unit(self) -> str:
+        """The unit of its terms; where they differ, the weights carry units."""
+        units = {cost.unit for cost, _ in self.terms}
+        return units.pop() if len(units) == 1 else "weighted"
+
+    @property
+    def words(self) -> str:
+        """The words of its terms."""
+        return " + ".join(f"{weight:g} * {cost.words}" for cost, weight in self.terms)
+
+    @property
+    def reads(self) -> tuple[Quantity, ...]:
+        """What its terms read."""
+        return tuple(dict.fromkeys(one for cost, _ in self.terms for one in cost.reads))
+
+    def function(self, context: CostContext) -> CostFunction:
+        """Return the sum."""
+        return _Sum(tuple((cost.function(context), weight) for cost, weight in self.terms))
+
+    def typical(self, context: CostContext) -> float:
+        """Return the sum of what is typical."""
+        return sum(weight * cost.typical(context) for cost, weight in self.terms)
+
+
+def cost_function(cost: Cost, context: CostContext, penalty: float) -> CostFunction:
+    """Return a cost with the second term of Eq. (47), penalty * (V T - d)², unless that is zero.
+
+    Args:
+        cost: the first term.
+        context: the walk.
+        penalty: rho [cost / m²].
+    """
+    plain = cost.function(context)
+    if penalty == 0.0:
+        return plain
+    return _Sum(((plain, 1.0), (SpeedPenalty(context.speed), penalty)))
+
+
+def joint_weights(robot: Robot, patterns: Mapping[str, float]) -> Array:
+    """Return the weight of each joint, the mean over each pair of joints, shape (joints,).
+
+    Args:
+        robot: the biped.
+        patterns: weights by patterns of joint names.
+
+    Raises:
+        InputError: a pattern fits no joint, or all weights are zero.
+    """
+    names, weights = robot.joint_names, np.ones(len(robot.joint_names))
+    for pattern, weight in patterns.items():
+        fits = [fnmatchcase(name, pattern) for name in names]
+        if not any(fits):
+            raise InputError(
+                f"the cost weighs '{pattern}', but no joint is called so; there are "
+                f"{', '.join(names)}, and patterns as '*_knee'"
+            )
+        weights[fits] = weight
+    if not weights.any():
+        raise InputError("the cost weighs every joint with zero; give one a weight above 0")
+    return np.asarray(0.5 * (weights + np.abs(robot.mirror) @ weights))
+
+
+@dataclass(frozen=True)
+class SpeedPenalty(CostFunction):
+    """(V T - d)² [m²], the second term of Eq. (47).
+
+    Attributes:
+        speed: V [m/s].
+    """
+
+    speed: float
 
     def value(self, step: Step) -> float:
-        """Return J [N²·m·s]."""
-        effort, d, T = self._effort(step), step.step_length, step.duration
-        return T / d * effort + self.penalty * (self.speed * T - d) ** 2
+        """Return the squared gap."""
+        return (self.speed * step.duration - step.step_length) ** 2
 
-    def slope(self, step: Step) -> dict[Reads, Array]:
-        """Return the derivatives with respect to what the cost reads, Eqs. (50)-(57).
+    def gradient(self, step: Step) -> dict[Quantity, Array]:
+        """Return its derivative in (d, T)."""
+        gap = 2.0 * (self.speed * step.duration - step.step_length)
+        return {TRAVEL: np.array([[-gap, self.speed * gap]])}
 
-        Torque: shape (N, n); travel (d, T): shape (1, 2).
-        """
-        effort, d, T = self._effort(step), step.step_length, step.duration
-        torque = step.read(Reads.TORQUE)
-        gap = 2.0 * self.penalty * (self.speed * T - d)
-        return {
-            Reads.TORQUE: (2.0 * T / d * self.weights)[:, None] * torque,
-            Reads.TRAVEL: np.array([[-T / d**2 * effort - gap, effort / d + self.speed * gap]]),
+    def hessian(self, step: Step) -> dict[Pair, Array]:
+        """Return its second derivative in (d, T)."""
+        del step
+        away = np.array([-1.0, self.speed])
+        return {(TRAVEL, TRAVEL): 2.0 * np.outer(away, away)[None]}
+
+
+@dataclass(frozen=True)
+class _Integral(CostFunction):
+    """(T / d) sum of weights_k l(quantities at instant k)."""
+
+    integrand: QuantityFunction
+    reads: tuple[Quantity, ...]
+    weights: Array
+
+    def value(self, step: Step) -> float:
+        """Return the integral over d."""
+        return step.duration / step.step_length * self._sum(self._entries(step))
+
+    def gradient(self, step: Step) -> dict[Quantity, Array]:
+        """Return the derivatives in the quantities and in (d, T), Eqs. (50)-(57)."""
+        d, T, entries = step.step_length, step.duration, self._entries(step)
+        total = self._sum(entries)
+        by_entry = self.integrand.vjp(entries, (T / d * self.weights)[:, None])
+        found = {one: by_entry[:, part] for one, part in self._parts(step)}
+        return found | {TRAVEL: np.array([[-T / d**2 * total, total / d]])}
+
+    def hessian(self, step: Step) -> dict[Pair, Array]:
+        """Return the second derivatives in the quantities, in (d, T), and mixed."""
+        d, T, entries = step.step_length, step.duration, self._entries(step)
+        total = self._sum(entries)
+        corner = -total / d**2
+        found: dict[Pair, Array] = {
+            (TRAVEL, TRAVEL): np.array([[[2.0 * T / d**3 * total, corner], [corner, 0.0]]])
         }
+        by_entry = self.integrand.vjp(entries, self.weights[:, None])
+        mixed = by_entry[:, :, None] * np.array([-T / d**2, 1.0 / d])
+        second = self.integrand.hessian(entries, (T / d * self.weights)[:, None])
+        parts = self._parts(step)
+        for i, (one, rows) in enumerate(parts):
+            found[one, TRAVEL] = mixed[:, rows]
+            if second is not None:
+                found |= {(one, other): second[:, rows, columns] for other, columns in parts[i:]}
+        return found
 
-    def torque_curvature(self, step: Step) -> Array:
-        """Return the second derivative with respect to each torque, shape (N,)."""
-        return 2.0 * step.duration / step.step_length * self.weights
+    def _sum(self, entries: Array) -> float:
+        return float(self.weights @ self.integrand.value(entries)[:, 0])
 
-    def travel_curvature(self, step: Step) -> Array:
-        """Return the second derivative with respect to (d, T), shape (2, 2)."""
-        effort, d, T = self._effort(step), step.step_length, step.duration
-        V, rho = self.speed, self.penalty
-        return np.array(
-            [
-                [2.0 * T / d**3 * effort + 2.0 * rho, -effort / d**2 - 2.0 * rho * V],
-                [-effort / d**2 - 2.0 * rho * V, 2.0 * rho * V**2],
-            ]
-        )
+    def _entries(self, step: Step) -> Array:
+        values = [step.read(one) for one in self.reads]
+        return values[0] if len(values) == 1 else np.concatenate(values, axis=1)
 
-    def mixed_curvature(self, step: Step) -> tuple[Array, Array]:
-        """Return d²J / d(torque) d(d, T) as d(Gamma'Gamma integral) (N, n) and d(T/d) (2,)."""
-        d, T = step.step_length, step.duration
-        torque = step.read(Reads.TORQUE)
-        return 2.0 * self.weights[:, None] * torque, np.array([-T / d**2, 1.0 / d])
+    def _parts(self, step: Step) -> list[tuple[Quantity, slice]]:
+        ends = np.cumsum([step.read(one).shape[1] for one in self.reads])
+        return [
+            (one, slice(end - step.read(one).shape[1], end))
+            for one, end in zip(self.reads, ends, strict=True)
+        ]
 
-    def _effort(self, step: Step) -> float:
-        """Integral of Gamma' Gamma for T = 1."""
-        return float(self.weights @ (step.read(Reads.TORQUE) ** 2).sum(axis=1))
+
+@dataclass(frozen=True)
+class _Sum(CostFunction):
+    """Weighted sum of cost functions."""
+
+    terms: tuple[tuple[CostFunction, float], ...]
+
+    def value(self, step: Step) -> float:
+        """Return the sum."""
+        return sum(weight * term.value(step) for term, weight in self.terms)
+
+    def gradient(self, step: Step) -> dict[Quantity, Array]:
+        """Return the sum of the gradients."""
+        found: dict[Quantity, Array] = {}
+        for term, weight in self.terms:
+            for one, gradient in term.gradient(step).items():
+                found[one] = found.get(one, 0.0) + weight * gradient
+        return found
+
+    def hessian(self, step: Step) -> dict[Pair, Array]:
+        """Return the sum of the second derivatives."""
+        found: dict[Pair, Array] = {}
+        for term, weight in self.terms:
+            for pair, hessian in term.hessian(step).items():
+                a, b = pair
+                if (b, a) in found and a is not b:
+                    pair, hessian = (b, a), hessian.swapaxes(1, 2)
+                found[pair] = found.get(pair, 0.0) + weight * hessian
+        return found

@@ -10,7 +10,8 @@ import math
 
 import numpy as np
 
-from gaitopt.gait.task import Margins, Task, preset_task
+from gaitopt.gait.constraints import Margins
+from gaitopt.gait.task import Task, preset_task
 from gaitopt.mechanics.forward_kinematics import turning_arm
 from gaitopt.robot.model import Robot
 

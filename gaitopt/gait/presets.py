@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from gaitopt.errors import InputError
 from gaitopt.gait import task as bipeds
+from gaitopt.gait.constraints import Margins
 from gaitopt.gait.humanoid import TRUNK, humanoid_task
-from gaitopt.gait.task import Margins, Task
+from gaitopt.gait.task import Task
 from gaitopt.robot.generated import is_generated
 from gaitopt.robot.model import Robot
 

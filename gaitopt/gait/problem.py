@@ -6,9 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gaitopt.gait.constraints import families
-from gaitopt.gait.costs import TorqueCost
-from gaitopt.gait.families import Family
+from gaitopt.errors import InputError
+from gaitopt.gait.constraint import ConstraintBlock, ConstraintContext
+from gaitopt.gait.constraints import CONSTRAINTS
+from gaitopt.gait.costs import CostContext, cost_function
 from gaitopt.gait.grid import Grid, uniform_grid
 from gaitopt.gait.parameters import (
     FOOT_SPACING,
@@ -17,14 +18,12 @@ from gaitopt.gait.parameters import (
     Quantity,
     set_quantities,
 )
-from gaitopt.gait.step import Reads, Step, StepSlope
+from gaitopt.gait.step import Step, StepSlope
 from gaitopt.gait.step_hessian import StepWeights, step_hessian
 from gaitopt.gait.step_model import StepModel
 from gaitopt.gait.task import Task
 from gaitopt.nlp import NLP, Array, Point, Rows, Values, Variables
 from gaitopt.robot.model import Robot
-
-_TYPICAL_EFFORT = 200.0  # cost of a good walk in units of (m g L)² T / d / 200; measured
 
 
 @dataclass(frozen=True)
@@ -32,12 +31,12 @@ class RowAddress:
     """Where one row of the program comes from.
 
     Attributes:
-        family: the family.
-        instant: index into the family's instants.
+        block: the rows of its constraint.
+        instant: index into the block's instants.
         entry: which of its labels.
     """
 
-    family: Family
+    block: ConstraintBlock
     instant: int
     entry: int
 
@@ -53,23 +52,25 @@ class WalkProblem(NLP):
         self.robot, self.task = robot, task
         self.grid = grid or uniform_grid(task.samples, task.quadrature)
         self.layout = walk_layout(robot, task)
-        self.families = families(robot, task, self.grid)
-        self.model = StepModel(robot, self.layout, self.grid, {f.reads for f in self.families})
+        self.blocks = constraint_blocks(robot, task, self.grid)
+        context = CostContext(robot, self.grid.weights, task.speed)
         penalty = task.penalty_weight if task.speed_as == "penalty" else 0.0
-        self.cost = TorqueCost(self.grid.weights, task.speed, penalty)
+        self.cost = cost_function(task.cost, context, penalty)
+        self.cost_scale = 1.0 / task.cost.typical(context)
         self.has_hessian = True
-        self.cost_scale = cost_scale(robot, task)
+        read = {one for block in self.blocks for one in block.reads} | {*task.cost.reads}
+        self.model = StepModel(robot, self.layout, self.grid, read)
         lower, upper = self.layout.bounds()
         self.variables = Variables(self.layout.names, lower, upper, self.layout.scale())
         self.rows = Rows(
-            np.concatenate([(f.lower / f.scale).ravel() for f in self.families]),
-            np.concatenate([(f.upper / f.scale).ravel() for f in self.families]),
+            np.concatenate([(b.lower / b.scale).ravel() for b in self.blocks]),
+            np.concatenate([(b.upper / b.scale).ravel() for b in self.blocks]),
         )
         self._row_scales = np.concatenate(
-            [np.broadcast_to(f.scale, f.lower.shape).ravel() for f in self.families]
+            [np.broadcast_to(b.scale, b.lower.shape).ravel() for b in self.blocks]
         )
-        ends = np.cumsum([f.size for f in self.families])
-        self._slices = [slice(e - f.size, e) for e, f in zip(ends, self.families, strict=True)]
+        ends = np.cumsum([b.size for b in self.blocks])
+        self._slices = [slice(e - b.size, e) for e, b in zip(ends, self.blocks, strict=True)]
         self._last_step: Step | None = None
         self._last_slope: tuple[Step, StepSlope] | None = None
 
@@ -102,79 +103,95 @@ class WalkProblem(NLP):
         """Return cost, scaled rows and their exact derivatives at x."""
         step, slope = self.slope(x)
         gradient = np.zeros(self.layout.size)
-        for what, weight in self.cost.slope(step).items():
-            gradient += (weight[:, None] @ slope.reads[what]).sum(axis=(0, 1))
+        for one, weight in self.cost.gradient(step).items():
+            gradient += (weight[:, None] @ slope.reads[one]).sum(axis=(0, 1))
         jacobian = np.empty((self.rows.lower.size, self.layout.size))
-        for family, rows in zip(self.families, self._slices, strict=True):
-            quantity = family.take(step.read(family.reads))
-            block = family.rows.jacobian(quantity, family.take(slope.reads[family.reads]))
-            out = jacobian[rows].reshape(block.shape)
-            np.multiply(block, family.per_unit, out=out)
+        for block, rows in zip(self.blocks, self._slices, strict=True):
+            found = block.function.chained(block.take(step.values), block.take(slope.reads))
+            out = jacobian[rows].reshape(found.shape)
+            np.multiply(found, block.per_unit, out=out)
         return Point(step.x, self.cost.value(step), self._row_values(step), gradient, jacobian)
 
     def hessian(self, x: Array, multipliers: Array, cost_weight: float) -> Array:
         """Return the exact Hessian of cost_weight * cost + multipliers . rows."""
         step, slope = self.slope(x)
         weights = StepWeights.zero(step)
-        for what, weight in self.cost.slope(step).items():
-            weights.first[what] += cost_weight * weight
         weighed = multipliers / self._row_scales
-        for family, rows in zip(self.families, self._slices, strict=True):
-            y = weighed[rows].reshape(family.lower.shape)
-            if not y.any():
-                continue
-            quantity = family.take(step.read(family.reads))
-            weights.first[family.reads][family.where] += family.rows.pull(quantity, y)
-            bend = family.rows.curvature(quantity, y)
-            if bend is not None:
-                weights.bend(family.reads, family.where, bend)
-        self._add_cost_curvature(step, weights, cost_weight)
-        H = step_hessian(self.model, step, slope, weights)
-        return H + cost_weight * self._coupling(step, slope)
+        for block, rows in zip(self.blocks, self._slices, strict=True):
+            y = weighed[rows].reshape(block.lower.shape)
+            if y.any():
+                entries = block.take(step.values)
+                weights.add(
+                    block.reads, block.where,
+                    block.function.vjp(entries, y), block.function.hessian(entries, y),
+                )  # fmt: skip
+        if cost_weight != 0.0:
+            for one, first in self.cost.gradient(step).items():
+                weights.first[one] += cost_weight * first
+            for pair, second in self.cost.hessian(step).items():
+                weights.add_second(pair, slice(None), cost_weight * second)
+        return step_hessian(self.model, step, slope, weights)
 
     def describe(self, row: int) -> str:
         """Name a row: "right_knee torque at 80.0 % of the step"."""
         at = self.address(row)
-        label = at.family.labels[at.entry]
-        if at.family.reads is Reads.LEGS:
-            return f"{('stance', 'swing')[at.instant]} leg {label}"
-        if at.family.reads is Reads.GAPS:
-            return f"{('pelvis', 'swing sole')[at.instant]} {label}"
-        if at.family.times is None:
-            return label
-        return f"{label} at {100.0 * at.family.times[at.instant]:.1f} % of the step"
+        return at.block.describe(at.instant, at.entry)
 
     def address(self, row: int) -> RowAddress:
         """Return where a row comes from."""
-        for family, rows in zip(self.families, self._slices, strict=True):
+        for block, rows in zip(self.blocks, self._slices, strict=True):
             if row < rows.stop:
-                instant, entry = divmod(row - rows.start, family.lower.shape[1])
-                return RowAddress(family, instant, entry)
+                instant, entry = divmod(row - rows.start, block.lower.shape[1])
+                return RowAddress(block, instant, entry)
         raise IndexError(f"row {row} of {self.rows.lower.size}")
 
-    def family_rows(self, name: str) -> slice:
-        """Return the rows of the family of a given name."""
-        index = [f.name for f in self.families].index(name)
+    def rows_of(self, name: str) -> slice:
+        """Return the rows of the constraint of a given name."""
+        index = [b.name for b in self.blocks].index(name)
         return self._slices[index]
 
     def _row_values(self, step: Step) -> Array:
-        values = (f.rows.value(f.take(step.read(f.reads))).ravel() for f in self.families)
+        values = (b.function.value(b.take(step.values)).ravel() for b in self.blocks)
         return np.asarray(np.concatenate(list(values)) / self._row_scales)
 
-    def _add_cost_curvature(self, step: Step, weights: StepWeights, cost_weight: float) -> None:
-        diagonal = cost_weight * self.cost.torque_curvature(step)
-        weights.bend(
-            Reads.TORQUE, slice(None), diagonal[:, None, None] * np.eye(self.layout.joints)
-        )
-        weights.bend(Reads.TRAVEL, slice(None), cost_weight * self.cost.travel_curvature(step))
 
-    def _coupling(self, step: Step, slope: StepSlope) -> Array:
-        """The cost's mixed second derivatives in torque and travel."""
-        effort, travel = self.cost.mixed_curvature(step)
-        d_effort = (effort[:, None] @ slope.reads[Reads.TORQUE]).sum(axis=(0, 1))
-        d_travel = travel @ slope.reads[Reads.TRAVEL][0]
-        mixed = np.outer(d_effort, d_travel)
-        return mixed + mixed.T
+def constraint_blocks(robot: Robot, task: Task, grid: Grid) -> tuple[ConstraintBlock, ...]:
+    """Return the rows of every constraint that a task asks for, its own ones last.
+
+    Raises:
+        InputError: the rows of a constraint of the task's own do not fit together.
+    """
+    context = ConstraintContext(
+        robot, grid, task.margins, task.speed, task.duration, task.speed_as, task.boundary
+    )
+    built_in = [one.block(context) for one in CONSTRAINTS if one.asked(context)]
+    own = [_checked(one.block(context), robot) for one in task.constraints if one.asked(context)]
+    return (*built_in, *own)
+
+
+def _checked(block: ConstraintBlock, robot: Robot) -> ConstraintBlock:
+    """Return the rows of a constraint of one's own if they fit together."""
+    where = f"the constraint '{block.name}'"
+    rows = {one.rows for one in block.reads}
+    if len(rows) != 1:
+        raise InputError(f"{where} reads quantities with different rows: {block.reads}")
+    width = sum(len(one.labels(robot)) for one in block.reads)
+    shape = (len(block.instants), len(block.labels))
+    entries = np.ones((1, width))
+    try:
+        found = block.function.value(entries).shape
+    except (ValueError, IndexError, TypeError) as error:
+        raise InputError(f"{where} cannot be evaluated at {width} entries: {error}") from error
+    if found != (1, shape[1]):
+        raise InputError(
+            f"{where} has {shape[1]} labels, but its function returns shape {found} for one "
+            f"instant of {width} entries; return (1, {shape[1]})"
+        )
+    if not shape == block.lower.shape == block.upper.shape:
+        raise InputError(f"the limits of {where} have shapes other than {shape}")
+    if not (np.isfinite(block.scale).all() and (block.scale > 0.0).all()):
+        raise InputError(f"the scale of {where} is {block.scale}; it must be above 0")
+    return block
 
 
 def walk_layout(robot: Robot, task: Task) -> Layout:
@@ -196,14 +213,3 @@ def _within_step_width(
     if robot.legs.side > 0.0:
         return set_quantities(table, {"foot_spacing": {"upper": min(spacing.upper, width)}})
     return set_quantities(table, {"foot_spacing": {"lower": max(spacing.lower, -width)}})
-
-
-def cost_scale(robot: Robot, task: Task) -> float:
-    """Return the factor that makes the cost of a walk of order one.
-
-    A stance leg that holds a small part of m g L for the time T / d per metre costs about
-    (m g L)² T / d / 200.
-    """
-    weight = robot.mass * float(np.linalg.norm(robot.model.gravity.linear))
-    typical = (weight * robot.legs.reach) ** 2 * task.duration / task.step_length
-    return _TYPICAL_EFFORT / typical

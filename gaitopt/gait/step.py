@@ -9,14 +9,15 @@ from __future__ import annotations
 
 from collections.abc import Collection
 from dataclasses import dataclass
-from enum import Enum
 from functools import cached_property
 
 import numpy as np
 
 from gaitopt.errors import EvaluationError
+from gaitopt.gait import quantities
 from gaitopt.gait.double_support import Posture, PostureSlope
 from gaitopt.gait.parameters import DURATION, FOOT_YAW, STEP_LENGTH
+from gaitopt.gait.quantities import Quantity
 from gaitopt.mechanics.forward_kinematics import Bodies, Placements
 from gaitopt.mechanics.impact import ImpactSlope, ImpactState
 from gaitopt.mechanics.leg_distance import LegGaps, leg_pairs
@@ -24,26 +25,6 @@ from gaitopt.mechanics.single_support import SupportSlope, SupportState
 from gaitopt.mechanics.trunk import ROLL, YAW, Reading, ReadingSlope, Trunk
 from gaitopt.nlp import Array
 from gaitopt.robot.model import Robot
-
-
-class Reads(Enum):
-    """What a constraint or a cost may look at; the comments say how much of it there is."""
-
-    TORQUE = "torque"  # at each instant (n) [N.m]
-    WRENCH = "wrench"  # at each instant (6): ground force and moment in the stance sole [N, N.m]
-    CORNERS = "corners"  # at each instant (12): corners of the swing sole, x y z each [m]
-    ANGLES = "angles"  # at each instant (n) [rad]
-    RATES = "rates"  # at each instant (n) [rad/s]
-    IMPULSE = "impulse"  # once (6): of the ground on the landing foot [N.s, N.m.s]
-    SOLE_TWIST = "sole_twist"  # once (6): old stance sole after the impact [m/s, rad/s]
-    LEGS = "legs"  # two legs (3): ankle to hip in double support [m]
-    GAPS = "gaps"  # two loops (6) in the lifted form, else none: pelvis, swing sole [m, 1]
-    TRAVEL = "travel"  # once (2): step length [m], duration [s]
-    TRUNK = "trunk"  # at each instant (3), if asked for: roll, pitch, yaw of the trunk [rad]
-    LEG_GAPS = "leg_gaps"  # at each instant (pairs), if asked for: between bodies of the legs [m]
-
-    # Members are single objects; Enum's own hash, in Python, is a twentieth of an evaluation.
-    __hash__ = object.__hash__
 
 
 @dataclass(frozen=True)
@@ -72,7 +53,7 @@ class Step:
     coefficients: Array
     motion: Array
     support: SupportState
-    optional: dict[Reads, Array]
+    optional: dict[Quantity, Array]
 
     @property
     def duration(self) -> float:
@@ -84,24 +65,25 @@ class Step:
         """Distance d walked in one step [m]."""
         return float(self.geometry[STEP_LENGTH])
 
-    def read(self, what: Reads) -> Array:
+    def read(self, what: Quantity) -> Array:
         """Return a quantity, one row per instant (or leg), shape (K, entries)."""
-        return self._readings[what]
+        return self.values[what]
 
     @cached_property
-    def _readings(self) -> dict[Reads, Array]:
+    def values(self) -> dict[Quantity, Array]:
+        """Every quantity, see `read`."""
         effort, corners = self.support.effort, self.support.corners
         return {
-            Reads.TORQUE: effort[:, 6:],
-            Reads.WRENCH: effort[:, :6],
-            Reads.CORNERS: corners.reshape(len(corners), -1),
-            Reads.ANGLES: self.motion[0],
-            Reads.RATES: self.motion[1],
-            Reads.IMPULSE: self.impact.impulse[None],
-            Reads.SOLE_TWIST: self.impact.sole_twist[None],
-            Reads.LEGS: self.posture.legs,
-            Reads.GAPS: self.posture.gaps,
-            Reads.TRAVEL: self.geometry[None, [STEP_LENGTH, DURATION]],
+            quantities.TORQUE: effort[:, 6:],
+            quantities.WRENCH: effort[:, :6],
+            quantities.CORNERS: corners.reshape(len(corners), -1),
+            quantities.ANGLES: self.motion[0],
+            quantities.RATES: self.motion[1],
+            quantities.IMPULSE: self.impact.impulse[None],
+            quantities.SOLE_TWIST: self.impact.sole_twist[None],
+            quantities.LEGS: self.posture.legs,
+            quantities.GAPS: self.posture.gaps,
+            quantities.TRAVEL: self.geometry[None, [STEP_LENGTH, DURATION]],
             **self.optional,
         }
 
@@ -120,45 +102,45 @@ class StepSlope:
     posture: PostureSlope
     impact: ImpactSlope
     support: SupportSlope
-    optional: dict[Reads, ReadingSlope]
+    optional: dict[Quantity, ReadingSlope]
     coefficients: Array
     motion: Array
-    reads: dict[Reads, Array]
+    reads: dict[Quantity, Array]
 
 
-OPTIONAL = (Reads.TRUNK, Reads.LEG_GAPS)
+OPTIONAL = (quantities.TRUNK, quantities.LEG_GAPS)
 _HEADING = 0.5  # of the foot yaw: the direction of travel in the stance sole's axes
 
 
 class Readings:
-    """Reads the optional quantities that were asked for; the others have no entries."""
+    """Quantity the optional quantities that were asked for; the others have no entries."""
 
-    def __init__(self, robot: Robot, asked: Collection[Reads] = ()) -> None:
-        self._read: dict[Reads, Reading] = {}
-        if Reads.TRUNK in asked:
-            self._read[Reads.TRUNK] = Trunk(robot)
-        if Reads.LEG_GAPS in asked:
-            self._read[Reads.LEG_GAPS] = LegGaps(robot.tree, leg_pairs(robot).kept)
+    def __init__(self, robot: Robot, asked: Collection[Quantity] = ()) -> None:
+        self._read: dict[Quantity, Reading] = {}
+        if quantities.TRUNK in asked:
+            self._read[quantities.TRUNK] = Trunk(robot)
+        if quantities.LEG_GAPS in asked:
+            self._read[quantities.LEG_GAPS] = LegGaps(robot.tree, leg_pairs(robot).kept)
         self._bodies = Bodies(robot.model) if self._read else None
 
     def placed(self, q: Array) -> Placements | None:
         """Return the bodies at postures q (N, n), if anything is read off them."""
         return None if self._bodies is None else self._bodies.placed(q)
 
-    def values(self, placed: Placements | None) -> dict[Reads, Array]:
+    def values(self, placed: Placements | None) -> dict[Quantity, Array]:
         """Return what is read off the bodies, of those asked for, shape (N, entries)."""
         if placed is None:
             return {}
         return {what: reading.value(placed) for what, reading in self._read.items()}
 
-    def slopes(self, placed: Placements | None, axes: Array) -> dict[Reads, ReadingSlope]:
+    def slopes(self, placed: Placements | None, axes: Array) -> dict[Quantity, ReadingSlope]:
         """Return the local derivatives of those asked for, from joint axes (N, n, 6)."""
         if placed is None:
             return {}
         return {what: reading.slope(placed, axes) for what, reading in self._read.items()}
 
 
-def completed(values: dict[Reads, Array], geometry: Array, count: int) -> dict[Reads, Array]:
+def completed(values: dict[Quantity, Array], geometry: Array, count: int) -> dict[Quantity, Array]:
     """Return the optional quantities, shape (N, entries), entries = 0 unless asked for.
 
     Args:
@@ -169,18 +151,19 @@ def completed(values: dict[Reads, Array], geometry: Array, count: int) -> dict[R
     Raises:
         EvaluationError: the trunk is upside down at some instant.
     """
-    if Reads.TRUNK in values and np.abs(values[Reads.TRUNK][:, ROLL]).max(initial=0.0) > np.pi / 2:
+    trunk = values.get(quantities.TRUNK)
+    if trunk is not None and np.abs(trunk[:, ROLL]).max(initial=0.0) > np.pi / 2:
         raise EvaluationError("the trunk is upside down")  # its pitch then reads as if it were not
     found = {what: np.zeros((count, 0)) for what in OPTIONAL} | values
-    if Reads.TRUNK in values:
-        found[Reads.TRUNK] = values[Reads.TRUNK].copy()
-        found[Reads.TRUNK][:, YAW] -= _HEADING * geometry[FOOT_YAW]
+    if quantities.TRUNK in values:
+        found[quantities.TRUNK] = values[quantities.TRUNK].copy()
+        found[quantities.TRUNK][:, YAW] -= _HEADING * geometry[FOOT_YAW]
     return found
 
 
 def chained(
-    slopes: dict[Reads, ReadingSlope], motion: Array, foot_yaw: int | None
-) -> dict[Reads, Array]:
+    slopes: dict[Quantity, ReadingSlope], motion: Array, foot_yaw: int | None
+) -> dict[Quantity, Array]:
     """Return the derivatives of the optional quantities in x, shape (N, entries, P).
 
     Args:
@@ -190,6 +173,6 @@ def chained(
     """
     found = {what: np.zeros((len(motion), 0, motion.shape[2])) for what in OPTIONAL}
     found |= {what: slope.jacobian @ motion for what, slope in slopes.items()}
-    if foot_yaw is not None and Reads.TRUNK in slopes:
-        found[Reads.TRUNK][:, YAW, foot_yaw] -= _HEADING
+    if foot_yaw is not None and quantities.TRUNK in slopes:
+        found[quantities.TRUNK][:, YAW, foot_yaw] -= _HEADING
     return found

@@ -12,8 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from gaitopt.gait import quantities
 from gaitopt.gait.parameters import DURATION
-from gaitopt.gait.step import Reads, Step, StepSlope
+from gaitopt.gait.quantities import Quantity
+from gaitopt.gait.step import Step, StepSlope
 from gaitopt.gait.step_model import StepModel
 from gaitopt.mechanics.forward_kinematics import corner_curvature
 from gaitopt.mechanics.impact import WeightedImpact
@@ -22,7 +24,7 @@ from gaitopt.nlp import Array
 
 Indices = NDArray[np.int_]
 
-_EFFORT = {Reads.WRENCH: slice(6), Reads.TORQUE: slice(6, None)}
+_EFFORT = {quantities.WRENCH: slice(6), quantities.TORQUE: slice(6, None)}
 """Entries of the effort that are bent at each instant, in (q, dq, ddq): cheaper than in x."""
 
 
@@ -32,29 +34,56 @@ class StepWeights:
 
     Attributes:
         first: of each quantity, shape (K, entries).
-        second: of the quantities that have some, shape (K, entries, entries).
+        second: of the pairs of quantities (a, b) that have some, each pair once, shape (K, entries
+            of a, entries of b); where b has a single row, it goes with each of the K rows of a.
     """
 
-    first: dict[Reads, Array]
-    second: dict[Reads, Array]
+    first: dict[Quantity, Array]
+    second: dict[tuple[Quantity, Quantity], Array]
 
     @classmethod
     def zero(cls, step: Step) -> StepWeights:
-        """Return zero weights of a step; a quantity without second ones has no entry there."""
-        return cls({what: np.zeros(step.read(what).shape) for what in Reads}, {})
+        """Return zero weights of a step; a pair without second ones has no entry there."""
+        return cls({one: np.zeros(step.read(one).shape) for one in quantities.ALL}, {})
 
-    def bend(self, what: Reads, instants: Indices | slice, second: Array) -> None:
-        """Add second derivatives (k, entries, entries) at some of a quantity's rows."""
-        if what not in self.second:
-            count, entries = self.first[what].shape
-            self.second[what] = np.zeros((count, entries, entries))
-        self.second[what][instants] += second
+    def add(
+        self, reads: tuple[Quantity, ...], rows: Indices | slice, first: Array, second: Array | None
+    ) -> None:
+        """Add the derivatives of a function of several quantities side by side.
+
+        Args:
+            reads: the quantities.
+            rows: of each of them.
+            first: shape (k, entries of all).
+            second: shape (k, entries of all, entries of all), None for zero.
+        """
+        ends = np.cumsum([self.first[one].shape[1] for one in reads])
+        parts = [
+            slice(end - self.first[one].shape[1], end) for one, end in zip(reads, ends, strict=True)
+        ]
+        for i, one in enumerate(reads):
+            self.first[one][rows] += first[:, parts[i]]
+            if second is not None:
+                for other, columns in zip(reads[i:], parts[i:], strict=True):
+                    self.add_second((one, other), rows, second[:, parts[i], columns])
+
+    def add_second(
+        self, pair: tuple[Quantity, Quantity], rows: Indices | slice, second: Array
+    ) -> None:
+        """Add second derivatives (k, entries of a, entries of b) of a pair at some rows of a."""
+        a, b = pair
+        if (b, a) in self.second and a is not b:
+            pair, (a, b), second = (b, a), (b, a), second.swapaxes(1, 2)
+        if pair not in self.second:
+            count, entries = self.first[a].shape
+            self.second[pair] = np.zeros((count, entries, self.first[b].shape[1]))
+        self.second[pair][rows] += second
 
 
 def step_hessian(model: StepModel, step: Step, slope: StepSlope, weights: StepWeights) -> Array:
     """Return the Hessian in x of the function that `weights` differentiates, shape (P, P)."""
     first = weights.first
-    effort = np.concatenate([first[Reads.WRENCH], first[Reads.TORQUE]], axis=1)
+    effort = np.concatenate([first[quantities.WRENCH], first[quantities.TORQUE]], axis=1)
     pull = _pull(slope, weights, effort)
     q_weights, impact = _reached(model, step, slope, weights, pull)
     # The impact's single posture costs little more in one sweep with the others than nothing.
@@ -63,13 +92,16 @@ def step_hessian(model: StepModel, step: Step, slope: StepSlope, weights: StepWe
     motion = slope.motion
     size = motion.shape[2]
     H = motion.reshape(-1, size).T @ (local @ motion).reshape(-1, size)
-    for what in weights.second.keys() - _EFFORT.keys():
-        jac = slope.reads[what]
-        H += (jac.swapaxes(1, 2) @ weights.second[what] @ jac).sum(axis=0)
+    for (a, b), second in weights.second.items():
+        if a is b and a in _EFFORT:
+            continue
+        left, right = slope.reads[a].swapaxes(1, 2) @ second, slope.reads[b]
+        by_b = left.sum(axis=0) @ right[0] if len(right) == 1 else (left @ right).sum(axis=0)
+        H += by_b if a is b else by_b + by_b.T
     inputs = np.concatenate([slope.coefficients[-3], slope.coefficients[-1]])
     H += inputs.T @ impact.hessian(curvature.at(slice(-1, None))) @ inputs
     posture = model.boundary.curvature(
-        step.posture, slope.posture, q_weights, first[Reads.LEGS], first[Reads.GAPS]
+        step.posture, slope.posture, q_weights, first[quantities.LEGS], first[quantities.GAPS]
     )
     own, boundary = model.layout.boundary_columns, model.layout.boundary
     H[boundary, boundary] += posture[np.ix_(own, own)]
@@ -85,8 +117,8 @@ def _pull(slope: StepSlope, weights: StepWeights, effort: Array) -> Array:
     n = support.tree.size
     corners = support.corners.reshape(len(effort), -1, n)
     pull = (effort[:, None] @ support.effort)[:, 0]
-    pull[:, :n] += (first[Reads.CORNERS][:, None] @ corners)[:, 0] + first[Reads.ANGLES]
-    pull[:, n : 2 * n] += first[Reads.RATES]
+    pull[:, :n] += (first[quantities.CORNERS][:, None] @ corners)[:, 0] + first[quantities.ANGLES]
+    pull[:, n : 2 * n] += first[quantities.RATES]
     for what, reading in slope.optional.items():
         pull[:, :n] += (first[what][:, None] @ reading.jacobian)[:, 0]
     return np.asarray(pull)
@@ -98,11 +130,11 @@ def _local(slope: StepSlope, weights: StepWeights, torque: TorqueCurvature) -> A
     count, n = len(support.effort), support.tree.size
     q, dq, ddq = slice(n), slice(n, 2 * n), slice(2 * n, None)
     bent = np.zeros(support.effort.shape)
-    for what, rows in _EFFORT.items():
-        if what in second:
-            np.matmul(second[what], support.effort[:, rows], out=bent[:, rows])
+    for one, rows in _EFFORT.items():
+        if (one, one) in second:
+            np.matmul(second[one, one], support.effort[:, rows], out=bent[:, rows])
     local = support.effort.swapaxes(1, 2) @ bent
-    corners = first[Reads.CORNERS].reshape(count, 4, 3)
+    corners = first[quantities.CORNERS].reshape(count, 4, 3)
     local[:, q, q] += torque.qq + corner_curvature(support.axes, support.corners, corners)
     local[:, q, dq] += torque.qv
     local[:, dq, q] += torque.qv.swapaxes(1, 2)
@@ -123,7 +155,7 @@ def _reached(
     by_sample = pull.reshape(-1, model.layout.joints)
     on_coefficients = model.basis.at(step.duration).reshape(-1, width).T @ by_sample
     after = np.concatenate(
-        [first[Reads.SOLE_TWIST][0], E.T @ on_coefficients[-2], first[Reads.IMPULSE][0]]
+        [first[quantities.SOLE_TWIST][0], E.T @ on_coefficients[-2], first[quantities.IMPULSE][0]]
     )
     q_weights = on_coefficients[0] + E.T @ (on_coefficients[-3] + slope.impact.posture.T @ after)
     impact = model.impact.weighted(step.q_end, step.rate_before, step.impact, slope.impact, after)

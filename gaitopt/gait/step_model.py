@@ -13,6 +13,7 @@ from collections.abc import Collection
 import numpy as np
 
 from gaitopt.errors import EvaluationError
+from gaitopt.gait import quantities
 from gaitopt.gait.double_support import (
     Boundary,
     ClosedBoundary,
@@ -22,8 +23,9 @@ from gaitopt.gait.double_support import (
 )
 from gaitopt.gait.grid import Grid
 from gaitopt.gait.parameters import DURATION, STEP_LENGTH, Layout
+from gaitopt.gait.quantities import Quantity
 from gaitopt.gait.spline import spline_basis
-from gaitopt.gait.step import Readings, Reads, Step, StepSlope, chained, completed
+from gaitopt.gait.step import Readings, Step, StepSlope, chained, completed
 from gaitopt.mechanics.cached_workspace import kept
 from gaitopt.mechanics.impact import Impact, ImpactSlope
 from gaitopt.mechanics.single_support import SingleSupport, SupportSlope
@@ -36,7 +38,7 @@ class StepModel:
     """Evaluates steps of one robot on one grid; every result is a pure function of x."""
 
     def __init__(
-        self, robot: Robot, layout: Layout, grid: Grid, optional: Collection[Reads] = ()
+        self, robot: Robot, layout: Layout, grid: Grid, optional: Collection[Quantity] = ()
     ) -> None:
         """Prepare what does not depend on x.
 
@@ -139,7 +141,7 @@ class StepModel:
         posture: PostureSlope,
         impact: ImpactSlope,
         support: SupportSlope,
-        optional: dict[Reads, ReadingSlope],
+        optional: dict[Quantity, ReadingSlope],
     ) -> StepSlope:
         size, own, n = self.layout.size, self.layout.boundary_columns, self.layout.joints
         q_start = np.zeros((n, size))
@@ -163,16 +165,16 @@ class StepModel:
         angles = motion[:, :n]
         corners = support.corners.reshape(len(motion), -1, n) @ angles
         reads = {
-            Reads.TORQUE: effort[:, 6:],
-            Reads.WRENCH: effort[:, :6],
-            Reads.CORNERS: corners,
-            Reads.ANGLES: angles,
-            Reads.RATES: motion[:, n : 2 * n],
-            Reads.IMPULSE: after[None, -6:],
-            Reads.SOLE_TWIST: after[None, :6],
-            Reads.LEGS: legs,
-            Reads.GAPS: gaps,
-            Reads.TRAVEL: travel,
+            quantities.TORQUE: effort[:, 6:],
+            quantities.WRENCH: effort[:, :6],
+            quantities.CORNERS: corners,
+            quantities.ANGLES: angles,
+            quantities.RATES: motion[:, n : 2 * n],
+            quantities.IMPULSE: after[None, -6:],
+            quantities.SOLE_TWIST: after[None, :6],
+            quantities.LEGS: legs,
+            quantities.GAPS: gaps,
+            quantities.TRAVEL: travel,
             **chained(optional, angles, self.layout.index("foot_yaw")),
         }
         return StepSlope(posture, impact, support, optional, coefficients, motion, reads)

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass, field, fields
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields, replace
+from typing import Any
 
 from gaitopt.bounds import POSTURES, at_most, shown
 from gaitopt.errors import InputError
+from gaitopt.gait.constraint import Constraint, Margin, declared_margins, is_finite
+from gaitopt.gait.constraints import CONSTRAINTS, Margins
+from gaitopt.gait.costs import Cost, TorqueCost
 from gaitopt.gait.grid import QUADRATURES, uniform_grid
 from gaitopt.gait.parameters import (
     DURATION,
@@ -20,96 +24,6 @@ from gaitopt.settings import setting
 
 SPEED_AS = ("constraint", "penalty")
 BOUNDARIES = ("closed", "lifted")
-
-
-def _is_finite(value: object) -> bool:
-    if isinstance(value, bool):  # to Python a kind of int
-        return False
-    try:
-        return isinstance(value, float | int) and math.isfinite(value)
-    except OverflowError:  # a whole number beyond every float
-        return False
-
-
-@dataclass(frozen=True)
-class Margins:
-    """The limits of section 3.2 that are not facts of the robot.
-
-    Attributes:
-        friction: coefficient mu of Eqs. (33)-(34).
-        minimum_load: least vertical ground force, Eq. (35) [N].
-        cop_margin: distance of the centre of pressure from the sole's edge, Eqs. (37)-(38) [m].
-        clearance: height of the swing foot's corners at mid-step; the profile is
-            clearance * sin²(pi t / T) [m].
-        lateral_gap: between the swing sole and the edge of the stance sole, Eq. (32) [m].
-        knee_flexion: least bend of both knees from straight [rad].
-        leg_extension: largest hip-ankle distance in double support over the straight leg, Eq. (31);
-            None: no limit, as suits the lifted form, whose joint angles cannot be out of reach.
-        liftoff_speed: least upward speed of the old stance sole's corners after impact [m/s];
-            a small negative value relaxes section 2.4.1, and lowers the profile of the clearance
-            by what such a foot sinks, at most 0.0125 |liftoff_speed| T.
-        joint_range: whether the joint ranges of Eq. (30) are imposed.
-        impulse_cop: whether the impulsive centre of pressure must lie in the landing sole.
-        torque_limit, speed_limit: replace the robot's limits when given [N.m], [rad/s].
-        trunk_roll, trunk_pitch, trunk_yaw: largest angle of the trunk from upright and from the
-            direction of travel over the whole step [rad].
-        torsional_friction: largest moment about the vertical through the centre of pressure over
-            the vertical force, of the stance foot and of the impact [m]; friction * turning_arm of
-            the sole is what a foot that presses evenly can bear.
-        step_width: largest distance between the two lines of footsteps, |foot_spacing| [m].
-        swing_tilt: largest roll, pitch and yaw of the swing sole over the whole step, as sines.
-        leg_gap: least distance between the capsules around the bodies of the two legs [m]; less
-            where the robot has less when it stands.
-    """
-
-    friction: float = 0.7
-    minimum_load: float = 25.0
-    cop_margin: float = 0.005
-    clearance: float = 0.03
-    lateral_gap: float = 0.01
-    knee_flexion: float = 0.1
-    leg_extension: float | None = 0.9995
-    liftoff_speed: float = 0.0
-    joint_range: bool = True
-    impulse_cop: bool = True
-    torque_limit: float | None = None
-    speed_limit: float | None = None
-    trunk_roll: float | None = None
-    trunk_pitch: float | None = None
-    trunk_yaw: float | None = None
-    torsional_friction: float | None = None
-    step_width: float | None = None
-    leg_gap: float | None = None
-    swing_tilt: float | None = None
-
-    def __post_init__(self) -> None:
-        for entry in fields(self):
-            value, kind = getattr(self, entry.name), str(entry.type)
-            if kind == "bool":
-                if not isinstance(value, bool):
-                    raise InputError(f"{entry.name} is {shown(value)}; it must be True or False")
-            elif not _is_finite(value) and not (value is None and "None" in kind):
-                raise InputError(f"{entry.name} is {shown(value)}; it must be a finite number")
-        for name, unit in (
-            ("friction", ""),
-            ("leg_extension", ""),
-            ("torque_limit", " N.m"),
-            ("speed_limit", " rad/s"),
-            ("trunk_roll", " rad"),
-            ("trunk_pitch", " rad"),
-            ("trunk_yaw", " rad"),
-            ("torsional_friction", " m"),
-            ("step_width", " m"),
-            ("swing_tilt", " rad"),
-        ):
-            value = getattr(self, name)
-            if value is not None and not value > 0.0:
-                raise InputError(f"{name} is {value}{unit}; it must be above 0")
-        for name, unit in (("minimum_load", "N"), ("clearance", "m"), ("cop_margin", "m")):
-            if getattr(self, name) < 0.0:
-                raise InputError(f"{name} is {getattr(self, name)} {unit}; it must not be negative")
-        if self.leg_extension is not None and self.leg_extension > 1.0:
-            raise InputError(f"leg_extension is {self.leg_extension}; a leg reaches at most 1")
 
 
 @dataclass(frozen=True)
@@ -128,6 +42,8 @@ class Task:
             "lifted": its twelve joint angles are parameters as well, tied to it by equalities.
         margins: limits of section 3.2.
         geometry: table of the geometric quantities, free and fixed.
+        cost: what the walk is optimised for.
+        constraints: of one's own, on top of those of section 3.2.
     """
 
     speed: float = field(default=1.0, metadata=setting("Walking speed.", "m/s", common=True))
@@ -156,11 +72,16 @@ class Task:
     )
     margins: Margins = field(default_factory=Margins)
     geometry: tuple[Quantity, ...] = GEOMETRY
+    cost: Cost = field(default_factory=TorqueCost)
+    constraints: tuple[Constraint, ...] = ()
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "constraints", _own(self.constraints))
+        if not isinstance(self.cost, Cost):
+            raise InputError(f"cost is {shown(self.cost)}; give a Cost, as TorqueCost()")
         for name, unit in (("speed", "m/s"), ("duration", "s"), ("penalty_weight", "cost/m²")):
             value = getattr(self, name)
-            if not (_is_finite(value) and value > 0.0):
+            if not (is_finite(value) and value > 0.0):
                 raise InputError(
                     f"{name} is {shown(value)} {unit}; it must be a finite number above 0"
                 )
@@ -204,6 +125,60 @@ class Task:
         """Step length that the speed asks for, V T [m]."""
         return self.speed * self.duration
 
+    @property
+    def declared(self) -> dict[str, Margin]:
+        """Declarations of all margins by name: of section 3.2, then of its own constraints."""
+        owners = (self.margins, *self.constraints)
+        return {name: one for owner in owners for name, one in declared_margins(owner).items()}
+
+    def margin(self, name: str) -> float | bool | None:
+        """Return the value of a margin.
+
+        Raises:
+            InputError: there is none of that name.
+        """
+        for owner in (self.margins, *self.constraints):
+            if name in declared_margins(owner):
+                value: float | bool | None = getattr(owner, name)
+                return value
+        raise InputError(f"there is no margin '{name}'; there are {', '.join(self.declared)}")
+
+    def with_margins(self, values: Mapping[str, float | bool | None]) -> Task:
+        """Return the task with other values of some margins.
+
+        Raises:
+            InputError: there is none of that name, or a value is out of range.
+        """
+        for name in values:
+            self.margin(name)
+        margins, *constraints = (
+            _replaced(owner, values) for owner in (self.margins, *self.constraints)
+        )
+        return replace(self, margins=margins, constraints=tuple(constraints))
+
+
+def _replaced(owner: Any, values: Mapping[str, float | bool | None]) -> Any:
+    own = {name: values[name] for name in declared_margins(owner) if name in values}
+    return replace(owner, **own) if own else owner
+
+
+def _own(constraints: object) -> tuple[Constraint, ...]:
+    """Return constraints of one's own as a tuple; refuse what is none or has a name twice."""
+    given = tuple(constraints) if isinstance(constraints, list | tuple) else (constraints,)
+    names = [one.name for one in CONSTRAINTS]
+    margins = list(declared_margins(Margins))
+    for one in given:
+        if not isinstance(one, Constraint):
+            raise InputError(
+                f"constraints holds {shown(one)}; give instances of subclasses of Constraint"
+            )
+        names.append(one.name)
+        margins += declared_margins(one)
+    for kind, known in (("constraint", names), ("margin", margins)):
+        if twice := {name for name in known if known.count(name) > 1}:
+            raise InputError(f"two {kind}s are called '{sorted(twice)[0]}'; rename one")
+    return given
+
 
 def _check_postures(postures: int, samples: int) -> None:
     """Refuse more postures than are of use, or than the samples can tell apart.
@@ -240,18 +215,18 @@ def preset_task(preset: str = "standard", **changes: object) -> Task:
     """
     if preset not in PRESETS:
         raise InputError(f"preset '{preset}' is unknown; choose {' or '.join(PRESETS)}")
-    values: dict[str, object] = {}
-    margin_names = {f.name for f in fields(Margins)}
-    margins = {k: changes.pop(k) for k in list(changes) if k in margin_names}
+    usual: dict[str, object] = {}
+    margins: dict[str, Any] = {}
     if preset == "paper":
-        margins = {"impulse_cop": False, **margins}
-        values["geometry"] = set_quantities(GEOMETRY, {"pelvis_yaw": {"free": False}})
-    unknown = set(changes) - {f.name for f in fields(Task)}
-    if unknown:
+        margins["impulse_cop"] = False
+        usual["geometry"] = set_quantities(GEOMETRY, {"pelvis_yaw": {"free": False}})
+    names = [f.name for f in fields(Task)]
+    own: dict[str, Any] = {name: value for name, value in changes.items() if name in names}
+    task = Task(**{**usual, **own})
+    margins |= {name: value for name, value in changes.items() if name not in names}
+    if unknown := set(margins) - set(task.declared):
         raise InputError(
             f"there is no task field {', '.join(sorted(unknown))}; there are "
-            f"{', '.join(f.name for f in fields(Task))}, {', '.join(sorted(margin_names))}"
+            f"{', '.join((*names, *task.declared))}"
         )
-    if margins:
-        values["margins"] = Margins(**margins)  # type: ignore[arg-type]
-    return Task(**{**values, **changes})  # type: ignore[arg-type]
+    return task.with_margins(margins)

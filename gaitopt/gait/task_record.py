@@ -6,8 +6,9 @@ from collections.abc import Mapping
 from dataclasses import asdict
 
 from gaitopt.errors import InputError
+from gaitopt.gait.constraints import Margins
 from gaitopt.gait.parameters import GEOMETRY, INFINITY, Quantity, set_quantities
-from gaitopt.gait.task import Margins, Task
+from gaitopt.gait.task import Task
 
 _QUANTITY_FIELDS = ("free", "value", "lower", "upper", "scale")
 _NO_BOUND = {"lower": -INFINITY, "upper": INFINITY}
@@ -15,7 +16,11 @@ _NO_BOUND = {"lower": -INFINITY, "upper": INFINITY}
 
 def task_record(task: Task) -> dict[str, object]:
     """Return a task as JSON-able data; an infinite bound is None, or left out by default."""
-    record = {k: v for k, v in asdict(task).items() if k not in ("margins", "geometry")}
+    record = {
+        k: v
+        for k, v in asdict(task).items()
+        if k not in ("margins", "geometry", "cost", "constraints")
+    }
     record["margins"] = asdict(task.margins)
     record["geometry"] = {
         q.name: _quantity_record(q, usual) for q, usual in zip(task.geometry, GEOMETRY, strict=True)

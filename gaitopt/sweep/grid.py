@@ -11,8 +11,9 @@ from itertools import islice, pairwise
 
 from gaitopt.bounds import POINTS, at_most
 from gaitopt.errors import InputError
+from gaitopt.gait.constraints import Margins
 from gaitopt.gait.parameters import DURATION, GEOMETRY_NAMES, set_quantities
-from gaitopt.gait.task import Margins, Task
+from gaitopt.gait.task import Task
 
 DIGITS = 10  # of grid values: 0.4 + 3 * 0.05 is 0.55, not 0.55000000000000004
 

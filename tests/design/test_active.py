@@ -56,8 +56,8 @@ def test_only_families_of_instants_have_instants(sampled):
 def margins(problem: WalkProblem, x, peak: Peak, instants):
     """Margins of a peak's row at instants, straight from its definition."""
     at = problem.with_grid(Grid(instants, np.ones(instants.size), instants.size))
-    block = at.family_rows(peak.family)
-    shape = at.address(block.start).family.lower.shape
+    block = at.rows_of(peak.family)
+    shape = at.address(block.start).block.lower.shape
     value, low, high = (
         part[block].reshape(shape)[:, peak.entry]
         for part in (at.values(x).rows, at.rows.lower, at.rows.upper)

@@ -10,8 +10,8 @@ from walks import walk
 from gaitopt.design.certificate import certify, fine_grid, worst_rows
 from gaitopt.design.design import design
 from gaitopt.design.options import DesignOptions
+from gaitopt.gait import quantities
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.gait.step import Reads
 from gaitopt.gait.task import preset_task
 from gaitopt.nlp import Residual
 from gaitopt.solvers.sqp import SQP
@@ -115,14 +115,14 @@ def test_worst_rows_are_in_order_and_of_every_family(refined_design):
     rows = refined_design.certificate.families
     margins = [row.margin for row in rows]
     assert margins == sorted(margins)
-    assert {r.family for r in rows} == {f.name for f in refined_design.problem.families}
+    assert {r.family for r in rows} == {f.name for f in refined_design.problem.blocks}
     assert all(row.violation == pytest.approx(max(0.0, -row.margin)) for row in rows)
 
 
 def test_a_worst_row_says_what_where_and_when(sampled_design):
     problem, x = sampled_design.problem, sampled_design.solution.x
     torque = next(r for r in worst_rows(problem, x) if r.family == "torque")
-    sampled = np.abs(problem.step(x).read(Reads.TORQUE))
+    sampled = np.abs(problem.step(x).read(quantities.TORQUE))
     instant, joint = np.unravel_index(np.argmax(sampled), sampled.shape)
     assert torque.row == f"{problem.robot.joint_names[joint]} torque"
     assert torque.time == pytest.approx(problem.grid.instants[instant] * 0.4)

@@ -26,8 +26,8 @@ def dense_margins(problem: WalkProblem, x, count: int = INSTANTS):
     values = dense.values(x).rows
     margins = np.minimum(values - dense.rows.lower, dense.rows.upper - values)
     return {
-        f.name: margins[dense.family_rows(f.name)].reshape(f.lower.shape).min(axis=0)
-        for f in dense.families
+        f.name: margins[dense.rows_of(f.name)].reshape(f.lower.shape).min(axis=0)
+        for f in dense.blocks
         if f.times is not None
     }
 
@@ -59,8 +59,8 @@ def test_a_located_extreme_is_there(robot, seed):
     at = problem.with_grid(Grid(s, np.ones(s.size), s.size))
     values = at.values(x).rows
     for one in found:
-        block = at.family_rows(one.family)
-        shape = at.address(block.start).family.lower.shape
+        block = at.rows_of(one.family)
+        shape = at.address(block.start).block.lower.shape
         bound = (at.rows.upper if one.upper else at.rows.lower)[block].reshape(shape)
         value = values[block].reshape(shape)
         margin = np.where(one.upper, bound - value, value - bound)

@@ -14,11 +14,11 @@ from gaitopt.design.design import Design, design
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.referee import judge
 from gaitopt.design.summary import summarise
+from gaitopt.gait import quantities
 from gaitopt.gait.humanoid import humanoid_task
 from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.result_file import load_gait, save_gait
-from gaitopt.gait.step import Reads
 from gaitopt.mechanics.single_support import FRICTION_RATE
 from gaitopt.robot.choices import Choices, LimitOverride
 from gaitopt.robot.files.source import read_source
@@ -82,7 +82,7 @@ def test_energy_is_balanced_along_a_walk(stepped):
     """The motors' work is what the energy gained and what damping and friction took."""
     robot, step, grid = stepped
     passive, (q, dq, _) = robot.physics.passive, step.motion
-    work = step.duration * grid.weights @ (step.read(Reads.TORQUE) * dq).sum(axis=1)
+    work = step.duration * grid.weights @ (step.read(quantities.TORQUE) * dq).sum(axis=1)
     speed = np.abs(dq)[:, :, None] ** np.arange(2, passive.damping.shape[1] + 2)
     lost = (passive.damping * speed).sum(axis=(1, 2))
     lost += (passive.friction * np.tanh(dq / FRICTION_RATE) * dq).sum(axis=1)

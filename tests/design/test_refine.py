@@ -6,9 +6,9 @@ from walks import walk
 
 from gaitopt.design.certificate import on_fine_grid
 from gaitopt.design.refine import refine, violated_instants
+from gaitopt.gait.constraints import Margins
 from gaitopt.gait.grid import Grid
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.gait.task import Margins
 from gaitopt.nlp import Solution, Status
 from gaitopt.solvers import solver_by_name
 from gaitopt.tolerances import LIMITS

@@ -55,7 +55,7 @@ def room(program, x):
 
 def per_row(problem, values):
     """Scaled values, shape (2, m), in the units of the families."""
-    scales = [np.tile(f.scale, len(f.instants)) for f in problem.families]
+    scales = [np.tile(f.scale, len(f.instants)) for f in problem.blocks]
     return values * np.concatenate(scales)
 
 
@@ -129,7 +129,7 @@ def test_multipliers_tell_how_much_turning_a_knob_brings(robot):
     knob = knob_of(problem, "lateral_gap")
     relaxation = knob.relaxation(problem)
     y = np.zeros(problem.rows.lower.size)
-    y[problem.family_rows("lateral")] = -0.25
+    y[problem.rows_of("lateral")] = -0.25
     count = y[y != 0.0].size
     assert relaxation.relief(found.rows, y) == pytest.approx(0.25 * count)  # 0.1 m is one unit
 

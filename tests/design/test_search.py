@@ -31,7 +31,7 @@ def test_both_approaches_end_with_the_exact_lift_off(problem):
     direct, relaxed = walked(problem, "direct"), walked(problem, "relaxed")
     assert direct.status is relaxed.status is Status.OPTIMAL
     assert max(direct.violation, relaxed.violation) < 1e-8
-    rows = problem.family_rows("lift-off")
+    rows = problem.rows_of("lift-off")
     assert problem.values(relaxed.x).rows[rows].min() > -1e-8 > RELAXED_LIFTOFF
 
 

@@ -5,11 +5,11 @@ from numerics import relative_error
 from reference_cases import biped
 
 from gaitopt.errors import EvaluationError
+from gaitopt.gait import quantities
 from gaitopt.gait.double_support import ClosedBoundary, LiftedBoundary
 from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.parameters import GEOMETRY
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.gait.step import Reads
 from gaitopt.gait.task import preset_task
 from gaitopt.nlp import Start
 from gaitopt.solvers.sqp import SQP
@@ -59,7 +59,7 @@ def test_both_forms_see_the_same_step(robot):
         WalkProblem(robot, preset_task(boundary=form)) for form in ("closed", "lifted")
     )
     a, b = closed.step(first_guess(closed)), lifted.step(first_guess(lifted))
-    for what in Reads:
+    for what in quantities.ALL:
         if a.read(what).size:
             assert relative_error(a.read(what), b.read(what)) < 1e-12
     assert lifted.layout.size == closed.layout.size + 12
@@ -77,7 +77,7 @@ def test_both_forms_have_the_same_optimum(robot):
 
 def test_rows_of_the_loops_are_named(robot):
     problem = WalkProblem(robot, preset_task(boundary="lifted"))
-    rows = problem.family_rows("closure")
+    rows = problem.rows_of("closure")
     assert problem.describe(rows.start) == "pelvis closure along x"
     assert problem.describe(rows.stop - 1) == "swing sole closure about z"
 

@@ -10,11 +10,12 @@ from numerics import relative_error
 from reference_cases import biped
 from walks import UPRIGHT, walk
 
-from gaitopt.gait.constraints import Setting, centre_of_pressure, families
+from gaitopt.gait import quantities
+from gaitopt.gait.constraint import ConstraintContext
+from gaitopt.gait.constraints import CentreOfPressure, Margins
 from gaitopt.gait.grid import uniform_grid
-from gaitopt.gait.problem import WalkProblem
-from gaitopt.gait.step import Reads
-from gaitopt.gait.task import Margins, Task, preset_task
+from gaitopt.gait.problem import WalkProblem, constraint_blocks
+from gaitopt.gait.task import preset_task
 from gaitopt.robot.feet.sole import Sole
 
 NAME = "guess"
@@ -35,8 +36,8 @@ def rows(problem, step):
     """Value, lower and upper limit of a family's rows in its unit, shape (K, r)."""
 
     def of(name):
-        family = next(f for f in problem.families if f.name == name)
-        value = problem.values(step.x).rows[problem.family_rows(name)]
+        family = next(f for f in problem.blocks if f.name == name)
+        value = problem.values(step.x).rows[problem.rows_of(name)]
         return value.reshape(family.lower.shape) * family.scale, family.lower, family.upper
 
     return of
@@ -132,10 +133,11 @@ pressures = st.tuples(st.floats(-0.3, 0.1), st.floats(-0.15, 0.15))
 @settings(deadline=None, derandomize=True, max_examples=100)
 def test_edge_moments_hold_where_the_centre_of_pressure_is_inside(point, load):
     robot = biped()
-    family = centre_of_pressure(Setting(robot, Task(), uniform_grid(3)))
+    context = ConstraintContext(robot, uniform_grid(3), Margins(), 1.0, 0.4)
+    family = CentreOfPressure().block(context)
     x, y = point
     wrench = np.array([[3.0, -7.0, load, y * load, -x * load, 0.4]])
-    value = family.rows.value(wrench)[0]
+    value = family.function.value(wrench)[0]
     # Moment about an edge: load times distance to it, front, rear, left, right.
     margin = 0.005
     distance = [-margin - x, x + 0.214 - margin, 0.068 - margin - y, y + 0.068 - margin]
@@ -162,7 +164,7 @@ def test_impulsive_centre_of_pressure(rows, step):
 def limits(name: str, robot=None, **margins):
     """Lower and upper limits of a family with other margins."""
     task = replace(preset_task(), margins=Margins(**margins))
-    found = families(robot or biped(), task, uniform_grid(31))
+    found = constraint_blocks(robot or biped(), task, uniform_grid(31))
     family = next(f for f in found if f.name == name)
     return family.lower, family.upper, family
 
@@ -180,9 +182,9 @@ def test_margins_move_the_limits():
     np.testing.assert_allclose(limits("knee", knee_flexion=0.25)[0], 0.25)
     np.testing.assert_allclose(limits("leg length", leg_extension=0.9)[1], 0.54)
     assert (limits("lift-off", liftoff_speed=-0.02)[0] == -0.02).all()
-    assert limits("friction", friction=0.35)[2].rows.friction == 0.35
-    assert limits("impulse friction", friction=0.35)[2].rows.friction == 0.35
-    wide = limits("cop", cop_margin=0.02)[2].rows.value(np.array([[0.0, 0, 1, 0, 0, 0]]))
+    assert limits("friction", friction=0.35)[2].function.friction == 0.35
+    assert limits("impulse friction", friction=0.35)[2].function.friction == 0.35
+    wide = limits("cop", cop_margin=0.02)[2].function.value(np.array([[0.0, 0, 1, 0, 0, 0]]))
     np.testing.assert_allclose(wide, [[-0.02, 0.194, 0.048, 0.048]])
 
 
@@ -191,8 +193,8 @@ def test_the_swing_foot_stays_on_its_own_side():
     left = biped("left")
     _, _, family = limits("lateral", robot=left)
     outside = np.tile([0.0, -0.16, 0.0], 4)[None]
-    assert (family.rows.value(outside) > family.lower[:1]).all()
-    assert (family.rows.value(-outside) < family.lower[:1]).all()
+    assert (family.function.value(outside) > family.lower[:1]).all()
+    assert (family.function.value(-outside) < family.lower[:1]).all()
 
 
 def test_the_edge_beside_the_swing_foot_counts():
@@ -205,14 +207,18 @@ def test_the_edge_beside_the_swing_foot_counts():
 
 def test_rounding_the_tips_of_the_cones_costs_next_to_nothing():
     upright = np.array([[0.0, 0.0, 1.0, 0.0, 0.0, 0.0]])
-    force, impulse = (limits(n)[2].rows.value(upright) for n in ("friction", "impulse friction"))
+    force, impulse = (
+        limits(n)[2].function.value(upright) for n in ("friction", "impulse friction")
+    )
     assert 0.7 - force == pytest.approx(0.05)  # N
     assert 0.7 - impulse == pytest.approx(1e-9**0.5)  # N.s
 
 
 def test_switches_and_speed_choose_the_families():
     def names(**changes):
-        return {f.name for f in families(biped(), preset_task(**changes), uniform_grid(31))}
+        return {
+            f.name for f in constraint_blocks(biped(), preset_task(**changes), uniform_grid(31))
+        }
 
     everything = names(joint_range=True, impulse_cop=True)
     assert everything - names(joint_range=False) == {"range"}
@@ -221,7 +227,7 @@ def test_switches_and_speed_choose_the_families():
 
 
 def test_every_family_cites_its_equation_and_names_its_rows(problem):
-    for family in problem.families:
+    for family in problem.blocks:
         assert any(c.isdigit() for c in family.equation)
         assert len(family.labels) == family.lower.shape[1] == family.scale.size
         assert len(set(family.labels)) == len(family.labels)
@@ -230,16 +236,16 @@ def test_every_family_cites_its_equation_and_names_its_rows(problem):
 
 
 def test_every_quantity_is_constrained_somewhere(robot, problem):
-    everything = families(robot, preset_task(boundary="lifted", **UPRIGHT), problem.grid)
-    assert {f.reads for f in everything} == set(Reads)
-    optional = {Reads.GAPS, Reads.TRUNK, Reads.LEG_GAPS}
-    assert {f.reads for f in problem.families} == set(Reads) - optional
+    everything = constraint_blocks(robot, preset_task(boundary="lifted", **UPRIGHT), problem.grid)
+    assert {one for b in everything for one in b.reads} == set(quantities.ALL)
+    optional = {quantities.GAPS, quantities.TRUNK, quantities.LEG_GAPS}
+    assert {one for b in problem.blocks for one in b.reads} == set(quantities.ALL) - optional
 
 
 def test_added_instants_are_constrained_too(robot):
     grid = uniform_grid(31).with_instants(np.array([0.123]))
     problem = WalkProblem(robot, preset_task(), grid)
-    sizes = {f.name: len(f.instants) for f in problem.families}
+    sizes = {f.name: len(f.instants) for f in problem.blocks}
     assert sizes["torque"] == sizes["cop"] == 32
     assert sizes["clearance"] == 30
-    assert problem.families[0].times[-1] == 0.123
+    assert problem.blocks[0].times[-1] == 0.123

@@ -4,9 +4,9 @@ from numerics import relative_error
 from scipy.integrate import simpson
 from walks import WALKS, walk
 
+from gaitopt.gait import quantities
 from gaitopt.gait.grid import uniform_grid
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.gait.step import Reads
 from gaitopt.gait.task import preset_task
 
 
@@ -18,14 +18,14 @@ def at(name: str):
 @pytest.mark.parametrize("name", ["guess", "optimum 43", "one posture"])
 def test_it_is_the_integral_of_squared_torques_per_metre(name):
     problem, step = at(name)
-    squares = (step.read(Reads.TORQUE) ** 2).sum(axis=1)
+    squares = (step.read(quantities.TORQUE) ** 2).sum(axis=1)
     expected = simpson(squares, dx=step.duration / 30.0) / step.step_length
     assert relative_error(problem.cost.value(step), expected) < 1e-13
 
 
 def test_the_sum_of_the_paper():
     problem, step = at("everything free, penalty, Euler")
-    squares = (step.read(Reads.TORQUE) ** 2).sum(axis=1)
+    squares = (step.read(quantities.TORQUE) ** 2).sum(axis=1)
     effort = squares[:-1].sum() * step.duration / 19.0 / step.step_length
     gap = problem.task.speed * step.duration - step.step_length
     assert relative_error(problem.cost.value(step), effort + 1e6 * gap**2) < 1e-13
@@ -51,22 +51,23 @@ def test_added_instants_do_not_count():
 def test_slope_is_that_of_the_formula(name):
     """Differences in the torques and in (d, T) themselves, not in the parameters."""
     problem, step = at(name)
-    slope = problem.cost.slope(step)
-    torque, (d, T) = step.read(Reads.TORQUE), step.read(Reads.TRAVEL)[0]
-    weights, cost = problem.grid.weights, problem.cost
+    gradient = problem.cost.gradient(step)
+    torque, (d, T) = step.read(quantities.TORQUE), step.read(quantities.TRAVEL)[0]
+    weights, task = problem.grid.weights, problem.task
+    penalty = task.penalty_weight if task.speed_as == "penalty" else 0.0
 
     def value(torques, d, T):
-        gap = cost.speed * T - d
-        return T / d * (weights @ (torques**2).sum(axis=1)) + cost.penalty * gap**2
+        gap = task.speed * T - d
+        return T / d * (weights @ (torques**2).sum(axis=1)) + penalty * gap**2
 
-    assert relative_error(value(torque, d, T), cost.value(step)) < 1e-13
+    assert relative_error(value(torque, d, T), problem.cost.value(step)) < 1e-13
     h = 1e-5
     by_d = (value(torque, d + h, T) - value(torque, d - h, T)) / (2.0 * h)
     by_T = (value(torque, d, T + h) - value(torque, d, T - h)) / (2.0 * h)
-    np.testing.assert_allclose(slope[Reads.TRAVEL], [[by_d, by_T]], rtol=1e-6)
+    np.testing.assert_allclose(gradient[quantities.TRAVEL], [[by_d, by_T]], rtol=1e-6)
     move = np.random.default_rng(0).normal(size=torque.shape)
     along = (value(torque + h * move, d, T) - value(torque - h * move, d, T)) / (2.0 * h)
-    assert np.sum(slope[Reads.TORQUE] * move) == pytest.approx(along, rel=1e-6)
+    assert np.sum(gradient[quantities.TORQUE] * move) == pytest.approx(along, rel=1e-6)
 
 
 def test_more_samples_change_the_cost_little(robot):

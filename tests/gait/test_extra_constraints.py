@@ -9,14 +9,13 @@ from urdf_edits import edited_urdf, joint, set_limit
 from walks import SWITCHED, UPRIGHT, walk
 
 from gaitopt.errors import EvaluationError
-from gaitopt.gait.constraints import families
-from gaitopt.gait.extra_constraints import switched_on
+from gaitopt.gait import quantities
 from gaitopt.gait.grid import uniform_grid
 from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.parameters import FOOT_SPACING, GEOMETRY, set_quantities
-from gaitopt.gait.problem import WalkProblem
-from gaitopt.gait.step import Reads, completed
-from gaitopt.gait.task import Margins, preset_task
+from gaitopt.gait.problem import WalkProblem, constraint_blocks
+from gaitopt.gait.step import completed
+from gaitopt.gait.task import preset_task
 from gaitopt.mechanics.forward_kinematics import Bodies
 from gaitopt.mechanics.leg_distance import leg_pairs
 from gaitopt.nlp import violations
@@ -40,24 +39,25 @@ def rows(problem, step):
     """Value, lower and upper limit of a family's rows in its unit, shape (K, r)."""
 
     def of(name):
-        family = next(f for f in problem.families if f.name == name)
-        value = problem.values(step.x).rows[problem.family_rows(name)]
+        family = next(f for f in problem.blocks if f.name == name)
+        value = problem.values(step.x).rows[problem.rows_of(name)]
         return value.reshape(family.lower.shape) * family.scale, family.lower, family.upper
 
     return of
 
 
 def test_everything_is_off_unless_it_is_asked_for(robot):
-    names = {f.name for f in families(robot, preset_task(), uniform_grid(3))}
+    names = {f.name for f in constraint_blocks(robot, preset_task(), uniform_grid(3))}
     assert names.isdisjoint(SWITCHED)
-    asked = {f.name for f in families(robot, preset_task(**UPRIGHT), uniform_grid(3))}
+    asked = {f.name for f in constraint_blocks(robot, preset_task(**UPRIGHT), uniform_grid(3))}
     assert asked - names == set(SWITCHED)
-    assert switched_on(Margins()) == switched_on(Margins(step_width=0.2)) == ()
+    wide = constraint_blocks(robot, preset_task(step_width=0.2), uniform_grid(3))
+    assert {f.name for f in wide} == names  # a bound of a parameter, not a row
 
 
 def test_each_margin_switches_its_own(robot):
     def names(**margins):
-        return {f.name for f in families(robot, preset_task(**margins), uniform_grid(3))}
+        return {f.name for f in constraint_blocks(robot, preset_task(**margins), uniform_grid(3))}
 
     off = names()
     for entry in ("roll", "pitch", "yaw"):
@@ -72,8 +72,8 @@ def test_nothing_is_computed_unless_it_is_asked_for(robot, monkeypatch):
     x = first_guess(problem)
     monkeypatch.setattr(Bodies, "placed", None)  # calling it is an error
     step, slope = problem.slope(x)
-    assert step.read(Reads.TRUNK).shape == step.read(Reads.LEG_GAPS).shape == (31, 0)
-    assert slope.reads[Reads.LEG_GAPS].shape == (31, 0, 43)
+    assert step.read(quantities.TRUNK).shape == step.read(quantities.LEG_GAPS).shape == (31, 0)
+    assert slope.reads[quantities.LEG_GAPS].shape == (31, 0, 43)
     assert slope.optional == {}
 
 
@@ -81,9 +81,9 @@ def test_they_change_no_other_row(robot, problem, step):
     """Up to rounding: torques come with their derivatives from another routine than without."""
     plain = WalkProblem(robot, preset_task(), problem.grid)
     at = plain.values(step.x)
-    for family in plain.families:
-        here = problem.values(step.x).rows[problem.family_rows(family.name)]
-        there = at.rows[plain.family_rows(family.name)]
+    for family in plain.blocks:
+        here = problem.values(step.x).rows[problem.rows_of(family.name)]
+        there = at.rows[plain.rows_of(family.name)]
         np.testing.assert_allclose(here, there, rtol=0.0, atol=1e-13)
 
 
@@ -108,7 +108,7 @@ def test_the_trunk_starts_as_the_geometric_quantities_say():
     walked = walk("upright, everything free")
     step = walked.problem.step(walked.x)
     named = dict(zip((q.name for q in GEOMETRY), step.geometry, strict=True))
-    roll, pitch, yaw = step.read(Reads.TRUNK)[0]
+    roll, pitch, yaw = step.read(quantities.TRUNK)[0]
     assert (roll, pitch) == pytest.approx((named["pelvis_roll"], named["trunk_pitch"]))
     assert abs(named["foot_yaw"]) > 0.05
     assert yaw == pytest.approx(named["pelvis_yaw"] - named["foot_yaw"] / 2.0)
@@ -116,7 +116,7 @@ def test_the_trunk_starts_as_the_geometric_quantities_say():
 
 def test_the_trunk_ends_as_the_mirror_of_how_it_starts():
     walked = walk("upright, everything free")
-    trunk = walked.problem.step(walked.x).read(Reads.TRUNK)
+    trunk = walked.problem.step(walked.x).read(quantities.TRUNK)
     last = walked.problem.grid.nodes - 1
     assert relative_error(trunk[last], trunk[0] * (-1.0, 1.0, -1.0)) < 1e-9
 
@@ -146,7 +146,7 @@ def test_leg_gap(robot, problem, rows, step):
     """A pair of shins by hand: nearest points of two bars, sought on a fine grid."""
     value, lower, _ = rows("leg gap")
     names = leg_pairs(robot).names
-    family = next(f for f in problem.families if f.name == "leg gap")
+    family = next(f for f in problem.blocks if f.name == "leg gap")
     assert family.labels == tuple(f"gap between {name}" for name in names)
     assert (lower == 0.012).all()
     index = names.index("right_shin and left_shin")
@@ -213,7 +213,7 @@ def test_knees_that_bend_to_negative_angles_are_the_same_knees(robot):
     x, sign = walk("guess").x, np.ones(12)
     sign[list(robot.legs.knees)] = -1.0
     y = np.concatenate([x[:36] * np.tile(sign, 3), x[36:]])
-    knee = problem.family_rows("knee")
+    knee = problem.rows_of("knee")
     assert relative_error(there.values(y).rows[knee], problem.values(x).rows[knee]) < 1e-12
     np.testing.assert_allclose(there.rows.lower[knee], 0.21)
     assert there.values(y).cost == pytest.approx(problem.values(x).cost)
@@ -226,15 +226,17 @@ def test_knees_that_bend_to_negative_angles_are_the_same_knees(robot):
 def test_a_sole_turned_by_half_a_turn_is_not_level(turn):
     """About each axis: the sines of its tilt vanish as if it were level."""
     problem = WalkProblem(biped(), preset_task(swing_tilt=0.3))
-    family = next(f for f in problem.families if f.name == "swing tilt")
+    family = next(f for f in problem.blocks if f.name == "swing tilt")
     corners = problem.robot.sole.corners
-    level, turned = (family.rows.value((corners @ R.T).reshape(1, 12)) for R in (np.eye(3), turn))
+    level, turned = (
+        family.function.value((corners @ R.T).reshape(1, 12)) for R in (np.eye(3), turn)
+    )
     assert violations(family.lower[:1], family.upper[:1], level).max() == 0.0
     np.testing.assert_allclose(turned[0, :3], 0.0, atol=1e-12)
     assert violations(family.lower[:1], family.upper[:1], turned).max() == pytest.approx(1.0)
 
 
 def test_a_trunk_upside_down_is_no_walk():
-    values = {Reads.TRUNK: np.array([[np.pi, 0.0, np.pi]])}  # pitched by half a turn
+    values = {quantities.TRUNK: np.array([[np.pi, 0.0, np.pi]])}  # pitched by half a turn
     with pytest.raises(EvaluationError, match="upside down"):
         completed(values, np.zeros(10), 1)

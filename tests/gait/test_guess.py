@@ -4,10 +4,10 @@ from motions import kinematics
 from reference_cases import biped
 
 from gaitopt.errors import UnreachableError
+from gaitopt.gait import quantities
 from gaitopt.gait.initial_guess import first_guess, perturbed
 from gaitopt.gait.parameters import GEOMETRY, set_quantities
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.gait.step import Reads
 from gaitopt.gait.task import preset_task
 
 
@@ -54,7 +54,7 @@ def test_the_trunk_leans_forward_a_little(robot):
 
 def test_it_keeps_clear_of_the_stance_foot(robot):
     problem, x = guess_for(robot, lateral_gap=0.02)
-    rows = problem.family_rows("lateral")
+    rows = problem.rows_of("lateral")
     slack = problem.values(x).rows[rows] - problem.rows.lower[rows]
     nodes = problem.grid.nodes
     assert slack.reshape(nodes, 4)[[0, -1]].min() > 0.0
@@ -65,8 +65,10 @@ def test_on_the_other_foot_it_is_the_mirror_image():
     task = preset_task(lateral_gap=0.03)
     right, left = (WalkProblem(biped(side), task) for side in ("right", "left"))
     one, other = right.step(first_guess(right)), left.step(first_guess(left))
-    expected = one.read(Reads.CORNERS).reshape(-1, 4, 3)[:, [1, 0, 3, 2]] * [1.0, -1.0, 1.0]
-    np.testing.assert_allclose(other.read(Reads.CORNERS).reshape(-1, 4, 3), expected, atol=1e-9)
+    expected = one.read(quantities.CORNERS).reshape(-1, 4, 3)[:, [1, 0, 3, 2]] * [1.0, -1.0, 1.0]
+    np.testing.assert_allclose(
+        other.read(quantities.CORNERS).reshape(-1, 4, 3), expected, atol=1e-9
+    )
 
 
 def test_the_foot_slows_down_before_it_lands(robot):

@@ -6,10 +6,10 @@ from numerics import check_differences, jacobian_difference, relative_error, ste
 from walks import FAMILIES, PAIRS, WALKS, walk
 
 from gaitopt.errors import EvaluationError, UnreachableError
+from gaitopt.gait import quantities
 from gaitopt.gait.grid import uniform_grid
 from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.gait.step import Reads
 from gaitopt.gait.task import preset_task
 
 STEP = 1e-5  # of variables.scale; the optima have nearly straight knees, which need small steps
@@ -37,14 +37,14 @@ def test_gradient_of_the_cost(name):
 @pytest.mark.parametrize(("name", "family"), PAIRS)
 def test_jacobian_of_every_family(name, family):
     problem, x = walk(name).problem, walk(name).x
-    rows = problem.family_rows(family)
+    rows = problem.rows_of(family)
     exact = problem.point(x).jacobian[rows] * problem.variables.scale
     check_differences(exact, [d[1:][rows] for d in differences(name)])
 
 
 @pytest.mark.parametrize("name", WALKS)
 def test_every_family_is_checked(name):
-    names = [f.name for f in walk(name).problem.families]
+    names = [f.name for f in walk(name).problem.blocks]
     assert names == [f for f in FAMILIES if (name, f) in PAIRS]
 
 
@@ -102,34 +102,34 @@ def test_variables_are_those_of_the_layout(problem):
 
 
 def test_rows_are_the_families_one_after_another(problem, guess):
-    stops = [problem.family_rows(f.name).stop for f in problem.families]
-    starts = [problem.family_rows(f.name).start for f in problem.families]
+    stops = [problem.rows_of(f.name).stop for f in problem.blocks]
+    starts = [problem.rows_of(f.name).start for f in problem.blocks]
     assert starts == [0, *stops[:-1]]
     assert stops[-1] == problem.rows.lower.size == problem.values(guess).rows.size
-    assert all(f.size == b - a for f, a, b in zip(problem.families, starts, stops, strict=True))
+    assert all(f.size == b - a for f, a, b in zip(problem.blocks, starts, stops, strict=True))
 
 
 def test_limits_are_scaled_like_the_rows(problem):
     knee = problem.robot.joint_names.index("left_knee")
-    torque = problem.family_rows("torque").start + knee
+    torque = problem.rows_of("torque").start + knee
     assert problem.rows.upper[torque] == 1.0 == -problem.rows.lower[torque]
-    load = problem.family_rows("load").start
+    load = problem.rows_of("load").start
     assert problem.rows.lower[load] == pytest.approx(25.0 / 500.0)
-    speed = problem.family_rows("walking speed")
+    speed = problem.rows_of("walking speed")
     assert problem.rows.lower[speed] == problem.rows.upper[speed] == [0.0]
 
 
 def test_walking_speed_row_is_the_gap_of_the_step_length(problem, guess):
     x = guess.copy()
     x[problem.layout.index("step_length")] = 0.35
-    row = problem.values(x).rows[problem.family_rows("walking speed")]
+    row = problem.values(x).rows[problem.rows_of("walking speed")]
     assert row == pytest.approx([1.0 * 0.4 - 0.35])
 
 
 def test_rows_are_named_to_people(problem):
     def named(family, instant, entry):
-        width = next(f for f in problem.families if f.name == family).lower.shape[1]
-        return problem.describe(problem.family_rows(family).start + instant * width + entry)
+        width = next(f for f in problem.blocks if f.name == family).lower.shape[1]
+        return problem.describe(problem.rows_of(family).start + instant * width + entry)
 
     knee = problem.robot.joint_names.index("left_knee")
     assert named("torque", 24, knee) == "left_knee torque at 80.0 % of the step"
@@ -143,9 +143,9 @@ def test_rows_are_named_to_people(problem):
 
 
 def test_address_leads_back_to_the_family(problem):
-    row = problem.family_rows("cop").start + 4 * 7 + 3
+    row = problem.rows_of("cop").start + 4 * 7 + 3
     at = problem.address(row)
-    assert (at.family.name, at.instant, at.entry) == ("cop", 7, 3)
+    assert (at.block.name, at.instant, at.entry) == ("cop", 7, 3)
     with pytest.raises(IndexError):
         problem.address(problem.rows.lower.size)
 
@@ -156,8 +156,8 @@ def test_scaled_cost_is_of_order_one(problem, sampled_design):
 
 def test_another_grid_is_the_same_walk(problem, guess):
     fine = problem.with_grid(uniform_grid(61))
-    coarse_torque = problem.step(guess).read(Reads.TORQUE)
-    fine_torque = fine.step(guess).read(Reads.TORQUE)
+    coarse_torque = problem.step(guess).read(quantities.TORQUE)
+    fine_torque = fine.step(guess).read(quantities.TORQUE)
     assert relative_error(fine_torque[::2], coarse_torque) < 1e-12
     assert fine.layout == problem.layout
     # Simpson's rule on a smooth integrand hardly changes.

@@ -9,10 +9,10 @@ from numerics import relative_error
 from reference_cases import reference_case
 
 from gaitopt.errors import UnreachableError
+from gaitopt.gait import quantities
 from gaitopt.gait.initial_guess import resized
 from gaitopt.gait.parameters import set_quantities
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.gait.step import Reads
 from gaitopt.gait.task import preset_task
 from gaitopt.nlp import worst_violation
 from gaitopt.robot.generated.presets import biped13
@@ -31,7 +31,7 @@ def problem(shin: float = 0.3) -> WalkProblem:
 
 
 def stretch(walk: WalkProblem, x: np.ndarray) -> np.ndarray:
-    legs = walk.step(x).read(Reads.LEGS)
+    legs = walk.step(x).read(quantities.LEGS)
     return np.linalg.norm(legs, axis=1) / walk.robot.legs.reach
 
 

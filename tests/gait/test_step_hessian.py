@@ -7,7 +7,7 @@ import pytest
 from numerics import check_differences, steps
 from walks import FAMILIES, PAIRS, WALKS, walk
 
-from gaitopt.gait.step import Reads
+from gaitopt.gait import quantities
 from gaitopt.gait.step_hessian import StepWeights, step_hessian
 
 STEPS = steps(4e-4, 6)  # of variables.scale; friction cones need small ones, impacts large ones
@@ -54,7 +54,7 @@ def weights(name: str, family: str) -> np.ndarray:
     """Random multipliers of the rows of one family, zero elsewhere."""
     problem = walk(name).problem
     y = np.zeros(problem.rows.lower.size)
-    rows = problem.family_rows(family)
+    rows = problem.rows_of(family)
     y[rows] = np.random.default_rng(11).normal(size=rows.stop - rows.start)
     return y
 
@@ -86,10 +86,12 @@ def test_hessian_of_every_family(name, family):
         check(name, part, family_hessian(name, family), weight)
 
 
-CURVED = [("upright, everything free", what) for what in Reads if what is not Reads.GAPS]
+CURVED = [
+    ("upright, everything free", what) for what in quantities.ALL if what is not quantities.GAPS
+]
 
 
-@pytest.mark.parametrize(("name", "what"), [*CURVED, ("lifted, everything free", Reads.GAPS)])
+@pytest.mark.parametrize(("name", "what"), [*CURVED, ("lifted, everything free", quantities.GAPS)])
 def test_hessian_of_a_curved_function_of_every_quantity(name, what):
     """Half the sum of w v^2: constraints of one's own may be curved in any quantity."""
     problem, x = walk(name).problem, walk(name).x
@@ -98,7 +100,7 @@ def test_hessian_of_a_curved_function_of_every_quantity(name, what):
     w = np.random.default_rng(5).uniform(0.5, 1.5, v.shape)
     weights = StepWeights.zero(step)
     weights.first[what] += w * v
-    weights.bend(what, slice(None), w[:, :, None] * np.eye(v.shape[1]))
+    weights.add_second((what, what), slice(None), w[:, :, None] * np.eye(v.shape[1]))
 
     def gradient(at):
         step, slope = problem.slope(at)
@@ -115,7 +117,7 @@ def test_the_walking_speed_is_linear(name):
     problem, x = walk(name).problem, walk(name).x
     assert np.abs(weights(name, LINEAR)).max() > 0.0
     assert np.abs(family_hessian(name, LINEAR)).max() == 0.0
-    assert np.abs(problem.point(x).jacobian[problem.family_rows(LINEAR)]).max() == 1.0
+    assert np.abs(problem.point(x).jacobian[problem.rows_of(LINEAR)]).max() == 1.0
 
 
 @pytest.mark.parametrize("name", WALKS)

@@ -8,10 +8,10 @@ from reference_cases import biped
 from walks import walk
 
 from gaitopt.errors import EvaluationError
+from gaitopt.gait import quantities
 from gaitopt.gait.grid import uniform_grid
 from gaitopt.gait.parameters import GEOMETRY_NAMES
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.gait.step import Reads
 from gaitopt.gait.step_model import StepModel
 
 CHECKED = ("guess", "one posture", "everything free", "infeasible 43", "upright, everything free")
@@ -27,16 +27,16 @@ def test_every_quantity_has_its_slope(name):
     scale = problem.variables.scale
     slopes = problem.model.slope(x)[1].reads
 
-    def quantities(point):
+    def everything(point):
         step = problem.model.step(point)
-        return np.concatenate([step.read(what).ravel() for what in Reads])
+        return np.concatenate([step.read(what).ravel() for what in quantities.ALL])
 
-    found = [jacobian_difference(quantities, x, scale, h) for h in steps(1e-5)]
+    found = [jacobian_difference(everything, x, scale, h) for h in steps(1e-5)]
     start = 0
-    for what in Reads:
+    for what in quantities.ALL:
         exact = slopes[what].reshape(-1, x.size)
         rows = slice(start, start + len(exact))
-        if what not in {f.reads for f in problem.families}:
+        if what not in {one for b in problem.blocks for one in b.reads}:
             assert exact.size == 0
             continue
         check_differences(exact * scale, [d[rows] for d in found])
@@ -97,15 +97,15 @@ def test_rates_are_the_slope_of_the_angles(name):
 @at_walks
 def test_quantities_are_read_from_the_parts_they_belong_to(name):
     step = walk(name).problem.step(walk(name).x)
-    np.testing.assert_array_equal(step.read(Reads.TORQUE), step.support.effort[:, 6:])
-    np.testing.assert_array_equal(step.read(Reads.WRENCH), step.support.effort[:, :6])
-    np.testing.assert_array_equal(step.read(Reads.CORNERS)[:, 3:6], step.support.corners[:, 1])
-    np.testing.assert_array_equal(step.read(Reads.ANGLES), step.motion[0])
-    np.testing.assert_array_equal(step.read(Reads.RATES), step.motion[1])
-    np.testing.assert_array_equal(step.read(Reads.IMPULSE)[0], step.impact.impulse)
-    np.testing.assert_array_equal(step.read(Reads.SOLE_TWIST)[0], step.impact.sole_twist)
-    np.testing.assert_array_equal(step.read(Reads.LEGS), step.posture.legs)
-    np.testing.assert_array_equal(step.read(Reads.TRAVEL), [[step.step_length, step.duration]])
+    np.testing.assert_array_equal(step.read(quantities.TORQUE), step.support.effort[:, 6:])
+    np.testing.assert_array_equal(step.read(quantities.WRENCH), step.support.effort[:, :6])
+    np.testing.assert_array_equal(step.read(quantities.CORNERS)[:, 3:6], step.support.corners[:, 1])
+    np.testing.assert_array_equal(step.read(quantities.ANGLES), step.motion[0])
+    np.testing.assert_array_equal(step.read(quantities.RATES), step.motion[1])
+    np.testing.assert_array_equal(step.read(quantities.IMPULSE)[0], step.impact.impulse)
+    np.testing.assert_array_equal(step.read(quantities.SOLE_TWIST)[0], step.impact.sole_twist)
+    np.testing.assert_array_equal(step.read(quantities.LEGS), step.posture.legs)
+    np.testing.assert_array_equal(step.read(quantities.TRAVEL), [[step.step_length, step.duration]])
 
 
 @at_walks
@@ -114,7 +114,7 @@ def test_legs_are_measured_on_the_posture(robot, name):
     at, legs = kinematics(robot, step.posture.q_start), robot.legs
     hips = [at.frame(robot.pelvis_frame).act(h) for h in legs.hips]
     ankles = [legs.ankles[0], at.frame(robot.swing_frame).act(legs.ankles[1])]
-    assert relative_error(step.read(Reads.LEGS), np.array(hips) - ankles) < 1e-10
+    assert relative_error(step.read(quantities.LEGS), np.array(hips) - ankles) < 1e-10
 
 
 def mirrored_parameters(problem: WalkProblem, other: WalkProblem, x: np.ndarray) -> np.ndarray:
@@ -138,9 +138,9 @@ def test_the_mirrored_robot_walks_the_mirrored_step(robot, name):
     to_left = robot.mirror[order]
     step = problem.step(x)
     there = other.step(mirrored_parameters(problem, other, x))
-    for what in (Reads.TORQUE, Reads.ANGLES, Reads.RATES):
+    for what in (quantities.TORQUE, quantities.ANGLES, quantities.RATES):
         assert relative_error(there.read(what), step.read(what) @ to_left.T) < 1e-9
-    wrench, mirrored = step.read(Reads.WRENCH), there.read(Reads.WRENCH)
+    wrench, mirrored = step.read(quantities.WRENCH), there.read(quantities.WRENCH)
     assert relative_error(mirrored[:, :3], wrench[:, :3] * LEFT_TO_RIGHT) < 1e-9
     assert relative_error(mirrored[:, 3:], -wrench[:, 3:] * LEFT_TO_RIGHT) < 1e-9
     assert relative_error(there.impact.impulse[:3], step.impact.impulse[:3] * LEFT_TO_RIGHT) < 1e-9

@@ -15,11 +15,11 @@ from urdf_edits import edited_urdf
 from walks import walk
 
 from gaitopt.errors import InputError, RobotError
+from gaitopt.gait import quantities
 from gaitopt.gait.assemble import gait_at
 from gaitopt.gait.grid import uniform_grid
 from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.gait.step import Reads
 from gaitopt.gait.task import preset_task
 from gaitopt.gait.trajectory import Trajectory, TrajectoryPhase, fitted_coefficients
 from gaitopt.robot.model import Robot
@@ -63,8 +63,8 @@ def test_samples_are_those_of_the_step(name):
     at = trajectory_of(found.problem, found.x).at(times, before=times > 0.9 * step.duration)
     motion = np.stack([at.q, at.dq, at.ddq])[:, :, body.moving]
     assert relative_error(motion, step.motion) < 1e-12
-    assert relative_error(at.torque[:, body.moving], step.read(Reads.TORQUE)) < 1e-12
-    assert relative_error(at.wrench[:, 0], step.read(Reads.WRENCH)) < 1e-12
+    assert relative_error(at.torque[:, body.moving], step.read(quantities.TORQUE)) < 1e-12
+    assert relative_error(at.wrench[:, 0], step.read(quantities.WRENCH)) < 1e-12
     relative = np.linalg.inv(at.sole[:, 0]) @ at.sole[:, 1]
     corners = body.sole_corners[1] @ relative[:, :3, :3].swapaxes(1, 2) + relative[:, None, :3, 3]
     assert relative_error(corners, step.support.corners) < 1e-12
@@ -204,8 +204,8 @@ def test_passive_joints_gravity_and_carried_weight_count(name):
     times = problem.grid.instants * step.duration
     at = trajectory.at(times, before=times > 0.9 * step.duration)
     moving = robot.multibody.moving
-    assert relative_error(at.torque[:, moving], step.read(Reads.TORQUE)) < 1e-12
-    assert relative_error(at.wrench[:, 0], step.read(Reads.WRENCH)) < 1e-12
+    assert relative_error(at.torque[:, moving], step.read(quantities.TORQUE)) < 1e-12
+    assert relative_error(at.wrench[:, 0], step.read(quantities.WRENCH)) < 1e-12
     own = mujoco.MjModel.from_xml_string((CASES / name).read_text())
     assert robot.multibody.mass.sum() == pytest.approx(own.body_mass.sum(), rel=1e-12)
 

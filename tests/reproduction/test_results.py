@@ -9,8 +9,8 @@ import pytest
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.runtime import small_matrices
 from gaitopt.design.starts import many_starts
+from gaitopt.gait import quantities
 from gaitopt.gait.assemble import gait_at
-from gaitopt.gait.step import Reads
 from gaitopt.nlp import Status
 from gaitopt.robot.catalogue import robot_by_name
 from gaitopt.solvers import SQP
@@ -95,7 +95,7 @@ def test_shares_of_the_joints_add_up_to_the_cost(curve):
         assert stance + swing == pytest.approx(walk.cost)
         assert stance > swing
     knees = [i for i, n in enumerate(walk.problem.robot.joint_names) if "knee" in n]
-    torque = walk.step.read(Reads.TORQUE)[:, knees[0]]
+    torque = walk.step.read(quantities.TORQUE)[:, knees[0]]
     share = walk.problem.grid.weights @ torque**2 * 0.4 / walk.step.step_length
     assert costs.stance["knee"] == pytest.approx(float(share))
 
@@ -147,7 +147,7 @@ def test_other_answers_to_open_questions(result):
     slow, fast = other.penalty_speed[0], other.penalty_speed[-1]
     assert slow > 0.0 > fast  # towards the cheapest speed
     walk = result.curve[1.0]
-    torque, time = walk.step.read(Reads.TORQUE), walk.problem.grid.weights
+    torque, time = walk.step.read(quantities.TORQUE), walk.problem.grid.weights
     assert other.torque == pytest.approx(float(np.sqrt((time @ torque**2).mean())))
 
 

@@ -2,8 +2,18 @@ import numpy as np
 import pytest
 from numerics import check_jacobian, relative_error
 
-from gaitopt.gait.families import Entries, Family, FrictionCone, Length, Linear, Torsion
-from gaitopt.gait.step import Reads
+from gaitopt.errors import InputError
+from gaitopt.gait import quantities
+from gaitopt.gait.constraint import ConstraintBlock
+from gaitopt.gait.functions import (
+    ComplexStep,
+    Entries,
+    FrictionCone,
+    Length,
+    Linear,
+    SquaredNorm,
+    Torsion,
+)
 
 FORCES = np.array([[30.0, -40.0, 200.0, 1.0, 2.0, 3.0], [-3.0, 5.0, 80.0, 0.0, 1.0, 4.0]])
 LEGS = np.array([[0.1, -0.06, 0.55], [-0.2, 0.07, 0.5]])
@@ -13,12 +23,18 @@ MAPS = (
     (Length(), LEGS),
     (Entries(slice(1, 6, 2), 6, -1.0), FORCES),
     (Torsion(0.05, 20.0), FORCES),
+    (SquaredNorm(np.array([1.0, 2.0, 0.5, 0.0, 3.0, 1.0])), FORCES),
+    (ComplexStep(lambda v: np.sqrt(v[:, :1] ** 2 + v[:, 2:3] ** 2) * [1.0, 2.0]), FORCES),
 )
 maps = pytest.mark.parametrize(
-    ("rows", "quantity"), MAPS, ids=["linear", "cone", "length", "entries", "torsion"]
+    ("rows", "quantity"),
+    MAPS,
+    ids=["linear", "cone", "length", "entries", "torsion", "squares", "complex"],
 )
 curved = pytest.mark.parametrize(
-    ("rows", "quantity"), [*MAPS[1:3], MAPS[4]], ids=["cone", "length", "torsion"]
+    ("rows", "quantity"),
+    [*MAPS[1:3], *MAPS[4:]],
+    ids=["cone", "length", "torsion", "squares", "complex"],
 )
 
 
@@ -27,7 +43,7 @@ def test_slope(rows, quantity):
     """Instants do not see each other, so both may move at once."""
     move = np.zeros(quantity.shape[1])
     slope = np.broadcast_to(
-        rows.slope(quantity), (len(quantity), rows.value(quantity).shape[1], move.size)
+        rows.jacobian(quantity), (len(quantity), rows.value(quantity).shape[1], move.size)
     )
     check_jacobian(lambda d: rows.value(quantity + d), slope, move, step=1e-3)
 
@@ -35,17 +51,17 @@ def test_slope(rows, quantity):
 @maps
 def test_jacobian_is_slope_after_slope(rows, quantity, rng):
     slopes = rng.normal(size=(*quantity.shape, 4))
-    expected = rows.slope(quantity) @ slopes
-    assert relative_error(rows.jacobian(quantity, slopes), expected) < 1e-14
+    expected = rows.jacobian(quantity) @ slopes
+    assert relative_error(rows.chained(quantity, slopes), expected) < 1e-14
 
 
 @curved
 def test_curvature(rows, quantity):
     weights = np.array([[0.7, 0.2], [-1.3, 0.9]])[:, : rows.value(quantity).shape[1]]
-    H = rows.curvature(quantity, weights)
+    H = rows.hessian(quantity, weights)
 
     def slope(d):
-        return (weights[:, None] @ rows.slope(quantity + d))[:, 0]
+        return (weights[:, None] @ rows.jacobian(quantity + d))[:, 0]
 
     check_jacobian(slope, H, np.zeros(quantity.shape[1]), step=1e-3)
     np.testing.assert_allclose(H, H.swapaxes(1, 2), atol=1e-15)
@@ -53,14 +69,14 @@ def test_curvature(rows, quantity):
 
 def test_linear_rows_do_not_bend():
     rows, quantity = MAPS[0]
-    assert rows.curvature(quantity, np.ones((2, 2))) is None
+    assert rows.hessian(quantity, np.ones((2, 2))) is None
     np.testing.assert_allclose(rows.value(quantity)[0], [30.0 + 400.0 - 2.0, -120.0 + 0.5 + 3.0])
 
 
 def test_entries_are_picked_with_a_sign():
     rows, quantity = MAPS[3]
     np.testing.assert_array_equal(rows.value(quantity), -quantity[:, [1, 3, 5]])
-    assert rows.curvature(quantity, np.ones((2, 3))) is None
+    assert rows.hessian(quantity, np.ones((2, 3))) is None
 
 
 def test_the_cone_is_coulombs():
@@ -73,7 +89,7 @@ def test_smoothing_moves_the_cone_inwards_by_no_more_than_itself():
     assert (smooth < sharp).all()
     vertical = np.array([[0.0, 0.0, 100.0]])
     assert FrictionCone(0.7, 0.05).value(vertical)[0, 0] == pytest.approx(70.0 - 0.05)
-    assert np.isfinite(FrictionCone(0.7, 0.05).slope(vertical)).all()
+    assert np.isfinite(FrictionCone(0.7, 0.05).jacobian(vertical)).all()
 
 
 def test_torsion_is_the_moment_through_the_centre_of_pressure():
@@ -88,7 +104,7 @@ def test_torsion_is_the_moment_through_the_centre_of_pressure():
 def test_torsion_has_a_value_where_the_load_vanishes():
     rows, unloaded = Torsion(0.05, 1.0), np.array([[3.0, 2.0, 0.0, 0.5, -0.4, 0.7]])
     np.testing.assert_allclose(rows.value(unloaded), [[-0.7, 0.7]])  # about the origin
-    assert np.isfinite(rows.curvature(unloaded, np.array([[1.0, 2.0]]))).all()
+    assert np.isfinite(rows.hessian(unloaded, np.array([[1.0, 2.0]]))).all()
     loaded = np.array([[3.0, 2.0, 25.0, 0.5, -0.4, 0.7]])
     np.testing.assert_allclose(rows.value(loaded), Torsion(0.05, 0.0).value(loaded), rtol=1e-3)
 
@@ -97,17 +113,35 @@ def test_lengths():
     assert relative_error(Length().value(LEGS)[:, 0], np.sqrt((LEGS**2).sum(axis=1))) < 1e-15
 
 
-def family(instants: np.ndarray) -> Family:
+def family(instants: np.ndarray) -> ConstraintBlock:
     shape = (instants.size, 2)
-    return Family(
-        name="example", equation="(1)", reads=Reads.WRENCH, rows=MAPS[0][0], labels=("a", "b"),
-        unit="N", lower=np.zeros(shape), upper=np.ones(shape), scale=np.ones(2),
+    return ConstraintBlock(
+        name="example", equation="(1)", unit="N", words="an example", change=1.0,
+        reads=(quantities.WRENCH,), function=MAPS[0][0], labels=("a", "b"),
+        lower=np.zeros(shape), upper=np.ones(shape), scale=np.ones(2),
         instants=instants, times=None,
     )  # fmt: skip
 
 
 def test_a_family_takes_its_instants():
     quantity = np.arange(15.0).reshape(5, 3)
-    np.testing.assert_array_equal(family(np.array([1, 4])).take(quantity), quantity[[1, 4]])
-    np.testing.assert_array_equal(family(np.arange(5)).take(quantity), quantity)
+    values = {quantities.WRENCH: quantity}
+    np.testing.assert_array_equal(family(np.array([1, 4])).take(values), quantity[[1, 4]])
+    np.testing.assert_array_equal(family(np.arange(5)).take(values), quantity)
     assert family(np.array([1, 4])).size == 4
+
+
+def test_complex_steps_are_as_good_as_formulas():
+    """The smoothed friction cone by its value alone."""
+    cone = FrictionCone(0.7, 0.05)
+    by_value = ComplexStep(
+        lambda v: 0.7 * v[:, 2:3] - np.sqrt(v[:, :1] ** 2 + v[:, 1:2] ** 2 + 0.05**2)
+    )
+    weights = np.array([[0.7], [-1.3]])
+    assert relative_error(by_value.jacobian(FORCES), cone.jacobian(FORCES)) < 1e-14
+    assert relative_error(by_value.hessian(FORCES, weights), cone.hessian(FORCES, weights)) < 1e-8
+
+
+def test_a_function_that_does_not_extend_to_complex_numbers_is_refused():
+    with pytest.raises(InputError, match=r"disagrees with differences; write it .*not abs, norm"):
+        ComplexStep(lambda v: np.abs(v[:, :1])).jacobian(FORCES)

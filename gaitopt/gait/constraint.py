@@ -1,0 +1,329 @@
+"""What a constraint is: its declaration, the numbers a person sets in it, and the rows it gives.
+
+A `Constraint` is declared once: name, equation, unit, words, the quantities it reads, the margins
+(numbers) it depends on and how each may be relaxed. Options, TOML keys, records in gait files,
+names in messages, the diagnosis and the refinement between the samples follow from that.
+"""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from dataclasses import Field, dataclass, field, fields, is_dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitopt.bounds import shown
+from gaitopt.errors import InputError
+from gaitopt.gait.functions import QuantityFunction
+from gaitopt.gait.grid import Grid
+from gaitopt.gait.quantities import Quantity
+from gaitopt.nlp import Array
+from gaitopt.robot.model import Robot
+
+if TYPE_CHECKING:
+    from gaitopt.gait.constraints import Margins
+
+FREE = np.inf
+"""A limit that is none."""
+
+
+@dataclass(frozen=True)
+class Relaxation:
+    """How a margin may be loosened where there is no walk.
+
+    Attributes:
+        farthest: value beyond which it makes no sense, in the margin's unit.
+        change: least change of it that matters to a person, signed.
+    """
+
+    farthest: float
+    change: float
+
+
+@dataclass(frozen=True)
+class Margin:
+    """A number of a constraint that a person may set: a field of `Margins` or of a constraint.
+
+    The field's name is the keyword in Python, the key in TOML and, with dashes, the option.
+
+    Attributes:
+        help: of the option, one line.
+        words: what a person calls it: "the coefficient of friction".
+        unit: empty where there is none.
+        above, least, most: bounds on its value.
+        relax: how the diagnosis loosens it, None: it does not.
+        sine: whether it is the sine of an angle, so that an option takes degrees too.
+    """
+
+    help: str
+    words: str = ""
+    unit: str = ""
+    above: float | None = None
+    least: float | None = None
+    most: float | None = None
+    relax: Relaxation | None = None
+    sine: bool = False
+
+
+def margin(
+    default: float | bool | None,
+    help_text: str,
+    words: str = "",
+    unit: str = "",
+    *,
+    above: float | None = None,
+    least: float | None = None,
+    most: float | None = None,
+    relax: tuple[float, float] | None = None,
+    sine: bool = False,
+) -> Any:
+    """Return a dataclass field that is a margin, see `Margin`.
+
+    Args:
+        default: its value unless given; None where the constraint is then off.
+        help_text, words, unit, above, least, most, sine: as in `Margin`.
+        relax: farthest value and change that matters, signed.
+    """
+    how = None if relax is None else Relaxation(*relax)
+    declared = Margin(help_text, words, unit, above, least, most, how, sine)
+    return field(default=default, metadata={"margin": declared})
+
+
+def declared_margins(owner: object) -> dict[str, Margin]:
+    """Return the margins among the fields of a dataclass or of an instance, by name."""
+    found: tuple[Field[Any], ...] = fields(owner) if is_dataclass(owner) else ()
+    return {one.name: one.metadata["margin"] for one in found if "margin" in one.metadata}
+
+
+def check_margins(owner: object) -> None:
+    """Check the values of the margins of a dataclass instance.
+
+    Raises:
+        InputError: one is not a finite number (True or False for a switch), or out of bounds.
+    """
+    for one in fields(owner):  # type: ignore[arg-type]
+        if "margin" in one.metadata:
+            _check(one.name, getattr(owner, one.name), str(one.type), one.metadata["margin"])
+
+
+def _check(name: str, value: object, kind: str, declared: Margin) -> None:
+    if kind == "bool":
+        if not isinstance(value, bool):
+            raise InputError(f"{name} is {shown(value)}; it must be True or False")
+        return
+    if value is None and "None" in kind:
+        return
+    if not is_finite(value):
+        raise InputError(f"{name} is {shown(value)}; it must be a finite number")
+    number, unit = float(str(value)), declared.unit and f" {declared.unit}"
+    if declared.above is not None and not number > declared.above:
+        raise InputError(f"{name} is {value}{unit}; it must be above {declared.above:g}")
+    if declared.least is not None and number < declared.least:
+        limit = "not be negative" if declared.least == 0.0 else f"be at least {declared.least:g}"
+        raise InputError(f"{name} is {value}{unit}; it must {limit}")
+    if declared.most is not None and number > declared.most:
+        raise InputError(f"{name} is {value}{unit}; it must be at most {declared.most:g}")
+
+
+def is_finite(value: object) -> bool:
+    """Return whether a value is a finite number."""
+    if isinstance(value, bool):  # to Python a kind of int
+        return False
+    try:
+        return isinstance(value, float | int) and math.isfinite(value)
+    except OverflowError:  # a whole number beyond every float
+        return False
+
+
+@dataclass(frozen=True)
+class ConstraintContext:
+    """The walk that a constraint is made for.
+
+    Attributes:
+        robot: the biped.
+        grid: the instants of the step.
+        margins: limits of section 3.2.
+        speed: walking speed V [m/s].
+        duration: of a step, T [s].
+        speed_as: "constraint" or "penalty".
+        boundary: "closed" or "lifted".
+    """
+
+    robot: Robot
+    grid: Grid
+    margins: Margins
+    speed: float
+    duration: float
+    speed_as: str = "constraint"
+    boundary: str = "closed"
+
+
+@dataclass(frozen=True)
+class ConstraintBlock:
+    """The rows of one constraint.
+
+    Attributes:
+        name, equation, unit, words, change: of the constraint.
+        reads: the quantities, side by side.
+        function: from these quantities to r rows at each instant.
+        labels: what each of the r rows speaks of: ("right_knee torque", ...).
+        lower, upper: limits, shape (K, r); infinite where there is none.
+        scale: a change of the value that matters, shape (r,).
+        instants: rows of the quantities it looks at, shape (K,).
+        times: s = t / T of each of the K, or None where time means nothing.
+    """
+
+    name: str
+    equation: str
+    unit: str
+    words: str
+    change: float
+    reads: tuple[Quantity, ...]
+    function: QuantityFunction
+    labels: tuple[str, ...]
+    lower: Array
+    upper: Array
+    scale: Array
+    instants: NDArray[np.int_]
+    times: Array | None
+
+    @property
+    def size(self) -> int:
+        """Number of rows, K * r."""
+        return int(self.lower.size)
+
+    def take(self, values: Mapping[Quantity, Array]) -> Array:
+        """Return the instants of its quantities, or of their Jacobians, side by side."""
+        if len(self.reads) == 1:
+            return values[self.reads[0]][self.where]
+        return np.concatenate([values[one][self.where] for one in self.reads], axis=1)
+
+    @cached_property
+    def per_unit(self) -> Array:
+        """One over the scale of each row, shape (r, 1)."""
+        return 1.0 / self.scale[:, None]
+
+    @cached_property
+    def where(self) -> NDArray[np.int_] | slice:
+        """The instants, as a slice if they are consecutive: then nothing is copied."""
+        if self.instants.size == 0 or np.any(np.diff(self.instants) != 1):
+            return self.instants
+        return slice(int(self.instants[0]), int(self.instants[-1]) + 1)
+
+    def describe(self, instant: int, entry: int) -> str:
+        """Name a row: "right_knee torque at 80.0 % of the step"."""
+        label = self.labels[entry]
+        if self.times is not None:
+            return f"{label} at {100.0 * self.times[instant]:.1f} % of the step"
+        return f"{self.reads[0].rows[self.instants[instant]]} {label}".strip()
+
+
+class Constraint(ABC):
+    """A constraint of a walk; a subclass declares it and makes its rows.
+
+    A constraint of one's own is a frozen dataclass whose fields, made by `margin`, are its numbers:
+    see docs/extending.md.
+
+    Attributes:
+        name: in certificates and messages, unique: "swing height".
+        equation: of the paper, or "own".
+        unit: of its rows.
+        words: what a person calls it: "height of the swing foot".
+        reads: the quantities its rows depend on, all with the same rows.
+        margins: names of the numbers that loosen it; its own fields need not be named.
+        couplings: margin that multiplies a row of another constraint -> its name and the sign, as
+            friction multiplies the load.
+        change: scaled change of its limits that matters to a person.
+    """
+
+    name: ClassVar[str]
+    equation: ClassVar[str] = "own"
+    unit: ClassVar[str]
+    words: ClassVar[str]
+    reads: ClassVar[tuple[Quantity, ...]]
+    margins: ClassVar[tuple[str, ...]] = ()
+    couplings: ClassVar[Mapping[str, tuple[str, float]]] = {}
+    change: ClassVar[float] = 1.0
+
+    def __post_init__(self) -> None:
+        check_margins(self)
+
+    def asked(self, context: ConstraintContext) -> bool:
+        """Return whether a walk has it: by default, unless one of its margins is None or False."""
+        values = [getattr(context.margins, name) for name in self.margins]
+        return all(value is not None and value is not False for value in values)
+
+    @abstractmethod
+    def block(self, context: ConstraintContext) -> ConstraintBlock:
+        """Return its rows for a walk."""
+
+    def over_step(
+        self,
+        context: ConstraintContext,
+        function: QuantityFunction,
+        labels: tuple[str, ...],
+        *,
+        lower: Array | float = -FREE,
+        upper: Array | float = FREE,
+        scale: Array | float = 1.0,
+        instants: NDArray[np.int_] | None = None,
+    ) -> ConstraintBlock:
+        """Return rows at every instant of the step, or at some.
+
+        Args:
+            context: the walk.
+            function: from the quantities to r rows.
+            labels: of the r rows.
+            lower, upper: limits, broadcast to (K, r).
+            scale: a change of the rows that matters, broadcast to (r,).
+            instants: indices into the grid, by default all, shape (K,).
+        """
+        if instants is None:
+            instants = np.arange(context.grid.count)
+        times = context.grid.instants[instants]
+        return self._block(function, labels, lower, upper, scale, instants, times)
+
+    def once(
+        self,
+        function: QuantityFunction,
+        labels: tuple[str, ...],
+        *,
+        lower: Array | float = -FREE,
+        upper: Array | float = FREE,
+        scale: Array | float = 1.0,
+    ) -> ConstraintBlock:
+        """Return rows of quantities that the step has once (or once per leg); as `over_step`."""
+        rows = np.arange(len(self.reads[0].rows))
+        return self._block(function, labels, lower, upper, scale, rows, None)
+
+    def _block(
+        self,
+        function: QuantityFunction,
+        labels: tuple[str, ...],
+        lower: Array | float,
+        upper: Array | float,
+        scale: Array | float,
+        instants: NDArray[np.int_],
+        times: Array | None,
+    ) -> ConstraintBlock:
+        shape = (instants.size, len(labels))
+        return ConstraintBlock(
+            name=self.name,
+            equation=self.equation,
+            unit=self.unit,
+            words=self.words,
+            change=self.change,
+            reads=self.reads,
+            function=function,
+            labels=labels,
+            lower=np.broadcast_to(lower, shape).copy(),
+            upper=np.broadcast_to(upper, shape).copy(),
+            scale=np.broadcast_to(scale, shape[1:]).copy(),
+            instants=instants,
+            times=times,
+        )

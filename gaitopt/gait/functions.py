@@ -1,0 +1,294 @@
+"""Functions of a step's quantities at one instant, with exact first and second derivatives.
+
+Constraints and the integrands of costs are made of them. A function maps the entries of one
+quantity, or of several side by side, to rows, for all instants at once: (K, entries) to (K, rows).
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from gaitopt.errors import InputError
+from gaitopt.nlp import Array
+
+
+class QuantityFunction(ABC):
+    """A function from the entries of quantities at an instant (e,) to rows (r,)."""
+
+    @abstractmethod
+    def value(self, quantity: Array) -> Array:
+        """Return the rows (K, r) of quantities (K, e)."""
+
+    @abstractmethod
+    def jacobian(self, quantity: Array) -> Array:
+        """Return d rows / d quantity, shape (K, r, e), or (r, e) where it is constant."""
+
+    @abstractmethod
+    def hessian(self, quantity: Array, weights: Array) -> Array | None:
+        """Return the Hessian of weights . rows, weights (K, r), shape (K, e, e); None if zero."""
+
+    def chained(self, quantity: Array, jacobian: Array) -> Array:
+        """Return d rows / d x, shape (K, r, P), from d quantity / d x, shape (K, e, P)."""
+        return np.asarray(self.jacobian(quantity) @ jacobian)
+
+    def vjp(self, quantity: Array, weights: Array) -> Array:
+        """Return the gradient of weights . rows in the quantity, weights (K, r), shape (K, e)."""
+        return np.asarray((weights[:, None] @ self.jacobian(quantity))[:, 0])
+
+
+@dataclass(frozen=True)
+class Linear(QuantityFunction):
+    """Rows = matrix @ quantity, matrix (r, e)."""
+
+    matrix: Array
+
+    def value(self, quantity: Array) -> Array:
+        """Return matrix @ quantity."""
+        return quantity @ self.matrix.T
+
+    def jacobian(self, quantity: Array) -> Array:
+        """Return the matrix."""
+        del quantity
+        return self.matrix
+
+    def hessian(self, quantity: Array, weights: Array) -> None:
+        """Return None: the rows are linear."""
+        del quantity, weights
+
+
+@dataclass(frozen=True)
+class Entries(QuantityFunction):
+    """Rows = factor * chosen entries: a linear function without a product.
+
+    Attributes:
+        chosen: a slice of the entries, so that nothing is copied.
+        count: number of entries of the quantity.
+        factor: one for all rows, or shape (r,).
+    """
+
+    chosen: slice
+    count: int
+    factor: float | Array = 1.0
+
+    def value(self, quantity: Array) -> Array:
+        """Return factor * entries."""
+        return np.asarray(quantity[:, self.chosen] * self.factor)
+
+    def jacobian(self, quantity: Array) -> Array:
+        """Return the constant derivative, shape (r, e)."""
+        del quantity
+        return np.asarray(np.eye(self.count)[self.chosen] * np.reshape(self.factor, (-1, 1)))
+
+    def chained(self, quantity: Array, jacobian: Array) -> Array:
+        """Return factor * chosen rows of the Jacobian."""
+        del quantity
+        chosen = jacobian[:, self.chosen]
+        if isinstance(self.factor, float) and self.factor == 1.0:
+            return chosen
+        return np.asarray(chosen * np.reshape(self.factor, (-1, 1)))
+
+    def vjp(self, quantity: Array, weights: Array) -> Array:
+        """Return factor * weights in the places of the entries."""
+        gradient = np.zeros(quantity.shape)
+        gradient[:, self.chosen] = weights * self.factor
+        return gradient
+
+    def hessian(self, quantity: Array, weights: Array) -> None:
+        """Return None: the rows are linear."""
+        del quantity, weights
+
+
+@dataclass(frozen=True)
+class FrictionCone(QuantityFunction):
+    """mu f_z - sqrt(f_x² + f_y² + smoothing²) of a force (or force and moment), Eqs. (33), (34).
+
+    The smoothing keeps the cone differentiable where the force is vertical.
+    """
+
+    friction: float
+    smoothing: float
+
+    def value(self, quantity: Array) -> Array:
+        """Return the margin to the cone, shape (K, 1)."""
+        return self.friction * quantity[:, 2:3] - self._tangential(quantity)[:, None]
+
+    def jacobian(self, quantity: Array) -> Array:
+        """Return the derivative, shape (K, 1, e)."""
+        jacobian = np.zeros((quantity.shape[0], 1, quantity.shape[1]))
+        jacobian[:, 0, :2] = -quantity[:, :2] / self._tangential(quantity)[:, None]
+        jacobian[:, 0, 2] = self.friction
+        return jacobian
+
+    def hessian(self, quantity: Array, weights: Array) -> Array:
+        """Return the Hessian, shape (K, e, e)."""
+        length = self._tangential(quantity)[:, None, None]
+        f = quantity[:, :2]
+        hessian = np.zeros((*quantity.shape, quantity.shape[1]))
+        hessian[:, :2, :2] = (f[:, :, None] * f[:, None, :] / length**2 - np.eye(2)) / length
+        return weights[:, :1, None] * hessian
+
+    def _tangential(self, quantity: Array) -> Array:
+        x, y = quantity[:, 0], quantity[:, 1]
+        return np.asarray(np.sqrt(x**2 + y**2 + self.smoothing**2))
+
+
+@dataclass(frozen=True)
+class Torsion(QuantityFunction):
+    """c f_z -+ M of a force and moment, M about the vertical through the centre of pressure.
+
+    M = m_z + (m_x f_x + m_y f_y) / f_z, with f_z / (f_z² + least²) for 1 / f_z, so that it stays
+    smooth where the load vanishes; there M is about the origin.
+    """
+
+    coefficient: float
+    least: float
+
+    def value(self, quantity: Array) -> Array:
+        """Return the margins to both sides, shape (K, 2)."""
+        f, m = quantity[:, :3], quantity[:, 3:]
+        lever = (m[:, :2] * f[:, :2]).sum(axis=1)
+        moment, limit = m[:, 2] + lever * self._inverse(f)[0], self.coefficient * f[:, 2]
+        return np.stack([limit - moment, limit + moment], axis=1)
+
+    def jacobian(self, quantity: Array) -> Array:
+        """Return the derivative, shape (K, 2, 6)."""
+        f, m = quantity[:, :3], quantity[:, 3:]
+        g, dg, _ = self._inverse(f)
+        moment = np.zeros(quantity.shape)
+        moment[:, :2], moment[:, 3:5] = m[:, :2] * g[:, None], f[:, :2] * g[:, None]
+        moment[:, 2], moment[:, 5] = (m[:, :2] * f[:, :2]).sum(axis=1) * dg, 1.0
+        limit = self.coefficient * np.eye(6)[2]
+        return np.stack([limit - moment, limit + moment], axis=1)
+
+    def hessian(self, quantity: Array, weights: Array) -> Array:
+        """Return the Hessian, shape (K, 6, 6)."""
+        f, m = quantity[:, :3], quantity[:, 3:]
+        g, dg, ddg = self._inverse(f)
+        upper = np.zeros((len(quantity), 6, 6))
+        upper[:, 0, 3] = upper[:, 1, 4] = g
+        upper[:, :2, 2], upper[:, 2, 3:5] = m[:, :2] * dg[:, None], f[:, :2] * dg[:, None]
+        hessian = upper + upper.swapaxes(1, 2)
+        hessian[:, 2, 2] = (m[:, :2] * f[:, :2]).sum(axis=1) * ddg
+        return np.asarray((weights[:, 1] - weights[:, 0])[:, None, None] * hessian)
+
+    def _inverse(self, force: Array) -> tuple[Array, Array, Array]:
+        """f_z / (f_z² + least²) and its two derivatives, shape (K,) each."""
+        f, square = force[:, 2], force[:, 2] ** 2 + self.least**2
+        second = 2.0 * f * (f**2 - 3.0 * self.least**2) / square**3
+        return f / square, (self.least**2 - f**2) / square**2, second
+
+
+@dataclass(frozen=True)
+class Length(QuantityFunction):
+    """Euclidean length of a vector, Eq. (31)."""
+
+    def value(self, quantity: Array) -> Array:
+        """Return the lengths, shape (K, 1)."""
+        return np.asarray(np.linalg.norm(quantity, axis=1)[:, None])
+
+    def jacobian(self, quantity: Array) -> Array:
+        """Return the unit vectors, shape (K, 1, 3)."""
+        return (quantity / self.value(quantity))[:, None, :]
+
+    def hessian(self, quantity: Array, weights: Array) -> Array:
+        """Return weights (I - u u') / length, shape (K, 3, 3)."""
+        length = self.value(quantity)[:, :, None]
+        u = self.jacobian(quantity)
+        return weights[:, :1, None] * (np.eye(3) - u.swapaxes(1, 2) * u) / length
+
+
+@dataclass(frozen=True)
+class SquaredNorm(QuantityFunction):
+    """Sum of w_i v_i², the integrand of Eq. (46) with weights.
+
+    Attributes:
+        weights: shape (e,).
+    """
+
+    weights: Array
+
+    def value(self, quantity: Array) -> Array:
+        """Return the sums, shape (K, 1)."""
+        return np.asarray(((quantity**2) @ self.weights)[:, None])
+
+    def jacobian(self, quantity: Array) -> Array:
+        """Return 2 w v, shape (K, 1, e)."""
+        return (2.0 * self.weights * quantity)[:, None]
+
+    def vjp(self, quantity: Array, weights: Array) -> Array:
+        """Return weights * 2 w v, shape (K, e)."""
+        return np.asarray(weights * (2.0 * self.weights * quantity))
+
+    def hessian(self, quantity: Array, weights: Array) -> Array:
+        """Return 2 w on the diagonal, shape (K, e, e)."""
+        del quantity
+        return weights[:, :1, None] * np.diag(2.0 * self.weights)
+
+
+@dataclass(frozen=True)
+class ComplexStep(QuantityFunction):
+    """A function given by its value alone, differentiated numerically instant by instant.
+
+    First derivatives come from complex steps, exact to rounding (Squire & Trapp, SIAM Review 40,
+    1998); second ones are central differences of those, to about 1e-9 of their size. The function
+    must be smooth and made of operations that NumPy extends to complex numbers: `np.sqrt(v**2)`
+    and `v @ A`, not `abs`, `np.linalg.norm`, `np.maximum` or comparisons.
+
+    Attributes:
+        function: from quantities (K, e) to rows (K, r).
+    """
+
+    function: Callable[[Array], Array]
+
+    def value(self, quantity: Array) -> Array:
+        """Return the rows, shape (K, r)."""
+        return np.asarray(self.function(quantity), dtype=np.float64)
+
+    def jacobian(self, quantity: Array) -> Array:
+        """Return the derivative, shape (K, r, e), exact to rounding.
+
+        Raises:
+            InputError: differences of the function say otherwise (of the first instant, along one
+                direction): it does not extend to complex numbers.
+        """
+        jacobian = self._complex(quantity)
+        move = _RELATIVE * np.maximum(1.0, np.abs(quantity[:1]))
+        change = (self.value(quantity[:1] + move) - self.value(quantity[:1] - move)) / 2.0
+        expected = (jacobian[0] @ move[0])[None]
+        size = np.abs(jacobian[0]) @ np.abs(move[0]) + _ROUNDING * np.abs(self.value(quantity[:1]))
+        if not (np.abs(change - expected) <= 1e-3 * size).all():
+            raise InputError(
+                "the derivative by complex steps of a function disagrees with differences; write "
+                "it with operations that extend to complex numbers (not abs, norm, maximum), or "
+                "give a QuantityFunction with its own jacobian and hessian"
+            )
+        return jacobian
+
+    def hessian(self, quantity: Array, weights: Array) -> Array:
+        """Return the Hessian, shape (K, e, e), to about 1e-9 of its size."""
+        size = _RELATIVE * np.maximum(1.0, np.abs(quantity))
+        columns = []
+        for entry in range(quantity.shape[1]):
+            move = np.zeros(quantity.shape)
+            move[:, entry] = size[:, entry]
+            change = self._complex(quantity + move) - self._complex(quantity - move)
+            columns.append((weights[:, None] @ change)[:, 0] / (2.0 * size[:, entry, None]))
+        hessian = np.stack(columns, axis=2)
+        return np.asarray(0.5 * (hessian + hessian.swapaxes(1, 2)))
+
+    def _complex(self, quantity: Array) -> Array:
+        columns = []
+        for entry in range(quantity.shape[1]):
+            moved = quantity.astype(np.complex128)
+            moved[:, entry] += 1j * _TINY
+            columns.append(np.imag(self.function(moved)) / _TINY)  # type: ignore[arg-type]
+        return np.stack(columns, axis=2)
+
+
+_TINY = 1e-30  # complex step: no difference is taken, so it may be as small
+_RELATIVE = 1e-5  # step of differences, over the entry or one unit
+_ROUNDING = 1e-9  # of a value: less than this is not seen in its differences

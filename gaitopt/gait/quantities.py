@@ -1,0 +1,121 @@
+"""The quantities of a step that constraints and costs read: names, units, frames, shapes.
+
+Each is an array with one row per instant (or one per leg, or a single one) and one column per
+entry: `step.read(quantities.TORQUE)` has shape (instants, joints).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gaitopt.errors import InputError
+from gaitopt.mechanics.leg_distance import leg_pairs
+from gaitopt.nlp import Array
+from gaitopt.robot.model import Robot
+
+_XYZ = ("x", "y", "z")
+_WRENCH = tuple(f"{kind} {axis}" for kind in ("force", "moment") for axis in _XYZ)
+_CORNERS = ("toe left", "toe right", "heel left", "heel right")
+
+
+@dataclass(frozen=True, eq=False)
+class Quantity:
+    """Something of a step that has a value at every x, with exact derivatives.
+
+    Attributes:
+        name: as `quantity` finds it.
+        unit: of all entries, or of the first and the last half of them, "N, N·m".
+        frame: in which it is expressed, or what it is of.
+        entries: names of the columns; empty where the robot decides, see `labels`.
+        rows: names of the rows; empty where there is one per instant.
+        optional: whether it is computed only if a constraint reads it.
+    """
+
+    name: str
+    unit: str
+    frame: str
+    entries: tuple[str, ...] = ()
+    rows: tuple[str, ...] = ()
+    optional: bool = False
+
+    def __repr__(self) -> str:
+        """Return name and unit."""
+        return f"<Quantity {self.name} [{self.unit}]>"
+
+    def __reduce__(self) -> tuple[object, tuple[str]]:
+        """Pickle by name: a quantity is a single object."""
+        return quantity, (self.name,)
+
+    def labels(self, robot: Robot) -> tuple[str, ...]:
+        """Return the names of its columns for a robot."""
+        if self is LEG_GAPS:
+            return leg_pairs(robot).names
+        return self.entries or robot.joint_names
+
+
+TORQUE = Quantity("torque", "N·m", "joints")
+ANGLES = Quantity("angles", "rad", "joints")
+RATES = Quantity("rates", "rad/s", "joints")
+WRENCH = Quantity("wrench", "N, N·m", "stance sole: of the ground on the foot", _WRENCH)
+CORNERS = Quantity(
+    "corners", "m", "stance sole: corners of the swing sole",
+    tuple(f"{corner} {axis}" for corner in _CORNERS for axis in _XYZ),
+)  # fmt: skip
+TRUNK = Quantity(
+    "trunk", "rad", "direction of travel: attitude of the pelvis frame",
+    ("roll", "pitch", "yaw"), optional=True,
+)  # fmt: skip
+LEG_GAPS = Quantity("leg_gaps", "m", "distances of the capsules of the legs", optional=True)
+IMPULSE = Quantity(
+    "impulse", "N·s, N·m·s", "landing sole: of the ground on the foot", _WRENCH, ("",)
+)
+SOLE_TWIST = Quantity(
+    "sole_twist", "m/s, rad/s", "old stance sole, after the impact",
+    tuple(f"{kind} {axis}" for kind in ("velocity", "rate") for axis in _XYZ), ("",),
+)  # fmt: skip
+LEGS = Quantity(
+    "legs", "m", "from ankle to hip in double support", _XYZ, ("stance leg", "swing leg")
+)
+GAPS = Quantity(
+    "gaps", "m, 1", "what the lifted form has to close", _WRENCH, ("pelvis", "swing sole")
+)
+TRAVEL = Quantity("travel", "m, s", "the step", ("step length", "duration"), ("",))
+
+ALL = (
+    TORQUE, WRENCH, CORNERS, ANGLES, RATES, IMPULSE, SOLE_TWIST, LEGS, GAPS, TRAVEL, TRUNK,
+    LEG_GAPS,
+)  # fmt: skip
+
+
+def quantity(name: str) -> Quantity:
+    """Return the quantity of a name.
+
+    Raises:
+        InputError: there is none.
+    """
+    for one in ALL:
+        if one.name == name:
+            return one
+    raise InputError(
+        f"there is no quantity '{name}'; there are {', '.join(one.name for one in ALL)}"
+    )
+
+
+def typical_entries(one: Quantity, robot: Robot) -> Array:
+    """Return the size of a quantity's entries in a good walk, by which costs are scaled.
+
+    The torques' is such that their squares sum to (m g L)² / 200, as in a good walk of the
+    thirteen-link biped; the others are of the order of a walk.
+    """
+    count = len(one.labels(robot))
+    if one is TORQUE:
+        weight = robot.mass * float(np.linalg.norm(robot.model.gravity.linear))
+        return np.full(count, weight * robot.legs.reach / np.sqrt(_TYPICAL_EFFORT * count))
+    if one is WRENCH:
+        return np.full(count, robot.weight)
+    return np.full(count, robot.legs.reach if one.unit == "m" else 1.0)
+
+
+_TYPICAL_EFFORT = 200.0  # cost of a good walk in units of (m g L)² T / d / 200; measured
