@@ -7,7 +7,7 @@ from typing import Any
 
 from common import BareSweep, arguments, interleaved, save, start, told, walk
 
-from gaitopt.design.runtime import small_matrices
+from gaitopt.design.process import small_matrices
 from gaitopt.nlp import Array, Start
 from gaitopt.solvers.sqp import SQP
 

@@ -99,20 +99,19 @@ class BareSweep:
         return list(zip(q, v, a, strict=True))
 
 
-class OutOfTimeError(KeyboardInterrupt):
-    """The time allowed is over; solvers treat it as Ctrl-C."""
+class OutOfTimeError(Exception):
+    """The time allowed is over, for solvers that cannot be asked to stop."""
 
 
 @dataclass
 class Clock:
-    """Stops a solver after some CPU time, as an `on_progress` callback."""
+    """Stops a solver after some CPU time, as a `stop` callback."""
 
     seconds: float
     started: float = field(default_factory=time.process_time)
 
-    def __call__(self, _: Progress | None = None) -> None:
-        if time.process_time() - self.started > self.seconds:
-            raise OutOfTimeError
+    def __call__(self, _: Progress | None = None) -> bool:
+        return time.process_time() - self.started > self.seconds
 
 
 class TimedNLP(NLP):
@@ -121,13 +120,15 @@ class TimedNLP(NLP):
     Values and derivatives asked at the same x in a row are one evaluation.
     """
 
-    def __init__(self, nlp: NLP, hessian: bool = True, limit: float = np.inf) -> None:
+    def __init__(
+        self, nlp: NLP, hessian: bool = True, limit: float = np.inf, raising: bool = False
+    ) -> None:
         self._nlp = nlp
         self.variables, self.rows, self.cost_scale = nlp.variables, nlp.rows, nlp.cost_scale
         self.has_hessian = hessian and nlp.has_hessian
         self.evaluations = self.points = self.hessians = self.failures = 0
         self.seconds = self.cpu_seconds = 0.0
-        self._clock = Clock(limit)
+        self.out_of_time, self._raising = Clock(limit), raising
         self._last = np.empty(0)
 
     def values(self, x: Array) -> Values:
@@ -147,7 +148,8 @@ class TimedNLP(NLP):
         return self._nlp.describe(row)
 
     def _count(self, x: Array) -> None:
-        self._clock()
+        if self._raising and self.out_of_time():
+            raise OutOfTimeError
         if not np.array_equal(x, self._last):
             self.evaluations += 1
             self._last = np.array(x)

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from common import BareSweep, arguments, interleaved, save, start, walk
 
-from gaitopt.design.runtime import small_matrices
+from gaitopt.design.process import small_matrices
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.nlp import Array, Start
 from gaitopt.solvers.sqp import SQP

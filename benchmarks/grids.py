@@ -11,7 +11,7 @@ from typing import Any
 from common import arguments, robot_of, save
 
 from gaitopt.design.options import DesignOptions
-from gaitopt.design.runtime import small_matrices
+from gaitopt.design.process import small_matrices
 from gaitopt.design.starts import many_starts
 from gaitopt.gait.task import preset_task
 from gaitopt.robot import biped13

@@ -12,7 +12,7 @@ from common import arguments, robot_of, save, start, walk
 from threadpoolctl import threadpool_limits
 
 from gaitopt.design.design import design
-from gaitopt.design.runtime import small_matrices
+from gaitopt.design.process import small_matrices
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.task import preset_task
 from gaitopt.nlp import Start

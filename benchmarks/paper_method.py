@@ -11,7 +11,7 @@ from typing import Any
 
 from common import Clock, TimedNLP, arguments, save, start, told, walk
 
-from gaitopt.design.runtime import small_matrices
+from gaitopt.design.process import small_matrices
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.nlp import NLP, Array, Progress, Start
 from gaitopt.solvers import SLSQP, SQP, FiniteDifferenceNLP, Solver
@@ -31,15 +31,13 @@ def run(problem: WalkProblem, solver: Solver, x: Array, differences: str, cap: f
     nlp: NLP = counted
     if differences != "none":
         nlp = FiniteDifferenceNLP(counted, cost_gradient_only=differences == "constraints")
-    clock = Clock(cap)
     seen: list[tuple[float, Progress]] = []
 
     def record(progress: Progress) -> None:
         seen.append((time.process_time() - cpu, progress))
-        clock()
 
     started, cpu = time.perf_counter(), time.process_time()
-    solution = solver.solve(nlp, Start(x), record)
+    solution = solver.solve(nlp, Start(x), record, Clock(cap))
     seconds, cpu = time.perf_counter() - started, time.process_time() - cpu
     return {
         **told(solution),

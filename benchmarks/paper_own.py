@@ -15,7 +15,7 @@ import numpy as np
 from common import TimedNLP, arguments, save, start, told, walk
 from paper_evaluation import PaperProblem
 
-from gaitopt.design.runtime import small_matrices
+from gaitopt.design.process import small_matrices
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.nlp import NLP, Array, Progress, Start, Values
 from gaitopt.solvers import SLSQP, SQP, FiniteDifferenceNLP
@@ -56,7 +56,7 @@ class Diary:
         self.lines: list[list[float]] = []
         self.arrived = False
 
-    def __call__(self, progress: Progress) -> None:
+    def __call__(self, progress: Progress) -> bool:
         counted = self._counted
         self.lines.append([
             time.process_time() - self._started, progress.cost, progress.violation,
@@ -64,9 +64,8 @@ class Diary:
         ])  # fmt: skip
         if not self._quick:
             save("paper_own", self._data, False)
-        if progress.violation <= FEASIBLE and progress.cost <= self._goal:
-            self.arrived = True
-            raise KeyboardInterrupt
+        self.arrived = progress.violation <= FEASIBLE and progress.cost <= self._goal
+        return self.arrived or counted.out_of_time()
 
 
 def travel(nlp: NLP, x: Array, goal: float, data: dict[str, Any], name: str, quick: bool) -> Array:
@@ -79,7 +78,7 @@ def travel(nlp: NLP, x: Array, goal: float, data: dict[str, Any], name: str, qui
         "arrived": False,
     }
     data[name] = record
-    solution = SLSQP().solve(FiniteDifferenceNLP(counted), Start(x), diary)
+    solution = SLSQP().solve(FiniteDifferenceNLP(counted), Start(x), stop=diary)
     record |= told(solution) | {"evaluations": counted.evaluations, "arrived": diary.arrived}
     return np.array(counted.points_kept)
 

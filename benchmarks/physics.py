@@ -14,7 +14,7 @@ from common import arguments, save
 from tables import table
 
 from gaitopt.design.design import Design, design
-from gaitopt.design.runtime import small_matrices
+from gaitopt.design.process import small_matrices
 from gaitopt.gait.humanoid import humanoid_task
 from gaitopt.mechanics import newton_euler as chain_loads
 from gaitopt.mechanics import single_support as passive

@@ -16,7 +16,7 @@ from real_robots import robot_of as catalogue_robot
 
 from gaitopt.design.design import design
 from gaitopt.design.options import DesignOptions
-from gaitopt.design.runtime import small_matrices
+from gaitopt.design.process import small_matrices
 from gaitopt.errors import GaitoptError
 from gaitopt.gait.grid import Grid
 from gaitopt.gait.humanoid import humanoid_task

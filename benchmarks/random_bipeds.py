@@ -10,7 +10,7 @@ from common import arguments, robot_of, save
 
 from gaitopt.design.design import design
 from gaitopt.design.diagnose import diagnose
-from gaitopt.design.runtime import small_matrices
+from gaitopt.design.process import small_matrices
 from gaitopt.errors import GaitoptError, NoGaitFoundError
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.task import preset_task

@@ -11,7 +11,7 @@ from common import arguments, save, told
 
 from gaitopt.design.design import design
 from gaitopt.design.options import DesignOptions
-from gaitopt.design.runtime import small_matrices
+from gaitopt.design.process import small_matrices
 from gaitopt.design.search import search
 from gaitopt.errors import GaitoptError
 from gaitopt.gait.humanoid import humanoid_task

@@ -7,7 +7,7 @@ from typing import Any
 
 from common import BareSweep, Clock, TimedNLP, arguments, interleaved, save, start, told, walk
 
-from gaitopt.design.runtime import small_matrices
+from gaitopt.design.process import small_matrices
 from gaitopt.nlp import Start
 from gaitopt.solvers.sqp import SQP
 
@@ -24,7 +24,7 @@ def run(postures: int, samples: int) -> dict[str, Any]:
     x = start(problem)
     counted = TimedNLP(problem)
     started, cpu = time.perf_counter(), time.process_time()
-    solution = SQP().solve(counted, Start(x), Clock(CAP))
+    solution = SQP().solve(counted, Start(x), stop=Clock(CAP))
     seconds, cpu = time.perf_counter() - started, time.process_time() - cpu
     bare = interleaved({"bare": BareSweep(problem, x)}, 20)["bare"]
     return {

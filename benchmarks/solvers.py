@@ -15,10 +15,10 @@ import numpy as np
 import snopt
 from common import RESULTS, OutOfTimeError, TimedNLP, arguments, save, start, walk
 
-from gaitopt.design.runtime import small_matrices
+from gaitopt.design.process import small_matrices
 from gaitopt.errors import EvaluationError
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.nlp import NLP, Array, Start, kkt_residual, worst_violation
+from gaitopt.nlp import Array, Start, kkt_residual, worst_violation
 from gaitopt.solvers import SLSQP, SQP, CertifiedSQP, Ipopt, Solver, TrustConstr
 from gaitopt.solvers.multipliers import least_squares_multipliers
 from gaitopt.tolerances import FEASIBLE
@@ -43,20 +43,20 @@ class Method:
         starts: per sigma.
     """
 
-    run: Callable[[NLP, Array], tuple[Array, int, dict[str, Any]]]
+    run: Callable[[TimedNLP, Array], tuple[Array, int, dict[str, Any]]]
     hessian: bool = True
     starts: int = STARTS
 
 
-def _ours(solver: Solver) -> Callable[[NLP, Array], tuple[Array, int, dict[str, Any]]]:
-    def run(nlp: NLP, x: Array) -> tuple[Array, int, dict[str, Any]]:
-        solution = solver.solve(nlp, Start(x))
+def _ours(solver: Solver) -> Callable[[TimedNLP, Array], tuple[Array, int, dict[str, Any]]]:
+    def run(nlp: TimedNLP, x: Array) -> tuple[Array, int, dict[str, Any]]:
+        solution = solver.solve(nlp, Start(x), stop=nlp.out_of_time)
         return solution.x, solution.iterations, {"status": solution.status.name}
 
     return run
 
 
-def _snopt(nlp: NLP, x: Array) -> tuple[Array, int, dict[str, Any]]:
+def _snopt(nlp: TimedNLP, x: Array) -> tuple[Array, int, dict[str, Any]]:
     found = snopt.solve(nlp, x)
     more = {"status": f"INFO {found.status}", "marshalling": found.marshalling}
     return found.x, found.iterations, more
@@ -82,7 +82,7 @@ def methods() -> dict[str, Method]:
 
 def run(problem: WalkProblem, method: Method, x: Array) -> dict[str, Any]:
     """Run one method from one start and judge where it ended."""
-    counted = TimedNLP(problem, method.hessian, CAP)
+    counted = TimedNLP(problem, method.hessian, CAP, raising=method.run is _snopt)
     started, cpu = time.perf_counter(), time.process_time()
     record: dict[str, Any] = {"capped": False}
     try:

@@ -10,7 +10,7 @@ from common import arguments, robot_of, save
 
 from gaitopt.design.attempt import is_walk
 from gaitopt.design.options import SIGMA, DesignOptions
-from gaitopt.design.runtime import small_matrices
+from gaitopt.design.process import small_matrices
 from gaitopt.design.start_job import SECOND, StartJob
 from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.problem import WalkProblem

@@ -83,3 +83,12 @@ class NoGaitFoundError(GaitoptError):
     def __init__(self, message: str, solution: object = None, diagnosis: object = None) -> None:
         super().__init__(message)
         self.solution, self.diagnosis = solution, diagnosis
+
+
+class StoppedError(NoGaitFoundError):
+    """A search was stopped, as its `stop` asked for, before there was a walk."""
+
+    exit_code = 130
+
+    def __init__(self, solution: object = None) -> None:
+        super().__init__("interrupted before there was a result", solution)

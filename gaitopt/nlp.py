@@ -132,10 +132,12 @@ class Progress:
         cost: unscaled cost.
         violation: largest scaled row or bound violation.
         worst: index of the row with the largest violation.
-        optimality: infinity norm of the Lagrangian's gradient (scaled cost), nan if unknown.
+        optimality: `Residual.optimality` of the iterate with the multipliers that the solver has
+            there, or those of least squares where it has none.
         radius: step bound in units of variables.scale, nan if the solver has none.
         seconds: wall time since the start.
         evaluations: values and points computed so far.
+        solver: name of the method that made the iteration.
     """
 
     iteration: int
@@ -146,9 +148,29 @@ class Progress:
     radius: float
     seconds: float
     evaluations: int
+    solver: str = ""
 
 
 ProgressCallback = Callable[[Progress], None]
+StopCallback = Callable[[Progress], bool]
+"""Asked after every iteration; True ends the solver, which returns its best iterate."""
+
+Stop = Callable[[], bool]
+"""Asked now and then by work of many solves; once it says True it must go on saying so."""
+
+
+def never() -> bool:
+    """Return that there is no reason to stop."""
+    return False
+
+
+def stopping(stop: Stop, early: StopCallback | None = None) -> StopCallback:
+    """Return what a solver asks after every iteration: `stop`, and then `early` if given."""
+
+    def asked(progress: Progress) -> bool:
+        return stop() or (early is not None and early(progress))
+
+    return asked
 
 
 @dataclass(frozen=True)
@@ -170,7 +192,7 @@ class Solution:
         bound_multipliers: of the bounds on x, shape (n,).
         status: how it stopped.
         violation: largest scaled row or bound violation at x.
-        optimality: infinity norm of the Lagrangian's gradient at x (see `kkt_residual`).
+        optimality: `Residual.optimality` at x.
         iterations, evaluations, hessians: counts (evaluations of values or points).
         seconds: wall time.
         solver: name of the solver.
@@ -208,9 +230,14 @@ class Residual:
     complementarity: float
 
     @property
+    def optimality(self) -> float:
+        """Larger one of stationarity and complementarity: what a solver's tolerance bounds."""
+        return max(self.stationarity, self.complementarity)
+
+    @property
     def worst(self) -> float:
         """Largest of the three."""
-        return max(self.stationarity, self.feasibility, self.complementarity)
+        return max(self.optimality, self.feasibility)
 
 
 def violations(lower: Array, upper: Array, value: Array) -> Array:
@@ -228,9 +255,9 @@ def worst_violation(nlp: NLP, values: Values) -> tuple[float, int]:
 
 def kkt_residual(nlp: NLP, point: Point, multipliers: Array, bound_multipliers: Array) -> Residual:
     """Compute the KKT residual from its definition (Nocedal & Wright, 2006, Theorem 12.1)."""
-    slope = nlp.cost_scale * point.gradient + point.jacobian.T @ multipliers + bound_multipliers
+    gradient = nlp.cost_scale * point.gradient + point.jacobian.T @ multipliers + bound_multipliers
     return Residual(
-        stationarity=float(np.abs(slope).max(initial=0.0)),
+        stationarity=float(np.abs(gradient).max(initial=0.0)),
         feasibility=worst_violation(nlp, point)[0],
         complementarity=max(
             _complementarity(nlp.rows.lower, nlp.rows.upper, point.rows, multipliers),

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from gaitopt.cli.writable import require_writable
-from gaitopt.design.runtime import small_matrices
+from gaitopt.design.process import small_matrices
 from gaitopt.errors import GaitoptError
 from reproduction.page import PARTS, part_text, write_figures, write_reproduction
 from reproduction.results import Reproduction

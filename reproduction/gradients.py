@@ -119,13 +119,12 @@ def _run(problem: WalkProblem, x: Array, gradient: str, cap: float) -> Run:
     history: list[tuple[float, float, float]] = []
     started = time.process_time()
 
-    def note(progress: Progress) -> None:
+    def note(progress: Progress) -> bool:
         spent = time.process_time() - started
         history.append((spent, progress.cost, progress.violation))
-        if spent > cap:
-            raise KeyboardInterrupt
+        return spent > cap
 
-    solution = SOLVER.solve(nlp, Start(x), note)
+    solution = SOLVER.solve(nlp, Start(x), stop=note)
     if not (history and history[-1][0] > cap):
         stop_if_interrupted(solution)  # not by the cap
     return Run(

@@ -8,7 +8,7 @@ from math import isfinite
 from rich.console import Console
 
 from gaitopt.cli.cells import rounded
-from gaitopt.cli.interrupt import ctrl_c_told
+from gaitopt.cli.interrupt import ctrl_c_asks
 from gaitopt.cli.request import Request, make_task
 from gaitopt.cli.screen import warn
 from gaitopt.design.certificate import WorstRow
@@ -29,7 +29,7 @@ def fastest_walk(request: Request, console: Console, quiet: bool) -> tuple[Reque
     Raises:
         InputError: first guesses were asked for, which this search makes itself.
         NoGaitFoundError: there is no walk at the speed to begin with.
-        KeyboardInterrupt: Ctrl-C was pressed before there was a walk.
+        StoppedError: Ctrl-C was pressed before there was a walk.
     """
     if "starts" in request.settings or request.start is not None:
         raise InputError(
@@ -45,8 +45,10 @@ def fastest_walk(request: Request, console: Console, quiet: bool) -> tuple[Reque
         if not quiet:
             console.print(f"{speed:.3f} m/s: {result}")
 
-    with ctrl_c_told():
-        best = fastest(request.robot, task_at, request.task.speed, request.options, on_try=tell)
+    with ctrl_c_asks() as stop:
+        best = fastest(
+            request.robot, task_at, request.task.speed, request.options, on_try=tell, stop=stop
+        )
     found = best.design
     if best.interrupted:
         found = replace(found, solution=replace(found.solution, status=Status.INTERRUPTED))

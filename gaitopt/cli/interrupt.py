@@ -26,9 +26,13 @@ _LIKE_CTRL_C = ("SIGTERM", "SIGHUP")  # the second is not on every system
 
 @dataclass
 class StopRequest:
-    """Whether Ctrl-C was pressed."""
+    """Whether Ctrl-C was pressed; called, it says so, as the `stop` of a search."""
 
     asked: bool = False
+
+    def __call__(self) -> bool:
+        """Return whether the search shall end."""
+        return self.asked
 
 
 def take_signals() -> None:
@@ -50,8 +54,7 @@ def _as_ctrl_c(number: int, frame: FrameType | None) -> None:
 def ctrl_c_asks(*, told: bool = True) -> Iterator[StopRequest]:
     """Note the first Ctrl-C inside the block instead of raising; the second ends the program.
 
-    The solver stops between two iterations, so that its best iterate is complete. Solvers answer
-    KeyboardInterrupt in the same way, so that the second has to be something else.
+    The solver stops between two iterations, so that its best iterate is complete.
 
     Args:
         told: whether to say on stderr, at once, that the first was heard.
@@ -68,22 +71,6 @@ def ctrl_c_asks(*, told: bool = True) -> Iterator[StopRequest]:
 
     with _answered_by(note):
         yield request
-
-
-@contextmanager
-def ctrl_c_told() -> Iterator[None]:
-    """Say on stderr that Ctrl-C was heard, then raise as usual; the second ends the program."""
-    request = StopRequest()
-
-    def tell(number: int, frame: FrameType | None) -> None:
-        if request.asked:
-            _quit()
-        request.asked = True
-        _tell(STOPPING)
-        signal.default_int_handler(number, frame)
-
-    with _answered_by(tell):
-        yield
 
 
 @contextmanager

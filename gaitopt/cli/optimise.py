@@ -22,9 +22,15 @@ from gaitopt.cli.results import kept_elsewhere, write_results
 from gaitopt.cli.screen import screen, warn
 from gaitopt.cli.writable import require_writable
 from gaitopt.design.design import Design, design
-from gaitopt.design.start_job import Outcome
+from gaitopt.design.process import small_matrices
 from gaitopt.design.starts import many_starts
-from gaitopt.errors import GaitoptError, InputError, NoGaitFoundError, UnreachableError
+from gaitopt.errors import (
+    GaitoptError,
+    InputError,
+    NoGaitFoundError,
+    StoppedError,
+    UnreachableError,
+)
 from gaitopt.gait.result import Gait
 from gaitopt.mechanics.leg_distance import leg_pairs
 from gaitopt.nlp import Status
@@ -55,18 +61,19 @@ def run(
         tell_robot(errors, request.robot.findings, inspect_command(request.settings))
     with painter(output is not None and figures) as brush:
         try:
-            if fastest:
-                request, found = fastest_walk(request, errors, quiet)
-            else:
-                found = _search(request, errors, quiet)
+            with small_matrices():
+                if fastest:
+                    request, found = fastest_walk(request, errors, quiet)
+                else:
+                    found = _search(request, errors, quiet)
+        except (KeyboardInterrupt, StoppedError) as error:
+            complain("interrupted before there was a result; nothing was written")
+            raise typer.Exit(ExitCode.INTERRUPTED) from error
         except (NoGaitFoundError, UnreachableError) as error:
             complain(str(error))
             asked = Asked(given, config, output, page=page, figures=figures, quiet=quiet)
             advise(remedies(error.diagnosis, request, asked))
             raise typer.Exit(error.exit_code) from error
-        except KeyboardInterrupt as error:
-            complain("interrupted before there was a result; nothing was written")
-            raise typer.Exit(ExitCode.INTERRUPTED) from error
         written: list[Path] = []
         try:  # first the files: whoever reads the tables may close the pipe
             if output is not None:
@@ -128,17 +135,14 @@ def _designed(
     """Design from one start, or from several with a report on them."""
     robot, task, options = request.robot, request.task, request.options
     if request.starts == 1:
-        return design(robot, task, options, start=request.start, on_progress=progress), ()
-
-    def go_on(_: Outcome) -> None:
-        if stop.asked:
-            raise KeyboardInterrupt
+        found = design(robot, task, options, start=request.start, on_progress=progress, stop=stop)
+        return found, ()
 
     sigma, seed = request.noise
     report = many_starts(
         robot, task, options, count=request.starts, seed=seed, sigma=sigma,
         workers=max(1, min(request.starts // 2, os.cpu_count() or 1)), start=request.start,
-        on_outcome=go_on, on_progress=progress,
+        on_progress=progress, stop=stop,
     )  # fmt: skip
     first, *optima = report.sentences
     return report.design, (f"{first}; costs at the samples, before refinement:", *optima)
@@ -149,16 +153,11 @@ def _search(request: Request, errors: Console, quiet: bool) -> Design:
 
     Raises:
         GaitoptError: no gait was found.
-        KeyboardInterrupt: Ctrl-C was pressed before there was a walk.
+        StoppedError: Ctrl-C was pressed before there was a walk.
     """
     shown = errors.is_terminal and not quiet  # then the table says that it stops
     with ctrl_c_asks(told=not shown) as stop, ProgressDisplay(errors, stop, quiet) as progress:
-        try:
-            found, said = _designed(request, progress, stop)
-        except (NoGaitFoundError, UnreachableError) as error:
-            if stop.asked:  # a search that was ended is no answer
-                raise KeyboardInterrupt from error
-            raise
+        found, said = _designed(request, progress, stop)
     if not quiet:
         kept = f"the walk that is kept: cost {found.solution.cost:.6g} N²·m·s"
         gap = request.task.margins.leg_gap

@@ -23,7 +23,7 @@ Row = tuple[str, str, str, str, str, str]
 class ProgressDisplay:
     """Shows the progress of every round of a design; a context manager.
 
-    An instance is what `design` takes as `on_progress`. It also hands Ctrl-C on to the solver.
+    An instance is what `design` takes as `on_progress`.
     """
 
     def __init__(self, console: Console, request: StopRequest, quiet: bool) -> None:
@@ -61,8 +61,6 @@ class ProgressDisplay:
             done = progress.iteration - first
             self._rows[-1] = _row(problem.describe, number, done, progress, self._elapsed)
             self._show()
-            if self._request.asked:
-                raise KeyboardInterrupt
 
         return show
 
@@ -104,7 +102,7 @@ def _row(
     if progress.violation > NO_VIOLATION:
         violation = f"{progress.violation:.1e}  {describe(progress.worst)}"
     return (
-        str(number),
+        f"{number} ({progress.solver})" if progress.solver else str(number),
         str(done),
         f"{progress.cost:.6g}",
         violation,

@@ -10,8 +10,8 @@ from gaitopt.design.options import DesignOptions
 from gaitopt.design.refine import with_work
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.task import Task
-from gaitopt.nlp import NLP, Array, ProgressCallback, Solution, Start, Status
-from gaitopt.solvers import CertifiedSQP, FiniteDifferenceNLP, Solver
+from gaitopt.nlp import NLP, Array, ProgressCallback, Solution, Start, Status, Stop, never, stopping
+from gaitopt.solvers import FiniteDifferenceNLP
 from gaitopt.tolerances import FEASIBLE
 
 RELAXED_LIFTOFF = -0.02
@@ -23,16 +23,20 @@ their gradients depend on each other; this much slack takes the walk away from i
 
 
 def attempt(
-    problem: WalkProblem, options: DesignOptions, x: Array, callback: ProgressCallback | None = None
+    problem: WalkProblem,
+    options: DesignOptions,
+    x: Array,
+    callback: ProgressCallback | None = None,
+    stop: Stop = never,
 ) -> Solution:
     """Solve from a first guess by the approach of the options, walk or not."""
-    solver, nlp = traveller(options.solver), derived(problem, options)
+    solver, nlp = options.solver.first_stage, derived(problem, options)
     if not begins_relaxed(problem.task, options):
-        return solver.solve(nlp, Start(x), callback)
-    start, spent = _relaxed_walk(problem, options, x, callback)
+        return solver.solve(nlp, Start(x), callback, stopping(stop))
+    start, spent = _relaxed_walk(problem, options, x, callback, stop)
     if spent.status is Status.INTERRUPTED:
         return replace(spent, cost=np.nan, violation=np.inf)  # of another walk
-    return with_work(solver.solve(nlp, start, callback), spent)
+    return with_work(solver.solve(nlp, start, callback, stopping(stop)), spent)
 
 
 def begins_relaxed(task: Task, options: DesignOptions) -> bool:
@@ -44,20 +48,21 @@ def begins_relaxed(task: Task, options: DesignOptions) -> bool:
 
 
 def _relaxed_walk(
-    problem: WalkProblem, options: DesignOptions, x: Array, callback: ProgressCallback | None
+    problem: WalkProblem,
+    options: DesignOptions,
+    x: Array,
+    callback: ProgressCallback | None,
+    stop: Stop,
 ) -> tuple[Start, Solution]:
     """Return where the relaxed walk leads to, and the work it took."""
     margins = replace(problem.task.margins, liftoff_speed=RELAXED_LIFTOFF)
     easier = WalkProblem(problem.robot, replace(problem.task, margins=margins))
-    found = traveller(options.solver).solve(derived(easier, options), Start(x), callback)
+    found = options.solver.first_stage.solve(
+        derived(easier, options), Start(x), callback, stopping(stop)
+    )
     if not is_walk(found):
         return Start(x), found
     return Start(found.x, found.multipliers), found
-
-
-def traveller(solver: Solver) -> Solver:
-    """Return the solver that goes from a first guess to a gait."""
-    return solver.travel if isinstance(solver, CertifiedSQP) else solver
 
 
 def derived(problem: WalkProblem, options: DesignOptions) -> NLP:

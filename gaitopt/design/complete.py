@@ -9,15 +9,13 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
-from gaitopt.design.attempt import traveller
 from gaitopt.design.certificate import Certificate, certify, on_fine_grid
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.refine import refine
 from gaitopt.gait.assemble import gait_at
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.result import Gait
-from gaitopt.nlp import ProgressCallback, Solution
-from gaitopt.solvers import CertifiedSQP
+from gaitopt.nlp import ProgressCallback, Solution, Stop, never, stopping
 from gaitopt.version import __version__
 
 
@@ -55,6 +53,7 @@ def complete(
     solution: Solution,
     options: DesignOptions,
     on_progress: Callable[[WalkProblem], ProgressCallback] | None = None,
+    stop: Stop = never,
 ) -> Design:
     """Refine, confirm and certify a walk.
 
@@ -62,17 +61,17 @@ def complete(
         problem, solution: the walk on the task's samples, solved.
         options: solver and refinement.
         on_progress: makes the progress callback of a walk.
+        stop: where it says True, the best walk until then is returned as it is.
 
     Raises:
         EvaluationError: the walk is not defined between its samples.
     """
     fine = on_fine_grid(problem)
     if options.refine:
-        solver = traveller(options.solver)
-        problem, solution = refine(problem, solution, solver, on_progress, fine=fine)
-    if isinstance(options.solver, CertifiedSQP):
-        callback = None if on_progress is None else on_progress(problem)
-        solution = options.solver.confirm(problem, solution, callback)
+        first = options.solver.first_stage
+        problem, solution = refine(problem, solution, first, on_progress, stop, fine=fine)
+    callback = None if on_progress is None else on_progress(problem)
+    solution = options.solver.confirm(problem, solution, callback, stopping(stop))
     return finished(problem, solution, options.refine, fine)
 
 

@@ -8,12 +8,11 @@ import numpy as np
 
 from gaitopt.design.complete import Design, complete, finished, versions
 from gaitopt.design.options import DesignOptions
-from gaitopt.design.runtime import small_matrices
 from gaitopt.design.search import guess, search
 from gaitopt.errors import InputError
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.task import Task
-from gaitopt.nlp import Array, ProgressCallback
+from gaitopt.nlp import Array, ProgressCallback, Stop, never
 from gaitopt.robot.model import Robot
 
 __all__ = ["Design", "checked_start", "design", "finished", "versions"]
@@ -26,6 +25,7 @@ def design(
     *,
     start: Array | None = None,
     on_progress: Callable[[WalkProblem], ProgressCallback] | None = None,
+    stop: Stop = never,
 ) -> Design:
     """Design the optimal gait of a robot for a task.
 
@@ -35,30 +35,22 @@ def design(
         options: solver, refinement, kind of derivatives.
         start: first guess of the parameters, shape (P,); by default `first_guess`.
         on_progress: makes the progress callback of a walk (it can name the walk's rows).
+        stop: asked at every iteration; where it says True, the best walk until then is returned,
+            with the status INTERRUPTED.
 
     Raises:
         InputError: the start has another shape than the parameters, or is not finite.
         NoGaitFoundError: no feasible gait was found; the message says what stands in the way, and
             `diagnosis` why and what would help.
         UnreachableError: the step asked for is longer than the legs; with a `diagnosis` too.
+        StoppedError: `stop` said so before there was a walk.
     """
     task, options = task or Task(), options or DesignOptions()
-    with small_matrices():
-        return _design(robot, task, options, start, on_progress)
-
-
-def _design(
-    robot: Robot,
-    task: Task,
-    options: DesignOptions,
-    start: Array | None,
-    on_progress: Callable[[WalkProblem], ProgressCallback] | None,
-) -> Design:
     problem = WalkProblem(robot, task)
-    x = guess(problem, options) if start is None else checked_start(problem, start)
+    x = guess(problem, options, stop) if start is None else checked_start(problem, start)
     callback = None if on_progress is None else on_progress(problem)
-    solution = search(problem, options, x, callback)
-    return complete(problem, solution, options, on_progress)
+    solution = search(problem, options, x, callback, stop)
+    return complete(problem, solution, options, on_progress, stop)
 
 
 def checked_start(problem: WalkProblem, start: Array) -> Array:

@@ -20,7 +20,7 @@ from gaitopt.design.reason import (
 )
 from gaitopt.design.suggestions import find_suggestions
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.nlp import Array, Solution, Start
+from gaitopt.nlp import Array, Solution, Start, Stop, never
 from gaitopt.tolerances import FEASIBLE
 
 EQUAL = 0.98
@@ -31,6 +31,7 @@ def diagnose(
     problem: WalkProblem,
     tried: Sequence[Solution] = (),
     options: DesignOptions | None = None,
+    stop: Stop = never,
 ) -> Diagnosis:
     """Find out why a walk has no feasible gait and what change would give it one.
 
@@ -38,19 +39,20 @@ def diagnose(
         problem: the walk.
         tried: what solvers made of it, where they could start.
         options: how the walk was searched for; suggestions are followed in the same way.
+        stop: ends the diagnosis.
 
     Raises:
         UnreachableError: not even an easier walk can be guessed.
-        KeyboardInterrupt: Ctrl-C was pressed.
+        StoppedError: `stop` said so.
     """
     started, options = time.process_time(), options or DesignOptions()
-    points = journeys(problem, tried)
+    points = journeys(problem, tried, stop)
     least = min(points, key=lambda s: s.violation, default=None)
     reason = None
     if least is not None and least.violation > FEASIBLE:
-        reason = find_reason(problem, points)
+        reason = find_reason(problem, points, stop)
         if reason is not None and reason.amount <= FEASIBLE:
-            least = solve_or_stop(TRAVELLER, problem, Start(reason.x))
+            least = solve_or_stop(TRAVELLER, problem, Start(reason.x), stop)
     if least is not None and least.violation <= FEASIBLE:
         return Diagnosis((), least.violation, None, (), (), (), least.x, _since(started))
     impossible = tuple(sentence for _, sentence in contradictions(problem))
@@ -59,7 +61,7 @@ def diagnose(
         worst = None if least is None else worst_rows(problem, least.x)[0]
         return Diagnosis(impossible, violation, worst, (), (), (), None, _since(started))
     conflict = conflicts(problem, reason)
-    suggestions, vain = find_suggestions(problem, reason, options)
+    suggestions, vain = find_suggestions(problem, reason, options, stop)
     return Diagnosis(
         impossible=impossible,
         violation=least.violation,

@@ -10,10 +10,10 @@ import numpy as np
 from gaitopt.design.diagnosis import Conflict
 from gaitopt.design.relaxation import Relaxation, RelaxedProgram
 from gaitopt.design.settle import Settle
-from gaitopt.errors import UnreachableError
+from gaitopt.errors import StoppedError, UnreachableError
 from gaitopt.gait.initial_guess import first_guess, perturbed
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.nlp import NLP, Array, Solution, Start, Status
+from gaitopt.nlp import NLP, Array, Solution, Start, Stop, never, stopping
 from gaitopt.solvers.sqp import SQP
 from gaitopt.tolerances import FEASIBLE
 
@@ -54,19 +54,19 @@ class Reason:
         return float(self.amounts.sum())
 
 
-def journeys(problem: WalkProblem, tried: Sequence[Solution]) -> list[Solution]:
+def journeys(problem: WalkProblem, tried: Sequence[Solution], stop: Stop = never) -> list[Solution]:
     """Return where two runs ended: those already made, others from further starts.
 
     Raises:
         UnreachableError: not even an easier walk can be guessed.
-        KeyboardInterrupt: Ctrl-C was pressed.
+        StoppedError: `stop` said so.
     """
     found = sorted((s for s in tried if np.isfinite(s.violation)), key=lambda s: s.violation)[:2]
     if len(found) < 2:
         x = easier_guess(problem)
         for start in (perturbed(problem, x, SIGMA, seed=0), x):
             if len(found) < 2 and not any(s.violation <= FEASIBLE for s in found):
-                found.append(solve_or_stop(TRAVELLER, problem, Start(start)))
+                found.append(solve_or_stop(TRAVELLER, problem, Start(start), stop))
     return [s for s in found if np.isfinite(s.violation)]
 
 
@@ -87,17 +87,17 @@ def easier_guess(problem: WalkProblem) -> Array:
     raise reason
 
 
-def find_reason(problem: WalkProblem, points: list[Solution]) -> Reason | None:
+def find_reason(problem: WalkProblem, points: list[Solution], stop: Stop = never) -> Reason | None:
     """Return the smallest relaxation of all families that is found from several points.
 
     Raises:
-        KeyboardInterrupt: Ctrl-C was pressed.
+        StoppedError: `stop` said so.
     """
     best: Reason | None = None
     relaxations = _family_relaxations(problem)
     for point in points:
         program = RelaxedProgram(problem, relaxations, point.x)
-        solution = solve_or_stop(GATHERER, program, Start(program.needed(point.x)))
+        solution = solve_or_stop(GATHERER, program, Start(program.needed(point.x)), stop)
         if not solution.violation <= FEASIBLE:
             continue
         multipliers = program.base_multipliers(solution.multipliers)
@@ -138,16 +138,16 @@ def conflicts(problem: WalkProblem, reason: Reason) -> tuple[Conflict, ...]:
 
 
 def solve_or_stop(
-    solver: SQP, program: NLP, start: Start, settle: Settle | None = None
+    solver: SQP, program: NLP, start: Start, stop: Stop = never, early: Settle | None = None
 ) -> Solution:
-    """Solve; a run that Ctrl-C ended ends the diagnosis too.
+    """Solve, until `early` finds it good enough.
 
     Raises:
-        KeyboardInterrupt: the solver was interrupted, and not because it had settled.
+        StoppedError: `stop` said so.
     """
-    solution = solver.solve(program, start, settle)
-    if solution.status is Status.INTERRUPTED and not (settle is not None and settle.settled):
-        raise KeyboardInterrupt
+    solution = solver.solve(program, start, stop=stopping(stop, early))
+    if stop():
+        raise StoppedError(solution)
     return solution
 
 

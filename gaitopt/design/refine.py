@@ -11,7 +11,7 @@ from gaitopt.design.active import exceeded, pressures
 from gaitopt.design.certificate import on_fine_grid
 from gaitopt.design.exchange import exchange, pruned
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.nlp import Array, ProgressCallback, Solution, Start, Status
+from gaitopt.nlp import Array, ProgressCallback, Solution, Start, Status, Stop, never, stopping
 from gaitopt.solvers.solver import Solver
 from gaitopt.tolerances import FEASIBLE
 
@@ -25,6 +25,7 @@ def refine(
     solution: Solution,
     solver: Solver,
     on_progress: Callable[[WalkProblem], ProgressCallback] | None = None,
+    stop: Stop = never,
     *,
     fine: WalkProblem | None = None,
 ) -> tuple[WalkProblem, Solution]:
@@ -34,6 +35,7 @@ def refine(
         problem, solution: a walk and its solution on the given samples.
         solver: used for every round.
         on_progress: makes the progress callback of a walk.
+        stop: where it says True, the walk of the last complete round is kept.
         fine: the walk on the certificate's grid, if it is at hand.
 
     Returns:
@@ -47,7 +49,8 @@ def refine(
         return problem, solution
 
     def solve(finer: WalkProblem, start: Start) -> Solution:
-        return solver.solve(finer, start, None if on_progress is None else on_progress(finer))
+        callback = None if on_progress is None else on_progress(finer)
+        return solver.solve(finer, start, callback, stopping(stop))
 
     found, active = (problem, solution), pressures(problem, solution.multipliers)
     for finer, again in exchange(problem, solution.x, active, solve, fine, peaks):

@@ -12,31 +12,35 @@ from gaitopt.design.diagnose import diagnose
 from gaitopt.design.diagnosis import Diagnosis, Suggestion
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.suggestions import followed, following
-from gaitopt.errors import EvaluationError, NoGaitFoundError, UnreachableError
+from gaitopt.errors import EvaluationError, NoGaitFoundError, StoppedError, UnreachableError
 from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.nlp import Array, ProgressCallback, Solution, Status
+from gaitopt.nlp import Array, ProgressCallback, Solution, Status, Stop, never
 
 
-def guess(problem: WalkProblem, options: DesignOptions) -> Array:
+def guess(problem: WalkProblem, options: DesignOptions, stop: Stop = never) -> Array:
     """Return the first guess, or the walk that a diagnosis finds where there is none."""
     try:
         return first_guess(problem)
     except UnreachableError as error:
-        diagnosis = _diagnosis(problem, [], options)
+        diagnosis = _diagnosis(problem, [], options, stop)
         if diagnosis is None or diagnosis.gait is None:
             raise UnreachableError(str(error), diagnosis) from error
         return diagnosis.gait
 
 
 def search(
-    problem: WalkProblem, options: DesignOptions, x: Array, callback: ProgressCallback | None
+    problem: WalkProblem,
+    options: DesignOptions,
+    x: Array,
+    callback: ProgressCallback | None,
+    stop: Stop = never,
 ) -> Solution:
     """Solve, once more from the walk that a diagnosis finds; raise if there is none."""
-    solution = attempt(problem, options, x, callback)
+    solution = attempt(problem, options, x, callback, stop)
     if is_walk(solution):
         return solution
-    return second_thoughts(problem, [solution], options, callback)
+    return second_thoughts(problem, [solution], options, callback, stop)
 
 
 def second_thoughts(
@@ -44,6 +48,7 @@ def second_thoughts(
     tried: Sequence[Solution],
     options: DesignOptions,
     callback: ProgressCallback | None,
+    stop: Stop = never,
 ) -> Solution:
     """Return the walk that a diagnosis leads to where solvers found none; raise if there is none.
 
@@ -52,43 +57,45 @@ def second_thoughts(
         tried: what solvers made of it, none of them a walk.
         options: how it was searched for.
         callback: told of iterations.
+        stop: ends the diagnosis.
 
     Raises:
         NoGaitFoundError: with the diagnosis.
+        StoppedError: a solver or the diagnosis was stopped.
     """
     solution = min(tried, key=lambda s: s.violation if np.isfinite(s.violation) else np.inf)
-    diagnosis = _diagnosis(problem, tried, options)
+    if any(one.status is Status.INTERRUPTED for one in tried):
+        raise StoppedError(solution)
+    diagnosis = _diagnosis(problem, tried, options, stop)
     if diagnosis is not None and diagnosis.gait is not None:
-        second = attempt(problem, following(options), diagnosis.gait, callback)
+        second = attempt(problem, following(options), diagnosis.gait, callback, stop)
         if is_walk(second):
             return second
-        diagnosis = _with_another_solver(problem, diagnosis, options)
+        if stop():
+            raise StoppedError(second)
+        diagnosis = _with_another_solver(problem, diagnosis, options, stop)
     raise NoGaitFoundError(_refusal(problem, solution), solution, diagnosis)
 
 
 def _diagnosis(
-    problem: WalkProblem, tried: Sequence[Solution], options: DesignOptions
+    problem: WalkProblem, tried: Sequence[Solution], options: DesignOptions, stop: Stop
 ) -> Diagnosis | None:
-    """Return a diagnosis, unless it is not wanted, cannot be made or is given up by Ctrl-C."""
-    interrupted = any(solution.status is Status.INTERRUPTED for solution in tried)
-    if interrupted or not options.diagnose:
+    """Return a diagnosis, unless it is not wanted or cannot be made."""
+    if not options.diagnose:
         return None
     try:
-        return diagnose(problem, tried, options)
-    except (UnreachableError, KeyboardInterrupt):
+        return diagnose(problem, tried, options, stop)
+    except UnreachableError:
         return None
 
 
 def _with_another_solver(
-    problem: WalkProblem, diagnosis: Diagnosis, options: DesignOptions
+    problem: WalkProblem, diagnosis: Diagnosis, options: DesignOptions, stop: Stop
 ) -> Diagnosis:
     """Return the diagnosis of a walk that exists with what finds it, if anything does."""
     usual = following(replace(options, solver=DesignOptions().solver, differences="none"))
     x = diagnosis.gait
-    try:
-        found = None if x is None else followed(problem.robot, problem.task, x, usual)
-    except KeyboardInterrupt:
-        return diagnosis
+    found = None if x is None else followed(problem.robot, problem.task, x, usual, stop)
     if x is None or found is None:
         return diagnosis
     words = "the default solver, started from the walk that the diagnosis found,"

@@ -18,29 +18,18 @@ STUCK = 15
 
 @dataclass
 class Settle:
-    """Ends a run as Ctrl-C would, when it is good enough or gets nowhere; an `on_progress`.
+    """Ends a run when it is good enough or gets nowhere; a `StopCallback`."""
 
-    Attributes:
-        settled: whether it has ended the run.
-    """
-
-    settled: bool = False
     _objective: float = np.inf
     _idle: int = 0
     _patience: Patience = field(default_factory=lambda: Patience(STUCK))
 
-    def __call__(self, progress: Progress) -> None:
-        """Look at an iteration.
-
-        Raises:
-            KeyboardInterrupt: the run may end.
-        """
+    def __call__(self, progress: Progress) -> bool:
+        """Look at an iteration; return whether the run may end."""
         stuck = self._patience.exhausted(progress.violation)
         if progress.violation <= FEASIBLE:
             if progress.cost < self._objective - WORTH * abs(progress.cost):
                 self._objective, self._idle = progress.cost, 0
             else:
                 self._idle += 1
-        if stuck or self._idle >= RESTLESS:
-            self.settled = True
-            raise KeyboardInterrupt
+        return stuck or self._idle >= RESTLESS

@@ -12,17 +12,17 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from gaitopt.bounds import STARTS, WORKERS, at_most, shown
+from gaitopt.design.complete import complete
 from gaitopt.design.design import Design, checked_start, design, finished
 from gaitopt.design.options import COUNT, SIGMA, DesignOptions
-from gaitopt.design.runtime import small_matrices
 from gaitopt.design.search import second_thoughts
 from gaitopt.design.start_job import Outcome, StartJob, outcomes_of
-from gaitopt.errors import InputError, UnreachableError
+from gaitopt.errors import InputError, StoppedError, UnreachableError
 from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.presets import foreign_margins
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.task import Task
-from gaitopt.nlp import Array, ProgressCallback, Status
+from gaitopt.nlp import Array, ProgressCallback, Solution, Status, Stop, never
 from gaitopt.robot.model import Robot
 
 SAME_COST = 1e-4  # relative
@@ -102,6 +102,7 @@ def many_starts(
     start: Array | None = None,
     on_outcome: Callable[[Outcome], None] | None = None,
     on_progress: Callable[[WalkProblem], ProgressCallback] | None = None,
+    stop: Stop = never,
 ) -> StartsReport:
     """Search from several first guesses, keep the best walk, refine and certify that one.
 
@@ -117,16 +118,17 @@ def many_starts(
         workers: processes; with more than one, a script must start its work under
             `if __name__ == "__main__":`, because each process imports it.
         start: first guess of the parameters, shape (P,); by default `first_guess`.
-        on_outcome: called with every outcome, in order; may raise KeyboardInterrupt, which like
-            Ctrl-C ends the search and keeps the best walk so far.
-        on_progress: makes the progress callback of the final design.
+        on_outcome: called with every outcome, in order.
+        on_progress: makes the progress callback of a walk; starts in other processes tell none.
+        stop: asked at every iteration; where it says True, the best walk until then is returned,
+            with the status INTERRUPTED.
 
     Raises:
         InputError: count or workers below 1, sigma or seed negative, or the start has another
             shape than the parameters or is not finite.
         NoGaitFoundError: none of the starts led to a walk; with a `diagnosis`.
         UnreachableError: the step asked for is longer than the legs.
-        KeyboardInterrupt: Ctrl-C was pressed before there was a walk.
+        StoppedError: `stop` said so before there was a walk.
         GaitoptError: a worker process died.
     """
     _check(count, seed, sigma, workers)
@@ -135,23 +137,25 @@ def many_starts(
         problem = WalkProblem(robot, task)
         x = first_guess(problem) if start is None else checked_start(problem, start)
     except UnreachableError:
-        found = design(robot, task, options, on_progress=on_progress)
+        found = design(robot, task, options, on_progress=on_progress, stop=stop)
         return StartsReport(found, (), (), count)
     job = StartJob(robot, task, replace(options, differences="none"), x, sigma, seed)
-    outcomes, interrupted = _gathered(outcomes_of(job, count, min(workers, count)), on_outcome)
+    outcomes = _gathered(
+        outcomes_of(job, count, min(workers, count), on_progress, stop), on_outcome
+    )
     best = min(outcomes, key=_rank, default=None)
     walks = best is not None and best.walks
-    if interrupted:
+    ended = outcomes[-1:]
+    if stop() or any(one.solution.status is Status.INTERRUPTED for one in ended):
         if best is None or not walks:
-            raise KeyboardInterrupt
+            raise StoppedError(None if best is None else best.solution)
         found = finished(problem, replace(best.solution, status=Status.INTERRUPTED), False)
+    elif best is not None and walks:
+        found = _completed(problem, best.solution, options, on_progress, stop)
     else:
-        if best is not None and walks:
-            again = best.solution.x
-        else:
-            again = _walk_after_all(problem, outcomes, options)
-        direct = replace(options, approach="direct")
-        found = design(robot, task, direct, start=again, on_progress=on_progress)
+        tried = [outcome.solution for outcome in outcomes]
+        solution = second_thoughts(problem, tried, options, None, stop)
+        found = _completed(problem, solution, options, on_progress, stop)
     return StartsReport(found, _distinct(outcomes, problem), tuple(outcomes), count)
 
 
@@ -163,6 +167,7 @@ def design_gait(
     start: Array | None = None,
     starts: int | None = None,
     on_progress: Callable[[WalkProblem], ProgressCallback] | None = None,
+    stop: Stop = never,
 ) -> Design:
     """Design the optimal gait of a robot for a task, as `gaitopt optimise` does.
 
@@ -174,6 +179,8 @@ def design_gait(
         starts: number of first guesses to try, of which the best walk is kept; by default 2, or 1
             from a start that is given. One takes half the time; `many_starts` tells all it found.
         on_progress: makes the progress callback of a walk (it can name the walk's rows).
+        stop: asked at every iteration; where it says True, the best walk until then is returned,
+            with the status INTERRUPTED.
 
     Warns:
         UserWarning: the robot is not the thirteen-link biped, but the margins of the task are its.
@@ -184,6 +191,7 @@ def design_gait(
         NoGaitFoundError: no feasible gait was found; the message says what stands in the way, and
             `diagnosis` why and what would help.
         UnreachableError: the step asked for is longer than the legs; with a `diagnosis` too.
+        StoppedError: `stop` said so before there was a walk.
     """
     task = task or Task()
     foreign = foreign_margins(robot, task)
@@ -191,38 +199,41 @@ def design_gait(
         warnings.warn(foreign, stacklevel=2)
     count = starts if starts is not None else COUNT if start is None else 1
     if count == 1:
-        return design(robot, task, options, start=start, on_progress=on_progress)
+        return design(robot, task, options, start=start, on_progress=on_progress, stop=stop)
     return many_starts(
-        robot, task, options, count=count, start=start, on_progress=on_progress
+        robot, task, options, count=count, start=start, on_progress=on_progress, stop=stop
     ).design
 
 
-def _walk_after_all(problem: WalkProblem, outcomes: list[Outcome], options: DesignOptions) -> Array:
-    """Return the walk that a diagnosis leads to where no start did.
-
-    Raises:
-        NoGaitFoundError: it leads nowhere; with the diagnosis.
-    """
-    tried = [outcome.solution for outcome in outcomes]
-    with small_matrices():
-        return second_thoughts(problem, tried, options, None).x
+def _completed(
+    problem: WalkProblem,
+    solution: Solution,
+    options: DesignOptions,
+    on_progress: Callable[[WalkProblem], ProgressCallback] | None,
+    stop: Stop,
+) -> Design:
+    """Return the design of a start's walk; one that is not yet optimal is solved once more."""
+    if solution.status is Status.OPTIMAL and options.differences == "none":
+        return complete(problem, solution, options, on_progress, stop)
+    direct = replace(options, approach="direct")
+    return design(
+        problem.robot, problem.task, direct,
+        start=solution.x, on_progress=on_progress, stop=stop,
+    )  # fmt: skip
 
 
 def _gathered(
     found: Iterator[Outcome], on_outcome: Callable[[Outcome], None] | None
-) -> tuple[list[Outcome], bool]:
-    """Return the outcomes up to Ctrl-C, and whether it was pressed."""
+) -> list[Outcome]:
+    """Return the outcomes up to one that was stopped."""
     outcomes = []
-    try:
-        for outcome in found:
-            outcomes.append(outcome)
-            if outcome.solution.status is Status.INTERRUPTED:
-                return outcomes, True
-            if on_outcome is not None:
-                on_outcome(outcome)
-    except KeyboardInterrupt:
-        return outcomes, True
-    return outcomes, False
+    for outcome in found:
+        outcomes.append(outcome)
+        if outcome.solution.status is Status.INTERRUPTED:
+            break
+        if on_outcome is not None:
+            on_outcome(outcome)
+    return outcomes
 
 
 def _rank(outcome: Outcome) -> tuple[bool, float]:

@@ -29,14 +29,12 @@ from gaitopt.design.options import DesignOptions
 from gaitopt.design.reason import SEARCHER, Reason, easier_guess, solve_or_stop
 from gaitopt.design.relaxation import RelaxedProgram
 from gaitopt.design.settle import Settle
-from gaitopt.errors import EvaluationError, InputError, UnreachableError
+from gaitopt.errors import EvaluationError, InputError, StoppedError, UnreachableError
 from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.task import Task
-from gaitopt.nlp import Array, Start, Status
+from gaitopt.nlp import Array, Start, Status, Stop, never
 from gaitopt.robot.model import Robot
-from gaitopt.solvers import CertifiedSQP, Solver
-from gaitopt.solvers.sqp import SQP
 from gaitopt.tolerances import FEASIBLE
 
 KNOBS, ENOUGH = 5, 2
@@ -68,12 +66,14 @@ class Effort:
 
     Attributes:
         options: how a walk is designed that follows a suggestion.
+        stop: ends the search.
         evaluations: so far.
         tried: names of the knobs that were turned in vain at least once.
         done: names of those that led to a suggestion.
     """
 
     options: DesignOptions
+    stop: Stop = never
     evaluations: int = 0
     tried: tuple[str, ...] = ()
     done: tuple[str, ...] = ()
@@ -84,7 +84,7 @@ class Effort:
 
 
 def find_suggestions(
-    problem: WalkProblem, reason: Reason, options: DesignOptions
+    problem: WalkProblem, reason: Reason, options: DesignOptions, stop: Stop = never
 ) -> tuple[tuple[Suggestion, ...], tuple[str, ...]]:
     """Return what suffices, the most promising first, and the knobs turned alone in vain.
 
@@ -92,11 +92,12 @@ def find_suggestions(
         problem: a walk without a gait.
         reason: its smallest relaxation.
         options: how the walk was searched for, and will be.
+        stop: ends the search.
 
     Raises:
-        KeyboardInterrupt: Ctrl-C was pressed.
+        StoppedError: `stop` said so.
     """
-    x, effort = reason.x, Effort(following(options))
+    x, effort = reason.x, Effort(following(options), stop)
     found: list[Suggestion] = []
     main = _giving(problem, reason, MAIN * reason.amount)
     promising = _promising(problem, reason)
@@ -144,7 +145,9 @@ def following(options: DesignOptions) -> DesignOptions:
     return replace(options, approach="direct", diagnose=False)
 
 
-def followed(robot: Robot, task: Task, x: Array, options: DesignOptions) -> Design | None:
+def followed(
+    robot: Robot, task: Task, x: Array, options: DesignOptions, stop: Stop = never
+) -> Design | None:
     """Return the proven design from x, or None.
 
     A search that is not done after `PATIENCE` iterations is given up. One that is done went the
@@ -154,31 +157,25 @@ def followed(robot: Robot, task: Task, x: Array, options: DesignOptions) -> Desi
         robot, task: as changed.
         x: a walk that nearly keeps the limits, shape (P,).
         options: as `following` returns them.
+        stop: ends the search.
 
     Raises:
-        KeyboardInterrupt: Ctrl-C was pressed.
+        StoppedError: `stop` said so.
     """
-    problem, options = WalkProblem(robot, task), replace(options, solver=_hasty(options.solver))
+    problem = WalkProblem(robot, task)
+    options = replace(options, solver=options.solver.limited(PATIENCE))
     try:
-        solution = attempt(problem, options, x)
-        if solution.status is Status.INTERRUPTED:
-            raise KeyboardInterrupt
+        solution = attempt(problem, options, x, stop=stop)
+        if stop():
+            raise StoppedError(solution)
         if not is_walk(solution) or solution.status is Status.ITERATION_LIMIT:
             return None
-        found = complete(problem, solution, options)
+        found = complete(problem, solution, options, stop=stop)
     except EvaluationError:
         return None
-    if found.solution.status is Status.INTERRUPTED:
-        raise KeyboardInterrupt
+    if stop():
+        raise StoppedError(solution)
     return found if found.proven else None
-
-
-def _hasty(solver: Solver) -> Solver:
-    """Return the default solver with fewer iterations, any other as it is."""
-    if not isinstance(solver, CertifiedSQP) or not isinstance(solver.travel, SQP):
-        return solver
-    limit = min(solver.travel.max_iterations, PATIENCE)
-    return replace(solver, travel=replace(solver.travel, max_iterations=limit))
 
 
 def _promising(problem: WalkProblem, reason: Reason) -> list[tuple[Knob, float]]:
@@ -252,7 +249,7 @@ def _turn(problem: WalkProblem, knob: Knob, effort: Effort, start: Start) -> Sug
     """
     program = knob.program(problem, start.x)
     own = None if start.multipliers is None else program.own_multipliers(start.multipliers)
-    solution = solve_or_stop(SEARCHER, program, Start(start.x, own), Settle())
+    solution = solve_or_stop(SEARCHER, program, Start(start.x, own), effort.stop, Settle())
     effort.evaluations += solution.evaluations
     if not solution.violation <= FEASIBLE:
         return None
@@ -307,7 +304,9 @@ def _turn_together(
     """Turn several knobs of limits as little as possible; return None if they do not suffice."""
     relaxations = tuple(knob.relaxation(problem) for knob in knobs)
     program = RelaxedProgram(problem, relaxations, reason.x)
-    solution = solve_or_stop(SEARCHER, program, Start(program.needed(reason.x)), Settle())
+    solution = solve_or_stop(
+        SEARCHER, program, Start(program.needed(reason.x)), effort.stop, Settle()
+    )
     effort.evaluations += solution.evaluations
     if not solution.violation <= FEASIBLE:
         return None
@@ -349,7 +348,7 @@ def _suggestion(
         robot, task = _turned(problem, changes)
     except InputError:
         return None
-    found = followed(robot, task, x, options)
+    found = followed(robot, task, x, options, effort.stop)
     effort.evaluations += PATIENCE if found is None else found.solution.evaluations
     if found is None:
         return None
@@ -363,7 +362,7 @@ def _suggestion(
 def _without_impulse_cop(problem: WalkProblem, x: Array, effort: Effort) -> list[Suggestion]:
     margins = replace(problem.task.margins, impulse_cop=False)
     robot, task = problem.robot, replace(problem.task, margins=margins)
-    found = followed(robot, task, x, effort.options)
+    found = followed(robot, task, x, effort.options, effort.stop)
     if found is None:
         effort.tried += ("impulse_cop",)
         return []

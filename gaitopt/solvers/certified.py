@@ -17,8 +17,10 @@ from gaitopt.nlp import (
     Solution,
     Start,
     Status,
+    StopCallback,
     kkt_residual,
 )
+from gaitopt.solvers.solver import Solver
 from gaitopt.solvers.sqp import SQP
 from gaitopt.solvers.trust_constr import TrustConstr
 from gaitopt.tolerances import AGREEMENT
@@ -31,7 +33,7 @@ UNCONFIRMED = "sqp (not confirmed by trust-constr)"
 
 
 @dataclass(frozen=True)
-class CertifiedSQP:
+class CertifiedSQP(Solver):
     """SQP followed by trust-constr from its answer; the default.
 
     The answer is that of the stage with the smaller KKT residual. `Solution.solver` is
@@ -49,13 +51,22 @@ class CertifiedSQP:
     certify: TrustConstr = CERTIFIER
 
     def solve(
-        self, nlp: NLP, start: Start, on_progress: ProgressCallback | None = None
+        self,
+        nlp: NLP,
+        start: Start,
+        on_progress: ProgressCallback | None = None,
+        stop: StopCallback | None = None,
     ) -> Solution:
         """Solve the program; see `Solver.solve`."""
-        return self.confirm(nlp, self.travel.solve(nlp, start, on_progress), on_progress)
+        first = self.travel.solve(nlp, start, on_progress, stop)
+        return self.confirm(nlp, first, on_progress, stop)
 
     def confirm(
-        self, nlp: NLP, first: Solution, on_progress: ProgressCallback | None = None
+        self,
+        nlp: NLP,
+        first: Solution,
+        on_progress: ProgressCallback | None = None,
+        stop: StopCallback | None = None,
     ) -> Solution:
         """Run the second stage from an answer of the first.
 
@@ -63,6 +74,7 @@ class CertifiedSQP:
             nlp: the program.
             first: what `travel` found.
             on_progress: called for every iteration of the second stage.
+            stop: asked after every iteration of it.
         """
         if first.status in NOT_WORTH:
             return replace(first, solver=UNCONFIRMED)
@@ -70,13 +82,23 @@ class CertifiedSQP:
             nlp,
             Start(first.x, first.multipliers),
             None if on_progress is None else lambda record: on_progress(_after(first, record)),
+            stop,
         )
         return self._joined(nlp, first, second)
+
+    @property
+    def first_stage(self) -> SQP:
+        """The solver that goes first."""
+        return self.travel
+
+    def limited(self, iterations: int) -> CertifiedSQP:
+        """Return the solver with at most so many iterations of its first stage."""
+        return replace(self, travel=self.travel.limited(iterations))
 
     def _is_optimal(self, nlp: NLP, solution: Solution) -> bool:
         """Whether an answer satisfies, judged anew, what both stages ask of theirs."""
         residual = _residual(nlp, solution)
-        return max(residual.stationarity, residual.complementarity) <= min(
+        return residual.optimality <= min(
             self.travel.tolerance, self.certify.tolerance
         ) and residual.feasibility <= min(self.travel.feasibility, self.certify.feasibility)
 

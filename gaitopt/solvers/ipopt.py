@@ -13,12 +13,12 @@ from typing import Any, ClassVar
 import numpy as np
 
 from gaitopt.errors import MissingExtraError
-from gaitopt.nlp import NLP, Array, ProgressCallback, Solution, Start, Status
+from gaitopt.nlp import NLP, Array, ProgressCallback, Solution, Start, Status, StopCallback
 from gaitopt.solvers.elastic import Indices
 from gaitopt.solvers.multipliers import one_sided
-from gaitopt.solvers.recorder import Iterate, Recorder, begin, make_iterate
+from gaitopt.solvers.recorder import Iterate, Recorder, begin, make_iterate, with_own_multipliers
 from gaitopt.solvers.scaled_program import ScaledProgram
-from gaitopt.solvers.solver import require_positive
+from gaitopt.solvers.solver import Solver, require_positive
 from gaitopt.tolerances import FEASIBILITY, FEASIBLE, OPTIMALITY
 
 STATUS = {
@@ -30,7 +30,7 @@ STATUS = {
 
 
 @dataclass(frozen=True)
-class Ipopt:
+class Ipopt(Solver):
     """Interior point method of IPOPT.
 
     Attributes:
@@ -53,7 +53,11 @@ class Ipopt:
         require_positive(self.name, **asdict(self))
 
     def solve(
-        self, nlp: NLP, start: Start, on_progress: ProgressCallback | None = None
+        self,
+        nlp: NLP,
+        start: Start,
+        on_progress: ProgressCallback | None = None,
+        stop: StopCallback | None = None,
     ) -> Solution:
         """Solve the program; see `Solver.solve`.
 
@@ -64,11 +68,11 @@ class Ipopt:
             cyipopt = importlib.import_module("cyipopt")
         except ImportError as error:
             raise MissingExtraError("solver ipopt", "ipopt") from error
-        recorder, point = begin(self.name, nlp, start, on_progress)
+        recorder, point = begin(self.name, nlp, start, on_progress, stop)
         if point is None:
             return recorder.failure(start.x)
         callbacks = _Callbacks(ScaledProgram(recorder.evaluator, point), recorder)
-        problem = self._problem(cyipopt, callbacks)
+        callbacks.problem = problem = self._problem(cyipopt, callbacks)
         u, info = problem.solve(point.x / nlp.variables.scale)
         last = callbacks.judge(u, info)
         recorder.keep(last)
@@ -113,10 +117,9 @@ class _Callbacks:
     def __init__(self, program: ScaledProgram, recorder: Recorder) -> None:
         self.program = program
         self.recorder = recorder
-        self.u = program.first.x / program.scale
+        self.problem: Any = None  # IPOPT's, once it is made
 
     def objective(self, u: Array) -> float:
-        self.u = u.copy()
         cost = self.program.cost(u)
         return cost if np.isfinite(cost) else np.nan  # IPOPT then shortens its step
 
@@ -138,13 +141,16 @@ class _Callbacks:
         return np.asarray(H[np.tril_indices(u.size)])
 
     def intermediate(self, *_: Any) -> bool:
-        """Record an iteration; False tells IPOPT to stop."""
-        zeros = {"mult_g": 0.0, "mult_x_U": 0.0, "mult_x_L": 0.0}
+        """Record IPOPT's iterate with its multipliers; False tells IPOPT to stop."""
         try:
-            self.recorder.record(self.judge(self.u, zeros))
-        except KeyboardInterrupt:
-            return False
-        return True
+            at = self.problem.get_current_iterate()
+        except RuntimeError:  # IPOPT before 3.14 does not tell
+            at = None
+        if at is None:  # derivatives were asked for at its iterates only
+            self.recorder.record(with_own_multipliers(self.program.nlp, self.program.last))
+        else:
+            self.recorder.record(self.judge(at["x"], at))
+        return not self.recorder.stopped
 
     def judge(self, u: Array, info: dict[str, Any]) -> Iterate:
         """Judge a point with IPOPT's multipliers."""

@@ -18,6 +18,7 @@ from gaitopt.nlp import (
     Solution,
     Start,
     Status,
+    StopCallback,
     kkt_residual,
     worst_violation,
 )
@@ -52,10 +53,7 @@ class Iterate:
     def is_optimal(self, tolerance: float, feasibility: float) -> bool:
         """Return whether the optimality conditions hold to these tolerances."""
         residual = self.residual
-        return (
-            max(residual.stationarity, residual.complementarity) <= tolerance
-            and residual.feasibility <= feasibility
-        )
+        return residual.optimality <= tolerance and residual.feasibility <= feasibility
 
 
 def make_iterate(nlp: NLP, point: Point, multipliers: Array, bound_multipliers: Array) -> Iterate:
@@ -83,6 +81,8 @@ class Recorder:
         solver: name of the solver.
         evaluator: its counts go into every record.
         on_progress: called with every record.
+        stop: asked after every record whether the run shall end.
+        stopped: whether it said so; the run ends as soon as it can.
         best: the feasible iterate of least cost, else the one of least violation.
         history: one record per iteration.
     """
@@ -90,6 +90,8 @@ class Recorder:
     solver: str
     evaluator: Evaluator
     on_progress: ProgressCallback | None = None
+    stop: StopCallback | None = None
+    stopped: bool = False
     best: Iterate | None = None
     history: list[Progress] = field(default_factory=list)
     started: float = field(default_factory=time.perf_counter)
@@ -100,21 +102,24 @@ class Recorder:
             self.best = iterate
 
     def record(self, iterate: Iterate, radius: float = np.nan) -> None:
-        """Add one iteration to the history and tell the caller."""
+        """Add one iteration to the history, tell the caller, and ask whether to stop."""
         self.keep(iterate)
         progress = Progress(
             iteration=len(self.history),
             cost=iterate.point.cost,
             violation=iterate.violation,
             worst=iterate.worst,
-            optimality=iterate.residual.stationarity,
+            optimality=iterate.residual.optimality,
             radius=radius,
             seconds=time.perf_counter() - self.started,
             evaluations=self.evaluator.evaluations,
+            solver=self.solver,
         )
         self.history.append(progress)
         if self.on_progress is not None:
             self.on_progress(progress)
+        if self.stop is not None and self.stop(progress):
+            self.stopped = True
 
     def answer(self, status: Status, last: Iterate) -> Iterate:
         """Choose what a run returns: where it ended if that is optimal, else the best iterate."""
@@ -131,7 +136,7 @@ class Recorder:
             bound_multipliers=iterate.bound_multipliers.copy(),
             status=status,
             violation=iterate.violation,
-            optimality=iterate.residual.stationarity,
+            optimality=iterate.residual.optimality,
             iterations=max(0, len(self.history) - 1),
             evaluations=self.evaluator.evaluations,
             hessians=self.evaluator.hessians,
@@ -159,7 +164,11 @@ class Recorder:
 
 
 def begin(
-    name: str, nlp: NLP, start: Start, on_progress: ProgressCallback | None
+    name: str,
+    nlp: NLP,
+    start: Start,
+    on_progress: ProgressCallback | None,
+    stop: StopCallback | None,
 ) -> tuple[Recorder, Point | None]:
     """Begin a run: its recorder, and the start moved into its bounds, None if it has no value.
 
@@ -168,9 +177,10 @@ def begin(
         nlp: the program.
         start: where to begin.
         on_progress: called for every iteration.
+        stop: asked after every iteration.
     """
     evaluator = Evaluator(nlp)
-    recorder = Recorder(name, evaluator, on_progress)
+    recorder = Recorder(name, evaluator, on_progress, stop)
     try:
         point = evaluator.point(np.clip(start.x, nlp.variables.lower, nlp.variables.upper))
     except EvaluationError:

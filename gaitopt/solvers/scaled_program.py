@@ -16,13 +16,18 @@ class ScaledProgram:
 
     Where the program is undefined the cost is infinite, which every line search and trust
     region takes for "too far", and the rest is that of the last point where it was defined.
+
+    Attributes:
+        first, last: points where derivatives were asked for.
+        scale: of the variables, shape (n,).
+        nlp: the program.
     """
 
     def __init__(self, evaluator: Evaluator, point: Point) -> None:
         """Begin at a point that could be evaluated."""
         self._evaluator = evaluator
         self._values: tuple[Array, float, Array] = (point.x, point.cost, point.rows)
-        self._point = self.first = point
+        self.last = self.first = point
         self.scale = evaluator.nlp.variables.scale
         self.nlp: NLP = evaluator.nlp
 
@@ -49,10 +54,10 @@ class ScaledProgram:
     def point(self, u: Array) -> Point:
         """Return the unscaled point at u, or the last one defined."""
         x = self.x(u)
-        if not np.array_equal(x, self._point.x):
+        if not np.array_equal(x, self.last.x):
             with contextlib.suppress(EvaluationError):
-                self._point = self._evaluator.point(x)
-        return self._point
+                self.last = self._evaluator.point(x)
+        return self.last
 
     def hessian(self, u: Array, multipliers: Array, cost_weight: float) -> Array:
         """Return the (n, n) Hessian of cost_weight * cost + multipliers . rows, zero if undefined.

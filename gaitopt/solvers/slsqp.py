@@ -13,10 +13,10 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from gaitopt.nlp import NLP, Array, ProgressCallback, Solution, Start, Status
+from gaitopt.nlp import NLP, Array, ProgressCallback, Solution, Start, Status, StopCallback
 from gaitopt.solvers.recorder import Iterate, Recorder, begin, is_bottomless, with_own_multipliers
 from gaitopt.solvers.scaled_program import ScaledProgram
-from gaitopt.solvers.solver import require_positive
+from gaitopt.solvers.solver import Solver, require_positive
 from gaitopt.tolerances import FEASIBLE
 
 LIMIT_REACHED = 9
@@ -32,7 +32,7 @@ RESTART_GAIN = 0.9
 
 
 @dataclass(frozen=True)
-class SLSQP:
+class SLSQP(Solver):
     """Quasi-Newton SQP of SciPy, on one-sided rows and scaled variables.
 
     Attributes:
@@ -57,26 +57,32 @@ class SLSQP:
         require_positive(self.name, **asdict(self))
 
     def solve(
-        self, nlp: NLP, start: Start, on_progress: ProgressCallback | None = None
+        self,
+        nlp: NLP,
+        start: Start,
+        on_progress: ProgressCallback | None = None,
+        stop: StopCallback | None = None,
     ) -> Solution:
         """Solve the program; see `Solver.solve`."""
-        recorder, point = begin(self.name, nlp, start, on_progress)
+        recorder, point = begin(self.name, nlp, start, on_progress, stop)
         if point is None:
             return recorder.failure(start.x)
         program = ScaledProgram(recorder.evaluator, point)
         last = _judge(program, point.x / program.scale)
-        try:
-            recorder.record(last)
-            for _ in range(1 + RESTARTS):
-                stopped, u = self._minimise(program, last.point.x / program.scale, recorder)
-                before, last = last, _judge(program, u)
-                recorder.keep(last)
-                status = self._status(last, stopped)
-                fell = last.residual.worst < RESTART_GAIN * before.residual.worst
-                if status is not Status.STALLED or not fell:
-                    break
-        except KeyboardInterrupt:
-            status = Status.INTERRUPTED
+        recorder.record(last)
+        status = Status.INTERRUPTED
+        for _ in range(1 + RESTARTS):
+            if recorder.stopped:
+                break
+            ended, u = self._minimise(program, last.point.x / program.scale, recorder)
+            before, last = last, _judge(program, u)
+            recorder.keep(last)
+            status = self._status(last, ended)
+            if recorder.stopped and status is not Status.OPTIMAL:
+                status = Status.INTERRUPTED
+            fell = last.residual.worst < RESTART_GAIN * before.residual.worst
+            if status is not Status.STALLED or not fell:
+                break
         return recorder.solution(status, recorder.answer(status, last))
 
     def _minimise(
@@ -94,7 +100,7 @@ class SLSQP:
             iterate = _judge(program, u)
             recorder.record(iterate)
             ended = iterate.is_optimal(self.tolerance, self.feasibility)
-            if ended or is_bottomless(program.nlp, iterate):
+            if ended or recorder.stopped or is_bottomless(program.nlp, iterate):
                 raise StopIteration
 
         with warnings.catch_warnings():
@@ -117,10 +123,10 @@ class SLSQP:
                 return ENDED, last
         return int(result.status), np.asarray(result.x)
 
-    def _status(self, iterate: Iterate, stopped: int) -> Status:
+    def _status(self, iterate: Iterate, ended: int) -> Status:
         if iterate.is_optimal(self.tolerance, self.feasibility):
             return Status.OPTIMAL
-        if stopped == LIMIT_REACHED:
+        if ended == LIMIT_REACHED:
             return Status.ITERATION_LIMIT
         return Status.STALLED if iterate.violation <= FEASIBLE else Status.INFEASIBLE
 

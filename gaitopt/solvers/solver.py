@@ -3,21 +3,29 @@
 from __future__ import annotations
 
 import math
-from typing import Protocol
+from abc import ABC, abstractmethod
+from typing import ClassVar
 
 from gaitopt.errors import InputError
-from gaitopt.nlp import NLP, ProgressCallback, Solution, Start
+from gaitopt.nlp import NLP, ProgressCallback, Solution, Start, StopCallback
 
 
-class Solver(Protocol):
-    """Options of one method, and the method itself."""
+class Solver(ABC):
+    """Options of one method, and the method itself.
 
-    @property
-    def name(self) -> str:
-        """Name under which `solver_by_name` knows the solver."""
+    Attributes:
+        name: under which `solver_by_name` knows the solver.
+    """
 
+    name: ClassVar[str]
+
+    @abstractmethod
     def solve(
-        self, nlp: NLP, start: Start, on_progress: ProgressCallback | None = None
+        self,
+        nlp: NLP,
+        start: Start,
+        on_progress: ProgressCallback | None = None,
+        stop: StopCallback | None = None,
     ) -> Solution:
         """Solve the program from `start`.
 
@@ -26,9 +34,38 @@ class Solver(Protocol):
         Args:
             nlp: the program.
             start: where to begin; a point outside its bounds is moved onto them.
-            on_progress: called once per iteration; a KeyboardInterrupt it raises stops the
-                solver, which then returns its best iterate.
+            on_progress: called once per iteration.
+            stop: asked once per iteration; where it says True, the solver returns its best
+                iterate with the status INTERRUPTED.
         """
+
+    @property
+    def first_stage(self) -> Solver:
+        """The solver that finds what `confirm` then confirms; itself where there is one stage."""
+        return self
+
+    def confirm(
+        self,
+        nlp: NLP,
+        first: Solution,
+        on_progress: ProgressCallback | None = None,
+        stop: StopCallback | None = None,
+    ) -> Solution:
+        """Run the second stage from an answer of the first; where there is none, return that.
+
+        Args:
+            nlp: the program.
+            first: what `first_stage` found.
+            on_progress: called for every iteration of the second stage.
+            stop: asked after every iteration of it.
+        """
+        del nlp, on_progress, stop
+        return first
+
+    def limited(self, iterations: int) -> Solver:
+        """Return the solver with at most so many iterations of its first stage, if it counts."""
+        del iterations
+        return self
 
 
 def require_positive(solver: str, **options: float) -> None:

@@ -11,23 +11,23 @@ Mathematical Programming 91 (2002); Conn, Gould & Toint, "Trust-Region Methods" 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import ClassVar
 
 import numpy as np
 
-from gaitopt.nlp import NLP, ProgressCallback, Solution, Start, Status
+from gaitopt.nlp import NLP, ProgressCallback, Solution, Start, Status, StopCallback
 from gaitopt.settings import setting
 from gaitopt.solvers.multipliers import one_sided
 from gaitopt.solvers.qp import BACKENDS
 from gaitopt.solvers.recorder import begin, make_iterate
-from gaitopt.solvers.solver import require_choice, require_positive
+from gaitopt.solvers.solver import Solver, require_choice, require_positive
 from gaitopt.solvers.sqp_run import SQPRun
 from gaitopt.tolerances import FEASIBILITY, FEASIBLE, OPTIMALITY
 
 
 @dataclass(frozen=True)
-class SQP:
+class SQP(Solver):
     """Filter trust-region SQP: the fast traveller.
 
     Attributes:
@@ -82,10 +82,14 @@ class SQP:
         )
 
     def solve(
-        self, nlp: NLP, start: Start, on_progress: ProgressCallback | None = None
+        self,
+        nlp: NLP,
+        start: Start,
+        on_progress: ProgressCallback | None = None,
+        stop: StopCallback | None = None,
     ) -> Solution:
         """Solve the program; see `Solver.solve`."""
-        recorder, point = begin(self.name, nlp, start, on_progress)
+        recorder, point = begin(self.name, nlp, start, on_progress, stop)
         if point is None:
             return recorder.failure(start.x)
         multipliers = np.zeros(nlp.rows.lower.size)
@@ -93,11 +97,12 @@ class SQP:
             multipliers = one_sided(start.multipliers, nlp.rows.lower, nlp.rows.upper)
         first = make_iterate(nlp, point, multipliers, np.zeros(point.x.size))
         run = SQPRun(self, nlp, recorder, first)
-        try:
-            status = run.iterate_until_verdict()
-        except KeyboardInterrupt:
-            status = Status.INTERRUPTED
+        status = run.iterate_until_verdict()
         best = recorder.answer(status, run.iterate)
         if status is Status.INFEASIBLE and best.violation <= FEASIBLE:
             status = Status.STALLED  # it went astray from a feasible iterate
         return recorder.solution(status, best)
+
+    def limited(self, iterations: int) -> SQP:
+        """Return the solver with at most so many iterations."""
+        return replace(self, max_iterations=min(self.max_iterations, iterations))

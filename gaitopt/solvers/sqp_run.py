@@ -77,6 +77,8 @@ class SQPRun:
             self.recorder.record(self.iterate, self.region.radius)
             if self._is_optimal(self.iterate):
                 return Status.OPTIMAL
+            if self.recorder.stopped:
+                return Status.INTERRUPTED
             if self._is_optimal_by_itself():
                 return Status.OPTIMAL
             if self._falls_without_end():

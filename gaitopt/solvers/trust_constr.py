@@ -18,16 +18,16 @@ from typing import ClassVar
 
 import numpy as np
 
-from gaitopt.nlp import NLP, ProgressCallback, Solution, Start, Status
+from gaitopt.nlp import NLP, ProgressCallback, Solution, Start, Status, StopCallback
 from gaitopt.solvers.recorder import begin
 from gaitopt.solvers.row_choice import choose_rows
 from gaitopt.solvers.scaled_program import ScaledProgram
-from gaitopt.solvers.solver import require_positive
+from gaitopt.solvers.solver import Solver, require_positive
 from gaitopt.tolerances import FEASIBILITY, OPTIMALITY
 
 
 @dataclass(frozen=True)
-class TrustConstr:
+class TrustConstr(Solver):
     """Interior point method of SciPy with exact Hessian: slow from afar, sure at the end.
 
     Attributes:
@@ -57,12 +57,16 @@ class TrustConstr:
         require_positive(self.name, **asdict(self))
 
     def solve(
-        self, nlp: NLP, start: Start, on_progress: ProgressCallback | None = None
+        self,
+        nlp: NLP,
+        start: Start,
+        on_progress: ProgressCallback | None = None,
+        stop: StopCallback | None = None,
     ) -> Solution:
         """Solve the program; see `Solver.solve`."""
         from gaitopt.solvers.trust_constr_run import TrustConstrRun
 
-        recorder, point = begin(self.name, nlp, start, on_progress)
+        recorder, point = begin(self.name, nlp, start, on_progress, stop)
         if point is None:
             return recorder.failure(start.x)
         multipliers = start.multipliers
@@ -70,8 +74,7 @@ class TrustConstr:
             multipliers = np.zeros(point.rows.size)
         choice = choose_rows(nlp, point, multipliers, self.rows_kept)
         run = TrustConstrRun(self, ScaledProgram(recorder.evaluator, point), recorder, choice)
-        try:
-            status = run.solve(point.x, warm=start.multipliers is not None)
-        except KeyboardInterrupt:
+        status = run.solve(point.x, warm=start.multipliers is not None)
+        if recorder.stopped and status is not Status.OPTIMAL:
             status = Status.INTERRUPTED
         return recorder.solution(status, recorder.answer(status, run.iterate))

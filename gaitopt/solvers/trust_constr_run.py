@@ -75,7 +75,9 @@ class TrustConstrRun:
 
     @property
     def _left(self) -> int:
-        """Iterations that the run may still take."""
+        """Iterations that the run may still take: none when it was asked to stop."""
+        if self.recorder.stopped:
+            return 0
         return self.options.max_iterations - len(self.recorder.history)
 
     def _arrive(self, u: Array) -> Status:
@@ -241,7 +243,7 @@ class TrustConstrRun:
         self.recorder.record(self.iterate, float(state.tr_radius))
         # The start's own optimality is no news: at least one step must confirm it.
         done = state.nit > 1 and self._is_optimal(self.iterate)
-        return done or is_bottomless(nlp, self.iterate)
+        return done or self.recorder.stopped or is_bottomless(nlp, self.iterate)
 
     def _polish(self) -> None:
         """Take least-squares multipliers if they satisfy the conditions better."""

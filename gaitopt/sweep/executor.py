@@ -23,8 +23,7 @@ from gaitopt.design.active import pressures
 from gaitopt.design.design import Design, design
 from gaitopt.design.diagnosis import Diagnosis
 from gaitopt.design.options import DesignOptions
-from gaitopt.design.runtime import small_matrices
-from gaitopt.design.worker import leave_ctrl_c
+from gaitopt.design.process import leave_ctrl_c, small_matrices
 from gaitopt.errors import (
     GaitoptError,
     InputError,

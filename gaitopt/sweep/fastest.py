@@ -12,9 +12,8 @@ from gaitopt.design.options import DesignOptions
 from gaitopt.design.starts import many_starts
 from gaitopt.errors import InputError, NoGaitFoundError, UnreachableError
 from gaitopt.gait.task import Task
-from gaitopt.nlp import Status
+from gaitopt.nlp import Status, Stop, never
 from gaitopt.robot.model import Robot
-from gaitopt.solvers import CertifiedSQP, Solver
 from gaitopt.sweep.semi_infinite import stop_if_interrupted
 
 LEAPS = (0.05, 0.1)  # of the speed reached, tried once more in the end
@@ -57,13 +56,14 @@ def fastest(
     *,
     resolution: float = RESOLUTION,
     on_try: OnTry | None = None,
+    stop: Stop = never,
 ) -> Fastest:
     """Return the fastest walk of a robot, to a resolution.
 
     Each gait starts from the one before, or cold where that leads nowhere; when there is none, the
     stride in speed is halved. In the end some faster speeds are tried once more as if nothing were
     known, because walks of another kind may begin there. What limits a local search limits this one
-    too. Ctrl-C ends the search; the fastest walk until then is returned.
+    too.
 
     Args:
         robot: the biped.
@@ -72,12 +72,13 @@ def fastest(
         options: solver and refinement.
         resolution: [m/s].
         on_try: told every speed, and the design or None.
+        stop: asked at every iteration; where it says True, the search ends.
 
     Raises:
         InputError: the resolution is finer than speeds are told apart.
         NoGaitFoundError: there is no gait at the speed to begin with.
         UnreachableError: its step is longer than the legs.
-        KeyboardInterrupt: Ctrl-C was pressed before there was a walk.
+        StoppedError: `stop` said so before there was a walk.
     """
     if not resolution >= 10.0**-DIGITS:
         raise InputError(
@@ -85,7 +86,14 @@ def fastest(
         )
     tell = on_try or (lambda speed, found: None)
     options = options or DesignOptions()
-    search = _Search(robot, task_at, options, tell, _first(robot, task_at(speed), options))
+    search = _Search(
+        robot,
+        task_at,
+        options,
+        tell,
+        stop,
+        many_starts(robot, task_at(speed), options, stop=stop).design,
+    )
     interrupted = search.best.solution.status is Status.INTERRUPTED
     try:
         tell(speed, search.best)
@@ -96,15 +104,6 @@ def fastest(
     return Fastest(search.best, search.refused, binding(search.best), interrupted)
 
 
-def _first(robot: Robot, task: Task, options: DesignOptions) -> Design:
-    """Design the walk to begin with, as a single design does."""
-    try:
-        return many_starts(robot, task, options).design
-    except NoGaitFoundError as error:
-        stop_if_interrupted(error.solution)
-        raise
-
-
 @dataclass
 class _Search:
     """The fastest walk so far, the least speed above it at which there was none, what to try."""
@@ -113,6 +112,7 @@ class _Search:
     task_at: Callable[[float], Task]
     options: DesignOptions
     tell: OnTry
+    stop: Stop
     best: Design
     refused: float = math.inf
 
@@ -130,7 +130,7 @@ class _Search:
         while stride >= resolution:
             speed = round(self._speed + stride, DIGITS)
             if speed < self.refused:
-                found = _try(self.robot, self.task_at(speed), self.options, self.best)
+                found = _try(self.robot, self.task_at(speed), self.options, self.best, self.stop)
                 if found is None:
                     self.refused = speed
                 else:
@@ -147,8 +147,8 @@ class _Search:
         for leap in LEAPS:
             speed = round((1.0 + leap) * self._speed, DIGITS)
             task = self.task_at(speed)
-            found = _try(self.robot, task, self.options, self.best)
-            found = found or _from_starts(self.robot, task, self.options)
+            found = _try(self.robot, task, self.options, self.best, self.stop)
+            found = found or _from_starts(self.robot, task, self.options, self.stop)
             self.tell(speed, found)
             if found is not None:
                 self.best, self.refused = found, math.inf
@@ -170,20 +170,11 @@ def _at_limit(row: WorstRow) -> bool:
     return row.margin <= AT_LIMIT
 
 
-def _impatient(solver: Solver) -> Solver:
-    """Return the default solver with fewer iterations, any other as it is."""
-    if not isinstance(solver, CertifiedSQP):
-        return solver
-    travel = solver.travel
-    short = replace(travel, max_iterations=min(travel.max_iterations, PATIENCE))
-    return replace(solver, travel=short)
-
-
-def _from_starts(robot: Robot, task: Task, options: DesignOptions) -> Design | None:
+def _from_starts(robot: Robot, task: Task, options: DesignOptions, stop: Stop) -> Design | None:
     """Design as if nothing were known; a gait that is not certified does not count."""
-    quick = replace(options, solver=_impatient(options.solver), diagnose=False)
+    quick = replace(options, solver=options.solver.limited(PATIENCE), diagnose=False)
     try:
-        found = many_starts(robot, task, quick).design
+        found = many_starts(robot, task, quick, stop=stop).design
     except (NoGaitFoundError, UnreachableError) as error:
         stop_if_interrupted(getattr(error, "solution", None))
         return None
@@ -191,16 +182,18 @@ def _from_starts(robot: Robot, task: Task, options: DesignOptions) -> Design | N
     return found if found.certificate.certified or not quick.refine else None
 
 
-def _try(robot: Robot, task: Task, options: DesignOptions, best: Design) -> Design | None:
+def _try(
+    robot: Robot, task: Task, options: DesignOptions, best: Design, stop: Stop
+) -> Design | None:
     """Design from a slower gait, then cold; a gait that is not certified does not count.
 
     Raises:
-        KeyboardInterrupt: Ctrl-C was pressed, which is no answer about this speed.
+        KeyboardInterrupt: the search was stopped, which is no answer about this speed.
     """
-    cold = replace(options, solver=_impatient(options.solver), diagnose=False)
+    cold = replace(options, solver=options.solver.limited(PATIENCE), diagnose=False)
     for quick, start in ((replace(cold, approach="direct"), best.solution.x), (cold, None)):
         try:
-            found = design(robot, task, quick, start=start)
+            found = design(robot, task, quick, start=start, stop=stop)
         except (NoGaitFoundError, UnreachableError) as error:
             stop_if_interrupted(getattr(error, "solution", None))
             continue

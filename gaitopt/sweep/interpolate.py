@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from gaitopt.design.certificate import WorstRow, on_fine_grid, worst_between
 from gaitopt.design.design import Design, design
 from gaitopt.design.options import DesignOptions
-from gaitopt.design.runtime import small_matrices
+from gaitopt.design.process import small_matrices
 from gaitopt.errors import EvaluationError, InputError
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.task_record import task_from_record

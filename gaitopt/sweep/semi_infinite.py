@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 from gaitopt.design.active import Pressure, exceeded, pressures
-from gaitopt.design.attempt import is_walk, traveller
+from gaitopt.design.attempt import is_walk
 from gaitopt.design.certificate import on_fine_grid
 from gaitopt.design.design import Design, design, finished
 from gaitopt.design.exchange import MAX_ROUNDS, exchange, pruned
@@ -16,7 +16,7 @@ from gaitopt.design.refine import with_work
 from gaitopt.errors import EvaluationError, NoGaitFoundError, UnreachableError
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.nlp import Array, Solution, Start, Status
-from gaitopt.solvers import CertifiedSQP, Solver
+from gaitopt.solvers import Solver
 from gaitopt.solvers.sqp import SQP
 from gaitopt.sweep.scenario import Setting
 from gaitopt.sweep.warm_start import Footing
@@ -126,7 +126,7 @@ def joined(way: Sequence[Kept]) -> Kept:
 
 def warm(options: DesignOptions) -> Solver:
     """Return the travelling solver, with a trust region for starts that are nearly solutions."""
-    solver = traveller(options.solver)
+    solver = options.solver.first_stage
     return replace(solver, initial_radius=RADIUS) if isinstance(solver, SQP) else solver
 
 
@@ -177,9 +177,8 @@ def _finished(setting: Setting, footing: Footing, options: DesignOptions) -> Des
         if kept is None:
             return None
         problem, solution = pruned(sparse, kept.problem, kept.solution)
-        if isinstance(options.solver, CertifiedSQP):
-            solution = options.solver.confirm(problem, solution)
-            stop_if_interrupted(solution)
+        solution = options.solver.confirm(problem, solution)
+        stop_if_interrupted(solution)
         return finished(problem, solution, options.refine, fine)
     except EvaluationError:
         return None

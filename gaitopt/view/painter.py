@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
-from gaitopt.design.worker import serve_parent
+from gaitopt.design.process import serve_parent
 from gaitopt.gait.result import Gait
 
 

@@ -45,8 +45,10 @@ def test_ctrl_c_writes_the_best_start_so_far(tmp_path: Path, monkeypatch) -> Non
     search = optimise_command.many_starts
 
     def interrupted(*args, **options):
-        os.kill(os.getpid(), signal.SIGINT)
-        return search(*args, **{**options, "workers": 1})
+        def press(_) -> None:
+            os.kill(os.getpid(), signal.SIGINT)
+
+        return search(*args, **{**options, "workers": 1, "on_outcome": press})
 
     monkeypatch.setattr(optimise_command, "many_starts", interrupted)
     result = CliRunner().invoke(

@@ -100,9 +100,9 @@ def test_rounds_add_up_to_the_sum_that_is_told():
         for begins, ends in ((0, 5), (0, 3), (19, 20)):
             show = display(problem)
             for iteration in range(begins, ends + 1):
-                show(Progress(iteration, 1.0, 0.0, 0, 1e-3, 0.1, 0.2, 1))
+                show(Progress(iteration, 1.0, 0.0, 0, 1e-3, 0.1, 0.2, 1, "sqp"))
     lines = shown.get().splitlines()
-    assert lines[-2].startswith("round 3, iteration 1: ")
+    assert lines[-2].startswith("round 3 (sqp), iteration 1: ")
     assert lines[-1].startswith("3 rounds, 9 iterations; ")
 
 

@@ -12,7 +12,7 @@ from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.task import preset_task
 from gaitopt.nlp import Solution, Status
-from gaitopt.solvers import solver_by_name
+from gaitopt.solvers import Solver, solver_by_name
 
 SAMPLED = DesignOptions(solver=solver_by_name("sqp"), refine=False)
 
@@ -98,7 +98,7 @@ def test_motors_that_are_too_weak_are_named(robot):
     assert caught.value.exit_code == 3
 
 
-class Answering:
+class Answering(Solver):
     """A solver with a ready answer."""
 
     name = "answering"
@@ -106,7 +106,7 @@ class Answering:
     def __init__(self, **changes: object) -> None:
         self.changes = changes
 
-    def solve(self, nlp, start, on_progress=None) -> Solution:
+    def solve(self, nlp, start, on_progress=None, stop=None) -> Solution:
         m, n = nlp.rows.lower.size, start.x.size
         answer = Solution(
             start.x, 1.0, np.zeros(m), np.zeros(n), Status.OPTIMAL, 0.0, 0.0, 1, 1, 0, 0.0, "x"

@@ -10,7 +10,7 @@ from gaitopt.gait.constraints import Margins
 from gaitopt.gait.grid import Grid
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.nlp import Solution, Status
-from gaitopt.solvers import solver_by_name
+from gaitopt.solvers import Solver, solver_by_name
 from gaitopt.tolerances import LIMITS
 
 
@@ -73,7 +73,7 @@ def test_a_walk_with_nothing_violated_is_returned_as_it_is(refined_design):
     assert solution is refined_design.solution
 
 
-class Refusing:
+class Refusing(Solver):
     """A solver that must not be asked, or that fails when it is."""
 
     name = "refusing"
@@ -81,7 +81,7 @@ class Refusing:
     def __init__(self, status: Status | None) -> None:
         self.status = status
 
-    def solve(self, nlp, start, on_progress=None) -> Solution:
+    def solve(self, nlp, start, on_progress=None, stop=None) -> Solution:
         assert self.status is not None, "this solver must not be asked"
         m, n = nlp.rows.lower.size, start.x.size
         return Solution(

@@ -10,14 +10,7 @@ def progress(cost, violation):
 
 def iterations(settle, records):
     """How many records a run sees until it ends."""
-    for count, record in enumerate(records, start=1):
-        try:
-            settle(record)
-        except KeyboardInterrupt:
-            assert settle.settled
-            return count
-    assert not settle.settled
-    return None
+    return next((n for n, record in enumerate(records, start=1) if settle(record)), None)
 
 
 def test_a_walk_that_no_longer_gets_better_ends_a_run():

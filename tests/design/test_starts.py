@@ -10,24 +10,24 @@ from gaitopt.design.design import design
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.start_job import SLOWER, Outcome
 from gaitopt.design.starts import _distinct, many_starts
-from gaitopt.errors import InputError, NoGaitFoundError
+from gaitopt.errors import InputError, NoGaitFoundError, StoppedError
 from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.task import preset_task
 from gaitopt.nlp import Solution, Status
-from gaitopt.solvers import solver_by_name
+from gaitopt.solvers import Solver, solver_by_name
 
 QUICK = DesignOptions(solver=solver_by_name("sqp"), refine=False, diagnose=False)
 
 
 @dataclass(frozen=True)
-class Still:
+class Still(Solver):
     """A solver that stays where it starts; its cost tells the starts apart."""
 
     violation: float = 0.0
     name = "still"
 
-    def solve(self, nlp, start, on_progress=None):
+    def solve(self, nlp, start, on_progress=None, stop=None):
         m, n = nlp.rows.lower.size, start.x.size
         cost = 1000.0 + float(np.abs(start.x).sum())
         return Solution(
@@ -86,10 +86,10 @@ def test_the_second_start_is_a_slower_walk(robot, standard_task):
 def test_every_start_is_made_by_the_approach_of_the_options(
     robot, standard_task, boundary, each, monkeypatch
 ):
-    """A lifted walk is begun with a relaxed lift-off: two stages each, and none in the end."""
+    """A lifted walk is begun with a relaxed lift-off: two stages each, and the best not again."""
     limits = watched_liftoff_limits(monkeypatch, Still)
     many_starts(robot, replace(standard_task, boundary=boundary), STILL, count=1)
-    assert limits == [*[RELAXED_LIFTOFF, 0.0][-each:], 0.0]
+    assert limits == [RELAXED_LIFTOFF, 0.0][-each:]
 
 
 def test_a_slower_walk_leads_to_a_better_optimum(report, sampled_design):
@@ -118,17 +118,17 @@ def test_a_start_that_is_none_is_refused_as_design_does(robot, standard_task, st
             search(robot, standard_task, STILL, start=start)
 
 
-def test_ctrl_c_keeps_the_best_start_so_far(robot, standard_task):
+@pytest.mark.parametrize("workers", [1, 2])
+def test_a_stop_keeps_the_best_start_so_far(robot, standard_task, workers):
     told = []
-
-    def watch(outcome):
-        told.append(outcome.number)
-        if outcome.number == 1:
-            raise KeyboardInterrupt
-
-    found = many_starts(robot, standard_task, STILL, count=5, on_outcome=watch)
-    assert told == [0, 1]
-    assert found.sentences[0] == "2 of 2 starts led to a walk; 5 were asked for"
+    found = many_starts(
+        robot, standard_task, STILL, count=5, workers=workers,
+        on_outcome=lambda outcome: told.append(outcome.number), stop=lambda: len(told) >= 2,
+    )  # fmt: skip
+    told = [o.number for o in found.outcomes]
+    assert told[:2] == [0, 1]
+    if workers == 1:
+        assert found.sentences[0] == "2 of 2 starts led to a walk; 5 were asked for"
     costs = [o.solution.cost for o in found.outcomes]
     best = found.outcomes[int(np.argmin(costs))].solution
     assert found.design.solution.status is Status.INTERRUPTED
@@ -136,21 +136,21 @@ def test_ctrl_c_keeps_the_best_start_so_far(robot, standard_task):
 
 
 class Interrupted(Still):
-    """A solver that meets Ctrl-C at its first iterate."""
+    """A solver that is stopped at its first iterate."""
 
-    def solve(self, nlp, start, on_progress=None):
+    def solve(self, nlp, start, on_progress=None, stop=None):
         return replace(super().solve(nlp, start), status=Status.INTERRUPTED)
 
 
-def test_ctrl_c_in_a_start_keeps_its_walk(robot, standard_task):
+def test_a_stop_in_a_start_keeps_its_walk(robot, standard_task):
     found = many_starts(robot, standard_task, replace(QUICK, solver=Interrupted()), count=2)
     assert len(found.outcomes) == 1
     assert found.design.solution.status is Status.INTERRUPTED
 
 
-def test_ctrl_c_before_there_is_a_walk_ends_all(robot, standard_task):
+def test_a_stop_before_there_is_a_walk_ends_all(robot, standard_task):
     lost = replace(QUICK, solver=Interrupted(violation=0.3))
-    with pytest.raises(KeyboardInterrupt):
+    with pytest.raises(StoppedError):
         many_starts(robot, standard_task, lost, count=2)
 
 

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 from gaitopt.design.options import DesignOptions
-from gaitopt.design.runtime import small_matrices
+from gaitopt.design.process import small_matrices
 from gaitopt.design.starts import many_starts
 from gaitopt.gait import quantities
 from gaitopt.gait.assemble import gait_at
 from gaitopt.nlp import Status
 from gaitopt.robot.catalogue import robot_by_name
-from gaitopt.solvers import SQP
+from gaitopt.solvers import SQP, Solver
 from reproduction.curve import cost_curve, joint_costs, warm_curve
 from reproduction.figures import convergence_figure
 from reproduction.gradients import GRADIENTS, Run, compare
@@ -166,8 +166,8 @@ def test_a_short_identification_improves_on_worse_values(curve, monkeypatch):
 
 
 def test_ctrl_c_is_no_answer(curve, monkeypatch):
-    class Stopped:
-        def solve(self, problem, start, on_progress=None):
+    class Stopped(Solver):
+        def solve(self, problem, start, on_progress=None, stop=None):
             return replace(curve[0.5].solution, status=Status.INTERRUPTED)
 
     for module in ("curve", "gradients"):

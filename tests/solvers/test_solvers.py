@@ -13,7 +13,17 @@ import textbook_programs as bank
 
 from gaitopt import solvers
 from gaitopt.errors import EvaluationError, InputError, MissingExtraError
-from gaitopt.nlp import NLP, Point, Rows, Start, Status, Values, Variables, kkt_residual
+from gaitopt.nlp import (
+    NLP,
+    Point,
+    Progress,
+    Rows,
+    Start,
+    Status,
+    Values,
+    Variables,
+    kkt_residual,
+)
 from gaitopt.solvers import (
     SOLVERS,
     FiniteDifferenceNLP,
@@ -67,6 +77,22 @@ def test_ipopt_solves(program: bank.Textbook) -> None:
     assert solution.status.name == "OPTIMAL"
     np.testing.assert_allclose(solution.x, program.solution, atol=1e-5)
     np.testing.assert_allclose(solution.multipliers, program.multipliers, rtol=1e-4, atol=1e-5)
+    last = solution.history[-1]  # the records are IPOPT's own iterates, judged like all others
+    assert last.cost == solution.cost
+    assert last.optimality == pytest.approx(solution.optimality, abs=1e-9)
+
+
+@pytest.mark.skipif(importlib.util.find_spec("cyipopt") is None, reason="needs cyipopt")
+def test_ipopt_can_be_stopped() -> None:
+    program, seen = bank.hs100(), []
+
+    def stop(record: Progress) -> bool:
+        seen.append(record)
+        return len(seen) == 3
+
+    solution = Ipopt().solve(program, Start(program.start), stop=stop)
+    assert solution.status is Status.INTERRUPTED
+    assert solution.history == tuple(seen)
 
 
 @pytest.mark.parametrize("program", bank.SOLVABLE, ids=lambda program: program.title)

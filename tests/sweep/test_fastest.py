@@ -4,9 +4,10 @@ from dataclasses import replace
 import pytest
 
 from gaitopt.design.options import DesignOptions
-from gaitopt.errors import InputError, NoGaitFoundError
+from gaitopt.errors import InputError, NoGaitFoundError, StoppedError
 from gaitopt.gait.task import preset_task
 from gaitopt.nlp import Status
+from gaitopt.solvers.solver import Solver
 from gaitopt.solvers.sqp import SQP
 from gaitopt.sweep.fastest import fastest
 
@@ -55,24 +56,24 @@ def test_a_resolution_must_be_positive(robot):
         fastest(robot, task_at, 0.5, FAST, resolution=0.0)
 
 
-class Stopping:
-    """A solver that Ctrl-C stops at a call of its choice."""
+class Stopping(Solver):
+    """A solver that is stopped at a call of its choice."""
 
     name = "stopping"
 
     def __init__(self, at):
         self.calls, self.at = 0, at
 
-    def solve(self, nlp, start, on_progress=None):
+    def solve(self, nlp, start, on_progress=None, stop=None):
         self.calls += 1
-        solution = SQP().solve(nlp, start, on_progress)
+        solution = SQP().solve(nlp, start, on_progress, stop)
         if self.calls < self.at:
             return solution
         return replace(solution, status=Status.INTERRUPTED)
 
 
 @pytest.mark.parametrize("at", [1, 2])
-def test_ctrl_c_is_no_answer_and_keeps_the_fastest_so_far(robot, at):
+def test_a_stop_is_no_answer_and_keeps_the_fastest_so_far(robot, at):
     options, tried = replace(FAST, solver=Stopping(at)), []
     best = fastest(robot, task_at, 0.5, options, on_try=lambda v, d: tried.append(v))
     assert best.interrupted
@@ -81,11 +82,11 @@ def test_ctrl_c_is_no_answer_and_keeps_the_fastest_so_far(robot, at):
     assert math.isinf(best.refused)
 
 
-def test_ctrl_c_before_the_first_walk_goes_on(robot):
+def test_a_stop_before_the_first_walk_is_told(robot):
     class Lost(Stopping):
-        def solve(self, nlp, start, on_progress=None):
-            solution = super().solve(nlp, start, on_progress)
+        def solve(self, nlp, start, on_progress=None, stop=None):
+            solution = super().solve(nlp, start, on_progress, stop)
             return replace(solution, cost=math.nan, violation=math.inf)
 
-    with pytest.raises(KeyboardInterrupt):
+    with pytest.raises(StoppedError):
         fastest(robot, task_at, 0.5, replace(FAST, solver=Lost(1)))

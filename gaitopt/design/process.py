@@ -1,0 +1,77 @@
+"""What a process does that has no other work than gaits: the command line and workers.
+
+No function of the library changes its process; these are for programs that want it.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import multiprocessing
+import os
+import signal
+import sys
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+
+_TRIM_THRESHOLD, _MMAP_THRESHOLD = -1, -3  # parameters of glibc's mallopt
+_KEPT = 32 * 2**20  # bytes; glibc refuses a larger threshold for mmap
+
+
+@contextmanager
+def small_matrices() -> Iterator[None]:
+    """Run a block with one BLAS thread and without giving memory back between evaluations.
+
+    Threads cost more than matrices of 43 columns are worth. And an allocator that returns half a
+    megabyte to the system after every evaluation spends a quarter of the time on page faults; on
+    glibc it is told to keep what it has, for the rest of the process.
+    """
+    import scipy.optimize  # noqa: F401  its BLAS must be loaded to be limited
+    from threadpoolctl import threadpool_limits
+
+    _keep_memory()
+    with threadpool_limits(limits=1, user_api="blas"):
+        yield
+
+
+def tune_process() -> None:
+    """Do what `small_matrices` does for the rest of the process."""
+    import scipy.optimize  # noqa: F401  its BLAS must be loaded to be limited
+    from threadpoolctl import threadpool_limits
+
+    _keep_memory()
+    threadpool_limits(limits=1, user_api="blas")
+
+
+def _keep_memory() -> None:
+    if sys.platform.startswith("linux"):
+        mallopt = getattr(ctypes.CDLL(None), "mallopt", None)
+        if mallopt is not None:
+            mallopt(_TRIM_THRESHOLD, _KEPT)
+            mallopt(_MMAP_THRESHOLD, _KEPT)
+
+
+def serve_parent() -> None:
+    """Leave Ctrl-C and its like to the parent process, and end when it ends, however that happens.
+
+    A worker that waits for work would not notice: it holds an end of the pipe itself.
+    """
+    leave_ctrl_c()
+    for name in ("SIGTERM", "SIGHUP"):  # sent to all processes of a service or a terminal
+        if hasattr(signal, name):
+            with suppress(ValueError):
+                signal.signal(getattr(signal, name), signal.SIG_IGN)
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+
+
+def leave_ctrl_c() -> None:
+    """Do not take Ctrl-C, which a terminal sends to all processes of a command."""
+    with suppress(ValueError):  # not the main thread: then it would not get the signal either
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+def _end_with_parent() -> None:
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
