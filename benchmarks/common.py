@@ -18,14 +18,14 @@ from typing import Any
 import numpy as np
 import pinocchio as pin
 
+from gaitopt import biped13, urdf_text
+from gaitopt.catalogue.biped_spec import BipedSpec
 from gaitopt.errors import EvaluationError
 from gaitopt.gait.initial_guess import first_guess, perturbed
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.task import preset_task
+from gaitopt.model.robot import Robot
 from gaitopt.nlp import NLP, Array, Point, Progress, Solution, Values
-from gaitopt.robot import biped13, urdf_text
-from gaitopt.robot.generated.spec import BipedSpec
-from gaitopt.robot.model import Robot
 
 RESULTS = Path(__file__).parent / "results"
 PACKAGES = (

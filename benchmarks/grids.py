@@ -10,11 +10,11 @@ from typing import Any
 
 from common import arguments, robot_of, save
 
+from gaitopt import biped13
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.process import small_matrices
 from gaitopt.design.starts import many_starts
 from gaitopt.gait.task import preset_task
-from gaitopt.robot import biped13
 from gaitopt.sweep.grid import GridPoints, parse_axis, with_values
 from gaitopt.sweep.scheduler import make_plan, sweep
 

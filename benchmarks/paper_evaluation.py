@@ -35,8 +35,8 @@ from gaitopt.mechanics.newton_euler import (
     inverse_dynamics,
     sole_axes,
 )
+from gaitopt.model.robot import Robot
 from gaitopt.nlp import NLP, Array, Point, Values
-from gaitopt.robot.model import Robot
 
 PELVIS = 6
 """Link of Table 1 that is pelvis and trunk."""

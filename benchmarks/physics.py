@@ -13,14 +13,14 @@ import numpy as np
 from common import arguments, save
 from tables import table
 
+from gaitopt.catalogue.entries import catalogue, description, entry_by_name
 from gaitopt.design.design import Design, design
 from gaitopt.design.process import small_matrices
 from gaitopt.gait.humanoid import humanoid_task
 from gaitopt.mechanics import newton_euler as chain_loads
 from gaitopt.mechanics import single_support as passive
-from gaitopt.robot.catalogue import catalogue, description, entry_by_name
-from gaitopt.robot.choices import Choices, LimitOverride
-from gaitopt.robot.model import Robot
+from gaitopt.model.import_options import Choices, LimitOverride
+from gaitopt.model.robot import Robot
 
 ARMATURES = (0.0, 1e-4, 3e-4, 1e-3, 1e-2)
 """Of every joint of G1 [kg·m²]."""

@@ -22,8 +22,8 @@ from gaitopt.gait.grid import Grid
 from gaitopt.gait.humanoid import humanoid_task
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.task import Task, preset_task
+from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array, violations
-from gaitopt.robot.model import Robot
 
 WALKS = 100
 INSTANTS = 5001

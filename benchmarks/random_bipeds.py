@@ -8,14 +8,14 @@ from typing import Any
 import numpy as np
 from common import arguments, robot_of, save
 
+from gaitopt import biped13
+from gaitopt.catalogue.biped_spec import BipedSpec, changed
 from gaitopt.design.design import design
 from gaitopt.design.diagnose import diagnose
 from gaitopt.design.process import small_matrices
 from gaitopt.errors import GaitoptError, NoGaitFoundError
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.task import preset_task
-from gaitopt.robot import biped13, changed
-from gaitopt.robot.generated.spec import BipedSpec
 
 LENGTHS, MASSES = 0.2, 0.3
 """Largest relative change, either way."""

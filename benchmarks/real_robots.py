@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from common import arguments, save, told
 
+from gaitopt.catalogue.entries import description, entry_by_name
 from gaitopt.design.design import design
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.process import small_matrices
@@ -19,9 +20,8 @@ from gaitopt.gait.initial_guess import first_guess, perturbed
 from gaitopt.gait.parameters import GEOMETRY, set_quantities
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.task import Task, preset_task
-from gaitopt.robot.catalogue import description, entry_by_name
-from gaitopt.robot.feet.sole import Sole
-from gaitopt.robot.model import Robot
+from gaitopt.model.feet.sole import Sole
+from gaitopt.model.robot import Robot
 from gaitopt.sweep.fastest import fastest
 
 ROBOTS = ("talos", "g1", "alexander", "icub", "romeo", "simple_humanoid", "human")

@@ -15,8 +15,8 @@ from gaitopt.design.start_job import SECOND, StartJob
 from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.task import preset_task
+from gaitopt.model.robot import Robot
 from gaitopt.nlp import Start
-from gaitopt.robot.model import Robot
 from gaitopt.solvers.sqp import SQP
 
 SPEEDS = tuple(float(v) for v in np.round(np.arange(0.4, 1.301, 0.05), 2))

@@ -14,7 +14,7 @@ from gaitopt.design.design import design
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.starts import many_starts
 from gaitopt.gait.task import preset_task
-from gaitopt.robot.model import Robot
+from gaitopt.model.robot import Robot
 from gaitopt.sweep.grid import parse_axis
 from gaitopt.sweep.scheduler import Advance, sweep
 

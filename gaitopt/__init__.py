@@ -12,6 +12,9 @@ from typing import TYPE_CHECKING
 from gaitopt.version import __version__
 
 if TYPE_CHECKING:
+    from gaitopt.catalogue.biped_spec import BipedSpec, biped13
+    from gaitopt.catalogue.spec_file import read_spec, write_spec
+    from gaitopt.catalogue.urdf_writer import urdf_text
     from gaitopt.design.audit import Audit, audit
     from gaitopt.design.certificate import Certificate, certify
     from gaitopt.design.design import Design
@@ -36,13 +39,9 @@ if TYPE_CHECKING:
     from gaitopt.gait.result_file import load_gait, save_gait
     from gaitopt.gait.task import Task
     from gaitopt.gait.trajectory import Trajectory
+    from gaitopt.model.feet.sole import Sole
+    from gaitopt.model.robot import Robot
     from gaitopt.nlp import Status
-    from gaitopt.robot.feet.sole import Sole
-    from gaitopt.robot.generated.presets import biped13
-    from gaitopt.robot.generated.spec import BipedSpec
-    from gaitopt.robot.generated.spec_file import read_spec, write_spec
-    from gaitopt.robot.generated.urdf import urdf_text
-    from gaitopt.robot.model import Robot
     from gaitopt.solvers import solver_by_name
     from gaitopt.view.export import export
     from gaitopt.view.figures import write_figures
@@ -51,13 +50,13 @@ if TYPE_CHECKING:
 
 _HOMES = {
     # the machine
-    "BipedSpec": "gaitopt.robot.generated.spec",
-    "Robot": "gaitopt.robot.model",
-    "Sole": "gaitopt.robot.feet.sole",
-    "biped13": "gaitopt.robot.generated.presets",
-    "read_spec": "gaitopt.robot.generated.spec_file",
-    "urdf_text": "gaitopt.robot.generated.urdf",
-    "write_spec": "gaitopt.robot.generated.spec_file",
+    "BipedSpec": "gaitopt.catalogue.biped_spec",
+    "Robot": "gaitopt.model.robot",
+    "Sole": "gaitopt.model.feet.sole",
+    "biped13": "gaitopt.catalogue.biped_spec",
+    "read_spec": "gaitopt.catalogue.spec_file",
+    "urdf_text": "gaitopt.catalogue.urdf_writer",
+    "write_spec": "gaitopt.catalogue.spec_file",
     # the question
     "Margins": "gaitopt.gait.constraints",
     "Task": "gaitopt.gait.task",

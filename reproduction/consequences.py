@@ -10,8 +10,8 @@ import numpy as np
 from gaitopt.gait.grid import uniform_grid
 from gaitopt.gait.parameters import GEOMETRY
 from gaitopt.gait.problem import WalkProblem
+from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array
-from gaitopt.robot.model import Robot
 from reproduction.curve import Curve, Optimum, warm_curve
 from reproduction.paper import paper_walk, printed
 

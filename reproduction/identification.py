@@ -9,12 +9,9 @@ from typing import Any
 
 import numpy as np
 
+from gaitopt.catalogue.biped_spec import BipedSpec, biped13, box_inertia, changed
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.nlp import Array
-from gaitopt.robot.generated.inertia import box_inertia
-from gaitopt.robot.generated.presets import biped13
-from gaitopt.robot.generated.spec import BipedSpec
-from gaitopt.robot.generated.spec_table import changed
 from reproduction.curve import Curve, cost_curve, warm_curve
 from reproduction.paper import (
     biped_robot,

@@ -14,8 +14,8 @@ import numpy as np
 
 from gaitopt.atomic import write_atomically
 from gaitopt.errors import InputError
+from gaitopt.importers.text_files import parse_toml
 from gaitopt.nlp import Array
-from gaitopt.robot.files.toml import parse_toml
 from gaitopt.view.figures import rendered
 from reproduction.consequences import EULER_SAMPLES, SINK
 from reproduction.figures import REPRODUCTION_FIGURES, reproduction_figure

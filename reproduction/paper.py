@@ -10,14 +10,14 @@ from typing import Any
 
 import numpy as np
 
+from gaitopt.catalogue.biped_spec import BipedSpec
+from gaitopt.catalogue.entries import biped_of, entry_by_name
+from gaitopt.catalogue.urdf_writer import urdf_text
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.task import Task, preset_task
+from gaitopt.importers.text_files import parse_toml
+from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array
-from gaitopt.robot.catalogue import biped_of, entry_by_name
-from gaitopt.robot.files.toml import parse_toml
-from gaitopt.robot.generated.spec import BipedSpec
-from gaitopt.robot.generated.urdf import urdf_text
-from gaitopt.robot.model import Robot
 
 
 @dataclass(frozen=True)

@@ -16,9 +16,9 @@ from gaitopt.design.design import versions
 from gaitopt.errors import NoGaitFoundError
 from gaitopt.gait.assemble import gait_at
 from gaitopt.gait.result import Gait
+from gaitopt.importers.text_files import parse_toml
+from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array
-from gaitopt.robot.files.toml import parse_toml
-from gaitopt.robot.model import Robot
 from reproduction.consequences import Consequences, consequences
 from reproduction.curve import Curve, JointCosts, Optimum, cost_curve, joint_costs
 from reproduction.gradients import CAP, Comparison, compare

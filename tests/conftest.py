@@ -9,7 +9,7 @@ from reference_cases import ReferenceCase, biped, reference_case
 from gaitopt.design.design import Design, design
 from gaitopt.design.options import DesignOptions
 from gaitopt.gait.task import Task, preset_task
-from gaitopt.robot.model import Robot
+from gaitopt.model.robot import Robot
 from gaitopt.solvers import solver_by_name
 
 

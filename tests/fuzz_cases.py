@@ -288,7 +288,7 @@ def _toml(name: str) -> Callable[..., Path]:
         if name == "entry.toml":
             from importlib import resources
 
-            entries = resources.files("gaitopt.robot") / "catalogue"
+            entries = resources.files("gaitopt.catalogue")
             entry = pick(sorted(p.name for p in entries.iterdir() if p.name.endswith("toml")), rng)
             text = (entries / entry).read_text(encoding="utf-8")
         else:
@@ -428,7 +428,7 @@ def _silently(compiled: Callable[[], Any]) -> Any:
 
 
 def _read(path: Path):
-    from gaitopt.robot.files.source import read_source
+    from gaitopt.importers.source import read_source
 
     source = read_source(path)
     source.model()
@@ -443,7 +443,7 @@ def _read(path: Path):
 def _try_robot(path: Path | str, choices, number: int, outcome: Outcome) -> None:
     """Make the robot; of some, a page or a short design."""
     from gaitopt import Robot
-    from gaitopt.robot.choices import Choices
+    from gaitopt.model.import_options import Choices
     from gaitopt.view.inspection import inspect_robot
 
     if number % 7 == 0:
@@ -488,7 +488,7 @@ def _try_task(path: Path, rng, outcome: Outcome, number: int) -> None:
 
 
 def _try_choices(path: Path, rng, outcome: Outcome, number: int) -> None:
-    from gaitopt.robot.choices_file import choices_from_record, choices_from_toml, choices_record
+    from gaitopt.model.import_options import choices_from_record, choices_from_toml, choices_record
 
     del rng
     choices = choices_from_toml(path)
@@ -501,7 +501,7 @@ def _try_choices(path: Path, rng, outcome: Outcome, number: int) -> None:
 
 def _try_spec(path: Path, rng, outcome: Outcome, number: int) -> None:
     from gaitopt import read_spec, urdf_text
-    from gaitopt.robot.generated.spec_file import spec_text
+    from gaitopt.catalogue.spec_file import spec_text
 
     del rng
     spec = read_spec(path)
@@ -514,8 +514,8 @@ def _try_spec(path: Path, rng, outcome: Outcome, number: int) -> None:
 
 
 def _try_entry(path: Path, rng, outcome: Outcome, number: int) -> None:
+    from gaitopt.catalogue.entries import description, read_entry
     from gaitopt.errors import MissingExtraError
-    from gaitopt.robot.catalogue import description, read_entry
 
     del rng, number, outcome
     entry = read_entry("mutated", path.read_bytes())

@@ -12,8 +12,8 @@ import mujoco
 import numpy as np
 import pinocchio as pin
 
-from gaitopt.robot.files.source import Source, read_source
-from gaitopt.robot.physics import STANDARD_GRAVITY
+from gaitopt.importers.physics import STANDARD_GRAVITY
+from gaitopt.importers.source import Source, read_source
 
 _GREAT = 1e7  # a control beyond all ranges; forces as large are without limit
 _MOST_FORCE = 1e5  # N·m or N

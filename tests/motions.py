@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
-from gaitopt.robot.model import Robot
+from gaitopt.model.robot import Robot
 
 
 def bent_posture(robot: Robot, rng: np.random.Generator) -> np.ndarray:

@@ -3,10 +3,10 @@
 import numpy as np
 import pinocchio as pin
 
-from gaitopt.robot.choices import Choices
-from gaitopt.robot.files.source import read_source
-from gaitopt.robot.reading import Reading, read_robot
-from gaitopt.robot.reroot import lock_upper_body, reroot
+from gaitopt.importers.source import read_source
+from gaitopt.model.import_options import Choices
+from gaitopt.model.importer import Reading, read_robot
+from gaitopt.model.reroot import lock_upper_body, reroot
 
 
 class PelvisRooted:

@@ -10,11 +10,11 @@ from pathlib import Path
 
 import numpy as np
 
+from gaitopt.catalogue.biped_spec import biped13
+from gaitopt.catalogue.urdf_writer import urdf_text
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.task import preset_task
-from gaitopt.robot.generated.presets import biped13
-from gaitopt.robot.generated.urdf import urdf_text
-from gaitopt.robot.model import Robot
+from gaitopt.model.robot import Robot
 
 FILE = Path(__file__).parent / "data" / "reference_biped13.npz"
 URDF_SIGNS = np.repeat([-1.0, 1.0], 6)

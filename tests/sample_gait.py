@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 
+from gaitopt.catalogue.biped_spec import biped13
+from gaitopt.catalogue.urdf_writer import urdf_text
 from gaitopt.gait.result import Gait
 from gaitopt.gait.task import Task
 from gaitopt.gait.task_record import task_record
-from gaitopt.robot.generated.presets import biped13
-from gaitopt.robot.generated.urdf import urdf_text
 
 REFERENCE = Path(__file__).parent / "data" / "reference_biped13.npz"
 CASE = "p43_v1.0_optimum"

@@ -3,8 +3,8 @@
 from collections.abc import Callable
 from xml.etree import ElementTree as ET
 
-from gaitopt.robot.generated.presets import biped13
-from gaitopt.robot.generated.urdf import urdf_text
+from gaitopt.catalogue.biped_spec import biped13
+from gaitopt.catalogue.urdf_writer import urdf_text
 
 
 def edited_urdf(edit: Callable[[ET.Element], None]) -> str:

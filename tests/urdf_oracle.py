@@ -14,7 +14,7 @@ import numpy as np
 import pinocchio as pin
 from urdf_mutations import strict_facts
 
-from gaitopt.robot.files.source import Source
+from gaitopt.importers.source import Source
 
 ROUNDING = 1e-9  # relative
 REPAIRED = 2e-6  # of an inertia that lay outside of what a body can have by less than this

@@ -13,8 +13,8 @@ from gaitopt.errors import InputError
 from gaitopt.gait.constraints import Margins
 from gaitopt.gait.parameters import GEOMETRY, GEOMETRY_NAMES
 from gaitopt.gait.task import Task
-from gaitopt.robot.files.toml import parse_toml
-from gaitopt.robot.physics import PARTS
+from gaitopt.importers.physics import PARTS
+from gaitopt.importers.text_files import parse_toml
 from gaitopt.settings import FILE, FILES, FLAG, NUMBER, Setting, declared, setting
 from gaitopt.solvers import SOLVERS
 from gaitopt.solvers.sqp import SQP

@@ -11,7 +11,7 @@ from rich.text import Text
 
 from gaitopt.cli.config import SCHEMA, Settings
 from gaitopt.gait.result import Gait
-from gaitopt.robot.findings import Finding, findings_of
+from gaitopt.importers.report import Finding, findings_of
 from gaitopt.view.visible import visible
 
 _STYLES = {"warning": "bold yellow", "changed": "cyan"}  # these are told in full

@@ -27,7 +27,7 @@ from gaitopt.gait.constraints import Margins
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.result_file import save_gait
 from gaitopt.gait.task import Task
-from gaitopt.robot.model import Robot
+from gaitopt.model.robot import Robot
 from gaitopt.solvers.sqp import SQP
 
 FOLDER = "suggestions"

@@ -22,8 +22,8 @@ from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.result import Gait
 from gaitopt.gait.result_file import load_gait
 from gaitopt.gait.task import Task
+from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array
-from gaitopt.robot.model import Robot
 from gaitopt.solvers import Solver, solver_by_name
 from gaitopt.solvers.certified import CERTIFIER, CertifiedSQP
 from gaitopt.solvers.sqp import SQP

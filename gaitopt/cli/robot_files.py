@@ -7,10 +7,10 @@ from pathlib import Path
 import typer
 
 from gaitopt.atomic import write_atomically
-from gaitopt.robot.generated.presets import biped13
-from gaitopt.robot.generated.spec_file import read_spec, write_spec
-from gaitopt.robot.generated.urdf import urdf_text
-from gaitopt.robot.model import Robot
+from gaitopt.catalogue.biped_spec import biped13
+from gaitopt.catalogue.spec_file import read_spec, write_spec
+from gaitopt.catalogue.urdf_writer import urdf_text
+from gaitopt.model.robot import Robot
 
 
 def run(spec_file: Path | None, output: Path | None, new_spec: Path | None) -> None:

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from rich.text import Text
 
+from gaitopt.catalogue.entries import EXTRA, PACKAGE, PREFIX, Entry, catalogue, humanoids
 from gaitopt.cli.cells import new_table
 from gaitopt.cli.screen import WIDTH, screen
-from gaitopt.robot.catalogue import EXTRA, Entry, catalogue
-from gaitopt.robot.catalogue.menagerie import PACKAGE, PREFIX, humanoids
 
 
 def run() -> None:

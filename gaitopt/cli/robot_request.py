@@ -10,17 +10,21 @@ from typing import Any
 
 import tomli_w
 
+from gaitopt.catalogue.biped_spec import BipedSpec, biped13
+from gaitopt.catalogue.entries import biped_of, description, entry_by_name
+from gaitopt.catalogue.spec_file import read_spec
+from gaitopt.catalogue.urdf_writer import urdf_text
 from gaitopt.cli.config import SCHEMA, Settings
 from gaitopt.errors import InputError
-from gaitopt.robot.catalogue import biped_of, description, entry_by_name
-from gaitopt.robot.choices import Choices, LimitOverride
-from gaitopt.robot.choices_file import choices_from_record, choices_from_toml, choices_record
-from gaitopt.robot.feet.sole import Sole
-from gaitopt.robot.generated.presets import biped13
-from gaitopt.robot.generated.spec import BipedSpec
-from gaitopt.robot.generated.spec_file import read_spec
-from gaitopt.robot.generated.urdf import urdf_text
-from gaitopt.robot.model import Robot
+from gaitopt.model.feet.sole import Sole
+from gaitopt.model.import_options import (
+    Choices,
+    LimitOverride,
+    choices_from_record,
+    choices_from_toml,
+    choices_record,
+)
+from gaitopt.model.robot import Robot
 
 ROBOTS = ("robot", "spec", "urdf")
 """Settings that name a robot; they exclude each other."""

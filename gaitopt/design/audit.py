@@ -18,8 +18,8 @@ from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.recorded_robot import robot_of
 from gaitopt.gait.result import Gait, array_names
 from gaitopt.gait.task_record import task_from_record
+from gaitopt.model.import_options import choices_record
 from gaitopt.nlp import Array
-from gaitopt.robot.choices_file import choices_record
 from gaitopt.tolerances import SAME
 
 MOST_SHOWN = 120  # characters of a choice

@@ -12,8 +12,8 @@ from gaitopt.design.search import guess, search
 from gaitopt.errors import InputError
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.task import Task
+from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array, ProgressCallback, Stop, never
-from gaitopt.robot.model import Robot
 
 __all__ = ["Design", "checked_start", "design", "finished", "versions"]
 

@@ -10,8 +10,8 @@ from gaitopt.design.certificate import WorstRow
 from gaitopt.design.complete import Design
 from gaitopt.design.options import DesignOptions
 from gaitopt.gait.task import Task
+from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array
-from gaitopt.robot.model import Robot
 
 
 @dataclass(frozen=True)

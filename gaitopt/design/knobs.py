@@ -15,9 +15,9 @@ from gaitopt.gait.humanoid import humanoid_task, widest
 from gaitopt.gait.parameters import FOOT_SPACING, set_quantities
 from gaitopt.gait.problem import WalkProblem, constraint_blocks
 from gaitopt.gait.task import Task, preset_task
+from gaitopt.model.import_options import LimitOverride
+from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array
-from gaitopt.robot.choices import LimitOverride
-from gaitopt.robot.model import Robot
 
 STRONGEST = 10.0  # times: no motor is asked to be stronger or faster than this
 WIDEST = 1.0  # rad: no joint range is widened by more

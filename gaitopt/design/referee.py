@@ -24,8 +24,8 @@ from gaitopt.mechanics.newton_euler import (
     motor_effort,
     sole_axes,
 )
+from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array
-from gaitopt.robot.model import Robot
 
 LEAST = 1e-3  # share of a quantity's natural size below which differences are relative to that
 

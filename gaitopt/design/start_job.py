@@ -19,8 +19,8 @@ from gaitopt.errors import GaitoptError, UnreachableError
 from gaitopt.gait.initial_guess import first_guess, perturbed
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.task import Task
+from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array, ProgressCallback, Solution, Status, Stop, never
-from gaitopt.robot.model import Robot
 
 MakeProgress = Callable[[WalkProblem], ProgressCallback]
 

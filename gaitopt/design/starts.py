@@ -22,8 +22,8 @@ from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.presets import foreign_margins
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.task import Task
+from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array, ProgressCallback, Solution, Status, Stop, never
-from gaitopt.robot.model import Robot
 
 SAME_COST = 1e-4  # relative
 SAME_PLACE = 0.05  # largest difference of parameters over their scale

@@ -33,8 +33,8 @@ from gaitopt.errors import EvaluationError, InputError, StoppedError, Unreachabl
 from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.task import Task
+from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array, Start, Status, Stop, never
-from gaitopt.robot.model import Robot
 from gaitopt.tolerances import FEASIBLE
 
 KNOBS, ENOUGH = 5, 2

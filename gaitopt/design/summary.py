@@ -9,10 +9,10 @@ from scipy.integrate import trapezoid
 
 from gaitopt.design.joint_summary import joint_summaries, motor_summaries
 from gaitopt.gait.result import Gait
+from gaitopt.importers.physics import STANDARD_GRAVITY
+from gaitopt.importers.report import findings_of
+from gaitopt.model.physics_record import GRAVITY_KEY
 from gaitopt.nlp import Array
-from gaitopt.robot.findings import findings_of
-from gaitopt.robot.physics import STANDARD_GRAVITY
-from gaitopt.robot.physics_record import GRAVITY_KEY
 
 Facts = dict[str, object]
 

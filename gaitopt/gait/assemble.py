@@ -10,12 +10,11 @@ from gaitopt.gait import quantities
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.result import Gait
 from gaitopt.gait.task_record import task_record
+from gaitopt.model.import_options import Choices, choices_record
+from gaitopt.model.leg_capsules import capsule_rows
+from gaitopt.model.physics_record import physics_record
+from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array
-from gaitopt.robot.choices import Choices
-from gaitopt.robot.choices_file import choices_record
-from gaitopt.robot.leg_capsules import capsule_rows
-from gaitopt.robot.model import Robot
-from gaitopt.robot.physics_record import physics_record
 
 
 def gait_at(problem: WalkProblem, x: Array, meta: Mapping[str, object]) -> Gait:

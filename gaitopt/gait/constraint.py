@@ -22,8 +22,8 @@ from gaitopt.errors import InputError
 from gaitopt.gait.functions import QuantityFunction
 from gaitopt.gait.grid import Grid
 from gaitopt.gait.quantities import Quantity
+from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array
-from gaitopt.robot.model import Robot
 
 if TYPE_CHECKING:
     from gaitopt.gait.constraints import Margins

@@ -21,8 +21,8 @@ from gaitopt.gait.constraint import check_margins, is_finite
 from gaitopt.gait.functions import QuantityFunction, SquaredNorm
 from gaitopt.gait.quantities import TRAVEL, Quantity, typical_entries
 from gaitopt.gait.step import Step
+from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array
-from gaitopt.robot.model import Robot
 
 Pair = tuple[Quantity, Quantity]
 

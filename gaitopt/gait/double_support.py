@@ -50,8 +50,8 @@ from gaitopt.mechanics.inverse_kinematics import (
     loop_gap_slope,
 )
 from gaitopt.mechanics.spatial import cross, skew
+from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array
-from gaitopt.robot.model import Robot
 
 _X, _Y, _Z = np.eye(3)
 _ZERO = np.zeros(3)

@@ -13,7 +13,7 @@ import numpy as np
 from gaitopt.gait.constraints import Margins
 from gaitopt.gait.task import Task, preset_task
 from gaitopt.mechanics.forward_kinematics import turning_arm
-from gaitopt.robot.model import Robot
+from gaitopt.model.robot import Robot
 
 FROUDE = 0.05  # V² / (g h) of a stroll; people change to a run near 0.5 (Alexander, 1989)
 TRUNK = {"trunk_roll": 0.15, "trunk_pitch": 0.2, "trunk_yaw": 0.2}  # rad; people stay within

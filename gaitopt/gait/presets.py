@@ -7,8 +7,8 @@ from gaitopt.gait import task as bipeds
 from gaitopt.gait.constraints import Margins
 from gaitopt.gait.humanoid import TRUNK, humanoid_task
 from gaitopt.gait.task import Task
-from gaitopt.robot.generated import is_generated
-from gaitopt.robot.model import Robot
+from gaitopt.importers.physics import is_generated
+from gaitopt.model.robot import Robot
 
 HUMANOID = "humanoid"
 PRESETS = (*bipeds.PRESETS, HUMANOID)

@@ -22,8 +22,8 @@ from gaitopt.gait.step import Step, StepSlope
 from gaitopt.gait.step_hessian import StepWeights, step_hessian
 from gaitopt.gait.step_model import StepModel
 from gaitopt.gait.task import Task
+from gaitopt.model.robot import Robot
 from gaitopt.nlp import NLP, Array, Point, Rows, Values, Variables
-from gaitopt.robot.model import Robot
 
 
 @dataclass(frozen=True)

@@ -12,8 +12,8 @@ import numpy as np
 
 from gaitopt.errors import InputError
 from gaitopt.mechanics.leg_distance import leg_pairs
+from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array
-from gaitopt.robot.model import Robot
 
 _XYZ = ("x", "y", "z")
 _WRENCH = tuple(f"{kind} {axis}" for kind in ("force", "moment") for axis in _XYZ)

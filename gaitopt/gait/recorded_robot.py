@@ -6,11 +6,10 @@ from collections.abc import Mapping
 
 from gaitopt.errors import GaitFileError, RobotError
 from gaitopt.gait.result import Gait
-from gaitopt.robot.choices import Choices
-from gaitopt.robot.choices_file import choices_from_record
-from gaitopt.robot.feet.sole import Sole
-from gaitopt.robot.model import Robot
-from gaitopt.robot.physics import PARTS
+from gaitopt.importers.physics import PARTS
+from gaitopt.model.feet.sole import Sole
+from gaitopt.model.import_options import Choices, choices_from_record
+from gaitopt.model.robot import Robot
 
 
 def recorded_choices(gait: Gait) -> Choices:

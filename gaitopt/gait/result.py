@@ -12,8 +12,8 @@ import numpy as np
 from gaitopt.bounds import INSTANTS, at_most
 from gaitopt.errors import InputError
 from gaitopt.gait.trajectory import Trajectory, TrajectoryPhase, fitted_coefficients
+from gaitopt.model.multibody import Multibody
 from gaitopt.nlp import Array
-from gaitopt.robot.multibody import Multibody
 
 _REAL = "fiu"  # kinds of NumPy types; a text or a complex number would be cast in silence
 _LARGEST = 1e50

@@ -23,8 +23,8 @@ from gaitopt.mechanics.impact import ImpactSlope, ImpactState
 from gaitopt.mechanics.leg_distance import LegGaps, leg_pairs
 from gaitopt.mechanics.single_support import SupportSlope, SupportState
 from gaitopt.mechanics.trunk import ROLL, YAW, Reading, ReadingSlope, Trunk
+from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array
-from gaitopt.robot.model import Robot
 
 
 @dataclass(frozen=True)

@@ -30,8 +30,8 @@ from gaitopt.mechanics.cached_workspace import kept
 from gaitopt.mechanics.impact import Impact, ImpactSlope
 from gaitopt.mechanics.single_support import SingleSupport, SupportSlope
 from gaitopt.mechanics.trunk import ReadingSlope
+from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array
-from gaitopt.robot.model import Robot
 
 
 class StepModel:

@@ -20,9 +20,9 @@ from gaitopt.bounds import TIMES, at_most
 from gaitopt.errors import InputError
 from gaitopt.gait.spline import spline_basis
 from gaitopt.mechanics.single_support import passive_torque
+from gaitopt.model.chain_physics import PassiveJoints
+from gaitopt.model.multibody import Multibody
 from gaitopt.nlp import Array
-from gaitopt.robot.chain_physics import PassiveJoints
-from gaitopt.robot.multibody import Multibody
 
 _SNAP = 1e-9  # of a step: instants this near to its end are its end
 _STRAIGHT = 1e-9  # rad: feet turned by less point along the walk

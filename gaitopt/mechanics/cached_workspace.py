@@ -12,7 +12,7 @@ from collections.abc import Callable
 from functools import lru_cache
 from typing import TypeVar, cast
 
-from gaitopt.robot.model import Robot
+from gaitopt.model.robot import Robot
 
 _ROBOTS = 8  # in as many threads, of which things are kept
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
+from gaitopt.catalogue.biped_spec import BipedSpec, Geometry, LinkSpec, mirrored_inertia
 from gaitopt.errors import InputError, RobotError
 from gaitopt.mechanics.mdh_chain import (
     SOLE_AXES,
@@ -20,11 +21,9 @@ from gaitopt.mechanics.mdh_chain import (
     turned,
 )
 from gaitopt.mechanics.newton_euler import Loads
+from gaitopt.model.chain_physics import CarriedWeight
+from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array
-from gaitopt.robot.chain_physics import CarriedWeight
-from gaitopt.robot.generated.inertia import mirrored_inertia
-from gaitopt.robot.generated.spec import BipedSpec, Geometry, LinkSpec
-from gaitopt.robot.model import Robot
 
 
 @dataclass(frozen=True)

@@ -11,10 +11,10 @@ import numpy as np
 import pinocchio as pin
 
 from gaitopt.mechanics.spatial import skew, symmetric, world_inertias
+from gaitopt.model.joint_tree import FIRST
+from gaitopt.model.reroot import joint_axis
+from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array
-from gaitopt.robot.joint_tree import FIRST
-from gaitopt.robot.model import Robot
-from gaitopt.robot.reroot import joint_axis
 
 
 @dataclass(frozen=True)

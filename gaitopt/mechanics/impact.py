@@ -24,9 +24,9 @@ from gaitopt.mechanics.inverse_dynamics_hessian import (
     velocity_rate_slope,
 )
 from gaitopt.mechanics.spatial import moved, solve
+from gaitopt.model.joint_tree import JointTree
+from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array
-from gaitopt.robot.joint_tree import JointTree
-from gaitopt.robot.model import Robot
 
 BASE = 6
 """Entries of V and of I that belong to a foot."""

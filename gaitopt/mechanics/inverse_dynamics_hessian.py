@@ -29,8 +29,8 @@ from gaitopt.mechanics.spatial import (
     pushed,
     symmetric,
 )
+from gaitopt.model.joint_tree import JointTree
 from gaitopt.nlp import Array
-from gaitopt.robot.joint_tree import JointTree
 
 
 @dataclass(frozen=True)

@@ -21,9 +21,9 @@ import pinocchio as pin
 
 from gaitopt.errors import UnreachableError
 from gaitopt.mechanics.spatial import cross, pushed, skew, solve, symmetric
+from gaitopt.model.joint_tree import TWIST
+from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array
-from gaitopt.robot.joint_tree import TWIST
-from gaitopt.robot.model import Robot
 
 _RANK = 1e-6  # of the largest singular value: directions in which a leg cannot be moved
 _LAST_STEP = 1e-7  # rad: Newton is quadratic, so the error left is below rounding

@@ -24,10 +24,10 @@ from gaitopt.mechanics.forward_kinematics import Bodies, Placements
 from gaitopt.mechanics.inverse_kinematics import LegKinematics
 from gaitopt.mechanics.spatial import cross, skew, symmetric
 from gaitopt.mechanics.trunk import Reading, ReadingSlope
+from gaitopt.model.joint_tree import JointTree
+from gaitopt.model.leg_capsules import DEFAULT_RADIUS, Capsule, leg_capsules
+from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array
-from gaitopt.robot.joint_tree import JointTree
-from gaitopt.robot.leg_capsules import DEFAULT_RADIUS, Capsule, leg_capsules
-from gaitopt.robot.model import Robot
 
 _POINT = 1e-12  # m²: a shorter segment is a point
 _PARALLEL = 1e-12  # squared sine of the angle: where the nearest points are becomes rounding

@@ -29,11 +29,11 @@ from gaitopt.mechanics.inverse_dynamics_hessian import (
     torque_curvature,
 )
 from gaitopt.mechanics.spatial import apply, moved, pushed, skew
+from gaitopt.model.chain_physics import PassiveJoints
+from gaitopt.model.joint_tree import FIRST, JointTree
+from gaitopt.model.reroot import joint_axis
+from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array
-from gaitopt.robot.chain_physics import PassiveJoints
-from gaitopt.robot.joint_tree import FIRST, JointTree
-from gaitopt.robot.model import Robot
-from gaitopt.robot.reroot import joint_axis
 
 FRICTION_RATE = 0.1
 """epsilon: rate in which Coulomb friction turns round, so that it has derivatives [rad/s].

@@ -25,8 +25,8 @@ import numpy as np
 
 from gaitopt.mechanics.forward_kinematics import Placements
 from gaitopt.mechanics.spatial import symmetric
+from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array
-from gaitopt.robot.model import Robot
 
 
 class ReadingSlope(ABC):

@@ -12,8 +12,8 @@ from gaitopt.design.options import DesignOptions
 from gaitopt.design.starts import many_starts
 from gaitopt.errors import InputError, NoGaitFoundError, UnreachableError
 from gaitopt.gait.task import Task
+from gaitopt.model.robot import Robot
 from gaitopt.nlp import Status, Stop, never
-from gaitopt.robot.model import Robot
 from gaitopt.sweep.semi_infinite import stop_if_interrupted
 
 LEAPS = (0.05, 0.1)  # of the speed reached, tried once more in the end

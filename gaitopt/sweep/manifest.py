@@ -11,13 +11,12 @@ from typing import Any
 
 from gaitopt.atomic import is_leftover, write_atomically
 from gaitopt.bounds import MANIFEST, read_bounded
+from gaitopt.catalogue.biped_spec import biped13, merged
 from gaitopt.design.options import DesignOptions
 from gaitopt.errors import GaitFileError, InputError
 from gaitopt.gait.task import Task
 from gaitopt.gait.task_record import task_record
-from gaitopt.robot.choices_file import choices_from_record, choices_record
-from gaitopt.robot.generated.presets import biped13
-from gaitopt.robot.generated.spec_table import merged
+from gaitopt.model.import_options import choices_from_record, choices_record
 from gaitopt.sweep.grid import Axis, GridPoints, Index
 from gaitopt.sweep.scenario import RobotSource
 from gaitopt.version import __version__

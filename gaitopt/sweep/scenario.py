@@ -8,15 +8,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
+from gaitopt.catalogue.biped_spec import BipedSpec, changed
+from gaitopt.catalogue.urdf_writer import urdf_text
 from gaitopt.errors import InputError
 from gaitopt.gait.task import Task
 from gaitopt.gait.task_record import task_from_record, task_record
-from gaitopt.robot.choices import Choices
-from gaitopt.robot.choices_file import choices_from_record, choices_record
-from gaitopt.robot.generated.spec import BipedSpec
-from gaitopt.robot.generated.spec_table import changed
-from gaitopt.robot.generated.urdf import urdf_text
-from gaitopt.robot.model import Robot
+from gaitopt.model.import_options import Choices, choices_from_record, choices_record
+from gaitopt.model.robot import Robot
 
 _KEPT = 8  # robots that a process keeps built
 

@@ -19,12 +19,11 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from types import NoneType
 
+from gaitopt.catalogue.biped_spec import BipedSpec, changed
 from gaitopt.design.options import DesignOptions
 from gaitopt.errors import InputError
 from gaitopt.gait.task import Task
-from gaitopt.robot.generated.spec import BipedSpec
-from gaitopt.robot.generated.spec_table import changed
-from gaitopt.robot.model import Robot
+from gaitopt.model.robot import Robot
 from gaitopt.sweep.executor import DIAGNOSE, FINISH, TRAVEL, Alone, Crew, Job, Outcome
 from gaitopt.sweep.grid import Axis, GridPoints, Index, with_values
 from gaitopt.sweep.library import Library, Writer, open_library

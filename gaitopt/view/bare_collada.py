@@ -13,7 +13,7 @@ from pathlib import Path
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
 
-from gaitopt.robot.files.collada import unseen
+from gaitopt.importers.meshes import unseen
 
 _SPACE = "http://www.collada.org/2005/11/COLLADASchema"
 _GREY = "0.62 0.65 0.68 1"  # in place of a picture

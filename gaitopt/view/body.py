@@ -8,13 +8,12 @@ import pinocchio as pin
 
 from gaitopt.errors import RobotError
 from gaitopt.gait.result import Gait
+from gaitopt.importers.source import Source, read_source
+from gaitopt.model.feet.sole_frames import placement_of
+from gaitopt.model.import_options import Choices, choices_from_record
+from gaitopt.model.legs.heading import axis_vector
+from gaitopt.model.legs.reference_posture import reference_configuration
 from gaitopt.nlp import Array
-from gaitopt.robot.choices import Choices
-from gaitopt.robot.choices_file import choices_from_record
-from gaitopt.robot.feet.sole_frames import placement_of
-from gaitopt.robot.files.source import Source, read_source
-from gaitopt.robot.legs.heading import axis_vector
-from gaitopt.robot.legs.reference_posture import reference_configuration
 
 
 def gait_choices(gait: Gait) -> Choices:

@@ -9,7 +9,7 @@ from xml.etree.ElementTree import Element
 import numpy as np
 import pinocchio as pin
 
-from gaitopt.robot.files.collada import up_axis
+from gaitopt.importers.meshes import up_axis
 
 _GREY = np.array([0.62, 0.65, 0.68, 1.0])
 _FACES = ("lines", "polygons", "polylist", "triangles", "trifans", "tristrips")

@@ -8,11 +8,11 @@ from pathlib import Path
 import pinocchio as pin
 
 from gaitopt.errors import RobotError
-from gaitopt.robot.choices import Choices
-from gaitopt.robot.files.source import Source, read_source
-from gaitopt.robot.findings import Finding
-from gaitopt.robot.model import Robot
-from gaitopt.robot.reading import Reading, read_robot
+from gaitopt.importers.report import Finding
+from gaitopt.importers.source import Source, read_source
+from gaitopt.model.import_options import Choices
+from gaitopt.model.importer import Reading, read_robot
+from gaitopt.model.robot import Robot
 
 
 @dataclass(frozen=True, eq=False)

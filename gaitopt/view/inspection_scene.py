@@ -6,9 +6,9 @@ import numpy as np
 import pinocchio as pin
 
 from gaitopt.errors import RobotError
+from gaitopt.model.importer import Reading
+from gaitopt.model.legs.kinematic_tree import joint_axes
 from gaitopt.nlp import Array
-from gaitopt.robot.legs.kinematic_tree import joint_axes
-from gaitopt.robot.reading import Reading
 from gaitopt.view.drawable import drawable
 from gaitopt.view.inspection import Inspection
 from gaitopt.view.meshcat_quiet import geometry, meshcat

@@ -9,13 +9,13 @@ import numpy as np
 
 from gaitopt.design.joint_pairs import brace
 from gaitopt.gait.humanoid import stroll
+from gaitopt.importers.report import Finding
+from gaitopt.model.import_options import SIDES
+from gaitopt.model.importer import Reading
+from gaitopt.model.legs.joint_limits import JointLimits
+from gaitopt.model.legs.kinematic_tree import joint_axes
+from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array
-from gaitopt.robot.choices import SIDES
-from gaitopt.robot.findings import Finding
-from gaitopt.robot.legs.joint_limits import JointLimits
-from gaitopt.robot.legs.kinematic_tree import joint_axes
-from gaitopt.robot.model import Robot
-from gaitopt.robot.reading import Reading
 from gaitopt.view.inspection import Inspection
 
 Row = tuple[str, ...]

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from gaitopt.atomic import write_atomically
 from gaitopt.gait.result import Gait
-from gaitopt.robot.findings import findings_of
+from gaitopt.importers.report import findings_of
 from gaitopt.view.meshcat_quiet import meshcat
 from gaitopt.view.page_fit import FIT
 from gaitopt.view.page_template import PAGE

@@ -10,8 +10,8 @@ import pinocchio as pin
 
 from gaitopt.errors import RobotError
 from gaitopt.gait.result import Gait
+from gaitopt.importers.meshes import MeshProblem
 from gaitopt.nlp import Array
-from gaitopt.robot.files.meshes import MeshProblem
 from gaitopt.view.body import gait_source, resting
 from gaitopt.view.colours import STANCE, SWING, TRUNK
 from gaitopt.view.drawable import drawable

@@ -9,8 +9,8 @@ import numpy as np
 import pinocchio as pin
 
 from gaitopt.gait.result import Gait
+from gaitopt.importers.source import read_source
 from gaitopt.nlp import Array
-from gaitopt.robot.files.source import read_source
 from gaitopt.view.body import joint_indices, resting, upward
 
 _REFLECTION = np.array([1.0, -1.0, 1.0])

@@ -19,9 +19,9 @@ from gaitopt.errors import GaitFileError, GaitoptError, InputError, RobotError
 from gaitopt.gait.result_file import load_gait, save_gait
 from gaitopt.gait.task import Task, preset_task
 from gaitopt.gait.task_record import task_from_record, task_record
-from gaitopt.robot.files.meshes import MeshPaths
-from gaitopt.robot.files.source import read_source
-from gaitopt.robot.files.toml import parse_toml
+from gaitopt.importers.meshes import MeshPaths
+from gaitopt.importers.source import read_source
+from gaitopt.importers.text_files import parse_toml
 from gaitopt.sweep.executor import LaterCrew
 from gaitopt.sweep.grid import Axis, GridPoints, parse_axis
 from gaitopt.view.page import page_text
@@ -171,7 +171,7 @@ def test_large_files(tmp_path, monkeypatch, designed):
     assert read_bounded(path, 1000) == b"x" * 1000
     with pytest.raises(ValueError, match="larger than"):
         read_bounded(path, 999)
-    monkeypatch.setattr("gaitopt.robot.files.meshes.MESH", 999)
+    monkeypatch.setattr("gaitopt.importers.meshes.MESH", 999)
     monkeypatch.setattr("gaitopt.gait.result_file.GAIT", 9999)
     assert "larger than" in MeshPaths(tmp_path).problem("large")
     with pytest.raises(GaitFileError, match="larger than"):

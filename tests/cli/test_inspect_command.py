@@ -4,7 +4,7 @@ import pytest
 from example_robots import example_robot, needs_example_robots
 
 from gaitopt import Robot, biped13, urdf_text
-from gaitopt.robot.choices_file import choices_from_toml
+from gaitopt.model.import_options import choices_from_toml
 
 LEGS = "{left,right}_"
 

@@ -8,7 +8,7 @@ from rich.console import Console
 
 from gaitopt import Robot, load_gait, summarise
 from gaitopt.cli.known import inspect_command, tell_robot
-from gaitopt.robot.findings import Finding, findings_of
+from gaitopt.importers.report import Finding, findings_of
 
 CASE = Path(__file__).parents[1] / "data" / "cases" / "urdf_warnings_not_in_optimise.urdf"
 WARNED = "torque limit 0 N·m is a placeholder"

@@ -8,8 +8,8 @@ from gaitopt.design.design import design
 from gaitopt.design.options import DesignOptions
 from gaitopt.gait.grid import Grid
 from gaitopt.gait.humanoid import humanoid_task
+from gaitopt.model.robot import Robot
 from gaitopt.nlp import Status, violations
-from gaitopt.robot.model import Robot
 
 CASES = Path(__file__).parents[1] / "data" / "cases"
 

@@ -21,8 +21,8 @@ from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.parameters import GEOMETRY, set_quantities
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.task import preset_task
+from gaitopt.model.robot import JointLimits
 from gaitopt.nlp import violations
-from gaitopt.robot.model import JointLimits
 from gaitopt.solvers import solver_by_name
 
 QUICK = DesignOptions(solver=solver_by_name("sqp", max_iterations=60), refine=False)

@@ -19,12 +19,12 @@ from gaitopt.gait.humanoid import humanoid_task
 from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.result_file import load_gait, save_gait
+from gaitopt.importers.physics import PassiveJoint, Physics, PointMass
+from gaitopt.importers.source import read_source
 from gaitopt.mechanics.single_support import FRICTION_RATE
-from gaitopt.robot.choices import Choices, LimitOverride
-from gaitopt.robot.files.source import read_source
-from gaitopt.robot.model import Robot
-from gaitopt.robot.physics import PassiveJoint, Physics, PointMass
-from gaitopt.robot.reading import read_robot
+from gaitopt.model.import_options import Choices, LimitOverride
+from gaitopt.model.importer import read_robot
+from gaitopt.model.robot import Robot
 from gaitopt.solvers import solver_by_name
 from gaitopt.tolerances import MOMENTUM, REFEREE
 

@@ -11,7 +11,7 @@ from walks import WALKS, walk
 from gaitopt.design.certificate import fine_grid
 from gaitopt.design.referee import judge
 from gaitopt.gait.grid import proof_grid
-from gaitopt.robot.model import Robot
+from gaitopt.model.robot import Robot
 from gaitopt.tolerances import MOMENTUM, REFEREE
 
 GRID = proof_grid(np.linspace(0.0, 1.0, 4))

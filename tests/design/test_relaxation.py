@@ -14,9 +14,9 @@ from gaitopt.design.suggestions import _outward
 from gaitopt.gait.parameters import GEOMETRY, set_quantities
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.task import preset_task
+from gaitopt.model.import_options import Choices, LimitOverride
+from gaitopt.model.robot import Robot
 from gaitopt.nlp import Start, Status
-from gaitopt.robot.choices import Choices, LimitOverride
-from gaitopt.robot.model import Robot
 from gaitopt.solvers import SQP
 
 KNOBS = (

@@ -16,7 +16,7 @@ from gaitopt.gait.constraints import CentreOfPressure, Margins
 from gaitopt.gait.grid import uniform_grid
 from gaitopt.gait.problem import WalkProblem, constraint_blocks
 from gaitopt.gait.task import preset_task
-from gaitopt.robot.feet.sole import Sole
+from gaitopt.model.feet.sole import Sole
 
 NAME = "guess"
 

@@ -18,8 +18,8 @@ from gaitopt.gait.step import completed
 from gaitopt.gait.task import preset_task
 from gaitopt.mechanics.forward_kinematics import Bodies
 from gaitopt.mechanics.leg_distance import leg_pairs
+from gaitopt.model.robot import Robot
 from gaitopt.nlp import violations
-from gaitopt.robot.model import Robot
 
 KNEES = ("right_knee", "left_knee")
 

@@ -9,7 +9,7 @@ from gaitopt.design.starts import design_gait, many_starts
 from gaitopt.errors import InputError, NoGaitFoundError
 from gaitopt.gait.humanoid import humanoid_task
 from gaitopt.gait.presets import foreign_margins, preset_task
-from gaitopt.robot.model import Robot
+from gaitopt.model.robot import Robot
 from gaitopt.solvers import solver_by_name
 
 QUICK = DesignOptions(solver=solver_by_name("sqp"), refine=False, diagnose=False)

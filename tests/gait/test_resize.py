@@ -8,17 +8,16 @@ import pytest
 from numerics import relative_error
 from reference_cases import reference_case
 
+from gaitopt.catalogue.biped_spec import biped13, changed
+from gaitopt.catalogue.urdf_writer import urdf_text
 from gaitopt.errors import UnreachableError
 from gaitopt.gait import quantities
 from gaitopt.gait.initial_guess import resized
 from gaitopt.gait.parameters import set_quantities
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.task import preset_task
+from gaitopt.model.robot import Robot
 from gaitopt.nlp import worst_violation
-from gaitopt.robot.generated.presets import biped13
-from gaitopt.robot.generated.spec_table import changed
-from gaitopt.robot.generated.urdf import urdf_text
-from gaitopt.robot.model import Robot
 
 X = reference_case("p43_v1.0_optimum").x
 

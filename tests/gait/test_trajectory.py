@@ -22,7 +22,7 @@ from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.task import preset_task
 from gaitopt.gait.trajectory import Trajectory, TrajectoryPhase, fitted_coefficients
-from gaitopt.robot.model import Robot
+from gaitopt.model.robot import Robot
 
 CASES = Path(__file__).parents[1] / "data" / "cases"
 WALKS = (

@@ -11,8 +11,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pinocchio as pin
 
+from gaitopt.catalogue.biped_spec import biped13
 from gaitopt.mechanics.mdh_chain import Chain, JointTable, LinkTable
-from gaitopt.robot.generated.presets import biped13
 
 UP = np.array([1.0, 0.0, 0.0])  # R0
 

@@ -16,12 +16,12 @@ from random_chains import (
 )
 from scipy.spatial.transform import Rotation
 
+from gaitopt.catalogue.urdf_writer import urdf_text
 from gaitopt.errors import InputError, RobotError
 from gaitopt.mechanics.chain_build import Bodies, chain_from_axes, chain_of_robot, chain_of_spec
 from gaitopt.mechanics.mdh_chain import SOLE_AXES, hat, link_placements, sole_placement
 from gaitopt.mechanics.newton_euler import inverse_dynamics, sole_axes
-from gaitopt.robot.generated.urdf import urdf_text
-from gaitopt.robot.model import Robot
+from gaitopt.model.robot import Robot
 
 EXACT = 1e-9  # relative: rounding of twelve chained transforms, with a wide margin
 

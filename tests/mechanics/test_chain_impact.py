@@ -10,6 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from random_chains import pin_model, posture, random_cloud_chain, random_spec, relative
 
+from gaitopt.catalogue.biped_spec import biped13
+from gaitopt.catalogue.urdf_writer import urdf_text
 from gaitopt.errors import InputError
 from gaitopt.mechanics.chain_build import chain_of_robot, chain_of_spec
 from gaitopt.mechanics.mdh_chain import sole_placement
@@ -22,9 +24,7 @@ from gaitopt.mechanics.newton_euler import (
     momentum,
     swing_jacobian,
 )
-from gaitopt.robot.generated.presets import biped13
-from gaitopt.robot.generated.urdf import urdf_text
-from gaitopt.robot.model import Robot
+from gaitopt.model.robot import Robot
 
 REFERENCE = Path(__file__).parents[1] / "data" / "reference_biped13.npz"
 EXACT = 1e-9  # relative: rounding of twelve chained transforms, with a wide margin

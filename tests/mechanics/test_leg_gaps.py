@@ -12,7 +12,7 @@ from urdf_edits import edited_urdf, link
 
 from gaitopt.mechanics.forward_kinematics import Bodies
 from gaitopt.mechanics.leg_distance import LegGaps, leg_pairs
-from gaitopt.robot.model import Robot
+from gaitopt.model.robot import Robot
 
 COUNT = 3
 CASES = Path(__file__).parents[1] / "data" / "cases"

@@ -20,6 +20,8 @@ from random_chains import (
     slope,
 )
 
+from gaitopt.catalogue.biped_spec import biped13
+from gaitopt.catalogue.urdf_writer import urdf_text
 from gaitopt.errors import EvaluationError, InputError
 from gaitopt.mechanics import mdh_chain, newton_euler
 from gaitopt.mechanics.chain_build import chain_of_robot, chain_of_spec
@@ -31,9 +33,7 @@ from gaitopt.mechanics.newton_euler import (
     sole_axes,
     zero_moment_point,
 )
-from gaitopt.robot.generated.presets import biped13
-from gaitopt.robot.generated.urdf import urdf_text
-from gaitopt.robot.model import Robot
+from gaitopt.model.robot import Robot
 
 REFERENCE = Path(__file__).parents[1] / "data" / "reference_biped13.npz"
 EXACT = 1e-9  # relative: rounding of twelve chained transforms, with a wide margin

@@ -19,8 +19,8 @@ from gaitopt.mechanics.single_support import (
     odd_polynomial,
     polynomial,
 )
-from gaitopt.robot.chain_physics import CarriedWeight, ChainPhysics, PassiveJoints
-from gaitopt.robot.model import Robot
+from gaitopt.model.chain_physics import CarriedWeight, ChainPhysics, PassiveJoints
+from gaitopt.model.robot import Robot
 
 CASES = Path(__file__).parents[1] / "data" / "cases"
 COUNT = 4

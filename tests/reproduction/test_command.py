@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 
 import gaitopt
 from gaitopt.cli.app import app
-from gaitopt.robot.files.toml import parse_toml
+from gaitopt.importers.text_files import parse_toml
 from reproduction.__main__ import main
 from reproduction.figures import REPRODUCTION_FIGURES
 from reproduction.page import PARTS

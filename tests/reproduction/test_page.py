@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from gaitopt.robot.files.toml import parse_toml
+from gaitopt.importers.text_files import parse_toml
 from reproduction.figures import REPRODUCTION_FIGURES
 from reproduction.identification import UNKNOWNS, identified_values
 from reproduction.page import IMAGES

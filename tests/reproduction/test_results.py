@@ -6,13 +6,13 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from gaitopt.catalogue.entries import robot_by_name
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.process import small_matrices
 from gaitopt.design.starts import many_starts
 from gaitopt.gait import quantities
 from gaitopt.gait.assemble import gait_at
 from gaitopt.nlp import Status
-from gaitopt.robot.catalogue import robot_by_name
 from gaitopt.solvers import SQP, Solver
 from reproduction.curve import cost_curve, joint_costs, warm_curve
 from reproduction.figures import convergence_figure

@@ -5,9 +5,7 @@ from __future__ import annotations
 import numpy as np
 from hypothesis import strategies as st
 
-from gaitopt.robot.generated.presets import biped13
-from gaitopt.robot.generated.spec import BipedSpec, LinkSpec
-from gaitopt.robot.generated.spec_table import changed
+from gaitopt.catalogue.biped_spec import BipedSpec, LinkSpec, biped13, changed
 
 edges = st.floats(0.01, 2.0)
 offsets = st.floats(-1.0, 1.0)

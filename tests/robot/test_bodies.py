@@ -8,9 +8,8 @@ from humanoids import add_joint, add_link, edits
 from urdf_edits import edited_urdf, link
 
 from gaitopt.errors import RobotError
-from gaitopt.robot.choices import Choices, InertiaOverride
-from gaitopt.robot.choices_file import choices_from_toml
-from gaitopt.robot.model import Robot
+from gaitopt.model.import_options import Choices, InertiaOverride, choices_from_toml
+from gaitopt.model.robot import Robot
 
 SIDES = ("left", "right")
 TURNING = (0.03, 0.02, 0.015, 0.001, -0.002, 0.0015)

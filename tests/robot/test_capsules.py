@@ -7,10 +7,10 @@ import pytest
 from reference_cases import biped
 from urdf_edits import edited_urdf
 
-from gaitopt.robot.feet.foot_shape import points_of
-from gaitopt.robot.feet.sole import Sole
-from gaitopt.robot.leg_capsules import DEFAULT_RADIUS, leg_capsules
-from gaitopt.robot.model import Robot
+from gaitopt.model.feet.foot_shape import points_of
+from gaitopt.model.feet.sole import Sole
+from gaitopt.model.leg_capsules import DEFAULT_RADIUS, leg_capsules
+from gaitopt.model.robot import Robot
 
 SOLE = Sole(toe=0.0, heel=-0.214, left=0.068, right=-0.068)
 

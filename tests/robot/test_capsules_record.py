@@ -5,10 +5,9 @@ from example_robots import example_robot, needs_example_robots
 
 from gaitopt.errors import RobotError
 from gaitopt.mechanics.leg_distance import leg_pairs
-from gaitopt.robot.choices import Choices
-from gaitopt.robot.choices_file import choices_from_record, choices_record
-from gaitopt.robot.leg_capsules import capsule_rows, leg_capsules
-from gaitopt.robot.model import Robot
+from gaitopt.model.import_options import Choices, choices_from_record, choices_record
+from gaitopt.model.leg_capsules import capsule_rows, leg_capsules
+from gaitopt.model.robot import Robot
 
 
 def test_capsules_are_the_same_from_their_record(robot):

@@ -6,9 +6,9 @@ import sys
 import pytest
 from example_robots import DIRECTORY, needs_example_robots
 
+from gaitopt.catalogue import entries as module
+from gaitopt.catalogue.entries import catalogue, description, entry_by_name, robot_by_name
 from gaitopt.errors import InputError, MissingExtraError
-from gaitopt.robot import catalogue as module
-from gaitopt.robot.catalogue import catalogue, description, entry_by_name, robot_by_name
 
 NAMES = [entry.name for entry in catalogue()]
 
@@ -59,8 +59,8 @@ def test_the_directory_is_that_of_the_installed_package():
 
 def test_the_list_and_the_choices_are_read_without_pinocchio():
     code = (
-        "import sys; from gaitopt.robot.catalogue import catalogue, description\n"
-        "import gaitopt.robot.feet.sole\n"
+        "import sys; from gaitopt.catalogue.entries import catalogue, description\n"
+        "import gaitopt.model.feet.sole\n"
         "print(len(catalogue()), {'pinocchio', 'coal', 'scipy'} & set(sys.modules))"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

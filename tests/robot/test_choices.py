@@ -6,13 +6,20 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from gaitopt.catalogue.biped_spec import biped13
+from gaitopt.catalogue.urdf_writer import urdf_text
 from gaitopt.errors import RobotError
-from gaitopt.robot.choices import AXES, UNEQUAL, Choices, LimitOverride
-from gaitopt.robot.choices_file import choices_from_record, choices_from_toml, choices_record
-from gaitopt.robot.feet.sole import Sole
-from gaitopt.robot.generated.presets import biped13
-from gaitopt.robot.generated.urdf import urdf_text
-from gaitopt.robot.model import Robot
+from gaitopt.model.feet.sole import Sole
+from gaitopt.model.import_options import (
+    AXES,
+    UNEQUAL,
+    Choices,
+    LimitOverride,
+    choices_from_record,
+    choices_from_toml,
+    choices_record,
+)
+from gaitopt.model.robot import Robot
 
 quick = settings(deadline=None, derandomize=True, max_examples=40)
 numbers = st.floats(0.01, 100.0)

@@ -9,8 +9,8 @@ from example_robots import example_robot, needs_example_robots
 from mesh_files import TETRAHEDRON, sorted_rows
 from urdf_edits import edited_urdf, link
 
-from gaitopt.robot.files.collada import unseen, up_axis
-from gaitopt.robot.files.source import read_source
+from gaitopt.importers.meshes import unseen, up_axis
+from gaitopt.importers.source import read_source
 
 COLLISION = pin.GeometryType.COLLISION
 ON_ITS_SIDE = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])  # x y z -> x z -y

@@ -10,8 +10,8 @@ from urdf_edits import edited_urdf, joint, link, scale_mass, set_limit
 
 from gaitopt.cli.app import app
 from gaitopt.errors import RobotError
-from gaitopt.robot.files.source import read_source
-from gaitopt.robot.model import Robot
+from gaitopt.importers.source import read_source
+from gaitopt.model.robot import Robot
 
 SIDES = ("left", "right")
 

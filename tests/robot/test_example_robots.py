@@ -10,12 +10,11 @@ from numerics import relative_error
 from pelvis_rooted import reading_of, rooted_both_ways
 
 from gaitopt.errors import RobotError
-from gaitopt.robot.choices import Choices
-from gaitopt.robot.choices_file import choices_from_record, choices_record
-from gaitopt.robot.feet.sole import Sole
-from gaitopt.robot.leg_capsules import leg_capsules
-from gaitopt.robot.model import Robot
-from gaitopt.robot.symmetry.leg_exchange import exchange_error, mirror_placement
+from gaitopt.model.feet.sole import Sole
+from gaitopt.model.import_options import Choices, choices_from_record, choices_record
+from gaitopt.model.leg_capsules import leg_capsules
+from gaitopt.model.robot import Robot
+from gaitopt.model.symmetry.leg_exchange import exchange_error, mirror_placement
 
 pytestmark = needs_example_robots
 

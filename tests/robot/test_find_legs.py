@@ -12,12 +12,12 @@ from numerics import relative_error
 from urdf_edits import edited_urdf, joint, link
 
 from gaitopt.errors import RobotError
-from gaitopt.robot.choices import Choices
-from gaitopt.robot.feet.sole import Sole
-from gaitopt.robot.files.source import read_source
-from gaitopt.robot.legs.leg_detection import speaks_for_other_side
-from gaitopt.robot.model import Robot
-from gaitopt.robot.reading import read_robot
+from gaitopt.importers.source import read_source
+from gaitopt.model.feet.sole import Sole
+from gaitopt.model.import_options import Choices
+from gaitopt.model.importer import read_robot
+from gaitopt.model.legs.leg_detection import speaks_for_other_side
+from gaitopt.model.robot import Robot
 from gaitopt.view.inspection import inspect_robot
 from gaitopt.view.inspection_tables import sections
 

@@ -8,9 +8,9 @@ import pytest
 from sample_gait import sample_gait
 
 from gaitopt import biped13, urdf_text
-from gaitopt.robot.choices import Choices
-from gaitopt.robot.files.frame_names import reduced, tell_apart
-from gaitopt.robot.model import Robot
+from gaitopt.importers.frame_names import reduced, tell_apart
+from gaitopt.model.import_options import Choices
+from gaitopt.model.robot import Robot
 from gaitopt.view.page import page_text
 
 TEXT = urdf_text(biped13())

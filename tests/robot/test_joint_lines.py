@@ -10,10 +10,10 @@ from humanoids import add_arms, add_toes, edits
 from urdf_edits import edited_urdf, joint
 
 from gaitopt.errors import RobotError
-from gaitopt.robot.choices import Choices, LimitOverride
-from gaitopt.robot.leg_capsules import leg_capsules
-from gaitopt.robot.legs.kinematic_tree import points_on_lines
-from gaitopt.robot.model import Robot
+from gaitopt.model.import_options import Choices, LimitOverride
+from gaitopt.model.leg_capsules import leg_capsules
+from gaitopt.model.legs.kinematic_tree import points_on_lines
+from gaitopt.model.robot import Robot
 
 CASES = Path(__file__).parents[1] / "data" / "cases"
 PARTS = ("hip_yaw", "hip_roll", "hip_pitch", "knee", "ankle_pitch", "ankle_roll")

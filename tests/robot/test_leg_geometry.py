@@ -6,8 +6,8 @@ from hypothesis import strategies as st
 from numerics import relative_error
 from urdf_edits import edited_urdf, joint
 
-from gaitopt.robot.legs.leg_geometry import common_point
-from gaitopt.robot.model import Robot
+from gaitopt.model.legs.leg_geometry import common_point
+from gaitopt.model.robot import Robot
 
 quick = settings(deadline=None, derandomize=True, max_examples=25)
 vectors = st.lists(st.floats(-1.0, 1.0), min_size=3, max_size=3).map(np.array)

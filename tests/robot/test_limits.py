@@ -4,8 +4,8 @@ from humanoids import edits
 from urdf_edits import edited_urdf, joint, set_limit
 
 from gaitopt.errors import RobotError
-from gaitopt.robot.choices import Choices, LimitOverride
-from gaitopt.robot.model import Robot
+from gaitopt.model.import_options import Choices, LimitOverride
+from gaitopt.model.robot import Robot
 
 
 def both(joint: str, **values: float):

@@ -9,9 +9,9 @@ from types import ModuleType
 import pytest
 from typer.testing import CliRunner
 
+from gaitopt.catalogue.entries import entry_by_name, robot_by_name
 from gaitopt.cli.app import app
 from gaitopt.errors import InputError, MissingExtraError
-from gaitopt.robot.catalogue import entry_by_name, robot_by_name
 
 CASE = Path(__file__).parents[1] / "data" / "cases" / "base_mini.xml"
 
@@ -87,7 +87,7 @@ def test_the_package_is_named_where_it_is_missing(monkeypatch):
 
 
 def test_mujoco_is_named_where_it_is_missing(monkeypatch):
-    from gaitopt.robot.files.source import read_source
+    from gaitopt.importers.source import read_source
 
     text = read_source(CASE).text
     monkeypatch.setitem(sys.modules, "mujoco", None)

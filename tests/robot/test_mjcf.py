@@ -9,12 +9,12 @@ from mesh_files import TETRAHEDRON, sorted_rows, write_stl
 from mjcf_text import mjcf_text
 from motion_twins import same_motion
 
+from gaitopt.catalogue.biped_spec import biped13
+from gaitopt.catalogue.urdf_writer import urdf_text
 from gaitopt.errors import RobotError
-from gaitopt.robot.files.source import read_source
-from gaitopt.robot.files.xml_lines import parse_xml
-from gaitopt.robot.generated.presets import biped13
-from gaitopt.robot.generated.urdf import urdf_text
-from gaitopt.robot.mjcf.include import whole_mjcf
+from gaitopt.importers.mjcf_compile import whole_mjcf
+from gaitopt.importers.source import read_source
+from gaitopt.importers.xml_document import parse_xml
 
 COLLISION = pin.GeometryType.COLLISION
 

@@ -9,12 +9,12 @@ from mjcf_edits import added, at, edited, together
 from mjcf_text import mjcf_text
 from typer.testing import CliRunner
 
+from gaitopt.catalogue.biped_spec import biped13
+from gaitopt.catalogue.urdf_writer import urdf_text
 from gaitopt.cli.app import app
 from gaitopt.errors import RobotError
-from gaitopt.robot.files.source import read_source
-from gaitopt.robot.generated.presets import biped13
-from gaitopt.robot.generated.urdf import urdf_text
-from gaitopt.robot.model import Robot
+from gaitopt.importers.source import read_source
+from gaitopt.model.robot import Robot
 
 FOOT = "type='box' size='0.1 0.05 0.01' pos='0.05 0 -0.05'"
 KNEE, SHIN = "left_knee", "left_knee_body"

@@ -13,8 +13,8 @@ from mjcf_generator import write_random_mjcf
 from mjcf_oracle import compare, silently_compiled
 
 from gaitopt.errors import RobotError
-from gaitopt.robot.files.source import read_source
-from gaitopt.robot.model import Robot
+from gaitopt.importers.source import read_source
+from gaitopt.model.robot import Robot
 
 CASES = Path(__file__).parents[1] / "data" / "cases"
 SOUND = (

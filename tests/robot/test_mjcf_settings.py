@@ -6,12 +6,12 @@ import pytest
 from mjcf_edits import added, at, edited, together
 from mjcf_text import mjcf_text
 
+from gaitopt.catalogue.biped_spec import biped13
+from gaitopt.catalogue.urdf_writer import urdf_text
 from gaitopt.errors import RobotError
-from gaitopt.robot.files.source import read_source
-from gaitopt.robot.generated.presets import biped13
-from gaitopt.robot.generated.urdf import urdf_text
-from gaitopt.robot.model import Robot
-from gaitopt.robot.urdf.check import MOST_JOINTS
+from gaitopt.importers.source import read_source
+from gaitopt.importers.urdf_check import MOST_JOINTS
+from gaitopt.model.robot import Robot
 
 SHIN = ".//body[@name='left_knee_body']"
 FOOT = "type='box' size='0.1 0.05 0.01' pos='0.05 0 -0.05'"

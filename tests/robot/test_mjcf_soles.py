@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from gaitopt.errors import RobotError
-from gaitopt.robot.choices import Choices
-from gaitopt.robot.model import Robot
+from gaitopt.model.import_options import Choices
+from gaitopt.model.robot import Robot
 
 CASE = Path(__file__).parents[1] / "data" / "cases" / "mj_geom_default_pos.xml"
 

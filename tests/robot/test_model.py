@@ -5,11 +5,11 @@ import pinocchio as pin
 import pytest
 from urdf_edits import add_arm, edited_urdf, joint, link, scale_mass, set_limit
 
+from gaitopt.catalogue.biped_spec import biped13
+from gaitopt.catalogue.urdf_writer import urdf_text
 from gaitopt.errors import RobotError
-from gaitopt.robot.feet.sole import Sole
-from gaitopt.robot.generated.presets import biped13
-from gaitopt.robot.generated.urdf import urdf_text
-from gaitopt.robot.model import Robot
+from gaitopt.model.feet.sole import Sole
+from gaitopt.model.robot import Robot
 
 LEG = ("ankle_roll", "ankle_pitch", "knee", "hip_pitch", "hip_roll", "hip_yaw")
 

@@ -6,9 +6,9 @@ import pytest
 from humanoids import add_arms, add_toes, edits, new_root
 from urdf_edits import edited_urdf, scale_mass
 
-from gaitopt.robot.choices import Choices
-from gaitopt.robot.model import Robot
-from gaitopt.robot.multibody import BASE
+from gaitopt.model.import_options import Choices
+from gaitopt.model.multibody import BASE
+from gaitopt.model.robot import Robot
 
 WHOLE = edits(new_root("0 0 1.2", waist="revolute"), add_arms(4), add_toes())
 LOOSE = {"asymmetry": 1.0}

@@ -6,16 +6,21 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from gaitopt.catalogue.entries import catalogue, description, entry_by_name
 from gaitopt.cli.robot_request import robot_source
 from gaitopt.errors import InputError, RobotError
-from gaitopt.robot.catalogue import catalogue, description, entry_by_name
-from gaitopt.robot.choices import Choices, LimitOverride
-from gaitopt.robot.choices_file import choices_from_record, choices_from_toml, choices_record
-from gaitopt.robot.files.source import read_source
-from gaitopt.robot.model import Robot
-from gaitopt.robot.physics import PARTS, PassiveJoint, Physics, PointMass
-from gaitopt.robot.physics_record import physics_record
-from gaitopt.robot.reading import read_robot
+from gaitopt.importers.physics import PARTS, PassiveJoint, Physics, PointMass
+from gaitopt.importers.source import read_source
+from gaitopt.model.import_options import (
+    Choices,
+    LimitOverride,
+    choices_from_record,
+    choices_from_toml,
+    choices_record,
+)
+from gaitopt.model.importer import read_robot
+from gaitopt.model.physics_record import physics_record
+from gaitopt.model.robot import Robot
 
 CASES = Path(__file__).parents[1] / "data" / "cases"
 URDF = CASES / "urdf_damping_friction.urdf"

@@ -8,10 +8,10 @@ import pytest
 from urdf_edits import add_arm, edited_urdf, joint
 
 from gaitopt.errors import RobotError
-from gaitopt.robot.choices import Choices, LimitOverride
-from gaitopt.robot.files.source import read_source
-from gaitopt.robot.legs.reference_posture import reference_angles
-from gaitopt.robot.model import Robot
+from gaitopt.importers.source import read_source
+from gaitopt.model.import_options import Choices, LimitOverride
+from gaitopt.model.legs.reference_posture import reference_angles
+from gaitopt.model.robot import Robot
 
 POSES = """<robot name="biped13"><group_state name="{name}" group="all">
 <joint name="shoulder" value="{angle}"/></group_state></robot>"""

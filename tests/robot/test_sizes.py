@@ -6,9 +6,9 @@ import pytest
 from urdf_edits import edited_urdf
 
 from gaitopt.errors import RobotError
-from gaitopt.robot.choices import Choices
-from gaitopt.robot.feet.sole import Sole
-from gaitopt.robot.model import Robot
+from gaitopt.model.feet.sole import Sole
+from gaitopt.model.import_options import Choices
+from gaitopt.model.robot import Robot
 
 
 def scaled(lengths=1.0, masses=1.0, inertias=1.0):

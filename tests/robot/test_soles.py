@@ -14,14 +14,14 @@ from urdf_edits import edited_urdf, link
 from urdf_edits import joint as joint_named
 
 from gaitopt import Robot
+from gaitopt.catalogue.biped_spec import biped13
+from gaitopt.catalogue.urdf_writer import urdf_text
 from gaitopt.errors import RobotError
-from gaitopt.robot.choices import Choices
-from gaitopt.robot.feet.foot_shape import foot_points
-from gaitopt.robot.feet.sole import Sole
-from gaitopt.robot.feet.sole_detection import find_sole, largest_rectangle
-from gaitopt.robot.files.source import read_source
-from gaitopt.robot.generated.presets import biped13
-from gaitopt.robot.generated.urdf import urdf_text
+from gaitopt.importers.source import read_source
+from gaitopt.model.feet.foot_shape import foot_points
+from gaitopt.model.feet.sole import Sole
+from gaitopt.model.feet.sole_detection import find_sole, largest_rectangle
+from gaitopt.model.import_options import Choices
 
 FOOT = """<robot name='foot'>
 <link name='base'/><link name='foot'>

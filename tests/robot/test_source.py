@@ -11,13 +11,13 @@ from mesh_files import TETRAHEDRON, sorted_rows, write_stl
 from motion_twins import same_motion
 from urdf_edits import add_arm, edited_urdf, joint, link
 
+from gaitopt.catalogue.biped_spec import biped13
+from gaitopt.catalogue.urdf_writer import urdf_text
 from gaitopt.errors import RobotError
-from gaitopt.robot.choices import Choices
-from gaitopt.robot.files.source import Source, read_source
-from gaitopt.robot.generated.presets import biped13
-from gaitopt.robot.generated.urdf import urdf_text
-from gaitopt.robot.model import Robot
-from gaitopt.robot.reading import read_robot
+from gaitopt.importers.source import Source, read_source
+from gaitopt.model.import_options import Choices
+from gaitopt.model.importer import read_robot
+from gaitopt.model.robot import Robot
 
 TEXT = urdf_text(biped13())
 COLLISION, VISUAL = pin.GeometryType.COLLISION, pin.GeometryType.VISUAL

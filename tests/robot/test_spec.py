@@ -8,11 +8,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from robot.strategies import link_specs
 
+from gaitopt.catalogue.biped_spec import (
+    BipedSpec,
+    LinkSpec,
+    biped13,
+    changed,
+    checked_inertia,
+    mirrored_inertia,
+)
 from gaitopt.errors import SpecError
-from gaitopt.robot.generated.inertia import checked_inertia, mirrored_inertia
-from gaitopt.robot.generated.presets import biped13
-from gaitopt.robot.generated.spec import BipedSpec, LinkSpec
-from gaitopt.robot.generated.spec_table import changed
 
 SPEC = biped13()
 

@@ -8,11 +8,9 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from robot.strategies import biped_specs
 
+from gaitopt.catalogue.biped_spec import BipedSpec, biped13, changed
+from gaitopt.catalogue.spec_file import read_spec, spec_text, write_spec
 from gaitopt.errors import InputError, SpecError
-from gaitopt.robot.generated.presets import biped13
-from gaitopt.robot.generated.spec import BipedSpec
-from gaitopt.robot.generated.spec_file import read_spec, spec_text, write_spec
-from gaitopt.robot.generated.spec_table import changed
 
 
 @given(biped_specs())

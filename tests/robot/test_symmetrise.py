@@ -12,14 +12,14 @@ from pelvis_rooted import reading_of
 from urdf_edits import edited_urdf, joint, link, scale_mass, set_limit
 
 from gaitopt.errors import RobotError
-from gaitopt.robot.chain import Chain, build_chain
-from gaitopt.robot.choices import Choices, LimitOverride
-from gaitopt.robot.files.source import read_source
-from gaitopt.robot.model import Robot
-from gaitopt.robot.reading import Reading, read_robot
-from gaitopt.robot.reroot import lock_upper_body, reroot
-from gaitopt.robot.symmetry.averaging import mirrored
-from gaitopt.robot.symmetry.leg_exchange import exchange_error
+from gaitopt.importers.source import read_source
+from gaitopt.model.chain import Chain, build_chain
+from gaitopt.model.import_options import Choices, LimitOverride
+from gaitopt.model.importer import Reading, read_robot
+from gaitopt.model.reroot import lock_upper_body, reroot
+from gaitopt.model.robot import Robot
+from gaitopt.model.symmetry.averaging import mirrored
+from gaitopt.model.symmetry.leg_exchange import exchange_error
 
 CASES = Path(__file__).parents[1] / "data" / "cases"
 

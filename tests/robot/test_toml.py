@@ -6,8 +6,8 @@ import pytest
 
 import gaitopt
 from gaitopt.errors import InputError, RobotError, SpecError
-from gaitopt.robot.choices_file import choices_from_toml
-from gaitopt.robot.files.toml import parse_toml
+from gaitopt.importers.text_files import parse_toml
+from gaitopt.model.import_options import choices_from_toml
 
 PACKAGE = Path(gaitopt.__file__).parent
 
@@ -34,4 +34,4 @@ def test_only_the_word_is_infinite():
 
 def test_nothing_else_reads_toml():
     files = [p for p in PACKAGE.rglob("*.py") if "tomllib" in p.read_text("utf-8")]
-    assert files == [PACKAGE / "robot" / "files" / "toml.py"]
+    assert files == [PACKAGE / "importers" / "text_files.py"]

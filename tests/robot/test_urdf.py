@@ -15,10 +15,8 @@ import pytest
 from hypothesis import given, settings
 from robot.strategies import biped_specs
 
-from gaitopt.robot.generated.presets import biped13
-from gaitopt.robot.generated.spec import BipedSpec
-from gaitopt.robot.generated.spec_table import changed
-from gaitopt.robot.generated.urdf import LEG_LINKS, SIDES, urdf_text
+from gaitopt.catalogue.biped_spec import BipedSpec, biped13, changed
+from gaitopt.catalogue.urdf_writer import LEG_LINKS, SIDES, urdf_text
 
 ROOT = Path(__file__).resolve().parents[2]
 LEG = ("hip_yaw", "hip_roll", "hip_pitch", "knee", "ankle_pitch", "ankle_roll")

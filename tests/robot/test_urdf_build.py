@@ -12,10 +12,10 @@ from example_robots import BIPEDS, example_robot, needs_example_robots
 from urdf_edits import edited_urdf, joint
 
 from gaitopt import biped13, urdf_text
-from gaitopt.robot.files.source import read_source
-from gaitopt.robot.files.xml_lines import parse_xml
-from gaitopt.robot.urdf.build import build_model
-from gaitopt.robot.urdf.description import describe
+from gaitopt.importers.source import read_source
+from gaitopt.importers.urdf_document import describe
+from gaitopt.importers.urdf_model import build_model
+from gaitopt.importers.xml_document import parse_xml
 
 CASES = Path(__file__).parents[1] / "data" / "cases"
 OWN = {

@@ -9,14 +9,14 @@ import pytest
 from example_robots import BIPEDS, example_robot, needs_example_robots
 from urdf_edits import add_arm, edited_urdf, joint, link
 
+from gaitopt.catalogue.biped_spec import biped13
+from gaitopt.catalogue.urdf_writer import urdf_text
 from gaitopt.errors import RobotError
-from gaitopt.robot.choices import Choices, LimitOverride
-from gaitopt.robot.files.source import read_source
-from gaitopt.robot.files.xml_lines import parse_xml
-from gaitopt.robot.generated.presets import biped13
-from gaitopt.robot.generated.urdf import urdf_text
-from gaitopt.robot.model import Robot
-from gaitopt.robot.urdf.check import check_urdf, refuse_unsound
+from gaitopt.importers.source import read_source
+from gaitopt.importers.urdf_check import check_urdf, refuse_unsound
+from gaitopt.importers.xml_document import parse_xml
+from gaitopt.model.import_options import Choices, LimitOverride
+from gaitopt.model.robot import Robot
 
 TEXT = urdf_text(biped13())
 

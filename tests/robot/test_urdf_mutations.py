@@ -10,7 +10,7 @@ from urdf_oracle import differences_from_text
 
 from gaitopt import biped13, urdf_text
 from gaitopt.errors import RobotError
-from gaitopt.robot.files.source import read_source
+from gaitopt.importers.source import read_source
 
 CASES = Path(__file__).parents[1] / "data" / "cases"
 MUTATIONS = 45  # of each: 180 in all; a fuzzer takes `mutate_urdf` for more

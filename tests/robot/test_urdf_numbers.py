@@ -10,8 +10,8 @@ import pytest
 from urdf_edits import edited_urdf, joint, link
 
 from gaitopt.errors import RobotError
-from gaitopt.robot.files.source import read_source
-from gaitopt.robot.urdf.values import as_number, as_numbers
+from gaitopt.importers.source import read_source
+from gaitopt.importers.xml_document import as_number, as_numbers
 
 CASES = Path(__file__).parents[1] / "data" / "cases"
 MEANT = {

@@ -10,10 +10,10 @@ import pytest
 from urdf_edits import edited_urdf, joint, link
 
 from gaitopt.errors import RobotError
-from gaitopt.robot.choices import Choices
-from gaitopt.robot.files.source import read_source
-from gaitopt.robot.model import Robot
-from gaitopt.robot.reading import read_robot
+from gaitopt.importers.source import read_source
+from gaitopt.model.import_options import Choices
+from gaitopt.model.importer import read_robot
+from gaitopt.model.robot import Robot
 
 CASES = Path(__file__).parents[1] / "data" / "cases"
 COLLISION, VISUAL = pin.GeometryType.COLLISION, pin.GeometryType.VISUAL

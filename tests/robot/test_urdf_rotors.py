@@ -8,8 +8,8 @@ import pytest
 from urdf_edits import edited_urdf, joint
 
 from gaitopt.errors import RobotError
-from gaitopt.robot.files.source import read_source
-from gaitopt.robot.model import Robot
+from gaitopt.importers.source import read_source
+from gaitopt.model.robot import Robot
 
 CASES = Path(__file__).parents[1] / "data" / "cases"
 INERTIA, REDUCTION = 3e-5, 41.0

@@ -3,8 +3,8 @@
 import pytest
 from sweeps import QUICK, quick_task
 
+from gaitopt.catalogue.biped_spec import biped13
 from gaitopt.design.starts import many_starts
-from gaitopt.robot.generated.presets import biped13
 from gaitopt.sweep.grid import Axis
 from gaitopt.sweep.scheduler import sweep
 from gaitopt.sweep.warm_start import FEW

@@ -12,11 +12,11 @@ from pathlib import Path
 import pytest
 from sweeps import QUICK, SPEEDS, Counting, quick_task
 
+from gaitopt.catalogue.biped_spec import biped13
 from gaitopt.design.design import design
 from gaitopt.design.starts import many_starts
 from gaitopt.errors import GaitFileError, InputError
 from gaitopt.gait.result_file import load_gait
-from gaitopt.robot.generated.presets import biped13
 from gaitopt.solvers import solver_by_name
 from gaitopt.sweep.executor import TRAVEL
 from gaitopt.sweep.grid import Axis

@@ -8,12 +8,12 @@ import pinocchio as pin
 import pytest
 from example_robots import DIRECTORY, needs_example_robots
 
+from gaitopt.catalogue.entries import robot_by_name
 from gaitopt.design.audit import robot_of
 from gaitopt.gait.assemble import gait_at
 from gaitopt.gait.humanoid import humanoid_task
 from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.robot.catalogue import robot_by_name
 from gaitopt.view.body import upward, walking_model
 from gaitopt.view.page import page_text
 from gaitopt.view.scene import hip_height

@@ -13,7 +13,7 @@ import pinocchio as pin
 import pytest
 from sample_gait import sample_gait
 
-from gaitopt.robot.choices import Choices
+from gaitopt.model.import_options import Choices
 from gaitopt.view.bare_collada import bare_collada
 from gaitopt.view.inspection import inspect_robot
 from gaitopt.view.inspection_page import inspection_text

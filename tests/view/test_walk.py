@@ -7,7 +7,7 @@ from sample_gait import JOINT_NAMES, exchange, sample_gait
 from scipy.integrate import trapezoid
 
 from gaitopt.errors import InputError, RobotError
-from gaitopt.robot.model import Robot
+from gaitopt.model.robot import Robot
 from gaitopt.view.body import walking_model
 from gaitopt.view.walk import walk
 

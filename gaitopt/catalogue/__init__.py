@@ -1,0 +1,1 @@
+"""Robots that are asked for by name, and the thirteen-link biped that gaitopt makes itself."""

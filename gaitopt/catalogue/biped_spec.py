@@ -1,0 +1,532 @@
+"""Inertia matrices about the centre of mass: of a box, mirrored, and whether one can exist.
+
+Numbers with a unit and a range, and the refusal of those that have no physical sense.
+
+What a thirteen-link biped is made of: lengths, masses, inertias and motor limits, in SI units.
+
+Frames: x forward, y left, z up, parallel to the world at the zero posture (straight legs). Values
+are those of the left leg, seen from the pelvis down; the right leg is its mirror image in y = 0.
+
+Robots that come with gaitopt.
+
+A specification as nested tables of plain values, and changes to it by name.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import Field, dataclass, field, fields, is_dataclass, replace
+from difflib import get_close_matches
+from numbers import Real
+from typing import Any, TypeVar
+
+import numpy as np
+
+from gaitopt.errors import SpecError
+
+Vector3 = tuple[float, float, float]
+Matrix3 = tuple[Vector3, Vector3, Vector3]
+
+ROUNDING = 1e-9
+"""Relative slack for matrices typed from a drawing: symmetry and the flat-plate limit."""
+
+
+def box_inertia(mass: float, size: Vector3) -> Matrix3:
+    """Return the inertia [kg·m²] of a homogeneous box about its centre, axes along its edges.
+
+    Args:
+        mass: [kg].
+        size: edges along x, y, z [m].
+    """
+    # Products, not powers: the same bits on every platform.
+    xx, yy, zz = (edge * edge for edge in size)
+    return (
+        (mass / 12.0 * (yy + zz), 0.0, 0.0),
+        (0.0, mass / 12.0 * (xx + zz), 0.0),
+        (0.0, 0.0, mass / 12.0 * (xx + yy)),
+    )
+
+
+def mirrored_inertia(inertia: Matrix3) -> Matrix3:
+    """Return the inertia of the body mirrored in the plane y = 0 (left to right)."""
+    (xx, xy, xz), (_, yy, yz), (_, _, zz) = inertia
+    return ((xx, -xy, xz), (-xy, yy, -yz), (xz, -yz, zz))
+
+
+def checked_inertia(inertia: Matrix3, path: str) -> Matrix3:
+    """Return the inertia made exactly symmetric, after checking that a body can have it.
+
+    Args:
+        inertia: about the centre of mass [kg·m²].
+        path: where it stands in the specification, for messages.
+
+    Raises:
+        SpecError: not symmetric, not positive definite, or a principal moment is larger than the
+            sum of the other two (impossible for positive mass; Featherstone, 2008, section 2.13).
+    """
+    matrix = np.array(inertia)
+    size = float(np.abs(matrix).max())
+    if np.abs(matrix - matrix.T).max() > ROUNDING * size:
+        raise SpecError(f"{path} is not symmetric (kg·m²); give a symmetric 3 x 3 matrix")
+    a, b, c = (float(moment) for moment in np.linalg.eigvalsh((matrix + matrix.T) / 2.0))
+    moments = f"its principal moments are {a:.6g}, {b:.6g}, {c:.6g} kg·m²"
+    if a <= 0.0:
+        raise SpecError(
+            f"{path} is not positive definite: {moments}; all three must be above 0; "
+            "check the signs of the off-diagonal entries"
+        )
+    if c > (a + b) * (1.0 + ROUNDING):
+        raise SpecError(
+            f"{path} cannot belong to a body of positive mass: {moments}; the largest must not "
+            "exceed the sum of the other two; check that it is taken about the centre of mass"
+        )
+    (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = inertia
+    xy, xz, yz = (xy + yx) / 2.0, (xz + zx) / 2.0, (yz + zy) / 2.0
+    return ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))
+
+
+KEY = "quantity"
+"""Key of a dataclass field's metadata under which its `Quantity` is found."""
+
+Part = TypeVar("Part")
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """What a field may hold.
+
+    Attributes:
+        unit: SI unit of the number.
+        low, high: smallest and largest number accepted, inclusive.
+        shape: () for a number, (3,) for a vector along x, y, z, (3, 3) for a matrix.
+        optional: whether None is accepted.
+    """
+
+    unit: str
+    low: float
+    high: float
+    shape: tuple[int, ...] = ()
+    optional: bool = False
+
+    @property
+    def allowed(self) -> str:
+        """The range in words."""
+        return f"{self.low:g} to {self.high:g} {self.unit}"
+
+    @property
+    def metadata(self) -> dict[str, Quantity]:
+        """What to hand to `dataclasses.field`."""
+        return {KEY: self}
+
+
+def quantity_of(entry: Field[Any]) -> Quantity | None:
+    """Return the quantity of a dataclass field, None if the field is a part or a name."""
+    found: Quantity | None = entry.metadata.get(KEY)
+    return found
+
+
+def checked(part: Part, expected: type[Part], path: str) -> Part:
+    """Return the same dataclass with every quantity below it checked and made of floats.
+
+    Args:
+        part: a dataclass whose fields are quantities or again such dataclasses.
+        expected: class it must be an instance of.
+        path: where it stands in the specification, for messages.
+
+    Raises:
+        SpecError: a field has the wrong type, is not finite, or is out of range.
+    """
+    if not isinstance(part, expected) or not is_dataclass(part):
+        raise SpecError(
+            f"{path} must be a {expected.__name__}, got {_shown(part)}; build one from its fields"
+        )
+    changes: dict[str, Any] = {}
+    for entry in fields(part):
+        value, where = getattr(part, entry.name), f"{path}.{entry.name}"
+        quantity = quantity_of(entry)
+        if quantity is None:
+            changes[entry.name] = checked(value, entry.metadata["part"], where)
+        else:
+            changes[entry.name] = checked_value(value, quantity, where)
+    return expected(**changes)
+
+
+def checked_value(value: object, quantity: Quantity, path: str) -> Any:
+    """Return the value as a float, or as tuples of floats of the quantity's shape.
+
+    Raises:
+        SpecError: wrong type or shape, not finite, or out of range.
+    """
+    if value is None and quantity.optional:
+        return None
+    return _checked_array(value, quantity, quantity.shape, path)
+
+
+def _checked_array(value: object, quantity: Quantity, shape: tuple[int, ...], path: str) -> Any:
+    if not shape:
+        return _checked_number(value, quantity, path)
+    rows = _listed(value)
+    if rows is None or len(rows) != shape[0]:
+        raise SpecError(
+            f"{path} must be a list of {' x '.join(map(str, shape))} numbers in {quantity.unit}, "
+            f"got {_shown(value)}; give them in the order x, y, z"
+        )
+    return tuple(
+        _checked_array(row, quantity, shape[1:], f"{path}[{i}]") for i, row in enumerate(rows)
+    )
+
+
+def _listed(value: object) -> list[Any] | None:
+    if isinstance(value, np.ndarray) and value.ndim > 0:
+        return list(value)
+    if isinstance(value, Sequence) and not isinstance(value, (str, bytes)):
+        return list(value)
+    return None
+
+
+def _checked_number(value: object, quantity: Quantity, path: str) -> float:
+    if isinstance(value, bool) or not isinstance(value, Real):
+        raise SpecError(
+            f"{path} must be a number in {quantity.unit}, got {_shown(value)}; "
+            f"allowed: {quantity.allowed}"
+        )
+    number = _as_float(value)
+    if not math.isfinite(number) or not quantity.low <= number <= quantity.high:
+        raise SpecError(
+            f"{path} = {number:g} {quantity.unit} is not allowed; allowed: {quantity.allowed}; "
+            "check the value and its unit"
+        )
+    return number + 0.0  # -0.0 becomes 0.0: one number, one spelling
+
+
+def _as_float(value: Real) -> float:
+    try:
+        return float(value)
+    except OverflowError:
+        return math.inf
+
+
+def _shown(value: object) -> str:
+    text = repr(value)
+    return text if len(text) <= 60 else f"{text[:57]}..."
+
+
+_LENGTH = Quantity("m", 1e-4, 10.0)
+_OFFSET = Quantity("m", -10.0, 10.0)
+_MASS = Quantity("kg", 1e-4, 1e4)
+_INERTIA = Quantity("kg·m²", -1e6, 1e6, shape=(3, 3), optional=True)
+_TORQUE = Quantity("N·m", 1e-3, 1e5)
+_SPEED = Quantity("rad/s", 1e-3, 1e3)
+_ANGLE = Quantity("rad", -2.0 * math.pi, 2.0 * math.pi)
+_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_.-]{0,63}")
+
+
+@dataclass(frozen=True)
+class Geometry:
+    """Lengths of the paper's Tables 1 and 2 [m].
+
+    Attributes:
+        l1: sole frame (middle of the toe edge) to the ankle, along the foot; negative, because
+            the ankle lies behind the toes. l13 = -l1.
+        d1: height of the ankle above the sole. d13 = d1.
+        d3: shin, ankle to knee. d11 = d3.
+        d4: thigh, knee to hip. d10 = d4.
+        l4: how far the plane of the leg lies outboard of the hip centre. l10 = l4.
+        d7: distance between the two hip centres.
+        foot_length: of the sole, forward (Lp).
+        foot_width: of the sole, sideways (lp).
+    """
+
+    l1: float = field(metadata=_OFFSET.metadata)
+    d1: float = field(metadata=_LENGTH.metadata)
+    d3: float = field(metadata=_LENGTH.metadata)
+    d4: float = field(metadata=_LENGTH.metadata)
+    l4: float = field(metadata=_OFFSET.metadata)
+    d7: float = field(metadata=_LENGTH.metadata)
+    foot_length: float = field(metadata=_LENGTH.metadata)
+    foot_width: float = field(metadata=_LENGTH.metadata)
+
+    @property
+    def hip_height(self) -> float:
+        """Height of the hip centres above the sole with straight legs [m]."""
+        return self.d1 + self.d3 + self.d4
+
+
+@dataclass(frozen=True)
+class LinkSpec:
+    """One rigid link.
+
+    Attributes:
+        mass: [kg].
+        size: edges of its box along x, y, z [m]; the box gives the inertia unless that is given.
+        com: centre of mass, which is the centre of the box, in the frame of the joint above the
+            link (torso: midpoint between the hips) [m].
+        inertia: about the centre of mass, axes of the link, (3, 3) [kg·m²]; None: of the box.
+    """
+
+    mass: float = field(metadata=_MASS.metadata)
+    size: Vector3 = field(metadata=Quantity("m", 1e-4, 10.0, shape=(3,)).metadata)
+    com: Vector3 = field(metadata=Quantity("m", -10.0, 10.0, shape=(3,)).metadata)
+    inertia: Matrix3 | None = field(default=None, metadata=_INERTIA.metadata)
+
+    @property
+    def com_inertia(self) -> Matrix3:
+        """Inertia about the centre of mass, given or of the homogeneous box [kg·m²]."""
+        return box_inertia(self.mass, self.size) if self.inertia is None else self.inertia
+
+
+_LINK = {"part": LinkSpec}
+
+
+@dataclass(frozen=True)
+class Links:
+    """The links: the torso and those of one leg from hip to foot.
+
+    Attributes:
+        torso: pelvis, trunk and head in one.
+        hip_yaw: between the hip yaw and hip roll joints.
+        hip_roll: between the hip roll and hip pitch joints.
+        thigh: between the hip pitch and knee joints.
+        shin: between the knee and ankle pitch joints.
+        ankle: between the ankle pitch and ankle roll joints.
+        foot: after the ankle roll joint.
+    """
+
+    torso: LinkSpec = field(metadata=_LINK)
+    hip_yaw: LinkSpec = field(metadata=_LINK)
+    hip_roll: LinkSpec = field(metadata=_LINK)
+    thigh: LinkSpec = field(metadata=_LINK)
+    shin: LinkSpec = field(metadata=_LINK)
+    ankle: LinkSpec = field(metadata=_LINK)
+    foot: LinkSpec = field(metadata=_LINK)
+
+    def named(self) -> Iterator[tuple[str, LinkSpec]]:
+        """Yield the name and the link, in the order of the attributes."""
+        return ((entry.name, getattr(self, entry.name)) for entry in fields(self))
+
+    @property
+    def leg(self) -> tuple[LinkSpec, ...]:
+        """The six links of one leg, from hip to foot, one below each joint of `Joints`."""
+        return (self.hip_yaw, self.hip_roll, self.thigh, self.shin, self.ankle, self.foot)
+
+
+@dataclass(frozen=True)
+class JointLimits:
+    """What one joint can do.
+
+    Attributes:
+        torque: largest absolute torque [N·m].
+        speed: largest absolute rate [rad/s].
+        lower, upper: range of the left joint [rad]; the right one mirrors roll and yaw.
+    """
+
+    torque: float = field(metadata=_TORQUE.metadata)
+    speed: float = field(metadata=_SPEED.metadata)
+    lower: float = field(metadata=_ANGLE.metadata)
+    upper: float = field(metadata=_ANGLE.metadata)
+
+
+_JOINT = {"part": JointLimits}
+
+
+@dataclass(frozen=True)
+class Joints:
+    """The six joints of a leg, from hip to foot: yaw about z, roll about x, pitch about y."""
+
+    hip_yaw: JointLimits = field(metadata=_JOINT)
+    hip_roll: JointLimits = field(metadata=_JOINT)
+    hip_pitch: JointLimits = field(metadata=_JOINT)
+    knee: JointLimits = field(metadata=_JOINT)
+    ankle_pitch: JointLimits = field(metadata=_JOINT)
+    ankle_roll: JointLimits = field(metadata=_JOINT)
+
+    def named(self) -> Iterator[tuple[str, JointLimits]]:
+        """Yield the name and the limits, from hip to foot."""
+        return ((entry.name, getattr(self, entry.name)) for entry in fields(self))
+
+
+@dataclass(frozen=True)
+class BipedSpec:
+    """A thirteen-link biped, checked when made; change one with `spec_table.changed`.
+
+    Attributes:
+        name: of the robot; a letter, then letters, digits, and the signs _ . -
+        geometry: lengths.
+        links: masses, centres of mass and inertias.
+        joints: limits of the motors.
+
+    Raises:
+        SpecError: a value is missing, of the wrong type, not finite, out of range, or contradicts
+            another; the message names the field by its path, as "links.shin.mass".
+    """
+
+    name: str
+    geometry: Geometry = field(metadata={"part": Geometry})
+    links: Links = field(metadata={"part": Links})
+    joints: Joints = field(metadata={"part": Joints})
+
+    def __post_init__(self) -> None:
+        _check_name(self.name)
+        geometry = checked(self.geometry, Geometry, "geometry")
+        _check_ankle(geometry)
+        joints = checked(self.joints, Joints, "joints")
+        for name, limits in joints.named():
+            _check_range(limits, f"joints.{name}")
+        object.__setattr__(self, "geometry", geometry)
+        object.__setattr__(self, "links", _checked_links(self.links))
+        object.__setattr__(self, "joints", joints)
+
+    @property
+    def total_mass(self) -> float:
+        """Mass of the whole robot [kg]."""
+        return self.links.torso.mass + 2.0 * sum(link.mass for link in self.links.leg)
+
+    @property
+    def standing_height(self) -> float:
+        """Height of the torso's top above the ground with straight legs [m]."""
+        torso = self.links.torso
+        return self.geometry.hip_height + torso.com[2] + torso.size[2] / 2.0
+
+
+def _check_name(name: object) -> None:
+    if not isinstance(name, str) or not _NAME.fullmatch(name):
+        raise SpecError(
+            f"name = {str(name)[:60]!r} is not allowed; allowed: a letter, then up to 63 letters, "
+            "digits and the signs _ . -"
+        )
+
+
+def _check_ankle(geometry: Geometry) -> None:
+    if not -geometry.foot_length <= geometry.l1 <= 0.0:
+        raise SpecError(
+            f"geometry.l1 = {geometry.l1:g} m puts the ankle off the sole; allowed: "
+            f"{-geometry.foot_length:g} m (heel, minus geometry.foot_length) to 0 m (toe edge)"
+        )
+
+
+def _check_range(limits: JointLimits, path: str) -> None:
+    if limits.lower >= limits.upper:
+        raise SpecError(
+            f"{path}.lower = {limits.lower:g} rad is not below {path}.upper = "
+            f"{limits.upper:g} rad; give lower < upper"
+        )
+
+
+def _checked_links(links: Links) -> Links:
+    links = checked(links, Links, "links")
+    symmetric = {
+        name: replace(link, inertia=checked_inertia(link.inertia, f"links.{name}.inertia"))
+        for name, link in links.named()
+        if link.inertia is not None
+    }
+    return replace(links, **symmetric)
+
+
+def biped13() -> BipedSpec:
+    """Return the thirteen-link biped of the paper's Tables 1 and 2: 56.87 kg, 1.30 m tall.
+
+    Lengths, masses and sole size are the paper's. It leaves open the inertias (here homogeneous
+    boxes), l1 and l4, how the 2.04 kg of a hip divide over its two links (here equally), and the
+    limits of the motors (here 150 N·m and 10 rad/s, and ranges wider than a walk needs).
+    """
+    return BipedSpec(
+        name="biped13",
+        geometry=Geometry(
+            l1=-0.137, d1=0.105, d3=0.3, d4=0.3, l4=0.0, d7=0.12, foot_length=0.214,
+            foot_width=0.136,
+        ),
+        links=_links(),
+        joints=_joints(),
+    )  # fmt: skip
+
+
+def _links() -> Links:
+    hip = LinkSpec(mass=1.02, size=(0.08, 0.08, 0.08), com=(0.0, 0.0, 0.0))
+    return Links(
+        torso=LinkSpec(mass=40.55, size=(0.2, 0.3, 0.595), com=(0.0, 0.0, 0.2975)),
+        hip_yaw=hip,
+        hip_roll=hip,
+        thigh=LinkSpec(mass=2.08, size=(0.1, 0.1, 0.3), com=(0.0, 0.0, -0.15)),
+        shin=LinkSpec(mass=1.75, size=(0.08, 0.08, 0.3), com=(0.0, 0.0, -0.15)),
+        ankle=LinkSpec(mass=0.65, size=(0.06, 0.06, 0.06), com=(0.0, 0.0, 0.0)),
+        foot=LinkSpec(mass=1.64, size=(0.214, 0.136, 0.04), com=(0.03, 0.0, -0.085)),
+    )
+
+
+def _joints() -> Joints:
+    def limits(lower: float, upper: float) -> JointLimits:
+        return JointLimits(torque=150.0, speed=10.0, lower=lower, upper=upper)
+
+    return Joints(
+        hip_yaw=limits(-1.0, 1.0),
+        hip_roll=limits(-0.8, 0.8),
+        hip_pitch=limits(-2.2, 1.2),
+        knee=limits(0.0, 2.6),
+        ankle_pitch=limits(-2.2, 1.2),
+        ankle_roll=limits(-1.5, 1.5),
+    )
+
+
+def changed(spec: BipedSpec, changes: Mapping[str, Any]) -> BipedSpec:
+    """Return a copy with some values changed: `{"geometry.d3": 0.35, "links.torso.mass": 45}`.
+
+    Boxes and centres of mass are values like any other: they do not follow a length by themselves.
+
+    Args:
+        spec: the biped to start from.
+        changes: new values [SI units of the field] by path.
+
+    Raises:
+        SpecError: a path does not exist, or the changed biped is not physical.
+    """
+    table: dict[str, Any] = {}
+    for path, value in changes.items():
+        *parents, key = path.split(".")
+        inner = table
+        for name in parents:
+            inner = inner.setdefault(name, {})
+            _check_table(inner, name)
+        inner[key] = value
+    return merged(spec, table)
+
+
+def merged(spec: BipedSpec, table: Mapping[str, Any]) -> BipedSpec:
+    """Return a copy of the specification with the values of a nested table in place of its own.
+
+    Args:
+        spec: gives every value that the table does not mention.
+        table: nested mappings with the names of the specification's fields.
+
+    Raises:
+        SpecError: an unknown key, a value of the wrong type, or one that is not physical.
+    """
+    biped: BipedSpec = _merged(spec, table, "")
+    return biped
+
+
+def _merged(part: Any, table: object, path: str) -> Any:
+    entries = {entry.name: entry for entry in fields(part)}
+    changes: dict[str, Any] = {}
+    for key, value in _check_table(table, path).items():
+        where = f"{path}.{key}" if path else str(key)
+        if key not in entries:
+            raise SpecError(_unknown(where, str(key), list(entries)))
+        nested = "part" in entries[key].metadata
+        changes[key] = _merged(getattr(part, key), value, where) if nested else value
+    return replace(part, **changes)
+
+
+def _check_table(table: object, path: str) -> Mapping[str, Any]:
+    if not isinstance(table, Mapping):
+        raise SpecError(
+            f"{path or 'a specification'} must be a table of named values, got {str(table)[:60]}"
+        )
+    return table
+
+
+def _unknown(path: str, key: str, allowed: list[str]) -> str:
+    close = get_close_matches(key, allowed, n=1)
+    hint = f"did you mean {close[0]}? " if close else ""
+    return f"unknown entry {path[:120]}; {hint}allowed here: {', '.join(allowed)}"

@@ -1,0 +1,327 @@
+"""Where the mesh files of a robot are: every kind of path, found or reported.
+
+Collada files whose y axis is up, and files that viewers draw invisible.
+
+Pinocchio takes the numbers of a Collada file as they are, whichever axis the file calls up. Many
+robots are made for that, and their files say y only because some program wrote it there; others
+mean it. Which of the two, the masses tell: the links' shapes lie about their centres of mass.
+
+Opacity is written in four ways, and many programs wrote that of an opaque mesh as none.
+
+Keep what C++ libraries print off the user's screen: it names no file and helps nobody.
+"""
+
+from __future__ import annotations
+
+import os
+import struct
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path, PurePosixPath
+from xml.etree import ElementTree
+from xml.etree.ElementTree import Element
+from xml.parsers import expat
+
+import numpy as np
+import pinocchio as pin
+
+from gaitopt.bounds import MESH, too_large
+
+_PACKAGE_SCHEMES = ("package://", "model://")
+_POINTER = b"version https://git-lfs"  # what stands in a clone whose large files were not fetched
+_READABLE = (
+    ".stl", ".dae", ".obj", ".ply", ".off", ".3ds", ".fbx", ".gltf", ".glb", ".x", ".amf", ".3mf",
+    ".dxf", ".lwo", ".ac", ".ase", ".x3d", ".blend",
+)  # fmt: skip
+_HEADER, _FACET = 84, 50  # bytes of a binary STL file: before its facets, and of each
+
+
+@dataclass(frozen=True)
+class MeshProblem:
+    """A mesh file that cannot be used. Motion needs no mesh; drawings and soles may.
+
+    Attributes:
+        link: that the mesh belongs to.
+        kind: "visual" or "collision".
+        file: the path as the robot's file gives it.
+        reason: why it cannot be used.
+        there: whether the file was found, and is at fault itself.
+    """
+
+    link: str
+    kind: str
+    file: str
+    reason: str
+    there: bool = False
+
+    def __str__(self) -> str:
+        """Return one sentence that says what to do."""
+        advice = (
+            "give the directory that holds its package (--package-dir DIR; in Python "
+            "package_dirs), or correct the path"
+        )
+        if self.there:
+            advice = "the robot is read without it; replace the file, by one in STL format say"
+        return f"link '{self.link}': the {self.kind} mesh '{self.file}' {self.reason}; {advice}"
+
+
+@dataclass(frozen=True)
+class MeshPaths:
+    """Where to look for the meshes of one robot.
+
+    Attributes:
+        base: directory of the robot's file, None for a robot given as text.
+        package_dirs: directories that contain packages, searched first.
+    """
+
+    base: Path | None
+    package_dirs: tuple[Path, ...] = ()
+
+    def find(self, file: str) -> Path | None:
+        """Return the first existing file that a mesh path may mean, or None."""
+        return next((path for path in self._candidates(file) if path.is_file()), None)
+
+    def problem(self, file: str) -> str:
+        """Return why a mesh file cannot be used, or an empty string."""
+        path = self.find(file)
+        if path is None:
+            return "was not found"
+        try:
+            if large := too_large(path.stat().st_size, MESH):
+                return f"is not read: {large}"
+            with path.open("rb") as stream:
+                head = stream.read(len(_POINTER))
+        except OSError as error:
+            return f"cannot be read ({(error.strerror or str(error)).lower()})"
+        if not head:
+            return "is an empty file"
+        if head == _POINTER:
+            return "is a Git LFS pointer whose content was not fetched"
+        return ""
+
+    def _candidates(self, file: str) -> Iterator[Path]:
+        for scheme in _PACKAGE_SCHEMES:
+            if file.startswith(scheme):
+                package, _, inside = file.removeprefix(scheme).partition("/")
+                yield from self._in_package(package, inside)
+                return
+        path = Path(file.removeprefix("file://"))
+        if path.is_absolute():
+            yield path
+            yield from self._moved(path)
+        else:
+            yield from (directory / path for directory in self._directories())
+
+    def _in_package(self, package: str, inside: str) -> Iterator[Path]:
+        for directory in [*self._directories(), *_environment()]:
+            yield directory / package / inside
+            if directory.name == package:
+                yield directory / inside
+        if "/" in inside:  # a package whose directory was renamed: some/clone/meshes/foot.stl
+            yield from (above / inside for above in self._above())
+
+    def _moved(self, path: Path) -> Iterator[Path]:
+        """An absolute path of another machine, sought above the robot's file by its last parts."""
+        parts = PurePosixPath(path).parts[1:]
+        for first in range(1, len(parts) - 1):
+            yield from (above.joinpath(*parts[first:]) for above in self._directories())
+
+    def _directories(self) -> list[Path]:
+        return [*self.package_dirs, *self._above()]
+
+    def _above(self) -> list[Path]:
+        return [] if self.base is None else [self.base, *self.base.parents]
+
+
+def unreadable(path: Path) -> str:
+    """Return why a mesh file that is there cannot be a mesh that is read, or an empty string.
+
+    STL files are checked whole, of others the format and, of Collada, whether they are XML.
+
+    Args:
+        path: of the file.
+    """
+    try:
+        facts = path.stat()
+        return _unreadable(path, facts.st_mtime_ns, facts.st_size)
+    except OSError as error:
+        return f"cannot be read ({(error.strerror or str(error)).lower()})"
+
+
+@lru_cache(maxsize=4096)
+def _unreadable(path: Path, _changed: int, size: int) -> str:
+    suffix = path.suffix.lower()
+    if suffix not in _READABLE:
+        named = suffix or "without an ending"
+        return f"is of a format that cannot be read ({named})"
+    if suffix == ".stl":
+        return "" if _is_stl(path, size) else "is a broken STL file"
+    if suffix == ".dae":
+        return "" if _is_xml(path) else "is a broken Collada file"
+    return ""
+
+
+def _is_stl(path: Path, size: int) -> bool:
+    """Whether a file has the length of a binary STL, or the words of a textual one."""
+    with path.open("rb") as stream:
+        head = stream.read(_HEADER)
+        if len(head) == _HEADER:
+            (facets,) = struct.unpack("<I", head[-4:])
+            if facets and size >= _HEADER + facets * _FACET:
+                return True
+        if not head.lstrip().startswith(b"solid"):
+            return False
+        return b"vertex" in head + stream.read()
+
+
+def _is_xml(path: Path) -> bool:
+    with path.open("rb") as stream:
+        try:
+            expat.ParserCreate().ParseFile(stream)
+        except expat.ExpatError:
+            return False
+    return True
+
+
+def first_part(file: str) -> str:
+    """Return the package, or the first directory, that a mesh path names."""
+    _, scheme, rest = file.partition("://")
+    return (rest if scheme else file).lstrip("/").partition("/")[0]
+
+
+def _environment() -> list[Path]:
+    """Directories of packages that a ROS installation names."""
+    roots = [Path(p) for p in os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep) if p]
+    prefixes = os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep)
+    return roots + [Path(p) / "share" for p in prefixes if p]
+
+
+_UPRIGHT = pin.SE3(np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]]), np.zeros(3))
+_NEARER = 0.8  # of the distance to the masses: symmetric shapes tell nothing and are left alone
+_UNSEEN = 0.02  # opacity: less is what a program meant as opaque, glass has more
+
+
+def unseen(model: Element) -> bool:
+    """Tell whether a viewer that goes by the book draws nothing with a lighting model.
+
+    Args:
+        model: `phong` element, say, of a Collada document.
+    """
+    return _opacity(model) < _UNSEEN
+
+
+def _opacity(model: Element) -> float:
+    """Return the opacity of a lighting model (COLLADA 1.4.1, "Determining transparency")."""
+    factor = _numbers(model, "transparency", "float")
+    colour = _numbers(model, "transparent", "color")
+    if not factor and not colour:
+        return 1.0
+    mode = next((e.get("opaque", "A_ONE") for e in _parts(model, "transparent")), "A_ONE")
+    scale = factor[0] if factor else 1.0
+    full = (*colour, 1.0, 1.0, 1.0, 1.0)[:4] if colour else (1.0, 1.0, 1.0, 1.0)
+    part = full[3] if mode.startswith("A_") else full[0]
+    return 1.0 - part * scale if mode.endswith("ZERO") else part * scale
+
+
+def _numbers(model: Element, name: str, kind: str) -> list[float]:
+    """Return the numbers of a part of a lighting model, none if it has no such part."""
+    for part in _parts(model, name):
+        for value in _parts(part, kind):
+            try:
+                return [float(word) for word in (value.text or "").split()]
+            except ValueError:
+                return []
+    return []
+
+
+def _parts(element: Element, name: str) -> Iterator[Element]:
+    return (child for child in element if child.tag.rpartition("}")[2] == name)
+
+
+def up_axis(path: str) -> str:
+    """Return the upward axis of a Collada file: "Y_UP" unless it says otherwise, "" if unreadable.
+
+    Args:
+        path: of the file.
+    """
+    try:
+        with open(path, "rb") as stream:
+            for _, element in ElementTree.iterparse(stream):
+                name = element.tag.rpartition("}")[2]
+                if name == "up_axis":
+                    return (element.text or "").strip()
+                if name == "asset":  # which holds it, and comes first
+                    break
+    except (OSError, ElementTree.ParseError):
+        return ""
+    return "Y_UP"
+
+
+def y_up(shapes: pin.GeometryModel) -> list[pin.GeometryObject]:
+    """Return the shapes from Collada files that call their y axis up."""
+    return [
+        item
+        for item in shapes.geometryObjects
+        if item.meshPath.lower().endswith(".dae") and up_axis(item.meshPath) == "Y_UP"
+    ]
+
+
+def lie_on_side(shapes: pin.GeometryModel, model: pin.Model) -> bool:
+    """Tell whether the shapes of `y_up` are clearly nearer to the masses when they are turned.
+
+    Args:
+        shapes: all of a robot.
+        model: that they belong to.
+    """
+    as_read, turned = 0.0, 0.0
+    for item in y_up(shapes):
+        inertia = model.inertias[item.parentJoint]
+        if inertia.mass > 0.0:
+            item.geometry.computeLocalAABB()
+            middle = np.ravel(item.geometry.aabb_center)
+            as_read += float(np.linalg.norm(item.placement.act(middle) - inertia.lever))
+            upright = (item.placement * _UPRIGHT).act(middle)
+            turned += float(np.linalg.norm(upright - inertia.lever))
+    return turned < _NEARER * as_read
+
+
+def put_upright(shapes: pin.GeometryModel) -> None:
+    """Turn the shapes of `y_up` so that their z axis is up."""
+    for item in y_up(shapes):
+        item.placement = item.placement * _UPRIGHT
+
+
+@contextmanager
+def silenced() -> Iterator[None]:
+    """Send what is written to the streams of the process to nowhere, for the time of a call.
+
+    Python's own streams are silent as well. Where there are no streams, nothing is done.
+    """
+    try:
+        kept = [os.dup(number) for number in (1, 2)]
+    except OSError:
+        yield
+        return
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    try:
+        _flush()
+        for number in (1, 2):
+            os.dup2(nowhere, number)
+        yield
+    finally:
+        _flush()
+        for number, copy in zip((1, 2), kept, strict=True):
+            os.dup2(copy, number)
+            os.close(copy)
+        os.close(nowhere)
+
+
+def _flush() -> None:
+    for stream in (sys.stdout, sys.stderr):
+        try:
+            stream.flush()
+        except (OSError, ValueError, AttributeError):
+            continue  # closed, or there is none: nothing of it can be lost

@@ -1,0 +1,425 @@
+"""MuJoCo compiles an MJCF file; what it refuses is refused in its words, with the place.
+
+Files that the masses do not need may be missing: textures and height fields are never asked for,
+and a mesh whose absence changes no mass is replaced while MuJoCo compiles.
+
+MJCF files that include others, made one document that knows where everything came from.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path, PurePosixPath
+from types import ModuleType
+from typing import Any, cast
+from xml.etree.ElementTree import Element
+
+import numpy as np
+
+from gaitopt.errors import InputError, MissingExtraError, RobotError
+from gaitopt.importers.meshes import MeshPaths
+from gaitopt.importers.mjcf_robot import CompiledMesh, Pose, quaternion, se3, vector
+from gaitopt.importers.text_files import read_text
+from gaitopt.importers.xml_document import Entry, XmlTree, as_number, parse_xml, where
+
+EXTRA = "mujoco"
+"""Name of the extra that installs MuJoCo."""
+
+_OLDEST = (3, 10)
+_MOST_COPIES = 10_000  # of an element: <replicate> and <composite> nest, and multiply
+_MOST_ITEMS = 1e6  # of what <size> and <texture> reserve
+_COPIES = ("replicate", "composite", "flexcomp")
+_STAND_IN = (
+    ((0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)),
+    ((0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)),
+)
+_READABLE = (".stl", ".obj", ".dae")  # by the loader of meshes, beside MuJoCo's own format
+_NAMED = re.compile(r"Element name '(?P<name>.*)', id -?\d+(?:, line (?P<line>\d+))?")
+_TAGGED = re.compile(r"Element '(?P<tag>.*)', line (?P<line>\d+)")
+_PARSED = re.compile(r"Line number=(?P<line>\d+)(?:: XMLElement name=(?P<tag>\w+))?")
+_ABSENT = re.compile(r"not found|unrecognized name|unknown (?:element|default|transmission)")
+_NOISE = re.compile(r"^(?:XML |Schema |Compile )?(?:Error|violation): ?", re.IGNORECASE)
+
+
+@dataclass(frozen=True)
+class Compilation:
+    """What MuJoCo made of a file.
+
+    Attributes:
+        model: MuJoCo's MjModel.
+        meshes: by the name that the model has for them.
+        lost: files of meshes that were replaced, as the robot's file names them.
+        said: what MuJoCo warns about.
+        scene: names of geoms that contact pairs of the file ask for and another file has, such as
+            the floor.
+        touching: names of the geoms that touch those.
+    """
+
+    model: Any
+    meshes: dict[str, CompiledMesh]
+    lost: tuple[str, ...]
+    said: tuple[str, ...]
+    scene: tuple[str, ...] = ()
+    touching: frozenset[str] = frozenset()
+
+
+def load_mujoco() -> ModuleType:
+    """Return the module `mujoco`.
+
+    Raises:
+        MissingExtraError: it is not installed.
+        InputError: it is too old.
+    """
+    try:
+        import mujoco
+    except ImportError:
+        raise MissingExtraError("reading an MJCF file", EXTRA) from None
+    numbers = tuple(int(n) for n in re.findall(r"\d+", mujoco.__version__)[:2])
+    if numbers < _OLDEST:
+        raise InputError(
+            f"MuJoCo {mujoco.__version__} is installed, but reading an MJCF file needs "
+            f"{'.'.join(map(str, _OLDEST))} or newer; run: pip install --upgrade mujoco"
+        )
+    return cast(ModuleType, mujoco)
+
+
+def compile_mjcf(text: str, path: Path | None, tree: XmlTree, paths: MeshPaths) -> Compilation:
+    """Compile an MJCF document.
+
+    Args:
+        text: of the main file.
+        path: of that file, None for text alone, which may include nothing.
+        tree: of the document with what it includes, for the places in messages.
+        paths: where meshes are.
+
+    Raises:
+        RobotError: MuJoCo refuses the document, or a mass depends on a mesh that is missing.
+        MissingExtraError: MuJoCo is not installed.
+    """
+    mujoco = load_mujoco()
+    _check_copies(tree)
+    with _listening(mujoco) as said:
+        try:
+            spec = mujoco.MjSpec.from_string(text) if path is None else _spec(mujoco, path)
+            spec.memory = -1  # of simulations, which may ask for more than there is
+            _without_pictures(spec)
+            scene, touching = _without_scene(spec)
+            files, lost = _place_meshes(mujoco, spec, tree, paths)
+            model = spec.compile()
+        except (ValueError, RuntimeError, IndexError, KeyError, TypeError, mujoco.FatalError) as e:
+            _check_words(said, tree)
+            raise _refusal(str(e), tree) from None
+    _check_words(said, tree)
+    meshes = _meshes(mujoco, spec, model, files)
+    return Compilation(model, meshes, lost, tuple(dict.fromkeys(said)), scene, touching)
+
+
+def element_named(tree: XmlTree, tags: tuple[str, ...], name: str) -> Element | None:
+    """Return the first element of some tags with a name, outside of the defaults."""
+    for element in tree.root.iter():
+        if element.tag in tags and element.get("name") == name:
+            return element
+    return None
+
+
+def refusal_of(tree: XmlTree, tags: tuple[str, ...], name: str, text: str) -> RobotError:
+    """Return the error that says something of a named element, with its place if it is known."""
+    element = element_named(tree, tags, name)
+    if element is None:
+        return RobotError(f"{tags[0]} '{name}': {text}")
+    return Entry(tree, element).refusal(text)
+
+
+def _spec(mujoco: ModuleType, path: Path) -> Any:
+    # MuJoCo keeps the directory as it is written, and may be asked from another one later.
+    return mujoco.MjSpec.from_file(str(path.resolve()))
+
+
+@contextmanager
+def _listening(mujoco: ModuleType) -> Iterator[list[str]]:
+    """Collect MuJoCo's warnings, which otherwise go to the screen and into a file."""
+    said: list[str] = []
+    before = mujoco.get_mju_user_warning()
+    mujoco.set_mju_user_warning(lambda text: said.append(str(text)))
+    try:
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            yield said
+            said += [str(w.message) for w in caught]
+    finally:
+        mujoco.set_mju_user_warning(before)
+
+
+def _without_pictures(spec: Any) -> None:
+    """Take away what only pictures and terrain need, with the files behind it."""
+    for material in spec.materials:
+        material.textures = [""] * len(material.textures)
+    for thing in [*spec.textures, *spec.skins]:
+        spec.delete(thing)
+    for field in spec.hfields:
+        field.file, field.nrow, field.ncol, field.userdata = "", 2, 2, [0.0] * 4
+
+
+def _without_scene(spec: Any) -> tuple[tuple[str, ...], frozenset[str]]:
+    """Take away the contact pairs with geoms of the scene that includes the robot's file.
+
+    Returns:
+        Names of those geoms, and of the robot's that touch them.
+    """
+    own = {geom.name for geom in spec.geoms}
+    scene: dict[str, None] = {}
+    touching = set()
+    for pair in list(spec.pairs):
+        names = {pair.geomname1, pair.geomname2}
+        if names & own and names - own:
+            scene |= dict.fromkeys(sorted(names - own))
+            touching |= names & own
+            spec.delete(pair)
+    return tuple(scene), frozenset(touching)
+
+
+def _place_meshes(
+    mujoco: ModuleType, spec: Any, tree: XmlTree, paths: MeshPaths
+) -> tuple[dict[str, str], tuple[str, ...]]:
+    """Give every mesh that MuJoCo must read its path, and every other one a stand-in.
+
+    Most meshes are there to be seen or touched; MuJoCo would spend seconds on their hulls.
+
+    Returns:
+        By name of the mesh: its file, from the directory of the robot's file; and the files that
+        are lost.
+
+    Raises:
+        RobotError: a mass depends on a lost file.
+    """
+    files: dict[str, str] = {}
+    lost: dict[str, str] = {}
+    idle: set[str] = set()
+    foreign = any(element.tag == "model" for element in tree.root.iter())  # files of <attach>
+    for mesh in spec.meshes:
+        if not mesh.file:
+            continue
+        mesh.name = mesh.name or PurePosixPath(mesh.file).stem
+        file = files[mesh.name] = _file_of(spec, mesh)
+        found, reason = paths.find(file), paths.problem(file)
+        if not reason and found is not None:
+            mesh.file = str(found.resolve())
+            if found.suffix.lower() in _READABLE:
+                idle.add(mesh.name)
+        elif not foreign:
+            lost[mesh.name] = reason
+    spec.strippath = False
+    shapes = (mujoco.mjtGeom.mjGEOM_MESH, mujoco.mjtGeom.mjGEOM_SDF)
+    for body in spec.bodies:
+        for geom in [geom for geom in body.geoms if geom.meshname in {*lost, *idle}]:
+            name = geom.meshname
+            weighs, fitted = _weighs(mujoco, spec, body, geom), geom.type not in shapes
+            if name in lost and weighs:
+                raise _needed(tree, body.name, files[name], lost[name])
+            if name in lost and fitted:
+                spec.delete(geom)  # a simple shape fitted to a mesh that is not there
+            if weighs or fitted:
+                idle.discard(name)
+    corners, triangles = _STAND_IN
+    for mesh in [mesh for mesh in spec.meshes if mesh.name in {*lost, *idle}]:
+        mesh.file = ""
+        mesh.uservert = [float(n) for corner in corners for n in corner]
+        mesh.userface = [n for triangle in triangles for n in triangle]
+    return files, tuple(dict.fromkeys(files[name] for name in lost))
+
+
+def _file_of(spec: Any, mesh: Any) -> str:
+    """Return the path of a mesh from the directory of the robot's file, as MuJoCo forms it."""
+    file = PurePosixPath(mesh.file)
+    return str(PurePosixPath(spec.meshdir) / (file.name if spec.strippath else file))
+
+
+def _weighs(mujoco: ModuleType, spec: Any, body: Any, geom: Any) -> bool:
+    """Whether the mass or the inertia of a body depends on a geom."""
+    compiler, rule = spec.compiler, mujoco.mjtInertiaFromGeom
+    given = body.explicitinertial and compiler.inertiafromgeom != rule.mjINERTIAFROMGEOM_TRUE
+    lowest, highest = compiler.inertiagrouprange
+    if given or compiler.inertiafromgeom == rule.mjINERTIAFROMGEOM_FALSE:
+        return False
+    massless = geom.density == 0.0 if math.isnan(geom.mass) else geom.mass == 0.0
+    return bool(lowest <= geom.group <= highest and not massless and body.name != "world")
+
+
+def _needed(tree: XmlTree, body: str, file: str, reason: str) -> RobotError:
+    return refusal_of(
+        tree,
+        ("body",),
+        body,
+        f"its mass comes from the mesh '{file}', which {reason}; give the directory that holds it "
+        "(--package-dir DIR; in Python package_dirs), or give the body an <inertial>",
+    )
+
+
+def _meshes(
+    mujoco: ModuleType, spec: Any, model: Any, files: dict[str, str]
+) -> dict[str, CompiledMesh]:
+    """Return what geoms show, files under the names that the robot's file has for them."""
+    meshes = {}
+    for mesh in spec.meshes:
+        index = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_MESH, mesh.name)
+        file = files.get(mesh.name, "")
+        if PurePosixPath(file).suffix.lower() in _READABLE:
+            size = math.sqrt(sum(float(n) ** 2 for n in mesh.refquat)) or 1.0
+            ref = Pose(vector(mesh.refpos), quaternion(mesh.refquat / size))
+            meshes[mesh.name] = CompiledMesh(mesh.name, file, vector(mesh.scale), ref)
+        elif index >= 0:
+            meshes[mesh.name] = _written_out(model, index, mesh.name)
+    return meshes
+
+
+def _written_out(model: Any, index: int, name: str) -> CompiledMesh:
+    """Return a mesh with its corners, before MuJoCo moved it onto its principal axes."""
+    corners = slice(
+        model.mesh_vertadr[index], model.mesh_vertadr[index] + model.mesh_vertnum[index]
+    )
+    faces = slice(model.mesh_faceadr[index], model.mesh_faceadr[index] + model.mesh_facenum[index])
+    place = se3(Pose(vector(model.mesh_pos[index]), quaternion(model.mesh_quat[index])))
+    points = np.array(model.mesh_vert[corners], dtype=float) @ place.rotation.T + place.translation
+    return CompiledMesh(
+        name,
+        "",
+        vertices=tuple(map(float, points.ravel())),
+        triangles=tuple(map(int, model.mesh_face[faces].ravel())),
+    )
+
+
+def _check_copies(tree: XmlTree) -> None:
+    """Refuse a few lines that stand for more elements than fit into memory."""
+
+    def check(element: Element, copies: float) -> None:
+        if element.tag in _COPIES:
+            counts = [as_number(word) for word in element.get("count", "1").split()]
+            copies *= math.prod(n for n in counts if n > 1.0)
+            if copies > _MOST_COPIES:
+                raise Entry(tree, element).refusal(
+                    f"its count, with those around it, asks for {copies:g} copies; at most "
+                    f"{_MOST_COPIES} are made; lower it"
+                )
+        if element.tag == "size":
+            for name, text in element.attrib.items():
+                if as_number(text) > _MOST_ITEMS:
+                    raise Entry(tree, element).refusal(
+                        f"its {name} is {text}; at most {_MOST_ITEMS:g} are reserved; lower it"
+                    )
+        for below in element:
+            check(below, copies)
+
+    check(tree.root, 1.0)
+
+
+def _check_words(said: list[str], tree: XmlTree) -> None:
+    """Refuse numbers that are none: MuJoCo only warns about them, and goes on."""
+    if not any("NaN" in text for text in said):
+        return
+    for element in tree.root.iter():
+        for attribute, text in element.attrib.items():
+            if attribute != "name" and any(math.isnan(as_nan(word)) for word in text.split()):
+                raise Entry(tree, element).refusal(
+                    f"its {attribute} is '{text}'; it must be finite; correct it"
+                )
+    raise RobotError(f"MuJoCo warns: {said[0]} Correct it")
+
+
+def as_nan(word: str) -> float:
+    """Return NaN for the word that C takes for it, 0 for every other."""
+    return math.nan if word.lower().lstrip("+-").startswith("nan") else 0.0
+
+
+def _refusal(message: str, tree: XmlTree) -> RobotError:
+    """Return MuJoCo's refusal, with the place at which the element stands."""
+    place = _NAMED.search(message) or _TAGGED.search(message) or _PARSED.search(message)
+    words = message if place is None else message[: place.start()]
+    words = " ".join(words.split())
+    while (short := _NOISE.sub("", words)) != words:
+        words = short
+    words = words.rstrip(".;") or "it cannot be parsed"
+    if _ABSENT.search(words):
+        words += " (of files that are made to be included, give the one that includes them)"
+    parts = {} if place is None else place.groupdict()
+    element = _element(tree, parts, words)
+    if element is not None:
+        return Entry(tree, element).refusal(f"MuJoCo refuses it: {words}; correct it")
+    line = parts.get("line")
+    at = f"{where(int(line))}: " if line and int(line) else ""
+    return RobotError(f"{at}MuJoCo refuses the file: {words}; correct it")
+
+
+def _element(tree: XmlTree, parts: dict[str, str | None], words: str) -> Element | None:
+    """Return the element that a message is about, None if it cannot be told.
+
+    MuJoCo knows no lines of elements that an included file includes or holds, and says 0.
+    """
+    tag, name, line = (parts.get(key) for key in ("tag", "name", "line"))
+    quoted = {name, *re.findall(r"'([^']+)'", words)} - {None, ""}
+    found = [e for e in tree.root.iter() if tag in (None, e.tag)]
+    if line and int(line):
+        found = [e for e in found if tree.line(e) == int(line)]
+    elif tag is None:
+        found = [e for e in found if {e.get("name"), e.get("file")} & quoted]
+    else:
+        found = [e for e in found if tree.file(e)] or found
+    marked = [e for e in found if {*e.attrib, *e.attrib.values()} & quoted]
+    return next(iter(marked or found), None)
+
+
+_DEEPEST = 10  # levels of included files; more is a circle
+
+
+def whole_mjcf(tree: XmlTree, base: Path | None) -> XmlTree:
+    """Return a document with the included files merged, one section of each kind.
+
+    Args:
+        tree: of the main file.
+        base: directory of the main file, None for text.
+
+    Raises:
+        RobotError: an included file cannot be read, or includes itself.
+    """
+    whole = tree.copy()
+    root = whole.root
+    _include(whole, root, base, 0)
+    for section in list(root):
+        first = root.find(section.tag)
+        if first is not None and first is not section:
+            first.extend(list(section))
+            first.attrib.update(section.attrib)
+            root.remove(section)
+    return whole
+
+
+def _include(whole: XmlTree, parent: Element, base: Path | None, depth: int) -> None:
+    """Put the contents of included files in the place of every `include` below an element."""
+    for index, element in reversed(list(enumerate(parent))):
+        if element.tag != "include":
+            _include(whole, element, base, depth)
+            continue
+        included = _included(whole, element, base, depth)
+        whole.lines.update(included.lines)
+        whole.files.update(included.files)
+        parent.remove(element)
+        for offset, entry in enumerate(included.root):
+            parent.insert(index + offset, entry)
+
+
+def _included(whole: XmlTree, element: Element, base: Path | None, depth: int) -> XmlTree:
+    """Return the document that an `include` names, whole itself."""
+    name = element.get("file", "")
+    if depth == _DEEPEST or base is None:
+        why = "it is read as text" if base is None else "too many levels"
+        at = where(whole.line(element), whole.file(element))
+        raise RobotError(f"{at}: cannot include '{name}': {why}; give one whole file")
+    text = read_text(base / name, "included file")
+    found = parse_xml(text, f"the included file '{name}'")
+    found.files.update(dict.fromkeys(found.lines, name))
+    _include(found, found.root, base, depth + 1)
+    return found

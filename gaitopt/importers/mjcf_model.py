@@ -1,0 +1,296 @@
+"""A compiled robot as Pinocchio has it: model, passive physics, shapes.
+
+A joint coordinate is MuJoCo's `qpos`: a joint frame stands turned (or shifted) back by `ref`, so
+that the posture which the file draws is the one with every coordinate at its `ref`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Collection, Iterator
+from pathlib import Path
+
+import coal
+import numpy as np
+import pinocchio as pin
+
+from gaitopt.errors import RobotError
+from gaitopt.importers.meshes import MeshPaths, MeshProblem
+from gaitopt.importers.mjcf_robot import (
+    NO_TURN,
+    CompiledBody,
+    CompiledGeom,
+    CompiledJoint,
+    CompiledMesh,
+    CompiledRobot,
+    se3,
+)
+from gaitopt.importers.physics import STANDARD_GRAVITY, PassiveJoint, Physics, PointMass
+from gaitopt.nlp import Array
+
+LoadMesh = Callable[[str, Array], coal.BVHModelBase]
+
+_ALIGNED = {
+    ("hinge", (1.0, 0.0, 0.0)): pin.JointModelRX,
+    ("hinge", (0.0, 1.0, 0.0)): pin.JointModelRY,
+    ("hinge", (0.0, 0.0, 1.0)): pin.JointModelRZ,
+    ("slide", (1.0, 0.0, 0.0)): pin.JointModelPX,
+    ("slide", (0.0, 1.0, 0.0)): pin.JointModelPY,
+    ("slide", (0.0, 0.0, 1.0)): pin.JointModelPZ,
+}
+_ROOT_JOINT = "root_joint"
+_SITE = " (site)"
+
+
+def build_mjcf_model(robot: CompiledRobot) -> pin.Model:
+    """Return the model of a robot; joint 1 is a free-flyer that stands in the root body.
+
+    Its reference configurations are the keyframes, the root at the origin.
+    """
+    model = pin.Model()
+    model.name = robot.name
+    flyer, names = _ROOT_JOINT, {joint.name for joint in robot.joints}
+    while flyer in names:
+        flyer += "_"
+    sites = _site_names(robot)
+    places: list[tuple[int, pin.SE3]] = []  # of every body: joint that carries it, and where
+    frames: list[int] = []
+    for body in robot.bodies:
+        if body.parent < 0:
+            joint = model.addJoint(0, pin.JointModelFreeFlyer(), pin.SE3.Identity(), flyer)
+            place, frame = pin.SE3.Identity(), int(model.addJointFrame(joint, 0))
+            _limit(model, joint, -math.inf, math.inf, -math.inf, math.inf)
+        else:
+            joint, place = places[body.parent]
+            place, frame = place * se3(body.place), frames[body.parent]
+        for own in body.joints:
+            joint, place = _add_joint(model, joint, place, own)
+            frame = int(model.addJointFrame(joint, frame))
+        model.appendBodyToJoint(joint, _inertia(body), place)
+        places.append((joint, place))
+        frames.append(_add_frame(model, body.name, joint, frame, place, pin.FrameType.BODY))
+        for site in body.sites:
+            at = place * se3(site.place)
+            _add_frame(model, next(sites), joint, frames[-1], at, pin.FrameType.OP_FRAME)
+    for name, angles in robot.keyframes:
+        model.referenceConfigurations[name] = _configuration(model, dict(angles))
+    return model
+
+
+def build_physics(robot: CompiledRobot) -> Physics:
+    """Return the passive joints of a robot, its gravity and the weight carried from outside."""
+    joints = {
+        joint.name: PassiveJoint(joint.damping, joint.friction, joint.stiffness, joint.rest)
+        for joint in robot.joints
+    }
+    x, y, z = se3(robot.bodies[0].place).rotation.T @ np.array(robot.gravity)
+    own = robot.gravity != (0.0, 0.0, -STANDARD_GRAVITY)
+    return Physics(
+        joints={name: joint for name, joint in joints.items() if not joint.idle},
+        gravity=(float(x), float(y), float(z)) if own else None,
+        compensated={
+            body.name: PointMass(body.gravcomp * body.mass, body.centre.pos)
+            for body in robot.bodies
+            if body.gravcomp and body.mass
+        },
+    )
+
+
+def build_mjcf_geometry(
+    robot: CompiledRobot,
+    model: pin.Model,
+    kind: pin.GeometryType,
+    paths: MeshPaths,
+    load: LoadMesh,
+    links: Collection[str] | None = None,
+) -> pin.GeometryModel | None:
+    """Return the shapes of a robot without the meshes that are missing, None if there are none.
+
+    Args:
+        robot: in numbers.
+        model: of it, from `build_mjcf_model`.
+        kind: what MuJoCo shows (VISUAL), or what can touch (COLLISION).
+        paths: where meshes are.
+        load: of a mesh file and its scale.
+        links: names of the bodies whose shapes are wanted; None for all.
+
+    Raises:
+        RobotError: a mesh file is there, but cannot be read.
+    """
+    shapes = pin.GeometryModel()
+    meshes = {mesh.name: mesh for mesh in robot.meshes}
+    visual = kind == pin.GeometryType.VISUAL
+    for body in robot.bodies:
+        if links is not None and body.name not in links:
+            continue
+        frame = model.frames[model.getFrameId(body.name, pin.FrameType.BODY)]
+        for number, geom in enumerate(body.geoms):
+            if not (geom.drawn if visual else geom.touches):
+                continue
+            name = f"{body.name}_{number}"
+            at = frame.placement * se3(geom.place)
+            if geom.mesh:
+                item = _mesh_item(name, meshes[geom.mesh], paths, load)
+                if item is None:
+                    continue
+                item.placement = at * item.placement
+            else:
+                item = pin.GeometryObject(name, 0, at, _shape(geom))
+            item.parentJoint = frame.parentJoint
+            item.parentFrame = model.getFrameId(body.name, pin.FrameType.BODY)
+            item.meshColor = np.array(geom.rgba)
+            shapes.addGeometryObject(item)
+    return shapes if shapes.ngeoms else None
+
+
+def missing_meshes(robot: CompiledRobot, paths: MeshPaths) -> list[MeshProblem]:
+    """Return the meshes that cannot be used, once for every shape that is drawn or can touch."""
+    reasons = {m.name: (m.file, paths.problem(m.file)) for m in robot.meshes if m.file}
+    problems = []
+    for body in robot.bodies:
+        for geom in body.geoms:
+            file, reason = reasons.get(geom.mesh, ("", ""))
+            if reason and (geom.drawn or geom.touches):
+                kind = "visual" if geom.drawn else "collision"
+                problems.append(MeshProblem(body.name, kind, file, reason))
+    return problems
+
+
+def _add_joint(
+    model: pin.Model, parent: int, place: pin.SE3, own: CompiledJoint
+) -> tuple[int, pin.SE3]:
+    """Add a joint of a body that stands at a place in its parent; return both as they are then."""
+    anchor, axis = np.array(own.pos), np.array(own.axis)
+    at = place * pin.SE3(np.eye(3), anchor)
+    if own.kind == "ball":
+        joint = int(model.addJoint(parent, pin.JointModelSpherical(), at, own.name))
+        _limit(model, joint, -math.inf, math.inf, -math.inf, math.inf)
+    else:
+        if own.kind == "hinge" and own.ref:
+            turn = pin.AngleAxis(-own.ref, axis).toRotationMatrix()
+            at = at * pin.SE3(turn, np.zeros(3))
+        elif own.ref:
+            at = at * pin.SE3(np.eye(3), -own.ref * axis)
+        unaligned = (
+            pin.JointModelRevoluteUnaligned
+            if own.kind == "hinge"
+            else pin.JointModelPrismaticUnaligned
+        )
+        made = _ALIGNED.get((own.kind, own.axis))
+        joint = int(model.addJoint(parent, made() if made else unaligned(axis), at, own.name))
+        _limit(model, joint, own.lower, own.upper, own.least, own.most)
+    first, count = model.joints[joint].idx_v, model.joints[joint].nv
+    armature = np.array(model.armature)
+    armature[first : first + count] = own.armature
+    model.armature = armature
+    return joint, pin.SE3(np.eye(3), -anchor)
+
+
+def _limit(
+    model: pin.Model, joint: int, lower: float, upper: float, least: float, most: float
+) -> None:
+    """Set the limits of a joint; of the force that its motors give, the smaller to both sides."""
+    at = model.joints[joint]
+    force = max(min(-least, most), 0.0)
+    for name, first, count, value in (
+        ("lowerPositionLimit", at.idx_q, at.nq, lower),
+        ("upperPositionLimit", at.idx_q, at.nq, upper),
+        ("lowerVelocityLimit", at.idx_v, at.nv, -math.inf),
+        ("upperVelocityLimit", at.idx_v, at.nv, math.inf),
+        ("lowerEffortLimit", at.idx_v, at.nv, -force),
+        ("upperEffortLimit", at.idx_v, at.nv, force),
+    ):
+        values = np.array(getattr(model, name))
+        values[first : first + count] = value
+        setattr(model, name, values)
+
+
+def _inertia(body: CompiledBody) -> pin.Inertia:
+    axes = se3(body.centre)
+    with np.errstate(all="ignore"):  # impossible numbers are refused where they matter
+        tensor = axes.rotation @ np.diag(body.moments) @ axes.rotation.T
+        tensor = tensor / 2.0 + tensor.T / 2.0
+    return pin.Inertia(body.mass, axes.translation, tensor)
+
+
+def _add_frame(
+    model: pin.Model, name: str, joint: int, parent: int, place: pin.SE3, kind: pin.FrameType
+) -> int:
+    return int(model.addFrame(pin.Frame(name, joint, parent, place, kind), False))
+
+
+def _site_names(robot: CompiledRobot) -> Iterator[str]:
+    """Yield a name for every site; one that a body or a joint has, too, gets a mark."""
+    known = {body.name for body in robot.bodies} | {joint.name for joint in robot.joints}
+    for site in (site for body in robot.bodies for site in body.sites):
+        yield site.name + _SITE if site.name in known else site.name
+
+
+def _configuration(model: pin.Model, angles: dict[str, float]) -> Array:
+    q = np.array(pin.neutral(model))
+    for name, angle in angles.items():
+        q[model.joints[model.getJointId(name)].idx_q] = angle
+    return q
+
+
+def _shape(geom: CompiledGeom) -> coal.CollisionGeometry:
+    a, b, c = geom.size
+    if geom.kind == "sphere":
+        return coal.Sphere(a)
+    if geom.kind == "capsule":
+        return coal.Capsule(a, 2.0 * b)
+    if geom.kind == "cylinder":
+        return coal.Cylinder(a, 2.0 * b)
+    if geom.kind == "ellipsoid":
+        return coal.Ellipsoid(a, b, c)
+    return coal.Box(2.0 * a, 2.0 * b, 2.0 * c)
+
+
+def _mesh_item(
+    name: str, mesh: CompiledMesh, paths: MeshPaths, load: LoadMesh
+) -> pin.GeometryObject | None:
+    """Return the shape of a mesh in its own frame, None if its file is missing."""
+    if not mesh.file:
+        triangles = np.reshape(mesh.triangles, (-1, 3))
+        return pin.GeometryObject(
+            name, 0, pin.SE3.Identity(), _triangles(np.reshape(mesh.vertices, (-1, 3)), triangles)
+        )
+    path = paths.find(mesh.file)
+    if path is None or paths.problem(mesh.file):
+        return None
+    scale, ref = np.array(mesh.scale), se3(mesh.ref)
+    if mesh.ref.quat == NO_TURN or (scale == scale[0]).all():
+        shape = _loaded(load, path, scale)
+        moved = pin.SE3(ref.rotation, scale * ref.translation).inverse()
+        none = pin.SE3.Identity()
+        item = pin.GeometryObject(name, 0, none, shape, str(path), scale)
+        item.placement = moved
+        return item
+    # Turned before it is stretched, as no placement can be.
+    shape = _loaded(load, path, np.ones(3))
+    points = (np.array(shape.vertices()) - ref.translation) @ ref.rotation * scale
+    faces = [shape.tri_indices(k) for k in range(shape.num_tris)]
+    triangles = np.array([[f[0], f[1], f[2]] for f in faces])
+    return pin.GeometryObject(name, 0, pin.SE3.Identity(), _triangles(points, triangles))
+
+
+def _loaded(load: LoadMesh, path: Path, scale: Array) -> coal.BVHModelBase:
+    try:
+        return load(str(path), scale)
+    except (ValueError, RuntimeError) as error:
+        told = str(error).split("message:")[-1].strip().splitlines()
+        reason = told[0] if told else type(error).__name__
+        raise RobotError(f"the mesh '{path.name}' cannot be read: {reason}; correct it") from error
+
+
+def _triangles(points: Array, triangles: Array) -> coal.BVHModelBase:
+    corners, faces = coal.StdVec_Vec3s(), coal.StdVec_Triangle()
+    for point in points:
+        corners.append(point)
+    for a, b, c in triangles:
+        faces.append(coal.Triangle(int(a), int(b), int(c)))
+    shape = coal.BVHModelOBB()
+    shape.beginModel(len(triangles), len(points))
+    shape.addSubModel(corners, faces)
+    shape.endModel()
+    return shape

@@ -1,0 +1,101 @@
+"""What was learnt, guessed or changed while a robot was read, in sentences for a person.
+
+Several faults of one robot as one error: nobody should mend one only to meet the next.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Literal, get_args
+
+from gaitopt.errors import RobotError, RobotFaultsError
+
+How = Literal["found", "guessed", "given", "changed", "warning"]
+"""Read off the model; most likely so; fixed by the user; not as in the file; worth a look."""
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One fact about a robot.
+
+    Attributes:
+        topic: what it belongs to: "legs", "pairs", "heading", "sole", "limits", "symmetry",
+            "posture", "armature", "damping", "joint friction", "springs", "gravity",
+            "gravity compensation", "mass", "inertia", or "file" for what is odd in a line of it.
+        subject: the joint, link or leg it is about.
+        text: the fact with its numbers and units.
+        how: how sure it is.
+    """
+
+    topic: str
+    subject: str
+    text: str
+    how: How = "found"
+
+    def record(self) -> dict[str, str]:
+        """Return it as JSON-able data."""
+        return {"topic": self.topic, "subject": self.subject, "how": self.how, "text": self.text}
+
+
+def findings_of(record: object) -> tuple[Finding, ...]:
+    """Return the findings of a list of records; what is none is passed over."""
+    found = []
+    for entry in record if isinstance(record, list) else []:
+        if isinstance(entry, Mapping) and entry.get("how") in get_args(How):
+            topic, subject, text = (str(entry.get(n, "")) for n in ("topic", "subject", "text"))
+            found.append(Finding(topic, subject, text, entry["how"]))
+    return tuple(found)
+
+
+_LISTED = 24  # faults: more are counted
+
+
+def fault_error(faults: Sequence[str]) -> RobotError:
+    """Return the error that lists all faults.
+
+    Args:
+        faults: at least one sentence; doubled ones count once.
+    """
+    every = tuple(dict.fromkeys(faults))
+    if len(every) == 1:
+        return RobotError(every[0])
+    listed = "; ".join(f"({k}) {fault}" for k, fault in enumerate(every[:_LISTED], 1))
+    more = f"; and {len(every) - _LISTED} more" if len(every) > _LISTED else ""
+    return RobotFaultsError(
+        f"{len(every)} faults keep this robot from being used: {listed}{more}", every
+    )
+
+
+def faults_of(error: RobotError) -> tuple[str, ...]:
+    """Return the faults that an error lists, or the one that it is."""
+    return error.faults if isinstance(error, RobotFaultsError) else (str(error),)
+
+
+class Faults:
+    """Faults that are collected while reading goes on.
+
+    Attributes:
+        found: a sentence for each.
+    """
+
+    def __init__(self) -> None:
+        self.found: list[str] = []
+
+    @contextmanager
+    def noted(self) -> Iterator[None]:
+        """Note what is refused within, in place of raising it."""
+        try:
+            yield
+        except RobotError as error:
+            self.found += faults_of(error)
+
+    def refuse(self) -> None:
+        """Refuse the robot if a fault was found.
+
+        Raises:
+            RobotError: with all of them.
+        """
+        if self.found:
+            raise fault_error(self.found)

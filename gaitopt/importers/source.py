@@ -1,0 +1,278 @@
+"""A robot's description before anything is known about it: read, checked, handed to Pinocchio."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import TypeVar
+
+import coal
+import pinocchio as pin
+
+from gaitopt.errors import RobotError
+from gaitopt.importers.frame_names import tell_apart
+from gaitopt.importers.meshes import (
+    MeshPaths,
+    MeshProblem,
+    first_part,
+    lie_on_side,
+    put_upright,
+    y_up,
+)
+from gaitopt.importers.mjcf_model import (
+    build_mjcf_geometry,
+    build_mjcf_model,
+    build_physics,
+    missing_meshes,
+)
+from gaitopt.importers.mjcf_normal_form import read_mjcf
+from gaitopt.importers.mjcf_robot import CompiledRobot
+from gaitopt.importers.physics import Physics
+from gaitopt.importers.report import Finding
+from gaitopt.importers.text_files import read_text
+from gaitopt.importers.urdf_check import check_urdf
+from gaitopt.importers.urdf_document import Description, describe
+from gaitopt.importers.urdf_geometry import (
+    Kind,
+    Shapes,
+    build_geometry,
+    diagonals,
+    mesh_problems,
+    read_shapes,
+)
+from gaitopt.importers.urdf_model import build_model
+from gaitopt.importers.urdf_report import passive_joints, urdf_findings
+from gaitopt.importers.urdf_transmissions import Rotor, add_armature, read_rotors
+from gaitopt.importers.xml_document import UrdfProblem, XmlTree, parse_xml
+
+_KINDS: dict[pin.GeometryType, Kind] = {
+    pin.GeometryType.VISUAL: "visual",
+    pin.GeometryType.COLLISION: "collision",
+}
+_FORMATS = {"mujoco": "mjcf"}
+_LOADER = coal.CachedMeshLoader(coal.NODE_TYPE.BV_OBB)
+"""Reads each mesh file of a URDF once, whoever asks, and again if its time of change is another in
+whole seconds. Nobody collides with the tree of boxes that it makes of a mesh; of those trees that
+show the corners it is the one made soonest."""
+_Result = TypeVar("_Result")
+
+
+@dataclass(frozen=True, eq=False)
+class Source:
+    """The description of a robot, checked.
+
+    Attributes:
+        text: of the description, which `read_source` reads again as it is, though not its meshes;
+            of an MJCF file its normal form (see `mjcf.normal_form`).
+        path: of the file, None for text.
+        format: "urdf" or "mjcf".
+        package_dirs: directories that hold packages with meshes.
+        problems: what is suspicious but did not stop reading; see `urdf_check`.
+        tree: the parsed description, which knows the lines of the files.
+        compiled: what MuJoCo made of an MJCF file; None of a URDF.
+        notes: what a person should know about how MuJoCo's numbers were read.
+    """
+
+    text: str
+    path: Path | None
+    format: str
+    package_dirs: tuple[str, ...]
+    problems: tuple[UrdfProblem, ...]
+    tree: XmlTree
+    compiled: CompiledRobot | None = None
+    notes: tuple[Finding, ...] = ()
+    _sides: dict[pin.GeometryType, bool] = field(default_factory=dict, init=False, repr=False)
+    _broken: dict[tuple[str, str], MeshProblem] = field(
+        default_factory=dict, init=False, repr=False
+    )
+
+    def model(self) -> pin.Model:
+        """Return a new model of the whole robot; joint 1 is a free-flyer.
+
+        A limit of torque or speed that is not given is infinite (MJCF knows no speed limits), and
+        so is the range of a continuous joint. The armature is that of the rotors which a URDF
+        describes.
+
+        Raises:
+            RobotError: Pinocchio cannot read the description.
+        """
+        return self._whole.copy()
+
+    @cached_property
+    def physics(self) -> Physics:
+        """Passive joints, gravity and its compensation."""
+        if self.compiled is not None:
+            return build_physics(self.compiled)
+        return Physics(passive_joints(self._description))
+
+    @property
+    def drawn_posture(self) -> dict[str, float]:
+        """Joint coordinates of the posture that the file draws, where they are not 0 [rad or m]."""
+        return {} if self.compiled is None else self.compiled.drawn_posture
+
+    def geometry(
+        self, kind: pin.GeometryType, links: Collection[str] | None = None
+    ) -> pin.GeometryModel | None:
+        """Return the geometry of `model()`, without the meshes of `mesh_problems`.
+
+        Meshes of Collada files that lie on their side are turned upright (see `collada`).
+
+        Args:
+            kind: what is drawn (VISUAL) or what touches (COLLISION).
+            links: names of the links whose geometry is wanted; None for all.
+
+        Returns:
+            The geometry; None where there is none.
+
+        Raises:
+            RobotError: a mesh file of an MJCF is there, but is not one that can be read; a URDF
+                is drawn without it, and `mesh_problems` has it from then on.
+        """
+        shapes = self._shapes(kind, links)
+        if shapes is not None and y_up(shapes) and self._lying(kind):
+            put_upright(shapes)
+        return shapes
+
+    def mesh_problems(self) -> list[MeshProblem]:
+        """Return the meshes that are missing, empty or were not fetched."""
+        if self.compiled is not None:
+            return missing_meshes(self.compiled, self._paths)
+        found = mesh_problems(self._read_shapes.shapes, self._paths)
+        known = {(problem.link, problem.file) for problem in found}
+        return found + [p for place, p in self._broken.items() if place not in known]
+
+    def findings(self) -> tuple[Finding, ...]:
+        """Return what the description says beside bodies, joints and shapes, and what is odd.
+
+        Unlike `problems` it may need meshes: of links whose inertia is large for their size.
+        """
+        if self.compiled is not None:
+            return self.notes
+        return urdf_findings(self._description, self._rotors, self._diagonals)
+
+    def mesh_directories(self) -> tuple[str, ...]:
+        """Return where the meshes are found, for when only the text is left.
+
+        Those given, then the directory of the file and those above it that hold a package or
+        directory which a mesh path names.
+        """
+        if self.compiled is None:
+            files = [mesh.get("filename", "") for mesh in self.tree.root.iter("mesh")]
+        else:
+            files = [mesh.file for mesh in self.compiled.meshes if mesh.file]
+        if self.path is None or not files:
+            return self.package_dirs
+        folder = self.path.resolve().parent
+        names = {first_part(file) for file in files} - {"", ".", ".."}
+        above = [d for d in folder.parents if any((d / name).exists() for name in names)]
+        return tuple(dict.fromkeys((*self.package_dirs, str(folder), *map(str, above))))
+
+    @cached_property
+    def _whole(self) -> pin.Model:
+        """The model, read once and never modified."""
+        compiled = self.compiled
+        if compiled is not None:
+            model = _guarded("the MJCF file", lambda: build_mjcf_model(compiled))
+        else:
+            model = build_model(self._description)
+            add_armature(model, self._rotors)
+        if model.njoints < 2 or model.joints[1].shortname() != "JointModelFreeFlyer":
+            raise RobotError("the robot has no links that can move; check the file")
+        return tell_apart(model)
+
+    def _shapes(
+        self, kind: pin.GeometryType, links: Collection[str] | None
+    ) -> pin.GeometryModel | None:
+        """The geometry as the description has it."""
+        model = self._whole
+        if self.compiled is not None:
+            return build_mjcf_geometry(self.compiled, model, kind, self._paths, _LOADER.load, links)
+        wanted = self._read_shapes.of(_KINDS[kind])
+        shapes, broken = build_geometry(model, wanted, self._paths, _LOADER.load, links)
+        self._broken.update({(problem.link, problem.file): problem for problem in broken})
+        return shapes if shapes.ngeoms else None
+
+    @cached_property
+    def _description(self) -> Description:
+        """Links and joints of a URDF."""
+        return describe(self.tree)
+
+    @cached_property
+    def _rotors(self) -> tuple[Rotor, ...]:
+        return read_rotors(self.tree, self._description)[0]
+
+    @cached_property
+    def _read_shapes(self) -> Shapes:
+        """Shapes of a URDF."""
+        return read_shapes(self.tree)
+
+    def _diagonals(self, kind: Kind, links: Collection[str]) -> dict[str, float]:
+        """Return the diagonals of boxes about the shapes of some links [m]."""
+        which = next(key for key, value in _KINDS.items() if value == kind)
+        shapes = self._shapes(which, links)
+        return {} if shapes is None else diagonals(self._whole, shapes)
+
+    def _lying(self, kind: pin.GeometryType) -> bool:
+        """Whether the Collada files of one kind lie on their side; all links have a say in it."""
+        if kind not in self._sides:
+            shapes = self._shapes(kind, None)
+            self._sides[kind] = shapes is not None and lie_on_side(shapes, self._whole)
+        return self._sides[kind]
+
+    @property
+    def _paths(self) -> MeshPaths:
+        return _paths(self.path, self.package_dirs)
+
+
+def read_source(urdf: str | Path, package_dirs: Collection[str | Path] = ()) -> Source:
+    """Read a robot from a URDF or MJCF file, or from its text, and check it.
+
+    Args:
+        urdf: path of the file, or its text, which begins with "<".
+        package_dirs: directories in which packages of meshes are looked for, before those above
+            the file and those that ROS_PACKAGE_PATH and AMENT_PREFIX_PATH name.
+
+    Raises:
+        RobotError: the file cannot be read, or what it describes is no robot; see `check_urdf` and
+            `read_mjcf`.
+        MissingExtraError: it is MJCF, and MuJoCo is not installed.
+    """
+    text, path = _text(urdf)
+    tree = parse_xml(text)
+    if tree.root.tag == "mujocoinclude":
+        raise RobotError(
+            "the file holds <mujocoinclude>, a part of an MJCF file; give the file that includes it"
+        )
+    file_format = _FORMATS.get(tree.root.tag, "urdf")
+    dirs = tuple(map(str, package_dirs))
+    if file_format == "mjcf":
+        mjcf = read_mjcf(text, path, tree, _paths(path, dirs))
+        problems, notes = mjcf.problems, mjcf.findings
+        return Source(mjcf.text, path, file_format, dirs, problems, mjcf.tree, mjcf.robot, notes)
+    return Source(text, path, file_format, dirs, check_urdf(tree), tree)
+
+
+def _text(urdf: str | Path) -> tuple[str, Path | None]:
+    if isinstance(urdf, str):
+        if urdf.lstrip("\ufeff \t\r\n").startswith("<"):
+            return urdf.lstrip("\ufeff \t\r\n"), None
+        if not urdf.strip():
+            raise RobotError("the robot is empty text; give a URDF, or the path of a file")
+    path = Path(urdf).expanduser()
+    return read_text(path, "URDF"), path
+
+
+def _paths(path: Path | None, package_dirs: Collection[str]) -> MeshPaths:
+    base = None if path is None else path.resolve().parent
+    return MeshPaths(base, tuple(Path(p).expanduser() for p in package_dirs))
+
+
+def _guarded(what: str, load: Callable[[], _Result]) -> _Result:
+    try:
+        return load()
+    except (ValueError, RuntimeError, IndexError, KeyError) as error:
+        # Pinocchio puts where in its own code the error arose before the message proper.
+        told = str(error).split("message:")[-1].strip() or type(error).__name__
+        raise RobotError(f"{what} cannot be read: {told.splitlines()[0]}; correct it") from error

@@ -1,0 +1,81 @@
+"""Text files, and why one cannot be read.
+
+TOML texts, and why one cannot be read.
+"""
+
+from __future__ import annotations
+
+import math
+import sys
+from pathlib import Path
+from typing import Any
+
+from gaitopt.bounds import MEGABYTE, TABLE, TEXT, read_bounded
+from gaitopt.errors import InputError, RobotError
+
+
+def read_text(path: Path, what: str = "file") -> str:
+    """Return the text of a UTF-8 file, without a byte order mark.
+
+    Args:
+        path: of the file.
+        what: it should hold, for messages.
+
+    Raises:
+        RobotError: the file is missing, a directory, empty, too large, or not UTF-8 text.
+    """
+    try:
+        text = read_bounded(path, TEXT).decode("utf-8-sig")
+    except UnicodeDecodeError:
+        raise RobotError(
+            f"cannot read the {what} '{path}': it is not UTF-8 text; save it as UTF-8"
+        ) from None
+    except (OSError, ValueError) as error:
+        reason = (getattr(error, "strerror", None) or str(error)).lower()
+        raise RobotError(f"cannot read the {what} '{path}': {reason}; check the path") from None
+    if not text.strip():
+        raise RobotError(f"cannot read the {what} '{path}': the file is empty")
+    return text
+
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
+
+_LONGEST = 200  # characters of a parser's message
+
+
+def parse_toml(
+    text: str | bytes,
+    where: str,
+    advice: str = "correct that line",
+    kind: type[InputError] = InputError,
+) -> dict[str, Any]:
+    """Return the table that a TOML text holds.
+
+    Args:
+        text: of a file, as text or as the bytes of UTF-8, with or without a byte order mark.
+        where: it comes from, for messages: a path, say.
+        advice: what to do about a damaged one, for messages.
+        kind: of the error.
+
+    Raises:
+        InputError: it is not TOML, or too large; of the class asked for.
+    """
+    if len(text) > TABLE:
+        size, most = len(text) / MEGABYTE, TABLE / MEGABYTE
+        raise kind(f"{where}: it has {size:.1f} MB; at most {most:g} MB of TOML are read")
+    try:
+        words = text if isinstance(text, str) else text.decode("utf-8-sig")
+        return tomllib.loads(words, parse_float=_finite_or_inf)
+    except (ValueError, RecursionError) as error:
+        raise kind(f"{where}: not TOML: {str(error)[:_LONGEST]}; {advice}") from None
+
+
+def _finite_or_inf(word: str) -> float:
+    """Return a number; only the word `inf` is infinite."""
+    value = float(word)
+    if math.isinf(value) and "inf" not in word:
+        raise ValueError(f"the number {word} is too large")
+    return value

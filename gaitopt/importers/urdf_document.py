@@ -1,0 +1,634 @@
+"""The values of a URDF as the file has them, each read once, by one grammar of numbers.
+
+The skeleton of a URDF: names, and joints that make one tree of the links.
+
+Elements of a URDF that are there twice, misspelt, or where nobody reads them.
+
+Readers take the first of two `<inertial>`, or the last, and pass over `<inertail>` in silence: the
+robot that walks would be another than the file's.
+"""
+
+from __future__ import annotations
+
+import difflib
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from xml.etree.ElementTree import Element
+
+import numpy as np
+
+from gaitopt.errors import RobotError
+from gaitopt.importers.report import Faults
+from gaitopt.importers.xml_document import Entry, UrdfProblem, XmlTree, as_number, printable
+from gaitopt.nlp import Array
+
+Vector = tuple[float, float, float]
+
+LIMITED = ("revolute", "prismatic")
+FREE = ("floating", "planar")
+MOMENTS = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
+_UNITS = {"prismatic": ("N", "m/s", "m", "N·s/m")}
+_ANGULAR = ("N.m", "rad/s", "rad", "N·m·s/rad")
+_QUATERNIONS = (1, 2)  # version of URDF from which on an origin may have one
+_UNIT = 1e-3  # by which the length of a quaternion may differ from 1: four digits of each number
+
+
+@dataclass(frozen=True, eq=False)
+class Pose:
+    """Where something stands in the frame of its link, or a joint in that of its parent link.
+
+    Attributes:
+        xyz: [m].
+        rotation: shape (3, 3).
+    """
+
+    xyz: Vector
+    rotation: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Inertial:
+    """The body of a link.
+
+    Attributes:
+        element: of the file.
+        pose: its centre of mass, and the axes of the inertia.
+        mass: [kg].
+        inertia: about the centre of mass, along these axes [kg·m²], shape (3, 3).
+    """
+
+    element: Element
+    pose: Pose
+    mass: float
+    inertia: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Link:
+    """A link.
+
+    Attributes:
+        entry: of the file.
+        inertial: its body, None if it has none.
+    """
+
+    entry: Entry
+    inertial: Inertial | None
+
+    @property
+    def name(self) -> str:
+        """Its name."""
+        return self.entry.name
+
+    @property
+    def mass(self) -> float:
+        """Its mass [kg]."""
+        return 0.0 if self.inertial is None else self.inertial.mass
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What a joint may do; NaN stands for what is not given, infinity for what is said to be free.
+
+    Attributes:
+        effort: largest torque or force [N·m, N].
+        velocity: largest rate [rad/s, m/s].
+        lower, upper: range [rad, m].
+        soft: range within which its controller keeps it [rad, m], None if none is given.
+    """
+
+    effort: float = math.nan
+    velocity: float = math.nan
+    lower: float = math.nan
+    upper: float = math.nan
+    soft: tuple[float, float] | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Joint:
+    """A joint.
+
+    Attributes:
+        entry: of the file.
+        kind: one of `JOINT_TYPES`.
+        parent, child: names of its links.
+        pose: in the parent link.
+        axis: not normed, in its own frame.
+        limits: of its motion.
+        damping: [N·m·s/rad, N·s/m].
+        friction: [N·m, N].
+    """
+
+    entry: Entry
+    kind: str
+    parent: str
+    child: str
+    pose: Pose
+    axis: Vector
+    limits: Limits
+    damping: float
+    friction: float
+
+    @property
+    def name(self) -> str:
+        """Its name."""
+        return self.entry.name
+
+    @property
+    def range(self) -> tuple[float, float]:
+        """Range [rad, m]; a side not given is at 0, as the format has it.
+
+        A continuous joint has none, whatever its limit says.
+        """
+        if self.kind == "continuous":
+            return -math.inf, math.inf
+        lower, upper = self.limits.lower, self.limits.upper
+        return 0.0 if math.isnan(lower) else lower, 0.0 if math.isnan(upper) else upper
+
+    @property
+    def strength(self) -> tuple[float, float]:
+        """Limits of torque or force and of rate; infinite where none is given."""
+        values = self.limits.effort, self.limits.velocity
+        effort, velocity = (math.inf if math.isnan(value) else value for value in values)
+        return effort, velocity
+
+
+@dataclass(frozen=True, eq=False)
+class Description:
+    """All that a URDF says about links and joints, in the order of the file.
+
+    Attributes:
+        name: of the robot.
+        links: by name.
+        joints: by name.
+    """
+
+    name: str
+    links: dict[str, Link]
+    joints: dict[str, Joint]
+
+    @cached_property
+    def below(self) -> dict[str, list[Joint]]:
+        """The joints that hang on each link, in the order of Pinocchio's loader.
+
+        It sorts them by the bytes of their names.
+        """
+        found: dict[str, list[Joint]] = {name: [] for name in self.links}
+        for joint in sorted(self.joints.values(), key=lambda joint: joint.name.encode()):
+            found[joint.parent].append(joint)
+        return found
+
+    @cached_property
+    def root(self) -> str:
+        """Name of the link on which no joint hangs it."""
+        children = {joint.child for joint in self.joints.values()}
+        return next(name for name in self.links if name not in children)
+
+    def rigid(self, link: str) -> Iterator[str]:
+        """Yield a link and all that is fixed to it, directly or not."""
+        waiting, below = [link], self.below
+        while waiting:
+            name = waiting.pop()
+            yield name
+            waiting += [joint.child for joint in below[name] if joint.kind == "fixed"]
+
+
+def describe(tree: XmlTree) -> Description:
+    """Read the links and joints of a URDF.
+
+    A bare root link that only carries the robot on a floating joint is left out: so does a
+    free-flyer.
+
+    Args:
+        tree: of a URDF whose names and ends of joints were checked (`check_tree`).
+
+    Raises:
+        RobotError: a value is no number, with its line; no loader would take it as it is meant.
+    """
+    version = read_version(tree)
+    faults, links, joints = Faults(), [], []
+    for element in tree.root:
+        with faults.noted():
+            if element.tag == "link":
+                links.append(_link(Entry(tree, element), version))
+            elif element.tag == "joint":
+                joints.append(_joint(Entry(tree, element), version))
+    faults.refuse()
+    found = Description(
+        tree.root.get("name", ""),
+        {link.name: link for link in links},
+        {joint.name: joint for joint in joints},
+    )
+    return _without_world(found)
+
+
+def read_pose(owner: Entry, origin: Element | None, what: str, version: tuple[int, ...]) -> Pose:
+    """Read an `origin` element.
+
+    Args:
+        owner: link or joint, for messages.
+        origin: None stands for no displacement.
+        what: it is the origin of, for messages.
+        version: of the URDF; quaternions count from 1.2 on.
+
+    Raises:
+        RobotError: a value is no number, or the orientation cannot be told.
+    """
+    xyz = owner.vector(origin, "xyz", f"the xyz of {what}")
+    rpy = owner.vector(origin, "rpy", f"the rpy of {what}")
+    if origin is None or "quat_xyzw" not in origin.attrib:
+        return Pose(xyz, _from_rpy(rpy))
+    if "rpy" in origin.attrib:
+        raise owner.refusal(f"{what} has both rpy and quat_xyzw; remove one of them", origin)
+    if version < _QUATERNIONS:
+        raise owner.refusal(
+            f"{what} has quat_xyzw, which counts from version 1.2 of URDF on only; write "
+            '<robot version="1.2"> or give its rpy',
+            origin,
+        )
+    name = f"the quat_xyzw of {what}"
+    quaternion = np.array(owner.numbers(origin, "quat_xyzw", name, 4))
+    length = float(np.linalg.norm(quaternion))
+    if not abs(length - 1.0) < _UNIT:
+        raise owner.refusal(f"{name} has length {length:.4g}; it must be 1; correct it", origin)
+    return Pose(xyz, _from_quaternion(quaternion / length))
+
+
+def read_version(tree: XmlTree) -> tuple[int, ...]:
+    """Return the version of URDF that a document has, (1, 0) if it says none."""
+    words = tree.root.get("version", "1.0").strip().split(".")
+    return tuple(int(word) for word in words if word.isascii() and word.isdigit()) or (1, 0)
+
+
+def _link(entry: Entry, version: tuple[int, ...]) -> Link:
+    element = entry.element.find("inertial")
+    if element is None:
+        return Link(entry, None)
+    mass_entry, tensor = element.find("mass"), element.find("inertia")
+    mass = entry.number(mass_entry, "value", "mass", "kg")
+    if mass < 0.0:
+        raise entry.refusal(f"the mass is {mass:g} kg; it must be above 0; correct it", mass_entry)
+    xx, xy, xz, yy, yz, zz = (entry.number(tensor, m, m, "kg·m²") for m in MOMENTS)
+    pose = read_pose(entry, element.find("origin"), "its centre of mass", version)
+    inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    return Link(entry, Inertial(element, pose, mass, inertia))
+
+
+def _joint(entry: Entry, version: tuple[int, ...]) -> Joint:
+    kind = entry.element.get("type", "")
+    pose = read_pose(entry, entry.element.find("origin"), "its origin", version)
+    axis, limits, damping, friction = (1.0, 0.0, 0.0), Limits(), 0.0, 0.0
+    if kind != "fixed" and kind not in FREE:
+        axis = _axis(entry)
+        limits = _limits(entry, kind)
+        damping, friction = _dynamics(entry, kind)
+    ends = (entry.element.find(role) for role in ("parent", "child"))
+    parent, child = ("" if end is None else end.get("link", "") for end in ends)
+    return Joint(entry, kind, parent, child, pose, axis, limits, damping, friction)
+
+
+def _axis(joint: Entry) -> Vector:
+    axis = joint.element.find("axis")
+    values = joint.vector(axis, "xyz", "its axis", "1 0 0" if axis is None else "")
+    if not any(values):
+        raise joint.refusal("its axis is 0 0 0; it needs a direction, as 0 1 0; correct it", axis)
+    return values
+
+
+def _limits(joint: Entry, kind: str) -> Limits:
+    limit = joint.element.find("limit")
+    soft = _soft(joint, joint.element.find("safety_controller"), kind)
+    if limit is None:
+        return Limits(soft=soft)
+    values = {}
+    for name in ("effort", "velocity", "lower", "upper"):
+        text = limit.get(name)
+        values[name] = math.nan if text is None else as_number(text)
+        if text is not None and math.isnan(values[name]):
+            raise joint.refusal(_no_limit(joint, name, text, limit_unit(kind, name)), limit)
+        if name in ("effort", "velocity") and values[name] < 0.0:
+            unit = limit_unit(kind, name)
+            text = f"the {name} limit is {text!r}; it must be above 0; give it [{unit}]"
+            raise joint.refusal(text, limit)
+    return Limits(**values, soft=soft)
+
+
+def _no_limit(joint: Entry, name: str, text: str, unit: str) -> str:
+    if name in ("effort", "velocity"):
+        return f"the {name} limit is {text!r}; it must be above 0; give it [{unit}]"
+    return f"the {name} limit is {text!r}, which is no number; give it [{unit}]"
+
+
+def _soft(joint: Entry, safety: Element | None, kind: str) -> tuple[float, float] | None:
+    if safety is None or not {"soft_lower_limit", "soft_upper_limit"} & set(safety.attrib):
+        return None
+    unit = limit_unit(kind, "lower")
+    ends = []
+    for side in ("lower", "upper"):
+        attribute = f"soft_{side}_limit"
+        given = attribute in safety.attrib  # 0 by the format if only the other one is
+        name = f"the {attribute} of its safety_controller"
+        ends.append(joint.number(safety, attribute, name, unit) if given else 0.0)
+    return ends[0], ends[1]
+
+
+def _dynamics(joint: Entry, kind: str) -> tuple[float, float]:
+    dynamics = joint.element.find("dynamics")
+    if dynamics is None:
+        return 0.0, 0.0
+    values = []
+    for name, unit in (
+        ("damping", limit_unit(kind, "damping")),
+        ("friction", limit_unit(kind, "effort")),
+    ):
+        value = joint.number(dynamics, name, name, unit) if name in dynamics.attrib else 0.0
+        if value < 0.0:
+            text = f"its {name} is {value:g} {unit}; it must not be below 0; correct it"
+            raise joint.refusal(text, dynamics)
+        values.append(value)
+    return values[0], values[1]
+
+
+def limit_unit(kind: str, name: str) -> str:
+    """Return the unit of a limit: of "effort", "velocity", "lower", "upper" or "damping".
+
+    Args:
+        kind: of the joint.
+        name: of the quantity.
+    """
+    places = {"effort": 0, "velocity": 1, "lower": 2, "upper": 2, "damping": 3}
+    return _UNITS.get(kind, _ANGULAR)[places[name]]
+
+
+def _from_rpy(rpy: Vector) -> Array:
+    """Return the rotation about the fixed axes x, y, z, in this order."""
+    (cr, cp, cy), (sr, sp, sy) = np.cos(rpy), np.sin(rpy)
+    return np.array(
+        [
+            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
+            [-sp, cp * sr, cp * cr],
+        ]
+    )
+
+
+def _from_quaternion(quaternion: Array) -> Array:
+    """Return the rotation of a unit quaternion x, y, z, w (Euler-Rodrigues)."""
+    vector, scalar = quaternion[:3], float(quaternion[3])
+    x, y, z = vector
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    rotation: Array = np.eye(3) + 2.0 * (scalar * cross + cross @ cross)
+    return rotation
+
+
+def _without_world(found: Description) -> Description:
+    root = found.links[found.root]
+    below = found.below[root.name]
+    if root.inertial is not None or [joint.kind for joint in below] != ["floating"]:
+        return found
+    links = {name: link for name, link in found.links.items() if link is not root}
+    joints = {name: joint for name, joint in found.joints.items() if joint is not below[0]}
+    return Description(found.name, links, joints)
+
+
+JOINT_TYPES = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
+_OTHER_FORMATS = {
+    "sdf": "convert it to URDF",
+    "COLLADA": "give the robot's URDF, not one of its meshes",
+}
+
+
+def check_tree(tree: XmlTree) -> None:
+    """Check names and parents: one root, and every other link hanging on exactly one joint.
+
+    Raises:
+        RobotError: naming the line, the link or joint, and what to do.
+    """
+    _check_root(tree.root)
+    links, joints = _named(tree, "link"), _named(tree, "joint")
+    if not links:
+        raise RobotError("the URDF has no <link>; it describes no robot. Give another file")
+    if "name" not in tree.root.attrib:
+        line = tree.line(tree.root)
+        raise RobotError(f'line {line}: <robot> has no name; give it one, as <robot name="walker">')
+    movers: dict[str, Entry] = {}
+    parents: dict[str, str] = {}
+    faults = Faults()
+    for joint in joints.values():
+        with faults.noted():
+            _check_type(joint)
+        with faults.noted():
+            parent, child = (_end(joint, role, links) for role in ("parent", "child"))
+            if child in movers:
+                raise joint.refusal(
+                    f"its child link '{child}' already hangs on joint '{movers[child].name}'; a "
+                    "link hangs on one joint only; remove one of the two (a URDF cannot describe "
+                    "a loop)"
+                )
+            movers[child], parents[child] = joint, parent
+    faults.refuse()
+    _check_one_root(links, movers, parents)
+
+
+def _check_root(root: Element) -> None:
+    if root.tag != "robot":
+        hint = _OTHER_FORMATS.get(root.tag, "give a URDF")
+        raise RobotError(f"the file holds <{root.tag}>, not a URDF (<robot>); {hint}")
+    for element in root.iter():
+        if element.tag.startswith("xacro:"):
+            raise RobotError(
+                f"the file still holds xacro macros (<{element.tag}>); "
+                "expand them first: xacro robot.urdf.xacro > robot.urdf"
+            )
+    for element in root:
+        text = element.get("name", "")
+        if element.tag in ("link", "joint") and "${" in text:
+            raise RobotError(
+                f'the file still holds xacro macros (name="{text}"); '
+                "expand them first: xacro robot.urdf.xacro > robot.urdf"
+            )
+
+
+def _named(tree: XmlTree, tag: str) -> dict[str, Entry]:
+    """Return the links or the joints by their names, which must be there and differ."""
+    found: dict[str, Entry] = {}
+    for element in tree.root.findall(tag):
+        entry = Entry(tree, element)
+        if not entry.name.strip():
+            raise RobotError(f"line {tree.line(element)}: a {tag} has no name; give it one")
+        if entry.name in found:
+            first = tree.line(found[entry.name].element)
+            raise entry.refusal(f"another {tag} has this name (line {first}); rename one of them")
+        found[entry.name] = entry
+    return found
+
+
+def name_problems(tree: XmlTree) -> list[UrdfProblem]:
+    """Return a problem for each name that does not show on a screen as it is."""
+    problems = []
+    for element in tree.root:
+        name = element.get("name", "")
+        if element.tag in ("link", "joint") and printable(name) != name:
+            text = "its name holds characters that cannot be seen, here as Python writes them"
+            problems.append(Entry(tree, element).problem("name", f"{text}; rename it"))
+    return problems
+
+
+def _check_type(joint: Entry) -> None:
+    kind = joint.element.get("type")
+    if kind not in JOINT_TYPES:
+        raise joint.refusal(
+            f"its type is {kind!r}; it must be one of {', '.join(JOINT_TYPES)}; correct it"
+        )
+
+
+def _end(joint: Entry, role: str, links: Mapping[str, Entry]) -> str:
+    """Return the name of the link at one end of a joint."""
+    element = joint.element.find(role)
+    name = None if element is None else element.get("link")
+    if name is None:
+        raise joint.refusal(f'no {role} link is given; add <{role} link="..."/>', element)
+    if name not in links:
+        raise joint.refusal(
+            f"its {role} link '{name}' does not exist; add that link, or correct its name", element
+        )
+    return name
+
+
+def _check_one_root(
+    links: Mapping[str, Entry], movers: Mapping[str, Entry], parents: Mapping[str, str]
+) -> None:
+    roots = [name for name in links if name not in movers]
+    if len(roots) > 1:
+        raise links[roots[1]].refusal(
+            f"no joint leads to it, and none to {_quoted([roots[0], *roots[2:]])}; a robot has one "
+            "root link; join the others to it (by fixed joints), or remove them"
+        )
+    above = {name: _climbs_to_root(name, parents) for name in links}
+    stuck = [name for name, free in above.items() if not free]
+    if stuck:
+        raise movers[stuck[0]].refusal(
+            f"it is part of a loop of joints ({_quoted(stuck)}); a URDF is a tree; remove the "
+            "joint that closes the loop"
+        )
+
+
+def _climbs_to_root(name: str, parents: Mapping[str, str]) -> bool:
+    for _ in range(len(parents) + 1):
+        if name not in parents:
+            return True
+        name = parents[name]
+    return False
+
+
+def _quoted(names: list[str], most: int = 4) -> str:
+    """Return the first few names in quotes."""
+    shown = ", ".join(f"'{name}'" for name in names[:most])
+    return shown + (f" and {len(names) - most} more" if len(names) > most else "")
+
+
+_ONCE = {
+    "link": ("inertial",),
+    "inertial": ("origin", "mass", "inertia"),
+    "joint": (
+        "origin", "parent", "child", "axis", "limit", "dynamics", "mimic", "safety_controller",
+        "calibration",
+    ),
+}  # fmt: skip
+_MORE = {"link": ("visual", "collision"), "inertial": (), "joint": ()}
+_ATTRIBUTES = {
+    "origin": ("xyz", "rpy", "quat_xyzw"),
+    "axis": ("xyz",),
+    "mass": ("value",),
+    "inertia": ("ixx", "ixy", "ixz", "iyy", "iyz", "izz"),
+    "limit": ("effort", "velocity", "lower", "upper", "acceleration", "deceleration", "jerk"),
+    "dynamics": ("damping", "friction"),
+}
+_SEEN = ("visual", "collision", "safety_controller", "calibration")  # no motion depends on them
+_ALIKE = 0.7  # ratio of `difflib`: one letter of five wrong, missing, or exchanged with the next
+_ALIKE_SHORT = 0.66  # and of three, as in xzy
+
+
+def check_spelling(tree: XmlTree) -> list[UrdfProblem]:
+    """Check that every link and joint says each thing once, under its own name.
+
+    Args:
+        tree: of a URDF.
+
+    Returns:
+        What is passed over although it looks as if it was meant.
+
+    Raises:
+        RobotError: an element is there twice, or one that motion depends on is misspelt.
+    """
+    problems, faults = [], Faults()
+    for element in tree.root:
+        if element.tag in ("link", "joint"):
+            entry = Entry(tree, element)
+            for part in (element, *element.findall("inertial")):
+                with faults.noted():
+                    problems += _check(entry, part)
+    faults.refuse()
+    return problems
+
+
+def _check(entry: Entry, element: Element) -> list[UrdfProblem]:
+    problems = []
+    once = _ONCE[element.tag]
+    for tag in once:
+        found = element.findall(tag)
+        if len(found) > 1:
+            lines = " and ".join(str(entry.tree.line(one)) for one in found)
+            raise entry.refusal(
+                f"it has {len(found)} <{tag}> (lines {lines}); one is allowed; remove the others",
+                found[1],
+            )
+    for child in element:
+        if child.tag not in (*once, *_MORE[element.tag]):
+            problems += _unknown(entry, element, child)
+        elif child.tag in _ATTRIBUTES:
+            check_attributes(entry, child)
+    return problems
+
+
+def _unknown(entry: Entry, element: Element, child: Element) -> list[UrdfProblem]:
+    tag = printable(child.tag)
+    if child.tag in _ONCE["inertial"] and element.tag == "link":
+        text = f"<{tag}> is not read here; put it into <inertial>, or remove it"
+        return [entry.problem("unknown", text, child)]
+    near = _nearest(child.tag, (*_ONCE[element.tag], *_MORE[element.tag]))
+    text = f"<{tag}> is not known; write <{near}>, or remove it"
+    if not near:
+        return []
+    if near not in _SEEN:
+        raise entry.refusal(text, child)
+    return [entry.problem("unknown", text, child)]
+
+
+def check_attributes(entry: Entry, child: Element) -> None:
+    """Refuse an element with an attribute that is another one misspelt.
+
+    Args:
+        entry: link or joint that it belongs to, for messages.
+        child: the element.
+
+    Raises:
+        RobotError: naming the attribute that must be meant.
+    """
+    known = _ATTRIBUTES[child.tag]
+    for name in child.attrib.keys() - set(known):
+        left = [each for each in known if each not in child.attrib]
+        near = _nearest(name, left, _ALIKE_SHORT)
+        if near:
+            raise entry.refusal(
+                f"<{child.tag}> has {printable(name)}=, which is not known; write {near}=, or "
+                "remove it",
+                child,
+            )
+
+
+def _nearest(name: str, known: tuple[str, ...] | list[str], alike: float = _ALIKE) -> str:
+    near = difflib.get_close_matches(name.lower(), known, 1, alike)
+    return near[0] if near else ""

@@ -1,0 +1,178 @@
+"""The Pinocchio model of a URDF, made from its values without a loader between.
+
+Pinocchio's own loader drops what it cannot parse (a mass with a blank behind it leaves a body
+without mass) and looks for joints and links by name among names of its own ("universe",
+"root_joint"). Here every value of the file goes into the model, or the file was refused.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pinocchio as pin
+
+from gaitopt.errors import RobotError
+from gaitopt.importers.urdf_document import Description, Inertial, Joint, Link, Pose
+from gaitopt.nlp import Array
+
+WORLD, ROOT_JOINT = "universe", "root_joint"
+"""Names of Pinocchio's own: the world, and the joint that carries the root link."""
+_FIXED = " (fixed)"  # marks a frame whose name is taken
+_AXIS_ROUNDING = 1e-15  # cos(pi/2) = 6e-17 as programs write it
+_ROUNDING = 1e-6  # relative: what the digits of a drawing leave of a flat plate or a thin rod
+_POINT = 1e-9  # m²: below this times its mass, a body is a point and its inertia rounding
+_LEAST = 1e-12  # relative: keeps a moment of zero above zero when the axes are turned
+
+
+def build_model(robot: Description) -> pin.Model:
+    """Return the model of a robot; joint 1 is a free-flyer that carries the root link.
+
+    Joints, frames and their order are those of Pinocchio's loader, save that a continuous joint is
+    a revolute one without a range: its angle is wanted, not the cosine and sine of it. Limits that
+    are not given are infinite; friction and damping are in the model too.
+
+    Args:
+        robot: values of its file.
+
+    Raises:
+        RobotError: it has no link that can move.
+    """
+    model = pin.Model()
+    model.name = robot.name
+    root = model.addJoint(0, pin.JointModelFreeFlyer(), pin.SE3.Identity(), ROOT_JOINT)
+    frame = model.addJointFrame(root, 0)
+    below = robot.below
+    waiting: list[tuple[Joint | None, str, int]] = [(None, robot.root, frame)]
+    while waiting:
+        joint, name, parent = waiting.pop()
+        if joint is not None:
+            parent = _add_joint(model, joint, parent)
+        at = _add_link(model, robot.links[name], parent)
+        waiting += [(child, child.child, at) for child in reversed(below[name])]
+    if model.njoints < 2:
+        raise RobotError("the robot has no links that can move; check the file")
+    return model
+
+
+def refuse_taken(robot: Description) -> None:
+    """Refuse links and moving joints that bear a name of Pinocchio's own, which finds them by name.
+
+    Args:
+        robot: values of its file.
+
+    Raises:
+        RobotError: naming the line.
+    """
+    moving = [joint.entry for joint in robot.joints.values() if joint.kind != "fixed"]
+    links = [link.entry for link in robot.links.values() if link.name == WORLD]
+    for entry in [*links, *(each for each in moving if each.name in (WORLD, ROOT_JOINT))]:
+        raise entry.refusal("this name stands for something else in every robot; rename it")
+
+
+def placement(pose: Pose) -> pin.SE3:
+    """Return a pose as Pinocchio has it."""
+    return pin.SE3(pose.rotation, np.array(pose.xyz))
+
+
+def body(inertial: Inertial | None) -> pin.Inertia:
+    """Return the inertia of a link in its own frame."""
+    inertia = pin.Inertia.Zero()
+    if inertial is not None:
+        turn = inertial.pose.rotation
+        # Set one by one: a body of an arm may be impossible, which its constructor refuses.
+        inertia.mass = inertial.mass
+        inertia.lever = np.array(inertial.pose.xyz)
+        inertia.inertia = turn @ sound_inertia(inertial.mass, inertial.inertia) @ turn.T
+    return inertia
+
+
+def _add_link(model: pin.Model, link: Link, parent: int) -> int:
+    """Add a link at a frame and return its own frame."""
+    inertia, at = body(link.inertial), model.frames[parent]
+    place = pin.SE3.Identity() if at.type == pin.FrameType.JOINT else at.placement
+    frame = pin.Frame(link.name, at.parentJoint, parent, place, pin.FrameType.BODY, inertia)
+    return int(model.addFrame(frame, True))
+
+
+def _add_joint(model: pin.Model, joint: Joint, parent: int) -> int:
+    """Add a joint below the frame of its parent link and return its own frame."""
+    at = model.frames[parent]
+    place = at.placement * placement(joint.pose)
+    if joint.kind == "fixed":
+        kind = pin.FrameType.FIXED_JOINT
+        name = joint.name + (_FIXED if joint.name in (WORLD, ROOT_JOINT) else "")
+        frame = pin.Frame(name, at.parentJoint, parent, place, kind)
+        return int(model.addFrame(frame, False))
+    moving = _joint_model(joint)
+    new = model.addJoint(at.parentJoint, moving, place, joint.name, *_bounds(joint, moving))
+    return int(model.addJointFrame(new, parent))
+
+
+def _joint_model(joint: Joint) -> pin.JointModel:
+    if joint.kind == "floating":
+        return pin.JointModelFreeFlyer()
+    if joint.kind == "planar":
+        return pin.JointModelPlanar()
+    axis, slides = np.array(joint.axis), joint.kind == "prismatic"
+    axis = axis / np.abs(axis).max()  # its square may be too large or too small for a number
+    for unit, name in zip(np.eye(3), "XYZ", strict=True):
+        if np.abs(axis - unit).max() < _AXIS_ROUNDING:
+            return getattr(pin, f"JointModel{'P' if slides else 'R'}{name}")()
+    kind = pin.JointModelPrismaticUnaligned if slides else pin.JointModelRevoluteUnaligned
+    return kind(axis / np.linalg.norm(axis))
+
+
+def _bounds(joint: Joint, moving: pin.JointModel) -> tuple[Array, ...]:
+    """Limits in the order of `pin.Model.addJoint`: effort, rate, range, friction, damping."""
+    if joint.kind in ("floating", "planar"):
+        return ()
+    effort, velocity = (np.array([value]) for value in joint.strength)
+    lower, upper = (np.array([value]) for value in joint.range)
+    friction, damping = np.array([joint.friction]), np.array([joint.damping])
+    return (-effort, effort, -velocity, velocity, lower, upper, -friction, friction, damping)
+
+
+def sound_inertia(mass: float, inertia: Array) -> Array:
+    """Return an inertia whose moments lie below zero by rounding only with these at zero.
+
+    Pinocchio makes no body of the least negative moment. An inertia at fault is returned as it is.
+
+    Args:
+        mass: not negative [kg].
+        inertia: symmetric, about the centre of mass [kg·m²], shape (3, 3).
+    """
+    moments, axes = np.linalg.eigh(inertia)
+    least = _LEAST * float(moments[2])
+    if moments[0] >= least or inertia_fault(mass, inertia):
+        return inertia
+    raised: Array = (axes * np.maximum(moments, least)) @ axes.T
+    return (raised + raised.T) / 2.0
+
+
+def inertia_fault(mass: float, inertia: Array) -> str:
+    """Return why no body has this mass and this inertia about its centre, or an empty string.
+
+    A point mass (no inertia) and a frame (nothing at all) are limits of bodies, and pass.
+
+    Args:
+        mass: not negative [kg].
+        inertia: symmetric, about the centre of mass [kg·m²], shape (3, 3).
+    """
+    a, b, c = (float(moment) for moment in np.linalg.eigvalsh(inertia))
+    slack = _POINT * mass + _ROUNDING * abs(c)
+    moments = f"its principal moments are {a:.4g}, {b:.4g}, {c:.4g} kg·m²"
+    if mass == 0.0 and max(abs(a), abs(c)) > 0.0:
+        return (
+            f"the mass is 0 kg, but {moments}; the mass must be above 0 "
+            "(leave <inertial> out of a link without mass)"
+        )
+    if a < -slack:
+        return (
+            f"the inertia is not positive definite: {moments}; all must be above 0; check the "
+            "signs, and that it is taken about the centre of mass"
+        )
+    if c > a + b + slack:
+        return (
+            f"the inertia cannot belong to a body of positive mass: {moments}; the largest must "
+            "not exceed the sum of the other two; check that it is taken about the centre of mass"
+        )
+    return ""

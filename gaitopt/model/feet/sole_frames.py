@@ -1,0 +1,321 @@
+"""The two sole frames: those of the file, those the user names or measures, or new ones.
+
+Found, named or measured, the soles end as mirror images of each other, flat on the ground in the
+reference posture, so that one rectangle serves both.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pinocchio as pin
+
+from gaitopt.errors import RobotError
+from gaitopt.importers.meshes import MeshProblem
+from gaitopt.importers.report import Finding
+from gaitopt.model.feet.sole import Sole
+from gaitopt.model.feet.sole_detection import FoundSole, Rectangle, common_rectangle
+from gaitopt.model.feet.stance import Stance
+from gaitopt.model.import_options import Choices, Placement
+from gaitopt.model.symmetry.leg_exchange import mirror_placement
+from gaitopt.nlp import Array
+
+_MEASURED = 5e-3  # m: what a tape measure may be wrong by
+
+
+def drop_doubts(stance: Stance, face: Rectangle | None, given: float | None) -> list[Finding]:
+    """Compare the given height of the ankle above the sole with that of the shapes.
+
+    Args:
+        stance: the robot at its reference posture.
+        face: lower face of the feet in the pelvis frame, None where they have no shape.
+        given: height that the user gives, None if none [m].
+    """
+    if given is None or face is None:
+        return []
+    seen = float(stance.ankles[:, 2].mean() - face.height)
+    if abs(given - seen) <= _MEASURED:
+        return []
+    text = (
+        f"sole_drop is {given * 1e3:.1f} mm as given, but the lower faces of the feet were found "
+        f"{seen * 1e3:.1f} mm below the ankles; the given one counts; check it, it must be in m"
+    )
+    return [Finding("sole", "both feet", text, "warning")]
+
+
+_DIRECTORY = (
+    "give the directory that holds their package (--package-dir DIR; in Python package_dirs), or "
+)
+_RECTANGLE = (
+    "the sole rectangle ([sole] with toe, heel, left, right in the file for --choices, or --sole; "
+    "in Python sole=Sole(toe, heel, left, right))"
+)
+_DROP = " and the height of the ankle above it (sole_drop in the same file, or in Python)"
+
+
+def unseen_sole(lost: Sequence[MeshProblem], frame: str | None) -> RobotError:
+    """Return the error that the feet have no shape, to be raised.
+
+    Args:
+        lost: meshes of the robot that cannot be used.
+        frame: of the right sole, None where the file has no sole frames either.
+    """
+    shows = "no collision box or visual shape of the feet shows their soles"
+    where = ", and the file has no sole frames" if frame is None else f" (frame '{frame}')"
+    drop = _DROP if frame is None else ""
+    if not lost:
+        return RobotError(f"{shows}{where}; give {_RECTANGLE}{drop}")
+    count = len({problem.file for problem in lost})
+    many = "one mesh" if count == 1 else f"{count} meshes"
+    first = f"'{lost[0].file}' of link '{lost[0].link}' {lost[0].reason}"
+    which = f"{many} cannot be used: {first}{', and so on' if count > 1 else ''}"
+    return RobotError(f"{shows}{where}; {which}; {_DIRECTORY}{_RECTANGLE}{drop}")
+
+
+SOLE_NAMES = ("right_sole", "left_sole")
+
+_ALIGNED = 1e-3  # rad: a sole frame's axes may differ from the robot's by rounding in the file
+_IN_PLANE = 1e-3  # m: and its origin from the plane of the foot's lower face
+_CENTRED = 1e-3  # m: and from the middle of its width
+_MIRRORED = 2e-3  # m and rad: frames of both feet that are each other's; `symmetrise` judges it
+_ALIKE = 2e-3  # m: rectangles that differ by less are one
+_EDGES = ("toe", "heel", "left", "right")
+_OFF_PLANE = 5e-3  # m: a named frame further from the foot's lower face is not its sole
+
+
+@dataclass(frozen=True)
+class Soles:
+    """Sole frames of the right and of the left foot.
+
+    Attributes:
+        names: of the frames.
+        placements: in the frames of the last leg joints.
+        added: whether they are not in the file.
+        sole: the rectangle of either.
+        findings: how they came about.
+    """
+
+    names: tuple[str, str]
+    placements: tuple[pin.SE3, pin.SE3]
+    added: bool
+    sole: Sole
+    findings: tuple[Finding, ...]
+
+
+def choose_soles(
+    stance: Stance,
+    found: tuple[FoundSole | None, FoundSole | None],
+    names: tuple[str | None, str | None],
+    choices: Choices,
+    lost: Sequence[MeshProblem] = (),
+) -> Soles:
+    """Return the sole frames and their rectangle.
+
+    Args:
+        stance: the robot at its reference posture.
+        found: lower faces of the feet, None where the feet have no shape.
+        names: frames of the right and of the left sole as the user named them.
+        choices: of the user.
+        lost: meshes that cannot be used, to be told if they are missed.
+
+    Raises:
+        RobotError: a named frame is not in the plane of the sole, or the feet have no shape and
+            the user gives no rectangle.
+    """
+    if choices.sole_placements is not None:
+        return _as_given(stance, names, choices)
+    face = common_rectangle(found, stance.places)
+    frames = _named_frames(stance, names, face, choices)
+    if frames is None and choices.sole_drop is None:
+        frames = _frames_of_the_file(stance, face)
+    if frames is not None:
+        placements = (frames[0].placement.copy(), frames[1].placement.copy())
+        titles = (str(frames[0].name), str(frames[1].name))
+        return _finish(stance, titles, placements, face, choices, lost, added=False)
+    origin = _origin(stance, face, choices, lost)
+    level = pin.SE3(np.eye(3), origin)
+    placements = (
+        stance.places[0].actInv(level),
+        stance.places[1].actInv(mirror_placement(level)),
+    )
+    names = free_names(stance.model)
+    soles = _finish(stance, names, placements, face, choices, lost, added=True)
+    return replace(soles, findings=(*soles.findings, *drop_doubts(stance, face, choices.sole_drop)))
+
+
+def free_names(model: pin.Model) -> tuple[str, str]:
+    """Return names for two sole frames that the model does not use."""
+    right, left = SOLE_NAMES
+    while model.existFrame(right) or model.existFrame(left):
+        right, left = f"{right}_frame", f"{left}_frame"
+    return right, left
+
+
+def placement_numbers(placement: pin.SE3) -> Placement:
+    """Return the rows of [R p], 12 numbers."""
+    return tuple(float(n) for n in np.asarray(placement.homogeneous[:3]).ravel())
+
+
+def placement_of(numbers: Placement) -> pin.SE3:
+    """Return the placement of 12 numbers, the rows of [R p]."""
+    rows = np.array(numbers).reshape(3, 4)
+    return pin.SE3(rows[:, :3].copy(), rows[:, 3].copy())
+
+
+def _as_given(stance: Stance, names: tuple[str | None, str | None], choices: Choices) -> Soles:
+    if choices.sole is None or choices.sole_placements is None:
+        raise RobotError("sole_placements are given without the sole rectangle (sole); give both")
+    free = free_names(stance.model)
+    titles = (names[0] or free[0], names[1] or free[1])
+    placements = tuple(placement_of(p) for p in choices.sole_placements)
+    text = f"{_described(choices.sole)}, placed as given"
+    finding = Finding("sole", "both feet", text, "given")
+    return Soles(titles, (placements[0], placements[1]), True, choices.sole, (finding,))
+
+
+def _named_frames(
+    stance: Stance,
+    names: tuple[str | None, str | None],
+    face: Rectangle | None,
+    choices: Choices,
+) -> tuple[pin.Frame, pin.Frame] | None:
+    """Frames of the user's names; where only one is named, the other foot's mirrored frame."""
+    if names == (None, None):
+        return None
+    frames: list[pin.Frame | None] = [None, None]
+    for side in (0, 1):
+        if (name := names[side]) is not None:
+            frames[side] = stance.model.frames[stance.model.getFrameId(name)]
+            if face is not None and choices.sole is None:
+                _check_plane(stance, side, frames[side], face)
+    for side in (0, 1):
+        if frames[side] is None:
+            frames[side] = _partner(stance, 1 - side, frames[1 - side])
+            if frames[side] is None:
+                raise RobotError(
+                    f"no frame of the other foot mirrors '{names[1 - side]}'; name both sole frames"
+                )
+    return frames[0], frames[1]
+
+
+def _check_plane(stance: Stance, side: int, frame: pin.Frame, face: Rectangle) -> None:
+    here = stance.places[side] * frame.placement
+    tilt = float(np.linalg.norm(pin.log3(here.rotation)))
+    above = float(here.translation[2] - face.height)
+    if tilt > 10.0 * _ALIGNED or abs(above) > _OFF_PLANE:
+        raise RobotError(
+            f"frame '{frame.name}' is not in the plane of the sole with x forward and z up: it is "
+            f"turned by {tilt:.3g} rad and lies {above * 1e3:.1f} mm above the foot's lower face; "
+            "leave the sole frames out to have them found, or give the sole rectangle too"
+        )
+
+
+def _frames_of_the_file(
+    stance: Stance, face: Rectangle | None
+) -> tuple[pin.Frame, pin.Frame] | None:
+    """Frames of the file that are soles already: level, in the plane, mirrored on both feet."""
+    pairs: list[tuple[bool, int, tuple[pin.Frame, pin.Frame]]] = []
+    for frame in _links_of(stance, 0):
+        here = stance.places[0] * frame.placement
+        named = "sole" in frame.name.lower()
+        if np.linalg.norm(pin.log3(here.rotation)) > _ALIGNED:
+            continue
+        if face is None:
+            fits = named and here.translation[2] < stance.ankles[0, 2]
+        else:
+            y = here.translation[1]
+            fits = (
+                abs(here.translation[2] - face.height) < _IN_PLANE
+                and abs(y - (face.left + face.right) / 2.0) < _CENTRED
+            )
+        other = _partner(stance, 0, frame) if fits else None
+        if other is not None:
+            pairs.append((not named, len(pairs), (frame, other)))
+    return min(pairs)[2] if pairs else None
+
+
+def _links_of(stance: Stance, side: int) -> list[pin.Frame]:
+    kinds = (pin.FrameType.BODY, pin.FrameType.OP_FRAME)
+    return [
+        f for f in stance.model.frames if f.parentJoint == stance.feet[side] and f.type in kinds
+    ]
+
+
+def _partner(stance: Stance, side: int, frame: pin.Frame) -> pin.Frame | None:
+    """Return the frame of the other foot that is the mirror image of one."""
+    image = mirror_placement(stance.places[side] * frame.placement)
+    best, least = None, _MIRRORED
+    for other in _links_of(stance, 1 - side):
+        there = stance.places[1 - side] * other.placement
+        gap = float(np.abs(image.homogeneous - there.homogeneous).max())
+        # Several links may share a place; a sole by name comes first.
+        if gap < least or (gap <= least + 1e-9 and "sole" in other.name.lower()):
+            best, least = other, min(gap, least)
+    return best
+
+
+def _origin(
+    stance: Stance, face: Rectangle | None, choices: Choices, lost: Sequence[MeshProblem]
+) -> Array:
+    """Origin of a new right sole frame in the pelvis frame: below the ankle, mid-width."""
+    ankle = (stance.ankles[0] + stance.ankles[1] * [1.0, -1.0, 1.0]) / 2.0
+    if choices.sole_drop is not None:
+        return np.array([ankle[0], ankle[1], ankle[2] - choices.sole_drop])
+    if face is None:
+        raise unseen_sole(lost, None)
+    return np.array([ankle[0], (face.left + face.right) / 2.0, face.height])
+
+
+def _finish(
+    stance: Stance,
+    names: tuple[str, str],
+    placements: tuple[pin.SE3, pin.SE3],
+    face: Rectangle | None,
+    choices: Choices,
+    lost: Sequence[MeshProblem],
+    *,
+    added: bool,
+) -> Soles:
+    where = "new frames" if added else f"frames '{names[0]}' and '{names[1]}' of the file"
+    if choices.sole is not None:
+        finding = Finding("sole", "both feet", f"{_described(choices.sole)}, in {where}", "given")
+        return Soles(names, placements, added, choices.sole, (finding,))
+    if face is None:
+        raise unseen_sole(lost, None if added else names[0])
+    here = stance.places[0] * placements[0]
+    sole, cut = face.seen_from(here.translation)
+    drop = float(stance.ankles[0, 2] - here.translation[2])
+    text = f"{_described(sole)}, {drop * 1e3:.1f} mm below the ankle; found: {face.how}; in {where}"
+    findings = [Finding("sole", "both feet", text, "guessed" if added else "found")]
+    doubts = (*face.doubts, *cut, *_choice(face, here.translation, sole))
+    findings += [Finding("sole", "both feet", t, "warning") for t in doubts]
+    return Soles(names, placements, added, sole, tuple(findings))
+
+
+def _choice(face: Rectangle, origin: Array, taken: Sole) -> list[str]:
+    """Say which other rectangles there are, where the one taken leaves out much of the foot."""
+    shown = []
+    for name, other in face.others:
+        try:
+            sole = other.seen_from(origin)[0]
+        except RobotError:
+            continue
+        edges = [round(getattr(sole, edge), 4) for edge in _EDGES]
+        if max(abs(a - getattr(taken, e)) for a, e in zip(edges, _EDGES, strict=True)) > _ALIKE:
+            numbers = ",".join(f"{edge:g}" for edge in edges)
+            shown.append(f"{numbers} ({name})")
+    if not shown:
+        return []
+    return [
+        f"the rectangle holds {face.share:.0%} of the flat part under the foot; if the foot stands "
+        f"on more, choose another with --sole=TOE,HEEL,LEFT,RIGHT: {'; '.join(shown)}"
+    ]
+
+
+def _described(sole: Sole) -> str:
+    return (
+        f"the sole reaches {sole.toe * 1e3:.1f} mm forward, {-sole.heel * 1e3:.1f} mm back, "
+        f"{sole.left * 1e3:.1f} mm left and {-sole.right * 1e3:.1f} mm right of its frame"
+    )

@@ -1,0 +1,268 @@
+"""The robot at its reference posture in its own axes: which way is up, and both feet flat."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pinocchio as pin
+
+from gaitopt.errors import RobotError
+from gaitopt.importers.report import Finding
+from gaitopt.importers.source import Source
+from gaitopt.model.feet.foot_shape import FootShape, foot_points
+from gaitopt.model.feet.sole_detection import (
+    MOST_TILTED,
+    levelled,
+    lowest_face,
+    sole_normal,
+    tilt,
+    turn_onto,
+)
+from gaitopt.model.import_options import SIDES, Choices
+from gaitopt.model.legs.heading import axis_vector, leg_lines
+from gaitopt.model.legs.kinematic_tree import LegJoints, Placed, Tree, joint_axes, place, unit
+from gaitopt.model.legs.leg_detection import (
+    Pair,
+    axes_apart,
+    find_legs,
+    mirror_normal,
+    named_feet,
+    no_up,
+)
+from gaitopt.model.legs.leg_geometry import centre
+from gaitopt.nlp import Array
+
+_NEARLY_FLAT = 0.05  # rad
+_ALIGNED = 1e-3  # rad: a named frame may be turned by rounding in the file
+_ALIKE = 0.02  # rad: feet turned by the same in spite of rounded meshes
+_DOWN = np.array([0.0, 0.0, -1.0])
+
+
+@dataclass(frozen=True)
+class Stance:
+    """A robot at its reference posture, seen in its own axes.
+
+    Attributes:
+        model: free-flyer and all joints.
+        feet: last joints of the right and of the left leg.
+        places: placements of those joints in the pelvis frame.
+        ankles: centres of the ankles in the pelvis frame [m], shape (2, 3).
+    """
+
+    model: pin.Model
+    feet: tuple[int, int]
+    places: tuple[pin.SE3, pin.SE3]
+    ankles: Array
+
+    def upright(self, side: int) -> Array:
+        """Columns forward, left, up in the frame of a foot's joint, shape (3, 3)."""
+        return np.asarray(self.places[side].rotation.T)
+
+    def centred(self) -> Stance:
+        """Return it with either foot where its ankle is the mirror image of the other one's.
+
+        Where one leg is set a little apart its foot is so as a whole: the soles are compared below
+        their own ankles.
+        """
+        mirror = np.array([1.0, -1.0, 1.0])
+        mean = (self.ankles[0] + self.ankles[1] * mirror) / 2.0
+        ankles = np.array([mean, mean * mirror])
+        first, other = (
+            pin.SE3(place.rotation, place.translation + shift)
+            for place, shift in zip(self.places, ankles - self.ankles, strict=True)
+        )
+        return replace(self, places=(first, other), ankles=ankles)
+
+
+def level_feet(
+    stance: Stance,
+    shapes: list[FootShape | None],
+    names: tuple[str | None, str | None],
+    rotation: Array,
+) -> tuple[Stance, list[Finding]]:
+    """Turn the feet about their ankles until their soles are level, where they are not.
+
+    Args:
+        stance: the robot as its reference posture has it.
+        shapes: of the right and of the left foot.
+        names: of the sole frames that the user named; their axes count, whatever the shape.
+        rotation: columns forward, left, up of the robot in its root link, shape (3, 3).
+
+    Returns:
+        The robot with flat feet, and what had to be turned.
+    """
+    places, findings = list(stance.places), []
+    turns = [_turn(stance, side, shapes[side], names[side]) for side in (0, 1)]
+    up = _tilted_up(turns, rotation)
+    for side, turn in enumerate(turns):
+        angle = float(np.linalg.norm(pin.log3(turn)))
+        if angle > 0.0:
+            places[side] = levelled(places[side], stance.ankles[side], turn)
+            text = (
+                f"is tilted by {np.degrees(angle):.2f} degrees in the reference posture; its sole "
+                "was taken level"
+            )
+            if up is not None:
+                numbers = ", ".join(f"{n:g}" for n in np.round(up, 6) + 0.0)
+                text += f"; if it is the root link that is tilted: up = [{numbers}]"
+            findings.append(Finding("sole", f"{SIDES[side]} foot", text, "guessed"))
+    return replace(stance, places=(places[0], places[1])), findings
+
+
+def refuse_tilted(stance: Stance, straight: Stance, shapes: list[FootShape | None]) -> None:
+    """Refuse a reference posture that tilts a foot so far that its sole cannot be told any more.
+
+    Args:
+        stance: the robot as its reference posture has it.
+        straight: the robot with all leg angles 0.
+        shapes: of the right and of the left foot.
+
+    Raises:
+        RobotError: a foot is tilted.
+    """
+    for side, shape in enumerate(shapes):
+        if shape is None:
+            continue
+        R = straight.places[side].rotation
+        face = lowest_face(shape.points @ R.T, shape.radii, _DOWN)
+        angle = 0.0 if face is None else tilt(stance.places[side].rotation @ R.T @ face, _DOWN)
+        if angle > MOST_TILTED:
+            raise RobotError(
+                f"the sole of the {SIDES[side]} foot is tilted by {np.degrees(angle):.1f} degrees "
+                f"in the reference posture; at most {np.degrees(MOST_TILTED):.0f} can be levelled; "
+                "give angles of hip, knee and ankle that keep both feet flat ([posture] in the "
+                "file for --choices, or a pose of the SRDF), or none for the legs"
+            )
+
+
+def _tilted_up(turns: list[Array], rotation: Array) -> Array | None:
+    """Direction in the root link that would be up if that were tilted, and not both feet alike."""
+    logs = [pin.log3(turn) for turn in turns]
+    if not all(log.any() for log in logs) or np.linalg.norm(logs[0] - logs[1]) > _ALIKE:
+        return None
+    return np.asarray(rotation @ turns[0].T @ -_DOWN)
+
+
+def _turn(stance: Stance, side: int, shape: FootShape | None, name: str | None) -> Array:
+    """Rotation in the pelvis frame that makes a foot flat."""
+    place, model = stance.places[side], stance.model
+    if name is not None and model.existFrame(name):
+        R = (place * model.frames[model.getFrameId(name)].placement).rotation
+        return np.asarray(R.T) if np.linalg.norm(pin.log3(R)) > _ALIGNED else np.eye(3)
+    if name is None and shape is not None:
+        normal = sole_normal(shape.points @ place.rotation.T, _DOWN, shape.radii)
+        if normal is not None:
+            return turn_onto(normal, _DOWN)
+    return np.eye(3)
+
+
+def legs_at_zero(placed: Placed, legs: LegJoints) -> Placed:
+    """Return the same posture with all leg angles 0."""
+    q = placed.q.copy()
+    q[[placed.model.joints[j].idx_q for leg in legs for j in leg]] = 0.0
+    return place(placed.model, q)
+
+
+def parallel_feet(first: Placed, second: Placed, legs: LegJoints) -> bool:
+    """Tell whether the feet are flat in both postures, if they are in one.
+
+    Poses in files are rounded and not quite symmetric; with all leg angles 0 the feet are exact.
+    """
+    for leg in legs:
+        turn = first.places[leg[-1]].rotation.T @ second.places[leg[-1]].rotation
+        if np.linalg.norm(pin.log3(turn)) > _NEARLY_FLAT:
+            return False
+    return True
+
+
+def stance_of(placed: Placed, legs: LegJoints, rotation: Array) -> Stance:
+    """Return the robot in its own axes, with their origin between the hips.
+
+    Args:
+        placed: the robot.
+        legs: the right and the left one, joints from hip to ankle.
+        rotation: columns forward, left, up in the root link, shape (3, 3).
+    """
+    lines = [leg_lines(placed, leg) for leg in legs]
+    pelvis = pin.SE3(rotation, (lines[0].hip + lines[1].hip) / 2.0)
+    # The ankles' centres are those of `LegJoints`: on the pitch axes, where the axes do not meet.
+    centres = [centre(line.points @ rotation, line.axes @ rotation, (4, 5)) for line in lines]
+    return Stance(
+        model=placed.model,
+        feet=(legs[0][-1], legs[1][-1]),
+        places=(
+            pelvis.actInv(placed.places[legs[0][-1]]),
+            pelvis.actInv(placed.places[legs[1][-1]]),
+        ),
+        ankles=np.array([pelvis.actInv(rotation @ point) for point in centres]),
+    )
+
+
+_UPRIGHT = 1e-3  # rad: a smaller tilt is rounding
+_AGREE = 0.02  # rad: the soles of both feet, whose meshes may be rounded
+_Z = np.array([0.0, 0.0, 1.0])
+
+
+def standing_legs(source: Source, placed: Placed, choices: Choices) -> Pair:
+    """Return the two legs and their upward direction.
+
+    Up is an axis of the root link if the legs mirror each other in an upright plane along it. If
+    that plane leans, up is square to both soles where they agree, else it lies in the plane.
+
+    Args:
+        source: of the robot.
+        placed: the robot in its reference posture.
+        choices: of the user; a given `up` counts as it is.
+
+    Raises:
+        RobotError: there are no two legs.
+    """
+    tree = Tree(placed.model, *placed.lines, source.problems, placed.q)
+    up = None if choices.up is None else axis_vector(choices.up)
+    pair = find_legs(tree, named_feet(placed.model, choices), up)
+    if up is not None:
+        return pair
+    normal = mirror_normal(tree, (list(pair.legs[0]), list(pair.legs[1])))
+    leaning = normal is not None and _leans(placed, pair, normal)
+    if normal is None or not (leaning or pair.lying):
+        return pair
+    within = unit(pair.up - (pair.up @ normal) * normal)
+    soles = _above_soles(source, placed, pair, within)
+    if soles is None and pair.lying:
+        raise no_up(tree, (pair.legs[0][-1], pair.legs[1][-1]))
+    above = within if soles is None else soles
+    up = unit(above - (above @ normal) * normal)
+    angle = np.degrees(np.arccos(np.clip(up @ (_Z if pair.lying else pair.up), -1.0, 1.0)))
+    reason = "" if soles is None else "the soles and "
+    text = (
+        f"the root link is tilted by {angle:.2f} degrees against the legs; up was taken from "
+        f"{reason}the plane between the legs; if that is wrong, name it: up = [X, Y, Z]"
+    )
+    return replace(pair, up=up, tilt=text)
+
+
+def _leans(placed: Placed, pair: Pair, normal: Array) -> bool:
+    """Tell whether the plane between the legs leans, rather than one leg is longer than the other.
+
+    Then the axes of the joints lean with it.
+    """
+    if abs(float(normal @ pair.up)) <= _UPRIGHT:
+        return False
+    upright = unit(normal - (normal @ pair.up) * pair.up)
+    first, other = (joint_axes(placed.model, placed.q, leg) for leg in pair.legs)
+    return axes_apart(first, other, normal) < axes_apart(first, other, upright)
+
+
+def _above_soles(source: Source, placed: Placed, pair: Pair, up: Array) -> Array | None:
+    """Direction square to the lower faces of both feet, None if they have none or differ."""
+    normals = []
+    for leg in pair.legs:
+        shape = foot_points(source, placed.model, leg[-1])
+        R = placed.places[leg[-1]].rotation
+        face = None if shape is None else lowest_face(shape.points @ R.T, shape.radii, -up)
+        if face is None:
+            return None
+        normals.append(-face)
+    apart = float(np.linalg.norm(normals[0] - normals[1]))
+    return unit(normals[0] + normals[1]) if apart < _AGREE else None

@@ -1,0 +1,509 @@
+"""Checks of the single values of choices, which come from files and from Python alike.
+
+What a user may fix where gaitopt would otherwise find out for itself.
+
+Choices as a TOML file and as a table of plain values, for files of results.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Iterable, Mapping, Sized
+from dataclasses import dataclass, fields, replace
+from difflib import get_close_matches
+from pathlib import Path, PurePath
+from typing import Any
+
+from gaitopt.errors import RobotError
+from gaitopt.importers.physics import PARTS
+from gaitopt.importers.text_files import parse_toml, read_text
+from gaitopt.model.feet.sole import Sole
+
+
+def check_one_of(name: str, value: object, allowed: Collection[str | None]) -> None:
+    """Check that a value is one of a few.
+
+    Raises:
+        RobotError: it is not; the message lists them.
+    """
+    if value not in allowed:
+        names = ", ".join(f"'{a}'" for a in allowed if a is not None)
+        raise RobotError(f"{name} is {value!r}; it must be one of {names}")
+
+
+def as_tuple(value: object, name: str) -> tuple[object, ...]:
+    """Return the entries of a list.
+
+    Raises:
+        RobotError: the value is no list.
+    """
+    if isinstance(value, (str, Mapping)) or not isinstance(value, Iterable):
+        raise RobotError(f"{name} must be a list, got {value!r}")
+    return tuple(value)
+
+
+def number(value: object, name: str) -> float:
+    """Return a number, which may be infinite.
+
+    Raises:
+        RobotError: the value is no number.
+    """
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or value != value:
+        raise RobotError(f"{name} must be a number, got {value!r}")
+    try:
+        return float(value)
+    except OverflowError:  # whole numbers have no largest one
+        raise RobotError(f"{name} is too large: {len(str(value))} digits") from None
+
+
+def finite(value: object, name: str) -> float:
+    """Return a finite number.
+
+    Raises:
+        RobotError: the value is not one.
+    """
+    found = number(value, name)
+    if not math.isfinite(found):
+        raise RobotError(f"{name} is {found}; it must be finite")
+    return found
+
+
+Axis = str | tuple[float, float, float]
+Placement = tuple[float, ...]
+CapsuleRow = tuple[int, str, float, float, float, float, float, float, float, str]
+Posture = str | tuple[tuple[str, float], ...]
+
+AXES: dict[str, tuple[float, float, float]] = {
+    "x": (1.0, 0.0, 0.0),
+    "y": (0.0, 1.0, 0.0),
+    "z": (0.0, 0.0, 1.0),
+    "-x": (-1.0, 0.0, 0.0),
+    "-y": (0.0, -1.0, 0.0),
+    "-z": (0.0, 0.0, -1.0),
+}
+"""Names of the axes of the root link."""
+
+_AXIS = f"{{}} must be an axis name ({', '.join(AXES)}) or three numbers, not all 0; got {{!r}}"
+
+UNEQUAL = ("refuse", "tighter", "right", "left")
+"""What to do with limits that differ between the legs: refuse, the tighter ones, one leg's."""
+
+SIDES = ("right", "left")
+
+LIMIT_NAMES = ("torque", "speed", "lower", "upper", "armature")
+"""What a `LimitOverride` can replace."""
+
+UNUSED_SRDF = (
+    "an SRDF is given (srdf), but nothing of it is used; name one of its poses "
+    '(--posture POSE, or posture = "POSE" in the file for --choices), ask for '
+    "its rotors (rotors = true), or leave it out"
+)
+
+
+@dataclass(frozen=True)
+class LimitOverride:
+    """Limits of the joints whose name matches a pattern; None leaves what the URDF says.
+
+    Attributes:
+        joints: pattern of joint names as in a shell: `*knee*`, `left_hip_?`.
+        torque: largest |torque| [N·m]; infinite for none.
+        speed: largest |rate| [rad/s]; infinite for none.
+        lower, upper: joint range [rad]; infinite for none.
+        armature: inertia of rotor and gear seen from the joint [kg·m²].
+        source: where the numbers are from, for people.
+    """
+
+    joints: str
+    torque: float | None = None
+    speed: float | None = None
+    lower: float | None = None
+    upper: float | None = None
+    armature: float | None = None
+    source: str = ""
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.joints, str) or not self.joints:
+            raise RobotError(f"limits: joints must be a pattern of names, got {self.joints!r}")
+        if not isinstance(self.source, str):
+            raise RobotError(f"limits of '{self.joints}': source must be text, got {self.source!r}")
+        for name, value in self.numbers().items():
+            where = f"limits of '{self.joints}': {name}"
+            object.__setattr__(self, name, number(value, where))
+        for name, never in (("lower", math.inf), ("upper", -math.inf)):
+            if (value := getattr(self, name)) == never:
+                raise RobotError(
+                    f"limits of '{self.joints}': {name} is {value:g} rad, which no joint can keep; "
+                    f'give a finite angle [rad], or "none" ({-never:g} in Python) for no limit'
+                )
+        for name in ("torque", "speed"):
+            if (value := getattr(self, name)) is not None and not value > 0.0:
+                raise RobotError(f"limits of '{self.joints}': {name} is {value:g}; it must be > 0")
+        if self.armature is not None and not 0.0 <= self.armature < math.inf:
+            raise RobotError(
+                f"limits of '{self.joints}': armature is {self.armature:g} kg·m²; it must be "
+                "0 or more, and finite"
+            )
+        if self.lower is not None and self.upper is not None and not self.lower < self.upper:
+            raise RobotError(
+                f"limits of '{self.joints}': the range is from {self.lower:g} to {self.upper:g} "
+                "rad; lower must be below upper"
+            )
+
+    def numbers(self) -> dict[str, float]:
+        """Return what is replaced, by name."""
+        values = {name: getattr(self, name) for name in LIMIT_NAMES}
+        return {name: value for name, value in values.items() if value is not None}
+
+
+@dataclass(frozen=True)
+class InertiaOverride:
+    """The body of the links whose name matches a pattern; None leaves what the file says.
+
+    Attributes:
+        links: pattern of link names as in a shell: `*foot*`, `left_shin`.
+        mass: [kg]; without `inertia`, that of the file grows with it.
+        com: centre of mass in the frame of the link [m].
+        inertia: ixx, iyy, izz, ixy, ixz, iyz about the centre of mass, along the axes of the
+            link's frame [kg·m²].
+    """
+
+    links: str
+    mass: float | None = None
+    com: tuple[float, float, float] | None = None
+    inertia: tuple[float, float, float, float, float, float] | None = None
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.links, str) or not self.links:
+            raise RobotError(f"inertias: links must be a pattern of names, got {self.links!r}")
+        where = f"inertias of '{self.links}'"
+        if self.mass is not None:
+            object.__setattr__(self, "mass", finite(self.mass, f"{where}: mass"))
+            if not self.mass > 0.0:
+                raise RobotError(f"{where}: mass is {self.mass:g} kg; it must be > 0")
+        for name, count, what in (
+            ("com", 3, "x, y, z [m]"),
+            ("inertia", 6, "ixx, iyy, izz, ixy, ixz, iyz [kg·m²]"),
+        ):
+            if (value := getattr(self, name)) is not None:
+                numbers = tuple(finite(n, f"{where}: {name}") for n in as_tuple(value, name))
+                if len(numbers) != count:
+                    raise RobotError(f"{where}: {name} has {len(numbers)} numbers; give {what}")
+                object.__setattr__(self, name, numbers)
+        if self.mass is None and self.com is None and self.inertia is None:
+            raise RobotError(f"{where}: nothing is replaced; give mass, com or inertia")
+
+
+@dataclass(frozen=True)
+class Choices:
+    """How to read a robot; whatever is left None is found from its model.
+
+    Attributes:
+        feet: names of a link, joint or frame of the right and of the left foot.
+        stance: which foot stands in the computed step, "right" or "left"; by default the one of
+            `stance_sole`, else the right one.
+        stance_sole, swing_sole: names of the sole frames of the standing and of the other foot
+            (x forward, y left, z up, in the plane of the sole).
+        forward, up: where the robot looks and where its head is: axes of the root link
+            ("x", "-x", "y", ...), or three numbers along its x, y, z.
+        posture: reference posture in which the robot stands with flat feet; the joints that are
+            not the legs' stay in it. The name of a pose in the SRDF, or angles [rad] by joint
+            (others 0). None is the neutral posture.
+        srdf: path or text of the SRDF file.
+        rotors: whether rotor inertias of the SRDF are used as armature.
+        sole: rectangle of either sole in its sole frame.
+        sole_drop: height of the ankle above the sole with flat feet [m].
+        sole_placements: the sole frames of the right and of the left foot in the frame of the last
+            joint of their legs, each as the rows of a 3 x 4 matrix [R p], 12 numbers [m].
+        limits: what replaces limits of the URDF; where two patterns match, the later one counts.
+        inertias: what replaces masses and inertias of the file; where two patterns match, the
+            later one counts.
+        unequal_limits: one of `UNEQUAL`.
+        asymmetry: by how much averaging left and right may change the robot at most, over the range
+            of motion: its mass matrix (relative), and the placement of its feet (per length of the
+            leg, or rad); see `symmetry.averaging`.
+        capsules: around the bodies of the legs, as an earlier reading found them in the shapes:
+            body from 0 to 12, name, both ends [m] in the frame of its joint, radius [m], and what
+            they cover.
+        without: what of the description's physics is left out, some of `physics.PARTS`; without
+            "gravity" it is 9.81 m/s² straight down, whatever the description says.
+        package_dirs: directories in which `package://` file names are looked up.
+    """
+
+    feet: tuple[str, str] | None = None
+    stance: str | None = None
+    stance_sole: str | None = None
+    swing_sole: str | None = None
+    forward: Axis | None = None
+    up: Axis | None = None
+    posture: Posture | None = None
+    srdf: str | None = None
+    rotors: bool = False
+    sole: Sole | None = None
+    sole_drop: float | None = None
+    sole_placements: tuple[Placement, Placement] | None = None
+    limits: tuple[LimitOverride, ...] = ()
+    inertias: tuple[InertiaOverride, ...] = ()
+    unequal_limits: str = "refuse"
+    asymmetry: float = 0.02
+    without: tuple[str, ...] = ()
+    package_dirs: tuple[str, ...] = ()
+    capsules: tuple[CapsuleRow, ...] | None = None
+
+    def __post_init__(self) -> None:
+        if self.posture is not None:
+            object.__setattr__(self, "posture", _posture(self.posture))
+        for name in ("feet", "limits", "inertias", "package_dirs"):
+            if (value := getattr(self, name)) is not None:
+                object.__setattr__(self, name, as_tuple(value, name))
+        _check_names(self)
+        for name in ("forward", "up"):
+            object.__setattr__(self, name, _axis(getattr(self, name), name))
+        _check_numbers(self)
+        object.__setattr__(self, "without", _without(self.without))
+        if self.capsules is not None:
+            rows = tuple(_capsule(row) for row in as_tuple(self.capsules, "capsules"))
+            object.__setattr__(self, "capsules", rows)
+
+    def over(self, **given: object) -> Choices:
+        """Return a copy with the given fields in place of its own, those that are None left out."""
+        return replace(self, **{k: v for k, v in given.items() if v is not None})  # type: ignore[arg-type]
+
+
+def _check_names(choices: Choices) -> None:
+    if choices.feet is not None and len(choices.feet) != 2:
+        raise RobotError(
+            f"feet must be two names, right foot first, got {len(choices.feet)}: "
+            f"{', '.join(map(str, choices.feet))}"
+        )
+    for name in ("feet", "package_dirs"):
+        for entry in getattr(choices, name) or ():
+            if not isinstance(entry, (str, PurePath)):
+                raise RobotError(f"{name} must be a list of texts, got {entry!r} in it; quote it")
+    object.__setattr__(choices, "package_dirs", tuple(map(str, choices.package_dirs)))
+    check_one_of("stance", choices.stance, (None, *SIDES))
+    check_one_of("unequal_limits", choices.unequal_limits, UNEQUAL)
+    if not isinstance(choices.rotors, bool):
+        raise RobotError(f"rotors must be true or false, got {choices.rotors!r}")
+    for name in ("stance_sole", "swing_sole", "srdf"):
+        value = getattr(choices, name)
+        if value is not None and not isinstance(value, str):
+            raise RobotError(f"{name} must be text, got {value!r}")
+
+
+def _check_numbers(choices: Choices) -> None:
+    if choices.sole_drop is not None and not 0.0 < finite(choices.sole_drop, "sole_drop") < 1.0:
+        raise RobotError(
+            f"sole_drop is {choices.sole_drop:g} m; it must be above 0 and below 1: the height of "
+            "the ankle above the sole"
+        )
+    if not 0.0 <= finite(choices.asymmetry, "asymmetry") <= 1.0:
+        raise RobotError(f"asymmetry is {choices.asymmetry:g}; it must be from 0 to 1 (relative)")
+    if choices.sole_placements is not None:
+        rows = tuple(
+            tuple(finite(n, "sole_placements") for n in as_tuple(p, "sole_placements"))
+            for p in as_tuple(choices.sole_placements, "sole_placements")
+        )
+        if [len(p) for p in rows] != [12, 12]:
+            raise RobotError("sole_placements must be 2 lists of 12 numbers, the rows of [R p]")
+        object.__setattr__(choices, "sole_placements", rows)
+
+
+def _without(value: object) -> tuple[str, ...]:
+    """Return the parts of the physics that are left out, each once and in their usual order."""
+    given = as_tuple(value, "without")
+    for part in given:
+        check_one_of("without", part, PARTS)
+    return tuple(part for part in PARTS if part in given)
+
+
+def _capsule(row: object) -> tuple[object, ...]:
+    values = as_tuple(row, "capsules")
+    if len(values) != 10 or values[0] not in range(13):
+        raise RobotError(
+            f"capsules: {list(values)} is not one; give body (0 to 12), name, two ends and a "
+            "radius [m], and what it covers"
+        )
+    numbers = (finite(n, f"capsules of '{values[1]}'") for n in values[2:9])
+    return (values[0], str(values[1]), *numbers, str(values[9]))
+
+
+def _is_pair(value: object) -> bool:
+    return isinstance(value, (tuple, list)) and len(value) == 2
+
+
+def _posture(value: object) -> Posture:
+    if isinstance(value, str):
+        return value
+    given = value.items() if isinstance(value, Mapping) else value
+    pairs = [p for p in given if _is_pair(p)] if isinstance(given, Iterable) else []
+    if not isinstance(given, Sized) or len(pairs) != len(given):
+        raise RobotError(
+            "posture must be the name of a pose in the SRDF, or a table of angles [rad] by joint "
+            f"([posture] with JOINT = ANGLE), got {value!r}"
+        )
+    return tuple((str(name), finite(a, f"posture of '{name}'")) for name, a in pairs)
+
+
+def _axis(value: object, name: str) -> Axis | None:
+    if value is None:
+        return None
+    if isinstance(value, str):
+        check_one_of(name, value.removeprefix("+"), AXES)
+        return value.removeprefix("+")
+    listed = tuple(value) if isinstance(value, Iterable) else ()
+    if len(listed) != 3 or not all(isinstance(n, (int, float)) for n in listed):
+        raise RobotError(_AXIS.format(name, value))
+    x, y, z = (finite(n, name) for n in listed)
+    size = math.hypot(x, y, z)
+    if not 0.0 < size < math.inf:
+        raise RobotError(_AXIS.format(name, value))
+    # A vector of length 1 comes back as it was, to the last digit.
+    return (x, y, z) if abs(size - 1.0) < 1e-12 else (x / size, y / size, z / size)
+
+
+NO_LIMIT = "none"
+"""What stands for an infinite limit in a file."""
+
+
+def choices_from_toml(toml: str | Path) -> Choices:
+    """Read choices from the text or the path of a TOML file; its paths are relative to it.
+
+    Args:
+        toml: a `Path`, or text; text without a line break that ends in ".toml" is a path.
+
+    Raises:
+        RobotError: the file cannot be read or is not TOML, has an unknown key, a value that cannot
+            be used, or an SRDF that it does not use.
+    """
+    is_path = isinstance(toml, Path) or (toml.strip().endswith(".toml") and "\n" not in toml)
+    where = str(toml).strip() if is_path else "the choices"
+    text = read_text(Path(where), "choices") if is_path else str(toml)
+    table = parse_toml(text, where, kind=RobotError)
+    try:
+        choices = choices_from_record(table)
+        if choices.srdf is not None and isinstance(choices.posture, tuple) and not choices.rotors:
+            raise RobotError(UNUSED_SRDF)
+    except RobotError as error:
+        raise RobotError(f"{where}: {error}") from None
+    return _beside(choices, Path(where).parent) if is_path else choices
+
+
+def _beside(choices: Choices, folder: Path) -> Choices:
+    """Return choices whose relative paths start in a folder."""
+    folder = folder.absolute()
+    directories = tuple(str(folder / Path(d).expanduser()) for d in choices.package_dirs)
+    srdf = choices.srdf
+    if srdf is not None and not srdf.lstrip().startswith("<"):
+        srdf = str(folder / Path(srdf).expanduser())
+    return replace(choices, package_dirs=directories, srdf=srdf)
+
+
+def choices_from_record(record: Mapping[str, Any]) -> Choices:
+    """Return the choices of a table of plain values, as `choices_record` makes it.
+
+    Raises:
+        RobotError: an unknown key, or a value that cannot be used.
+    """
+    table = dict(_table(record, "choices"))
+    _check_keys(table, Choices, "")
+    if table.get("sole") is not None:
+        sole = dict(_table(table["sole"], "sole"))
+        _check_keys(sole, Sole, "sole.")
+        missing = [f.name for f in fields(Sole) if f.name not in sole]
+        if missing:
+            raise RobotError(f"sole.{missing[0]} is missing; give toe, heel, left and right [m]")
+        table["sole"] = Sole(**{k: _number(v, f"sole.{k}") for k, v in sole.items()})
+    if table.get("limits") is not None:
+        table["limits"] = tuple(_override(entry) for entry in _list(table["limits"], "limits"))
+    if table.get("inertias") is not None:
+        table["inertias"] = tuple(_body(entry) for entry in _list(table["inertias"], "inertias"))
+    for name in ("forward", "up"):
+        if isinstance(table.get(name), list):
+            table[name] = tuple(table[name])
+    return Choices(**{key: value for key, value in table.items() if value is not None})
+
+
+def choices_record(choices: Choices) -> dict[str, Any]:
+    """Return what differs from the defaults, as values that JSON and TOML can hold."""
+    record: dict[str, Any] = {}
+    for entry in fields(Choices):
+        value = getattr(choices, entry.name)
+        if value != entry.default:
+            record[entry.name] = _plain(entry.name, value)
+    return record
+
+
+def _plain(name: str, value: Any) -> Any:
+    if name == "sole":
+        return {f.name: float(getattr(value, f.name)) for f in fields(Sole)}
+    if name == "posture" and not isinstance(value, str):
+        return dict(value)
+    if name == "limits":
+        return [_override_record(entry) for entry in value]
+    if name == "inertias":
+        return [_body_record(entry) for entry in value]
+    if name in ("sole_placements", "capsules"):
+        return [list(numbers) for numbers in value]
+    return list(value) if isinstance(value, tuple) else value
+
+
+def _override_record(entry: LimitOverride) -> dict[str, Any]:
+    record: dict[str, Any] = {"joints": entry.joints}
+    for name, value in entry.numbers().items():
+        record[name] = NO_LIMIT if math.isinf(value) else value
+    return {**record, "source": entry.source} if entry.source else record
+
+
+def _override(entry: object) -> LimitOverride:
+    table = dict(_table(entry, "limits"))
+    _check_keys(table, LimitOverride, "limits.")
+    if "joints" not in table:
+        raise RobotError('limits: joints is missing; give a pattern of names, as "*knee*"')
+    for name, value in table.items():
+        if value == NO_LIMIT and name in ("torque", "speed", "lower", "upper"):
+            table[name] = -math.inf if name == "lower" else math.inf
+    return LimitOverride(**table)
+
+
+def _body_record(entry: InertiaOverride) -> dict[str, Any]:
+    values = {f.name: getattr(entry, f.name) for f in fields(InertiaOverride)}
+    return {
+        name: list(value) if isinstance(value, tuple) else value
+        for name, value in values.items()
+        if value is not None
+    }
+
+
+def _body(entry: object) -> InertiaOverride:
+    table = dict(_table(entry, "inertias"))
+    _check_keys(table, InertiaOverride, "inertias.")
+    if "links" not in table:
+        raise RobotError('inertias: links is missing; give a pattern of names, as "*foot*"')
+    return InertiaOverride(**table)
+
+
+def _check_keys(table: Mapping[str, Any], part: type, path: str) -> None:
+    known = [entry.name for entry in fields(part)]
+    for key in table:
+        if key not in known:
+            close = get_close_matches(str(key), known, n=1)
+            hint = f"did you mean {close[0]}? " if close else ""
+            raise RobotError(f"unknown entry {path}{key}; {hint}known are: {', '.join(known)}")
+
+
+def _table(value: object, name: str) -> Mapping[str, Any]:
+    if not isinstance(value, Mapping):
+        raise RobotError(f"{name} must be a table of named values, got {str(value)[:60]!r}")
+    return value
+
+
+def _list(value: object, name: str) -> list[Any]:
+    if not isinstance(value, (list, tuple)):
+        raise RobotError(f"{name} must be a list of tables ([[{name}]]), got {str(value)[:60]!r}")
+    return list(value)
+
+
+def _number(value: object, name: str) -> float:
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
+        raise RobotError(f"{name} must be a finite number [m], got {value!r}")
+    return float(value)

@@ -1,0 +1,290 @@
+"""What a description holds: its legs, where it looks, its soles. Nothing is changed yet."""
+
+from __future__ import annotations
+
+import glob
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import pinocchio as pin
+
+from gaitopt.errors import RobotError
+from gaitopt.importers.physics import Physics, is_generated
+from gaitopt.importers.report import Finding, fault_error, faults_of
+from gaitopt.importers.source import Source
+from gaitopt.importers.urdf_report import locked_mimics
+from gaitopt.importers.xml_document import UrdfProblem
+from gaitopt.model.feet.foot_shape import FootShape, foot_points
+from gaitopt.model.feet.sole_detection import FoundSole, find_sole
+from gaitopt.model.feet.sole_frames import Soles, choose_soles, placement_numbers
+from gaitopt.model.feet.stance import (
+    Stance,
+    legs_at_zero,
+    level_feet,
+    parallel_feet,
+    refuse_tilted,
+    stance_of,
+    standing_legs,
+)
+from gaitopt.model.import_options import SIDES, Choices, LimitOverride
+from gaitopt.model.legs.heading import Heading, axis_name, find_heading, leg_lines
+from gaitopt.model.legs.joint_limits import JointLimits, joint_limits
+from gaitopt.model.legs.kinematic_tree import LegJoints, Placed, joint_axes, place
+from gaitopt.model.legs.leg_detection import Pair, standing_side
+from gaitopt.model.legs.overrides import override, override_bodies, without_armature, without_mended
+from gaitopt.model.legs.reference_posture import (
+    reference_angles,
+    reference_configuration,
+    rotor_armatures,
+)
+from gaitopt.model.physics_report import tell_armature
+from gaitopt.model.report import tell
+from gaitopt.model.symmetry.leg_exchange import leg_exchange
+from gaitopt.nlp import Array
+
+_SAME_REF = 1e-6  # rad: what rounding leaves between mirrored refs
+
+
+@dataclass(frozen=True)
+class Reading:
+    """A robot as its file and the user have it.
+
+    Attributes:
+        model: the whole robot with both sole frames; free-flyer as joint 1.
+        q: its reference posture, root at the origin.
+        legs: joint ids of the right and of the left leg from hip to ankle.
+        rotation: forward, left and up of the robot in its root link, columns, shape (3, 3).
+        soles: frames and rectangle.
+        stance: index of the standing foot, 0 right or 1 left.
+        limits: of the joints, stance leg from ankle to hip, then swing leg from hip to ankle.
+        physics: what counts of its passive joints, gravity and carried weight.
+        described: the same before `choices.without` left anything out.
+        choices: every guess made explicit.
+        findings: what was learnt, in the order of reading.
+        faults: what keeps it from being used, to be told together with all else that does.
+        problems: what was suspicious in the file.
+        drawn_unequally: joints of the legs whose `ref` of an MJCF file is not the mirror image of
+            their partner's, in words.
+    """
+
+    model: pin.Model
+    q: Array
+    legs: LegJoints
+    rotation: Array
+    soles: Soles
+    stance: int
+    limits: JointLimits
+    physics: Physics
+    described: Physics
+    choices: Choices
+    findings: tuple[Finding, ...]
+    faults: tuple[str, ...]
+    problems: tuple[UrdfProblem, ...]
+    drawn_unequally: tuple[str, ...]
+
+    @property
+    def sole_names(self) -> tuple[str, str]:
+        """Names of the standing and of the other sole frame."""
+        return self.soles.names[self.stance], self.soles.names[1 - self.stance]
+
+
+def read_robot(source: Source, choices: Choices) -> Reading:
+    """Find legs, heading and soles of a robot.
+
+    Args:
+        source: its description.
+        choices: what the user fixed.
+
+    Raises:
+        RobotError: it is not a biped with two six-joint legs, or something cannot be told.
+    """
+    folder = Path() if source.path is None else source.path.parent
+    whole, bodies, mended = override_bodies(source.model(), choices.inertias)
+    problems = without_mended(source.problems, mended)
+    angles = {**source.drawn_posture, **reference_angles(choices, whole, folder)}
+    overrides = (*_rotors(choices, whole, folder), *choices.limits)
+    if "armature" in choices.without:
+        overrides = without_armature(overrides)
+    model, notes = override(whole, overrides)
+    if "armature" in choices.without:
+        model.armature = np.zeros(model.nv)
+    placed = place(model, reference_configuration(model, angles))
+    pair = standing_legs(source, placed, choices)
+    faults = _empty_ranges(model, pair.legs, problems)
+    shapes = _shapes(source, model, pair, choices)
+    feet = [None if shape is None else shape.points for shape in shapes]
+    lines = [leg_lines(placed, leg, foot) for leg, foot in zip(pair.legs, feet, strict=True)]
+    heading = find_heading((lines[0], lines[1]), pair.up, choices.forward)
+    if heading.right == 1:
+        pair, lines, shapes = _swapped(pair), lines[::-1], shapes[::-1]
+    side = standing_side(model, pair.legs, choices)
+    straight = legs_at_zero(placed, pair.legs)
+    chain = (*pair.legs[side][::-1], *pair.legs[1 - side])
+    axes = joint_axes(model, straight.q, chain) @ heading.rotation
+    mirror = leg_exchange(axes, np.ones(12))
+    limits, odd, wrong = joint_limits(model, chain, mirror, choices.unequal_limits, SIDES[side])
+    drawn_unequally = _drawn_unequally(source.drawn_posture, model, chain, mirror)
+    faults += () if faults else tuple(wrong)
+    names = (choices.stance_sole, choices.swing_sole)
+    sides = (names[side], names[1 - side])
+    try:
+        stood = _flat_stance(placed, straight, pair.legs, heading.rotation, shapes)
+        stance, tilted = level_feet(stood, shapes, sides, heading.rotation)
+        soles = _soles(source, stance, shapes, sides, choices)
+    except RobotError as error:
+        raise fault_error([*faults, *faults_of(error)]) from error
+    if soles.added:
+        _add_frames(model, pair.legs, soles)
+    resolved = _resolved(choices, model, pair, heading, soles, side)
+    resolved = replace(resolved, posture=tuple(angles.items()) or None, limits=overrides)
+    told = tell(model, placed.q, pair, heading, angles)
+    rotors = tell_armature(whole, model, pair.legs, resolved, is_generated(source.text))
+    findings = (*told, *tilted, *soles.findings, *notes, *bodies, *odd, *rotors, *source.findings())
+    return Reading(
+        model,
+        placed.q,
+        pair.legs,
+        heading.rotation,
+        soles,
+        side,
+        limits,
+        source.physics.without(choices.without),
+        source.physics,
+        resolved,
+        findings,
+        faults,
+        locked_mimics(problems, [str(model.names[j]) for leg in pair.legs for j in leg]),
+        drawn_unequally,
+    )
+
+
+def _rotors(choices: Choices, model: pin.Model, folder: Path) -> tuple[LimitOverride, ...]:
+    if not choices.rotors:
+        return ()
+    armatures = rotor_armatures(choices, folder)
+    return tuple(
+        LimitOverride(glob.escape(name), armature=value, source="rotor_params of the SRDF")
+        for name, value in armatures.items()
+        if model.existJointName(name)
+    )
+
+
+def _swapped(pair: Pair) -> Pair:
+    return replace(pair, legs=(pair.legs[1], pair.legs[0]))
+
+
+def _shapes(
+    source: Source, model: pin.Model, pair: Pair, choices: Choices
+) -> list[FootShape | None]:
+    """Shapes of the feet, only looked for where they are still asked: meshes may be missing."""
+    placed = choices.sole_placements or choices.sole_drop or choices.stance_sole
+    if choices.sole is not None and choices.forward is not None and placed:
+        return [None, None]
+    return [foot_points(source, model, leg[-1]) for leg in pair.legs]
+
+
+def _flat_stance(
+    placed: Placed,
+    straight: Placed,
+    legs: LegJoints,
+    rotation: Array,
+    shapes: list[FootShape | None],
+) -> Stance:
+    """Return the robot with flat feet; see `parallel_feet`."""
+    upright = stance_of(straight, legs, rotation)
+    if parallel_feet(placed, straight, legs):
+        return upright
+    stance = stance_of(placed, legs, rotation)
+    refuse_tilted(stance, upright, shapes)
+    return stance
+
+
+def _soles(
+    source: Source,
+    stance: Stance,
+    shapes: list[FootShape | None],
+    names: tuple[str | None, str | None],
+    choices: Choices,
+) -> Soles:
+    faces = _faces(stance, shapes)
+    lost = source.mesh_problems() if None in faces else []
+    return choose_soles(stance.centred(), faces, names, choices, lost)
+
+
+def _faces(
+    stance: Stance, shapes: list[FootShape | None]
+) -> tuple[FoundSole | None, FoundSole | None]:
+    first, second = (
+        None
+        if shape is None
+        else find_sole(shape, stance.upright(side), stance.places[side].actInv(stance.ankles[side]))
+        for side, shape in enumerate(shapes)
+    )
+    return first, second
+
+
+def _empty_ranges(
+    model: pin.Model, legs: LegJoints, problems: tuple[UrdfProblem, ...]
+) -> tuple[str, ...]:
+    """Return what is wrong with empty ranges, before they are compared with the other leg's."""
+    joints = {str(model.names[j]): model.joints[j] for leg in legs for j in leg}
+    low, high = model.lowerPositionLimit, model.upperPositionLimit
+    faults = []
+    for problem in problems:
+        if (joint := joints.get(problem.name)) is None:
+            continue
+        given = ""
+        if problem.kind == "range" and not low[joint.idx_q] < high[joint.idx_q]:
+            given = "range"
+        elif problem.kind == "torque" and not model.effortLimit[joint.idx_v] > 0.0:
+            given = "torque"
+        if given:
+            faults.append(f"{problem}; or give a {given}: [[limits]] in the file for --choices")
+    return tuple(faults)
+
+
+def _drawn_unequally(
+    drawn: Mapping[str, float], model: pin.Model, chain: tuple[int, ...], mirror: Array
+) -> tuple[str, ...]:
+    """Return the pairs of joints whose coordinates in the drawn posture are no mirror images."""
+    names = [str(model.names[joint]) for joint in chain]
+    angles = np.array([drawn.get(name, 0.0) for name in names])
+    images = mirror @ angles
+    partners = np.abs(mirror).argmax(axis=1)
+    return tuple(
+        f"'{names[row]}' at ref {angles[row]:.4g} rad, '{names[partners[row]]}' at "
+        f"{angles[partners[row]]:.4g} rad, mirrored {images[row]:.4g}"
+        for row in range(6)
+        if abs(images[row] - angles[row]) > _SAME_REF
+    )
+
+
+def _add_frames(model: pin.Model, legs: LegJoints, soles: Soles) -> None:
+    for leg, name, placement in zip(legs, soles.names, soles.placements, strict=True):
+        model.addFrame(pin.Frame(name, leg[-1], placement, pin.FrameType.OP_FRAME), False)
+
+
+def _resolved(
+    choices: Choices, model: pin.Model, pair: Pair, heading: Heading, soles: Soles, side: int
+) -> Choices:
+    placements = None
+    if soles.added:
+        right, left = soles.placements
+        placements = placement_numbers(right), placement_numbers(left)
+    feet = [str(model.names[leg[-1]]) for leg in pair.legs]
+    return replace(
+        choices,
+        feet=(feet[0], feet[1]),
+        stance=SIDES[side],
+        stance_sole=soles.names[side],
+        swing_sole=soles.names[1 - side],
+        forward=axis_name(heading.rotation[:, 0]),
+        up=axis_name(heading.rotation[:, 2]),
+        srdf=None,
+        rotors=False,
+        sole=soles.sole,
+        sole_drop=None,
+        sole_placements=placements,
+    )

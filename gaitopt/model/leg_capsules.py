@@ -1,0 +1,304 @@
+"""The legs as capsules: what keeps them from running into each other.
+
+A capsule is all that is within a radius of a line segment. One covers everything of a body that
+the URDF shows: its collision shapes or, if it has none, its visual ones; a body without any is a
+capsule between its joints. They are found once per robot.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import lru_cache
+from itertools import combinations
+
+import numpy as np
+import pinocchio as pin
+
+from gaitopt.importers.source import Source, read_source
+from gaitopt.model.feet.foot_shape import Points, placed_shapes
+from gaitopt.model.feet.sole import Sole
+from gaitopt.model.import_options import CapsuleRow
+from gaitopt.model.legs.kinematic_tree import place, points_on_lines
+from gaitopt.model.robot import Robot
+from gaitopt.nlp import Array
+
+_INSIDE = 1.0 + 1e-9  # of a radius: rounding
+_TINY = 1e-9  # m: rounding
+_WIDER = 3.0  # times the least radius: where the side of a leg is nearly as flat as it is itself
+_SIDEWAYS = 0.3  # of the unit: an axis nearer to the direction it faces has no such side
+
+
+@dataclass(frozen=True)
+class Cover:
+    """A capsule: all within `radius` of the segment from `start` to `end`."""
+
+    start: Array
+    end: Array
+    radius: float
+
+    @property
+    def volume(self) -> float:
+        """Volume [m³]."""
+        length = float(np.linalg.norm(self.end - self.start))
+        return np.pi * self.radius**2 * (length + 4.0 / 3.0 * self.radius)
+
+    def reach(self, direction: Array) -> float:
+        """How far it reaches along a unit vector [m]."""
+        return max(float(self.start @ direction), float(self.end @ direction)) + self.radius
+
+
+def cover(points: Points, along: Array, facing: Array) -> Cover:
+    """Return a capsule that contains all balls and reaches little to the side that it faces.
+
+    Its axis is that of the smallest of the capsules along the principal axes of the points and
+    along one direction more. It may then grow away from the side it faces, for a wider circle is
+    flatter: only what reaches towards the other leg matters.
+
+    Args:
+        points: what is to be covered.
+        along: a direction in which the body may be long, shape (3,); zero for none.
+        facing: unit vector towards what must not be touched, shape (3,); zero for none.
+    """
+    spread = points.centres - points.centres.mean(axis=0)
+    directions = list(np.linalg.eigh(spread.T @ spread)[1].T)
+    if np.linalg.norm(along) > 0.0:
+        directions.insert(0, along / np.linalg.norm(along))
+    smallest = [(_cover_along(points, d, np.zeros(3)), d) for d in directions]
+    found, direction = min(smallest, key=lambda pair: pair[0].volume)
+    if np.linalg.norm(facing - (facing @ direction) * direction) < _SIDEWAYS:
+        return found
+    return min((found, _cover_along(points, direction, facing)), key=lambda c: c.reach(facing))
+
+
+def _cover_along(points: Points, direction: Array, facing: Array) -> Cover:
+    """The capsule around the narrowest cylinder of one direction, or around one that faces."""
+    _, _, frame = np.linalg.svd(direction[None])
+    across = points.centres @ frame[1:].T
+    middle = smallest_circle(across)
+    off = np.linalg.norm(across - middle, axis=1)
+    radius = float((off + points.radii).max())
+    if facing.any():
+        radius = _WIDER * radius
+        middle = farthest_centre(across, radius - points.radii, frame[1:] @ facing)
+        off = np.linalg.norm(across - middle, axis=1)
+    along = points.centres @ direction
+    spare = np.sqrt(np.maximum((radius - points.radii) ** 2 - off**2, 0.0))
+    low, high = float((along + spare).min()), float((along - spare).max())
+    if low > high - _TINY:  # a ball does
+        low = high = (low + high) / 2.0
+    base = middle @ frame[1:]
+    return Cover(base + low * direction, base + high * direction, radius)
+
+
+def farthest_centre(points: Array, reach: Array, facing: Array) -> Array:
+    """Return the point farthest against a direction that is within reach of all points, shape (2,).
+
+    Points out of reach are taken into account one by one until none is left: the answer depends on
+    two at most.
+
+    Args:
+        points: in a plane, shape (P, 2).
+        reach: of each, shape (P,); there are points within reach of all.
+        facing: direction, shape (2,).
+    """
+    chosen = [int(np.argmax(points @ facing - reach))]
+    while True:
+        centre = _farthest_of(points[chosen], reach[chosen], facing)
+        missing = np.linalg.norm(points - centre, axis=1) - reach * _INSIDE
+        worst = int(np.argmax(missing))
+        if missing[worst] <= _TINY or worst in chosen:
+            return centre
+        chosen.append(worst)
+
+
+def _farthest_of(points: Array, reach: Array, facing: Array) -> Array:
+    """The same for a few points: straight behind one, or where the circles of two meet."""
+    behind = points - reach[:, None] * facing / np.linalg.norm(facing)
+    i, j = np.triu_indices(len(points), 1)
+    apart = points[j] - points[i]
+    square = np.maximum((apart**2).sum(axis=1), _TINY**2)
+    share = (reach[i] ** 2 - reach[j] ** 2 + square) / (2.0 * square)
+    height = np.sqrt(np.maximum(reach[i] ** 2 / square - share**2, 0.0))
+    middle, turned = points[i] + share[:, None] * apart, apart[:, ::-1] * (-1.0, 1.0)
+    meet = [middle + sign * height[:, None] * turned for sign in (1.0, -1.0)]
+    candidates = np.concatenate([behind, *meet])
+    off = np.linalg.norm(candidates[:, None] - points[None], axis=2) - reach * _INSIDE
+    good = candidates[(off <= _TINY).all(axis=1)]
+    return np.asarray(good[np.argmin(good @ facing)])
+
+
+def smallest_circle(points: Array) -> Array:
+    """Return the centre of the smallest circle around points of a plane (P, 2), shape (2,).
+
+    The circle of two or three points grows with each round until none is left outside (Welzl, 1991,
+    has the proof that two or three determine it).
+    """
+    chosen = points[:1]
+    while True:
+        centre, radius = _circle_around(chosen)
+        off = np.linalg.norm(points - centre, axis=1)
+        farthest = int(np.argmax(off))
+        if off[farthest] <= radius * _INSIDE + _TINY:
+            return centre
+        grown = np.vstack([chosen, points[farthest]])
+        chosen = min(
+            (np.array(c) for n in (1, 2, 3) for c in combinations(grown, n) if _holds(c, grown)),
+            key=lambda c: _circle_around(c)[1],
+        )
+
+
+def _holds(chosen: Sequence[Array], points: Array) -> bool:
+    centre, radius = _circle_around(np.array(chosen))
+    off = np.linalg.norm(points - centre, axis=1)
+    return bool(off.max() <= radius * _INSIDE + _TINY)
+
+
+def _circle_around(points: Array) -> tuple[Array, float]:
+    """Centre and radius of the circle through one point, two opposite ones, or three."""
+    a = points[0]
+    if len(points) < 3:
+        centre = points.mean(axis=0)
+        return centre, float(np.linalg.norm(a - centre))
+    sides = points[1:] - a
+    if abs(np.linalg.det(sides)) < 1e-18:  # on one line: two of them do
+        return a, -1.0
+    centre = a + np.linalg.solve(2.0 * sides, (sides**2).sum(axis=1))
+    return centre, float(np.linalg.norm(a - centre))
+
+
+DEFAULT_RADIUS = 0.05  # m: of a body whose shape is unknown
+PELVIS = 6  # its place among the bodies
+LEGS = (*range(PELVIS), *range(PELVIS + 1, 13))  # bodies of the stance leg, then of the swing leg
+_SHORT = 1e-3  # m: a body without shapes between joints this near is part of its neighbours
+
+
+@dataclass(frozen=True)
+class Capsule:
+    """One body of a leg.
+
+    Attributes:
+        body: place in the chain, 0 (stance foot) to 12 (swing foot).
+        name: of its first link.
+        start, end: of the segment in the frame of the body's joint [m], shape (3,).
+        radius: [m].
+        source: "collision", "visual" or "joints".
+    """
+
+    body: int
+    name: str
+    start: tuple[float, float, float]
+    end: tuple[float, float, float]
+    radius: float
+    source: str
+
+    @property
+    def ends(self) -> Array:
+        """Both ends of the segment [m], shape (2, 3)."""
+        return np.array([self.start, self.end])
+
+
+@dataclass(frozen=True)
+class _Question:
+    """A robot, equal to all others of the same shape, whatever their limits."""
+
+    urdf: str
+    package_dirs: tuple[str, ...]
+    soles: tuple[str, str]
+    sole: Sole
+    robot: Robot = field(compare=False)
+
+
+def leg_capsules(robot: Robot) -> tuple[Capsule, ...]:
+    """Return the capsules of both legs' bodies, in the order of the chain.
+
+    Bodies of no size (two joints in one point, nothing drawn) have none. The result is kept.
+
+    Raises:
+        RobotError: a mesh file of a leg is there but cannot be read.
+    """
+    if robot.choices.capsules is not None:
+        return tuple(
+            Capsule(row[0], row[1], row[2:5], row[5:8], row[8], row[9])
+            for row in robot.choices.capsules
+        )
+    soles = (robot.stance_sole, robot.swing_sole)
+    return _capsules(_Question(robot.urdf, robot.choices.package_dirs, soles, robot.sole, robot))
+
+
+def capsule_rows(robot: Robot) -> tuple[CapsuleRow, ...]:
+    """Return the capsules as `Choices` keeps them, so that no mesh is needed to find them again."""
+    return tuple(
+        (c.body, c.name, *c.start, *c.end, c.radius, c.source) for c in leg_capsules(robot)
+    )
+
+
+@lru_cache(maxsize=16)
+def _capsules(question: _Question) -> tuple[Capsule, ...]:
+    robot = question.robot
+    source = read_source(robot.urdf, robot.choices.package_dirs)
+    found: dict[int, Capsule] = {}
+    for kind in (pin.GeometryType.COLLISION, pin.GeometryType.VISUAL):
+        missing = [body for body in LEGS if body not in found]
+        for body, points in _points_by_body(robot, source, kind, missing).items():
+            along = np.diff(_joints(robot, body), axis=0)[0]
+            shape = cover(points, along, _facing(robot, body))
+            found[body] = _capsule(robot, body, shape, kind.name.lower())
+    for body in LEGS:
+        start, end = _joints(robot, body)
+        if body not in found and np.linalg.norm(end - start) > _SHORT:
+            found[body] = _capsule(robot, body, Cover(start, end, DEFAULT_RADIUS), "joints")
+    return tuple(found[body] for body in sorted(found))
+
+
+def _capsule(robot: Robot, body: int, shape: Cover, source: str) -> Capsule:
+    start, end = ((float(p[0]), float(p[1]), float(p[2])) for p in (shape.start, shape.end))
+    return Capsule(body, _name(robot, body), start, end, shape.radius, source)
+
+
+def _joints(robot: Robot, body: int) -> Array:
+    """Ends of a body in its own frame: its two joints; heel and toe of a foot, shape (2, 3)."""
+    model = robot.model
+    if body in (0, 12):
+        sole = robot.sole
+        name = robot.stance_sole if body == 0 else robot.swing_sole
+        frame = model.frames[model.getFrameId(name)].placement
+        middle = (sole.left + sole.right) / 2.0
+        ends = ((x, middle, 0.0) for x in (sole.heel, sole.toe))
+        return np.array([frame.act(np.array(p)) for p in ends])
+    placed = place(model, pin.neutral(model))
+    own = placed.places[body + 1]
+    # From the hip downwards in both legs, so that their capsules mirror each other.
+    rows = list(range(2, 8))[::-1] if body < PELVIS else list(range(8, 14))
+    origins = np.array([placed.places[row].translation for row in rows])
+    points = points_on_lines(origins, placed.lines[1][rows], [0, *range(5)])
+    return np.array([own.actInv(points[rows.index(row)]) for row in (body + 1, body + 2)])
+
+
+def _facing(robot: Robot, body: int) -> Array:
+    """The direction towards the other leg in the frame of a body, legs straight, shape (3,)."""
+    model = robot.model
+    data = model.createData()
+    pin.framesForwardKinematics(model, data, pin.neutral(model))
+    left = data.oMf[robot.pelvis_frame].rotation[:, 1]
+    towards = robot.legs.side * (left if body < PELVIS else -left)
+    return np.asarray(data.oMi[body + 1].rotation.T @ towards)
+
+
+def _name(robot: Robot, body: int) -> str:
+    """The link that the body's joint carries in the URDF, if it has a name of its own."""
+    links = [f.name for f in robot.model.frames if f.parentJoint == body + 1]
+    heavy = [n for n in links if n not in (robot.stance_sole, robot.swing_sole)]
+    return heavy[0] if heavy else str(robot.model.names[body + 1])
+
+
+def _points_by_body(
+    robot: Robot, source: Source, kind: pin.GeometryType, bodies: list[int]
+) -> dict[int, Points]:
+    """Points of the shapes of one kind in the frames of the bodies; missing meshes have none."""
+    frames = {str(f.name): f for f in robot.model.frames if f.parentJoint - 1 in bodies}
+    links = {name: frame.placement for name, frame in frames.items()}
+    found: dict[int, list[Points]] = {}
+    for shape in placed_shapes(source, kind, links, around=True):
+        found.setdefault(frames[shape.link].parentJoint - 1, []).append(shape.points)
+    return {body: Points.together(parts) for body, parts in found.items()}

@@ -1,0 +1,282 @@
+"""Measures of a pair of legs: centres of hip and ankle, knees, reach."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pinocchio as pin
+
+from gaitopt.importers.physics import STANDARD_GRAVITY
+from gaitopt.importers.report import Finding
+from gaitopt.model.legs.joint_limits import JointLimits
+from gaitopt.nlp import Array
+
+_BENDS = 0.1  # of what any joint of the leg changes: what a knee changes at least
+_ONE_SIDED = 0.15  # of the range: how far its middle must be from straight
+
+
+@dataclass(frozen=True)
+class Knee:
+    """The joint that bends a leg.
+
+    Attributes:
+        row: its place among the leg's joints.
+        straight: angle at which the leg is longest [rad].
+        reach: distance between hip and ankle there, the other joints as they are [m].
+        side: direction in which a larger angle takes the ankle from the straight leg, shape (3,).
+    """
+
+    row: int
+    straight: float
+    reach: float
+    side: Array
+
+    def range_side(self, lower: float, upper: float) -> float:
+        """Return +1 or -1 for the side to which the knee's range lies, 0 if it does not tell.
+
+        Args:
+            lower, upper: of its range [rad].
+        """
+        if not (np.isfinite(lower) and np.isfinite(upper)):
+            return 0.0
+        middle = (lower + upper) / 2.0 - self.straight
+        return float(np.sign(middle)) if abs(middle) > _ONE_SIDED * (upper - lower) else 0.0
+
+
+def find_knee(
+    points: Array,
+    axes: Array,
+    hip: Array,
+    ankle: Array,
+    angles: Array,
+    beyond: Sequence[int] | None = None,
+) -> Knee:
+    """Find the knee among the joint lines of a leg; all in one frame.
+
+    About one revolute joint the squared distance is c0 + c1 cos q + c2 sin q, q from the posture
+    of the lines.
+
+    Args:
+        points, axes: of the lines, shape (n, 3) each; a larger angle turns the ankle about +axis
+            as seen from the hip.
+        hip, ankle: centres of both [m], shape (3,).
+        angles: of the joints in that posture [rad], shape (n,).
+        beyond: rows of the joints beyond the hip, of which the knee is one unless they hardly
+            change the distance; None for all. Where the axes of a hip do not meet, one of its
+            joints may well change the distance more than the knee does.
+    """
+    swings = [_swing(p, a, hip, ankle) for p, a in zip(points, axes, strict=True)]
+    sizes = np.array([abs(c) for _, c in swings])
+    row = int(sizes.argmax())
+    if beyond is not None:
+        nearer = max(beyond, key=lambda k: float(sizes[k]))
+        row = nearer if sizes[nearer] > _BENDS * sizes[row] else row
+    c0, c = swings[row]
+    turn = float(np.angle(c))
+    level = ankle - points[row]
+    level = level - (level @ axes[row]) * axes[row]
+    side = np.cos(turn) * np.cross(axes[row], level) - np.sin(turn) * level
+    return Knee(row, float(angles[row]) + turn, float(np.sqrt(c0 + abs(c))), side)
+
+
+def _swing(point: Array, axis: Array, hip: Array, ankle: Array) -> tuple[float, complex]:
+    """Return c0 and c1 + i c2 of the squared distance between hip and ankle about a line [m²]."""
+    to_hip, to_ankle = hip - point, ankle - point
+    along = (to_ankle @ axis) * axis
+    level = to_ankle - along
+    c0 = float(to_hip @ to_hip + to_ankle @ to_ankle - 2.0 * to_hip @ along)
+    return c0, complex(-2.0 * to_hip @ level, -2.0 * to_hip @ np.cross(axis, level))
+
+
+HIP_JOINTS = ((3, 4, 5), (6, 7, 8))  # rows of the joint vector: stance leg, swing leg
+ANKLE_JOINTS = ((0, 1), (10, 11))
+
+_OUTWARD = (-1.0, 1.0)  # the stance leg's chain runs from its ankle to its hip
+_STRAIGHT = 0.01  # rad: a knee that stops this near to straight is straight there
+_MEET = 1e-6  # m: lines that pass a point this closely meet there
+
+
+@dataclass(frozen=True)
+class Legs:
+    """Geometry of the two legs, stance leg first.
+
+    Attributes:
+        hips: centres of the hips in the pelvis frame [m], shape (2, 3).
+        ankles: centres of the ankles in the sole frames [m], shape (2, 3).
+        knees: index of each knee in the joint vector.
+        straight: knee angle at which the leg is longest [rad], shape (2,).
+        flexion: +1 where the knee bends with increasing angle, else -1, shape (2,).
+        reach: distance between hip and ankle centres with the knee straight and the other joints
+            at 0 [m]; the largest possible one where the axes of a hip meet in one point.
+        bound: what that distance cannot exceed at any angles within the joints' ranges [m]; equal
+            to `reach` where the axes of hip and ankle meet in one point each.
+        gravity: acceleration of free fall [m/s²].
+    """
+
+    hips: Array
+    ankles: Array
+    knees: tuple[int, int]
+    straight: Array
+    flexion: Array
+    reach: float
+    bound: float
+    gravity: float = STANDARD_GRAVITY
+
+    @property
+    def height(self) -> float:
+        """Height of the pelvis frame above the soles with straight, upright legs [m]."""
+        return self.reach + float(self.ankles[:, 2].mean() - self.hips[:, 2].mean())
+
+    @property
+    def spacing(self) -> float:
+        """Distance between the hips [m], negative where the swing leg is the right one."""
+        return float(self.hips[1, 1] - self.hips[0, 1])
+
+    @property
+    def side(self) -> float:
+        """+1 where the swing leg is the left one, else -1."""
+        return 1.0 if self.spacing > 0.0 else -1.0
+
+    def natural_step(self, speed: float) -> float:
+        """Return the step length [m] with which animals of this size walk at a speed [m/s].
+
+        Relative stride length 2.3 (v² / g h)^0.3 with h the height of the hips above the ground,
+        the fit over many species of Alexander (1989), Physiological Reviews 69(4), 1199-1227.
+        """
+        h = self.height
+        return 0.5 * 2.3 * h * float((speed**2 / (self.gravity * h)) ** 0.3)
+
+
+@dataclass(frozen=True)
+class ChainLines:
+    """The joint lines of a re-rooted model at its neutral posture.
+
+    Attributes:
+        model: free-flyer and twelve joints.
+        frame: name of the pelvis frame.
+        pelvis: its placement.
+        points, axes: joint lines in the pelvis frame, shape (12, 3) each.
+    """
+
+    model: pin.Model
+    frame: str
+    pelvis: pin.SE3
+    points: Array
+    axes: Array
+
+
+def measure_legs(lines: ChainLines, soles: tuple[str, str], limits: JointLimits) -> Legs:
+    """Measure the legs of a re-rooted model.
+
+    Args:
+        lines: its joint lines.
+        soles: names of the stance and the swing sole frame.
+        limits: of the joints; a knee bends towards the larger part of its range, and backwards if
+            that does not tell.
+    """
+    data = lines.model.createData()
+    pin.framesForwardKinematics(lines.model, data, pin.neutral(lines.model))
+    hips, ankles, knees, flexion, slack = [], [], [], [], []
+    for leg, sole in enumerate(soles):
+        parts = HIP_JOINTS[leg], ANKLE_JOINTS[leg]
+        hip, ankle = (centre(lines.points, lines.axes, rows) for rows in parts)
+        slack.append(
+            sum(_slack(lines, limits, *part) for part in zip(parts, (hip, ankle), strict=True))
+        )
+        hips.append(hip)
+        place = data.oMf[lines.model.getFrameId(sole)]
+        ankles.append(place.actInv(lines.pelvis.act(ankle)))
+        rows = slice(6 * leg, 6 * leg + 6)
+        outward = _OUTWARD[leg] * lines.axes[rows]
+        beyond = [row for row in range(6) if row + 6 * leg not in HIP_JOINTS[leg]]
+        knee = find_knee(lines.points[rows], outward, hip, ankle, np.zeros(6), beyond)
+        knees.append(replace(knee, row=6 * leg + knee.row))
+        flexion.append(_flexion(knees[-1], limits))
+    return Legs(
+        hips=np.array(hips),
+        ankles=np.array(ankles),
+        knees=(knees[0].row, knees[1].row),
+        straight=np.array([knee.straight for knee in knees]),
+        flexion=np.array(flexion),
+        reach=max(knee.reach for knee in knees),
+        bound=max(knee.reach + more for knee, more in zip(knees, slack, strict=True)),
+        gravity=float(np.linalg.norm(lines.model.gravity.linear)),
+    )
+
+
+def _flexion(knee: Knee, limits: JointLimits) -> float:
+    told = knee.range_side(float(limits.lower[knee.row]), float(limits.upper[knee.row]))
+    return told or (1.0 if knee.side[0] < 0.0 else -1.0)
+
+
+def knee_doubts(legs: Legs, limits: JointLimits, names: tuple[str, ...]) -> list[Finding]:
+    """Return which knees never get straight, as their ranges have it.
+
+    Args:
+        legs: of the robot.
+        limits: of its joints.
+        names: of the joints.
+    """
+    findings = []
+    for row, straight in zip(legs.knees, legs.straight, strict=True):
+        lower, upper = float(limits.lower[row]), float(limits.upper[row])
+        if lower - _STRAIGHT <= straight <= upper + _STRAIGHT:
+            continue
+        short = min(abs(straight - lower), abs(straight - upper))
+        text = (
+            f"is taken for the knee; the leg is straight at {straight:.4g} rad, {short:.3g} rad "
+            f"outside its range {lower:.4g} to {upper:.4g} rad"
+        )
+        findings.append(Finding("legs", names[row], text, "warning"))
+    return findings
+
+
+def common_point(points: Array, axes: Array) -> Array:
+    """Return the point nearest to a set of lines in the least-squares sense, shape (3,).
+
+    Where the lines leave a direction free (parallel axes), the point nearest to the mean of
+    `points` is taken.
+    """
+    projectors = np.eye(3) - axes[:, :, None] * axes[:, None, :]
+    mean = points.mean(axis=0)
+    rhs = np.einsum("nij,nj->i", projectors, points - mean)
+    return np.asarray(mean + np.linalg.lstsq(projectors.sum(axis=0), rhs, rcond=1e-9)[0])
+
+
+def centre(points: Array, axes: Array, rows: tuple[int, ...]) -> Array:
+    """Return the centre of a hip or an ankle, shape (3,).
+
+    Where its axes do not meet, it is the point of the pitch axis nearest to all of them: legs swing
+    about that axis most, and do not change their length by it.
+
+    Args:
+        points, axes: joint lines in the pelvis frame, shape (n, 3) each.
+        rows: of the joints.
+    """
+    points, axes = points[list(rows)], axes[list(rows)]
+    middle = common_point(points, axes)
+    if max(_distance(middle, p, a) for p, a in zip(points, axes, strict=True)) < _MEET:
+        return middle
+    pitch = int(np.abs(axes[:, 1]).argmax())
+    return np.asarray(points[pitch] + ((middle - points[pitch]) @ axes[pitch]) * axes[pitch])
+
+
+def _distance(point: Array, origin: Array, axis: Array) -> float:
+    """Distance of a point from a line."""
+    return float(np.linalg.norm(np.cross(point - origin, axis)))
+
+
+def _slack(lines: ChainLines, limits: JointLimits, rows: tuple[int, ...], point: Array) -> float:
+    """Return how far at most the joints of a hip or an ankle move a point of the leg [m].
+
+    A point at distance r from an axis moves by 2 r sin(angle / 2), and rotations do not stretch, so
+    that the sum over the axes bounds what they move it together.
+    """
+    total = 0.0
+    for row in rows:
+        angle = min(max(abs(limits.lower[row]), abs(limits.upper[row])), np.pi)
+        radius = _distance(point, lines.points[row], lines.axes[row])
+        total += 2.0 * radius * float(np.sin(angle / 2.0))
+    return total

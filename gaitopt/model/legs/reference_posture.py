@@ -1,0 +1,233 @@
+"""The reference posture: how the robot stands with flat feet, and where its arms stay."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from difflib import get_close_matches
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+import pinocchio as pin
+
+from gaitopt.errors import RobotError
+from gaitopt.importers.report import Finding, How
+from gaitopt.importers.text_files import read_text
+from gaitopt.model.import_options import UNUSED_SRDF, Choices
+from gaitopt.model.legs.overrides import override
+from gaitopt.nlp import Array
+
+Angles = dict[str, float]
+KEYFRAME = "keyframe:"
+"""Before the name of a posture that is meant as a keyframe of the robot's own file."""
+
+_SHOWN = 20  # names
+
+_NEAR = 0.1  # rad, m: poses are rounded, and a stop gives way; what is further out is a mistake
+_ROUNDING = 1e-6  # rad, m: of the digits of a file
+
+
+def reference_angles(choices: Choices, model: pin.Model, folder: Path) -> Angles:
+    """Return the angles of the reference posture by joint [rad, m], others being 0.
+
+    Args:
+        choices: names the pose, or gives the angles. A pose of the SRDF may name joints that the
+            robot does not have: one file often serves several variants. A name without an SRDF, or
+            after "keyframe:", is that of a keyframe of the robot's file.
+        model: of the robot, its keyframes as reference configurations.
+        folder: of the URDF, where the SRDF is looked up too.
+
+    Raises:
+        RobotError: the SRDF cannot be read or is given for nothing, there is no such pose, or an
+            angle is far beyond the range of its joint.
+    """
+    if choices.posture is None:
+        if choices.srdf is not None and not choices.rotors:
+            raise RobotError(UNUSED_SRDF)
+        return {}
+    angles = _asked(choices, model, folder)
+    _check_angles(model, override(model, choices.limits)[0], angles)
+    return angles
+
+
+def _asked(choices: Choices, model: pin.Model, folder: Path) -> Angles:
+    name = choices.posture
+    if not isinstance(name, str):
+        return dict(name or ())
+    keyframes = {entry.key(): entry.data() for entry in model.referenceConfigurations}
+    if name.startswith(KEYFRAME):
+        if choices.srdf is not None and not choices.rotors:
+            raise RobotError(UNUSED_SRDF)
+        frame = name.removeprefix(KEYFRAME)
+        if frame not in keyframes:
+            raise RobotError(f"the file has no keyframe '{frame}'; {_has(keyframes, 'keyframe')}")
+        return _angles_of(model, keyframes[frame])
+    if choices.srdf is None and name in keyframes:
+        return _angles_of(model, keyframes[name])
+    if choices.srdf is None:
+        raise RobotError(
+            f"the posture '{name}' is asked for by name, but no SRDF is given (--srdf FILE, or "
+            f"srdf in the file for --choices and in Python), and {_has(keyframes, 'keyframe')}"
+        )
+    poses = {s.get("name", ""): s for s in _srdf(choices, folder).iter("group_state")}
+    if name not in poses:
+        more = f"; the robot's file has keyframes: {_names(keyframes)}" if keyframes else ""
+        raise RobotError(f"the SRDF has no pose '{name}'; it has: {_names(poses)}{more}")
+    return {
+        joint.get("name", ""): _value(joint, "value")
+        for joint in poses[name].iter("joint")
+        if model.existJointName(joint.get("name", "")) and len(joint.get("value", "").split()) == 1
+    }
+
+
+def _has(keyframes: Mapping[str, Array], kind: str) -> str:
+    return f"it has: {_names(keyframes)}" if keyframes else f"the robot's file has no {kind}s"
+
+
+def _names(found: Iterable[str]) -> str:
+    names = list(found)
+    close = ", ".join(names[:_SHOWN])
+    return (close + (f" and {len(names) - _SHOWN} more" if len(names) > _SHOWN else "")) or "none"
+
+
+def _angles_of(model: pin.Model, q: Array) -> Angles:
+    """Return the joint coordinates of a configuration that are not 0; balls keep their 0."""
+    angles = {}
+    for joint in range(2, model.njoints):
+        at = model.joints[joint]
+        if at.nv == 1:
+            values = q[at.idx_q : at.idx_q + at.nq]
+            angle = float(values[0]) if at.nq == 1 else float(np.arctan2(values[1], values[0]))
+            if angle != 0.0:
+                angles[str(model.names[joint])] = angle
+    return angles
+
+
+def posture_doubts(
+    model: pin.Model, q: Array, legs: tuple[tuple[int, ...], ...], choices: Choices
+) -> list[Finding]:
+    """Return which joints stand outside their ranges in the reference posture.
+
+    Args:
+        model: of the robot.
+        q: its reference posture.
+        legs: their joints, which walk within their ranges however they stand there.
+        choices: with the angles that were given.
+    """
+    given = dict(choices.posture) if isinstance(choices.posture, tuple) else {}
+    moving = {j for leg in legs for j in leg}
+    findings = []
+    for joint in range(2, model.njoints):
+        at, name = model.joints[joint], str(model.names[joint])
+        if at.nq != 1:
+            continue
+        angle, unit = float(q[at.idx_q]), _unit(model, joint)
+        lower, upper = _range(model, joint)
+        if not lower - _ROUNDING <= angle <= upper + _ROUNDING:
+            text = (
+                f"stands at {angle:.4g} {unit}, outside its range {lower:.4g} to {upper:.4g} {unit}"
+            )
+            if joint in moving and name not in given:
+                text += "; the walk keeps the range, only feet and soles are looked at so"
+            how: How = "warning" if name in given else "guessed"
+            findings.append(Finding("posture", name, text, how))
+    return findings
+
+
+def rotor_armatures(choices: Choices, folder: Path) -> Angles:
+    """Return gear² times rotor inertia by joint [kg·m²] from the SRDF.
+
+    Raises:
+        RobotError: the SRDF cannot be read or has no rotors.
+    """
+    rotors = _srdf(choices, folder).findall("rotor_params/joint")
+    if not rotors:
+        raise RobotError("the SRDF has no <rotor_params>; leave rotors out")
+    return {r.get("name", ""): _value(r, "gear_ratio") ** 2 * _value(r, "mass") for r in rotors}
+
+
+def reference_configuration(model: pin.Model, angles: Angles) -> Array:
+    """Return the configuration of a model in the reference posture, its root at the origin.
+
+    Raises:
+        RobotError: a joint is unknown, or has more than one coordinate.
+    """
+    q = np.array(pin.neutral(model))
+    for name, angle in angles.items():
+        if not model.existJointName(name):
+            close = get_close_matches(name, list(model.names), n=1)
+            hint = f"; did you mean '{close[0]}'?" if close else ""
+            raise RobotError(f"posture: the robot has no joint '{name}'{hint}")
+        joint = model.joints[model.getJointId(name)]
+        if joint.nq == 1:
+            q[joint.idx_q] = angle
+        elif joint.nq == 2 and joint.nv == 1:
+            q[joint.idx_q : joint.idx_q + 2] = np.cos(angle), np.sin(angle)
+        else:
+            raise RobotError(f"posture: joint '{name}' has {joint.nv} angles; give single ones")
+    return q
+
+
+def _check_angles(model: pin.Model, widened: pin.Model, angles: Angles) -> None:
+    """Refuse angles beyond the range of the file and beyond that of the user."""
+    for name, angle in angles.items():
+        joint = model.getJointId(name) if model.existJointName(name) else 0
+        if joint < 2 or model.joints[joint].nq != 1:
+            continue
+        ranges = _range(model, joint), _range(widened, joint)
+        lower, upper = min(r[0] for r in ranges), max(r[1] for r in ranges)
+        if lower - _NEAR <= angle <= upper + _NEAR:
+            continue
+        unit, turned = _unit(model, joint), float(np.radians(angle))
+        degrees = unit == "rad" and abs(angle) > np.pi and lower <= turned <= upper
+        hint = f"degrees? {angle:g} degrees are {turned:.4g} rad; " if degrees else ""
+        raise RobotError(
+            f"posture: joint '{name}' is at {angle:g} {unit}, but its range is {lower:.4g} to "
+            f"{upper:.4g} {unit}; {hint}give an angle in its range, or a wider range ([[limits]])"
+        )
+
+
+def _range(model: pin.Model, joint: int) -> tuple[float, float]:
+    """Range of a joint; a full turn either way (or any length) where the file gives a wide one.
+
+    Continuous joints turn for ever.
+    """
+    at = model.joints[joint].idx_q
+    lower, upper = model.lowerPositionLimit[at], model.upperPositionLimit[at]
+    most = 2.0 * np.pi if _unit(model, joint) == "rad" else np.inf
+    if not lower < upper:
+        return -most, most
+    if np.isinf(lower) and np.isinf(upper):
+        return -np.inf, np.inf
+    return max(float(lower), -most), min(float(upper), most)
+
+
+def _unit(model: pin.Model, joint: int) -> str:
+    return "m" if model.joints[joint].shortname().startswith("JointModelP") else "rad"
+
+
+def _srdf(choices: Choices, folder: Path) -> ElementTree.Element:
+    if choices.srdf is None:
+        raise RobotError(
+            "rotors are asked for, but no SRDF is given; give it: --srdf FILE, or srdf in the file "
+            "for --choices and in Python"
+        )
+    text = choices.srdf
+    if not text.lstrip().startswith("<"):
+        path = next((p for p in (Path(text), folder / text) if p.is_file()), Path(text))
+        text = read_text(path, "SRDF")
+    try:
+        return ElementTree.fromstring(text)
+    except ElementTree.ParseError as error:
+        raise RobotError(f"the SRDF is not well-formed XML: {error}") from None
+
+
+def _value(element: ElementTree.Element, name: str) -> float:
+    text = element.get(name, "")
+    try:
+        return float(text)
+    except ValueError:
+        owner = element.get("name")
+        raise RobotError(
+            f"the SRDF gives {name} of '{owner}' as '{text}'; it must be a number"
+        ) from None

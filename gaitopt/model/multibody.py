@@ -1,0 +1,328 @@
+"""The robot that walks as plain arrays: a floating base and every joint of its file.
+
+The bodies have the inertias that the walk was designed with: averaged with their mirror images, and
+with what the user replaced. Joints that do not move in the walk are listed with the angle at which
+they stand.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import pinocchio as pin
+from numpy.typing import NDArray
+
+from gaitopt.importers.frame_names import reduced
+from gaitopt.model.chain import Chain
+from gaitopt.model.chain_physics import CarriedWeight
+from gaitopt.model.importer import Reading
+from gaitopt.nlp import Array
+
+Index = NDArray[np.int64]
+BASE = -1  # as parent of a joint: the floating base
+_SAME = 1e-12  # relative: what is left of no difference by rounding
+_LEAST = 1e-9  # relative: moments of inertia this much below what a body can have are rounding
+
+
+@dataclass(frozen=True, eq=False)
+class Multibody:
+    """A tree of M joints on a floating base, and the bodies they move; SI units throughout.
+
+    The frame of a body is that of the joint which moves it, as in URDF; that of the base is its
+    root link. Parents come before children. Body 0 is the base, body i + 1 is moved by joint i.
+
+    Attributes:
+        name: of the robot.
+        base: name of the root link.
+        joint_names: of the file's joints of one degree of freedom, length M; what hangs on a joint
+            of more degrees of freedom, which no walk moves, belongs to the body before it.
+        parent: joint that moves the body on which a joint sits, -1 for the base, shape (M,).
+        revolute: whether a joint turns; otherwise it slides, shape (M,).
+        placement: of the joint's frame in that body at joint coordinate 0, shape (M, 4, 4).
+        axis: unit axis in the joint's frame, shape (M, 3).
+        posture: coordinate at which a joint stands that the walk does not move [rad or m], (M,).
+        moving: the joints that the walk moves, in the order of a gait's columns, shape (n,).
+        mass: of the bodies [kg], shape (M + 1,).
+        centre: their centres of mass in the body's frame [m], shape (M + 1, 3).
+        inertia: about the centre of mass, in the body's axes [kg·m²], shape (M + 1, 3, 3).
+        armature: inertia of the rotors as seen from the joints [kg·m²], shape (M,).
+        friction: Coulomb friction of the joints that move, else 0 [N·m], shape (M,).
+        damping: torques per rate, |rate| rate, ..., shape (M, D), likewise.
+        stiffness: torques per angle, angle², ... of springs, shape (M, S), likewise.
+        rest: angles at which springs give no torque [rad], shape (M,).
+        carried_mass: mass whose weight is carried from outside [kg], shape (M + 1,).
+        carried_moment: mass times position of the same in the body's frame [kg·m], (M + 1, 3).
+        gravity: in the world [m/s²], shape (3,).
+        sole_names: frames of the foot that stands first and of the other.
+        sole_joint: joints that move the feet, shape (2,).
+        sole_placement: sole frames (x forward, y left, z up) in the feet's bodies, (2, 4, 4).
+        sole_rectangle: toe, heel (x), left, right (y) of each sole in its frame [m], shape (2, 4).
+        heading: forward, left and up of the robot in the axes of the base, columns, shape (3, 3).
+    """
+
+    name: str
+    base: str
+    joint_names: tuple[str, ...]
+    parent: Index
+    revolute: NDArray[np.bool_]
+    placement: Array
+    axis: Array
+    posture: Array
+    moving: Index
+    mass: Array
+    centre: Array
+    inertia: Array
+    armature: Array
+    friction: Array
+    damping: Array
+    stiffness: Array
+    rest: Array
+    carried_mass: Array
+    carried_moment: Array
+    gravity: Array
+    sole_names: tuple[str, str]
+    sole_joint: Index
+    sole_placement: Array
+    sole_rectangle: Array
+    heading: Array
+
+    def __repr__(self) -> str:
+        """Return it in one line: the whole of it is pages long."""
+        return (
+            f"<Multibody {self.name!r}: {len(self.joint_names)} joints, {len(self.moving)} move, "
+            f"{self.mass.sum():.2f} kg>"
+        )
+
+    @property
+    def moving_names(self) -> tuple[str, ...]:
+        """Names of the joints that the walk moves, in the order of a gait's columns."""
+        return tuple(self.joint_names[row] for row in self.moving)
+
+    @cached_property
+    def sole_corners(self) -> Array:
+        """Toe left, toe right, heel left, heel right of each sole in its frame, (2, 4, 3) [m]."""
+        toe, heel, left, right = self.sole_rectangle.T
+        zero = np.zeros(2)
+        corners = [[x, y, zero] for x in (toe, heel) for y in (left, right)]
+        return np.moveaxis(np.array(corners), 2, 0)
+
+    @cached_property
+    def model(self) -> pin.Model:
+        """Pinocchio's model: free-flyer, then every joint in order; treat it as read-only.
+
+        Sole frames bear the names of `sole_names`.
+        """
+        model = pin.Model()
+        model.name = self.name
+        root = model.addJoint(0, pin.JointModelFreeFlyer(), pin.SE3.Identity(), "root_joint")
+        ids: list[int] = []
+        for name, parent, turns, placement, axis in zip(
+            self.joint_names, self.parent, self.revolute, self.placement, self.axis, strict=True
+        ):
+            kind = pin.JointModelRevoluteUnaligned if turns else pin.JointModelPrismaticUnaligned
+            on = root if parent == BASE else ids[parent]
+            ids.append(model.addJoint(on, kind(axis), pin.SE3(placement), name))
+        for joint, mass, centre, inertia in zip(
+            [root, *ids], self.mass, self.centre, self.inertia, strict=True
+        ):
+            body = pin.Inertia(float(mass), centre, inertia)
+            model.appendBodyToJoint(joint, body, pin.SE3.Identity())
+            model.addJointFrame(joint)
+        model.armature = np.concatenate([np.zeros(6), self.armature])
+        for name, row, placement in zip(
+            self.sole_names, self.sole_joint, self.sole_placement, strict=True
+        ):
+            frame = pin.Frame(name, ids[row], pin.SE3(placement), pin.FrameType.OP_FRAME)
+            model.addFrame(frame, False)
+        model.gravity = pin.Motion(self.gravity, np.zeros(3))
+        return model
+
+    @property
+    def carried(self) -> CarriedWeight | None:
+        """The weight that is carried from outside, by body; None where there is none."""
+        if not (self.carried_mass.any() or self.carried_moment.any()):
+            return None
+        return CarriedWeight(self.carried_mass, self.carried_moment)
+
+
+def multibody(reading: Reading, chain: Chain) -> Multibody:
+    """Return the arrays of a robot that was read.
+
+    Links that stand still on each other keep their file's inertias, except for the heaviest, which
+    takes what averaging changed of all of them; where no such link can exist, all of them are made
+    one body.
+
+    Args:
+        reading: of the file.
+        chain: the same robot made symmetric; see `build_chain`.
+    """
+    even = chain.symmetry.model
+    free = [j for j in range(2, reading.model.njoints) if reading.model.joints[j].nv != 1]
+    whole = reduced(reading.model, free, reading.q)
+    names = tuple(str(name) for name in whole.names[2:])
+    q = pin.neutral(whole)
+    for joint in whole.joints[2:]:
+        old = reading.model.joints[reading.model.getJointId(whole.names[joint.id])]
+        q[joint.idx_q : joint.idx_q + joint.nq] = reading.q[old.idx_q : old.idx_q + old.nq]
+    moving = [names.index(name) for name in chain.names]
+    placement, carried_by = _placements(whole, even, q, set(chain.names))
+    bodies = _bodies(whole, even, carried_by)
+    axis, revolute = _axes(whole)
+    count, passive = len(names), chain.physics.passive
+    armature = np.array(whole.armature[6:])
+    for row, name in zip(moving, chain.names, strict=True):
+        armature[row] = even.armature[even.joints[even.getJointId(name)].idx_v]
+
+    def of_joints(values: Array | None) -> Array:
+        shape = (count, 1) if values is None else (count, *values.shape[1:])
+        out = np.zeros(shape)
+        if values is not None:
+            out[moving] = values
+        return out
+
+    carried_mass, carried_moment = _carried(chain, even, names)
+    sole = reading.soles.sole
+    frames = [even.frames[even.getFrameId(name)] for name in reading.sole_names]
+    return Multibody(
+        name=str(reading.model.name),
+        base=next(f.name for f in whole.frames[1:] if f.type == pin.FrameType.BODY),
+        joint_names=names,
+        parent=np.array([whole.parents[j] - 2 for j in range(2, whole.njoints)], dtype=np.int64),
+        revolute=revolute,
+        placement=placement,
+        axis=axis,
+        posture=np.array([_coordinate(joint, q) for joint in whole.joints[2:]]),
+        moving=np.array(moving, dtype=np.int64),
+        mass=np.array([body.mass for body in bodies]),
+        centre=np.array([body.lever if body.mass else np.zeros(3) for body in bodies]),
+        inertia=np.array([body.inertia for body in bodies]),
+        armature=armature,
+        friction=of_joints(None if passive is None else passive.friction[:, None])[:, 0],
+        damping=of_joints(None if passive is None else passive.damping),
+        stiffness=of_joints(None if passive is None else passive.stiffness),
+        rest=of_joints(None if passive is None else passive.rest[:, None])[:, 0],
+        carried_mass=carried_mass,
+        carried_moment=carried_moment,
+        gravity=chain.physics.gravity,
+        sole_names=reading.sole_names,
+        sole_joint=np.array(
+            [names.index(even.names[frame.parentJoint]) for frame in frames], dtype=np.int64
+        ),
+        sole_placement=np.array([frame.placement.homogeneous for frame in frames]),
+        sole_rectangle=np.array(
+            [
+                [sole.toe, sole.heel, sole.left, sole.right],
+                [sole.toe, sole.heel, -sole.right, -sole.left],
+            ]
+        ),
+        heading=np.array(reading.rotation),
+    )
+
+
+def _coordinate(joint: pin.JointModel, q: Array) -> float:
+    """Return the coordinate of a joint; Pinocchio has cosine and sine of one without limits."""
+    value = q[joint.idx_q : joint.idx_q + joint.nq]
+    return float(value[0]) if joint.nq == 1 else float(np.arctan2(value[1], value[0]))
+
+
+def _axes(model: pin.Model) -> tuple[Array, NDArray[np.bool_]]:
+    """Return the axes of the joints in their own frames, and which of them turn."""
+    data = model.createData()
+    pin.computeJointJacobians(model, data, pin.neutral(model))
+    columns = [
+        pin.getJointJacobian(model, data, joint, pin.LOCAL)[:, model.joints[joint].idx_v]
+        for joint in range(2, model.njoints)
+    ]
+    motion = np.array(columns).reshape(-1, 6)
+    revolute = np.abs(motion[:, 3:]).max(axis=1) > 0.0
+    return np.where(revolute[:, None], motion[:, 3:], motion[:, :3]), revolute
+
+
+def _placements(
+    whole: pin.Model, even: pin.Model, q: Array, moves: set[str]
+) -> tuple[Array, list[tuple[int, pin.SE3]]]:
+    """Return the joints' placements, and for each body the one of `even` it belongs to.
+
+    Args:
+        whole: every joint of the file.
+        even: the symmetric robot with the moving joints alone.
+        q: reference posture of `whole`.
+        moves: names of the moving joints.
+
+    Returns:
+        Placements in the parent's body (M, 4, 4); for each body of `whole`, from the base on, the
+        joint of `even` that moves it and its frame in that joint's.
+    """
+    data = whole.createData()
+    pin.forwardKinematics(whole, data, q)
+    placements = []
+    carrier = {1: (1, pin.SE3.Identity())}
+    for joint in range(2, whole.njoints):
+        parent, name = whole.parents[joint], str(whole.names[joint])
+        at, inside = carrier[parent]
+        if name in moves:
+            own = even.getJointId(name)
+            placements.append((inside.inverse() * even.jointPlacements[own]).homogeneous)
+            carrier[joint] = (own, pin.SE3.Identity())
+        else:
+            placements.append(whole.jointPlacements[joint].homogeneous)
+            carrier[joint] = (at, inside * data.liMi[joint])
+    return np.array(placements).reshape(-1, 4, 4), [carrier[j] for j in range(1, whole.njoints)]
+
+
+def _bodies(
+    whole: pin.Model, even: pin.Model, carried_by: list[tuple[int, pin.SE3]]
+) -> list[pin.Inertia]:
+    """Return the inertias of the bodies of `whole`, whose sums are those of `even`."""
+    members: dict[int, list[int]] = {}
+    for body, (joint, _) in enumerate(carried_by):
+        members.setdefault(joint, []).append(body)
+    bodies = [whole.inertias[body + 1].copy() for body in range(len(carried_by))]
+    for joint, parts in members.items():
+        total = even.inertias[joint].toDynamicParameters()
+        placed = {body: carried_by[body][1].act(bodies[body]) for body in parts}
+        seen = {body: inertia.toDynamicParameters() for body, inertia in placed.items()}
+        difference = total - sum(seen.values())
+        if np.abs(difference).max() <= _SAME * np.abs(total).max():
+            continue
+        for body in sorted(parts, key=lambda body: -seen[body][0]):
+            if _can_exist(changed := seen[body] + difference):
+                inertia = pin.Inertia.FromDynamicParameters(changed)
+                bodies[body] = carried_by[body][1].actInv(inertia)
+                break
+        else:
+            for body in parts:
+                bodies[body] = pin.Inertia.Zero()
+            bodies[parts[0]] = even.inertias[joint].copy()
+    return bodies
+
+
+def _can_exist(parameters: Array) -> bool:
+    """Whether a body can have these ten dynamic parameters: its pseudo-inertia is positive."""
+    if not parameters[0] > 0.0:
+        return False
+    body = pin.Inertia.FromDynamicParameters(parameters)
+    moments = np.linalg.eigvalsh(body.inertia)
+    return bool(moments[0] >= 0.0 and moments[2] <= (moments[0] + moments[1]) * (1.0 + _LEAST))
+
+
+def _carried(chain: Chain, even: pin.Model, names: tuple[str, ...]) -> tuple[Array, Array]:
+    """Return the weight carried from outside by body of the file: mass and moment."""
+    mass, moment = np.zeros(len(names) + 1), np.zeros((len(names) + 1, 3))
+    weight = chain.physics.carried
+    if weight is None:
+        return mass, moment
+    rooted = chain.model
+    ends = [f.name for f in rooted.frames if f.parentJoint and even.existFrame(f.name)]
+    for frame in ends:  # each body of the chain is found by a frame that it has in both models
+        there = rooted.frames[rooted.getFrameId(frame)]
+        here = even.frames[even.getFrameId(frame)]
+        body = there.parentJoint - 1
+        joint = here.parentJoint
+        row = 0 if joint == 1 else names.index(str(even.names[joint])) + 1
+        move = here.placement * there.placement.inverse()
+        mass[row] = weight.mass[body]
+        moment[row] = move.rotation @ weight.moment[body] + weight.mass[body] * move.translation
+    return mass, moment

@@ -1,0 +1,179 @@
+"""A biped as gaitopt sees it: one chain rooted at the stance sole, and facts about it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+import pinocchio as pin
+
+from gaitopt.errors import RobotError
+from gaitopt.importers.report import Finding
+from gaitopt.importers.source import Source, read_source
+from gaitopt.model.chain import build_chain
+from gaitopt.model.chain_physics import ChainPhysics
+from gaitopt.model.feet.sole import Sole
+from gaitopt.model.import_options import Choices
+from gaitopt.model.importer import Reading, read_robot
+from gaitopt.model.joint_tree import JointTree, joint_tree
+from gaitopt.model.legs.joint_limits import JointLimits
+from gaitopt.model.legs.leg_geometry import Legs, knee_doubts, measure_legs
+from gaitopt.model.legs.reference_posture import posture_doubts
+from gaitopt.model.multibody import Multibody, multibody
+from gaitopt.model.sizes import size_doubts
+from gaitopt.nlp import Array
+
+
+@dataclass(frozen=True, eq=False)
+class Robot:
+    """A biped with the right or left foot standing.
+
+    Attributes:
+        name: of the robot.
+        urdf: text of its URDF.
+        model: free-flyer at the stance sole (held still), then the stance leg from ankle to hip
+            and the swing leg from hip to ankle. Never modified.
+        joint_names: URDF names of the twelve joints in that order; signs are the URDF's.
+        mirror: the leg exchange E, shape (12, 12).
+        stance_sole, swing_sole: names of the sole frames.
+        sole: the rectangle of either sole.
+        limits: of the joints.
+        legs: hip and ankle centres, knees, reach.
+        pelvis: name of the pelvis frame.
+        physics: passive joints and carried weight, beside the rigid bodies; gravity, as `model` has
+            it too.
+        choices: every guess made explicit: with them, the text alone gives the same robot, without
+            any mesh.
+        findings: what was found, guessed and changed, for a person.
+        multibody: the same robot on a floating base, with every joint of the file, as arrays.
+    """
+
+    name: str
+    urdf: str
+    model: pin.Model
+    joint_names: tuple[str, ...]
+    mirror: Array
+    stance_sole: str
+    swing_sole: str
+    sole: Sole
+    limits: JointLimits
+    legs: Legs
+    pelvis: str
+    physics: ChainPhysics
+    choices: Choices
+    findings: tuple[Finding, ...]
+    multibody: Multibody
+
+    @classmethod
+    def from_urdf(
+        cls,
+        urdf: str | Path,
+        *,
+        choices: Choices | None = None,
+        stance_sole: str | None = None,
+        swing_sole: str | None = None,
+        sole: Sole | None = None,
+    ) -> Robot:
+        """Read a biped from URDF text or from a URDF file; find out what is not fixed.
+
+        Args:
+            urdf: the text itself, or the path of a file.
+            choices: what to take instead of what would be found.
+            stance_sole, swing_sole: names of the sole frames (x forward, y left, z up, in the
+                plane of the sole), as in `choices`.
+            sole: rectangle of the sole, as in `choices`.
+
+        Raises:
+            RobotError: the URDF cannot be read, or is not a biped with two mirrored six-joint legs.
+        """
+        if not isinstance(urdf, (str, Path)):
+            raise RobotError(
+                f"the robot is {urdf!r:.60} of type {type(urdf).__name__}; give the text of a "
+                "URDF (str) or the path of a file (str or Path)"
+            )
+        given = choices or Choices()
+        given = given.over(stance_sole=stance_sole, swing_sole=swing_sole, sole=sole)
+        source = read_source(urdf, given.package_dirs)
+        return cls.from_reading(source, read_robot(source, given))
+
+    @classmethod
+    def from_reading(cls, source: Source, reading: Reading) -> Robot:
+        """Return the biped of a reading.
+
+        Args:
+            source: the description of the robot.
+            reading: of that description.
+
+        Raises:
+            RobotError: a body of the file is unsound, the robot is not its own mirror image, or
+                its sole is larger than its legs.
+        """
+        chain = build_chain(reading)
+        legs = measure_legs(chain.lines, reading.sole_names, reading.limits)
+        doubts = (
+            *knee_doubts(legs, reading.limits, chain.names),
+            *size_doubts(chain, legs.reach, reading.soles.sole),
+        )
+        stands = posture_doubts(reading.model, reading.q, reading.legs, reading.choices)
+        return cls(
+            name=chain.model.name,
+            urdf=source.text,
+            model=chain.model,
+            joint_names=chain.names,
+            mirror=chain.mirror,
+            stance_sole=reading.sole_names[0],
+            swing_sole=reading.sole_names[1],
+            sole=reading.soles.sole,
+            limits=reading.limits,
+            legs=legs,
+            pelvis=chain.pelvis,
+            physics=chain.physics,
+            choices=reading.choices.over(package_dirs=source.mesh_directories()),
+            findings=(*reading.findings, *chain.findings, *stands, *doubts, *_odd(reading)),
+            multibody=multibody(reading, chain),
+        )
+
+    def __repr__(self) -> str:
+        """Return it in one line: the whole of it is pages long."""
+        return (
+            f"<Robot {self.name!r}: {self.mass:.2f} kg, legs {self.legs.reach:.3f} m, "
+            f"stands on {self.stance_sole!r}>"
+        )
+
+    @cached_property
+    def mass(self) -> float:
+        """Total mass [kg]."""
+        return float(pin.computeTotalMass(self.model))
+
+    @cached_property
+    def weight(self) -> float:
+        """Weight that the ground carries [N]: without what is carried from outside."""
+        carried = self.physics.carried
+        mass = self.mass - (0.0 if carried is None else float(carried.mass.sum()))
+        return mass * float(np.linalg.norm(self.model.gravity.linear))
+
+    @cached_property
+    def tree(self) -> JointTree:
+        """The joints: which of them are in which leg, and what each of them moves."""
+        frames = (self.model.frames[frame] for frame in (self.pelvis_frame, self.swing_frame))
+        return joint_tree(self.model, *(int(frame.parentJoint) for frame in frames))
+
+    @cached_property
+    def pelvis_frame(self) -> int:
+        """Index of the pelvis frame: x forward, y left, z up, origin midway between the hips."""
+        return int(self.model.getFrameId(self.pelvis))
+
+    @cached_property
+    def swing_frame(self) -> int:
+        """Index of the swing sole frame."""
+        return int(self.model.getFrameId(self.swing_sole))
+
+
+def _odd(reading: Reading) -> list[Finding]:
+    """Return what is odd in the file as findings."""
+    return [
+        Finding("file", f"line {problem.line}", problem.text, "warning")
+        for problem in reading.problems
+    ]

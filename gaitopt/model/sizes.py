@@ -1,0 +1,91 @@
+"""Whether a robot has the size of one that walks: a wrong unit passes every other check."""
+
+from __future__ import annotations
+
+import numpy as np
+import pinocchio as pin
+
+from gaitopt.errors import RobotError
+from gaitopt.importers.report import Finding
+from gaitopt.model.chain import Chain
+from gaitopt.model.feet.sole import Sole
+
+# Between a toy and an excavator: a unit that is wrong is wrong by a thousand, and falls outside.
+_REACH = (0.1, 5.0)  # m, from hip to ankle
+_MASS = (0.5, 1000.0)  # kg
+# Radius of gyration of a leg's body per length of the leg. A rod as long as the leg has 0.29, a
+# drawing with generous inertias 1.1; lumps of a few millimetres have 0.01.
+_GYRATION = (1e-3, 3.0)
+
+
+def size_doubts(chain: Chain, reach: float, sole: Sole) -> list[Finding]:
+    """Return what is larger or smaller than in any robot that walks.
+
+    Args:
+        chain: the robot.
+        reach: length of its legs from hip to ankle [m].
+        sole: of either foot.
+
+    Raises:
+        RobotError: the sole is longer or wider than the legs.
+    """
+    _check_sole(sole, reach)
+    findings = []
+    if not _REACH[0] <= reach <= _REACH[1]:
+        text = (
+            f"the legs are {reach:.4g} m long from hip to ankle; {_REACH[0]:g} to {_REACH[1]:g} m "
+            "are plausible; are lengths of the file in mm? They must be in m"
+        )
+        findings.append(Finding("legs", "both legs", text, "warning"))
+    mass = float(pin.computeTotalMass(chain.model))
+    if not _MASS[0] <= mass <= _MASS[1]:
+        text = (
+            f"the robot weighs {mass:.4g} kg; {_MASS[0]:g} to {_MASS[1]:g} kg are plausible; are "
+            "masses of the file in g? They must be in kg"
+        )
+        findings.append(Finding("mass", "robot", text, "warning"))
+    # A wrong unit of length or mass makes every radius of gyration look wrong as well.
+    return findings or _gyration_doubts(chain, reach)
+
+
+def _check_sole(sole: Sole, reach: float) -> None:
+    length, width = sole.toe - sole.heel, sole.left - sole.right
+    if max(length, width) > reach:
+        raise RobotError(
+            f"the sole is {length:.4g} m long and {width:.4g} m wide, but the legs measure only "
+            f"{reach:.4g} m from hip to ankle; no foot is larger than its leg. Give all lengths in "
+            "m, not in mm: in the URDF, and for the sole (toe, heel, left, right)"
+        )
+
+
+def _gyration_doubts(chain: Chain, reach: float) -> list[Finding]:
+    """Look at the bodies of the swing leg; those of the other one are their mirror images."""
+    small, large = [], []
+    for name in chain.names[6:]:
+        body = chain.model.inertias[chain.model.getJointId(name)]
+        if not body.mass > 0.0:
+            continue
+        moment = max(float(np.linalg.eigvalsh(body.inertia)[-1]), 0.0)
+        radius = float(np.sqrt(moment / body.mass))
+        if radius < _GYRATION[0] * reach:
+            small.append((name, moment, radius))
+        elif radius > _GYRATION[1] * reach:
+            large.append((name, moment, radius))
+    least, most = (1e3 * limit * reach for limit in _GYRATION)
+    return [
+        *_told(small, f"below {least:.2g} mm is implausible; are inertias left out of the file?"),
+        *_told(large, f"above {most:.4g} mm is implausible; are they in g·m² or kg·mm²?"),
+    ]
+
+
+def _told(bodies: list[tuple[str, float, float]], text: str) -> list[Finding]:
+    if not bodies:
+        return []
+    name, moment, radius = bodies[0]
+    told = (
+        f"the link that '{name}' moves has moments of inertia up to {moment:.3g} kg·m², a radius "
+        f"of gyration of {1e3 * radius:.4g} mm; {text} They must be in kg·m²"
+    )
+    others = len(bodies) - 1
+    subject = name if others == 0 else f"{name} and {others} more of each leg"
+    return [Finding("inertia", subject, told, "warning")]

@@ -1,1 +1,0 @@
-"""A robot's description as files: read, located, and what their formats hide."""

@@ -1,1 +1,0 @@
-"""MJCF files: compiled by MuJoCo, kept as plain numbers, made a Pinocchio model."""

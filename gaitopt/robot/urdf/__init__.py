@@ -1,1 +1,0 @@
-"""URDF files: checked, and cut down to what Pinocchio is to read."""
