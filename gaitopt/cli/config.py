@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field, fields
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from difflib import get_close_matches
 from pathlib import Path
 
@@ -15,10 +15,9 @@ from gaitopt.gait.parameters import GEOMETRY, GEOMETRY_NAMES
 from gaitopt.gait.task import Task
 from gaitopt.importers.physics import PARTS
 from gaitopt.importers.text_files import parse_toml
-from gaitopt.settings import FILE, FILES, FLAG, NUMBER, Setting, declared, setting
+from gaitopt.settings import FILE, FILES, Setting, declared, setting
 from gaitopt.solvers import SOLVERS
 from gaitopt.solvers.sqp import SQP
-from gaitopt.units import SINE
 
 Settings = dict[str, object]
 """Values that were given, by name; what is not there takes its default."""
@@ -132,36 +131,6 @@ _PRESET = Setting(
     default="standard", metavar="NAME", choices=("standard", "paper", "humanoid"), common=True,
 )  # fmt: skip
 
-_MARGINS = {
-    "friction": ("Coefficient.", "mu"),
-    "minimum_load": ("Least vertical ground force.", "N"),
-    "cop_margin": ("Centre of pressure to the edge of the sole.", "m"),
-    "clearance": ("Height of the swing foot at mid-step.", "m"),
-    "lateral_gap": ("Between swing and stance sole.", "m"),
-    "knee_flexion": ("Least bend of the knees.", "rad"),
-    "leg_extension": ("Longest leg over the straight one.", "ratio"),
-    "liftoff_speed": ("Least speed of the rear foot as it leaves.", "m/s"),
-    "joint_range": ("Impose joint ranges.", ""),
-    "impulse_cop": ("Landing foot must not tip.", ""),
-    "torque_limit": ("Of every joint, in place of the robot's.", "N·m"),
-    "speed_limit": ("Of every joint, in place of the robot's.", "rad/s"),
-    "trunk_roll": ("Largest sideways lean of the trunk.", "rad"),
-    "trunk_pitch": ("Largest lean forward or back.", "rad"),
-    "trunk_yaw": ("Largest turn of the trunk.", "rad"),
-    "torsional_friction": ("Turning moment over load a foot bears.", "m"),
-    "step_width": ("Largest distance of the feet sideways.", "m"),
-    "leg_gap": ("Least distance between the legs' bodies.", "m"),
-    "swing_tilt": ("Largest tilt of the swing foot.", SINE),
-}
-_COMMON = ("friction", "torque_limit", "speed_limit", "clearance", "trunk_pitch")
-
-
-def _margins() -> Iterator[Setting]:
-    for entry in fields(Margins):
-        said, unit = _MARGINS[entry.name]
-        kind, default = FLAG if entry.type == "bool" else NUMBER, entry.default
-        yield Setting(entry.name, kind, said, unit, default, common=entry.name in _COMMON)
-
 
 def _by_name(*settings: Setting) -> dict[str, Setting]:
     return {one.name: one for one in settings}
@@ -169,7 +138,7 @@ def _by_name(*settings: Setting) -> dict[str, Setting]:
 
 SCHEMA: dict[str, dict[str, Setting]] = {
     "task": _by_name(_PRESET, *declared(Task)),
-    "margins": _by_name(*_margins()),
+    "margins": _by_name(*declared(Margins)),
     "geometry": _by_name(*declared(GeometrySettings)),
     "robot": _by_name(*declared(RobotSettings)),
     "solver": _by_name(

@@ -24,12 +24,16 @@ from gaitopt.gait.grid import Grid
 from gaitopt.gait.quantities import Quantity
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array
+from gaitopt.settings import setting
+from gaitopt.units import SINE
 
 if TYPE_CHECKING:
     from gaitopt.gait.constraints import Margins
 
 FREE = np.inf
 """A limit that is none."""
+
+_KEY = "margin"  # of a field's metadata
 
 
 @dataclass(frozen=True)
@@ -49,25 +53,22 @@ class Relaxation:
 class Margin:
     """A number of a constraint that a person may set: a field of `Margins` or of a constraint.
 
-    The field's name is the keyword in Python, the key in TOML and, with dashes, the option.
+    The field's name is the keyword in Python, the key in TOML and, with dashes, the option; its
+    help is that of its `gaitopt.settings.Setting`.
 
     Attributes:
-        help: of the option, one line.
         words: what a person calls it: "the coefficient of friction".
         unit: empty where there is none.
         above, least, most: bounds on its value.
         relax: how the diagnosis loosens it, None: it does not.
-        sine: whether it is the sine of an angle, so that an option takes degrees too.
     """
 
-    help: str
     words: str = ""
     unit: str = ""
     above: float | None = None
     least: float | None = None
     most: float | None = None
     relax: Relaxation | None = None
-    sine: bool = False
 
 
 def margin(
@@ -81,23 +82,30 @@ def margin(
     most: float | None = None,
     relax: tuple[float, float] | None = None,
     sine: bool = False,
+    **shown: Any,
 ) -> Any:
     """Return a dataclass field that is a margin, see `Margin`.
 
     Args:
         default: its value unless given; None where the constraint is then off.
-        help_text, words, unit, above, least, most, sine: as in `Margin`.
+        help_text: of the option, one line.
+        words, unit, above, least, most: as in `Margin`.
         relax: farthest value and change that matters, signed.
+        sine: whether it is the sine of an angle, so that an option takes degrees too.
+        shown: other attributes of the option, as in `gaitopt.settings.Setting`.
     """
     how = None if relax is None else Relaxation(*relax)
-    declared = Margin(help_text, words, unit, above, least, most, how, sine)
-    return field(default=default, metadata={"margin": declared})
+    declared = Margin(words, unit, above, least, most, how)
+    return field(
+        default=default,
+        metadata={_KEY: declared, **setting(help_text, SINE if sine else unit, **shown)},
+    )
 
 
 def declared_margins(owner: object) -> dict[str, Margin]:
     """Return the margins among the fields of a dataclass or of an instance, by name."""
     found: tuple[Field[Any], ...] = fields(owner) if is_dataclass(owner) else ()
-    return {one.name: one.metadata["margin"] for one in found if "margin" in one.metadata}
+    return {one.name: one.metadata[_KEY] for one in found if _KEY in one.metadata}
 
 
 def check_margins(owner: object) -> None:
@@ -107,12 +115,12 @@ def check_margins(owner: object) -> None:
         InputError: one is not a finite number (True or False for a switch), or out of bounds.
     """
     for one in fields(owner):  # type: ignore[arg-type]
-        if "margin" in one.metadata:
-            _check(one.name, getattr(owner, one.name), str(one.type), one.metadata["margin"])
+        if _KEY in one.metadata:
+            _check(one.name, getattr(owner, one.name), str(one.type), one.metadata[_KEY])
 
 
 def _check(name: str, value: object, kind: str, declared: Margin) -> None:
-    if kind == "bool":
+    if "bool" in kind:
         if not isinstance(value, bool):
             raise InputError(f"{name} is {shown(value)}; it must be True or False")
         return

@@ -79,7 +79,7 @@ class Margins:
     """
 
     friction: float = margin(
-        0.7, "Coefficient.", "the coefficient of friction", above=0.0,
+        0.7, "Coefficient.", "the coefficient of friction", above=0.0, metavar="mu", common=True,
         relax=(2.0, 0.1),  # rubber on rough concrete
     )  # fmt: skip
     minimum_load: float = margin(
@@ -92,7 +92,7 @@ class Margins:
     )  # fmt: skip
     clearance: float = margin(
         0.03, "Height of the swing foot at mid-step.", "the clearance of the swing foot", "m",
-        least=0.0, relax=(0.0, -0.1),
+        least=0.0, relax=(0.0, -0.1), common=True,
     )  # fmt: skip
     lateral_gap: float = margin(
         0.01, "Between swing and stance sole.", "the gap between the feet", "m", relax=(0.0, -0.1)
@@ -102,7 +102,7 @@ class Margins:
     )
     leg_extension: float | None = margin(
         0.9995, "Longest leg over the straight one.", "the largest extension of the legs",
-        above=0.0, most=1.0, relax=(1.0, 0.01),
+        above=0.0, most=1.0, relax=(1.0, 0.01), metavar="ratio",
     )  # fmt: skip
     liftoff_speed: float = margin(
         0.0, "Least speed of the rear foot as it leaves.",
@@ -113,11 +113,11 @@ class Margins:
     impulse_cop: bool = margin(True, "Landing foot must not tip.")
     torque_limit: float | None = margin(
         None, "Of every joint, in place of the robot's.", "the torque limit of every joint", "N·m",
-        above=0.0,
+        above=0.0, common=True,
     )  # fmt: skip
     speed_limit: float | None = margin(
         None, "Of every joint, in place of the robot's.", "the speed limit of every joint",
-        "rad/s", above=0.0,
+        "rad/s", above=0.0, common=True,
     )  # fmt: skip
     trunk_roll: float | None = margin(
         None, "Largest sideways lean of the trunk.", "the largest sideways lean of the trunk",
@@ -125,7 +125,7 @@ class Margins:
     )  # fmt: skip
     trunk_pitch: float | None = margin(
         None, "Largest lean forward or back.", "the largest lean of the trunk forward or back",
-        "rad", above=0.0, relax=(_TILTED, 0.3),
+        "rad", above=0.0, relax=(_TILTED, 0.3), common=True,
     )  # fmt: skip
     trunk_yaw: float | None = margin(
         None, "Largest turn of the trunk.", "the largest turn of the trunk", "rad", above=0.0,

@@ -10,6 +10,8 @@ from matplotlib.figure import Figure
 
 from gaitopt.atomic import write_atomically
 from gaitopt.errors import InputError
+from gaitopt.gait.constraint import declared_margins
+from gaitopt.gait.constraints import Margins
 from gaitopt.gait.parameters import GEOMETRY
 from gaitopt.nlp import Array
 from gaitopt.sweep.table import Row, columns
@@ -24,22 +26,7 @@ _GAP = "a gap in the lines: the gaits on its two sides are different kinds of op
 _UNITS = {quantity.name: quantity.unit for quantity in GEOMETRY} | {
     "speed": "m/s",
     "penalty_weight": "N²·s/m",
-    "friction": "-",
-    "minimum_load": "N",
-    "cop_margin": "m",
-    "clearance": "m",
-    "lateral_gap": "m",
-    "knee_flexion": "rad",
-    "leg_extension": "-",
-    "liftoff_speed": "m/s",
-    "torque_limit": "N·m",
-    "speed_limit": "rad/s",
-    "trunk_roll": "rad",
-    "trunk_yaw": "rad",
-    "torsional_friction": "m",
-    "step_width": "m",
-    "swing_tilt": "-",
-    "leg_gap": "m",
+    **{name: one.unit or "-" for name, one in declared_margins(Margins).items()},
 }
 
 

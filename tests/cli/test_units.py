@@ -120,7 +120,8 @@ def test_every_setting_says_what_it_is():
     for section in SCHEMA.values():
         for one in section.values():
             assert one.help.endswith((".", "'*knee*=0.02'.")), one.name
-            assert one.kind not in ("number",) or one.unit or one.name in ("tolerance",), one.name
+            said = one.unit or one.metavar or one.name == "tolerance"
+            assert one.kind != "number" or said, one.name
 
 
 def test_a_quantity_is_held_at_a_value_with_its_unit():
