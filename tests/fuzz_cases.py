@@ -89,7 +89,7 @@ class Outcome:
 def prepare(folder: Path) -> None:
     """Make the inputs that are mutated: a walk, a library, a task, choices, a specification."""
     from gaitopt import Robot, biped13, design_gait, preset_task, save_gait, urdf_text, write_spec
-    from gaitopt.cli.robot_request import choices_text
+    from gaitopt.cli.request import choices_text
     from gaitopt.design.options import DesignOptions
     from gaitopt.solvers import solver_by_name
     from gaitopt.sweep.grid import Axis
@@ -525,14 +525,13 @@ def _try_entry(path: Path, rng, outcome: Outcome, number: int) -> None:
 
 def _try_gait(path: Path, rng, outcome: Outcome, number: int) -> None:
     from gaitopt import audit, export, load_gait, summarise
-    from gaitopt.cli.known import tell_robot_of
-    from gaitopt.cli.report import print_gait
-    from gaitopt.cli.screen import screen
+    from gaitopt.cli.display import screen
+    from gaitopt.cli.report import print_findings_of, print_gait
 
     del rng
     gait = load_gait(path)
     with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
-        tell_robot_of(screen(stderr=True), gait)
+        print_findings_of(screen(stderr=True), gait)
         print_gait(screen(), gait)
     json.dumps(summarise(gait), allow_nan=False)
     for suffix in (".csv", ".json"):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 
 def main() -> None:
-    """Run the command line; the process ends with an exit code of `gaitopt.cli.failures`."""
+    """Run the command line; the process ends with an exit code of `gaitopt.cli.process`."""
     from gaitopt.cli.app import run
 
     run()

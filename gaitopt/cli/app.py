@@ -9,10 +9,9 @@ from typing import Annotated, Any
 import typer
 
 from gaitopt.cli import sweep_options as many
-from gaitopt.cli.interrupt import take_signals
 from gaitopt.cli.options import CONTEXT, command, given, option
-from gaitopt.cli.streams import outlive_readers
-from gaitopt.cli.writable import named_directory
+from gaitopt.cli.paths import named_directory
+from gaitopt.cli.process import outlive_readers, take_signals
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -176,17 +175,17 @@ def inspect(
     **_: object,
 ) -> None:
     """Say what gaitopt understood of a robot, what it guessed, and what is wrong with the file."""
-    from gaitopt.cli import inspection as work
+    from gaitopt.cli import robots as work
 
-    work.run(_given(ctx, "robot"), html, write_choices)
+    work.inspect(_given(ctx, "robot"), html, write_choices)
 
 
 @command(app)
 def robots() -> None:
     """List the robots that can be asked for by name."""
-    from gaitopt.cli import robot_list
+    from gaitopt.cli import robots as work
 
-    robot_list.run()
+    work.list_robots()
 
 
 @command(app)
@@ -203,17 +202,17 @@ def urdf(
     ] = None,
 ) -> None:
     """Write the URDF of a biped (by default of the thirteen-link one)."""
-    from gaitopt.cli import robot_files
+    from gaitopt.cli import robots as work
 
-    robot_files.run(spec, output, write_spec)
+    work.write_biped(spec, output, write_spec)
 
 
 @command(app)
 def check(gait: GaitFile) -> None:
     """Compute a gait file again, from its parameters alone, and certify it."""
-    from gaitopt.cli import check as work
+    from gaitopt.cli import report as work
 
-    work.run(gait)
+    work.check(gait)
 
 
 @command(app)

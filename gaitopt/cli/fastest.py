@@ -8,9 +8,9 @@ from math import isfinite
 from rich.console import Console
 
 from gaitopt.cli.cells import rounded
-from gaitopt.cli.interrupt import ctrl_c_asks
+from gaitopt.cli.display import warn
+from gaitopt.cli.process import ctrl_c_asks
 from gaitopt.cli.request import Request, make_task
-from gaitopt.cli.screen import warn
 from gaitopt.design.certificate import WorstRow
 from gaitopt.design.design import Design
 from gaitopt.errors import InputError

@@ -8,11 +8,10 @@ from pathlib import Path
 import typer
 
 from gaitopt.cli.cells import new_table
-from gaitopt.cli.failures import ExitCode
-from gaitopt.cli.known import tell_robot_of
-from gaitopt.cli.report import print_gait
-from gaitopt.cli.screen import screen
-from gaitopt.cli.writable import require_files
+from gaitopt.cli.display import screen
+from gaitopt.cli.paths import require_files
+from gaitopt.cli.process import ExitCode
+from gaitopt.cli.report import print_findings_of, print_gait
 from gaitopt.errors import GaitFileError, InputError
 from gaitopt.gait.result import Gait
 from gaitopt.gait.result_file import save_gait
@@ -58,7 +57,7 @@ def run_at(directory: Path, at: list[str], output: Path | None) -> None:
     """
     require_files((output, "--output"))
     gait, said = _gait_at(open_library(directory), named_values(at, "--at"))
-    tell_robot_of(screen(stderr=True), gait)
+    print_findings_of(screen(stderr=True), gait)
     out = screen()
     print_gait(out, gait)
     out.print(said, soft_wrap=True)
@@ -73,7 +72,7 @@ def _tell_robot(library: Library) -> None:
     """Tell what is odd about the robot, as the first gait that is there records it."""
     for point in library.state.rows:
         with suppress(GaitFileError):
-            tell_robot_of(screen(stderr=True), library.gait(point))
+            print_findings_of(screen(stderr=True), library.gait(point))
             return
 
 

@@ -10,17 +10,14 @@ import typer
 from rich.console import Console
 
 from gaitopt.cli.config import Settings
-from gaitopt.cli.failures import ExitCode, advise, complain
+from gaitopt.cli.display import ProgressDisplay, screen, warn
 from gaitopt.cli.fastest import fastest_walk
-from gaitopt.cli.interrupt import StopRequest, ctrl_c_asks
-from gaitopt.cli.known import inspect_command, tell_robot
-from gaitopt.cli.progress import ProgressDisplay
+from gaitopt.cli.paths import require_writable
+from gaitopt.cli.process import ExitCode, StopRequest, advise, complain, ctrl_c_asks
 from gaitopt.cli.remedies import Asked, remedies
-from gaitopt.cli.report import print_gait
+from gaitopt.cli.report import inspect_command, print_findings, print_gait
 from gaitopt.cli.request import Request, make_request
-from gaitopt.cli.results import kept_elsewhere, write_results
-from gaitopt.cli.screen import screen, warn
-from gaitopt.cli.writable import require_writable
+from gaitopt.cli.results import save_elsewhere, write_results
 from gaitopt.design.design import Design, design
 from gaitopt.design.process import small_matrices
 from gaitopt.design.starts import many_starts
@@ -58,7 +55,7 @@ def run(
     request = make_request(given, config)
     errors, out = screen(stderr=True), screen()
     if not quiet:
-        tell_robot(errors, request.robot.findings, inspect_command(request.settings))
+        print_findings(errors, request.robot.findings, inspect_command(request.settings))
     with painter(output is not None and figures) as brush:
         try:
             with small_matrices():
@@ -119,7 +116,7 @@ def _all_written(results: Iterator[Path], gait: Gait, output: Path) -> list[Path
     except (GaitoptError, OSError) as error:
         if written:
             raise InputError(f"{error}; {_there(written, output)}") from error
-        kept = kept_elsewhere(gait)
+        kept = save_elsewhere(gait)
         where = "and could be kept nowhere else" if kept is None else f"it is kept in '{kept}'"
         raise InputError(f"{error}; the gait was found all the same, {where}") from error
     return written

@@ -11,7 +11,7 @@ import typer
 import typer.main
 from typer.core import TyperCommand
 
-from gaitopt.cli.failures import failures_reported
+from gaitopt.cli.process import failures_reported
 from gaitopt.settings import FLAG, TABLE, Setting, declared
 
 CONTEXT = {"help_option_names": ["-h", "--help"]}

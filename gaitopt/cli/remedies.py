@@ -17,8 +17,7 @@ import numpy as np
 
 from gaitopt.atomic import write_atomically
 from gaitopt.cli.config import SCHEMA, Settings
-from gaitopt.cli.request import Request, make_task
-from gaitopt.cli.robot_request import choices_text, make_robot, robot_source
+from gaitopt.cli.request import Request, choices_text, make_robot, make_task, robot_source
 from gaitopt.design.attempt import begins_relaxed
 from gaitopt.design.diagnosis import Diagnosis, Suggestion, digits
 from gaitopt.errors import InputError

@@ -1,21 +1,106 @@
-"""A gait as tables for people: the walk, the motors, the ground, the proof."""
+"""A gait as tables for people, what is odd about its robot, and `gaitopt check`."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import re
+import shlex
+from collections.abc import Iterable, Mapping
+from pathlib import Path
 from typing import Any
 
+import typer
 from rich.console import Console, RenderableType
 from rich.rule import Rule
 from rich.table import Table
 from rich.text import Text
 
-from gaitopt.cli.cells import BAR, bar, fixed, new_table, number, share
-from gaitopt.cli.proof import proof_table
-from gaitopt.cli.screen import WIDTH
+from gaitopt.cli.cells import ABSENT, BAR, bar, fixed, new_table, number, rounded, share
+from gaitopt.cli.config import SCHEMA, Settings
+from gaitopt.cli.display import WIDTH, screen
+from gaitopt.cli.process import ExitCode, complain
+from gaitopt.design.audit import Audit, audit
 from gaitopt.design.summary import summarise
 from gaitopt.gait.result import Gait
+from gaitopt.gait.result_file import load_gait
+from gaitopt.importers.report import Finding, findings_of
+from gaitopt.solvers.certified import UNCONFIRMED
+from gaitopt.tolerances import LIMITS, MOMENTUM, OPTIMALITY, REFEREE, SAME
 from gaitopt.view.visible import visible
+
+_NOT_NEEDED = "the second solver did not reach the same; the certificate does not need it"
+_DAMAGED = "the file's record of them is damaged; gaitopt check computes them again"
+_REFEREE = ("torque", "wrench", "impulse", "rate_after", "sole_twist", "posture", "rate")
+
+
+def proof_table(solver: Mapping[str, Any], certificate: Mapping[str, Any]) -> Table:
+    """Return the table of a gait's solver and certificate records (of `summarise`)."""
+    table = new_table("Proof", "check", "result", ">allowed")
+    try:
+        rows = [("solver", _solver(solver), "")] if solver["name"] is not None else []
+        rows += _checks(certificate) if certificate["kkt"] is not None else []
+    except (KeyError, TypeError, ValueError, OverflowError):  # a file says whatever it likes
+        rows = [("checks", _DAMAGED, "")]
+    for row in rows:
+        table.add_row(*row)
+    table.add_row("verdict", _verdict(certificate), "")
+    return table
+
+
+def _solver(solver: Mapping[str, Any]) -> str:
+    text = (
+        f"{solver['name']}: {solver['iterations']} iterations, "
+        f"{solver['evaluations']} evaluations, {solver['seconds']:.2f} s in the solver\n"
+        f"{solver['sentence']}"
+    )
+    return f"{text}\n{_NOT_NEEDED}" if solver["name"] == UNCONFIRMED else text
+
+
+def _checks(certificate: Mapping[str, Any]) -> list[tuple[str, str, str]]:
+    """Return what was checked, what came out, and what is allowed."""
+    kkt, referee, worst = certificate["kkt"], certificate["referee"], certificate["worst"]
+    speed = certificate["rear_foot_speed"]
+    sinks = ABSENT if speed is None else f"sinks at {-speed:.3g} m/s"
+    return [
+        (
+            "optimal at the samples (KKT)",
+            f"gradient {kkt['stationarity']:.1e}, limits {kkt['feasibility']:.1e}, "
+            f"complementarity {kkt['complementarity']:.1e}",
+            f"{OPTIMALITY:.0e}",
+        ),
+        (
+            "limits at every instant",
+            f"worst violation {certificate['fine_violation']:.1e}\nworst row: {_named(worst)}",
+            f"{LIMITS:.0e}",
+        ),
+        (
+            "Newton-Euler referee",
+            f"disagrees by {max(referee[name] for name in _REFEREE):.1e}",
+            f"{REFEREE:.0e}",
+        ),
+        (
+            "momentum over a step",
+            f"ground {referee['vertical']:.3f} N·s = m g T {referee['weight']:.3f} N·s, "
+            f"apart by {referee['momentum']:.1e}",
+            f"{MOMENTUM:.0e}",
+        ),
+        (
+            "rear foot after the impact",
+            "lifts off" if certificate["rear_foot_lifts"] else sinks,
+            "lifts off",
+        ),
+    ]
+
+
+def _named(row: Mapping[str, Any]) -> str:
+    """Return a row of the certificate in words."""
+    when = "" if row["time"] is None else f" at {row['time']:.4f} s"
+    value, limit = rounded(row["value"]), rounded(row["limit"])
+    return f"{visible(row['row'])}{when}: {value} {row['unit']}, limit {limit}"
+
+
+def _verdict(certificate: Mapping[str, Any]) -> Text:
+    style = "bold green" if certificate["certified"] else "bold yellow"
+    return Text(visible(str(certificate["verdict"] or ABSENT)), style=style)
 
 
 def print_gait(console: Console, gait: Gait) -> None:
@@ -97,3 +182,102 @@ def _ground(contact: Mapping[str, Any], impact: Mapping[str, Any]) -> Table:
         used = share(facts["friction_used"], facts["friction_limit"])
         table.add_row(name, *distances, used, vertical)
     return table
+
+
+def check(path: Path) -> None:
+    """Check a gait file and print what came out.
+
+    Raises:
+        GaitoptError: the file cannot be read or checked.
+        typer.Exit: it was altered, or is not certified.
+    """
+    gait = load_gait(path)
+    print_findings_of(screen(stderr=True), gait)
+    found = audit(gait)
+    out = screen()
+    out.print(
+        f"{path}: {gait.text('robot')} at {gait.speed:.3g} m/s, computed again from its parameters",
+        soft_wrap=True,
+    )
+    no_solver = {"name": None}
+    record = found.certificate.record()
+    out.print(proof_table(no_solver, record), width=min(out.width, WIDTH))
+    if found.imposed:
+        out.print("the file itself brings:")
+        for line in found.imposed:
+            out.print(f"  {visible(line)}", soft_wrap=True)
+    if found.altered:
+        complain(altered_message(found))
+    else:
+        worst = max(found.differences.values())
+        out.print(f"stored arrays agree with it to {worst:.1e} (allowed {SAME:.0e})")
+    if found.claimed and not found.certificate.certified:
+        complain("its certificate says certified; computed now, the walk is not")
+    if not found.passed:
+        raise typer.Exit(ExitCode.NOT_CERTIFIED)
+
+
+def altered_message(found: Audit) -> str:
+    """Say which arrays and records do not follow from the parameters."""
+    parts = [
+        f"{name} (by {found.differences[name]:.1e})" if name in found.differences else name
+        for name in found.altered
+    ]
+    return (
+        "the file has been altered: computed from its parameters, these differ: "
+        f"{', '.join(parts)}; relative {SAME:.0e} is allowed. Design the gait again"
+    )
+
+
+_FINDING_STYLES = {"warning": "bold yellow", "changed": "cyan"}  # printed in full
+_NAME = re.compile("'[^']*'")
+_RECORDED = "the record 'findings' of the gait has them"
+
+
+def print_findings(console: Console, findings: Iterable[Finding], all_of_them: str) -> None:
+    """Print what is worth a look and what was changed, and how much was guessed.
+
+    Args:
+        console: where to.
+        findings: about the robot.
+        all_of_them: where to see every finding.
+    """
+    known = list(findings)
+    for how, style in _FINDING_STYLES.items():
+        for subject, text in _gathered(f for f in known if f.how == how):
+            said = Text.assemble((f"{how}:", style), f" {visible(subject)}: {visible(text)}")
+            console.print(said, soft_wrap=True)
+    topics = dict.fromkeys(f.topic for f in known if f.how == "guessed")
+    if topics:
+        count = sum(f.how == "guessed" for f in known)
+        facts = "1 fact was" if count == 1 else f"{count} facts were"
+        line = f"guessed: {facts}, about {', '.join(topics)}; {all_of_them}"
+        console.print(line, soft_wrap=True)
+
+
+def _gathered(findings: Iterable[Finding]) -> list[tuple[str, str]]:
+    """Return subject and text of findings; what is the same but for a name is said once."""
+    alike: dict[tuple[str, str], list[Finding]] = {}
+    for one in findings:
+        alike.setdefault((one.topic, _NAME.sub("''", one.text)), []).append(one)
+    told = []
+    for first, *others in alike.values():
+        same = f"; the same at {', '.join(f.subject for f in others)}" if others else ""
+        told.append((first.subject, first.text + same))
+    return told
+
+
+def print_findings_of(console: Console, gait: Gait) -> None:
+    """Print what was known about the robot of a gait when it was designed."""
+    print_findings(console, findings_of(gait.fact("findings")), _RECORDED)
+
+
+def inspect_command(settings: Settings) -> str:
+    """Return the sentence that names the command which shows everything about a robot."""
+    words = ["gaitopt", "inspect"]
+    for name in SCHEMA["robot"]:
+        values = settings.get(name)
+        for value in values if isinstance(values, list | tuple) else [values]:
+            if value is not None:
+                words += [f"--{name.replace('_', '-')}", str(value)]
+    return f"all of it: {shlex.join(words)}"

@@ -14,8 +14,7 @@ import tomli_w
 
 from gaitopt.atomic import write_atomically
 from gaitopt.cli.config import SCHEMA, Settings
-from gaitopt.cli.request import Request
-from gaitopt.cli.robot_request import choices_text
+from gaitopt.cli.request import Request, choices_text
 from gaitopt.design.summary import summarise
 from gaitopt.errors import InputError
 from gaitopt.gait.constraints import Margins
@@ -62,7 +61,7 @@ def write_results(
         yield directory / FIGURES
 
 
-def kept_elsewhere(gait: Gait) -> Path | None:
+def save_elsewhere(gait: Gait) -> Path | None:
     """Keep a gait that cannot be written where it should be, in the first place that takes it."""
     name = f"gaitopt-{secrets.token_hex(4)}.npz"
     for folder in (tempfile.gettempdir(), os.curdir):

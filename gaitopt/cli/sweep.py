@@ -12,13 +12,12 @@ from rich.console import Console
 
 from gaitopt.cli.config import SCHEMA, Settings
 from gaitopt.cli.crew import make_crew
-from gaitopt.cli.failures import ExitCode, complain
-from gaitopt.cli.known import inspect_command, tell_robot
-from gaitopt.cli.request import Request, make_request, make_task
-from gaitopt.cli.robot_request import biped_spec
-from gaitopt.cli.screen import screen
+from gaitopt.cli.display import screen
+from gaitopt.cli.paths import require_writable
+from gaitopt.cli.process import ExitCode, complain
+from gaitopt.cli.report import inspect_command, print_findings
+from gaitopt.cli.request import Request, biped_spec, make_request, make_task
 from gaitopt.cli.sweep_progress import SweepDisplay
-from gaitopt.cli.writable import require_writable
 from gaitopt.errors import InputError
 from gaitopt.gait.task import Task
 from gaitopt.settings import named_values
@@ -45,7 +44,7 @@ def run(given: Settings) -> None:
     begin = _begin(given, axes)
     errors = screen(stderr=True)
     if not quiet:
-        tell_robot(errors, request.robot.findings, inspect_command(request.settings))
+        print_findings(errors, request.robot.findings, inspect_command(request.settings))
     crew = make_crew(given, axes, errors, quiet)
     try:
         with SweepDisplay(errors, quiet) as display:

@@ -11,7 +11,7 @@ from typing import Annotated
 import typer
 
 from gaitopt.cli.options import option
-from gaitopt.cli.writable import named_directory
+from gaitopt.cli.paths import named_directory
 from gaitopt.settings import declared, setting
 
 _SWEEP = "Sweep"

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import typer
 
-from gaitopt.cli.known import tell_robot_of
-from gaitopt.cli.robot_request import require_directories
-from gaitopt.cli.screen import screen
+from gaitopt.cli.display import screen
+from gaitopt.cli.report import print_findings_of
+from gaitopt.cli.request import require_directories
 from gaitopt.errors import InputError
 from gaitopt.gait.result import Gait
 from gaitopt.gait.result_file import load_gait
@@ -80,5 +80,5 @@ def run_export(path: Path, output: Path, both_legs: bool) -> None:
 def _loaded(path: Path) -> Gait:
     """Return a gait, its robot's oddities told."""
     gait = load_gait(path)
-    tell_robot_of(screen(stderr=True), gait)
+    print_findings_of(screen(stderr=True), gait)
     return gait

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import pytest
 import typer
 
-from gaitopt.cli.failures import failures_reported
+from gaitopt.cli.process import failures_reported
 from gaitopt.errors import NoGaitFoundError
 
 

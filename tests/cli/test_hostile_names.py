@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 
 from gaitopt import load_gait
-from gaitopt.cli.failures import advise, complain
-from gaitopt.cli.screen import screen, warn
+from gaitopt.cli.display import screen, warn
+from gaitopt.cli.process import advise, complain
 from gaitopt.gait.result import Gait
 
 CSI = "\x9b"  # begins a command to a terminal, as ESC [ does; XML allows it

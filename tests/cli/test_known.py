@@ -7,7 +7,7 @@ import pytest
 from rich.console import Console
 
 from gaitopt import Robot, load_gait, summarise
-from gaitopt.cli.known import inspect_command, tell_robot
+from gaitopt.cli.report import inspect_command, print_findings
 from gaitopt.importers.report import Finding, findings_of
 
 CASE = Path(__file__).parents[1] / "data" / "cases" / "urdf_warnings_not_in_optimise.urdf"
@@ -98,7 +98,7 @@ def test_what_is_told_and_how(capsys):
         Finding("sole", "robot", "another", "guessed"),
         Finding("legs", "robot", "plain fact", "found"),
     ]
-    tell_robot(console, findings, inspect_command({"robot": "g1", "package_dir": ["a b", "c"]}))
+    print_findings(console, findings, inspect_command({"robot": "g1", "package_dir": ["a b", "c"]}))
     assert capsys.readouterr().out.splitlines() == [
         "warning: a: joint 'a': odd; the same at b\\x1b[2J, c",
         "changed: trunk: averaged [bold]",

@@ -13,8 +13,8 @@ from gaitopt import load_gait
 from gaitopt.cli import optimise as optimise_command
 from gaitopt.cli import results
 from gaitopt.cli.config import read_config
-from gaitopt.cli.interrupt import STOPPING, ctrl_c_asks
-from gaitopt.cli.writable import require_writable
+from gaitopt.cli.paths import require_writable
+from gaitopt.cli.process import STOPPING, ctrl_c_asks
 from gaitopt.design import diagnose as diagnosis
 from gaitopt.errors import InputError
 

@@ -3,8 +3,7 @@
 import pytest
 
 from gaitopt import biped13, urdf_text
-from gaitopt.cli.request import make_request
-from gaitopt.cli.robot_request import biped_spec, make_robot, robot_source, sole_of
+from gaitopt.cli.request import biped_spec, make_request, make_robot, robot_source, sole_of
 from gaitopt.errors import InputError
 
 

@@ -8,12 +8,11 @@ from rich.console import Console
 
 from gaitopt import load_gait
 from gaitopt.cli.cells import rounded
+from gaitopt.cli.display import ProgressDisplay
 from gaitopt.cli.fastest import limit_lines
-from gaitopt.cli.inspection import _short
-from gaitopt.cli.interrupt import StopRequest
-from gaitopt.cli.progress import ProgressDisplay
-from gaitopt.cli.proof import proof_table
-from gaitopt.cli.report import print_gait
+from gaitopt.cli.process import StopRequest
+from gaitopt.cli.report import print_gait, proof_table
+from gaitopt.cli.robots import _short
 from gaitopt.design.certificate import WorstRow
 from gaitopt.nlp import Progress
 from gaitopt.solvers.certified import UNCONFIRMED

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from gaitopt.catalogue.entries import catalogue, description, entry_by_name
-from gaitopt.cli.robot_request import robot_source
+from gaitopt.cli.request import robot_source
 from gaitopt.errors import InputError, RobotError
 from gaitopt.importers.physics import PARTS, PassiveJoint, Physics, PointMass
 from gaitopt.importers.source import read_source

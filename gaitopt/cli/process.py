@@ -1,0 +1,234 @@
+"""The process: one message and one exit code for an error, signals, and its standard streams.
+
+Ctrl-C while a solver runs asks it to stop, the second ends the program; SIGTERM and SIGHUP are
+answered as Ctrl-C is. A pipe that was closed, or a terminal that is gone, ends no search half way:
+what can no longer be read is dropped. A full disk is an error.
+"""
+
+from __future__ import annotations
+
+import errno
+import io
+import os
+import signal
+import sys
+import threading
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from enum import IntEnum
+from types import FrameType
+from typing import NoReturn, TextIO
+
+import typer
+
+from gaitopt.errors import GaitoptError, InputError
+from gaitopt.pinocchio_check import require_pinocchio
+from gaitopt.view.visible import visible
+
+
+class ExitCode(IntEnum):
+    """Exit codes of every command.
+
+    With --no-refine, OK means optimal at the given samples.
+    """
+
+    OK = 0
+    NOT_CERTIFIED = 1
+    BAD_INPUT = 2
+    NO_GAIT = 3
+    INTERRUPTED = 130
+
+
+@contextmanager
+def failures_reported() -> Iterator[None]:
+    """Turn errors the user can mend into a message on stderr and an exit code; no traceback.
+
+    An unexpected exception is left to Python: it is a bug of gaitopt and its traceback is wanted.
+    """
+    try:
+        require_pinocchio()
+        yield
+        sys.stdout.flush()  # a full disk is told here, not after the last exit
+    except GaitoptError as error:
+        complain(str(error))
+        sentences = getattr(getattr(error, "diagnosis", None), "sentences", ())
+        advise(f"- {sentence}" for sentence in sentences)
+        raise typer.Exit(error.exit_code) from error
+    except OSError as error:
+        complain(str(error))
+        raise typer.Exit(ExitCode.BAD_INPUT) from error
+    except KeyboardInterrupt as error:
+        complain("interrupted before it was done; every file that was written is complete")
+        raise typer.Exit(ExitCode.INTERRUPTED) from error
+
+
+def advise(lines: Iterable[str]) -> None:
+    """Print why there is no gait and what would help; long lines are not broken."""
+    for line in lines:
+        print(visible(line), file=sys.stderr)  # noqa: T201
+
+
+def complain(message: str) -> None:
+    """Print an error: in a panel on a terminal, else in one line that can be searched."""
+    message = visible(message)
+    if not sys.stderr.isatty():
+        print(f"error: {message}", file=sys.stderr)  # noqa: T201
+        return
+    from rich.panel import Panel
+    from rich.text import Text
+
+    from gaitopt.cli.display import screen
+
+    panel = Panel(Text(message), title="Error", title_align="left", border_style="red")
+    screen(stderr=True).print(panel)
+
+
+STOPPING = "stopping; press Ctrl-C again to quit at once"
+QUIT = "error: interrupted before there was a result; nothing was written"
+
+_LIKE_CTRL_C = ("SIGTERM", "SIGHUP")  # the second is not on every system
+
+
+@dataclass
+class StopRequest:
+    """Whether Ctrl-C was pressed; called, it says so, as the `stop` of a search."""
+
+    asked: bool = False
+
+    def __call__(self) -> bool:
+        """Return whether the search shall end."""
+        return self.asked
+
+
+def take_signals() -> None:
+    """Answer SIGTERM and SIGHUP as Ctrl-C is answered at the time; one that is ignored stays so."""
+    for name in _LIKE_CTRL_C:
+        number = getattr(signal, name, None)
+        if number is not None and signal.getsignal(number) is signal.SIG_DFL:
+            signal.signal(number, _as_ctrl_c)
+
+
+def _as_ctrl_c(number: int, frame: FrameType | None) -> None:
+    handler = signal.getsignal(signal.SIGINT)
+    if not callable(handler):  # Ctrl-C is ignored, as in a process that a script started by "&"
+        raise KeyboardInterrupt
+    handler(number, frame)
+
+
+@contextmanager
+def ctrl_c_asks(*, told: bool = True) -> Iterator[StopRequest]:
+    """Note the first Ctrl-C inside the block instead of raising; the second ends the program.
+
+    The solver stops between two iterations, so that its best iterate is complete.
+
+    Args:
+        told: whether to say on stderr, at once, that the first was heard.
+    """
+    request = StopRequest()
+
+    def note(number: int, frame: FrameType | None) -> None:
+        del number, frame
+        if request.asked:
+            _quit()
+        request.asked = True
+        if told:
+            _tell(STOPPING)
+
+    with _answered_by(note):
+        yield request
+
+
+@contextmanager
+def _answered_by(handler: Callable[[int, FrameType | None], None]) -> Iterator[None]:
+    if threading.current_thread() is not threading.main_thread():
+        yield  # only the main thread receives signals
+        return
+    before = signal.signal(signal.SIGINT, handler)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+def _quit() -> NoReturn:
+    _tell(QUIT)
+    raise SystemExit(int(ExitCode.INTERRUPTED))
+
+
+def _tell(text: str) -> None:
+    try:
+        print(text, file=sys.stderr, flush=True)  # noqa: T201
+    except RuntimeError:  # the signal came amid another print
+        with suppress(OSError):
+            os.write(2, f"{text}\n".encode())
+
+
+_NOBODY_READS = (errno.EPIPE, errno.EIO, errno.ECONNRESET)
+_STANDARD = 3  # descriptors: stdin, stdout, stderr
+
+
+class _Outliving(io.RawIOBase):
+    """A descriptor; what nobody reads any more is dropped.
+
+    Args of the constructor: the descriptor, and whether every failure is passed over.
+    """
+
+    def __init__(self, descriptor: int, lenient: bool) -> None:
+        self._descriptor, self._lenient, self._open = descriptor, lenient, True
+
+    def write(self, data: object) -> int:
+        """Write bytes; return how many were taken.
+
+        Raises:
+            InputError: they cannot be written, though somebody would read them.
+        """
+        view = memoryview(data).cast("B")  # type: ignore[arg-type]
+        if not self._open:
+            return len(view)
+        try:
+            return os.write(self._descriptor, view)
+        except OSError as error:
+            self._open = False
+            if not (self._lenient or error.errno in _NOBODY_READS):
+                reason = (error.strerror or "unknown reason").lower()
+                raise InputError(
+                    f"cannot write the output: {reason}; make room, or send it elsewhere"
+                ) from error
+            return len(view)
+
+    def writable(self) -> bool:
+        """Whether it can be written: always."""
+        return True
+
+    def fileno(self) -> int:
+        """Return the descriptor."""
+        return self._descriptor
+
+    def isatty(self) -> bool:
+        """Whether it is a terminal."""
+        return os.isatty(self._descriptor)
+
+
+def outlive_readers() -> None:
+    """Replace stdout and stderr of this process by streams that outlive their readers.
+
+    A terminal that cannot show "N·m" shows "N?m". A descriptor that is closed from the start is
+    opened on nothing, so that no file that is opened later takes its place.
+    """
+    with suppress(OSError):
+        while (free := os.open(os.devnull, os.O_RDWR)) < _STANDARD:
+            pass
+        os.close(free)
+    sys.stdout = _outliving(sys.stdout, 1, lenient=False)
+    sys.stderr = _outliving(sys.stderr, 2, lenient=True)
+
+
+def _outliving(stream: TextIO | None, descriptor: int, *, lenient: bool) -> TextIO:
+    encoding = "utf-8" if stream is None else stream.encoding
+    if stream is not None:
+        with suppress(OSError, ValueError):
+            stream.flush()
+    raw = _Outliving(descriptor, lenient)
+    buffer = io.BufferedWriter(raw)
+    return io.TextIOWrapper(buffer, encoding, "replace", line_buffering=raw.isatty() or lenient)
