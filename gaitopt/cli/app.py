@@ -11,7 +11,7 @@ import typer
 from gaitopt.cli import sweep_options as many
 from gaitopt.cli.options import CONTEXT, command, given, option
 from gaitopt.cli.paths import named_directory
-from gaitopt.cli.process import outlive_readers, take_signals
+from gaitopt.cli.process import handle_termination, survive_closed_pipes
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -34,8 +34,8 @@ PANELS = {
 
 def run() -> None:
     """Run the command line in a process of its own."""
-    outlive_readers()
-    take_signals()
+    survive_closed_pipes()
+    handle_termination()
     app(prog_name="gaitopt")
 
 

@@ -9,7 +9,7 @@ from rich.console import Console
 
 from gaitopt.cli.cells import rounded
 from gaitopt.cli.display import warn
-from gaitopt.cli.process import ctrl_c_asks
+from gaitopt.cli.process import stop_on_interrupt
 from gaitopt.cli.request import Request, make_task
 from gaitopt.design.certificate import WorstRow
 from gaitopt.design.design import Design
@@ -45,7 +45,7 @@ def fastest_walk(request: Request, console: Console, quiet: bool) -> tuple[Reque
         if not quiet:
             console.print(f"{speed:.3f} m/s: {result}")
 
-    with ctrl_c_asks() as stop:
+    with stop_on_interrupt() as stop:
         best = fastest(
             request.robot, task_at, request.task.speed, request.options, on_try=tell, stop=stop
         )

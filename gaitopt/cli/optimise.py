@@ -13,7 +13,7 @@ from gaitopt.cli.config import Settings
 from gaitopt.cli.display import ProgressDisplay, screen, warn
 from gaitopt.cli.fastest import fastest_walk
 from gaitopt.cli.paths import require_writable
-from gaitopt.cli.process import ExitCode, StopRequest, advise, complain, ctrl_c_asks
+from gaitopt.cli.process import ExitCode, StopRequest, print_advice, print_error, stop_on_interrupt
 from gaitopt.cli.remedies import Asked, remedies
 from gaitopt.cli.report import inspect_command, print_findings, print_gait
 from gaitopt.cli.request import Request, make_request
@@ -64,12 +64,12 @@ def run(
                 else:
                     found = _search(request, errors, quiet)
         except (KeyboardInterrupt, StoppedError) as error:
-            complain("interrupted before there was a result; nothing was written")
+            print_error("interrupted before there was a result; nothing was written")
             raise typer.Exit(ExitCode.INTERRUPTED) from error
         except (NoGaitFoundError, UnreachableError) as error:
-            complain(str(error))
+            print_error(str(error))
             asked = Asked(given, config, output, page=page, figures=figures, quiet=quiet)
-            advise(remedies(error.diagnosis, request, asked))
+            print_advice(remedies(error.diagnosis, request, asked))
             raise typer.Exit(error.exit_code) from error
         written: list[Path] = []
         try:  # first the files: whoever reads the tables may close the pipe
@@ -111,7 +111,7 @@ def _all_written(results: Iterator[Path], gait: Gait, output: Path) -> list[Path
     try:
         written.extend(results)
     except KeyboardInterrupt as error:
-        complain(f"interrupted while the results were written; {_there(written, output)}")
+        print_error(f"interrupted while the results were written; {_there(written, output)}")
         raise typer.Exit(ExitCode.INTERRUPTED) from error
     except (GaitoptError, OSError) as error:
         if written:
@@ -153,7 +153,10 @@ def _search(request: Request, errors: Console, quiet: bool) -> Design:
         StoppedError: Ctrl-C was pressed before there was a walk.
     """
     shown = errors.is_terminal and not quiet  # then the table says that it stops
-    with ctrl_c_asks(told=not shown) as stop, ProgressDisplay(errors, stop, quiet) as progress:
+    with (
+        stop_on_interrupt(told=not shown) as stop,
+        ProgressDisplay(errors, stop, quiet) as progress,
+    ):
         found, said = _designed(request, progress, stop)
     if not quiet:
         kept = f"the walk that is kept: cost {found.solution.cost:.6g} N²·m·s"

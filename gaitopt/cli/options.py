@@ -11,7 +11,7 @@ import typer
 import typer.main
 from typer.core import TyperCommand
 
-from gaitopt.cli.process import failures_reported
+from gaitopt.cli.process import errors_reported
 from gaitopt.settings import FLAG, TABLE, Setting, declared
 
 CONTEXT = {"help_option_names": ["-h", "--help"]}
@@ -72,12 +72,12 @@ class CommandWithDefaults(TyperCommand):
         """Show the help of a copy of the command with defaults and allowed names."""
         command = copy(self)
         command.epilog = _WHOSE
-        settings = known_settings()
+        settings = settings_by_name()
         command.params = [_shown(one, settings.get(one.name or "")) for one in self.params]
         TyperCommand.format_help(command, ctx, formatter)
 
 
-def known_settings() -> dict[str, Setting]:
+def settings_by_name() -> dict[str, Setting]:
     """Return every setting of `gaitopt optimise` and `gaitopt sweep` by its name."""
     from gaitopt.cli.config import SCHEMA
     from gaitopt.cli.sweep_options import SweepSettings
@@ -148,7 +148,7 @@ def _complete(function: Callable[..., None], more: tuple[inspect.Parameter, ...]
     parameters = [p.replace(kind=kind) for p in (*first, *more, *rest)]
 
     def call(**values: Any) -> None:
-        with failures_reported():
+        with errors_reported():
             function(**values)
 
     call.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]

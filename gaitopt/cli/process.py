@@ -41,7 +41,7 @@ class ExitCode(IntEnum):
 
 
 @contextmanager
-def failures_reported() -> Iterator[None]:
+def errors_reported() -> Iterator[None]:
     """Turn errors the user can mend into a message on stderr and an exit code; no traceback.
 
     An unexpected exception is left to Python: it is a bug of gaitopt and its traceback is wanted.
@@ -51,25 +51,25 @@ def failures_reported() -> Iterator[None]:
         yield
         sys.stdout.flush()  # a full disk is told here, not after the last exit
     except GaitoptError as error:
-        complain(str(error))
+        print_error(str(error))
         sentences = getattr(getattr(error, "diagnosis", None), "sentences", ())
-        advise(f"- {sentence}" for sentence in sentences)
+        print_advice(f"- {sentence}" for sentence in sentences)
         raise typer.Exit(error.exit_code) from error
     except OSError as error:
-        complain(str(error))
+        print_error(str(error))
         raise typer.Exit(ExitCode.BAD_INPUT) from error
     except KeyboardInterrupt as error:
-        complain("interrupted before it was done; every file that was written is complete")
+        print_error("interrupted before it was done; every file that was written is complete")
         raise typer.Exit(ExitCode.INTERRUPTED) from error
 
 
-def advise(lines: Iterable[str]) -> None:
+def print_advice(lines: Iterable[str]) -> None:
     """Print why there is no gait and what would help; long lines are not broken."""
     for line in lines:
         print(visible(line), file=sys.stderr)  # noqa: T201
 
 
-def complain(message: str) -> None:
+def print_error(message: str) -> None:
     """Print an error: in a panel on a terminal, else in one line that can be searched."""
     message = visible(message)
     if not sys.stderr.isatty():
@@ -101,15 +101,15 @@ class StopRequest:
         return self.asked
 
 
-def take_signals() -> None:
+def handle_termination() -> None:
     """Answer SIGTERM and SIGHUP as Ctrl-C is answered at the time; one that is ignored stays so."""
     for name in _LIKE_CTRL_C:
         number = getattr(signal, name, None)
         if number is not None and signal.getsignal(number) is signal.SIG_DFL:
-            signal.signal(number, _as_ctrl_c)
+            signal.signal(number, _as_interrupt)
 
 
-def _as_ctrl_c(number: int, frame: FrameType | None) -> None:
+def _as_interrupt(number: int, frame: FrameType | None) -> None:
     handler = signal.getsignal(signal.SIGINT)
     if not callable(handler):  # Ctrl-C is ignored, as in a process that a script started by "&"
         raise KeyboardInterrupt
@@ -117,7 +117,7 @@ def _as_ctrl_c(number: int, frame: FrameType | None) -> None:
 
 
 @contextmanager
-def ctrl_c_asks(*, told: bool = True) -> Iterator[StopRequest]:
+def stop_on_interrupt(*, told: bool = True) -> Iterator[StopRequest]:
     """Note the first Ctrl-C inside the block instead of raising; the second ends the program.
 
     The solver stops between two iterations, so that its best iterate is complete.
@@ -135,12 +135,12 @@ def ctrl_c_asks(*, told: bool = True) -> Iterator[StopRequest]:
         if told:
             _tell(STOPPING)
 
-    with _answered_by(note):
+    with _handled_by(note):
         yield request
 
 
 @contextmanager
-def _answered_by(handler: Callable[[int, FrameType | None], None]) -> Iterator[None]:
+def _handled_by(handler: Callable[[int, FrameType | None], None]) -> Iterator[None]:
     if threading.current_thread() is not threading.main_thread():
         yield  # only the main thread receives signals
         return
@@ -168,7 +168,7 @@ _NOBODY_READS = (errno.EPIPE, errno.EIO, errno.ECONNRESET)
 _STANDARD = 3  # descriptors: stdin, stdout, stderr
 
 
-class _Outliving(io.RawIOBase):
+class _PipeStream(io.RawIOBase):
     """A descriptor; what nobody reads any more is dropped.
 
     Args of the constructor: the descriptor, and whether every failure is passed over.
@@ -210,7 +210,7 @@ class _Outliving(io.RawIOBase):
         return os.isatty(self._descriptor)
 
 
-def outlive_readers() -> None:
+def survive_closed_pipes() -> None:
     """Replace stdout and stderr of this process by streams that outlive their readers.
 
     A terminal that cannot show "N·m" shows "N?m". A descriptor that is closed from the start is
@@ -220,15 +220,15 @@ def outlive_readers() -> None:
         while (free := os.open(os.devnull, os.O_RDWR)) < _STANDARD:
             pass
         os.close(free)
-    sys.stdout = _outliving(sys.stdout, 1, lenient=False)
-    sys.stderr = _outliving(sys.stderr, 2, lenient=True)
+    sys.stdout = _pipe_stream(sys.stdout, 1, lenient=False)
+    sys.stderr = _pipe_stream(sys.stderr, 2, lenient=True)
 
 
-def _outliving(stream: TextIO | None, descriptor: int, *, lenient: bool) -> TextIO:
+def _pipe_stream(stream: TextIO | None, descriptor: int, *, lenient: bool) -> TextIO:
     encoding = "utf-8" if stream is None else stream.encoding
     if stream is not None:
         with suppress(OSError, ValueError):
             stream.flush()
-    raw = _Outliving(descriptor, lenient)
+    raw = _PipeStream(descriptor, lenient)
     buffer = io.BufferedWriter(raw)
     return io.TextIOWrapper(buffer, encoding, "replace", line_buffering=raw.isatty() or lenient)

@@ -17,7 +17,7 @@ from rich.text import Text
 from gaitopt.cli.cells import ABSENT, BAR, bar, fixed, new_table, number, rounded, share
 from gaitopt.cli.config import SCHEMA, Settings
 from gaitopt.cli.display import WIDTH, screen
-from gaitopt.cli.process import ExitCode, complain
+from gaitopt.cli.process import ExitCode, print_error
 from gaitopt.design.audit import Audit, audit
 from gaitopt.design.summary import summarise
 from gaitopt.gait.result import Gait
@@ -207,12 +207,12 @@ def check(path: Path) -> None:
         for line in found.imposed:
             out.print(f"  {visible(line)}", soft_wrap=True)
     if found.altered:
-        complain(altered_message(found))
+        print_error(altered_message(found))
     else:
         worst = max(found.differences.values())
         out.print(f"stored arrays agree with it to {worst:.1e} (allowed {SAME:.0e})")
     if found.claimed and not found.certificate.certified:
-        complain("its certificate says certified; computed now, the walk is not")
+        print_error("its certificate says certified; computed now, the walk is not")
     if not found.passed:
         raise typer.Exit(ExitCode.NOT_CERTIFIED)
 

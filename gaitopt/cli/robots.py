@@ -20,7 +20,7 @@ from gaitopt.cli.cells import new_table
 from gaitopt.cli.config import Settings
 from gaitopt.cli.display import WIDTH, screen
 from gaitopt.cli.paths import require_files
-from gaitopt.cli.process import ExitCode, complain
+from gaitopt.cli.process import ExitCode, print_error
 from gaitopt.cli.request import choices_text, robot_origin, robot_source
 from gaitopt.model.robot import Robot
 from gaitopt.view.inspection import Inspection, inspect_robot
@@ -60,7 +60,7 @@ def inspect(settings: Settings, html: Path | None, write_choices: Path | None) -
             soft_wrap=True,
         )  # fmt: skip
     if found.refusal:
-        complain(found.refusal)
+        print_error(found.refusal)
         raise typer.Exit(ExitCode.BAD_INPUT)
 
 

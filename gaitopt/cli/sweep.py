@@ -14,7 +14,7 @@ from gaitopt.cli.config import SCHEMA, Settings
 from gaitopt.cli.crew import make_crew
 from gaitopt.cli.display import screen
 from gaitopt.cli.paths import require_writable
-from gaitopt.cli.process import ExitCode, complain
+from gaitopt.cli.process import ExitCode, print_error
 from gaitopt.cli.report import inspect_command, print_findings
 from gaitopt.cli.request import Request, biped_spec, make_request, make_task
 from gaitopt.cli.sweep_progress import SweepDisplay
@@ -56,7 +56,7 @@ def run(given: Settings) -> None:
             )  # fmt: skip
     except KeyboardInterrupt as error:
         kept = _kept(directory)
-        complain(f"interrupted; {kept} in '{directory}', and the same command goes on")
+        print_error(f"interrupted; {kept} in '{directory}', and the same command goes on")
         raise typer.Exit(ExitCode.INTERRUPTED) from error
     out = screen()
     if not quiet:

@@ -7,13 +7,13 @@ from types import SimpleNamespace
 import pytest
 import typer
 
-from gaitopt.cli.process import failures_reported
+from gaitopt.cli.process import errors_reported
 from gaitopt.errors import NoGaitFoundError
 
 
 def test_a_diagnosis_is_printed_under_the_error(capsys: pytest.CaptureFixture[str]) -> None:
     diagnosis = SimpleNamespace(sentences=("the knees are weak", "20 N·m more would do"))
-    with pytest.raises(typer.Exit) as left, failures_reported():
+    with pytest.raises(typer.Exit) as left, errors_reported():
         raise NoGaitFoundError("no gait", None, diagnosis)
     assert left.value.exit_code == 3
     assert capsys.readouterr().err.splitlines() == [
@@ -24,6 +24,6 @@ def test_a_diagnosis_is_printed_under_the_error(capsys: pytest.CaptureFixture[st
 
 
 def test_without_a_diagnosis_the_error_stands_alone(capsys: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(typer.Exit), failures_reported():
+    with pytest.raises(typer.Exit), errors_reported():
         raise NoGaitFoundError("no gait")
     assert capsys.readouterr().err == "error: no gait\n"

@@ -11,7 +11,7 @@ import pytest
 
 from gaitopt import load_gait
 from gaitopt.cli.display import screen, warn
-from gaitopt.cli.process import advise, complain
+from gaitopt.cli.process import print_advice, print_error
 from gaitopt.gait.result import Gait
 
 CSI = "\x9b"  # begins a command to a terminal, as ESC [ does; XML allows it
@@ -89,8 +89,8 @@ def test_names_in_a_gait_file_steer_nothing_either(cli, gait_file):
 
 
 def test_what_is_printed_by_itself_is_plain(capsys):
-    complain("a\x1b[31m\nerror: forged")
-    advise(["- b\u2028c\x07"])
+    print_error("a\x1b[31m\nerror: forged")
+    print_advice(["- b\u2028c\x07"])
     warn(screen(stderr=True), "warning", "[/x] \x9b\nerror: forged")
     screen().print("[/red] :smile: \x1b[2J\nerror: forged")
     found = capsys.readouterr()

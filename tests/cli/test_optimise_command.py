@@ -14,7 +14,7 @@ from gaitopt.cli import optimise as optimise_command
 from gaitopt.cli import results
 from gaitopt.cli.config import read_config
 from gaitopt.cli.paths import require_writable
-from gaitopt.cli.process import STOPPING, ctrl_c_asks
+from gaitopt.cli.process import STOPPING, stop_on_interrupt
 from gaitopt.design import diagnose as diagnosis
 from gaitopt.errors import InputError
 
@@ -142,7 +142,7 @@ def test_interrupt_while_writing_tells_what_is_there(designed, quick, monkeypatc
 
 
 def test_first_ctrl_c_is_answered_at_once(capsys):
-    with ctrl_c_asks() as stop:
+    with stop_on_interrupt() as stop:
         os.kill(os.getpid(), signal.SIGINT)
         assert stop.asked
         assert capsys.readouterr().err == f"{STOPPING}\n"

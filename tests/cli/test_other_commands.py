@@ -12,7 +12,7 @@ import pytest
 
 from gaitopt import Margins, Robot, Task, biped13, read_spec, urdf_text
 from gaitopt.cli.config import SCHEMA
-from gaitopt.cli.options import known_settings
+from gaitopt.cli.options import settings_by_name
 from gaitopt.gait.presets import PRESETS
 from gaitopt.version import __version__
 
@@ -87,7 +87,7 @@ def test_every_task_and_margin_field_is_an_option():
 
 
 def test_defaults_are_those_of_the_method():
-    shown = known_settings()
+    shown = settings_by_name()
     assert shown["speed"].default == Task().speed
     assert shown["clearance"].default == Margins().clearance
     assert shown["torque_limit"].default is None  # that is the robot's
