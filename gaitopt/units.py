@@ -56,3 +56,9 @@ def _advice(unit: str) -> str:
     if unit not in UNITS:
         return "give a number"
     return f"give a number in {unit}, if you like with its unit: {', '.join(UNITS[unit])}"
+
+
+def digits(value: float) -> str:
+    """Return a number with as many digits as it has: read again, it is the same."""
+    short = f"{value:.12g}"
+    return short if float(short) == value else repr(value)

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from inspect import Parameter
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
 from gaitopt.cli import sweep_options as many
-from gaitopt.cli.options import CONTEXT, command, given, option
+from gaitopt.cli.options import CONTEXT, Panels, command
 from gaitopt.cli.paths import named_directory
 from gaitopt.cli.process import handle_termination, survive_closed_pipes
+from gaitopt.settings import Setting
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -24,6 +25,9 @@ app = typer.Typer(
     epilog="Exit codes: 0 done (and certified), 1 a gait that is not certified, 2 bad usage or "
     "input, 3 no gait found, 130 interrupted.",
 )
+
+Settings = dict[str, object]
+"""Values that were given, by name."""
 
 PANELS = {
     "task": "What is asked", "geometry": "What is asked", "margins": "Limits", "robot": "Robot",
@@ -71,24 +75,39 @@ def options_before_a_command(
     del version  # its callback has done the work
 
 
-def _settings(*sections: str) -> list[Parameter]:
-    """Return the options of sections of the configuration, by default of all."""
+def _all_settings(words: Sequence[str]) -> Panels:
+    """Return all settings of the configuration; plugins that are named bring their own."""
+    from gaitopt.cli.config import sections
+
+    return _panels(sections(words))
+
+
+def _robot_settings(_: Sequence[str]) -> Panels:
     from gaitopt.cli.config import SCHEMA
 
-    return [
-        option(one, PANELS[name]) for name in sections or SCHEMA for one in SCHEMA[name].values()
-    ]
+    return _panels({"robot": SCHEMA["robot"]})
 
 
-def _given(ctx: typer.Context, *sections: str) -> dict[str, object]:
-    from gaitopt.cli.config import SCHEMA
+def _sweep_settings(words: Sequence[str]) -> Panels:
+    from gaitopt.cli.sweep_options import NOT_OURS, SWEEP
 
-    return given(ctx, [name for section in sections or SCHEMA for name in SCHEMA[section]])
+    others = {
+        heading: [one for one in panel if one.name not in NOT_OURS]
+        for heading, panel in _all_settings(words).items()
+    }
+    return {"Sweep": SWEEP, **others}
 
 
-@command(app, _settings, "optimize")
+def _panels(sections: Mapping[str, Mapping[str, Setting]]) -> Panels:
+    panels: dict[str, list[Setting]] = {}
+    for name, settings in sections.items():
+        panels.setdefault(PANELS[name], []).extend(settings.values())
+    return panels
+
+
+@command(app, _all_settings, "optimize")
 def optimise(
-    ctx: typer.Context,
+    settings: Settings,
     fastest: Annotated[
         bool,
         _option(
@@ -118,25 +137,24 @@ def optimise(
     page: Annotated[bool, _result("--page/--no-page", "Write the walking robot.")] = True,
     figures: Annotated[bool, _result("--figures/--no-figures", "Write the figures.")] = True,
     quiet: Quiet = False,
-    **_: object,
 ) -> None:
     """Design the gait that walks at a given speed for the least effort."""
     from gaitopt.cli import optimise as work
 
     work.run(
-        _given(ctx), config=config, output=output, fastest=fastest, page=page, figures=figures,
+        settings, config=config, output=output, fastest=fastest, page=page, figures=figures,
         quiet=quiet,
     )  # fmt: skip
 
 
-@command(app, lambda: many.options(_settings()))
+@command(app, _sweep_settings)
 def sweep(
-    ctx: typer.Context, config: many.Config = None, quiet: Quiet = False, **_: object
+    settings: Settings, output: many.Directory, config: many.Config = None, quiet: Quiet = False
 ) -> None:
     """Design gaits over speeds and other quantities, each from its neighbour."""
     from gaitopt.cli import sweep as work
 
-    work.run(given(ctx, ctx.params))
+    work.run(settings, output, config, quiet)
 
 
 @command(app)
@@ -157,9 +175,9 @@ def library(
         work.run_list(directory, where or [], columns, plot)
 
 
-@command(app, lambda: _settings("robot"))
+@command(app, _robot_settings)
 def inspect(
-    ctx: typer.Context,
+    settings: Settings,
     html: Annotated[
         Path | None,
         _result("--html", "Write a page with the robot standing and these tables.", "FILE"),
@@ -172,12 +190,11 @@ def inspect(
             "FILE",
         ),
     ] = None,
-    **_: object,
 ) -> None:
     """Say what gaitopt understood of a robot, what it guessed, and what is wrong with the file."""
     from gaitopt.cli import robots as work
 
-    work.inspect(_given(ctx, "robot"), html, write_choices)
+    work.inspect(settings, html, write_choices)
 
 
 @command(app)

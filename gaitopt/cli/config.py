@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from difflib import get_close_matches
 from pathlib import Path
@@ -18,6 +18,7 @@ from gaitopt.importers.text_files import parse_toml
 from gaitopt.settings import FILE, FILES, Setting, declared, setting
 from gaitopt.solvers import SOLVERS
 from gaitopt.solvers.sqp import SQP
+from gaitopt.units import digits
 
 Settings = dict[str, object]
 """Values that were given, by name; what is not there takes its default."""
@@ -45,13 +46,21 @@ class GeometrySettings:
     )  # fmt: skip
 
 
+def _robot_names() -> list[str]:
+    from gaitopt.catalogue.entries import PREFIX, catalogue
+
+    return [*(entry.name for entry in catalogue()), f"{PREFIX}NAME"]
+
+
 @dataclass(frozen=True)
 class RobotSettings:
     """Which robot, and what not to guess about it."""
 
     robot: str | None = field(
         default=None,
-        metadata=setting("Name in the catalogue: gaitopt robots.", metavar="NAME", common=True),
+        metadata=setting(
+            "Name in the catalogue.", metavar="NAME", choices=_robot_names, common=True
+        ),
     )
     urdf: Path | None = field(
         default=None, metadata=setting("URDF or MJCF of any humanoid.", common=True)
@@ -151,6 +160,16 @@ SCHEMA: dict[str, dict[str, Setting]] = {
 """Every setting that a command line or a configuration file may hold, by section."""
 
 
+def sections(words: Sequence[str] = ()) -> dict[str, dict[str, Setting]]:
+    """Return every setting by section, those of the plugins that a command line names too.
+
+    Args:
+        words: of the command line.
+    """
+    del words
+    return SCHEMA
+
+
 def read_config(path: Path) -> Settings:
     """Read the settings of a TOML file; file names in it are relative to its directory.
 
@@ -198,3 +217,21 @@ def _unknown(what: str, name: str, known: list[str]) -> str:
     close = get_close_matches(name, known, n=1)
     hint = f"did you mean '{close[0]}'? " if close else ""
     return f"unknown {what} '{name}'; {hint}there are {', '.join(known)}"
+
+
+def option_words(name: str, value: object) -> list[str]:
+    """Return a setting as the words of a command line; none where the value is None."""
+    flag = name.replace("_", "-")
+    if value is None:
+        return []
+    if isinstance(value, bool):
+        return [f"--{flag}" if value else f"--no-{flag}"]
+    if isinstance(value, Mapping):
+        value = [f"{key}={_shown(one)}" for key, one in value.items()]
+    if isinstance(value, list | tuple):
+        return [word for one in value for word in option_words(name, one)]
+    return [f"--{flag}", _shown(value)]
+
+
+def _shown(value: object) -> str:
+    return digits(value) if isinstance(value, float) else str(value)

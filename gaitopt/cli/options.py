@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from copy import copy
 from typing import Annotated, Any
 
 import typer
 import typer.main
-from typer.core import TyperCommand
+from typer.core import TyperCommand, TyperOption
 
 from gaitopt.cli.process import errors_reported
-from gaitopt.settings import FLAG, TABLE, Setting, declared
+from gaitopt.settings import FLAG, TABLE, Setting
 
 CONTEXT = {"help_option_names": ["-h", "--help"]}
 
@@ -22,13 +22,8 @@ _WHOSE = (
 )
 
 
-def option(setting: Setting, panel: str) -> inspect.Parameter:
-    """Return the parameter of a command that takes a setting; None or empty where it is not given.
-
-    Args:
-        setting: what it sets.
-        panel: heading under which the help shows it.
-    """
+def _option(setting: Setting, panel: str) -> inspect.Parameter:
+    """Return the parameter of a command that takes a setting; None or empty if it is not given."""
     said = f"{setting.help}{' Repeatable.' if setting.repeatable else ''}"
     how: dict[str, Any] = {"help": said, "rich_help_panel": panel, "show_default": False}
     kind: Any = bool | None
@@ -60,49 +55,13 @@ def _reader(setting: Setting) -> Callable[[Any], Any]:
     return read
 
 
-def given(ctx: typer.Context, names: Iterable[str]) -> dict[str, object]:
-    """Return the options that were given; a repeatable one that is absent is an empty list."""
-    return {name: ctx.params[name] for name in names if ctx.params[name] not in (None, [], ())}
+Panels = Mapping[str, Iterable[Setting]]
+"""Settings that a command takes, by the heading under which the help shows them."""
 
 
-class CommandWithDefaults(TyperCommand):
-    """A command whose options all default to "not given"; its help says what then holds."""
-
-    def format_help(self, ctx: Any, formatter: Any) -> None:
-        """Show the help of a copy of the command with defaults and allowed names."""
-        command = copy(self)
-        command.epilog = _WHOSE
-        settings = settings_by_name()
-        command.params = [_shown(one, settings.get(one.name or "")) for one in self.params]
-        TyperCommand.format_help(command, ctx, formatter)
-
-
-def settings_by_name() -> dict[str, Setting]:
-    """Return every setting of `gaitopt optimise` and `gaitopt sweep` by its name."""
-    from gaitopt.cli.config import SCHEMA
-    from gaitopt.cli.sweep_options import SweepSettings
-
-    sections = (*SCHEMA.values(), {one.name: one for one in declared(SweepSettings)})
-    return {name: one for section in sections for name, one in section.items()}
-
-
-def _shown(option: Any, setting: Setting | None) -> Any:
-    """Return an option as the help shows it."""
-    if setting is None:
-        return option
-    changed = copy(option)
-    if setting.default not in (None, (), {}):
-        changed.default, changed.show_default = setting.default, True
-    if setting.names:
-        changed.help = f"{option.help} One of {', '.join(setting.names)}."
-    return changed
-
-
-Options = Callable[[], Iterable[inspect.Parameter]]
-"""Returns options of a command, beside those of its function's signature."""
-
-
-def command(app: typer.Typer, options: Options = tuple, *aliases: str) -> Callable[[Any], Any]:
+def command(
+    app: typer.Typer, panels: Callable[[Sequence[str]], Panels] | None = None, *aliases: str
+) -> Callable[[Any], Any]:
     """Return the decorator that makes a function a command of an application.
 
     Its options are made when the command is asked for, so that every other one starts at once; its
@@ -110,13 +69,16 @@ def command(app: typer.Typer, options: Options = tuple, *aliases: str) -> Callab
 
     Args:
         app: the application.
-        options: that the function takes by name, beside those of its signature.
+        panels: returns the settings that the command takes, from the words given to it; what was
+            given is the function's first argument, by name.
         aliases: hidden names of the command.
     """
 
     def register(function: Callable[..., None]) -> Callable[..., None]:
-        attributes = {"function": staticmethod(function), "more": staticmethod(options)}
-        kind = type("LateCommand", (_LateCommand,), attributes)
+        def complete(words: Sequence[str]) -> Any:
+            return _complete(function, None if panels is None else panels(words))
+
+        kind = type("LateCommand", (_LateCommand,), {"complete": staticmethod(complete)})
         for name in (function.__name__, *aliases):
             how: Any = {"cls": kind, "help": function.__doc__, "hidden": name in aliases}
             app.command(name, **how)(lambda: None)
@@ -128,35 +90,102 @@ def command(app: typer.Typer, options: Options = tuple, *aliases: str) -> Callab
 class _LateCommand(TyperCommand):
     """Stands for a command until it is asked for."""
 
-    function: Callable[..., None]
-    more: Options
+    complete: Callable[[Sequence[str]], Any]
 
     def make_context(
         self, info_name: str | None, args: list[str], parent: Any = None, **extra: Any
     ) -> Any:
         """Return the context of the command with its options."""
-        made = _complete(self.function, tuple(self.more()), str(self.name))
+        with errors_reported():
+            made = self.complete(args)
         return made.make_context(info_name, args, parent, **extra)
 
 
-def _complete(function: Callable[..., None], more: tuple[inspect.Parameter, ...], name: str) -> Any:
-    """Return the command line of a function, with more options than its signature has."""
-    own = inspect.signature(function, eval_str=True).parameters.values()
-    rest = [p for p in own if p.kind is not inspect.Parameter.VAR_KEYWORD]
-    first = [rest.pop(0)] if rest and rest[0].annotation is typer.Context else []
-    kind = inspect.Parameter.KEYWORD_ONLY
-    parameters = [p.replace(kind=kind) for p in (*first, *more, *rest)]
+def _complete(function: Callable[..., None], panels: Panels | None) -> Any:
+    """Return the command line of a function; with settings, they are its first argument."""
+    own = list(inspect.signature(function, eval_str=True).parameters.values())
+    if panels is None:
+        parameters, settings, kind = own, {}, TyperCommand
+    else:
+        settings = {one.name: one for panel in panels.values() for one in panel}
+        made = [_option(one, heading) for heading, panel in panels.items() for one in panel]
+        parameters, kind = [*made, *own[1:], _HELP_ALL], HelpfulCommand
 
     def call(**values: Any) -> None:
+        values.pop("help_all", None)  # its callback has done the work
+        typed = {name: values.pop(name) for name in settings}
         with errors_reported():
-            function(**values)
+            given = {n: _value(settings[n], v) for n, v in typed.items() if v not in (None, [], ())}
+            function(*([] if panels is None else [given]), **values)
 
+    parameters = [p.replace(kind=inspect.Parameter.KEYWORD_ONLY) for p in parameters]
     call.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
     call.__annotations__ = {p.name: p.annotation for p in parameters}
     call.__doc__ = function.__doc__
     alone = typer.Typer(
         add_completion=False, pretty_exceptions_enable=False, rich_markup_mode="rich"
     )
-    kind_of_help = CommandWithDefaults if more else TyperCommand
-    alone.command(name, cls=kind_of_help, context_settings=CONTEXT)(call)
-    return typer.main.get_command(alone)
+    alone.command(function.__name__, cls=kind, context_settings=CONTEXT)(call)
+    command: Any = typer.main.get_command(alone)
+    command.settings = settings
+    return command
+
+
+def _value(setting: Setting, typed: Any) -> Any:
+    return setting.read_pairs(typed) if setting.kind == TABLE else typed
+
+
+class HelpfulCommand(TyperCommand):
+    """A command whose options all default to "not given"; its help says what then holds.
+
+    `--help` shows the usual ones, `--help-all` every one.
+
+    Attributes:
+        settings: that its options stand for, by name.
+    """
+
+    settings: Mapping[str, Setting]
+
+    def format_help(self, ctx: Any, formatter: Any) -> None:
+        """Show the help of a copy of the command with defaults and allowed names."""
+        command = copy(self)
+        command.params = [self._shown(one, ctx.meta.get(_ALL, False)) for one in self.params]
+        hidden = sum(one.hidden for one in command.params if isinstance(one, TyperOption))
+        said = [_WHOSE] if "speed" in self.settings else []
+        if hidden:
+            said.append(f"There are {hidden} more options: {ctx.command_path} --help-all.")
+        command.epilog = " ".join(said)
+        TyperCommand.format_help(command, ctx, formatter)
+
+    def _shown(self, option: Any, every: bool) -> Any:
+        """Return an option as the help shows it."""
+        setting = self.settings.get(option.name)
+        if setting is None:
+            return option
+        changed = copy(option)
+        changed.hidden = not (every or setting.common)
+        if setting.default not in (None, (), {}):
+            changed.default, changed.show_default = setting.default, True
+        if setting.names:
+            changed.help = f"{option.help} One of {', '.join(setting.names)}."
+        return changed
+
+
+def _show_all(ctx: typer.Context, wanted: bool) -> None:
+    if wanted:
+        ctx.meta[_ALL] = True
+        typer.echo(ctx.get_help())
+        raise typer.Exit
+
+
+_ALL = "gaitopt.help_all"
+_HELP_ALL = inspect.Parameter(
+    "help_all", inspect.Parameter.KEYWORD_ONLY, default=False,
+    annotation=Annotated[
+        bool,
+        typer.Option(
+            "--help-all", help="Show every option.", is_eager=True,
+            callback=_show_all, show_default=False,
+        ),
+    ],
+)  # fmt: skip

@@ -16,10 +16,10 @@ from pathlib import Path
 import numpy as np
 
 from gaitopt.atomic import write_atomically
-from gaitopt.cli.config import SCHEMA, Settings
+from gaitopt.cli.config import SCHEMA, Settings, option_words
 from gaitopt.cli.request import Request, choices_text, make_robot, make_task, robot_source
 from gaitopt.design.attempt import begins_relaxed
-from gaitopt.design.diagnosis import Diagnosis, Suggestion, digits
+from gaitopt.design.diagnosis import Diagnosis, Suggestion
 from gaitopt.errors import InputError
 from gaitopt.gait.assemble import gait_at
 from gaitopt.gait.constraints import Margins
@@ -64,9 +64,9 @@ class Asked:
         options = {k: v for k, v in {**self.options, **changes}.items() if v is not None}
         words = [*_program(), "optimise"]
         for name, value in options.items():
-            words += _words(name, value)
+            words += option_words(name, value)
         for name, path in (("config", self.config), ("output", self.output)):
-            words += [] if path is None else _words(name, path)
+            words += [] if path is None else option_words(name, path)
         words += [
             f"--no-{n}" for n, on in (("page", self.page), ("figures", self.figures)) if not on
         ]
@@ -229,13 +229,3 @@ def _program() -> list[str]:
         same = found is not None and os.path.samefile(found, sys.executable)
         return [name if same else sys.executable, "-m", "gaitopt"]
     return ["gaitopt"]
-
-
-def _words(name: str, value: object) -> list[str]:
-    """Return an option as words of a command line."""
-    flag = name.replace("_", "-")
-    if isinstance(value, bool):
-        return [f"--{flag}" if value else f"--no-{flag}"]
-    if isinstance(value, list | tuple):
-        return [word for one in value for word in _words(name, one)]
-    return [f"--{flag}", digits(value) if isinstance(value, float) else str(value)]

@@ -15,7 +15,7 @@ from rich.table import Table
 from rich.text import Text
 
 from gaitopt.cli.cells import ABSENT, BAR, bar, fixed, new_table, number, rounded, share
-from gaitopt.cli.config import SCHEMA, Settings
+from gaitopt.cli.config import SCHEMA, Settings, option_words
 from gaitopt.cli.display import WIDTH, screen
 from gaitopt.cli.process import ExitCode, print_error
 from gaitopt.design.audit import Audit, audit
@@ -276,8 +276,5 @@ def inspect_command(settings: Settings) -> str:
     """Return the sentence that names the command which shows everything about a robot."""
     words = ["gaitopt", "inspect"]
     for name in SCHEMA["robot"]:
-        values = settings.get(name)
-        for value in values if isinstance(values, list | tuple) else [values]:
-            if value is not None:
-                words += [f"--{name.replace('_', '-')}", str(value)]
+        words += option_words(name, settings.get(name))
     return f"all of it: {shlex.join(words)}"

@@ -17,6 +17,7 @@ from gaitopt.cli.paths import require_writable
 from gaitopt.cli.process import ExitCode, print_error
 from gaitopt.cli.report import inspect_command, print_findings
 from gaitopt.cli.request import Request, biped_spec, make_request, make_task
+from gaitopt.cli.sweep_options import SWEEP
 from gaitopt.cli.sweep_progress import SweepDisplay
 from gaitopt.errors import InputError
 from gaitopt.gait.task import Task
@@ -30,17 +31,22 @@ from gaitopt.tolerances import OPTIMALITY
 NAMED = 8  # files that are named, of those that were made anew, or could not be
 
 
-def run(given: Settings) -> None:
+def run(given: Settings, directory: Path, config: Path | None, quiet: bool) -> None:
     """Sweep; leave with the exit code the worst point deserves.
+
+    Args:
+        given: options of the command line.
+        directory: of the gait library.
+        config: configuration file, if any.
+        quiet: whether to print errors only.
 
     Raises:
         GaitoptError: bad input, or the directory cannot be written.
         typer.Exit: interrupted, or not every gait is certified.
     """
     axes = _axes(given)
-    directory, quiet = Path(str(given["output"])), bool(given.get("quiet", False))
     require_writable(directory)
-    request = _request(given, axes)
+    request = _request(given, axes, config)
     begin = _begin(given, axes)
     errors = screen(stderr=True)
     if not quiet:
@@ -102,10 +108,9 @@ def _begin(given: Settings, axes: list[Axis]) -> dict[str, float]:
     return values
 
 
-def _request(given: Settings, axes: list[Axis]) -> Request:
+def _request(given: Settings, axes: list[Axis], config: Path | None) -> Request:
     """Return the request at the first point; every point has its own task."""
-    known = {name for section in SCHEMA.values() for name in section}
-    settings = {name: value for name, value in given.items() if name in known}
+    settings = {name: v for name, v in given.items() if name not in {one.name for one in SWEEP}}
     for axis in axes:
         if axis.name in settings:
             raise InputError(
@@ -113,8 +118,7 @@ def _request(given: Settings, axes: list[Axis]) -> Request:
             )
         if axis.name in (*SCHEMA["task"], *SCHEMA["margins"]):
             settings[axis.name] = axis.values[0]
-    config = given.get("config")
-    return make_request(settings, None if config is None else Path(str(config)))
+    return make_request(settings, config)
 
 
 def _task_at(request: Request, values: dict[str, float]) -> Task:

@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-import inspect
-from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from gaitopt.cli.options import option
 from gaitopt.cli.paths import named_directory
 from gaitopt.settings import declared, setting
 
 _SWEEP = "Sweep"
-_NOT_OURS = ("starts", "start", "seed", "sigma")
 
 
 @dataclass(frozen=True)
@@ -94,10 +90,6 @@ GaitOutput = Annotated[
     Path | None, typer.Option("--output", "-o", help="Where to write that gait.", metavar="FILE")
 ]
 
-
-def options(of_optimise: Iterable[inspect.Parameter]) -> list[inspect.Parameter]:
-    """Return the options of a sweep, with those of `optimise` that make sense for many gaits."""
-    own = [option(one, _SWEEP) for one in declared(SweepSettings)]
-    kind = inspect.Parameter.KEYWORD_ONLY
-    output = inspect.Parameter("output", kind, annotation=Directory)
-    return [*own, output, *(p for p in of_optimise if p.name not in _NOT_OURS)]
+SWEEP = tuple(declared(SweepSettings))
+NOT_OURS = ("starts", "start", "seed", "sigma")
+"""Settings of a search for one gait only."""

@@ -12,6 +12,7 @@ from gaitopt.design.options import DesignOptions
 from gaitopt.gait.task import Task
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array
+from gaitopt.units import digits
 
 
 @dataclass(frozen=True)
@@ -131,12 +132,6 @@ class Suggestion:
             "start": self.start.tolist(),
             "gait": self.gait.tolist(),
         }
-
-
-def digits(value: float) -> str:
-    """Return a number with as many digits as it has: read again, it is the same."""
-    short = f"{value:.12g}"
-    return short if float(short) == value else repr(value)
 
 
 @dataclass(frozen=True)

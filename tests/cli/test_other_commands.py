@@ -12,8 +12,8 @@ import pytest
 
 from gaitopt import Margins, Robot, Task, biped13, read_spec, urdf_text
 from gaitopt.cli.config import SCHEMA
-from gaitopt.cli.options import settings_by_name
 from gaitopt.gait.presets import PRESETS
+from gaitopt.solvers import SOLVERS
 from gaitopt.version import __version__
 
 if sys.version_info >= (3, 11):
@@ -80,14 +80,29 @@ def test_help_shows_defaults_and_does_not_set_them(cli, quick):
     assert "optimize" not in cli("--help").stdout
 
 
+def test_the_short_help_names_the_long_one_and_all_names(cli):
+    short, full = (" ".join(cli("optimise", how).stdout.split()) for how in ("-h", "--help-all"))
+    assert "more options: gaitopt optimise --help-all" in short.replace("root", "gaitopt")
+    assert "--help-all." not in full
+    for option in ("--torque-limit", "--robot", "--speed", "--config", "--output"):
+        assert option in short
+        assert option in full
+    for name in (*SCHEMA["task"], *SCHEMA["margins"], *SCHEMA["robot"], *SCHEMA["solver"]):
+        assert f"--{name.replace('_', '-')} " in full
+    assert "--penalty-weight" not in short
+    for names in (PRESETS, tuple(SOLVERS), ("biped13", "talos", "menagerie:NAME")):
+        assert [name for name in names if name not in short] == []
+    assert "Defaults are" not in cli("inspect", "--help").stdout
+
+
 def test_every_task_and_margin_field_is_an_option():
-    given_otherwise = {"margins", "geometry"}
+    given_otherwise = {"margins", "geometry", "cost", "constraints"}
     assert set(SCHEMA["task"]) - {"preset"} == {f.name for f in fields(Task)} - given_otherwise
     assert set(SCHEMA["margins"]) == {f.name for f in fields(Margins)}
 
 
 def test_defaults_are_those_of_the_method():
-    shown = settings_by_name()
+    shown = {**SCHEMA["task"], **SCHEMA["margins"]}
     assert shown["speed"].default == Task().speed
     assert shown["clearance"].default == Margins().clearance
     assert shown["torque_limit"].default is None  # that is the robot's

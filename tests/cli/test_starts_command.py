@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 
 from gaitopt.cli import optimise as optimise_command
 from gaitopt.cli.app import app
-from gaitopt.cli.options import settings_by_name
+from gaitopt.cli.config import SCHEMA
 from gaitopt.cli.request import make_request
 from gaitopt.design.starts import many_starts
 from gaitopt.gait.result_file import load_gait
@@ -36,7 +36,7 @@ def test_the_noise_is_that_of_many_starts() -> None:
     usual = inspect.signature(many_starts).parameters["sigma"].default
     request = make_request({"robot": "biped13", "starts": 3}, None)
     assert request.noise == (usual, 0)
-    assert settings_by_name()["sigma"].default == usual
+    assert SCHEMA["solver"]["sigma"].default == usual
     said = (Path(__file__).parents[2] / "docs" / "cli.md").read_text(encoding="utf-8")
     assert f"of standard deviation {usual:g} rad" in said
 
