@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, fields
+from typing import Any
 
 import numpy as np
 
@@ -13,11 +14,13 @@ from gaitopt.design.certificate import Certificate, certify
 from gaitopt.errors import EvaluationError, GaitFileError, InputError
 from gaitopt.gait.assemble import gait_at
 from gaitopt.gait.constraints import Margins
+from gaitopt.gait.costs import TorqueCost
 from gaitopt.gait.grid import uniform_grid
+from gaitopt.gait.plugin import Extension, extension_record
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.recorded_robot import robot_of
 from gaitopt.gait.result import Gait, array_names
-from gaitopt.gait.task_record import task_from_record
+from gaitopt.gait.task_record import task_from_record, task_record
 from gaitopt.model.import_options import choices_record
 from gaitopt.nlp import Array
 from gaitopt.tolerances import SAME
@@ -59,14 +62,20 @@ class Audit:
         return not self.altered and self.certificate.certified
 
 
-def audit(gait: Gait) -> Audit:
+def audit(gait: Gait, known: Iterable[Extension] = ()) -> Audit:
     """Compute a gait again from its parameters, its URDF and its task, and certify it.
 
+    Args:
+        gait: as read from its file.
+        known: constraints and costs that are not gaitopt's own, as
+            `load_plugin("mine.py").extensions`.
+
     Raises:
-        GaitFileError: the gait lacks what is needed for that, or its parameters make no walk.
+        GaitFileError: the gait lacks what is needed for that, or its parameters make no walk, or it
+            has a constraint or a cost that is not known.
         RobotError: its URDF is not a biped.
     """
-    problem = problem_of(gait)
+    problem = problem_of(gait, known)
     try:
         again = gait_at(problem, gait.parameters, {})
         certificate = certify(problem, gait.parameters)
@@ -75,8 +84,8 @@ def audit(gait: Gait) -> Audit:
     differences = {
         name: _difference(getattr(gait, name), getattr(again, name)) for name in array_names()
     }
-    known = [name for name in _FACTS if name != "physics" or gait.fact(name) is not None]
-    facts = [name for name in known if not _same(gait.fact(name), again.fact(name))]
+    recorded = [name for name in _FACTS if name != "physics" or gait.fact(name) is not None]
+    facts = [name for name in recorded if not _same(gait.fact(name), again.fact(name))]
     claimed = gait.fact("certificate", "certified") is True
     if not claimed and certificate.certified:
         facts.append("certificate")
@@ -86,7 +95,8 @@ def audit(gait: Gait) -> Audit:
     ):
         if getattr(gait, name) != frame:
             facts.append(name)
-    return Audit(differences, tuple(facts), certificate, claimed, imposed(problem))
+    brought = (*imposed(problem), *_changed_plugins(gait, problem))
+    return Audit(differences, tuple(facts), certificate, claimed, brought)
 
 
 def imposed(problem: WalkProblem) -> tuple[str, ...]:
@@ -111,9 +121,41 @@ def imposed(problem: WalkProblem) -> tuple[str, ...]:
         value = getattr(margins, one.name)
         if one.name not in ("torque_limit", "speed_limit") and value != one.default:
             found.append(f"{one.name} {value}, by default {one.default}")
+    if (cost := problem.task.cost) != TorqueCost():
+        found.append(f"cost '{cost.name}' [{cost.unit}]{_from(extension_record(cost))}")
+    found += [
+        f"constraint '{one.name}'{_from(extension_record(one))}" for one in problem.task.constraints
+    ]
     choices = choices_record(problem.robot.choices)
     found += [f"choice {name}: {_short(value)}" for name, value in choices.items()]
     return tuple(found)
+
+
+def _from(record: Mapping[str, Any]) -> str:
+    """Where a constraint or a cost comes from, and the values of its fields."""
+    plugin, values = record.get("plugin"), record["fields"]
+    said = "" if plugin is None else f" of the plugin {plugin['file']}"
+    return said + "".join(f", {name} {_short(value)}" for name, value in values.items())
+
+
+def _changed_plugins(gait: Gait, problem: WalkProblem) -> Iterator[str]:
+    """Say which plugins are not the files with which the gait was designed."""
+    task, now = gait.fact("task"), task_record(problem.task)
+    if isinstance(task, Mapping):
+        before = _plugins(task)
+        for file, digest in _plugins(now).items():
+            if before.get(file, digest) != digest:
+                yield (
+                    f"the plugin {file} has changed since the design: its sha256 was "
+                    f"{before[file]}..., now it is {digest}..."
+                )
+
+
+def _plugins(task: Mapping[str, Any]) -> dict[str, str]:
+    """Digests of a task's plugins by file name."""
+    records = [task.get("cost") or {}, *(task.get("constraints") or [])]
+    plugins = [one["plugin"] for one in records if "plugin" in one]
+    return {one["file"]: one["sha256"] for one in plugins}
 
 
 def _short(value: object) -> str:
@@ -121,16 +163,21 @@ def _short(value: object) -> str:
     return text if len(text) <= MOST_SHOWN else f"{text[:MOST_SHOWN]}..."
 
 
-def problem_of(gait: Gait) -> WalkProblem:
+def problem_of(gait: Gait, known: Iterable[Extension] = ()) -> WalkProblem:
     """Return the walk that a gait says it solves.
 
+    Args:
+        gait: as read from its file.
+        known: constraints and costs that are not gaitopt's own.
+
     Raises:
-        GaitFileError: robot, task or parameters are not recorded as gaitopt records them.
+        GaitFileError: robot, task or parameters are not recorded as gaitopt records them, or the
+            task has a constraint or a cost that is not known.
         RobotError: the URDF is not a biped.
     """
     robot = robot_of(gait)
     try:
-        task = task_from_record(gait.fact("task"))
+        task = task_from_record(gait.fact("task"), known)
         grid = uniform_grid(task.samples, task.quadrature).with_instants(_instants(gait))
         problem = WalkProblem(robot, task, grid)
     except InputError as error:

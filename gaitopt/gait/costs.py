@@ -9,12 +9,14 @@ docs/extending.md.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, fields, is_dataclass, replace
 from fnmatch import fnmatchcase
+from typing import Any
 
 import numpy as np
 
+from gaitopt.bounds import shown
 from gaitopt.errors import InputError
 from gaitopt.gait import quantities
 from gaitopt.gait.constraint import check_margins, is_finite
@@ -23,6 +25,7 @@ from gaitopt.gait.quantities import TRAVEL, Quantity, typical_entries
 from gaitopt.gait.step import Step
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array
+from gaitopt.settings import setting
 
 Pair = tuple[Quantity, Quantity]
 
@@ -118,6 +121,31 @@ class RunningCost(Cost):
         return float(self.integrand(robot).value(entries[None])[0, 0]) / context.speed
 
 
+def joint_weights_field() -> Any:
+    """Return a dataclass field with weights of joints, by patterns of their names."""
+    declared = setting(
+        "Weight of the joints of that name in the cost: '*_knee=2'.", metavar="PATTERN=VALUE",
+        example="'*_knee=2'",
+    )  # fmt: skip
+    return field(default_factory=dict, hash=False, metadata=declared)
+
+
+def check_weights(weights: Mapping[str, float]) -> None:
+    """Check weights of joints.
+
+    Raises:
+        InputError: they are no table, or one is no finite number or negative.
+    """
+    if not isinstance(weights, Mapping):
+        raise InputError(f"the weights of joints are {shown(weights)}; give a table by name")
+    for pattern, weight in weights.items():
+        if not (is_finite(weight) and weight >= 0.0):
+            raise InputError(
+                f"the weight of '{pattern}' in the cost is {weight}; it must be a finite number, "
+                "zero or more"
+            )
+
+
 @dataclass(frozen=True)
 class TorqueCost(RunningCost):
     """J = (1 / d) integral of Gamma' W Gamma dt, Eq. (46); W is one in the paper.
@@ -134,26 +162,43 @@ class TorqueCost(RunningCost):
 
     name, unit, words = "torque", "N²·m·s", "squared torque per metre"
     reads = (quantities.TORQUE,)
-    weights: Mapping[str, float] | tuple[tuple[str, float], ...] = ()
+    weights: Mapping[str, float] = joint_weights_field()
 
     def __post_init__(self) -> None:
-        given = self.weights
-        pairs = tuple(given.items() if isinstance(given, Mapping) else given)
-        for pattern, weight in pairs:
-            if not (is_finite(weight) and weight >= 0.0):
-                raise InputError(
-                    f"the weight of '{pattern}' in the cost is {weight}; it must be a finite "
-                    "number, zero or more"
-                )
-        object.__setattr__(self, "weights", pairs)  # hashable
+        check_weights(self.weights)
 
     def integrand(self, robot: Robot) -> QuantityFunction:
         """Return the weighted sum of squared torques."""
-        return SquaredNorm(joint_weights(robot, dict(self.weights)))
+        return SquaredNorm(joint_weights(robot, self.weights))
 
 
-COSTS: tuple[type[Cost], ...] = (TorqueCost,)
+COSTS: tuple[Cost, ...] = (TorqueCost(),)
 """The costs that are known by name."""
+
+
+def cost_by_name(name: str, known: Iterable[Cost] = (), **changes: object) -> Cost:
+    """Return a cost by its name, with some of its fields changed.
+
+    Args:
+        name: of a built-in one, or of one of those known.
+        known: costs there are besides.
+        changes: fields, as `weights={"*_knee": 2.0}`.
+
+    Raises:
+        InputError: there is no such cost or field, or a value is out of range.
+    """
+    costs = {one.name: one for one in (*COSTS, *known)}
+    if name not in costs:
+        raise InputError(f"there is no cost '{name}'; there are {', '.join(costs)}")
+    found: Any = costs[name]
+    names = [one.name for one in fields(found)] if is_dataclass(found) else []
+    if unknown := set(changes) - set(names):
+        raise InputError(
+            f"the cost '{name}' has no {', '.join(sorted(unknown))}; it has "
+            f"{', '.join(names) or 'no fields'}"
+        )
+    changed: Cost = replace(found, **changes) if changes else found
+    return changed
 
 
 @dataclass(frozen=True)

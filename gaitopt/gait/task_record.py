@@ -2,12 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import asdict
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict, fields
 
 from gaitopt.errors import InputError
 from gaitopt.gait.constraints import Margins
+from gaitopt.gait.costs import TorqueCost
 from gaitopt.gait.parameters import GEOMETRY, INFINITY, Quantity, set_quantities
+from gaitopt.gait.plugin import (
+    Extension,
+    constraint_from_record,
+    cost_from_record,
+    extension_record,
+)
 from gaitopt.gait.task import Task
 
 _QUANTITY_FIELDS = ("free", "value", "lower", "upper", "scale")
@@ -16,12 +23,13 @@ _NO_BOUND = {"lower": -INFINITY, "upper": INFINITY}
 
 def task_record(task: Task) -> dict[str, object]:
     """Return a task as JSON-able data; an infinite bound is None, or left out by default."""
-    record = {
-        k: v
-        for k, v in asdict(task).items()
-        if k not in ("margins", "geometry", "cost", "constraints")
+    apart = ("margins", "geometry", "cost", "constraints")
+    record: dict[str, object] = {
+        entry.name: getattr(task, entry.name) for entry in fields(task) if entry.name not in apart
     }
     record["margins"] = asdict(task.margins)
+    record["cost"] = extension_record(task.cost)
+    record["constraints"] = [extension_record(one) for one in task.constraints]
     record["geometry"] = {
         q.name: _quantity_record(q, usual) for q, usual in zip(task.geometry, GEOMETRY, strict=True)
     }
@@ -39,21 +47,29 @@ def _quantity_record(quantity: Quantity, usual: Quantity) -> dict[str, object]:
     return record
 
 
-def task_from_record(record: object) -> Task:
+def task_from_record(record: object, known: Iterable[Extension] = ()) -> Task:
     """Return the task of a record made by `task_record`.
 
+    Args:
+        record: of it; one of version 0.1 has the cost of the paper and no constraints of its own.
+        known: constraints and costs that are not gaitopt's own, as of a plugin.
+
     Raises:
-        InputError: the record is not that of a task.
+        InputError: the record is not that of a task, or names what is not known.
     """
     if not isinstance(record, Mapping):
         raise InputError("the record of the task is missing; was the gait designed by gaitopt?")
     values = dict(record)
     margins, geometry = values.pop("margins", {}), values.pop("geometry", {})
+    cost, own = values.pop("cost", None), values.pop("constraints", [])
+    known = tuple(known)
     try:
         return Task(
             **values,
             margins=Margins(**margins),
             geometry=set_quantities(GEOMETRY, _quantities(geometry)),
+            cost=TorqueCost() if cost is None else cost_from_record(cost, known),
+            constraints=tuple(constraint_from_record(one, known) for one in own),
         )
     except TypeError as error:
         raise InputError(f"the record of the task cannot be read: {error}") from error

@@ -77,7 +77,8 @@ def between(a: Setting, b: Setting, share: float) -> Setting:
     """
     if share in (0.0, 1.0):
         return b if share == 1.0 else a
-    task = task_from_record(_mixed(task_record(a.task), task_record(b.task), share, "task"))
+    mixed = _mixed(task_record(a.task), task_record(b.task), share, "task")
+    task = task_from_record(mixed, (*a.task.constraints, a.task.cost))
     if a.robot.spec is None and a.robot.urdf != b.robot.urdf:
         raise InputError("the gaits are of different robots; nothing lies between them")
     mixed = _mixed(dict(a.robot.changes), dict(b.robot.changes), share, "specification")
@@ -96,6 +97,8 @@ def _mixed(
 def _mix(a: object, b: object, share: float, where: str) -> object:
     if isinstance(a, Mapping) and isinstance(b, Mapping):
         return _mixed(a, b, share, where)
+    if isinstance(a, list) and isinstance(b, list) and len(a) == len(b):
+        return [_mix(one, other, share, where) for one, other in zip(a, b, strict=True)]
     if a == b:
         return a
     if isinstance(a, float) and isinstance(b, float) and math.isfinite(a + b):

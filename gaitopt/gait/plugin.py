@@ -1,0 +1,232 @@
+"""Constraints and costs of one's own from a Python file.
+
+The file is imported; it offers, at module level, `constraints`, instances of subclasses of
+`Constraint` (one, a tuple or a list), and `cost`, an instance of a subclass of `Cost`; one of both
+will do. Nothing else in it is looked at. A gait file records the names, the values of their fields,
+and the plugin's file name and digest; it never makes gaitopt run a plugin: who checks such a gait
+gives the file again.
+"""
+
+from __future__ import annotations
+
+import copyreg
+import sys
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, fields, is_dataclass, replace
+from functools import lru_cache
+from hashlib import sha256
+from importlib.util import module_from_spec, spec_from_file_location
+from pathlib import Path
+from types import ModuleType
+from typing import Any, TypeVar
+
+from gaitopt.bounds import TABLE, read_bounded
+from gaitopt.errors import InputError
+from gaitopt.gait.constraint import Constraint
+from gaitopt.gait.costs import COSTS, Cost, WeightedSum
+
+Extension = Constraint | Cost
+_Kind = TypeVar("_Kind", Constraint, Cost)
+_PREFIX = "gaitopt_plugin_"
+_PLAIN = (str, int, float, bool, type(None))
+
+
+@dataclass(frozen=True)
+class Plugin:
+    """What a plugin's file offers.
+
+    Attributes:
+        path: of the file.
+        digest: SHA-256 of its contents, the first 16 hexadecimal digits.
+        constraints: with the values of their fields that the file gives them.
+        cost: None where it offers none.
+    """
+
+    path: Path
+    digest: str
+    constraints: tuple[Constraint, ...] = ()
+    cost: Cost | None = None
+
+    @property
+    def extensions(self) -> tuple[Extension, ...]:
+        """Everything that it offers."""
+        return self.constraints if self.cost is None else (*self.constraints, self.cost)
+
+
+def load_plugin(path: str | Path) -> Plugin:
+    """Import a plugin; one that was imported before, and is the same, is not imported again.
+
+    Raises:
+        InputError: the file cannot be read or imported, or offers nothing.
+    """
+    path = Path(path)
+    try:
+        content = read_bounded(path, TABLE)
+    except (OSError, ValueError) as error:
+        reason = (getattr(error, "strerror", None) or str(error)).lower()
+        raise InputError(f"cannot read the plugin '{path}': {reason}") from error
+    return _loaded(path.absolute(), sha256(content).hexdigest()[:16])
+
+
+@lru_cache(maxsize=64)
+def _loaded(path: Path, digest: str) -> Plugin:
+    name = f"{_PREFIX}{digest}_{sha256(str(path).encode()).hexdigest()[:8]}"
+    spec = spec_from_file_location(name, path)
+    if spec is None or spec.loader is None:
+        raise InputError(f"the plugin '{path}' is no Python file; give one whose name ends in .py")
+    module = module_from_spec(spec)
+    sys.modules[name] = module  # dataclasses look their module up while they are made
+    try:
+        spec.loader.exec_module(module)
+        return _offered(module, path, digest)
+    except Exception as error:
+        del sys.modules[name]
+        if isinstance(error, InputError):
+            raise
+        where = f" in line {error.lineno}" if isinstance(error, SyntaxError) else ""
+        raise InputError(
+            f"the plugin '{path}' cannot be imported: {type(error).__name__}{where}: {error}"
+        ) from error
+
+
+def _offered(module: ModuleType, path: Path, digest: str) -> Plugin:
+    given, cost = getattr(module, "constraints", ()), getattr(module, "cost", None)
+    constraints = tuple(given) if isinstance(given, list | tuple) else (given,)
+    for one in constraints:
+        if not isinstance(one, Constraint):
+            raise InputError(
+                f"the plugin '{path}' has {one!r} in `constraints`; give instances of subclasses "
+                "of Constraint"
+            )
+    if cost is not None and not isinstance(cost, Cost):
+        raise InputError(f"`cost` of the plugin '{path}' is {cost!r}; give an instance of a Cost")
+    if not constraints and cost is None:
+        raise InputError(
+            f"the plugin '{path}' offers nothing; at module level, let `constraints` be a tuple of "
+            "constraints, or `cost` a cost"
+        )
+    found = Plugin(path, digest, constraints, cost)
+    for kind in {type(one) for one in found.extensions}:
+        if kind.__module__ == module.__name__:
+            copyreg.pickle(kind, _reduced(path))  # type: ignore[arg-type]
+    return found
+
+
+def _reduced(path: Path) -> Callable[[Any], tuple[Callable[..., object], tuple[Any, ...]]]:
+    """Return how to pickle an instance of a class of a plugin: another process imports the file."""
+
+    def reduced(one: Any) -> tuple[Callable[..., object], tuple[Any, ...]]:
+        return _restored, (path, type(one).__qualname__, dict(vars(one)))
+
+    return reduced
+
+
+def _restored(path: Path, name: str, values: dict[str, object]) -> object:
+    found = load_plugin(path).extensions
+    kind: Any = next(type(one) for one in found if type(one).__qualname__ == name)
+    one = object.__new__(kind)
+    for key, value in values.items():
+        object.__setattr__(one, key, value)
+    return one
+
+
+def extension_record(one: Extension) -> dict[str, object]:
+    """Return a constraint or a cost as JSON-able data: name, fields, and where it comes from.
+
+    Raises:
+        InputError: a field has a value that a file cannot hold.
+    """
+    record: dict[str, object] = {"name": one.name, "fields": _fields_record(one)}
+    module = type(one).__module__
+    if module.startswith(_PREFIX):
+        path = Path(str(sys.modules[module].__file__))
+        digest = module.removeprefix(_PREFIX).split("_")[0]
+        record["plugin"] = {"file": path.name, "sha256": digest}
+    elif not module.startswith("gaitopt."):
+        record["class"] = f"{module}.{type(one).__qualname__}"
+    return record
+
+
+def _fields_record(one: Extension) -> dict[str, object]:
+    if vars(one) and not is_dataclass(one):
+        raise InputError(
+            f"'{one.name}' ({type(one).__qualname__}) keeps values but is no dataclass; make it "
+            "one, @dataclass(frozen=True), so that gait files can record them"
+        )
+    names: list[str] = [entry.name for entry in fields(one)] if is_dataclass(one) else []
+    return {name: _plain(getattr(one, name), f"{name} of '{one.name}'") for name in names}
+
+
+def _plain(value: object, what: str) -> object:
+    if isinstance(value, Constraint | Cost):
+        return extension_record(value)
+    if isinstance(value, Mapping):
+        return {str(key): _plain(entry, what) for key, entry in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(entry, what) for entry in value]
+    if not isinstance(value, _PLAIN):
+        raise InputError(
+            f"{what} is a {type(value).__name__}, which a gait file cannot record; give numbers, "
+            "texts, or tuples and tables of them"
+        )
+    return value
+
+
+def constraint_from_record(record: object, known: Iterable[Extension]) -> Constraint:
+    """Return the constraint of a record made by `extension_record`.
+
+    Args:
+        record: of it.
+        known: constraints and costs there are besides the built-in ones, as of a plugin.
+
+    Raises:
+        InputError: it is not among those known: who reads the record has to give it.
+    """
+    return _found(record, [one for one in known if isinstance(one, Constraint)], "constraint")
+
+
+def cost_from_record(record: object, known: Iterable[Extension]) -> Cost:
+    """Return the cost of a record made by `extension_record`; see `constraint_from_record`."""
+    costs = [*COSTS, *(one for one in known if isinstance(one, Cost))]
+    terms = record["fields"].get("terms") if isinstance(record, Mapping) else None
+    if isinstance(terms, list):
+        return WeightedSum(tuple((cost_from_record(one, costs), weight) for one, weight in terms))
+    return _found(record, costs, "cost")
+
+
+def _found(record: object, known: list[_Kind], kind: str) -> _Kind:
+    if not isinstance(record, Mapping) or not isinstance(record.get("name"), str):
+        raise InputError(f"the record of a {kind} has no name")
+    found = next((one for one in known if one.name == record["name"]), None)
+    if found is None:
+        raise InputError(_needed(record, kind))
+    values = record.get("fields", {})
+    try:
+        return replace(found, **_tuples(values)) if values else found  # type: ignore[type-var]
+    except TypeError as error:
+        raise InputError(
+            f"the {kind} '{found.name}' does not take the values recorded, {dict(values)}: {error}"
+        ) from error
+
+
+def _tuples(value: Any) -> Any:
+    """JSON has lists for tuples."""
+    if isinstance(value, Mapping):
+        return {key: _tuples(entry) for key, entry in value.items()}
+    return tuple(map(_tuples, value)) if isinstance(value, list) else value
+
+
+def _needed(record: Mapping[str, object], kind: str) -> str:
+    plugin, home = record.get("plugin"), record.get("class")
+    what = f"it has the {kind} '{record['name']}', which is not gaitopt's own"
+    if isinstance(plugin, Mapping):
+        file = plugin.get("file")
+        return (
+            f"{what}: it is of the plugin '{file}' (sha256 {plugin.get('sha256')}...); give that "
+            f"file: --plugin {file} (in Python known=load_plugin('{file}').extensions)"
+        )
+    made = f": it is a {home}" if home else ""
+    return (
+        f"{what}{made}; put it into a file and give that: --plugin FILE (in Python "
+        "known=load_plugin(FILE).extensions), see docs/extending.md"
+    )

@@ -1,0 +1,239 @@
+"""Constraints and costs of one's own: in the program, in records, from plugins."""
+
+import json
+import pickle
+import subprocess
+import sys
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numerics import check_differences, jacobian_difference, steps
+from walks import walk
+
+from gaitopt.errors import InputError
+from gaitopt.gait import quantities
+from gaitopt.gait.constraint import Constraint, margin
+from gaitopt.gait.costs import RunningCost, TorqueCost, WeightedSum
+from gaitopt.gait.functions import ComplexStep, Linear
+from gaitopt.gait.plugin import load_plugin
+from gaitopt.gait.problem import WalkProblem
+from gaitopt.gait.task import Task, preset_task
+from gaitopt.gait.task_record import task_from_record, task_record
+
+PLUGIN = Path(__file__).parents[1] / "data" / "plugins" / "swing_height.py"
+
+
+@dataclass(frozen=True)
+class MotorPower(Constraint):
+    """Mechanical power of every motor below a limit: curved in torques and rates together."""
+
+    name, unit, words = "motor power", "W", "power of the motors"
+    reads = (quantities.TORQUE, quantities.RATES)
+    most_power: float = margin(300.0, "Largest power of a motor.", unit="W", above=0.0)
+
+    def block(self, context):
+        joints = context.robot.joint_names
+        power = ComplexStep(lambda v: v[:, : len(joints)] * v[:, len(joints) :])
+        labels = tuple(f"{joint} power" for joint in joints)
+        return self.over_step(context, power, labels, upper=self.most_power, scale=100.0)
+
+
+@dataclass(frozen=True)
+class Smoothness(RunningCost):
+    """Squares of the products of torques, rates and angles: mixes three quantities."""
+
+    name, unit, words = "smoothness", "1", "a cost of the tests"
+    reads = (quantities.TORQUE, quantities.RATES, quantities.ANGLES)
+
+    def integrand(self, robot):
+        n = len(robot.joint_names)
+        return ComplexStep(
+            lambda v: ((v[:, :n] * v[:, n : 2 * n] + v[:, 2 * n :]) ** 2).sum(axis=1, keepdims=True)
+        )
+
+
+def changed(name: str, **changes):
+    """A walk of the tests with another task; its point."""
+    known = walk(name)
+    return WalkProblem(known.problem.robot, replace(known.problem.task, **changes)), known.x
+
+
+OWN = (
+    {"constraints": (MotorPower(),)},
+    {"cost": Smoothness()},
+    {"cost": TorqueCost({"*_knee": 3.0, "right_hip_*": 0.5})},
+    {"cost": WeightedSum(((TorqueCost(), 0.3), (Smoothness(), 2.0)))},
+)
+
+
+@pytest.mark.parametrize("name", ["guess", "everything free"])
+@pytest.mark.parametrize("changes", OWN)
+def test_derivatives_are_exact(changes, name, rng):
+    problem, x = changed(name, **changes)
+    scale, last = problem.variables.scale, problem.blocks[-1].name
+    rows = problem.rows_of(last)
+    weights = np.zeros(problem.rows.lower.size)
+    weights[rows] = rng.normal(size=rows.stop - rows.start)
+
+    def sums(at):
+        there = problem.values(at)
+        return np.array([there.cost, weights @ there.rows])
+
+    def gradients(at):
+        there = problem.point(at)
+        return there.gradient * problem.cost_scale + weights @ there.jacobian
+
+    point = problem.point(x)
+    exact = np.vstack([point.gradient, weights @ point.jacobian]) * scale
+    check_differences(exact, [jacobian_difference(sums, x, scale, h) for h in steps(1e-5)])
+    H = problem.hessian(x, weights, problem.cost_scale)
+    found = [jacobian_difference(gradients, x, scale, h) for h in steps(1e-4)]
+    check_differences(scale * H, found)
+
+
+def test_a_pair_of_joints_counts_with_the_mean_of_its_weights(robot):
+    one, other = TorqueCost({"right_knee": 3.0}), TorqueCost({"*_knee": 2.0})
+    costs = [changed("guess", cost=cost)[0].values(walk("guess").x).cost for cost in (one, other)]
+    assert costs[0] == pytest.approx(costs[1], rel=1e-14)
+    assert costs[0] > walk("guess").problem.values(walk("guess").x).cost
+
+
+@pytest.mark.parametrize(
+    ("weights", "message"),
+    [
+        ({"wheel": 1.0}, "weighs 'wheel', but no joint is called so; there are right_ankle"),
+        ({"*": 0.0}, "weighs every joint with zero; give one a weight above 0"),
+        ({"*_knee": -1.0}, r"weight of '\*_knee' in the cost is -1.0; .* zero or more"),
+        (5.0, "weights of joints are 5.0; give a table by name"),
+    ],
+)
+def test_weights_that_cannot_be_are_refused(robot, weights, message):
+    with pytest.raises(InputError, match=message):
+        WalkProblem(robot, preset_task(cost=TorqueCost(weights)))
+
+
+@dataclass(frozen=True)
+class Wrong(Constraint):
+    """A constraint of any shape."""
+
+    name, unit, words = "wrong", "N", "what is wrong"
+    reads = (quantities.WRENCH,)
+    width: int = 6
+    labels: int = 1
+    scale: float = 1.0
+
+    def block(self, context):
+        rows = Linear(np.ones((1, self.width)))
+        labels = tuple(f"row {k}" for k in range(self.labels))
+        return self.over_step(context, rows, labels, lower=0.0, scale=self.scale)
+
+
+class Twice(Wrong):
+    """Reads quantities that do not go together."""
+
+    reads = (quantities.WRENCH, quantities.IMPULSE)
+
+
+@pytest.mark.parametrize(
+    ("constraint", "message"),
+    [
+        (Wrong(width=5), "constraint 'wrong' cannot be evaluated at 6 entries"),
+        (Wrong(labels=2), r"has 2 labels, but its function returns shape \(1, 1\) .* \(1, 2\)"),
+        (Wrong(scale=0.0), "scale of the constraint 'wrong' is .*; it must be above 0"),
+        (Twice(), "reads quantities with different rows"),
+    ],
+)
+def test_rows_that_do_not_fit_are_refused(robot, constraint, message):
+    with pytest.raises(InputError, match=message):
+        WalkProblem(robot, preset_task(constraints=(constraint,)))
+
+
+def test_names_must_be_ones_own():
+    with pytest.raises(InputError, match="two constraints are called 'wrong'; rename one"):
+        Task(constraints=(Wrong(), Twice()))
+    with pytest.raises(InputError, match="give instances of subclasses of Constraint"):
+        Task(constraints=("low swing",))
+    with pytest.raises(InputError, match=r"cost is 'effort'; give a Cost, as TorqueCost\(\)"):
+        Task(cost="effort")
+
+
+def test_margins_of_ones_own_are_set_like_the_others():
+    task = preset_task(constraints=(MotorPower(),), most_power=250.0, friction=0.5)
+    assert task.margin("most_power") == task.constraints[0].most_power == 250.0
+    assert task.margin("friction") == task.margins.friction == 0.5
+    assert list(task.declared)[-1] == "most_power"
+    with pytest.raises(InputError, match=r"most_power is -1.0 W; it must be above 0"):
+        task.with_margins({"most_power": -1.0})
+    with pytest.raises(
+        InputError, match=r"there is no margin 'power'; there are friction, .*most_"
+    ):
+        task.margin("power")
+    with pytest.raises(InputError, match="no task field most_power"):
+        preset_task(most_power=250.0)
+
+
+def test_a_task_with_its_own_comes_back_through_json():
+    plugin = load_plugin(PLUGIN)
+    cost = WeightedSum(((TorqueCost({"*_knee": 2.0}), 0.5), (TorqueCost(), 0.5)))
+    task = preset_task(constraints=plugin.constraints, low_swing=0.055, cost=cost)
+    record = json.loads(json.dumps(task_record(task), allow_nan=False))
+    (own,) = record["constraints"]
+    assert own["fields"] == {"low_swing": 0.055}
+    assert own["plugin"] == {"file": "swing_height.py", "sha256": plugin.digest}
+    assert task_from_record(record, plugin.extensions) == task
+    with pytest.raises(InputError, match=r"'low swing', .* --plugin swing_height.py \(in Python"):
+        task_from_record(record)
+    with pytest.raises(InputError, match=r"'motor power', .*: it is a .*MotorPower; put it into a"):
+        task_from_record(task_record(Task(constraints=(MotorPower(),))))
+
+
+def test_a_file_records_only_what_it_can_hold():
+    @dataclass(frozen=True)
+    class Odd(Wrong):
+        value: object = None
+
+    with pytest.raises(InputError, match="value of 'wrong' is a set, which a gait file cannot"):
+        task_record(Task(constraints=(Odd(value={1}),)))
+
+
+def test_another_process_imports_the_plugin(tmp_path):
+    task = Task(constraints=load_plugin(PLUGIN).constraints)
+    assert pickle.loads(pickle.dumps(task)) == task
+    path = tmp_path / "task"
+    path.write_bytes(pickle.dumps(task))
+    code = (
+        "import pickle, sys; task = pickle.load(open(sys.argv[1], 'rb'));"
+        "print(task.constraints[0].name, task.margin('low_swing'))"
+    )
+    found = subprocess.run(
+        [sys.executable, "-c", code, str(path)], capture_output=True, text=True, check=True
+    )
+    assert found.stdout == "low swing 0.06\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", "offers nothing; at module level, let `constraints` be a tuple of"),
+        ("constraints = (5,)", "has 5 in `constraints`; give instances of subclasses of Constr"),
+        ("cost = 'effort'", "`cost` of the plugin .* is 'effort'; give an instance of a Cost"),
+        ("import nothing_there", "cannot be imported: ModuleNotFoundError: .*nothing_there"),
+        ("constraints = (", "cannot be imported: SyntaxError in line 1"),
+    ],
+)
+def test_plugins_that_cannot_be_are_refused(tmp_path, text, message):
+    path = tmp_path / "mine.py"
+    path.write_text(text)
+    with pytest.raises(InputError, match=message):
+        load_plugin(path)
+
+
+def test_files_that_are_no_plugins_are_refused(tmp_path):
+    with pytest.raises(InputError, match=r"cannot read the plugin .*: no such file"):
+        load_plugin(tmp_path / "missing.py")
+    path = tmp_path / "mine.txt"
+    path.write_text("constraints = ()")
+    with pytest.raises(InputError, match=r"is no Python file; give one whose name ends in \.py"):
+        load_plugin(path)
