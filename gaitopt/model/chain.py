@@ -1,25 +1,35 @@
-"""A robot's reading made symmetric and re-rooted at the stance sole."""
+"""A robot made symmetric and re-rooted at the stance sole."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 import pinocchio as pin
 
 from gaitopt.errors import RobotError
+from gaitopt.importers.physics import Physics
 from gaitopt.importers.report import Finding, fault_error, faults_of
 from gaitopt.importers.urdf_check import refuse_unsound
 from gaitopt.model.chain_physics import ChainPhysics, chain_physics
 from gaitopt.model.importer import Reading
-from gaitopt.model.legs.leg_geometry import HIP_JOINTS, ChainLines, centre, common_point, find_knee
+from gaitopt.model.joint_tree import FIRST, JointTree, joint_tree
+from gaitopt.model.legs.joint_limits import JointLimits, joint_limits
+from gaitopt.model.legs.leg_geometry import ChainLines, centre, common_point, find_knee, hip_joints
 from gaitopt.model.physics_report import tell_physics
 from gaitopt.model.report import tell_pairs, tell_symmetry
-from gaitopt.model.reroot import PELVIS_FRAME, lock_upper_body, reroot
+from gaitopt.model.reroot import PELVIS_FRAME, leg_joints, lock_upper_body, reroot, reversed_joints
 from gaitopt.model.symmetry.averaging import Sides, Symmetrised, asymmetry_faults, symmetrise
-from gaitopt.model.symmetry.leg_exchange import exchange_error, joint_lines, leg_exchange
+from gaitopt.model.symmetry.leg_exchange import (
+    exchange_error,
+    joint_lines,
+    leg_exchange,
+    mirror_partners,
+)
 from gaitopt.nlp import Array
 
+_PARALLEL = 1e-9  # rad
 _SYMMETRY_TOLERANCE = 1e-8  # relative: a half step and its mirror must be the same motion
 
 
@@ -28,23 +38,29 @@ class Chain:
     """A biped rooted at its stance sole.
 
     Attributes:
-        model: free-flyer, stance leg from ankle to hip, swing leg from hip to ankle.
-        names: of the twelve joints.
-        mirror: the leg exchange E, shape (12, 12).
+        model: free-flyer, stance leg from ankle to hip, swing leg from hip to ankle, other branches
+            that move.
+        tree: of its joints.
+        mirror: the leg exchange E, shape (n, n).
         lines: joint lines at the neutral posture.
-        symmetry: what making it symmetric took, rooted at the pelvis.
         physics: passive joints, gravity and carried weight.
         findings: what was changed to make it symmetric, what mirrors what, and what of its physics
             counts.
+        symmetry: what making it symmetric took, rooted at the pelvis; None if nothing was averaged.
     """
 
     model: pin.Model
-    names: tuple[str, ...]
+    tree: JointTree
     mirror: Array
     lines: ChainLines
-    symmetry: Symmetrised
     physics: ChainPhysics
     findings: tuple[Finding, ...]
+    symmetry: Symmetrised | None = None
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the joints."""
+        return self.tree.names
 
     @property
     def pelvis(self) -> str:
@@ -52,50 +68,136 @@ class Chain:
         return self.lines.frame
 
 
-def build_chain(reading: Reading) -> Chain:
+def build_chain(reading: Reading, moving: Collection[str] = ()) -> Chain:
     """Lock the upper body, make the robot its own mirror image, and root it at the stance sole.
 
     Args:
         reading: of the robot.
+        moving: names of joints beside the legs' that are not locked. Their lines and bodies are not
+            averaged: such a robot has to be its own mirror image.
 
     Raises:
         RobotError: with all that keeps the robot from being used: what the reading found, a joint
             or a body of the file that is unsound, a difference between the robot and its mirror
             image that matters more than `choices.asymmetry`, its physics (see `chain_physics`).
     """
-    reduced = lock_upper_body(reading.model, *reading.sole_names, reading.q)
+    reduced = lock_upper_body(reading.model, *reading.sole_names, reading.q, moving or None)
     faults = list(reading.faults)
     try:
         refuse_unsound(reduced, reading.problems)
     except RobotError as error:
         faults += faults_of(error)
         _forget_inertias(reduced)
-    done = symmetrise(reduced, *_sides(reading, reduced))
-    faults += asymmetry_faults(done, reading.choices.asymmetry, reading.drawn_unequally)
-    model = reroot(done.model, *reading.sole_names)
-    names = tuple(str(n) for n in model.names[2:])
-    lines = _place_pelvis(model, reading)
-    mirror = leg_exchange(lines.axes, np.repeat([-1.0, 1.0], 6))
+    told: list[Finding] = []
+    done = None
+    if not moving:
+        done = symmetrise(reduced, *_sides(reading, reduced))
+        faults += asymmetry_faults(done, reading.choices.asymmetry, reading.drawn_unequally)
+        reduced, told = done.model, tell_symmetry(done)
+    chain = rooted_chain(reduced, reading.sole_names, reading.rotation, reading.physics, faults)
+    physics = tell_physics(
+        reading.described,
+        reading.physics,
+        chain.physics,
+        chain.names,
+        reading.rotation,
+        reading.limits.torque,
+    )
+    return replace(chain, findings=(*chain.findings, *told, *physics), symmetry=done)
+
+
+def rooted_chain(
+    reduced: pin.Model,
+    soles: tuple[str, str],
+    rotation: Array,
+    physics: Physics,
+    faults: Sequence[str] = (),
+) -> Chain:
+    """Root a symmetric robot at its stance sole.
+
+    Args:
+        reduced: free-flyer and the joints that move (see `lock_upper_body`).
+        soles: names of the stance and the swing sole frame.
+        rotation: forward, left and up of the robot in its root link, columns, shape (3, 3).
+        physics: beside its rigid bodies.
+        faults: of the robot that were found before.
+
+    Raises:
+        RobotError: with all faults, or because the robot is not its own mirror image.
+    """
+    model = reroot(reduced, *soles)
+    feet = [int(model.frames[model.getFrameId(name)].parentJoint) for name in soles]
+    stance, _ = leg_joints(reduced, *soles)
+    tree = joint_tree(model, feet[0] + len(stance), feet[1])
+    lines = _place_pelvis(model, _root_link(reduced), rotation, tree)
+    against = reversed_joints(reduced, soles[0])
+    outward = np.array([-1.0 if name in against else 1.0 for name in tree.names])
     try:
-        physics = chain_physics(model, mirror, lines.pelvis, reading.rotation, reading.physics)
-        _refuse_hanging(model, physics)
+        partners = mirror_partners(tree, lines.points, lines.axes)
+        mirror = leg_exchange(lines.axes, outward, partners)
+        found = chain_physics(model, tree, mirror, lines.pelvis, rotation, physics)
+        _refuse_hanging(model, found)
     except RobotError as error:
         raise fault_error([*faults, *faults_of(error)]) from error
     if faults:
         raise fault_error(faults)
-    model.gravity = pin.Motion(physics.gravity, np.zeros(3))
-    off = exchange_error(model, mirror, *reading.sole_names)
+    model.gravity = pin.Motion(found.gravity, np.zeros(3))
+    off = exchange_error(model, mirror, *soles)
     if off > _SYMMETRY_TOLERANCE:
         raise RobotError(
             f"the robot differs from its mirror image by {off:.3g} (relative, placement of the "
             f"feet and kinetic energy); allowed is {_SYMMETRY_TOLERANCE:g}. Make the two legs and "
             "the trunk symmetric in the URDF"
         )
-    told = tell_physics(
-        reading.described, reading.physics, physics, names, reading.rotation, reading.limits.torque
-    )
-    findings = (*tell_pairs(names, mirror), *tell_symmetry(done), *told)
-    return Chain(model, names, mirror, lines, done, physics, findings)
+    return Chain(model, tree, mirror, lines, found, tuple(tell_pairs(tree.names, mirror)))
+
+
+def chain_limits(chain: Chain, of_legs: JointLimits | None = None) -> JointLimits:
+    """Return the limits of all joints as the file has them, the tighter one of each pair.
+
+    Args:
+        chain: the robot.
+        of_legs: what holds for the leg joints instead.
+
+    Raises:
+        RobotError: a limit is below zero, or those of partners differ too much.
+    """
+    joints = tuple(range(FIRST, chain.model.njoints))
+    limits, _, faults = joint_limits(chain.model, joints, chain.mirror)
+    if faults and of_legs is None:
+        raise fault_error(faults)
+    if of_legs is None:
+        return limits
+    others = chain.tree.legs.stop
+    values = {
+        field.name: np.concatenate(
+            [getattr(of_legs, field.name), getattr(limits, field.name)[others:]]
+        )
+        for field in fields(JointLimits)
+    }
+    return JointLimits(**values)
+
+
+def sole_axes(model: pin.Model, soles: tuple[str, str]) -> Array:
+    """Return forward, left and up of a robot in its root link, from its soles, shape (3, 3).
+
+    Args:
+        model: the robot; all joints at 0.
+        soles: names of the stance and the swing sole frame.
+
+    Raises:
+        RobotError: the soles are not parallel.
+    """
+    data = model.createData()
+    pin.framesForwardKinematics(model, data, pin.neutral(model))
+    stance, swing = (data.oMf[model.getFrameId(name)].rotation for name in soles)
+    apart = float(np.linalg.norm(pin.log3(stance.T @ swing)))
+    if apart > _PARALLEL:
+        raise RobotError(
+            f"with all joints at 0 the sole frames '{soles[0]}' and '{soles[1]}' are turned "
+            f"against each other by {apart:.3g} rad; make them parallel, x forward, y left, z up"
+        )
+    return np.array(stance)
 
 
 def _refuse_hanging(model: pin.Model, physics: ChainPhysics) -> None:
@@ -133,21 +235,25 @@ def _sides(reading: Reading, reduced: pin.Model) -> tuple[Sides, float]:
     return Sides(right, left, reading.soles.names, plane), length
 
 
-def _place_pelvis(model: pin.Model, reading: Reading) -> ChainLines:
+def _place_pelvis(model: pin.Model, root_link: str, rotation: Array, tree: JointTree) -> ChainLines:
     """Add the pelvis frame midway between the hips; return it with the joint lines in it."""
     data = model.createData()
     pin.framesForwardKinematics(model, data, pin.neutral(model))
-    frames = (f for f in reading.model.frames if f.type == pin.FrameType.BODY)
-    root_name = next(f.name for f in frames if f.name != "universe")
-    root = data.oMf[model.getFrameId(root_name)]
+    root = data.oMf[model.getFrameId(root_link)]
     points, axes = joint_lines(model, root)
-    R = reading.rotation
-    hips = [centre(points @ R, axes @ R, rows) for rows in HIP_JOINTS]
+    R = rotation
+    hips = [centre(points @ R, axes @ R, rows) for rows in hip_joints(tree.stance)]
     middle = R @ ((hips[0] + hips[1]) / 2.0)
     name = PELVIS_FRAME
     while model.existFrame(name):
         name += "_centre"
-    frame = model.frames[model.getFrameId(root_name)]
-    placement = frame.placement * pin.SE3(R, middle)
-    model.addFrame(pin.Frame(name, frame.parentJoint, placement, pin.FrameType.OP_FRAME), False)
-    return ChainLines(model, name, root * pin.SE3(R, middle), (points - middle) @ R, axes @ R)
+    joint = tree.pelvis + 1
+    pelvis = root * pin.SE3(R, middle)
+    placement = data.oMi[joint].actInv(pelvis)
+    model.addFrame(pin.Frame(name, joint, placement, pin.FrameType.OP_FRAME), False)
+    return ChainLines(model, name, pelvis, (points - middle) @ R, axes @ R, tree.stance)
+
+
+def _root_link(model: pin.Model) -> str:
+    frames = (f for f in model.frames if f.type == pin.FrameType.BODY)
+    return next(str(f.name) for f in frames if f.name != "universe")

@@ -11,7 +11,8 @@ import pinocchio as pin
 
 from gaitopt.errors import RobotError
 from gaitopt.importers.physics import STANDARD_GRAVITY, PassiveJoint, Physics
-from gaitopt.model.symmetry.leg_exchange import REFLECTION
+from gaitopt.model.joint_tree import JointTree
+from gaitopt.model.symmetry.leg_exchange import REFLECTION, body_partner
 from gaitopt.nlp import Array
 
 LEVEL = math.radians(0.5)
@@ -24,13 +25,13 @@ _SAME = 1e-12  # relative
 
 @dataclass(frozen=True, eq=False)
 class PassiveJoints:
-    """What the twelve joints do by themselves; see `PassiveJoint`. Signs are the URDF's.
+    """What the n joints do by themselves; see `PassiveJoint`. Signs are the URDF's.
 
     Attributes:
-        damping: torques per rate, |rate| rate, ..., shape (12, D) [N·m·s/rad, N·m·s²/rad², ...].
-        friction: Coulomb friction, shape (12,) [N·m].
-        stiffness: torques per angle, angle², ..., shape (12, S) [N·m/rad, N·m/rad², ...].
-        rest: angles at which the springs give no torque, shape (12,) [rad].
+        damping: torques per rate, |rate| rate, ..., shape (n, D) [N·m·s/rad, N·m·s²/rad², ...].
+        friction: Coulomb friction, shape (n,) [N·m].
+        stiffness: torques per angle, angle², ..., shape (n, S) [N·m/rad, N·m/rad², ...].
+        rest: angles at which the springs give no torque, shape (n,) [rad].
     """
 
     damping: Array
@@ -44,8 +45,8 @@ class CarriedWeight:
     """Point masses whose weight is carried from outside, summed over the links of each body.
 
     Attributes:
-        mass: of each body, the stance foot first, shape (13,) [kg].
-        moment: mass times position in the frame of the body's joint, shape (13, 3) [kg·m].
+        mass: of each body, the stance foot first, shape (n + 1,) [kg].
+        moment: mass times position in the frame of the body's joint, shape (n + 1, 3) [kg·m].
     """
 
     mass: Array
@@ -73,13 +74,19 @@ class ChainPhysics:
 
 
 def chain_physics(
-    model: pin.Model, mirror: Array, pelvis: pin.SE3, rotation: Array, physics: Physics
+    model: pin.Model,
+    tree: JointTree,
+    mirror: Array,
+    pelvis: pin.SE3,
+    rotation: Array,
+    physics: Physics,
 ) -> ChainPhysics:
     """Return the physics of a chain, each joint and body given the mean of it and its partner.
 
     Args:
         model: the chain, rooted at its stance sole.
-        mirror: the leg exchange E, shape (12, 12).
+        tree: of its joints.
+        mirror: the leg exchange E, shape (n, n).
         pelvis: placement of the pelvis frame at the neutral posture; its x-z plane is the mirror.
         rotation: forward, left and up of the robot in its root link, columns, shape (3, 3).
         physics: as the description and the user have it.
@@ -93,7 +100,7 @@ def chain_physics(
     for name, joint in zip(names, own, strict=True):
         _check_joint(name, joint)
     passive = _even_joints(own, names, mirror, uneven)
-    carried = _even_weight(_carried(model, physics), model, pelvis, names, uneven)
+    carried = _even_weight(_carried(model, physics), model, tree, mirror, pelvis, uneven)
     gravity = np.array([0.0, 0.0, -fall(physics, rotation)])
     return ChainPhysics(passive, carried, gravity, physics.gravity is not None, uneven)
 
@@ -177,7 +184,7 @@ def _even_joints(
     # The mean of two springs' torques is that of a spring that rests at the weighted mean.
     pull = strength * rest
     both = strength + swap @ strength
-    mean_rest = np.divide(pull + mirror @ pull, both, out=np.zeros(12), where=both > 0.0)
+    mean_rest = np.divide(pull + mirror @ pull, both, out=np.zeros(len(both)), where=both > 0.0)
     even = PassiveJoints(
         damping=_mean(damping, swap @ damping, "damping", names, uneven),
         friction=_mean(friction, swap @ friction, "friction", names, uneven),
@@ -197,7 +204,7 @@ def _mean(
     own: Array, image: Array, word: str, names: list[str], uneven: dict[str, dict[str, float]]
 ) -> Array:
     mean = (own + image) / 2.0
-    off = np.abs(own - mean).reshape(12, -1).max(axis=1)
+    off = np.abs(own - mean).reshape(len(own), -1).max(axis=1)
     _note(word, off, float(np.abs(mean).max()), names, uneven)
     return mean
 
@@ -212,7 +219,7 @@ def _note(
 
 def _carried(model: pin.Model, physics: Physics) -> CarriedWeight | None:
     """Sum the point masses of the links that each body of the chain is made of."""
-    mass, moment = np.zeros(13), np.zeros((13, 3))
+    mass, moment = np.zeros(model.njoints - 1), np.zeros((model.njoints - 1, 3))
     for link, point in physics.compensated.items():
         if not model.existFrame(link):
             raise RobotError(f"gravity compensation names a link '{link}' that the robot has not")
@@ -231,8 +238,9 @@ def _carried(model: pin.Model, physics: Physics) -> CarriedWeight | None:
 def _even_weight(
     weight: CarriedWeight | None,
     model: pin.Model,
+    tree: JointTree,
+    mirror: Array,
     pelvis: pin.SE3,
-    names: list[str],
     uneven: dict[str, dict[str, float]],
 ) -> CarriedWeight | None:
     """Return the mean of carried weight and its mirror image in the pelvis frame's x-z plane."""
@@ -240,15 +248,17 @@ def _even_weight(
         return None
     data = model.createData()
     pin.forwardKinematics(model, data, pin.neutral(model))
-    seen = [pelvis.actInv(data.oMi[body + 1]) for body in range(13)]
-    mass = (weight.mass + weight.mass[::-1]) / 2.0
+    seen = [pelvis.actInv(data.oMi[body + 1]) for body in range(tree.size + 1)]
+    partners = [int(k) for k in np.abs(mirror).argmax(axis=1)]
+    other = [body_partner(tree, partners, body) for body in range(tree.size + 1)]
+    mass = (weight.mass + weight.mass[other]) / 2.0
     there = np.array(
         [
             place.rotation @ moment + m * place.translation
             for place, m, moment in zip(seen, weight.mass, weight.moment, strict=True)
         ]
     )
-    mean = (there + there[::-1] @ REFLECTION) / 2.0
+    mean = (there + there[other] @ REFLECTION) / 2.0
     moment = np.array(
         [
             place.rotation.T @ (total - m * place.translation)
@@ -256,6 +266,6 @@ def _even_weight(
         ]
     )
     off = np.maximum(np.abs(weight.mass - mass), np.abs(there - mean).max(axis=1))
-    rows = np.delete(off, 6)  # seen from the trunk, each joint moves one body
-    _note("gravity compensation", rows, float(np.abs(mass).max()), names, uneven)
+    rows = np.delete(off, tree.pelvis)  # seen from the trunk, each joint moves one body
+    _note("gravity compensation", rows, float(np.abs(mass).max()), list(tree.names), uneven)
     return CarriedWeight(mass, moment)

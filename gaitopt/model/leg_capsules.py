@@ -19,6 +19,7 @@ from gaitopt.importers.source import Source, read_source
 from gaitopt.model.feet.foot_shape import Points, placed_shapes
 from gaitopt.model.feet.sole import Sole
 from gaitopt.model.import_options import CapsuleRow
+from gaitopt.model.joint_tree import FIRST
 from gaitopt.model.legs.kinematic_tree import place, points_on_lines
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array
@@ -168,8 +169,6 @@ def _circle_around(points: Array) -> tuple[Array, float]:
 
 
 DEFAULT_RADIUS = 0.05  # m: of a body whose shape is unknown
-PELVIS = 6  # its place among the bodies
-LEGS = (*range(PELVIS), *range(PELVIS + 1, 13))  # bodies of the stance leg, then of the swing leg
 _SHORT = 1e-3  # m: a body without shapes between joints this near is part of its neighbours
 
 
@@ -178,7 +177,7 @@ class Capsule:
     """One body of a leg.
 
     Attributes:
-        body: place in the chain, 0 (stance foot) to 12 (swing foot).
+        body: its number in the robot's `JointTree`, 0 for the stance foot.
         name: of its first link.
         start, end: of the segment in the frame of the body's joint [m], shape (3,).
         radius: [m].
@@ -238,13 +237,15 @@ def _capsules(question: _Question) -> tuple[Capsule, ...]:
     robot = question.robot
     source = read_source(robot.urdf, robot.choices.package_dirs)
     found: dict[int, Capsule] = {}
+    tree = robot.tree
+    legs = [body for body in range(tree.swing_foot + 1) if body != tree.pelvis]
     for kind in (pin.GeometryType.COLLISION, pin.GeometryType.VISUAL):
-        missing = [body for body in LEGS if body not in found]
+        missing = [body for body in legs if body not in found]
         for body, points in _points_by_body(robot, source, kind, missing).items():
             along = np.diff(_joints(robot, body), axis=0)[0]
             shape = cover(points, along, _facing(robot, body))
             found[body] = _capsule(robot, body, shape, kind.name.lower())
-    for body in LEGS:
+    for body in legs:
         start, end = _joints(robot, body)
         if body not in found and np.linalg.norm(end - start) > _SHORT:
             found[body] = _capsule(robot, body, Cover(start, end, DEFAULT_RADIUS), "joints")
@@ -258,8 +259,8 @@ def _capsule(robot: Robot, body: int, shape: Cover, source: str) -> Capsule:
 
 def _joints(robot: Robot, body: int) -> Array:
     """Ends of a body in its own frame: its two joints; heel and toe of a foot, shape (2, 3)."""
-    model = robot.model
-    if body in (0, 12):
+    model, tree = robot.model, robot.tree
+    if body in (0, tree.swing_foot):
         sole = robot.sole
         name = robot.stance_sole if body == 0 else robot.swing_sole
         frame = model.frames[model.getFrameId(name)].placement
@@ -269,9 +270,10 @@ def _joints(robot: Robot, body: int) -> Array:
     placed = place(model, pin.neutral(model))
     own = placed.places[body + 1]
     # From the hip downwards in both legs, so that their capsules mirror each other.
-    rows = list(range(2, 8))[::-1] if body < PELVIS else list(range(8, 14))
+    ids = list(range(FIRST, FIRST + tree.swing_foot))
+    rows = ids[: tree.stance][::-1] if body < tree.pelvis else ids[tree.stance :]
     origins = np.array([placed.places[row].translation for row in rows])
-    points = points_on_lines(origins, placed.lines[1][rows], [0, *range(5)])
+    points = points_on_lines(origins, placed.lines[1][rows], [0, *range(len(rows) - 1)])
     return np.array([own.actInv(points[rows.index(row)]) for row in (body + 1, body + 2)])
 
 
@@ -281,7 +283,7 @@ def _facing(robot: Robot, body: int) -> Array:
     data = model.createData()
     pin.framesForwardKinematics(model, data, pin.neutral(model))
     left = data.oMf[robot.pelvis_frame].rotation[:, 1]
-    towards = robot.legs.side * (left if body < PELVIS else -left)
+    towards = robot.legs.side * (left if body < robot.tree.pelvis else -left)
     return np.asarray(data.oMi[body + 1].rotation.T @ towards)
 
 

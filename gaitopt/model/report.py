@@ -70,10 +70,13 @@ def tell_symmetry(done: Symmetrised) -> list[Finding]:
 def tell_pairs(names: tuple[str, ...], mirror: Array) -> list[Finding]:
     """Return which joints mirror each other, and with which sign."""
     findings = []
-    for row in range(5, -1, -1):
-        partner = int(np.abs(mirror[row]).argmax())
+    partners = np.abs(mirror).argmax(axis=1)
+    pairs = [row for row, partner in enumerate(partners) if row <= partner]
+    for row in sorted(pairs, key=lambda row: int(partners[row])):
+        partner = int(partners[row])
         sign = "equal" if mirror[row, partner] > 0.0 else "opposite"
-        text = f"mirrors '{names[partner]}' with {sign} angles"
+        image = f"'{names[partner]}'" if partner != row else "itself"
+        text = f"mirrors {image} with {sign} angles"
         findings.append(Finding("pairs", names[row], text))
     return findings
 

@@ -1,11 +1,15 @@
 """Root a humanoid at its stance sole: the paper's serial chain from right foot to left foot.
 
+Branches that are kept moving (waist, arms) hang on that chain: then it is a tree.
+
 A pelvis-rooted model carries the ground reaction in its free-flyer only after solving for it.
 Rooted at the sole, one recursive Newton-Euler call returns [R0; Gamma] of Eq. (1), and its
 derivatives come with it. Every joint keeps the sign and the meaning it has in the URDF.
 """
 
 from __future__ import annotations
+
+from collections.abc import Collection, Iterator
 
 import numpy as np
 import pinocchio as pin
@@ -15,69 +19,82 @@ from gaitopt.importers.frame_names import reduced
 
 FOOT_JOINT = "stance_foot"
 PELVIS_FRAME = "pelvis"
+SIX = 6
+"""Joints of a leg that can place its foot anywhere; what is detected and solved for."""
 
 
 def lock_upper_body(
-    model: pin.Model, stance_sole: str, swing_sole: str, posture: np.ndarray | None = None
+    model: pin.Model,
+    stance_sole: str,
+    swing_sole: str,
+    posture: np.ndarray | None = None,
+    moving: Collection[str] | None = None,
 ) -> pin.Model:
-    """Keep the free-flyer and the joints that move one sole but not the other; lock the rest.
+    """Keep the free-flyer, the joints that move one sole but not the other, and `moving`.
 
     Args:
         model: pelvis-rooted model with a free-flyer.
         stance_sole: name of the sole frame of the standing foot.
         swing_sole: name of the sole frame of the other foot.
         posture: configuration (nq,) in which the other joints are locked; neutral by default.
+        moving: names of further joints to keep (waist, arms, head); then the legs may have any
+            number of joints. None: two legs of six joints, everything else locked.
 
     Raises:
-        RobotError: a leg does not have six revolute joints.
+        RobotError: the legs have not as many joints as they should, or one of the joints to be kept
+            is not revolute or does not exist.
     """
-    stance, swing = (_supports(model, sole) for sole in (stance_sole, swing_sole))
-    legs = stance ^ swing
-    for sole, count in ((stance_sole, len(stance - swing)), (swing_sole, len(swing - stance))):
-        if count != 6:
+    stance, swing = leg_joints(model, stance_sole, swing_sole)
+    counts = len(stance), len(swing)
+    allowed = (SIX, SIX) if moving is None else (counts[0], counts[0])
+    for sole, count, wanted in zip((stance_sole, swing_sole), counts, allowed, strict=True):
+        if count != wanted or count == 0:
+            needed = "six revolute joints" if moving is None else "as many revolute joints"
             raise RobotError(
                 f"the leg that ends in frame '{sole}' has {count} joints of its own; "
-                "gaitopt needs two legs of six revolute joints each"
+                f"gaitopt needs two legs of {needed} each"
             )
-    for joint in legs:
+    kept = stance | swing | {_joint_named(model, name) for name in moving or ()}
+    for joint in kept:
         if model.joints[joint].nv != 1:
             raise RobotError(
                 f"joint '{model.names[joint]}' has {model.joints[joint].nv} degrees of freedom; "
-                "every leg joint must be revolute"
+                "every joint that moves must be revolute"
             )
-    locked = [j for j in range(2, model.njoints) if j not in legs]
+    locked = [j for j in range(2, model.njoints) if j not in kept]
     q = pin.neutral(model) if posture is None else posture
     return reduced(model, locked, q)
 
 
 def reroot(model: pin.Model, stance_sole: str, swing_sole: str) -> pin.Model:
-    """Return the same robot as a chain rooted at the stance sole.
+    """Return the same robot as a tree rooted at the stance sole.
 
     Args:
-        model: free-flyer and twelve leg joints, rooted at the pelvis (see `lock_upper_body`).
+        model: free-flyer and one-axis joints (see `lock_upper_body`).
         stance_sole, swing_sole: names of the sole frames.
 
     Returns:
         A model whose joint 1 is a free-flyer at the stance sole (held still while the foot
-        stands), followed by the stance leg from ankle to hip and the swing leg from hip to ankle.
+        stands), followed by the stance leg from ankle to hip, the swing leg from hip to ankle and
+        all other branches, each depth first (see `JointTree`).
     """
-    up = _path(model, stance_sole)
-    down = _path(model, swing_sole)
     rooted = pin.Model()
     rooted.name = model.name
     rooted.gravity = model.gravity
-    moved: dict[int, tuple[int, pin.SE3]] = {}  # old joint -> new joint, old frame in new frame
-
-    sole = model.frames[model.getFrameId(stance_sole)].placement
-    parent = rooted.addJoint(0, pin.JointModelFreeFlyer(), pin.SE3.Identity(), FOOT_JOINT)
-    moved[up[-1]] = (parent, sole.inverse())
-    for child, body in zip(reversed(up), [*reversed(up[:-1]), 1], strict=True):
-        parent = _add_joint(rooted, parent, model, child, moved[child][1], reverse=True)
-        moved[body] = (parent, model.jointPlacements[child].inverse())
-    for child in down:
-        placement = moved[model.parents[child]][1] * model.jointPlacements[child]
-        parent = _add_joint(rooted, parent, model, child, placement, reverse=False)
-        moved[child] = (parent, pin.SE3.Identity())
+    foot = model.frames[model.getFrameId(stance_sole)]
+    first = rooted.addJoint(0, pin.JointModelFreeFlyer(), pin.SE3.Identity(), FOOT_JOINT)
+    # Old joint, whose number is also that of its body -> new joint, old frame in new joint's frame.
+    moved: dict[int, tuple[int, pin.SE3]] = {foot.parentJoint: (first, foot.placement.inverse())}
+    for joint, body, reverse in _outward(model, foot.parentJoint, _joint_of(model, swing_sole)):
+        if reverse:
+            parent, placement = moved[joint]
+            new = _add_joint(rooted, parent, model, joint, placement, reverse=True)
+            moved[body] = (new, model.jointPlacements[joint].inverse())
+        else:
+            parent, placement = moved[model.parents[joint]]
+            placement = placement * model.jointPlacements[joint]
+            new = _add_joint(rooted, parent, model, joint, placement, reverse=False)
+            moved[body] = (new, pin.SE3.Identity())
     for old, (new, placement) in moved.items():
         rooted.appendBodyToJoint(new, model.inertias[old], placement)
     for frame in model.frames:
@@ -92,6 +109,41 @@ def reroot(model: pin.Model, stance_sole: str, swing_sole: str) -> pin.Model:
     return rooted
 
 
+def leg_joints(model: pin.Model, stance_sole: str, swing_sole: str) -> tuple[set[int], set[int]]:
+    """Return the joints that move one sole but not the other, of the stance and the swing leg."""
+    stance, swing = (_supports(model, sole) for sole in (stance_sole, swing_sole))
+    return stance - swing, swing - stance
+
+
+def reversed_joints(model: pin.Model, stance_sole: str) -> set[str]:
+    """Return the joints that `reroot` runs through against their direction, by name."""
+    return {str(model.names[j]) for j in _supports(model, stance_sole)}
+
+
+def _outward(model: pin.Model, foot: int, swing_foot: int) -> Iterator[tuple[int, int, bool]]:
+    """Yield every joint on the way out from a foot, the way to the other foot first.
+
+    Yields:
+        The joint, the body beyond it, and whether it is passed against its direction.
+    """
+    ways: dict[int, list[tuple[int, int, bool]]] = {b: [] for b in range(1, model.njoints)}
+    for joint in range(2, model.njoints):
+        parent = int(model.parents[joint])
+        ways[parent].append((joint, joint, False))
+        ways[joint].append((joint, parent, True))
+    first = set(model.supports[foot]) ^ set(model.supports[swing_foot])
+    seen = {foot}
+    stack = [iter(sorted(ways[foot], key=lambda way: way[0] not in first))]
+    while stack:
+        way = next((way for way in stack[-1] if way[1] not in seen), None)
+        if way is None:
+            stack.pop()
+            continue
+        seen.add(way[1])
+        yield way
+        stack.append(iter(sorted(ways[way[1]], key=lambda way: way[0] not in first)))
+
+
 def joint_axis(model: pin.Model, joint: int) -> np.ndarray:
     """Return the unit axis of a revolute joint in its own frame, shape (3,)."""
     data = model.createData()
@@ -100,7 +152,7 @@ def joint_axis(model: pin.Model, joint: int) -> np.ndarray:
     axis = pin.getJointJacobian(model, data, joint, pin.LOCAL)[:, column]
     if abs(np.linalg.norm(axis[3:]) - 1.0) > 1e-9 or np.abs(axis[:3]).max() > 1e-12:
         raise RobotError(
-            f"joint '{model.names[joint]}' is not revolute; every leg joint must be revolute"
+            f"joint '{model.names[joint]}' is not revolute; every joint that moves must be revolute"
         )
     return np.asarray(axis[3:]).copy()
 
@@ -140,9 +192,13 @@ def _supports(model: pin.Model, frame: str) -> set[int]:
     return {j for j in model.supports[_joint_of(model, frame)] if j > 1}
 
 
-def _path(model: pin.Model, frame: str) -> list[int]:
-    """Joints from the pelvis out to the sole."""
-    return [j for j in model.supports[_joint_of(model, frame)] if j > 1]
+def _joint_named(model: pin.Model, name: str) -> int:
+    if not model.existJointName(name):
+        raise RobotError(
+            f"there is no joint '{name}' to be kept moving; there are "
+            f"{', '.join(map(str, model.names[2:]))}"
+        )
+    return int(model.getJointId(name))
 
 
 def _joint_of(model: pin.Model, frame: str) -> int:

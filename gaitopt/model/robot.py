@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -12,7 +13,7 @@ import pinocchio as pin
 from gaitopt.errors import RobotError
 from gaitopt.importers.report import Finding
 from gaitopt.importers.source import Source, read_source
-from gaitopt.model.chain import build_chain
+from gaitopt.model.chain import build_chain, chain_limits, rooted_chain, sole_axes
 from gaitopt.model.chain_physics import ChainPhysics
 from gaitopt.model.feet.sole import Sole
 from gaitopt.model.import_options import Choices
@@ -22,6 +23,7 @@ from gaitopt.model.legs.joint_limits import JointLimits
 from gaitopt.model.legs.leg_geometry import Legs, knee_doubts, measure_legs
 from gaitopt.model.legs.reference_posture import posture_doubts
 from gaitopt.model.multibody import Multibody, multibody
+from gaitopt.model.reroot import lock_upper_body
 from gaitopt.model.sizes import size_doubts
 from gaitopt.nlp import Array
 
@@ -33,10 +35,10 @@ class Robot:
     Attributes:
         name: of the robot.
         urdf: text of its URDF.
-        model: free-flyer at the stance sole (held still), then the stance leg from ankle to hip
-            and the swing leg from hip to ankle. Never modified.
-        joint_names: URDF names of the twelve joints in that order; signs are the URDF's.
-        mirror: the leg exchange E, shape (12, 12).
+        model: free-flyer at the stance sole (held still), then the stance leg from ankle to hip,
+            the swing leg from hip to ankle, and other branches that move. Never modified.
+        joint_names: URDF names of the n joints in that order; signs are the URDF's.
+        mirror: the leg exchange E, shape (n, n).
         stance_sole, swing_sole: names of the sole frames.
         sole: the rectangle of either sole.
         limits: of the joints.
@@ -75,6 +77,7 @@ class Robot:
         stance_sole: str | None = None,
         swing_sole: str | None = None,
         sole: Sole | None = None,
+        moving: Collection[str] = (),
     ) -> Robot:
         """Read a biped from URDF text or from a URDF file; find out what is not fixed.
 
@@ -84,6 +87,8 @@ class Robot:
             stance_sole, swing_sole: names of the sole frames (x forward, y left, z up, in the
                 plane of the sole), as in `choices`.
             sole: rectangle of the sole, as in `choices`.
+            moving: names of joints beside the legs' that are not locked (waist, arms, head); such a
+                robot has to be its own mirror image.
 
         Raises:
             RobotError: the URDF cannot be read, or is not a biped with two mirrored six-joint legs.
@@ -96,24 +101,77 @@ class Robot:
         given = choices or Choices()
         given = given.over(stance_sole=stance_sole, swing_sole=swing_sole, sole=sole)
         source = read_source(urdf, given.package_dirs)
-        return cls.from_reading(source, read_robot(source, given))
+        return cls.from_reading(source, read_robot(source, given), moving)
 
     @classmethod
-    def from_reading(cls, source: Source, reading: Reading) -> Robot:
+    def from_soles(
+        cls,
+        urdf: str | Path,
+        *,
+        stance_sole: str,
+        swing_sole: str,
+        sole: Sole,
+        moving: Collection[str] = (),
+    ) -> Robot:
+        """Read a biped whose soles are known; its legs may have any number of joints.
+
+        Nothing is looked for and nothing is averaged: the robot has to be its own mirror image with
+        all joints at 0, its soles flat and parallel there. Its legs are the joints that move one
+        sole but not the other.
+
+        Args:
+            urdf: the text itself, or the path of a file.
+            stance_sole, swing_sole: names of the sole frames: x forward, y left, z up, in the plane
+                of the sole.
+            sole: rectangle of either sole.
+            moving: names of joints beside the legs' that are not locked (waist, arms, head).
+
+        Raises:
+            RobotError: the URDF cannot be read, its legs are not alike, the robot is not its own
+                mirror image, or the soles are not parallel.
+        """
+        source = read_source(urdf)
+        whole, soles = source.model(), (stance_sole, swing_sole)
+        reduced = lock_upper_body(whole, *soles, moving=moving)
+        chain = rooted_chain(reduced, soles, sole_axes(reduced, soles), source.physics)
+        limits = chain_limits(chain)
+        legs = measure_legs(chain.lines, soles, limits)
+        doubts = (*knee_doubts(legs, limits, chain.names), *size_doubts(chain, legs.reach, sole))
+        return cls(
+            name=chain.model.name,
+            urdf=source.text,
+            model=chain.model,
+            joint_names=chain.names,
+            mirror=chain.mirror,
+            stance_sole=stance_sole,
+            swing_sole=swing_sole,
+            sole=sole,
+            limits=limits,
+            legs=legs,
+            pelvis=chain.pelvis,
+            physics=chain.physics,
+            choices=Choices(stance_sole=stance_sole, swing_sole=swing_sole, sole=sole),
+            findings=(*chain.findings, *doubts),
+        )
+
+    @classmethod
+    def from_reading(cls, source: Source, reading: Reading, moving: Collection[str] = ()) -> Robot:
         """Return the biped of a reading.
 
         Args:
             source: the description of the robot.
             reading: of that description.
+            moving: names of joints beside the legs' that are not locked.
 
         Raises:
             RobotError: a body of the file is unsound, the robot is not its own mirror image, or
                 its sole is larger than its legs.
         """
-        chain = build_chain(reading)
-        legs = measure_legs(chain.lines, reading.sole_names, reading.limits)
+        chain = build_chain(reading, moving)
+        limits = chain_limits(chain, reading.limits) if moving else reading.limits
+        legs = measure_legs(chain.lines, reading.sole_names, limits)
         doubts = (
-            *knee_doubts(legs, reading.limits, chain.names),
+            *knee_doubts(legs, limits, chain.names),
             *size_doubts(chain, legs.reach, reading.soles.sole),
         )
         stands = posture_doubts(reading.model, reading.q, reading.legs, reading.choices)
@@ -126,7 +184,7 @@ class Robot:
             stance_sole=reading.sole_names[0],
             swing_sole=reading.sole_names[1],
             sole=reading.soles.sole,
-            limits=reading.limits,
+            limits=limits,
             legs=legs,
             pelvis=chain.pelvis,
             physics=chain.physics,

@@ -61,7 +61,7 @@ def _check_sole(sole: Sole, reach: float) -> None:
 def _gyration_doubts(chain: Chain, reach: float) -> list[Finding]:
     """Look at the bodies of the swing leg; those of the other one are their mirror images."""
     small, large = [], []
-    for name in chain.names[6:]:
+    for name in chain.names[chain.tree.stance :]:
         body = chain.model.inertias[chain.model.getJointId(name)]
         if not body.mass > 0.0:
             continue

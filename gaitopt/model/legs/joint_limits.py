@@ -28,7 +28,7 @@ _UNITS = {"torque": "N·m", "speed": "rad/s"}
 
 @dataclass(frozen=True)
 class JointLimits:
-    """Limits of the twelve joints, in the order of `Robot.joint_names`, shape (12,) each.
+    """Limits of the n joints, in the order of `Robot.joint_names`, shape (n,) each.
 
     Attributes:
         torque: largest |torque| [N.m], infinite where there is no limit.
@@ -53,8 +53,8 @@ def joint_limits(
 
     Args:
         model: of the robot.
-        joints: the twelve, stance leg from ankle to hip, then swing leg from hip to ankle.
-        mirror: the leg exchange E, shape (12, 12).
+        joints: stance leg from ankle to hip, then swing leg from hip to ankle, then others.
+        mirror: the leg exchange E, shape (n, n).
         unequal: what to do where the legs differ, one of `choices.UNEQUAL`.
         stance: which leg stands, "right" or "left".
 
@@ -72,7 +72,7 @@ def joint_limits(
     )
     limits, findings, faults = _without_placeholders(raw, names)
     partner = np.abs(mirror).argmax(axis=1)
-    legs = _Legs(names, partner, mirror[np.arange(12), partner], unequal, stance)
+    legs = _Legs(names, partner, mirror[np.arange(len(names)), partner], unequal, stance)
     limits, told, differ, broken = _settled(limits, mirror, legs)
     shared = bool((limits.lower < limits.upper).all())
     fault = _difference_fault(differ, broken, shared)
@@ -92,8 +92,13 @@ class _Legs:
     @property
     def keep(self) -> NDArray[np.bool_]:
         """Whether a joint is of the leg whose limits count."""
-        kept: NDArray[np.bool_] = (np.arange(12) < 6) == (self.unequal == self.stance)
-        return kept
+        first = np.arange(len(self.partner)) < self.partner
+        return np.asarray(first == (self.unequal == self.stance))
+
+    @property
+    def firsts(self) -> list[int]:
+        """The first joint of every pair, and joints that are their own partners."""
+        return [row for row, partner in enumerate(self.partner) if row <= partner]
 
     def pair(self, row: int) -> str:
         return f"{self.names[row]}, {self.names[self.partner[row]]}"
@@ -190,7 +195,7 @@ def _settled(
         tighter = np.minimum(mine, its)
         chosen = legs.unequal in ("right", "left")
         kept = np.where(legs.keep, mine, its) if chosen else tighter
-        for row in np.flatnonzero(mine[:6] != its[:6]).tolist():
+        for row in (row for row in legs.firsts if mine[row] != its[row]):
             values = f"{mine[row]:.10g} and {its[row]:.10g} {unit}"
             larger = max(mine[row], its[row])
             far = np.isinf(larger) or abs(mine[row] - its[row]) > _ALIKE * larger
@@ -202,7 +207,7 @@ def _settled(
                 findings.append(Finding("limits", legs.pair(row), text, "changed"))
         limits = replace(limits, **{field: kept})
     lower, upper = limits.lower.copy(), limits.upper.copy()
-    for row in range(6):
+    for row in legs.firsts:
         own, its = (limits.lower[row], limits.upper[row]), (other.lower[row], other.upper[row])
         if own == its:
             continue

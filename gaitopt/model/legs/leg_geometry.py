@@ -90,8 +90,7 @@ def _swing(point: Array, axis: Array, hip: Array, ankle: Array) -> tuple[float, 
     return c0, complex(-2.0 * to_hip @ level, -2.0 * to_hip @ np.cross(axis, level))
 
 
-HIP_JOINTS = ((3, 4, 5), (6, 7, 8))  # rows of the joint vector: stance leg, swing leg
-ANKLE_JOINTS = ((0, 1), (10, 11))
+_HIP, _ANKLE = 3, 2  # joints of each, if the leg has enough
 
 _OUTWARD = (-1.0, 1.0)  # the stance leg's chain runs from its ankle to its hip
 _STRAIGHT = 0.01  # rad: a knee that stops this near to straight is straight there
@@ -154,10 +153,11 @@ class ChainLines:
     """The joint lines of a re-rooted model at its neutral posture.
 
     Attributes:
-        model: free-flyer and twelve joints.
+        model: free-flyer and n joints.
         frame: name of the pelvis frame.
         pelvis: its placement.
-        points, axes: joint lines in the pelvis frame, shape (12, 3) each.
+        points, axes: joint lines in the pelvis frame, shape (n, 3) each.
+        count: joints of each leg.
     """
 
     model: pin.Model
@@ -165,6 +165,22 @@ class ChainLines:
     pelvis: pin.SE3
     points: Array
     axes: Array
+    count: int
+
+
+def hip_joints(count: int) -> tuple[range, range]:
+    """Return the rows of the joints of either hip, stance leg first.
+
+    Args:
+        count: joints of each leg, stance leg from ankle to hip, then swing leg from hip to ankle.
+    """
+    hip = min(_HIP, count - _ANKLE - 1)
+    return range(count - hip, count), range(count, count + hip)
+
+
+def ankle_joints(count: int) -> tuple[range, range]:
+    """Return the rows of the joints of either ankle, stance leg first; see `hip_joints`."""
+    return range(_ANKLE), range(2 * count - _ANKLE, 2 * count)
 
 
 def measure_legs(lines: ChainLines, soles: tuple[str, str], limits: JointLimits) -> Legs:
@@ -178,9 +194,10 @@ def measure_legs(lines: ChainLines, soles: tuple[str, str], limits: JointLimits)
     """
     data = lines.model.createData()
     pin.framesForwardKinematics(lines.model, data, pin.neutral(lines.model))
+    count = lines.count
     hips, ankles, knees, flexion, slack = [], [], [], [], []
     for leg, sole in enumerate(soles):
-        parts = HIP_JOINTS[leg], ANKLE_JOINTS[leg]
+        parts = hip_joints(count)[leg], ankle_joints(count)[leg]
         hip, ankle = (centre(lines.points, lines.axes, rows) for rows in parts)
         slack.append(
             sum(_slack(lines, limits, *part) for part in zip(parts, (hip, ankle), strict=True))
@@ -188,11 +205,12 @@ def measure_legs(lines: ChainLines, soles: tuple[str, str], limits: JointLimits)
         hips.append(hip)
         place = data.oMf[lines.model.getFrameId(sole)]
         ankles.append(place.actInv(lines.pelvis.act(ankle)))
-        rows = slice(6 * leg, 6 * leg + 6)
+        first = count * leg
+        rows = slice(first, first + count)
         outward = _OUTWARD[leg] * lines.axes[rows]
-        beyond = [row for row in range(6) if row + 6 * leg not in HIP_JOINTS[leg]]
-        knee = find_knee(lines.points[rows], outward, hip, ankle, np.zeros(6), beyond)
-        knees.append(replace(knee, row=6 * leg + knee.row))
+        beyond = [row for row in range(count) if row + first not in parts[0]]
+        knee = find_knee(lines.points[rows], outward, hip, ankle, np.zeros(count), beyond)
+        knees.append(replace(knee, row=first + knee.row))
         flexion.append(_flexion(knees[-1], limits))
     return Legs(
         hips=np.array(hips),
@@ -245,7 +263,7 @@ def common_point(points: Array, axes: Array) -> Array:
     return np.asarray(mean + np.linalg.lstsq(projectors.sum(axis=0), rhs, rcond=1e-9)[0])
 
 
-def centre(points: Array, axes: Array, rows: tuple[int, ...]) -> Array:
+def centre(points: Array, axes: Array, rows: Sequence[int]) -> Array:
     """Return the centre of a hip or an ankle, shape (3,).
 
     Where its axes do not meet, it is the point of the pitch axis nearest to all of them: legs swing
@@ -268,7 +286,7 @@ def _distance(point: Array, origin: Array, axis: Array) -> float:
     return float(np.linalg.norm(np.cross(point - origin, axis)))
 
 
-def _slack(lines: ChainLines, limits: JointLimits, rows: tuple[int, ...], point: Array) -> float:
+def _slack(lines: ChainLines, limits: JointLimits, rows: Sequence[int], point: Array) -> float:
     """Return how far at most the joints of a hip or an ankle move a point of the leg [m].
 
     A point at distance r from an axis moves by 2 r sin(angle / 2), and rotations do not stretch, so

@@ -2,51 +2,108 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import pinocchio as pin
 
+from gaitopt.errors import RobotError
+from gaitopt.model.joint_tree import JointTree
 from gaitopt.model.legs.kinematic_tree import joint_axes, place
 from gaitopt.nlp import Array
 
 REFLECTION = np.diag([1.0, -1.0, 1.0])  # left <-> right, in axes x forward, y left, z up
+_SAME_LINE = 1e-6  # m, and sine of the angle: lines that are this near are one
 
 
 def joint_lines(model: pin.Model, pelvis: pin.SE3) -> tuple[Array, Array]:
-    """Return a point on and the direction of the twelve joint axes at the neutral posture.
+    """Return a point on and the direction of all joint axes at the neutral posture.
 
     Args:
-        model: re-rooted model (free-flyer and twelve joints).
+        model: re-rooted model (free-flyer and n joints).
         pelvis: placement of the pelvis in the world at the neutral posture.
 
     Returns:
-        Points and unit axes in the pelvis frame, each of shape (12, 3).
+        Points and unit axes in the pelvis frame, each of shape (n, 3).
     """
     placed = place(model, pin.neutral(model))
-    points = np.array([pelvis.actInv(p.translation) for p in placed.places[2:14]])
-    return points, joint_axes(model, placed.q, range(2, 14)) @ pelvis.rotation
+    points = np.array([pelvis.actInv(p.translation) for p in placed.places[2:]])
+    return points, joint_axes(model, placed.q, range(2, model.njoints)) @ pelvis.rotation
 
 
-def leg_exchange(axes: Array, outward: Array) -> Array:
-    """Return E, shape (12, 12): `E q` is the posture q with the legs exchanged by reflection.
+def leg_exchange(axes: Array, outward: Array, partners: Sequence[int] | None = None) -> Array:
+    """Return E, shape (n, n): `E q` is the posture q reflected left to right, legs exchanged.
 
-    A joint's partner is the joint of the other leg as many joints away from the hip: where several
-    axes meet or are parallel, the mirror image of its line alone would not tell. The sign is that
-    between the partner's axis and the mirrored one (a rotation vector mirrors to minus its
-    reflection).
+    The sign is that between the partner's axis and the mirrored one (a rotation vector mirrors to
+    minus its reflection): a waist that yaws has -1, one that pitches +1.
 
     Args:
         axes: of the joints in the pelvis frame, stance leg from ankle to hip, then swing leg from
-            hip to ankle, shape (12, 3).
-        outward: (12,) +1 where the joint turns its URDF child by +axis in the re-rooted model, -1
+            hip to ankle, then others, shape (n, 3).
+        outward: (n,) +1 where the joint turns its URDF child by +axis in the re-rooted model, -1
             where the chain runs against the URDF.
+        partners: of each joint, the one that does the same on the other side (`mirror_partners`);
+            None for two legs alone: the joint of the other leg as many joints away from the hip.
     """
-    E = np.zeros((12, 12))
-    for i in range(6):
-        partner = 11 - i
+    n = len(axes)
+    partners = range(n)[::-1] if partners is None else partners
+    E = np.zeros((n, n))
+    for i, partner in enumerate(partners):
         mirrored = -REFLECTION @ (outward[i] * axes[i])
         same = mirrored @ (outward[partner] * axes[partner]) >= 0.0
-        E[i, partner] = E[partner, i] = 1.0 if same else -1.0
+        E[i, partner] = 1.0 if same else -1.0
     return E
+
+
+def mirror_partners(tree: JointTree, points: Array, axes: Array) -> list[int]:
+    """Return the joint that does the same on the other side, for each joint.
+
+    Partners in the legs are as many joints away from the hip: where several axes meet or are
+    parallel, the mirror image of a line alone would not tell. The partner of any other joint sits
+    on the mirror image of its body and has the mirror image of its line, at the neutral posture; a
+    joint in the mirror plane is its own partner.
+
+    Args:
+        tree: of the joints.
+        points, axes: joint lines in the pelvis frame, shape (n, 3) each.
+
+    Raises:
+        RobotError: a joint has no mirror image.
+    """
+    feet = tree.swing_foot
+    partners = list(range(feet))[::-1]
+    for j in range(feet, tree.size):
+        home = body_partner(tree, partners, tree.parents[j] + 1) - 1
+        found = [
+            (_line_gap(REFLECTION @ points[j], REFLECTION @ axes[j], points[k], axes[k]), k)
+            for k in range(feet, tree.size)
+            if tree.parents[k] == home
+        ]
+        gap, partner = min(found, default=(np.inf, j))
+        if gap > _SAME_LINE:
+            raise RobotError(
+                f"joint '{tree.names[j]}' is to move, but no joint mirrors it; keep its partner "
+                "moving as well, and make the robot symmetric"
+            )
+        partners.append(partner)
+    return partners
+
+
+def body_partner(tree: JointTree, partners: Sequence[int], body: int) -> int:
+    """Return the body that takes the place of another when the legs are exchanged.
+
+    Args:
+        tree: of the joints.
+        partners: of the joints.
+        body: of which the partner is asked.
+    """
+    return tree.swing_foot - body if body <= tree.swing_foot else partners[body - 1] + 1
+
+
+def _line_gap(point: Array, axis: Array, other_point: Array, other_axis: Array) -> float:
+    """How far apart two lines are, in m and in the sine of their angle, whichever is more."""
+    apart = np.cross(other_point - point, axis)
+    return float(max(np.linalg.norm(apart), np.linalg.norm(np.cross(axis, other_axis))))
 
 
 def mirror_placement(placement: pin.SE3) -> pin.SE3:
@@ -63,7 +120,7 @@ def exchange_error(model: pin.Model, E: Array, stance_sole: str, swing_sole: str
     """
     data = model.createData()
     worst = 0.0
-    for angles, rates in _probe_motions():
+    for angles, rates in _probe_motions(len(E)):
         placement, energy = _swing_placement(model, data, angles, rates, stance_sole, swing_sole)
         exchanged, other = _swing_placement(
             model, data, E @ angles, E @ rates, stance_sole, swing_sole, about_swing=True
@@ -73,9 +130,9 @@ def exchange_error(model: pin.Model, E: Array, stance_sole: str, swing_sole: str
     return worst
 
 
-def _probe_motions() -> list[tuple[Array, Array]]:
+def _probe_motions(count: int) -> list[tuple[Array, Array]]:
     rng = np.random.default_rng(0)
-    return [(rng.uniform(-0.4, 0.4, 12), rng.uniform(-1.0, 1.0, 12)) for _ in range(3)]
+    return [(rng.uniform(-0.4, 0.4, count), rng.uniform(-1.0, 1.0, count)) for _ in range(3)]
 
 
 def _swing_placement(
