@@ -9,8 +9,8 @@ from gaitopt.model.robot import Robot
 
 
 def bent_posture(robot: Robot, rng: np.random.Generator) -> np.ndarray:
-    """Joint angles (12,) of the biped in a walk: knees bent, trunk and swing foot near level."""
-    q = rng.uniform(-0.25, 0.25, 12)
+    """Joint angles (n,) of a biped in a walk: knees bent, trunk and swing foot near level."""
+    q = rng.uniform(-0.25, 0.25, robot.tree.size)
     legs = robot.legs
     for side, knee in zip(("right", "left"), legs.knees, strict=True):
         hip, ankle = (robot.joint_names.index(f"{side}_{n}_pitch") for n in ("hip", "ankle"))
@@ -23,9 +23,9 @@ def bent_posture(robot: Robot, rng: np.random.Generator) -> np.ndarray:
 def random_motion(
     robot: Robot, rng: np.random.Generator, count: int
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """q, dq, ddq of `count` unrelated instants, shape (count, 12) each."""
+    """q, dq, ddq of `count` unrelated instants, shape (count, n) each."""
     q = np.array([bent_posture(robot, rng) for _ in range(count)])
-    return q, rng.normal(0.0, 2.0, (count, 12)), rng.normal(0.0, 20.0, (count, 12))
+    return q, rng.normal(0.0, 2.0, q.shape), rng.normal(0.0, 20.0, q.shape)
 
 
 def full_configuration(robot: Robot, q: np.ndarray) -> np.ndarray:

@@ -10,19 +10,20 @@ from gaitopt.model.reroot import lock_upper_body, reroot
 
 
 class PelvisRooted:
-    """Free-flyer at the root and twelve joints, in a random state with the stance sole at rest."""
+    """Free-flyer at the root and n joints, in a random state with the stance sole at rest."""
 
     def __init__(self, model: pin.Model, sole: str, names: tuple[str, ...], seed: int) -> None:
         rng = np.random.default_rng(seed)
-        self.angles = rng.uniform(-0.8, 0.8, 12)
-        self.rates, self.accelerations = rng.normal(0.0, 3.0, 12), rng.normal(0.0, 30.0, 12)
+        n = len(names)
+        self.angles = rng.uniform(-0.8, 0.8, n)
+        self.rates, self.accelerations = rng.normal(0.0, 3.0, n), rng.normal(0.0, 30.0, n)
         self.model, self.data = model, model.createData()
         self.columns = [model.joints[model.getJointId(n)].idx_v for n in names]
         self.sole = model.getFrameId(sole)
         self.q = pin.neutral(model)
         self.q[[c + 1 for c in self.columns]] = self.angles
         self._stand_on_the_sole()
-        self.v, self.a = np.zeros(18), np.zeros(18)
+        self.v, self.a = np.zeros(6 + n), np.zeros(6 + n)
         self.v[self.columns], self.a[self.columns] = self.rates, self.accelerations
         self._hold_the_sole()
 
@@ -63,9 +64,9 @@ class PelvisRooted:
         # Pelvis-rooted velocity from (sole twist, joint rates): the sole twist is J v.
         order = np.array(self.columns)
         to_base = np.linalg.inv(J[:, :6])
-        V = np.zeros((18, 18))
+        V = np.zeros(M.shape)
         V[:6, :6], V[:6, 6:] = to_base, -to_base @ J[:, order]
-        V[order, range(6, 18)] = 1.0
+        V[order, range(6, len(M))] = 1.0
         return V.T @ M @ V
 
     def state(self, model: pin.Model) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

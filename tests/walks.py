@@ -5,12 +5,14 @@ from dataclasses import dataclass
 
 import numpy as np
 from reference_cases import biped, reference_case
+from synthetic_bipeds import synthetic
 
 from gaitopt.gait.grid import uniform_grid
 from gaitopt.gait.initial_guess import first_guess, perturbed
 from gaitopt.gait.parameters import GEOMETRY, set_quantities
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.task import preset_task
+from gaitopt.model.robot import Robot
 
 FAMILIES = (
     "torque",
@@ -68,14 +70,23 @@ def _reference(name: str) -> Walk:
     return Walk(case.problem(biped(), **_ALL), case.x)
 
 
-def _guess(seed: int, sigma: float = 0.1, **changes: object) -> Walk:
-    problem = WalkProblem(biped(), preset_task(**_ALL, **changes))
+def _guess(seed: int, sigma: float = 0.1, robot: Robot | None = None, **changes: object) -> Walk:
+    problem = WalkProblem(robot or biped(), preset_task(**{**_ALL, **changes}))
     x = perturbed(problem, first_guess(problem), sigma, seed)
     noise = np.random.default_rng(seed).normal(0.0, 0.02, x.size)
     x[problem.layout.shape] += (
         noise[problem.layout.shape] * problem.layout.scale()[problem.layout.shape]
     )
     return Walk(problem, x)
+
+
+def _synthetic(name: str) -> Walk:
+    """Everything there is, of a robot with other joints than two times six."""
+    geometry = set_quantities(GEOMETRY, _EVERYTHING_FREE)
+    return _guess(
+        6, sigma=0.05, robot=synthetic(name), geometry=geometry, boundary="lifted", speed=0.6,
+        duration=0.5, **UPRIGHT,
+    )  # fmt: skip
 
 
 def _everything_free(**changes: object) -> Walk:
@@ -105,6 +116,8 @@ _MAKERS = {
     "lifted, everything free": lambda: _everything_free(boundary="lifted"),
     "upright": lambda: _guess(1, sigma=0.05, **UPRIGHT),
     "upright, everything free": lambda: _everything_free(**UPRIGHT),
+    "upright, lifted, seven joints, waist, arms": lambda: _synthetic("seven, waist and arms"),
+    "upright, lifted, five joints": lambda: _synthetic("five"),
 }
 WALKS = tuple(_MAKERS)
 PAIRS = tuple(

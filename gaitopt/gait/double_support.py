@@ -50,6 +50,7 @@ from gaitopt.mechanics.inverse_kinematics import (
     loop_gap_slope,
 )
 from gaitopt.mechanics.spatial import cross, skew
+from gaitopt.model.joint_tree import JointTree
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array
 
@@ -292,21 +293,24 @@ def _centripetal(point: Array, twists: Array, weight: Array) -> Array:
     return (matrix + matrix.T) / 2.0
 
 
-class ClosedBoundary(Boundary):
-    """The paper's form: q_start by inverse kinematics; B = 10.
+def refuse_undetermined(tree: JointTree) -> None:
+    """Refuse the closed form for a robot whose joint angles pelvis and feet do not determine.
+
+    Args:
+        tree: of the robot's joints.
 
     Raises:
-        InputError: pelvis and swing foot do not determine all joint angles.
+        InputError: the robot has other joints than two legs of six.
     """
+    if not tree.determined:
+        raise InputError(
+            "boundary 'closed' solves for two legs of six joints and nothing else; this robot has "
+            f"{tree.size} joints, {tree.stance} in each leg: take boundary 'lifted'"
+        )
 
-    def __init__(self, robot: Robot) -> None:
-        if not robot.tree.determined:
-            raise InputError(
-                "boundary 'closed' solves for two legs of six joints and nothing else; this robot "
-                f"has {robot.tree.size} joints, {robot.tree.stance} in each leg: take boundary "
-                "'lifted'"
-            )
-        super().__init__(robot)
+
+class ClosedBoundary(Boundary):
+    """The paper's form: q_start by inverse kinematics; B = 10 (see `refuse_undetermined`)."""
 
     def posture(self, geometry: Array, q_start: Array) -> Posture:
         """Return the posture for geometric quantities, shape (10,)."""

@@ -20,6 +20,7 @@ from gaitopt.gait.double_support import (
     LiftedBoundary,
     Posture,
     PostureSlope,
+    refuse_undetermined,
 )
 from gaitopt.gait.grid import Grid
 from gaitopt.gait.parameters import DURATION, STEP_LENGTH, Layout
@@ -45,7 +46,12 @@ class StepModel:
         Args:
             robot, layout, grid: of the walk.
             optional: which of the quantities that not every walk needs are to be computed.
+
+        Raises:
+            InputError: the layout's form of the double support does not suit the robot.
         """
+        if not layout.lifted:
+            refuse_undetermined(robot.tree)
         self.robot, self.layout, self.grid = robot, layout, grid
         knots = np.linspace(0.0, 1.0, layout.postures + 2)
         self.basis = spline_basis(knots, grid.instants)

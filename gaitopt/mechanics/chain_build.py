@@ -118,16 +118,17 @@ def chain_of_robot(robot: Robot) -> Chain:
     Pinocchio only hands over what the URDF says: placements, axes and inertias.
 
     Raises:
-        RobotError: the model is not a serial chain of one-axis joints after the foot.
+        RobotError: the model does not start at the foot, or a joint has more than one axis.
     """
     model = robot.model
     frames = [_frame(model, name) for name in (robot.stance_sole, robot.swing_sole)]
-    joints = _serial_joints(model, frames[0].parentJoint, frames[1].parentJoint)
+    joints, antecedent = _joints(model, frames[0].parentJoint)
     places = [frames[0].placement.inverse()]
-    for joint in joints:
-        places.append(places[-1] * model.jointPlacements[joint])
+    for joint, link in zip(joints, antecedent, strict=True):
+        places.append(places[link] * model.jointPlacements[joint])
     motions = [_motion(model, joint) for joint in joints]
-    tool = places[-1] * frames[1].placement
+    end = joints.index(frames[1].parentJoint) + 1
+    tool = places[end] * frames[1].placement
     return chain_from_axes(
         np.array([place.translation for place in places[1:]]),
         np.array(
@@ -135,6 +136,8 @@ def chain_of_robot(robot: Robot) -> Chain:
         ),
         _bodies_of_model(model, [frames[0].parentJoint, *joints], places),
         (tool.rotation, tool.translation),
+        antecedent=antecedent,
+        end=end,
         sigma=np.array([sigma for _, sigma in motions]),
         armature=np.array([model.armature[model.joints[joint].idx_v] for joint in joints]),
     )
@@ -179,15 +182,14 @@ def _frame(model: pin.Model, name: str) -> pin.Frame:
     return model.frames[model.getFrameId(name)]
 
 
-def _serial_joints(model: pin.Model, first: int, last: int) -> list[int]:
+def _joints(model: pin.Model, first: int) -> tuple[list[int], tuple[int, ...]]:
     joints = list(range(first + 1, model.njoints))
-    parents = [model.parents[joint] for joint in joints]
-    if first != 1 or parents != list(range(first, last)):
+    if first != 1:
         raise RobotError(
-            f"the joints {list(model.names)[1:]} are not one chain from foot to foot; "
-            "root the model at the stance sole first"
+            f"the stance sole is fixed to joint '{model.names[first]}', not to the root; root the "
+            "model at the stance sole first"
         )
-    return joints
+    return joints, tuple(int(model.parents[joint]) - 1 for joint in joints)
 
 
 def _motion(model: pin.Model, joint: int) -> tuple[Array, float]:
@@ -222,6 +224,8 @@ def chain_from_axes(
     *,
     sigma: Array | None = None,
     armature: Array | None = None,
+    antecedent: tuple[int, ...] = (),
+    end: int = -1,
 ) -> Chain:
     """Return the chain of given joint lines, by geometry alone.
 
@@ -236,6 +240,7 @@ def chain_from_axes(
         tool: rotation (3, 3) and origin (3,) [m] of the swing sole frame.
         sigma: 0 for revolute, 1 for prismatic joints, shape (n,); None: all revolute.
         armature: reflected inertia of the motors, shape (n,) [kg·m²]; None: zero.
+        antecedent, end: as in `JointTable` and `Chain`.
 
     Raises:
         InputError: an array has the wrong shape or is not finite, or an axis has no direction.
@@ -244,19 +249,20 @@ def chain_from_axes(
     rotations = np.array([SOLE_AXES, *(_axes_about(axis) for axis in axes)])
     points = np.concatenate([np.zeros((1, 3)), origins])
     rows = [
-        parameters(rotations[j].T @ rotations[j + 1], rotations[j].T @ (points[j + 1] - points[j]))
-        for j in range(n)
+        parameters(rotations[a].T @ rotations[j + 1], rotations[a].T @ (points[j + 1] - points[a]))
+        for j, a in enumerate(antecedent or range(n))
     ]
     gamma, b, alpha, d, theta, r = np.array(rows).T
     sigma = np.zeros(n) if sigma is None else sigma
-    joints = JointTable(alpha=alpha, d=d, theta=theta, r=r, sigma=sigma, gamma=gamma, b=b)
+    joints = JointTable(alpha, d, theta, r, sigma, gamma, b, antecedent)
     return Chain(
         joints=joints,
         links=_link_table(*_zero_posture(joints), bodies),
         sign=np.ones(n),
         armature=np.zeros(n) if armature is None else armature,
-        tool_rotation=rotations[-1].T @ tool[0],
-        tool_position=rotations[-1].T @ (tool[1] - points[-1]),
+        tool_rotation=rotations[end].T @ tool[0],
+        tool_position=rotations[end].T @ (tool[1] - points[end]),
+        end=end,
     )
 
 
@@ -275,7 +281,7 @@ def _axes_about(axis: Array) -> Array:
 def _zero_posture(joints: JointTable) -> tuple[Array, Array]:
     """Placements of R_0 to R_n in R0 at zero joint values."""
     table = (joints.gamma, joints.b, joints.alpha, joints.d, joints.theta, joints.r)
-    return placements(*transforms(*table))
+    return placements(*transforms(*table), joints.antecedent)
 
 
 def _link_table(rotations: Array, origins: Array, bodies: Bodies) -> LinkTable:

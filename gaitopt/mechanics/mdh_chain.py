@@ -17,6 +17,7 @@ z0 forward (Section 2.2). The sole frame has the same origin and x forward, y le
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 
 import numpy as np
@@ -79,12 +80,13 @@ def _turned_axes(gamma: Array, alpha: Array) -> tuple[Array, Array, Array]:
     return x, y, z
 
 
-def placements(A: Array, P: Array) -> tuple[Array, Array]:
+def placements(A: Array, P: Array, antecedent: Sequence[int]) -> tuple[Array, Array]:
     """Chain the transforms of `transforms`.
 
     Args:
         A: rotations, shape (..., n, 3, 3).
         P: origins, shape (..., n, 3) [m].
+        antecedent: of each joint, the link it sits on.
 
     Returns:
         Rotations ^0A_j, shape (..., n + 1, 3, 3), and origins ^0P_j, shape (..., n + 1, 3) [m], of
@@ -92,9 +94,9 @@ def placements(A: Array, P: Array) -> tuple[Array, Array]:
     """
     rotations = [np.broadcast_to(np.eye(3), (*A.shape[:-3], 3, 3))]
     origins = [np.zeros((*P.shape[:-2], 3))]
-    for j in range(A.shape[-3]):
-        origins.append(origins[-1] + times(rotations[-1], P[..., j, :]))
-        rotations.append(rotations[-1] @ A[..., j, :, :])
+    for j, link in enumerate(antecedent):
+        origins.append(origins[link] + times(rotations[link], P[..., j, :]))
+        rotations.append(rotations[link] @ A[..., j, :, :])
     return np.stack(rotations, axis=-3), np.stack(origins, axis=-2)
 
 
@@ -139,6 +141,8 @@ class JointTable:
         sigma: 0 for a revolute joint, 1 for a prismatic one.
         gamma: angle from x_{j-1} to the common normal about z_{j-1} [rad]; 0 in Table 1.
         b: distance from O_{j-1} to the common normal along z_{j-1} [m]; 0 in Table 1.
+        antecedent: a(j): link on which each joint sits, in place of j-1 above where the links
+            branch; left out: link j-1, as in Table 1.
     """
 
     alpha: Array
@@ -148,9 +152,18 @@ class JointTable:
     sigma: Array
     gamma: Array
     b: Array
+    antecedent: tuple[int, ...] = ()
 
     def __post_init__(self) -> None:
-        _freeze(self, {field.name: (len(self.alpha),) for field in fields(self)})
+        n = len(self.alpha)
+        _freeze(self, {f.name: (n,) for f in fields(self) if f.name != "antecedent"})
+        if not self.antecedent:
+            object.__setattr__(self, "antecedent", tuple(range(n)))
+        links = self.antecedent
+        if len(links) != n or not all(0 <= link <= j for j, link in enumerate(links)):
+            raise InputError(
+                f"antecedent = {links} is not allowed; give each of the {n} joints a link before it"
+            )
         if not np.isin(self.sigma, (0.0, 1.0)).all():
             raise InputError(
                 f"sigma = {self.sigma} is not allowed; use 0 (revolute) or 1 (prismatic)"
@@ -179,7 +192,7 @@ class LinkTable:
 
 @dataclass(frozen=True)
 class Chain:
-    """A serial chain from the stance foot to the swing foot.
+    """Links and joints from the stance foot to the swing foot, and branches of them.
 
     The values a caller gives are those of the robot's joints; the paper's are q_j = sign_j times
     them. Torques come back in the robot's sign too.
@@ -189,8 +202,9 @@ class Chain:
         links: mass properties; one link more than joints.
         sign: +1 or -1 for each joint, shape (n,).
         armature: reflected inertia of each motor, shape (n,) [kg·m²; kg if prismatic].
-        tool_rotation: axes of the swing sole frame in R_n, shape (3, 3).
-        tool_position: origin of the swing sole frame in R_n, shape (3,) [m].
+        tool_rotation: axes of the swing sole frame in that of its link, shape (3, 3).
+        tool_position: origin of the swing sole frame there, shape (3,) [m].
+        end: link of the swing sole; left out: n.
 
     Raises:
         InputError: an array has the wrong shape, is not finite, or a sign is not +1 or -1.
@@ -202,9 +216,12 @@ class Chain:
     armature: Array
     tool_rotation: Array
     tool_position: Array
+    end: int = -1
 
     def __post_init__(self) -> None:
         n = self.dof
+        if self.end < 0:
+            object.__setattr__(self, "end", n)
         shapes = {"sign": (n,), "armature": (n,), "tool_rotation": (3, 3), "tool_position": (3,)}
         _freeze(self, shapes)
         if not np.isin(self.sign, (-1.0, 1.0)).all():
@@ -265,7 +282,8 @@ def link_placements(chain: Chain, q: ArrayLike) -> tuple[Array, Array]:
     Raises:
         InputError: q has the wrong shape or is not finite.
     """
-    return placements(*joint_transforms(chain, joint_values(chain, "q", q)))
+    A, P = joint_transforms(chain, joint_values(chain, "q", q))
+    return placements(A, P, chain.joints.antecedent)
 
 
 def sole_placement(chain: Chain, q: ArrayLike) -> tuple[Array, Array]:
@@ -282,8 +300,8 @@ def sole_placement(chain: Chain, q: ArrayLike) -> tuple[Array, Array]:
         InputError: q has the wrong shape or is not finite.
     """
     A, P = link_placements(chain, q)
-    rotation = SOLE_AXES @ A[..., -1, :, :] @ chain.tool_rotation
-    origin = P[..., -1, :] + times(A[..., -1, :, :], chain.tool_position)
+    rotation = SOLE_AXES @ A[..., chain.end, :, :] @ chain.tool_rotation
+    origin = P[..., chain.end, :] + times(A[..., chain.end, :, :], chain.tool_position)
     return rotation, turned(origin)
 
 

@@ -18,6 +18,7 @@ the paper's, at O_12 in R12; `impulse_on_foot` takes an impulse to the sole.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -84,7 +85,7 @@ def inverse_dynamics(
     velocity = _velocities(chain, A, P, rate, _six_or_zero("base_velocity", base_velocity))
     acceleration = _accelerations(chain, A, P, rate, ddq, velocity, start)
     wrenches = _inertial_wrenches(chain, velocity, acceleration)
-    f, m = _equilibrium(A, P, wrenches, _six_or_zero("end_wrench", end_wrench))
+    f, m = _equilibrium(chain, A, P, wrenches, _six_or_zero("end_wrench", end_wrench))
     return _joined(f[0], m[0]), _torques(chain, f, m) + chain.armature * ddq
 
 
@@ -165,7 +166,7 @@ def momentum(
         MS, J = chain.links.first_moment[j], chain.links.inertia[j]
         links.append((chain.links.mass[j] * V + _cross(omega, MS), times(J, omega) + _cross(MS, V)))
     # Momenta of the links gather at O_0 as their inertial wrenches do.
-    linear, angular = _equilibrium(A, P, links, np.zeros(6))
+    linear, angular = _equilibrium(chain, A, P, links, np.zeros(6))
     return sole_axes(_joined(linear[0], angular[0]))
 
 
@@ -190,12 +191,18 @@ def _velocities(chain: Chain, A: Array, P: Array, dq: Array, base: Array) -> lis
     V, omega = base[..., :3], base[..., 3:]
     links = [(V, omega)]
     rate = (chain.sign * dq)[..., None] * _A_J
-    for j, sigma in enumerate(chain.joints.sigma):
+    for j, (sigma, link) in enumerate(_joints(chain)):
         R = np.swapaxes(A[..., j, :, :], -1, -2)
+        V, omega = links[link]
         V = times(R, V + _cross(omega, P[..., j, :])) + sigma * rate[..., j, :]
         omega = times(R, omega) + (1.0 - sigma) * rate[..., j, :]
         links.append((V, omega))
     return links
+
+
+def _joints(chain: Chain) -> Iterator[tuple[float, int]]:
+    """Yield sigma and the antecedent link of each joint."""
+    return zip(chain.joints.sigma, chain.joints.antecedent, strict=True)
 
 
 def _accelerations(
@@ -205,9 +212,10 @@ def _accelerations(
     dV, domega = base[..., :3], base[..., 3:]
     links = [(dV, domega)]
     rate, change = ((chain.sign * value)[..., None] * _A_J for value in (dq, ddq))
-    for j, sigma in enumerate(chain.joints.sigma):
+    for j, (sigma, link) in enumerate(_joints(chain)):
         R = np.swapaxes(A[..., j, :, :], -1, -2)
-        omega = velocity[j][1]
+        omega = velocity[link][1]
+        dV, domega = links[link]
         turned = _cross(times(R, omega), rate[..., j, :])
         U = _field(omega, domega)
         dV = times(R, dV + times(U, P[..., j, :])) + sigma * (change[..., j, :] + 2.0 * turned)
@@ -230,16 +238,16 @@ def _inertial_wrenches(
 
 
 def _equilibrium(
-    A: Array, P: Array, wrenches: list[_Pair], end: Array
+    chain: Chain, A: Array, P: Array, wrenches: list[_Pair], end: Array
 ) -> tuple[list[Array], list[Array]]:
-    """f_j and m_j for j = 0 to n, Eqs. (9) and (10); `end` acts about O_n in R_n."""
-    F, M = wrenches[-1]
-    f, m = [F + end[..., :3]], [M + end[..., 3:]]
-    for j in reversed(range(len(wrenches) - 1)):
-        F, M = wrenches[j]
-        passed = times(A[..., j, :, :], f[0])
-        f.insert(0, F + passed)
-        m.insert(0, M + times(A[..., j, :, :], m[0]) + _cross(P[..., j, :], passed))
+    """f_j and m_j for j = 0 to n, Eqs. (9) and (10); `end` is exerted by the swing foot's link."""
+    f, m = [F for F, _ in wrenches], [M for _, M in wrenches]
+    f[chain.end] = f[chain.end] + end[..., :3]
+    m[chain.end] = m[chain.end] + end[..., 3:]
+    for j, link in reversed(list(enumerate(chain.joints.antecedent))):
+        passed = times(A[..., j, :, :], f[j + 1])
+        f[link] = f[link] + passed
+        m[link] = m[link] + times(A[..., j, :, :], m[j + 1]) + _cross(P[..., j, :], passed)
     return f, m
 
 
@@ -351,23 +359,28 @@ def swing_jacobian(chain: Chain, q: ArrayLike) -> Array:
         InputError: q has the wrong shape or is not finite.
     """
     A, P = link_placements(chain, q)
-    to_last = np.swapaxes(A[..., -1, :, :], -1, -2)
+    to_last = np.swapaxes(A[..., chain.end, :, :], -1, -2)
     jacobian = np.zeros((*P.shape[:-2], 6, 6 + chain.dof))
     jacobian[..., :3, :3] = jacobian[..., 3:, 3:6] = to_last
-    jacobian[..., :3, 3:6] = -to_last @ hat(P[..., -1, :])
+    jacobian[..., :3, 3:6] = -to_last @ hat(P[..., chain.end, :])
     jacobian[..., 6:] = _joint_columns(chain, A, P)
     return jacobian
 
 
 def _joint_columns(chain: Chain, A: Array, P: Array) -> Array:
     """^nJ_n: twist of link n at O_n in R_n for unit rates, shape (..., 6, n)."""
-    axis = A[..., 1:, :, 2] * chain.sign[:, None]
-    arm = P[..., -1:, :] - P[..., 1:, :]
+    on_the_way, link = np.zeros(chain.dof), chain.end
+    while link > 0:
+        on_the_way[link - 1] = 1.0
+        link = chain.joints.antecedent[link - 1]
+    axis = A[..., 1:, :, 2] * (chain.sign * on_the_way)[:, None]
+    arm = P[..., chain.end, None, :] - P[..., 1:, :]
     sigma = chain.joints.sigma[:, None]
     linear = sigma * axis + (1.0 - sigma) * times(hat(axis), arm)
     # Rows times A_n are columns in R_n.
     columns = np.concatenate(
-        [linear @ A[..., -1, :, :], ((1.0 - sigma) * axis) @ A[..., -1, :, :]], axis=-1
+        [linear @ A[..., chain.end, :, :], ((1.0 - sigma) * axis) @ A[..., chain.end, :, :]],
+        axis=-1,
     )
     return np.swapaxes(columns, -1, -2)
 

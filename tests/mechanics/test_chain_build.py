@@ -19,7 +19,7 @@ from scipy.spatial.transform import Rotation
 from gaitopt.catalogue.urdf_writer import urdf_text
 from gaitopt.errors import InputError, RobotError
 from gaitopt.mechanics.chain_build import Bodies, chain_from_axes, chain_of_robot, chain_of_spec
-from gaitopt.mechanics.mdh_chain import SOLE_AXES, hat, link_placements, sole_placement
+from gaitopt.mechanics.mdh_chain import SOLE_AXES, JointTable, hat, link_placements, sole_placement
 from gaitopt.mechanics.newton_euler import inverse_dynamics, sole_axes
 from gaitopt.model.robot import Robot
 
@@ -183,11 +183,17 @@ def test_a_foreign_robot_with_tilted_axes_and_a_displaced_sole(rng):
     assert relative(sole_axes(R0), ground) < EXACT
 
 
-def test_a_model_that_is_not_one_chain_is_refused():
+def test_a_model_that_does_not_start_at_the_foot_is_refused():
     model = pin_model(random_cloud_chain(np.random.default_rng(1))[0], 9.81)
-    model.addJoint(1, pin.JointModelRX(), pin.SE3.Identity(), "tail")
-    with pytest.raises(RobotError, match="not one chain from foot to foot"):
-        chain_of_robot(foreign(model))
+    robot = SimpleNamespace(model=model, stance_sole="swing", swing_sole="stance")
+    with pytest.raises(RobotError, match="root the model at the stance sole first"):
+        chain_of_robot(robot)
+
+
+def test_joints_without_a_link_before_them_are_refused():
+    zero = np.zeros(2)
+    with pytest.raises(InputError, match=r"antecedent = \(0, 2\) is not allowed"):
+        JointTable(zero, zero, zero, zero, zero, zero, zero, (0, 2))
 
 
 def test_a_ball_joint_is_refused():
