@@ -46,6 +46,8 @@ class Chain:
         physics: passive joints, gravity and carried weight.
         findings: what was changed to make it symmetric, what mirrors what, and what of its physics
             counts.
+        heading: forward, left and up of the robot in its root link, columns, shape (3, 3).
+        unrooted: the same robot, rooted as in its file.
         symmetry: what making it symmetric took, rooted at the pelvis; None if nothing was averaged.
     """
 
@@ -55,6 +57,8 @@ class Chain:
     lines: ChainLines
     physics: ChainPhysics
     findings: tuple[Finding, ...]
+    heading: Array
+    unrooted: pin.Model
     symmetry: Symmetrised | None = None
 
     @property
@@ -149,7 +153,8 @@ def rooted_chain(
             f"feet and kinetic energy); allowed is {_SYMMETRY_TOLERANCE:g}. Make the two legs and "
             "the trunk symmetric in the URDF"
         )
-    return Chain(model, tree, mirror, lines, found, tuple(tell_pairs(tree.names, mirror)))
+    told = tuple(tell_pairs(tree.names, mirror))
+    return Chain(model, tree, mirror, lines, found, told, rotation, reduced)
 
 
 def chain_limits(chain: Chain, of_legs: JointLimits | None = None) -> JointLimits:

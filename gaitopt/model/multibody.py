@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from gaitopt.importers.frame_names import reduced
 from gaitopt.model.chain import Chain
 from gaitopt.model.chain_physics import CarriedWeight
-from gaitopt.model.importer import Reading
+from gaitopt.model.feet.sole import Sole
 from gaitopt.nlp import Array
 
 Index = NDArray[np.int64]
@@ -147,7 +147,9 @@ class Multibody:
         return CarriedWeight(self.carried_mass, self.carried_moment)
 
 
-def multibody(reading: Reading, chain: Chain) -> Multibody:
+def multibody(
+    model: pin.Model, posture: Array, chain: Chain, sole_names: tuple[str, str], sole: Sole
+) -> Multibody:
     """Return the arrays of a robot that was read.
 
     Links that stand still on each other keep their file's inertias, except for the heaviest, which
@@ -155,17 +157,20 @@ def multibody(reading: Reading, chain: Chain) -> Multibody:
     one body.
 
     Args:
-        reading: of the file.
+        model: every joint of the file.
+        posture: its reference posture, in which joints that do not move are locked, shape (nq,).
         chain: the same robot made symmetric; see `build_chain`.
+        sole_names: names of the stance and the swing sole frame.
+        sole: rectangle of either sole.
     """
-    even = chain.symmetry.model
-    free = [j for j in range(2, reading.model.njoints) if reading.model.joints[j].nv != 1]
-    whole = reduced(reading.model, free, reading.q)
+    even = chain.unrooted
+    free = [j for j in range(2, model.njoints) if model.joints[j].nv != 1]
+    whole = reduced(model, free, posture)
     names = tuple(str(name) for name in whole.names[2:])
     q = pin.neutral(whole)
     for joint in whole.joints[2:]:
-        old = reading.model.joints[reading.model.getJointId(whole.names[joint.id])]
-        q[joint.idx_q : joint.idx_q + joint.nq] = reading.q[old.idx_q : old.idx_q + old.nq]
+        old = model.joints[model.getJointId(whole.names[joint.id])]
+        q[joint.idx_q : joint.idx_q + joint.nq] = posture[old.idx_q : old.idx_q + old.nq]
     moving = [names.index(name) for name in chain.names]
     placement, carried_by = _placements(whole, even, q, set(chain.names))
     bodies = _bodies(whole, even, carried_by)
@@ -183,10 +188,9 @@ def multibody(reading: Reading, chain: Chain) -> Multibody:
         return out
 
     carried_mass, carried_moment = _carried(chain, even, names)
-    sole = reading.soles.sole
-    frames = [even.frames[even.getFrameId(name)] for name in reading.sole_names]
+    frames = [even.frames[even.getFrameId(name)] for name in sole_names]
     return Multibody(
-        name=str(reading.model.name),
+        name=str(model.name),
         base=next(f.name for f in whole.frames[1:] if f.type == pin.FrameType.BODY),
         joint_names=names,
         parent=np.array([whole.parents[j] - 2 for j in range(2, whole.njoints)], dtype=np.int64),
@@ -206,7 +210,7 @@ def multibody(reading: Reading, chain: Chain) -> Multibody:
         carried_mass=carried_mass,
         carried_moment=carried_moment,
         gravity=chain.physics.gravity,
-        sole_names=reading.sole_names,
+        sole_names=sole_names,
         sole_joint=np.array(
             [names.index(even.names[frame.parentJoint]) for frame in frames], dtype=np.int64
         ),
@@ -217,7 +221,7 @@ def multibody(reading: Reading, chain: Chain) -> Multibody:
                 [sole.toe, sole.heel, -sole.right, -sole.left],
             ]
         ),
-        heading=np.array(reading.rotation),
+        heading=np.array(chain.heading),
     )
 
 

@@ -152,6 +152,7 @@ class Robot:
             physics=chain.physics,
             choices=Choices(stance_sole=stance_sole, swing_sole=swing_sole, sole=sole),
             findings=(*chain.findings, *doubts),
+            multibody=multibody(whole, pin.neutral(whole), chain, soles, sole),
         )
 
     @classmethod
@@ -190,7 +191,9 @@ class Robot:
             physics=chain.physics,
             choices=reading.choices.over(package_dirs=source.mesh_directories()),
             findings=(*reading.findings, *chain.findings, *stands, *doubts, *_odd(reading)),
-            multibody=multibody(reading, chain),
+            multibody=multibody(
+                reading.model, reading.q, chain, reading.sole_names, reading.soles.sole
+            ),
         )
 
     def __repr__(self) -> str:
