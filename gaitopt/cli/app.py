@@ -30,8 +30,8 @@ Settings = dict[str, object]
 """Values that were given, by name."""
 
 PANELS = {
-    "task": "What is asked", "geometry": "What is asked", "margins": "Limits", "robot": "Robot",
-    "solver": "Method",
+    "task": "What is asked", "cost": "What is asked", "plugin": "What is asked",
+    "geometry": "What is asked", "margins": "Limits", "robot": "Robot", "solver": "Method",
 }  # fmt: skip
 """Headings of the help over the options of each section."""
 
@@ -225,11 +225,17 @@ def urdf(
 
 
 @command(app)
-def check(gait: GaitFile) -> None:
+def check(
+    gait: GaitFile,
+    plugin: Annotated[
+        Path | None,
+        _option("--plugin", "Python file with its own constraints or cost; it is run.", "FILE"),
+    ] = None,
+) -> None:
     """Compute a gait file again, from its parameters alone, and certify it."""
     from gaitopt.cli import report as work
 
-    work.check(gait)
+    work.check(gait, plugin)
 
 
 @command(app)

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field, is_dataclass, replace
 from difflib import get_close_matches
 from pathlib import Path
 
@@ -11,7 +12,9 @@ from gaitopt.bounds import TABLE, read_bounded
 from gaitopt.design.options import COUNT, SIGMA, DesignOptions
 from gaitopt.errors import InputError
 from gaitopt.gait.constraints import Margins
+from gaitopt.gait.costs import COSTS, Cost
 from gaitopt.gait.parameters import GEOMETRY, GEOMETRY_NAMES
+from gaitopt.gait.plugin import Plugin, load_plugin
 from gaitopt.gait.task import Task
 from gaitopt.importers.physics import PARTS
 from gaitopt.importers.text_files import parse_toml
@@ -135,6 +138,20 @@ class SearchSettings:
     )
 
 
+@dataclass(frozen=True)
+class OwnSettings:
+    """What is minimised, and what is not gaitopt's own."""
+
+    cost: str | None = field(
+        default=COSTS[0].name,
+        metadata=setting("What is minimised.", metavar="NAME", choices=[one.name for one in COSTS]),
+    )
+    plugin: Path | None = field(
+        default=None,
+        metadata=setting("Python file with constraints and a cost of your own; it is run."),
+    )
+
+
 _PRESET = Setting(
     "preset", "text", "A task for the biped, its paper's constraints only, or sized by any robot.",
     default="standard", metavar="NAME", choices=("standard", "paper", "humanoid"), common=True,
@@ -145,9 +162,18 @@ def _by_name(*settings: Setting) -> dict[str, Setting]:
     return {one.name: one for one in settings}
 
 
+def _cost_settings(*costs: Cost) -> Iterator[Setting]:
+    """Yield the settings of the fields of costs."""
+    for cost in costs:
+        if is_dataclass(cost):
+            yield from declared(type(cost))
+
+
 SCHEMA: dict[str, dict[str, Setting]] = {
     "task": _by_name(_PRESET, *declared(Task)),
     "margins": _by_name(*declared(Margins)),
+    "cost": _by_name(*declared(OwnSettings, "cost"), *_cost_settings(*COSTS)),
+    "plugin": _by_name(*declared(OwnSettings, "plugin")),
     "geometry": _by_name(*declared(GeometrySettings)),
     "robot": _by_name(*declared(RobotSettings)),
     "solver": _by_name(
@@ -161,33 +187,90 @@ SCHEMA: dict[str, dict[str, Setting]] = {
 
 
 def sections(words: Sequence[str] = ()) -> dict[str, dict[str, Setting]]:
-    """Return every setting by section, those of the plugins that a command line names too.
+    """Return every setting by section, those of the plugin that a command line names too.
 
     Args:
-        words: of the command line.
+        words: of the command line; a plugin may also be named by its configuration file.
+
+    Raises:
+        InputError: the plugin cannot be imported, or takes a name that is gaitopt's own.
     """
-    del words
-    return SCHEMA
+    plugin = _word_after("--plugin", words)
+    if plugin is None and (config := _word_after("--config", words)) is not None:
+        path = Path(config)
+        with suppress(InputError):  # the command will say what is wrong with it
+            named = _table(path).get("plugin")
+            plugin = str(path.parent / str(named["plugin"])) if isinstance(named, dict) else None
+    return SCHEMA if plugin is None else with_plugin(load_plugin(plugin))
 
 
-def read_config(path: Path) -> Settings:
+def _word_after(option: str, words: Sequence[str]) -> str | None:
+    for k, word in enumerate(words):
+        if word == option and k + 1 < len(words):
+            return words[k + 1]
+        if word.startswith(f"{option}="):
+            return word.partition("=")[2]
+    return None
+
+
+def with_plugin(plugin: Plugin) -> dict[str, dict[str, Setting]]:
+    """Return every setting by section with those of a plugin.
+
+    Raises:
+        InputError: one of its names is taken, or a field is of a kind that people cannot write.
+    """
+    costs = [] if plugin.cost is None else [plugin.cost]
+    owners = [*plugin.constraints, *costs]
+    try:
+        own = {type(one): list(declared(type(one))) for one in owners if is_dataclass(one)}
+    except TypeError as error:
+        raise InputError(
+            f"the plugin '{plugin.path}' has a field nobody can set: {error}"
+        ) from None
+    taken = {name for section in SCHEMA.values() for name in section}
+    for one in (one for settings in own.values() for one in settings):
+        if one.name in taken:
+            raise InputError(
+                f"the plugin '{plugin.path}' has a field '{one.name}', which is the name of an "
+                "option of gaitopt; rename it"
+            )
+    margins = [one for owner in plugin.constraints for one in own.get(type(owner), [])]
+    of_cost = [one for owner in costs for one in own.get(type(owner), [])]
+    named = SCHEMA["cost"]["cost"]
+    choices = (*named.names, *(one.name for one in costs))
+    return SCHEMA | {
+        "margins": SCHEMA["margins"] | _by_name(*margins),
+        "cost": SCHEMA["cost"] | _by_name(replace(named, choices=choices), *of_cost),
+    }
+
+
+def read_config(path: Path, plugin: Path | None = None) -> Settings:
     """Read the settings of a TOML file; file names in it are relative to its directory.
+
+    Args:
+        path: of the file.
+        plugin: whose constraints and cost it may set, unless it names one itself.
 
     Raises:
         InputError: the file cannot be read, is not TOML, has an unknown section or name, or a
             value of the wrong kind.
     """
     settings: Settings = {}
-    for section, entries in _table(path).items():
-        if section not in SCHEMA:
-            raise InputError(f"{path}: {_unknown('section', section, list(SCHEMA))}")
+    table = _table(path)
+    named = table.get("plugin")
+    if plugin is None and isinstance(named, Mapping) and isinstance(named.get("plugin"), str):
+        plugin = path.parent / str(named["plugin"])
+    schema = SCHEMA if plugin is None else with_plugin(load_plugin(plugin))
+    for section, entries in table.items():
+        if section not in schema:
+            raise InputError(f"{path}: {_unknown('section', section, list(schema))}")
         if not isinstance(entries, Mapping):
             raise InputError(f"{path}: '{section}' must be a section, [{section}], not a value")
         for name, value in entries.items():
-            if name not in SCHEMA[section]:
+            if name not in schema[section]:
                 where = f"entry in [{section}]"
-                raise InputError(f"{path}: {_unknown(where, name, list(SCHEMA[section]))}")
-            settings[name] = _value(path, f"{section}.{name}", value, SCHEMA[section][name])
+                raise InputError(f"{path}: {_unknown(where, name, list(schema[section]))}")
+            settings[name] = _value(path, f"{section}.{name}", value, schema[section][name])
     return settings
 
 

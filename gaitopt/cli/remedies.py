@@ -22,7 +22,6 @@ from gaitopt.design.attempt import begins_relaxed
 from gaitopt.design.diagnosis import Diagnosis, Suggestion
 from gaitopt.errors import InputError
 from gaitopt.gait.assemble import gait_at
-from gaitopt.gait.constraints import Margins
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.result_file import save_gait
 from gaitopt.gait.task import Task
@@ -117,11 +116,10 @@ def _changes(
         InputError: no options lead to what the suggestion says.
     """
     changes: dict[str, object] = {}
-    task_names = (*SCHEMA["task"], *SCHEMA["margins"])
     for change in suggestion.changes:
         if change.knob == "impulse_cop":
             changes[change.knob] = False
-        elif change.knob in task_names:
+        elif change.knob in (*SCHEMA["task"], *suggestion.task.declared):
             changes[change.knob] = change.after
         else:
             changes["choices"] = _write_choices(suggestion, request, folder)
@@ -158,9 +156,8 @@ def _differing(found: Task, wanted: Task) -> dict[str, object]:
     """Return the fields of task and margins that differ, with the values wanted."""
     names = [n for n in SCHEMA["task"] if n not in ("preset",)]
     differing = {n: getattr(wanted, n) for n in names if getattr(found, n) != getattr(wanted, n)}
-    for name in (f.name for f in fields(Margins)):
-        value = getattr(wanted.margins, name)
-        if getattr(found.margins, name) != value:
+    for name in wanted.declared:
+        if found.margin(name) != (value := wanted.margin(name)):
             differing[name] = value
     return differing
 

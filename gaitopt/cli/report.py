@@ -20,6 +20,7 @@ from gaitopt.cli.display import WIDTH, screen
 from gaitopt.cli.process import ExitCode, print_error
 from gaitopt.design.audit import Audit, audit
 from gaitopt.design.summary import summarise
+from gaitopt.gait.plugin import load_plugin
 from gaitopt.gait.result import Gait
 from gaitopt.gait.result_file import load_gait
 from gaitopt.importers.report import Finding, findings_of
@@ -184,8 +185,12 @@ def _ground(contact: Mapping[str, Any], impact: Mapping[str, Any]) -> Table:
     return table
 
 
-def check(path: Path) -> None:
+def check(path: Path, plugin: Path | None = None) -> None:
     """Check a gait file and print what came out.
+
+    Args:
+        path: of the gait.
+        plugin: file of the constraints and the cost of its own, if it has any.
 
     Raises:
         GaitoptError: the file cannot be read or checked.
@@ -193,7 +198,7 @@ def check(path: Path) -> None:
     """
     gait = load_gait(path)
     print_findings_of(screen(stderr=True), gait)
-    found = audit(gait)
+    found = audit(gait, () if plugin is None else load_plugin(plugin).extensions)
     out = screen()
     out.print(
         f"{path}: {gait.text('robot')} at {gait.speed:.3g} m/s, computed again from its parameters",

@@ -17,11 +17,13 @@ from gaitopt.catalogue.biped_spec import BipedSpec, biped13
 from gaitopt.catalogue.entries import biped_of, description, entry_by_name
 from gaitopt.catalogue.spec_file import read_spec
 from gaitopt.catalogue.urdf_writer import urdf_text
-from gaitopt.cli.config import SCHEMA, Settings, read_config
+from gaitopt.cli.config import SCHEMA, Settings, read_config, with_plugin
 from gaitopt.design.options import COUNT, SIGMA, DesignOptions
 from gaitopt.errors import InputError
+from gaitopt.gait.costs import COSTS, cost_by_name
 from gaitopt.gait.initial_guess import first_guess, perturbed
 from gaitopt.gait.parameters import set_quantities
+from gaitopt.gait.plugin import load_plugin
 from gaitopt.gait.presets import HUMANOID, PRESETS, preset_task
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.result import Gait
@@ -238,7 +240,8 @@ def make_request(given: Settings, config: Path | None) -> Request:
         InputError: an option, a file or a value cannot be used.
         UnreachableError: the step asked for is longer than the legs.
     """
-    settings = _merged({} if config is None else read_config(config), given)
+    plugin = Path(str(given["plugin"])) if "plugin" in given else None
+    settings = _merged({} if config is None else read_config(config, plugin), given)
     settings = {"preset": usual_preset(settings), **catalogued_task(settings), **settings}
     robot = make_robot(settings)
     task = make_task(settings, robot)
@@ -263,11 +266,19 @@ def make_task(settings: Settings, robot: Robot) -> Task:
     Raises:
         InputError: a value is out of range, or a geometric quantity unknown.
     """
-    preset = str(settings["preset"])
-    names = [*SCHEMA["task"], *SCHEMA["margins"]]
+    preset, path = str(settings["preset"]), settings.get("plugin")
+    plugin = None if path is None else load_plugin(Path(str(path)))
+    schema = SCHEMA if plugin is None else with_plugin(plugin)
+    names = [*schema["task"], *schema["margins"]]
     changes = {n: settings[n] for n in names if n in settings and n != "preset"}
     geometry: Any = settings.get("geometry", {})
     changes["geometry"] = set_quantities(preset_task(preset, robot).geometry, geometry)
+    if plugin is not None:
+        changes["constraints"] = plugin.constraints
+    own = () if plugin is None or plugin.cost is None else (plugin.cost,)
+    name = str(settings.get("cost", own[0].name if own else COSTS[0].name))
+    fields = {n: settings[n] for n in schema["cost"] if n in settings and n != "cost"}
+    changes["cost"] = cost_by_name(name, own, **fields)
     return preset_task(preset, robot, **changes)
 
 

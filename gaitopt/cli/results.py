@@ -8,6 +8,7 @@ import secrets
 import tempfile
 from collections.abc import Iterator
 from contextlib import suppress
+from dataclasses import fields, is_dataclass
 from pathlib import Path
 
 import tomli_w
@@ -17,7 +18,7 @@ from gaitopt.cli.config import SCHEMA, Settings
 from gaitopt.cli.request import Request, choices_text
 from gaitopt.design.summary import summarise
 from gaitopt.errors import InputError
-from gaitopt.gait.constraints import Margins
+from gaitopt.gait.costs import Cost
 from gaitopt.gait.result import Gait
 from gaitopt.gait.result_file import save_gait
 from gaitopt.gait.task import Task
@@ -80,7 +81,8 @@ def task_text(request: Request, directory: Path) -> str:
     task = request.task
     sections: dict[str, Settings] = {
         "task": {"preset": request.settings["preset"], **_known(task, "task")},
-        "margins": _known(task.margins, "margins"),
+        "margins": {n: v for n in task.declared if (v := task.margin(n)) is not None},
+        "cost": {"cost": task.cost.name, **_fields(task.cost)},
         "geometry": _geometry(task),
         "robot": {"urdf": URDF, "choices": CHOICES},
         "solver": {n: v for n, v in request.settings.items() if n in SCHEMA["solver"]},
@@ -88,12 +90,23 @@ def task_text(request: Request, directory: Path) -> str:
     solver = sections["solver"]
     solver |= {"refine": request.options.refine, "differences": request.options.differences}
     if "start" in solver:
-        start = Path(str(solver["start"])).absolute()
-        solver["start"] = Path(os.path.relpath(start, directory.absolute())).as_posix()
+        solver["start"] = _relative(solver["start"], directory)
+    if "plugin" in request.settings:
+        sections["plugin"] = {"plugin": _relative(request.settings["plugin"], directory)}
     return f"# gaitopt optimise --config {TASK} --output again\n\n{tomli_w.dumps(sections)}"
 
 
-def _known(owner: Task | Margins, section: str) -> Settings:
+def _relative(path: object, directory: Path) -> str:
+    return Path(os.path.relpath(Path(str(path)).absolute(), directory.absolute())).as_posix()
+
+
+def _fields(cost: Cost) -> Settings:
+    """Return the values of a cost's fields that say something."""
+    names: list[str] = [one.name for one in fields(cost)] if is_dataclass(cost) else []
+    return {name: value for name in names if (value := getattr(cost, name)) not in (None, {}, ())}
+
+
+def _known(owner: Task, section: str) -> Settings:
     """Return the values of a section's names that an object has."""
     values = {name: getattr(owner, name, None) for name in SCHEMA[section]}
     return {name: value for name, value in values.items() if value is not None}

@@ -1,0 +1,98 @@
+"""Constraints and costs of one's own on the command line and in configuration files."""
+
+import json
+import shutil
+from pathlib import Path
+
+import pytest
+
+from gaitopt.cli.config import read_config
+from gaitopt.cli.request import make_request
+from gaitopt.errors import InputError
+from gaitopt.gait.costs import TorqueCost
+
+PLUGIN = Path(__file__).parents[1] / "data" / "plugins" / "swing_height.py"
+QUICK = ("--starts", "1", "--no-page", "--no-figures", "--quiet")
+
+
+@pytest.fixture(scope="module")
+def designed(tmp_path_factory, cli):
+    """A gait with a limit of its own, far below what the swing foot does without."""
+    directory = tmp_path_factory.mktemp("own")
+    shutil.copy(PLUGIN, directory / "mine.py")
+    limit = ("--plugin", str(directory / "mine.py"), "--low-swing", "5cm")
+    found = cli("optimise", *limit, *QUICK, "--output", str(directory / "out"))
+    assert found.exit_code == 0, found.output
+    return directory
+
+
+def test_the_gait_keeps_the_limit_at_every_instant(designed):
+    summary = json.loads((designed / "out" / "summary.json").read_text())
+    assert summary["contact"]["highest_swing_toe_mm"] == pytest.approx(50.0, abs=1e-3)
+    assert summary["certificate"]["certified"]
+
+
+def test_check_asks_for_the_plugin_and_certifies_with_it(designed, cli):
+    gait = str(designed / "out" / "gait.npz")
+    without = cli("check", gait)
+    assert without.exit_code == 2
+    assert "constraint 'low swing', which is not gaitopt's own" in without.stderr
+    assert "--plugin mine.py" in without.stderr
+    assert "altered" not in without.output
+    given = cli("check", gait, "--plugin", str(designed / "mine.py"))
+    assert given.exit_code == 0
+    assert "constraint 'low swing' of the plugin mine.py, low_swing 0.05" in given.stdout
+
+
+def test_a_changed_plugin_is_told(designed, cli, tmp_path):
+    other = tmp_path / "mine.py"
+    other.write_text((designed / "mine.py").read_text() + "\n# another file\n")
+    found = cli("check", str(designed / "out" / "gait.npz"), "--plugin", str(other))
+    assert found.exit_code == 0  # it is the same constraint
+    assert "the plugin mine.py has changed since the design: its sha256 was" in found.stdout
+
+
+def test_the_task_that_is_written_asks_for_the_same(designed):
+    task = designed / "out" / "task.toml"
+    request = make_request({}, task)
+    assert request.task.margin("low_swing") == 0.05
+    assert (designed / "out" / request.settings["plugin"]).resolve() == designed / "mine.py"
+
+
+def test_the_help_shows_its_options(cli):
+    shown = cli("optimise", "--plugin", str(PLUGIN), "--help-all")
+    assert "--low-swing" in shown.stdout
+    assert "--low-swing" not in cli("optimise", "--help-all").stdout
+
+
+def test_a_configuration_names_plugin_and_values(tmp_path):
+    path = tmp_path / "task.toml"
+    path.write_text(f'[plugin]\nplugin = "{PLUGIN}"\n[margins]\nlow_swing = "45 mm"\n')
+    assert read_config(path)["low_swing"] == pytest.approx(0.045)
+    assert make_request({}, path).task.margin("low_swing") == pytest.approx(0.045)
+    assert make_request({"low_swing": 0.07}, path).task.margin("low_swing") == 0.07
+    path.write_text("[margins]\nlow_swing = 0.045\n")
+    assert read_config(path, PLUGIN)["low_swing"] == 0.045
+    with pytest.raises(InputError, match=r"unknown entry in \[margins\] 'low_swing'"):
+        read_config(path)
+
+
+def test_weights_of_joints_come_from_options_and_files(tmp_path, cli):
+    path = tmp_path / "task.toml"
+    path.write_text('[cost]\ncost = "torque"\nweights = { "*_knee" = 2.0 }\n')
+    assert make_request({}, path).task.cost == TorqueCost({"*_knee": 2.0})
+    found = make_request({"weights": {"*_hip_*": 0.5}}, path).task.cost
+    assert found == TorqueCost({"*_hip_*": 0.5})
+    refused = cli("optimise", "--weights", "wheel=2", *QUICK)
+    assert refused.exit_code == 2
+    assert "the cost weighs 'wheel', but no joint is called so" in refused.stderr
+    refused = cli("optimise", "--cost", "effort", *QUICK)
+    assert "there is no cost 'effort'; there are torque" in refused.stderr
+
+
+def test_a_plugin_may_not_take_the_name_of_an_option(tmp_path, cli):
+    path = tmp_path / "mine.py"
+    path.write_text(PLUGIN.read_text().replace("low_swing:", "speed:"))
+    refused = cli("optimise", "--plugin", str(path))
+    assert refused.exit_code == 2
+    assert "has a field 'speed', which is the name of an option of gaitopt" in refused.stderr
