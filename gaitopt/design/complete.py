@@ -18,6 +18,10 @@ from gaitopt.gait.result import Gait
 from gaitopt.nlp import ProgressCallback, Solution, Stop, never, stopping
 from gaitopt.version import __version__
 
+ROUND = 70
+"""Iterations of a round of refinement, which begins near its solution (most take fewer than ten). A
+round that crawls is better followed by another, at whose instants it often does not."""
+
 
 @dataclass(frozen=True)
 class Design:
@@ -68,7 +72,7 @@ def complete(
     """
     fine = on_fine_grid(problem)
     if options.refine:
-        first = options.solver.first_stage
+        first = options.solver.first_stage.limited(ROUND)
         problem, solution = refine(problem, solution, first, on_progress, stop, fine=fine)
     callback = None if on_progress is None else on_progress(problem)
     solution = options.solver.confirm(problem, solution, callback, stopping(stop))

@@ -12,8 +12,10 @@ from gaitopt.design.contradictions import contradictions
 from gaitopt.design.diagnosis import Diagnosis
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.reason import (
+    PATIENT_GATHERER,
     TRAVELLER,
     conflicts,
+    easier_guess,
     find_reason,
     journeys,
     solve_or_stop,
@@ -49,23 +51,23 @@ def diagnose(
     points = journeys(problem, tried, stop)
     least = min(points, key=lambda s: s.violation, default=None)
     reason = None
-    if least is not None and least.violation > FEASIBLE:
-        reason = find_reason(problem, points, stop)
+    if least is None or least.violation > FEASIBLE:
+        places = [point.x for point in points]
+        reason = find_reason(problem, places, stop)
+        if reason is None:
+            places.append(easier_guess(problem))
+            reason = find_reason(problem, places, stop, PATIENT_GATHERER)
         if reason is not None and reason.amount <= FEASIBLE:
             least = solve_or_stop(TRAVELLER, problem, Start(reason.x), stop)
     if least is not None and least.violation <= FEASIBLE:
         return Diagnosis((), least.violation, None, (), (), (), least.x, _since(started))
     impossible = tuple(sentence for _, sentence in contradictions(problem))
-    if least is None or reason is None:
-        violation = np.inf if least is None else least.violation
-        worst = None if least is None else worst_rows(problem, least.x)[0]
-        return Diagnosis(impossible, violation, worst, (), (), (), None, _since(started))
-    conflict = conflicts(problem, reason)
+    conflict = () if reason is None else conflicts(problem, reason)
     suggestions, vain = find_suggestions(problem, reason, options, stop)
     return Diagnosis(
         impossible=impossible,
-        violation=least.violation,
-        worst=_worst(problem, least.x, [c.family for c in conflict]),
+        violation=np.inf if least is None else least.violation,
+        worst=None if least is None else _worst(problem, least.x, [c.family for c in conflict]),
         conflict=conflict,
         suggestions=suggestions,
         tried=vain,

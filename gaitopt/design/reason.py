@@ -22,6 +22,8 @@ SEARCHER = SQP(max_iterations=80, tolerance=1e-3, feasibility=0.9 * FEASIBLE)
 friction cone is out of reach by 6e-7; asked for more, the solver would insist on it."""
 GATHERER = replace(SEARCHER, max_iterations=60)
 """For the relaxation of all families."""
+PATIENT_GATHERER = replace(SEARCHER, max_iterations=300)
+"""For the same, where that found none (benchmarks/infeasible.py: they take 60 to 200)."""
 TRAVELLER = SQP(max_iterations=40)
 """For a second opinion: another start."""
 SIGMA = 0.1
@@ -87,17 +89,25 @@ def easier_guess(problem: WalkProblem) -> Array:
     raise reason
 
 
-def find_reason(problem: WalkProblem, points: list[Solution], stop: Stop = never) -> Reason | None:
+def find_reason(
+    problem: WalkProblem, points: Sequence[Array], stop: Stop = never, solver: SQP = GATHERER
+) -> Reason | None:
     """Return the smallest relaxation of all families that is found from several points.
+
+    Args:
+        problem: the walk.
+        points: parameters to begin with, shape (P,) each.
+        stop: ends the search.
+        solver: of the relaxed programs.
 
     Raises:
         StoppedError: `stop` said so.
     """
     best: Reason | None = None
     relaxations = _family_relaxations(problem)
-    for point in points:
-        program = RelaxedProgram(problem, relaxations, point.x)
-        solution = solve_or_stop(GATHERER, program, Start(program.needed(point.x)), stop)
+    for x in points:
+        program = RelaxedProgram(problem, relaxations, x)
+        solution = solve_or_stop(solver, program, Start(program.needed(x)), stop)
         if not solution.violation <= FEASIBLE:
             continue
         multipliers = program.base_multipliers(solution.multipliers)

@@ -84,20 +84,24 @@ class Effort:
 
 
 def find_suggestions(
-    problem: WalkProblem, reason: Reason, options: DesignOptions, stop: Stop = never
+    problem: WalkProblem, reason: Reason | None, options: DesignOptions, stop: Stop = never
 ) -> tuple[tuple[Suggestion, ...], tuple[str, ...]]:
     """Return what suffices, the most promising first, and the knobs turned alone in vain.
 
     Args:
         problem: a walk without a gait.
-        reason: its smallest relaxation.
+        reason: its smallest relaxation; without one, only what asks for more than is usual is
+            changed.
         options: how the walk was searched for, and will be.
         stop: ends the search.
 
     Raises:
         StoppedError: `stop` said so.
     """
-    x, effort = reason.x, Effort(following(options), stop)
+    effort = Effort(following(options), stop)
+    if reason is None:
+        return _all_usual(problem, effort)
+    x = reason.x
     found: list[Suggestion] = []
     main = _giving(problem, reason, MAIN * reason.amount)
     promising = _promising(problem, reason)
@@ -120,6 +124,30 @@ def find_suggestions(
     if not found:
         found += _together(problem, reason, [knob for knob, _ in promising], effort)
     return tuple(found), tuple(name for name in effort.tried if name not in effort.done)
+
+
+def _all_usual(
+    problem: WalkProblem, effort: Effort
+) -> tuple[tuple[Suggestion, ...], tuple[str, ...]]:
+    """Return what suffices of the numbers that ask for more than is usual, alone or together."""
+    width = step_width_knob(problem)
+    knobs = [*limit_knobs(problem), *([] if width is None else [width])]
+    if problem.layout.index("duration") is None:
+        knobs += [duration_knob(problem, shorter) for shorter in (True, False)]
+    asked = [knob for knob in knobs if usual_value(problem, knob) is not None]
+    found: list[Suggestion] = []
+    for knob in asked:
+        if len(found) == ENOUGH or effort.spent(bool(found)):
+            break
+        suggestion = _as_usual(problem, knob, effort)
+        if suggestion is not None:
+            found.append(suggestion)
+            effort.done += (knob.name,)
+        else:
+            effort.tried += (knob.name,)
+    if not found:
+        found += _usual_together(problem, asked, effort)
+    return tuple(found), effort.tried
 
 
 def _near(reason: Reason, promising: list[tuple[Knob, float]]) -> Iterator[tuple[Knob, Start]]:
@@ -292,6 +320,11 @@ def _together(
         suggestion = _turn_together(problem, reason, pair, effort)
         if suggestion is not None:
             return [suggestion]
+    return _usual_together(problem, knobs, effort)
+
+
+def _usual_together(problem: WalkProblem, knobs: list[Knob], effort: Effort) -> list[Suggestion]:
+    """Turn all knobs that ask for more than is usual to their usual values."""
     usual = [(knob, usual_value(problem, knob)) for knob in knobs]
     asked = tuple((knob, value) for knob, value in usual if value is not None)
     suggestion = _from_first_guess(problem, asked, effort) if len(asked) > 1 else None

@@ -171,6 +171,17 @@ def test_the_usual_solver_is_suggested_where_another_gives_up(robot, monkeypatch
     assert "the default solver" in diagnosis.sentences[-1]
 
 
+def test_without_a_relaxation_the_usual_values_are_suggested(robot):
+    task = preset_task(torque_limit=5.0, liftoff_speed=1.0, **COARSE)
+    problem = WalkProblem(robot, task)
+    found, tried = suggestions.find_suggestions(problem, None, QUICK)
+    assert tried  # alone neither suffices
+    (suggestion,) = found
+    assert {change.knob for change in suggestion.changes} == {"torque_limit", "liftoff_speed"}
+    assert suggestion.task.margins.liftoff_speed == preset_task().margins.liftoff_speed
+    assert suggestion.found.certificate.optimal
+
+
 def test_two_limits_that_are_both_hopeless_are_changed_together(robot):
     """Feet in one line and motors too weak: neither change alone does, and both are told."""
     task = preset_task(step_width=0.1, torque_limit=20.0, **COARSE)
