@@ -33,10 +33,10 @@ if TYPE_CHECKING:
         UnreachableError,
     )
     from gaitopt.gait.constraints import Margins
+    from gaitopt.gait.gait_file import load_gait, save_gait
     from gaitopt.gait.presets import preset_task
     from gaitopt.gait.problem import WalkProblem
     from gaitopt.gait.result import Gait
-    from gaitopt.gait.result_file import load_gait, save_gait
     from gaitopt.gait.task import Task
     from gaitopt.gait.trajectory import Trajectory
     from gaitopt.model.feet.sole import Sole
@@ -73,9 +73,9 @@ _HOMES = {
     "audit": "gaitopt.design.audit",
     "certify": "gaitopt.design.certificate",
     "design_gait": "gaitopt.design.starts",
-    "load_gait": "gaitopt.gait.result_file",
+    "load_gait": "gaitopt.gait.gait_file",
     "many_starts": "gaitopt.design.starts",
-    "save_gait": "gaitopt.gait.result_file",
+    "save_gait": "gaitopt.gait.gait_file",
     "solver_by_name": "gaitopt.solvers",
     "summarise": "gaitopt.design.summary",
     # what people look at

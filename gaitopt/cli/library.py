@@ -13,8 +13,8 @@ from gaitopt.cli.paths import require_files
 from gaitopt.cli.process import ExitCode
 from gaitopt.cli.report import print_findings_of, print_gait
 from gaitopt.errors import GaitFileError, InputError
+from gaitopt.gait.gait_file import save_gait
 from gaitopt.gait.result import Gait
-from gaitopt.gait.result_file import save_gait
 from gaitopt.settings import named_values
 from gaitopt.sweep.interpolate import interpolate, stored_point
 from gaitopt.sweep.library import Library, open_library

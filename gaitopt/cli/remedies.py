@@ -22,8 +22,8 @@ from gaitopt.design.attempt import begins_relaxed
 from gaitopt.design.diagnosis import Diagnosis, Suggestion
 from gaitopt.errors import InputError
 from gaitopt.gait.assemble import gait_at
+from gaitopt.gait.gait_file import save_gait
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.gait.result_file import save_gait
 from gaitopt.gait.task import Task
 from gaitopt.model.robot import Robot
 from gaitopt.solvers.sqp import SQP

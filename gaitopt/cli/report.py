@@ -20,9 +20,9 @@ from gaitopt.cli.display import WIDTH, screen
 from gaitopt.cli.process import ExitCode, print_error
 from gaitopt.design.audit import Audit, audit
 from gaitopt.design.summary import summarise
+from gaitopt.gait.gait_file import load_gait
 from gaitopt.gait.plugin import load_plugin
 from gaitopt.gait.result import Gait
-from gaitopt.gait.result_file import load_gait
 from gaitopt.importers.report import Finding, findings_of
 from gaitopt.solvers.certified import UNCONFIRMED
 from gaitopt.tolerances import LIMITS, MOMENTUM, OPTIMALITY, REFEREE, SAME

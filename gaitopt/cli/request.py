@@ -21,13 +21,13 @@ from gaitopt.cli.config import SCHEMA, Settings, read_config, with_plugin
 from gaitopt.design.options import COUNT, SIGMA, DesignOptions
 from gaitopt.errors import InputError
 from gaitopt.gait.costs import COSTS, cost_by_name
+from gaitopt.gait.gait_file import load_gait
 from gaitopt.gait.initial_guess import first_guess, perturbed
 from gaitopt.gait.parameters import set_quantities
 from gaitopt.gait.plugin import load_plugin
 from gaitopt.gait.presets import HUMANOID, PRESETS, preset_task
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.result import Gait
-from gaitopt.gait.result_file import load_gait
 from gaitopt.gait.task import Task
 from gaitopt.model.feet.sole import Sole
 from gaitopt.model.import_options import (

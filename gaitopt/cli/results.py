@@ -19,8 +19,8 @@ from gaitopt.cli.request import Request, choices_text
 from gaitopt.design.summary import summarise
 from gaitopt.errors import InputError
 from gaitopt.gait.costs import Cost
+from gaitopt.gait.gait_file import save_gait
 from gaitopt.gait.result import Gait
-from gaitopt.gait.result_file import save_gait
 from gaitopt.gait.task import Task
 from gaitopt.view.painter import Painter
 

@@ -11,8 +11,8 @@ from gaitopt.cli.display import screen
 from gaitopt.cli.report import print_findings_of
 from gaitopt.cli.request import require_directories
 from gaitopt.errors import InputError
+from gaitopt.gait.gait_file import load_gait
 from gaitopt.gait.result import Gait
-from gaitopt.gait.result_file import load_gait
 from gaitopt.view.walk import DEFAULT_STEPS
 
 

@@ -23,8 +23,8 @@ from typing import Any
 from gaitopt.bounds import JOURNAL as JOURNAL_BYTES
 from gaitopt.bounds import read_bounded
 from gaitopt.errors import GaitFileError, GaitoptError, InputError
+from gaitopt.gait.gait_file import load_gait, save_gait
 from gaitopt.gait.result import Gait
-from gaitopt.gait.result_file import load_gait, save_gait
 from gaitopt.sweep.grid import GridPoints, Index
 from gaitopt.sweep.manifest import Record, points_of, read_manifest
 from gaitopt.sweep.table import Row, awaited_row, faulty_row, fits_column, refused_row, write_index

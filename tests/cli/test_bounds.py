@@ -16,7 +16,7 @@ from gaitopt.bounds import read_bounded, shown
 from gaitopt.design.audit import audit
 from gaitopt.design.starts import many_starts
 from gaitopt.errors import GaitFileError, GaitoptError, InputError, RobotError
-from gaitopt.gait.result_file import load_gait, save_gait
+from gaitopt.gait.gait_file import load_gait, save_gait
 from gaitopt.gait.task import Task, preset_task
 from gaitopt.gait.task_record import task_from_record, task_record
 from gaitopt.importers.meshes import MeshPaths
@@ -172,7 +172,7 @@ def test_large_files(tmp_path, monkeypatch, designed):
     with pytest.raises(ValueError, match="larger than"):
         read_bounded(path, 999)
     monkeypatch.setattr("gaitopt.importers.meshes.MESH", 999)
-    monkeypatch.setattr("gaitopt.gait.result_file.GAIT", 9999)
+    monkeypatch.setattr("gaitopt.gait.gait_file.GAIT", 9999)
     assert "larger than" in MeshPaths(tmp_path).problem("large")
     with pytest.raises(GaitFileError, match="larger than"):
         load_gait(shutil.copy(designed / "gait.npz", tmp_path))

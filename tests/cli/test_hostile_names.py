@@ -81,7 +81,7 @@ def test_names_in_a_gait_file_steer_nothing_either(cli, gait_file):
         {"topic": "a\x1b[1m", "subject": "b\x07", "how": how, "text": "c\nerror: forged"}
         for how in ("warning", "guessed")
     ]
-    from gaitopt.gait.result_file import save_gait
+    from gaitopt.gait.gait_file import save_gait
 
     save_gait(Gait(**vars(gait)), gait_file)
     said = cli("check", gait_file)

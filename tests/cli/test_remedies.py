@@ -13,7 +13,7 @@ import pytest
 
 from gaitopt.cli import remedies
 from gaitopt.cli.remedies import Asked
-from gaitopt.gait.result_file import load_gait
+from gaitopt.gait.gait_file import load_gait
 
 ROOT = Path(__file__).parents[2]
 

@@ -15,7 +15,7 @@ from gaitopt.cli.app import app
 from gaitopt.cli.config import SCHEMA
 from gaitopt.cli.request import make_request
 from gaitopt.design.starts import many_starts
-from gaitopt.gait.result_file import load_gait
+from gaitopt.gait.gait_file import load_gait
 
 QUICK = ["--no-refine", "--no-figures", "--no-page", "--solver", "sqp"]
 

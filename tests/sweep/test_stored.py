@@ -8,7 +8,7 @@ import pytest
 from sweeps import QUICK, SPEEDS, Counting, forget_digests, quick_task
 
 from gaitopt.errors import GaitFileError, InputError
-from gaitopt.gait.result_file import load_gait, save_gait
+from gaitopt.gait.gait_file import load_gait, save_gait
 from gaitopt.sweep.executor import FINISH
 from gaitopt.sweep.library import (
     ALTERED,

@@ -16,7 +16,7 @@ from gaitopt.catalogue.biped_spec import biped13
 from gaitopt.design.design import design
 from gaitopt.design.starts import many_starts
 from gaitopt.errors import GaitFileError, InputError
-from gaitopt.gait.result_file import load_gait
+from gaitopt.gait.gait_file import load_gait
 from gaitopt.solvers import solver_by_name
 from gaitopt.sweep.executor import TRAVEL
 from gaitopt.sweep.grid import Axis

@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 from gaitopt.cli import crew as crew_module
 from gaitopt.cli import sweep as sweep_module
 from gaitopt.cli.app import app
-from gaitopt.gait.result_file import load_gait, save_gait
+from gaitopt.gait.gait_file import load_gait, save_gait
 from gaitopt.sweep.executor import DIAGNOSE
 from gaitopt.sweep.grid import Axis
 from gaitopt.sweep.scheduler import sweep

@@ -13,8 +13,8 @@ from sample_gait import bare_gait, sample_gait
 
 from gaitopt.atomic import write_atomically
 from gaitopt.errors import GaitFileError, InputError
+from gaitopt.gait.gait_file import load_gait, save_gait
 from gaitopt.gait.result import SHAPES, array_names
-from gaitopt.gait.result_file import load_gait, save_gait
 
 
 @pytest.fixture
