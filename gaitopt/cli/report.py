@@ -20,8 +20,7 @@ from gaitopt.cli.display import WIDTH, screen
 from gaitopt.cli.process import ExitCode, print_error
 from gaitopt.design.audit import Audit, audit
 from gaitopt.design.summary import summarise
-from gaitopt.gait.gait_file import load_gait
-from gaitopt.gait.plugin import load_plugin
+from gaitopt.gait.gait_file import altered_members, load_gait
 from gaitopt.gait.result import Gait
 from gaitopt.importers.report import Finding, findings_of
 from gaitopt.solvers.certified import UNCONFIRMED
@@ -196,7 +195,7 @@ def check(path: Path, plugin: Path | None = None) -> None:
         GaitoptError: the file cannot be read or checked.
         typer.Exit: it was altered, or is not certified.
     """
-    gait = load_gait(path)
+    gait, rewritten = load_gait(path, verify=False), altered_members(path)
     print_findings_of(screen(stderr=True), gait)
     found = audit(gait, () if plugin is None else load_plugin(plugin).extensions)
     out = screen()
@@ -216,9 +215,14 @@ def check(path: Path, plugin: Path | None = None) -> None:
     else:
         worst = max(found.differences.values())
         out.print(f"stored arrays agree with it to {worst:.1e} (allowed {SAME:.0e})")
+    if rewritten:
+        print_error(
+            f"changed after gaitopt wrote the file: {', '.join(rewritten)}; their digests are "
+            "others than the file records"
+        )
     if found.claimed and not found.certificate.certified:
         print_error("its certificate says certified; computed now, the walk is not")
-    if not found.passed:
+    if rewritten or not found.passed:
         raise typer.Exit(ExitCode.NOT_CERTIFIED)
 
 

@@ -22,8 +22,9 @@ from gaitopt.gait.recorded_robot import robot_of
 from gaitopt.gait.result import Gait, array_names
 from gaitopt.gait.task_record import task_from_record, task_record
 from gaitopt.model.import_options import choices_record
-from gaitopt.nlp import Array
-from gaitopt.tolerances import SAME
+from gaitopt.model.multibody import Multibody
+from gaitopt.nlp import Array, kkt_residual
+from gaitopt.tolerances import OPTIMALITY, SAME
 
 MOST_SHOWN = 120  # characters of a choice
 _FACTS = (
@@ -84,11 +85,16 @@ def audit(gait: Gait, known: Iterable[Extension] = ()) -> Audit:
     differences = {
         name: _difference(getattr(gait, name), getattr(again, name)) for name in array_names()
     }
+    body = problem.robot.multibody
+    if gait.multibody is not None:
+        differences |= _robot_differences(gait.multibody, body)
     recorded = [name for name in _FACTS if name != "physics" or gait.fact(name) is not None]
     facts = [name for name in recorded if not _same(gait.fact(name), again.fact(name))]
     claimed = gait.fact("certificate", "certified") is True
     if not claimed and certificate.certified:
         facts.append("certificate")
+    if not _multipliers_hold(problem, gait, certificate):
+        facts.append("multipliers")
     for name, frame in (
         ("stance_sole", problem.robot.stance_sole),
         ("swing_sole_frame", problem.robot.swing_sole),
@@ -97,6 +103,29 @@ def audit(gait: Gait, known: Iterable[Extension] = ()) -> Audit:
             facts.append(name)
     brought = (*imposed(problem), *_changed_plugins(gait, problem))
     return Audit(differences, tuple(facts), certificate, claimed, brought)
+
+
+def _robot_differences(stored: Multibody, computed: Multibody) -> dict[str, float]:
+    """Return the differences of the arrays and names of a robot; of names, whether there are."""
+    differences = {}
+    for one in fields(Multibody):
+        pair = getattr(stored, one.name), getattr(computed, one.name)
+        numbers = all(isinstance(value, np.ndarray) for value in pair)
+        found = _difference(*pair) if numbers else float(pair[0] != pair[1])
+        differences[f"robot_{one.name}"] = found
+    return differences
+
+
+def _multipliers_hold(problem: WalkProblem, gait: Gait, certificate: Certificate) -> bool:
+    """Whether the gait's multipliers show that it is optimal, if it is."""
+    if gait.multipliers is None or gait.bound_multipliers is None or not certificate.optimal:
+        return True
+    if gait.multipliers.shape != problem.rows.lower.shape:
+        return False
+    point = problem.point(gait.parameters)
+    shown = kkt_residual(problem, point, gait.multipliers, gait.bound_multipliers)
+    # both are least-squares solutions, of which rounding may choose another
+    return shown.worst <= 2.0 * OPTIMALITY
 
 
 def imposed(problem: WalkProblem) -> tuple[str, ...]:
@@ -178,7 +207,9 @@ def problem_of(gait: Gait, known: Iterable[Extension] = ()) -> WalkProblem:
     robot = robot_of(gait)
     try:
         task = task_from_record(gait.fact("task"), known)
-        grid = uniform_grid(task.samples, task.quadrature).with_instants(_instants(gait))
+        grid = uniform_grid(task.samples, task.quadrature)
+        for instant in _instants(gait):  # one by one: multipliers are in their order
+            grid = grid.with_instants(np.array([instant]))
         problem = WalkProblem(robot, task, grid)
     except InputError as error:
         raise GaitFileError(f"the gait's task cannot be used: {error}") from error
@@ -207,8 +238,9 @@ def _instants(gait: Gait) -> Array:
 def _difference(stored: Array, computed: Array) -> float:
     if stored.shape != computed.shape:
         return float("inf")
-    size = max(float(np.abs(stored).max()), float(np.abs(computed).max()))
-    return float(np.abs(stored - computed).max()) / size if size > 0.0 else 0.0
+    a, b = (np.asarray(values, dtype=np.float64) for values in (stored, computed))
+    size = max(float(np.abs(a).max(initial=0.0)), float(np.abs(b).max(initial=0.0)))
+    return float(np.abs(a - b).max()) / size if size > 0.0 else 0.0
 
 
 def _same(stored: object, computed: object) -> bool:

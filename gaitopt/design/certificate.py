@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
 
 import numpy as np
 
@@ -60,6 +60,7 @@ class Certificate:
         resolution: estimated error of the located extremes near their limits, scaled.
         referee: disagreement with the Newton-Euler referee on the proof's grid.
         rear_foot_speed: least upward speed of a corner of the rear sole after the impact [m/s].
+        multipliers: of rows and bounds at the samples, by least squares.
         both_feet_stay: second outcome: the ground would only push on both feet.
     """
 
@@ -71,6 +72,7 @@ class Certificate:
     referee: Verdict
     rear_foot_speed: float
     both_feet_stay: bool
+    multipliers: tuple[Array, Array] = field(compare=False, repr=False)
 
     def __repr__(self) -> str:
         """Return it in one line: the whole of it is pages long."""
@@ -176,6 +178,7 @@ def certify(problem: WalkProblem, x: Array, fine: WalkProblem | None = None) -> 
         referee=judge(problem.robot, step, fine.grid),
         rear_foot_speed=float(rear_corners.min()),
         both_feet_stay=locked.valid,
+        multipliers=multipliers,
     )
 
 

@@ -99,7 +99,8 @@ def finished(
         "findings": [finding.record() for finding in problem.robot.findings],
         "versions": versions(),
     }
-    return Design(gait_at(problem, solution.x, meta), certificate, solution, problem)
+    gait = gait_at(problem, solution.x, meta, certificate.multipliers)
+    return Design(gait, certificate, solution, problem)
 
 
 def solution_record(solution: Solution) -> dict[str, object]:

@@ -17,13 +17,19 @@ from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array
 
 
-def gait_at(problem: WalkProblem, x: Array, meta: Mapping[str, object]) -> Gait:
+def gait_at(
+    problem: WalkProblem,
+    x: Array,
+    meta: Mapping[str, object],
+    multipliers: tuple[Array, Array] | None = None,
+) -> Gait:
     """Return the gait at parameters x, sampled at the task's quadrature nodes.
 
     Args:
         problem: the walk.
         x: parameters, shape (P,).
         meta: what to record besides robot, task and cost (solver, certificate, ...).
+        multipliers: of the rows and of the bounds of the problem, if x is its optimum.
 
     Raises:
         EvaluationError: the walk is not defined at x.
@@ -63,6 +69,8 @@ def gait_at(problem: WalkProblem, x: Array, meta: Mapping[str, object]) -> Gait:
         swing_sole_frame=robot.swing_sole,
         meta={**facts, **meta},
         coefficients=step.coefficients,
+        multipliers=None if multipliers is None else multipliers[0],
+        bound_multipliers=None if multipliers is None else multipliers[1],
         multibody=robot.multibody,
     )
 

@@ -1,11 +1,14 @@
-"""The gait file: one .npz, readable with `numpy.load` alone."""
+"""The gait file: one .npz that `numpy.load` reads; format 2 is documented in docs/gait-file.md."""
 
 from __future__ import annotations
 
+import hashlib
 import io
 import json
 import math
 import zipfile
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
@@ -14,17 +17,110 @@ from numpy.typing import NDArray
 
 from gaitopt.atomic import write_atomically
 from gaitopt.bounds import GAIT, too_large
-from gaitopt.errors import GaitFileError, InputError
-from gaitopt.gait.result import Gait, array_names
+from gaitopt.errors import GaitFileError, InputError, RobotError
+from gaitopt.gait.result import SHAPES, Gait, array_names
+from gaitopt.model.multibody import Multibody, checked_multibody
+from gaitopt.tolerances import SAME
+from gaitopt.version import __version__
 
-FORMAT = 1  # raised when a reader of the older format would misread the file
+FORMAT = 2  # raised when a reader of the older format would misread the file
+GROUND_NORMAL = (0.0, 0.0, 1.0)
+_WRITTEN_BY = "version"  # key of `meta`: the gaitopt that wrote the file
 _TEXTS = ("urdf", "stance_sole", "swing_sole_frame")
 _NAMES = ("parameter_names", "joint_names")
+_OLD = (*(n for n in SHAPES if n != "coefficients"), *_TEXTS, *_NAMES, "meta")  # of format 1
 _HEADERS = {
     (1, 0): np.lib.format.read_array_header_1_0,
     (2, 0): np.lib.format.read_array_header_2_0,
 }
 _EPOCH = (1980, 1, 1, 0, 0, 0)  # equal gaits give equal files: no time of writing inside
+_Arrays = dict[str, NDArray[Any]]
+
+
+@dataclass(frozen=True)
+class Member:
+    """One array of the file, in the words of docs/gait-file.md.
+
+    Attributes:
+        name: key in `numpy.load`.
+        kind: "float64", "int64", "bool" or "str" (NumPy's Unicode text).
+        shape: sizes as numbers or letters, each letter the same everywhere.
+        unit: "" where there is none.
+        frame: in which it is expressed, "" where there is none.
+    """
+
+    name: str
+    kind: str
+    shape: tuple[int | str, ...]
+    unit: str = ""
+    frame: str = ""
+
+
+_SOLE, _FIRST, _LANDING = "standing sole", "sole that stands first", "landing sole"
+MEMBERS = (
+    Member("time", "float64", ("N",), "s"),
+    Member("q", "float64", ("N", "J"), "rad", "joint"),
+    Member("dq", "float64", ("N", "J"), "rad/s", "joint"),
+    Member("ddq", "float64", ("N", "J"), "rad/s²", "joint"),
+    Member("torque", "float64", ("N", "J"), "N·m", "joint"),
+    Member("ground_wrench", "float64", ("N", 6), "N, N·m", _SOLE),
+    Member("cop", "float64", ("N", 2), "m", _SOLE),
+    Member("swing_sole", "float64", ("N", 4, 3), "m", _SOLE),
+    Member("base_position", "float64", ("N", 3), "m", "world"),
+    Member("base_quaternion", "float64", ("N", 4), "", "world"),
+    Member("base_twist", "float64", ("N", 6), "m/s, rad/s", "base"),
+    Member("base_acceleration", "float64", ("N", 6), "m/s², rad/s²", "base"),
+    Member("knots_0", "float64", ("m",), "s"),
+    Member("coefficients_0", "float64", ("m + 2", "J"), "rad, rad/s", "joint"),
+    Member("schedule", "str", ()),
+    Member("mirror", "float64", ("J", "J")),
+    Member("impulse", "float64", (6,), "N·s, N·m·s", _LANDING),
+    Member("rate_before", "float64", ("J",), "rad/s", "joint"),
+    Member("rate_after", "float64", ("J",), "rad/s", "joint"),
+    Member("ground_normal", "float64", (3,), "", "world"),
+    Member("gravity", "float64", (3,), "m/s²", "world"),
+    Member("parameters", "float64", ("P",), "as named"),
+    Member("parameter_names", "str", ("P",)),
+    Member("multipliers", "float64", ("R",), "scaled"),
+    Member("bound_multipliers", "float64", ("B",), "scaled"),
+    Member("joint_names", "str", ("J",)),
+    Member("stance_sole", "str", ()),
+    Member("swing_sole_frame", "str", ()),
+    Member("robot_name", "str", ()),
+    Member("robot_base", "str", ()),
+    Member("robot_joint_names", "str", ("M",)),
+    Member("robot_parent", "int64", ("M",)),
+    Member("robot_revolute", "bool", ("M",)),
+    Member("robot_placement", "float64", ("M", 4, 4), "m", "body before the joint"),
+    Member("robot_axis", "float64", ("M", 3), "", "joint"),
+    Member("robot_posture", "float64", ("M",), "rad or m", "joint"),
+    Member("robot_moving", "int64", ("J",)),
+    Member("robot_mass", "float64", ("M + 1",), "kg"),
+    Member("robot_centre", "float64", ("M + 1", 3), "m", "body"),
+    Member("robot_inertia", "float64", ("M + 1", 3, 3), "kg·m²", "body"),
+    Member("robot_armature", "float64", ("M",), "kg·m²", "joint"),
+    Member("robot_friction", "float64", ("M",), "N·m", "joint"),
+    Member("robot_damping", "float64", ("M", "D"), "N·m·s/rad, ...", "joint"),
+    Member("robot_stiffness", "float64", ("M", "S"), "N·m/rad, ...", "joint"),
+    Member("robot_rest", "float64", ("M",), "rad", "joint"),
+    Member("robot_carried_mass", "float64", ("M + 1",), "kg"),
+    Member("robot_carried_moment", "float64", ("M + 1", 3), "kg·m", "body"),
+    Member("robot_sole_joint", "int64", (2,)),
+    Member("robot_sole_placement", "float64", (2, 4, 4), "m", "body of the foot"),
+    Member("robot_sole_rectangle", "float64", (2, 4), "m", "sole"),
+    Member("robot_heading", "float64", (3, 3), "", "base"),
+    Member("urdf", "str", ()),
+    Member("meta", "str", ()),
+    Member("digest", "str", ()),
+)
+"""Every array of a gait file of format 2, in the order in which they are written."""
+
+_RENAMED = {"knots": "knots_0", "coefficients": "coefficients_0"}
+_OF_ROBOT = {
+    "gravity": "gravity",
+    **{f.name: f"robot_{f.name}" for f in fields(Multibody) if f.name != "gravity"},
+}
+_BASE = ("base_position", "base_quaternion", "base_twist", "base_acceleration")
 
 
 def save_gait(gait: Gait, path: str | Path) -> Path:
@@ -39,55 +135,189 @@ def save_gait(gait: Gait, path: str | Path) -> Path:
 
     Raises:
         InputError: the path cannot be written.
+        RobotError: the gait has no `multibody`, and its URDF is not its robot.
     """
+    parts = {name: _bytes(array) for name, array in gait_members(gait).items()}
+    digest = {name: hashlib.sha256(data).hexdigest() for name, data in parts.items()}
+    parts["digest"] = _bytes(np.array(json.dumps(digest)))
     buffer = io.BytesIO()
     with zipfile.ZipFile(buffer, "w") as archive:
-        for name, array in _members(gait).items():
+        for name, data in parts.items():
             entry = zipfile.ZipInfo(f"{name}.npy", date_time=_EPOCH)
             entry.compress_type = zipfile.ZIP_DEFLATED
-            with archive.open(entry, "w") as stream:
-                np.lib.format.write_array(stream, array, version=(1, 0), allow_pickle=False)
+            archive.writestr(entry, data)
     return write_atomically(path, buffer.getvalue())
 
 
-def load_gait(path: str | Path) -> Gait:
+def load_gait(path: str | Path, *, verify: bool = True) -> Gait:
     """Read and validate a gait file.
 
+    Args:
+        path: of a file of format 2 or 1.
+        verify: whether a file that was changed after it was written is refused.
+
     Raises:
-        GaitFileError: the file is missing, truncated, not a gait file, of a newer format, or what
-            it holds is not a gait (missing arrays, shapes, NaN, times, E, JSON).
+        GaitFileError: the file is missing, truncated, not a gait file, of a newer format, changed,
+            or what it holds is not a gait (missing arrays, kinds, shapes, NaN, times, E, JSON).
     """
     source = Path(path)
-    members = _read(source)
-    keys = (*array_names(), *_TEXTS, *_NAMES, "meta")
-    missing = [k for k in keys if k not in members and k != "coefficients"]
-    if missing:
-        raise _bad(source, f"it is not a complete gait file, '{missing[0]}' is missing")
-    meta = _meta(source, members.pop("meta"))
-    arrays: dict[str, Any] = {n: members[n] for n in array_names() if n in members}
-    try:
-        return Gait(
-            **arrays,
-            urdf=str(members["urdf"]),
-            stance_sole=str(members["stance_sole"]),
-            swing_sole_frame=str(members["swing_sole_frame"]),
-            parameter_names=tuple(members["parameter_names"].reshape(-1).tolist()),
-            joint_names=tuple(members["joint_names"].reshape(-1).tolist()),
-            meta=meta,
+    members, digests = _read(source)
+    meta = _meta(source, members)
+    version = meta.pop("format", 1)
+    if version not in (1, FORMAT):
+        raise _bad(
+            source, f"its format is {version}, this gaitopt reads {FORMAT}; install a newer gaitopt"
         )
-    except InputError as error:
+    wanted = _OLD if version == 1 else tuple(member.name for member in MEMBERS)
+    if missing := [name for name in wanted if name not in members]:
+        raise _bad(source, f"it is not a complete gait file, '{missing[0]}' is missing")
+    try:
+        if version == 1:
+            return _gait(members, meta, {})
+        if verify and (altered := _altered(members, digests)):
+            raise InputError(
+                f"'{altered[0]}' was changed after the file was written, its digest is another; "
+                "gaitopt check says what follows from the parameters"
+            )
+        return _new_gait(members, meta)
+    except (InputError, RobotError) as error:
         raise _bad(source, str(error)) from error
 
 
-def _members(gait: Gait) -> dict[str, NDArray[np.generic]]:
-    arrays: dict[str, NDArray[np.generic]] = {n: getattr(gait, n) for n in array_names()}
-    arrays |= {n: np.array(getattr(gait, n), dtype=np.str_) for n in (*_NAMES, *_TEXTS)}
-    meta = {**gait.meta, "format": FORMAT}
-    arrays["meta"] = np.array(json.dumps(meta, sort_keys=True, ensure_ascii=False))
-    return arrays
+def altered_members(path: str | Path) -> tuple[str, ...]:
+    """Return the arrays of a gait file that were changed after it was written, by its digest.
+
+    Files of format 1 have none: nothing is known of them.
+
+    Raises:
+        GaitFileError: the file cannot be read.
+    """
+    source = Path(path)
+    members, digests = _read(source)
+    if _meta(source, members).get("format", 1) == 1:
+        return ()
+    return _altered(members, digests)
 
 
-def _read(source: Path) -> dict[str, NDArray[Any]]:
+def gait_members(gait: Gait) -> _Arrays:
+    """Return the arrays of a gait's file by name, all but the digest.
+
+    Raises:
+        RobotError: the gait has no `multibody`, and its URDF is not its robot.
+    """
+    trajectory = gait.trajectory
+    at = trajectory.at(gait.time, before=gait.time > gait.duration / 2.0)
+    found: dict[str, object] = {_RENAMED.get(n, n): getattr(gait, n) for n in array_names()}
+    found |= {name: getattr(at, name) for name in _BASE}
+    found |= {name: getattr(gait, name) for name in (*_TEXTS, *_NAMES)}
+    found |= {key: getattr(trajectory.body, name) for name, key in _OF_ROBOT.items()}
+    for name in ("multipliers", "bound_multipliers"):
+        values = getattr(gait, name)
+        found[name] = np.zeros(0) if values is None else values
+    found["ground_normal"] = np.array(GROUND_NORMAL)
+    found["schedule"] = _json(_schedule(gait))
+    found["meta"] = _json({**gait.meta, "format": FORMAT, _WRITTEN_BY: __version__})
+    kinds: dict[str, Any] = {m.name: np.str_ if m.kind == "str" else m.kind for m in MEMBERS}
+    return {m.name: np.array(found[m.name], kinds[m.name]) for m in MEMBERS if m.name != "digest"}
+
+
+def _schedule(gait: Gait) -> dict[str, object]:
+    """Return what happens when: the phases of a step, and how the next one follows."""
+    phase = {
+        "contacts": {gait.stance_sole: "flat"},
+        "duration": gait.duration,
+        "end": "impact",
+    }
+    return {"phases": [phase], "symmetry": "leg exchange"}
+
+
+def _json(record: Mapping[str, object]) -> str:
+    return json.dumps(record, sort_keys=True, ensure_ascii=False)
+
+
+def _bytes(array: NDArray[Any]) -> bytes:
+    buffer = io.BytesIO()
+    np.lib.format.write_array(buffer, array, version=(1, 0), allow_pickle=False)
+    return buffer.getvalue()
+
+
+def _gait(members: _Arrays, meta: Mapping[str, object], more: Mapping[str, Any]) -> Gait:
+    arrays: dict[str, Any] = {n: members[n] for n in array_names() if n in members}
+    return Gait(
+        **arrays,
+        urdf=str(members["urdf"]),
+        stance_sole=str(members["stance_sole"]),
+        swing_sole_frame=str(members["swing_sole_frame"]),
+        parameter_names=tuple(members["parameter_names"].reshape(-1).tolist()),
+        joint_names=tuple(members["joint_names"].reshape(-1).tolist()),
+        meta=meta,
+        **more,
+    )
+
+
+def _new_gait(members: _Arrays, meta: dict[str, object]) -> Gait:
+    """Return the gait of a file of format 2.
+
+    Raises:
+        InputError: something in it is not what it should be.
+    """
+    _check_members(members)
+    meta.pop(_WRITTEN_BY, None)
+    robot: dict[str, Any] = {n: members[k] for n, k in _OF_ROBOT.items() if k in members}
+    robot |= {name: str(robot[name]) for name in ("name", "base")}
+    robot["joint_names"] = tuple(map(str, robot["joint_names"]))
+    robot["sole_names"] = (str(members["stance_sole"]), str(members["swing_sole_frame"]))
+    body = checked_multibody(Multibody(**robot))
+    more = {name: members[name] for name in ("multipliers", "bound_multipliers")}
+    more = {name: values for name, values in more.items() if values.size}
+    named = {name: members[key] for name, key in _RENAMED.items()}
+    gait = _gait({**members, **named}, meta, {**more, "multibody": body})
+    _check_statements(gait, members)
+    return gait
+
+
+def _check_members(members: _Arrays) -> None:
+    """Refuse arrays of another kind or shape than their own."""
+    sizes: dict[int | str, int] = {}
+    for member in MEMBERS:
+        array = members[member.name]
+        kind = "U" if member.kind == "str" else np.dtype(member.kind).kind
+        if array.dtype.kind != kind:
+            raise InputError(f"its '{member.name}' is of {array.dtype}, not {member.kind}")
+        known = {**sizes, "m + 2": sizes.get("m", 0) + 2, "M + 1": sizes.get("M", 0) + 1}
+        if array.ndim == len(member.shape):
+            for size, found in zip(member.shape, array.shape, strict=True):
+                if isinstance(size, str) and size not in known:
+                    sizes[size] = known[size] = found
+        wanted = tuple(known.get(size, size) for size in member.shape)
+        if array.shape != wanted:
+            raise InputError(f"its '{member.name}' has shape {array.shape}; it must be {wanted}")
+        if kind == "f" and not np.isfinite(array).all():
+            raise InputError(f"its '{member.name}' holds NaN or infinity")
+
+
+def _check_statements(gait: Gait, members: _Arrays) -> None:
+    """Refuse a base track, a schedule or a ground that are not those of the gait itself."""
+    found = gait_members(gait)
+    for name in _BASE:
+        size = max(1.0, float(np.abs(found[name]).max()))
+        if np.abs(found[name] - members[name]).max() > SAME * size:
+            raise InputError(f"its '{name}' is not that of its splines and its robot")
+    if not np.array_equal(members["ground_normal"], found["ground_normal"]):
+        raise InputError("its ground is not level; this gaitopt reads gaits on level ground")
+    try:
+        schedule = json.loads(str(members["schedule"]))
+    except (ValueError, RecursionError) as error:
+        raise InputError("its 'schedule' is not JSON") from error
+    if schedule != _schedule(gait):
+        raise InputError(
+            "its 'schedule' is not one phase on the flat foot that stands, ended by the impact of "
+            "the other; this gaitopt reads no other"
+        )
+
+
+def _read(source: Path) -> tuple[_Arrays, dict[str, str]]:
+    """Return the arrays of a file, and the digest of each."""
     if not source.is_file():
         raise _bad(source, "there is no such file")
     # Damaged archives raise a dozen unrelated exceptions: zip, zlib, header parser, decoder.
@@ -95,49 +325,57 @@ def _read(source: Path) -> dict[str, NDArray[Any]]:
         if large := too_large(source.stat().st_size, GAIT):
             raise ValueError(large)
         with zipfile.ZipFile(source) as archive:
-            if large := too_large(sum(entry.file_size for entry in archive.infolist()), GAIT):
+            entries = [e for e in archive.infolist() if e.filename.endswith(".npy")]
+            if large := too_large(sum(entry.file_size for entry in entries), GAIT):
                 raise ValueError(f"unpacked, {large}")
-            return {
-                entry.filename.removesuffix(".npy"): _array(archive, entry)
-                for entry in archive.infolist()
-                if entry.filename.endswith(".npy")
-            }
+            data = {e.filename.removesuffix(".npy"): archive.read(e) for e in entries}
+        arrays = {name: _array(name, part) for name, part in data.items()}
     except zipfile.BadZipFile as error:
         raise _bad(source, "it is truncated, or not a gait file") from error
     except Exception as error:
         raise _bad(source, f"it is damaged, or not a gait file ({error})") from error
+    return arrays, {name: hashlib.sha256(part).hexdigest() for name, part in data.items()}
 
 
-def _array(archive: zipfile.ZipFile, entry: zipfile.ZipInfo) -> NDArray[Any]:
+def _array(name: str, data: bytes) -> NDArray[Any]:
     """Return an array, its header believed only as far as there are bytes for it.
 
     Raises:
         ValueError: the header promises another size, or objects.
     """
-    with archive.open(entry) as stream:
-        version = np.lib.format.read_magic(stream)
-        if version not in _HEADERS:
-            raise ValueError(f"{entry.filename} is of version {version}")
-        shape, _, kind = _HEADERS[version](stream)
-        if kind.hasobject or math.prod(shape) * kind.itemsize != entry.file_size - stream.tell():
-            raise ValueError(f"{entry.filename} holds no array of the size in its header")
-        stream.seek(0)
-        array: NDArray[Any] = np.lib.format.read_array(stream, allow_pickle=False)
+    stream = io.BytesIO(data)
+    version = np.lib.format.read_magic(stream)
+    if version not in _HEADERS:
+        raise ValueError(f"{name} is of version {version}")
+    shape, _, kind = _HEADERS[version](stream)
+    if kind.hasobject or math.prod(shape) * kind.itemsize != len(data) - stream.tell():
+        raise ValueError(f"{name} holds no array of the size in its header")
+    stream.seek(0)
+    array: NDArray[Any] = np.lib.format.read_array(stream, allow_pickle=False)
     return array
 
 
-def _meta(source: Path, text: NDArray[np.generic]) -> dict[str, object]:
+def _altered(members: _Arrays, digests: Mapping[str, str]) -> tuple[str, ...]:
+    """Return the arrays whose digest is not the one recorded."""
     try:
-        meta = json.loads(str(text))
+        recorded = json.loads(str(members.get("digest")))
+    except (ValueError, RecursionError):
+        recorded = None
+    if not isinstance(recorded, dict):
+        return ("digest",)
+    names = [member.name for member in MEMBERS if member.name != "digest"]
+    return tuple(n for n in names if n not in digests or recorded.get(n) != digests[n])
+
+
+def _meta(source: Path, members: _Arrays) -> dict[str, object]:
+    if "meta" not in members:
+        raise _bad(source, "it is not a complete gait file, 'meta' is missing")
+    try:
+        meta = json.loads(str(members["meta"]))
     except (ValueError, RecursionError) as error:
         raise _bad(source, "its 'meta' is not JSON") from error
     if not isinstance(meta, dict):
         raise _bad(source, "its 'meta' is not a JSON object")
-    version = meta.pop("format", FORMAT)
-    if version != FORMAT:
-        raise _bad(
-            source, f"its format is {version}, this gaitopt reads {FORMAT}; install a newer gaitopt"
-        )
     return meta
 
 

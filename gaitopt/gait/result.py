@@ -40,6 +40,10 @@ SHAPES: dict[str, tuple[int | str, ...]] = {
     "parameters": ("P",),
     "mirror": ("J", "J"),
 }
+_MULTIPLIERS: dict[str, tuple[int | str, ...]] = {
+    "multipliers": ("R",),
+    "bound_multipliers": ("P",),
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,6 +73,9 @@ class Gait:
         stance_sole, swing_sole_frame: names of the sole frames in the URDF.
         coefficients: of the splines: angles at the knots [rad], then rates at the start and at the
             end [rad/s], shape (m + 2, J); None: those that the samples have.
+        multipliers: of the scaled constraint rows at the optimum, in the order of the walk's
+            program, shape (R,); None where they are not known.
+        bound_multipliers: of the bounds on the parameters, shape (P,), likewise.
         multibody: the robot as it was designed for; None: it is read again from `urdf` where it
             is needed.
         meta: JSON-able record (task, limits, sole, mass, cost, solver, status, certificate,
@@ -100,6 +107,8 @@ class Gait:
     swing_sole_frame: str
     meta: Mapping[str, object]
     coefficients: Array = None  # type: ignore[assignment]  # from then on an array
+    multipliers: Array | None = None
+    bound_multipliers: Array | None = None
     multibody: Multibody | None = None
 
     def __post_init__(self) -> None:
@@ -107,6 +116,9 @@ class Gait:
             object.__setattr__(self, "coefficients", _fitted(self))
         for name in SHAPES:
             object.__setattr__(self, name, _frozen(name, getattr(self, name)))
+        for name in _MULTIPLIERS:
+            if getattr(self, name) is not None:
+                object.__setattr__(self, name, _frozen(name, getattr(self, name)))
         for name in ("parameter_names", "joint_names"):
             object.__setattr__(self, name, _names(name, getattr(self, name)))
         for name in ("urdf", "stance_sole", "swing_sole_frame"):
@@ -228,7 +240,8 @@ def _fitted(gait: Gait) -> Array:
 
 
 def _frozen(name: str, value: object) -> Array:
-    if isinstance(value, Sized) and SHAPES[name][0] == "N":
+    shape = SHAPES[name] if name in SHAPES else _MULTIPLIERS[name]
+    if isinstance(value, Sized) and shape[0] == "N":
         at_most(len(value), INSTANTS, f"instants in the gait's '{name}'")
     try:
         array = np.array(value)
@@ -237,8 +250,8 @@ def _frozen(name: str, value: object) -> Array:
         array = array.astype(np.float64)
     except (TypeError, ValueError) as error:
         raise InputError(f"the gait's '{name}' is not an array of numbers") from error
-    if array.ndim != len(SHAPES[name]):
-        expected = " x ".join(map(str, SHAPES[name]))
+    if array.ndim != len(shape):
+        expected = " x ".join(map(str, shape))
         raise InputError(f"the gait's '{name}' has shape {array.shape}; it must be {expected}")
     if not np.isfinite(array).all():
         index = ", ".join(str(i) for i in np.argwhere(~np.isfinite(array))[0])
@@ -282,6 +295,11 @@ def _check_sizes(gait: Gait) -> None:
         found = getattr(gait, name).shape
         if found != expected:
             raise InputError(f"the gait's '{name}' has shape {found}; it must be {expected}")
+    bounds = gait.bound_multipliers
+    if bounds is not None and len(bounds) != len(gait.parameters):
+        raise InputError(
+            f"the gait has {len(bounds)} multipliers of bounds on {len(gait.parameters)} parameters"
+        )
 
 
 def _check_times(gait: Gait) -> None:

@@ -14,6 +14,7 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
+from gaitopt.errors import RobotError
 from gaitopt.importers.frame_names import reduced
 from gaitopt.model.chain import Chain
 from gaitopt.model.chain_physics import CarriedWeight
@@ -22,6 +23,7 @@ from gaitopt.nlp import Array
 
 Index = NDArray[np.int64]
 BASE = -1  # as parent of a joint: the floating base
+_RIGID = 1e-6  # of what makes a matrix a rotation: more is no rounding
 _SAME = 1e-12  # relative: what is left of no difference by rounding
 _LEAST = 1e-9  # relative: moments of inertia this much below what a body can have are rounding
 
@@ -223,6 +225,45 @@ def multibody(
         ),
         heading=np.array(chain.heading),
     )
+
+
+def checked_multibody(body: Multibody) -> Multibody:
+    """Return a robot whose arrays come from elsewhere, if they are those of one.
+
+    Shapes and finite numbers are taken for granted.
+
+    Raises:
+        RobotError: they are not.
+    """
+    count = len(body.joint_names)
+    rows = np.arange(count)
+
+    def refuse(what: str, wrong: NDArray[np.bool_]) -> None:
+        if (found := np.flatnonzero(wrong)).size:
+            raise RobotError(f"the robot of the gait is not one: {what} ({found[0]})")
+
+    for names in (body.joint_names, body.sole_names):
+        if len(set(names)) != len(names) or not all(names):
+            raise RobotError("the robot of the gait is not one: names are empty or there twice")
+    refuse(
+        "the parent of a joint must be -1 or a joint before it",
+        (body.parent < BASE) | (body.parent >= rows),
+    )
+    for rows_of, what in ((body.moving, "moving joint"), (body.sole_joint, "joint of a sole")):
+        refuse(f"a {what} is not in its list", (rows_of < 0) | (rows_of >= count))
+    refuse("a joint moves twice", np.bincount(body.moving, minlength=count) > 1)
+    length = np.linalg.norm(body.axis, axis=1)
+    refuse("the axis of a joint has not the length 1", np.abs(length - 1.0) > _RIGID)
+    for places in (body.placement, body.sole_placement):
+        turned, last = places[:, :3, :3], places[:, 3]
+        off = np.abs(turned @ turned.swapaxes(1, 2) - np.eye(3)).max(axis=(1, 2), initial=0.0)
+        mirrored = np.linalg.det(turned) < 0.0
+        odd = np.abs(last - [0.0, 0.0, 0.0, 1.0]).max(axis=1, initial=0.0)
+        refuse("a placement is no rotation and shift", (off > _RIGID) | mirrored | (odd > _RIGID))
+    refuse("a body has a mass below 0", body.mass < 0.0)
+    if not body.mass.sum() > 0.0:
+        raise RobotError("the robot of the gait is not one: it has no mass")
+    return body
 
 
 def _coordinate(joint: pin.JointModel, q: Array) -> float:

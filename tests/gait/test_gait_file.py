@@ -1,9 +1,13 @@
+import hashlib
 import io
 import json
 import os
+import re
 import stat
+import sys
 import zipfile
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,9 +16,19 @@ from hypothesis import strategies as st
 from sample_gait import bare_gait, sample_gait
 
 from gaitopt.atomic import write_atomically
-from gaitopt.errors import GaitFileError, InputError
-from gaitopt.gait.gait_file import load_gait, save_gait
-from gaitopt.gait.result import SHAPES, array_names
+from gaitopt.design.audit import audit
+from gaitopt.errors import GaitFileError, GaitoptError, InputError
+from gaitopt.gait.assemble import gait_at
+from gaitopt.gait.gait_file import MEMBERS, altered_members, gait_members, load_gait, save_gait
+from gaitopt.gait.initial_guess import first_guess
+from gaitopt.gait.problem import WalkProblem
+from gaitopt.gait.result import array_names
+from gaitopt.gait.task import preset_task
+from gaitopt.model.robot import Robot
+
+CASES = Path(__file__).parents[1] / "data" / "cases"
+DOCUMENT = Path(__file__).parents[2] / "docs" / "gait-file.md"
+WRITTEN = [member.name for member in MEMBERS]
 
 
 @pytest.fixture
@@ -22,11 +36,24 @@ def path(tmp_path):
     return save_gait(sample_gait(), tmp_path / "gait.npz")
 
 
-def rewritten(path, **changes):
+def rewritten(path, seal=True, **changes):
     """The file with some members replaced, or left out where the value is None."""
     with np.load(path) as content:
         members = {k: content[k] for k in content.files} | changes
-    np.savez(path, **{k: v for k, v in members.items() if v is not None})
+    return written(path, {k: v for k, v in members.items() if v is not None}, seal)
+
+
+def written(path, members, seal):
+    """A file with these members, and with digests that are theirs if it is sealed."""
+    np.savez(path, **members)
+    if seal and "digest" in members:
+        with zipfile.ZipFile(path) as archive:
+            digest = {
+                n.removesuffix(".npy"): hashlib.sha256(archive.read(n)).hexdigest()
+                for n in archive.namelist()
+                if n != "digest.npy"
+            }
+        np.savez(path, **{**members, "digest": np.array(json.dumps(digest))})
     return path
 
 
@@ -35,6 +62,8 @@ def test_a_gait_comes_back_as_it_was(gait, tmp_path):
     again = load_gait(save_gait(gait, tmp_path / "x.npz"))
     for name in array_names():
         assert np.array_equal(getattr(again, name), getattr(gait, name)), name
+    for name, array in gait_members(gait).items():
+        assert np.array_equal(gait_members(again)[name], array), name
     for name in (
         "parameter_names", "joint_names", "urdf", "stance_sole", "swing_sole_frame", "meta"
     ):  # fmt: skip
@@ -43,7 +72,7 @@ def test_a_gait_comes_back_as_it_was(gait, tmp_path):
 
 def test_numpy_alone_reads_the_file(path):
     with np.load(path, allow_pickle=False) as content:
-        assert set(SHAPES) < set(content.files)
+        assert [member.name for member in MEMBERS] == content.files
         assert content["torque"].shape == (31, 12)
         assert list(content["joint_names"])[2] == "right_knee"
         assert str(content["urdf"]).lstrip().startswith("<")
@@ -119,11 +148,11 @@ def test_a_missing_file_is_refused(tmp_path):
 def test_another_zip_is_refused(tmp_path):
     path = tmp_path / "other.npz"
     np.savez(path, a=np.arange(3))
-    with pytest.raises(GaitFileError, match="'time' is missing"):
+    with pytest.raises(GaitFileError, match="'meta' is missing"):
         load_gait(path)
     with zipfile.ZipFile(path, "w") as archive:
         archive.writestr("readme.txt", "hello")
-    with pytest.raises(GaitFileError, match="'time' is missing"):
+    with pytest.raises(GaitFileError, match="'meta' is missing"):
         load_gait(path)
 
 
@@ -144,11 +173,25 @@ def test_pickled_content_is_refused(path):
         ({"meta": None}, "'meta' is missing"),
         ({"meta": np.array("{")}, "'meta' is not JSON"),
         ({"meta": np.array("[1]")}, "'meta' is not a JSON object"),
-        ({"meta": np.array('{"format": 2}')}, "its format is 2, this gaitopt reads 1"),
+        ({"meta": np.array('{"format": 3}')}, "its format is 3, this gaitopt reads 2"),
         ({"q": np.full((31, 12), np.inf)}, "'q' holds NaN or infinity"),
-        ({"cop": np.zeros((31, 3))}, "'cop' has shape"),
-        ({"joint_names": np.arange(12)}, "'joint_names' must be different texts"),
-        ({"parameters": np.array(["a"] * 43)}, "'parameters' is not an array of numbers"),
+        ({"cop": np.zeros((31, 3))}, r"'cop' has shape \(31, 3\); it must be \(31, 2\)"),
+        ({"joint_names": np.arange(12)}, "'joint_names' is of int64, not str"),
+        ({"joint_names": np.array(["a"] * 12)}, "'joint_names' must be different texts"),
+        ({"parameters": np.array(["a"] * 43)}, "'parameters' is of <U1, not float64"),
+        ({"robot_parent": np.arange(12)}, "parent of a joint must be -1 or a joint before it"),
+        ({"robot_parent": np.arange(12.0)}, "'robot_parent' is of float64, not int64"),
+        ({"robot_moving": np.arange(12) + 1}, "a moving joint is not in its list"),
+        ({"robot_moving": np.zeros(12, dtype=int)}, "a joint moves twice"),
+        ({"robot_axis": np.zeros((12, 3))}, "axis of a joint has not the length 1"),
+        ({"robot_placement": np.ones((12, 4, 4))}, "a placement is no rotation and shift"),
+        ({"robot_mass": np.zeros(13)}, "it has no mass"),
+        ({"robot_mass": -np.ones(13)}, "a body has a mass below 0"),
+        ({"base_twist": np.zeros((31, 6))}, "'base_twist' is not that of its splines"),
+        ({"schedule": np.array("{}")}, "this gaitopt reads no other"),
+        ({"schedule": np.array("{")}, "'schedule' is not JSON"),
+        ({"ground_normal": np.array([0.0, 0.1, 1.0])}, "its ground is not level"),
+        ({"coefficients_0": np.zeros((5, 12))}, r"has shape \(5, 12\); it must be \(6, 12\)"),
     ],
 )
 def test_a_file_that_holds_no_gait_is_refused(path, changes, reason):
@@ -180,3 +223,198 @@ def test_a_damaged_file_is_read_whole_or_refused(content, where, flip, cut):
     assert not cut
     # a flip that is not noticed hit the zip's own records, not a number
     assert np.array_equal(gait.torque, sample_gait().torque)
+
+
+# --- what was changed after the file was written ---------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def designed(tmp_path_factory, refined_design):
+    return save_gait(refined_design.gait, tmp_path_factory.mktemp("designed") / "gait.npz")
+
+
+def changed(name, array):
+    """The array with another value in it, of the same kind and shape where that has any."""
+    array = np.array(array)
+    if name == "urdf":
+        return np.array(str(array).replace('mass value="1', 'mass value="2', 1))
+    if array.dtype.kind == "U":
+        flat = array.reshape(-1).astype(object)
+        flat[0] = flat[0].replace("1", "2", 1) if "1" in flat[0] else flat[0] + "x"
+        return flat.astype(str).reshape(array.shape)
+    if array.dtype.kind == "b":
+        return ~array
+    largest = np.unravel_index(np.abs(array).argmax(), array.shape)
+    array[largest] = array[largest] + 1 if array.dtype.kind == "i" else array[largest] * 1.001 + 1.0
+    return array
+
+
+def with_changed(designed, tmp_path, name, seal):
+    with np.load(designed) as content:
+        members = {k: content[k] for k in content.files}
+    return written(tmp_path / "gait.npz", {**members, name: changed(name, members[name])}, seal)
+
+
+@pytest.mark.parametrize("name", WRITTEN)
+def test_every_member_that_was_changed_is_named(designed, tmp_path, name):
+    path = with_changed(designed, tmp_path, name, seal=False)
+    named = "time" if name == "digest" else name  # whose digest it is that was changed
+    with pytest.raises(GaitFileError, match=f"'{named}' was changed after the file was written"):
+        load_gait(path)
+    assert altered_members(path) == (named,)
+
+
+@pytest.mark.parametrize("name", [n for n in WRITTEN if n not in ("digest", "meta")])
+def test_a_change_with_a_digest_of_its_own_is_refused_or_found_by_computing(
+    designed, tmp_path, name
+):
+    path = with_changed(designed, tmp_path, name, seal=True)
+    assert altered_members(path) == ()
+    try:
+        found = audit(load_gait(path))
+    except GaitoptError:
+        return
+    assert found.altered
+
+
+COMPUTED = (
+    "robot", "mass", "leg_length", "physics", "sole", "limits", "cost", "step_length", "duration",
+)  # fmt: skip
+
+
+def test_every_key_of_the_record_that_was_changed_is_noticed(designed, tmp_path):
+    with np.load(designed) as content:
+        members = {k: content[k] for k in content.files}
+    record = json.loads(str(members["meta"]))
+    assert {"task", "choices", "certificate", "instants", *COMPUTED} < set(record)
+    for key in record:
+        other = np.array(json.dumps({**record, key: "another"}))
+        path = written(tmp_path / "gait.npz", {**members, "meta": other}, seal=False)
+        with pytest.raises(GaitFileError):
+            load_gait(path)
+        if key not in COMPUTED:
+            continue
+        path = written(tmp_path / "gait.npz", {**members, "meta": other}, seal=True)
+        assert audit(load_gait(path)).altered, key
+
+
+def test_without_digest_nothing_is_believed(designed, tmp_path):
+    with np.load(designed) as content:
+        members = {k: content[k] for k in content.files}
+    for digest in ("[]", "{", "{}"):
+        path = written(tmp_path / "x.npz", {**members, "digest": np.array(digest)}, seal=False)
+        with pytest.raises(GaitFileError, match="was changed after the file was written"):
+            load_gait(path)
+        assert load_gait(path, verify=False).cost == pytest.approx(float(members_cost(members)))
+
+
+def members_cost(members):
+    return json.loads(str(members["meta"]))["cost"]
+
+
+def test_multipliers_come_with_the_gait(designed, refined_design):
+    gait, problem = load_gait(designed), refined_design.problem
+    assert gait.multipliers.shape == problem.rows.lower.shape
+    assert np.count_nonzero(gait.multipliers) > 10
+    spoilt = replace(gait, multipliers=gait.multipliers[::-1])
+    assert audit(spoilt).facts == ("multipliers",)
+    with pytest.raises(InputError, match="2 multipliers of bounds on 43 parameters"):
+        replace(gait, bound_multipliers=np.zeros(2))
+
+
+# --- files of version 0.1 --------------------------------------------------------------------
+
+
+def test_a_file_of_version_0_1_is_read_and_checked(tmp_path):
+    gait = load_gait(CASES / "gait_format_1.npz")
+    with np.load(CASES / "gait_format_1.npz") as content:
+        assert json.loads(str(content["meta"]))["format"] == 1
+        assert "digest" not in content
+        for name in array_names():
+            if name != "coefficients":
+                assert np.array_equal(getattr(gait, name), content[name]), name
+    assert altered_members(CASES / "gait_format_1.npz") == ()
+    found = audit(gait)
+    assert not found.altered  # though the certificate of today is stricter
+    assert found.differences["coefficients"] < 1e-11
+    again = load_gait(save_gait(gait, tmp_path / "new.npz"))
+    assert again.multibody is not None
+    assert again.multipliers is None
+    assert not audit(again).altered
+
+
+# --- the document ----------------------------------------------------------------------------
+
+
+def documented():
+    """Rows of the table of arrays: name, kind, shape, unit, frame."""
+    rows = re.findall(r"^\| `(\w+)` \|(.*)\|$", DOCUMENT.read_text(), flags=re.MULTILINE)
+    cells = [(name, *(cell.strip() for cell in rest.split("|"))) for name, rest in rows]
+    return [row for row in cells if len(row) == 6]
+
+
+def test_the_document_lists_what_is_written():
+    expected = [
+        (m.name, m.kind, " × ".join(map(str, m.shape)) or "scalar", m.unit or "–", m.frame or "–")
+        for m in MEMBERS
+    ]
+    assert [row[:5] for row in documented()] == expected
+    assert all(row[5] for row in documented())
+
+
+def test_the_file_holds_what_the_document_says(designed):
+    sizes = {}
+    with np.load(designed) as content:
+        assert content.files == [row[0] for row in documented()]
+        for name, kind, shape, *_ in documented():
+            array = content[name]
+            assert array.dtype.kind == {"str": "U"}.get(kind, np.dtype(kind).kind), name
+            assert array.dtype.byteorder in "<=|", name
+            assert array.flags.c_contiguous
+            letters = [] if shape == "scalar" else shape.split(" × ")
+            assert array.ndim == len(letters), name
+            for letter, found in zip(letters, array.shape, strict=True):
+                base, _, more = letter.partition(" + ")
+                wanted = int(base) if base.isdigit() else sizes.setdefault(base, found)
+                assert found == wanted + int(more or 0), name
+        meta = json.loads(str(content["meta"]))
+        schedule = json.loads(str(content["schedule"]))
+    text = DOCUMENT.read_text()
+    assert sizes["m"] == 4
+    assert sizes["J"] == 12
+    for key in (*meta, *schedule, *schedule["phases"][0]):
+        assert f"`{key}`" in text, key
+
+
+def test_the_example_of_the_document_evaluates_the_walk(designed, monkeypatch):
+    code = re.search(r"```python\n(.*?)```", DOCUMENT.read_text(), flags=re.DOTALL)[1]
+    assert "gaitopt" not in code
+    assert len([line for line in code.splitlines() if line.strip()]) <= 16
+    monkeypatch.chdir(designed.parent)
+    space = {}
+    exec(code, space)
+    gait = load_gait(designed)
+    times = np.linspace(0.0, 5.0 * gait.duration, 201)
+    expected = gait.trajectory.at(times).q[:, gait.trajectory.body.moving]
+    found = np.array([space["q"](time) for time in times])
+    assert found == pytest.approx(expected, abs=1e-12)
+
+
+# --- robots of other formats, and constraints of one's own -----------------------------------
+
+
+def test_an_mjcf_gait_needs_no_mujoco_once_it_is_written(tmp_path, monkeypatch):
+    from gaitopt.view.export import export
+    from gaitopt.view.page import page_text
+
+    robot = Robot.from_urdf((CASES / "mjcf_damping_stiffness.xml").read_text())
+    problem = WalkProblem(robot, preset_task("standard"))
+    path = save_gait(gait_at(problem, first_guess(problem), {}), tmp_path / "gait.npz")
+    for name in [n for n in sys.modules if n == "mujoco" or n.startswith("mujoco.")]:
+        monkeypatch.delitem(sys.modules, name)
+    monkeypatch.setitem(sys.modules, "mujoco", None)
+    gait = load_gait(path)
+    assert audit(gait).altered == ()
+    assert gait.multibody.damping.any()
+    assert "left_knee" in export(gait, tmp_path / "gait.csv").read_text()
+    assert "MeshCat" in page_text(gait, steps=1)
