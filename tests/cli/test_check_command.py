@@ -143,3 +143,15 @@ def test_sole_names_that_are_not_computed_are_caught(cli, gait_file, name):
     result = cli("check", gait_file)
     assert result.exit_code == 1
     assert name in result.stderr
+
+
+def test_a_file_changed_by_other_programs_is_told(cli, gait_file):
+    with np.load(gait_file) as content:
+        members = {name: content[name] for name in content.files}
+    members["torque"] = members["torque"] * 1.01
+    np.savez(gait_file, **members)
+    result = cli("check", gait_file)
+    assert result.exit_code == 1
+    assert "changed after gaitopt wrote the file: torque" in result.stderr
+    assert "these differ: torque (by 9.9e-03)" in result.stderr
+    assert cli("export", gait_file, "--output", gait_file.parent / "x.csv").exit_code == 2
