@@ -21,6 +21,7 @@ from gaitopt.cli.process import ExitCode, print_error
 from gaitopt.design.audit import Audit, audit
 from gaitopt.design.summary import summarise
 from gaitopt.gait.gait_file import altered_members, load_gait
+from gaitopt.gait.plugin import load_plugin
 from gaitopt.gait.result import Gait
 from gaitopt.importers.report import Finding, findings_of
 from gaitopt.solvers.certified import UNCONFIRMED
