@@ -10,10 +10,9 @@ import numpy as np
 from common import arguments, save, told
 
 from gaitopt.catalogue.entries import description, entry_by_name
-from gaitopt.design.design import design
+from gaitopt.design.design import design, search
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.process import small_matrices
-from gaitopt.design.search import search
 from gaitopt.errors import GaitoptError
 from gaitopt.gait.humanoid import humanoid_task
 from gaitopt.gait.initial_guess import first_guess, perturbed

@@ -17,8 +17,7 @@ from typing import Any
 import numpy as np
 
 from gaitopt.nlp import NLP, Array
-from gaitopt.solvers.evaluator import Evaluator
-from gaitopt.solvers.scaled_program import ScaledProgram
+from gaitopt.solvers.adapters import Evaluator, ScaledProgram
 
 UNDEFINED = 1e10
 """Cost where the walk is not defined: too far."""

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 from common import arguments, robot_of, save
 
-from gaitopt.design.attempt import is_walk
 from gaitopt.design.options import SIGMA, DesignOptions
+from gaitopt.design.pipeline import is_walk
 from gaitopt.design.process import small_matrices
-from gaitopt.design.start_job import SECOND, StartJob
+from gaitopt.design.starts import SECOND, StartJob
 from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.task import preset_task

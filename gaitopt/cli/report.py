@@ -24,7 +24,7 @@ from gaitopt.gait.gait_file import altered_members, load_gait
 from gaitopt.gait.plugin import load_plugin
 from gaitopt.gait.result import Gait
 from gaitopt.importers.report import Finding, findings_of
-from gaitopt.solvers.certified import UNCONFIRMED
+from gaitopt.solvers.two_stage import UNCONFIRMED
 from gaitopt.tolerances import LIMITS, MOMENTUM, OPTIMALITY, REFEREE, SAME
 from gaitopt.view.visible import visible
 

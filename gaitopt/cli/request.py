@@ -40,8 +40,8 @@ from gaitopt.model.import_options import (
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array
 from gaitopt.solvers import Solver, solver_by_name
-from gaitopt.solvers.certified import CERTIFIER, CertifiedSQP
 from gaitopt.solvers.sqp import SQP
+from gaitopt.solvers.two_stage import CERTIFIER, CertifiedSQP
 
 ROBOTS = ("robot", "spec", "urdf")
 """Settings that name a robot; they exclude each other."""

@@ -6,8 +6,8 @@ from dataclasses import asdict, dataclass, field, replace
 
 import numpy as np
 
+from gaitopt.design.cross_check import Verdict, judge
 from gaitopt.design.extremes import Extreme, located
-from gaitopt.design.referee import Verdict, judge
 from gaitopt.gait.grid import Grid, proof_grid
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.mechanics.forward_kinematics import sole_edge_speeds

@@ -7,8 +7,8 @@ from dataclasses import asdict, dataclass
 import numpy as np
 
 from gaitopt.design.certificate import WorstRow
-from gaitopt.design.complete import Design
 from gaitopt.design.options import DesignOptions
+from gaitopt.design.pipeline import Design
 from gaitopt.gait.task import Task
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from gaitopt.nlp import Progress
-from gaitopt.solvers.patience import Patience
+from gaitopt.solvers.globalization import Patience
 from gaitopt.tolerances import FEASIBLE
 
 WORTH, RESTLESS = 0.01, 8

@@ -14,8 +14,6 @@ from itertools import combinations
 
 import numpy as np
 
-from gaitopt.design.attempt import attempt, begins_relaxed, is_walk
-from gaitopt.design.complete import Design, complete
 from gaitopt.design.diagnosis import Change, Suggestion
 from gaitopt.design.knobs import (
     Knob,
@@ -26,6 +24,7 @@ from gaitopt.design.knobs import (
     usual_value,
 )
 from gaitopt.design.options import DesignOptions
+from gaitopt.design.pipeline import Design, attempt, begins_relaxed, complete, is_walk
 from gaitopt.design.reason import SEARCHER, Reason, easier_guess, solve_or_stop
 from gaitopt.design.relaxation import RelaxedProgram
 from gaitopt.design.settle import Settle

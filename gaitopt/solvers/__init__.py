@@ -6,14 +6,14 @@ from dataclasses import fields
 from typing import Any
 
 from gaitopt.errors import InputError
-from gaitopt.solvers.certified import CertifiedSQP
-from gaitopt.solvers.finite_differences import FiniteDifferenceNLP
+from gaitopt.solvers.adapters import FiniteDifferenceNLP
 from gaitopt.solvers.ipopt import Ipopt
 from gaitopt.solvers.multipliers import least_squares_multipliers
 from gaitopt.solvers.slsqp import SLSQP
 from gaitopt.solvers.solver import Solver
 from gaitopt.solvers.sqp import SQP
 from gaitopt.solvers.trust_constr import TrustConstr
+from gaitopt.solvers.two_stage import CertifiedSQP
 
 SOLVERS: dict[str, type[CertifiedSQP | SQP | TrustConstr | SLSQP | Ipopt]] = {
     "default": CertifiedSQP,

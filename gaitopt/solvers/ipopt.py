@@ -14,11 +14,18 @@ import numpy as np
 
 from gaitopt.errors import MissingExtraError
 from gaitopt.nlp import NLP, Array, ProgressCallback, Solution, Start, Status, StopCallback
-from gaitopt.solvers.elastic import Indices
+from gaitopt.solvers.adapters import ScaledProgram
 from gaitopt.solvers.multipliers import one_sided
-from gaitopt.solvers.recorder import Iterate, Recorder, begin, make_iterate, with_own_multipliers
-from gaitopt.solvers.scaled_program import ScaledProgram
-from gaitopt.solvers.solver import Solver, require_positive
+from gaitopt.solvers.solver import (
+    Iterate,
+    Recorder,
+    Solver,
+    begin,
+    make_iterate,
+    require_positive,
+    with_own_multipliers,
+)
+from gaitopt.solvers.subproblem import Indices
 from gaitopt.tolerances import FEASIBILITY, FEASIBLE, OPTIMALITY
 
 STATUS = {

@@ -14,9 +14,16 @@ from typing import Any, ClassVar
 import numpy as np
 
 from gaitopt.nlp import NLP, Array, ProgressCallback, Solution, Start, Status, StopCallback
-from gaitopt.solvers.recorder import Iterate, Recorder, begin, is_bottomless, with_own_multipliers
-from gaitopt.solvers.scaled_program import ScaledProgram
-from gaitopt.solvers.solver import Solver, require_positive
+from gaitopt.solvers.adapters import ScaledProgram
+from gaitopt.solvers.solver import (
+    Iterate,
+    Recorder,
+    Solver,
+    begin,
+    is_bottomless,
+    require_positive,
+    with_own_multipliers,
+)
 from gaitopt.tolerances import FEASIBLE
 
 LIMIT_REACHED = 9

@@ -1,13 +1,36 @@
-"""What every solver looks like: a frozen dataclass of options that solves one nonlinear program."""
+"""What every solver looks like: a frozen dataclass of options that solves one nonlinear program.
+
+The diary of one solver run: history, best iterate, clock; and the solution written from it.
+"""
 
 from __future__ import annotations
 
 import math
+import time
 from abc import ABC, abstractmethod
+from dataclasses import dataclass, field
 from typing import ClassVar
 
-from gaitopt.errors import InputError
-from gaitopt.nlp import NLP, ProgressCallback, Solution, Start, StopCallback
+import numpy as np
+
+from gaitopt.errors import EvaluationError, InputError
+from gaitopt.nlp import (
+    NLP,
+    Array,
+    Point,
+    Progress,
+    ProgressCallback,
+    Residual,
+    Solution,
+    Start,
+    Status,
+    StopCallback,
+    kkt_residual,
+    worst_violation,
+)
+from gaitopt.solvers.adapters import Evaluator
+from gaitopt.solvers.multipliers import least_squares_multipliers
+from gaitopt.tolerances import FEASIBLE
 
 
 class Solver(ABC):
@@ -91,3 +114,173 @@ def require_choice(solver: str, option: str, value: str, allowed: tuple[str, ...
         raise InputError(
             f"solver {solver}: option {option} is {value!r}; choose one of {', '.join(allowed)}"
         )
+
+
+BOTTOM = -1e10
+"""Scaled cost, of order one to ten at sensible points, below which it is called unbounded."""
+
+
+@dataclass(frozen=True)
+class Iterate:
+    """A point, its multipliers, and how far they are from optimal.
+
+    Attributes:
+        point: values and derivatives.
+        multipliers: of the rows, shape (m,).
+        bound_multipliers: of the bounds, shape (n,).
+        residual: KKT residual of the three above.
+        violation: largest violation of a row or bound.
+        worst: index of the worst row.
+    """
+
+    point: Point
+    multipliers: Array
+    bound_multipliers: Array
+    residual: Residual
+    violation: float
+    worst: int
+
+    def is_optimal(self, tolerance: float, feasibility: float) -> bool:
+        """Return whether the optimality conditions hold to these tolerances."""
+        residual = self.residual
+        return residual.optimality <= tolerance and residual.feasibility <= feasibility
+
+
+def make_iterate(nlp: NLP, point: Point, multipliers: Array, bound_multipliers: Array) -> Iterate:
+    """Judge a point and its multipliers by the definition of optimality."""
+    violation, worst = worst_violation(nlp, point)
+    residual = kkt_residual(nlp, point, multipliers, bound_multipliers)
+    return Iterate(point, multipliers, bound_multipliers, residual, violation, worst)
+
+
+def with_own_multipliers(nlp: NLP, point: Point) -> Iterate:
+    """Judge a point by the multipliers that suit it best, whatever the solver's are."""
+    return make_iterate(nlp, point, *least_squares_multipliers(nlp, point))
+
+
+def is_bottomless(nlp: NLP, iterate: Iterate) -> bool:
+    """Return whether a feasible iterate costs so little that the cost has no least value."""
+    return iterate.violation <= FEASIBLE and nlp.cost_scale * iterate.point.cost < BOTTOM
+
+
+@dataclass
+class Recorder:
+    """Keeps the history and the best iterate of one run.
+
+    Attributes:
+        solver: name of the solver.
+        evaluator: its counts go into every record.
+        on_progress: called with every record.
+        stop: asked after every record whether the run shall end.
+        stopped: whether it said so; the run ends as soon as it can.
+        best: the feasible iterate of least cost, else the one of least violation.
+        history: one record per iteration.
+    """
+
+    solver: str
+    evaluator: Evaluator
+    on_progress: ProgressCallback | None = None
+    stop: StopCallback | None = None
+    stopped: bool = False
+    best: Iterate | None = None
+    history: list[Progress] = field(default_factory=list)
+    started: float = field(default_factory=time.perf_counter)
+
+    def keep(self, iterate: Iterate) -> None:
+        """Remember an iterate if it is the best so far."""
+        if self.best is None or _better(iterate, self.best):
+            self.best = iterate
+
+    def record(self, iterate: Iterate, radius: float = np.nan) -> None:
+        """Add one iteration to the history, tell the caller, and ask whether to stop."""
+        self.keep(iterate)
+        progress = Progress(
+            iteration=len(self.history),
+            cost=iterate.point.cost,
+            violation=iterate.violation,
+            worst=iterate.worst,
+            optimality=iterate.residual.optimality,
+            radius=radius,
+            seconds=time.perf_counter() - self.started,
+            evaluations=self.evaluator.evaluations,
+            solver=self.solver,
+        )
+        self.history.append(progress)
+        if self.on_progress is not None:
+            self.on_progress(progress)
+        if self.stop is not None and self.stop(progress):
+            self.stopped = True
+
+    def answer(self, status: Status, last: Iterate) -> Iterate:
+        """Choose what a run returns: where it ended if that is optimal, else the best iterate."""
+        return last if status is Status.OPTIMAL or self.best is None else self.best
+
+    def solution(self, status: Status, iterate: Iterate) -> Solution:
+        """Write the solution at an iterate."""
+        if is_bottomless(self.evaluator.nlp, iterate):
+            status = Status.UNBOUNDED
+        return Solution(
+            x=iterate.point.x.copy(),
+            cost=iterate.point.cost,
+            multipliers=iterate.multipliers.copy(),
+            bound_multipliers=iterate.bound_multipliers.copy(),
+            status=status,
+            violation=iterate.violation,
+            optimality=iterate.residual.optimality,
+            iterations=max(0, len(self.history) - 1),
+            evaluations=self.evaluator.evaluations,
+            hessians=self.evaluator.hessians,
+            seconds=time.perf_counter() - self.started,
+            solver=self.solver,
+            history=tuple(self.history),
+        )
+
+    def failure(self, x: Array) -> Solution:
+        """Write the solution of a run whose start could not be evaluated: all numbers nan."""
+        return Solution(
+            x=x,
+            cost=np.nan,
+            multipliers=np.zeros(self.evaluator.nlp.rows.lower.size),
+            bound_multipliers=np.zeros(x.size),
+            status=Status.NUMERICAL,
+            violation=np.nan,
+            optimality=np.nan,
+            iterations=0,
+            evaluations=self.evaluator.evaluations,
+            hessians=self.evaluator.hessians,
+            seconds=time.perf_counter() - self.started,
+            solver=self.solver,
+        )
+
+
+def begin(
+    name: str,
+    nlp: NLP,
+    start: Start,
+    on_progress: ProgressCallback | None,
+    stop: StopCallback | None,
+) -> tuple[Recorder, Point | None]:
+    """Begin a run: its recorder, and the start moved into its bounds, None if it has no value.
+
+    Args:
+        name: of the solver.
+        nlp: the program.
+        start: where to begin.
+        on_progress: called for every iteration.
+        stop: asked after every iteration.
+    """
+    evaluator = Evaluator(nlp)
+    recorder = Recorder(name, evaluator, on_progress, stop)
+    try:
+        point = evaluator.point(np.clip(start.x, nlp.variables.lower, nlp.variables.upper))
+    except EvaluationError:
+        return recorder, None
+    return recorder, point
+
+
+def _better(a: Iterate, b: Iterate) -> bool:
+    if a.violation <= FEASIBLE and b.violation <= FEASIBLE:
+        return a.point.cost < b.point.cost or (
+            a.point.cost == b.point.cost and a.residual.worst <= b.residual.worst
+        )
+    return a.violation < b.violation

@@ -1,4 +1,6 @@
-"""Sequential quadratic programming with a filter and a trust region, in scaled variables.
+"""One run of the SQP method: the loop and its verdicts.
+
+Sequential quadratic programming with a filter and a trust region, in scaled variables.
 
 Each iteration solves a convex quadratic program for a step d within a cube (`elastic`,
 `convexify`), tries it, corrects it for the curvature of the rows if it disappoints
@@ -12,18 +14,317 @@ Mathematical Programming 91 (2002); Conn, Gould & Toint, "Trust-Region Methods" 
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import ClassVar
 
 import numpy as np
 
 from gaitopt.nlp import NLP, ProgressCallback, Solution, Start, Status, StopCallback
 from gaitopt.settings import setting
-from gaitopt.solvers.multipliers import one_sided
+from gaitopt.solvers.globalization import (
+    CEILING,
+    FILTER_RESETS,
+    GIVE_UP,
+    GIVE_UP_LEARNING,
+    RAISE,
+    STEERED,
+    Filter,
+    Patience,
+    Trial,
+    Trials,
+    TrustRegion,
+    accepts,
+    corrected,
+    initial_penalty,
+)
+from gaitopt.solvers.hessian import Curvature
+from gaitopt.solvers.multipliers import bound_multipliers, one_sided
 from gaitopt.solvers.qp import BACKENDS
-from gaitopt.solvers.recorder import begin, make_iterate
-from gaitopt.solvers.solver import Solver, require_choice, require_positive
-from gaitopt.solvers.sqp_run import SQPRun
+from gaitopt.solvers.solver import (
+    Iterate,
+    Recorder,
+    Solver,
+    begin,
+    is_bottomless,
+    make_iterate,
+    require_choice,
+    require_positive,
+    with_own_multipliers,
+)
+from gaitopt.solvers.subproblem import (
+    ElasticStep,
+    LocalModel,
+    Subproblem,
+    build_model,
+    pose_correction,
+    pose_subproblem,
+    solve_subproblem,
+)
 from gaitopt.tolerances import FEASIBILITY, FEASIBLE, OPTIMALITY
+
+NO_DECREASE = 1e-4
+"""Relative decrease of the violation below which the model is called stationary (measured)."""
+ENDLESS = 100
+"""Longest steps in a row, all feasible, after which a cost is called unbounded: 200 units of the
+variables' scale with the default radius, in radians thirty turns."""
+POLISH_BELOW = 1e-1
+"""KKT residual below which a step may be judged by that residual (measured) ..."""
+POLISH_GAIN = 0.5
+"""... which must fall to this share."""
+
+IDLE = 4
+"""Feasible iterates in a row with no better KKT residual, after which it is asked what multipliers
+of its own an iterate has. Those of a step are poor where rows have nearly the same gradients (a
+limit held at two instants close together): the run goes to and fro about an optimum that it does
+not recognise."""
+
+
+class SQPRun:
+    """The state of a run: the iterate, its model, and what has been learnt on the way."""
+
+    def __init__(self, options: SQP, nlp: NLP, recorder: Recorder, iterate: Iterate) -> None:
+        self.options = options
+        self.nlp = nlp
+        self.recorder = recorder
+        self.trials = Trials(nlp, recorder.evaluator)
+        self.iterate = iterate
+        self.region = TrustRegion(options.initial_radius, options.max_radius)
+        exact = options.hessian == "exact" and nlp.has_hessian
+        self.patience = Patience(GIVE_UP if exact else GIVE_UP_LEARNING)
+        self.filter = Filter(max(CEILING, 1.25 * iterate.violation))
+        self.resets_left = FILTER_RESETS
+        self.curvature = Curvature(recorder.evaluator, exact)
+        self.penalty = initial_penalty(nlp, iterate, options.penalty)
+        self.slack = 0.0
+        self.last_length = options.initial_radius
+        self.renewed = False
+        self.strides = 0
+        self.idle, self.least_residual = 0, np.inf
+        self.model: LocalModel | None = None
+
+    def iterate_until_verdict(self) -> Status:
+        """Go on from iterate to iterate until one is optimal, or the reason why not is known."""
+        for _ in range(self.options.max_iterations):
+            self.recorder.record(self.iterate, self.region.radius)
+            if self._is_optimal(self.iterate):
+                return Status.OPTIMAL
+            if self.recorder.stopped:
+                return Status.INTERRUPTED
+            if self._is_optimal_by_itself():
+                return Status.OPTIMAL
+            if self._falls_without_end():
+                return Status.UNBOUNDED
+            status = self._iteration()
+            if status is not None:
+                return status
+        self.recorder.record(self.iterate, self.region.radius)
+        return Status.OPTIMAL if self._is_optimal(self.iterate) else Status.ITERATION_LIMIT
+
+    def _is_optimal_by_itself(self) -> bool:
+        """Whether a run that gets no nearer is at an optimum that its steps do not recognise."""
+        residual, feasible = self.iterate.residual.worst, self.options.feasibility
+        if self.iterate.violation > feasible or residual < self.least_residual:
+            self.idle = 0
+        else:
+            self.idle += 1
+        if self.iterate.violation <= feasible:
+            self.least_residual = min(residual, self.least_residual)
+        if self.idle < IDLE or residual > POLISH_BELOW:
+            return False
+        self.idle = 0
+        own = with_own_multipliers(self.nlp, self.iterate.point)
+        if not self._is_optimal(own):
+            return False
+        self.iterate = own
+        self.recorder.keep(own)
+        return True
+
+    def _falls_without_end(self) -> bool:
+        """Whether the cost is beyond all bounds, or falls with every of many longest steps."""
+        longest = self.region.radius >= self.options.max_radius
+        going = longest and self.last_length >= 0.99 * self.options.max_radius
+        self.strides = self.strides + 1 if going and self.iterate.violation <= FEASIBLE else 0
+        return self.strides >= ENDLESS or is_bottomless(self.nlp, self.iterate)
+
+    def _iteration(self) -> Status | None:
+        model = self._model()
+        posed, step = self._solve_subproblem(model)
+        if step is None:
+            self._shrink(self.region.radius)
+        else:
+            status = self._verdict(step)
+            if status is not None:
+                return status
+            self._advance(model, posed, step)
+        return self._collapsed() if self.region.radius < self.options.min_radius else None
+
+    def _model(self) -> LocalModel:
+        if self.model is None:
+            self.model = build_model(
+                self.nlp,
+                self.iterate,
+                self.curvature.hessian(self.iterate),
+                self.curvature.definite,
+                self.penalty,
+                tight=self.slack <= self.options.feasibility,
+            )
+        return self.model
+
+    def _solve_subproblem(self, model: LocalModel) -> tuple[Subproblem, ElasticStep | None]:
+        """Solve the subproblem; raise the penalty while only it keeps the violation up."""
+        radius = self.region.radius
+        reach = min(radius, 2.0 * self.last_length)
+        while True:
+            posed = pose_subproblem(model, radius, self.penalty, reach)
+            step = solve_subproblem(posed, self.options.qp_solver)
+            if step is None or not self._penalty_too_small(step):
+                return posed, step
+            self.penalty = min(RAISE * self.penalty, self.options.max_penalty)
+
+    def _penalty_too_small(self, step: ElasticStep) -> bool:
+        return (
+            step.slack > max(self.options.feasibility, STEERED * self.iterate.violation)
+            and not self.region.holds(step.length)
+            and self.penalty < self.options.max_penalty
+        )
+
+    def _verdict(self, step: ElasticStep) -> Status | None:
+        """Judge the iterate with the new multipliers, before any step is taken."""
+        point = self.iterate.point
+        held = bound_multipliers(
+            self.nlp.variables, point.x, step.box_multipliers, self.region.radius
+        )
+        iterate = make_iterate(self.nlp, point, step.multipliers, held)
+        if self._is_optimal(iterate):
+            self.iterate = iterate
+            return Status.OPTIMAL
+        if step.slack <= STEERED * iterate.violation:
+            self.patience.renew()  # nothing is in the way of the next step
+        elif self.patience.exhausted(iterate.violation):
+            return Status.INFEASIBLE
+        if (
+            step.slack > FEASIBLE
+            and self.penalty >= self.options.max_penalty
+            and not self.region.holds(step.length)
+            and iterate.violation - step.slack <= NO_DECREASE * iterate.violation
+        ):
+            return Status.INFEASIBLE
+        return None
+
+    def _advance(self, model: LocalModel, posed: Subproblem, step: ElasticStep) -> None:
+        """Try the step, then its correction; move to the better one or shrink the region."""
+        trial = self.trials.at_end(self.iterate, model, step, step)
+        if trial is not None and not self._accepts(trial):
+            trial = corrected(
+                trial,
+                self.options.feasibility,
+                partial(self._correct, model, posed, step),
+                self._accepts,
+            )
+        moved = trial is not None and (
+            (self._accepts(trial) and self._move(trial)) or self._polish(trial, step)
+        )
+        if not moved:
+            self._unblock(trial)
+            self._shrink(step.length)
+
+    def _correct(
+        self, model: LocalModel, posed: Subproblem, step: ElasticStep, last: Trial
+    ) -> Trial | None:
+        """Try the step again with the rows as they were found at its end."""
+        change = last.values.rows - self.iterate.point.rows
+        correction = solve_subproblem(
+            pose_correction(model, posed, last.step, change, self.region.radius, self.penalty),
+            self.options.qp_solver,
+        )
+        if correction is None:
+            return None
+        return self.trials.at_end(self.iterate, model, correction, step)
+
+    def _polish(self, trial: Trial, step: ElasticStep) -> bool:
+        """Move although cost and violation look no better, if the KKT residual falls.
+
+        Near a solution with large multipliers a violation at the rounding level outweighs the
+        decrease predicted, and no merit of values can see it; the residual can. It falls with
+        every such move, so they cannot cycle.
+        """
+        near = (
+            max(self.iterate.violation, trial.violation, step.slack) <= FEASIBLE
+            and self.iterate.residual.worst <= POLISH_BELOW
+            and not self.region.holds(step.length)
+        )
+        polished = (
+            self.trials.with_derivatives(self.iterate, trial, self.region.radius) if near else None
+        )
+        if polished is None or polished.residual.worst > POLISH_GAIN * self.iterate.residual.worst:
+            return False
+        self._settle(polished, trial)
+        return True
+
+    def _accepts(self, trial: Trial) -> bool:
+        return accepts(trial, self.iterate, self.nlp.cost_scale, self.filter)
+
+    def _move(self, trial: Trial) -> bool:
+        """Make an accepted trial the iterate; False if it has no derivatives."""
+        iterate = self.trials.with_derivatives(self.iterate, trial, self.region.radius)
+        if iterate is None:
+            return False
+        if not trial.for_cost:
+            self.filter.add(self.iterate.violation, self.nlp.cost_scale * self.iterate.point.cost)
+        self._settle(iterate, trial)
+        self.region = self.region.after(trial.fit, self.last_length, not trial.strays)
+        return True
+
+    def _settle(self, iterate: Iterate, trial: Trial) -> None:
+        """Take an iterate, and learn from the step to it."""
+        self.curvature.learn(self.iterate, iterate)
+        self.iterate, self.model = iterate, None
+        self.last_length, self.slack = trial.step.length, trial.step.slack
+
+    def _unblock(self, trial: Trial | None) -> None:
+        """Empty the filter when it alone blocks a step that betters the iterate."""
+        if trial is None or not self.filter.entries or self.resets_left == 0:
+            return
+        lenient = Filter(self.filter.ceiling)
+        small = self.region.radius < 1e-2 * self.options.initial_radius
+        if small and accepts(trial, self.iterate, self.nlp.cost_scale, lenient):
+            self.filter = lenient
+            self.resets_left -= 1
+
+    def _shrink(self, length: float) -> None:
+        self.region = self.region.shrunk(max(length, self.options.min_radius))
+        self.last_length = self.region.radius
+
+    def _is_optimal(self, iterate: Iterate) -> bool:
+        return iterate.is_optimal(self.options.tolerance, self.options.feasibility)
+
+    def _collapsed(self) -> Status | None:
+        """Say why the region collapsed; the multipliers of short steps are poor, so ask again.
+
+        Better ones are worth another run from there: rows of nearly the same gradient may have
+        misled the first (once; measured, a few steps then suffice).
+        """
+        if self.trials.undefined:
+            return Status.NUMERICAL
+        if self.iterate.violation > FEASIBLE:
+            return Status.INFEASIBLE
+        iterate = with_own_multipliers(self.nlp, self.iterate.point)
+        if self.recorder.best is not None and not self._is_optimal(iterate):
+            best = with_own_multipliers(self.nlp, self.recorder.best.point)
+            iterate = min(iterate, best, key=lambda one: one.residual.worst)
+        if iterate.residual.worst < self.iterate.residual.worst:
+            self.iterate = iterate
+            self.recorder.keep(iterate)
+            if not self._is_optimal(iterate) and not self.renewed:
+                self._renew()
+                return None
+        return Status.OPTIMAL if self._is_optimal(self.iterate) else Status.STALLED
+
+    def _renew(self) -> None:
+        self.renewed, self.model = True, None
+        self.region = TrustRegion(self.options.initial_radius, self.options.max_radius)
+        self.last_length = self.options.initial_radius
+        self.filter = Filter(CEILING)
 
 
 @dataclass(frozen=True)

@@ -9,11 +9,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from gaitopt.design.active import Pressure, pressures
+from gaitopt.design.active_set import Pressure, pressures
 from gaitopt.design.certificate import on_fine_grid
 from gaitopt.design.options import DesignOptions
-from gaitopt.design.refine import with_work
-from gaitopt.design.start_job import SECOND, Outcome, StartJob
+from gaitopt.design.refinement import with_work
+from gaitopt.design.starts import SECOND, Outcome, StartJob
 from gaitopt.errors import EvaluationError, InputError, UnreachableError
 from gaitopt.gait.initial_guess import first_guess, resized
 from gaitopt.gait.problem import WalkProblem

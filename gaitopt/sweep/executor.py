@@ -19,7 +19,7 @@ from multiprocessing import resource_tracker
 from typing import Any
 
 from gaitopt.bounds import WORKERS, at_most, shown
-from gaitopt.design.active import pressures
+from gaitopt.design.active_set import pressures
 from gaitopt.design.design import Design, design
 from gaitopt.design.diagnosis import Diagnosis
 from gaitopt.design.options import DesignOptions

@@ -6,13 +6,12 @@ import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
-from gaitopt.design.active import Pressure, exceeded, pressures
-from gaitopt.design.attempt import is_walk
+from gaitopt.design.active_set import Pressure, exceeded, pressures
 from gaitopt.design.certificate import on_fine_grid
 from gaitopt.design.design import Design, design, finished
-from gaitopt.design.exchange import MAX_ROUNDS, exchange, pruned
 from gaitopt.design.options import DesignOptions
-from gaitopt.design.refine import with_work
+from gaitopt.design.pipeline import is_walk
+from gaitopt.design.refinement import MAX_ROUNDS, exchange, pruned, with_work
 from gaitopt.errors import EvaluationError, NoGaitFoundError, UnreachableError
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.nlp import Array, Solution, Start, Status

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from gaitopt.design.active import Pressure
+from gaitopt.design.active_set import Pressure
 from gaitopt.nlp import Array
 from gaitopt.sweep.grid import GridPoints, Index
 

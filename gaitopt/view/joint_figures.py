@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from gaitopt.design.joint_summary import pair_name, partner
+from gaitopt.design.summary import pair_name, partner
 from gaitopt.gait.result import Gait
 from gaitopt.nlp import Array
 from gaitopt.view.figure_style import (

@@ -15,7 +15,7 @@ from gaitopt.cli.report import print_gait, proof_table
 from gaitopt.cli.robots import _short
 from gaitopt.design.certificate import WorstRow
 from gaitopt.nlp import Progress
-from gaitopt.solvers.certified import UNCONFIRMED
+from gaitopt.solvers.two_stage import UNCONFIRMED
 from gaitopt.sweep.fastest import Fastest
 
 ROW = WorstRow("speed", "(1)", "left_knee speed", 0.12345, 10.0004, 10.0, "rad/s", 0.0, 0.0)

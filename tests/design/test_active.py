@@ -3,7 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gaitopt.design.active import (
+from gaitopt.design.active_set import (
     APPROACH,
     Peak,
     Pressure,

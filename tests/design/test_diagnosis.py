@@ -7,15 +7,16 @@ import numpy as np
 import pytest
 from reference_cases import biped
 
-from gaitopt.design import search, suggestions
-from gaitopt.design.attempt import attempt
+from gaitopt.design import design as search
+from gaitopt.design import suggestions
 from gaitopt.design.certificate import on_fine_grid
 from gaitopt.design.contradictions import contradictions
 from gaitopt.design.design import design
 from gaitopt.design.diagnose import diagnose
 from gaitopt.design.diagnosis import digits
 from gaitopt.design.options import DesignOptions
-from gaitopt.design.refine import violated_instants
+from gaitopt.design.pipeline import attempt
+from gaitopt.design.refinement import violated_instants
 from gaitopt.errors import NoGaitFoundError, UnreachableError
 from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.parameters import GEOMETRY, set_quantities

@@ -1,6 +1,6 @@
-from gaitopt.design.active import exceeded, pressures
+from gaitopt.design.active_set import exceeded, pressures
 from gaitopt.design.certificate import certify, on_fine_grid
-from gaitopt.design.exchange import exchange, pruned
+from gaitopt.design.refinement import exchange, pruned
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.nlp import Start
 from gaitopt.solvers import SQP

@@ -10,9 +10,9 @@ from numerics import relative_error
 
 from gaitopt.design.audit import audit
 from gaitopt.design.certificate import fine_grid
+from gaitopt.design.cross_check import judge
 from gaitopt.design.design import Design, design
 from gaitopt.design.options import DesignOptions
-from gaitopt.design.referee import judge
 from gaitopt.design.summary import summarise
 from gaitopt.gait import quantities
 from gaitopt.gait.gait_file import load_gait, save_gait

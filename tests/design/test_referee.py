@@ -9,7 +9,7 @@ import pytest
 from walks import WALKS, walk
 
 from gaitopt.design.certificate import fine_grid
-from gaitopt.design.referee import judge
+from gaitopt.design.cross_check import judge
 from gaitopt.gait.grid import proof_grid
 from gaitopt.model.robot import Robot
 from gaitopt.tolerances import MOMENTUM, REFEREE

@@ -5,7 +5,7 @@ import pytest
 from walks import walk
 
 from gaitopt.design.certificate import on_fine_grid
-from gaitopt.design.refine import refine, violated_instants
+from gaitopt.design.refinement import refine, violated_instants
 from gaitopt.gait.constraints import Margins
 from gaitopt.gait.grid import Grid
 from gaitopt.gait.problem import WalkProblem

@@ -3,9 +3,9 @@ from dataclasses import replace
 import pytest
 from liftoff_limits import watched_liftoff_limits
 
-from gaitopt.design.attempt import RELAXED_LIFTOFF
+from gaitopt.design.design import search
 from gaitopt.design.options import DesignOptions
-from gaitopt.design.search import search
+from gaitopt.design.pipeline import RELAXED_LIFTOFF
 from gaitopt.errors import InputError
 from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.problem import WalkProblem

@@ -5,11 +5,10 @@ import numpy as np
 import pytest
 from liftoff_limits import watched_liftoff_limits
 
-from gaitopt.design.attempt import RELAXED_LIFTOFF
 from gaitopt.design.design import design
 from gaitopt.design.options import DesignOptions
-from gaitopt.design.start_job import SLOWER, Outcome
-from gaitopt.design.starts import _distinct, many_starts
+from gaitopt.design.pipeline import RELAXED_LIFTOFF
+from gaitopt.design.starts import SLOWER, Outcome, _distinct, many_starts
 from gaitopt.errors import InputError, NoGaitFoundError, StoppedError
 from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.problem import WalkProblem

@@ -7,11 +7,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gaitopt.solvers.convexify import LEAST, convexify
-from gaitopt.solvers.filter import MARGIN, Filter, improves
-from gaitopt.solvers.hessians import damped_bfgs
-from gaitopt.solvers.patience import FAR, Patience
-from gaitopt.solvers.trust_region import TrustRegion, agreement
+from gaitopt.solvers.globalization import (
+    FAR,
+    MARGIN,
+    Filter,
+    Patience,
+    TrustRegion,
+    agreement,
+    improves,
+)
+from gaitopt.solvers.hessian import LEAST, convexify, damped_bfgs
 
 SEEDS = st.integers(0, 10_000)
 FAST = settings(derandomize=True, deadline=None, max_examples=50)

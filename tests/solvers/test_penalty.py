@@ -3,8 +3,8 @@ import pytest
 from textbook_programs import hs43
 
 from gaitopt.nlp import Start
-from gaitopt.solvers.penalty import EXCESS, initial_penalty
-from gaitopt.solvers.recorder import make_iterate
+from gaitopt.solvers.globalization import EXCESS, initial_penalty
+from gaitopt.solvers.solver import make_iterate
 from gaitopt.solvers.sqp import SQP
 
 FROM = np.array([0.0, 0.0, 0.0, 0.0])

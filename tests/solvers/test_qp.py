@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from gaitopt.solvers import qp
-from gaitopt.solvers.elastic import Subproblem, solve_subproblem
 from gaitopt.solvers.qp import (
     BACKENDS,
     QuadraticProgram,
@@ -16,6 +15,7 @@ from gaitopt.solvers.qp import (
     optimality_error,
     solve_qp,
 )
+from gaitopt.solvers.subproblem import Subproblem, solve_subproblem
 
 
 def random_program(seed: int, n: int = 8, k: int = 30) -> QuadraticProgram:

@@ -11,7 +11,7 @@ import textbook_programs as bank
 from gaitopt.errors import EvaluationError
 from gaitopt.nlp import Array, Start, Status
 from gaitopt.solvers import SQP, CertifiedSQP, TrustConstr
-from gaitopt.solvers.row_choice import choose_rows, held_rows, missed_rows
+from gaitopt.solvers.trust_constr import choose_rows, held_rows, missed_rows
 
 
 def many_sided_disk(m: int = 60) -> bank.Textbook:

@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import pytest
 
-from gaitopt.design import exchange
-from gaitopt.design.active import pressures
+from gaitopt.design import refinement as exchange
+from gaitopt.design.active_set import pressures
 from gaitopt.design.certificate import certify, on_fine_grid
-from gaitopt.design.refine import violated_instants
+from gaitopt.design.refinement import violated_instants
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.solvers import SQP
 from gaitopt.sweep import semi_infinite as between_samples

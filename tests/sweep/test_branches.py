@@ -2,7 +2,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from gaitopt.design.active import Pressure
+from gaitopt.design.active_set import Pressure
 from gaitopt.sweep.grid import Axis, GridPoints
 from gaitopt.sweep.warm_start import Footing, footing_of, lower, promising
 

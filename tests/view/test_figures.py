@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from sample_gait import bare_gait, sample_gait
 
-from gaitopt.design.joint_summary import motor_summaries
+from gaitopt.design.summary import motor_summaries
 from gaitopt.errors import InputError
 from gaitopt.view.figures import FIGURES, make_figure, rendered, write_figures
 

@@ -4,7 +4,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gaitopt import biped13, urdf_text
-from gaitopt.design.joint_pairs import brace, shared_name
+from gaitopt.design.summary import brace, shared_name
 from gaitopt.model.import_options import Choices
 from gaitopt.view.inspection import inspect_robot
 from gaitopt.view.inspection_page import inspection_text

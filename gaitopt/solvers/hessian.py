@@ -1,4 +1,8 @@
-"""A convex Hessian with the same solution: curvature is changed where the step cannot feel it.
+"""Second derivatives of the Lagrangian: exact ones, or those learnt from gradients.
+
+Where the SQP method gets the Hessian of the Lagrangian from.
+
+A convex Hessian with the same solution: curvature is changed where the step cannot feel it.
 
 With the active rows A d = b of the quadratic program and their orthonormal range and null space
 [Q1 Q2], a step d = Q1 r + Q2 t has its r fixed by the rows. So
@@ -18,7 +22,83 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gaitopt.errors import EvaluationError
 from gaitopt.nlp import Array
+from gaitopt.solvers.adapters import Evaluator
+from gaitopt.solvers.solver import Iterate
+
+DAMPING = 0.2
+"""Least share of the model's curvature that an update must keep (Powell, 1978)."""
+
+
+def damped_bfgs(B: Array, step: Array, change: Array) -> Array:
+    """Update a positive definite approximation; it stays positive definite.
+
+    Nocedal & Wright (2006), Procedure 18.2.
+
+    Args:
+        B: the approximation, shape (n, n).
+        step: s, the step in the variables, shape (n,).
+        change: y, the change of the Lagrangian's gradient along it, shape (n,).
+    """
+    Bs = B @ step
+    sBs = float(step @ Bs)
+    sy = float(step @ change)
+    if sBs <= 1e-30:
+        return B
+    theta = 1.0 if sy >= DAMPING * sBs else (1.0 - DAMPING) * sBs / (sBs - sy)
+    r = theta * change + (1.0 - theta) * Bs
+    updated = B - np.outer(Bs, Bs) / sBs + np.outer(r, r) / float(step @ r)
+    return np.asarray(0.5 * (updated + updated.T))
+
+
+class Curvature:
+    """The Hessian of the Lagrangian in scaled variables, exact or learnt from gradients.
+
+    Attributes:
+        definite: whether the Hessian is positive definite by construction.
+    """
+
+    def __init__(self, evaluator: Evaluator, exact: bool) -> None:
+        """Begin with the identity.
+
+        In scaled variables that is a fair guess; scaling it by the first step, as Nocedal &
+        Wright (2006), Eq. 6.20, do, takes more than twice the iterations (measured).
+
+        Args:
+            evaluator: the program.
+            exact: use its second derivatives if it has any.
+        """
+        self._evaluator = evaluator
+        self._exact = exact and evaluator.nlp.has_hessian
+        self._matrix = np.eye(evaluator.nlp.variables.scale.size)
+        self.definite = True
+
+    def hessian(self, iterate: Iterate) -> Array:
+        """Return the (n, n) Hessian at an iterate; the last known one where it is undefined."""
+        if self._exact:
+            nlp = self._evaluator.nlp
+            scale = nlp.variables.scale
+            try:
+                H = self._evaluator.hessian(iterate.point.x, iterate.multipliers, nlp.cost_scale)
+            except EvaluationError:
+                return self._matrix
+            self._matrix = 0.5 * (H + H.T) * np.outer(scale, scale)
+            self.definite = False
+        return self._matrix
+
+    def learn(self, old: Iterate, new: Iterate) -> None:
+        """Update the approximation after a step, with the new multipliers at both ends."""
+        if self._exact:
+            return
+        nlp = self._evaluator.nlp
+        scale = nlp.variables.scale
+        step = (new.point.x - old.point.x) / scale
+        change = nlp.cost_scale * (new.point.gradient - old.point.gradient)
+        change = change + (new.point.jacobian - old.point.jacobian).T @ new.multipliers
+        change = change * scale
+        self._matrix = damped_bfgs(self._matrix, step, change)
+
 
 FLOOR = 1e-4
 """Least curvature on the null space, variables scaled, cost of order one to ten (measured)."""
