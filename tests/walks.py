@@ -38,8 +38,9 @@ FAMILIES = (
     "impulse torsion",
     "leg gap",
     "swing tilt",
+    "swing height",
 )
-SWITCHED = FAMILIES[-7:]  # constraints that are off unless asked for
+SWITCHED = FAMILIES[-8:]  # constraints that are off unless asked for
 UPRIGHT = {
     "trunk_roll": 0.1,
     "trunk_pitch": 0.12,
@@ -48,6 +49,7 @@ UPRIGHT = {
     "step_width": 0.2,
     "leg_gap": 0.012,
     "swing_tilt": 0.15,
+    "swing_height": 0.05,
 }
 _ALL = {"joint_range": True, "impulse_cop": True}
 _EVERYTHING_FREE = {

@@ -73,6 +73,7 @@ class Margins:
         swing_tilt: largest roll, pitch and yaw of the swing sole over the whole step, as sines.
         leg_gap: least distance between the capsules around the bodies of the two legs [m]; less
             where the robot has less when it stands.
+        swing_height: largest height of the swing foot's corners over the whole step [m].
 
     Raises:
         InputError: a value is no finite number, or out of range.
@@ -145,6 +146,10 @@ class Margins:
     leg_gap: float | None = margin(
         None, "Least distance between the legs' bodies.", "the gap between the bodies of the legs",
         "m", relax=(0.0, -0.1),
+    )  # fmt: skip
+    swing_height: float | None = margin(
+        None, "Largest height of the swing foot.", "the largest height of the swing foot", "m",
+        above=0.0, relax=(0.5, 0.1),  # nobody lifts a foot higher to walk on level ground
     )  # fmt: skip
 
     def __post_init__(self) -> None:
@@ -487,11 +492,26 @@ class SwingTilt(Constraint):
         )  # fmt: skip
 
 
+class SwingHeight(Constraint):
+    """Beyond 3.2.3: the swing foot's corners stay below a height."""
+
+    name, equation, unit, words = "swing height", "3.2", "m", "height of the swing foot"
+    reads, margins = (quantities.CORNERS,), ("swing_height",)
+
+    def block(self, context: ConstraintContext) -> ConstraintBlock:
+        """Return its rows."""
+        labels = tuple(f"swing foot {c} height above ground" for c in CORNERS)
+        return self.over_step(
+            context, Entries(slice(2, 12, 3), 12), labels,
+            upper=context.margins.swing_height or 0.0, scale=LENGTH_SCALE,
+        )  # fmt: skip
+
+
 CONSTRAINTS: tuple[Constraint, ...] = (
     JointTorque(), JointSpeed(), Load(), Friction(), CentreOfPressure(), ImpulseUp(),
     ImpulseFriction(), LiftOff(), Clearance(), Lateral(), KneeFlexion(), LegLength(), JointRange(),
     ImpulseCentreOfPressure(), WalkingSpeed(), Closure(), TrunkRoll(), TrunkPitch(), TrunkYaw(),
-    TorsionalFriction(), ImpulseTorsion(), LegGap(), SwingTilt(),
+    TorsionalFriction(), ImpulseTorsion(), LegGap(), SwingTilt(), SwingHeight(),
 )  # fmt: skip
 """All built-in constraints, in the order of their rows."""
 

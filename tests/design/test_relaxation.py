@@ -35,6 +35,7 @@ KNOBS = (
 )
 SWITCHED = (
     "trunk_roll", "trunk_pitch", "trunk_yaw", "torsional_friction", "leg_gap", "swing_tilt",
+    "swing_height",
 )  # fmt: skip
 
 

@@ -65,6 +65,7 @@ def test_each_margin_switches_its_own(robot):
     assert names(torsional_friction=0.05) - off == {"torsion", "impulse torsion"}
     assert names(leg_gap=0.0) - off == {"leg gap"}
     assert names(swing_tilt=0.1) - off == {"swing tilt"}
+    assert names(swing_height=0.1) - off == {"swing height"}
 
 
 def test_nothing_is_computed_unless_it_is_asked_for(robot, monkeypatch):
@@ -173,6 +174,13 @@ def test_swing_tilt(robot, problem, rows, step):
         np.testing.assert_allclose(
             found, [R[2, 1], -R[2, 0], R[1, 0], R[0, 0], R[1, 1]], atol=1e-12
         )
+
+
+def test_swing_height(rows, step):
+    value, lower, upper = rows("swing height")
+    assert relative_error(value, step.support.corners[:, :, 2]) < 1e-13
+    assert (upper == 0.05).all()
+    assert np.isinf(lower).all()
 
 
 def spacing_bounds(side="right", **changes):
