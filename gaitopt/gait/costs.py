@@ -19,7 +19,7 @@ import numpy as np
 from gaitopt.bounds import shown
 from gaitopt.errors import InputError
 from gaitopt.gait import quantities
-from gaitopt.gait.constraint import check_margins, is_finite
+from gaitopt.gait.constraint import check_margins, is_finite, margin
 from gaitopt.gait.functions import QuantityFunction, SquaredNorm
 from gaitopt.gait.quantities import TRAVEL, Quantity, typical_entries
 from gaitopt.gait.step import Step
@@ -172,7 +172,76 @@ class TorqueCost(RunningCost):
         return SquaredNorm(joint_weights(robot, self.weights))
 
 
-COSTS: tuple[Cost, ...] = (TorqueCost(),)
+@dataclass(frozen=True)
+class MechanicalWork(RunningCost):
+    """J = (1 / d) integral of the absolute mechanical power of the motors, rounded off at zero.
+
+    What motors take that cannot give back: sum of sqrt((Gamma_i dq_i)² + s²) - s over the joints.
+
+    Attributes:
+        power_smoothing: s, the power around which the absolute value turns round [W].
+        weights: of joints, as those of `TorqueCost`.
+
+    Raises:
+        InputError: s is not above zero, or a weight is no number, or negative.
+    """
+
+    name, unit, words = "work", "J/m", "absolute mechanical work per metre"
+    reads = (quantities.TORQUE, quantities.RATES)
+    power_smoothing: float = margin(
+        2.0, "Power around which its absolute value is rounded off.", unit="W", above=0.0
+    )
+    weights: Mapping[str, float] = joint_weights_field()
+
+    def __post_init__(self) -> None:
+        check_margins(self)
+        check_weights(self.weights)
+
+    def integrand(self, robot: Robot) -> QuantityFunction:
+        """Return the weighted sum of powers."""
+        return _AbsolutePower(joint_weights(robot, self.weights), self.power_smoothing)
+
+
+@dataclass(frozen=True)
+class _AbsolutePower(QuantityFunction):
+    """Sum of w_i (sqrt(p_i² + s²) - s), p_i = Gamma_i dq_i, of torques and rates side by side."""
+
+    weights: Array
+    smoothing: float
+
+    def value(self, quantity: Array) -> Array:
+        """Return the sums, shape (K, 1)."""
+        size = self._power(quantity)[1]
+        return np.asarray(((size - self.smoothing) @ self.weights)[:, None])
+
+    def jacobian(self, quantity: Array) -> Array:
+        """Return w p (dq, Gamma) / sqrt(p² + s²), shape (K, 1, 2 n)."""
+        power, size = self._power(quantity)
+        sign = self.weights * power / size
+        torque, rate = np.split(quantity, 2, axis=1)
+        return np.concatenate([sign * rate, sign * torque], axis=1)[:, None]
+
+    def hessian(self, quantity: Array, weights: Array) -> Array:
+        """Return the second derivatives, shape (K, 2 n, 2 n)."""
+        power, size = self._power(quantity)
+        torque, rate = np.split(quantity, 2, axis=1)
+        scale = weights * self.weights
+        second = scale * self.smoothing**2 / size**3
+        mixed = second * power + scale * power / size
+        blocks = [[second * rate**2, mixed], [mixed, second * torque**2]]
+        diagonals = [
+            [entry[:, :, None] * np.eye(len(self.weights)) for entry in row] for row in blocks
+        ]
+        return np.block(diagonals)
+
+    def _power(self, quantity: Array) -> tuple[Array, Array]:
+        """P and sqrt(p² + s²), shape (K, n) each."""
+        torque, rate = np.split(quantity, 2, axis=1)
+        power = torque * rate
+        return power, np.hypot(power, self.smoothing)
+
+
+COSTS: tuple[Cost, ...] = (TorqueCost(), MechanicalWork())
 """The costs that are known by name."""
 
 
