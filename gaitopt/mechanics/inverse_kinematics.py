@@ -226,7 +226,8 @@ def loop_gap_slope(gap: pin.SE3, axes: Array) -> Array:
 def loop_gap_curvature(gap: pin.SE3, axes: Array, weights: Array) -> Array:
     """Return the Hessian of weights . loop_gap, shape (m, m).
 
-    Along the chain, with i nearer to the base than j, p_ij = w_i x p_j and R_ij = [w_i] [w_j] R.
+    Along the chain, with i nearer to the base than j, `p_ij = w_i x p_j` and
+    `R_ij = skew(w_i) skew(w_j) R`.
 
     Args:
         gap: placement of the chain's end in its base.
