@@ -1,6 +1,6 @@
 """Pages of the documentation site that are made from the code: one per folder of the package.
 
-A hook of MkDocs (`hooks` in mkdocs.yml). Public names come first, in the order of `gaitopt.__all__`.
+A hook of MkDocs (`hooks` in mkdocs.yml). Public names come first.
 """
 
 from __future__ import annotations

@@ -14,7 +14,8 @@ _ROUNDING = 1e-9  # relative: samples this near a knot belong to both sides
 def cubic_pieces(gait: Gait) -> Array:
     """Return the spline of each joint as polynomials, shape (n - 1, 12, 4), Eq. (40).
 
-    In piece k the angle is a0 + a1 s + a2 s² + a3 s³ [rad] with s = t - knots[k], in seconds. Each piece
+    In piece k the angle is a0 + a1 s + a2 s² + a3 s³ [rad] with s = t - knots[k] in
+    seconds. Each piece
     is the least-squares fit to the angles, rates and accelerations sampled in it, which is exact
     for samples of a cubic.
 
