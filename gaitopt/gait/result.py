@@ -184,7 +184,7 @@ class Gait:
         return Trajectory(body, (phase,), self.mirror)
 
     def fact(self, *keys: str) -> object | None:
-        """Return meta[key][key]..., None if any of the keys is absent."""
+        """Return `meta[key][key]...`, None if any of the keys is absent."""
         value: object | None = self.meta
         for key in keys:
             value = value.get(key) if isinstance(value, Mapping) else None
@@ -201,7 +201,7 @@ class Gait:
         return value if isinstance(value, str) else None
 
     def joint_limit(self, kind: str) -> Array | None:
-        """Return meta["limits"][kind], shape (J,), None if it is absent or no list of numbers.
+        """Return `meta["limits"][kind]`, shape (J,), None if it is absent or no list of numbers.
 
         Args:
             kind: "torque" [N·m], "speed" [rad/s], "lower" or "upper" [rad].
