@@ -9,7 +9,8 @@ import numpy as np
 from common import arguments, robot_of, save
 
 from gaitopt import biped13
-from gaitopt.catalogue.biped_spec import BipedSpec, changed
+from gaitopt.catalogue.biped_spec import BipedSpec
+from gaitopt.catalogue.parameters import changed
 from gaitopt.design.design import design
 from gaitopt.design.diagnose import diagnose
 from gaitopt.design.process import small_matrices

@@ -10,7 +10,8 @@ from types import ModuleType
 _SPEC = "gaitopt.catalogue.biped_spec"
 _HOMES = {
     **dict.fromkeys(("BipedSpec", "Geometry", "JointLimits", "Joints", "LinkSpec", "Links"), _SPEC),
-    **dict.fromkeys(("biped13", "changed"), _SPEC),
+    "biped13": _SPEC,
+    "changed": "gaitopt.catalogue.parameters",
     **dict.fromkeys(("read_spec", "spec_text", "write_spec"), "gaitopt.catalogue.spec_file"),
     "urdf_text": "gaitopt.catalogue.urdf_writer",
 }

@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from gaitopt.catalogue.biped_spec import BipedSpec, biped13, box_inertia, changed
+from gaitopt.catalogue.biped_spec import BipedSpec, biped13, box_inertia
+from gaitopt.catalogue.parameters import changed
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.nlp import Array
 from reproduction.curve import Curve, cost_curve, warm_curve

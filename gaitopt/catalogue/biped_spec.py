@@ -16,15 +16,16 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import Field, dataclass, field, fields, is_dataclass, replace
-from difflib import get_close_matches
 from numbers import Real
 from typing import Any, TypeVar
 
 import numpy as np
 
 from gaitopt.errors import SpecError
+from gaitopt.units import read_quantity
 
 Vector3 = tuple[float, float, float]
 Matrix3 = tuple[Vector3, Vector3, Vector3]
@@ -187,6 +188,9 @@ def _listed(value: object) -> list[Any] | None:
 
 
 def _checked_number(value: object, quantity: Quantity, path: str) -> float:
+    if isinstance(value, str) and not value.strip()[-1:].isdigit():  # 30cm, not "0.3"
+        with suppress(ValueError):
+            value = read_quantity(value, quantity.unit)
     if isinstance(value, bool) or not isinstance(value, Real):
         raise SpecError(
             f"{path} must be a number in {quantity.unit}, got {_shown(value)}; "
@@ -349,7 +353,7 @@ class Joints:
 
 @dataclass(frozen=True)
 class BipedSpec:
-    """A thirteen-link biped, checked when made; change one with `spec_table.changed`.
+    """A thirteen-link biped, checked when made; change one with `parameters.changed`.
 
     Attributes:
         name: of the robot; a letter, then letters, digits, and the signs _ . -
@@ -467,66 +471,3 @@ def _joints() -> Joints:
         ankle_pitch=limits(-2.2, 1.2),
         ankle_roll=limits(-1.5, 1.5),
     )
-
-
-def changed(spec: BipedSpec, changes: Mapping[str, Any]) -> BipedSpec:
-    """Return a copy with some values changed: `{"geometry.d3": 0.35, "links.torso.mass": 45}`.
-
-    Boxes and centres of mass are values like any other: they do not follow a length by themselves.
-
-    Args:
-        spec: the biped to start from.
-        changes: new values [SI units of the field] by path.
-
-    Raises:
-        SpecError: a path does not exist, or the changed biped is not physical.
-    """
-    table: dict[str, Any] = {}
-    for path, value in changes.items():
-        *parents, key = path.split(".")
-        inner = table
-        for name in parents:
-            inner = inner.setdefault(name, {})
-            _check_table(inner, name)
-        inner[key] = value
-    return merged(spec, table)
-
-
-def merged(spec: BipedSpec, table: Mapping[str, Any]) -> BipedSpec:
-    """Return a copy of the specification with the values of a nested table in place of its own.
-
-    Args:
-        spec: gives every value that the table does not mention.
-        table: nested mappings with the names of the specification's fields.
-
-    Raises:
-        SpecError: an unknown key, a value of the wrong type, or one that is not physical.
-    """
-    biped: BipedSpec = _merged(spec, table, "")
-    return biped
-
-
-def _merged(part: Any, table: object, path: str) -> Any:
-    entries = {entry.name: entry for entry in fields(part)}
-    changes: dict[str, Any] = {}
-    for key, value in _check_table(table, path).items():
-        where = f"{path}.{key}" if path else str(key)
-        if key not in entries:
-            raise SpecError(_unknown(where, str(key), list(entries)))
-        nested = "part" in entries[key].metadata
-        changes[key] = _merged(getattr(part, key), value, where) if nested else value
-    return replace(part, **changes)
-
-
-def _check_table(table: object, path: str) -> Mapping[str, Any]:
-    if not isinstance(table, Mapping):
-        raise SpecError(
-            f"{path or 'a specification'} must be a table of named values, got {str(table)[:60]}"
-        )
-    return table
-
-
-def _unknown(path: str, key: str, allowed: list[str]) -> str:
-    close = get_close_matches(key, allowed, n=1)
-    hint = f"did you mean {close[0]}? " if close else ""
-    return f"unknown entry {path[:120]}; {hint}allowed here: {', '.join(allowed)}"

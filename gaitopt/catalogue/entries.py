@@ -20,7 +20,8 @@ from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any, cast
 
-from gaitopt.catalogue.biped_spec import BipedSpec, biped13, merged
+from gaitopt.catalogue.biped_spec import BipedSpec, biped13
+from gaitopt.catalogue.parameters import merged
 from gaitopt.catalogue.urdf_writer import urdf_text
 from gaitopt.errors import InputError, MissingExtraError
 from gaitopt.importers.text_files import parse_toml

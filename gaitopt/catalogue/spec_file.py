@@ -10,14 +10,18 @@ from typing import Any
 
 from gaitopt.atomic import write_atomically
 from gaitopt.bounds import TABLE, read_bounded
-from gaitopt.catalogue.biped_spec import BipedSpec, biped13, merged, quantity_of
+from gaitopt.catalogue.biped_spec import BipedSpec, biped13, quantity_of
+from gaitopt.catalogue.parameters import merged
 from gaitopt.errors import SpecError
 from gaitopt.importers.text_files import parse_toml
 
 _HEADER = """\
 # A biped for gaitopt. SI units. Values are those of the left leg, the right one is its mirror.
-# An entry left out takes its value from the biped13 preset. A link without `inertia` (3 x 3,
-# about the centre of mass) has that of a homogeneous box of its `size`.
+# An entry left out takes its value from the biped13 preset; numbers may have units, "30cm".
+# Lengths and masses have names, too, that stand before the tables: shin=0.42, "hip width"="20cm";
+# lengths take boxes and centres of mass along (docs/cli.md lists them).
+# A link without `inertia` (3 x 3, about the centre of mass) has that of a homogeneous box of its
+# `size`.
 """
 
 

@@ -88,6 +88,12 @@ def _robot_settings(_: Sequence[str]) -> Panels:
     return _panels({"robot": SCHEMA["robot"]})
 
 
+def _biped_settings(_: Sequence[str]) -> Panels:
+    from gaitopt.cli.config import SCHEMA
+
+    return {PANELS["robot"]: [SCHEMA["robot"][name] for name in ("spec", "set")]}
+
+
 def _sweep_settings(words: Sequence[str]) -> Panels:
     from gaitopt.cli.sweep_options import NOT_OURS, SWEEP
 
@@ -205,11 +211,9 @@ def robots() -> None:
     work.list_robots()
 
 
-@command(app)
+@command(app, _biped_settings)
 def urdf(
-    spec: Annotated[
-        Path | None, _option("--spec", "Parameter table of a biped, TOML.", "FILE")
-    ] = None,
+    settings: Settings,
     output: Annotated[
         Path | None,
         _option("--output -o", "Where to write it; by default to the terminal.", "FILE"),
@@ -221,7 +225,7 @@ def urdf(
     """Write the URDF of a biped (by default of the thirteen-link one)."""
     from gaitopt.cli import robots as work
 
-    work.write_biped(spec, output, write_spec)
+    work.write_biped(settings, output, write_spec)
 
 
 @command(app)

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field, is_dataclass, replace
+from dataclasses import dataclass, field, fields, is_dataclass, replace
 from difflib import get_close_matches
 from pathlib import Path
+from typing import Any, TypeVar
 
 from gaitopt.bounds import TABLE, read_bounded
+from gaitopt.catalogue.parameters import PARAMETERS, parameter_unit
 from gaitopt.design.options import COUNT, SIGMA, DesignOptions
 from gaitopt.errors import InputError
 from gaitopt.gait.constraints import Margins
@@ -23,8 +25,11 @@ from gaitopt.solvers import SOLVERS
 from gaitopt.solvers.sqp import SQP
 from gaitopt.units import digits
 
-Settings = dict[str, object]
-"""Values that were given, by name; what is not there takes its default."""
+Settings = dict[str, Any]
+"""Values that were given, by name, each read by its `Setting`; what is not there takes its
+default."""
+
+Kind = TypeVar("Kind")
 
 _UNITS = {quantity.name: quantity.unit for quantity in GEOMETRY}
 
@@ -75,6 +80,22 @@ class RobotSettings:
         default=None,
         metadata=setting("What not to guess about it, TOML: inspect --write-choices.", common=True),
     )
+    set: Mapping[str, float] = field(
+        default_factory=dict,
+        metadata=setting(
+            f"Change a parameter of the biped, {', '.join(PARAMETERS)}, or an entry of its table, "
+            "links.shin.mass; lengths take boxes and centres of mass along.", common=True,
+            entry_unit=parameter_unit, example="shin=42cm",
+        ),
+    )  # fmt: skip
+    limit: tuple[str, ...] = field(
+        default=(),
+        metadata=setting(
+            "Torque, speed, range or armature of the joints whose names match: knee.speed=8rpm, "
+            "'left_*.torque=80', knee.range=0deg:120deg; none for no limit.",
+            metavar="JOINTS.WHAT=VALUE", common=True,
+        ),
+    )  # fmt: skip
     package_dir: tuple[Path, ...] = field(
         default=(), metadata=setting("Directory with the packages of its meshes.")
     )
@@ -118,7 +139,7 @@ class RobotSettings:
 class SearchSettings:
     """With which solver, and from where."""
 
-    solver: str | None = field(
+    solver: str = field(
         default="default",
         metadata=setting("Which solver.", metavar="NAME", choices=tuple(SOLVERS), common=True),
     )
@@ -126,14 +147,14 @@ class SearchSettings:
         default=None,
         metadata=setting("Gait whose parameters are the first guess.", metavar="GAIT"),
     )
-    starts: int | None = field(
+    starts: int = field(
         default=COUNT,
         metadata=setting("First guesses to try; 1 with --start or --seed.", common=True),
     )
     seed: int | None = field(
         default=None, metadata=setting("Disturb the first guess; number of the noise.")
     )
-    sigma: float | None = field(
+    sigma: float = field(
         default=SIGMA, metadata=setting("Standard deviation of that noise.", "rad")
     )
 
@@ -184,6 +205,14 @@ SCHEMA: dict[str, dict[str, Setting]] = {
     ),
 }
 """Every setting that a command line or a configuration file may hold, by section."""
+
+LIMITS = "limits"
+"""Section of a file that says what the option --limit does."""
+
+
+def settings_of(kind: type[Kind], settings: Settings) -> Kind:
+    """Return one of the dataclasses of settings with the values that were given."""
+    return kind(**{one.name: settings[one.name] for one in fields(kind) if one.name in settings})  # type: ignore[arg-type]
 
 
 def sections(words: Sequence[str] = ()) -> dict[str, dict[str, Setting]]:
@@ -262,16 +291,29 @@ def read_config(path: Path, plugin: Path | None = None) -> Settings:
         plugin = path.parent / str(named["plugin"])
     schema = SCHEMA if plugin is None else with_plugin(load_plugin(plugin))
     for section, entries in table.items():
-        if section not in schema:
-            raise InputError(f"{path}: {_unknown('section', section, list(schema))}")
+        if section not in (*schema, LIMITS):
+            raise InputError(f"{path}: {_unknown('section', section, [*schema, LIMITS])}")
         if not isinstance(entries, Mapping):
             raise InputError(f"{path}: '{section}' must be a section, [{section}], not a value")
+        if section == LIMITS:
+            settings["limit"] = list(_limit_texts(entries))
+            continue
         for name, value in entries.items():
             if name not in schema[section]:
                 where = f"entry in [{section}]"
                 raise InputError(f"{path}: {_unknown(where, name, list(schema[section]))}")
             settings[name] = _value(path, f"{section}.{name}", value, schema[section][name])
     return settings
+
+
+def _limit_texts(entries: Mapping[str, object]) -> Iterator[str]:
+    """Yield the entries of [limits] as the option --limit takes them."""
+    for name, value in entries.items():
+        if isinstance(value, Mapping):
+            yield from _limit_texts({f"{name}.{key}": one for key, one in value.items()})
+        else:
+            ends = value if isinstance(value, list) else [value]
+            yield f"{name}={':'.join(map(str, ends))}"
 
 
 def _table(path: Path) -> dict[str, object]:

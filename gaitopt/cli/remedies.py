@@ -123,8 +123,9 @@ def _changes(
             changes[change.knob] = change.after
         else:
             changes["choices"] = _write_choices(suggestion, request, folder)
+            changes["limit"] = None  # those choices hold them
     changes |= _method(suggestion, request, asked)
-    settings = {**request.settings, **changes}
+    settings = {k: v for k, v in {**request.settings, **changes}.items() if v is not None}
     robot = make_robot(settings) if "choices" in changes else request.robot
     # what follows from the robot and the changed value by default is held where it was
     for name, value in _differing(make_task(settings, robot), suggestion.task).items():

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -15,10 +15,20 @@ import tomli_w
 from gaitopt.bounds import STARTS, at_most, shown
 from gaitopt.catalogue.biped_spec import BipedSpec, biped13
 from gaitopt.catalogue.entries import biped_of, description, entry_by_name
+from gaitopt.catalogue.parameters import changed
 from gaitopt.catalogue.spec_file import read_spec
 from gaitopt.catalogue.urdf_writer import urdf_text
-from gaitopt.cli.config import SCHEMA, Settings, read_config, with_plugin
-from gaitopt.design.options import COUNT, SIGMA, DesignOptions
+from gaitopt.cli.config import (
+    SCHEMA,
+    GeometrySettings,
+    RobotSettings,
+    SearchSettings,
+    Settings,
+    read_config,
+    settings_of,
+    with_plugin,
+)
+from gaitopt.design.options import DesignOptions
 from gaitopt.errors import InputError
 from gaitopt.gait.costs import COSTS, cost_by_name
 from gaitopt.gait.gait_file import load_gait
@@ -31,6 +41,7 @@ from gaitopt.gait.result import Gait
 from gaitopt.gait.task import Task
 from gaitopt.model.feet.sole import Sole
 from gaitopt.model.import_options import (
+    LIMIT_UNITS,
     Choices,
     LimitOverride,
     choices_from_record,
@@ -42,6 +53,7 @@ from gaitopt.nlp import Array
 from gaitopt.solvers import Solver, solver_by_name
 from gaitopt.solvers.sqp import SQP
 from gaitopt.solvers.two_stage import CERTIFIER, CertifiedSQP
+from gaitopt.units import read_quantity
 
 ROBOTS = ("robot", "spec", "urdf")
 """Settings that name a robot; they exclude each other."""
@@ -52,6 +64,7 @@ _CHOICES_HEADER = """\
 """
 
 _EDGES = ("toe", "heel", "left", "right")
+_NUMBERS = re.compile(r"\[\n((?:\s+[-+.\w]+,\n)+)\s*\]")
 
 
 def make_robot(settings: Settings) -> Robot:
@@ -67,94 +80,120 @@ def make_robot(settings: Settings) -> Robot:
 def robot_source(settings: Settings) -> tuple[str | Path, Choices]:
     """Return the URDF asked for, as text or path, and what was chosen about the robot.
 
-    What the catalogue says is replaced by the file of choices, and that by single options.
+    What the catalogue says is replaced by the file of choices, and that by single options; of
+    limits the later ones count.
 
     Raises:
         InputError: a file cannot be used, or more than one robot is given.
     """
-    given = [name for name in ROBOTS if settings.get(name) is not None]
+    asked = settings_of(RobotSettings, settings)
+    given = [name for name in ROBOTS if getattr(asked, name) is not None]
     if len(given) > 1:
         names = " and ".join(f"--{name}" for name in given)
         raise InputError(f"{names} exclude each other; give one of them")
-    source, choices = _described(settings)
-    if (path := settings.get("choices")) is not None:
-        choices = _joined(choices, choices_from_toml(Path(str(path))))
-    return source, _with_armature(choices.over(**_single(settings)), settings.get("armature"))
+    spec, choices = biped_spec(settings), Choices()
+    source: str | Path = "" if asked.urdf is None else asked.urdf
+    if asked.robot is not None:
+        source, choices = description(entry_by_name(asked.robot))
+    if spec is not None:
+        source = urdf_text(spec)
+    if asked.choices is not None:
+        more = choices_from_toml(asked.choices)
+        before = (entry for entry in choices.limits if entry not in more.limits)
+        own = choices_from_record({**choices_record(choices), **choices_record(more)})
+        choices = replace(own, limits=(*before, *more.limits))
+    choices = choices.over(**_single(asked))
+    limits = (*choices.limits, *_armatures(asked, choices), *map(limit_of, asked.limit))
+    return source, replace(choices, limits=limits)
 
 
-def _joined(choices: Choices, more: Choices) -> Choices:
-    """Return choices with those of a file in their place; of limits, the later ones count."""
-    own = choices_from_record({**choices_record(choices), **choices_record(more)})
-    before = (entry for entry in choices.limits if entry not in more.limits)
-    return replace(own, limits=(*before, *more.limits))
+def _single(asked: RobotSettings) -> dict[str, object]:
+    """Return the choices given as options of their own; those that are not are None."""
+    require_directories(asked.package_dir)
+    parts = tuple(part.strip() for text in asked.without for part in text.split(","))
+    return {
+        "forward": asked.forward,
+        "posture": asked.posture,
+        "stance_sole": asked.stance_sole,
+        "swing_sole": asked.swing_sole,
+        "srdf": None if asked.srdf is None else str(asked.srdf.absolute()),
+        "sole": None if asked.sole is None else sole_of(asked.sole),
+        "package_dirs": tuple(str(d.absolute()) for d in asked.package_dir) or None,
+        "without": parts or None,
+    }
 
 
-def _with_armature(choices: Choices, given: object) -> Choices:
-    """Return choices with the rotor inertias of the command line [kg·m²], which count last."""
-    if given is None:
-        return choices
-    if "armature" in choices.without:
-        raise InputError(
-            "--without armature leaves out every rotor inertia, --armature gives some; leave out "
-            "one of the two (--armature '*=0' before the others leaves out those of the file only)"
-        )
-    named = SCHEMA["robot"]["armature"].read_pairs(given)
-    entries = (LimitOverride(joints, armature=value) for joints, value in named.items())
-    return replace(choices, limits=(*choices.limits, *entries))
-
-
-def _described(settings: Settings) -> tuple[str | Path, Choices]:
-    if (name := settings.get("robot")) is not None:
-        return description(entry_by_name(str(name)))
-    spec = biped_spec(settings)
-    return Path(str(settings["urdf"])) if spec is None else urdf_text(spec), Choices()
-
-
-def biped_spec(settings: Settings) -> BipedSpec | None:
-    """Return the parameter table of a biped that gaitopt makes itself, None for another robot.
-
-    Raises:
-        InputError: the file cannot be used, or there is no robot of that name.
-    """
-    if (name := settings.get("robot")) is not None:
-        entry = entry_by_name(str(name))
-        return None if entry.file else biped_of(entry)
-    if settings.get("urdf") is not None:
-        return None
-    path = settings.get("spec")
-    return biped13() if path is None else read_spec(Path(str(path)))
-
-
-def _single(settings: Settings) -> dict[str, object]:
-    """Return the choices given as options of their own."""
-    names = ("forward", "posture", "srdf", "stance_sole", "swing_sole")
-    chosen: dict[str, object] = {name: settings.get(name) for name in names}
-    if chosen["srdf"] is not None:
-        chosen["srdf"] = str(Path(str(chosen["srdf"])).absolute())
-    if (edges := settings.get("sole")) is not None:
-        chosen["sole"] = sole_of(str(edges))
-    directories: Any = settings.get("package_dir")
-    if directories:
-        require_directories(directories)
-        chosen["package_dirs"] = tuple(str(Path(d).absolute()) for d in directories)
-    parts: Any = settings.get("without")
-    if parts is not None:
-        chosen["without"] = tuple(part.strip() for text in parts for part in text.split(","))
-    return chosen
-
-
-def require_directories(directories: Iterable[str | Path]) -> None:
+def require_directories(directories: Iterable[Path]) -> None:
     """Check directories of meshes.
 
     Raises:
         InputError: one is not there.
     """
     for directory in directories:
-        if not Path(directory).is_dir():
+        if not directory.is_dir():
             raise InputError(
                 f"--package-dir {directory}: there is no such directory; give the one that holds "
                 "the packages which the mesh paths name"
             )
+
+
+def _armatures(asked: RobotSettings, choices: Choices) -> Iterator[LimitOverride]:
+    if asked.armature and "armature" in choices.without:
+        raise InputError(
+            "--without armature leaves out every rotor inertia, --armature gives some; leave out "
+            "one of the two (--armature '*=0' before the others leaves out those of the file only)"
+        )
+    return (LimitOverride(joints, armature=value) for joints, value in asked.armature.items())
+
+
+def limit_of(text: str) -> LimitOverride:
+    """Read a limit of joints from "JOINTS.WHAT=VALUE"; a range is "LOWER:UPPER".
+
+    Raises:
+        InputError: it is none.
+    """
+    left, _, value = text.rpartition("=")
+    joints, _, what = left.strip().rpartition(".")
+    names, values = ("lower", "upper") if what == "range" else (what,), value.split(":")
+    if not joints or not set(names) <= set(LIMIT_UNITS) or len(values) != len(names):
+        raise InputError(
+            f"--limit {text}: give JOINTS.WHAT=VALUE, where WHAT is range, with LOWER:UPPER, or "
+            f"one of {', '.join(LIMIT_UNITS)}, as in --limit knee.speed=8 or --limit "
+            "'*ankle*.range=-30deg:20deg'"
+        )
+    try:
+        read: Any = {n: _limit_value(n, v.strip()) for n, v in zip(names, values, strict=True)}
+    except ValueError as error:
+        raise InputError(f"--limit {text}: {error}, or none") from error
+    return LimitOverride(joints, **read)
+
+
+def _limit_value(name: str, text: str) -> float:
+    if text == "none" and name != "armature":
+        return -math.inf if name == "lower" else math.inf
+    return read_quantity(text, LIMIT_UNITS[name])
+
+
+def biped_spec(settings: Settings) -> BipedSpec | None:
+    """Return the parameter table of a biped that gaitopt makes itself, None for another robot.
+
+    Raises:
+        InputError: the file cannot be used, there is no robot of that name, or --set is given for
+            another robot.
+    """
+    asked = settings_of(RobotSettings, settings)
+    entry = None if asked.robot is None else entry_by_name(asked.robot)
+    if asked.urdf is not None or (entry is not None and entry.file):
+        if asked.set:
+            raise InputError(
+                "--set changes a biped that gaitopt makes itself: the usual one, one of --spec, or "
+                "--robot biped13 or paper; of other robots, change the file, or masses and limits "
+                "by --choices"
+            )
+        return None
+    if entry is not None:
+        return changed(biped_of(entry), asked.set)
+    return changed(biped13() if asked.spec is None else read_spec(asked.spec), asked.set)
 
 
 def catalogued_task(settings: Settings) -> Settings:
@@ -179,9 +218,6 @@ def choices_text(choices: Choices) -> str:
     return f"{_CHOICES_HEADER}{_rows_on_lines(tomli_w.dumps(choices_record(choices)))}"
 
 
-_NUMBERS = re.compile(r"\[\n((?:\s+[-+.\w]+,\n)+)\s*\]")
-
-
 def _rows_on_lines(toml: str) -> str:
     """Return TOML whose innermost arrays stand on a line each, as people write them."""
     return _NUMBERS.sub(lambda found: f"[{' '.join(found[1].split()).rstrip(',')}]", toml)
@@ -191,10 +227,10 @@ def sole_of(text: str) -> Sole:
     """Read a sole rectangle from "toe,heel,left,right" [m].
 
     Raises:
-        InputError: they are not four numbers, or the rectangle is empty.
+        InputError: they are not four lengths, or the rectangle is empty.
     """
     try:
-        numbers = [float(word) for word in text.split(",")]
+        numbers = [read_quantity(word, "m") for word in text.split(",")]
     except ValueError:
         numbers = []
     if len(numbers) != len(_EDGES):
@@ -203,9 +239,6 @@ def sole_of(text: str) -> Sole:
             "toe,heel,left,right, as in --sole 0.12,-0.05,0.03,-0.03"
         )
     return Sole(**dict(zip(_EDGES, numbers, strict=True)))
-
-
-Geometry = dict[str, dict[str, float | bool]]
 
 
 @dataclass(frozen=True)
@@ -233,31 +266,33 @@ def make_request(given: Settings, config: Path | None) -> Request:
     """Return the request of a command line.
 
     Args:
-        given: options of the command line, those not given left out; "free" and "fix" as typed.
+        given: options of the command line, those not given left out.
         config: configuration file, if any; the command line wins.
 
     Raises:
         InputError: an option, a file or a value cannot be used.
         UnreachableError: the step asked for is longer than the legs.
     """
-    plugin = Path(str(given["plugin"])) if "plugin" in given else None
-    settings = _merged({} if config is None else read_config(config, plugin), given)
+    settings = _merged({} if config is None else read_config(config, given.get("plugin")), given)
     settings = {"preset": usual_preset(settings), **catalogued_task(settings), **settings}
+    asked = settings_of(SearchSettings, settings)
     robot = make_robot(settings)
     task = make_task(settings, robot)
-    options = DesignOptions(
-        solver=make_solver(settings),
-        refine=bool(settings.get("refine", DesignOptions().refine)),
-        differences=str(settings.get("differences", DesignOptions().differences)),
-        approach=str(settings.get("approach", DesignOptions().approach)),
-    )
-    own = any(name in settings for name in ("start", "seed", "sigma"))
-    starts = int(str(settings.get("starts", 1 if own else COUNT)))
+    own = ("differences", "refine", "approach")
+    options = DesignOptions(make_solver(settings), **{n: settings[n] for n in own if n in settings})
+    one = any(name in settings for name in ("start", "seed", "sigma"))
+    starts = 1 if one and "starts" not in settings else asked.starts
     if starts < 1:
         raise InputError(f"{shown(starts)} starts are too few; give at least 1")
     at_most(starts, STARTS, "starts")
-    start = _start(WalkProblem(robot, task), settings, disturb=starts == 1)
-    return Request(robot, task, options, start, starts, _noise(settings), settings)
+    noise = (asked.sigma, 0 if asked.seed is None else asked.seed)
+    if not (math.isfinite(noise[0]) and noise[0] >= 0.0 and noise[1] >= 0):
+        raise InputError(
+            f"sigma {noise[0]} rad or seed {noise[1]} is wrong; neither may be negative"
+        )
+    disturbed = starts == 1 and ("seed" in settings or "sigma" in settings)
+    start = _start(WalkProblem(robot, task), asked.start, noise if disturbed else None)
+    return Request(robot, task, options, start, starts, noise, settings)
 
 
 def make_task(settings: Settings, robot: Robot) -> Task:
@@ -267,19 +302,29 @@ def make_task(settings: Settings, robot: Robot) -> Task:
         InputError: a value is out of range, or a geometric quantity unknown.
     """
     preset, path = str(settings["preset"]), settings.get("plugin")
-    plugin = None if path is None else load_plugin(Path(str(path)))
+    plugin = None if path is None else load_plugin(path)
     schema = SCHEMA if plugin is None else with_plugin(plugin)
-    names = [*schema["task"], *schema["margins"]]
-    changes = {n: settings[n] for n in names if n in settings and n != "preset"}
-    geometry: Any = settings.get("geometry", {})
-    changes["geometry"] = set_quantities(preset_task(preset, robot).geometry, geometry)
+    names = [n for n in (*schema["task"], *schema["margins"]) if n in settings and n != "preset"]
+    changes: dict[str, Any] = {name: settings[name] for name in names}
     if plugin is not None:
         changes["constraints"] = plugin.constraints
     own = () if plugin is None or plugin.cost is None else (plugin.cost,)
-    name = str(settings.get("cost", own[0].name if own else COSTS[0].name))
-    fields = {n: settings[n] for n in schema["cost"] if n in settings and n != "cost"}
-    changes["cost"] = cost_by_name(name, own, **fields)
-    return preset_task(preset, robot, **changes)
+    of_cost = {n: settings[n] for n in schema["cost"] if n in settings and n != "cost"}
+    cost = cost_by_name(settings.get("cost", (*own, *COSTS)[0].name), own, **of_cost)
+    geometry = set_quantities(preset_task(preset, robot).geometry, _geometry(settings))
+    return preset_task(preset, robot, geometry=geometry, cost=cost, **changes)
+
+
+def _geometry(settings: Settings) -> dict[str, dict[str, float | bool]]:
+    """Return the changes to the geometric quantities; of free and fixed, fixed counts."""
+    asked = settings_of(GeometrySettings, settings)
+    for name, value in asked.fix.items():
+        if not math.isfinite(value):
+            raise InputError(f"{name} cannot be fixed at {value}; give a finite number")
+        if name == "duration":
+            raise InputError("the duration is fixed by --duration, not by --fix")
+    changes: dict[str, dict[str, float | bool]] = {name: {"free": True} for name in asked.free}
+    return changes | {name: {"free": False, "value": v} for name, v in asked.fix.items()}
 
 
 def usual_preset(settings: Settings) -> str:
@@ -301,57 +346,40 @@ def make_solver(settings: Settings) -> Solver:
     # both stages aim at the same tolerance; the other options are those of the first
     both = {key: value for key, value in options.items() if key == "tolerance"}
     travel: Any = solver_by_name(SQP.name, **options)
-    certify: Any = replace(CERTIFIER, **both)  # type: ignore[arg-type]
+    certify: Any = replace(CERTIFIER, **both)
     return solver_by_name(name, travel=travel, certify=certify)
 
 
 def _merged(config: Settings, given: Settings) -> Settings:
-    """The settings of both; a robot given on the command line replaces one of the file."""
+    """Return the settings of both; those of the command line win, tables and limits add up.
+
+    A robot given there replaces everything about the robot of the file, choices its limits, and a
+    quantity is free or fixed as the command line says.
+    """
     if any(name in given for name in ROBOTS):
         config = {k: v for k, v in config.items() if k not in SCHEMA["robot"]}
-    fixed = config.get("fix", {})
-    geometry: Geometry = {**_free(config), **_fixed(fixed if isinstance(fixed, Mapping) else {})}
-    held = SCHEMA["geometry"]["fix"].read_pairs(given.get("fix"))
-    geometry |= _free(given) | _fixed(held)
-    rest = {k: v for k, v in {**config, **given}.items() if k not in ("free", "fix")}
-    return {**rest, "geometry": geometry}
+    if "choices" in given:
+        config = {k: v for k, v in config.items() if k != "limit"}
+    here, there = (settings_of(GeometrySettings, one) for one in (given, config))
+    free = [name for name in there.free if name not in here.fix]
+    fix = {name: value for name, value in there.fix.items() if name not in here.free}
+    both = {**config, **given}
+    for name in ("set", "armature"):
+        if name in config and name in given:
+            both[name] = {**config[name], **given[name]}
+    if "limit" in config and "limit" in given:
+        both["limit"] = [*config["limit"], *given["limit"]]
+    return {**both, "free": [*free, *here.free], "fix": fix | dict(here.fix)}
 
 
-def _free(settings: Settings) -> Geometry:
-    names: Any = settings.get("free", [])
-    return {name: {"free": True} for name in names}
-
-
-def _fixed(values: Mapping[str, float]) -> Geometry:
-    for name, value in values.items():
-        if not math.isfinite(value):
-            raise InputError(f"{name} cannot be fixed at {value}; give a finite number")
-        if name == "duration":
-            raise InputError("the duration is fixed by --duration, not by --fix")
-    return {name: {"free": False, "value": float(value)} for name, value in values.items()}
-
-
-def _start(problem: WalkProblem, settings: Settings, disturb: bool) -> Array | None:
+def _start(
+    problem: WalkProblem, file: Path | None, noise: tuple[float, int] | None
+) -> Array | None:
     """Return the first guess: of a gait, disturbed, or None for the usual one."""
-    disturb = disturb and ("seed" in settings or "sigma" in settings)
-    if "start" not in settings and not disturb:
+    if file is None and noise is None:
         return None
-    if "start" in settings:
-        x = parameters_of(load_gait(Path(str(settings["start"]))), problem)
-    else:
-        x = first_guess(problem)
-    return perturbed(problem, x, *_noise(settings)) if disturb else x
-
-
-def _noise(settings: Settings) -> tuple[float, int]:
-    """Return standard deviation and seed of the noise on a first guess."""
-    sigma, seed = (
-        float(str(settings.get("sigma", SIGMA))),
-        int(str(settings.get("seed", 0))),
-    )
-    if not (math.isfinite(sigma) and sigma >= 0.0 and seed >= 0):
-        raise InputError(f"sigma {sigma} rad or seed {seed} is wrong; neither may be negative")
-    return sigma, seed
+    x = first_guess(problem) if file is None else parameters_of(load_gait(file), problem)
+    return x if noise is None else perturbed(problem, x, *noise)
 
 
 def parameters_of(gait: Gait, problem: WalkProblem) -> Array:

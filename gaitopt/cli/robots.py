@@ -14,14 +14,14 @@ from rich.text import Text
 from gaitopt.atomic import write_atomically
 from gaitopt.catalogue.biped_spec import biped13
 from gaitopt.catalogue.entries import EXTRA, PACKAGE, PREFIX, Entry, catalogue, humanoids
-from gaitopt.catalogue.spec_file import read_spec, write_spec
+from gaitopt.catalogue.spec_file import write_spec
 from gaitopt.catalogue.urdf_writer import urdf_text
 from gaitopt.cli.cells import new_table
 from gaitopt.cli.config import Settings
 from gaitopt.cli.display import WIDTH, screen
 from gaitopt.cli.paths import require_files
 from gaitopt.cli.process import ExitCode, print_error
-from gaitopt.cli.request import choices_text, robot_origin, robot_source
+from gaitopt.cli.request import biped_spec, choices_text, robot_origin, robot_source
 from gaitopt.model.robot import Robot
 from gaitopt.view.inspection import Inspection, inspect_robot
 from gaitopt.view.inspection_tables import Section, sections
@@ -143,13 +143,18 @@ def _where(entry: Entry) -> Text:
     return Text(f"{entry.package}, not installed", style="yellow")
 
 
-def write_biped(spec_file: Path | None, output: Path | None, new_spec: Path | None) -> None:
+def write_biped(settings: Settings, output: Path | None, new_spec: Path | None) -> None:
     """Write the URDF of a specification, or the specification itself.
+
+    Args:
+        settings: which specification, and changes to it.
+        output: file for the URDF, if any.
+        new_spec: file for the specification, if any.
 
     Raises:
         GaitoptError: the specification is not that of a biped, or a file cannot be written.
     """
-    spec = biped13() if spec_file is None else read_spec(spec_file)
+    spec = biped_spec(settings) or biped13()
     if new_spec is not None:
         write_spec(spec, new_spec)
         typer.echo(f"wrote {new_spec}; edit it, then: gaitopt urdf --spec {new_spec}")

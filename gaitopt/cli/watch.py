@@ -35,7 +35,7 @@ def run_play(
 
     if html is not None and (host is not None or port is not None):
         raise InputError("a page is a file: --html goes with neither --host nor --port")
-    require_directories(package_dirs)
+    require_directories(map(Path, package_dirs))
     gait = _loaded(path)
     count = DEFAULT_STEPS if steps is None else steps
     if html is not None:

@@ -11,6 +11,7 @@ import math
 from collections.abc import Collection, Iterable, Mapping, Sized
 from dataclasses import dataclass, fields, replace
 from difflib import get_close_matches
+from fnmatch import fnmatchcase
 from pathlib import Path, PurePath
 from typing import Any
 
@@ -18,6 +19,7 @@ from gaitopt.errors import RobotError
 from gaitopt.importers.physics import PARTS
 from gaitopt.importers.text_files import parse_toml, read_text
 from gaitopt.model.feet.sole import Sole
+from gaitopt.units import read_quantity
 
 
 def check_one_of(name: str, value: object, allowed: Collection[str | None]) -> None:
@@ -90,8 +92,10 @@ UNEQUAL = ("refuse", "tighter", "right", "left")
 
 SIDES = ("right", "left")
 
-LIMIT_NAMES = ("torque", "speed", "lower", "upper", "armature")
-"""What a `LimitOverride` can replace."""
+LIMIT_UNITS = {
+    "torque": "N·m", "speed": "rad/s", "lower": "rad", "upper": "rad", "armature": "kg·m²",
+}  # fmt: skip
+"""What a `LimitOverride` can replace, and its unit."""
 
 UNUSED_SRDF = (
     "an SRDF is given (srdf), but nothing of it is used; name one of its poses "
@@ -105,7 +109,7 @@ class LimitOverride:
     """Limits of the joints whose name matches a pattern; None leaves what the URDF says.
 
     Attributes:
-        joints: pattern of joint names as in a shell: `*knee*`, `left_hip_?`.
+        joints: pattern of joint names as in a shell, `*knee*`, `left_hip_?`, or a word in them.
         torque: largest |torque| [N·m]; infinite for none.
         speed: largest |rate| [rad/s]; infinite for none.
         lower, upper: joint range [rad]; infinite for none.
@@ -151,8 +155,20 @@ class LimitOverride:
 
     def numbers(self) -> dict[str, float]:
         """Return what is replaced, by name."""
-        values = {name: getattr(self, name) for name in LIMIT_NAMES}
+        values = {name: getattr(self, name) for name in LIMIT_UNITS}
         return {name: value for name, value in values.items() if value is not None}
+
+
+def matching(pattern: str, names: Iterable[str]) -> list[str]:
+    """Return the joints that a pattern of `LimitOverride` means.
+
+    A pattern without *, ? and [ that is no name means every joint whose name has it in it.
+    """
+    known = list(names)
+    found = [name for name in known if fnmatchcase(name, pattern)]
+    if found or any(sign in pattern for sign in "*?["):
+        return found
+    return [name for name in known if pattern in name]
 
 
 @dataclass(frozen=True)
@@ -462,6 +478,11 @@ def _override(entry: object) -> LimitOverride:
     for name, value in table.items():
         if value == NO_LIMIT and name in ("torque", "speed", "lower", "upper"):
             table[name] = -math.inf if name == "lower" else math.inf
+        elif isinstance(value, str) and name in LIMIT_UNITS:
+            try:
+                table[name] = read_quantity(value, LIMIT_UNITS[name])
+            except ValueError as error:
+                raise RobotError(f"limits: {name} = {value[:60]!r} is wrong; {error}") from None
     return LimitOverride(**table)
 
 

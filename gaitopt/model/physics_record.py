@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from fnmatch import fnmatchcase
-
 import numpy as np
 
+from gaitopt.model.import_options import matching
 from gaitopt.model.robot import Robot
 
 GRAVITY_KEY = "gravity_m_per_s2"
@@ -53,6 +52,6 @@ def _origin(robot: Robot, joint: str) -> str:
     given = [
         entry
         for entry in robot.choices.limits
-        if entry.armature is not None and fnmatchcase(joint, entry.joints)
+        if entry.armature is not None and joint in matching(entry.joints, robot.joint_names)
     ]
     return (given[-1].source or "chosen") if given else "file"

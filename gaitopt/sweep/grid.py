@@ -10,6 +10,7 @@ from functools import cached_property
 from itertools import islice, pairwise
 
 from gaitopt.bounds import POINTS, at_most
+from gaitopt.catalogue.parameters import PARAMETERS
 from gaitopt.errors import InputError
 from gaitopt.gait.constraints import Margins
 from gaitopt.gait.parameters import DURATION, GEOMETRY_NAMES, set_quantities
@@ -35,8 +36,8 @@ class Axis:
 
     Attributes:
         name: a field of `Task` or `Margins`, a geometric quantity (held at the value; as
-            "hold.trunk_pitch" where a limit has the same name), or the path of an entry of a
-            specification, as "geometry.d3".
+            "hold.trunk_pitch" where a limit has the same name), a parameter of a biped, as "shin",
+            or the path of an entry of its specification, as "geometry.d3".
         values: increasing, SI units of the quantity.
 
     Raises:
@@ -53,7 +54,8 @@ class Axis:
             raise InputError(
                 f"there is no quantity '{self.name}' to sweep over; there are {', '.join(_TASK)}; "
                 f"the limits {', '.join(_MARGINS)}; the geometric quantities, held at the value, "
-                f"{', '.join(_GEOMETRY)}; and the entries of a specification, as geometry.d3"
+                f"{', '.join(_GEOMETRY)}; parameters of a biped, {', '.join(PARAMETERS)}, and the "
+                "entries of its specification, as geometry.d3"
             )
         values = _numbers(self.name, self.values)
         if not values or not all(map(math.isfinite, values)):
@@ -65,7 +67,7 @@ class Axis:
     @property
     def of_robot(self) -> bool:
         """Whether the quantity is one of the robot's specification."""
-        return self.name.split(".")[0] in _PARTS and "." in self.name
+        return (self.name.split(".")[0] in _PARTS and "." in self.name) or self.name in PARAMETERS
 
 
 def _numbers(name: str, values: Iterable[float]) -> tuple[float, ...]:

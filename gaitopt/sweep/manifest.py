@@ -11,7 +11,8 @@ from typing import Any
 
 from gaitopt.atomic import is_leftover, write_atomically
 from gaitopt.bounds import MANIFEST, read_bounded
-from gaitopt.catalogue.biped_spec import biped13, merged
+from gaitopt.catalogue.biped_spec import biped13
+from gaitopt.catalogue.parameters import merged
 from gaitopt.design.options import DesignOptions
 from gaitopt.errors import GaitFileError, InputError
 from gaitopt.gait.task import Task

@@ -8,7 +8,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
-from gaitopt.catalogue.biped_spec import BipedSpec, changed
+from gaitopt.catalogue.biped_spec import BipedSpec
+from gaitopt.catalogue.parameters import changed
 from gaitopt.catalogue.urdf_writer import urdf_text
 from gaitopt.errors import InputError
 from gaitopt.gait.task import Task

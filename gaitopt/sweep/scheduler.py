@@ -19,7 +19,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from types import NoneType
 
-from gaitopt.catalogue.biped_spec import BipedSpec, changed
+from gaitopt.catalogue.biped_spec import BipedSpec
+from gaitopt.catalogue.parameters import changed
 from gaitopt.design.options import DesignOptions
 from gaitopt.errors import InputError
 from gaitopt.gait.task import Task

@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from gaitopt import Margins, Robot, Task, biped13, read_spec, urdf_text
+from gaitopt.catalogue.parameters import changed
 from gaitopt.cli.config import SCHEMA
 from gaitopt.gait.presets import PRESETS
 from gaitopt.solvers import SOLVERS
@@ -43,6 +44,12 @@ def test_specification_to_start_from(cli, tmp_path):
     spec.write_text(spec.read_text().replace("mass = 40.55", "mass = 45.0"))
     assert cli("urdf", "--spec", spec, "-o", urdf).exit_code == 0
     assert Robot.from_urdf(urdf).mass == pytest.approx(56.87 + 4.45)
+
+
+def test_specification_changed_by_words(cli, tmp_path):
+    spec = tmp_path / "long.toml"
+    assert cli("urdf", "--set", "shin=42cm", "--write-spec", spec).exit_code == 0
+    assert read_spec(spec) == changed(biped13(), {"shin": 0.42})
 
 
 def test_page_of_a_gait(cli, designed, tmp_path):

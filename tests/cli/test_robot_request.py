@@ -1,9 +1,17 @@
 """Which robot the options of the command line mean."""
 
+import numpy as np
 import pytest
 
 from gaitopt import biped13, urdf_text
-from gaitopt.cli.request import biped_spec, make_request, make_robot, robot_source, sole_of
+from gaitopt.cli.request import (
+    biped_spec,
+    limit_of,
+    make_request,
+    make_robot,
+    robot_source,
+    sole_of,
+)
 from gaitopt.errors import InputError
 
 
@@ -62,3 +70,71 @@ def test_edges_of_a_sole():
     assert (sole.toe, sole.heel, sole.left, sole.right) == (0.12, -0.05, 0.03, -0.02)
     with pytest.raises(InputError, match="not four numbers"):
         sole_of("0.12,-0.05,0.03")
+
+
+def test_limits_of_joints():
+    limits = ["knee.speed=8rpm", "*hip*.torque=80Nm", "left_knee.torque=0.09kNm"]
+    limits += ["right_knee.torque=90", "ankle_pitch.range=-30deg:none"]
+    robot = make_robot({"limit": limits})
+    names = list(robot.joint_names)
+    knees = [i for i, name in enumerate(names) if "knee" in name]
+    hips = [i for i, name in enumerate(names) if "hip" in name]
+    assert robot.limits.speed[knees] == pytest.approx(8.0 * np.pi / 30.0)
+    assert robot.limits.speed[hips] == pytest.approx(10.0)
+    assert robot.limits.torque[knees] == pytest.approx(90.0)
+    assert robot.limits.torque[hips] == pytest.approx(80.0)
+    text = limit_of("*_knee.range = 0deg : 2.0")
+    assert (text.joints, text.lower, text.upper) == ("*_knee", 0.0, 2.0)
+    assert limit_of("a.b.torque=none").torque == np.inf
+    assert limit_of("knee.range=none:1").lower == -np.inf
+    for wrong, said in (
+        ("knee=8", "give JOINTS.WHAT=VALUE"),
+        (".speed=8", "give JOINTS.WHAT=VALUE"),
+        ("knee.sped=8", "one of torque, speed, lower, upper, armature"),
+        ("knee.range=8", "range, with LOWER:UPPER"),
+        ("knee.speed=8Nm", "--limit knee.speed=8Nm: give a number in rad/s.*rpm, or none"),
+        ("knee.speed", "give JOINTS.WHAT=VALUE"),
+    ):
+        with pytest.raises(InputError, match=said):
+            limit_of(wrong)
+    with pytest.raises(InputError, match="no joint matches 'elbow'; the joints are"):
+        make_robot({"limit": ["elbow.speed=8"]})
+
+
+def test_limits_in_a_file_add_to_those_of_the_command_line(tmp_path):
+    path = tmp_path / "task.toml"
+    path.write_text(
+        '[limits]\nknee.speed = "8rpm"\n"*hip*".torque = 80\n'
+        'ankle_pitch = { range = [-0.5, "1rad"] }\n'
+    )
+    robot = make_request({"limit": ["knee.speed=9"]}, path).robot
+    knee, hip = (robot.joint_names.index(f"right_{name}") for name in ("knee", "hip_pitch"))
+    ankle = robot.joint_names.index("right_ankle_pitch")
+    assert robot.limits.speed[knee] == pytest.approx(9.0)
+    assert robot.limits.torque[hip] == pytest.approx(80.0)
+    assert (robot.limits.lower[ankle], robot.limits.upper[ankle]) == (-0.5, 1.0)
+    (tmp_path / "choices.toml").write_text('[[limits]]\njoints = "*"\ntorque = "70Nm"\n')
+    other = make_request({"choices": tmp_path / "choices.toml"}, path).robot
+    assert other.limits.torque[hip] == pytest.approx(70.0)
+    assert other.limits.speed[knee] == pytest.approx(10.0)
+    path.write_text("[limits]\nknee = 3\n")
+    with pytest.raises(InputError, match=r"--limit knee=3: give JOINTS.WHAT=VALUE"):
+        make_request({}, path)
+
+
+def test_parameters_of_the_biped_by_words(cli, tmp_path):
+    assert biped_spec({"set": {"shin": 0.42}}).geometry.d3 == 0.42
+    assert biped_spec({"robot": "paper", "set": {"hip width": 0.2}}).geometry.d7 == 0.2
+    robot = make_robot({"set": {"shin": 0.42, "links.torso.mass": 45.0}})
+    assert robot.mass == pytest.approx(56.87 + 4.45)
+    for other in ({"urdf": tmp_path / "a.urdf"}, {"robot": "g1"}):
+        with pytest.raises(InputError, match="--set changes a biped that gaitopt makes itself"):
+            biped_spec({**other, "set": {"shin": 0.42}})
+    refused = cli("optimise", "--set", "shn=0.4")
+    assert refused.exit_code == 2
+    assert "unknown entry shn; did you mean shin?" in refused.stderr
+    path = tmp_path / "task.toml"
+    path.write_text('[robot]\nset = { shin = "42cm", "hip width" = "20cm" }\n')
+    settings = make_request({"set": {"shin": 0.4}}, path).settings
+    spec = biped_spec(settings)
+    assert (spec.geometry.d3, spec.geometry.d7) == (0.4, 0.2)

@@ -124,13 +124,15 @@ def test_every_setting_says_what_it_is():
             assert one.kind != "number" or said, one.name
 
 
-def test_a_quantity_is_held_at_a_value_with_its_unit():
-    request = make_request({"fix": ["pelvis_roll=3deg", "foot_spacing=-15cm"]}, None)
+def test_a_quantity_is_held_at_a_value_with_its_unit(quick):
+    fix = SCHEMA["geometry"]["fix"].read_pairs(["pelvis_roll=3deg", "foot_spacing=-15cm"])
+    request = make_request({"fix": fix}, None)
     held = {q.name: q.value for q in request.task.geometry}
     assert held["pelvis_roll"] == pytest.approx(math.radians(3.0))
     assert held["foot_spacing"] == pytest.approx(-0.15)
-    with pytest.raises(InputError, match="--fix pelvis_roll=3mm: give a name and a number"):
-        make_request({"fix": ["pelvis_roll=3mm"]}, None)
+    refused = quick("--fix", "pelvis_roll=3mm")
+    assert refused.exit_code == 2
+    assert "--fix pelvis_roll=3mm: give a name and a number" in refused.stderr
 
 
 def test_the_command_takes_them(quick, cli, tmp_path):

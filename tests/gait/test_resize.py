@@ -8,7 +8,8 @@ import pytest
 from numerics import relative_error
 from reference_cases import reference_case
 
-from gaitopt.catalogue.biped_spec import biped13, changed
+from gaitopt.catalogue.biped_spec import biped13
+from gaitopt.catalogue.parameters import changed
 from gaitopt.catalogue.urdf_writer import urdf_text
 from gaitopt.errors import UnreachableError
 from gaitopt.gait import quantities

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from hypothesis import strategies as st
 
-from gaitopt.catalogue.biped_spec import BipedSpec, LinkSpec, biped13, changed
+from gaitopt.catalogue.biped_spec import BipedSpec, LinkSpec, biped13
+from gaitopt.catalogue.parameters import changed
 
 edges = st.floats(0.01, 2.0)
 offsets = st.floats(-1.0, 1.0)

@@ -205,7 +205,7 @@ def test_without_armature_leaves_out_all_of_it():
 def test_armature_of_the_command_line_counts_last():
     settings = {
         "urdf": URDF,
-        "armature": ["*=0.01", "*knee*=0.02"],
+        "armature": {"*": 0.01, "*knee*": 0.02},
         "without": ["friction,damping"],
     }
     source, choices = robot_source(settings)

@@ -12,10 +12,10 @@ from gaitopt.catalogue.biped_spec import (
     BipedSpec,
     LinkSpec,
     biped13,
-    changed,
     checked_inertia,
     mirrored_inertia,
 )
+from gaitopt.catalogue.parameters import changed
 from gaitopt.errors import SpecError
 
 SPEC = biped13()

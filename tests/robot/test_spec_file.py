@@ -8,7 +8,8 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from robot.strategies import biped_specs
 
-from gaitopt.catalogue.biped_spec import BipedSpec, biped13, changed
+from gaitopt.catalogue.biped_spec import BipedSpec, biped13
+from gaitopt.catalogue.parameters import changed
 from gaitopt.catalogue.spec_file import read_spec, spec_text, write_spec
 from gaitopt.errors import InputError, SpecError
 

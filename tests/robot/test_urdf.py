@@ -15,7 +15,8 @@ import pytest
 from hypothesis import given, settings
 from robot.strategies import biped_specs
 
-from gaitopt.catalogue.biped_spec import BipedSpec, biped13, changed
+from gaitopt.catalogue.biped_spec import BipedSpec, biped13
+from gaitopt.catalogue.parameters import changed
 from gaitopt.catalogue.urdf_writer import LEG_LINKS, SIDES, urdf_text
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -13,7 +13,7 @@ from gaitopt.errors import RobotError
 from gaitopt.importers.report import Finding
 from gaitopt.importers.urdf_model import inertia_fault
 from gaitopt.importers.xml_document import UrdfProblem
-from gaitopt.model.import_options import InertiaOverride, LimitOverride
+from gaitopt.model.import_options import InertiaOverride, LimitOverride, matching
 
 _ENTRIES = {
     "torque": ("effortLimit", "N·m"),
@@ -39,18 +39,14 @@ def override(
         RobotError: a pattern matches no joint with one coordinate, or leaves it an empty range.
     """
     changed, findings = model.copy(), []
-    names = [str(n) for n in model.names]
+    names = [str(name) for name in model.names]
     for entry in overrides:
-        joints = [
-            j
-            for j in range(2, model.njoints)
-            if fnmatchcase(names[j], entry.joints) and model.joints[j].nq == 1
-        ]
+        meant = matching(entry.joints, names[2:])
+        joints = [j for j, n in enumerate(names) if n in meant and model.joints[j].nq == 1]
         if not joints:
-            free = [n for n in names[2:] if fnmatchcase(n, entry.joints)]
-            if free:
+            if meant:
                 raise RobotError(
-                    f"limits: '{entry.joints}' matches only {', '.join(free)}, without a range of "
+                    f"limits: '{entry.joints}' matches only {', '.join(meant)}, without a range of "
                     "one angle (continuous joints have none); give a joint that has a range"
                 )
             raise RobotError(
@@ -73,11 +69,13 @@ def without_armature(overrides: tuple[LimitOverride, ...]) -> tuple[LimitOverrid
 
 def _check_ranges(model: pin.Model, overrides: tuple[LimitOverride, ...]) -> None:
     """Refuse an end of a range that is beyond the other end, which may be that of the file."""
+    names = [str(name) for name in model.names]
     for entry in overrides:
         given = [side for side in ("lower", "upper") if getattr(entry, side) is not None]
-        for joint in range(2, model.njoints) if given else ():
-            name, row = str(model.names[joint]), model.joints[joint].idx_q
-            if model.joints[joint].nq != 1 or not fnmatchcase(name, entry.joints):
+        meant = matching(entry.joints, names[2:]) if given else []
+        for joint in map(model.getJointId, meant):
+            name, row = names[joint], model.joints[joint].idx_q
+            if model.joints[joint].nq != 1:
                 continue
             lower, upper = model.lowerPositionLimit[row], model.upperPositionLimit[row]
             if not lower < upper:

@@ -1,0 +1,233 @@
+"""Parameters of a biped by words, "shin" or "hip width", and changes to its table by name.
+
+A length takes along what hangs on it: boxes, centres of mass, and inertias that were given.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, fields, replace
+from difflib import get_close_matches
+from typing import Any
+
+import numpy as np
+
+from gaitopt.catalogue.biped_spec import BipedSpec, Links, LinkSpec, quantity_of
+from gaitopt.errors import SpecError
+from gaitopt.units import read_quantity
+
+Read = Callable[[BipedSpec], float]
+Change = Callable[[BipedSpec, float], BipedSpec]
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A number of a biped that has a name of its own.
+
+    Attributes:
+        help: what it is, and what follows it.
+        unit: "m" or "kg".
+        value: reads it.
+        changed: returns a biped with another value.
+    """
+
+    help: str
+    unit: str
+    value: Read
+    changed: Change
+
+
+def _stretched(link: LinkSpec, factors: tuple[float, float, float]) -> LinkSpec:
+    """Return a link stretched about the joint above it along x, y, z; its mass stays."""
+    k = np.array(factors)
+    inertia = link.inertia
+    if inertia is not None:  # through the second moments of mass, so that it stays physical
+        given = np.array(inertia)
+        second = np.outer(k, k) * (0.5 * np.trace(given) * np.eye(3) - given)
+        inertia = _rows(np.trace(second) * np.eye(3) - second)
+    return replace(link, size=_numbers(k * link.size), com=_numbers(k * link.com), inertia=inertia)
+
+
+def _numbers(values: Any) -> Any:
+    return tuple(map(float, values))
+
+
+def _rows(matrix: Any) -> Any:
+    return tuple(_numbers(row) for row in matrix)
+
+
+def _with_length(names: tuple[str, ...], link: str, axis: int) -> Parameter:
+    """Return the parameter of lengths in `Geometry`, the first of which it is, and of a link."""
+
+    def value(spec: BipedSpec) -> float:
+        return float(getattr(spec.geometry, names[0]))
+
+    def change(spec: BipedSpec, new: float) -> BipedSpec:
+        k = new / value(spec)
+        lengths = {name: getattr(spec.geometry, name) * k for name in names} | {names[0]: new}
+        factors: Any = tuple(k if i == axis else 1.0 for i in range(3))
+        links = replace(spec.links, **{link: _stretched(getattr(spec.links, link), factors)})
+        return replace(spec, geometry=replace(spec.geometry, **lengths), links=links)
+
+    return Parameter(f"{link} with its box and centre of mass", "m", value, change)
+
+
+def _mass(*names: str, value: Read) -> Parameter:
+    """Return the parameter of the mass of links, of those of one leg where they are of a leg."""
+
+    def change(spec: BipedSpec, new: float) -> BipedSpec:
+        k = new / value(spec)
+        links = {name: _heavier(getattr(spec.links, name), k) for name in names}
+        return replace(spec, links=replace(spec.links, **links))
+
+    return Parameter("mass; its shares and inertias go with it", "kg", value, change)
+
+
+def _heavier(link: LinkSpec, k: float) -> LinkSpec:
+    inertia = None if link.inertia is None else _rows(k * np.array(link.inertia))
+    return replace(link, mass=k * link.mass, inertia=inertia)
+
+
+def _leg(spec: BipedSpec, new: float) -> BipedSpec:
+    k = new / (spec.geometry.d3 + spec.geometry.d4)
+    shin, thigh = k * spec.geometry.d3, k * spec.geometry.d4
+    return PARAMETERS["thigh"].changed(PARAMETERS["shin"].changed(spec, shin), thigh)
+
+
+def _hip_width(spec: BipedSpec, new: float) -> BipedSpec:
+    return replace(spec, geometry=replace(spec.geometry, d7=new))
+
+
+def _ankle_height(spec: BipedSpec, new: float) -> BipedSpec:
+    foot = spec.links.foot
+    x, y, z = foot.com
+    lower = replace(foot, com=(x, y, z - (new - spec.geometry.d1)))  # the box stays on the sole
+    geometry, links = replace(spec.geometry, d1=new), replace(spec.links, foot=lower)
+    return replace(spec, geometry=geometry, links=links)
+
+
+def _trunk_height(spec: BipedSpec, new: float) -> BipedSpec:
+    factors = (1.0, 1.0, new / spec.links.torso.size[2])
+    return replace(spec, links=replace(spec.links, torso=_stretched(spec.links.torso, factors)))
+
+
+PARAMETERS: Mapping[str, Parameter] = {
+    "leg": Parameter("shin and thigh in proportion", "m", lambda s: s.geometry.d3 + s.geometry.d4,
+                     _leg),
+    "shin": _with_length(("d3",), "shin", 2),
+    "thigh": _with_length(("d4",), "thigh", 2),
+    "hip_width": Parameter("between the hip centres", "m", lambda s: s.geometry.d7, _hip_width),
+    "ankle_height": Parameter("above the sole", "m", lambda s: s.geometry.d1, _ankle_height),
+    "foot_length": _with_length(("foot_length", "l1"), "foot", 0),
+    "foot_width": _with_length(("foot_width",), "foot", 1),
+    "trunk_height": Parameter("of its box", "m", lambda s: s.links.torso.size[2], _trunk_height),
+    "mass": _mass(*(entry.name for entry in fields(Links)), value=lambda s: s.total_mass),
+    "trunk_mass": _mass("torso", value=lambda s: s.links.torso.mass),
+    "hip_mass": _mass(
+        "hip_yaw", "hip_roll", value=lambda s: s.links.hip_yaw.mass + s.links.hip_roll.mass
+    ),
+    "thigh_mass": _mass("thigh", value=lambda s: s.links.thigh.mass),
+    "shin_mass": _mass("shin", value=lambda s: s.links.shin.mass),
+    "ankle_mass": _mass("ankle", value=lambda s: s.links.ankle.mass),
+    "foot_mass": _mass("foot", value=lambda s: s.links.foot.mass),
+}  # fmt: skip
+"""Parameters by their names; blanks and dashes may stand for underscores."""
+
+
+def parameter_name(text: str) -> str | None:
+    """Return the name of a parameter as it is written in `PARAMETERS`, None if it is none."""
+    name = "_".join(text.replace("-", " ").replace("_", " ").lower().split())
+    return name if name in PARAMETERS else None
+
+
+def parameter_unit(text: str) -> str:
+    """Return the unit of a parameter or of an entry of the table; empty where it has none."""
+    if (name := parameter_name(text)) is not None:
+        return PARAMETERS[name].unit
+    part: Any = BipedSpec
+    quantity = None
+    for step in text.split("."):
+        entry = next((e for e in fields(part) if e.name == step), None) if part else None
+        quantity = None if entry is None else quantity_of(entry)
+        part = None if entry is None else entry.metadata.get("part")
+    return quantity.unit if quantity is not None else ""
+
+
+def changed(spec: BipedSpec, changes: Mapping[str, Any]) -> BipedSpec:
+    """Return a copy with some values changed: `{"shin": 0.35, "links.torso.mass": 45}`.
+
+    Args:
+        spec: the biped to start from.
+        changes: new values [SI units] by the name of a parameter, which takes along what hangs on
+            it, or by the path of an entry of the table, which stands for itself.
+
+    Raises:
+        SpecError: there is none of that name, or the changed biped is not physical.
+    """
+    table: dict[str, Any] = {}
+    for path, value in changes.items():
+        *parents, key = path.split(".")
+        inner = table
+        for name in parents:
+            inner = inner.setdefault(name, {})
+            _check_table(inner, name)
+        inner[key] = value
+    return merged(spec, table)
+
+
+def merged(spec: BipedSpec, table: Mapping[str, Any]) -> BipedSpec:
+    """Return a copy of the specification with the values of a nested table in place of its own.
+
+    Args:
+        spec: gives every value that the table does not mention.
+        table: parameters by name, set first and in order, and nested mappings with the names of
+            the specification's fields.
+
+    Raises:
+        SpecError: an unknown key, a value of the wrong type, or one that is not physical.
+    """
+    rest: dict[str, Any] = {}
+    for key, value in _check_table(table, "").items():
+        if (name := parameter_name(str(key))) is None:
+            rest[key] = value
+        else:
+            spec = _set(spec, name, value)
+    biped: BipedSpec = _merged(spec, rest, "")
+    return biped
+
+
+def _set(spec: BipedSpec, name: str, value: object) -> BipedSpec:
+    parameter = PARAMETERS[name]
+    try:
+        number = read_quantity(value, parameter.unit)
+    except ValueError as error:
+        raise SpecError(f"{name} = {str(value)[:60]!r} is wrong; {error}") from None
+    if not 0.0 < number < np.inf:
+        raise SpecError(f"{name} = {number:g} {parameter.unit} is wrong; it must be above 0")
+    return parameter.changed(spec, number)
+
+
+def _merged(part: Any, table: object, path: str) -> Any:
+    entries = {entry.name: entry for entry in fields(part)}
+    changes: dict[str, Any] = {}
+    for key, value in _check_table(table, path).items():
+        where = f"{path}.{key}" if path else str(key)
+        if key not in entries:
+            raise SpecError(_unknown(where, str(key), [*entries, *([] if path else PARAMETERS)]))
+        nested = "part" in entries[key].metadata
+        changes[key] = _merged(getattr(part, key), value, where) if nested else value
+    return replace(part, **changes)
+
+
+def _check_table(table: object, path: str) -> Mapping[str, Any]:
+    if not isinstance(table, Mapping):
+        raise SpecError(
+            f"{path or 'a specification'} must be a table of named values, got {str(table)[:60]}"
+        )
+    return table
+
+
+def _unknown(path: str, key: str, allowed: list[str]) -> str:
+    close = get_close_matches(key, allowed, n=1)
+    hint = f"did you mean {close[0]}? " if close else ""
+    return f"unknown entry {path[:120]}; {hint}allowed here: {', '.join(allowed)}"
