@@ -148,4 +148,4 @@ def test_truncated_and_foreign_gaits_are_refused(cli, gait_file, command):
     refused(cli(command, gait_file), "truncated")
     with gait_file.open("wb") as stream:
         np.savez(stream, a=np.arange(3))
-    refused(cli(command, gait_file), "'time' is missing")
+    refused(cli(command, gait_file), "'meta' is missing")
