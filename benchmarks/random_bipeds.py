@@ -12,7 +12,7 @@ from gaitopt import biped13
 from gaitopt.catalogue.biped_spec import BipedSpec
 from gaitopt.catalogue.parameters import changed
 from gaitopt.design.design import design
-from gaitopt.design.diagnose import diagnose
+from gaitopt.design.diagnosis import diagnose
 from gaitopt.design.process import small_matrices
 from gaitopt.errors import GaitoptError, NoGaitFoundError
 from gaitopt.gait.problem import WalkProblem

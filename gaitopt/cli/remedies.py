@@ -18,8 +18,9 @@ import numpy as np
 from gaitopt.atomic import write_atomically
 from gaitopt.cli.config import SCHEMA, Settings, option_words
 from gaitopt.cli.request import Request, choices_text, make_robot, make_task, robot_source
-from gaitopt.design.diagnosis import Diagnosis, Suggestion
+from gaitopt.design.diagnosis import Diagnosis
 from gaitopt.design.pipeline import begins_relaxed
+from gaitopt.design.remedies import Suggestion
 from gaitopt.errors import InputError
 from gaitopt.gait.assemble import gait_at
 from gaitopt.gait.gait_file import save_gait

@@ -10,11 +10,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from gaitopt.design.diagnose import diagnose
-from gaitopt.design.diagnosis import Diagnosis, Suggestion
+from gaitopt.design.diagnosis import Diagnosis, diagnose
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.pipeline import Design, attempt, complete, finished, is_walk, versions
-from gaitopt.design.suggestions import followed, following
+from gaitopt.design.remedies import Suggestion, followed, following
 from gaitopt.errors import (
     EvaluationError,
     InputError,

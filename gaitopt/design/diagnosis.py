@@ -1,137 +1,33 @@
-"""Why there is no gait, in words and as data."""
+"""Why there is no gait, in words and as data.
+
+Why a walk has no gait, and what would give it one.
+"""
 
 from __future__ import annotations
 
+import time
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 
 import numpy as np
 
-from gaitopt.design.certificate import WorstRow
+from gaitopt.design.certificate import WorstRow, worst_rows
+from gaitopt.design.conflict import (
+    PATIENT_GATHERER,
+    TRAVELLER,
+    Conflict,
+    conflicts,
+    contradictions,
+    easier_guess,
+    find_reason,
+    journeys,
+    solve_or_stop,
+)
 from gaitopt.design.options import DesignOptions
-from gaitopt.design.pipeline import Design
-from gaitopt.gait.task import Task
-from gaitopt.model.robot import Robot
-from gaitopt.nlp import Array
-from gaitopt.units import digits
-
-
-@dataclass(frozen=True)
-class Conflict:
-    """A constraint family that stands in the way.
-
-    Attributes:
-        family, words: its name, and what a person calls it.
-        amount, unit: by how much its limits give in the smallest relaxation; zero for a family
-            that holds but pushes the others.
-        row: joint and instant where it pushes most.
-        share: of all push (multipliers of the smallest relaxation), from 0 to 1.
-    """
-
-    family: str
-    words: str
-    amount: float
-    unit: str
-    row: str
-    share: float
-
-    @property
-    def sentence(self) -> str:
-        """In words."""
-        where = " in every step" if self.family == "walking speed" else f" ({self.row})"
-        if self.amount == 0.0:
-            return self.words if self.family == "walking speed" else self.words + where
-        return f"{self.words} by {self.amount:.2g} {self.unit}{where}"
-
-
-@dataclass(frozen=True)
-class Change:
-    """One number changed.
-
-    Attributes:
-        knob: field of `Task` or `Margins`, or a property of the robot.
-        words: for a person.
-        before, after: its value in the task, and the one with which a walk was found.
-        unit: of both, empty where there is none.
-    """
-
-    knob: str
-    words: str
-    before: float
-    after: float
-    unit: str
-
-    @property
-    def sentence(self) -> str:
-        """In words."""
-        unit = f" {self.unit}" if self.unit else ""
-        return f"{self.words} ({self.knob}) from {self.before:g} to {digits(self.after)}{unit}"
-
-
-@dataclass(frozen=True)
-class Suggestion:
-    """A change that makes the walk possible; it was followed, and led to a proven walk.
-
-    Attributes:
-        knob: field of `Task` or `Margins`, or a property of the robot; empty where nothing but
-            the way to the walk is changed.
-        words: for a person.
-        before, after: its value in the task, and the one with which a walk was found.
-        unit: of both, empty where there is none.
-        robot, task, options: as changed.
-        start: parameters of a walk that nearly keeps the limits, shape (P,): where to start.
-        found: the design that following it gives, `design(robot, task, options, start=start)`.
-        also: what must be changed as well; nothing where one change suffices.
-    """
-
-    knob: str
-    words: str
-    before: float
-    after: float
-    unit: str
-    robot: Robot
-    task: Task
-    options: DesignOptions
-    start: Array
-    found: Design
-    also: tuple[Change, ...] = ()
-
-    @property
-    def changes(self) -> tuple[Change, ...]:
-        """All that is changed; nothing where only the way to the walk is."""
-        first = Change(self.knob, self.words, self.before, self.after, self.unit)
-        return (first, *self.also) if self.knob else ()
-
-    @property
-    def gait(self) -> Array:
-        """Parameters of the walk found, shape (P,)."""
-        return self.found.solution.x
-
-    @property
-    def cost(self) -> float:
-        """Of the walk [N²·m·s]."""
-        return self.found.solution.cost
-
-    @property
-    def sentence(self) -> str:
-        """In words."""
-        proven = "certified" if self.options.refine else "optimal (at its samples)"
-        walk = f"a {proven} walk of cost {self.cost:.5g} N²·m·s"
-        if not self.knob:
-            return f"{self.words} leads to {walk}"
-        if self.knob == "impulse_cop":
-            return f"without {self.words} (impulse_cop) there is {walk}"
-        changes = " and ".join(change.sentence for change in self.changes)
-        return f"changing {changes} gives {walk}"
-
-    def record(self) -> dict[str, object]:
-        """Return the suggestion as JSON-able data."""
-        told = ("knob", "words", "before", "after", "unit", "cost")
-        return {
-            **{name: getattr(self, name) for name in told},
-            "also": [asdict(change) for change in self.also],
-            "start": self.start.tolist(),
-            "gait": self.gait.tolist(),
-        }
+from gaitopt.design.remedies import Suggestion, find_suggestions
+from gaitopt.gait.problem import WalkProblem
+from gaitopt.nlp import Array, Solution, Start, Stop, never
+from gaitopt.tolerances import FEASIBLE
 
 
 @dataclass(frozen=True)
@@ -212,3 +108,65 @@ def _worst_sentence(row: WorstRow) -> str:
     if row.family != "walking speed":
         return row.sentence
     return f"a step that is {abs(row.value):.3g} m too {'short' if row.value > 0.0 else 'long'}"
+
+
+EQUAL = 0.98
+"""Rows violated at least this share of the most violated are its equals."""
+
+
+def diagnose(
+    problem: WalkProblem,
+    tried: Sequence[Solution] = (),
+    options: DesignOptions | None = None,
+    stop: Stop = never,
+) -> Diagnosis:
+    """Find out why a walk has no feasible gait and what change would give it one.
+
+    Args:
+        problem: the walk.
+        tried: what solvers made of it, where they could start.
+        options: how the walk was searched for; suggestions are followed in the same way.
+        stop: ends the diagnosis.
+
+    Raises:
+        UnreachableError: not even an easier walk can be guessed.
+        StoppedError: `stop` said so.
+    """
+    started, options = time.process_time(), options or DesignOptions()
+    points = journeys(problem, tried, stop)
+    least = min(points, key=lambda s: s.violation, default=None)
+    reason = None
+    if least is None or least.violation > FEASIBLE:
+        places = [point.x for point in points]
+        reason = find_reason(problem, places, stop)
+        if reason is None:
+            places.append(easier_guess(problem))
+            reason = find_reason(problem, places, stop, PATIENT_GATHERER)
+        if reason is not None and reason.amount <= FEASIBLE:
+            least = solve_or_stop(TRAVELLER, problem, Start(reason.x), stop)
+    if least is not None and least.violation <= FEASIBLE:
+        return Diagnosis((), least.violation, None, (), (), (), least.x, _since(started))
+    impossible = tuple(sentence for _, sentence in contradictions(problem))
+    conflict = () if reason is None else conflicts(problem, reason)
+    suggestions, vain = find_suggestions(problem, reason, options, stop)
+    return Diagnosis(
+        impossible=impossible,
+        violation=np.inf if least is None else least.violation,
+        worst=None if least is None else _worst(problem, least.x, [c.family for c in conflict]),
+        conflict=conflict,
+        suggestions=suggestions,
+        tried=vain,
+        gait=None,
+        seconds=_since(started),
+    )
+
+
+def _worst(problem: WalkProblem, x: Array, ranked: list[str]) -> WorstRow:
+    """Return the worst row; of equals, the one of the family that gives first."""
+    rows = worst_rows(problem, x)
+    equal = [row for row in rows if row.violation >= EQUAL * rows[0].violation]
+    return min(equal, key=lambda r: ranked.index(r.family) if r.family in ranked else len(ranked))
+
+
+def _since(started: float) -> float:
+    return time.process_time() - started

@@ -10,15 +10,27 @@ exactly zero (Nocedal & Wright, 2006, section 17.2): what is left is a small set
 conflict. B couples rows: a coefficient of friction multiplies the vertical force, which is a row
 of its own. `pull` asks for little of one variable instead. With neither t nor pull, the program
 asks for the nearest walk.
+
+What a person can turn to make a walk possible: one number of the task or of the robot each.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import glob
+from abc import ABC, abstractmethod
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gaitopt.gait.constraint import declared_margins
+from gaitopt.gait.constraints import CONSTRAINTS
+from gaitopt.gait.humanoid import humanoid_task, widest
+from gaitopt.gait.parameters import FOOT_SPACING, set_quantities
+from gaitopt.gait.problem import WalkProblem, constraint_blocks
+from gaitopt.gait.task import Task, preset_task
+from gaitopt.model.import_options import LimitOverride
+from gaitopt.model.robot import Robot
 from gaitopt.nlp import NLP, Array, Point, Rows, Values, Variables
 
 REGULARITY = 1e-3
@@ -219,3 +231,352 @@ def _ratio(missing: Array, rate: Array) -> float:
     """Largest missing / rate where a limit is missed and gives."""
     gives = (rate > 0.0) & (missing > 0.0)
     return float((missing[gives] / rate[gives]).max(initial=0.0))
+
+
+STRONGEST = 10.0  # times: no motor is asked to be stronger or faster than this
+WIDEST = 1.0  # rad: no joint range is widened by more
+SLOWEST = 0.05  # m/s
+UNUSUAL = 0.05  # of a change that matters: a value this far from the usual one was asked for
+LONGEST, SHORTEST = 2.0, 0.5  # step duration over the one asked for
+
+
+class Knob(ABC):
+    """Something that can be turned, and the program that tells how far.
+
+    Attributes:
+        name: as in `Task` and `Margins`, or of a property of the robot.
+        words: for a person.
+        unit: of its value; empty where it has none.
+        before: its value in the task.
+        bound: the farthest value that makes sense.
+        step: a change of it that matters.
+        families: constraint families that it relaxes.
+    """
+
+    name: str
+    words: str
+    unit: str
+    before: float
+    bound: float
+    step: float
+    families: tuple[str, ...]
+
+    @abstractmethod
+    def turned(self, robot: Robot, task: Task, value: float) -> tuple[Robot, Task]:
+        """Return robot and task with another value.
+
+        Raises:
+            InputError: the value is out of range.
+        """
+
+    @abstractmethod
+    def program(self, problem: WalkProblem, start: Array) -> RelaxedProgram:
+        """Return the program whose solution turns the knob the least.
+
+        Args:
+            problem: the walk.
+            start: variables as `start` returns them; the solution is sought near their x.
+        """
+
+    @abstractmethod
+    def start(self, x: Array, amount: float) -> Array:
+        """Return variables of the program: x of the walk, then the knob turned by an amount."""
+
+    @abstractmethod
+    def value(self, z: Array) -> float:
+        """Return the knob's value at variables of the program."""
+
+    def walk(self, z: Array) -> Array:
+        """Return x of the walk at variables of the program, by default all but the last."""
+        return z[:-1]
+
+
+@dataclass(frozen=True)
+class LimitKnob(Knob):
+    """A number that enters the limits of rows linearly.
+
+    Attributes:
+        step: change of the value that matters, signed: one unit of t.
+    """
+
+    name: str
+    words: str
+    unit: str
+    before: float
+    bound: float
+    step: float
+    families: tuple[str, ...]
+
+    def turned(self, robot: Robot, task: Task, value: float) -> tuple[Robot, Task]:
+        """Return robot and task with another value."""
+        if self.name in _ROBOT_KNOBS:
+            return _with_limits(robot, self.name, value), task
+        if self.name == "speed":
+            return robot, replace(task, speed=value)
+        return robot, task.with_margins({self.name: value})
+
+    def program(self, problem: WalkProblem, start: Array) -> RelaxedProgram:
+        """Return the walk with the limits as functions of t."""
+        return RelaxedProgram(problem, (self.relaxation(problem),), start[:-1])
+
+    def relaxation(self, problem: WalkProblem) -> Relaxation:
+        """Return how the rows' limits give per unit of t."""
+        size = problem.rows.lower.size
+        lower, upper = np.zeros(size), np.zeros(size)
+        if self.name == "speed":
+            upper[problem.rows_of("walking speed")] = -self.step * problem.task.duration
+        else:
+            robot, task = self.turned(problem.robot, problem.task, self.bound)
+            share = self.step / (self.bound - self.before)
+            pairs = zip(problem.blocks, constraint_blocks(robot, task, problem.grid), strict=True)
+            for old, new in pairs:
+                rows = problem.rows_of(old.name)
+                lower[rows] = share * _moved(new.lower, old.lower, old.scale)
+                upper[rows] = share * _moved(old.upper, new.upper, old.scale)
+        largest = (self.bound - self.before) / self.step
+        return Relaxation(self.name, lower, upper, self._couplings(problem), largest)
+
+    def start(self, x: Array, amount: float) -> Array:
+        """Return (x, t)."""
+        return np.append(x, min(amount, (self.bound - self.before) / self.step))
+
+    def value(self, z: Array) -> float:
+        """Return the value at (x, t)."""
+        return self.before + self.step * float(z[-1])
+
+    def _couplings(self, problem: WalkProblem) -> tuple[Coupling, ...]:
+        present = {f.name: f for f in problem.blocks}
+        found = []
+        for constraint in (*CONSTRAINTS, *problem.task.constraints):
+            name, coupled = constraint.name, constraint.couplings.get(self.name)
+            if name not in present or coupled is None:
+                continue
+            force, sign = coupled
+            rows = np.arange(problem.rows.lower.size)[problem.rows_of(name)]
+            per_force = rows.size // present[force].size
+            first = problem.rows_of(force).start
+            partners = first + np.arange(rows.size) // per_force
+            factor = float(present[force].scale[0] / present[name].scale[0])
+            found.append((rows, partners, sign * self.step * factor))
+        return tuple(found)
+
+
+@dataclass(frozen=True)
+class DurationKnob(Knob):
+    """The duration of the step, made a variable of the walk."""
+
+    before: float
+    bound: float
+    step: float
+    name: str = "duration"
+    words: str = "the duration of a step"
+    unit: str = "s"
+    families: tuple[str, ...] = ("walking speed",)
+
+    def turned(self, robot: Robot, task: Task, value: float) -> tuple[Robot, Task]:
+        """Return robot and task with another duration."""
+        return robot, replace(task, duration=value)
+
+    def program(self, problem: WalkProblem, start: Array) -> RelaxedProgram:
+        """Return the walk that keeps its duration as near as it can to the one asked for."""
+        low, high = sorted((self.before, self.bound))
+        free: dict[str, float | bool] = {"lower": low, "upper": high, "free": True}
+        table = set_quantities(problem.task.geometry, {"duration": free})
+        task = replace(problem.task, geometry=table)
+        walk = WalkProblem(problem.robot, task, problem.grid)
+        pull = np.zeros(walk.layout.size)
+        pull[-1] = 1.0 / (self.bound - self.before)  # the last of the geometric quantities
+        return RelaxedProgram(walk, (), start, pull)
+
+    def start(self, x: Array, amount: float) -> Array:
+        """Return the variables of the walk with a free duration."""
+        return np.append(x, self.before + min(amount, 1.0) * (self.bound - self.before))
+
+    def value(self, z: Array) -> float:
+        """Return the duration."""
+        return float(z[-1])
+
+
+@dataclass(frozen=True)
+class StepWidthKnob(Knob):
+    """The largest step width: a bound of the foot spacing, which is a variable of the walk.
+
+    Attributes:
+        index: of the foot spacing in x.
+        side: sign of the foot spacing.
+    """
+
+    before: float
+    bound: float
+    index: int
+    side: float
+    step: float = 0.1
+    name: str = "step_width"
+    words: str = "the largest step width"
+    unit: str = "m"
+    families: tuple[str, ...] = ("lateral", "leg gap")
+
+    def turned(self, robot: Robot, task: Task, value: float) -> tuple[Robot, Task]:
+        """Return robot and task with another step width."""
+        return robot, replace(task, margins=replace(task.margins, step_width=value))
+
+    def program(self, problem: WalkProblem, start: Array) -> RelaxedProgram:
+        """Return the walk whose steps are as little wider than asked for as can be."""
+        least = {"lower": self.before} if self.side > 0.0 else {"upper": -self.before}
+        table = set_quantities(problem.task.geometry, {"foot_spacing": {**least}})
+        _, task = self.turned(problem.robot, replace(problem.task, geometry=table), self.bound)
+        walk = WalkProblem(problem.robot, task, problem.grid)
+        pull = np.zeros(walk.layout.size)
+        pull[self.index] = self.side / (self.bound - self.before)
+        return RelaxedProgram(walk, (), start, pull)
+
+    def start(self, x: Array, amount: float) -> Array:
+        """Return x with the feet a part of the way from the width asked for to the bound apart."""
+        z = x.copy()
+        width = self.before + min(amount, 1.0) * (self.bound - self.before)
+        z[self.index] = self.side * width
+        return z
+
+    def value(self, z: Array) -> float:
+        """Return the step width."""
+        return self.side * float(z[self.index])
+
+    def walk(self, z: Array) -> Array:
+        """Return x, which the program's variables are."""
+        return z
+
+
+def limit_knobs(problem: WalkProblem) -> tuple[LimitKnob, ...]:
+    """Return everything that can be turned in the limits of a walk."""
+    margins, task = problem.task.margins, problem.task
+    knobs = [*_motor_knobs(problem)]
+    for name, declared in task.declared.items():
+        before, how = task.margin(name), declared.relax
+        if before is not None and how is not None:
+            knobs.append(
+                LimitKnob(
+                    name,
+                    declared.words,
+                    declared.unit,
+                    before,
+                    how.farthest,
+                    how.change,
+                    constraints_of(task, name),
+                )
+            )
+    if margins.joint_range:
+        words = "the joint ranges of the robot, widened at both ends"
+        knobs.append(LimitKnob("robot joint ranges", words, "rad", 0.0, WIDEST, 0.3, ("range",)))
+    if task.speed_as == "constraint":
+        words, relaxed = "the walking speed", ("walking speed",)
+        knobs.append(LimitKnob("speed", words, "m/s", task.speed, SLOWEST, -0.2, relaxed))
+    return tuple(k for k in knobs if (k.bound - k.before) / k.step > 1e-9)
+
+
+def constraints_of(task: Task, margin: str) -> tuple[str, ...]:
+    """Return the names of the constraints that a margin loosens."""
+    built_in = tuple(one.name for one in CONSTRAINTS if margin in one.margins)
+    own = (one.name for one in task.constraints if margin in declared_margins(one))
+    return (*built_in, *own)
+
+
+def duration_knob(problem: WalkProblem, shorter: bool) -> DurationKnob:
+    """Return the knob of the step duration, to be made shorter or longer."""
+    before = problem.task.duration
+    return DurationKnob(before, before * (SHORTEST if shorter else LONGEST), before)
+
+
+def step_width_knob(problem: WalkProblem) -> StepWidthKnob | None:
+    """Return the knob of the step width, to be made wider; None where nothing bounds it so."""
+    before, legs = problem.task.margins.step_width, problem.robot.legs
+    index = problem.layout.index("foot_spacing")
+    if before is None or index is None:
+        return None
+    side = 1.0 if legs.side > 0.0 else -1.0
+    given = problem.task.geometry[FOOT_SPACING]
+    farthest = given.upper if side > 0.0 else -given.lower
+    nearest = given.lower if side > 0.0 else -given.upper
+    bound = min(before + legs.reach, farthest)
+    if bound - before <= 1e-9 or nearest > before:
+        return None
+    return StepWidthKnob(before, bound, index, side)
+
+
+def usual_value(problem: WalkProblem, knob: Knob) -> float | None:
+    """Return the value of a knob in a usual task, if that asks for less; else None.
+
+    Where it is usual not to impose the limit, that is the knob's bound, or the robot's own motors.
+    """
+    robot, task = problem.robot, problem.task
+    usual = humanoid_task(robot) if task.boundary == "lifted" else preset_task()
+    if knob.name in _ROBOT_KNOBS:
+        return None
+    if knob.name == "duration":
+        natural = task.boundary == "lifted"
+        value = robot.legs.natural_step(task.speed) / task.speed if natural else usual.duration
+        value = round(value, 2)
+    elif knob.name == "speed":
+        value = min(usual.speed, knob.before)
+    else:
+        given = getattr(usual.margins, knob.name, None)
+        if knob.name == "step_width" and given is not None:
+            given = widest(robot, task.margins.lateral_gap)
+        own = getattr(robot.limits, knob.name.removesuffix("_limit"), None)
+        if given is None and own is not None and np.isfinite(own).any():
+            given = float(np.max(own[np.isfinite(own)]))
+        value = knob.bound if given is None else float(given)
+    sign = 1.0 if knob.bound > knob.before else -1.0
+    away = sign * (value - knob.before)
+    return value if away > UNUSUAL * abs(knob.step) and sign * (knob.bound - value) >= 0.0 else None
+
+
+_ROBOT_KNOBS = ("robot torque limits", "robot speed limits", "robot joint ranges")
+
+
+def _with_limits(robot: Robot, knob: str, value: float) -> Robot:
+    """Return a robot with other limits, which its choices tell as well."""
+    own = robot.limits
+    if knob == "robot joint ranges":
+        limits = replace(own, lower=own.lower - value, upper=own.upper + value)
+    elif knob == "robot torque limits":
+        limits = replace(own, torque=value * own.torque)
+    else:
+        limits = replace(own, speed=value * own.speed)
+    changed = {
+        name: getattr(limits, name)
+        for name in ("torque", "speed", "lower", "upper")
+        if getattr(limits, name) is not getattr(own, name)
+    }
+    overrides = tuple(
+        LimitOverride(glob.escape(joint), **{n: float(v[i]) for n, v in changed.items()})  # type: ignore[arg-type]
+        for i, joint in enumerate(robot.joint_names)
+    )
+    choices = robot.choices.over(limits=(*robot.choices.limits, *overrides))
+    return replace(robot, limits=limits, choices=choices)
+
+
+def _motor_knobs(problem: WalkProblem) -> list[LimitKnob]:
+    """Torque and speed of the motors: one number where all joints have the same limit."""
+    knobs = []
+    for quantity, unit in (("torque", "N·m"), ("speed", "rad/s")):
+        name, words = f"{quantity}_limit", f"the {quantity} limit of every joint"
+        given = getattr(problem.task.margins, name)
+        own = getattr(problem.robot.limits, quantity)
+        if given is None and not np.isfinite(own).any():
+            continue  # nothing to turn: the robot states no limit
+        if given is None and len(set(own)) > 1:
+            name, words = f"robot {quantity} limits", f"the {quantity} limits of the robot"
+            unit, before = "times its own", 1.0
+        else:
+            before = float(own[0] if given is None else given)
+        bound = STRONGEST * before
+        if given is not None:  # the robot's own motors are no stronger than they are
+            bound = max(bound, float(own[np.isfinite(own)].max(initial=0.0)))
+        knobs.append(LimitKnob(name, words, unit, before, bound, before, (quantity,)))
+    return knobs
+
+
+def _moved(start: Array, end: Array, scale: Array) -> Array:
+    """Scaled end - start of limits, zero where there are none."""
+    there = np.isfinite(start)
+    return (np.subtract(end, start, out=np.zeros(start.shape), where=there) / scale).ravel()

@@ -15,7 +15,7 @@ from gaitopt.cli import results
 from gaitopt.cli.config import read_config
 from gaitopt.cli.paths import require_writable
 from gaitopt.cli.process import STOPPING, stop_on_interrupt
-from gaitopt.design import diagnose as diagnosis
+from gaitopt.design import diagnosis
 from gaitopt.errors import InputError
 
 

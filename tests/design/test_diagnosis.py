@@ -8,12 +8,11 @@ import pytest
 from reference_cases import biped
 
 from gaitopt.design import design as search
-from gaitopt.design import suggestions
+from gaitopt.design import remedies as suggestions
 from gaitopt.design.certificate import on_fine_grid
-from gaitopt.design.contradictions import contradictions
+from gaitopt.design.conflict import contradictions
 from gaitopt.design.design import design
-from gaitopt.design.diagnose import diagnose
-from gaitopt.design.diagnosis import digits
+from gaitopt.design.diagnosis import diagnose
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.pipeline import attempt
 from gaitopt.design.refinement import violated_instants
@@ -25,6 +24,7 @@ from gaitopt.gait.task import preset_task
 from gaitopt.model.robot import JointLimits
 from gaitopt.nlp import violations
 from gaitopt.solvers import solver_by_name
+from gaitopt.units import digits
 
 QUICK = DesignOptions(solver=solver_by_name("sqp", max_iterations=60), refine=False)
 COARSE = {"samples": 21}  # for speed

@@ -7,10 +7,16 @@ from hypothesis import strategies as st
 from numerics import check_jacobian, relative_error
 from walks import walk
 
-from gaitopt.design.knobs import duration_knob, limit_knobs, step_width_knob, usual_value
-from gaitopt.design.reason import easier_guess
-from gaitopt.design.relaxation import Relaxation, RelaxedProgram
-from gaitopt.design.suggestions import _outward
+from gaitopt.design.conflict import easier_guess
+from gaitopt.design.relaxation import (
+    Relaxation,
+    RelaxedProgram,
+    duration_knob,
+    limit_knobs,
+    step_width_knob,
+    usual_value,
+)
+from gaitopt.design.remedies import _outward
 from gaitopt.gait.parameters import GEOMETRY, set_quantities
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.task import preset_task

@@ -1,6 +1,6 @@
 import pytest
 
-from gaitopt.design.settle import RESTLESS, STUCK, Settle
+from gaitopt.design.early_stopping import RESTLESS, STUCK, Settle
 from gaitopt.nlp import Progress
 
 

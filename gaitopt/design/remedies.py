@@ -8,26 +8,25 @@ a proven walk when it was followed, as a person would follow it, is suggested.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from functools import partial
 from itertools import combinations
 
 import numpy as np
 
-from gaitopt.design.diagnosis import Change, Suggestion
-from gaitopt.design.knobs import (
+from gaitopt.design.conflict import SEARCHER, Reason, easier_guess, solve_or_stop
+from gaitopt.design.early_stopping import Settle
+from gaitopt.design.options import DesignOptions
+from gaitopt.design.pipeline import Design, attempt, begins_relaxed, complete, is_walk
+from gaitopt.design.relaxation import (
     Knob,
     LimitKnob,
+    RelaxedProgram,
     duration_knob,
     limit_knobs,
     step_width_knob,
     usual_value,
 )
-from gaitopt.design.options import DesignOptions
-from gaitopt.design.pipeline import Design, attempt, begins_relaxed, complete, is_walk
-from gaitopt.design.reason import SEARCHER, Reason, easier_guess, solve_or_stop
-from gaitopt.design.relaxation import RelaxedProgram
-from gaitopt.design.settle import Settle
 from gaitopt.errors import EvaluationError, InputError, StoppedError, UnreachableError
 from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.problem import WalkProblem
@@ -35,6 +34,7 @@ from gaitopt.gait.task import Task
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array, Start, Status, Stop, never
 from gaitopt.tolerances import FEASIBLE
+from gaitopt.units import digits
 
 KNOBS, ENOUGH = 5, 2
 """Knobs that are tried, the most promising first, and suggestions that are enough."""
@@ -57,6 +57,97 @@ COARSE = 3.0
 """... each rounded outwards to a power of ten below this part of the change."""
 
 Changes = tuple[tuple[Knob, float], ...]
+
+
+@dataclass(frozen=True)
+class Change:
+    """One number changed.
+
+    Attributes:
+        knob: field of `Task` or `Margins`, or a property of the robot.
+        words: for a person.
+        before, after: its value in the task, and the one with which a walk was found.
+        unit: of both, empty where there is none.
+    """
+
+    knob: str
+    words: str
+    before: float
+    after: float
+    unit: str
+
+    @property
+    def sentence(self) -> str:
+        """In words."""
+        unit = f" {self.unit}" if self.unit else ""
+        return f"{self.words} ({self.knob}) from {self.before:g} to {digits(self.after)}{unit}"
+
+
+@dataclass(frozen=True)
+class Suggestion:
+    """A change that makes the walk possible; it was followed, and led to a proven walk.
+
+    Attributes:
+        knob: field of `Task` or `Margins`, or a property of the robot; empty where nothing but
+            the way to the walk is changed.
+        words: for a person.
+        before, after: its value in the task, and the one with which a walk was found.
+        unit: of both, empty where there is none.
+        robot, task, options: as changed.
+        start: parameters of a walk that nearly keeps the limits, shape (P,): where to start.
+        found: the design that following it gives, `design(robot, task, options, start=start)`.
+        also: what must be changed as well; nothing where one change suffices.
+    """
+
+    knob: str
+    words: str
+    before: float
+    after: float
+    unit: str
+    robot: Robot
+    task: Task
+    options: DesignOptions
+    start: Array
+    found: Design
+    also: tuple[Change, ...] = ()
+
+    @property
+    def changes(self) -> tuple[Change, ...]:
+        """All that is changed; nothing where only the way to the walk is."""
+        first = Change(self.knob, self.words, self.before, self.after, self.unit)
+        return (first, *self.also) if self.knob else ()
+
+    @property
+    def gait(self) -> Array:
+        """Parameters of the walk found, shape (P,)."""
+        return self.found.solution.x
+
+    @property
+    def cost(self) -> float:
+        """Of the walk [N²·m·s]."""
+        return self.found.solution.cost
+
+    @property
+    def sentence(self) -> str:
+        """In words."""
+        proven = "certified" if self.options.refine else "optimal (at its samples)"
+        walk = f"a {proven} walk of cost {self.cost:.5g} N²·m·s"
+        if not self.knob:
+            return f"{self.words} leads to {walk}"
+        if self.knob == "impulse_cop":
+            return f"without {self.words} (impulse_cop) there is {walk}"
+        changes = " and ".join(change.sentence for change in self.changes)
+        return f"changing {changes} gives {walk}"
+
+    def record(self) -> dict[str, object]:
+        """Return the suggestion as JSON-able data."""
+        told = ("knob", "words", "before", "after", "unit", "cost")
+        return {
+            **{name: getattr(self, name) for name in told},
+            "also": [asdict(change) for change in self.also],
+            "start": self.start.tolist(),
+            "gait": self.gait.tolist(),
+        }
 
 
 @dataclass

@@ -1,0 +1,355 @@
+"""Requests that no motion can meet, seen without solving anything.
+
+The smallest relaxation of all constraint families together: which of them conflict?
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from gaitopt.design.early_stopping import Settle
+from gaitopt.design.relaxation import Relaxation, RelaxedProgram
+from gaitopt.errors import StoppedError, UnreachableError
+from gaitopt.gait.initial_guess import first_guess, perturbed
+from gaitopt.gait.parameters import (
+    DURATION,
+    FOOT_SPACING,
+    FOOT_YAW,
+    PELVIS_ROLL,
+    PELVIS_YAW,
+    TRUNK_PITCH,
+)
+from gaitopt.gait.problem import WalkProblem
+from gaitopt.nlp import NLP, Array, Solution, Start, Stop, never, stopping
+from gaitopt.solvers.sqp import SQP
+from gaitopt.tolerances import FEASIBLE
+
+Contradiction = tuple[str, str]
+"""Family and sentence."""
+
+
+def contradictions(problem: WalkProblem) -> tuple[Contradiction, ...]:
+    """Return what is impossible whatever the motion, as pairs of family and sentence."""
+    return (
+        *_step(problem), *_extension(problem), *_sole(problem), *_load(problem), *_knees(problem),
+        *_width(problem), *_clearance(problem), *_trunk(problem),
+    )  # fmt: skip
+
+
+def _step(problem: WalkProblem) -> list[Contradiction]:
+    """Eq. (31): the legs span the step."""
+    try:
+        first_guess(problem)
+    except UnreachableError as error:
+        return [("leg length", str(error).split(";")[0])]
+    return []
+
+
+def _sole(problem: WalkProblem) -> list[Contradiction]:
+    """Eqs. (37)-(38): the margin leaves some of the sole."""
+    sole, margin = problem.robot.sole, problem.task.margins.cop_margin
+    sizes = (("wide", sole.left - sole.right), ("long", sole.toe - sole.heel))
+    return [
+        (
+            "cop",
+            f"a margin of {margin:g} m from every edge leaves no room for the centre of pressure "
+            f"in a sole {size:.3g} m {word}",
+        )
+        for word, size in sizes
+        if 2.0 * margin >= size
+    ]
+
+
+def _width(problem: WalkProblem) -> list[Contradiction]:
+    """Eq. (32): feet that point ahead fit beside each other."""
+    sole, margins = problem.robot.sole, problem.task.margins
+    needed = sole.left - sole.right + margins.lateral_gap
+    turned, spacing = (problem.layout.geometry[row] for row in (FOOT_YAW, FOOT_SPACING))
+    if turned.free or turned.value != 0.0:
+        return []
+    room = [] if margins.step_width is None else [("at most", margins.step_width, "step_width")]
+    room += [] if spacing.free else [("fixed at", abs(spacing.value), "foot_spacing")]
+    return [
+        (
+            "lateral",
+            f"feet {how} {width:g} m apart ({name}) leave no gap of {margins.lateral_gap:g} m "
+            f"between soles {sole.left - sole.right:.3g} m wide; at least {needed:.3g} m are "
+            "needed",
+        )
+        for how, width, name in room
+        if width < needed
+    ]
+
+
+def _extension(problem: WalkProblem) -> list[Contradiction]:
+    """Eq. (31): legs that may extend only so far span the step, the hips as far ahead as can be."""
+    legs, task = problem.robot.legs, problem.task
+    most, free = task.margins.leg_extension, problem.layout.geometry[DURATION].free
+    if most is None or free or task.speed_as != "constraint":
+        return []
+    hips = float(np.linalg.norm(legs.hips[0] - legs.hips[1]))
+    longest = 2.0 * most * legs.reach + hips
+    if task.step_length <= longest:
+        return []
+    return [
+        (
+            "leg length",
+            f"a step of {task.step_length:.3f} m ({task.speed:g} m/s for {task.duration:g} s) is "
+            f"longer than legs span that extend to {most:g} of their length (leg_extension): at "
+            f"most {longest:.3f} m",
+        )
+    ]
+
+
+def _clearance(problem: WalkProblem) -> list[Contradiction]:
+    """The swing foot passes below the hips."""
+    legs, clearance = problem.robot.legs, problem.task.margins.clearance
+    highest = legs.height + float(legs.hips[:, 2].max())
+    if clearance < highest:
+        return []
+    return [
+        (
+            "clearance",
+            f"a clearance of {clearance:g} m lifts the whole swing foot to where the hips are, "
+            f"{highest:.3g} m above the ground with straight legs; the leg is {legs.reach:.3g} m "
+            "long",
+        )
+    ]
+
+
+def _trunk(problem: WalkProblem) -> list[Contradiction]:
+    """The double support that is held keeps the limits of the trunk."""
+    table, margins = problem.layout.geometry, problem.task.margins
+    pairs = (
+        ("trunk_roll", PELVIS_ROLL, margins.trunk_roll),
+        ("trunk_pitch", TRUNK_PITCH, margins.trunk_pitch),
+        ("trunk_yaw", PELVIS_YAW, margins.trunk_yaw),
+    )
+    return [
+        (
+            name.replace("_", " "),
+            f"{table[row].name} is fixed at {table[row].value:g} rad, but {name} allows at most "
+            f"{most:g} rad",
+        )
+        for name, row, most in pairs
+        if most is not None and not table[row].free and abs(table[row].value) > most
+    ]
+
+
+def _load(problem: WalkProblem) -> list[Contradiction]:
+    """Eq. (35): over a periodic step the vertical force averages at most the weight."""
+    weight, least = problem.robot.weight, problem.task.margins.minimum_load
+    if least < weight:
+        return []
+    return [
+        (
+            "load",
+            f"a vertical ground force of at least {least:g} N throughout the step is more than the "
+            f"weight of the robot, {weight:.4g} N",
+        )
+    ]
+
+
+def _knees(problem: WalkProblem) -> list[Contradiction]:
+    """Eq. (30): the knees can bend as asked."""
+    robot, margins = problem.robot, problem.task.margins
+    found: list[Contradiction] = []
+    for index, knee in enumerate(robot.legs.knees):
+        limits = (robot.limits.lower[knee], robot.limits.upper[knee])
+        sign, straight = robot.legs.flexion[index], robot.legs.straight[index]
+        most = float(max(sign * (limit - straight) for limit in limits))
+        if margins.joint_range and margins.knee_flexion > most:
+            found.append(
+                (
+                    "knee",
+                    f"{robot.joint_names[knee]} bends by at most {most:.3g} rad; asked for are "
+                    f"always at least {margins.knee_flexion:g} rad",
+                )
+            )
+    return found
+
+
+SEARCHER = SQP(max_iterations=80, tolerance=1e-3, feasibility=0.9 * FEASIBLE)
+"""For relaxations: they need few digits (measured: half the time of 1e-4). The tip of a smoothed
+friction cone is out of reach by 6e-7; asked for more, the solver would insist on it."""
+GATHERER = replace(SEARCHER, max_iterations=60)
+"""For the relaxation of all families."""
+PATIENT_GATHERER = replace(SEARCHER, max_iterations=300)
+"""For the same, where that found none (benchmarks/infeasible.py: they take 60 to 200)."""
+TRAVELLER = SQP(max_iterations=40)
+"""For a second opinion: another start."""
+SIGMA = 0.1
+"""Standard deviation of the second start [rad], [rad/s]."""
+SHORTER = 0.8
+"""Where the first guess cannot stand, its step is this share of the longest."""
+GIVES = 1e-2
+"""A relaxation below this part of all is left out."""
+HOLDS = 0.05
+"""Share of the push from which a family that holds belongs to the conflict."""
+
+
+@dataclass(frozen=True)
+class Conflict:
+    """A constraint family that stands in the way.
+
+    Attributes:
+        family, words: its name, and what a person calls it.
+        amount, unit: by how much its limits give in the smallest relaxation; zero for a family
+            that holds but pushes the others.
+        row: joint and instant where it pushes most.
+        share: of all push (multipliers of the smallest relaxation), from 0 to 1.
+    """
+
+    family: str
+    words: str
+    amount: float
+    unit: str
+    row: str
+    share: float
+
+    @property
+    def sentence(self) -> str:
+        """In words."""
+        where = " in every step" if self.family == "walking speed" else f" ({self.row})"
+        if self.amount == 0.0:
+            return self.words if self.family == "walking speed" else self.words + where
+        return f"{self.words} by {self.amount:.2g} {self.unit}{where}"
+
+
+@dataclass(frozen=True)
+class Reason:
+    """The smallest relaxation that admits a walk.
+
+    Attributes:
+        x: parameters of that walk, shape (P,).
+        amounts: by how much each family gives, in changes that matter, shape (families,).
+        multipliers: of the walk's rows, shape (m,).
+    """
+
+    x: Array
+    amounts: Array
+    multipliers: Array
+
+    @property
+    def amount(self) -> float:
+        """All of it."""
+        return float(self.amounts.sum())
+
+
+def journeys(problem: WalkProblem, tried: Sequence[Solution], stop: Stop = never) -> list[Solution]:
+    """Return where two runs ended: those already made, others from further starts.
+
+    Raises:
+        UnreachableError: not even an easier walk can be guessed.
+        StoppedError: `stop` said so.
+    """
+    found = sorted((s for s in tried if np.isfinite(s.violation)), key=lambda s: s.violation)[:2]
+    if len(found) < 2:
+        x = easier_guess(problem)
+        for start in (perturbed(problem, x, SIGMA, seed=0), x):
+            if len(found) < 2 and not any(s.violation <= FEASIBLE for s in found):
+                found.append(solve_or_stop(TRAVELLER, problem, Start(start), stop))
+    return [s for s in found if np.isfinite(s.violation)]
+
+
+def easier_guess(problem: WalkProblem) -> Array:
+    """Return the first guess, if need be that of an easier walk, shape (P,).
+
+    Raises:
+        UnreachableError: there is none either.
+    """
+    task, legs = problem.task, problem.robot.legs
+    slow = min(task.speed, SHORTER * 2.0 * legs.reach / task.duration)
+    narrow = replace(task.margins, lateral_gap=min(task.margins.lateral_gap, 0.0))
+    for easier in (task, replace(task, speed=slow), replace(task, speed=slow, margins=narrow)):
+        try:
+            return first_guess(WalkProblem(problem.robot, easier, problem.grid))
+        except UnreachableError as error:
+            reason = error
+    raise reason
+
+
+def find_reason(
+    problem: WalkProblem, points: Sequence[Array], stop: Stop = never, solver: SQP = GATHERER
+) -> Reason | None:
+    """Return the smallest relaxation of all families that is found from several points.
+
+    Args:
+        problem: the walk.
+        points: parameters to begin with, shape (P,) each.
+        stop: ends the search.
+        solver: of the relaxed programs.
+
+    Raises:
+        StoppedError: `stop` said so.
+    """
+    best: Reason | None = None
+    relaxations = _family_relaxations(problem)
+    for x in points:
+        program = RelaxedProgram(problem, relaxations, x)
+        solution = solve_or_stop(solver, program, Start(program.needed(x)), stop)
+        if not solution.violation <= FEASIBLE:
+            continue
+        multipliers = program.base_multipliers(solution.multipliers)
+        found = Reason(*program.split(solution.x), multipliers)
+        if best is None or found.amount < best.amount:
+            best = found
+        if best.amount <= FEASIBLE:
+            break
+    return best
+
+
+def conflicts(problem: WalkProblem, reason: Reason) -> tuple[Conflict, ...]:
+    """Return the families in conflict: those that give, most first, then those that push most."""
+    matter = np.array([f.change for f in problem.blocks])
+    rows = [problem.rows_of(f.name) for f in problem.blocks]
+    push = matter * np.array([np.abs(reason.multipliers[r]).sum() for r in rows])
+    share = push / max(float(push.sum()), 1e-12)
+    gives = reason.amounts > GIVES * reason.amount
+    given = np.where(gives, reason.amounts, 0.0)
+    order = np.lexsort((-share, -given))
+    found = []
+    for i in order[(gives | (share >= HOLDS))[order]]:
+        family = problem.blocks[i]
+        row = rows[i].start + int(np.argmax(np.abs(reason.multipliers[rows[i]])))
+        unit = matter[i] * float(family.scale[problem.address(row).entry])
+        amount = float(reason.amounts[i]) * unit if gives[i] else 0.0
+        found.append(
+            Conflict(
+                family.name,
+                family.words,
+                amount,
+                family.unit,
+                problem.describe(row),
+                float(share[i]),
+            )
+        )
+    return tuple(found)
+
+
+def solve_or_stop(
+    solver: SQP, program: NLP, start: Start, stop: Stop = never, early: Settle | None = None
+) -> Solution:
+    """Solve, until `early` finds it good enough.
+
+    Raises:
+        StoppedError: `stop` said so.
+    """
+    solution = solver.solve(program, start, stop=stopping(stop, early))
+    if stop():
+        raise StoppedError(solution)
+    return solution
+
+
+def _family_relaxations(problem: WalkProblem) -> tuple[Relaxation, ...]:
+    """One per family; the walking speed may only fall."""
+    found = []
+    for family in problem.blocks:
+        gives = np.zeros(problem.rows.lower.size)
+        gives[problem.rows_of(family.name)] = family.change
+        slower = family.name == "walking speed"
+        found.append(Relaxation(family.name, 0.0 * gives if slower else gives, gives))
+    return tuple(found)
