@@ -249,8 +249,8 @@ def mutate_toml(text: str, rng: Rng, times: int = 1, names: tuple[str, ...] = ()
             table = tomllib.loads(text)
             changed = mutate_record(table, rng, names)
             text = tomli_w.dumps(_without_none(changed if isinstance(changed, dict) else {}))
-        except (ValueError, TypeError, AttributeError):
-            continue
+        except (ValueError, TypeError, AttributeError, RecursionError):
+            continue  # as of what is nested too deep by the mutation before
     data = text.encode("utf-8", "surrogatepass")
     return mutate_bytes(data, rng) if rng.random() < 0.05 else data
 

@@ -192,7 +192,11 @@ def fault_of(robot: CompiledRobot) -> tuple[str, str, str]:
         if not np.isfinite(numbers).all():
             return "body", body.name, "not all of its numbers are finite; correct them"
         if max(map(abs, (*body.place.pos, *body.centre.pos))) >= _FAR:
-            return "body", body.name, f"its place or centre of mass is {_FAR:g} m away; correct it"
+            return (
+                "body",
+                body.name,
+                f"its place or centre of mass is {_FAR:g} m away or more; correct it",
+            )
         items: tuple[CompiledGeom | CompiledSite, ...] = (*body.geoms, *body.sites)
         if not all(_sound(item) for item in items):
             return "body", body.name, _WILD
@@ -218,6 +222,8 @@ def _joint_fault(joint: CompiledJoint) -> str:
     numbers += [*joint.damping, *joint.stiffness]
     if not np.isfinite(numbers).all() or any(map(math.isnan, (joint.least, joint.most))):
         return "not all of its numbers are finite; correct them"
+    if max(map(abs, joint.pos)) >= _FAR:
+        return f"its anchor is {_FAR:g} m away or more; correct it"
     if not joint.lower < joint.upper or math.inf in (joint.lower, -joint.upper):
         unit = "m" if joint.kind == "slide" else "rad"
         return (

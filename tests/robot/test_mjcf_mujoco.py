@@ -168,6 +168,9 @@ def test_bodies_beyond_all_places_are_refused():
     far = re.sub(r'<inertial pos="[^"]*"', '<inertial pos="0 0 4e10"', text(), count=1)
     with pytest.raises(RobotError, match=r"body '\w+': its place or centre of mass is .* away"):
         read_source(far)
+    far = text().replace("<joint ", '<joint pos="0 2e11 0" ', 1)
+    with pytest.raises(RobotError, match=r"joint '\w+': its anchor is 1e\+10 m away or more"):
+        read_source(far)
 
 
 def test_passive_joints():
