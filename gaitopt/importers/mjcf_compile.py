@@ -2,8 +2,6 @@
 
 Files that the masses do not need may be missing: textures and height fields are never asked for,
 and a mesh whose absence changes no mass is replaced while MuJoCo compiles.
-
-MJCF files that include others, made one document that knows where everything came from.
 """
 
 from __future__ import annotations
@@ -23,7 +21,7 @@ import numpy as np
 
 from gaitopt.errors import InputError, MissingExtraError, RobotError
 from gaitopt.importers.meshes import MeshPaths
-from gaitopt.importers.mjcf_robot import CompiledMesh, Pose, quaternion, se3, vector
+from gaitopt.importers.mjcf_robot import CompiledMesh, pose, se3, vector
 from gaitopt.importers.text_files import read_text
 from gaitopt.importers.xml_document import Entry, XmlTree, as_number, parse_xml, where
 
@@ -32,6 +30,7 @@ EXTRA = "mujoco"
 
 _OLDEST = (3, 10)
 _MOST_COPIES = 10_000  # of an element: <replicate> and <composite> nest, and multiply
+_DEEPEST = 10  # levels of included files; more is a circle
 _MOST_ITEMS = 1e6  # of what <size> and <texture> reserve
 _COPIES = ("replicate", "composite", "flexcomp")
 _STAND_IN = (
@@ -51,6 +50,7 @@ class Compilation:
     """What MuJoCo made of a file.
 
     Attributes:
+        mujoco: the module.
         model: MuJoCo's MjModel.
         meshes: by the name that the model has for them.
         lost: files of meshes that were replaced, as the robot's file names them.
@@ -60,12 +60,45 @@ class Compilation:
         touching: names of the geoms that touch those.
     """
 
+    mujoco: ModuleType
     model: Any
     meshes: dict[str, CompiledMesh]
     lost: tuple[str, ...]
     said: tuple[str, ...]
     scene: tuple[str, ...] = ()
     touching: frozenset[str] = frozenset()
+
+    def name(self, kind: str, index: int) -> str:
+        """Return the name of an element of the model ("joint", "actuator"), or its number."""
+        return str(getattr(self.model, kind)(index).name) or f"number {index}"
+
+    def off(self, what: str) -> bool:
+        """Return whether the options of the file switch something off, as "GRAVITY"."""
+        bit = getattr(self.mujoco.mjtDisableBit, f"mjDSBL_{what}")
+        return bool(int(self.model.opt.disableflags) & int(bit))
+
+    def joints(self, body: int) -> tuple[int, ...]:
+        """Return the joints of a body."""
+        first, count = int(self.model.body_jntadr[body]), int(self.model.body_jntnum[body])
+        return tuple(range(first, first + count))
+
+    def ancestors(self, body: int) -> Iterator[int]:
+        """Yield a body and all that carry it, without the world."""
+        while body > 0:
+            yield body
+            body = int(self.model.body_parentid[body])
+
+    def fixed_tendon(self, tendon: int) -> dict[int, float]:
+        """Return the coefficient of each joint of a fixed tendon; none of one in space."""
+        model = self.model
+        first, count = int(model.tendon_adr[tendon]), int(model.tendon_num[tendon])
+        arms: dict[int, float] = {}
+        for wrap in range(first, first + count):
+            if int(model.wrap_type[wrap]) != self.mujoco.mjtWrap.mjWRAP_JOINT:
+                return {}
+            joint = int(model.wrap_objid[wrap])
+            arms[joint] = arms.get(joint, 0.0) + float(model.wrap_prm[wrap])
+        return arms
 
 
 def load_mujoco() -> ModuleType:
@@ -94,7 +127,7 @@ def compile_mjcf(text: str, path: Path | None, tree: XmlTree, paths: MeshPaths) 
     Args:
         text: of the main file.
         path: of that file, None for text alone, which may include nothing.
-        tree: of the document with what it includes, for the places in messages.
+        tree: of the document with what it includes (`whole_mjcf`), for the places in messages.
         paths: where meshes are.
 
     Raises:
@@ -105,7 +138,9 @@ def compile_mjcf(text: str, path: Path | None, tree: XmlTree, paths: MeshPaths) 
     _check_copies(tree)
     with _listening(mujoco) as said:
         try:
-            spec = mujoco.MjSpec.from_string(text) if path is None else _spec(mujoco, path)
+            # MuJoCo keeps the directory as it is written, and may be asked from another one later.
+            load = mujoco.MjSpec.from_string if path is None else mujoco.MjSpec.from_file
+            spec = load(text if path is None else str(path.resolve()))
             spec.memory = -1  # of simulations, which may ask for more than there is
             _without_pictures(spec)
             scene, touching = _without_scene(spec)
@@ -116,28 +151,20 @@ def compile_mjcf(text: str, path: Path | None, tree: XmlTree, paths: MeshPaths) 
             raise _refusal(str(e), tree) from None
     _check_words(said, tree)
     meshes = _meshes(mujoco, spec, model, files)
-    return Compilation(model, meshes, lost, tuple(dict.fromkeys(said)), scene, touching)
+    return Compilation(mujoco, model, meshes, lost, tuple(dict.fromkeys(said)), scene, touching)
 
 
-def element_named(tree: XmlTree, tags: tuple[str, ...], name: str) -> Element | None:
-    """Return the first element of some tags with a name, outside of the defaults."""
-    for element in tree.root.iter():
-        if element.tag in tags and element.get("name") == name:
-            return element
-    return None
+def element_named(tree: XmlTree, tag: str, name: str) -> Element | None:
+    """Return the first element of a tag with a name, outside of the defaults."""
+    return next((e for e in tree.root.iter(tag) if e.get("name") == name), None)
 
 
-def refusal_of(tree: XmlTree, tags: tuple[str, ...], name: str, text: str) -> RobotError:
+def refusal_of(tree: XmlTree, tag: str, name: str, text: str) -> RobotError:
     """Return the error that says something of a named element, with its place if it is known."""
-    element = element_named(tree, tags, name)
+    element = element_named(tree, tag, name)
     if element is None:
-        return RobotError(f"{tags[0]} '{name}': {text}")
+        return RobotError(f"{tag} '{name}': {text}")
     return Entry(tree, element).refusal(text)
-
-
-def _spec(mujoco: ModuleType, path: Path) -> Any:
-    # MuJoCo keeps the directory as it is written, and may be asked from another one later.
-    return mujoco.MjSpec.from_file(str(path.resolve()))
 
 
 @contextmanager
@@ -205,7 +232,9 @@ def _place_meshes(
         if not mesh.file:
             continue
         mesh.name = mesh.name or PurePosixPath(mesh.file).stem
-        file = files[mesh.name] = _file_of(spec, mesh)
+        given = PurePosixPath(mesh.file)
+        file = str(PurePosixPath(spec.meshdir) / (given.name if spec.strippath else given))
+        files[mesh.name] = file
         found, reason = paths.find(file), paths.problem(file)
         if not reason and found is not None:
             mesh.file = str(found.resolve())
@@ -220,7 +249,14 @@ def _place_meshes(
             name = geom.meshname
             weighs, fitted = _weighs(mujoco, spec, body, geom), geom.type not in shapes
             if name in lost and weighs:
-                raise _needed(tree, body.name, files[name], lost[name])
+                raise refusal_of(
+                    tree,
+                    "body",
+                    body.name,
+                    f"its mass comes from the mesh '{files[name]}', which {lost[name]}; give the "
+                    "directory that holds it (--package-dir DIR; in Python package_dirs), or give "
+                    "the body an <inertial>",
+                )
             if name in lost and fitted:
                 spec.delete(geom)  # a simple shape fitted to a mesh that is not there
             if weighs or fitted:
@@ -231,12 +267,6 @@ def _place_meshes(
         mesh.uservert = [float(n) for corner in corners for n in corner]
         mesh.userface = [n for triangle in triangles for n in triangle]
     return files, tuple(dict.fromkeys(files[name] for name in lost))
-
-
-def _file_of(spec: Any, mesh: Any) -> str:
-    """Return the path of a mesh from the directory of the robot's file, as MuJoCo forms it."""
-    file = PurePosixPath(mesh.file)
-    return str(PurePosixPath(spec.meshdir) / (file.name if spec.strippath else file))
 
 
 def _weighs(mujoco: ModuleType, spec: Any, body: Any, geom: Any) -> bool:
@@ -250,16 +280,6 @@ def _weighs(mujoco: ModuleType, spec: Any, body: Any, geom: Any) -> bool:
     return bool(lowest <= geom.group <= highest and not massless and body.name != "world")
 
 
-def _needed(tree: XmlTree, body: str, file: str, reason: str) -> RobotError:
-    return refusal_of(
-        tree,
-        ("body",),
-        body,
-        f"its mass comes from the mesh '{file}', which {reason}; give the directory that holds it "
-        "(--package-dir DIR; in Python package_dirs), or give the body an <inertial>",
-    )
-
-
 def _meshes(
     mujoco: ModuleType, spec: Any, model: Any, files: dict[str, str]
 ) -> dict[str, CompiledMesh]:
@@ -270,27 +290,21 @@ def _meshes(
         file = files.get(mesh.name, "")
         if PurePosixPath(file).suffix.lower() in _READABLE:
             size = math.sqrt(sum(float(n) ** 2 for n in mesh.refquat)) or 1.0
-            ref = Pose(vector(mesh.refpos), quaternion(mesh.refquat / size))
+            ref = pose(mesh.refpos, mesh.refquat / size)
             meshes[mesh.name] = CompiledMesh(mesh.name, file, vector(mesh.scale), ref)
         elif index >= 0:
-            meshes[mesh.name] = _written_out(model, index, mesh.name)
+            # Its corners before MuJoCo moved it onto its principal axes.
+            first, count = int(model.mesh_vertadr[index]), int(model.mesh_vertnum[index])
+            place = se3(pose(model.mesh_pos[index], model.mesh_quat[index]))
+            corners = np.array(model.mesh_vert[first : first + count], dtype=float)
+            points = corners @ place.rotation.T + place.translation
+            first, count = int(model.mesh_faceadr[index]), int(model.mesh_facenum[index])
+            faces = model.mesh_face[first : first + count].ravel()
+            vertices = tuple(map(float, points.ravel()))
+            meshes[mesh.name] = CompiledMesh(
+                mesh.name, "", vertices=vertices, triangles=tuple(map(int, faces))
+            )
     return meshes
-
-
-def _written_out(model: Any, index: int, name: str) -> CompiledMesh:
-    """Return a mesh with its corners, before MuJoCo moved it onto its principal axes."""
-    corners = slice(
-        model.mesh_vertadr[index], model.mesh_vertadr[index] + model.mesh_vertnum[index]
-    )
-    faces = slice(model.mesh_faceadr[index], model.mesh_faceadr[index] + model.mesh_facenum[index])
-    place = se3(Pose(vector(model.mesh_pos[index]), quaternion(model.mesh_quat[index])))
-    points = np.array(model.mesh_vert[corners], dtype=float) @ place.rotation.T + place.translation
-    return CompiledMesh(
-        name,
-        "",
-        vertices=tuple(map(float, points.ravel())),
-        triangles=tuple(map(int, model.mesh_face[faces].ravel())),
-    )
 
 
 def _check_copies(tree: XmlTree) -> None:
@@ -323,16 +337,13 @@ def _check_words(said: list[str], tree: XmlTree) -> None:
         return
     for element in tree.root.iter():
         for attribute, text in element.attrib.items():
-            if attribute != "name" and any(math.isnan(as_nan(word)) for word in text.split()):
+            # NaN for the word that C takes for it.
+            words = (word.lower().lstrip("+-") for word in text.split())
+            if attribute != "name" and any(word.startswith("nan") for word in words):
                 raise Entry(tree, element).refusal(
                     f"its {attribute} is '{text}'; it must be finite; correct it"
                 )
     raise RobotError(f"MuJoCo warns: {said[0]} Correct it")
-
-
-def as_nan(word: str) -> float:
-    """Return NaN for the word that C takes for it, 0 for every other."""
-    return math.nan if word.lower().lstrip("+-").startswith("nan") else 0.0
 
 
 def _refusal(message: str, tree: XmlTree) -> RobotError:
@@ -370,9 +381,6 @@ def _element(tree: XmlTree, parts: dict[str, str | None], words: str) -> Element
         found = [e for e in found if tree.file(e)] or found
     marked = [e for e in found if {*e.attrib, *e.attrib.values()} & quoted]
     return next(iter(marked or found), None)
-
-
-_DEEPEST = 10  # levels of included files; more is a circle
 
 
 def whole_mjcf(tree: XmlTree, base: Path | None) -> XmlTree:

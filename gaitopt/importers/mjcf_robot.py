@@ -247,6 +247,11 @@ def quaternion(numbers: Iterable[float]) -> Quaternion:
     return w, x, y, z
 
 
+def pose(pos: Iterable[float], quat: Iterable[float]) -> Pose:
+    """Return the pose of three and four numbers."""
+    return Pose(vector(pos), quaternion(quat))
+
+
 def se3(pose: Pose) -> pin.SE3:
     """Return a pose as a placement."""
     w, x, y, z = pose.quat

@@ -5,7 +5,7 @@ Several faults of one robot as one error: nobody should mend one only to meet th
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Literal, get_args
@@ -47,6 +47,14 @@ def findings_of(record: object) -> tuple[Finding, ...]:
             topic, subject, text = (str(entry.get(n, "")) for n in ("topic", "subject", "text"))
             found.append(Finding(topic, subject, text, entry["how"]))
     return tuple(found)
+
+
+def listed(names: Iterable[str], most: int | None = 4, quote: str = "'") -> str:
+    """Return names in quotes, of many only the first: "'a', 'b' and 3 more"."""
+    every = list(names)
+    shown = ", ".join(f"{quote}{name}{quote}" for name in every[:most])
+    more = 0 if most is None else len(every) - most
+    return shown + (f" and {more} more" if more > 0 else "")
 
 
 _LISTED = 24  # faults: more are counted

@@ -21,13 +21,20 @@ from gaitopt.importers.meshes import (
     put_upright,
     y_up,
 )
+from gaitopt.importers.mjcf_compile import compile_mjcf, whole_mjcf
+from gaitopt.importers.mjcf_extract import extract
 from gaitopt.importers.mjcf_model import (
     build_mjcf_geometry,
     build_mjcf_model,
     build_physics,
     missing_meshes,
 )
-from gaitopt.importers.mjcf_normal_form import read_mjcf
+from gaitopt.importers.mjcf_normal_form import (
+    NotNormalError,
+    is_normal,
+    normal_text,
+    read_normal,
+)
 from gaitopt.importers.mjcf_robot import CompiledRobot
 from gaitopt.importers.physics import Physics
 from gaitopt.importers.report import Finding
@@ -235,8 +242,8 @@ def read_source(urdf: str | Path, package_dirs: Collection[str | Path] = ()) -> 
             the file and those that ROS_PACKAGE_PATH and AMENT_PREFIX_PATH name.
 
     Raises:
-        RobotError: the file cannot be read, or what it describes is no robot; see `check_urdf` and
-            `read_mjcf`.
+        RobotError: the file cannot be read, or what it describes is no robot; see `check_urdf`,
+            `compile_mjcf` and `extract`.
         MissingExtraError: it is MJCF, and MuJoCo is not installed.
     """
     text, path = _text(urdf)
@@ -247,11 +254,16 @@ def read_source(urdf: str | Path, package_dirs: Collection[str | Path] = ()) -> 
         )
     file_format = _FORMATS.get(tree.root.tag, "urdf")
     dirs = tuple(map(str, package_dirs))
-    if file_format == "mjcf":
-        mjcf = read_mjcf(text, path, tree, _paths(path, dirs))
-        problems, notes = mjcf.problems, mjcf.findings
-        return Source(mjcf.text, path, file_format, dirs, problems, mjcf.tree, mjcf.robot, notes)
-    return Source(text, path, file_format, dirs, check_urdf(tree), tree)
+    if file_format == "urdf":
+        return Source(text, path, file_format, dirs, check_urdf(tree), tree)
+    if is_normal(tree.root):
+        try:
+            return Source(text, path, file_format, dirs, (), tree, read_normal(tree.root))
+        except NotNormalError:
+            pass  # changed by hand; it is still MJCF
+    whole = whole_mjcf(tree, None if path is None else path.parent)
+    robot, problems, notes = extract(compile_mjcf(text, path, whole, _paths(path, dirs)), whole)
+    return Source(normal_text(robot), path, file_format, dirs, problems, whole, robot, notes)
 
 
 def _text(urdf: str | Path) -> tuple[str, Path | None]:
