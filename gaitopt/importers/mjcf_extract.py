@@ -13,6 +13,7 @@ from xml.etree.ElementTree import Element
 import numpy as np
 
 from gaitopt.errors import RobotError
+from gaitopt.importers.bodies import MOST_JOINTS
 from gaitopt.importers.mjcf_compile import Compilation, element_named, refusal_of
 from gaitopt.importers.mjcf_joints import FREE, PassiveJoints, active_equalities, actuator_forces
 from gaitopt.importers.mjcf_robot import (
@@ -29,7 +30,6 @@ from gaitopt.importers.mjcf_robot import (
     vector,
 )
 from gaitopt.importers.report import Finding, How, listed
-from gaitopt.importers.urdf_check import MOST_JOINTS
 from gaitopt.importers.xml_document import UrdfProblem, XmlTree
 
 _LIGHT = 0.01  # of the robot's mass: a body that only carries a joint of the root

@@ -39,7 +39,7 @@ from gaitopt.importers.mjcf_robot import CompiledRobot
 from gaitopt.importers.physics import Physics
 from gaitopt.importers.report import Finding
 from gaitopt.importers.text_files import read_text
-from gaitopt.importers.urdf_check import check_urdf
+from gaitopt.importers.urdf_check import check_urdf, passive_joints, urdf_findings
 from gaitopt.importers.urdf_document import Description, describe
 from gaitopt.importers.urdf_geometry import (
     Kind,
@@ -50,7 +50,6 @@ from gaitopt.importers.urdf_geometry import (
     read_shapes,
 )
 from gaitopt.importers.urdf_model import build_model
-from gaitopt.importers.urdf_report import passive_joints, urdf_findings
 from gaitopt.importers.urdf_transmissions import Rotor, add_armature, read_rotors
 from gaitopt.importers.xml_document import UrdfProblem, XmlTree, parse_xml
 

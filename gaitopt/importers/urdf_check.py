@@ -1,57 +1,68 @@
-"""What the loaders below accept silently, or refuse without saying why.
+"""What is odd in a URDF: refused, noted as a problem of one link or joint, or told as a finding.
 
 What leaves no robot, or makes every result wrong, is refused at once. What matters only where it is
 (an arm without limits is an arm that is locked) is returned as data, to be weighed once the legs
-are known: joints by `find_legs`, ranges by `read_robot`, bodies by `refuse_unsound`.
+are known: joints by leg detection, ranges by the importer, bodies by `refuse_unsound`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import math
+from collections.abc import Callable, Collection, Iterable
+from dataclasses import replace
 
 import numpy as np
-import pinocchio as pin
 
 from gaitopt.errors import RobotError
-from gaitopt.importers.report import Faults, fault_error, faults_of
+from gaitopt.importers.bodies import MOST_JOINTS, inertia_fault
+from gaitopt.importers.physics import PassiveJoint
+from gaitopt.importers.report import Faults, Finding, How, fault_error, faults_of, listed
 from gaitopt.importers.urdf_document import (
+    FREE,
+    LIMITED,
     Description,
+    Joint,
+    Link,
     check_spelling,
     check_tree,
     describe,
+    limit_unit,
     name_problems,
 )
-from gaitopt.importers.urdf_geometry import read_shapes
-from gaitopt.importers.urdf_model import inertia_fault, refuse_taken
-from gaitopt.importers.urdf_report import (
-    inertial_problems,
-    joint_problems,
-    placeholder_problems,
-    unread_problems,
-)
-from gaitopt.importers.urdf_transmissions import read_rotors
-from gaitopt.importers.xml_document import UrdfProblem, XmlTree
+from gaitopt.importers.urdf_geometry import Kind, read_shapes
+from gaitopt.importers.urdf_model import refuse_taken
+from gaitopt.importers.urdf_transmissions import Rotor, read_rotors
+from gaitopt.importers.xml_document import UrdfProblem, XmlTree, as_number, printable
+from gaitopt.nlp import Array
 
-_MOST = 1e9  # kg, m, kg·m²: a thousand times what the largest machines come to, in mm and g
-_IDLE = 1e-12  # of the largest inertia that a joint moves: what rounding leaves of none
-MOST_JOINTS = 300
-"""Joints that move: Pinocchio's workspaces grow with their cube, 0.2 GB a piece for so many."""
+_SPRINGS = ("spring_stiffness", "spring_reference")  # of <dynamics>, as SDF has them
+_FEWEST = 4  # links of one inertia that may be a placeholder
+_MASSES = 3  # different masses among them: parts that are alike in both legs come in pairs
+_MOST = 0.6  # of all links that have a mass
+_HEAVY = 0.05  # of the robot's mass: lighter links may well be drawn as points
+_MARGIN = 2.0  # of the largest inertia that fits: shapes leave out motors, and drawings fairings
+_LOOKED_AT = 0.1  # of the robot's size: links that turn like smaller bodies are not measured
+_COUNTS = 1e-5  # of mass times size squared of the robot: less inertia changes no walk
+_SHOWN = 6  # names in one sentence
+_SAME_END = 1e-6  # rad: a soft limit this near to the hard one is the same
+
+Measure = Callable[[Kind, Collection[str]], dict[str, float]]
+"""Returns the diagonals of boxes about the shapes of a kind of some links [m]."""
 
 
 def check_urdf(tree: XmlTree) -> tuple[UrdfProblem, ...]:
-    """Check a URDF before any loader sees it.
-
-    Args:
-        tree: of the URDF.
-
-    Returns:
-        What is suspicious but does not stop reading, in the order of the file.
+    """Return what is suspicious in a URDF but does not stop reading, in the order of the file.
 
     Raises:
         RobotError: naming the line, the link or joint, the value, and what is allowed.
     """
     check_tree(tree)
-    _check_count(tree)
+    count = sum(joint.get("type") != "fixed" for joint in tree.root.findall("joint"))
+    if count > MOST_JOINTS:
+        raise RobotError(
+            f"the URDF has {count} joints that move; at most {MOST_JOINTS} can be read; make those "
+            'that a walk does not need fixed (type="fixed")'
+        )
     faults, problems = Faults(), []
     with faults.noted():
         problems = check_spelling(tree)
@@ -66,13 +77,10 @@ def check_urdf(tree: XmlTree) -> tuple[UrdfProblem, ...]:
         raise fault_error([*faults.found, *new]) from error
     faults.refuse()
     for link in robot.links.values():
-        problems += inertial_problems(link)
+        problems += _inertial_problems(link)
     for joint in robot.joints.values():
-        problems += [*joint_problems(joint), *unread_problems(joint)]
-    problems += _massless(robot)
-    problems += placeholder_problems(robot)
-    problems += name_problems(tree)
-    problems += rotors
+        problems += [*_joint_problems(joint), *_unread_problems(joint)]
+    problems += [*_massless(robot), *_placeholders(robot), *name_problems(tree), *rotors]
     problems += read_shapes(tree).problems
     return tuple(sorted(problems, key=lambda problem: problem.line))
 
@@ -82,75 +90,104 @@ def _place(fault: str) -> str:
     return ":".join(fault.split(":")[:2])
 
 
-def _check_count(tree: XmlTree) -> None:
-    count = sum(joint.get("type") != "fixed" for joint in tree.root.findall("joint"))
-    if count > MOST_JOINTS:
-        raise RobotError(
-            f"the URDF has {count} joints that move; at most {MOST_JOINTS} can be read; make those "
-            'that a walk does not need fixed (type="fixed")'
-        )
-
-
-def refuse_unsound(model: pin.Model, problems: Iterable[UrdfProblem]) -> None:
-    """Refuse a robot with a body that cannot be, or a joint that moves no mass.
+def locked_mimics(
+    problems: Iterable[UrdfProblem], legs: Collection[str]
+) -> tuple[UrdfProblem, ...]:
+    """Return the problems of a robot with all joints that mimic others, not the legs', in one.
 
     Args:
-        model: a free-flyer and the joints of the legs; all other joints are locked.
         problems: that were found in its file.
-
-    Raises:
-        RobotError: naming the link if one is at fault, else the body or the joint.
+        legs: names of the joints of its legs.
     """
-    problems, faults = tuple(problems), []
-    for joint in range(1, model.njoints):
-        inertia = model.inertias[joint]
-        largest = float(max(inertia.mass, np.abs(inertia.inertia).max(), *np.abs(inertia.lever)))
-        if not largest < _MOST:
-            faults.append(
-                f"{_body(model, joint)}: its mass is {inertia.mass:.4g} kg, its largest moment "
-                f"{np.abs(inertia.inertia).max():.4g} kg·m²; numbers from {_MOST:g} on describe no "
-                "robot; correct the masses (kg), inertias (kg·m²) and lengths (m) of the file"
-            )
-        elif fault := inertia_fault(float(inertia.mass), np.array(inertia.inertia)):
-            faults += _body_faults(model, joint, fault, problems)
-    if faults:
-        raise fault_error(faults)
-    _refuse_idle(model)
+    problems = tuple(problems)
+    others = [p for p in problems if p.kind == "mimic" and p.name not in legs]
+    if not others:
+        return problems
+    subject = "one joint" if len(others) == 1 else f"{len(others)} joints"
+    verbs = "mimics another; it is" if len(others) == 1 else "mimic others; they are"
+    names = listed((p.name for p in others), None)
+    text = f"{subject} outside the legs {verbs} locked, as every joint there is: {names}"
+    told = replace(others[0], text=text)
+    return tuple(told if p is others[0] else p for p in problems if p not in others[1:])
 
 
-def _refuse_idle(model: pin.Model) -> None:
-    """Refuse a joint that moves no mass: no torque is right for it, and nothing can be solved.
+def _joint_problems(joint: Joint) -> list[UrdfProblem]:
+    """Return what matters about one joint only if it is part of a leg.
 
-    Seen with all joints bent by different angles, lest a mass just happen to lie on an axis.
+    Limits that readers of URDFs take differently are problems. An effort or a velocity of zero, or
+    none, is no motor in one and a motor without limit in another: it is taken as no limit. A range
+    that is empty or not given is a joint that is locked in one and turns freely in another: it is
+    refused in a leg.
     """
-    q = np.array(pin.neutral(model))
-    q[7:] = 0.2 + 0.1 * np.arange(model.nq - 7)
-    moved = np.diag(pin.crba(model, model.createData(), q))[6:]
-    idle = [str(model.names[2 + int(row)]) for row in np.flatnonzero(moved <= _IDLE * moved.max())]
-    if idle:
-        raise RobotError(
-            f"joint '{idle[0]}' moves no mass: neither the link it moves nor any beyond has one "
-            f"away from its axis{_also(idle[1:])}; give the links of the legs their <inertial>: "
-            "mass (kg), centre of mass (m) and inertia (kg·m²), or the joint its armature (kg·m²)"
+    entry = joint.entry
+    if joint.kind in FREE:
+        text = f"its type is {joint.kind}; only revolute joints are moved, the others are locked"
+        return [entry.problem("free", text)]
+    if joint.kind == "fixed":
+        return []
+    problems = []
+    if (mimic := entry.element.find("mimic")) is not None:
+        text = (
+            f"it mimics joint '{mimic.get('joint')}', which is not supported in a leg: every leg "
+            "joint has its own motor; remove <mimic> there"
         )
+        problems.append(entry.problem("mimic", text, mimic))
+    if entry.element.find("axis") is None:
+        text = 'it has no <axis>: taken as 1 0 0, as the format has it; write <axis xyz="1 0 0"/>'
+        problems.append(entry.problem("axis", text))
+    return problems + (_limit_problems(joint) if joint.kind in LIMITED else [])
 
 
-def _also(names: list[str]) -> str:
-    more = f", and so on for {len(names) - 2} more" if len(names) > 2 else ""
-    return f" (the same holds for {', '.join(names[:2])}{more})" if names else ""
+def _limit_problems(joint: Joint) -> list[UrdfProblem]:
+    entry, limits, limit = joint.entry, joint.limits, joint.entry.element.find("limit")
+    if limit is None:
+        text = 'it has no limits; add <limit effort="" velocity="" lower="" upper=""/> with values'
+        return [entry.problem(kind, text) for kind in ("effort", "velocity", "range")]
+    problems = []
+    for name, value in (("effort", limits.effort), ("velocity", limits.velocity)):
+        if math.isnan(value) or value in (0.0, math.inf):
+            given = limit.get(name)
+            found = "is not given" if given is None else f"is {given!r}; it must be above 0"
+            text = f"the {name} limit {found}; give it [{limit_unit(joint.kind, name)}]"
+            problems.append(entry.problem(name, text, limit))
+    unit, (lower, upper) = limit_unit(joint.kind, "lower"), joint.range
+    sides = (("lower", limits.lower), ("upper", limits.upper))
+    missing = [side for side, value in sides if math.isnan(value)]
+    if not lower < upper:
+        text = f"the range is from {lower:g} to {upper:g} {unit}; lower must be below upper"
+        problems.append(entry.problem("range", text, limit))
+    elif missing:
+        text = f"no {missing[0]} limit is given: taken as 0 {unit}, as the format has it"
+        problems.append(entry.problem("range", text, limit))
+    return problems
 
 
-def _body_faults(
-    model: pin.Model, joint: int, fault: str, problems: tuple[UrdfProblem, ...]
-) -> list[str]:
-    """Return the messages: of the links at fault if any are known, else of the whole body."""
-    links = {frame.name for frame in model.frames if frame.parentJoint == joint}
-    known = [str(p) for p in problems if p.kind == "inertia" and p.name in links]
-    return known or [f"{_body(model, joint)}: {fault}"]
+def _unread_problems(joint: Joint) -> list[UrdfProblem]:
+    """Return what a joint says that changes nothing: soft limits upside down, springs."""
+    entry, problems, soft = joint.entry, [], joint.limits.soft
+    if joint.kind in LIMITED and soft is not None and not soft[0] < soft[1]:
+        text = (
+            f"its safety_controller has soft limits from {soft[0]:g} to {soft[1]:g} "
+            f"{limit_unit(joint.kind, 'lower')}; lower must be below upper: passed over"
+        )
+        problems.append(entry.problem("safety", text, entry.element.find("safety_controller")))
+    dynamics = entry.element.find("dynamics")
+    given = [] if dynamics is None else [name for name in _SPRINGS if name in dynamics.attrib]
+    if dynamics is not None and given and as_number(dynamics.get(_SPRINGS[0], "0")) != 0.0:
+        text = (
+            f"its <dynamics> has {' and '.join(given)}, which a URDF does not know: passed over; "
+            "springs count in MJCF files (stiffness, springref)"
+        )
+        problems.append(entry.problem("unknown", text, dynamics))
+    return problems
 
 
-def _body(model: pin.Model, joint: int) -> str:
-    return "the trunk" if joint == 1 else f"the body moved by joint '{model.names[joint]}'"
+def _inertial_problems(link: Link) -> list[UrdfProblem]:
+    """Return a problem if no body can have the mass and the inertia of a link."""
+    if link.inertial is None:
+        return []
+    fault = inertia_fault(link.inertial.mass, link.inertial.inertia)
+    return [link.entry.problem("inertia", fault, link.inertial.element)] if fault else []
 
 
 def _massless(robot: Description) -> list[UrdfProblem]:
@@ -162,10 +199,184 @@ def _massless(robot: Description) -> list[UrdfProblem]:
             continue
         if any(robot.links[part].mass > 0.0 for part in robot.rigid(name)):
             continue
-        if name == robot.root and inertial_problems(link):  # which says so
+        if name == robot.root and _inertial_problems(link):  # which says so
             continue
         moving = "a joint moves it, but it has no mass"
         if name == robot.root:
             moving = "it is the root link, and neither it nor a link fixed to it has a mass"
         problems.append(link.entry.problem("massless", f"{moving}; give it its mass"))
     return problems
+
+
+def _placeholders(robot: Description) -> list[UrdfProblem]:
+    """Return a problem for each inertia that many links share, and one for heavy links with none.
+
+    Bodies of one inertia have one mass, or it is a coincidence; several masses are a program's
+    default, and so is one inertia of most links.
+    """
+    groups: dict[bytes, list[Link]] = {}
+    heavy = 0
+    for link in robot.links.values():
+        if link.inertial is not None and link.mass > 0.0:
+            groups.setdefault((link.inertial.inertia + 0.0).tobytes(), []).append(link)
+            heavy += 1
+    least = _HEAVY * sum(link.mass for links in groups.values() for link in links)
+    points = [p for p in groups.pop(np.zeros((3, 3)).tobytes(), []) if p.mass > least]
+    problems = []
+    for links in groups.values():
+        first, names = links[0], listed((printable(link.name) for link in links[1:]), 3)
+        masses = {link.mass for link in links}
+        if len(links) < _FEWEST or (len(masses) < _MASSES and len(links) <= _MOST * heavy):
+            continue
+        among = f"their masses go from {min(masses):.4g} to {max(masses):.4g} kg"
+        if len(masses) == 1:
+            among = "these are most of all links"
+        text = (
+            f"its inertia, {', '.join(f'{value:.4g}' for value in np.diag(_tensor(first)))} kg·m², "
+            f"is that of {names} too, though {among}: a placeholder? Give the links their inertias"
+        )
+        problems.append((first, text))
+    if points:
+        text = f"it has a mass of {points[0].mass:.4g} kg but no inertia"
+        if others := listed((printable(link.name) for link in points[1:]), 3):
+            text += f", nor have {others}"
+        text += ": a point mass? Give the links their inertias"
+        problems.append((points[0], text))
+    return [
+        link.entry.problem("placeholder", text, link.entry.element.find("inertial"))
+        for link, text in problems
+    ]
+
+
+def _tensor(link: Link) -> Array:
+    return np.zeros((3, 3)) if link.inertial is None else link.inertial.inertia
+
+
+# Findings
+
+
+def passive_joints(robot: Description) -> dict[str, PassiveJoint]:
+    """Return damping and friction of the joints that have any."""
+    return {
+        name: PassiveJoint((joint.damping,) if joint.damping else (), joint.friction)
+        for name, joint in robot.joints.items()
+        if joint.damping or joint.friction
+    }
+
+
+def urdf_findings(
+    robot: Description, rotors: Iterable[Rotor], measure: Measure
+) -> tuple[Finding, ...]:
+    """Return what was found in a URDF beside what its model shows.
+
+    Args:
+        robot: links and joints.
+        rotors: of its motors.
+        measure: returns the diagonals of boxes about the shapes of a kind of some links [m].
+    """
+    return (*_rotors(rotors), *_soft_limits(robot), *_large_inertias(robot, measure))
+
+
+def _rotors(rotors: Iterable[Rotor]) -> list[Finding]:
+    groups: dict[tuple[float, float, bool], list[str]] = {}
+    for rotor in rotors:
+        groups.setdefault((rotor.inertia, rotor.reduction, rotor.given), []).append(rotor.joint)
+    findings = []
+    for (inertia, reduction, given), joints in groups.items():
+        armature = inertia * reduction**2
+        text = f"armature {armature:.4g} kg·m²: rotor inertia {inertia:.4g} kg·m² of the file"
+        if given:
+            text += f", times the reduction {reduction:g} squared" if reduction != 1.0 else ""
+        else:
+            text += "; it gives no reduction, which is taken as 1"
+        how: How = "found" if given else "warning"
+        findings.append(Finding("armature", listed(joints, _SHOWN, ""), text, how))
+    return findings
+
+
+def _soft_limits(robot: Description) -> list[Finding]:
+    tighter = []
+    for joint in robot.joints.values():
+        low, high = joint.limits.soft or (math.inf, -math.inf)
+        lower, upper = joint.range
+        inside = low > lower + _SAME_END or high < upper - _SAME_END
+        if joint.kind in LIMITED and low < high and inside:
+            unit = limit_unit(joint.kind, "lower")
+            ends = f"'{joint.name}': {low:g} to {high:g} of {lower:g} to {upper:g} {unit}"
+            tighter.append((joint.name, ends))
+    if not tighter:
+        return []
+    text = (
+        "safety_controller keeps them within narrower ranges, which are not imposed here "
+        f"({tighter[0][1]}); give such a range to walk within it"
+    )
+    return [Finding("limits", listed((n for n, _ in tighter), _SHOWN, ""), text, "warning")]
+
+
+def _large_inertias(robot: Description, measure: Measure) -> list[Finding]:
+    """Return the links whose inertia no mass within their shapes, or within the robot, can have.
+
+    Masses within a box are at most half its diagonal from its middle, so that the moment about
+    their centre is at most mass times diagonal squared by four.
+    """
+    size, mass = _size_of(robot), sum(link.mass for link in robot.links.values())
+    gyration: dict[str, float] = {}
+    for name, link in robot.links.items():
+        if link.mass > 0.0:
+            largest = max(float(np.linalg.eigvalsh(_tensor(link))[2]), 0.0)
+            if largest > _COUNTS * mass * size**2:
+                gyration[name] = math.sqrt(largest / link.mass)
+
+    def over(name: str, diagonal: float) -> float:
+        return 0.0 if diagonal <= 0.0 else (gyration[name] / (diagonal / 2.0)) ** 2
+
+    suspects = [n for n, radius in gyration.items() if size > 0.0 and radius > _LOOKED_AT * size]
+    touched = measure("collision", suspects) if suspects else {}
+    unseen = [n for n in suspects if n not in touched or over(n, touched[n]) > _MARGIN]
+    drawn = measure("visual", unseen) if unseen else {}
+    measured = {
+        name: max(touched.get(name, 0.0), drawn.get(name, 0.0))
+        for name in suspects
+        if name in touched or name in drawn
+    }
+    ratios = {name: over(name, diagonal) for name, diagonal in measured.items()}
+    findings = []
+    for name in sorted(ratios, key=lambda name: -ratios[name]):
+        if ratios[name] > _MARGIN:
+            text = (
+                f"its inertia is {ratios[name]:.3g} times the largest that a body of "
+                f"{robot.links[name].mass:.4g} kg within its shapes, {measured[name]:.3g} m "
+                "across, can have; check its unit (kg·m²), and that it is taken about the centre "
+                "of mass"
+            )
+            findings.append(Finding("inertia", name, text, "warning"))
+    for name in unseen:
+        if name not in measured and gyration[name] > size / 2.0:
+            text = (
+                f"its inertia is that of a body which reaches {gyration[name]:.3g} m from its "
+                f"centre of mass, but the robot is {size:.3g} m across; check its unit (kg·m²)"
+            )
+            findings.append(Finding("inertia", name, text, "warning"))
+    if len(findings) < 3:
+        return findings
+    first = findings[0]
+    text = f"'{first.subject}': {first.text}; the same or the like holds for the others"
+    names = listed((finding.subject for finding in findings), _SHOWN, "")
+    return [Finding(first.topic, names, text, first.how)]
+
+
+def _size_of(robot: Description) -> float:
+    """Return the diagonal of a box about all joints and centres of mass at angles of zero [m]."""
+    places: list[Array] = []
+    waiting = [(robot.root, np.zeros(3), np.eye(3))]
+    while waiting:
+        name, origin, rotation = waiting.pop()
+        inertial = robot.links[name].inertial
+        places.append(origin)
+        if inertial is not None:
+            places.append(origin + rotation @ np.array(inertial.pose.xyz))
+        waiting += [
+            (j.child, origin + rotation @ np.array(j.pose.xyz), rotation @ j.pose.rotation)
+            for j in robot.below[name]
+        ]
+    return float(np.linalg.norm(np.ptp(np.array(places), axis=0)))

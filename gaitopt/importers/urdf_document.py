@@ -1,11 +1,8 @@
-"""The values of a URDF as the file has them, each read once, by one grammar of numbers.
+"""What a URDF says of links and joints: checked, and each value read once, by one grammar.
 
-The skeleton of a URDF: names, and joints that make one tree of the links.
-
-Elements of a URDF that are there twice, misspelt, or where nobody reads them.
-
-Readers take the first of two `<inertial>`, or the last, and pass over `<inertail>` in silence: the
-robot that walks would be another than the file's.
+Readers of URDFs take the first of two `<inertial>`, or the last, and pass over `<inertail>` in
+silence: the robot that walks would be another than the file's. Here names, parents and spelling are
+checked before any value is read.
 """
 
 from __future__ import annotations
@@ -20,12 +17,37 @@ from xml.etree.ElementTree import Element
 import numpy as np
 
 from gaitopt.errors import RobotError
-from gaitopt.importers.report import Faults
+from gaitopt.importers.report import Faults, listed
 from gaitopt.importers.xml_document import Entry, UrdfProblem, XmlTree, as_number, printable
 from gaitopt.nlp import Array
 
 Vector = tuple[float, float, float]
 
+JOINT_TYPES = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
+_OTHER_FORMATS = {
+    "sdf": "convert it to URDF",
+    "COLLADA": "give the robot's URDF, not one of its meshes",
+}
+_ONCE = {
+    "link": ("inertial",),
+    "inertial": ("origin", "mass", "inertia"),
+    "joint": (
+        "origin", "parent", "child", "axis", "limit", "dynamics", "mimic", "safety_controller",
+        "calibration",
+    ),
+}  # fmt: skip
+_MORE = {"link": ("visual", "collision"), "inertial": (), "joint": ()}
+_ATTRIBUTES = {
+    "origin": ("xyz", "rpy", "quat_xyzw"),
+    "axis": ("xyz",),
+    "mass": ("value",),
+    "inertia": ("ixx", "ixy", "ixz", "iyy", "iyz", "izz"),
+    "limit": ("effort", "velocity", "lower", "upper", "acceleration", "deceleration", "jerk"),
+    "dynamics": ("damping", "friction"),
+}
+_SEEN = ("visual", "collision", "safety_controller", "calibration")  # no motion depends on them
+_ALIKE = 0.7  # ratio of `difflib`: one letter of five wrong, missing, or exchanged with the next
+_ALIKE_SHORT = 0.66  # and of three, as in xzy
 LIMITED = ("revolute", "prismatic")
 FREE = ("floating", "planar")
 MOMENTS = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
@@ -196,13 +218,10 @@ class Description:
 
 
 def describe(tree: XmlTree) -> Description:
-    """Read the links and joints of a URDF.
+    """Read the links and joints of a URDF whose tree was checked (`check_tree`).
 
     A bare root link that only carries the robot on a floating joint is left out: so does a
     free-flyer.
-
-    Args:
-        tree: of a URDF whose names and ends of joints were checked (`check_tree`).
 
     Raises:
         RobotError: a value is no number, with its line; no loader would take it as it is meant.
@@ -216,12 +235,14 @@ def describe(tree: XmlTree) -> Description:
             elif element.tag == "joint":
                 joints.append(_joint(Entry(tree, element), version))
     faults.refuse()
-    found = Description(
-        tree.root.get("name", ""),
-        {link.name: link for link in links},
-        {joint.name: joint for joint in joints},
-    )
-    return _without_world(found)
+    name, by_name = tree.root.get("name", ""), {link.name: link for link in links}
+    found = Description(name, by_name, {joint.name: joint for joint in joints})
+    root = found.links[found.root]
+    below = found.below[root.name]
+    if root.inertial is not None or [joint.kind for joint in below] != ["floating"]:
+        return found
+    del by_name[root.name]
+    return Description(name, by_name, {j.name: j for j in joints if j is not below[0]})
 
 
 def read_pose(owner: Entry, origin: Element | None, what: str, version: tuple[int, ...]) -> Pose:
@@ -306,58 +327,45 @@ def _limits(joint: Entry, kind: str) -> Limits:
     for name in ("effort", "velocity", "lower", "upper"):
         text = limit.get(name)
         values[name] = math.nan if text is None else as_number(text)
-        if text is not None and math.isnan(values[name]):
-            raise joint.refusal(_no_limit(joint, name, text, limit_unit(kind, name)), limit)
-        if name in ("effort", "velocity") and values[name] < 0.0:
-            unit = limit_unit(kind, name)
-            text = f"the {name} limit is {text!r}; it must be above 0; give it [{unit}]"
-            raise joint.refusal(text, limit)
+        one_sided = name in ("effort", "velocity")
+        if text is not None and (math.isnan(values[name]) or (one_sided and values[name] < 0.0)):
+            allowed = "; it must be above 0" if one_sided else ", which is no number"
+            given = f"the {name} limit is {text!r}{allowed}; give it [{limit_unit(kind, name)}]"
+            raise joint.refusal(given, limit)
     return Limits(**values, soft=soft)
-
-
-def _no_limit(joint: Entry, name: str, text: str, unit: str) -> str:
-    if name in ("effort", "velocity"):
-        return f"the {name} limit is {text!r}; it must be above 0; give it [{unit}]"
-    return f"the {name} limit is {text!r}, which is no number; give it [{unit}]"
 
 
 def _soft(joint: Entry, safety: Element | None, kind: str) -> tuple[float, float] | None:
     if safety is None or not {"soft_lower_limit", "soft_upper_limit"} & set(safety.attrib):
         return None
-    unit = limit_unit(kind, "lower")
-    ends = []
-    for side in ("lower", "upper"):
-        attribute = f"soft_{side}_limit"
-        given = attribute in safety.attrib  # 0 by the format if only the other one is
+
+    def end(attribute: str) -> float:
+        if attribute not in safety.attrib:  # 0 by the format if only the other one is given
+            return 0.0
         name = f"the {attribute} of its safety_controller"
-        ends.append(joint.number(safety, attribute, name, unit) if given else 0.0)
-    return ends[0], ends[1]
+        return joint.number(safety, attribute, name, limit_unit(kind, "lower"))
+
+    return end("soft_lower_limit"), end("soft_upper_limit")
 
 
 def _dynamics(joint: Entry, kind: str) -> tuple[float, float]:
     dynamics = joint.element.find("dynamics")
-    if dynamics is None:
-        return 0.0, 0.0
-    values = []
-    for name, unit in (
-        ("damping", limit_unit(kind, "damping")),
-        ("friction", limit_unit(kind, "effort")),
-    ):
-        value = joint.number(dynamics, name, name, unit) if name in dynamics.attrib else 0.0
+
+    def positive(name: str, unit: str) -> float:
+        if dynamics is None or name not in dynamics.attrib:
+            return 0.0
+        value = joint.number(dynamics, name, name, unit)
         if value < 0.0:
             text = f"its {name} is {value:g} {unit}; it must not be below 0; correct it"
             raise joint.refusal(text, dynamics)
-        values.append(value)
-    return values[0], values[1]
+        return value
+
+    damping = positive("damping", limit_unit(kind, "damping"))
+    return damping, positive("friction", limit_unit(kind, "effort"))
 
 
 def limit_unit(kind: str, name: str) -> str:
-    """Return the unit of a limit: of "effort", "velocity", "lower", "upper" or "damping".
-
-    Args:
-        kind: of the joint.
-        name: of the quantity.
-    """
+    """Return the unit of "effort", "velocity", "lower", "upper" or "damping" of a joint."""
     places = {"effort": 0, "velocity": 1, "lower": 2, "upper": 2, "damping": 3}
     return _UNITS.get(kind, _ANGULAR)[places[name]]
 
@@ -383,23 +391,6 @@ def _from_quaternion(quaternion: Array) -> Array:
     return rotation
 
 
-def _without_world(found: Description) -> Description:
-    root = found.links[found.root]
-    below = found.below[root.name]
-    if root.inertial is not None or [joint.kind for joint in below] != ["floating"]:
-        return found
-    links = {name: link for name, link in found.links.items() if link is not root}
-    joints = {name: joint for name, joint in found.joints.items() if joint is not below[0]}
-    return Description(found.name, links, joints)
-
-
-JOINT_TYPES = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
-_OTHER_FORMATS = {
-    "sdf": "convert it to URDF",
-    "COLLADA": "give the robot's URDF, not one of its meshes",
-}
-
-
 def check_tree(tree: XmlTree) -> None:
     """Check names and parents: one root, and every other link hanging on exactly one joint.
 
@@ -418,7 +409,11 @@ def check_tree(tree: XmlTree) -> None:
     faults = Faults()
     for joint in joints.values():
         with faults.noted():
-            _check_type(joint)
+            if (kind := joint.element.get("type")) not in JOINT_TYPES:
+                allowed = ", ".join(JOINT_TYPES)
+                raise joint.refusal(
+                    f"its type is {kind!r}; it must be one of {allowed}; correct it"
+                )
         with faults.noted():
             parent, child = (_end(joint, role, links) for role in ("parent", "child"))
             if child in movers:
@@ -436,19 +431,14 @@ def _check_root(root: Element) -> None:
     if root.tag != "robot":
         hint = _OTHER_FORMATS.get(root.tag, "give a URDF")
         raise RobotError(f"the file holds <{root.tag}>, not a URDF (<robot>); {hint}")
-    for element in root.iter():
-        if element.tag.startswith("xacro:"):
-            raise RobotError(
-                f"the file still holds xacro macros (<{element.tag}>); "
-                "expand them first: xacro robot.urdf.xacro > robot.urdf"
-            )
-    for element in root:
-        text = element.get("name", "")
-        if element.tag in ("link", "joint") and "${" in text:
-            raise RobotError(
-                f'the file still holds xacro macros (name="{text}"); '
-                "expand them first: xacro robot.urdf.xacro > robot.urdf"
-            )
+    macros = [f"<{element.tag}>" for element in root.iter() if element.tag.startswith("xacro:")]
+    names = (element.get("name", "") for element in root if element.tag in ("link", "joint"))
+    macros += [f'name="{name}"' for name in names if "${" in name]
+    if macros:
+        raise RobotError(
+            f"the file still holds xacro macros ({macros[0]}); "
+            "expand them first: xacro robot.urdf.xacro > robot.urdf"
+        )
 
 
 def _named(tree: XmlTree, tag: str) -> dict[str, Entry]:
@@ -476,14 +466,6 @@ def name_problems(tree: XmlTree) -> list[UrdfProblem]:
     return problems
 
 
-def _check_type(joint: Entry) -> None:
-    kind = joint.element.get("type")
-    if kind not in JOINT_TYPES:
-        raise joint.refusal(
-            f"its type is {kind!r}; it must be one of {', '.join(JOINT_TYPES)}; correct it"
-        )
-
-
 def _end(joint: Entry, role: str, links: Mapping[str, Entry]) -> str:
     """Return the name of the link at one end of a joint."""
     element = joint.element.find(role)
@@ -503,59 +485,24 @@ def _check_one_root(
     roots = [name for name in links if name not in movers]
     if len(roots) > 1:
         raise links[roots[1]].refusal(
-            f"no joint leads to it, and none to {_quoted([roots[0], *roots[2:]])}; a robot has one "
+            f"no joint leads to it, and none to {listed([roots[0], *roots[2:]])}; a robot has one "
             "root link; join the others to it (by fixed joints), or remove them"
         )
-    above = {name: _climbs_to_root(name, parents) for name in links}
-    stuck = [name for name, free in above.items() if not free]
-    if stuck:
+    below: dict[str, list[str]] = {}
+    for child, parent in parents.items():
+        below.setdefault(parent, []).append(child)
+    reached = list(roots)
+    for name in reached:  # which grows
+        reached += below.get(name, ())
+    if stuck := [name for name in links if name not in set(reached)]:
         raise movers[stuck[0]].refusal(
-            f"it is part of a loop of joints ({_quoted(stuck)}); a URDF is a tree; remove the "
+            f"it is part of a loop of joints ({listed(stuck)}); a URDF is a tree; remove the "
             "joint that closes the loop"
         )
 
 
-def _climbs_to_root(name: str, parents: Mapping[str, str]) -> bool:
-    for _ in range(len(parents) + 1):
-        if name not in parents:
-            return True
-        name = parents[name]
-    return False
-
-
-def _quoted(names: list[str], most: int = 4) -> str:
-    """Return the first few names in quotes."""
-    shown = ", ".join(f"'{name}'" for name in names[:most])
-    return shown + (f" and {len(names) - most} more" if len(names) > most else "")
-
-
-_ONCE = {
-    "link": ("inertial",),
-    "inertial": ("origin", "mass", "inertia"),
-    "joint": (
-        "origin", "parent", "child", "axis", "limit", "dynamics", "mimic", "safety_controller",
-        "calibration",
-    ),
-}  # fmt: skip
-_MORE = {"link": ("visual", "collision"), "inertial": (), "joint": ()}
-_ATTRIBUTES = {
-    "origin": ("xyz", "rpy", "quat_xyzw"),
-    "axis": ("xyz",),
-    "mass": ("value",),
-    "inertia": ("ixx", "ixy", "ixz", "iyy", "iyz", "izz"),
-    "limit": ("effort", "velocity", "lower", "upper", "acceleration", "deceleration", "jerk"),
-    "dynamics": ("damping", "friction"),
-}
-_SEEN = ("visual", "collision", "safety_controller", "calibration")  # no motion depends on them
-_ALIKE = 0.7  # ratio of `difflib`: one letter of five wrong, missing, or exchanged with the next
-_ALIKE_SHORT = 0.66  # and of three, as in xzy
-
-
 def check_spelling(tree: XmlTree) -> list[UrdfProblem]:
     """Check that every link and joint says each thing once, under its own name.
-
-    Args:
-        tree: of a URDF.
 
     Returns:
         What is passed over although it looks as if it was meant.
@@ -608,11 +555,7 @@ def _unknown(entry: Entry, element: Element, child: Element) -> list[UrdfProblem
 
 
 def check_attributes(entry: Entry, child: Element) -> None:
-    """Refuse an element with an attribute that is another one misspelt.
-
-    Args:
-        entry: link or joint that it belongs to, for messages.
-        child: the element.
+    """Refuse an element of a link or joint with an attribute that is another one misspelt.
 
     Raises:
         RobotError: naming the attribute that must be meant.

@@ -1,8 +1,7 @@
-"""What is drawn and touched: the shapes of a URDF as the file has them, before any mesh is read.
+"""What is drawn and touched: the shapes of a URDF, and the Pinocchio geometry made of them.
 
-Motion needs no shape. One that cannot be read costs itself alone, and is told.
-
-The Pinocchio geometry of a URDF, made shape by shape, so that one mesh at fault costs itself.
+Motion needs no shape. One that cannot be read, or whose mesh cannot, costs itself alone, and is
+told.
 """
 
 from __future__ import annotations
@@ -20,6 +19,7 @@ import pinocchio as pin
 
 from gaitopt.errors import RobotError
 from gaitopt.importers.meshes import MeshPaths, MeshProblem, silenced, unreadable
+from gaitopt.importers.report import listed
 from gaitopt.importers.urdf_document import Pose, Vector, check_attributes, read_pose, read_version
 from gaitopt.importers.urdf_model import placement
 from gaitopt.importers.xml_document import Entry, UrdfProblem, XmlTree, printable
@@ -30,6 +30,8 @@ Colour = tuple[float, ...]
 """Red, green, blue and opacity, each from 0 to 1."""
 KINDS: tuple[Kind, Kind] = ("visual", "collision")
 GREY = (0.9, 0.9, 0.9, 1.0)
+Loader = Callable[[str, Array], coal.CollisionGeometry]
+"""Reads a mesh file at a scale."""
 _SHAPES = ("box", "sphere", "cylinder", "capsule", "mesh")
 _COUNTS = {"origin": 1, "geometry": 1, "material": 1}
 
@@ -77,11 +79,7 @@ class Shapes:
 
 
 def read_shapes(tree: XmlTree) -> Shapes:
-    """Read the shapes of a URDF.
-
-    Args:
-        tree: of the URDF.
-    """
+    """Return the shapes of a URDF, read without any mesh."""
     version = read_version(tree)
     lost: list[UrdfProblem] = []
     odd: list[UrdfProblem] = []
@@ -156,11 +154,8 @@ def _named_colours(tree: XmlTree, odd: list[UrdfProblem]) -> dict[str, Colour]:
         owner, name = Entry(tree, element), element.get("name", "")
         colour = _rgba(owner, element, odd)
         if not name:
-            odd.append(
-                owner.problem(
-                    "shape", "a material of the robot has no name; no shape can use it", element
-                )
-            )
+            text = "a material of the robot has no name; no shape can use it"
+            odd.append(owner.problem("shape", text, element))
         elif colour is not None:
             found.setdefault(name, colour)
     return found
@@ -178,11 +173,8 @@ def _colour(
         return known[name]
     colour = _rgba(owner, element, odd)
     if not name:
-        odd.append(
-            owner.problem(
-                "shape", "the material of its visual has no name; its colour is used", element
-            )
-        )
+        text = "the material of its visual has no name; its colour is used"
+        odd.append(owner.problem("shape", text, element))
     elif colour is not None:
         known[name] = colour
     return colour
@@ -210,13 +202,8 @@ def _merged(problems: list[UrdfProblem], consequence: str = "") -> list[UrdfProb
     text = first.text.removesuffix("; correct it") + consequence
     if others:
         places = dict.fromkeys(f"'{printable(p.name)}' (line {p.line})" for p in others)
-        shown = ", ".join(list(places)[:3])
-        more = f" and {len(places) - 3} more" if len(places) > 3 else ""
-        text += f"; the same or the like holds for {shown}{more}"
+        text += f"; the same or the like holds for {listed(places, 3, '')}"
     return [UrdfProblem("shape", first.name, text, first.line, first.file)]
-
-
-Loader = Callable[[str, Array], coal.CollisionGeometry]
 
 
 def build_geometry(
@@ -241,33 +228,40 @@ def build_geometry(
     for shape in shapes:
         if shape.link not in frames or not (links is None or shape.link in links):
             continue
-        if shape.form == "mesh" and _mesh_problem(shape, paths) is not None:
+        if _mesh_problem(shape, paths) is not None:
             continue
         file = str(paths.find(shape.file)) if shape.form == "mesh" else ""
-        form = _geometry_form(shape, file, load)
+        form = _collision_geometry(shape, file, load)
         if form is None:
             reason = "is not a mesh that can be read"
             lost.append(MeshProblem(shape.link, shape.kind, shape.file, reason, there=True))
             continue
-        name = f"{shape.link}_{counts[shape.link]}"
+        link = model.frames[frames[shape.link]]
+        item = pin.GeometryObject(
+            f"{shape.link}_{counts[shape.link]}",
+            link.parentJoint,
+            frames[shape.link],
+            link.placement * placement(shape.pose),
+            form,
+            file,
+            np.array(shape.size if shape.form == "mesh" else (1.0, 1.0, 1.0)),
+            shape.colour is not None,
+            np.array(shape.colour or GREY),
+        )
+        geometry.addGeometryObject(item)
         counts[shape.link] += 1
-        geometry.addGeometryObject(_object(model, frames[shape.link], name, shape, form, file))
     return geometry, lost
 
 
 def mesh_problems(shapes: Iterable[Shape], paths: MeshPaths) -> list[MeshProblem]:
-    """Return the meshes that cannot be used, in the order of the file.
-
-    Args:
-        shapes: of a robot.
-        paths: where meshes are.
-    """
-    meshes = (shape for shape in shapes if shape.form == "mesh")
-    found = (_mesh_problem(shape, paths) for shape in meshes)
+    """Return the meshes of a robot that cannot be used, in the order of the file."""
+    found = (_mesh_problem(shape, paths) for shape in shapes)
     return [problem for problem in found if problem is not None]
 
 
 def _mesh_problem(shape: Shape, paths: MeshPaths) -> MeshProblem | None:
+    if shape.form != "mesh":
+        return None
     reason, there = paths.problem(shape.file), False
     path = None if reason else paths.find(shape.file)
     if path is not None:
@@ -276,12 +270,7 @@ def _mesh_problem(shape: Shape, paths: MeshPaths) -> MeshProblem | None:
 
 
 def diagonals(model: pin.Model, geometry: pin.GeometryModel) -> dict[str, float]:
-    """Return the diagonal of a box about all shapes of each link that has some [m].
-
-    Args:
-        model: of the robot.
-        geometry: that holds the shapes.
-    """
+    """Return the diagonal of a box about all shapes of each link that has some [m]."""
     corners: dict[str, list[Array]] = {}
     for item in geometry.geometryObjects:
         item.geometry.computeLocalAABB()
@@ -294,7 +283,7 @@ def diagonals(model: pin.Model, geometry: pin.GeometryModel) -> dict[str, float]
     return {name: float(np.linalg.norm(np.ptp(each, axis=0))) for name, each in corners.items()}
 
 
-def _geometry_form(shape: Shape, file: str, load: Loader) -> coal.CollisionGeometry | None:
+def _collision_geometry(shape: Shape, file: str, load: Loader) -> coal.CollisionGeometry | None:
     """Return the form of a shape, None if its mesh cannot be read."""
     size = shape.size
     if shape.form == "box":
@@ -310,25 +299,3 @@ def _geometry_form(shape: Shape, file: str, load: Loader) -> coal.CollisionGeome
     except (ValueError, RuntimeError, IndexError, MemoryError):
         return None
     return mesh if np.isfinite(mesh.vertices()).all() else None
-
-
-def _object(
-    model: pin.Model,
-    frame: int,
-    name: str,
-    shape: Shape,
-    form: coal.CollisionGeometry,
-    file: str,
-) -> pin.GeometryObject:
-    link = model.frames[frame]
-    return pin.GeometryObject(
-        name,
-        link.parentJoint,
-        frame,
-        link.placement * placement(shape.pose),
-        form,
-        file,
-        np.array(shape.size if shape.form == "mesh" else (1.0, 1.0, 1.0)),
-        shape.colour is not None,
-        np.array(shape.colour or GREY),
-    )

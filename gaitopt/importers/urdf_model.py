@@ -11,6 +11,7 @@ import numpy as np
 import pinocchio as pin
 
 from gaitopt.errors import RobotError
+from gaitopt.importers.bodies import sound_inertia
 from gaitopt.importers.urdf_document import Description, Inertial, Joint, Link, Pose
 from gaitopt.nlp import Array
 
@@ -18,9 +19,6 @@ WORLD, ROOT_JOINT = "universe", "root_joint"
 """Names of Pinocchio's own: the world, and the joint that carries the root link."""
 _FIXED = " (fixed)"  # marks a frame whose name is taken
 _AXIS_ROUNDING = 1e-15  # cos(pi/2) = 6e-17 as programs write it
-_ROUNDING = 1e-6  # relative: what the digits of a drawing leave of a flat plate or a thin rod
-_POINT = 1e-9  # m²: below this times its mass, a body is a point and its inertia rounding
-_LEAST = 1e-12  # relative: keeps a moment of zero above zero when the axes are turned
 
 
 def build_model(robot: Description) -> pin.Model:
@@ -129,50 +127,3 @@ def _bounds(joint: Joint, moving: pin.JointModel) -> tuple[Array, ...]:
     lower, upper = (np.array([value]) for value in joint.range)
     friction, damping = np.array([joint.friction]), np.array([joint.damping])
     return (-effort, effort, -velocity, velocity, lower, upper, -friction, friction, damping)
-
-
-def sound_inertia(mass: float, inertia: Array) -> Array:
-    """Return an inertia whose moments lie below zero by rounding only with these at zero.
-
-    Pinocchio makes no body of the least negative moment. An inertia at fault is returned as it is.
-
-    Args:
-        mass: not negative [kg].
-        inertia: symmetric, about the centre of mass [kg·m²], shape (3, 3).
-    """
-    moments, axes = np.linalg.eigh(inertia)
-    least = _LEAST * float(moments[2])
-    if moments[0] >= least or inertia_fault(mass, inertia):
-        return inertia
-    raised: Array = (axes * np.maximum(moments, least)) @ axes.T
-    return (raised + raised.T) / 2.0
-
-
-def inertia_fault(mass: float, inertia: Array) -> str:
-    """Return why no body has this mass and this inertia about its centre, or an empty string.
-
-    A point mass (no inertia) and a frame (nothing at all) are limits of bodies, and pass.
-
-    Args:
-        mass: not negative [kg].
-        inertia: symmetric, about the centre of mass [kg·m²], shape (3, 3).
-    """
-    a, b, c = (float(moment) for moment in np.linalg.eigvalsh(inertia))
-    slack = _POINT * mass + _ROUNDING * abs(c)
-    moments = f"its principal moments are {a:.4g}, {b:.4g}, {c:.4g} kg·m²"
-    if mass == 0.0 and max(abs(a), abs(c)) > 0.0:
-        return (
-            f"the mass is 0 kg, but {moments}; the mass must be above 0 "
-            "(leave <inertial> out of a link without mass)"
-        )
-    if a < -slack:
-        return (
-            f"the inertia is not positive definite: {moments}; all must be above 0; check the "
-            "signs, and that it is taken about the centre of mass"
-        )
-    if c > a + b + slack:
-        return (
-            f"the inertia cannot belong to a body of positive mass: {moments}; the largest must "
-            "not exceed the sum of the other two; check that it is taken about the centre of mass"
-        )
-    return ""

@@ -49,14 +49,7 @@ class Rotor:
 def read_rotors(
     tree: XmlTree, robot: Description
 ) -> tuple[tuple[Rotor, ...], tuple[UrdfProblem, ...]]:
-    """Read the rotors of a robot's motors.
-
-    Args:
-        tree: of its URDF.
-        robot: its links and joints.
-
-    Returns:
-        The rotors, and those that are passed over because they belong to no single moving joint.
+    """Return the rotors of a robot's motors, and those that belong to no single moving joint.
 
     Raises:
         RobotError: an inertia or the reduction that goes with it is no number, or there twice with
@@ -68,38 +61,27 @@ def read_rotors(
         entry = Entry(tree, element)
         if not _gives(element, _INERTIAS):
             continue
-        joints = [part for part in element.iter() if _plain(part.tag) == "joint"]
-        names = list(dict.fromkeys(part.get("name", "") for part in joints))
-        reason = _unfit(names, len(_actuators(element)), robot)
-        if reason:
+        parts = [(_plain(part.tag), part.get("name", "")) for part in element.iter()]
+        names = list(dict.fromkeys(name for tag, name in parts if tag == "joint"))
+        if reason := _unfit(names, sum(tag == "actuator" for tag, _ in parts), robot):
             text = f"its rotor inertia is not counted: {reason}"
             problems.append(entry.problem("rotor", text))
         else:
             rotors.append(_rotor(entry, names[0]))
-    for name, element in _of_joints(tree):
-        if _gives(element, (*_INERTIAS, *_ARMATURE)) and not _unfit([name], 1, robot):
-            rotors.append(_rotor(Entry(tree, element), name))
+    for element in tree.root:
+        if element.tag in ("joint", "gazebo") and _gives(element, (*_INERTIAS, *_ARMATURE)):
+            name = element.get("name" if element.tag == "joint" else "reference", "")
+            if not _unfit([name], 1, robot):
+                rotors.append(_rotor(Entry(tree, element), name))
     return tuple(rotors), tuple(problems)
 
 
 def add_armature(model: pin.Model, rotors: Iterable[Rotor]) -> None:
-    """Add the rotors of a robot to a model of it that is being made.
-
-    Args:
-        model: from `build_model`.
-        rotors: of its motors; those of one joint add up.
-    """
+    """Add the rotors of a robot to a model of it that is being made; those of one joint add up."""
     armature = np.array(model.armature)
     for rotor in rotors:
         armature[model.joints[model.getJointId(rotor.joint)].idx_v] += rotor.armature
     model.armature = armature
-
-
-def _of_joints(tree: XmlTree) -> Iterator[tuple[str, Element]]:
-    """Yield elements that speak of one joint, with its name."""
-    for element in tree.root:
-        if element.tag in ("joint", "gazebo"):
-            yield element.get("name" if element.tag == "joint" else "reference", ""), element
 
 
 def _gives(element: Element, names: tuple[str, ...]) -> bool:
@@ -163,10 +145,6 @@ def _named(element: Element, names: tuple[str, ...]) -> Iterator[tuple[Element, 
         for attribute, text in part.attrib.items():
             if _plain(attribute) in names:
                 yield part, text
-
-
-def _actuators(element: Element) -> list[Element]:
-    return [part for part in element.iter() if _plain(part.tag) == "actuator"]
 
 
 def _plain(name: str) -> str:

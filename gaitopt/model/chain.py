@@ -9,9 +9,9 @@ import numpy as np
 import pinocchio as pin
 
 from gaitopt.errors import RobotError
+from gaitopt.importers.bodies import refuse_unsound
 from gaitopt.importers.physics import Physics
 from gaitopt.importers.report import Finding, fault_error, faults_of
-from gaitopt.importers.urdf_check import refuse_unsound
 from gaitopt.model.chain_physics import ChainPhysics, chain_physics
 from gaitopt.model.importer import Reading
 from gaitopt.model.joint_tree import FIRST, JointTree, joint_tree

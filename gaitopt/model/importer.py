@@ -14,7 +14,7 @@ from gaitopt.errors import RobotError
 from gaitopt.importers.physics import Physics, is_generated
 from gaitopt.importers.report import Finding, fault_error, faults_of
 from gaitopt.importers.source import Source
-from gaitopt.importers.urdf_report import locked_mimics
+from gaitopt.importers.urdf_check import locked_mimics
 from gaitopt.importers.xml_document import UrdfProblem
 from gaitopt.model.feet.foot_shape import FootShape, foot_points
 from gaitopt.model.feet.sole_detection import FoundSole, find_sole

@@ -9,8 +9,8 @@ from mjcf_text import mjcf_text
 from gaitopt.catalogue.biped_spec import biped13
 from gaitopt.catalogue.urdf_writer import urdf_text
 from gaitopt.errors import RobotError
+from gaitopt.importers.bodies import MOST_JOINTS
 from gaitopt.importers.source import read_source
-from gaitopt.importers.urdf_check import MOST_JOINTS
 from gaitopt.model.robot import Robot
 
 SHIN = ".//body[@name='left_knee_body']"

@@ -10,8 +10,8 @@ import numpy as np
 import pinocchio as pin
 
 from gaitopt.errors import RobotError
+from gaitopt.importers.bodies import inertia_fault
 from gaitopt.importers.report import Finding
-from gaitopt.importers.urdf_model import inertia_fault
 from gaitopt.importers.xml_document import UrdfProblem
 from gaitopt.model.import_options import InertiaOverride, LimitOverride, matching
 
