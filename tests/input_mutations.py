@@ -379,7 +379,7 @@ def _mutate_array(array, rng) -> np.ndarray | bytes | None:
     if what == 6:
         return array[:-1] if array.ndim else np.array([array, array])
     if what == 7:
-        return array.astype("S") if array.dtype.kind == "U" else array.astype(str)
+        return np.char.encode(array, "utf-8") if array.dtype.kind == "U" else array.astype(str)
     if what == 8:
         return np.zeros((0, *array.shape[1:]))
     if what == 9:

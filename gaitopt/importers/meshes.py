@@ -1,14 +1,8 @@
-"""Where the mesh files of a robot are: every kind of path, found or reported.
-
-Collada files whose y axis is up, and files that viewers draw invisible.
+"""Mesh files: where they are, whether they can be read, which axis of a Collada file is up.
 
 Pinocchio takes the numbers of a Collada file as they are, whichever axis the file calls up. Many
 robots are made for that, and their files say y only because some program wrote it there; others
 mean it. Which of the two, the masses tell: the links' shapes lie about their centres of mass.
-
-Opacity is written in four ways, and many programs wrote that of an opaque mesh as none.
-
-Keep what C++ libraries print off the user's screen: it names no file and helps nobody.
 """
 
 from __future__ import annotations
@@ -36,6 +30,9 @@ _READABLE = (
     ".stl", ".dae", ".obj", ".ply", ".off", ".3ds", ".fbx", ".gltf", ".glb", ".x", ".amf", ".3mf",
     ".dxf", ".lwo", ".ac", ".ase", ".x3d", ".blend",
 )  # fmt: skip
+_UPRIGHT = pin.SE3(np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]]), np.zeros(3))
+_NEARER = 0.8  # of the distance to the masses: symmetric shapes tell nothing and are left alone
+_UNSEEN = 0.02  # opacity: less is what a program meant as opaque, glass has more
 _HEADER, _FACET = 84, 50  # bytes of a binary STL file: before its facets, and of each
 
 
@@ -95,7 +92,7 @@ class MeshPaths:
             with path.open("rb") as stream:
                 head = stream.read(len(_POINTER))
         except OSError as error:
-            return f"cannot be read ({(error.strerror or str(error)).lower()})"
+            return _no_access(error)
         if not head:
             return "is an empty file"
         if head == _POINTER:
@@ -140,15 +137,16 @@ def unreadable(path: Path) -> str:
     """Return why a mesh file that is there cannot be a mesh that is read, or an empty string.
 
     STL files are checked whole, of others the format and, of Collada, whether they are XML.
-
-    Args:
-        path: of the file.
     """
     try:
         facts = path.stat()
         return _unreadable(path, facts.st_mtime_ns, facts.st_size)
     except OSError as error:
-        return f"cannot be read ({(error.strerror or str(error)).lower()})"
+        return _no_access(error)
+
+
+def _no_access(error: OSError) -> str:
+    return f"cannot be read ({(error.strerror or str(error)).lower()})"
 
 
 @lru_cache(maxsize=4096)
@@ -157,10 +155,14 @@ def _unreadable(path: Path, _changed: int, size: int) -> str:
     if suffix not in _READABLE:
         named = suffix or "without an ending"
         return f"is of a format that cannot be read ({named})"
-    if suffix == ".stl":
-        return "" if _is_stl(path, size) else "is a broken STL file"
+    if suffix == ".stl" and not _is_stl(path, size):
+        return "is a broken STL file"
     if suffix == ".dae":
-        return "" if _is_xml(path) else "is a broken Collada file"
+        try:
+            with path.open("rb") as stream:
+                expat.ParserCreate().ParseFile(stream)
+        except expat.ExpatError:
+            return "is a broken Collada file"
     return ""
 
 
@@ -177,15 +179,6 @@ def _is_stl(path: Path, size: int) -> bool:
         return b"vertex" in head + stream.read()
 
 
-def _is_xml(path: Path) -> bool:
-    with path.open("rb") as stream:
-        try:
-            expat.ParserCreate().ParseFile(stream)
-        except expat.ExpatError:
-            return False
-    return True
-
-
 def first_part(file: str) -> str:
     """Return the package, or the first directory, that a mesh path names."""
     _, scheme, rest = file.partition("://")
@@ -199,31 +192,23 @@ def _environment() -> list[Path]:
     return roots + [Path(p) / "share" for p in prefixes if p]
 
 
-_UPRIGHT = pin.SE3(np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]]), np.zeros(3))
-_NEARER = 0.8  # of the distance to the masses: symmetric shapes tell nothing and are left alone
-_UNSEEN = 0.02  # opacity: less is what a program meant as opaque, glass has more
-
-
 def unseen(model: Element) -> bool:
     """Tell whether a viewer that goes by the book draws nothing with a lighting model.
+
+    Opacity is written in four ways (COLLADA 1.4.1, "Determining transparency"), and many programs
+    wrote that of an opaque mesh as none.
 
     Args:
         model: `phong` element, say, of a Collada document.
     """
-    return _opacity(model) < _UNSEEN
-
-
-def _opacity(model: Element) -> float:
-    """Return the opacity of a lighting model (COLLADA 1.4.1, "Determining transparency")."""
     factor = _numbers(model, "transparency", "float")
     colour = _numbers(model, "transparent", "color")
     if not factor and not colour:
-        return 1.0
+        return False
     mode = next((e.get("opaque", "A_ONE") for e in _parts(model, "transparent")), "A_ONE")
-    scale = factor[0] if factor else 1.0
-    full = (*colour, 1.0, 1.0, 1.0, 1.0)[:4] if colour else (1.0, 1.0, 1.0, 1.0)
-    part = full[3] if mode.startswith("A_") else full[0]
-    return 1.0 - part * scale if mode.endswith("ZERO") else part * scale
+    red, _, _, alpha = (*colour, 1.0, 1.0, 1.0, 1.0)[:4] if colour else (1.0, 1.0, 1.0, 1.0)
+    part = (alpha if mode.startswith("A_") else red) * (factor[0] if factor else 1.0)
+    return (1.0 - part if mode.endswith("ZERO") else part) < _UNSEEN
 
 
 def _numbers(model: Element, name: str, kind: str) -> list[float]:
@@ -242,11 +227,7 @@ def _parts(element: Element, name: str) -> Iterator[Element]:
 
 
 def up_axis(path: str) -> str:
-    """Return the upward axis of a Collada file: "Y_UP" unless it says otherwise, "" if unreadable.
-
-    Args:
-        path: of the file.
-    """
+    """Return the upward axis of a Collada file, "Y_UP" by default, "" if it is unreadable."""
     try:
         with open(path, "rb") as stream:
             for _, element in ElementTree.iterparse(stream):
@@ -270,12 +251,7 @@ def y_up(shapes: pin.GeometryModel) -> list[pin.GeometryObject]:
 
 
 def lie_on_side(shapes: pin.GeometryModel, model: pin.Model) -> bool:
-    """Tell whether the shapes of `y_up` are clearly nearer to the masses when they are turned.
-
-    Args:
-        shapes: all of a robot.
-        model: that they belong to.
-    """
+    """Tell whether the shapes of `y_up` are clearly nearer to the masses when they are turned."""
     as_read, turned = 0.0, 0.0
     for item in y_up(shapes):
         inertia = model.inertias[item.parentJoint]
@@ -298,7 +274,8 @@ def put_upright(shapes: pin.GeometryModel) -> None:
 def silenced() -> Iterator[None]:
     """Send what is written to the streams of the process to nowhere, for the time of a call.
 
-    Python's own streams are silent as well. Where there are no streams, nothing is done.
+    C++ libraries print what names no file and helps nobody. Python's own streams are silent as
+    well. Where there are no streams, nothing is done.
     """
     try:
         kept = [os.dup(number) for number in (1, 2)]

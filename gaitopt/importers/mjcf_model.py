@@ -7,7 +7,7 @@ that the posture which the file draws is the one with every coordinate at its `r
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Collection
 from pathlib import Path
 
 import coal
@@ -26,18 +26,12 @@ from gaitopt.importers.mjcf_robot import (
     se3,
 )
 from gaitopt.importers.physics import STANDARD_GRAVITY, PassiveJoint, Physics, PointMass
+from gaitopt.importers.pinocchio_model import joint_model
 from gaitopt.nlp import Array
 
 LoadMesh = Callable[[str, Array], coal.BVHModelBase]
 
-_ALIGNED = {
-    ("hinge", (1.0, 0.0, 0.0)): pin.JointModelRX,
-    ("hinge", (0.0, 1.0, 0.0)): pin.JointModelRY,
-    ("hinge", (0.0, 0.0, 1.0)): pin.JointModelRZ,
-    ("slide", (1.0, 0.0, 0.0)): pin.JointModelPX,
-    ("slide", (0.0, 1.0, 0.0)): pin.JointModelPY,
-    ("slide", (0.0, 0.0, 1.0)): pin.JointModelPZ,
-}
+FREE = (-math.inf, math.inf)
 _ROOT_JOINT = "root_joint"
 _SITE = " (site)"
 
@@ -52,14 +46,14 @@ def build_mjcf_model(robot: CompiledRobot) -> pin.Model:
     flyer, names = _ROOT_JOINT, {joint.name for joint in robot.joints}
     while flyer in names:
         flyer += "_"
-    sites = _site_names(robot)
+    names |= {body.name for body in robot.bodies}
     places: list[tuple[int, pin.SE3]] = []  # of every body: joint that carries it, and where
     frames: list[int] = []
     for body in robot.bodies:
         if body.parent < 0:
-            joint = model.addJoint(0, pin.JointModelFreeFlyer(), pin.SE3.Identity(), flyer)
-            place, frame = pin.SE3.Identity(), int(model.addJointFrame(joint, 0))
-            _limit(model, joint, -math.inf, math.inf, -math.inf, math.inf)
+            floating, place = pin.JointModelFreeFlyer(), pin.SE3.Identity()
+            joint = model.addJoint(0, floating, place, flyer, *_limits(floating))
+            frame = int(model.addJointFrame(joint, 0))
         else:
             joint, place = places[body.parent]
             place, frame = place * se3(body.place), frames[body.parent]
@@ -68,12 +62,18 @@ def build_mjcf_model(robot: CompiledRobot) -> pin.Model:
             frame = int(model.addJointFrame(joint, frame))
         model.appendBodyToJoint(joint, _inertia(body), place)
         places.append((joint, place))
-        frames.append(_add_frame(model, body.name, joint, frame, place, pin.FrameType.BODY))
+        own_frame = pin.Frame(body.name, joint, frame, place, pin.FrameType.BODY)
+        frames.append(int(model.addFrame(own_frame, False)))
         for site in body.sites:
+            # One that a body or a joint has, too, gets a mark.
+            name = site.name + _SITE if site.name in names else site.name
             at = place * se3(site.place)
-            _add_frame(model, next(sites), joint, frames[-1], at, pin.FrameType.OP_FRAME)
+            model.addFrame(pin.Frame(name, joint, frames[-1], at, pin.FrameType.OP_FRAME), False)
     for name, angles in robot.keyframes:
-        model.referenceConfigurations[name] = _configuration(model, dict(angles))
+        q = np.array(pin.neutral(model))
+        for moved, angle in angles:
+            q[model.joints[model.getJointId(moved)].idx_q] = angle
+        model.referenceConfigurations[name] = q
     return model
 
 
@@ -163,22 +163,17 @@ def _add_joint(
     anchor, axis = np.array(own.pos), np.array(own.axis)
     at = place * pin.SE3(np.eye(3), anchor)
     if own.kind == "ball":
-        joint = int(model.addJoint(parent, pin.JointModelSpherical(), at, own.name))
-        _limit(model, joint, -math.inf, math.inf, -math.inf, math.inf)
+        moving = pin.JointModelSpherical()
     else:
-        if own.kind == "hinge" and own.ref:
-            turn = pin.AngleAxis(-own.ref, axis).toRotationMatrix()
-            at = at * pin.SE3(turn, np.zeros(3))
+        moving = joint_model(axis, own.kind == "slide")
+        if own.ref and own.kind == "hinge":
+            at = at * pin.SE3(pin.AngleAxis(-own.ref, axis).toRotationMatrix(), np.zeros(3))
         elif own.ref:
             at = at * pin.SE3(np.eye(3), -own.ref * axis)
-        unaligned = (
-            pin.JointModelRevoluteUnaligned
-            if own.kind == "hinge"
-            else pin.JointModelPrismaticUnaligned
-        )
-        made = _ALIGNED.get((own.kind, own.axis))
-        joint = int(model.addJoint(parent, made() if made else unaligned(axis), at, own.name))
-        _limit(model, joint, own.lower, own.upper, own.least, own.most)
+    # Of the force that its motors give, the smaller counts to both sides.
+    force = max(min(-own.least, own.most), 0.0)
+    limits = _limits(moving, force, (own.lower, own.upper))
+    joint = int(model.addJoint(parent, moving, at, own.name, *limits))
     first, count = model.joints[joint].idx_v, model.joints[joint].nv
     armature = np.array(model.armature)
     armature[first : first + count] = own.armature
@@ -186,23 +181,12 @@ def _add_joint(
     return joint, pin.SE3(np.eye(3), -anchor)
 
 
-def _limit(
-    model: pin.Model, joint: int, lower: float, upper: float, least: float, most: float
-) -> None:
-    """Set the limits of a joint; of the force that its motors give, the smaller to both sides."""
-    at = model.joints[joint]
-    force = max(min(-least, most), 0.0)
-    for name, first, count, value in (
-        ("lowerPositionLimit", at.idx_q, at.nq, lower),
-        ("upperPositionLimit", at.idx_q, at.nq, upper),
-        ("lowerVelocityLimit", at.idx_v, at.nv, -math.inf),
-        ("upperVelocityLimit", at.idx_v, at.nv, math.inf),
-        ("lowerEffortLimit", at.idx_v, at.nv, -force),
-        ("upperEffortLimit", at.idx_v, at.nv, force),
-    ):
-        values = np.array(getattr(model, name))
-        values[first : first + count] = value
-        setattr(model, name, values)
+def _limits(
+    moving: pin.JointModel, force: float = math.inf, ends: tuple[float, float] = FREE
+) -> tuple[Array, ...]:
+    """Limits in the order of `pin.Model.addJoint`: effort, rate, and both ends of the range."""
+    sizes = ((force, moving.nv), (math.inf, moving.nv), (ends[0], moving.nq), (ends[1], moving.nq))
+    return tuple(np.full(size, value) for value, size in sizes)
 
 
 def _inertia(body: CompiledBody) -> pin.Inertia:
@@ -213,65 +197,38 @@ def _inertia(body: CompiledBody) -> pin.Inertia:
     return pin.Inertia(body.mass, axes.translation, tensor)
 
 
-def _add_frame(
-    model: pin.Model, name: str, joint: int, parent: int, place: pin.SE3, kind: pin.FrameType
-) -> int:
-    return int(model.addFrame(pin.Frame(name, joint, parent, place, kind), False))
-
-
-def _site_names(robot: CompiledRobot) -> Iterator[str]:
-    """Yield a name for every site; one that a body or a joint has, too, gets a mark."""
-    known = {body.name for body in robot.bodies} | {joint.name for joint in robot.joints}
-    for site in (site for body in robot.bodies for site in body.sites):
-        yield site.name + _SITE if site.name in known else site.name
-
-
-def _configuration(model: pin.Model, angles: dict[str, float]) -> Array:
-    q = np.array(pin.neutral(model))
-    for name, angle in angles.items():
-        q[model.joints[model.getJointId(name)].idx_q] = angle
-    return q
-
-
 def _shape(geom: CompiledGeom) -> coal.CollisionGeometry:
     a, b, c = geom.size
-    if geom.kind == "sphere":
-        return coal.Sphere(a)
-    if geom.kind == "capsule":
-        return coal.Capsule(a, 2.0 * b)
-    if geom.kind == "cylinder":
-        return coal.Cylinder(a, 2.0 * b)
-    if geom.kind == "ellipsoid":
-        return coal.Ellipsoid(a, b, c)
-    return coal.Box(2.0 * a, 2.0 * b, 2.0 * c)
+    return {
+        "sphere": lambda: coal.Sphere(a),
+        "capsule": lambda: coal.Capsule(a, 2.0 * b),
+        "cylinder": lambda: coal.Cylinder(a, 2.0 * b),
+        "ellipsoid": lambda: coal.Ellipsoid(a, b, c),
+        "box": lambda: coal.Box(2.0 * a, 2.0 * b, 2.0 * c),
+    }[geom.kind]()
 
 
 def _mesh_item(
     name: str, mesh: CompiledMesh, paths: MeshPaths, load: LoadMesh
 ) -> pin.GeometryObject | None:
     """Return the shape of a mesh in its own frame, None if its file is missing."""
+    none = pin.SE3.Identity()
     if not mesh.file:
-        triangles = np.reshape(mesh.triangles, (-1, 3))
-        return pin.GeometryObject(
-            name, 0, pin.SE3.Identity(), _triangles(np.reshape(mesh.vertices, (-1, 3)), triangles)
-        )
+        points, triangles = (np.reshape(n, (-1, 3)) for n in (mesh.vertices, mesh.triangles))
+        return pin.GeometryObject(name, 0, none, _triangles(points, triangles))
     path = paths.find(mesh.file)
     if path is None or paths.problem(mesh.file):
         return None
     scale, ref = np.array(mesh.scale), se3(mesh.ref)
     if mesh.ref.quat == NO_TURN or (scale == scale[0]).all():
-        shape = _loaded(load, path, scale)
         moved = pin.SE3(ref.rotation, scale * ref.translation).inverse()
-        none = pin.SE3.Identity()
-        item = pin.GeometryObject(name, 0, none, shape, str(path), scale)
-        item.placement = moved
-        return item
+        return pin.GeometryObject(name, 0, moved, _loaded(load, path, scale), str(path), scale)
     # Turned before it is stretched, as no placement can be.
     shape = _loaded(load, path, np.ones(3))
     points = (np.array(shape.vertices()) - ref.translation) @ ref.rotation * scale
     faces = [shape.tri_indices(k) for k in range(shape.num_tris)]
     triangles = np.array([[f[0], f[1], f[2]] for f in faces])
-    return pin.GeometryObject(name, 0, pin.SE3.Identity(), _triangles(points, triangles))
+    return pin.GeometryObject(name, 0, none, _triangles(points, triangles))
 
 
 def _loaded(load: LoadMesh, path: Path, scale: Array) -> coal.BVHModelBase:

@@ -1,7 +1,4 @@
-"""What was learnt, guessed or changed while a robot was read, in sentences for a person.
-
-Several faults of one robot as one error: nobody should mend one only to meet the next.
-"""
+"""What is said about a robot: findings for a person, and all faults of one robot in one error."""
 
 from __future__ import annotations
 
@@ -11,6 +8,8 @@ from dataclasses import dataclass
 from typing import Literal, get_args
 
 from gaitopt.errors import RobotError, RobotFaultsError
+
+_LISTED = 24  # faults: more are counted
 
 How = Literal["found", "guessed", "given", "changed", "warning"]
 """Read off the model; most likely so; fixed by the user; not as in the file; worth a look."""
@@ -57,15 +56,8 @@ def listed(names: Iterable[str], most: int | None = 4, quote: str = "'") -> str:
     return shown + (f" and {more} more" if more > 0 else "")
 
 
-_LISTED = 24  # faults: more are counted
-
-
 def fault_error(faults: Sequence[str]) -> RobotError:
-    """Return the error that lists all faults.
-
-    Args:
-        faults: at least one sentence; doubled ones count once.
-    """
+    """Return the error that lists all faults; those that come twice count once."""
     every = tuple(dict.fromkeys(faults))
     if len(every) == 1:
         return RobotError(every[0])

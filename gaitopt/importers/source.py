@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
+from collections.abc import Collection
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import TypeVar
 
 import coal
 import pinocchio as pin
 
 from gaitopt.errors import RobotError
-from gaitopt.importers.frame_names import tell_apart
 from gaitopt.importers.meshes import (
     MeshPaths,
     MeshProblem,
@@ -37,6 +35,7 @@ from gaitopt.importers.mjcf_normal_form import (
 )
 from gaitopt.importers.mjcf_robot import CompiledRobot
 from gaitopt.importers.physics import Physics
+from gaitopt.importers.pinocchio_model import tell_apart
 from gaitopt.importers.report import Finding
 from gaitopt.importers.text_files import read_text
 from gaitopt.importers.urdf_check import check_urdf, passive_joints, urdf_findings
@@ -57,12 +56,10 @@ _KINDS: dict[pin.GeometryType, Kind] = {
     pin.GeometryType.VISUAL: "visual",
     pin.GeometryType.COLLISION: "collision",
 }
-_FORMATS = {"mujoco": "mjcf"}
 _LOADER = coal.CachedMeshLoader(coal.NODE_TYPE.BV_OBB)
 """Reads each mesh file of a URDF once, whoever asks, and again if its time of change is another in
 whole seconds. Nobody collides with the tree of boxes that it makes of a mesh; of those trees that
 show the corners it is the one made soonest."""
-_Result = TypeVar("_Result")
 
 
 @dataclass(frozen=True, eq=False)
@@ -178,9 +175,15 @@ class Source:
     @cached_property
     def _whole(self) -> pin.Model:
         """The model, read once and never modified."""
-        compiled = self.compiled
-        if compiled is not None:
-            model = _guarded("the MJCF file", lambda: build_mjcf_model(compiled))
+        if self.compiled is not None:
+            try:
+                model = build_mjcf_model(self.compiled)
+            except (ValueError, RuntimeError, IndexError, KeyError) as error:
+                # Pinocchio puts where in its own code the error arose before the message proper.
+                told = str(error).split("message:")[-1].strip() or type(error).__name__
+                raise RobotError(
+                    f"the MJCF file cannot be read: {told.splitlines()[0]}; correct it"
+                ) from error
         else:
             model = build_model(self._description)
             add_armature(model, self._rotors)
@@ -251,18 +254,17 @@ def read_source(urdf: str | Path, package_dirs: Collection[str | Path] = ()) -> 
         raise RobotError(
             "the file holds <mujocoinclude>, a part of an MJCF file; give the file that includes it"
         )
-    file_format = _FORMATS.get(tree.root.tag, "urdf")
     dirs = tuple(map(str, package_dirs))
-    if file_format == "urdf":
-        return Source(text, path, file_format, dirs, check_urdf(tree), tree)
+    if tree.root.tag != "mujoco":
+        return Source(text, path, "urdf", dirs, check_urdf(tree), tree)
     if is_normal(tree.root):
         try:
-            return Source(text, path, file_format, dirs, (), tree, read_normal(tree.root))
+            return Source(text, path, "mjcf", dirs, (), tree, read_normal(tree.root))
         except NotNormalError:
             pass  # changed by hand; it is still MJCF
     whole = whole_mjcf(tree, None if path is None else path.parent)
     robot, problems, notes = extract(compile_mjcf(text, path, whole, _paths(path, dirs)), whole)
-    return Source(normal_text(robot), path, file_format, dirs, problems, whole, robot, notes)
+    return Source(normal_text(robot), path, "mjcf", dirs, problems, whole, robot, notes)
 
 
 def _text(urdf: str | Path) -> tuple[str, Path | None]:
@@ -278,12 +280,3 @@ def _text(urdf: str | Path) -> tuple[str, Path | None]:
 def _paths(path: Path | None, package_dirs: Collection[str]) -> MeshPaths:
     base = None if path is None else path.resolve().parent
     return MeshPaths(base, tuple(Path(p).expanduser() for p in package_dirs))
-
-
-def _guarded(what: str, load: Callable[[], _Result]) -> _Result:
-    try:
-        return load()
-    except (ValueError, RuntimeError, IndexError, KeyError) as error:
-        # Pinocchio puts where in its own code the error arose before the message proper.
-        told = str(error).split("message:")[-1].strip() or type(error).__name__
-        raise RobotError(f"{what} cannot be read: {told.splitlines()[0]}; correct it") from error

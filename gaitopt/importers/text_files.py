@@ -1,7 +1,4 @@
-"""Text files, and why one cannot be read.
-
-TOML texts, and why one cannot be read.
-"""
+"""Text and TOML files, and why one cannot be read."""
 
 from __future__ import annotations
 
@@ -12,6 +9,13 @@ from typing import Any
 
 from gaitopt.bounds import MEGABYTE, TABLE, TEXT, read_bounded
 from gaitopt.errors import InputError, RobotError
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
+
+_LONGEST = 200  # characters of a parser's message
 
 
 def read_text(path: Path, what: str = "file") -> str:
@@ -36,14 +40,6 @@ def read_text(path: Path, what: str = "file") -> str:
     if not text.strip():
         raise RobotError(f"cannot read the {what} '{path}': the file is empty")
     return text
-
-
-if sys.version_info >= (3, 11):
-    import tomllib
-else:
-    import tomli as tomllib
-
-_LONGEST = 200  # characters of a parser's message
 
 
 def parse_toml(

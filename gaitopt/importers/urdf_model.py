@@ -12,13 +12,13 @@ import pinocchio as pin
 
 from gaitopt.errors import RobotError
 from gaitopt.importers.bodies import sound_inertia
+from gaitopt.importers.pinocchio_model import joint_model
 from gaitopt.importers.urdf_document import Description, Inertial, Joint, Link, Pose
 from gaitopt.nlp import Array
 
 WORLD, ROOT_JOINT = "universe", "root_joint"
 """Names of Pinocchio's own: the world, and the joint that carries the root link."""
 _FIXED = " (fixed)"  # marks a frame whose name is taken
-_AXIS_ROUNDING = 1e-15  # cos(pi/2) = 6e-17 as programs write it
 
 
 def build_model(robot: Description) -> pin.Model:
@@ -110,13 +110,7 @@ def _joint_model(joint: Joint) -> pin.JointModel:
         return pin.JointModelFreeFlyer()
     if joint.kind == "planar":
         return pin.JointModelPlanar()
-    axis, slides = np.array(joint.axis), joint.kind == "prismatic"
-    axis = axis / np.abs(axis).max()  # its square may be too large or too small for a number
-    for unit, name in zip(np.eye(3), "XYZ", strict=True):
-        if np.abs(axis - unit).max() < _AXIS_ROUNDING:
-            return getattr(pin, f"JointModel{'P' if slides else 'R'}{name}")()
-    kind = pin.JointModelPrismaticUnaligned if slides else pin.JointModelRevoluteUnaligned
-    return kind(axis / np.linalg.norm(axis))
+    return joint_model(np.array(joint.axis), joint.kind == "prismatic")
 
 
 def _bounds(joint: Joint, moving: pin.JointModel) -> tuple[Array, ...]:

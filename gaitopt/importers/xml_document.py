@@ -1,7 +1,4 @@
-"""XML with the line of every element, so that a message can say where to look.
-
-Reading the values of a URDF: where they stand, whether they are numbers, what is odd.
-"""
+"""XML with the line of every element, and the values in it, so that messages say where to look."""
 
 from __future__ import annotations
 
@@ -13,6 +10,11 @@ from xml.etree.ElementTree import Element, TreeBuilder
 from xml.parsers import expat
 
 from gaitopt.errors import RobotError
+
+_BLANKS = " \t\r\n"  # of XML; a no-break space, say, is none
+_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
+_WORDS = {1: "one", 3: "three", 4: "four"}
+_INFINITE = re.compile(r"([+-]?)inf(inity)?", re.ASCII | re.IGNORECASE)
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,12 +79,6 @@ def parse_xml(text: str, name: str = "the file") -> XmlTree:
             f"{expat.ErrorString(error.code)}; correct that line"
         ) from None
     return XmlTree(builder.close(), lines)
-
-
-_BLANKS = " \t\r\n"  # of XML; a no-break space, say, is none
-_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
-_WORDS = {1: "one", 3: "three", 4: "four"}
-_INFINITE = re.compile(r"([+-]?)inf(inity)?", re.ASCII | re.IGNORECASE)
 
 
 @dataclass(frozen=True)

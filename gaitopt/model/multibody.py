@@ -15,7 +15,7 @@ import pinocchio as pin
 from numpy.typing import NDArray
 
 from gaitopt.errors import RobotError
-from gaitopt.importers.frame_names import reduced
+from gaitopt.importers.pinocchio_model import reduced
 from gaitopt.model.chain import Chain
 from gaitopt.model.chain_physics import CarriedWeight
 from gaitopt.model.feet.sole import Sole

@@ -15,7 +15,7 @@ import numpy as np
 import pinocchio as pin
 
 from gaitopt.errors import RobotError
-from gaitopt.importers.frame_names import reduced
+from gaitopt.importers.pinocchio_model import reduced
 
 FOOT_JOINT = "stance_foot"
 PELVIS_FRAME = "pelvis"

@@ -8,7 +8,7 @@ import pytest
 from sample_gait import sample_gait
 
 from gaitopt import biped13, urdf_text
-from gaitopt.importers.frame_names import reduced, tell_apart
+from gaitopt.importers.pinocchio_model import reduced, tell_apart
 from gaitopt.model.import_options import Choices
 from gaitopt.model.robot import Robot
 from gaitopt.view.page import page_text
