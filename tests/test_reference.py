@@ -148,7 +148,7 @@ def test_cost_and_its_gradient(name):
 def test_gauss_newton_part_of_the_cost(name):
     """J is the sum of squares of r = sqrt(w T / d) torque; this is 2 r' r with slopes r'."""
     case, problem, step, _ = evaluated(name)
-    slopes = problem.slope(case.x)[1].reads[quantities.TORQUE].copy()
+    slopes = problem.derivatives(case.x)[1].jacobians[quantities.TORQUE].copy()
     column = problem.layout.index("step_length")
     slopes[:, :, column] -= step.read(quantities.TORQUE) / (2.0 * step.step_length)
     weights = step.duration / step.step_length * problem.grid.weights

@@ -1,21 +1,15 @@
-"""Placements of pelvis and swing foot in double support as chains of virtual joints (Fig. 2).
+"""The double support at the start of a step, Eq. (26) and Fig. 2: q_start, with derivatives.
 
-Each target is a product of elementary displacements whose amounts are linear in the geometric
-quantities. Such a product is a serial chain, so its twists and their curvature follow the same
-formulas as those of a leg.
+Pelvis and swing foot are placed by the geometric quantities. Each placement is a product of
+elementary displacements whose amounts are linear in the quantities: a serial chain, so its twists
+and second derivatives follow the same formulas as those of a leg.
 
-The double-support posture, Eq. (26) and Fig. 2: q_start from the geometric quantities.
-
-Two forms, with the same geometric quantities. The paper's solves the inverse kinematics; the
-lifted one takes the joint angles as parameters too and reports how far pelvis and swing foot are
-from where the quantities put them, which no trial point can fail to do. A boundary answers three
-questions (posture, slope, curvature) as a pure function of its coordinates.
-
-The paper's double support (section 4.2): joint angles by inverse kinematics from p_G.
-
-The lifted double support: joint angles are parameters, tied to p_G by equalities.
-
-No trial point is out of reach, and the knee may pass through the straight leg on the way.
+Two forms. `InverseKinematicsSupport` is the paper's (section 4.2): joint angles by inverse
+kinematics. `JointAngleSupport` takes the joint angles as parameters too and reports how far pelvis
+and swing foot are from where the quantities put them: no trial point is out of reach, the knee may
+pass through the straight leg on the way, and the legs may have any number of joints. A double
+support answers three questions (posture, derivatives, Hessian) as a pure function of its
+coordinates.
 """
 
 from __future__ import annotations
@@ -42,12 +36,12 @@ from gaitopt.gait.parameters import (
 )
 from gaitopt.mechanics.inverse_kinematics import (
     LegKinematics,
-    chain_curvature,
+    chain_hessian,
     closure_forces,
-    closure_slope,
+    closure_jacobian,
     loop_gap,
-    loop_gap_curvature,
-    loop_gap_slope,
+    loop_gap_hessian,
+    loop_gap_jacobian,
 )
 from gaitopt.mechanics.spatial import cross, skew
 from gaitopt.model.joint_tree import JointTree
@@ -164,7 +158,7 @@ class Posture:
 
 
 @dataclass(frozen=True)
-class PostureSlope:
+class PostureDerivatives:
     """Derivatives of a Posture with respect to the boundary's coordinates, B of them.
 
     The coordinates are the ten geometric quantities; in the lifted form the n joint angles come
@@ -185,7 +179,7 @@ class PostureSlope:
     loop_axes: tuple[Array, ...] = ()
 
 
-class Boundary(ABC):
+class DoubleSupport(ABC):
     """Two feet on the ground and a pelvis, placed by the geometric quantities."""
 
     def __init__(self, robot: Robot) -> None:
@@ -206,14 +200,14 @@ class Boundary(ABC):
         """
 
     @abstractmethod
-    def slope(self, posture: Posture) -> PostureSlope:
+    def derivatives(self, posture: Posture) -> PostureDerivatives:
         """Return the derivatives of a posture."""
 
     @abstractmethod
-    def curvature(
+    def hessian(
         self,
         posture: Posture,
-        slope: PostureSlope,
+        derivatives: PostureDerivatives,
         q_weights: Array,
         leg_weights: Array,
         gap_weights: Array,
@@ -236,12 +230,12 @@ class Boundary(ABC):
         hips = self.robot.legs.hips @ pelvis.rotation.T + pelvis.translation
         return np.vstack([hips, sole.act(self.robot.legs.ankles[1])])
 
-    def leg_slopes(self, posture: Posture) -> Array:
-        """Return the slopes of the legs in the geometric quantities, shape (2, 3, 10)."""
+    def leg_jacobian(self, posture: Posture) -> Array:
+        """Return the jacobian of the legs in the geometric quantities, shape (2, 3, 10)."""
         pelvis_twists, sole_twists = posture.twists
         points = self._points(posture.pelvis, posture.sole)
-        hips = [_point_slope(p, pelvis_twists) for p in points[:2]]
-        ankle = _point_slope(points[2], sole_twists)
+        hips = [_point_jacobian(p, pelvis_twists) for p in points[:2]]
+        ankle = _point_jacobian(points[2], sole_twists)
         return np.stack([hips[0], hips[1] - ankle])
 
     def _point_forces(self, posture: Posture, weights: Array) -> tuple[Array, Array]:
@@ -250,10 +244,10 @@ class Boundary(ABC):
         pelvis = np.concatenate([weights.sum(axis=0), cross(points[:2], weights).sum(axis=0)])
         return pelvis, np.concatenate([weights[1], cross(points[2], weights[1])])
 
-    def target_curvature(
+    def target_hessian(
         self, posture: Posture, forces: tuple[Array, Array], leg_weights: Array
     ) -> Array:
-        """Return the curvature in the geometric quantities of legs and of what forces pair with.
+        """Return the Hessian in the geometric quantities of legs and of what forces pair with.
 
         Args:
             posture: the double support.
@@ -261,9 +255,9 @@ class Boundary(ABC):
             leg_weights: shape (2, 3).
         """
         on_pelvis, on_sole = self._point_forces(posture, leg_weights)
-        H = PELVIS_DRIVE.T @ chain_curvature(posture.pelvis_axes, forces[0] + on_pelvis)
+        H = PELVIS_DRIVE.T @ chain_hessian(posture.pelvis_axes, forces[0] + on_pelvis)
         H = H @ PELVIS_DRIVE
-        sole = chain_curvature(posture.sole_axes, forces[1] - on_sole)
+        sole = chain_hessian(posture.sole_axes, forces[1] - on_sole)
         H += SOLE_DRIVE.T @ sole @ SOLE_DRIVE
         return np.asarray(H + self._centripetal(posture, leg_weights))
 
@@ -281,13 +275,13 @@ class Boundary(ABC):
         )
 
 
-def _point_slope(point: Array, twists: Array) -> Array:
+def _point_jacobian(point: Array, twists: Array) -> Array:
     """Velocity of a body point per unit of each twist (6, p), shape (3, p)."""
     return np.asarray(twists[:3] - skew(point) @ twists[3:])
 
 
 def _centripetal(point: Array, twists: Array, weight: Array) -> Array:
-    moved = _point_slope(point, twists)
+    moved = _point_jacobian(point, twists)
     turned = -skew(weight) @ moved  # weight . (w x m) = w . (m x weight)
     matrix = twists[3:].T @ turned
     return (matrix + matrix.T) / 2.0
@@ -309,7 +303,7 @@ def refuse_undetermined(tree: JointTree) -> None:
         )
 
 
-class ClosedBoundary(Boundary):
+class InverseKinematicsSupport(DoubleSupport):
     """The paper's form: q_start by inverse kinematics; B = 10 (see `refuse_undetermined`)."""
 
     def posture(self, geometry: Array, q_start: Array) -> Posture:
@@ -329,16 +323,16 @@ class ClosedBoundary(Boundary):
             q_start, self.leg_vectors(pelvis, sole), pelvis, sole, pelvis_axes, sole_axes
         )
 
-    def slope(self, posture: Posture) -> PostureSlope:
+    def derivatives(self, posture: Posture) -> PostureDerivatives:
         """Return the derivatives of a posture."""
         axes = self.kinematics.axes(posture.q_start)
-        slope = closure_slope(axes, *posture.twists)
-        return PostureSlope(slope, self.leg_slopes(posture), axes, np.zeros((0, 6, 10)))
+        jacobian = closure_jacobian(axes, *posture.twists)
+        return PostureDerivatives(jacobian, self.leg_jacobian(posture), axes, np.zeros((0, 6, 10)))
 
-    def curvature(
+    def hessian(
         self,
         posture: Posture,
-        slope: PostureSlope,
+        derivatives: PostureDerivatives,
         q_weights: Array,
         leg_weights: Array,
         gap_weights: Array,
@@ -346,15 +340,15 @@ class ClosedBoundary(Boundary):
         """Return the Hessian of q_weights . q_start + sum(leg_weights * legs), shape (10, 10).
 
         Along straight lines in the geometric quantities both sides of each closure accelerate:
-        S q'' + (curvature of the leg) = (curvature of the displacement chain).
+        S q'' + (acceleration of the leg) = (acceleration of the displacement chain).
         """
         del gap_weights
-        forces = closure_forces(slope.joint_axes, q_weights)
-        own = chain_curvature(slope.joint_axes, forces[1])
+        forces = closure_forces(derivatives.joint_axes, q_weights)
+        own = chain_hessian(derivatives.joint_axes, forces[1])
         stance = slice(self.robot.tree.stance)
-        own[stance, stance] += chain_curvature(slope.joint_axes[stance], forces[0])
-        H = self.target_curvature(posture, (forces[0], forces[1]), leg_weights)
-        return np.asarray(H - slope.q_start.T @ own @ slope.q_start)
+        own[stance, stance] += chain_hessian(derivatives.joint_axes[stance], forces[0])
+        H = self.target_hessian(posture, (forces[0], forces[1]), leg_weights)
+        return np.asarray(H - derivatives.q_start.T @ own @ derivatives.q_start)
 
 
 def _loop_drive(count: int, joints: int, displacements: Array) -> Array:
@@ -368,7 +362,7 @@ def _loop_drive(count: int, joints: int, displacements: Array) -> Array:
     return matrix
 
 
-class LiftedBoundary(Boundary):
+class JointAngleSupport(DoubleSupport):
     """q_start is a parameter; the gaps of both loops must vanish; B = n + 10."""
 
     def __init__(self, robot: Robot) -> None:
@@ -391,22 +385,22 @@ class LiftedBoundary(Boundary):
         legs = self.leg_vectors(pelvis, sole)
         return Posture(q_start, legs, pelvis, sole, pelvis_axes, sole_axes, loops)
 
-    def slope(self, posture: Posture) -> PostureSlope:
+    def derivatives(self, posture: Posture) -> PostureDerivatives:
         """Return the derivatives of a posture."""
         axes = self.kinematics.axes(posture.q_start)
         chains = self._loop_axes(posture, axes)
         gaps = [
-            loop_gap_slope(loop, chain) @ drive
+            loop_gap_jacobian(loop, chain) @ drive
             for loop, chain, drive in zip(posture.loops, chains, self._drives, strict=True)
         ]
         n = len(axes)
-        legs = np.concatenate([np.zeros((2, 3, n)), self.leg_slopes(posture)], axis=2)
-        return PostureSlope(np.eye(n, legs.shape[2]), legs, axes, np.stack(gaps), chains)
+        legs = np.concatenate([np.zeros((2, 3, n)), self.leg_jacobian(posture)], axis=2)
+        return PostureDerivatives(np.eye(n, legs.shape[2]), legs, axes, np.stack(gaps), chains)
 
-    def curvature(
+    def hessian(
         self,
         posture: Posture,
-        slope: PostureSlope,
+        derivatives: PostureDerivatives,
         q_weights: Array,
         leg_weights: Array,
         gap_weights: Array,
@@ -415,11 +409,11 @@ class LiftedBoundary(Boundary):
         del q_weights  # q_start is linear in the coordinates
         n = len(posture.q_start)
         H = np.zeros((n + len(GEOMETRY), n + len(GEOMETRY)))
-        H[n:, n:] = self.target_curvature(posture, (np.zeros(6), np.zeros(6)), leg_weights)
+        H[n:, n:] = self.target_hessian(posture, (np.zeros(6), np.zeros(6)), leg_weights)
         for loop, axes, drive, weight in zip(
-            posture.loops, slope.loop_axes, self._drives, gap_weights, strict=True
+            posture.loops, derivatives.loop_axes, self._drives, gap_weights, strict=True
         ):
-            H += drive.T @ loop_gap_curvature(loop, axes, weight) @ drive
+            H += drive.T @ loop_gap_hessian(loop, axes, weight) @ drive
         return H
 
     def _loop_axes(self, posture: Posture, axes: Array) -> tuple[Array, ...]:

@@ -1,7 +1,4 @@
-"""A first guess that walks badly but is a walk: straight-line swing foot, pelvis midway.
-
-A walk of one robot as the start for one of other lengths.
-"""
+"""Starting points: a first guess that walks badly but is a walk, and a walk for other lengths."""
 
 from __future__ import annotations
 

@@ -18,7 +18,7 @@ from gaitopt.gait.parameters import (
     Quantity,
     set_quantities,
 )
-from gaitopt.gait.step import Step, StepSlope
+from gaitopt.gait.step import Step, StepDerivatives
 from gaitopt.gait.step_hessian import StepWeights, step_hessian
 from gaitopt.gait.step_model import StepModel
 from gaitopt.gait.task import Task
@@ -72,7 +72,7 @@ class WalkProblem(NLP):
         ends = np.cumsum([b.size for b in self.blocks])
         self._slices = [slice(e - b.size, e) for e, b in zip(ends, self.blocks, strict=True)]
         self._last_step: Step | None = None
-        self._last_slope: tuple[Step, StepSlope] | None = None
+        self._last_derivatives: tuple[Step, StepDerivatives] | None = None
 
     def with_grid(self, grid: Grid) -> WalkProblem:
         """Return the same walk looked at on another grid."""
@@ -80,19 +80,19 @@ class WalkProblem(NLP):
 
     def step(self, x: Array) -> Step:
         """Return everything about the step at x (the last one is kept)."""
-        if self._last_slope is not None and np.array_equal(self._last_slope[0].x, x):
-            return self._last_slope[0]
+        if self._last_derivatives is not None and np.array_equal(self._last_derivatives[0].x, x):
+            return self._last_derivatives[0]
         if self._last_step is None or not np.array_equal(self._last_step.x, x):
             self._last_step = self.model.step(np.array(x))
         return self._last_step
 
-    def slope(self, x: Array) -> tuple[Step, StepSlope]:
+    def derivatives(self, x: Array) -> tuple[Step, StepDerivatives]:
         """Return the step at x and its derivatives (the last one is kept)."""
-        if self._last_slope is None or not np.array_equal(self._last_slope[0].x, x):
+        if self._last_derivatives is None or not np.array_equal(self._last_derivatives[0].x, x):
             step = self._last_step
             kept = step.posture if step is not None and np.array_equal(step.x, x) else None
-            self._last_slope = self.model.slope(np.array(x), kept)
-        return self._last_slope
+            self._last_derivatives = self.model.derivatives(np.array(x), kept)
+        return self._last_derivatives
 
     def values(self, x: Array) -> Values:
         """Return cost and scaled rows at x."""
@@ -101,20 +101,22 @@ class WalkProblem(NLP):
 
     def point(self, x: Array) -> Point:
         """Return cost, scaled rows and their exact derivatives at x."""
-        step, slope = self.slope(x)
+        step, derivatives = self.derivatives(x)
         gradient = np.zeros(self.layout.size)
         for one, weight in self.cost.gradient(step).items():
-            gradient += (weight[:, None] @ slope.reads[one]).sum(axis=(0, 1))
+            gradient += (weight[:, None] @ derivatives.jacobians[one]).sum(axis=(0, 1))
         jacobian = np.empty((self.rows.lower.size, self.layout.size))
         for block, rows in zip(self.blocks, self._slices, strict=True):
-            found = block.function.chained(block.take(step.values), block.take(slope.reads))
+            found = block.function.chained(
+                block.take(step.values), block.take(derivatives.jacobians)
+            )
             out = jacobian[rows].reshape(found.shape)
             np.multiply(found, block.per_unit, out=out)
         return Point(step.x, self.cost.value(step), self._row_values(step), gradient, jacobian)
 
     def hessian(self, x: Array, multipliers: Array, cost_weight: float) -> Array:
         """Return the exact Hessian of cost_weight * cost + multipliers . rows."""
-        step, slope = self.slope(x)
+        step, derivatives = self.derivatives(x)
         weights = StepWeights.zero(step)
         weighed = multipliers / self._row_scales
         for block, rows in zip(self.blocks, self._slices, strict=True):
@@ -130,7 +132,7 @@ class WalkProblem(NLP):
                 weights.first[one] += cost_weight * first
             for pair, second in self.cost.hessian(step).items():
                 weights.add_second(pair, slice(None), cost_weight * second)
-        return step_hessian(self.model, step, slope, weights)
+        return step_hessian(self.model, step, derivatives, weights)
 
     def describe(self, row: int) -> str:
         """Name a row: "right_knee torque at 80.0 % of the step"."""

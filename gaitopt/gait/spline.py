@@ -58,22 +58,26 @@ def spline_basis(knots: Array, instants: Array) -> SplineBasis:
         instants: within [0, 1], shape (N,).
     """
     size = knots.size
-    curvature = _knot_curvatures(knots)
+    second = _knot_second_derivatives(knots)
     values = np.eye(size, size + 2)
     piece = np.clip(np.searchsorted(knots, instants, side="right") - 1, 0, size - 2)
     h = np.diff(knots)[piece][:, None]
     b = (instants - knots[piece])[:, None] / h
     a = 1.0 - b
     left, right = values[piece], values[piece + 1]
-    bend_left, bend_right = curvature[piece], curvature[piece + 1]
-    position = a * left + b * right + h**2 / 6 * ((a**3 - a) * bend_left + (b**3 - b) * bend_right)
-    rate = (right - left) / h + h / 6 * ((3 * b**2 - 1) * bend_right - (3 * a**2 - 1) * bend_left)
+    left_second, right_second = second[piece], second[piece + 1]
+    position = (
+        a * left + b * right + h**2 / 6 * ((a**3 - a) * left_second + (b**3 - b) * right_second)
+    )
+    rate = (right - left) / h + h / 6 * (
+        (3 * b**2 - 1) * right_second - (3 * a**2 - 1) * left_second
+    )
     return SplineBasis(
-        knots, instants, np.stack([position, rate, a * bend_left + b * bend_right], 1)
+        knots, instants, np.stack([position, rate, a * left_second + b * right_second], 1)
     )
 
 
-def _knot_curvatures(knots: Array) -> Array:
+def _knot_second_derivatives(knots: Array) -> Array:
     """Second derivatives at the knots as a map of the coefficients, shape (n, n + 2).
 
     Continuity of the first derivative at the inner knots and the given end rates make a tridiagonal

@@ -1,8 +1,7 @@
 """One step of the walk: everything computed at x, and its exact derivatives.
 
-Having a `Step` means that the work is done (see `StepModel` for how).
-
-The optional quantities of a step: computed only if a constraint looks at them.
+Having a `Step` means that the work is done (see `StepModel` for how). Quantities of the posture
+that not every walk needs are computed only if a constraint reads them.
 """
 
 from __future__ import annotations
@@ -15,14 +14,14 @@ import numpy as np
 
 from gaitopt.errors import EvaluationError
 from gaitopt.gait import quantities
-from gaitopt.gait.double_support import Posture, PostureSlope
+from gaitopt.gait.double_support import Posture, PostureDerivatives
 from gaitopt.gait.parameters import DURATION, FOOT_YAW, STEP_LENGTH
 from gaitopt.gait.quantities import Quantity
-from gaitopt.mechanics.forward_kinematics import Bodies, Placements
-from gaitopt.mechanics.impact import ImpactSlope, ImpactState
+from gaitopt.mechanics.forward_kinematics import ForwardKinematics, Placements
+from gaitopt.mechanics.impact import ImpactDerivatives, ImpactState
 from gaitopt.mechanics.leg_distance import LegGaps, leg_pairs
-from gaitopt.mechanics.single_support import SupportSlope, SupportState
-from gaitopt.mechanics.trunk import ROLL, YAW, Reading, ReadingSlope, Trunk
+from gaitopt.mechanics.single_support import SupportDerivatives, SupportState
+from gaitopt.mechanics.trunk import ROLL, YAW, PostureQuantity, PostureQuantityDerivatives, Trunk
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array
 
@@ -89,39 +88,39 @@ class Step:
 
 
 @dataclass(frozen=True)
-class StepSlope:
+class StepDerivatives:
     """Derivatives of a step with respect to x.
 
     Attributes:
         posture, impact, support, optional: the local derivatives they are made of.
         coefficients: of the spline coefficients, shape (k + 4, n, P).
         motion: of (q, dq, ddq) at each instant, shape (N, 3 n, P).
-        reads: of each quantity, shape (K, entries, P).
+        jacobians: of each quantity, shape (K, entries, P).
     """
 
-    posture: PostureSlope
-    impact: ImpactSlope
-    support: SupportSlope
-    optional: dict[Quantity, ReadingSlope]
+    posture: PostureDerivatives
+    impact: ImpactDerivatives
+    support: SupportDerivatives
+    optional: dict[Quantity, PostureQuantityDerivatives]
     coefficients: Array
     motion: Array
-    reads: dict[Quantity, Array]
+    jacobians: dict[Quantity, Array]
 
 
 OPTIONAL = (quantities.TRUNK, quantities.LEG_GAPS)
 _HEADING = 0.5  # of the foot yaw: the direction of travel in the stance sole's axes
 
 
-class Readings:
+class PostureQuantities:
     """Quantity the optional quantities that were asked for; the others have no entries."""
 
     def __init__(self, robot: Robot, asked: Collection[Quantity] = ()) -> None:
-        self._read: dict[Quantity, Reading] = {}
+        self._read: dict[Quantity, PostureQuantity] = {}
         if quantities.TRUNK in asked:
             self._read[quantities.TRUNK] = Trunk(robot)
         if quantities.LEG_GAPS in asked:
             self._read[quantities.LEG_GAPS] = LegGaps(robot.tree, leg_pairs(robot).kept)
-        self._bodies = Bodies(robot.model) if self._read else None
+        self._bodies = ForwardKinematics(robot.model) if self._read else None
 
     def placed(self, q: Array) -> Placements | None:
         """Return the bodies at postures q (N, n), if anything is read off them."""
@@ -133,11 +132,13 @@ class Readings:
             return {}
         return {what: reading.value(placed) for what, reading in self._read.items()}
 
-    def slopes(self, placed: Placements | None, axes: Array) -> dict[Quantity, ReadingSlope]:
+    def derivatives(
+        self, placed: Placements | None, axes: Array
+    ) -> dict[Quantity, PostureQuantityDerivatives]:
         """Return the local derivatives of those asked for, from joint axes (N, n, 6)."""
         if placed is None:
             return {}
-        return {what: reading.slope(placed, axes) for what, reading in self._read.items()}
+        return {what: reading.derivatives(placed, axes) for what, reading in self._read.items()}
 
 
 def completed(values: dict[Quantity, Array], geometry: Array, count: int) -> dict[Quantity, Array]:
@@ -162,17 +163,17 @@ def completed(values: dict[Quantity, Array], geometry: Array, count: int) -> dic
 
 
 def chained(
-    slopes: dict[Quantity, ReadingSlope], motion: Array, foot_yaw: int | None
+    jacobian: dict[Quantity, PostureQuantityDerivatives], motion: Array, foot_yaw: int | None
 ) -> dict[Quantity, Array]:
     """Return the derivatives of the optional quantities in x, shape (N, entries, P).
 
     Args:
-        slopes: local derivatives.
+        jacobian: local derivatives.
         motion: derivatives of the joint angles, shape (N, n, P).
         foot_yaw: its place in x, if it is free.
     """
     found = {what: np.zeros((len(motion), 0, motion.shape[2])) for what in OPTIONAL}
-    found |= {what: slope.jacobian @ motion for what, slope in slopes.items()}
-    if foot_yaw is not None and quantities.TRUNK in slopes:
+    found |= {what: derivatives.jacobian @ motion for what, derivatives in jacobian.items()}
+    if foot_yaw is not None and quantities.TRUNK in jacobian:
         found[quantities.TRUNK][:, YAW, foot_yaw] -= _HEADING
     return found

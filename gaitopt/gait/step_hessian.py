@@ -1,8 +1,8 @@
 """Exact second derivatives of any weighted sum of a step's quantities.
 
 The chain rule in two levels (docs/derivations.md): at each instant the local Hessian in
-(q, dq, ddq), mapped by the motion's slope; then the curvature of the spline coefficients
-themselves, which the weights reach through the impact and through the inverse kinematics.
+(q, dq, ddq), mapped by the motion's Jacobian; then the second derivatives of the spline's
+coefficients, which the weights reach through the impact and through the inverse kinematics.
 """
 
 from __future__ import annotations
@@ -15,11 +15,11 @@ from numpy.typing import NDArray
 from gaitopt.gait import quantities
 from gaitopt.gait.parameters import DURATION
 from gaitopt.gait.quantities import Quantity
-from gaitopt.gait.step import Step, StepSlope
+from gaitopt.gait.step import Step, StepDerivatives
 from gaitopt.gait.step_model import StepModel
-from gaitopt.mechanics.forward_kinematics import corner_curvature
+from gaitopt.mechanics.forward_kinematics import corner_hessian
 from gaitopt.mechanics.impact import WeightedImpact
-from gaitopt.mechanics.inverse_dynamics_hessian import TorqueCurvature
+from gaitopt.mechanics.inverse_dynamics_hessian import InverseDynamicsHessian
 from gaitopt.nlp import Array
 
 Indices = NDArray[np.int_]
@@ -80,53 +80,61 @@ class StepWeights:
         self.second[pair][rows] += second
 
 
-def step_hessian(model: StepModel, step: Step, slope: StepSlope, weights: StepWeights) -> Array:
+def step_hessian(
+    model: StepModel, step: Step, derivatives: StepDerivatives, weights: StepWeights
+) -> Array:
     """Return the Hessian in x of the function that `weights` differentiates, shape (P, P)."""
     first = weights.first
     effort = np.concatenate([first[quantities.WRENCH], first[quantities.TORQUE]], axis=1)
-    pull = _pull(slope, weights, effort)
-    q_weights, impact = _reached(model, step, slope, weights, pull)
+    gradient = _local_gradient(derivatives, weights, effort)
+    q_weights, impact = _coefficient_vjp(model, step, derivatives, weights, gradient)
     # The impact's single posture costs little more in one sweep with the others than nothing.
-    curvature = slope.support.curvature(effort, impact.dynamics)
-    local = _local(slope, weights, curvature.at(slice(-1)))
-    motion = slope.motion
+    dynamics = derivatives.support.hessian(effort, impact.dynamics)
+    local = _local_hessian(derivatives, weights, dynamics.at(slice(-1)))
+    motion = derivatives.motion
     size = motion.shape[2]
     H = motion.reshape(-1, size).T @ (local @ motion).reshape(-1, size)
     for (a, b), second in weights.second.items():
         if a is b and a in _EFFORT:
             continue
-        left, right = slope.reads[a].swapaxes(1, 2) @ second, slope.reads[b]
+        left, right = derivatives.jacobians[a].swapaxes(1, 2) @ second, derivatives.jacobians[b]
         by_b = left.sum(axis=0) @ right[0] if len(right) == 1 else (left @ right).sum(axis=0)
         H += by_b if a is b else by_b + by_b.T
-    inputs = np.concatenate([slope.coefficients[-3], slope.coefficients[-1]])
-    H += inputs.T @ impact.hessian(curvature.at(slice(-1, None))) @ inputs
-    posture = model.boundary.curvature(
-        step.posture, slope.posture, q_weights, first[quantities.LEGS], first[quantities.GAPS]
+    inputs = np.concatenate([derivatives.coefficients[-3], derivatives.coefficients[-1]])
+    H += inputs.T @ impact.hessian(dynamics.at(slice(-1, None))) @ inputs
+    posture = model.boundary.hessian(
+        step.posture, derivatives.posture, q_weights, first[quantities.LEGS], first[quantities.GAPS]
     )
     own, boundary = model.layout.boundary_columns, model.layout.boundary
     H[boundary, boundary] += posture[np.ix_(own, own)]
     column = model.layout.index("duration")
     if column is not None:
-        H += _duration_curvature(model, step, slope, pull.reshape(-1, model.layout.joints), column)
+        H += _duration_hessian(
+            model, step, derivatives, gradient.reshape(-1, model.layout.joints), column
+        )
     return (H + H.T) / 2.0
 
 
-def _pull(slope: StepSlope, weights: StepWeights, effort: Array) -> Array:
+def _local_gradient(derivatives: StepDerivatives, weights: StepWeights, effort: Array) -> Array:
     """Local gradient in (q, dq, ddq), shape (N, 3 n)."""
-    support, first = slope.support, weights.first
+    support, first = derivatives.support, weights.first
     n = support.tree.size
     corners = support.corners.reshape(len(effort), -1, n)
-    pull = (effort[:, None] @ support.effort)[:, 0]
-    pull[:, :n] += (first[quantities.CORNERS][:, None] @ corners)[:, 0] + first[quantities.ANGLES]
-    pull[:, n : 2 * n] += first[quantities.RATES]
-    for what, reading in slope.optional.items():
-        pull[:, :n] += (first[what][:, None] @ reading.jacobian)[:, 0]
-    return np.asarray(pull)
+    gradient = (effort[:, None] @ support.effort)[:, 0]
+    gradient[:, :n] += (first[quantities.CORNERS][:, None] @ corners)[:, 0] + first[
+        quantities.ANGLES
+    ]
+    gradient[:, n : 2 * n] += first[quantities.RATES]
+    for what, reading in derivatives.optional.items():
+        gradient[:, :n] += (first[what][:, None] @ reading.jacobian)[:, 0]
+    return np.asarray(gradient)
 
 
-def _local(slope: StepSlope, weights: StepWeights, torque: TorqueCurvature) -> Array:
+def _local_hessian(
+    derivatives: StepDerivatives, weights: StepWeights, torque: InverseDynamicsHessian
+) -> Array:
     """Local Hessian in (q, dq, ddq), shape (N, 3 n, 3 n)."""
-    support, first, second = slope.support, weights.first, weights.second
+    support, first, second = derivatives.support, weights.first, weights.second
     count, n = len(support.effort), support.tree.size
     q, dq, ddq = slice(n), slice(n, 2 * n), slice(2 * n, None)
     bent = np.zeros(support.effort.shape)
@@ -135,42 +143,50 @@ def _local(slope: StepSlope, weights: StepWeights, torque: TorqueCurvature) -> A
             np.matmul(second[one, one], support.effort[:, rows], out=bent[:, rows])
     local = support.effort.swapaxes(1, 2) @ bent
     corners = first[quantities.CORNERS].reshape(count, 4, 3)
-    local[:, q, q] += torque.qq + corner_curvature(support.axes, support.corners, corners)
+    local[:, q, q] += torque.qq + corner_hessian(support.axes, support.corners, corners)
     local[:, q, dq] += torque.qv
     local[:, dq, q] += torque.qv.swapaxes(1, 2)
     local[:, dq, dq] += torque.vv
     local[:, q, ddq] += torque.qa
     local[:, ddq, q] += torque.qa.swapaxes(1, 2)
-    for what, reading in slope.optional.items():
-        local[:, q, q] += reading.curvature(first[what])
+    for what, reading in derivatives.optional.items():
+        local[:, q, q] += reading.hessian(first[what])
     return local
 
 
-def _reached(
-    model: StepModel, step: Step, slope: StepSlope, weights: StepWeights, pull: Array
+def _coefficient_vjp(
+    model: StepModel,
+    step: Step,
+    derivatives: StepDerivatives,
+    weights: StepWeights,
+    gradient: Array,
 ) -> tuple[Array, WeightedImpact]:
     """What the weights reach through the spline coefficients: q_start (n,) and the impact."""
     E, first = model.robot.mirror, weights.first
     width = step.coefficients.shape[0]
-    by_sample = pull.reshape(-1, model.layout.joints)
+    by_sample = gradient.reshape(-1, model.layout.joints)
     on_coefficients = model.basis.at(step.duration).reshape(-1, width).T @ by_sample
     after = np.concatenate(
         [first[quantities.SOLE_TWIST][0], E.T @ on_coefficients[-2], first[quantities.IMPULSE][0]]
     )
-    q_weights = on_coefficients[0] + E.T @ (on_coefficients[-3] + slope.impact.posture.T @ after)
-    impact = model.impact.weighted(step.q_end, step.rate_before, step.impact, slope.impact, after)
+    q_weights = on_coefficients[0] + E.T @ (
+        on_coefficients[-3] + derivatives.impact.posture.T @ after
+    )
+    impact = model.impact.weighted(
+        step.q_end, step.rate_before, step.impact, derivatives.impact, after
+    )
     return q_weights, impact
 
 
-def _duration_curvature(
-    model: StepModel, step: Step, slope: StepSlope, by_sample: Array, column: int
+def _duration_hessian(
+    model: StepModel, step: Step, derivatives: StepDerivatives, by_sample: Array, column: int
 ) -> Array:
     """Terms of the spline map's dependence on the step duration T."""
     width, T = step.coefficients.shape[0], step.geometry[DURATION]
     first = model.basis.at(T, 1).reshape(-1, width).T @ by_sample
     second = model.basis.at(T, 2).reshape(-1, width).T @ by_sample
     H = np.zeros((model.layout.size, model.layout.size))
-    H[column] = first.ravel() @ slope.coefficients.reshape(first.size, -1)
+    H[column] = first.ravel() @ derivatives.coefficients.reshape(first.size, -1)
     H += H.T
     H[column, column] += float(np.sum(second * step.coefficients))
     return H

@@ -15,22 +15,22 @@ import numpy as np
 from gaitopt.errors import EvaluationError
 from gaitopt.gait import quantities
 from gaitopt.gait.double_support import (
-    Boundary,
-    ClosedBoundary,
-    LiftedBoundary,
+    DoubleSupport,
+    InverseKinematicsSupport,
+    JointAngleSupport,
     Posture,
-    PostureSlope,
+    PostureDerivatives,
     refuse_undetermined,
 )
 from gaitopt.gait.grid import Grid
 from gaitopt.gait.parameters import DURATION, STEP_LENGTH, Layout
 from gaitopt.gait.quantities import Quantity
 from gaitopt.gait.spline import spline_basis
-from gaitopt.gait.step import Readings, Step, StepSlope, chained, completed
-from gaitopt.mechanics.cached_workspace import kept
-from gaitopt.mechanics.impact import Impact, ImpactSlope
-from gaitopt.mechanics.single_support import SingleSupport, SupportSlope
-from gaitopt.mechanics.trunk import ReadingSlope
+from gaitopt.gait.step import PostureQuantities, Step, StepDerivatives, chained, completed
+from gaitopt.mechanics.cached_workspace import cached_workspace
+from gaitopt.mechanics.impact import Impact, ImpactDerivatives
+from gaitopt.mechanics.single_support import SingleSupport, SupportDerivatives
+from gaitopt.mechanics.trunk import PostureQuantityDerivatives
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array
 
@@ -56,17 +56,19 @@ class StepModel:
         knots = np.linspace(0.0, 1.0, layout.postures + 2)
         self.basis = spline_basis(knots, grid.instants)
         self._support = SingleSupport(robot, grid.count)
-        self._optional = Readings(robot, optional)
+        self._optional = PostureQuantities(robot, optional)
 
     @property
-    def boundary(self) -> Boundary:
+    def boundary(self) -> DoubleSupport:
         """The double support of the form that the layout has."""
-        return kept(self.robot, LiftedBoundary if self.layout.lifted else ClosedBoundary)
+        return cached_workspace(
+            self.robot, JointAngleSupport if self.layout.lifted else InverseKinematicsSupport
+        )
 
     @property
     def impact(self) -> Impact:
         """The impact of the robot."""
-        return kept(self.robot, Impact)
+        return cached_workspace(self.robot, Impact)
 
     def step(self, x: Array) -> Step:
         """Return the step at x (P,).
@@ -87,7 +89,7 @@ class StepModel:
             completed(read, geometry, self.grid.count),
         )  # fmt: skip
 
-    def slope(self, x: Array, posture: Posture | None = None) -> tuple[Step, StepSlope]:
+    def derivatives(self, x: Array, posture: Posture | None = None) -> tuple[Step, StepDerivatives]:
         """Return the step at x (P,) and its exact derivatives.
 
         Args:
@@ -102,18 +104,18 @@ class StepModel:
         else:
             geometry = self.layout.geometry_of(x)
         q_end, rate_before = self._end(x, posture)
-        impact, at_impact = self.impact.slope(q_end, rate_before)
+        impact, at_impact = self.impact.derivatives(q_end, rate_before)
         rate_start = self.robot.mirror @ impact.rate_after
         coefficients = self._coefficients(x, posture, q_end, rate_start, rate_before)
         motion = self._motion(coefficients, geometry)
-        support, at_support = self._support.slope(*motion)
-        optional = self._optional.slopes(self._optional.placed(motion[0]), at_support.axes)
+        support, at_support = self._support.derivatives(*motion)
+        optional = self._optional.derivatives(self._optional.placed(motion[0]), at_support.axes)
         read = {what: reading.value for what, reading in optional.items()}
         step = Step(
             x, geometry, posture, q_end, rate_before, impact, coefficients, motion, support,
             completed(read, geometry, self.grid.count),
         )  # fmt: skip
-        at_start = self.boundary.slope(posture)
+        at_start = self.boundary.derivatives(posture)
         return step, self._chain(step, at_start, at_impact, at_support, optional)
 
     def _double_support(self, x: Array) -> tuple[Array, Posture]:
@@ -144,11 +146,11 @@ class StepModel:
     def _chain(
         self,
         step: Step,
-        posture: PostureSlope,
-        impact: ImpactSlope,
-        support: SupportSlope,
-        optional: dict[Quantity, ReadingSlope],
-    ) -> StepSlope:
+        posture: PostureDerivatives,
+        impact: ImpactDerivatives,
+        support: SupportDerivatives,
+        optional: dict[Quantity, PostureQuantityDerivatives],
+    ) -> StepDerivatives:
         size, own, n = self.layout.size, self.layout.boundary_columns, self.layout.joints
         q_start = np.zeros((n, size))
         q_start[:, self.layout.boundary] = posture.q_start[:, own]
@@ -156,8 +158,8 @@ class StepModel:
         rate_before[:, self.layout.rates] = np.eye(n)
         q_end = self.robot.mirror @ q_start
         after = impact.posture @ q_end + impact.rate @ rate_before
-        coefficients = self._coefficient_slopes(q_start, q_end, after[6:-6], rate_before)
-        motion = self._motion_slopes(step, coefficients)
+        coefficients = self._coefficient_jacobian(q_start, q_end, after[6:-6], rate_before)
+        motion = self._motion_jacobian(step, coefficients)
         legs = np.zeros((2, 3, size))
         legs[:, :, self.layout.boundary] = posture.legs[:, :, own]
         gaps = np.zeros((len(posture.gaps), 6, size))
@@ -183,30 +185,30 @@ class StepModel:
             quantities.TRAVEL: travel,
             **chained(optional, angles, self.layout.index("foot_yaw")),
         }
-        return StepSlope(posture, impact, support, optional, coefficients, motion, reads)
+        return StepDerivatives(posture, impact, support, optional, coefficients, motion, reads)
 
-    def _coefficient_slopes(
+    def _coefficient_jacobian(
         self, q_start: Array, q_end: Array, rate_after: Array, rate_before: Array
     ) -> Array:
         postures, n = self.layout.postures, self.layout.joints
-        slopes = np.zeros((postures + 4, n, self.layout.size))
-        slopes[0] = q_start
-        slopes[1 : postures + 1, :, self.layout.knots] = np.eye(n * postures).reshape(
+        jacobian = np.zeros((postures + 4, n, self.layout.size))
+        jacobian[0] = q_start
+        jacobian[1 : postures + 1, :, self.layout.knots] = np.eye(n * postures).reshape(
             postures, n, -1
         )
-        slopes[postures + 1] = q_end
-        slopes[postures + 2] = self.robot.mirror @ rate_after
-        slopes[postures + 3] = rate_before
-        return slopes
+        jacobian[postures + 1] = q_end
+        jacobian[postures + 2] = self.robot.mirror @ rate_after
+        jacobian[postures + 3] = rate_before
+        return jacobian
 
-    def _motion_slopes(self, step: Step, coefficients: Array) -> Array:
+    def _motion_jacobian(self, step: Step, coefficients: Array) -> Array:
         """Derivatives of (q, dq, ddq) at the instants, shape (N, 3 n, P)."""
         count, width = self.grid.count, coefficients.shape[0]
         basis = self.basis.at(step.duration).reshape(3 * count, width)
-        slopes = basis @ coefficients.reshape(width, -1)
-        slopes = slopes.reshape(count, 3 * self.layout.joints, -1)
+        jacobian = basis @ coefficients.reshape(width, -1)
+        jacobian = jacobian.reshape(count, 3 * self.layout.joints, -1)
         column = self.layout.index("duration")
         if column is not None:
             stretched = self.basis.at(step.duration, 1) @ step.coefficients
-            slopes[:, :, column] += stretched.reshape(count, -1)
-        return slopes
+            jacobian[:, :, column] += stretched.reshape(count, -1)
+        return jacobian

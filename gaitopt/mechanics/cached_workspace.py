@@ -19,7 +19,7 @@ _ROBOTS = 8  # in as many threads, of which things are kept
 T = TypeVar("T")
 
 
-def kept(robot: Robot, make: Callable[[Robot], T]) -> T:
+def cached_workspace(robot: Robot, make: Callable[[Robot], T]) -> T:
     """Return what a function makes of a robot, the same object at every call."""
     made = _made(robot, threading.get_ident())
     if make not in made:

@@ -30,7 +30,7 @@ class Placements:
     origin: Array
 
 
-class Bodies:
+class ForwardKinematics:
     """The bodies of a model rooted at the stance foot: body 0, then one for each joint."""
 
     def __init__(self, model: pin.Model) -> None:
@@ -61,7 +61,7 @@ class BodyInertias:
 
     def __init__(self, model: pin.Model) -> None:
         bodies = [model.inertias[j] for j in range(FIRST, model.njoints)]
-        self._bodies = Bodies(model)
+        self._bodies = ForwardKinematics(model)
         self._mass = np.array([b.mass for b in bodies])
         self._lever = np.stack([b.lever for b in bodies])
         self._inertia = np.stack([b.inertia for b in bodies])
@@ -89,7 +89,7 @@ def corner_positions(rotation: Array, origin: Array, corners: Array) -> Array:
     return corners @ rotation.swapaxes(1, 2) + origin[:, None, :]
 
 
-def corner_slopes(axes: Array, corners: Array) -> Array:
+def corner_jacobian(axes: Array, corners: Array) -> Array:
     """Return d corner / d q, shape (N, 4, 3, j).
 
     A joint with world axis (l, w) moves the point p by l + w x p.
@@ -101,11 +101,11 @@ def corner_slopes(axes: Array, corners: Array) -> Array:
     count, points, _ = corners.shape
     of_twist = np.empty((count, points, 3, 6))  # of the body to velocity of the point
     of_twist[..., :3], of_twist[..., 3:] = np.eye(3), -skew(corners)
-    slopes = of_twist.reshape(count, -1, 6) @ axes.swapaxes(1, 2)
-    return np.asarray(slopes.reshape(count, points, 3, -1))
+    jacobian = of_twist.reshape(count, -1, 6) @ axes.swapaxes(1, 2)
+    return np.asarray(jacobian.reshape(count, points, 3, -1))
 
 
-def corner_curvature(axes: Array, slopes: Array, weights: Array) -> Array:
+def corner_hessian(axes: Array, jacobian: Array, weights: Array) -> Array:
     """Return the Hessian of sum(weights * corners) with respect to q, shape (N, j, j).
 
     For j <= k on the way to the foot the second derivative is w_j x (d p / d q_k): turning joint j
@@ -113,13 +113,13 @@ def corner_curvature(axes: Array, slopes: Array, weights: Array) -> Array:
 
     Args:
         axes: joint motion axes in the world, shape (N, j, 6).
-        slopes: of the corners, shape (N, 4, 3, j); zero for joints that do not move the foot.
+        jacobian: of the corners, shape (N, 4, 3, j); zero for joints that do not move the foot.
         weights: shape (N, 4, 3).
     """
     # sum over corners of weight . (w_j x slope_k) = w_j . (slope_k x weight)
-    count, _, _, joints = slopes.shape
+    count, _, _, joints = jacobian.shape
     against = -skew(weights).swapaxes(1, 2).reshape(count, 3, -1)
-    turned = against @ slopes.reshape(count, -1, joints)
+    turned = against @ jacobian.reshape(count, -1, joints)
     return symmetric(axes[:, :, 3:] @ turned)
 
 

@@ -18,12 +18,12 @@ import numpy as np
 import pinocchio as pin
 
 from gaitopt.mechanics.inverse_dynamics_hessian import (
-    TorqueCurvature,
+    InverseDynamicsHessian,
     WeightedDynamics,
-    velocity_curvature,
-    velocity_rate_slope,
+    velocity_hessian,
+    velocity_rate_hessian,
 )
-from gaitopt.mechanics.spatial import moved, solve
+from gaitopt.mechanics.spatial import cross_motion, solve
 from gaitopt.model.joint_tree import JointTree
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array
@@ -58,7 +58,7 @@ class ImpactState:
 
 
 @dataclass(frozen=True)
-class ImpactSlope:
+class ImpactDerivatives:
     """Derivatives of (V+, I), shape (12 + n, n) each.
 
     Attributes:
@@ -140,7 +140,9 @@ class Impact:
         y = solve(self._kkt(D, J), rhs)
         return ImpactState(y[: self._nv], y[self._nv :])
 
-    def slope(self, posture: Array, rate_before: Array) -> tuple[ImpactState, ImpactSlope]:
+    def derivatives(
+        self, posture: Array, rate_before: Array
+    ) -> tuple[ImpactState, ImpactDerivatives]:
         """Return the state and its exact derivatives, Eqs. (58)-(62)."""
         D, J = self._matrices(posture)
         K, nv, n = self._kkt(D, J), self._nv, len(posture)
@@ -148,13 +150,13 @@ class Impact:
         y = solve(K, rhs)
         state = ImpactState(y[:nv], y[nv:])
         sides = np.zeros((nv + BASE, 2 * n))
-        sides[:nv, :n], sides[nv:, :n] = self._residual_slopes(posture, rate_before, state)
+        sides[:nv, :n], sides[nv:, :n] = self._residual_jacobians(posture, rate_before, state)
         sides[:, :n] *= -1.0
         sides[:nv, n:] = D[:, BASE:]
-        slopes = solve(K, sides)
-        return state, ImpactSlope(slopes[:, :n], slopes[:, n:], K)
+        jacobian = solve(K, sides)
+        return state, ImpactDerivatives(jacobian[:, :n], jacobian[:, n:], K)
 
-    def _residual_slopes(
+    def _residual_jacobians(
         self, posture: Array, rate_before: Array, state: ImpactState
     ) -> tuple[Array, Array]:
         """Derivatives of D (V+ - V-) - J' I and of J V+ with respect to the posture alone.
@@ -194,16 +196,16 @@ class Impact:
         posture: Array,
         rate_before: Array,
         state: ImpactState,
-        slope: ImpactSlope,
+        derivatives: ImpactDerivatives,
         weights: Array,
     ) -> WeightedImpact:
         """Return weights . (V+, I), whose Hessian needs that of the inverse dynamics.
 
         Args:
-            posture, rate_before, state, slope: the impact and its derivatives.
+            posture, rate_before, state, derivatives: the impact and its derivatives.
             weights: shape (12 + n,).
         """
-        adjoint = -solve(slope.kkt.T, weights)
+        adjoint = -solve(derivatives.kkt.T, weights)
         q = self._configuration(posture)
         J = pin.computeJointJacobians(self._weightless, self._data, q)
         dynamics = WeightedDynamics(
@@ -215,7 +217,7 @@ class Impact:
             weights=adjoint[None, : self._nv],
         )
         foot = self._data.oMi[self._last] * self._to_last
-        return WeightedImpact(dynamics, state, slope, foot, adjoint, self.robot.tree)
+        return WeightedImpact(dynamics, state, derivatives, foot, adjoint, self.robot.tree)
 
 
 @dataclass(frozen=True)
@@ -227,7 +229,7 @@ class WeightedImpact:
 
     Attributes:
         dynamics: D (V+ - V-) as the inverse dynamics of one instant at rest, weighted by l.
-        state, slope: the impact and its derivatives.
+        state, derivatives: the impact and its derivatives.
         foot: placement of the landing sole.
         adjoint: l, shape (12 + n,).
         tree: of the joints.
@@ -235,12 +237,12 @@ class WeightedImpact:
 
     dynamics: WeightedDynamics
     state: ImpactState
-    slope: ImpactSlope
+    derivatives: ImpactDerivatives
     foot: pin.SE3
     adjoint: Array
     tree: JointTree
 
-    def hessian(self, inertial: TorqueCurvature) -> Array:
+    def hessian(self, inertial: InverseDynamicsHessian) -> Array:
         """Return the Hessian in (posture, rate before), shape (2 n, 2 n).
 
         Args:
@@ -251,7 +253,7 @@ class WeightedImpact:
         qq += inertial.qq[0]
         by_result[:, :BASE] += inertial.base[0]
         by_result[:, BASE : BASE + n] += inertial.qa[0]
-        mixed = by_result @ np.hstack([self.slope.posture, self.slope.rate])
+        mixed = by_result @ np.hstack([self.derivatives.posture, self.derivatives.rate])
         mixed[:, n:] -= inertial.qa[0]  # the jump V+ - V- sees minus the rate before
         H = np.zeros((2 * n, 2 * n))
         H[:n, :n] = qq
@@ -272,15 +274,15 @@ class WeightedImpact:
         impulse = self.foot.act(pin.Force(state.impulse)).vector
         push = self.foot.act(pin.Force(landing)).vector
         qq, by_result = np.zeros((n, n)), np.zeros((n, n + 2 * BASE))
-        qq[legs, legs] = velocity_curvature(axes, state.rate_after[legs], state.sole_twist, push)
-        qq[legs, legs] -= velocity_curvature(axes, rates, base, impulse)
-        by_rate, by_result[legs, :BASE] = velocity_rate_slope(axes, push)
+        qq[legs, legs] = velocity_hessian(axes, state.rate_after[legs], state.sole_twist, push)
+        qq[legs, legs] -= velocity_hessian(axes, rates, base, impulse)
+        by_rate, by_result[legs, :BASE] = velocity_rate_hessian(axes, push)
         by_result[legs, BASE : BASE + len(axes)] = by_rate
-        by_result[legs, -BASE:] = -_landing_slopes(axes, base, rates, self.foot)
+        by_result[legs, -BASE:] = -_landing_jacobian(axes, base, rates, self.foot)
         return qq, by_result
 
 
-def _landing_slopes(axes: Array, base: Array, rates: Array, foot: pin.SE3) -> Array:
+def _landing_jacobian(axes: Array, base: Array, rates: Array, foot: pin.SE3) -> Array:
     """Derivative in q of the landing sole's velocity in its own frame, shape (m, 6).
 
     Args:
@@ -290,4 +292,4 @@ def _landing_slopes(axes: Array, base: Array, rates: Array, foot: pin.SE3) -> Ar
         foot: placement of the landing sole.
     """
     before = base + np.cumsum(axes * rates[:, None], axis=0)
-    return np.asarray(moved(before, axes) @ foot.toActionMatrixInverse().T)
+    return np.asarray(cross_motion(before, axes) @ foot.toActionMatrixInverse().T)

@@ -23,10 +23,10 @@ import numpy as np
 from gaitopt.mechanics.spatial import (
     apply,
     cross_force,
-    force_cross,
-    motion_cross,
-    moved,
-    pushed,
+    cross_force_matrix,
+    cross_motion,
+    force_cross_matrix,
+    motion_cross_matrix,
     symmetric,
 )
 from gaitopt.model.joint_tree import JointTree
@@ -61,7 +61,7 @@ class WeightedDynamics:
 
 
 @dataclass(frozen=True)
-class TorqueCurvature:
+class InverseDynamicsHessian:
     """Second derivatives of lambda . tau at N instants, shape (N, n, n) each.
 
     Attributes:
@@ -77,12 +77,16 @@ class TorqueCurvature:
     qa: Array
     base: Array
 
-    def at(self, instants: slice) -> TorqueCurvature:
+    def at(self, instants: slice) -> InverseDynamicsHessian:
         """Return some of the instants."""
-        return TorqueCurvature(*(getattr(self, field.name)[instants] for field in fields(self)))
+        return InverseDynamicsHessian(
+            *(getattr(self, field.name)[instants] for field in fields(self))
+        )
 
 
-def torque_curvature(inertias: Array, at: WeightedDynamics, tree: JointTree) -> TorqueCurvature:
+def inverse_dynamics_hessian(
+    inertias: Array, at: WeightedDynamics, tree: JointTree
+) -> InverseDynamicsHessian:
     """Return the second derivatives of lambda . tau.
 
     Args:
@@ -93,12 +97,12 @@ def torque_curvature(inertias: Array, at: WeightedDynamics, tree: JointTree) -> 
     axes, rate, (base_weights, weights) = at.axes, at.rate, np.split(at.weights, [6], axis=1)
     du, dv = axes * weights[:, :, None], axes * rate[:, :, None]
     u, v = base_weights[:, None] + tree.up_to(du), tree.up_to(dv)
-    across = -motion_cross(axes)  # y -> y x S_j
+    across = -motion_cross_matrix(axes)  # y -> y x S_j
     u_before, v_before = u - du, v - dv
     p, U = apply(across, v_before), apply(across, u_before)
     da = axes * at.acceleration[:, :, None] + p * rate[:, :, None]
     a = at.base_acceleration[:, None] + tree.up_to(da)
-    r = apply(across, a - da) + moved(v_before, p)
+    r = apply(across, a - da) + cross_motion(v_before, p)
 
     own = _own_terms(inertias, u, v, a)
     I, B, Z, yI, yB, force = map(tree.beyond, own)  # noqa: E741
@@ -108,14 +112,14 @@ def torque_curvature(inertias: Array, at: WeightedDynamics, tree: JointTree) -> 
     ZS, Zp = _products(Z, axes, p)
     SyI, Sforce, SyB = _products(onto, yI, force, yB)
     alpha, alpha_v = Sforce + Ir + Bp, BS + 2.0 * Ip
-    beta, beta_v = apply(np.swapaxes(B, 2, 3), U) + Zp + pushed(p, yI) + SyB, ZS + SyI
+    beta, beta_v = apply(np.swapaxes(B, 2, 3), U) + Zp + cross_force(p, yI) + SyB, ZS + SyI
     gamma = IU + SyI
 
     qq = _table((U, p, r), (alpha, beta, gamma))
     qv, vq = _table((U, p), (alpha_v, beta_v)), _table((gamma, beta), (2.0 * p, axes))
     vv = _table((axes,), (beta_v,))
     qa, aq = _table((U,), (IS,)), _table((gamma,), (axes,))
-    return TorqueCurvature(
+    return InverseDynamicsHessian(
         qq=tree.symmetric(qq),
         qv=tree.joined(qv, vq),
         vv=tree.symmetric(vv),
@@ -129,18 +133,18 @@ def _own_terms(inertias: Array, u: Array, v: Array, a: Array) -> tuple[Array, ..
 
     2 B y = -I (v x y) + y x* (I v) + v x* (I y), and Z is minus the change of I along u.
     """
-    onto_v = force_cross(v)
+    onto_v = force_cross_matrix(v)
     momentum = apply(inertias, v)
     C = onto_v @ inertias
-    B = C + np.swapaxes(C, 2, 3) + cross_force(momentum)
-    turn = -force_cross(u) @ inertias
+    B = C + np.swapaxes(C, 2, 3) + cross_force_matrix(momentum)
+    turn = -force_cross_matrix(u) @ inertias
     matrices = (inertias, B, turn + np.swapaxes(turn, 2, 3))
     force = apply(inertias, a) + apply(onto_v, momentum)
     forces = (apply(inertias, u), apply(np.swapaxes(B, 2, 3), u), force)
     return (*matrices, *forces)
 
 
-def velocity_curvature(axes: Array, rate: Array, base: Array, force: Array) -> Array:
+def velocity_hessian(axes: Array, rate: Array, base: Array, force: Array) -> Array:
     """Return the second derivative in q of force . (end velocity in the end's own frame).
 
     The joints are those of a serial chain to the end body, in which the force is fixed. Seen from
@@ -154,19 +158,19 @@ def velocity_curvature(axes: Array, rate: Array, base: Array, force: Array) -> A
         force: in the world at the current posture, shape (6,).
     """
     before = base + np.cumsum(axes * rate[:, None], axis=0) - axes * rate[:, None]
-    p = moved(before, axes)
-    turned = pushed(axes, force)  # -(S_max x y) . force = (S_max x* force) . y
+    p = cross_motion(before, axes)
+    turned = cross_force(axes, force)  # -(S_max x y) . force = (S_max x* force) . y
     return symmetric(p @ turned.T)
 
 
-def velocity_rate_slope(axes: Array, force: Array) -> tuple[Array, Array]:
+def velocity_rate_hessian(axes: Array, force: Array) -> tuple[Array, Array]:
     """Return d²/dq d(rate) (m, m) and d²/dq d(base twist) (m, 6) of force . (end velocity).
 
     Args:
-        axes, force: as for `velocity_curvature`.
+        axes, force: as for `velocity_hessian`.
     """
-    # slope in q_k: force . (v_{k-1} x S_k) with v_{k-1} = base + sum_{i<k} S_i rate_i
-    turned = pushed(axes, force)  # force . (y x S_k) = (S_k x* force) . y
+    # derivatives in q_k: force . (v_{k-1} x S_k) with v_{k-1} = base + sum_{i<k} S_i rate_i
+    turned = cross_force(axes, force)  # force . (y x S_k) = (S_k x* force) . y
     return np.tril(turned @ axes.T, -1), turned
 
 

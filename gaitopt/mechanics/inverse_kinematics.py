@@ -1,14 +1,12 @@
-"""Inverse kinematics of the two legs, its slope and its curvature (section 3.1 of the paper).
+"""Inverse kinematics of the two legs and closure of their loops, with exact derivatives (3.1).
 
-Both feet on the ground close the chain: pelvis and swing sole have given placements, and the twelve
-joint angles follow. Each closure reads "twist of the joints = twist of the target", so the slope is
-one linear solve, and the curvature of a serial chain gives the second derivative exactly.
+Both feet on the ground close the chain: pelvis and swing sole have given placements. For legs of
+six joints the joint angles follow: "twist of the joints = twist of the target" is one linear solve,
+and the acceleration of a serial chain gives the second derivatives.
 
-How far a loop of joints is from closing, its slope and its curvature.
-
-A loop is walked as one serial chain: from a body back to the ground through its joints, and out
-again along the displacements to where the body ought to be. The chain ends where it began exactly
-when the posture fits.
+A loop gap tells how far given joint angles are from that. It walks each loop as one serial chain,
+from a body back to the ground through its joints, and out again along the displacements to where
+the body ought to be; the chain ends where it began exactly when the posture fits.
 """
 
 from __future__ import annotations
@@ -20,7 +18,7 @@ import numpy as np
 import pinocchio as pin
 
 from gaitopt.errors import UnreachableError
-from gaitopt.mechanics.spatial import cross, pushed, skew, solve, symmetric
+from gaitopt.mechanics.spatial import cross, cross_force, skew, solve, symmetric
 from gaitopt.model.joint_tree import TWIST
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array
@@ -165,7 +163,7 @@ def closure_matrix(axes: Array) -> Array:
     return matrix
 
 
-def closure_slope(axes: Array, pelvis_twists: Array, sole_twists: Array) -> Array:
+def closure_jacobian(axes: Array, pelvis_twists: Array, sole_twists: Array) -> Array:
     """Return d q / d p, shape (m, p), from the twists of the targets, shape (6, p) each."""
     return _solve(closure_matrix(axes), np.vstack([pelvis_twists, sole_twists]))
 
@@ -178,7 +176,7 @@ def closure_forces(axes: Array, weights: Array) -> Array:
     return _solve(closure_matrix(axes).T, weights).reshape(2, TWIST)
 
 
-def chain_curvature(axes: Array, force: Array) -> Array:
+def chain_hessian(axes: Array, force: Array) -> Array:
     """Return the symmetric U with force . (acceleration of the chain's end) = rates' U rates.
 
     At constant rates the end of a serial chain accelerates by the sum over i < j of S_i x S_j
@@ -189,7 +187,7 @@ def chain_curvature(axes: Array, force: Array) -> Array:
         force: six-vector paired with the end's spatial acceleration.
     """
     # force . (S_i x S_j) = -(S_i x* force) . S_j
-    return symmetric(pushed(axes, force) @ axes.T) / -2.0
+    return symmetric(cross_force(axes, force) @ axes.T) / -2.0
 
 
 def _solve(matrix: Array, rhs: Array) -> Array:
@@ -210,7 +208,7 @@ def loop_gap(gap: pin.SE3) -> Array:
     return np.concatenate([gap.translation, _axial(R)])
 
 
-def loop_gap_slope(gap: pin.SE3, axes: Array) -> Array:
+def loop_gap_jacobian(gap: pin.SE3, axes: Array) -> Array:
     """Return the derivative of `loop_gap` with respect to the chain's coordinates, shape (6, m).
 
     Args:
@@ -223,7 +221,7 @@ def loop_gap_slope(gap: pin.SE3, axes: Array) -> Array:
     return np.concatenate([linear, angular], axis=1).T
 
 
-def loop_gap_curvature(gap: pin.SE3, axes: Array, weights: Array) -> Array:
+def loop_gap_hessian(gap: pin.SE3, axes: Array, weights: Array) -> Array:
     """Return the Hessian of weights . loop_gap, shape (m, m).
 
     Along the chain, with i nearer to the base than j, `p_ij = w_i x p_j` and

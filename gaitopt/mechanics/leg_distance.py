@@ -1,15 +1,13 @@
-"""Nearest points of line segments, and how their distance changes as the second one moves.
+"""Distances of the two legs: of capsules around their bodies, with exact derivatives.
+
+The distance of body a of the stance leg from body b of the swing leg depends only on the joints
+between them: a may be held, and those joints move b.
 
 Let r(s, t) be the vector from point t of the second segment to point s of the first. The squared
 distance is the minimum of r . r over 0 <= s, t <= 1. How the nearest points move does not matter to
-the slope (envelope theorem); to the curvature it does, as far as s and t are free to follow. The
-distance has continuous slopes unless the segments are parallel or meet; its curvature jumps where a
-nearest point reaches an end.
-
-Gaps between the two legs: distances of their bodies' capsules.
-
-The robot is a chain, so the distance of body a of the stance leg from body b of the swing leg
-depends only on the joints between them: a may be held, and those joints move b.
+the gradient (envelope theorem); to the Hessian it does, as far as s and t are free to follow. The
+distance has continuous derivatives unless the segments are parallel or meet; its Hessian jumps
+where a nearest point reaches an end.
 """
 
 from __future__ import annotations
@@ -20,10 +18,10 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitopt.mechanics.forward_kinematics import Bodies, Placements
+from gaitopt.mechanics.forward_kinematics import ForwardKinematics, Placements
 from gaitopt.mechanics.inverse_kinematics import LegKinematics
 from gaitopt.mechanics.spatial import cross, skew, symmetric
-from gaitopt.mechanics.trunk import Reading, ReadingSlope
+from gaitopt.mechanics.trunk import PostureQuantity, PostureQuantityDerivatives
 from gaitopt.model.joint_tree import JointTree
 from gaitopt.model.leg_capsules import DEFAULT_RADIUS, Capsule, leg_capsules
 from gaitopt.model.robot import Robot
@@ -31,7 +29,7 @@ from gaitopt.nlp import Array
 
 _POINT = 1e-12  # m²: a shorter segment is a point
 _PARALLEL = 1e-12  # squared sine of the angle: where the nearest points are becomes rounding
-_HELD = 1e-6  # squared sine of the angle: below it (0.06 degrees) s is held in the curvature
+_HELD = 1e-6  # squared sine of the angle: below it (0.06 degrees) s is held in the Hessian
 _TOUCHING = 1e-9  # m: a shorter distance has no direction
 
 
@@ -95,7 +93,7 @@ def distance_force(near: Nearest) -> Array:
     return -np.concatenate([direction, cross(near.second, direction)], axis=1)
 
 
-def distance_curvature(near: Nearest, axes: Array) -> Array:
+def distance_hessian(near: Nearest, axes: Array) -> Array:
     """Return the Hessian of the distance in the rotations of the joints, shape (M, j, j).
 
     With phi = r . r / 2 and u the free ones of (s, t), the reduced Hessian of phi is
@@ -111,8 +109,8 @@ def distance_curvature(near: Nearest, axes: Array) -> Array:
     upper = moved @ moved.swapaxes(1, 2) - w @ (moved @ skew(r)).swapaxes(1, 2)
     H = symmetric(upper) - _given_way(near, w, moved)
     d = np.maximum(near.distance, _TOUCHING)[:, None, None]
-    slope = axes @ distance_force(near)[:, :, None]
-    return np.asarray((H - slope @ slope.swapaxes(1, 2)) / d)
+    gradient = axes @ distance_force(near)[:, :, None]
+    return np.asarray((H - gradient @ gradient.swapaxes(1, 2)) / d)
 
 
 def _given_way(near: Nearest, w: Array, moved: Array) -> Array:
@@ -149,7 +147,7 @@ Pair = tuple[Capsule, Capsule]
 
 @dataclass(frozen=True)
 class LegPairs:
-    """Bodies that must keep apart, one of each leg.
+    """ForwardKinematics that must keep apart, one of each leg.
 
     Attributes:
         kept: capsules of stance and swing leg.
@@ -221,7 +219,7 @@ def leg_pairs(robot: Robot) -> LegPairs:
     stance = [c for c in capsules if c.body < pelvis]
     swing = [c for c in capsules if pelvis < c.body <= robot.tree.swing_foot]
     pairs = [(a, b) for a in stance for b in swing]
-    standing = Bodies(robot.model).placed(_standing(robot)[None])
+    standing = ForwardKinematics(robot.model).placed(_standing(robot)[None])
     gaps = LegGaps(robot.tree, tuple(pairs)).value(standing)[0]
     apart = gaps > 0.0
     return LegPairs(
@@ -239,7 +237,7 @@ def _standing(robot: Robot) -> Array:
 
 
 @dataclass(frozen=True)
-class LegGapsSlope(ReadingSlope):
+class LegGapsDerivatives(PostureQuantityDerivatives):
     """Derivatives of the gaps.
 
     Attributes:
@@ -256,7 +254,7 @@ class LegGapsSlope(ReadingSlope):
     axes: Array
     between: NDArray[np.bool_]
 
-    def curvature(self, weights: Array) -> Array:
+    def hessian(self, weights: Array) -> Array:
         """Return the Hessian in q of sum(weights * gaps), weights (N, pairs), shape (N, n, n).
 
         Pairs without weight cost nothing.
@@ -265,12 +263,12 @@ class LegGapsSlope(ReadingSlope):
         near = self.near.pick(instants * weights.shape[1] + pairs)
         axes = self.axes[instants] * self.between[pairs][:, :, None]
         H = np.zeros((len(weights), *axes.shape[1:2] * 2))
-        bend = distance_curvature(near, axes) * weights[instants, pairs][:, None, None]
-        np.add.at(H, instants, bend)
+        of_pairs = distance_hessian(near, axes) * weights[instants, pairs][:, None, None]
+        np.add.at(H, instants, of_pairs)
         return H
 
 
-class LegGaps(Reading):
+class LegGaps(PostureQuantity):
     """Gaps of pairs of capsules [m], negative where they overlap."""
 
     def __init__(self, tree: JointTree, pairs: tuple[Pair, ...]) -> None:
@@ -291,12 +289,12 @@ class LegGaps(Reading):
         """Return the gaps [m], shape (N, pairs)."""
         return self._gaps(self._near(placed))
 
-    def slope(self, placed: Placements, axes: Array) -> LegGapsSlope:
+    def derivatives(self, placed: Placements, axes: Array) -> LegGapsDerivatives:
         """Return the derivatives of the gaps."""
         near = self._near(placed)
         force = distance_force(near).reshape(len(axes), -1, 6)
         jacobian = np.where(self._between, force @ axes.swapaxes(1, 2), 0.0)
-        return LegGapsSlope(self._gaps(near), jacobian, near, axes, self._between)
+        return LegGapsDerivatives(self._gaps(near), jacobian, near, axes, self._between)
 
     def _near(self, placed: Placements) -> Nearest:
         rotation, origin = placed.rotation[:, self._carriers], placed.origin[:, self._carriers]

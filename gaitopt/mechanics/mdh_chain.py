@@ -1,17 +1,15 @@
-"""Geometry of a serial chain in the notation of Khalil and Kleinfinger (1986), Table 1.
+"""Rigid links in modified Denavit-Hartenberg notation (Khalil and Kleinfinger, 1986), Table 1.
 
-Frame j follows frame j-1 by turning gamma about z and moving b along z, turning alpha about the
-new x and moving d along it, then turning theta about z_j and moving r along it:
+Frame j follows frame j-1, or that of its antecedent, by turning gamma about z and moving b along z,
+turning alpha about the new x and moving d along it, then turning theta about z_j and moving r:
 
     T = Rot(z, gamma) Trans(z, b) Rot(x, alpha) Trans(x, d) Rot(z, theta) Trans(z, r)
 
 In Table 1 every x axis is the common normal of two joint axes and gamma = b = 0; those two let a
 frame sit anywhere on its joint axis, so that every chain can be written.
 
-A serial chain of rigid links in modified Denavit-Hartenberg notation: the paper's Table 1.
-
-Link 0 is the stance foot, link n the swing foot. Frame R0 sits at the stance sole: x0 up, y0 right,
-z0 forward (Section 2.2). The sole frame has the same origin and x forward, y left, z up.
+Link 0 is the stance foot. Frame R0 sits at the stance sole: x0 up, y0 right, z0 forward (Section
+2.2). The sole frame has the same origin and x forward, y left, z up.
 """
 
 from __future__ import annotations

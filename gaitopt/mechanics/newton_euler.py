@@ -1,19 +1,13 @@
-"""The recursive Newton-Euler algorithm of Section 2.3, equation by equation, without Pinocchio.
+"""The recursive Newton-Euler algorithm of Section 2.3 and the impact of Section 2.4, by equation.
 
-It referees the production code, which computes the same on Pinocchio from a URDF. Any number of
-states is evaluated at once: every argument may carry the same leading axes "...".
+It referees the production code, which computes the same on Pinocchio from a URDF, and shares no
+code with it. Any number of states is evaluated at once: every argument may carry the same leading
+axes "...". Links may branch: each sits on its antecedent (`JointTable`).
 
 Frame R0 (x0 up, y0 right, z0 forward) sits at the stance sole; `sole_axes` turns twists and
-wrenches from R0 to the axes of the sole frame (x forward, y left, z up) and back.
-
-What acts on a chain beside its rigid bodies, for the referee: from the definitions, on its own.
-
-The production code has the same in `passive` and `carried`, by other formulas.
-
-Rigid, inelastic impact of the swing foot with its whole sole: Section 2.4, Eqs. (14) to (24).
-
-Velocities are V = [V_0; omega_0; dq], the base in R0; wrenches and twists of the swing foot are
-the paper's, at O_12 in R12; `impulse_on_foot` takes an impulse to the sole.
+wrenches from R0 to the axes of the sole frame (x forward, y left, z up) and back. Velocities of the
+impact are V = [V_0; omega_0; dq], the base in R0; wrenches and twists of the swing foot are the
+paper's, at the origin of its link frame; `impulse_on_foot` takes an impulse to the sole.
 """
 
 from __future__ import annotations
@@ -87,16 +81,6 @@ def inverse_dynamics(
     wrenches = _inertial_wrenches(chain, velocity, acceleration)
     f, m = _equilibrium(chain, A, P, wrenches, _six_or_zero("end_wrench", end_wrench))
     return _joined(f[0], m[0]), _torques(chain, f, m) + chain.armature * ddq
-
-
-def ground_wrench(
-    chain: Chain, q: ArrayLike, dq: ArrayLike, ddq: ArrayLike, *, gravity: ArrayLike = GRAVITY
-) -> Array:
-    """Return the wrench of the ground on the stance foot in its sole frame, (..., 6) [N, N·m].
-
-    Force, then moment about the sole origin; see `inverse_dynamics` for arguments and errors.
-    """
-    return sole_axes(inverse_dynamics(chain, q, dq, ddq, gravity=gravity)[0])
 
 
 def zero_moment_point(R0: Array) -> tuple[Array, Array]:

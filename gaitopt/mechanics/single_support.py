@@ -15,20 +15,20 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
-from gaitopt.mechanics.cached_workspace import kept
+from gaitopt.mechanics.cached_workspace import cached_workspace
 from gaitopt.mechanics.forward_kinematics import (
-    Bodies,
     BodyInertias,
+    ForwardKinematics,
     body_inertias,
+    corner_jacobian,
     corner_positions,
-    corner_slopes,
 )
 from gaitopt.mechanics.inverse_dynamics_hessian import (
-    TorqueCurvature,
+    InverseDynamicsHessian,
     WeightedDynamics,
-    torque_curvature,
+    inverse_dynamics_hessian,
 )
-from gaitopt.mechanics.spatial import apply, moved, pushed, skew
+from gaitopt.mechanics.spatial import apply, cross_force, cross_motion, skew
 from gaitopt.model.chain_physics import PassiveJoints
 from gaitopt.model.joint_tree import FIRST, JointTree
 from gaitopt.model.reroot import joint_axis
@@ -57,7 +57,7 @@ class SupportState:
 
 
 @dataclass(frozen=True)
-class SupportSlope:
+class SupportDerivatives:
     """Derivatives of a SupportState, and the kinematics they came with.
 
     Attributes:
@@ -80,9 +80,11 @@ class SupportSlope:
     tree: JointTree
     gravity: Array
     passive: PassiveTorque | None = None
-    carried: Carried | None = None
+    carried: GravityCompensation | None = None
 
-    def curvature(self, weights: Array, then: WeightedDynamics | None = None) -> TorqueCurvature:
+    def hessian(
+        self, weights: Array, then: WeightedDynamics | None = None
+    ) -> InverseDynamicsHessian:
         """Return the second derivatives of sum(weights * effort), weights (N, 6 + n).
 
         Args:
@@ -93,10 +95,10 @@ class SupportSlope:
         at = WeightedDynamics(self.axes, *self.motion, base, weights)
         if then is not None:
             at = at.followed_by(then)
-        found = torque_curvature(self.bodies.in_world(at.posture), at, self.tree)
+        found = inverse_dynamics_hessian(self.bodies.in_world(at.posture), at, self.tree)
         own = slice(len(weights))
         if self.carried is not None:
-            found.qq[own] -= self.carried.curvature(self.motion[0], weights)
+            found.qq[own] -= self.carried.hessian(self.motion[0], weights)
         if self.passive is not None:
             each = np.arange(self.tree.size)
             found.qq[own, each, each] += weights[:, 6:] * self.passive.by_angle_twice
@@ -118,7 +120,7 @@ class SingleSupport:
         frame = model.frames[robot.swing_frame]
         points = robot.sole.corners @ frame.placement.rotation.T + frame.placement.translation
         self._corners_in_last = points
-        self._bodies = kept(robot, body_inertias)
+        self._bodies = cached_workspace(robot, body_inertias)
         self._joints = robot.physics.passive
         self._bind_views(frame.parentJoint)
 
@@ -132,9 +134,13 @@ class SingleSupport:
         self._origin = data.oMi[last].translation
 
     @property
-    def _carried(self) -> Carried | None:
+    def _carried(self) -> GravityCompensation | None:
         """Weight that is carried from outside."""
-        return None if self.robot.physics.carried is None else kept(self.robot, Carried)
+        return (
+            None
+            if self.robot.physics.carried is None
+            else cached_workspace(self.robot, GravityCompensation)
+        )
 
     def _load(self, q: Array, dq: Array, ddq: Array) -> None:
         self._q[:, 7:], self._v[:, 6:], self._a[:, 6:] = q, dq, ddq
@@ -155,24 +161,26 @@ class SingleSupport:
             effort[:, 6:] += passive_torque(self._joints, q, dq).value
         return SupportState(effort, corner_positions(rotation, origin, self._corners_in_last))
 
-    def slope(self, q: Array, dq: Array, ddq: Array) -> tuple[SupportState, SupportSlope]:
+    def derivatives(
+        self, q: Array, dq: Array, ddq: Array
+    ) -> tuple[SupportState, SupportDerivatives]:
         """Return the state and its exact derivatives at the motion q, dq, ddq, (N, n) each."""
         self._load(q, dq, ddq)
         model, data = self.robot.model, self._data
         by_position, by_rate, by_acceleration = self._slopes
         tree, n = self.robot.tree, self.robot.tree.size
         effort = np.empty((self.count, 6 + n))
-        slopes = np.empty((self.count, 6 + n, 3 * n))
+        jacobian = np.empty((self.count, 6 + n, 3 * n))
         rotation, origin = np.empty((self.count, 3, 3)), np.empty((self.count, 3))
         axes = np.empty((self.count, n, 6))
-        of_q, of_dq, of_ddq = np.split(slopes, 3, axis=2)
+        of_q, of_dq, of_ddq = np.split(jacobian, 3, axis=2)
         for k, motion in enumerate(zip(self._q, self._v, self._a, strict=True)):
             pin.computeRNEADerivatives(model, data, *motion)
             effort[k], rotation[k], origin[k] = self._effort, self._rotation, self._origin
             of_q[k], of_dq[k], of_ddq[k] = by_position, by_rate, by_acceleration
             axes[k] = self._axes
         if (carried := self._carried) is not None:
-            unneeded, unneeded_slope = carried.slope(q)
+            unneeded, unneeded_slope = carried.derivatives(q)
             effort -= unneeded
             of_q -= unneeded_slope
         passive = None if self._joints is None else passive_torque(self._joints, q, dq)
@@ -182,9 +190,9 @@ class SingleSupport:
             of_q[:, 6 + each, each] += passive.by_angle
             of_dq[:, 6 + each, each] += passive.by_rate
         corners = corner_positions(rotation, origin, self._corners_in_last)
-        slope = SupportSlope(
-            effort=slopes,
-            corners=tree.from_legs(corner_slopes(axes[:, tree.legs], corners)),
+        derivatives = SupportDerivatives(
+            effort=jacobian,
+            corners=tree.from_legs(corner_jacobian(axes[:, tree.legs], corners)),
             axes=axes,
             motion=(q, dq, ddq),
             bodies=self._bodies,
@@ -193,7 +201,7 @@ class SingleSupport:
             passive=passive,
             carried=carried,
         )
-        return SupportState(effort, corners), slope
+        return SupportState(effort, corners), derivatives
 
 
 @dataclass(frozen=True)
@@ -229,13 +237,13 @@ def passive_torque(joints: PassiveJoints, q: Array, dq: Array) -> PassiveTorque:
     spring, by_angle, by_angle_twice = polynomial(joints.stiffness, q - joints.rest)
     damping, by_rate, by_rate_twice = odd_polynomial(joints.damping, dq)
     turned = np.tanh(dq / FRICTION_RATE)
-    slope = joints.friction / FRICTION_RATE * (1.0 - turned**2)
+    by_friction = joints.friction / FRICTION_RATE * (1.0 - turned**2)
     return PassiveTorque(
         value=spring + damping + joints.friction * turned,
         by_angle=by_angle,
-        by_rate=by_rate + slope,
+        by_rate=by_rate + by_friction,
         by_angle_twice=by_angle_twice,
-        by_rate_twice=by_rate_twice - 2.0 / FRICTION_RATE * turned * slope,
+        by_rate_twice=by_rate_twice - 2.0 / FRICTION_RATE * turned * by_friction,
     )
 
 
@@ -268,7 +276,7 @@ def odd_polynomial(coefficients: Array, x: Array) -> tuple[Array, Array, Array]:
     return sign * value, first, sign * second
 
 
-class Carried:
+class GravityCompensation:
     """The weight of one robot that is carried from outside (MuJoCo's `gravcomp`).
 
     A point mass m at p is held by a force -m g from outside, which the ground and the motors need
@@ -295,7 +303,7 @@ class Carried:
         if weight is None:
             raise ValueError("the robot has no weight that is carried from outside")
         model = robot.model
-        self._bodies = Bodies(model)
+        self._bodies = ForwardKinematics(model)
         self._tree = robot.tree
         self._axes = np.stack([joint_axis(model, j) for j in range(FIRST, model.njoints)])
         self._mass, self._moment = weight.mass, weight.moment
@@ -310,19 +318,19 @@ class Carried:
         axes, inertias = self._placed(q)
         return _effort(axes, self._wrenches(inertias))
 
-    def slope(self, q: Array) -> tuple[Array, Array]:
+    def derivatives(self, q: Array) -> tuple[Array, Array]:
         """Return the effort (N, 6 + n) and its derivative in the posture (N, 6 + n, n)."""
         axes, inertias = self._placed(q)
         wrenches = self._wrenches(inertias)
         composite = self._tree.beyond(inertias[:, 1:])
-        fallen = moved(axes, np.broadcast_to(self._start, axes.shape))
-        G = pushed(axes, wrenches[:, 1:]) - apply(composite, fallen)
+        fallen = cross_motion(axes, np.broadcast_to(self._start, axes.shape))
+        G = cross_force(axes, wrenches[:, 1:]) - apply(composite, fallen)
         by_joint = G.swapaxes(1, 2)
         of_torque = self._tree.symmetric(axes @ by_joint)  # S_j . G_k for k >= j
-        slope = np.concatenate([by_joint, of_torque], axis=1)
-        return _effort(axes, wrenches), slope
+        jacobian = np.concatenate([by_joint, of_torque], axis=1)
+        return _effort(axes, wrenches), jacobian
 
-    def curvature(self, q: Array, weights: Array) -> Array:
+    def hessian(self, q: Array, weights: Array) -> Array:
         """Return the second derivative of sum(weights * effort) in the posture, (N, n, n).
 
         Args:
@@ -333,7 +341,7 @@ class Carried:
         rest = np.zeros(q.shape)
         base = np.broadcast_to(self._start, (len(q), 6))
         at = WeightedDynamics(axes, q, rest, rest, base, weights)
-        return torque_curvature(inertias[:, 1:], at, self._tree).qq
+        return inverse_dynamics_hessian(inertias[:, 1:], at, self._tree).qq
 
     def _placed(self, q: Array) -> tuple[Array, Array]:
         """Joint axes S_j (N, n, 6) and the points' spatial inertias P_b (N, n + 1, 6, 6).

@@ -5,14 +5,9 @@ A motion is the velocity [m/s, rad/s] of the body point at the origin and its ro
 parts exchanged).
 
 The cross products are linear in their first factor, so their matrices for a whole stack are one
-product with a constant matrix: on the small stacks met here many times faster than slicing.
-
-Stacks of square matrices put together from triangles.
-
-Closed forms of a chain's curvature hold for one order of the two joints, the other triangle follows
-by symmetry. `numpy.triu` makes its mask anew at every call, which costs more than these matrices.
-
-Small linear systems straight from LAPACK: NumPy's wrapper costs more than the elimination.
+product with a constant matrix: on the small stacks met here many times faster than slicing. For the
+same reason there are symmetric matrices without `numpy.triu`, which makes its mask anew at every
+call, and linear systems straight from LAPACK.
 """
 
 from __future__ import annotations
@@ -54,17 +49,17 @@ def skew(vector: Array) -> Array:
     return _matrices(vector, _SKEW)
 
 
-def motion_cross(motion: Array) -> Array:
+def motion_cross_matrix(motion: Array) -> Array:
     """Return the matrices of y -> motion x y on motions, shape (..., 6, 6)."""
     return _matrices(motion, _MOTION)
 
 
-def force_cross(motion: Array) -> Array:
+def force_cross_matrix(motion: Array) -> Array:
     """Return the matrices of f -> motion x* f on forces, shape (..., 6, 6)."""
     return _matrices(motion, _FORCE)
 
 
-def cross_force(force: Array) -> Array:
+def cross_force_matrix(force: Array) -> Array:
     """Return the matrices of y -> y x* force, shape (..., 6, 6)."""
     return _matrices(force, _ON_FORCE)
 
@@ -79,14 +74,14 @@ def cross(a: Array, b: Array) -> Array:
     return apply(skew(a), b)
 
 
-def moved(motion: Array, other: Array) -> Array:
+def cross_motion(motion: Array, other: Array) -> Array:
     """Return motion x other for stacks of motions (..., 6)."""
-    return apply(motion_cross(motion), other)
+    return apply(motion_cross_matrix(motion), other)
 
 
-def pushed(motion: Array, force: Array) -> Array:
+def cross_force(motion: Array, force: Array) -> Array:
     """Return motion x* force for stacks of motions and forces (..., 6)."""
-    return apply(force_cross(motion), force)
+    return apply(force_cross_matrix(motion), force)
 
 
 def _matrices(vectors: Array, constants: Array) -> Array:

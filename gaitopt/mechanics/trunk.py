@@ -1,9 +1,6 @@
-"""What can be read off the postures of a step beyond what every walk needs.
+"""Attitude of the trunk: roll, pitch and yaw of the pelvis frame in the stance sole frame.
 
-A reading is computed only if a constraint looks at it. It depends on the joint angles alone, so its
-local derivatives come from the placements of the bodies and the joint axes.
-
-Attitude of the trunk: roll, pitch and yaw of the pelvis frame in the stance sole frame.
+It is one of the quantities of the posture that are computed only if a constraint reads them.
 
 Tait-Bryan angles in the order of the double support's geometric quantities: yaw about the vertical,
 then pitch about the turned y axis, then roll about the trunk's own x axis. With the world angular
@@ -29,7 +26,7 @@ from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array
 
 
-class ReadingSlope(ABC):
+class PostureQuantityDerivatives(ABC):
     """A reading at N postures and its local derivatives.
 
     Attributes:
@@ -41,11 +38,11 @@ class ReadingSlope(ABC):
     jacobian: Array
 
     @abstractmethod
-    def curvature(self, weights: Array) -> Array:
+    def hessian(self, weights: Array) -> Array:
         """Return the Hessian in q of sum(weights * reading), weights (N, entries), (N, n, n)."""
 
 
-class Reading(ABC):
+class PostureQuantity(ABC):
     """A quantity of the posture at each instant."""
 
     @abstractmethod
@@ -53,7 +50,7 @@ class Reading(ABC):
         """Return the reading, shape (N, entries)."""
 
     @abstractmethod
-    def slope(self, placed: Placements, axes: Array) -> ReadingSlope:
+    def derivatives(self, placed: Placements, axes: Array) -> PostureQuantityDerivatives:
         """Return it with its derivatives.
 
         Args:
@@ -67,31 +64,31 @@ _LEAST_COSINE = 1e-9  # of the pitch: roll and yaw are one and the same where it
 
 
 @dataclass(frozen=True)
-class TrunkSlope(ReadingSlope):
+class TrunkDerivatives(PostureQuantityDerivatives):
     """Derivatives of roll, pitch and yaw.
 
     Attributes:
         value: the angles [rad], shape (N, 3).
         jacobian: with respect to q, shape (N, 3, n).
-        bend: how the rates (roll', pitch', yaw') change with pitch and with yaw at a given
+        rate_jacobian: how the rates (roll', pitch', yaw') change with pitch and with yaw at a given
             velocity of each joint, shape (N, 2, 3, n).
     """
 
     value: Array
     jacobian: Array
-    bend: Array
+    rate_jacobian: Array
 
-    def curvature(self, weights: Array) -> Array:
+    def hessian(self, weights: Array) -> Array:
         """Return the Hessian in q of sum(weights * angles), weights (N, 3), shape (N, n, n).
 
         Between the stance foot and the pelvis, turning joint k leaves the axes of the joints
         j <= k where they are, so there only pitch and yaw change the rates.
         """
-        bend = (weights[:, None, None, :] @ self.bend)[:, :, 0]
-        return symmetric(bend.swapaxes(1, 2) @ self.jacobian[:, PITCH:])
+        weighted = (weights[:, None, None, :] @ self.rate_jacobian)[:, :, 0]
+        return symmetric(weighted.swapaxes(1, 2) @ self.jacobian[:, PITCH:])
 
 
-class Trunk(Reading):
+class Trunk(PostureQuantity):
     """Roll, pitch and yaw of a robot's pelvis frame [rad]."""
 
     def __init__(self, robot: Robot) -> None:
@@ -108,7 +105,7 @@ class Trunk(Reading):
         yaw = np.arctan2(R[:, 1, 0], R[:, 0, 0])
         return np.stack([roll, pitch, yaw], axis=1)
 
-    def slope(self, placed: Placements, axes: Array) -> TrunkSlope:
+    def derivatives(self, placed: Placements, axes: Array) -> TrunkDerivatives:
         """Return the derivatives of the angles."""
         value = self.value(placed)
         _, pitch, yaw = value.T
@@ -120,4 +117,4 @@ class Trunk(Reading):
         rates = np.stack([ahead / cosine, aside, w[:, 2] + sine / cosine * ahead], axis=1)
         by_pitch = np.stack([sine / cosine**2 * ahead, zero, ahead / cosine**2], axis=1)
         by_yaw = np.stack([aside / cosine, -ahead, sine / cosine * aside], axis=1)
-        return TrunkSlope(value, rates, np.stack([by_pitch, by_yaw], axis=1))
+        return TrunkDerivatives(value, rates, np.stack([by_pitch, by_yaw], axis=1))

@@ -16,7 +16,7 @@ from gaitopt.gait.parameters import FOOT_SPACING, GEOMETRY, set_quantities
 from gaitopt.gait.problem import WalkProblem, constraint_blocks
 from gaitopt.gait.step import completed
 from gaitopt.gait.task import preset_task
-from gaitopt.mechanics.forward_kinematics import Bodies
+from gaitopt.mechanics.forward_kinematics import ForwardKinematics
 from gaitopt.mechanics.leg_distance import leg_pairs
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import violations
@@ -71,10 +71,10 @@ def test_each_margin_switches_its_own(robot):
 def test_nothing_is_computed_unless_it_is_asked_for(robot, monkeypatch):
     problem = WalkProblem(robot, preset_task())
     x = first_guess(problem)
-    monkeypatch.setattr(Bodies, "placed", None)  # calling it is an error
-    step, slope = problem.slope(x)
+    monkeypatch.setattr(ForwardKinematics, "placed", None)  # calling it is an error
+    step, slope = problem.derivatives(x)
     assert step.read(quantities.TRUNK).shape == step.read(quantities.LEG_GAPS).shape == (31, 0)
-    assert slope.reads[quantities.LEG_GAPS].shape == (31, 0, 43)
+    assert slope.jacobians[quantities.LEG_GAPS].shape == (31, 0, 43)
     assert slope.optional == {}
 
 

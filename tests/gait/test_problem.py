@@ -164,7 +164,7 @@ def test_another_grid_is_the_same_walk(problem, guess):
     assert relative_error(fine.values(guess).cost, problem.values(guess).cost) < 0.02
 
 
-@pytest.mark.parametrize("method", ["values", "point", "step", "slope"])
+@pytest.mark.parametrize("method", ["values", "point", "step", "derivatives"])
 def test_a_parameter_that_is_no_number_has_no_value(problem, guess, method):
     x = guess.copy()
     x[5] = np.nan

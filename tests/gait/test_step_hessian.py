@@ -95,7 +95,7 @@ CURVED = [
 def test_hessian_of_a_curved_function_of_every_quantity(name, what):
     """Half the sum of w v^2: constraints of one's own may be curved in any quantity."""
     problem, x = walk(name).problem, walk(name).x
-    step, slope = problem.slope(x)
+    step, slope = problem.derivatives(x)
     v = step.read(what)
     w = np.random.default_rng(5).uniform(0.5, 1.5, v.shape)
     weights = StepWeights.zero(step)
@@ -103,8 +103,8 @@ def test_hessian_of_a_curved_function_of_every_quantity(name, what):
     weights.add_second((what, what), slice(None), w[:, :, None] * np.eye(v.shape[1]))
 
     def gradient(at):
-        step, slope = problem.slope(at)
-        return np.einsum("ke,kep->p", w * step.read(what), slope.reads[what])
+        step, slope = problem.derivatives(at)
+        return np.einsum("ke,kep->p", w * step.read(what), slope.jacobians[what])
 
     H, scale = step_hessian(problem.model, step, slope, weights), problem.variables.scale
     moves = [(h, h * direction(name, "all")) for h in STEPS]

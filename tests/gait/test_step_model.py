@@ -25,7 +25,7 @@ MIRRORED = ("pelvis_lateral", "foot_spacing", "pelvis_yaw", "pelvis_roll", "foot
 def test_every_quantity_has_its_slope(name):
     problem, x = walk(name).problem, walk(name).x
     scale = problem.variables.scale
-    slopes = problem.model.slope(x)[1].reads
+    slopes = problem.model.derivatives(x)[1].jacobians
 
     def everything(point):
         step = problem.model.step(point)
@@ -47,7 +47,7 @@ def test_every_quantity_has_its_slope(name):
 @at_walks
 def test_motion_has_its_slope(name):
     problem, x = walk(name).problem, walk(name).x
-    slope = problem.model.slope(x)[1].motion  # (N, 36, P)
+    slope = problem.model.derivatives(x)[1].motion  # (N, 36, P)
     scale = problem.variables.scale
     for part in range(3):
         found = [
@@ -152,7 +152,7 @@ def test_the_mirrored_robot_walks_the_mirrored_step(robot, name):
 def test_the_slope_carries_the_step():
     problem, x = walk("guess").problem, walk("guess").x
     model = StepModel(problem.robot, problem.layout, problem.grid)
-    step, (with_slope, _) = model.step(x), model.slope(x)
+    step, (with_slope, _) = model.step(x), model.derivatives(x)
     assert relative_error(with_slope.motion, step.motion) < 1e-13
     assert relative_error(with_slope.support.effort, step.support.effort) < 1e-12
     assert relative_error(with_slope.impact.velocity, step.impact.velocity) < 1e-12
@@ -172,4 +172,4 @@ def test_a_step_that_is_none_is_refused(name, quantity, value):
     with pytest.raises(EvaluationError, match="is not a step"):
         problem.model.step(x)
     with pytest.raises(EvaluationError, match="is not a step"):
-        problem.model.slope(x)
+        problem.model.derivatives(x)

@@ -73,12 +73,12 @@ def test_second_derivatives_of_the_effort(robot, rng):
     motion = random_motion(robot, rng, count)
     weights = rng.normal(size=(count, 6 + n))
     support = SingleSupport(robot, count)
-    found = support.slope(*motion)[1].curvature(weights)
+    found = support.derivatives(*motion)[1].hessian(weights)
 
     def gradient(block):
         def value(change):
             parts = [m + change * (k == block) for k, m in enumerate(motion)]
-            return (weights[:, None] @ support.slope(*parts)[1].effort)[:, 0]
+            return (weights[:, None] @ support.derivatives(*parts)[1].effort)[:, 0]
 
         return value
 

@@ -5,11 +5,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from paper_chain import chain_of_spec
 from random_chains import relative
 
 from gaitopt.catalogue.biped_spec import biped13
 from gaitopt.errors import InputError
-from gaitopt.mechanics.chain_build import chain_of_spec
 from gaitopt.mechanics.mdh_chain import sole_placement
 
 REFERENCE = Path(__file__).parents[1] / "data" / "reference_biped13.npz"

@@ -7,6 +7,7 @@ import pinocchio as pin
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from paper_chain import chain_of_spec
 from random_chains import (
     pin_model,
     posture,
@@ -18,7 +19,7 @@ from scipy.spatial.transform import Rotation
 
 from gaitopt.catalogue.urdf_writer import urdf_text
 from gaitopt.errors import InputError, RobotError
-from gaitopt.mechanics.chain_build import Bodies, chain_from_axes, chain_of_robot, chain_of_spec
+from gaitopt.mechanics.chain_build import Bodies, chain_from_axes, chain_of_robot
 from gaitopt.mechanics.mdh_chain import SOLE_AXES, JointTable, hat, link_placements, sole_placement
 from gaitopt.mechanics.newton_euler import inverse_dynamics, sole_axes
 from gaitopt.model.robot import Robot

@@ -8,12 +8,13 @@ import pinocchio as pin
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from paper_chain import chain_of_spec
 from random_chains import pin_model, posture, random_cloud_chain, random_spec, relative
 
 from gaitopt.catalogue.biped_spec import biped13
 from gaitopt.catalogue.urdf_writer import urdf_text
 from gaitopt.errors import InputError
-from gaitopt.mechanics.chain_build import chain_of_robot, chain_of_spec
+from gaitopt.mechanics.chain_build import chain_of_robot
 from gaitopt.mechanics.mdh_chain import sole_placement
 from gaitopt.mechanics.newton_euler import (
     at_rest,

@@ -6,7 +6,7 @@ from numerics import check_jacobian, relative_error
 
 from gaitopt.mechanics.forward_kinematics import BodyInertias
 from gaitopt.mechanics.impact import Impact
-from gaitopt.mechanics.inverse_dynamics_hessian import torque_curvature
+from gaitopt.mechanics.inverse_dynamics_hessian import inverse_dynamics_hessian
 
 SEEDS = range(4)
 
@@ -120,7 +120,7 @@ def test_slope_in_the_posture(impact, before):
         state = impact.state(q, rate)
         return np.concatenate([state.velocity, state.impulse])
 
-    check_jacobian(result, impact.slope(posture, rate)[1].posture, posture, step=1e-4)
+    check_jacobian(result, impact.derivatives(posture, rate)[1].posture, posture, step=1e-4)
 
 
 def test_slope_in_the_rates(impact, before):
@@ -130,7 +130,7 @@ def test_slope_in_the_rates(impact, before):
         state = impact.state(posture, dq)
         return np.concatenate([state.velocity, state.impulse])
 
-    check_jacobian(result, impact.slope(posture, rate)[1].rate, rate, step=1e-3)
+    check_jacobian(result, impact.derivatives(posture, rate)[1].rate, rate, step=1e-3)
 
 
 @pytest.mark.parametrize("part", ["velocity", "impulse", "both"])
@@ -138,20 +138,20 @@ def test_curvature(robot, impact, before, part, rng):
     weights = rng.normal(size=24)
     weights[18:] *= part != "velocity"
     weights[:18] *= part != "impulse"
-    state, slope = impact.slope(*before)
+    state, slope = impact.derivatives(*before)
     weighted = Impact(robot).weighted(*before, state, slope, weights)
     inertias = BodyInertias(robot.model).in_world(weighted.dynamics.posture)
-    H = weighted.hessian(torque_curvature(inertias, weighted.dynamics, robot.tree))
+    H = weighted.hessian(inverse_dynamics_hessian(inertias, weighted.dynamics, robot.tree))
 
     def gradient(z):
-        slope = impact.slope(z[:12], z[12:])[1]
+        slope = impact.derivatives(z[:12], z[12:])[1]
         return weights @ np.hstack([slope.posture, slope.rate])
 
     check_jacobian(gradient, H, np.concatenate(before), step=1e-4)
 
 
 def test_slope_carries_the_state(impact, before):
-    state, (with_slope, _) = impact.state(*before), impact.slope(*before)
+    state, (with_slope, _) = impact.state(*before), impact.derivatives(*before)
     assert relative_error(with_slope.velocity, state.velocity) < 1e-14
     assert relative_error(with_slope.impulse, state.impulse) < 1e-14
     np.testing.assert_array_equal(
@@ -195,6 +195,6 @@ def test_both_feet_stay_only_if_the_ground_pushes(robot, impact):
 
 def test_the_robot_keeps_its_weight(robot, impact, before):
     model = robot.model.copy()
-    impact.slope(*before)
+    impact.derivatives(*before)
     assert robot.model == model
     assert robot.model.gravity.linear[2] == -9.81

@@ -145,7 +145,7 @@ def slow_motion(loaded, rng):
 @pytest.mark.parametrize("block", range(3), ids=("q", "dq", "ddq"))
 def test_first_derivatives(loaded, slow_motion, block):
     support = SingleSupport(loaded, COUNT)
-    slope = support.slope(*slow_motion)[1].effort[:, :, 12 * block : 12 * block + 12]
+    slope = support.derivatives(*slow_motion)[1].effort[:, :, 12 * block : 12 * block + 12]
 
     def effort(change):
         parts = list(slow_motion)
@@ -157,7 +157,7 @@ def test_first_derivatives(loaded, slow_motion, block):
 
 def test_second_derivatives(loaded, slow_motion, rng):
     support, weights = SingleSupport(loaded, COUNT), rng.normal(size=(COUNT, 18))
-    found = support.slope(*slow_motion)[1].curvature(weights)
+    found = support.derivatives(*slow_motion)[1].hessian(weights)
     blocks = (
         np.concatenate([found.qq, found.qv.swapaxes(1, 2)], axis=1),
         np.concatenate([found.qv, found.vv], axis=1),
@@ -167,7 +167,7 @@ def test_second_derivatives(loaded, slow_motion, rng):
         def gradient(change, block=block):
             parts = list(slow_motion)
             parts[block] = parts[block] + change
-            return (weights[:, None] @ support.slope(*parts)[1].effort)[:, 0, :24]
+            return (weights[:, None] @ support.derivatives(*parts)[1].effort)[:, 0, :24]
 
         check_jacobian(gradient, exact, np.zeros(12), step=3e-5)
 
@@ -175,7 +175,7 @@ def test_second_derivatives(loaded, slow_motion, rng):
 def test_state_and_slope_tell_the_same(loaded, slow_motion):
     support = SingleSupport(loaded, COUNT)
     effort = support.state(*slow_motion).effort
-    assert relative_error(support.slope(*slow_motion)[0].effort, effort) < 1e-13
+    assert relative_error(support.derivatives(*slow_motion)[0].effort, effort) < 1e-13
 
 
 def test_referee_agrees_under_any_gravity(loaded, slow_motion):
@@ -199,5 +199,5 @@ def test_a_robot_without_physics_takes_the_short_road(robot):
     support = SingleSupport(robot, COUNT)
     assert robot.physics.passive is None
     assert robot.physics.carried is None
-    slope = support.slope(*(np.zeros((COUNT, 12)),) * 3)[1]
+    slope = support.derivatives(*(np.zeros((COUNT, 12)),) * 3)[1]
     assert (slope.passive, slope.carried) == (None, None)

@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numerics import check_differences, relative_error, steps
 
-from gaitopt.mechanics.leg_distance import distance_curvature, distance_force, nearest
+from gaitopt.mechanics.leg_distance import distance_force, distance_hessian, nearest
 from gaitopt.mechanics.spatial import cross
 
 fast = settings(deadline=None, derandomize=True, max_examples=200)
@@ -86,7 +86,7 @@ def test_crossing_segments_touch():
     np.testing.assert_allclose(near.share[0], [0.75, 0.25])
     axes = np.random.default_rng(0).normal(size=(1, 4, 6))
     assert np.isfinite(distance_force(near)).all()
-    assert np.isfinite(distance_curvature(near, axes)).all()
+    assert np.isfinite(distance_hessian(near, axes)).all()
 
 
 # Second segments near a first one along x, by where the nearest points are.
@@ -140,7 +140,7 @@ def test_slope_in_every_region(region, joints):
 def test_curvature_in_every_region(region, joints):
     """Second differences of the distance, in all pairs of joints."""
     second = np.array(REGIONS[region])
-    H = distance_curvature(one(FIRST, second), joints[None])[0]
+    H = distance_hessian(one(FIRST, second), joints[None])[0]
 
     def distance(angles):
         return one(FIRST, turned(joints, second, angles)).distance[0]
@@ -173,4 +173,4 @@ def test_parallel_segments_that_move_apart():
 def test_almost_parallel_segments_have_a_bounded_curvature(joints):
     second = FIRST + np.array([0.0, 0.3, 0.0])
     second[1, 2] += 1e-5
-    assert np.abs(distance_curvature(one(FIRST, second), joints[None])).max() < 1e3
+    assert np.abs(distance_hessian(one(FIRST, second), joints[None])).max() < 1e3

@@ -6,9 +6,9 @@ import pytest
 from numerics import relative_error
 
 from gaitopt.mechanics.spatial import (
-    cross_force,
-    force_cross,
-    motion_cross,
+    cross_force_matrix,
+    force_cross_matrix,
+    motion_cross_matrix,
     skew,
     world_inertias,
 )
@@ -36,22 +36,22 @@ def test_skew_is_the_cross_product(rng):
 def test_motion_cross_motion(motions):
     m, n = motions
     expected = each(lambda a, b: pin.Motion(a).cross(pin.Motion(b)), m, n)
-    assert relative_error((motion_cross(m) @ n[..., None])[..., 0], expected) < 1e-15
+    assert relative_error((motion_cross_matrix(m) @ n[..., None])[..., 0], expected) < 1e-15
 
 
 def test_motion_cross_force(motions):
     m, f = motions
     expected = each(lambda a, b: pin.Motion(a).cross(pin.Force(b)), m, f)
-    assert relative_error((force_cross(m) @ f[..., None])[..., 0], expected) < 1e-15
-    assert relative_error((cross_force(f) @ m[..., None])[..., 0], expected) < 1e-15
+    assert relative_error((force_cross_matrix(m) @ f[..., None])[..., 0], expected) < 1e-15
+    assert relative_error((cross_force_matrix(f) @ m[..., None])[..., 0], expected) < 1e-15
 
 
 def test_force_cross_is_dual_to_motion_cross(motions, rng):
     m, n = motions
     f = rng.normal(size=(*STACK, 6))
     # f . (m x n) = -(m x* f) . n: the power of a force does not depend on who looks at it.
-    power = (f * (motion_cross(m) @ n[..., None])[..., 0]).sum(axis=-1)
-    dual = -((force_cross(m) @ f[..., None])[..., 0] * n).sum(axis=-1)
+    power = (f * (motion_cross_matrix(m) @ n[..., None])[..., 0]).sum(axis=-1)
+    dual = -((force_cross_matrix(m) @ f[..., None])[..., 0] * n).sum(axis=-1)
     assert relative_error(power, dual) < 1e-13
 
 

@@ -5,7 +5,7 @@ from motions import bent_posture, kinematics
 from numerics import check_jacobian, relative_error
 from reference_cases import biped
 
-from gaitopt.mechanics.forward_kinematics import Bodies
+from gaitopt.mechanics.forward_kinematics import ForwardKinematics
 from gaitopt.mechanics.trunk import Trunk
 
 COUNT = 3
@@ -17,12 +17,12 @@ def postures(robot, rng):
 
 
 def angles(robot, q):
-    return Trunk(robot).value(Bodies(robot.model).placed(q))
+    return Trunk(robot).value(ForwardKinematics(robot.model).placed(q))
 
 
-def slope(robot, q):
+def derivatives(robot, q):
     axes = np.stack([kinematics(robot, angles).axes for angles in q])
-    return Trunk(robot).slope(Bodies(robot.model).placed(q), axes)
+    return Trunk(robot).derivatives(ForwardKinematics(robot.model).placed(q), axes)
 
 
 def test_yaw_pitch_and_roll_one_after_the_other_turn_the_pelvis(robot, postures):
@@ -36,17 +36,17 @@ def test_yaw_pitch_and_roll_one_after_the_other_turn_the_pelvis(robot, postures)
 
 def test_slope(robot, postures):
     """Every instant moves by the same twelve amounts: instants do not see each other."""
-    exact = slope(robot, postures).jacobian
+    exact = derivatives(robot, postures).jacobian
     assert np.abs(exact[:, :, 6:]).max() == 0.0  # the swing leg does not turn the trunk
     check_jacobian(lambda d: angles(robot, postures + d), exact, np.zeros(12), step=1e-3)
 
 
 def test_curvature(robot, postures, rng):
     weights = rng.normal(size=(COUNT, 3))
-    H = slope(robot, postures).curvature(weights)
+    H = derivatives(robot, postures).hessian(weights)
 
     def gradient(d):
-        return np.einsum("na,naj->nj", weights, slope(robot, postures + d).jacobian)
+        return np.einsum("na,naj->nj", weights, derivatives(robot, postures + d).jacobian)
 
     check_jacobian(gradient, H, np.zeros(12), step=1e-3)
     np.testing.assert_allclose(H, H.swapaxes(1, 2), atol=1e-15)
@@ -64,5 +64,5 @@ def test_a_trunk_that_lies_down_has_a_slope(robot):
     """Where roll and yaw are one and the same, nothing is divided by zero."""
     q = np.zeros((1, 12))
     q[0, robot.joint_names.index("right_hip_pitch")] = -np.pi / 2.0
-    assert np.isfinite(slope(robot, q).jacobian).all()
+    assert np.isfinite(derivatives(robot, q).jacobian).all()
     assert abs(angles(robot, q)[0, 1]) == pytest.approx(np.pi / 2.0)

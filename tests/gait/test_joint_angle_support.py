@@ -6,7 +6,7 @@ from reference_cases import biped
 
 from gaitopt.errors import EvaluationError
 from gaitopt.gait import quantities
-from gaitopt.gait.double_support import ClosedBoundary, LiftedBoundary
+from gaitopt.gait.double_support import InverseKinematicsSupport, JointAngleSupport
 from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.parameters import GEOMETRY
 from gaitopt.gait.problem import WalkProblem
@@ -19,11 +19,11 @@ GEOMETRY_POINT = np.array([0.6, 0.07, -0.3, 0.1, 0.15, 0.4, 0.05, -0.04, 0.06, 0
 
 @pytest.fixture(scope="module")
 def boundary(robot):
-    return LiftedBoundary(robot)
+    return JointAngleSupport(robot)
 
 
 def test_gaps_vanish_where_the_inverse_kinematics_closes(robot, boundary):
-    q = ClosedBoundary(robot).posture(GEOMETRY_POINT, np.zeros(0)).q_start
+    q = InverseKinematicsSupport(robot).posture(GEOMETRY_POINT, np.zeros(0)).q_start
     closed = boundary.posture(GEOMETRY_POINT, q)
     opened = boundary.posture(GEOMETRY_POINT, q + 1e-3)
     assert np.abs(closed.gaps).max() < 1e-11

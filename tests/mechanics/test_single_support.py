@@ -79,7 +79,7 @@ def test_corners_are_those_of_the_swing_sole(robot, support, motion):
 
 @pytest.mark.parametrize("block", range(3), ids=BLOCKS)
 def test_slope_of_wrench_and_torques(support, motion, block):
-    slope = support.slope(*motion)[1].effort[:, :, 12 * block : 12 * block + 12]
+    slope = support.derivatives(*motion)[1].effort[:, :, 12 * block : 12 * block + 12]
 
     def effort(value):
         parts = list(motion)
@@ -91,13 +91,13 @@ def test_slope_of_wrench_and_torques(support, motion, block):
 
 
 def test_slope_of_the_corners(support, motion):
-    slope = support.slope(*motion)[1].corners
+    slope = support.derivatives(*motion)[1].corners
     q, dq, ddq = motion
     check_jacobian(lambda d: support.state(q + d, dq, ddq).corners, slope, np.zeros(12), step=1e-3)
 
 
 def test_slope_carries_the_kinematics_of_its_motion(robot, support, motion):
-    slope = support.slope(*motion)[1]
+    slope = support.derivatives(*motion)[1]
     for k, q in enumerate(motion[0]):
         assert relative_error(slope.axes[k], kinematics(robot, q).axes) < 1e-13
     np.testing.assert_array_equal(slope.gravity, [0.0, 0.0, -G, 0.0, 0.0, 0.0])
@@ -112,17 +112,17 @@ def test_bodies_are_where_the_posture_puts_them(robot, motion):
 
 
 def test_state_and_slope_tell_the_same(support, motion):
-    state, (with_slope, _) = support.state(*motion), support.slope(*motion)
+    state, (with_slope, _) = support.state(*motion), support.derivatives(*motion)
     assert relative_error(with_slope.effort, state.effort) < 1e-13
     assert relative_error(with_slope.corners, state.corners) < 1e-13
 
 
 def test_results_do_not_change_when_the_object_is_used_again(robot, support, motion, rng):
-    state, (again, slope) = support.state(*motion), support.slope(*motion)
+    state, (again, slope) = support.state(*motion), support.derivatives(*motion)
     kept = [a.copy() for a in (state.effort, state.corners, again.effort, slope.effort)]
     other = random_motion(robot, rng, COUNT)
     support.state(*other)
-    support.slope(*other)
+    support.derivatives(*other)
     for before, after in zip(
         kept, (state.effort, state.corners, again.effort, slope.effort), strict=True
     ):
@@ -132,5 +132,5 @@ def test_results_do_not_change_when_the_object_is_used_again(robot, support, mot
 
 def test_the_robot_is_not_changed(robot, support, motion):
     before = robot.model.copy()
-    support.slope(*motion)
+    support.derivatives(*motion)
     assert robot.model == before

@@ -6,7 +6,7 @@ import pytest
 from motions import bent_posture, kinematics, random_motion
 from numerics import check_jacobian
 
-from gaitopt.mechanics.inverse_dynamics_hessian import velocity_curvature, velocity_rate_slope
+from gaitopt.mechanics.inverse_dynamics_hessian import velocity_hessian, velocity_rate_hessian
 from gaitopt.mechanics.single_support import SingleSupport
 
 COUNT = 2
@@ -35,7 +35,7 @@ def gradient(robot, motion, weights):
         def value(change):
             parts = list(motion)
             parts[block] = motion[block] + change
-            slope = support.slope(*parts)[1].effort
+            slope = support.derivatives(*parts)[1].effort
             return (weights[:, None] @ slope)[:, 0]  # (COUNT, 36)
 
         return value
@@ -45,7 +45,7 @@ def gradient(robot, motion, weights):
 
 @pytest.fixture
 def blocks(robot, motion, weights):
-    return SingleSupport(robot, COUNT).slope(*motion)[1].curvature(weights)
+    return SingleSupport(robot, COUNT).derivatives(*motion)[1].hessian(weights)
 
 
 def test_blocks_with_the_angles(gradient, blocks):
@@ -110,13 +110,13 @@ def gradient_in_posture(robot, q, velocity, force):
 
 def test_velocity_curvature(robot, swinging):
     q, velocity, force, axes, world = swinging
-    H = velocity_curvature(axes, velocity[6:], velocity[:6], world)
+    H = velocity_hessian(axes, velocity[6:], velocity[:6], world)
     check_jacobian(lambda x: gradient_in_posture(robot, x, velocity, force), H, q, step=1e-3)
 
 
 def test_velocity_rate_slope(robot, swinging):
     q, velocity, force, axes, world = swinging
-    rates, base = velocity_rate_slope(axes, world)
+    rates, base = velocity_rate_hessian(axes, world)
 
     def gradient(v):
         return gradient_in_posture(robot, q, v, force)

@@ -4,9 +4,9 @@ from motions import bent_posture, kinematics
 from numerics import check_derivative, check_jacobian, relative_error
 
 from gaitopt.mechanics.forward_kinematics import (
-    corner_curvature,
+    corner_hessian,
+    corner_jacobian,
     corner_positions,
-    corner_slopes,
     sole_edge_speeds,
     turning_arm,
 )
@@ -28,16 +28,16 @@ def test_positions_are_those_of_a_rigid_body(robot, rng):
 
 def test_slopes(robot, rng):
     q = bent_posture(robot, rng)
-    check_jacobian(lambda x: placed(robot, x)[1], corner_slopes(*placed(robot, q)), q, step=1e-3)
+    check_jacobian(lambda x: placed(robot, x)[1], corner_jacobian(*placed(robot, q)), q, step=1e-3)
 
 
 def test_curvature(robot, rng):
     q, weights = bent_posture(robot, rng), rng.normal(size=(1, 4, 3))
     axes, corners = placed(robot, q)
-    H = corner_curvature(axes, corner_slopes(axes, corners), weights)[0]
+    H = corner_hessian(axes, corner_jacobian(axes, corners), weights)[0]
 
     def gradient(x):
-        return np.einsum("nck,nckj->j", weights, corner_slopes(*placed(robot, x)))
+        return np.einsum("nck,nckj->j", weights, corner_jacobian(*placed(robot, x)))
 
     check_jacobian(gradient, H, q, step=1e-3)
     np.testing.assert_allclose(H, H.T, atol=1e-14)

@@ -10,7 +10,7 @@ from numerics import check_jacobian, relative_error
 from reference_cases import biped
 from urdf_edits import edited_urdf, link
 
-from gaitopt.mechanics.forward_kinematics import Bodies
+from gaitopt.mechanics.forward_kinematics import ForwardKinematics
 from gaitopt.mechanics.leg_distance import LegGaps, leg_pairs
 from gaitopt.model.robot import Robot
 
@@ -29,12 +29,12 @@ def pairs(robot):
 
 
 def gaps(robot, pairs, q):
-    return LegGaps(robot.tree, pairs).value(Bodies(robot.model).placed(q))
+    return LegGaps(robot.tree, pairs).value(ForwardKinematics(robot.model).placed(q))
 
 
-def slope(robot, pairs, q):
+def derivatives(robot, pairs, q):
     axes = np.stack([kinematics(robot, angles).axes for angles in q])
-    return LegGaps(robot.tree, pairs).slope(Bodies(robot.model).placed(q), axes)
+    return LegGaps(robot.tree, pairs).derivatives(ForwardKinematics(robot.model).placed(q), axes)
 
 
 def coals_gap(robot, q, pair):
@@ -104,13 +104,13 @@ def test_bodies_without_a_shape_are_named():
 
 
 def test_slope(robot, pairs, postures):
-    exact = slope(robot, pairs.kept, postures).jacobian
+    exact = derivatives(robot, pairs.kept, postures).jacobian
     check_jacobian(lambda d: gaps(robot, pairs.kept, postures + d), exact, np.zeros(12))
 
 
 def test_joints_outside_a_pair_do_not_matter(robot, pairs, postures):
     """Both feet: all joints; both shins: not the ankles."""
-    jacobian = slope(robot, pairs.kept, postures).jacobian
+    jacobian = derivatives(robot, pairs.kept, postures).jacobian
     feet = jacobian[:, pairs.names.index("right_foot and left_foot")]
     shins = jacobian[:, pairs.names.index("right_shin and left_shin")]
     assert np.abs(feet[:, [0, 11]]).max() > 1e-3
@@ -123,16 +123,16 @@ def test_curvature(robot, pairs, postures, rng):
     checked = 0
     for index in range(len(pairs.kept)):
         pair = pairs.kept[index : index + 1]
-        share = slope(robot, pair, postures).near.share
+        share = derivatives(robot, pair, postures).near.share
         inside = (share > 0.0) & (share < 1.0)
         near_an_end = inside & (np.minimum(share, 1.0 - share) < 0.02)
         weights = np.where(near_an_end.any(axis=1), 0.0, rng.uniform(0.5, 1.5, COUNT))[:, None]
         if not weights.any():
             continue
-        H = slope(robot, pair, postures).curvature(weights)
+        H = derivatives(robot, pair, postures).hessian(weights)
 
         def gradient(d, pair=pair, weights=weights):
-            return np.einsum("np,npj->nj", weights, slope(robot, pair, postures + d).jacobian)
+            return np.einsum("np,npj->nj", weights, derivatives(robot, pair, postures + d).jacobian)
 
         check_jacobian(gradient, H, np.zeros(12), step=1e-4)
         np.testing.assert_allclose(H, H.swapaxes(1, 2), atol=1e-12)

@@ -10,10 +10,10 @@ from reference_cases import biped
 from gaitopt.errors import UnreachableError
 from gaitopt.mechanics.inverse_kinematics import (
     LegKinematics,
-    chain_curvature,
+    chain_hessian,
     closure_forces,
+    closure_jacobian,
     closure_matrix,
-    closure_slope,
 )
 
 SWING = np.array([0.0, 0.16, 0.0])
@@ -112,7 +112,7 @@ def test_slope(robot, legs, seed):
     q = bent_posture(robot, np.random.default_rng(seed))
     placed = legs.placements(q)
     twists = np.eye(12)
-    slope = closure_slope(legs.axes(q), twists[:6], twists[6:])
+    slope = closure_jacobian(legs.axes(q), twists[:6], twists[6:])
     check_jacobian(lambda z: legs.solve(*targets(*placed, z)), slope, np.zeros(12), step=1e-4)
 
 
@@ -128,7 +128,7 @@ def test_closure_forces_do_the_work_of_the_weights(robot, legs, rng):
     axes, weights = legs.axes(bent_posture(robot, rng)), rng.normal(size=12)
     twists = rng.normal(size=(12, 5))
     forces = closure_forces(axes, weights).ravel()
-    work = weights @ closure_slope(axes, twists[:6], twists[6:])
+    work = weights @ closure_jacobian(axes, twists[:6], twists[6:])
     assert relative_error(forces @ twists, work) < 1e-11
 
 
@@ -136,6 +136,6 @@ def test_curvature_is_the_acceleration_at_constant_rates(robot, legs, rng):
     q, rate, force = bent_posture(robot, rng), rng.normal(size=12), rng.normal(size=6)
     at = kinematics(robot, q, moving(rate))
     acceleration = pin.getFrameAcceleration(robot.model, at.data, robot.swing_frame, pin.WORLD)
-    U = chain_curvature(legs.axes(q), force)
+    U = chain_hessian(legs.axes(q), force)
     assert relative_error(rate @ U @ rate, force @ acceleration.vector) < 1e-12
     np.testing.assert_allclose(U, U.T, atol=1e-15)

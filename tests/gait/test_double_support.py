@@ -5,7 +5,12 @@ from motions import kinematics
 from numerics import check_jacobian, relative_error
 
 from gaitopt.errors import EvaluationError, UnreachableError
-from gaitopt.gait.double_support import PELVIS_CHAIN, SWING_SOLE_CHAIN, ClosedBoundary, place
+from gaitopt.gait.double_support import (
+    PELVIS_CHAIN,
+    SWING_SOLE_CHAIN,
+    InverseKinematicsSupport,
+    place,
+)
 from gaitopt.gait.parameters import FOOT_SPACING, GEOMETRY, PELVIS_HEIGHT, STEP_LENGTH
 
 # Height, lateral, forward, trunk pitch, spacing, step, yaw, roll, foot yaw, duration.
@@ -21,7 +26,7 @@ at_points = pytest.mark.parametrize("g", POINTS)
 
 @pytest.fixture(scope="module")
 def boundary(robot):
-    return ClosedBoundary(robot)
+    return InverseKinematicsSupport(robot)
 
 
 @at_points
@@ -47,7 +52,7 @@ def test_legs_run_from_ankle_to_hip(robot, boundary, g):
 
 @at_points
 def test_slope_of_the_posture(boundary, g):
-    slope = boundary.slope(boundary.posture(g, NONE))
+    slope = boundary.derivatives(boundary.posture(g, NONE))
     check_jacobian(
         lambda p: boundary.posture(p, NONE).q_start, slope.q_start, g, scale=SIZES, step=1e-4
     )
@@ -55,7 +60,7 @@ def test_slope_of_the_posture(boundary, g):
 
 @at_points
 def test_slope_of_the_legs(boundary, g):
-    slope = boundary.slope(boundary.posture(g, NONE))
+    slope = boundary.derivatives(boundary.posture(g, NONE))
     check_jacobian(lambda p: boundary.posture(p, NONE).legs, slope.legs, g, scale=SIZES, step=1e-2)
 
 
@@ -65,12 +70,12 @@ def test_curvature(boundary, g, part, rng):
     q_weights = rng.normal(size=12) * (part != "legs")
     leg_weights = rng.normal(size=(2, 3)) * (part != "posture")
     posture = boundary.posture(g, NONE)
-    H = boundary.curvature(
-        posture, boundary.slope(posture), q_weights, leg_weights, np.zeros((0, 6))
+    H = boundary.hessian(
+        posture, boundary.derivatives(posture), q_weights, leg_weights, np.zeros((0, 6))
     )
 
     def gradient(p):
-        slope = boundary.slope(boundary.posture(p, NONE))
+        slope = boundary.derivatives(boundary.posture(p, NONE))
         return (q_weights @ slope.q_start + np.einsum("lk,lkg->g", leg_weights, slope.legs)) * SIZES
 
     check_jacobian(gradient, SIZES[:, None] * H, g, scale=SIZES, step=3e-4)
@@ -78,7 +83,7 @@ def test_curvature(boundary, g, part, rng):
 
 
 def test_no_quantity_but_the_duration_is_idle(boundary):
-    slope = boundary.slope(boundary.posture(POINTS[1], NONE)).q_start
+    slope = boundary.derivatives(boundary.posture(POINTS[1], NONE)).q_start
     moves = np.abs(slope).max(axis=0)
     assert (moves[:9] > 0.1).all()
     assert moves[9] == 0.0
@@ -87,7 +92,7 @@ def test_no_quantity_but_the_duration_is_idle(boundary):
 def test_joint_axes_are_those_of_the_posture(robot, boundary):
     posture = boundary.posture(POINTS[2], NONE)
     axes = kinematics(robot, posture.q_start).axes
-    assert relative_error(boundary.slope(posture).joint_axes, axes) < 1e-13
+    assert relative_error(boundary.derivatives(posture).joint_axes, axes) < 1e-13
 
 
 def test_a_mirrored_double_support_is_the_next_one(robot, boundary):

@@ -3,7 +3,7 @@ import pinocchio as pin
 import pytest
 from numerics import check_jacobian, relative_error
 
-from gaitopt.mechanics.inverse_kinematics import loop_gap, loop_gap_curvature, loop_gap_slope
+from gaitopt.mechanics.inverse_kinematics import loop_gap, loop_gap_hessian, loop_gap_jacobian
 
 JOINTS = 7
 
@@ -38,7 +38,7 @@ def test_gap_is_position_and_sine_times_axis(rng):
 
 def test_slope(chain, rng):
     y = rng.normal(scale=0.5, size=JOINTS)
-    slope = loop_gap_slope(*walked(chain, y))
+    slope = loop_gap_jacobian(*walked(chain, y))
     check_jacobian(lambda v: loop_gap(walked(chain, v)[0]), slope, y, step=1e-3)
 
 
@@ -47,6 +47,6 @@ def test_curvature(chain, rng, part):
     y, weights = rng.normal(scale=0.5, size=JOINTS), rng.normal(size=6)
     weights[:3] *= part != "rotation"
     weights[3:] *= part != "position"
-    H = loop_gap_curvature(*walked(chain, y), weights)
-    check_jacobian(lambda v: weights @ loop_gap_slope(*walked(chain, v)), H, y, step=1e-3)
+    H = loop_gap_hessian(*walked(chain, y), weights)
+    check_jacobian(lambda v: weights @ loop_gap_jacobian(*walked(chain, v)), H, y, step=1e-3)
     np.testing.assert_array_equal(H, H.T)
