@@ -41,7 +41,8 @@ def fastest_walk(request: Request, console: Console, quiet: bool) -> tuple[Reque
         return make_task({**request.settings, "speed": speed}, request.robot)
 
     def tell(speed: float, found: Design | None) -> None:
-        result = "no walk" if found is None else f"J = {found.solution.cost:.1f} N²·m·s"
+        unit = request.task.cost.unit
+        result = "no walk" if found is None else f"J = {found.solution.cost:.1f} {unit}"
         if not quiet:
             console.print(f"{speed:.3f} m/s: {result}")
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
 
@@ -13,7 +14,9 @@ from gaitopt.cli.paths import require_files
 from gaitopt.cli.process import ExitCode
 from gaitopt.cli.report import print_findings_of, print_gait
 from gaitopt.errors import GaitFileError, InputError
+from gaitopt.gait.costs import TorqueCost
 from gaitopt.gait.gait_file import save_gait
+from gaitopt.gait.plugin import extension_record
 from gaitopt.gait.result import Gait
 from gaitopt.settings import named_values
 from gaitopt.sweep.interpolate import interpolate, stored_point
@@ -42,10 +45,20 @@ def run_list(directory: Path, where: list[str], names: str | None, plot: Path | 
     if plot is not None:
         from gaitopt.view.library_figures import write_library_figure
 
-        write_library_figure(rows, [axis.name for axis in library.points.axes], plot)
+        write_library_figure(
+            rows, [axis.name for axis in library.points.axes], plot, _cost(library)
+        )
         screen().print(f"wrote {plot}")
         return
     _show(library, rows, _columns(library, names))
+
+
+def _cost(library: Library) -> tuple[str, str]:
+    """Return words and unit of the cost of a library; those of version 0.1 do not say it."""
+    task = library.record["first task"]
+    cost = task.get("cost") if isinstance(task, Mapping) else None
+    record = cost if isinstance(cost, Mapping) else extension_record(TorqueCost())
+    return str(record.get("words")), str(record.get("unit"))
 
 
 def run_at(directory: Path, at: list[str], output: Path | None) -> None:

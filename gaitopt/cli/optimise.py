@@ -159,7 +159,7 @@ def _search(request: Request, errors: Console, quiet: bool) -> Design:
     ):
         found, said = _designed(request, progress, stop)
     if not quiet:
-        kept = f"the walk that is kept: cost {found.solution.cost:.6g} N²·m·s"
+        kept = f"the walk that is kept: cost {found.solution.cost:.6g} {request.task.cost.unit}"
         gap = request.task.margins.leg_gap
         narrowed = "" if gap is None else leg_pairs(request.robot).narrowed(gap)
         for sentence in (*said, kept, *filter(None, [narrowed])):

@@ -133,7 +133,8 @@ def _walk(facts: Any) -> Table:
     for style, width in (("dim", 9), ("bold", 18), ("dim", 14), ("bold", 13)):
         table.add_column(style=style, min_width=width)
     table.add_row(
-        "cost (squared torque)", number(walk["cost_N2ms"], "N²·m·s", 7),
+        f"cost ({walk['cost_words'].removesuffix(' per metre')})",
+        number(walk["cost"], walk["cost_unit"], 7),
         "mechanical cost of transport", number(walk["mechanical_cost_of_transport"], ""),
     )  # fmt: skip
     table.add_row(

@@ -55,7 +55,7 @@ class Certificate:
     Attributes:
         kkt: residuals at the samples that were optimised, from least-squares multipliers.
         samples: instants at which the whole step was evaluated; extremes are located between them.
-        cost: with the quadrature of the proof's grid [N²·m·s].
+        cost: with the quadrature of the proof's grid, in the unit of the task's cost.
         families: worst row of every family over the whole step, worst first.
         resolution: estimated error of the located extremes near their limits, scaled.
         referee: disagreement with the Newton-Euler referee on the proof's grid.

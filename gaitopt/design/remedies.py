@@ -124,14 +124,14 @@ class Suggestion:
 
     @property
     def cost(self) -> float:
-        """Of the walk [N²·m·s]."""
+        """Of the walk, in the unit of the task's cost."""
         return self.found.solution.cost
 
     @property
     def sentence(self) -> str:
         """In words."""
         proven = "certified" if self.options.refine else "optimal (at its samples)"
-        walk = f"a {proven} walk of cost {self.cost:.5g} N²·m·s"
+        walk = f"a {proven} walk of cost {self.cost:.5g} {self.task.cost.unit}"
         if not self.knob:
             return f"{self.words} leads to {walk}"
         if self.knob == "impulse_cop":

@@ -194,7 +194,7 @@ class Optimum:
     """One of the distinct optima.
 
     Attributes:
-        cost: [N²·m·s].
+        cost: in the unit of the task's cost.
         x: parameters, shape (P,).
         starts: numbers of the starts that led to it.
     """

@@ -14,6 +14,7 @@ from itertools import takewhile
 import numpy as np
 from scipy.integrate import trapezoid
 
+from gaitopt.gait.costs import TorqueCost
 from gaitopt.gait.result import Gait
 from gaitopt.importers.physics import STANDARD_GRAVITY
 from gaitopt.importers.report import findings_of
@@ -172,7 +173,10 @@ def _walk(gait: Gait) -> Facts:
     gravity = gait.number("physics", GRAVITY_KEY) or STANDARD_GRAVITY
     transport = None if mass is None else work / (mass * gravity * gait.step_length)
     return {
-        "cost_N2ms": gait.cost,
+        "cost": gait.cost,
+        "cost_unit": gait.cost_unit,
+        "cost_words": gait.cost_words,
+        "cost_N2ms": gait.cost if gait.cost_unit == TorqueCost().unit else None,
         "speed_m_per_s": gait.speed,
         "step_length_m": gait.step_length,
         "step_duration_s": gait.duration,

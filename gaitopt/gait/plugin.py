@@ -133,10 +133,14 @@ def _restored(path: Path, name: str, values: dict[str, object]) -> object:
 def extension_record(one: Extension) -> dict[str, object]:
     """Return a constraint or a cost as JSON-able data: name, fields, and where it comes from.
 
+    A cost has its unit and its words besides, for those who show the gait without it.
+
     Raises:
         InputError: a field has a value that a file cannot hold.
     """
     record: dict[str, object] = {"name": one.name, "fields": _fields_record(one)}
+    if isinstance(one, Cost):
+        record |= {"unit": one.unit, "words": one.words}
     module = type(one).__module__
     if module.startswith(_PREFIX):
         path = Path(str(sys.modules[module].__file__))

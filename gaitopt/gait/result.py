@@ -11,6 +11,7 @@ import numpy as np
 
 from gaitopt.bounds import INSTANTS, at_most
 from gaitopt.errors import InputError
+from gaitopt.gait.costs import TorqueCost
 from gaitopt.gait.trajectory import Trajectory, TrajectoryPhase, fitted_coefficients
 from gaitopt.model.multibody import Multibody
 from gaitopt.nlp import Array
@@ -137,7 +138,7 @@ class Gait:
         return (
             f"<Gait{'' if robot is None else f' of {robot!r}'}: {self.speed:.3f} m/s, "
             f"{self.step_length:.3f} m in {self.duration:.3f} s"
-            f"{'' if cost is None else f', {cost:.6g} N²·m·s'}{proof}>"
+            f"{'' if cost is None else f', {cost:.6g} {self.cost_unit}'}{proof}>"
         )
 
     @property
@@ -161,6 +162,16 @@ class Gait:
     def cost(self) -> float | None:
         """Value of the cost the gait was optimised for, None if it was not recorded."""
         return self.number("cost")
+
+    @property
+    def cost_unit(self) -> str:
+        """Unit of the cost; that of the paper's where none was recorded."""
+        return self.text("task", "cost", "unit") or TorqueCost().unit
+
+    @property
+    def cost_words(self) -> str:
+        """What the cost is: "squared torque per metre"."""
+        return self.text("task", "cost", "words") or TorqueCost().words
 
     @cached_property
     def trajectory(self) -> Trajectory:

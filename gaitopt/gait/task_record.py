@@ -22,14 +22,19 @@ _NO_BOUND = {"lower": -INFINITY, "upper": INFINITY}
 
 
 def task_record(task: Task) -> dict[str, object]:
-    """Return a task as JSON-able data; an infinite bound is None, or left out by default."""
+    """Return a task as JSON-able data; an infinite bound is None, or left out by default.
+
+    A cost other than the paper's and constraints of its own stand there if it has any.
+    """
     apart = ("margins", "geometry", "cost", "constraints")
     record: dict[str, object] = {
         entry.name: getattr(task, entry.name) for entry in fields(task) if entry.name not in apart
     }
     record["margins"] = asdict(task.margins)
-    record["cost"] = extension_record(task.cost)
-    record["constraints"] = [extension_record(one) for one in task.constraints]
+    if task.cost != TorqueCost():
+        record["cost"] = extension_record(task.cost)
+    if task.constraints:
+        record["constraints"] = [extension_record(one) for one in task.constraints]
     record["geometry"] = {
         q.name: _quantity_record(q, usual) for q, usual in zip(task.geometry, GEOMETRY, strict=True)
     }
@@ -51,7 +56,7 @@ def task_from_record(record: object, known: Iterable[Extension] = ()) -> Task:
     """Return the task of a record made by `task_record`.
 
     Args:
-        record: of it; one of version 0.1 has the cost of the paper and no constraints of its own.
+        record: of it.
         known: constraints and costs that are not gaitopt's own, as of a plugin.
 
     Raises:

@@ -29,7 +29,7 @@ class Footing:
 
     Attributes:
         x: parameters, shape (P,).
-        cost: [N²·m·s].
+        cost: in the unit of the task's cost.
         active: limits it presses on.
         slopes: derivative of the optimal cost with respect to each swept quantity, from the
             multipliers; None where it could not be had.

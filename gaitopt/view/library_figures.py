@@ -12,6 +12,7 @@ from gaitopt.atomic import write_atomically
 from gaitopt.errors import InputError
 from gaitopt.gait.constraint import declared_margins
 from gaitopt.gait.constraints import Margins
+from gaitopt.gait.costs import TorqueCost
 from gaitopt.gait.parameters import GEOMETRY
 from gaitopt.nlp import Array
 from gaitopt.sweep.table import Row, columns
@@ -20,6 +21,7 @@ from gaitopt.view.figure_style import label_axes, name_on_figure, new_figure, st
 from gaitopt.view.figures import rendered
 
 PEAK = "peak_torque."
+PAPER = (TorqueCost().words, TorqueCost().unit)
 MOST = 8  # lines that are told apart in a legend
 
 _GAP = "a gap in the lines: the gaits on its two sides are different kinds of optima"
@@ -30,7 +32,9 @@ _UNITS = {quantity.name: quantity.unit for quantity in GEOMETRY} | {
 }
 
 
-def write_library_figure(rows: list[Row], axes: list[str], path: Path) -> Path:
+def write_library_figure(
+    rows: list[Row], axes: list[str], path: Path, cost: tuple[str, str] = PAPER
+) -> Path:
     """Draw lines over the first quantity, one for each combination of the others.
 
     The motors are those of the line with the least cost. A line is interrupted where its gaits
@@ -40,6 +44,7 @@ def write_library_figure(rows: list[Row], axes: list[str], path: Path) -> Path:
         rows: of the library's index.
         axes: names of the swept quantities.
         path: of the figure; its suffix chooses the form.
+        cost: words and unit of the cost.
 
     Returns:
         The path written.
@@ -54,11 +59,11 @@ def write_library_figure(rows: list[Row], axes: list[str], path: Path) -> Path:
     if kind not in ("png", "svg", "pdf"):
         raise InputError(f"'{path}' is no figure; give a name that ends in .png, .svg or .pdf")
     with styled():
-        figure = _figure(rows, axes)
+        figure = _figure(rows, axes, cost)
     return write_atomically(path, rendered(figure, kind))
 
 
-def _figure(rows: list[Row], axes: list[str]) -> Figure:
+def _figure(rows: list[Row], axes: list[str], cost: tuple[str, str] = PAPER) -> Figure:
     figure = new_figure(9.5, 3.8)
     left, right = figure.subplots(1, 2)
     lines = _lines(rows, axes)
@@ -71,7 +76,8 @@ def _figure(rows: list[Row], axes: list[str]) -> Figure:
         label = name_on_figure(name.removeprefix(PEAK).replace("_", " "))
         _draw(right, lines[best], (axes[0], name), label, cuts[best])
     swept = f"{axes[0]} [{_UNITS[axes[0]]}]" if axes[0] in _UNITS else axes[0]
-    label_axes(left, swept, "cost [N²·m·s]", "Squared torque per metre")
+    words, unit = cost
+    label_axes(left, swept, f"cost [{unit}]", words[:1].upper() + words[1:])
     label_axes(right, swept, "peak torque [N·m]", f"Motors of a leg{best and ', '}{best}")
     for panel in (left, right) if 1 < len(lines) <= MOST else (right,):
         panel.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))

@@ -76,7 +76,7 @@ def facts(gait: Gait) -> list[tuple[str, str]]:
         ("speed", f"{gait.speed:.3g} m/s"),
         ("step", f"{gait.step_length:.3f} m in {gait.duration:.3f} s"),
         ("mass", None if mass is None else f"{mass:.2f} kg"),
-        ("cost", None if cost is None else f"{cost:.6g} N²·m·s"),
+        ("cost", None if cost is None else f"{cost:.6g} {gait.cost_unit}"),
         ("solver", gait.fact("status")),
         ("certificate", gait.fact("certificate", "verdict")),
     ]
