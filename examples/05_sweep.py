@@ -1,0 +1,18 @@
+"""Fill a library with the walks at several speeds, each from its neighbours, and find the cheapest."""
+
+from pathlib import Path
+
+from gaitopt import Robot, Task, biped13, urdf_text
+from gaitopt.sweep.grid import parse_axis
+from gaitopt.sweep.scheduler import sweep
+
+RESULTS = Path(__file__).parent / "results"
+
+robot = Robot.from_urdf(urdf_text(biped13()))
+library = sweep(robot, Task(), [parse_axis("speed", "0.6:1.0:0.1")], RESULTS / "speeds")
+
+print("speed      cost")
+for row in library.rows:
+    print(f"{row['speed']:.1f} m/s {row['cost_N2ms']:8.1f} N²·m·s, {row['status']}")
+best = min(library.rows, key=lambda row: row["cost_N2ms"])
+print(f"cheapest per metre: {best['speed']:.1f} m/s")
