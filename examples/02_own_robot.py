@@ -1,6 +1,6 @@
-"""Walk the robot of a file: here a smaller biped, written as a URDF first so that there is a file.
+"""Walk the robot of a file: here one that we write first, so that there is a file.
 
-With a robot of your own, the first three lines are gone and the path is yours; an MJCF file does as
+With a robot of your own, no file is written and the path is yours; an MJCF file does as
 well. `robot.findings` tells what was found, guessed and changed.
 """
 
@@ -19,4 +19,4 @@ for finding in robot.findings:
     print(f"  {finding.subject}: {finding.text}")
 
 found = design_gait(robot, preset_task("humanoid", robot, speed=0.6))
-print(f"{found.gait.cost:.0f} {found.gait.cost_unit} at 0.6 m/s, {found.certificate.verdict}")
+print(f"{found.gait.cost:.0f} N²·m·s at 0.6 m/s, {found.certificate.verdict}")

@@ -47,7 +47,13 @@ print("knees at most   cost")
 for limit in (None, 5.0, 4.0):
     own = () if limit is None else (KneeSpeed(knee_speed=limit),)
     found = design_gait(robot, Task(speed=0.8, constraints=own))
-    knee = max(abs(found.gait.dq[:, [i for i, n in enumerate(robot.joint_names) if "knee" in n]]).max(axis=0))
+    knee = max(
+        abs(found.gait.dq[:, [i for i, n in enumerate(robot.joint_names) if "knee" in n]]).max(
+            axis=0
+        )
+    )
     asked = "any" if limit is None else f"{limit:.1f}"
-    print(f"{asked:>5} rad/s  {found.gait.cost:8.1f} N²·m·s, fastest knee {knee:.2f} rad/s, "
-          f"{found.certificate.verdict}")
+    print(
+        f"{asked:>5} rad/s  {found.gait.cost:8.1f} N²·m·s, fastest knee {knee:.2f} rad/s, "
+        f"{found.certificate.verdict}"
+    )

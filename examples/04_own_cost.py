@@ -37,5 +37,7 @@ print("cost             torque²  largest torque   largest rate")
 for cost in (TorqueCost(), TorqueAndRate(weight=50.0), TorqueAndRate(weight=200.0)):
     gait = design_gait(robot, Task(speed=0.8, cost=cost)).gait
     effort = float(np.trapezoid((gait.torque**2).sum(axis=1), gait.time)) / gait.step_length
-    print(f"{cost.name:16} {effort:7.0f} {abs(gait.torque).max():10.1f} N·m "
-          f"{abs(gait.dq).max():8.2f} rad/s")
+    print(
+        f"{cost.name:16} {effort:7.0f} {abs(gait.torque).max():10.1f} N·m "
+        f"{abs(gait.dq).max():8.2f} rad/s"
+    )

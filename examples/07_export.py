@@ -26,7 +26,9 @@ np.savez(
 ahead = samples.base_position[-1, 0] - samples.base_position[0, 0]
 speed = ahead / (samples.time[-1] - samples.time[0])
 print(f"{len(samples.time)} instants, mean speed {speed:.2f} m/s")
-print(f"vertical ground force {samples.force[:, :, 2].sum(axis=1).min():.0f} to "
-      f"{samples.force[:, :, 2].sum(axis=1).max():.0f} N")
+print(
+    f"vertical ground force {samples.force[:, :, 2].sum(axis=1).min():.0f} to "
+    f"{samples.force[:, :, 2].sum(axis=1).max():.0f} N"
+)
 
 print(export(gait, RESULTS / "walk.csv", both_legs=True))
