@@ -1,4 +1,4 @@
-"""Design the walk of the thirteen-link biped at 1 m/s, prove it, and read what its motors deliver."""
+"""Design the walk of the thirteen-link biped at 1 m/s, prove it, read what its motors deliver."""
 
 from pathlib import Path
 

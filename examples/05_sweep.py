@@ -1,4 +1,4 @@
-"""Fill a library with the walks at several speeds, each from its neighbours, and find the cheapest."""
+"""Fill a library with walks at several speeds, each from its neighbours; find the cheapest."""
 
 from pathlib import Path
 
