@@ -1,15 +1,13 @@
-"""Checks of the single values of choices, which come from files and from Python alike.
+"""What a user may fix about a robot where gaitopt would otherwise find out for itself.
 
-What a user may fix where gaitopt would otherwise find out for itself.
-
-Choices as a TOML file and as a table of plain values, for files of results.
+In Python, as a TOML file, and as a table of plain values that gait files keep.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterable, Mapping, Sized
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields, is_dataclass, replace
 from difflib import get_close_matches
 from fnmatch import fnmatchcase
 from pathlib import Path, PurePath
@@ -20,55 +18,6 @@ from gaitopt.importers.physics import PARTS
 from gaitopt.importers.text_files import parse_toml, read_text
 from gaitopt.model.feet.sole import Sole
 from gaitopt.units import read_quantity
-
-
-def check_one_of(name: str, value: object, allowed: Collection[str | None]) -> None:
-    """Check that a value is one of a few.
-
-    Raises:
-        RobotError: it is not; the message lists them.
-    """
-    if value not in allowed:
-        names = ", ".join(f"'{a}'" for a in allowed if a is not None)
-        raise RobotError(f"{name} is {value!r}; it must be one of {names}")
-
-
-def as_tuple(value: object, name: str) -> tuple[object, ...]:
-    """Return the entries of a list.
-
-    Raises:
-        RobotError: the value is no list.
-    """
-    if isinstance(value, (str, Mapping)) or not isinstance(value, Iterable):
-        raise RobotError(f"{name} must be a list, got {value!r}")
-    return tuple(value)
-
-
-def number(value: object, name: str) -> float:
-    """Return a number, which may be infinite.
-
-    Raises:
-        RobotError: the value is no number.
-    """
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or value != value:
-        raise RobotError(f"{name} must be a number, got {value!r}")
-    try:
-        return float(value)
-    except OverflowError:  # whole numbers have no largest one
-        raise RobotError(f"{name} is too large: {len(str(value))} digits") from None
-
-
-def finite(value: object, name: str) -> float:
-    """Return a finite number.
-
-    Raises:
-        RobotError: the value is not one.
-    """
-    found = number(value, name)
-    if not math.isfinite(found):
-        raise RobotError(f"{name} is {found}; it must be finite")
-    return found
-
 
 Axis = str | tuple[float, float, float]
 Placement = tuple[float, ...]
@@ -96,6 +45,9 @@ LIMIT_UNITS = {
     "torque": "N·m", "speed": "rad/s", "lower": "rad", "upper": "rad", "armature": "kg·m²",
 }  # fmt: skip
 """What a `LimitOverride` can replace, and its unit."""
+
+NO_LIMIT = "none"
+"""What stands for an infinite limit in a file."""
 
 UNUSED_SRDF = (
     "an SRDF is given (srdf), but nothing of it is used; name one of its poses "
@@ -132,7 +84,7 @@ class LimitOverride:
             raise RobotError(f"limits of '{self.joints}': source must be text, got {self.source!r}")
         for name, value in self.numbers().items():
             where = f"limits of '{self.joints}': {name}"
-            object.__setattr__(self, name, number(value, where))
+            object.__setattr__(self, name, _number(value, where))
         for name, never in (("lower", math.inf), ("upper", -math.inf)):
             if (value := getattr(self, name)) == never:
                 raise RobotError(
@@ -193,7 +145,7 @@ class InertiaOverride:
             raise RobotError(f"inertias: links must be a pattern of names, got {self.links!r}")
         where = f"inertias of '{self.links}'"
         if self.mass is not None:
-            object.__setattr__(self, "mass", finite(self.mass, f"{where}: mass"))
+            object.__setattr__(self, "mass", _finite(self.mass, f"{where}: mass"))
             if not self.mass > 0.0:
                 raise RobotError(f"{where}: mass is {self.mass:g} kg; it must be > 0")
         for name, count, what in (
@@ -201,7 +153,7 @@ class InertiaOverride:
             ("inertia", 6, "ixx, iyy, izz, ixy, ixz, iyz [kg·m²]"),
         ):
             if (value := getattr(self, name)) is not None:
-                numbers = tuple(finite(n, f"{where}: {name}") for n in as_tuple(value, name))
+                numbers = tuple(_finite(n, f"{where}: {name}") for n in _tuple(value, name))
                 if len(numbers) != count:
                     raise RobotError(f"{where}: {name} has {len(numbers)} numbers; give {what}")
                 object.__setattr__(self, name, numbers)
@@ -270,14 +222,14 @@ class Choices:
             object.__setattr__(self, "posture", _posture(self.posture))
         for name in ("feet", "limits", "inertias", "package_dirs"):
             if (value := getattr(self, name)) is not None:
-                object.__setattr__(self, name, as_tuple(value, name))
+                object.__setattr__(self, name, _tuple(value, name))
         _check_names(self)
         for name in ("forward", "up"):
             object.__setattr__(self, name, _axis(getattr(self, name), name))
         _check_numbers(self)
         object.__setattr__(self, "without", _without(self.without))
         if self.capsules is not None:
-            rows = tuple(_capsule(row) for row in as_tuple(self.capsules, "capsules"))
+            rows = tuple(_capsule(row) for row in _tuple(self.capsules, "capsules"))
             object.__setattr__(self, "capsules", rows)
 
     def over(self, **given: object) -> Choices:
@@ -296,8 +248,8 @@ def _check_names(choices: Choices) -> None:
             if not isinstance(entry, (str, PurePath)):
                 raise RobotError(f"{name} must be a list of texts, got {entry!r} in it; quote it")
     object.__setattr__(choices, "package_dirs", tuple(map(str, choices.package_dirs)))
-    check_one_of("stance", choices.stance, (None, *SIDES))
-    check_one_of("unequal_limits", choices.unequal_limits, UNEQUAL)
+    _one_of("stance", choices.stance, (None, *SIDES))
+    _one_of("unequal_limits", choices.unequal_limits, UNEQUAL)
     if not isinstance(choices.rotors, bool):
         raise RobotError(f"rotors must be true or false, got {choices.rotors!r}")
     for name in ("stance_sole", "swing_sole", "srdf"):
@@ -307,17 +259,17 @@ def _check_names(choices: Choices) -> None:
 
 
 def _check_numbers(choices: Choices) -> None:
-    if choices.sole_drop is not None and not 0.0 < finite(choices.sole_drop, "sole_drop") < 1.0:
+    if choices.sole_drop is not None and not 0.0 < _finite(choices.sole_drop, "sole_drop") < 1.0:
         raise RobotError(
             f"sole_drop is {choices.sole_drop:g} m; it must be above 0 and below 1: the height of "
             "the ankle above the sole"
         )
-    if not 0.0 <= finite(choices.asymmetry, "asymmetry") <= 1.0:
+    if not 0.0 <= _finite(choices.asymmetry, "asymmetry") <= 1.0:
         raise RobotError(f"asymmetry is {choices.asymmetry:g}; it must be from 0 to 1 (relative)")
     if choices.sole_placements is not None:
         rows = tuple(
-            tuple(finite(n, "sole_placements") for n in as_tuple(p, "sole_placements"))
-            for p in as_tuple(choices.sole_placements, "sole_placements")
+            tuple(_finite(n, "sole_placements") for n in _tuple(p, "sole_placements"))
+            for p in _tuple(choices.sole_placements, "sole_placements")
         )
         if [len(p) for p in rows] != [12, 12]:
             raise RobotError("sole_placements must be 2 lists of 12 numbers, the rows of [R p]")
@@ -326,20 +278,20 @@ def _check_numbers(choices: Choices) -> None:
 
 def _without(value: object) -> tuple[str, ...]:
     """Return the parts of the physics that are left out, each once and in their usual order."""
-    given = as_tuple(value, "without")
+    given = _tuple(value, "without")
     for part in given:
-        check_one_of("without", part, PARTS)
+        _one_of("without", part, PARTS)
     return tuple(part for part in PARTS if part in given)
 
 
 def _capsule(row: object) -> tuple[object, ...]:
-    values = as_tuple(row, "capsules")
+    values = _tuple(row, "capsules")
     if len(values) != 10 or values[0] not in range(13):
         raise RobotError(
             f"capsules: {list(values)} is not one; give body (0 to 12), name, two ends and a "
             "radius [m], and what it covers"
         )
-    numbers = (finite(n, f"capsules of '{values[1]}'") for n in values[2:9])
+    numbers = (_finite(n, f"capsules of '{values[1]}'") for n in values[2:9])
     return (values[0], str(values[1]), *numbers, str(values[9]))
 
 
@@ -357,28 +309,24 @@ def _posture(value: object) -> Posture:
             "posture must be the name of a pose in the SRDF, or a table of angles [rad] by joint "
             f"([posture] with JOINT = ANGLE), got {value!r}"
         )
-    return tuple((str(name), finite(a, f"posture of '{name}'")) for name, a in pairs)
+    return tuple((str(name), _finite(a, f"posture of '{name}'")) for name, a in pairs)
 
 
 def _axis(value: object, name: str) -> Axis | None:
     if value is None:
         return None
     if isinstance(value, str):
-        check_one_of(name, value.removeprefix("+"), AXES)
+        _one_of(name, value.removeprefix("+"), AXES)
         return value.removeprefix("+")
     listed = tuple(value) if isinstance(value, Iterable) else ()
     if len(listed) != 3 or not all(isinstance(n, (int, float)) for n in listed):
         raise RobotError(_AXIS.format(name, value))
-    x, y, z = (finite(n, name) for n in listed)
+    x, y, z = (_finite(n, name) for n in listed)
     size = math.hypot(x, y, z)
     if not 0.0 < size < math.inf:
         raise RobotError(_AXIS.format(name, value))
     # A vector of length 1 comes back as it was, to the last digit.
     return (x, y, z) if abs(size - 1.0) < 1e-12 else (x / size, y / size, z / size)
-
-
-NO_LIMIT = "none"
-"""What stands for an infinite limit in a file."""
 
 
 def choices_from_toml(toml: str | Path) -> Choices:
@@ -401,16 +349,12 @@ def choices_from_toml(toml: str | Path) -> Choices:
             raise RobotError(UNUSED_SRDF)
     except RobotError as error:
         raise RobotError(f"{where}: {error}") from None
-    return _beside(choices, Path(where).parent) if is_path else choices
-
-
-def _beside(choices: Choices, folder: Path) -> Choices:
-    """Return choices whose relative paths start in a folder."""
-    folder = folder.absolute()
-    directories = tuple(str(folder / Path(d).expanduser()) for d in choices.package_dirs)
-    srdf = choices.srdf
+    if not is_path:
+        return choices
+    folder, srdf = Path(where).parent.absolute(), choices.srdf
     if srdf is not None and not srdf.lstrip().startswith("<"):
         srdf = str(folder / Path(srdf).expanduser())
+    directories = tuple(str(folder / Path(d).expanduser()) for d in choices.package_dirs)
     return replace(choices, package_dirs=directories, srdf=srdf)
 
 
@@ -420,111 +364,102 @@ def choices_from_record(record: Mapping[str, Any]) -> Choices:
     Raises:
         RobotError: an unknown key, or a value that cannot be used.
     """
-    table = dict(_table(record, "choices"))
-    _check_keys(table, Choices, "")
+    table = _checked_table(record, Choices, "choices", "")
     if table.get("sole") is not None:
-        sole = dict(_table(table["sole"], "sole"))
-        _check_keys(sole, Sole, "sole.")
-        missing = [f.name for f in fields(Sole) if f.name not in sole]
-        if missing:
-            raise RobotError(f"sole.{missing[0]} is missing; give toe, heel, left and right [m]")
-        table["sole"] = Sole(**{k: _number(v, f"sole.{k}") for k, v in sole.items()})
-    if table.get("limits") is not None:
-        table["limits"] = tuple(_override(entry) for entry in _list(table["limits"], "limits"))
-    if table.get("inertias") is not None:
-        table["inertias"] = tuple(_body(entry) for entry in _list(table["inertias"], "inertias"))
+        sole = _checked_table(table["sole"], Sole, "sole")
+        for name in (f.name for f in fields(Sole)):
+            if name not in sole:
+                raise RobotError(f"sole.{name} is missing; give toe, heel, left and right [m]")
+            if isinstance(sole[name], bool) or not isinstance(sole[name], int | float):
+                raise RobotError(f"sole.{name} must be a finite number [m], got {sole[name]!r}")
+        table["sole"] = Sole(**{name: _finite(edge, f"sole.{name}") for name, edge in sole.items()})
+    for name, kind in (("limits", LimitOverride), ("inertias", InertiaOverride)):
+        if (entries := table.get(name)) is not None:
+            if not isinstance(entries, list | tuple):
+                given = str(entries)[:60]
+                raise RobotError(f"{name} must be a list of tables ([[{name}]]), got {given!r}")
+            table[name] = tuple(kind(**_checked_table(e, kind, name)) for e in entries)
     for name in ("forward", "up"):
         if isinstance(table.get(name), list):
             table[name] = tuple(table[name])
     return Choices(**{key: value for key, value in table.items() if value is not None})
 
 
-def choices_record(choices: Choices) -> dict[str, Any]:
-    """Return what differs from the defaults, as values that JSON and TOML can hold."""
-    record: dict[str, Any] = {}
-    for entry in fields(Choices):
-        value = getattr(choices, entry.name)
-        if value != entry.default:
-            record[entry.name] = _plain(entry.name, value)
-    return record
-
-
-def _plain(name: str, value: Any) -> Any:
-    if name == "sole":
-        return {f.name: float(getattr(value, f.name)) for f in fields(Sole)}
-    if name == "posture" and not isinstance(value, str):
-        return dict(value)
-    if name == "limits":
-        return [_override_record(entry) for entry in value]
-    if name == "inertias":
-        return [_body_record(entry) for entry in value]
-    if name in ("sole_placements", "capsules"):
-        return [list(numbers) for numbers in value]
-    return list(value) if isinstance(value, tuple) else value
-
-
-def _override_record(entry: LimitOverride) -> dict[str, Any]:
-    record: dict[str, Any] = {"joints": entry.joints}
-    for name, value in entry.numbers().items():
-        record[name] = NO_LIMIT if math.isinf(value) else value
-    return {**record, "source": entry.source} if entry.source else record
-
-
-def _override(entry: object) -> LimitOverride:
-    table = dict(_table(entry, "limits"))
-    _check_keys(table, LimitOverride, "limits.")
-    if "joints" not in table:
-        raise RobotError('limits: joints is missing; give a pattern of names, as "*knee*"')
-    for name, value in table.items():
-        if value == NO_LIMIT and name in ("torque", "speed", "lower", "upper"):
-            table[name] = -math.inf if name == "lower" else math.inf
-        elif isinstance(value, str) and name in LIMIT_UNITS:
-            try:
-                table[name] = read_quantity(value, LIMIT_UNITS[name])
-            except ValueError as error:
-                raise RobotError(f"limits: {name} = {value[:60]!r} is wrong; {error}") from None
-    return LimitOverride(**table)
-
-
-def _body_record(entry: InertiaOverride) -> dict[str, Any]:
-    values = {f.name: getattr(entry, f.name) for f in fields(InertiaOverride)}
-    return {
-        name: list(value) if isinstance(value, tuple) else value
-        for name, value in values.items()
-        if value is not None
-    }
-
-
-def _body(entry: object) -> InertiaOverride:
-    table = dict(_table(entry, "inertias"))
-    _check_keys(table, InertiaOverride, "inertias.")
-    if "links" not in table:
-        raise RobotError('inertias: links is missing; give a pattern of names, as "*foot*"')
-    return InertiaOverride(**table)
-
-
-def _check_keys(table: Mapping[str, Any], part: type, path: str) -> None:
+def _checked_table(value: object, part: type, name: str, path: str | None = None) -> dict[str, Any]:
+    """Return the fields of a part of the choices, numbers with units read, all keys known."""
+    if not isinstance(value, Mapping):
+        raise RobotError(f"{name} must be a table of named values, got {str(value)[:60]!r}")
     known = [entry.name for entry in fields(part)]
-    for key in table:
+    for key in value:
         if key not in known:
             close = get_close_matches(str(key), known, n=1)
             hint = f"did you mean {close[0]}? " if close else ""
-            raise RobotError(f"unknown entry {path}{key}; {hint}known are: {', '.join(known)}")
+            where = f"{name}." if path is None else path
+            raise RobotError(f"unknown entry {where}{key}; {hint}known are: {', '.join(known)}")
+    table = dict(value)
+    for needed, example in (("joints", "*knee*"), ("links", "*foot*")):
+        if part in (LimitOverride, InertiaOverride) and needed in known and needed not in table:
+            raise RobotError(
+                f'{name}: {needed} is missing; give a pattern of names, as "{example}"'
+            )
+    for key, text in table.items() if part is LimitOverride else ():
+        if text == NO_LIMIT and key in ("torque", "speed", "lower", "upper"):
+            table[key] = -math.inf if key == "lower" else math.inf
+        elif isinstance(text, str) and key in LIMIT_UNITS:
+            try:
+                table[key] = read_quantity(text, LIMIT_UNITS[key])
+            except ValueError as error:
+                raise RobotError(f"limits: {key} = {text[:60]!r} is wrong; {error}") from None
+    return table
 
 
-def _table(value: object, name: str) -> Mapping[str, Any]:
-    if not isinstance(value, Mapping):
-        raise RobotError(f"{name} must be a table of named values, got {str(value)[:60]!r}")
+def choices_record(choices: Choices) -> dict[str, Any]:
+    """Return what differs from the defaults, as values that JSON and TOML can hold."""
+    record: dict[str, Any] = _plain(choices)
+    if isinstance(choices.posture, tuple):
+        record["posture"] = dict(choices.posture)
+    return record
+
+
+def _plain(value: Any) -> Any:
+    if is_dataclass(value):
+        given = {f.name: getattr(value, f.name) for f in fields(value)}
+        defaults = {f.name: f.default for f in fields(value)}
+        return {name: _plain(v) for name, v in given.items() if v != defaults[name]}
+    if isinstance(value, tuple):
+        return [_plain(entry) for entry in value]
+    if isinstance(value, float):
+        return NO_LIMIT if math.isinf(value) else float(value)
     return value
 
 
-def _list(value: object, name: str) -> list[Any]:
-    if not isinstance(value, (list, tuple)):
-        raise RobotError(f"{name} must be a list of tables ([[{name}]]), got {str(value)[:60]!r}")
-    return list(value)
+# Checks of single values
+
+
+def _one_of(name: str, value: object, allowed: Collection[str | None]) -> None:
+    if value not in allowed:
+        names = ", ".join(f"'{a}'" for a in allowed if a is not None)
+        raise RobotError(f"{name} is {value!r}; it must be one of {names}")
+
+
+def _tuple(value: object, name: str) -> tuple[Any, ...]:
+    if isinstance(value, str | Mapping) or not isinstance(value, Iterable):
+        raise RobotError(f"{name} must be a list, got {value!r}")
+    return tuple(value)
 
 
 def _number(value: object, name: str) -> float:
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
-        raise RobotError(f"{name} must be a finite number [m], got {value!r}")
-    return float(value)
+    """Return a number, which may be infinite."""
+    if isinstance(value, bool) or not isinstance(value, int | float) or value != value:
+        raise RobotError(f"{name} must be a number, got {value!r}")
+    try:
+        return float(value)
+    except OverflowError:  # whole numbers have no largest one
+        raise RobotError(f"{name} is too large: {len(str(value))} digits") from None
+
+
+def _finite(value: object, name: str) -> float:
+    found = _number(value, name)
+    if not math.isfinite(found):
+        raise RobotError(f"{name} is {found}; it must be finite")
+    return found
