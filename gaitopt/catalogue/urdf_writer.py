@@ -1,12 +1,9 @@
-"""Boxes, cylinders and spheres of a URDF, and the colours they wear.
-
-What a biped looks like: primitives that grow with its specification. Mass plays no part here.
-
-A biped's URDF, written from its specification.
+"""A biped's URDF, written from its specification: links, joints, and shapes that grow with them.
 
 Root link `torso`, its origin midway between the hips. Per side, from the torso down: hip yaw (z),
 hip roll (x), hip pitch (y), knee (y), ankle pitch (y), ankle roll (x), all axes positive, legs
-straight at zero; then a massless `*_sole` frame at the middle of the toe edge, on the sole.
+straight at zero; then a massless `*_sole` frame at the middle of the toe edge, on the sole. Mass
+plays no part in what a biped looks like.
 """
 
 from __future__ import annotations
@@ -20,11 +17,25 @@ from gaitopt.catalogue.biped_spec import (
     Geometry,
     JointLimits,
     LinkSpec,
-    Matrix3,
     Vector3,
     mirrored_inertia,
 )
 from gaitopt.importers.physics import GENERATED
+
+SIDES = {"left": 1.0, "right": -1.0}
+"""The sides and the sign of y on which each lies."""
+
+LEG_LINKS = ("hip_yaw_link", "hip_roll_link", "thigh", "shin", "ankle", "foot")
+"""Links of a leg from hip to foot, without the side; one below each joint of `Joints`."""
+
+_AXES = {
+    "hip_yaw": "0 0 1",
+    "hip_roll": "1 0 0",
+    "hip_pitch": "0 1 0",
+    "knee": "0 1 0",
+    "ankle_pitch": "0 1 0",
+    "ankle_roll": "1 0 0",
+}
 
 COLOURS = {
     "shell": "0.93 0.94 0.95 1",
@@ -69,81 +80,44 @@ def numbers(*values: float) -> str:
     return " ".join(repr(value + 0.0).removesuffix(".0") for value in values)
 
 
-def _rounded(values: Vector3) -> Vector3:
-    # Micrometres: looks need no more, and the file stays readable.
-    x, y, z = (round(value, 6) for value in values)
-    return (x, y, z)
+def _shape(
+    kind: str, sizes: dict[str, str], centre: Vector3, colour: str, axis: str = "z"
+) -> Shape:
+    x, y, z = (round(value, 6) for value in centre)  # micrometres: the file stays readable
+    return Shape(kind, sizes, (x, y, z), _TURNS[axis], colour)
 
 
 def box(size: Vector3, centre: Vector3, colour: str) -> Shape:
     """Return a box with the given edges along x, y, z [m]."""
-    return Shape("box", {"size": numbers(*_rounded(size))}, _rounded(centre), _TURNS["z"], colour)
+    return _shape("box", {"size": numbers(*(round(n, 6) for n in size))}, centre, colour)
 
 
 def cylinder(axis: str, radius: float, length: float, centre: Vector3, colour: str) -> Shape:
     """Return a cylinder about the axis "x", "y" or "z", sizes in m."""
     sizes = {"radius": numbers(round(radius, 6)), "length": numbers(round(length, 6))}
-    return Shape("cylinder", sizes, _rounded(centre), _TURNS[axis], colour)
+    return _shape("cylinder", sizes, centre, colour, axis)
 
 
 def sphere(radius: float, centre: Vector3, colour: str) -> Shape:
     """Return a sphere, sizes in m."""
-    sizes = {"radius": numbers(round(radius, 6))}
-    return Shape("sphere", sizes, _rounded(centre), _TURNS["z"], colour)
+    return _shape("sphere", {"radius": numbers(round(radius, 6))}, centre, colour)
 
 
-def add_materials(robot: ET.Element) -> None:
-    """Append the named colours to a `robot` element."""
-    for name, rgba in COLOURS.items():
-        ET.SubElement(ET.SubElement(robot, "material", name=name), "color", rgba=rgba)
-
-
-def add_visual(link: ET.Element, shape: Shape) -> None:
-    """Append a shape to be drawn to a `link` element."""
-    visual = ET.SubElement(link, "visual")
-    _add_geometry(visual, shape)
-    ET.SubElement(visual, "material", name=shape.colour)
-
-
-def add_collision(link: ET.Element, shape: Shape) -> None:
-    """Append a shape that touches the world to a `link` element."""
-    _add_geometry(ET.SubElement(link, "collision"), shape)
-
-
-def _add_geometry(element: ET.Element, shape: Shape) -> None:
-    ET.SubElement(element, "origin", xyz=numbers(*shape.origin), rpy=numbers(*shape.turn))
-    ET.SubElement(ET.SubElement(element, "geometry"), shape.kind, shape.attributes)
-
-
-def torso_shapes(spec: BipedSpec) -> list[Shape]:
-    """Return pelvis, waist, chest, shoulders and head, as high and as wide as the torso's box."""
+def _torso(spec: BipedSpec) -> list[Shape]:
+    """Return pelvis, chest, shoulders and head, as high and as wide as the torso's box."""
     depth, width, tall = spec.links.torso.size
     # A torso that hangs below the hips is odd but allowed; it still needs something to draw.
     height = max(spec.standing_height - spec.geometry.hip_height, 0.5 * tall)
-    return [
-        *_pelvis(spec, depth, height),
-        *_chest(depth, width, height),
-        *_shoulders(depth, width, height),
-        *_head(depth, height),
-    ]
-
-
-def _pelvis(spec: BipedSpec, depth: float, height: float) -> list[Shape]:
     hip = spec.links.hip_yaw.size
-    wide = spec.geometry.d7 + hip[1]
-    low = 0.7 * hip[2]
-    return [
+    wide, low, front = spec.geometry.d7 + hip[1], 0.7 * hip[2], 0.43 * depth
+    radius = 0.34 * depth
+    centre = height - radius
+    shapes = [
         box((0.55 * depth, wide, 0.10 * height), (0.0, 0.0, low + 0.05 * height), "shell"),
         box((0.70 * depth, 0.7 * wide, 0.06 * height), (0.0, 0.0, low + 0.05 * height), "dark"),
         cylinder("z", 0.24 * depth, 0.14 * height, (0.0, 0.0, low + 0.17 * height), "metal"),
         cylinder("z", 0.29 * depth, 0.02 * height, (0.0, 0.0, low + 0.14 * height), "dark"),
         cylinder("z", 0.29 * depth, 0.02 * height, (0.0, 0.0, low + 0.18 * height), "dark"),
-    ]
-
-
-def _chest(depth: float, width: float, height: float) -> list[Shape]:
-    front = 0.43 * depth
-    return [
         box((0.62 * depth, 0.56 * width, 0.10 * height), (0.0, 0.0, 0.35 * height), "shell"),
         box((0.72 * depth, 0.68 * width, 0.08 * height), (0.0, 0.0, 0.43 * height), "shell"),
         box((0.80 * depth, 0.76 * width, 0.24 * height), (0.0, 0.0, 0.57 * height), "shell"),
@@ -151,24 +125,15 @@ def _chest(depth: float, width: float, height: float) -> list[Shape]:
         box((0.10 * depth, 0.50 * width, 0.17 * height), (front, 0.0, 0.57 * height), "dark"),
         cylinder("x", 0.11 * depth, 0.12 * depth, (front, 0.0, 0.58 * height), "metal"),
         cylinder("x", 0.08 * depth, 0.13 * depth, (front, 0.0, 0.58 * height), "light"),
-        box(
-            (0.20 * depth, 0.52 * width, 0.26 * height), (-0.45 * depth, 0.0, 0.54 * height), "dark"
-        ),
-    ]
-
-
-def _shoulders(depth: float, width: float, height: float) -> list[Shape]:
-    shapes = [cylinder("y", 0.16 * depth, 0.92 * width, (0.0, 0.0, 0.62 * height), "metal")]
+        box((0.20 * depth, 0.52 * width, 0.26 * height), (-0.45 * depth, 0.0, 0.54 * height),
+            "dark"),
+        cylinder("y", 0.16 * depth, 0.92 * width, (0.0, 0.0, 0.62 * height), "metal"),
+    ]  # fmt: skip
     for side, y in (("left", 0.46 * width), ("right", -0.46 * width)):
         shapes.append(sphere(0.25 * depth, (0.0, y, 0.62 * height), side))
         shapes.append(cylinder("y", 0.18 * depth, 0.40 * depth, (0.0, y, 0.62 * height), "dark"))
-    return shapes
-
-
-def _head(depth: float, height: float) -> list[Shape]:
-    radius = 0.34 * depth
-    centre = height - radius
     return [
+        *shapes,
         cylinder("z", 0.15 * depth, 0.12 * height, (0.0, 0.0, 0.75 * height), "dark"),
         cylinder("z", 0.24 * depth, 0.02 * height, (0.0, 0.0, 0.74 * height), "metal"),
         sphere(radius, (0.0, 0.0, centre), "shell"),
@@ -181,41 +146,22 @@ def _head(depth: float, height: float) -> list[Shape]:
     ]
 
 
-def leg_shapes(spec: BipedSpec, side: str, sign: float) -> dict[str, list[Shape]]:
-    """Return the shapes of one leg by link name without the side.
-
-    Args:
-        spec: the biped.
-        side: "left" or "right"; also the colour of the leg's covers.
-        sign: of y on that side.
-    """
-    return {
-        "hip_yaw_link": _hip_yaw(spec),
-        "hip_roll_link": _hip_roll(spec),
-        "thigh": _thigh(spec, side, sign),
-        "shin": _shin(spec, side),
-        "ankle": _ankle(spec),
-        "foot": _foot(spec, side),
-    }
-
-
-def _hip_yaw(spec: BipedSpec) -> list[Shape]:
+def _hip(spec: BipedSpec) -> tuple[list[Shape], list[Shape]]:
+    """Return the shapes of the two links of a hip."""
     x, y, z = spec.links.hip_yaw.size
-    return [
+    yaw = [
         cylinder("z", 0.42 * y, 0.35 * z, (0.0, 0.0, 0.62 * z), "dark"),
         cylinder("z", 0.34 * y, 0.12 * z, (0.0, 0.0, 0.42 * z), "metal"),
         box((0.12 * x, 0.60 * y, 0.80 * z), (-0.66 * x, 0.0, 0.05 * z), "metal"),
         box((0.72 * x, 0.60 * y, 0.10 * z), (-0.36 * x, 0.0, 0.42 * z), "metal"),
     ]
-
-
-def _hip_roll(spec: BipedSpec) -> list[Shape]:
     x, y, z = spec.links.hip_roll.size
-    return [
+    roll = [
         cylinder("x", 0.36 * z, 1.20 * x, (0.0, 0.0, 0.0), "dark"),
         cylinder("x", 0.24 * z, 1.30 * x, (0.0, 0.0, 0.0), "metal"),
         box((0.60 * x, 0.50 * y, 0.60 * z), (0.0, 0.0, 0.0), "metal"),
     ]
+    return yaw, roll
 
 
 def _thigh(spec: BipedSpec, side: str, sign: float) -> list[Shape]:
@@ -281,27 +227,12 @@ def _foot(spec: BipedSpec, side: str) -> list[Shape]:
     ]  # fmt: skip
 
 
-SIDES = {"left": 1.0, "right": -1.0}
-"""The sides and the sign of y on which each lies."""
-
-LEG_LINKS = ("hip_yaw_link", "hip_roll_link", "thigh", "shin", "ankle", "foot")
-"""Links of a leg from hip to foot, without the side; one below each joint of `Joints`."""
-
-_AXES = {
-    "hip_yaw": "0 0 1",
-    "hip_roll": "1 0 0",
-    "hip_pitch": "0 1 0",
-    "knee": "0 1 0",
-    "ankle_pitch": "0 1 0",
-    "ankle_roll": "1 0 0",
-}
-
-
 def urdf_text(spec: BipedSpec) -> str:
     """Return the URDF of a biped: the same bytes for the same specification, everywhere."""
     robot = ET.Element("robot", name=spec.name)
-    add_materials(robot)
-    _add_link(robot, "torso", spec.links.torso, 1.0, torso_shapes(spec))
+    for name, rgba in COLOURS.items():
+        ET.SubElement(ET.SubElement(robot, "material", name=name), "color", rgba=rgba)
+    _add_link(robot, "torso", spec.links.torso, 1.0, _torso(spec))
     for side, sign in SIDES.items():
         _add_leg(robot, spec, side, sign)
     ET.indent(robot)
@@ -309,15 +240,16 @@ def urdf_text(spec: BipedSpec) -> str:
 
 
 def _add_leg(robot: ET.Element, spec: BipedSpec, side: str, sign: float) -> None:
-    origins, shapes = _joint_origins(spec.geometry, sign), leg_shapes(spec, side, sign)
-    parent = "torso"
-    for (joint, limits), link, part in zip(
-        spec.joints.named(), LEG_LINKS, spec.links.leg, strict=True
+    origins, parent = _joint_origins(spec.geometry, sign), "torso"
+    shapes = (*_hip(spec), _thigh(spec, side, sign), _shin(spec, side), _ankle(spec))
+    parts = zip(spec.links.leg, (*shapes, _foot(spec, side)), strict=True)
+    for (joint, limits), link, (part, drawn) in zip(
+        spec.joints.named(), LEG_LINKS, parts, strict=True
     ):
         child = f"{side}_{link}"
-        element = _add_link(robot, child, part, sign, shapes[link])
+        element = _add_link(robot, child, part, sign, drawn)
         if link == "foot":
-            add_collision(element, _sole_box(spec))
+            _add_geometry(ET.SubElement(element, "collision"), _sole_box(spec))
         element = _add_joint(robot, f"{side}_{joint}", "revolute", parent, child, origins[joint])
         ET.SubElement(element, "axis", xyz=_AXES[joint])
         _add_limits(element, limits, mirrored=sign < 0.0 and _AXES[joint] != "0 1 0")
@@ -380,14 +312,17 @@ def _add_link(
     x, y, z = part.com
     ET.SubElement(inertial, "origin", xyz=numbers(x, sign * y, z), rpy="0 0 0")
     ET.SubElement(inertial, "mass", value=numbers(part.mass))
-    inertia = part.com_inertia
-    _add_inertia(inertial, inertia if sign > 0.0 else mirrored_inertia(inertia))
-    for shape in shapes:
-        add_visual(link, shape)
-    return link
-
-
-def _add_inertia(inertial: ET.Element, inertia: Matrix3) -> None:
+    inertia = part.com_inertia if sign > 0.0 else mirrored_inertia(part.com_inertia)
     (xx, xy, xz), (_, yy, yz), (_, _, zz) = inertia
     entries = {"ixx": xx, "ixy": xy, "ixz": xz, "iyy": yy, "iyz": yz, "izz": zz}
     ET.SubElement(inertial, "inertia", {key: numbers(value) for key, value in entries.items()})
+    for shape in shapes:
+        visual = ET.SubElement(link, "visual")
+        _add_geometry(visual, shape)
+        ET.SubElement(visual, "material", name=shape.colour)
+    return link
+
+
+def _add_geometry(element: ET.Element, shape: Shape) -> None:
+    ET.SubElement(element, "origin", xyz=numbers(*shape.origin), rpy=numbers(*shape.turn))
+    ET.SubElement(ET.SubElement(element, "geometry"), shape.kind, shape.attributes)
