@@ -18,7 +18,7 @@ from gaitopt.gait.costs import TorqueCost
 from gaitopt.gait.result import Gait
 from gaitopt.importers.physics import STANDARD_GRAVITY
 from gaitopt.importers.report import findings_of
-from gaitopt.model.physics_record import GRAVITY_KEY
+from gaitopt.model.physics_report import GRAVITY_KEY
 from gaitopt.nlp import Array
 
 _BETWEEN = r"([_\-./ ])"  # what separates the words of a name

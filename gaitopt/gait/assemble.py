@@ -12,7 +12,7 @@ from gaitopt.gait.result import Gait
 from gaitopt.gait.task_record import task_record
 from gaitopt.model.import_options import Choices, choices_record
 from gaitopt.model.leg_capsules import capsule_rows
-from gaitopt.model.physics_record import physics_record
+from gaitopt.model.physics_report import physics_record
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array
 

@@ -13,12 +13,11 @@ from gaitopt.importers.bodies import refuse_unsound
 from gaitopt.importers.physics import Physics
 from gaitopt.importers.report import Finding, fault_error, faults_of
 from gaitopt.model.chain_physics import ChainPhysics, chain_physics
-from gaitopt.model.importer import Reading
+from gaitopt.model.importer import Reading, tell_pairs, tell_symmetry
 from gaitopt.model.joint_tree import FIRST, JointTree, joint_tree
 from gaitopt.model.legs.joint_limits import JointLimits, joint_limits
 from gaitopt.model.legs.leg_geometry import ChainLines, centre, common_point, find_knee, hip_joints
 from gaitopt.model.physics_report import tell_physics
-from gaitopt.model.report import tell_pairs, tell_symmetry
 from gaitopt.model.reroot import PELVIS_FRAME, leg_joints, lock_upper_body, reroot, reversed_joints
 from gaitopt.model.symmetry.averaging import Sides, Symmetrised, asymmetry_faults, symmetrise
 from gaitopt.model.symmetry.leg_exchange import (

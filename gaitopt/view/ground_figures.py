@@ -10,7 +10,7 @@ from matplotlib.patches import Rectangle
 
 from gaitopt.gait.result import Gait
 from gaitopt.importers.physics import STANDARD_GRAVITY
-from gaitopt.model.physics_record import GRAVITY_KEY
+from gaitopt.model.physics_report import GRAVITY_KEY
 from gaitopt.nlp import Array
 from gaitopt.view.body import walking_model
 from gaitopt.view.figure_style import (

@@ -120,7 +120,10 @@ def test_a_toml_file_and_its_text_are_read(tmp_path):
         ("[[limits]]\njoints='*'\ntorqe=1", "unknown entry limits.torqe; did you mean torque"),
         ("[[limits]]\ntorque=1", "limits: joints is missing"),
         ("[[limits]]\njoints='*k'\ntorque=-1", r"limits of '\*k': torque is -1; it must be > 0"),
-        ("[[limits]]\njoints='*k'\nspeed='fast'", r"speed = 'fast' is wrong; give a number in rad/s"),
+        (
+            "[[limits]]\njoints='*k'\nspeed='fast'",
+            r"speed = 'fast' is wrong; give a number in rad/s",
+        ),
         ("[[limits]]\njoints='a'\nlower=1\nupper=0.5", "from 1 to 0.5 rad; lower must be below"),
         ("[[limits]]\njoints='a'\nlower=inf", "'a': lower is inf rad, .* finite angle .*-inf in"),
         ("[[limits]]\njoints='a'\nupper=-inf", "'a': upper is -inf rad, which no joint can keep"),

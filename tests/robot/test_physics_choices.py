@@ -19,7 +19,7 @@ from gaitopt.model.import_options import (
     choices_record,
 )
 from gaitopt.model.importer import read_robot
-from gaitopt.model.physics_record import physics_record
+from gaitopt.model.physics_report import physics_record
 from gaitopt.model.robot import Robot
 
 CASES = Path(__file__).parents[1] / "data" / "cases"
