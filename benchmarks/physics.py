@@ -19,7 +19,7 @@ from gaitopt.design.process import small_matrices
 from gaitopt.gait.humanoid import humanoid_task
 from gaitopt.mechanics import newton_euler as chain_loads
 from gaitopt.mechanics import single_support as passive
-from gaitopt.model.import_options import Choices, LimitOverride
+from gaitopt.model.import_options import ImportOptions, LimitOverride
 from gaitopt.model.robot import Robot
 
 ARMATURES = (0.0, 1e-4, 3e-4, 1e-3, 1e-2)
@@ -74,7 +74,7 @@ def robots() -> Iterator[dict[str, Any]]:
 
 def smoothness() -> Iterator[dict[str, Any]]:
     """A walk with 3 N·m of friction in each joint, friction turning round at other rates."""
-    robot = Robot.from_urdf(RUBBING, choices=Choices(without=("damping",)))
+    robot = Robot.from_urdf(RUBBING, choices=ImportOptions(without=("damping",)))
     usual = passive.FRICTION_RATE
     for rate in FRICTION_RATES:
         passive.FRICTION_RATE = chain_loads.FRICTION_RATE = rate

@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     from gaitopt.gait.task import Task
     from gaitopt.gait.trajectory import Trajectory
     from gaitopt.model.feet.sole import Sole
+    from gaitopt.model.import_options import ImportOptions, choices_from_toml
     from gaitopt.model.robot import Robot
     from gaitopt.nlp import Status
     from gaitopt.solvers import solver_by_name
@@ -51,9 +52,11 @@ if TYPE_CHECKING:
 _HOMES = {
     # the machine
     "BipedSpec": "gaitopt.catalogue.biped_spec",
+    "ImportOptions": "gaitopt.model.import_options",
     "Robot": "gaitopt.model.robot",
     "Sole": "gaitopt.model.feet.sole",
     "biped13": "gaitopt.catalogue.biped_spec",
+    "choices_from_toml": "gaitopt.model.import_options",
     "read_spec": "gaitopt.catalogue.spec_file",
     "urdf_text": "gaitopt.catalogue.urdf_writer",
     "write_spec": "gaitopt.catalogue.spec_file",
@@ -122,6 +125,7 @@ __all__ = [
     "Gait",
     "GaitFileError",
     "GaitoptError",
+    "ImportOptions",
     "InputError",
     "Margins",
     "MissingExtraError",
@@ -139,6 +143,7 @@ __all__ = [
     "audit",
     "biped13",
     "certify",
+    "choices_from_toml",
     "design_gait",
     "export",
     "load_gait",

@@ -448,11 +448,11 @@ def _read(path: Path):
 def _try_robot(path: Path | str, choices, number: int, outcome: Outcome) -> None:
     """Make the robot; of some, a page or a short design."""
     from gaitopt import Robot
-    from gaitopt.model.import_options import Choices
+    from gaitopt.model.import_options import ImportOptions
     from gaitopt.view.inspection import inspect_robot
 
     if number % 7 == 0:
-        inspect_robot(path, choices or Choices())
+        inspect_robot(path, choices or ImportOptions())
     try:
         robot = Robot.from_urdf(path, choices=choices)
     except GaitoptError as error:

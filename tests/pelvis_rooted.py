@@ -4,8 +4,8 @@ import numpy as np
 import pinocchio as pin
 
 from gaitopt.importers.source import read_source
-from gaitopt.model.import_options import Choices
-from gaitopt.model.importer import Reading, read_robot
+from gaitopt.model.import_options import ImportOptions
+from gaitopt.model.importer import ImportedRobot, import_robot
 from gaitopt.model.reroot import lock_upper_body, reroot
 
 
@@ -77,7 +77,7 @@ class PelvisRooted:
         return q, np.r_[zero, self.rates], np.r_[zero, self.accelerations]
 
 
-def rooted_both_ways(reading: Reading, seed: int) -> tuple[pin.Model, PelvisRooted]:
+def rooted_both_ways(reading: ImportedRobot, seed: int) -> tuple[pin.Model, PelvisRooted]:
     """A robot re-rooted at its stance sole and rooted at its pelvis, nothing made symmetric."""
     reduced = lock_upper_body(reading.model, *reading.sole_names, reading.q)
     model = reroot(reduced, *reading.sole_names)
@@ -85,7 +85,7 @@ def rooted_both_ways(reading: Reading, seed: int) -> tuple[pin.Model, PelvisRoot
     return model, PelvisRooted(reduced, reading.sole_names[0], names, seed)
 
 
-def reading_of(urdf: object, choices: Choices | None = None) -> Reading:
+def reading_of(urdf: object, choices: ImportOptions | None = None) -> ImportedRobot:
     """What is read from a URDF."""
-    choices = choices or Choices()
-    return read_robot(read_source(urdf, choices.package_dirs), choices)
+    choices = choices or ImportOptions()
+    return import_robot(read_source(urdf, choices.package_dirs), choices)

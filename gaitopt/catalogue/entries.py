@@ -25,7 +25,7 @@ from gaitopt.catalogue.parameters import merged
 from gaitopt.catalogue.urdf_writer import urdf_text
 from gaitopt.errors import InputError, MissingExtraError
 from gaitopt.importers.text_files import parse_toml
-from gaitopt.model.import_options import Choices, LimitOverride, choices_from_record
+from gaitopt.model.import_options import ImportOptions, LimitOverride, choices_from_record
 
 if TYPE_CHECKING:
     from gaitopt.model.robot import Robot
@@ -114,7 +114,7 @@ _DESCRIPTIONS = "cmeel.prefix/share/example-robot-data/robots"  # inside site-pa
 
 
 @dataclass(frozen=True)
-class Entry:
+class CatalogueEntry:
     """A robot of the catalogue.
 
     Attributes:
@@ -158,7 +158,7 @@ class Entry:
         return not self.file or bool(self.source) or _descriptions() is not None
 
 
-def catalogue() -> tuple[Entry, ...]:
+def catalogue() -> tuple[CatalogueEntry, ...]:
     """Return the robots that can be asked for by name, the generated one first."""
     folder = resources.files("gaitopt.catalogue")
     names = sorted(p.name for p in folder.iterdir() if p.name.endswith(".toml"))
@@ -167,7 +167,7 @@ def catalogue() -> tuple[Entry, ...]:
     return tuple(sorted(entries, key=lambda entry: bool(entry.file)))
 
 
-def entry_by_name(name: str) -> Entry:
+def entry_by_name(name: str) -> CatalogueEntry:
     """Return the robot of a name.
 
     Raises:
@@ -176,7 +176,7 @@ def entry_by_name(name: str) -> Entry:
     """
     if name.startswith(PREFIX):
         title, file = menagerie_robot(name)
-        return Entry(name, title, math.nan, file, {}, {}, source=PACKAGE)
+        return CatalogueEntry(name, title, math.nan, file, {}, {}, source=PACKAGE)
     entries = {entry.name: entry for entry in catalogue()}
     if name not in entries:
         close = get_close_matches(name, entries, n=1)
@@ -188,7 +188,7 @@ def entry_by_name(name: str) -> Entry:
     return entries[name]
 
 
-def description(entry: Entry) -> tuple[str | Path, Choices]:
+def description(entry: CatalogueEntry) -> tuple[str | Path, ImportOptions]:
     """Return the URDF of a robot of the catalogue, as text or path, and its choices.
 
     Published rotor inertias are among its limits; `without=("armature",)` leaves them out.
@@ -218,7 +218,7 @@ def description(entry: Entry) -> tuple[str | Path, Choices]:
     return path, choices
 
 
-def biped_of(entry: Entry) -> BipedSpec:
+def biped_of(entry: CatalogueEntry) -> BipedSpec:
     """Return the specification of a biped that gaitopt makes itself."""
     return merged(biped13(), entry.spec)
 
@@ -244,7 +244,7 @@ def _descriptions() -> Path | None:
     return folder if folder.is_dir() else None
 
 
-def read_entry(name: str, text: str | bytes) -> Entry:
+def read_entry(name: str, text: str | bytes) -> CatalogueEntry:
     """Return the robot that a TOML text of the catalogue describes.
 
     Args:
@@ -260,7 +260,7 @@ def read_entry(name: str, text: str | bytes) -> Entry:
     rotors = _of_kind(table, "rotors", list, where) or []
     if not all(isinstance(rotor, Mapping) for rotor in rotors):
         raise InputError(f"{where}: rotors must be a list of tables ([[rotors]])")
-    return Entry(
+    return CatalogueEntry(
         name=name,
         title=_needed(table, "title", str, where),
         mass=float(_needed(table, "mass", (int, float), where)),

@@ -42,7 +42,7 @@ from gaitopt.gait.task import Task
 from gaitopt.model.feet.sole import Sole
 from gaitopt.model.import_options import (
     LIMIT_UNITS,
-    Choices,
+    ImportOptions,
     LimitOverride,
     choices_from_record,
     choices_from_toml,
@@ -77,7 +77,7 @@ def make_robot(settings: Settings) -> Robot:
     return Robot.from_urdf(source, choices=choices)
 
 
-def robot_source(settings: Settings) -> tuple[str | Path, Choices]:
+def robot_source(settings: Settings) -> tuple[str | Path, ImportOptions]:
     """Return the URDF asked for, as text or path, and what was chosen about the robot.
 
     What the catalogue says is replaced by the file of choices, and that by single options; of
@@ -91,7 +91,7 @@ def robot_source(settings: Settings) -> tuple[str | Path, Choices]:
     if len(given) > 1:
         names = " and ".join(f"--{name}" for name in given)
         raise InputError(f"{names} exclude each other; give one of them")
-    spec, choices = biped_spec(settings), Choices()
+    spec, choices = biped_spec(settings), ImportOptions()
     source: str | Path = "" if asked.urdf is None else asked.urdf
     if asked.robot is not None:
         source, choices = description(entry_by_name(asked.robot))
@@ -137,7 +137,7 @@ def require_directories(directories: Iterable[Path]) -> None:
             )
 
 
-def _armatures(asked: RobotSettings, choices: Choices) -> Iterator[LimitOverride]:
+def _armatures(asked: RobotSettings, choices: ImportOptions) -> Iterator[LimitOverride]:
     if asked.armature and "armature" in choices.without:
         raise InputError(
             "--without armature leaves out every rotor inertia, --armature gives some; leave out "
@@ -213,7 +213,7 @@ def robot_origin(settings: Settings) -> str:
     return f"{entry.file} of {entry.package}" if entry is not None and entry.file else ""
 
 
-def choices_text(choices: Choices) -> str:
+def choices_text(choices: ImportOptions) -> str:
     """Return choices as TOML, with a word on how to use them."""
     return f"{_CHOICES_HEADER}{_rows_on_lines(tomli_w.dumps(choices_record(choices)))}"
 

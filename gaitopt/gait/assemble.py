@@ -10,7 +10,7 @@ from gaitopt.gait import quantities
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.result import Gait
 from gaitopt.gait.task_record import task_record
-from gaitopt.model.import_options import Choices, choices_record
+from gaitopt.model.import_options import ImportOptions, choices_record
 from gaitopt.model.leg_capsules import capsule_rows
 from gaitopt.model.physics_report import physics_record
 from gaitopt.model.robot import Robot
@@ -87,7 +87,7 @@ def robot_record(robot: Robot) -> dict[str, object]:
     }
 
 
-def _choices(problem: WalkProblem) -> Choices:
+def _choices(problem: WalkProblem) -> ImportOptions:
     """With these the URDF alone gives the same robot again; capsules where they were kept apart."""
     robot = problem.robot
     if problem.task.margins.leg_gap is None:

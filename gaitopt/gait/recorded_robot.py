@@ -8,18 +8,18 @@ from gaitopt.errors import GaitFileError, RobotError
 from gaitopt.gait.result import Gait
 from gaitopt.importers.physics import PARTS
 from gaitopt.model.feet.sole import Sole
-from gaitopt.model.import_options import Choices, choices_from_record
+from gaitopt.model.import_options import ImportOptions, choices_from_record
 from gaitopt.model.robot import Robot
 
 
-def recorded_choices(gait: Gait) -> Choices:
+def recorded_choices(gait: Gait) -> ImportOptions:
     """Return what was chosen about a gait's robot; nothing for a gait that does not record it.
 
     Raises:
         RobotError: the record cannot be read.
     """
     record = gait.fact("choices")
-    return choices_from_record(record) if isinstance(record, Mapping) else Choices()
+    return choices_from_record(record) if isinstance(record, Mapping) else ImportOptions()
 
 
 def robot_of(gait: Gait) -> Robot:
@@ -45,7 +45,7 @@ def robot_of(gait: Gait) -> Robot:
     )
 
 
-def _of_its_time(gait: Gait, choices: Choices) -> Choices:
+def _of_its_time(gait: Gait, choices: ImportOptions) -> ImportOptions:
     """Return the choices; a gait of version 0.1 counted nothing but rotor inertias."""
     if gait.fact("physics") is not None:
         return choices

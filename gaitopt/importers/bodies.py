@@ -9,7 +9,7 @@ import pinocchio as pin
 
 from gaitopt.errors import RobotError
 from gaitopt.importers.report import fault_error
-from gaitopt.importers.xml_document import UrdfProblem
+from gaitopt.importers.xml_document import FileProblem
 from gaitopt.nlp import Array
 
 MOST_JOINTS = 300
@@ -68,7 +68,7 @@ def sound_inertia(mass: float, inertia: Array) -> Array:
     return (raised + raised.T) / 2.0
 
 
-def refuse_unsound(model: pin.Model, problems: Iterable[UrdfProblem]) -> None:
+def refuse_unsound(model: pin.Model, problems: Iterable[FileProblem]) -> None:
     """Refuse a robot with a body that cannot be, or a joint that moves no mass.
 
     Args:

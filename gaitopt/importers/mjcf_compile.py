@@ -23,7 +23,7 @@ from gaitopt.errors import InputError, MissingExtraError, RobotError
 from gaitopt.importers.meshes import MeshPaths
 from gaitopt.importers.mjcf_robot import CompiledMesh, pose, se3, vector
 from gaitopt.importers.text_files import read_text
-from gaitopt.importers.xml_document import Entry, XmlTree, as_number, parse_xml, where
+from gaitopt.importers.xml_document import NamedElement, XmlTree, as_number, parse_xml, where
 
 EXTRA = "mujoco"
 """Name of the extra that installs MuJoCo."""
@@ -164,7 +164,7 @@ def refusal_of(tree: XmlTree, tag: str, name: str, text: str) -> RobotError:
     element = element_named(tree, tag, name)
     if element is None:
         return RobotError(f"{tag} '{name}': {text}")
-    return Entry(tree, element).refusal(text)
+    return NamedElement(tree, element).refusal(text)
 
 
 @contextmanager
@@ -315,14 +315,14 @@ def _check_copies(tree: XmlTree) -> None:
             counts = [as_number(word) for word in element.get("count", "1").split()]
             copies *= math.prod(n for n in counts if n > 1.0)
             if copies > _MOST_COPIES:
-                raise Entry(tree, element).refusal(
+                raise NamedElement(tree, element).refusal(
                     f"its count, with those around it, asks for {copies:g} copies; at most "
                     f"{_MOST_COPIES} are made; lower it"
                 )
         if element.tag == "size":
             for name, text in element.attrib.items():
                 if as_number(text) > _MOST_ITEMS:
-                    raise Entry(tree, element).refusal(
+                    raise NamedElement(tree, element).refusal(
                         f"its {name} is {text}; at most {_MOST_ITEMS:g} are reserved; lower it"
                     )
         for below in element:
@@ -340,7 +340,7 @@ def _check_words(said: list[str], tree: XmlTree) -> None:
             # NaN for the word that C takes for it.
             words = (word.lower().lstrip("+-") for word in text.split())
             if attribute != "name" and any(word.startswith("nan") for word in words):
-                raise Entry(tree, element).refusal(
+                raise NamedElement(tree, element).refusal(
                     f"its {attribute} is '{text}'; it must be finite; correct it"
                 )
     raise RobotError(f"MuJoCo warns: {said[0]} Correct it")
@@ -359,7 +359,7 @@ def _refusal(message: str, tree: XmlTree) -> RobotError:
     parts = {} if place is None else place.groupdict()
     element = _element(tree, parts, words)
     if element is not None:
-        return Entry(tree, element).refusal(f"MuJoCo refuses it: {words}; correct it")
+        return NamedElement(tree, element).refusal(f"MuJoCo refuses it: {words}; correct it")
     line = parts.get("line")
     at = f"{where(int(line))}: " if line and int(line) else ""
     return RobotError(f"{at}MuJoCo refuses the file: {words}; correct it")

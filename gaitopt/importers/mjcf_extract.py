@@ -30,7 +30,7 @@ from gaitopt.importers.mjcf_robot import (
     vector,
 )
 from gaitopt.importers.report import Finding, How, listed
-from gaitopt.importers.xml_document import UrdfProblem, XmlTree
+from gaitopt.importers.xml_document import FileProblem, XmlTree
 
 _LIGHT = 0.01  # of the robot's mass: a body that only carries a joint of the root
 _MOST_ROOT_JOINTS = 6
@@ -57,7 +57,7 @@ class Root:
 
 def extract(
     compiled: Compilation, tree: XmlTree
-) -> tuple[CompiledRobot, tuple[UrdfProblem, ...], tuple[Finding, ...]]:
+) -> tuple[CompiledRobot, tuple[FileProblem, ...], tuple[Finding, ...]]:
     """Return the one robot of a compiled file, what is suspicious in it, and how it was read.
 
     Args:
@@ -154,7 +154,7 @@ class _Extraction:
         }
         self.findings: list[Finding] = []
 
-    def run(self) -> tuple[CompiledRobot, tuple[UrdfProblem, ...], tuple[Finding, ...]]:
+    def run(self) -> tuple[CompiledRobot, tuple[FileProblem, ...], tuple[Finding, ...]]:
         """Return the robot, problems and findings."""
         kept = [*self.bodies.below(self.root.body), *reversed(self.root.carriers)]
         moving = {j for b in kept for j in self.compiled.joints(b)} - set(self.root.joints)
@@ -403,7 +403,7 @@ class _Extraction:
         for words in self.compiled.said:
             self._tell("mujoco", "file", f"MuJoCo warns: {words}")
 
-    def _force_problems(self, joints: list[int]) -> list[UrdfProblem]:
+    def _force_problems(self, joints: list[int]) -> list[FileProblem]:
         """Return the joints whose motors cannot hold zero force; tell of those with two ranges."""
         problems = []
         for joint in joints:
@@ -423,7 +423,7 @@ class _Extraction:
                 self._tell("limits", name, text, "changed")
         return problems
 
-    def _equalities(self, joints: set[int]) -> list[UrdfProblem]:
+    def _equalities(self, joints: set[int]) -> list[FileProblem]:
         elements = [e for section in self.tree.root.findall("equality") for e in section]
         problems = []
         for tie in active_equalities(self.compiled):
@@ -438,9 +438,9 @@ class _Extraction:
                 problems.append(self._problem(kind, name, text, element))
         return problems
 
-    def _problem(self, kind: str, name: str, text: str, element: Element | None) -> UrdfProblem:
+    def _problem(self, kind: str, name: str, text: str, element: Element | None) -> FileProblem:
         line = 0 if element is None else self.tree.line(element)
-        return UrdfProblem(
+        return FileProblem(
             kind, name, text, line, "" if element is None else self.tree.file(element)
         )
 

@@ -26,7 +26,7 @@ def joint_model(axis: Array, slides: bool) -> pin.JointModel:
     return kind(axis / np.linalg.norm(axis))
 
 
-def tell_apart(model: pin.Model) -> pin.Model:
+def mark_joint_frames(model: pin.Model) -> pin.Model:
     """Mark, in a model just read, the frames of joints whose name a link has; return the model."""
     links = {frame.name for frame in model.frames if frame.type == pin.FrameType.BODY}
     for frame in model.frames:

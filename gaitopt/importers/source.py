@@ -35,7 +35,7 @@ from gaitopt.importers.mjcf_normal_form import (
 )
 from gaitopt.importers.mjcf_robot import CompiledRobot
 from gaitopt.importers.physics import Physics
-from gaitopt.importers.pinocchio_model import tell_apart
+from gaitopt.importers.pinocchio_model import mark_joint_frames
 from gaitopt.importers.report import Finding
 from gaitopt.importers.text_files import read_text
 from gaitopt.importers.urdf_check import check_urdf, passive_joints, urdf_findings
@@ -50,7 +50,7 @@ from gaitopt.importers.urdf_geometry import (
 )
 from gaitopt.importers.urdf_model import build_model
 from gaitopt.importers.urdf_transmissions import Rotor, add_armature, read_rotors
-from gaitopt.importers.xml_document import UrdfProblem, XmlTree, parse_xml
+from gaitopt.importers.xml_document import FileProblem, XmlTree, parse_xml
 
 _KINDS: dict[pin.GeometryType, Kind] = {
     pin.GeometryType.VISUAL: "visual",
@@ -82,7 +82,7 @@ class Source:
     path: Path | None
     format: str
     package_dirs: tuple[str, ...]
-    problems: tuple[UrdfProblem, ...]
+    problems: tuple[FileProblem, ...]
     tree: XmlTree
     compiled: CompiledRobot | None = None
     notes: tuple[Finding, ...] = ()
@@ -189,7 +189,7 @@ class Source:
             add_armature(model, self._rotors)
         if model.njoints < 2 or model.joints[1].shortname() != "JointModelFreeFlyer":
             raise RobotError("the robot has no links that can move; check the file")
-        return tell_apart(model)
+        return mark_joint_frames(model)
 
     def _shapes(
         self, kind: pin.GeometryType, links: Collection[str] | None

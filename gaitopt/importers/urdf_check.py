@@ -32,7 +32,7 @@ from gaitopt.importers.urdf_document import (
 from gaitopt.importers.urdf_geometry import Kind, read_shapes
 from gaitopt.importers.urdf_model import refuse_taken
 from gaitopt.importers.urdf_transmissions import Rotor, read_rotors
-from gaitopt.importers.xml_document import UrdfProblem, XmlTree, as_number, printable
+from gaitopt.importers.xml_document import FileProblem, XmlTree, as_number, printable
 from gaitopt.nlp import Array
 
 _SPRINGS = ("spring_stiffness", "spring_reference")  # of <dynamics>, as SDF has them
@@ -50,7 +50,7 @@ Measure = Callable[[Kind, Collection[str]], dict[str, float]]
 """Returns the diagonals of boxes about the shapes of a kind of some links [m]."""
 
 
-def check_urdf(tree: XmlTree) -> tuple[UrdfProblem, ...]:
+def check_urdf(tree: XmlTree) -> tuple[FileProblem, ...]:
     """Return what is suspicious in a URDF but does not stop reading, in the order of the file.
 
     Raises:
@@ -91,8 +91,8 @@ def _place(fault: str) -> str:
 
 
 def locked_mimics(
-    problems: Iterable[UrdfProblem], legs: Collection[str]
-) -> tuple[UrdfProblem, ...]:
+    problems: Iterable[FileProblem], legs: Collection[str]
+) -> tuple[FileProblem, ...]:
     """Return the problems of a robot with all joints that mimic others, not the legs', in one.
 
     Args:
@@ -111,7 +111,7 @@ def locked_mimics(
     return tuple(told if p is others[0] else p for p in problems if p not in others[1:])
 
 
-def _joint_problems(joint: Joint) -> list[UrdfProblem]:
+def _joint_problems(joint: Joint) -> list[FileProblem]:
     """Return what matters about one joint only if it is part of a leg.
 
     Limits that readers of URDFs take differently are problems. An effort or a velocity of zero, or
@@ -138,7 +138,7 @@ def _joint_problems(joint: Joint) -> list[UrdfProblem]:
     return problems + (_limit_problems(joint) if joint.kind in LIMITED else [])
 
 
-def _limit_problems(joint: Joint) -> list[UrdfProblem]:
+def _limit_problems(joint: Joint) -> list[FileProblem]:
     entry, limits, limit = joint.entry, joint.limits, joint.entry.element.find("limit")
     if limit is None:
         text = 'it has no limits; add <limit effort="" velocity="" lower="" upper=""/> with values'
@@ -162,7 +162,7 @@ def _limit_problems(joint: Joint) -> list[UrdfProblem]:
     return problems
 
 
-def _unread_problems(joint: Joint) -> list[UrdfProblem]:
+def _unread_problems(joint: Joint) -> list[FileProblem]:
     """Return what a joint says that changes nothing: soft limits upside down, springs."""
     entry, problems, soft = joint.entry, [], joint.limits.soft
     if joint.kind in LIMITED and soft is not None and not soft[0] < soft[1]:
@@ -182,7 +182,7 @@ def _unread_problems(joint: Joint) -> list[UrdfProblem]:
     return problems
 
 
-def _inertial_problems(link: Link) -> list[UrdfProblem]:
+def _inertial_problems(link: Link) -> list[FileProblem]:
     """Return a problem if no body can have the mass and the inertia of a link."""
     if link.inertial is None:
         return []
@@ -190,7 +190,7 @@ def _inertial_problems(link: Link) -> list[UrdfProblem]:
     return [link.entry.problem("inertia", fault, link.inertial.element)] if fault else []
 
 
-def _massless(robot: Description) -> list[UrdfProblem]:
+def _massless(robot: Description) -> list[FileProblem]:
     """Return the links that move although they, and all fixed to them, weigh nothing."""
     moved = {joint.child for joint in robot.joints.values() if joint.kind != "fixed"}
     problems = []
@@ -208,7 +208,7 @@ def _massless(robot: Description) -> list[UrdfProblem]:
     return problems
 
 
-def _placeholders(robot: Description) -> list[UrdfProblem]:
+def _placeholders(robot: Description) -> list[FileProblem]:
     """Return a problem for each inertia that many links share, and one for heavy links with none.
 
     Bodies of one inertia have one mass, or it is a coincidence; several masses are a program's

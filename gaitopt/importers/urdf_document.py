@@ -18,7 +18,7 @@ import numpy as np
 
 from gaitopt.errors import RobotError
 from gaitopt.importers.report import Faults, listed
-from gaitopt.importers.xml_document import Entry, UrdfProblem, XmlTree, as_number, printable
+from gaitopt.importers.xml_document import FileProblem, NamedElement, XmlTree, as_number, printable
 from gaitopt.nlp import Array
 
 Vector = tuple[float, float, float]
@@ -58,7 +58,7 @@ _UNIT = 1e-3  # by which the length of a quaternion may differ from 1: four digi
 
 
 @dataclass(frozen=True, eq=False)
-class Pose:
+class Origin:
     """Where something stands in the frame of its link, or a joint in that of its parent link.
 
     Attributes:
@@ -82,7 +82,7 @@ class Inertial:
     """
 
     element: Element
-    pose: Pose
+    pose: Origin
     mass: float
     inertia: Array
 
@@ -96,7 +96,7 @@ class Link:
         inertial: its body, None if it has none.
     """
 
-    entry: Entry
+    entry: NamedElement
     inertial: Inertial | None
 
     @property
@@ -143,11 +143,11 @@ class Joint:
         friction: [N·m, N].
     """
 
-    entry: Entry
+    entry: NamedElement
     kind: str
     parent: str
     child: str
-    pose: Pose
+    pose: Origin
     axis: Vector
     limits: Limits
     damping: float
@@ -231,9 +231,9 @@ def describe(tree: XmlTree) -> Description:
     for element in tree.root:
         with faults.noted():
             if element.tag == "link":
-                links.append(_link(Entry(tree, element), version))
+                links.append(_link(NamedElement(tree, element), version))
             elif element.tag == "joint":
-                joints.append(_joint(Entry(tree, element), version))
+                joints.append(_joint(NamedElement(tree, element), version))
     faults.refuse()
     name, by_name = tree.root.get("name", ""), {link.name: link for link in links}
     found = Description(name, by_name, {joint.name: joint for joint in joints})
@@ -245,7 +245,9 @@ def describe(tree: XmlTree) -> Description:
     return Description(name, by_name, {j.name: j for j in joints if j is not below[0]})
 
 
-def read_pose(owner: Entry, origin: Element | None, what: str, version: tuple[int, ...]) -> Pose:
+def read_origin(
+    owner: NamedElement, origin: Element | None, what: str, version: tuple[int, ...]
+) -> Origin:
     """Read an `origin` element.
 
     Args:
@@ -260,7 +262,7 @@ def read_pose(owner: Entry, origin: Element | None, what: str, version: tuple[in
     xyz = owner.vector(origin, "xyz", f"the xyz of {what}")
     rpy = owner.vector(origin, "rpy", f"the rpy of {what}")
     if origin is None or "quat_xyzw" not in origin.attrib:
-        return Pose(xyz, _from_rpy(rpy))
+        return Origin(xyz, _from_rpy(rpy))
     if "rpy" in origin.attrib:
         raise owner.refusal(f"{what} has both rpy and quat_xyzw; remove one of them", origin)
     if version < _QUATERNIONS:
@@ -274,7 +276,7 @@ def read_pose(owner: Entry, origin: Element | None, what: str, version: tuple[in
     length = float(np.linalg.norm(quaternion))
     if not abs(length - 1.0) < _UNIT:
         raise owner.refusal(f"{name} has length {length:.4g}; it must be 1; correct it", origin)
-    return Pose(xyz, _from_quaternion(quaternion / length))
+    return Origin(xyz, _from_quaternion(quaternion / length))
 
 
 def read_version(tree: XmlTree) -> tuple[int, ...]:
@@ -283,7 +285,7 @@ def read_version(tree: XmlTree) -> tuple[int, ...]:
     return tuple(int(word) for word in words if word.isascii() and word.isdigit()) or (1, 0)
 
 
-def _link(entry: Entry, version: tuple[int, ...]) -> Link:
+def _link(entry: NamedElement, version: tuple[int, ...]) -> Link:
     element = entry.element.find("inertial")
     if element is None:
         return Link(entry, None)
@@ -292,14 +294,14 @@ def _link(entry: Entry, version: tuple[int, ...]) -> Link:
     if mass < 0.0:
         raise entry.refusal(f"the mass is {mass:g} kg; it must be above 0; correct it", mass_entry)
     xx, xy, xz, yy, yz, zz = (entry.number(tensor, m, m, "kg·m²") for m in MOMENTS)
-    pose = read_pose(entry, element.find("origin"), "its centre of mass", version)
+    pose = read_origin(entry, element.find("origin"), "its centre of mass", version)
     inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
     return Link(entry, Inertial(element, pose, mass, inertia))
 
 
-def _joint(entry: Entry, version: tuple[int, ...]) -> Joint:
+def _joint(entry: NamedElement, version: tuple[int, ...]) -> Joint:
     kind = entry.element.get("type", "")
-    pose = read_pose(entry, entry.element.find("origin"), "its origin", version)
+    pose = read_origin(entry, entry.element.find("origin"), "its origin", version)
     axis, limits, damping, friction = (1.0, 0.0, 0.0), Limits(), 0.0, 0.0
     if kind != "fixed" and kind not in FREE:
         axis = _axis(entry)
@@ -310,7 +312,7 @@ def _joint(entry: Entry, version: tuple[int, ...]) -> Joint:
     return Joint(entry, kind, parent, child, pose, axis, limits, damping, friction)
 
 
-def _axis(joint: Entry) -> Vector:
+def _axis(joint: NamedElement) -> Vector:
     axis = joint.element.find("axis")
     values = joint.vector(axis, "xyz", "its axis", "1 0 0" if axis is None else "")
     if not any(values):
@@ -318,7 +320,7 @@ def _axis(joint: Entry) -> Vector:
     return values
 
 
-def _limits(joint: Entry, kind: str) -> Limits:
+def _limits(joint: NamedElement, kind: str) -> Limits:
     limit = joint.element.find("limit")
     soft = _soft(joint, joint.element.find("safety_controller"), kind)
     if limit is None:
@@ -335,7 +337,7 @@ def _limits(joint: Entry, kind: str) -> Limits:
     return Limits(**values, soft=soft)
 
 
-def _soft(joint: Entry, safety: Element | None, kind: str) -> tuple[float, float] | None:
+def _soft(joint: NamedElement, safety: Element | None, kind: str) -> tuple[float, float] | None:
     if safety is None or not {"soft_lower_limit", "soft_upper_limit"} & set(safety.attrib):
         return None
 
@@ -348,7 +350,7 @@ def _soft(joint: Entry, safety: Element | None, kind: str) -> tuple[float, float
     return end("soft_lower_limit"), end("soft_upper_limit")
 
 
-def _dynamics(joint: Entry, kind: str) -> tuple[float, float]:
+def _dynamics(joint: NamedElement, kind: str) -> tuple[float, float]:
     dynamics = joint.element.find("dynamics")
 
     def positive(name: str, unit: str) -> float:
@@ -404,7 +406,7 @@ def check_tree(tree: XmlTree) -> None:
     if "name" not in tree.root.attrib:
         line = tree.line(tree.root)
         raise RobotError(f'line {line}: <robot> has no name; give it one, as <robot name="walker">')
-    movers: dict[str, Entry] = {}
+    movers: dict[str, NamedElement] = {}
     parents: dict[str, str] = {}
     faults = Faults()
     for joint in joints.values():
@@ -441,11 +443,11 @@ def _check_root(root: Element) -> None:
         )
 
 
-def _named(tree: XmlTree, tag: str) -> dict[str, Entry]:
+def _named(tree: XmlTree, tag: str) -> dict[str, NamedElement]:
     """Return the links or the joints by their names, which must be there and differ."""
-    found: dict[str, Entry] = {}
+    found: dict[str, NamedElement] = {}
     for element in tree.root.findall(tag):
-        entry = Entry(tree, element)
+        entry = NamedElement(tree, element)
         if not entry.name.strip():
             raise RobotError(f"line {tree.line(element)}: a {tag} has no name; give it one")
         if entry.name in found:
@@ -455,18 +457,18 @@ def _named(tree: XmlTree, tag: str) -> dict[str, Entry]:
     return found
 
 
-def name_problems(tree: XmlTree) -> list[UrdfProblem]:
+def name_problems(tree: XmlTree) -> list[FileProblem]:
     """Return a problem for each name that does not show on a screen as it is."""
     problems = []
     for element in tree.root:
         name = element.get("name", "")
         if element.tag in ("link", "joint") and printable(name) != name:
             text = "its name holds characters that cannot be seen, here as Python writes them"
-            problems.append(Entry(tree, element).problem("name", f"{text}; rename it"))
+            problems.append(NamedElement(tree, element).problem("name", f"{text}; rename it"))
     return problems
 
 
-def _end(joint: Entry, role: str, links: Mapping[str, Entry]) -> str:
+def _end(joint: NamedElement, role: str, links: Mapping[str, NamedElement]) -> str:
     """Return the name of the link at one end of a joint."""
     element = joint.element.find(role)
     name = None if element is None else element.get("link")
@@ -480,7 +482,9 @@ def _end(joint: Entry, role: str, links: Mapping[str, Entry]) -> str:
 
 
 def _check_one_root(
-    links: Mapping[str, Entry], movers: Mapping[str, Entry], parents: Mapping[str, str]
+    links: Mapping[str, NamedElement],
+    movers: Mapping[str, NamedElement],
+    parents: Mapping[str, str],
 ) -> None:
     roots = [name for name in links if name not in movers]
     if len(roots) > 1:
@@ -501,7 +505,7 @@ def _check_one_root(
         )
 
 
-def check_spelling(tree: XmlTree) -> list[UrdfProblem]:
+def check_spelling(tree: XmlTree) -> list[FileProblem]:
     """Check that every link and joint says each thing once, under its own name.
 
     Returns:
@@ -513,7 +517,7 @@ def check_spelling(tree: XmlTree) -> list[UrdfProblem]:
     problems, faults = [], Faults()
     for element in tree.root:
         if element.tag in ("link", "joint"):
-            entry = Entry(tree, element)
+            entry = NamedElement(tree, element)
             for part in (element, *element.findall("inertial")):
                 with faults.noted():
                     problems += _check(entry, part)
@@ -521,7 +525,7 @@ def check_spelling(tree: XmlTree) -> list[UrdfProblem]:
     return problems
 
 
-def _check(entry: Entry, element: Element) -> list[UrdfProblem]:
+def _check(entry: NamedElement, element: Element) -> list[FileProblem]:
     problems = []
     once = _ONCE[element.tag]
     for tag in once:
@@ -540,7 +544,7 @@ def _check(entry: Entry, element: Element) -> list[UrdfProblem]:
     return problems
 
 
-def _unknown(entry: Entry, element: Element, child: Element) -> list[UrdfProblem]:
+def _unknown(entry: NamedElement, element: Element, child: Element) -> list[FileProblem]:
     tag = printable(child.tag)
     if child.tag in _ONCE["inertial"] and element.tag == "link":
         text = f"<{tag}> is not read here; put it into <inertial>, or remove it"
@@ -554,7 +558,7 @@ def _unknown(entry: Entry, element: Element, child: Element) -> list[UrdfProblem
     return [entry.problem("unknown", text, child)]
 
 
-def check_attributes(entry: Entry, child: Element) -> None:
+def check_attributes(entry: NamedElement, child: Element) -> None:
     """Refuse an element of a link or joint with an attribute that is another one misspelt.
 
     Raises:

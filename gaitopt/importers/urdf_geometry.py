@@ -20,9 +20,15 @@ import pinocchio as pin
 from gaitopt.errors import RobotError
 from gaitopt.importers.meshes import MeshPaths, MeshProblem, silenced, unreadable
 from gaitopt.importers.report import listed
-from gaitopt.importers.urdf_document import Pose, Vector, check_attributes, read_pose, read_version
+from gaitopt.importers.urdf_document import (
+    Origin,
+    Vector,
+    check_attributes,
+    read_origin,
+    read_version,
+)
 from gaitopt.importers.urdf_model import placement
-from gaitopt.importers.xml_document import Entry, UrdfProblem, XmlTree, printable
+from gaitopt.importers.xml_document import FileProblem, NamedElement, XmlTree, printable
 from gaitopt.nlp import Array
 
 Kind = Literal["visual", "collision"]
@@ -54,7 +60,7 @@ class Shape:
     link: str
     kind: Kind
     element: Element
-    pose: Pose
+    pose: Origin
     form: str
     size: tuple[float, ...]
     file: str = ""
@@ -71,7 +77,7 @@ class Shapes:
     """
 
     shapes: tuple[Shape, ...]
-    problems: tuple[UrdfProblem, ...]
+    problems: tuple[FileProblem, ...]
 
     def of(self, kind: Kind) -> Iterator[Shape]:
         """Yield the shapes of one kind."""
@@ -81,19 +87,19 @@ class Shapes:
 def read_shapes(tree: XmlTree) -> Shapes:
     """Return the shapes of a URDF, read without any mesh."""
     version = read_version(tree)
-    lost: list[UrdfProblem] = []
-    odd: list[UrdfProblem] = []
+    lost: list[FileProblem] = []
+    odd: list[FileProblem] = []
     known = _named_colours(tree, odd)
     shapes = []
     for element in tree.root.findall("link"):
-        owner = Entry(tree, element)
+        owner = NamedElement(tree, element)
         for kind in KINDS:
             for part in element.findall(kind):
                 try:
                     pose, form, size, file = _form(owner, part, version)
                 except RobotError as error:
                     text = str(error).partition(": ")[2]
-                    lost.append(UrdfProblem("shape", owner.name, text, tree.line(part)))
+                    lost.append(FileProblem("shape", owner.name, text, tree.line(part)))
                     continue
                 colour = _colour(owner, part, known, odd) if kind == "visual" else None
                 shapes.append(Shape(owner.name, kind, part, pose, form, size, file, colour))
@@ -102,8 +108,8 @@ def read_shapes(tree: XmlTree) -> Shapes:
 
 
 def _form(
-    owner: Entry, part: Element, version: tuple[int, ...]
-) -> tuple[Pose, str, tuple[float, ...], str]:
+    owner: NamedElement, part: Element, version: tuple[int, ...]
+) -> tuple[Origin, str, tuple[float, ...], str]:
     """Return pose, form, size and mesh of a shape; raise with the reason if it has none."""
     what = f"the origin of its {part.tag}"
     for tag, most in _COUNTS.items():
@@ -119,11 +125,11 @@ def _form(
     form, origin = forms[0], part.find("origin")
     if origin is not None:
         check_attributes(owner, origin)
-    pose = read_pose(owner, origin, what, version)
+    pose = read_origin(owner, origin, what, version)
     return pose, form.tag, _size(owner, form, part.tag), form.get("filename", "")
 
 
-def _size(owner: Entry, form: Element, kind: str) -> tuple[float, ...]:
+def _size(owner: NamedElement, form: Element, kind: str) -> tuple[float, ...]:
     what = f"of the {form.tag} of its {kind}"
     if form.tag == "mesh":
         if not form.get("filename"):
@@ -147,11 +153,11 @@ def _size(owner: Entry, form: Element, kind: str) -> tuple[float, ...]:
     return radius, length
 
 
-def _named_colours(tree: XmlTree, odd: list[UrdfProblem]) -> dict[str, Colour]:
+def _named_colours(tree: XmlTree, odd: list[FileProblem]) -> dict[str, Colour]:
     """Return the colours of the robot's own materials; shapes may use them, and name more."""
     found: dict[str, Colour] = {}
     for element in tree.root.findall("material"):
-        owner, name = Entry(tree, element), element.get("name", "")
+        owner, name = NamedElement(tree, element), element.get("name", "")
         colour = _rgba(owner, element, odd)
         if not name:
             text = "a material of the robot has no name; no shape can use it"
@@ -162,7 +168,7 @@ def _named_colours(tree: XmlTree, odd: list[UrdfProblem]) -> dict[str, Colour]:
 
 
 def _colour(
-    owner: Entry, part: Element, known: dict[str, Colour], odd: list[UrdfProblem]
+    owner: NamedElement, part: Element, known: dict[str, Colour], odd: list[FileProblem]
 ) -> Colour | None:
     """Return the colour of a shape: that of the first material of its name, or its own."""
     element = part.find("material")
@@ -180,7 +186,7 @@ def _colour(
     return colour
 
 
-def _rgba(owner: Entry, element: Element, odd: list[UrdfProblem]) -> Colour | None:
+def _rgba(owner: NamedElement, element: Element, odd: list[FileProblem]) -> Colour | None:
     colour = element.find("color")
     if colour is None:
         return None
@@ -189,12 +195,12 @@ def _rgba(owner: Entry, element: Element, odd: list[UrdfProblem]) -> Colour | No
     except RobotError as error:
         text = str(error).partition(": ")[2].removesuffix("; correct it")
         text += "; the shape is drawn grey"
-        odd.append(UrdfProblem("shape", owner.name, text, owner.tree.line(colour)))
+        odd.append(FileProblem("shape", owner.name, text, owner.tree.line(colour)))
         return None
     return tuple(min(max(value, 0.0), 1.0) for value in values)
 
 
-def _merged(problems: list[UrdfProblem], consequence: str = "") -> list[UrdfProblem]:
+def _merged(problems: list[FileProblem], consequence: str = "") -> list[FileProblem]:
     """Return one problem that speaks for all: of the first, with the places of the others."""
     if not problems:
         return []
@@ -203,7 +209,7 @@ def _merged(problems: list[UrdfProblem], consequence: str = "") -> list[UrdfProb
     if others:
         places = dict.fromkeys(f"'{printable(p.name)}' (line {p.line})" for p in others)
         text += f"; the same or the like holds for {listed(places, 3, '')}"
-    return [UrdfProblem("shape", first.name, text, first.line, first.file)]
+    return [FileProblem("shape", first.name, text, first.line, first.file)]
 
 
 def build_geometry(

@@ -13,7 +13,7 @@ import pinocchio as pin
 from gaitopt.errors import RobotError
 from gaitopt.importers.bodies import sound_inertia
 from gaitopt.importers.pinocchio_model import joint_model
-from gaitopt.importers.urdf_document import Description, Inertial, Joint, Link, Pose
+from gaitopt.importers.urdf_document import Description, Inertial, Joint, Link, Origin
 from gaitopt.nlp import Array
 
 WORLD, ROOT_JOINT = "universe", "root_joint"
@@ -66,7 +66,7 @@ def refuse_taken(robot: Description) -> None:
         raise entry.refusal("this name stands for something else in every robot; rename it")
 
 
-def placement(pose: Pose) -> pin.SE3:
+def placement(pose: Origin) -> pin.SE3:
     """Return a pose as Pinocchio has it."""
     return pin.SE3(pose.rotation, np.array(pose.xyz))
 

@@ -17,7 +17,7 @@ import numpy as np
 import pinocchio as pin
 
 from gaitopt.importers.urdf_document import Description
-from gaitopt.importers.xml_document import Entry, UrdfProblem, XmlTree, as_number, printable
+from gaitopt.importers.xml_document import FileProblem, NamedElement, XmlTree, as_number, printable
 
 _INERTIAS = ("motorinertia", "rotorinertia")
 _ARMATURE = ("armature",)
@@ -48,7 +48,7 @@ class Rotor:
 
 def read_rotors(
     tree: XmlTree, robot: Description
-) -> tuple[tuple[Rotor, ...], tuple[UrdfProblem, ...]]:
+) -> tuple[tuple[Rotor, ...], tuple[FileProblem, ...]]:
     """Return the rotors of a robot's motors, and those that belong to no single moving joint.
 
     Raises:
@@ -56,9 +56,9 @@ def read_rotors(
             different values.
     """
     rotors: list[Rotor] = []
-    problems: list[UrdfProblem] = []
+    problems: list[FileProblem] = []
     for element in tree.root.iter("transmission"):
-        entry = Entry(tree, element)
+        entry = NamedElement(tree, element)
         if not _gives(element, _INERTIAS):
             continue
         parts = [(_plain(part.tag), part.get("name", "")) for part in element.iter()]
@@ -72,7 +72,7 @@ def read_rotors(
         if element.tag in ("joint", "gazebo") and _gives(element, (*_INERTIAS, *_ARMATURE)):
             name = element.get("name" if element.tag == "joint" else "reference", "")
             if not _unfit([name], 1, robot):
-                rotors.append(_rotor(Entry(tree, element), name))
+                rotors.append(_rotor(NamedElement(tree, element), name))
     return tuple(rotors), tuple(problems)
 
 
@@ -103,7 +103,7 @@ def _unfit(names: list[str], actuators: int, robot: Description) -> str:
     return ""
 
 
-def _rotor(entry: Entry, joint: str) -> Rotor:
+def _rotor(entry: NamedElement, joint: str) -> Rotor:
     direct = _value(entry, _ARMATURE, "kg·m²") if entry.element.tag != "transmission" else None
     if direct is not None and direct >= 0.0:
         return Rotor(joint, direct, 1.0, True)
@@ -117,7 +117,7 @@ def _rotor(entry: Entry, joint: str) -> Rotor:
     return Rotor(joint, inertia, 1.0 if reduction is None else reduction, given)
 
 
-def _value(entry: Entry, names: tuple[str, ...], unit: str) -> float | None:
+def _value(entry: NamedElement, names: tuple[str, ...], unit: str) -> float | None:
     """Return the one number that a transmission gives under some names, None if it gives none."""
     found: float | None = None
     for part, text in _named(entry.element, names):

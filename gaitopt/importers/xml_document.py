@@ -82,7 +82,7 @@ def parse_xml(text: str, name: str = "the file") -> XmlTree:
 
 
 @dataclass(frozen=True)
-class UrdfProblem:
+class FileProblem:
     """Something suspicious in a URDF that does not stop reading.
 
     Attributes:
@@ -110,7 +110,7 @@ class UrdfProblem:
 
 
 @dataclass(frozen=True, eq=False)
-class Entry:
+class NamedElement:
     """An element of a URDF or an MJCF file that messages speak of, mostly a link or a joint.
 
     Attributes:
@@ -134,11 +134,11 @@ class Entry:
             return f"{tag} of joint '{printable(self.element.attrib['joint'])}'"
         return f"<{tag}>" if name is None else f"{tag} '{printable(name)}'"
 
-    def problem(self, kind: str, text: str, child: Element | None = None) -> UrdfProblem:
+    def problem(self, kind: str, text: str, child: Element | None = None) -> FileProblem:
         """Return a problem of this link or joint, at the line of `child` if that is given."""
         at = self.element if child is None else child
         line, file = self.tree.line(at), self.tree.file(at)
-        return UrdfProblem(kind, self.name, f"{self.title}: {text}", line, file)
+        return FileProblem(kind, self.name, f"{self.title}: {text}", line, file)
 
     def refusal(self, text: str, child: Element | None = None) -> RobotError:
         """Return the error that says the same, to be raised."""

@@ -13,11 +13,11 @@ from gaitopt.importers.bodies import refuse_unsound
 from gaitopt.importers.physics import Physics
 from gaitopt.importers.report import Finding, fault_error, faults_of
 from gaitopt.model.chain_physics import ChainPhysics, chain_physics
-from gaitopt.model.importer import Reading, tell_pairs, tell_symmetry
+from gaitopt.model.importer import ImportedRobot, pair_findings, symmetry_findings
 from gaitopt.model.joint_tree import FIRST, JointTree, joint_tree
 from gaitopt.model.legs.joint_limits import JointLimits, joint_limits
 from gaitopt.model.legs.leg_geometry import ChainLines, centre, common_point, find_knee, hip_joints
-from gaitopt.model.physics_report import tell_physics
+from gaitopt.model.physics_report import physics_findings
 from gaitopt.model.reroot import PELVIS_FRAME, leg_joints, lock_upper_body, reroot, reversed_joints
 from gaitopt.model.symmetry.averaging import Sides, Symmetrised, asymmetry_faults, symmetrise
 from gaitopt.model.symmetry.leg_exchange import (
@@ -71,7 +71,7 @@ class Chain:
         return self.lines.frame
 
 
-def build_chain(reading: Reading, moving: Collection[str] = ()) -> Chain:
+def build_chain(reading: ImportedRobot, moving: Collection[str] = ()) -> Chain:
     """Lock the upper body, make the robot its own mirror image, and root it at the stance sole.
 
     Args:
@@ -96,9 +96,9 @@ def build_chain(reading: Reading, moving: Collection[str] = ()) -> Chain:
     if not moving:
         done = symmetrise(reduced, *_sides(reading, reduced))
         faults += asymmetry_faults(done, reading.choices.asymmetry, reading.drawn_unequally)
-        reduced, told = done.model, tell_symmetry(done)
+        reduced, told = done.model, symmetry_findings(done)
     chain = rooted_chain(reduced, reading.sole_names, reading.rotation, reading.physics, faults)
-    physics = tell_physics(
+    physics = physics_findings(
         reading.described,
         reading.physics,
         chain.physics,
@@ -152,7 +152,7 @@ def rooted_chain(
             f"feet and kinetic energy); allowed is {_SYMMETRY_TOLERANCE:g}. Make the two legs and "
             "the trunk symmetric in the URDF"
         )
-    told = tuple(tell_pairs(tree.names, mirror))
+    told = tuple(pair_findings(tree.names, mirror))
     return Chain(model, tree, mirror, lines, found, told, rotation, reduced)
 
 
@@ -223,7 +223,7 @@ def _forget_inertias(model: pin.Model) -> None:
         model.inertias[joint] = pin.Inertia.FromSphere(1.0, 0.1)
 
 
-def _sides(reading: Reading, reduced: pin.Model) -> tuple[Sides, float]:
+def _sides(reading: ImportedRobot, reduced: pin.Model) -> tuple[Sides, float]:
     """Legs of the reduced model with the mirror plane between them, and the length of a leg [m]."""
     right, left = (
         tuple(int(reduced.getJointId(reading.model.names[j])) for j in leg) for leg in reading.legs

@@ -162,7 +162,7 @@ class InertiaOverride:
 
 
 @dataclass(frozen=True)
-class Choices:
+class ImportOptions:
     """How to read a robot; whatever is left None is found from its model.
 
     Attributes:
@@ -232,12 +232,12 @@ class Choices:
             rows = tuple(_capsule(row) for row in _tuple(self.capsules, "capsules"))
             object.__setattr__(self, "capsules", rows)
 
-    def over(self, **given: object) -> Choices:
+    def over(self, **given: object) -> ImportOptions:
         """Return a copy with the given fields in place of its own, those that are None left out."""
         return replace(self, **{k: v for k, v in given.items() if v is not None})  # type: ignore[arg-type]
 
 
-def _check_names(choices: Choices) -> None:
+def _check_names(choices: ImportOptions) -> None:
     if choices.feet is not None and len(choices.feet) != 2:
         raise RobotError(
             f"feet must be two names, right foot first, got {len(choices.feet)}: "
@@ -258,7 +258,7 @@ def _check_names(choices: Choices) -> None:
             raise RobotError(f"{name} must be text, got {value!r}")
 
 
-def _check_numbers(choices: Choices) -> None:
+def _check_numbers(choices: ImportOptions) -> None:
     if choices.sole_drop is not None and not 0.0 < _finite(choices.sole_drop, "sole_drop") < 1.0:
         raise RobotError(
             f"sole_drop is {choices.sole_drop:g} m; it must be above 0 and below 1: the height of "
@@ -329,7 +329,7 @@ def _axis(value: object, name: str) -> Axis | None:
     return (x, y, z) if abs(size - 1.0) < 1e-12 else (x / size, y / size, z / size)
 
 
-def choices_from_toml(toml: str | Path) -> Choices:
+def choices_from_toml(toml: str | Path) -> ImportOptions:
     """Read choices from the text or the path of a TOML file; its paths are relative to it.
 
     Args:
@@ -358,13 +358,13 @@ def choices_from_toml(toml: str | Path) -> Choices:
     return replace(choices, package_dirs=directories, srdf=srdf)
 
 
-def choices_from_record(record: Mapping[str, Any]) -> Choices:
+def choices_from_record(record: Mapping[str, Any]) -> ImportOptions:
     """Return the choices of a table of plain values, as `choices_record` makes it.
 
     Raises:
         RobotError: an unknown key, or a value that cannot be used.
     """
-    table = _checked_table(record, Choices, "choices", "")
+    table = _checked_table(record, ImportOptions, "choices", "")
     if table.get("sole") is not None:
         sole = _checked_table(table["sole"], Sole, "sole")
         for name in (f.name for f in fields(Sole)):
@@ -382,7 +382,7 @@ def choices_from_record(record: Mapping[str, Any]) -> Choices:
     for name in ("forward", "up"):
         if isinstance(table.get(name), list):
             table[name] = tuple(table[name])
-    return Choices(**{key: value for key, value in table.items() if value is not None})
+    return ImportOptions(**{key: value for key, value in table.items() if value is not None})
 
 
 def _checked_table(value: object, part: type, name: str, path: str | None = None) -> dict[str, Any]:
@@ -413,7 +413,7 @@ def _checked_table(value: object, part: type, name: str, path: str | None = None
     return table
 
 
-def choices_record(choices: Choices) -> dict[str, Any]:
+def choices_record(choices: ImportOptions) -> dict[str, Any]:
     """Return what differs from the defaults, as values that JSON and TOML can hold."""
     record: dict[str, Any] = _plain(choices)
     if isinstance(choices.posture, tuple):

@@ -18,7 +18,7 @@ from gaitopt.importers.physics import Physics, is_generated
 from gaitopt.importers.report import Finding, fault_error, faults_of
 from gaitopt.importers.source import Source
 from gaitopt.importers.urdf_check import locked_mimics
-from gaitopt.importers.xml_document import UrdfProblem
+from gaitopt.importers.xml_document import FileProblem
 from gaitopt.model.feet.foot_shape import FootShape, foot_points
 from gaitopt.model.feet.sole_detection import FoundSole, find_sole
 from gaitopt.model.feet.sole_frames import Soles, choose_soles, placement_numbers
@@ -31,7 +31,7 @@ from gaitopt.model.feet.stance import (
     stance_of,
     standing_legs,
 )
-from gaitopt.model.import_options import AXES, SIDES, Choices, LimitOverride
+from gaitopt.model.import_options import AXES, SIDES, ImportOptions, LimitOverride
 from gaitopt.model.legs.heading import Heading, axis_name, find_heading, leg_lines
 from gaitopt.model.legs.joint_limits import JointLimits, joint_limits
 from gaitopt.model.legs.kinematic_tree import LegJoints, Placed, joint_axes, place
@@ -42,7 +42,7 @@ from gaitopt.model.legs.reference_posture import (
     reference_configuration,
     rotor_armatures,
 )
-from gaitopt.model.physics_report import tell_armature
+from gaitopt.model.physics_report import armature_findings
 from gaitopt.model.symmetry.averaging import Symmetrised
 from gaitopt.model.symmetry.leg_exchange import leg_exchange
 from gaitopt.nlp import Array
@@ -50,7 +50,7 @@ from gaitopt.nlp import Array
 _LISTED = 1e-5  # effect: differences that matter less are counted
 
 
-def tell(
+def leg_findings(
     model: pin.Model, q: Array, pair: Pair, heading: Heading, angles: dict[str, float]
 ) -> list[Finding]:
     """Return what was found about legs, heading and posture.
@@ -81,7 +81,7 @@ def tell(
     return findings
 
 
-def tell_symmetry(done: Symmetrised) -> list[Finding]:
+def symmetry_findings(done: Symmetrised) -> list[Finding]:
     """Return what was changed to make the robot its own mirror image, and what that amounts to."""
     findings = []
     if done.filled:
@@ -102,7 +102,7 @@ def tell_symmetry(done: Symmetrised) -> list[Finding]:
     return findings
 
 
-def tell_pairs(names: tuple[str, ...], mirror: Array) -> list[Finding]:
+def pair_findings(names: tuple[str, ...], mirror: Array) -> list[Finding]:
     """Return which joints mirror each other, and with which sign."""
     findings = []
     partners = np.abs(mirror).argmax(axis=1)
@@ -154,7 +154,7 @@ _SAME_REF = 1e-6  # rad: what rounding leaves between mirrored refs
 
 
 @dataclass(frozen=True)
-class Reading:
+class ImportedRobot:
     """A robot as its file and the user have it.
 
     Attributes:
@@ -184,10 +184,10 @@ class Reading:
     limits: JointLimits
     physics: Physics
     described: Physics
-    choices: Choices
+    choices: ImportOptions
     findings: tuple[Finding, ...]
     faults: tuple[str, ...]
-    problems: tuple[UrdfProblem, ...]
+    problems: tuple[FileProblem, ...]
     drawn_unequally: tuple[str, ...]
 
     @property
@@ -196,7 +196,7 @@ class Reading:
         return self.soles.names[self.stance], self.soles.names[1 - self.stance]
 
 
-def read_robot(source: Source, choices: Choices) -> Reading:
+def import_robot(source: Source, choices: ImportOptions) -> ImportedRobot:
     """Find legs, heading and soles of a robot.
 
     Args:
@@ -245,10 +245,10 @@ def read_robot(source: Source, choices: Choices) -> Reading:
         _add_frames(model, pair.legs, soles)
     resolved = _resolved(choices, model, pair, heading, soles, side)
     resolved = replace(resolved, posture=tuple(angles.items()) or None, limits=overrides)
-    told = tell(model, placed.q, pair, heading, angles)
-    rotors = tell_armature(whole, model, pair.legs, resolved, is_generated(source.text))
+    told = leg_findings(model, placed.q, pair, heading, angles)
+    rotors = armature_findings(whole, model, pair.legs, resolved, is_generated(source.text))
     findings = (*told, *tilted, *soles.findings, *notes, *bodies, *odd, *rotors, *source.findings())
-    return Reading(
+    return ImportedRobot(
         model,
         placed.q,
         pair.legs,
@@ -266,7 +266,7 @@ def read_robot(source: Source, choices: Choices) -> Reading:
     )
 
 
-def _rotors(choices: Choices, model: pin.Model, folder: Path) -> tuple[LimitOverride, ...]:
+def _rotors(choices: ImportOptions, model: pin.Model, folder: Path) -> tuple[LimitOverride, ...]:
     if not choices.rotors:
         return ()
     armatures = rotor_armatures(choices, folder)
@@ -282,7 +282,7 @@ def _swapped(pair: Pair) -> Pair:
 
 
 def _shapes(
-    source: Source, model: pin.Model, pair: Pair, choices: Choices
+    source: Source, model: pin.Model, pair: Pair, choices: ImportOptions
 ) -> list[FootShape | None]:
     """Shapes of the feet, only looked for where they are still asked: meshes may be missing."""
     placed = choices.sole_placements or choices.sole_drop or choices.stance_sole
@@ -312,7 +312,7 @@ def _soles(
     stance: Stance,
     shapes: list[FootShape | None],
     names: tuple[str | None, str | None],
-    choices: Choices,
+    choices: ImportOptions,
 ) -> Soles:
     faces = _faces(stance, shapes)
     lost = source.mesh_problems() if None in faces else []
@@ -332,7 +332,7 @@ def _faces(
 
 
 def _empty_ranges(
-    model: pin.Model, legs: LegJoints, problems: tuple[UrdfProblem, ...]
+    model: pin.Model, legs: LegJoints, problems: tuple[FileProblem, ...]
 ) -> tuple[str, ...]:
     """Return what is wrong with empty ranges, before they are compared with the other leg's."""
     joints = {str(model.names[j]): model.joints[j] for leg in legs for j in leg}
@@ -373,8 +373,8 @@ def _add_frames(model: pin.Model, legs: LegJoints, soles: Soles) -> None:
 
 
 def _resolved(
-    choices: Choices, model: pin.Model, pair: Pair, heading: Heading, soles: Soles, side: int
-) -> Choices:
+    choices: ImportOptions, model: pin.Model, pair: Pair, heading: Heading, soles: Soles, side: int
+) -> ImportOptions:
     placements = None
     if soles.added:
         right, left = soles.placements

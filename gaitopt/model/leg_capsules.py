@@ -226,7 +226,7 @@ def leg_capsules(robot: Robot) -> tuple[Capsule, ...]:
 
 
 def capsule_rows(robot: Robot) -> tuple[CapsuleRow, ...]:
-    """Return the capsules as `Choices` keeps them, so that no mesh is needed to find them again."""
+    """Return the capsules as `ImportOptions` keeps them: no mesh is needed to find them again."""
     return tuple(
         (c.body, c.name, *c.start, *c.end, c.radius, c.source) for c in leg_capsules(robot)
     )

@@ -12,7 +12,7 @@ import pinocchio as pin
 from gaitopt.importers.physics import STANDARD_GRAVITY, PassiveJoint, Physics
 from gaitopt.importers.report import Finding, How
 from gaitopt.model.chain_physics import ChainPhysics, fall, tilt
-from gaitopt.model.import_options import Choices, matching
+from gaitopt.model.import_options import ImportOptions, matching
 
 if TYPE_CHECKING:
     from gaitopt.model.robot import Robot
@@ -41,7 +41,7 @@ _WORDS = {
 }
 
 
-def tell_physics(
+def physics_findings(
     described: Physics,
     counted: Physics,
     chain: ChainPhysics,
@@ -76,11 +76,11 @@ def tell_physics(
     return findings
 
 
-def tell_armature(
+def armature_findings(
     before: pin.Model,
     model: pin.Model,
     legs: Iterable[tuple[int, ...]],
-    choices: Choices,
+    choices: ImportOptions,
     generated: bool,
 ) -> list[Finding]:
     """Return what of the description's rotor inertias counts, and warn where there are none.

@@ -16,8 +16,8 @@ from gaitopt.importers.source import Source, read_source
 from gaitopt.model.chain import build_chain, chain_limits, rooted_chain, sole_axes
 from gaitopt.model.chain_physics import ChainPhysics
 from gaitopt.model.feet.sole import Sole
-from gaitopt.model.import_options import Choices
-from gaitopt.model.importer import Reading, read_robot
+from gaitopt.model.import_options import ImportOptions
+from gaitopt.model.importer import ImportedRobot, import_robot
 from gaitopt.model.joint_tree import JointTree, joint_tree
 from gaitopt.model.legs.joint_limits import JointLimits
 from gaitopt.model.legs.leg_geometry import Legs, knee_doubts, measure_legs
@@ -64,7 +64,7 @@ class Robot:
     legs: Legs
     pelvis: str
     physics: ChainPhysics
-    choices: Choices
+    choices: ImportOptions
     findings: tuple[Finding, ...]
     multibody: Multibody
 
@@ -73,7 +73,7 @@ class Robot:
         cls,
         urdf: str | Path,
         *,
-        choices: Choices | None = None,
+        choices: ImportOptions | None = None,
         stance_sole: str | None = None,
         swing_sole: str | None = None,
         sole: Sole | None = None,
@@ -98,10 +98,10 @@ class Robot:
                 f"the robot is {urdf!r:.60} of type {type(urdf).__name__}; give the text of a "
                 "URDF (str) or the path of a file (str or Path)"
             )
-        given = choices or Choices()
+        given = choices or ImportOptions()
         given = given.over(stance_sole=stance_sole, swing_sole=swing_sole, sole=sole)
         source = read_source(urdf, given.package_dirs)
-        return cls.from_reading(source, read_robot(source, given), moving)
+        return cls.from_reading(source, import_robot(source, given), moving)
 
     @classmethod
     def from_soles(
@@ -150,13 +150,15 @@ class Robot:
             legs=legs,
             pelvis=chain.pelvis,
             physics=chain.physics,
-            choices=Choices(stance_sole=stance_sole, swing_sole=swing_sole, sole=sole),
+            choices=ImportOptions(stance_sole=stance_sole, swing_sole=swing_sole, sole=sole),
             findings=(*chain.findings, *doubts),
             multibody=multibody(whole, pin.neutral(whole), chain, soles, sole),
         )
 
     @classmethod
-    def from_reading(cls, source: Source, reading: Reading, moving: Collection[str] = ()) -> Robot:
+    def from_reading(
+        cls, source: Source, reading: ImportedRobot, moving: Collection[str] = ()
+    ) -> Robot:
         """Return the biped of a reading.
 
         Args:
@@ -232,7 +234,7 @@ class Robot:
         return int(self.model.getFrameId(self.swing_sole))
 
 
-def _odd(reading: Reading) -> list[Finding]:
+def _odd(reading: ImportedRobot) -> list[Finding]:
     """Return what is odd in the file as findings."""
     return [
         Finding("file", f"line {problem.line}", problem.text, "warning")

@@ -14,7 +14,7 @@ from gaitopt.catalogue.urdf_writer import urdf_text
 from gaitopt.errors import InputError
 from gaitopt.gait.task import Task
 from gaitopt.gait.task_record import task_from_record, task_record
-from gaitopt.model.import_options import Choices, choices_from_record, choices_record
+from gaitopt.model.import_options import ImportOptions, choices_from_record, choices_record
 from gaitopt.model.robot import Robot
 
 _KEPT = 8  # robots that a process keeps built
@@ -32,7 +32,7 @@ class RobotSource:
     """
 
     urdf: str
-    choices: Choices
+    choices: ImportOptions
     spec: BipedSpec | None = None
     changes: tuple[tuple[str, float], ...] = ()
 
@@ -45,7 +45,7 @@ class RobotSource:
         """
         if self.spec is None or not self.changes:
             return _built(self.urdf, _Known(self.choices))
-        return _built(urdf_text(changed(self.spec, dict(self.changes))), _Known(Choices()))
+        return _built(urdf_text(changed(self.spec, dict(self.changes))), _Known(ImportOptions()))
 
     def digest(self) -> str:
         """Return a short text that differs between robots."""
@@ -111,7 +111,7 @@ def _mix(a: object, b: object, share: float, where: str) -> object:
 class _Known:
     """Choices that can be the key of a cache."""
 
-    choices: Choices
+    choices: ImportOptions
 
     def __hash__(self) -> int:
         return hash(repr(choices_record(self.choices)))

@@ -10,20 +10,20 @@ from gaitopt.errors import RobotError
 from gaitopt.gait.result import Gait
 from gaitopt.importers.source import Source, read_source
 from gaitopt.model.feet.sole_frames import placement_of
-from gaitopt.model.import_options import Choices, choices_from_record
+from gaitopt.model.import_options import ImportOptions, choices_from_record
 from gaitopt.model.legs.heading import axis_vector
 from gaitopt.model.legs.reference_posture import reference_configuration
 from gaitopt.nlp import Array
 
 
-def gait_choices(gait: Gait) -> Choices:
+def gait_choices(gait: Gait) -> ImportOptions:
     """Return what was chosen about the gait's robot; nothing for a gait that does not record it.
 
     Raises:
         RobotError: the record cannot be read.
     """
     record = gait.fact("choices")
-    return choices_from_record(record) if isinstance(record, Mapping) else Choices()
+    return choices_from_record(record) if isinstance(record, Mapping) else ImportOptions()
 
 
 def gait_source(gait: Gait, package_dirs: tuple[str, ...] = ()) -> Source:

@@ -10,8 +10,8 @@ import pinocchio as pin
 from gaitopt.errors import RobotError
 from gaitopt.importers.report import Finding
 from gaitopt.importers.source import Source, read_source
-from gaitopt.model.import_options import Choices
-from gaitopt.model.importer import Reading, read_robot
+from gaitopt.model.import_options import ImportOptions
+from gaitopt.model.importer import ImportedRobot, import_robot
 from gaitopt.model.robot import Robot
 
 
@@ -33,7 +33,7 @@ class Inspection:
     origin: str
     source: Source | None = None
     model: pin.Model | None = None
-    reading: Reading | None = None
+    reading: ImportedRobot | None = None
     robot: Robot | None = None
     refusal: str = ""
 
@@ -45,12 +45,12 @@ class Inspection:
         return () if self.reading is None else self.reading.findings
 
     @property
-    def choices(self) -> Choices | None:
+    def choices(self) -> ImportOptions | None:
         """Every guess made explicit, None if not even the legs were found."""
         return None if self.reading is None else self.reading.choices
 
 
-def inspect_robot(urdf: str | Path, choices: Choices, origin: str = "") -> Inspection:
+def inspect_robot(urdf: str | Path, choices: ImportOptions, origin: str = "") -> Inspection:
     """Read a robot as far as possible; whatever is wrong with it is part of the result.
 
     Args:
@@ -64,7 +64,7 @@ def inspect_robot(urdf: str | Path, choices: Choices, origin: str = "") -> Inspe
     try:
         source = read_source(urdf, choices.package_dirs)
         model = source.model()
-        reading = read_robot(source, choices)
+        reading = import_robot(source, choices)
         robot = Robot.from_reading(source, reading)
     except RobotError as error:
         refusal = str(error)

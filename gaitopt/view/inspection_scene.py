@@ -6,7 +6,7 @@ import numpy as np
 import pinocchio as pin
 
 from gaitopt.errors import RobotError
-from gaitopt.model.importer import Reading
+from gaitopt.model.importer import ImportedRobot
 from gaitopt.model.legs.kinematic_tree import joint_axes
 from gaitopt.nlp import Array
 from gaitopt.view.drawable import drawable
@@ -53,7 +53,7 @@ def _shapes(inspection: Inspection) -> pin.GeometryModel:
     return pin.GeometryModel() if found is None else drawable(found)
 
 
-def _standing(reading: Reading) -> Array:
+def _standing(reading: ImportedRobot) -> Array:
     """Return the configuration (nq,) in which the robot stands on z = 0 and looks along x."""
     model, data = reading.model, reading.model.createData()
     pin.framesForwardKinematics(model, data, reading.q)
@@ -71,7 +71,9 @@ def _size(data: pin.Data) -> tuple[Array, float]:
     return (low + high) / 2.0, float(max(*(high - low), 0.1))
 
 
-def _draw_joints(node: meshcat.Visualizer, reading: Reading, q: Array, data: pin.Data) -> None:
+def _draw_joints(
+    node: meshcat.Visualizer, reading: ImportedRobot, q: Array, data: pin.Data
+) -> None:
     model, (_, size) = reading.model, _size(data)
     for side, leg in enumerate(reading.legs):
         for joint, axis in zip(leg, joint_axes(model, q, leg), strict=True):
@@ -98,7 +100,7 @@ def _along(distance: float) -> pin.SE3:
     return pin.SE3(np.eye(3), np.array([0.0, distance, 0.0]))
 
 
-def _draw_soles(node: meshcat.Visualizer, reading: Reading, data: pin.Data) -> None:
+def _draw_soles(node: meshcat.Visualizer, reading: ImportedRobot, data: pin.Data) -> None:
     sole = reading.soles.sole
     material = geometry.MeshBasicMaterial(
         color=_SOLE, opacity=0.5, transparent=True, depthTest=False, depthWrite=False

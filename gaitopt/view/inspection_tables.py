@@ -11,7 +11,7 @@ from gaitopt.design.summary import brace
 from gaitopt.gait.humanoid import stroll
 from gaitopt.importers.report import Finding
 from gaitopt.model.import_options import SIDES
-from gaitopt.model.importer import Reading
+from gaitopt.model.importer import ImportedRobot
 from gaitopt.model.legs.joint_limits import JointLimits
 from gaitopt.model.legs.kinematic_tree import joint_axes
 from gaitopt.model.robot import Robot
@@ -157,7 +157,7 @@ def _limit(value: float, stated: float) -> str:
     return "none" if not np.isfinite(stated) or stated == 0.0 else f"none ({stated:g})"
 
 
-def _axes(reading: Reading) -> dict[str, str]:
+def _axes(reading: ImportedRobot) -> dict[str, str]:
     """Return the axis of each leg joint at the reference posture, in the robot's axes."""
     joints = [j for leg in reading.legs for j in leg]
     axes = joint_axes(reading.model, reading.q, joints) @ reading.rotation

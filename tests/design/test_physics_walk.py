@@ -22,8 +22,8 @@ from gaitopt.gait.problem import WalkProblem
 from gaitopt.importers.physics import PassiveJoint, Physics, PointMass
 from gaitopt.importers.source import read_source
 from gaitopt.mechanics.single_support import FRICTION_RATE
-from gaitopt.model.import_options import Choices, LimitOverride
-from gaitopt.model.importer import read_robot
+from gaitopt.model.import_options import ImportOptions, LimitOverride
+from gaitopt.model.importer import import_robot
 from gaitopt.model.robot import Robot
 from gaitopt.solvers import solver_by_name
 from gaitopt.tolerances import MOMENTUM, REFEREE
@@ -47,8 +47,8 @@ def everything() -> Robot:
     carried |= {f"{s}_knee_link": PointMass(2.0, (0.0, 0.0, -0.15)) for s in ("left", "right")}
     source = read_source(CASES / "base_mini.urdf")
     source.__dict__["physics"] = Physics(joints, (0.0, 0.0, -6.0), carried)
-    choices = Choices(limits=(LimitOverride("*", armature=0.02),))
-    return Robot.from_reading(source, read_robot(source, choices))
+    choices = ImportOptions(limits=(LimitOverride("*", armature=0.02),))
+    return Robot.from_reading(source, import_robot(source, choices))
 
 
 @pytest.fixture(scope="module")
@@ -123,8 +123,8 @@ def test_changed_carried_weight_is_found(stepped):
 def designs() -> tuple[Design, Design]:
     """The walk of a file with damping and friction, and without them."""
     rotors = (LimitOverride("*", armature=0.02),)
-    counted = Robot.from_urdf(URDF, choices=Choices(limits=rotors))
-    left_out = Choices(limits=rotors, without=("damping", "friction"))
+    counted = Robot.from_urdf(URDF, choices=ImportOptions(limits=rotors))
+    left_out = ImportOptions(limits=rotors, without=("damping", "friction"))
     bare, options = Robot.from_urdf(URDF, choices=left_out), DesignOptions(solver_by_name("sqp"))
     return tuple(design(r, humanoid_task(r, speed=0.6), options) for r in (counted, bare))
 

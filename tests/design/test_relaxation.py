@@ -20,7 +20,7 @@ from gaitopt.design.remedies import _outward
 from gaitopt.gait.parameters import GEOMETRY, set_quantities
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.task import preset_task
-from gaitopt.model.import_options import Choices, LimitOverride
+from gaitopt.model.import_options import ImportOptions, LimitOverride
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import Start, Status
 from gaitopt.solvers import SQP
@@ -177,7 +177,7 @@ def test_the_duration_knob_pulls_towards_the_duration_asked_for(shorter, value):
 @pytest.mark.parametrize("stance", ["left", "right"])
 def test_the_step_width_is_turned_by_the_foot_spacing(robot, stance):
     """Its program allows just the widths beyond the one asked for, and asks for little of it."""
-    robot = Robot.from_urdf(robot.urdf, choices=Choices(stance=stance))
+    robot = Robot.from_urdf(robot.urdf, choices=ImportOptions(stance=stance))
     problem = WalkProblem(robot, preset_task(step_width=0.1))
     x, knob = easier_guess(problem), step_width_knob(problem)
     assert knob is not None

@@ -8,7 +8,7 @@ from humanoids import add_joint, add_link, edits
 from urdf_edits import edited_urdf, link
 
 from gaitopt.errors import RobotError
-from gaitopt.model.import_options import Choices, InertiaOverride, choices_from_toml
+from gaitopt.model.import_options import ImportOptions, InertiaOverride, choices_from_toml
 from gaitopt.model.robot import Robot
 
 SIDES = ("left", "right")
@@ -56,7 +56,7 @@ def test_a_body_that_is_set_is_that_of_a_file_that_has_it(robot, seed):
     rng = np.random.default_rng(seed)
     mass, com = float(rng.uniform(1.0, 6.0)), tuple(rng.uniform(-0.1, 0.1, 3))
     written = Robot.from_urdf(edited_urdf(body(mass, com, TURNING)))
-    chosen = Robot.from_urdf(robot.urdf, choices=Choices(inertias=given(mass, com, TURNING)))
+    chosen = Robot.from_urdf(robot.urdf, choices=ImportOptions(inertias=given(mass, com, TURNING)))
     np.testing.assert_allclose(bodies(chosen), bodies(written), atol=1e-12)
     assert chosen.mass == pytest.approx(written.mass, abs=1e-12)
     again = Robot.from_urdf(chosen.urdf, choices=chosen.choices)
@@ -73,7 +73,7 @@ def test_links_fixed_to_others_keep_theirs(robot):
         add_joint(root, "strap", "torso", "pack", xyz="-0.1 0 0.3", kind="fixed")
 
     text = edited_urdf(pack)
-    half = Choices(inertias=(InertiaOverride("pack", mass=2.0),))
+    half = ImportOptions(inertias=(InertiaOverride("pack", mass=2.0),))
     packed, light = Robot.from_urdf(text), Robot.from_urdf(text, choices=half)
     assert packed.mass - light.mass == pytest.approx(2.0, abs=1e-12)
     # A pack of half the mass: halfway between the robot with the whole one and with none.
@@ -85,7 +85,7 @@ def test_a_bad_body_of_the_file_is_mended():
     wrong = edited_urdf(body(3.0, (0.0, 0.0, -0.1), (9.0, 0.1, 0.1, 0.0, 0.0, 0.0)))
     with pytest.raises(RobotError, match="the inertia cannot belong to a body"):
         Robot.from_urdf(wrong)
-    mended = Choices(inertias=(InertiaOverride("*_shin", inertia=(0.1, 0.1, 0.05, 0, 0, 0)),))
+    mended = ImportOptions(inertias=(InertiaOverride("*_shin", inertia=(0.1, 0.1, 0.05, 0, 0, 0)),))
     assert Robot.from_urdf(wrong, choices=mended).mass > 50.0
 
     def bare(root):
@@ -95,7 +95,7 @@ def test_a_bad_body_of_the_file_is_mended():
 
     whole = InertiaOverride("*_shin", 3.0, (0.0, 0.0, -0.1), (0.1, 0.1, 0.05, 0, 0, 0))
     text = edited_urdf(edits(bare))
-    assert Robot.from_urdf(text, choices=Choices(inertias=(whole,))).mass > 50.0
+    assert Robot.from_urdf(text, choices=ImportOptions(inertias=(whole,))).mass > 50.0
 
 
 @pytest.mark.parametrize(
@@ -113,7 +113,7 @@ def test_a_bad_body_of_the_file_is_mended():
 )
 def test_bodies_that_cannot_be_are_refused(robot, override, told):
     with pytest.raises(RobotError, match=told):
-        Robot.from_urdf(robot.urdf, choices=Choices(inertias=(InertiaOverride(**override),)))
+        Robot.from_urdf(robot.urdf, choices=ImportOptions(inertias=(InertiaOverride(**override),)))
 
 
 def test_choices_files_hold_bodies(tmp_path):

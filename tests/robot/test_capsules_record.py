@@ -5,7 +5,7 @@ from example_robots import example_robot, needs_example_robots
 
 from gaitopt.errors import RobotError
 from gaitopt.mechanics.leg_distance import leg_pairs
-from gaitopt.model.import_options import Choices, choices_from_record, choices_record
+from gaitopt.model.import_options import ImportOptions, choices_from_record, choices_record
 from gaitopt.model.leg_capsules import capsule_rows, leg_capsules
 from gaitopt.model.robot import Robot
 
@@ -31,10 +31,10 @@ def test_a_robot_remembers_where_its_meshes_are():
 @pytest.mark.parametrize("row", [(13, "x"), (0, "foot", 1.0), "foot"])
 def test_what_is_no_capsule_is_refused(row):
     with pytest.raises(RobotError, match="capsules"):
-        Choices(capsules=(row,))
+        ImportOptions(capsules=(row,))
 
 
 def test_a_capsule_of_no_number_is_refused():
     row = (0, "foot", 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, float("nan"), "collision")
     with pytest.raises(RobotError, match="capsules of 'foot'"):
-        Choices(capsules=(row,))
+        ImportOptions(capsules=(row,))

@@ -13,7 +13,7 @@ from gaitopt.model.feet.sole import Sole
 from gaitopt.model.import_options import (
     AXES,
     UNEQUAL,
-    Choices,
+    ImportOptions,
     LimitOverride,
     choices_from_record,
     choices_from_toml,
@@ -36,7 +36,7 @@ OVERRIDES = st.builds(
     armature=st.none() | st.floats(0.0, 1.0),
 )
 CHOICES = st.builds(
-    Choices,
+    ImportOptions,
     feet=st.none() | st.tuples(names, names),
     stance=st.sampled_from([None, "right", "left"]),
     stance_sole=st.none() | names,
@@ -63,7 +63,7 @@ def test_a_record_is_plain_and_gives_the_same_choices(choices):
 
 
 def test_only_what_was_chosen_is_recorded():
-    assert choices_record(Choices(forward="-x", sole_drop=0.07)) == {
+    assert choices_record(ImportOptions(forward="-x", sole_drop=0.07)) == {
         "forward": "-x",
         "sole_drop": 0.07,
     }
@@ -89,7 +89,7 @@ joints = "*"
 speed = "none"
 lower = "none"
 """
-READ = Choices(
+READ = ImportOptions(
     feet=("r_foot", "l_foot"),
     forward="-x",
     unequal_limits="tighter",
@@ -190,11 +190,13 @@ def test_a_missing_file_is_named(tmp_path):
 
 
 def test_given_arguments_go_before():
-    choices = Choices(stance_sole="a", swing_sole="b").over(stance_sole="c", swing_sole=None)
+    choices = ImportOptions(stance_sole="a", swing_sole="b").over(stance_sole="c", swing_sole=None)
     assert (choices.stance_sole, choices.swing_sole) == ("c", "b")
 
 
 def test_every_choice_is_documented():
-    assert Choices.__doc__ is not None
-    for entry in fields(Choices):
-        assert f"{entry.name}:" in Choices.__doc__ or f"{entry.name}," in Choices.__doc__
+    assert ImportOptions.__doc__ is not None
+    for entry in fields(ImportOptions):
+        assert (
+            f"{entry.name}:" in ImportOptions.__doc__ or f"{entry.name}," in ImportOptions.__doc__
+        )

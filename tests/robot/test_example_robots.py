@@ -11,7 +11,7 @@ from pelvis_rooted import reading_of, rooted_both_ways
 
 from gaitopt.errors import RobotError
 from gaitopt.model.feet.sole import Sole
-from gaitopt.model.import_options import Choices, choices_from_record, choices_record
+from gaitopt.model.import_options import ImportOptions, choices_from_record, choices_record
 from gaitopt.model.leg_capsules import leg_capsules
 from gaitopt.model.robot import Robot
 from gaitopt.model.symmetry.leg_exchange import exchange_error, mirror_placement
@@ -175,7 +175,7 @@ def test_icub_stands_on_soles_longer_than_wide_though_its_meshes_lie():
 
 
 def test_a_pose_of_the_srdf_locks_the_arms_and_rotors_make_armature():
-    choices = Choices(srdf="../srdf/talos.srdf", posture="half_sitting")
+    choices = ImportOptions(srdf="../srdf/talos.srdf", posture="half_sitting")
     posed = Robot.from_urdf(example_robot(TALOS), choices=choices)
     upright = robot_of(TALOS)
     assert posed.mass == pytest.approx(upright.mass, rel=1e-12)
@@ -187,7 +187,7 @@ def test_a_pose_of_the_srdf_locks_the_arms_and_rotors_make_armature():
     again = Robot.from_urdf(posed.urdf, choices=posed.choices)
     assert again.model == posed.model
     rotors = Robot.from_urdf(
-        example_robot(TALOS), choices=Choices(srdf="../srdf/talos.srdf", rotors=True)
+        example_robot(TALOS), choices=ImportOptions(srdf="../srdf/talos.srdf", rotors=True)
     )
     # 1e-5 kg·m² behind gears of 100.
     np.testing.assert_allclose(rotors.model.armature[6:], 0.1)
@@ -197,14 +197,20 @@ def test_a_pose_of_the_srdf_locks_the_arms_and_rotors_make_armature():
 @pytest.mark.parametrize(
     ("choices", "message"),
     [
-        (Choices(posture="sitting"), "no SRDF is given"),
-        (Choices(srdf="none.srdf", posture="a"), r"cannot read the SRDF '.*none.srdf'"),
-        (Choices(srdf="../srdf/talos.srdf", posture="a"), "no pose 'a'; it has: half_sitting"),
-        (Choices(srdf="<robot/>", rotors=True), "the SRDF has no <rotor_params>"),
-        (Choices(srdf="<robot", rotors=True), "the SRDF is not well-formed XML"),
-        (Choices(posture={"torso_3_joint": 1.0}), "no joint 'torso_3_joint'; did you mean 'torso_"),
+        (ImportOptions(posture="sitting"), "no SRDF is given"),
+        (ImportOptions(srdf="none.srdf", posture="a"), r"cannot read the SRDF '.*none.srdf'"),
         (
-            Choices(posture={"arm_left_1_joint": -1.0}),
+            ImportOptions(srdf="../srdf/talos.srdf", posture="a"),
+            "no pose 'a'; it has: half_sitting",
+        ),
+        (ImportOptions(srdf="<robot/>", rotors=True), "the SRDF has no <rotor_params>"),
+        (ImportOptions(srdf="<robot", rotors=True), "the SRDF is not well-formed XML"),
+        (
+            ImportOptions(posture={"torso_3_joint": 1.0}),
+            "no joint 'torso_3_joint'; did you mean 'torso_",
+        ),
+        (
+            ImportOptions(posture={"arm_left_1_joint": -1.0}),
             r"allowed is 2 % .* by its effect: trunk: 0 g in mass, 19\.5 mm in centre of mass",
         ),
     ],
@@ -226,7 +232,7 @@ def test_limits_on_the_wrong_side_are_refused_and_can_be_settled():
         "the file has no sole frames",
     ):
         assert fact in str(refused.value)
-    given = Choices(
+    given = ImportOptions(
         unequal_limits="right", sole=Sole(0.12, -0.08, 0.05, -0.05), sole_drop=0.09, forward="x"
     )
     robot = Robot.from_urdf(example_robot(SIMPLE), choices=given)
@@ -236,7 +242,7 @@ def test_limits_on_the_wrong_side_are_refused_and_can_be_settled():
 
 
 def test_a_robot_whose_y_axis_is_up_is_read():
-    given = Choices(
+    given = ImportOptions(
         unequal_limits="tighter",
         asymmetry=0.25,
         sole=Sole(0.17, -0.06, 0.04, -0.04),

@@ -14,8 +14,8 @@ from urdf_edits import edited_urdf, joint, link
 from gaitopt.errors import RobotError
 from gaitopt.importers.source import read_source
 from gaitopt.model.feet.sole import Sole
-from gaitopt.model.import_options import Choices
-from gaitopt.model.importer import read_robot
+from gaitopt.model.import_options import ImportOptions
+from gaitopt.model.importer import import_robot
 from gaitopt.model.legs.leg_detection import speaks_for_other_side
 from gaitopt.model.robot import Robot
 from gaitopt.view.inspection import inspect_robot
@@ -78,7 +78,7 @@ def test_a_waist_between_root_and_legs_is_locked(robot):
     waisted = Robot.from_urdf(edited_urdf(new_root("0 0 0", waist="revolute")))
     assert relative_error(effort(waisted), effort(robot)) < 1e-10
     assert "one joint that is not the legs', locked at 0: waist" in said(waisted, "posture")
-    bent = Choices(posture={"waist": 0.3})
+    bent = ImportOptions(posture={"waist": 0.3})
     turned = Robot.from_urdf(waisted.urdf, choices=bent)
     np.testing.assert_allclose(turned.choices.forward, [np.cos(0.3), np.sin(0.3), 0], atol=1e-12)
     assert relative_error(effort(turned), effort(robot)) < 1e-10
@@ -145,20 +145,20 @@ def test_resolved_choices_need_no_shapes(robot):
 
 def test_feet_may_be_named_by_link_joint_or_frame(robot):
     for names in (("right_foot", "left_foot"), ("left_ankle_roll", "right_sole")):
-        found = Robot.from_urdf(robot.urdf, choices=Choices(feet=names))
+        found = Robot.from_urdf(robot.urdf, choices=ImportOptions(feet=names))
         assert found.joint_names == robot.joint_names
     with pytest.raises(RobotError, match="'right_foot' and 'right_sole' are moved by the same"):
-        Robot.from_urdf(robot.urdf, choices=Choices(feet=("right_foot", "right_sole")))
+        Robot.from_urdf(robot.urdf, choices=ImportOptions(feet=("right_foot", "right_sole")))
 
 
 def test_either_foot_may_stand(robot):
-    left = Robot.from_urdf(robot.urdf, choices=Choices(stance="left"))
+    left = Robot.from_urdf(robot.urdf, choices=ImportOptions(stance="left"))
     assert (left.stance_sole, left.swing_sole) == ("left_sole", "right_sole")
     assert left.joint_names[0] == "left_ankle_roll"
     same = Robot.from_urdf(robot.urdf, stance_sole="left_sole")
     assert same.model == left.model
     with pytest.raises(RobotError, match="'right_sole' makes the right foot stand, but stance the"):
-        Robot.from_urdf(robot.urdf, choices=Choices(stance="left", stance_sole="right_sole"))
+        Robot.from_urdf(robot.urdf, choices=ImportOptions(stance="left", stance_sole="right_sole"))
     with pytest.raises(RobotError, match="frame 'torso' is on neither foot"):
         Robot.from_urdf(robot.urdf, stance_sole="torso")
 
@@ -201,7 +201,7 @@ def test_legs_that_cannot_walk_are_named(edit, message):
 
 def _said_of(edit, **choices):
     with pytest.raises(RobotError) as caught:
-        Robot.from_urdf(edited_urdf(edit), choices=Choices(**choices))
+        Robot.from_urdf(edited_urdf(edit), choices=ImportOptions(**choices))
     return str(caught.value)
 
 
@@ -320,7 +320,7 @@ def test_a_pitched_root_is_told_with_the_up_that_would_right_it(robot):
     found = Robot.from_urdf(tilted)
     assert "is tilted by 5.00 degrees in the reference posture" in said(found, "sole")
     up = re.search(r"the root link that is tilted: up = \[(.*?)\]", said(found, "sole"))
-    given = Choices(up=tuple(float(n) for n in up[1].split(",")))
+    given = ImportOptions(up=tuple(float(n) for n in up[1].split(",")))
     righted = Robot.from_urdf(tilted, choices=given)
     assert "tilted" not in said(righted, "sole")
     np.testing.assert_allclose(pelvis(righted), pelvis(robot), atol=1e-5)
@@ -333,7 +333,9 @@ def test_a_posture_that_tilts_the_feet_too_far_is_refused():
     assert "[posture]" in told
     level = {"hip_pitch": -0.3, "knee": 0.6, "ankle_pitch": -0.3}
     angles = {f"{side}_{name}": a for name, a in level.items() for side in ("left", "right")}
-    assert Robot.from_urdf(edited_urdf(_on_spheres), choices=Choices(posture=angles)).mass > 0.0
+    assert (
+        Robot.from_urdf(edited_urdf(_on_spheres), choices=ImportOptions(posture=angles)).mass > 0.0
+    )
 
 
 def test_spread_arms_are_no_legs_that_lie(robot):
@@ -362,11 +364,11 @@ def test_legs_that_lie_without_soles_ask_for_up(robot):
 
 def test_other_joints_that_mimic_are_told_in_one_line():
     text = edited_urdf(edits(add_arms(5), _fingers))
-    reading = read_robot(read_source(text), Choices())
+    reading = import_robot(read_source(text), ImportOptions())
     (told,) = [p for p in reading.problems if p.kind == "mimic"]
     assert told.text.startswith("4 joints outside the legs mimic others; they are locked")
     assert "'left_finger_0', " in told.text
-    shown = {s.title: s.rows for s in sections(inspect_robot(text, Choices()))}
+    shown = {s.title: s.rows for s in sections(inspect_robot(text, ImportOptions()))}
     assert shown["Odd in the file"] == ((str(told.line), told.text),)
 
 
@@ -396,6 +398,6 @@ def test_legs_of_unequal_length_can_be_averaged_as_the_refusal_says():
         Robot.from_urdf(text)
     feet = tuple(json.loads(re.search(r"feet = (\[[^]]*\])", str(caught.value))[1]))
     with pytest.raises(RobotError, match="averaging left and right") as caught:
-        Robot.from_urdf(text, choices=Choices(feet=feet))
+        Robot.from_urdf(text, choices=ImportOptions(feet=feet))
     asymmetry = float(re.search(r"asymmetry = (\S+) in the file", str(caught.value))[1])
-    Robot.from_urdf(text, choices=Choices(feet=feet, asymmetry=asymmetry))
+    Robot.from_urdf(text, choices=ImportOptions(feet=feet, asymmetry=asymmetry))

@@ -8,8 +8,8 @@ import pytest
 from sample_gait import sample_gait
 
 from gaitopt import biped13, urdf_text
-from gaitopt.importers.pinocchio_model import reduced, tell_apart
-from gaitopt.model.import_options import Choices
+from gaitopt.importers.pinocchio_model import mark_joint_frames, reduced
+from gaitopt.model.import_options import ImportOptions
 from gaitopt.model.robot import Robot
 from gaitopt.view.page import page_text
 
@@ -43,7 +43,9 @@ def test_it_is_the_same_robot(robots):
 
 def test_a_sole_may_be_asked_for_by_a_name_that_a_joint_has():
     text = namesakes(TEXT).replace('"left_sole_joint"', '"left_sole"')
-    robot = Robot.from_urdf(text, choices=Choices(swing_sole="left_sole", stance_sole="right_sole"))
+    robot = Robot.from_urdf(
+        text, choices=ImportOptions(swing_sole="left_sole", stance_sole="right_sole")
+    )
     assert (robot.stance_sole, robot.swing_sole) == ("right_sole", "left_sole")
 
 
@@ -56,7 +58,7 @@ def test_its_walk_is_drawn():
 @pytest.mark.parametrize("joint", ["left_hip_yaw", "left_knee", "right_ankle_roll"])
 def test_a_joint_is_locked_as_if_nothing_were_named_like_it(joint):
     models = [
-        tell_apart(pin.buildModelFromXML(text, pin.JointModelFreeFlyer()))
+        mark_joint_frames(pin.buildModelFromXML(text, pin.JointModelFreeFlyer()))
         for text in (TEXT, namesakes(TEXT))
     ]
     q = pin.neutral(models[0])

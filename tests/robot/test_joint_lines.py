@@ -10,7 +10,7 @@ from humanoids import add_arms, add_toes, edits
 from urdf_edits import edited_urdf, joint
 
 from gaitopt.errors import RobotError
-from gaitopt.model.import_options import Choices, LimitOverride
+from gaitopt.model.import_options import ImportOptions, LimitOverride
 from gaitopt.model.leg_capsules import leg_capsules
 from gaitopt.model.legs.kinematic_tree import points_on_lines
 from gaitopt.model.robot import Robot
@@ -185,7 +185,7 @@ def test_continuous_joints_have_no_range_or_the_given_one(robot, parts):
     assert np.isinf(free.limits.lower[rows]).all()
     assert np.isinf(free.limits.upper[rows]).all()
     np.testing.assert_array_equal(free.limits.torque, robot.limits.torque)
-    given = Choices(limits=(LimitOverride("*", lower=-0.5, upper=0.5),))
+    given = ImportOptions(limits=(LimitOverride("*", lower=-0.5, upper=0.5),))
     held = Robot.from_urdf(edited_urdf(edit), choices=given)
     np.testing.assert_array_equal(held.limits.lower[rows], -0.5)
     again = Robot.from_urdf(free.urdf, choices=free.choices)

@@ -4,7 +4,7 @@ from humanoids import edits
 from urdf_edits import edited_urdf, joint, set_limit
 
 from gaitopt.errors import RobotError
-from gaitopt.model.import_options import Choices, LimitOverride
+from gaitopt.model.import_options import ImportOptions, LimitOverride
 from gaitopt.model.robot import Robot
 
 
@@ -94,7 +94,7 @@ def test_all_limits_that_differ_are_told_at_once_and_either_choice_settles_them(
         assert fact in told
     for offered in ("tighter", "right", "left"):
         assert f'"{offered}"' in told
-        Robot.from_urdf(edited_urdf(edit), choices=Choices(unequal_limits=offered))
+        Robot.from_urdf(edited_urdf(edit), choices=ImportOptions(unequal_limits=offered))
 
 
 @pytest.mark.parametrize(
@@ -132,10 +132,10 @@ def test_flipped_ranges_are_a_fault_of_the_file_and_tighter_comes_last(unit):
     assert "the file is broken" in told
     assert told.count("alike when one of the two is turned round") == 2
     assert told.index('"right" or "left"') < told.index('"tighter" leaves only')
-    Robot.from_urdf(edited_urdf(edit), choices=Choices(unequal_limits="tighter"))
+    Robot.from_urdf(edited_urdf(edit), choices=ImportOptions(unequal_limits="tighter"))
     for offered in ("right", "left"):
         assert f'"{offered}"' in told
-        robot = Robot.from_urdf(edited_urdf(edit), choices=Choices(unequal_limits=offered))
+        robot = Robot.from_urdf(edited_urdf(edit), choices=ImportOptions(unequal_limits=offered))
         assert np.ptp([robot.limits.lower[2], robot.limits.upper[2]]) == pytest.approx(2.39)
 
 
@@ -150,7 +150,7 @@ def test_what_differs_is_settled_as_chosen(unequal, torque, left_range):
         set_limit("right_hip_roll", lower=-0.7, upper=0.6),
     )
     for stance in ("right", "left"):
-        choices = Choices(unequal_limits=unequal, stance=stance)
+        choices = ImportOptions(unequal_limits=unequal, stance=stance)
         robot = Robot.from_urdf(edited_urdf(edit), choices=choices)
         knees, hips = rows(robot, "knee"), rows(robot, "hip_roll")
         assert robot.limits.torque[knees].tolist() == [torque, torque]
@@ -168,11 +168,11 @@ def test_ranges_without_a_common_part_are_refused():
     )
     for unequal in ("refuse", "tighter"):
         with pytest.raises(RobotError, match=r"'right_knee' and 'left_knee', 1\.2 to") as refused:
-            Robot.from_urdf(edited_urdf(edit), choices=Choices(unequal_limits=unequal))
+            Robot.from_urdf(edited_urdf(edit), choices=ImportOptions(unequal_limits=unequal))
         assert "which have nothing in common" in str(refused.value)
         assert "tighter" not in str(refused.value)
     for unequal in ("right", "left"):
-        Robot.from_urdf(edited_urdf(edit), choices=Choices(unequal_limits=unequal))
+        Robot.from_urdf(edited_urdf(edit), choices=ImportOptions(unequal_limits=unequal))
 
 
 def test_rounded_ranges_are_tightened(robot):
@@ -189,7 +189,7 @@ def test_overrides_replace_limits_by_pattern(robot):
         LimitOverride("*_ankle_roll", torque=33.0),
         LimitOverride("*_knee", lower=0.1, upper=1.9),
     )
-    changed = Robot.from_urdf(robot.urdf, choices=Choices(limits=limits))
+    changed = Robot.from_urdf(robot.urdf, choices=ImportOptions(limits=limits))
     pitch, roll, knee = (rows(changed, j) for j in ("ankle_pitch", "ankle_roll", "knee"))
     assert changed.limits.torque[pitch + roll].tolist() == [60.0, 60.0, 33.0, 33.0]
     assert np.isinf(changed.limits.speed[pitch + roll]).all()
@@ -212,12 +212,12 @@ def test_overrides_replace_limits_by_pattern(robot):
 )  # fmt: skip
 def test_an_end_beyond_the_other_of_the_file_is_refused(robot, overrides, message):
     with pytest.raises(RobotError, match=message):
-        Robot.from_urdf(robot.urdf, choices=Choices(limits=overrides))
+        Robot.from_urdf(robot.urdf, choices=ImportOptions(limits=overrides))
 
 
 def test_only_the_last_of_many_overrides_counts(robot):
     overrides = (LimitOverride("*knee", lower=5.0), LimitOverride("*knee", lower=0.3))
-    changed = Robot.from_urdf(robot.urdf, choices=Choices(limits=overrides))
+    changed = Robot.from_urdf(robot.urdf, choices=ImportOptions(limits=overrides))
     assert changed.limits.lower[rows(changed, "knee")].tolist() == [0.3, 0.3]
 
 
@@ -240,7 +240,7 @@ def test_ranges_in_degrees_are_told():
 
 
 def test_a_pattern_without_a_joint_is_refused(robot):
-    choices = Choices(limits=(LimitOverride("*_nee", torque=1.0),))
+    choices = ImportOptions(limits=(LimitOverride("*_nee", torque=1.0),))
     with pytest.raises(RobotError, match=r"no joint matches '\*_nee'; the joints are: left_"):
         Robot.from_urdf(robot.urdf, choices=choices)
 
@@ -250,7 +250,7 @@ def test_lower_and_higher_limits_than_the_files_can_be_chosen(robot, share):
     chosen = LimitOverride(
         "*knee*", torque=share * robot.limits.torque[2], speed=share * robot.limits.speed[2]
     )
-    again = Robot.from_urdf(robot.urdf, choices=Choices(limits=(chosen,)))
+    again = Robot.from_urdf(robot.urdf, choices=ImportOptions(limits=(chosen,)))
     for kind in ("torque", "speed"):
         ratio = getattr(again.limits, kind) / getattr(robot.limits, kind)
         assert ratio[list(robot.legs.knees)] == pytest.approx(share)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from gaitopt.errors import RobotError
-from gaitopt.model.import_options import Choices
+from gaitopt.model.import_options import ImportOptions
 from gaitopt.model.robot import Robot
 
 CASE = Path(__file__).parents[1] / "data" / "cases" / "mj_geom_default_pos.xml"
@@ -134,7 +134,7 @@ def test_keyframes_of_the_file_are_postures(name):
         ET.SubElement(ET.SubElement(root, "keyframe"), "key", name="crouch", qpos=qpos)
 
     text = edited(edit)
-    robot = Robot.from_urdf(text, choices=Choices(posture=name))
+    robot = Robot.from_urdf(text, choices=ImportOptions(posture=name))
     assert dict(robot.choices.posture)["r_knee"] == pytest.approx(0.6)
     with pytest.raises(RobotError, match=r"it has: .*crouch"):
-        Robot.from_urdf(text, choices=Choices(posture="stand"))
+        Robot.from_urdf(text, choices=ImportOptions(posture="stand"))

@@ -6,7 +6,7 @@ import pytest
 from humanoids import add_arms, add_toes, edits, new_root
 from urdf_edits import edited_urdf, scale_mass
 
-from gaitopt.model.import_options import Choices
+from gaitopt.model.import_options import ImportOptions
 from gaitopt.model.multibody import BASE
 from gaitopt.model.robot import Robot
 
@@ -15,7 +15,7 @@ LOOSE = {"asymmetry": 1.0}
 
 
 def robot_with(*more, **choices):
-    return Robot.from_urdf(edited_urdf(edits(WHOLE, *more)), choices=Choices(**choices))
+    return Robot.from_urdf(edited_urdf(edits(WHOLE, *more)), choices=ImportOptions(**choices))
 
 
 def reduced(robot):

@@ -12,13 +12,13 @@ from gaitopt.errors import InputError, RobotError
 from gaitopt.importers.physics import PARTS, PassiveJoint, Physics, PointMass
 from gaitopt.importers.source import read_source
 from gaitopt.model.import_options import (
-    Choices,
+    ImportOptions,
     LimitOverride,
     choices_from_record,
     choices_from_toml,
     choices_record,
 )
-from gaitopt.model.importer import read_robot
+from gaitopt.model.importer import import_robot
 from gaitopt.model.physics_report import physics_record
 from gaitopt.model.robot import Robot
 
@@ -27,11 +27,11 @@ URDF = CASES / "urdf_damping_friction.urdf"
 LINKS = ("hip_yaw", "hip_roll", "hip_pitch", "knee", "ankle_pitch", "ankle_roll")
 
 
-def mini(physics: Physics, choices: Choices | None = None) -> Robot:
+def mini(physics: Physics, choices: ImportOptions | None = None) -> Robot:
     """The small biped with some physics."""
     source = read_source(CASES / "base_mini.urdf")
     source.__dict__["physics"] = physics
-    return Robot.from_reading(source, read_robot(source, choices or Choices()))
+    return Robot.from_reading(source, import_robot(source, choices or ImportOptions()))
 
 
 def told(robot: Robot, topic: str) -> list[tuple[str, str]]:
@@ -51,17 +51,17 @@ def test_the_dynamics_of_a_urdf_count_and_are_told():
 
 
 def test_parts_can_be_left_out_each_by_itself():
-    bare = Robot.from_urdf(URDF, choices=Choices(without=("friction", "damping")))
+    bare = Robot.from_urdf(URDF, choices=ImportOptions(without=("friction", "damping")))
     assert bare.physics.passive is None
     assert [how for how, _ in told(bare, "damping") + told(bare, "joint friction")] == ["given"] * 2
-    half = Robot.from_urdf(URDF, choices=Choices(without=["friction"]))
+    half = Robot.from_urdf(URDF, choices=ImportOptions(without=["friction"]))
     assert not half.physics.passive.friction.any()
     assert half.physics.passive.damping.all()
     assert physics_record(half)["without"] == ["friction"]
 
 
 def test_what_is_left_out_stays_so_in_files():
-    choices = Choices(without=("gravity", "friction", "friction"))
+    choices = ImportOptions(without=("gravity", "friction", "friction"))
     assert choices.without == ("friction", "gravity")  # once each, in the usual order
     record = json.loads(json.dumps(choices_record(choices)))
     assert choices_from_record(record) == choices
@@ -71,7 +71,7 @@ def test_what_is_left_out_stays_so_in_files():
 @pytest.mark.parametrize("value", [("frction",), ("Friction",), (3,), "friction", ("",)])
 def test_unknown_parts_are_refused(value):
     with pytest.raises(RobotError, match="without") as refused:
-        Choices(without=value)
+        ImportOptions(without=value)
     assert isinstance(value, str) or all(part in str(refused.value) for part in PARTS)
 
 
@@ -125,7 +125,7 @@ def test_gravity_of_the_description_counts():
     assert robot.legs.gravity == pytest.approx(1.62)
     [(how, text)] = told(robot, "gravity")
     assert (how, "1.62 m/s²" in text) == ("warning", True)
-    earth = mini(Physics(gravity=(0.0, 0.0, -1.62)), Choices(without=("gravity",)))
+    earth = mini(Physics(gravity=(0.0, 0.0, -1.62)), ImportOptions(without=("gravity",)))
     np.testing.assert_array_equal(earth.model.gravity.linear, [0.0, 0.0, -9.81])
     [(how, text)] = told(earth, "gravity")
     assert (how, "left out, as chosen: 9.81" in text) == ("given", True)
@@ -153,7 +153,7 @@ def test_gravity_that_no_walk_stands_is_refused_with_advice_that_works(gravity, 
     with pytest.raises(RobotError, match=said) as refused:
         mini(Physics(gravity=gravity))
     assert "--without gravity" in str(refused.value)
-    assert mini(Physics(gravity=gravity), Choices(without=("gravity",))).weight > 0.0
+    assert mini(Physics(gravity=gravity), ImportOptions(without=("gravity",))).weight > 0.0
 
 
 @pytest.mark.parametrize(
@@ -171,23 +171,23 @@ def test_joints_that_do_what_no_joint_does_are_refused(joint, part):
     physics = Physics({"left_knee": joint, "right_knee": joint})
     with pytest.raises(RobotError, match=f"joint '.*_knee'.*--without {part}"):
         mini(physics)
-    assert mini(physics, Choices(without=(part,))).physics.passive is None
+    assert mini(physics, ImportOptions(without=(part,))).physics.passive is None
 
 
 def test_a_robot_that_hangs_is_refused():
     carried = {"base": PointMass(50.0, (0.0, 0.0, 0.2))}
     with pytest.raises(RobotError, match=r"50 kg .* --without gravity-compensation"):
         mini(Physics(compensated=carried))
-    assert mini(Physics(compensated=carried), Choices(without=("gravity-compensation",)))
+    assert mini(Physics(compensated=carried), ImportOptions(without=("gravity-compensation",)))
 
 
 def test_a_file_without_rotors_is_warned_about():
     [(how, text)] = told(Robot.from_urdf(CASES / "base_mini.urdf"), "armature")
     assert how == "warning"
     assert "--armature '*=0.01'" in text
-    given = Choices(limits=(LimitOverride("*", armature=0.01),))
+    given = ImportOptions(limits=(LimitOverride("*", armature=0.01),))
     assert told(Robot.from_urdf(CASES / "base_mini.urdf", choices=given), "armature") == []
-    left_out = Choices(without=("armature",))
+    left_out = ImportOptions(without=("armature",))
     assert told(Robot.from_urdf(CASES / "base_mini.urdf", choices=left_out), "armature") == []
 
 
@@ -196,7 +196,7 @@ def test_bipeds_made_by_gaitopt_are_not(robot):
 
 
 def test_without_armature_leaves_out_all_of_it():
-    choices = Choices(limits=(LimitOverride("*", armature=0.01),), without=("armature",))
+    choices = ImportOptions(limits=(LimitOverride("*", armature=0.01),), without=("armature",))
     robot = Robot.from_urdf(CASES / "base_mini.urdf", choices=choices)
     assert not robot.model.armature.any()
     assert robot.choices.limits == ()

@@ -9,7 +9,7 @@ from urdf_edits import add_arm, edited_urdf, joint
 
 from gaitopt.errors import RobotError
 from gaitopt.importers.source import read_source
-from gaitopt.model.import_options import Choices, LimitOverride
+from gaitopt.model.import_options import ImportOptions, LimitOverride
 from gaitopt.model.legs.reference_posture import reference_angles
 from gaitopt.model.robot import Robot
 
@@ -29,7 +29,7 @@ def armed(lower=-1.0, upper=1.0, kind="revolute"):
 
 
 def read(angle, text=None, **choices):
-    choices = Choices(posture={"shoulder": angle}, asymmetry=1.0, **choices)
+    choices = ImportOptions(posture={"shoulder": angle}, asymmetry=1.0, **choices)
     return Robot.from_urdf(text or armed(), choices=choices)
 
 
@@ -54,9 +54,9 @@ def test_an_angle_far_beyond_the_range_is_refused(angle, hint):
 def test_a_pose_of_an_srdf_is_held_to_the_same():
     far = POSES.format(name="far", angle=1.5)
     with pytest.raises(RobotError, match=r"'shoulder' is at 1.5 rad, but its range is -1 to 1 rad"):
-        Robot.from_urdf(armed(), choices=Choices(posture="far", srdf=far))
+        Robot.from_urdf(armed(), choices=ImportOptions(posture="far", srdf=far))
     near = POSES.format(name="near", angle=1.04)
-    robot = Robot.from_urdf(armed(), choices=Choices(posture="near", srdf=near))
+    robot = Robot.from_urdf(armed(), choices=ImportOptions(posture="near", srdf=near))
     assert told(robot) == [("warning", "stands at 1.04 rad, outside its range -1 to 1 rad")]
     again = Robot.from_urdf(robot.urdf, choices=robot.choices)
     assert told(again) == told(robot)
@@ -118,21 +118,21 @@ def keyframed():
 
 @pytest.mark.parametrize(("name", "angle"), [("home", 0.25), ("keyframe:sit", 0.5)])
 def test_keyframes_are_postures(name, angle):
-    found = reference_angles(Choices(posture=name), keyframed(), Path())
+    found = reference_angles(ImportOptions(posture=name), keyframed(), Path())
     assert found == {"shoulder": angle}
 
 
 @pytest.mark.parametrize(
     ("choices", "told"),
     [
-        (Choices(posture="stand"), "no SRDF is given .* and it has: home, sit$"),
-        (Choices(posture="keyframe:stand"), "no keyframe 'stand'; it has: home, sit$"),
+        (ImportOptions(posture="stand"), "no SRDF is given .* and it has: home, sit$"),
+        (ImportOptions(posture="keyframe:stand"), "no keyframe 'stand'; it has: home, sit$"),
         (
-            Choices(posture="stand", srdf=POSES.format(name="far", angle=0.1)),
+            ImportOptions(posture="stand", srdf=POSES.format(name="far", angle=0.1)),
             "the SRDF has no pose 'stand'; it has: far; the robot's file has keyframes: home, sit$",
         ),
         (
-            Choices(posture="keyframe:sit", srdf=POSES.format(name="far", angle=0.1)),
+            ImportOptions(posture="keyframe:sit", srdf=POSES.format(name="far", angle=0.1)),
             "an SRDF is given .*, but nothing of it is used",
         ),
     ],
@@ -141,4 +141,4 @@ def test_unknown_postures_are_answered_with_those_there_are(choices, told):
     with pytest.raises(RobotError, match=told):
         reference_angles(choices, keyframed(), Path())
     with pytest.raises(RobotError, match="the robot's file has no keyframes"):
-        reference_angles(Choices(posture="x"), read_source(armed()).model(), Path())
+        reference_angles(ImportOptions(posture="x"), read_source(armed()).model(), Path())

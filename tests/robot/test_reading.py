@@ -13,7 +13,7 @@ from urdf_edits import edited_urdf, joint, link, set_limit
 from gaitopt.errors import RobotError
 from gaitopt.model.feet.sole import Sole
 from gaitopt.model.feet.sole_detection import sole_normal
-from gaitopt.model.import_options import Choices
+from gaitopt.model.import_options import ImportOptions
 from gaitopt.model.robot import Robot
 
 FOOT = "type='box' size='0.107 0.068 0.02' pos='0.03 0 -0.085'"
@@ -98,7 +98,7 @@ def test_a_foot_that_contradicts_the_knees_is_a_warning(robot):
     turned = Robot.from_urdf(edited_urdf(edits(LONG_HEEL, new_root("0 0 3.141592653589793"))))
     assert turned.choices.forward == "x"
     assert "warning: the knees' ranges speak for the opposite direction" in said(turned, "heading")
-    given = Robot.from_urdf(turned.urdf, choices=Choices(forward="-x"))
+    given = Robot.from_urdf(turned.urdf, choices=ImportOptions(forward="-x"))
     assert given.joint_names == robot.joint_names
     assert given.legs.flexion.tolist() == [1.0, 1.0]
     assert "given: forward is -x" in said(given, "heading")
@@ -116,7 +116,7 @@ def test_without_any_sign_forward_is_x_by_convention():
 def test_forward_must_be_level_and_across_the_hips(robot):
     for axis in ("y", "z"):
         with pytest.raises(RobotError, match=f"forward = {axis} is not level and across the hips"):
-            Robot.from_urdf(robot.urdf, choices=Choices(forward=axis))
+            Robot.from_urdf(robot.urdf, choices=ImportOptions(forward=axis))
 
 
 def test_a_foot_off_the_middle_gets_a_frame_in_its_middle(robot):
@@ -163,7 +163,7 @@ def test_a_frame_that_is_no_sole_is_refused_unless_the_sole_is_given(robot):
 
 
 def test_a_sole_may_be_measured(robot):
-    choices = Choices(sole=Sole(0.13, -0.07, 0.06, -0.06), sole_drop=0.11)
+    choices = ImportOptions(sole=Sole(0.13, -0.07, 0.06, -0.06), sole_drop=0.11)
     found = Robot.from_urdf(robot.urdf, choices=choices)
     np.testing.assert_allclose(found.legs.ankles, [[0, 0, 0.11]] * 2, atol=1e-12)
     assert found.choices.sole_placements is not None

@@ -7,7 +7,7 @@ from urdf_edits import edited_urdf
 
 from gaitopt.errors import RobotError
 from gaitopt.model.feet.sole import Sole
-from gaitopt.model.import_options import Choices
+from gaitopt.model.import_options import ImportOptions
 from gaitopt.model.robot import Robot
 
 
@@ -71,7 +71,9 @@ def test_a_sole_larger_than_a_leg_is_refused(robot):
 
 def test_a_height_of_the_ankle_other_than_that_of_the_foot_is_told(robot):
     seen = float(robot.legs.ankles[0, 2])
-    (told,) = warnings(Robot.from_urdf(robot.urdf, choices=Choices(sole_drop=0.5)))
+    (told,) = warnings(Robot.from_urdf(robot.urdf, choices=ImportOptions(sole_drop=0.5)))
     assert "sole_drop is 500.0 mm as given, but the lower faces of the feet were found " in told
     assert f"found {seen * 1e3:.1f} mm below the ankles; the given one counts" in told
-    assert warnings(Robot.from_urdf(robot.urdf, choices=Choices(sole_drop=seen + 0.004))) == []
+    assert (
+        warnings(Robot.from_urdf(robot.urdf, choices=ImportOptions(sole_drop=seen + 0.004))) == []
+    )

@@ -21,7 +21,7 @@ from gaitopt.importers.source import read_source
 from gaitopt.model.feet.foot_shape import foot_points
 from gaitopt.model.feet.sole import Sole
 from gaitopt.model.feet.sole_detection import find_sole, largest_rectangle
-from gaitopt.model.import_options import Choices
+from gaitopt.model.import_options import ImportOptions
 
 FOOT = """<robot name='foot'>
 <link name='base'/><link name='foot'>
@@ -81,7 +81,7 @@ def test_both_ways_out_are_told_where_the_meshes_of_the_feet_are_lost():
         Robot.from_urdf(text)
     for words in (lost, "--package-dir DIR", "package_dirs", "--choices", "sole=Sole(toe"):
         assert words in str(refused.value)
-    given = Choices(sole=Sole(0.0, -0.2, 0.05, -0.05))
+    given = ImportOptions(sole=Sole(0.0, -0.2, 0.05, -0.05))
     assert Robot.from_urdf(text, choices=given).sole.heel == -0.2
     with pytest.raises(RobotError, match=f"no sole frames; {lost}.*sole_drop"):
         Robot.from_urdf(edited_urdf(without_frames))

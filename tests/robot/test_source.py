@@ -15,8 +15,8 @@ from gaitopt.catalogue.biped_spec import biped13
 from gaitopt.catalogue.urdf_writer import urdf_text
 from gaitopt.errors import RobotError
 from gaitopt.importers.source import Source, read_source
-from gaitopt.model.import_options import Choices
-from gaitopt.model.importer import read_robot
+from gaitopt.model.import_options import ImportOptions
+from gaitopt.model.importer import import_robot
 from gaitopt.model.robot import Robot
 
 TEXT = urdf_text(biped13())
@@ -232,7 +232,7 @@ def test_a_model_is_read_once_and_handed_out_as_a_copy(monkeypatch):
 
 def test_a_robot_may_be_made_of_its_reading():
     source = read_source(TEXT)
-    robot = Robot.from_reading(source, read_robot(source, Choices()))
+    robot = Robot.from_reading(source, import_robot(source, ImportOptions()))
     expected = Robot.from_urdf(TEXT)
     assert robot.model == expected.model
     assert robot.choices == expected.choices

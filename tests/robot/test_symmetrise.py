@@ -14,8 +14,8 @@ from urdf_edits import edited_urdf, joint, link, scale_mass, set_limit
 from gaitopt.errors import RobotError
 from gaitopt.importers.source import read_source
 from gaitopt.model.chain import Chain, build_chain
-from gaitopt.model.import_options import Choices, LimitOverride
-from gaitopt.model.importer import Reading, read_robot
+from gaitopt.model.import_options import ImportOptions, LimitOverride
+from gaitopt.model.importer import ImportedRobot, import_robot
 from gaitopt.model.reroot import lock_upper_body, reroot
 from gaitopt.model.robot import Robot
 from gaitopt.model.symmetry.averaging import mirrored
@@ -30,10 +30,10 @@ def said(robot: Robot, topic: str = "symmetry") -> list[str]:
     return [f"{f.how}: {f.subject}: {f.text}" for f in robot.findings if f.topic == topic]
 
 
-def advised(error: RobotError) -> Choices:
+def advised(error: RobotError) -> ImportOptions:
     """The choice that a refusal names."""
     named = re.search(r"have it averaged: asymmetry = ([\d.e-]+) in", str(error))
-    return Choices(asymmetry=float(named.group(1)))
+    return ImportOptions(asymmetry=float(named.group(1)))
 
 
 def soles_of(robot: Robot) -> tuple[str, str]:
@@ -201,7 +201,7 @@ def test_an_impossible_body_does_not_hide_what_else_is_wrong():
 
 def test_different_rotors_are_averaged():
     limits = (LimitOverride("left_knee", armature=0.1), LimitOverride("right_knee", armature=0.11))
-    robot = Robot.from_urdf(edited_urdf(lambda _: None), choices=Choices(limits=limits))
+    robot = Robot.from_urdf(edited_urdf(lambda _: None), choices=ImportOptions(limits=limits))
     knees = [6 + robot.joint_names.index(f"{side}_knee") for side in ("left", "right")]
     assert robot.model.armature[knees].tolist() == pytest.approx([0.105] * 2)
     first = said(robot)[0]
@@ -239,9 +239,9 @@ def disturbed(seed: int, size: float):
     return edited_urdf(edit)
 
 
-def chain_of(urdf: str, **choices) -> tuple[Reading, Chain]:
+def chain_of(urdf: str, **choices) -> tuple[ImportedRobot, Chain]:
     source = read_source(urdf, ())
-    reading = read_robot(source, Choices(asymmetry=1.0, **choices))
+    reading = import_robot(source, ImportOptions(asymmetry=1.0, **choices))
     return reading, build_chain(reading)
 
 
@@ -317,7 +317,7 @@ def test_what_is_accepted_grows_with_the_choice_and_falls_with_the_size(seed):
     assert effects == sorted(effects)
     for allowed in (3e-3,):
         for size, effect in zip(SIZES, effects, strict=True):
-            choices = Choices(asymmetry=allowed)
+            choices = ImportOptions(asymmetry=allowed)
             if effect <= allowed:
                 Robot.from_urdf(disturbed(seed, size), choices=choices)
             else:
@@ -352,7 +352,7 @@ def test_a_hip_ahead_or_above_turns_neither_heading_nor_up(shift):
     root = ET.parse(CASES / "base_mini.urdf").getroot()
     place = np.array([0.0, 0.1, 0.0]) + shift
     joint(root, "left_hip_yaw").find("origin").set("xyz", " ".join(map(str, place)))
-    choices = Choices(asymmetry=0.05)
+    choices = ImportOptions(asymmetry=0.05)
     robot = Robot.from_urdf(ET.tostring(root, encoding="unicode"), choices=choices)
     assert (robot.choices.forward, robot.choices.up) == ("x", "z")
     told = [line for line in said(robot) if "joints" in line]

@@ -16,7 +16,7 @@ from gaitopt.importers.bodies import refuse_unsound
 from gaitopt.importers.source import read_source
 from gaitopt.importers.urdf_check import check_urdf
 from gaitopt.importers.xml_document import parse_xml
-from gaitopt.model.import_options import Choices, LimitOverride
+from gaitopt.model.import_options import ImportOptions, LimitOverride
 from gaitopt.model.robot import Robot
 
 TEXT = urdf_text(biped13())
@@ -367,9 +367,9 @@ def test_a_range_that_was_given_otherwise_is_no_problem(upper, refused):
     text = edited_urdf(limits(lower="3"))
     if refused:
         with pytest.raises(RobotError, match=r"^line \d+: joint 'left_knee': the range is from 3"):
-            Robot.from_urdf(text, choices=Choices(limits=(given,)))
+            Robot.from_urdf(text, choices=ImportOptions(limits=(given,)))
     else:
-        robot = Robot.from_urdf(text, choices=Choices(limits=(given,)))
+        robot = Robot.from_urdf(text, choices=ImportOptions(limits=(given,)))
         assert robot.limits.upper[robot.legs.knees[1]] == upper
 
 

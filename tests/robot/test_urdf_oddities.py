@@ -11,8 +11,8 @@ from urdf_edits import edited_urdf, joint, link
 
 from gaitopt.errors import RobotError
 from gaitopt.importers.source import read_source
-from gaitopt.model.import_options import Choices
-from gaitopt.model.importer import read_robot
+from gaitopt.model.import_options import ImportOptions
+from gaitopt.model.importer import import_robot
 from gaitopt.model.robot import Robot
 
 CASES = Path(__file__).parents[1] / "data" / "cases"
@@ -237,7 +237,7 @@ def test_an_inertia_too_large_for_the_shape_is_told(factor, told):
             moments.update({k: repr(factor * float(v)) for k, v in moments.items()})
 
     source = read_source(edited_urdf(edit))
-    reading = read_robot(source, Choices())
+    reading = import_robot(source, ImportOptions())
     large = [f for f in reading.findings if f.topic == "inertia"]
     assert [f.subject for f in large] == (["left_foot", "right_foot"] if told else [])
     assert all(

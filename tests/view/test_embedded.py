@@ -13,7 +13,7 @@ import pinocchio as pin
 import pytest
 from sample_gait import sample_gait
 
-from gaitopt.model.import_options import Choices
+from gaitopt.model.import_options import ImportOptions
 from gaitopt.view.bare_collada import bare_collada
 from gaitopt.view.inspection import inspect_robot
 from gaitopt.view.inspection_page import inspection_text
@@ -180,7 +180,7 @@ def test_names_with_control_characters_are_shown():
     assert visible("a\x1b[2Jb\r\n\x00\u2028\ud800") == "a\\x1b[2Jb\\r\\n\\x00\\u2028\\ud800"
     assert on_page("<\x07>") == "&lt;\\x07&gt;"
     urdf = '<robot name="&lt;i&gt;@TABLES@&#x9b;31m"><link name="b"/></robot>'
-    text = inspection_text(inspect_robot(urdf, Choices()))
+    text = inspection_text(inspect_robot(urdf, ImportOptions()))
     assert "<h1>&lt;i&gt;@TABLES@\\x9b31m</h1>" in html.unescape(text).replace(
         "<h1><i>", "<h1>&lt;i&gt;"
     )

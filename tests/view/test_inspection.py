@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 
 from gaitopt import biped13, urdf_text
 from gaitopt.design.summary import brace, shared_name
-from gaitopt.model.import_options import Choices
+from gaitopt.model.import_options import ImportOptions
 from gaitopt.view.inspection import inspect_robot
 from gaitopt.view.inspection_page import inspection_text
 from gaitopt.view.inspection_tables import axis_words, sections
@@ -52,22 +52,22 @@ def test_tilted_axes_are_named_with_their_tilt(tilt, near, sign):
 
 
 def test_an_inspection_keeps_what_it_reached():
-    found = inspect_robot(urdf_text(biped13()), Choices())
+    found = inspect_robot(urdf_text(biped13()), ImportOptions())
     assert (found.refusal, found.title) == ("", "biped13")
     assert [s.title for s in sections(found)][:2] == [
         "Robot", "Joints; axis and range of the right leg"
     ]  # fmt: skip
-    broken = inspect_robot("<robot", Choices())
+    broken = inspect_robot("<robot", ImportOptions())
     assert broken.source is None
     assert "not well-formed" in broken.refusal
-    armless = inspect_robot('<robot name="a"><link name="b"/></robot>', Choices())
+    armless = inspect_robot('<robot name="a"><link name="b"/></robot>', ImportOptions())
     assert armless.robot is None
     assert armless.refusal
 
 
 def test_a_name_cannot_break_the_page():
     evil = urdf_text(biped13()).replace('name="biped13"', 'name="&lt;script&gt;alert(1)"')
-    text = inspection_text(inspect_robot(evil, Choices()))
+    text = inspection_text(inspect_robot(evil, ImportOptions()))
     assert "<script>alert" not in text
     assert "&lt;script&gt;alert(1)" in text
     assert "@FIT@" not in text

@@ -18,7 +18,7 @@ from gaitopt.importers.report import Finding
 from gaitopt.model.feet.sole import Sole
 from gaitopt.model.feet.sole_detection import FoundSole, Rectangle, common_rectangle
 from gaitopt.model.feet.stance import Stance
-from gaitopt.model.import_options import Choices, Placement
+from gaitopt.model.import_options import ImportOptions, Placement
 from gaitopt.model.symmetry.leg_exchange import mirror_placement
 from gaitopt.nlp import Array
 
@@ -108,7 +108,7 @@ def choose_soles(
     stance: Stance,
     found: tuple[FoundSole | None, FoundSole | None],
     names: tuple[str | None, str | None],
-    choices: Choices,
+    choices: ImportOptions,
     lost: Sequence[MeshProblem] = (),
 ) -> Soles:
     """Return the sole frames and their rectangle.
@@ -164,7 +164,9 @@ def placement_of(numbers: Placement) -> pin.SE3:
     return pin.SE3(rows[:, :3].copy(), rows[:, 3].copy())
 
 
-def _as_given(stance: Stance, names: tuple[str | None, str | None], choices: Choices) -> Soles:
+def _as_given(
+    stance: Stance, names: tuple[str | None, str | None], choices: ImportOptions
+) -> Soles:
     if choices.sole is None or choices.sole_placements is None:
         raise RobotError("sole_placements are given without the sole rectangle (sole); give both")
     free = free_names(stance.model)
@@ -179,7 +181,7 @@ def _named_frames(
     stance: Stance,
     names: tuple[str | None, str | None],
     face: Rectangle | None,
-    choices: Choices,
+    choices: ImportOptions,
 ) -> tuple[pin.Frame, pin.Frame] | None:
     """Frames of the user's names; where only one is named, the other foot's mirrored frame."""
     if names == (None, None):
@@ -257,7 +259,7 @@ def _partner(stance: Stance, side: int, frame: pin.Frame) -> pin.Frame | None:
 
 
 def _origin(
-    stance: Stance, face: Rectangle | None, choices: Choices, lost: Sequence[MeshProblem]
+    stance: Stance, face: Rectangle | None, choices: ImportOptions, lost: Sequence[MeshProblem]
 ) -> Array:
     """Origin of a new right sole frame in the pelvis frame: below the ankle, mid-width."""
     ankle = (stance.ankles[0] + stance.ankles[1] * [1.0, -1.0, 1.0]) / 2.0
@@ -273,7 +275,7 @@ def _finish(
     names: tuple[str, str],
     placements: tuple[pin.SE3, pin.SE3],
     face: Rectangle | None,
-    choices: Choices,
+    choices: ImportOptions,
     lost: Sequence[MeshProblem],
     *,
     added: bool,

@@ -19,7 +19,7 @@ from gaitopt.model.feet.sole_detection import (
     tilt,
     turn_onto,
 )
-from gaitopt.model.import_options import SIDES, Choices
+from gaitopt.model.import_options import SIDES, ImportOptions
 from gaitopt.model.legs.heading import axis_vector, leg_lines
 from gaitopt.model.legs.kinematic_tree import LegJoints, Placed, Tree, joint_axes, place, unit
 from gaitopt.model.legs.leg_detection import (
@@ -204,7 +204,7 @@ _AGREE = 0.02  # rad: the soles of both feet, whose meshes may be rounded
 _Z = np.array([0.0, 0.0, 1.0])
 
 
-def standing_legs(source: Source, placed: Placed, choices: Choices) -> Pair:
+def standing_legs(source: Source, placed: Placed, choices: ImportOptions) -> Pair:
     """Return the two legs and their upward direction.
 
     Up is an axis of the root link if the legs mirror each other in an upright plane along it. If

@@ -13,7 +13,7 @@ from functools import cached_property
 import numpy as np
 import pinocchio as pin
 
-from gaitopt.importers.xml_document import UrdfProblem
+from gaitopt.importers.xml_document import FileProblem
 from gaitopt.nlp import Array
 
 UNMOVED = ("mimic", "free")
@@ -41,7 +41,7 @@ class Tree:
     model: pin.Model
     places: Array
     axes: Array
-    problems: tuple[UrdfProblem, ...] = ()
+    problems: tuple[FileProblem, ...] = ()
     q: Array | None = None
 
     @cached_property
@@ -67,7 +67,7 @@ class Tree:
                 found.append(joint)
         return found
 
-    def problem(self, joint: int, kinds: Collection[str]) -> UrdfProblem | None:
+    def problem(self, joint: int, kinds: Collection[str]) -> FileProblem | None:
         """Return the first problem of a joint that is of one of some kinds."""
         name = self.model.names[joint]
         fits = (p for p in self.problems if p.name == name and p.kind in kinds)

@@ -16,7 +16,7 @@ import numpy as np
 import pinocchio as pin
 
 from gaitopt.errors import RobotError
-from gaitopt.model.import_options import AXES, SIDES, Choices
+from gaitopt.model.import_options import AXES, SIDES, ImportOptions
 from gaitopt.model.legs.kinematic_tree import (
     LIGHT,
     UNMOVED,
@@ -537,7 +537,7 @@ def _check_leg(tree: Tree, leg: list[int], toes: list[int]) -> None:
 _HINTS = ("sole", "foot", "ankle")
 
 
-def named_feet(model: pin.Model, choices: Choices) -> tuple[int, int] | None:
+def named_feet(model: pin.Model, choices: ImportOptions) -> tuple[int, int] | None:
     """Return the joints that carry the two feet, if the user named both, in any order.
 
     Raises:
@@ -580,7 +580,7 @@ def joint_of(model: pin.Model, name: str) -> int:
 
 
 def standing_side(
-    model: pin.Model, legs: tuple[tuple[int, ...], tuple[int, ...]], choices: Choices
+    model: pin.Model, legs: tuple[tuple[int, ...], tuple[int, ...]], choices: ImportOptions
 ) -> int:
     """Return which foot stands: 0 for the right one, 1 for the left one.
 

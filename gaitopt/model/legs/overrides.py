@@ -12,7 +12,7 @@ import pinocchio as pin
 from gaitopt.errors import RobotError
 from gaitopt.importers.bodies import inertia_fault
 from gaitopt.importers.report import Finding
-from gaitopt.importers.xml_document import UrdfProblem
+from gaitopt.importers.xml_document import FileProblem
 from gaitopt.model.import_options import InertiaOverride, LimitOverride, matching
 
 _ENTRIES = {
@@ -142,8 +142,8 @@ def override_bodies(
 
 
 def without_mended(
-    problems: Iterable[UrdfProblem], mended: frozenset[str]
-) -> tuple[UrdfProblem, ...]:
+    problems: Iterable[FileProblem], mended: frozenset[str]
+) -> tuple[FileProblem, ...]:
     """Return the problems of a file without those of bodies that were replaced."""
     return tuple(
         p for p in problems if not (p.kind in ("inertia", "massless") and p.name in mended)

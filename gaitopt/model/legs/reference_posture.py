@@ -13,7 +13,7 @@ import pinocchio as pin
 from gaitopt.errors import RobotError
 from gaitopt.importers.report import Finding, How
 from gaitopt.importers.text_files import read_text
-from gaitopt.model.import_options import UNUSED_SRDF, Choices
+from gaitopt.model.import_options import UNUSED_SRDF, ImportOptions
 from gaitopt.model.legs.overrides import override
 from gaitopt.nlp import Array
 
@@ -27,7 +27,7 @@ _NEAR = 0.1  # rad, m: poses are rounded, and a stop gives way; what is further 
 _ROUNDING = 1e-6  # rad, m: of the digits of a file
 
 
-def reference_angles(choices: Choices, model: pin.Model, folder: Path) -> Angles:
+def reference_angles(choices: ImportOptions, model: pin.Model, folder: Path) -> Angles:
     """Return the angles of the reference posture by joint [rad, m], others being 0.
 
     Args:
@@ -50,7 +50,7 @@ def reference_angles(choices: Choices, model: pin.Model, folder: Path) -> Angles
     return angles
 
 
-def _asked(choices: Choices, model: pin.Model, folder: Path) -> Angles:
+def _asked(choices: ImportOptions, model: pin.Model, folder: Path) -> Angles:
     name = choices.posture
     if not isinstance(name, str):
         return dict(name or ())
@@ -104,7 +104,7 @@ def _angles_of(model: pin.Model, q: Array) -> Angles:
 
 
 def posture_doubts(
-    model: pin.Model, q: Array, legs: tuple[tuple[int, ...], ...], choices: Choices
+    model: pin.Model, q: Array, legs: tuple[tuple[int, ...], ...], choices: ImportOptions
 ) -> list[Finding]:
     """Return which joints stand outside their ranges in the reference posture.
 
@@ -134,7 +134,7 @@ def posture_doubts(
     return findings
 
 
-def rotor_armatures(choices: Choices, folder: Path) -> Angles:
+def rotor_armatures(choices: ImportOptions, folder: Path) -> Angles:
     """Return gear² times rotor inertia by joint [kg·m²] from the SRDF.
 
     Raises:
@@ -206,7 +206,7 @@ def _unit(model: pin.Model, joint: int) -> str:
     return "m" if model.joints[joint].shortname().startswith("JointModelP") else "rad"
 
 
-def _srdf(choices: Choices, folder: Path) -> ElementTree.Element:
+def _srdf(choices: ImportOptions, folder: Path) -> ElementTree.Element:
     if choices.srdf is None:
         raise RobotError(
             "rotors are asked for, but no SRDF is given; give it: --srdf FILE, or srdf in the file "

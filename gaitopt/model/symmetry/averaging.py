@@ -519,7 +519,7 @@ def asymmetry_faults(
 
     Args:
         done: of the robot.
-        allowed: largest effect that averaging may have, `Choices.asymmetry`.
+        allowed: largest effect that averaging may have, `ImportOptions.asymmetry`.
         drawn_unequally: joints whose `ref` is not the mirror image of their partner's, in words.
     """
     size = done.effect.size
