@@ -32,8 +32,12 @@ if TYPE_CHECKING:
         SpecError,
         UnreachableError,
     )
+    from gaitopt.gait.constraint import Constraint, ConstraintContext, margin
     from gaitopt.gait.constraints import Margins
+    from gaitopt.gait.costs import Cost, MechanicalWork, RunningCost, TorqueCost, WeightedSum
+    from gaitopt.gait.functions import ComplexStep, Entries, Linear, QuantityFunction, SquaredNorm
     from gaitopt.gait.gait_file import load_gait, save_gait
+    from gaitopt.gait.plugin import load_plugin
     from gaitopt.gait.presets import preset_task
     from gaitopt.gait.problem import WalkProblem
     from gaitopt.gait.result import Gait
@@ -65,6 +69,21 @@ _HOMES = {
     "Task": "gaitopt.gait.task",
     "WalkProblem": "gaitopt.gait.problem",
     "preset_task": "gaitopt.gait.presets",
+    # constraints and costs of one's own
+    "ComplexStep": "gaitopt.gait.functions",
+    "Constraint": "gaitopt.gait.constraint",
+    "ConstraintContext": "gaitopt.gait.constraint",
+    "Cost": "gaitopt.gait.costs",
+    "Entries": "gaitopt.gait.functions",
+    "Linear": "gaitopt.gait.functions",
+    "load_plugin": "gaitopt.gait.plugin",
+    "margin": "gaitopt.gait.constraint",
+    "MechanicalWork": "gaitopt.gait.costs",
+    "QuantityFunction": "gaitopt.gait.functions",
+    "RunningCost": "gaitopt.gait.costs",
+    "SquaredNorm": "gaitopt.gait.functions",
+    "TorqueCost": "gaitopt.gait.costs",
+    "WeightedSum": "gaitopt.gait.costs",
     # the answer
     "Audit": "gaitopt.design.audit",
     "Certificate": "gaitopt.design.certificate",
@@ -119,26 +138,38 @@ __all__ = [
     "Audit",
     "BipedSpec",
     "Certificate",
+    "ComplexStep",
+    "Constraint",
+    "ConstraintContext",
+    "Cost",
     "Design",
     "DesignOptions",
+    "Entries",
     "EvaluationError",
     "Gait",
     "GaitFileError",
     "GaitoptError",
     "ImportOptions",
     "InputError",
+    "Linear",
     "Margins",
+    "MechanicalWork",
     "MissingExtraError",
     "NoGaitFoundError",
+    "QuantityFunction",
     "Robot",
     "RobotError",
+    "RunningCost",
     "Sole",
     "SpecError",
+    "SquaredNorm",
     "Status",
     "Task",
+    "TorqueCost",
     "Trajectory",
     "UnreachableError",
     "WalkProblem",
+    "WeightedSum",
     "__version__",
     "audit",
     "biped13",
@@ -147,7 +178,9 @@ __all__ = [
     "design_gait",
     "export",
     "load_gait",
+    "load_plugin",
     "many_starts",
+    "margin",
     "play",
     "preset_task",
     "read_spec",

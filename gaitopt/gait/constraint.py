@@ -264,6 +264,7 @@ class Constraint(ABC):
     def asked(self, context: ConstraintContext) -> bool:
         """Return whether a walk has it: by default, unless one of its margins is None or False."""
         values = [getattr(context.margins, name) for name in self.margins]
+        values += [getattr(self, name) for name in declared_margins(self)]
         return all(value is not None and value is not False for value in values)
 
     @abstractmethod

@@ -174,6 +174,18 @@ def test_margins_of_ones_own_are_set_like_the_others():
         preset_task(most_power=250.0)
 
 
+def test_a_margin_that_is_none_switches_its_constraint_off(robot):
+    @dataclass(frozen=True)
+    class Asked(MotorPower):
+        most_power: float | None = margin(None, "Largest power of a motor.", unit="W", above=0.0)
+
+    def names(**margins):
+        task = preset_task(constraints=(Asked(),), **margins)
+        return {block.name for block in WalkProblem(robot, task).blocks}
+
+    assert names(most_power=250.0) - names() == {"motor power"}
+
+
 def test_a_task_with_its_own_comes_back_through_json():
     plugin = load_plugin(PLUGIN)
     cost = WeightedSum(((TorqueCost({"*_knee": 2.0}), 0.5), (TorqueCost(), 0.5)))
