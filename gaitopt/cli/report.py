@@ -19,6 +19,7 @@ from gaitopt.cli.config import SCHEMA, Settings, option_words
 from gaitopt.cli.display import WIDTH, screen
 from gaitopt.cli.process import ExitCode, print_error
 from gaitopt.design.audit import Audit, audit
+from gaitopt.design.shadow_prices import SETTING
 from gaitopt.design.summary import summarise
 from gaitopt.gait.gait_file import altered_members, load_gait
 from gaitopt.gait.plugin import load_plugin
@@ -28,6 +29,8 @@ from gaitopt.solvers.two_stage import UNCONFIRMED
 from gaitopt.tolerances import LIMITS, MOMENTUM, OPTIMALITY, REFEREE, SAME
 from gaitopt.view.visible import visible
 
+_PRICES = 6
+"""Numbers whose worth is shown, those of the greatest effect."""
 _NOT_NEEDED = "the second solver did not reach the same; the certificate does not need it"
 _DAMAGED = "the file's record of them is damaged; gaitopt check computes them again"
 _REFEREE = ("torque", "wrench", "impulse", "rate_after", "sole_twist", "posture", "rate")
@@ -113,6 +116,7 @@ def print_gait(console: Console, gait: Gait) -> None:
         _walk(facts),
         _joints(facts["joints"], bars=width >= WIDTH),
         _ground(facts["contact"], facts["impact"]),
+        *_prices(facts["shadow_prices"]),
         proof_table(facts["solver"], facts["certificate"]),
     ):
         console.print(part, width=width)
@@ -166,6 +170,22 @@ def _joints(joints: list[Mapping[str, Any]], *, bars: bool) -> Table:
             f"{joint['peak_power_W']:.0f}",
         )
     return table
+
+
+def _prices(records: Any) -> list[Table]:
+    """Return what the numbers that a walk presses on are worth, as a table if there are any."""
+    table = new_table("What limits cost", "number", ">value", ">one unit more changes the cost by")
+    try:
+        for price in [one for one in records or () if one["kind"] == SETTING][:_PRICES]:
+            per = f"{price['cost_unit']} per {price['unit'] or 'unit'}"
+            table.add_row(
+                f"{visible(price['words'])} ({visible(price['name'])})",
+                number(price["value"], visible(price["unit"]), 4),
+                f"{price['cost_per_unit']:+.3g} {visible(per)}",
+            )
+    except (KeyError, TypeError, ValueError):  # a file says whatever it likes
+        return []
+    return [table] if table.row_count else []
 
 
 def _ground(contact: Mapping[str, Any], impact: Mapping[str, Any]) -> Table:

@@ -15,6 +15,7 @@ import pinocchio as pin
 from gaitopt.design.certificate import Certificate, certify, on_fine_grid
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.refinement import refine, with_work
+from gaitopt.design.shadow_prices import shadow_prices
 from gaitopt.gait.assemble import gait_at
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.result import Gait
@@ -160,7 +161,7 @@ def finished(
         fine: the walk on the certificate's grid, if it is at hand.
     """
     certificate = certify(problem, solution.x, fine)
-    meta = {
+    meta: dict[str, object] = {
         "solver": solution_record(solution),
         "status": solution.status.value,
         "refined": refined,
@@ -168,6 +169,9 @@ def finished(
         "findings": [finding.record() for finding in problem.robot.findings],
         "versions": versions(),
     }
+    if certificate.optimal:
+        prices = shadow_prices(problem, solution.x, certificate.multipliers)
+        meta["shadow_prices"] = [price.record() for price in prices]
     gait = gait_at(problem, solution.x, meta, certificate.multipliers)
     return Design(gait, certificate, solution, problem)
 

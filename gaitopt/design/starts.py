@@ -9,10 +9,10 @@ from __future__ import annotations
 
 import multiprocessing
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from multiprocessing.synchronize import Event
 
 import numpy as np
@@ -23,7 +23,9 @@ from gaitopt.design.options import COUNT, SIGMA, DesignOptions
 from gaitopt.design.pipeline import attempt, complete, is_walk
 from gaitopt.design.process import serve_parent, tune_process
 from gaitopt.design.refinement import with_work
+from gaitopt.design.summary import peak_torques
 from gaitopt.errors import GaitoptError, InputError, StoppedError, UnreachableError
+from gaitopt.gait.assemble import gait_at
 from gaitopt.gait.initial_guess import first_guess, perturbed
 from gaitopt.gait.presets import foreign_margins
 from gaitopt.gait.problem import WalkProblem
@@ -187,6 +189,7 @@ def _run_in_worker(job: StartJob, number: int) -> Outcome:
 
 SAME_COST = 1e-4  # relative
 SAME_PLACE = 0.05  # largest difference of parameters over their scale
+MOTORS_TOLD = 3  # of another optimum
 
 
 @dataclass(frozen=True)
@@ -197,11 +200,13 @@ class Optimum:
         cost: in the unit of the task's cost.
         x: parameters, shape (P,).
         starts: numbers of the starts that led to it.
+        peak_torques: of its motors [N·m], by name; empty where there is but one optimum.
     """
 
     cost: float
     x: Array
     starts: tuple[int, ...]
+    peak_torques: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -229,6 +234,7 @@ class StartsReport:
             first += f"; {self.asked} were asked for"
         rest = (
             f"optimum {i} of cost {optimum.cost:.6g}: reached from {_starts(optimum.starts)}"
+            f"{_motors_apart(optimum, self.optima[0])}"
             for i, optimum in enumerate(self.optima, start=1)
         )
         return (first, *rest)
@@ -240,10 +246,26 @@ class StartsReport:
             "starts": len(self.outcomes),
             "walks": sum(outcome.walks for outcome in self.outcomes),
             "optima": [
-                {"cost": o.cost, "starts": list(o.starts), "parameters": o.x.tolist()}
+                {
+                    "cost": o.cost,
+                    "starts": list(o.starts),
+                    "peak_torques_Nm": dict(o.peak_torques),
+                    "parameters": o.x.tolist(),
+                }
                 for o in self.optima
             ],
         }
+
+
+def _motors_apart(optimum: Optimum, best: Optimum) -> str:
+    """Say for which motors the peak torques of an optimum and of the best differ most."""
+    peaks = optimum.peak_torques
+    apart = sorted(peaks, key=lambda name: -abs(peaks[name] - best.peak_torques[name]))
+    told = [
+        f"{name} {peaks[name]:.3g} N·m instead of {best.peak_torques[name]:.3g}"
+        for name in apart[:MOTORS_TOLD]
+    ]
+    return f"; peak torques: {', '.join(told)}" if told and optimum is not best else ""
 
 
 def _starts(numbers: tuple[int, ...]) -> str:
@@ -316,7 +338,21 @@ def many_starts(
         tried = [outcome.solution for outcome in outcomes]
         solution = second_thoughts(problem, tried, options, None, stop)
         found = _completed(problem, solution, options, on_progress, stop)
-    return StartsReport(found, _distinct(outcomes, problem), tuple(outcomes), count)
+    optima = _with_motors(_distinct(outcomes, problem), problem)
+    report = StartsReport(found, optima, tuple(outcomes), count)
+    gait = replace(found.gait, meta={**found.gait.meta, "optima": report.record()["optima"]})
+    return replace(report, design=replace(found, gait=gait))
+
+
+def _with_motors(optima: tuple[Optimum, ...], problem: WalkProblem) -> tuple[Optimum, ...]:
+    """Return optima with the peak torques of their motors, if there are several to compare."""
+    if len(optima) < 2:
+        return optima
+    gaits = [gait_at(problem, optimum.x, {}) for optimum in optima]
+    return tuple(
+        replace(optimum, peak_torques=peak_torques(gait))
+        for optimum, gait in zip(optima, gaits, strict=True)
+    )
 
 
 def design_gait(

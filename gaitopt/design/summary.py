@@ -72,29 +72,50 @@ def _end(first: str, second: str) -> str:
     return _start(first[::-1], second[::-1])[::-1]
 
 
-_FROM_HIP = (5, 4, 3, 2, 1, 0)  # stance joints are stored from the ankle up
+def joint_groups(gait: Gait) -> list[tuple[int, ...]]:
+    """Return joints with their partners of the other side: legs from hip to ankle, then the others.
+
+    A joint that is its own mirror image, as of a waist, has no partner. Joints are stored from the
+    stance ankle up, so that the stance leg's come first and in reverse.
+    """
+    firsts = [i for i in range(len(gait.joint_names)) if i <= partner(gait, i)]
+    leg = next((n for n, i in enumerate(firsts) if n != i or partner(gait, i) == i), len(firsts))
+    ordered = [*reversed(firsts[:leg]), *firsts[leg:]]
+    return [tuple(dict.fromkeys((i, partner(gait, i)))) for i in ordered]
 
 
 def joint_summaries(gait: Gait) -> list[dict[str, object]]:
-    """Return one record per joint and leg, from hip to ankle, the stance leg before the swing leg.
+    """Return one record per joint, in the order of `joint_groups`, stance before swing side.
 
-    Each holds `joint` (the name both legs share), `name` (in the URDF) and `leg`, then peak and
-    effective torque [N·m], peak speed [rad/s] and power [W], limits, and the share used.
+    Each holds `joint` (the name both sides share), `name` (in the URDF) and `leg` ("stance" or
+    "swing" side, empty for a joint that is its own mirror image), then peak and effective torque
+    [N·m], peak speed [rad/s] and power [W], limits, and the share used.
     """
     return [
         {"joint": pair_name(gait, i), "name": gait.joint_names[i], "leg": leg} | _demand(gait, [i])
-        for stance in _FROM_HIP
-        for i, leg in ((stance, "stance"), (partner(gait, stance), "swing"))
+        for group in joint_groups(gait)
+        for i, leg in zip(group, ("stance", "swing") if len(group) > 1 else ("",), strict=True)
     ]
 
 
 def motor_summaries(gait: Gait) -> list[dict[str, object]]:
-    """Return one record per motor of a leg, from hip to ankle, over a stance and a swing phase."""
-    return [{"joint": pair_name(gait, i)} | _demand(gait, [i, partner(gait, i)]) for i in _FROM_HIP]
+    """Return one record per motor of a side, over a stance and a swing phase."""
+    return [
+        {"joint": pair_name(gait, group[0])} | _demand(gait, list(group))
+        for group in joint_groups(gait)
+    ]
+
+
+def peak_torques(gait: Gait) -> dict[str, float]:
+    """Return the largest torque of each motor of a side [N·m], by the name both sides share."""
+    return {
+        pair_name(gait, group[0]): float(np.abs(gait.torque[:, list(group)]).max())
+        for group in joint_groups(gait)
+    }
 
 
 def partner(gait: Gait, joint: int) -> int:
-    """Return the joint of the other leg that the leg exchange E pairs with a joint."""
+    """Return the joint of the other side that the exchange E pairs with a joint, or itself."""
     return int(np.argmax(np.abs(gait.mirror[:, joint])))
 
 
@@ -103,8 +124,10 @@ def pair_name(gait: Gait, joint: int) -> str:
 
     Where they share nothing, or two pairs share the same, both names as a shell would write them.
     """
-    pairs = [(gait.joint_names[i], gait.joint_names[partner(gait, i)]) for i in _FROM_HIP]
-    shared = [shared_name(*pair) for pair in pairs]
+    if partner(gait, joint) == joint:
+        return gait.joint_names[joint]
+    groups = [group for group in joint_groups(gait) if len(group) > 1]
+    shared = [shared_name(*(gait.joint_names[i] for i in group)) for group in groups]
     own = (gait.joint_names[joint], gait.joint_names[partner(gait, joint)])
     name = shared_name(*own)
     return name if name and shared.count(name) == 1 else brace(*sorted(own))
@@ -144,7 +167,8 @@ def summarise(gait: Gait) -> Facts:
 
     Keys of the result: robot, findings (about it, each with topic, subject, how and text), physics
     (see `physics_record`), walk, joints (of stance and swing leg), motors (of one leg over
-    stance and swing), contact, impact, solver, certificate, versions.
+    stance and swing), contact, impact, solver, certificate, shadow_prices (what one unit of a limit
+    is worth), optima (that other starts found, with their motors' peak torques), versions.
     """
     return {
         "robot": {
@@ -161,6 +185,8 @@ def summarise(gait: Gait) -> Facts:
         "impact": _impact(gait),
         "solver": _solver(gait),
         "certificate": _certificate(gait),
+        "shadow_prices": gait.fact("shadow_prices"),
+        "optima": gait.fact("optima"),
         "versions": gait.fact("versions"),
     }
 

@@ -9,6 +9,7 @@ from gaitopt.design.design import design
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.pipeline import RELAXED_LIFTOFF
 from gaitopt.design.starts import SLOWER, Outcome, _distinct, many_starts
+from gaitopt.design.summary import motor_summaries, summarise
 from gaitopt.errors import InputError, NoGaitFoundError, StoppedError
 from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.problem import WalkProblem
@@ -50,6 +51,21 @@ def test_the_best_of_all_starts_is_designed(report, sampled_design):
     assert report.design.gait.cost <= sampled_design.gait.cost * (1.0 + 1e-6)
     assert report.optima[0].cost == pytest.approx(min(costs), rel=1e-12)
     assert sum(len(o.starts) for o in report.optima) == sum(o.walks for o in report.outcomes)
+
+
+def test_other_optima_are_told_with_their_motors(report):
+    best, other = report.optima[:2]
+    assert set(best.peak_torques) == {
+        motor["joint"] for motor in motor_summaries(report.design.gait)
+    }
+    worst = max(best.peak_torques, key=lambda n: abs(best.peak_torques[n] - other.peak_torques[n]))
+    said = (
+        f"; peak torques: {worst} {other.peak_torques[worst]:.3g} N·m instead of "
+        f"{best.peak_torques[worst]:.3g}, "
+    )
+    assert said in report.sentences[2]
+    assert said not in report.sentences[1]
+    assert summarise(report.design.gait)["optima"] == report.record()["optima"]
 
 
 def test_the_number_of_workers_changes_nothing(robot, standard_task, report):
