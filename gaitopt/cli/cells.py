@@ -20,11 +20,13 @@ def new_table(title: str, *columns: str) -> Table:
     """
     table = Table(
         title=title, title_justify="left", title_style="bold", header_style="dim",
-        box=SIMPLE_HEAD, pad_edge=False, show_edge=False, expand=True,
+        box=SIMPLE_HEAD, pad_edge=False, show_edge=False, expand=True, padding=(0, 1, 0, 0),
     )  # fmt: skip
     for name in columns:
         table.add_column(
-            Text(name.removeprefix(">")), justify="right" if name.startswith(">") else "left"
+            Text(name.removeprefix(">")),
+            justify="right" if name.startswith(">") else "left",
+            overflow="fold",
         )
     return table
 

@@ -14,10 +14,11 @@ from rich.text import Text
 
 from gaitopt.cli.process import STOPPING, StopRequest
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.nlp import Progress, ProgressCallback
+from gaitopt.nlp import Progress, ProgressCallback, Solution
 from gaitopt.view.visible import visible, visible_lines
 
-WIDTH = 100  # columns of the tables
+WIDTH = 100  # columns of the tables on a wide terminal
+NARROW = 80  # in a file or a pipe, which nobody can make wider
 
 
 class Screen(Console):
@@ -50,10 +51,10 @@ class Screen(Console):
 
 
 def screen(*, stderr: bool = False) -> Console:
-    """Return the console of stdout or stderr; a file or a pipe gets the tables' full width."""
+    """Return the console of stdout or stderr."""
     console = Screen(stderr=stderr)
     if not console.is_terminal:
-        console.width = WIDTH
+        console.width = NARROW
     return console
 
 
@@ -65,7 +66,10 @@ def warn(console: Console, word: str, text: str) -> None:
 PERIOD = 2.0  # s between two plain lines
 NO_VIOLATION = 1e-8  # scaled; smaller ones are rounding
 
+KEPT = "kept walk"
+
 Row = tuple[str, str, str, str, str, str]
+_NOTHING: Row = ("", "", "", "", "", "")
 
 
 class ProgressDisplay:
@@ -77,6 +81,7 @@ class ProgressDisplay:
     def __init__(self, console: Console, request: StopRequest, quiet: bool) -> None:
         self._console, self._request, self._quiet = console, request, quiet
         self._rows: list[Row] = []
+        self._iterations: dict[int, int] = {}  # of each round
         self._started = time.monotonic()
         self._printed = -PERIOD
         self._live: Live | None = None
@@ -94,23 +99,42 @@ class ProgressDisplay:
             self._live.stop()
         elif self._rows and not self._quiet:
             self._print_line()
-        if len(self._rows) > 1 and not self._quiet:
-            self._print_sum()
+        if len(self._iterations) > 1 and not self._quiet:
+            self._console.print(
+                f"{len(self._iterations)} rounds, {sum(self._iterations.values())} iterations; "
+                f"{self._elapsed:.1f} s with all starts and checks",
+                soft_wrap=True,
+            )
 
     def __call__(self, problem: WalkProblem) -> ProgressCallback:
         """Begin a round of refinement; return the callback of its solver."""
-        self._rows.append(("", "", "", "", "", ""))
-        number = len(self._rows)
         first: int | None = None  # a solver may count on from the rounds before
 
         def show(progress: Progress) -> None:
             nonlocal first
-            first = progress.iteration if first is None else first
-            done = progress.iteration - first
+            if first is None:
+                first = progress.iteration
+                self._rows.append(_NOTHING)
+            number, done = len(self._rows), progress.iteration - first
             self._rows[-1] = _row(problem.describe, number, done, progress, self._elapsed)
+            self._iterations[number] = done
             self._show()
 
         return show
+
+    def finish(self, solution: Solution, unit: str) -> None:
+        """Show the walk that is kept, which need not be the last one that was tried."""
+        violation = f"{solution.violation:.1e}" if solution.violation > NO_VIOLATION else "none"
+        self._rows.append(
+            (
+                KEPT,
+                str(solution.iterations),
+                f"{solution.cost:.6g} {unit}",
+                violation,
+                f"{solution.optimality:.0e}",
+                f"{self._elapsed:.1f} s",
+            )
+        )
 
     @property
     def _elapsed(self) -> float:
@@ -120,15 +144,6 @@ class ProgressDisplay:
         if self._live is None and not self._quiet and self._elapsed - self._printed >= PERIOD:
             self._print_line()
 
-    def _print_sum(self) -> None:
-        """Print the sum of the rounds, which the table of the walk has too."""
-        iterations = sum(int(row[1] or 0) for row in self._rows)
-        self._console.print(
-            f"{len(self._rows)} rounds, {iterations} iterations; {self._elapsed:.1f} s with all "
-            "starts and checks",
-            soft_wrap=True,
-        )
-
     def _shown(self) -> Table:
         """What the terminal shows, asked for eight times a second: Ctrl-C is answered at once."""
         return _table(self._rows, self._request.asked)
@@ -136,8 +151,9 @@ class ProgressDisplay:
     def _print_line(self) -> None:
         self._printed = self._elapsed
         number, iteration, cost, violation, optimality, elapsed = self._rows[-1]
+        what = f"{KEPT}, iterations" if number == KEPT else f"round {number}, iteration"
         self._console.print(
-            f"round {number}, iteration {iteration}: cost {cost}, violation {violation}, "
+            f"{what} {iteration}: cost {cost}, violation {violation}, "
             f"optimality {optimality}, {elapsed}",
             soft_wrap=True,
         )

@@ -158,11 +158,11 @@ def _search(request: Request, errors: Console, quiet: bool) -> Design:
         ProgressDisplay(errors, stop, quiet) as progress,
     ):
         found, said = _designed(request, progress, stop)
+        progress.finish(found.solution, request.task.cost.unit)
     if not quiet:
-        kept = f"the walk that is kept: cost {found.solution.cost:.6g} {request.task.cost.unit}"
         gap = request.task.margins.leg_gap
         narrowed = "" if gap is None else leg_pairs(request.robot).narrowed(gap)
-        for sentence in (*said, kept, *filter(None, [narrowed])):
+        for sentence in (*said, *filter(None, [narrowed])):
             errors.print(sentence, soft_wrap=True)
     if found.solution.status is Status.INTERRUPTED:
         warn(

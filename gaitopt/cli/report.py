@@ -134,16 +134,16 @@ def _headline(facts: Any) -> RenderableType:
 def _walk(facts: Any) -> Table:
     walk, robot = facts["walk"], facts["robot"]
     table = Table.grid(padding=(0, 2))
-    for style, width in (("dim", 9), ("bold", 18), ("dim", 14), ("bold", 13)):
-        table.add_column(style=style, min_width=width)
+    for style in ("dim", "bold", "dim", "bold"):
+        table.add_column(style=style)
     table.add_row(
         f"cost ({walk['cost_words'].removesuffix(' per metre')})",
         number(walk["cost"], walk["cost_unit"], 7),
-        "mechanical cost of transport", number(walk["mechanical_cost_of_transport"], ""),
+        "transport cost", f"{number(walk['mechanical_cost_of_transport'], '')} mechanical",
     )  # fmt: skip
     table.add_row(
         "step", f"{walk['step_length_m']:.3f} m in {walk['step_duration_s']:.3f} s",
-        "mechanical work per step", number(walk["mechanical_work_per_step_J"], "J"),
+        "mechanical work", f"{number(walk['mechanical_work_per_step_J'], 'J')} per step",
     )  # fmt: skip
     table.add_row(
         "robot", f"{number(robot['mass_kg'], 'kg', 4)}, legs {number(robot['leg_length_m'], 'm')}",
@@ -190,13 +190,13 @@ def _prices(records: Any) -> list[Table]:
 
 def _ground(contact: Mapping[str, Any], impact: Mapping[str, Any]) -> Table:
     table = new_table(
-        "Ground", "", ">CoP to edge, mm\nfront", ">\nrear", ">\nleft", ">\nright",
+        "Ground", "centre of pressure\nto the edge, mm", ">front", ">rear", ">left", ">right",
         "friction\nused", "vertical\npush",
     )  # fmt: skip
     low, high = contact["least_vertical_force_N"], contact["largest_vertical_force_N"]
     rows = (
         ("stance foot", contact, f"{low:.0f} to {high:.0f} N"),
-        ("landing foot, impact", impact, f"{impact['vertical_impulse_Ns']:.2f} N·s"),
+        ("landing foot", impact, f"{impact['vertical_impulse_Ns']:.2f} N·s"),
     )
     for name, facts, vertical in rows:
         edges = facts["cop_to_edge_mm"] or {}

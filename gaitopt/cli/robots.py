@@ -30,6 +30,8 @@ from gaitopt.view.visible import visible
 _STYLES = {"guessed": "yellow", "warning": "bold yellow", "changed": "cyan", "given": "green"}
 _MOST = 4  # rows about one thing on the screen; a page shows all
 _LONGEST = 300  # characters of a text on the screen
+_LEAST = 12  # columns of a name
+_GAP = 2  # columns between two cells
 
 
 def inspect(settings: Settings, html: Path | None, write_choices: Path | None) -> None:
@@ -70,11 +72,11 @@ def print_inspection(out: Console, found: Inspection) -> None:
     verdict = ("cannot be used", "bold red") if found.refusal else ("can be used", "bold green")
     out.print(Rule(Text.assemble((visible(found.title), "bold"), "  ", verdict)), width=width)
     for section in sections(found):
-        out.print(_table(section), width=width)
+        out.print(_table(section, width), width=width)
         out.print()
 
 
-def _table(section: Section) -> Table:
+def _table(section: Section, width: int) -> Table:
     if not any(section.columns):
         table = Table.grid(padding=(0, 2))
         table.add_column(style="dim")
@@ -82,16 +84,29 @@ def _table(section: Section) -> Table:
     else:
         table = new_table(section.title, *section.columns)
     how = section.how or ("",) * len(section.rows)
+    wide = [max(map(len, cells)) for cells in zip(*section.rows, strict=True)]
+    heads = [max(map(len, head.lstrip(">").split("\n"))) for head in section.columns]
+    taken = sum(_GAP + max(pair) for pair in zip(wide[1:], heads[1:], strict=False))
+    room = max(width - taken, _LEAST)
     seen: Counter[str] = Counter()
     for row, sure in zip(section.rows, how, strict=True):
         topic = row[0] if section.how and len(row) > 2 else ""
         seen[topic] += 1
         if not section.how or seen[topic] <= (_MOST if topic else 3 * _MOST):
-            table.add_row(
-                *(Text(_short(visible(cell)), style=_STYLES.get(sure, "")) for cell in row)
-            )
+            first, *others = (_short(visible(cell)) for cell in row)
+            cells = (first if section.how else _in_lines(first, room), *others)
+            table.add_row(*(Text(text, style=_STYLES.get(sure, "")) for text in cells))
     _count_the_rest(table, seen, len(section.columns)) if section.how else None
     return table
+
+
+def _in_lines(name: str, room: int) -> str:
+    """Return a long name of joints in lines that end where one of its words does."""
+    if len(name) <= room:
+        return name
+    cut = name.rfind("_", 1, room + 1)
+    cut = room if cut < 1 else cut
+    return f"{name[:cut]}\n{_in_lines(name[cut:], room)}"
 
 
 def _count_the_rest(table: Table, seen: Counter[str], columns: int) -> None:

@@ -5,14 +5,14 @@ import pty
 import re
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
-from gaitopt import load_gait
+from gaitopt import load_gait, save_gait
 from gaitopt.cli.display import screen, warn
 from gaitopt.cli.process import print_advice, print_error
-from gaitopt.gait.result import Gait
 
 CSI = "\x9b"  # begins a command to a terminal, as ESC [ does; XML allows it
 KNEE = f"knee[/red] {CSI}31m$\\frac{{$ :smile: <b>@TITLE@"
@@ -76,14 +76,12 @@ def test_every_command_shows_names_as_they_are(cli, hostile, walk, tmp_path):
 
 def test_names_in_a_gait_file_steer_nothing_either(cli, gait_file):
     gait = load_gait(gait_file)
-    gait.meta["robot"] = "\x1b[2J\nerror: forged"
-    gait.meta["findings"] = [
+    findings = [
         {"topic": "a\x1b[1m", "subject": "b\x07", "how": how, "text": "c\nerror: forged"}
         for how in ("warning", "guessed")
     ]
-    from gaitopt.gait.gait_file import save_gait
-
-    save_gait(Gait(**vars(gait)), gait_file)
+    forged = {"robot": "\x1b[2J\nerror: forged", "findings": findings}
+    save_gait(replace(gait, meta={**gait.meta, **forged}), gait_file)
     said = cli("check", gait_file)
     assert_plain(said.stdout, said.stderr)
 

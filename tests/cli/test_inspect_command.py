@@ -1,5 +1,7 @@
 """`gaitopt inspect` and `robots`: what a robot is taken for, said before anything is computed."""
 
+import re
+
 import pytest
 from example_robots import example_robot, needs_example_robots
 
@@ -24,7 +26,8 @@ def test_everything_about_the_biped_is_on_one_screen(cli, urdf):
     assert "URDF, 15 links, 12 joints" in text
     assert "56.87 kg" in text
     assert "0.600 m from hip to ankle" in text
-    assert "'right_knee' is straight at +0.000 rad and bends with increasing angle" in text
+    said = " ".join(text.split())
+    assert "'right_knee' is straight at +0.000 rad and bends with increasing angle" in said
     rows = [line.split() for line in text.splitlines() if line.startswith(LEGS)]
     assert [row[0].removeprefix(LEGS) for row in rows] == [
         "hip_yaw", "hip_roll", "hip_pitch", "knee", "ankle_pitch", "ankle_roll"
@@ -33,7 +36,7 @@ def test_everything_about_the_biped_is_on_one_screen(cli, urdf):
     assert rows[0][1:3] == ["opposite", "+z"]
     assert "forward is +x" in text
     assert len(text.splitlines()) < 50
-    assert max(map(len, text.splitlines())) <= 100
+    assert max(map(len, text.splitlines())) <= 80
 
 
 def test_choices_written_and_edited_change_the_robot(cli, urdf, tmp_path):
@@ -90,7 +93,7 @@ def test_a_robot_of_another_maker(cli):
     path = example_robot("g1_description/urdf/g1_29dof_rev_1_0.urdf")
     result = cli("inspect", "--urdf", path)
     assert result.exit_code == 0
-    assert "{left,right}_hip_roll_joint" in result.stdout
+    assert re.search(r"^\{left,right\}_hip_roll .*\n_joint ", result.stdout, re.MULTILINE)
     assert "+x 10°" in result.stdout
     assert "guessed" in result.stdout
 

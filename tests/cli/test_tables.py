@@ -71,6 +71,14 @@ def test_long_lists_end_at_a_whole_name():
     assert _short(advice + " or another word" * 3).endswith(" ...")  # a sentence is no list
 
 
+def test_tables_in_a_pipe_fit_80_columns(cli, designed):
+    said = (designed / "stdout.txt").read_text().splitlines()[:-2]  # the last line names files
+    for words in (("robots",), ("inspect",), ("check", designed / "gait.npz")):
+        said += cli(*words).stdout.splitlines()
+    assert max(len(line) for line in said if str(designed) not in line) <= 80
+    assert not any("…" in line for line in said)
+
+
 def test_the_table_of_motors_needs_no_second_lines_on_a_narrow_terminal(designed):
     gait = load_gait(designed / "gait.npz")
     console = Console(width=80, highlight=False)
