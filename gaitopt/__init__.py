@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from gaitopt.catalogue.urdf_writer import urdf_text
     from gaitopt.design.audit import Audit, audit
     from gaitopt.design.certificate import Certificate, certify
+    from gaitopt.design.compare import compare_solvers
     from gaitopt.design.design import Design
     from gaitopt.design.options import DesignOptions
     from gaitopt.design.starts import design_gait, many_starts
@@ -94,6 +95,7 @@ _HOMES = {
     "Trajectory": "gaitopt.gait.trajectory",
     "audit": "gaitopt.design.audit",
     "certify": "gaitopt.design.certificate",
+    "compare_solvers": "gaitopt.design.compare",
     "design_gait": "gaitopt.design.starts",
     "load_gait": "gaitopt.gait.gait_file",
     "many_starts": "gaitopt.design.starts",
@@ -175,6 +177,7 @@ __all__ = [
     "biped13",
     "certify",
     "choices_from_toml",
+    "compare_solvers",
     "design_gait",
     "export",
     "load_gait",
