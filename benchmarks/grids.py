@@ -15,8 +15,8 @@ from gaitopt.design.options import DesignOptions
 from gaitopt.design.process import small_matrices
 from gaitopt.design.starts import many_starts
 from gaitopt.gait.task import preset_task
-from gaitopt.sweep.grid import GridPoints, parse_axis, with_values
-from gaitopt.sweep.scheduler import make_plan, sweep
+from gaitopt.sweep.grid import Grid, parse_axis, with_values
+from gaitopt.sweep.scheduler import Scenarios, sweep
 
 GRIDS = (
     {"speed": "0.4:1.2:0.2", "duration": "0.3:0.6:0.1"},
@@ -34,18 +34,18 @@ def grid(quantities: dict[str, str]) -> dict[str, Any]:
     """Sweep a grid, and design each of its points by itself."""
     spec, robot, task = biped13(), robot_of(), preset_task()
     axes = [parse_axis(name, text) for name, text in quantities.items()]
-    points = GridPoints(tuple(axes))
+    points = Grid(tuple(axes))
     started = time.process_time()
-    with tempfile.TemporaryDirectory() as folder:
+    with small_matrices(), tempfile.TemporaryDirectory() as folder:
         library = sweep(robot, task, axes, Path(folder) / "library", OPTIONS, spec=spec)
         rows = library.rows
     between = time.process_time()
-    plan = make_plan(robot, spec, points, lambda v: with_values(task, v.items()))
+    scenarios = Scenarios(robot, spec, points, lambda v: with_values(task, v.items()))
     singles = []
     with small_matrices():
         for point in sorted(itertools.product(*(range(len(a.values)) for a in axes))):
-            setting = plan.setting(point)
-            found = many_starts(setting.robot.build(), setting.task, OPTIONS).design
+            scenario = scenarios.at(point)
+            found = many_starts(scenario.robot.build(), scenario.task, OPTIONS).design
             singles.append(found.solution.cost)
     return {
         "quantities": quantities,

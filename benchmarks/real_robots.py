@@ -21,7 +21,7 @@ from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.task import Task, preset_task
 from gaitopt.model.feet.sole import Sole
 from gaitopt.model.robot import Robot
-from gaitopt.sweep.fastest import fastest
+from gaitopt.sweep.speed_search import fastest
 
 ROBOTS = ("talos", "g1", "alexander", "icub", "romeo", "simple_humanoid", "human")
 SIGMA, STARTS = 0.05, 9

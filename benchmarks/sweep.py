@@ -12,11 +12,12 @@ from process import run
 
 from gaitopt.design.design import design
 from gaitopt.design.options import DesignOptions
+from gaitopt.design.process import tune_process
 from gaitopt.design.starts import many_starts
 from gaitopt.gait.task import preset_task
 from gaitopt.model.robot import Robot
 from gaitopt.sweep.grid import parse_axis
-from gaitopt.sweep.scheduler import Advance, sweep
+from gaitopt.sweep.scheduler import SweepProgress, sweep
 
 SPEEDS, QUICK = "0.4:1.3:0.05", "0.95:1.05:0.05"
 STARTS = (1, 2)
@@ -31,8 +32,8 @@ class Stages:
         self.jobs: dict[str, int] = {}
         self._last = time.process_time()
 
-    def __call__(self, advance: Advance) -> None:
-        now, stage = time.process_time(), advance.doing
+    def __call__(self, progress: SweepProgress) -> None:
+        now, stage = time.process_time(), progress.stage
         self.seconds[stage] = self.seconds.get(stage, 0.0) + now - self._last
         self.jobs[stage] = self.jobs.get(stage, 0) + 1
         self._last = now
@@ -62,7 +63,7 @@ def swept(robot: Robot, text: str) -> dict[str, Any]:
     started, cpu = time.perf_counter(), time.process_time()
     with tempfile.TemporaryDirectory() as folder:
         axis = parse_axis("speed", text)
-        library = sweep(robot, preset_task(), [axis], Path(folder) / "library", on_advance=stages)
+        library = sweep(robot, preset_task(), [axis], Path(folder) / "library", on_progress=stages)
         rows = library.rows
     return {
         "seconds": time.perf_counter() - started,
@@ -90,6 +91,7 @@ def main() -> None:
     quick = arguments(__doc__).parse_args().quick
     text = QUICK if quick else SPEEDS
     robot = robot_of()
+    tune_process()  # as the commands do
     cold(robot, 1.0)  # imports and caches
     speeds = parse_axis("speed", text).values
     # Before, between and after, because the load of a machine changes; the median counts.

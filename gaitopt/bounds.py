@@ -2,7 +2,7 @@
 
 Each bound is far above what is of use and below what takes the memory or the day of a machine, so
 that a slip of the keyboard, or a number in a file from elsewhere, ends in a sentence. They are
-checked where a value enters (`Task`, `Gait`, `GridPoints`, readers of files), before anything of
+checked where a value enters (`Task`, `Gait`, `Grid`, readers of files), before anything of
 that size is made.
 """
 
@@ -42,9 +42,11 @@ MESH = 256 * MEGABYTE
 GAIT = 256 * MEGABYTE
 """Bytes of a gait file, unpacked; numpy stores a text in four bytes a character."""
 MANIFEST = 256 * MEGABYTE
-"""Bytes of the manifest of a library, which holds the robot's file."""
+"""Bytes of the manifest of a library of version 0.1, which holds the robot's file."""
 JOURNAL = 1000 * MEGABYTE
-"""Bytes of a sweep's journal: some ten kilobytes a point."""
+"""Bytes of the journal of a sweep of version 0.1: some ten kilobytes a point."""
+DATABASE = 1000 * MEGABYTE
+"""Bytes of the database of a library: some ten kilobytes a point."""
 
 _READABLE = 10**15
 _PIECE = 2**22  # bytes read at once

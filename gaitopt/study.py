@@ -4,21 +4,20 @@ from __future__ import annotations
 
 import sys
 import warnings
-
-from gaitopt.sweep import executor, fastest, grid, interpolate, library, scheduler, table
+from importlib import import_module
 
 _MOVED = {
-    "axes": grid,
-    "cluster": executor,
-    "fastest": fastest,
-    "grid_points": grid,
-    "interpolate": interpolate,
-    "jobs": executor,
-    "library": library,
-    "selection": table,
-    "sweep": scheduler,
+    "axes": "grid",
+    "cluster": "executor",
+    "fastest": "speed_search",
+    "grid_points": "grid",
+    "interpolate": "interpolation",
+    "jobs": "executor",
+    "library": "library",
+    "selection": "table",
+    "sweep": "scheduler",
 }
 
 warnings.warn("gaitopt.study is now gaitopt.sweep", DeprecationWarning, stacklevel=2)
-for _old, _module in _MOVED.items():
-    sys.modules[f"{__name__}.{_old}"] = _module  # `from gaitopt.study.axes import Axis` finds it
+for _old, _new in _MOVED.items():  # `from gaitopt.study.axes import Axis` finds it there
+    sys.modules[f"{__name__}.{_old}"] = import_module(f"gaitopt.sweep.{_new}")

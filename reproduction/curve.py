@@ -19,7 +19,6 @@ from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.step import Step
 from gaitopt.nlp import Array, Solution, Start
 from gaitopt.solvers import SQP
-from gaitopt.sweep.semi_infinite import solved
 
 SETTLED = 1e-6  # relative; a cost that falls by less is the same optimum
 SOLVER = SQP(max_iterations=150)  # a neighbour's walk needs a tenth of them
@@ -77,9 +76,6 @@ def cost_curve(
     Args:
         problems: one per speed, slowest first.
         known: points to start from too, by speed [m/s].
-
-    Raises:
-        KeyboardInterrupt: Ctrl-C was pressed.
     """
     curve: Curve = {}
     for problem in problems:
@@ -102,9 +98,6 @@ def warm_curve(problems: Sequence[WalkProblem], near: Mapping[float, Array]) -> 
     Args:
         problems: one per speed.
         near: points to start from, by speed [m/s].
-
-    Raises:
-        KeyboardInterrupt: Ctrl-C was pressed.
     """
     curve: Curve = {}
     for problem in problems:
@@ -113,14 +106,10 @@ def warm_curve(problems: Sequence[WalkProblem], near: Mapping[float, Array]) -> 
 
 
 def keep_best(curve: Curve, problem: WalkProblem, starts: Iterable[Array]) -> None:
-    """Solve from each start; keep a walk that is better than the one at hand.
-
-    Raises:
-        KeyboardInterrupt: Ctrl-C was pressed.
-    """
+    """Solve from each start; keep a walk that is better than the one at hand."""
     speed = problem.task.speed
     for x in starts:
-        solution = solved(SOLVER, problem, Start(stepped(problem, x)))
+        solution = SOLVER.solve(problem, Start(stepped(problem, x)))
         if is_walk(solution) and (speed not in curve or solution.cost < curve[speed].cost):
             curve[speed] = Optimum(problem, solution)
 

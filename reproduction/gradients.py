@@ -11,7 +11,6 @@ from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.nlp import NLP, Array, Progress, Start, Status
 from gaitopt.solvers import SQP, FiniteDifferenceNLP
-from gaitopt.sweep.semi_infinite import stop_if_interrupted
 from gaitopt.tolerances import FEASIBLE
 
 EXACT, COST_ONLY, DIFFERENCES = "exact", "cost only", "differences"
@@ -94,7 +93,6 @@ def compare(problem: WalkProblem, cap: float = CAP) -> Comparison:
 
     Raises:
         UnreachableError: the step is too long for a first guess.
-        KeyboardInterrupt: Ctrl-C was pressed.
     """
     x = first_guess(problem)
     exact = sorted((_run(problem, x, EXACT, cap) for _ in range(REPEATS)), key=_seconds)
@@ -125,8 +123,6 @@ def _run(problem: WalkProblem, x: Array, gradient: str, cap: float) -> Run:
         return spent > cap
 
     solution = SOLVER.solve(nlp, Start(x), stop=note)
-    if not (history and history[-1][0] > cap):
-        stop_if_interrupted(solution)  # not by the cap
     return Run(
         speed=problem.task.speed,
         gradient=gradient,

@@ -248,7 +248,6 @@ def identify(
 
     Raises:
         InputError: the start is out of range.
-        KeyboardInterrupt: Ctrl-C was pressed; `on_better` was told the best values until then.
     """
     from scipy import optimize
 

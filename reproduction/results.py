@@ -61,8 +61,7 @@ class Reproduction:
         on_stage: called with a sentence about the part that is being computed.
         cap: CPU seconds after which a run with finite differences is stopped.
 
-    Every part raises NoGaitFoundError where no walk was found at a speed of Table 3, and
-    KeyboardInterrupt where Ctrl-C was pressed.
+    Every part raises NoGaitFoundError where no walk was found at a speed of Table 3.
     """
 
     def __init__(self, on_stage: OnStage = lambda stage: None, cap: float = CAP) -> None:

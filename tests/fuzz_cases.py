@@ -13,6 +13,7 @@ import os
 import re
 import resource
 import shutil
+import sqlite3
 import subprocess
 import sys
 import traceback
@@ -310,7 +311,7 @@ def _gait_file(rng, inputs: Path, folder: Path) -> Path:
 def _library(rng, inputs: Path, folder: Path) -> Path:
     library = folder / "lib"
     shutil.copytree(inputs / "lib", library)
-    names = ["manifest.json", "journal.jsonl", "journal.jsonl", "index.csv", "gaits"]
+    names = ["library.sqlite", "library.sqlite", "library.sqlite", "index.csv", "gaits"]
     name = pick(names, rng)
     path = pick(sorted((library / name).iterdir()), rng) if name == "gaits" else library / name
     if rng.random() < 0.08:
@@ -320,12 +321,27 @@ def _library(rng, inputs: Path, folder: Path) -> Path:
     elif name == "index.csv" or rng.random() < 0.15:
         path.write_bytes(mutate_bytes(path.read_bytes(), rng))
     else:
-        for _ in range(_times(rng)):
-            with contextlib.suppress(ValueError, IndexError, RecursionError):
-                path.write_bytes(
-                    mutate_json_lines(path.read_bytes(), rng, ("point", "row", "tried"))
-                )
+        _mutate_records(path, rng)
     return library
+
+
+def _mutate_records(path: Path, rng) -> None:
+    """Change records of a database; their digests are right mostly."""
+    from gaitopt.sweep.database import _check
+
+    with contextlib.closing(sqlite3.connect(path)) as connection, connection:
+        known = connection.execute("SELECT name, record FROM points").fetchall()
+        known += [("", *row) for row in connection.execute("SELECT record FROM manifest")]
+        for _ in range(_times(rng)):
+            name, text = pick(known, rng)
+            with contextlib.suppress(ValueError, IndexError, RecursionError):
+                line = mutate_json_lines(text.encode() + b"\n", rng, ("walk", "row", "tried"))
+                text = line.decode(errors="replace").rstrip("\n")
+            check = _check(name, text) if rng.random() < 0.8 else ""
+            where = f"points SET record = ?, digest = ? WHERE name = {name!r}"
+            if not name:
+                where = "manifest SET record = ?, digest = ?"
+            connection.execute(f"UPDATE {where}", (text, check))
 
 
 _COMMANDS = (
@@ -556,18 +572,18 @@ def _try_library(directory: Path, rng, outcome: Outcome, number: int) -> None:
     from gaitopt.sweep.library import Writer, open_library
 
     with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
-        run_list(directory, [], None, None)
+        run_list([directory], [], None, None)
     library = open_library(directory)
-    for point in library.points.order:
+    for point in library.grid.order:
         with contextlib.suppress(GaitoptError):
             library.gait(point)
     if number % 5 == 0:
-        from gaitopt.sweep.interpolate import interpolate
+        from gaitopt.sweep.interpolation import interpolate
 
         with contextlib.suppress(GaitoptError):
             interpolate(library, {"speed": float(rng.uniform(0.99, 1.06))})
-    with Writer(directory, library.points) as writer:
-        writer.write_index()
+    with Writer(directory, library.grid, library.record) as writer:
+        writer.write_table()
     outcome.result = "read, with faults" if library.faults else "read"
 
 

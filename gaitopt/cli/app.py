@@ -165,14 +165,14 @@ def sweep(
 
 @command(app)
 def library(
-    directory: many.LibraryDirectory,
+    directory: many.LibraryDirectories,
     where: many.Where = None,
     columns: many.Columns = None,
     plot: many.Plot = None,
     at: many.At = None,
     output: many.GaitOutput = None,
 ) -> None:
-    """List a gait library, draw it, or design a gait between its gaits."""
+    """List a gait library, draw it, or design a gait between its gaits; compare two."""
     from gaitopt.cli import library as work
 
     if at:

@@ -16,7 +16,7 @@ from gaitopt.design.design import Design
 from gaitopt.errors import InputError
 from gaitopt.gait.task import Task
 from gaitopt.nlp import Status
-from gaitopt.sweep.fastest import Fastest, fastest
+from gaitopt.sweep.speed_search import Fastest, fastest
 
 _MOST = 8  # constraints at their limits that are told
 

@@ -1,75 +1,101 @@
-"""`gaitopt library`: what a gait library holds, drawn, and a gait between its gaits."""
+"""`gaitopt library`: what gait libraries hold, compared, drawn, and a gait between their gaits."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Sequence
 from contextlib import suppress
+from dataclasses import dataclass
+from itertools import chain
 from pathlib import Path
 
 import typer
+from rich.table import Table
 
-from gaitopt.cli.cells import new_table
+from gaitopt.cli.cells import ABSENT, new_table
 from gaitopt.cli.display import screen
 from gaitopt.cli.paths import require_files
 from gaitopt.cli.process import ExitCode
 from gaitopt.cli.report import print_findings_of, print_gait
 from gaitopt.errors import GaitFileError, InputError
-from gaitopt.gait.costs import TorqueCost
 from gaitopt.gait.gait_file import save_gait
-from gaitopt.gait.plugin import extension_record
 from gaitopt.gait.result import Gait
 from gaitopt.settings import named_values
-from gaitopt.sweep.interpolate import interpolate, stored_point
+from gaitopt.sweep.interpolation import interpolate, stored_point
 from gaitopt.sweep.library import Library, open_library
-from gaitopt.sweep.table import NOT_COMPUTED, Row, Value, columns, selected, unknown_column
+from gaitopt.sweep.table import (
+    NOT_COMPUTED,
+    Row,
+    Value,
+    cell,
+    columns,
+    selected,
+    unit_of,
+    unknown_column,
+)
 from gaitopt.view.visible import visible
 
 LIST = "list"  # in place of columns: what there is
-SHOWN = ("status", "cost", "step_length", "cop_to_edge", "friction_used", "vertical_impulse")
+WIDTH = 80  # columns of a terminal that a table needs at most, unless columns were asked for
+_MOTORS = "peak_torque."
+_MORE = ("peak_power.", "friction_used", "cop_to_edge", "step_length")
+_LINE = 6  # characters of a line of a header that are not broken further
+_GAP = 2  # between two columns
 
 
-def run_list(directory: Path, where: list[str], names: str | None, plot: Path | None) -> None:
-    """Show the index, or draw it.
+def run_list(
+    directories: Sequence[Path], where: list[str], names: str | None, plot: Path | None
+) -> None:
+    """Show the table of a library or draw it; or of two, compared.
 
     Raises:
-        GaitFileError: the directory is no gait library.
-        InputError: a condition or a column cannot be used, or the figure cannot be written.
+        GaitFileError: a directory is no gait library.
+        InputError: a condition or a column cannot be used, the figure cannot be written, there are
+            more than two libraries, or they are over different quantities.
     """
-    library = open_library(directory)
-    _tell_robot(library)
+    libraries = [open_library(directory) for directory in directories]
+    axes = _common_axes(libraries)
+    for library in libraries:
+        _tell_robot(library)
+    out = screen()
     if names == LIST:
-        for name in columns(library.rows):
-            screen().print(visible(name), soft_wrap=True)
+        for name in columns(row for library in libraries for row in library.rows):
+            unit = unit_of(name, libraries[0].cost[1])
+            out.print(f"{visible(name)} [{unit}]" if unit else visible(name), soft_wrap=True)
         return
-    rows = selected(library.rows, where)
+    rows = [selected(library.rows, where) for library in libraries]
     if plot is not None:
         from gaitopt.view.library_figures import write_library_figure
 
-        write_library_figure(
-            rows, [axis.name for axis in library.points.axes], plot, _cost(library)
-        )
-        screen().print(f"wrote {plot}")
-        return
-    _show(library, rows, _columns(library, names))
+        labels = [""] if len(libraries) == 1 else [str(directory) for directory in directories]
+        if libraries[0].cost != libraries[-1].cost:
+            raise InputError("the libraries are of different costs; draw them one by one")
+        write_library_figure(dict(zip(labels, rows, strict=True)), axes, plot, libraries[0].cost)
+        out.print(f"wrote {plot}")
+    elif len(libraries) == 1:
+        out.print(library_table(libraries[0], rows[0], names, out.width))
+    else:
+        for letter, directory in zip("AB", directories, strict=True):
+            out.print(f"{letter}: {directory}", soft_wrap=True)
+        units = libraries[0].cost[1], libraries[1].cost[1]
+        out.print(comparison_table((rows[0], rows[1]), axes, units, names, out.width))
+    if plot is None:
+        letters = [""] if len(libraries) == 1 else ["A: ", "B: "]
+        for letter, library, shown in zip(letters, libraries, rows, strict=True):
+            _count(letter, library, shown)
 
 
-def _cost(library: Library) -> tuple[str, str]:
-    """Return words and unit of the cost of a library; those of version 0.1 do not say it."""
-    task = library.record["first task"]
-    cost = task.get("cost") if isinstance(task, Mapping) else None
-    record = cost if isinstance(cost, Mapping) else extension_record(TorqueCost())
-    return str(record.get("words")), str(record.get("unit"))
-
-
-def run_at(directory: Path, at: list[str], output: Path | None) -> None:
-    """Design a gait between those of the library, show it, write it.
+def run_at(directories: Sequence[Path], at: list[str], output: Path | None) -> None:
+    """Design a gait between those of a library, show it, write it.
 
     Raises:
+        InputError: there are several libraries.
         GaitoptError: it is outside the library, or there is none.
         typer.Exit: it is not certified.
     """
     require_files((output, "--output"))
-    gait, said = _gait_at(open_library(directory), named_values(at, "--at"))
+    if len(directories) > 1:
+        raise InputError("--at is a place in one library; give one directory")
+    gait, said = _gait_at(open_library(directories[0]), named_values(at, "--at"))
     print_findings_of(screen(stderr=True), gait)
     out = screen()
     print_gait(out, gait)
@@ -81,19 +107,165 @@ def run_at(directory: Path, at: list[str], output: Path | None) -> None:
         raise typer.Exit(ExitCode.NOT_CERTIFIED)
 
 
+def library_table(library: Library, rows: list[Row], names: str | None, width: int) -> Table:
+    """Return the table of a library: what was swept, the motors, the cost, the status.
+
+    Args:
+        library: of gaits.
+        rows: of it, that are shown.
+        names: of columns to show instead, joined by commas.
+        width: that there is; columns that are of less interest are left out until it fits.
+
+    Raises:
+        InputError: there is no such column.
+    """
+    known, axes = columns(library.rows), [axis.name for axis in library.grid.axes]
+    cost = library.cost[1]
+
+    def column(name: str, header: list[str]) -> _Column:
+        return _Column(header, [row.get(name) for row in rows])
+
+    if names is not None:
+        chosen = _chosen(names, known)
+        shown = [*(axis for axis in axes if axis not in chosen), *chosen]
+        return _table("", [column(name, _header(name, unit_of(name, cost))) for name in shown])
+    must = [*axes, "cost", "status"]
+    motors = [name for name in known if name.startswith(_MOTORS)]
+    more = [[name for name in known if name.startswith(start)] for start in _MORE]
+    wanted = dict.fromkeys([*axes, *motors, "cost", *chain(*more), "status"])
+    found = {n: column(n, _header(n.removeprefix(_MOTORS), unit_of(n, cost))) for n in wanted}
+    room = min(width, WIDTH) + _GAP - sum(found[name].width for name in must)
+    fitting = set(must)
+    for names_together in [*([name] for name in motors), *more]:
+        left_out = set(names_together) - fitting
+        needed = sum(found[name].width for name in left_out)
+        if needed <= room:
+            fitting |= left_out
+            room -= needed
+    title = "motors: peak torque over a stance and a swing phase" if motors else ""
+    return _table(title, [found[name] for name in wanted if name in fitting])
+
+
+def comparison_table(
+    rows: tuple[list[Row], list[Row]],
+    axes: list[str],
+    costs: tuple[str, str],
+    names: str | None,
+    width: int,
+) -> Table:
+    """Return a table of two libraries, A and B: their costs, and how much more B takes of a motor.
+
+    Args:
+        rows: of both.
+        axes: over which they are.
+        costs: units of theirs.
+        names: of columns to compare instead of the cost, joined by commas.
+        width: that there is; motors are left out until it fits.
+
+    Raises:
+        InputError: there is no such column.
+    """
+    places = [{tuple(row[axis] for axis in axes): row for row in one} for one in rows]
+    order = sorted({*places[0], *places[1]}, key=lambda place: [float(str(v)) for v in place])
+    pairs = [(places[0].get(place, {}), places[1].get(place, {})) for place in order]
+    known = columns([*rows[0], *rows[1]])
+    compared = ["cost"] if names is None else _chosen(names, known)
+    found = [
+        _Column(_header(axis, unit_of(axis)), [place[k] for place in order])
+        for k, axis in enumerate(axes)
+    ]
+    for name in compared:
+        for letter, k in (("A", 0), ("B", 1)):
+            header = [letter, *_header(name, unit_of(name, costs[k]))]
+            found.append(_Column(header, [pair[k].get(name) for pair in pairs]))
+        if unit_of(name, costs[0]) == unit_of(name, costs[1]):
+            found.append(_Column(["B-A", "%"], [_change(pair, name) for pair in pairs]))
+    room = min(width, WIDTH) + _GAP - sum(column.width for column in found)
+    motors = [name for name in known if name.startswith(_MOTORS)] if names is None else []
+    for name in motors:
+        header = [*_header(name.removeprefix(_MOTORS), ""), "%"]
+        column = _Column(header, [_change(pair, name) for pair in pairs])
+        if column.width <= room:
+            found.append(column)
+            room -= column.width
+    title = "motors: peak torque of B over that of A" if motors else ""
+    return _table(title, found)
+
+
+@dataclass(frozen=True)
+class _Column:
+    """Lines of a header, and what stands below."""
+
+    header: list[str]
+    values: Sequence[Value]
+
+    @property
+    def width(self) -> int:
+        """In characters, with the gap to the next."""
+        return _GAP + max(map(len, [*self.header, *(visible(cell(v)) for v in self.values)]))
+
+    @property
+    def numeric(self) -> bool:
+        """Whether it holds figures only."""
+        return all(not isinstance(v, str) or v[:1] in (*ABSENT, "+") for v in self.values)
+
+
+def _change(pair: tuple[Row, Row], name: str) -> str:
+    """Return how much more the second has, in per cent."""
+    a, b = (row.get(name) for row in pair)
+    figures = isinstance(a, float | int) and isinstance(b, float | int)
+    return f"{100.0 * (float(str(b)) / float(str(a)) - 1.0):+.1f}" if figures and a else ABSENT
+
+
+def _header(name: str, unit: str) -> list[str]:
+    """Return the lines of a header: the words of a name, then its unit."""
+    lines: list[str] = []
+    for word in visible(name).replace(".", " ").replace("_", " ").split():
+        if lines and len(lines[-1]) + 1 + len(word) <= _LINE:
+            lines[-1] += f" {word}"
+        else:
+            lines.append(word)
+    return [*lines, unit]
+
+
+def _table(title: str, found: Sequence[_Column]) -> Table:
+    most = max(len(column.header) for column in found)
+    heads = ["\n" * (most - len(column.header)) + "\n".join(column.header) for column in found]
+    rights = [">" if column.numeric else "" for column in found]
+    table = new_table(title, *(right + head for right, head in zip(rights, heads, strict=True)))
+    table.expand, table.collapse_padding = False, True
+    for values in zip(*(column.values for column in found), strict=True):
+        table.add_row(*(visible(cell(value)) for value in values))
+    return table
+
+
+def _common_axes(libraries: Sequence[Library]) -> list[str]:
+    """Return the quantities over which libraries are."""
+    if len(libraries) > 2:
+        raise InputError(f"{len(libraries)} libraries cannot be compared; give one or two")
+    axes = [[axis.name for axis in library.grid.axes] for library in libraries]
+    if axes[0] != axes[-1]:
+        raise InputError(
+            f"the libraries are over different quantities, {', '.join(axes[0])} and "
+            f"{', '.join(axes[-1])}; give two that were swept over the same"
+        )
+    return axes[0]
+
+
 def _tell_robot(library: Library) -> None:
     """Tell what is odd about the robot, as the first gait that is there records it."""
-    for point in library.state.rows:
-        with suppress(GaitFileError):
-            print_findings_of(screen(stderr=True), library.gait(point))
-            return
+    for point, state in library.states.items():
+        if state.row is not None:
+            with suppress(GaitFileError):
+                print_findings_of(screen(stderr=True), library.gait(point))
+                return
 
 
 def _gait_at(library: Library, values: dict[str, float]) -> tuple[Gait, str]:
     """Return the gait at a place, and where it comes from."""
     point = stored_point(library, values)
     if point is not None and _certified(stored := library.gait(point)):
-        return stored, f"the stored gait of {library.points.name(point)}; nothing was interpolated"
+        return stored, f"the stored gait of {library.grid.name(point)}; nothing was interpolated"
     found = interpolate(library, values)
     if point is None:
         return found.design.gait, f"between {' and '.join(found.sources)}; {found.sentence}"
@@ -106,29 +278,25 @@ def _certified(gait: Gait) -> bool:
     return gait.fact("certificate", "certified") is True
 
 
-def _columns(library: Library, names: str | None) -> list[str]:
-    """Return what to show: first what was swept over."""
-    known = columns(library.rows)
-    axes = [axis.name for axis in library.points.axes]
-    if names is None:
-        return [n for n in dict.fromkeys((*axes, *SHOWN)) if n in known]
+def _chosen(names: str, known: list[str]) -> list[str]:
+    """Return the names of columns in a text.
+
+    Raises:
+        InputError: there is no such column.
+    """
     chosen = [name.strip() for name in names.split(",") if name.strip()]
     for name in chosen:
         if name not in known:
             raise InputError(unknown_column(name, known))
-    return [*(axis for axis in axes if axis not in chosen), *chosen]
+    return chosen
 
 
-def _show(library: Library, rows: list[Row], names: list[str]) -> None:
-    table = new_table("", *(f">{visible(name)}" for name in names))
-    table.expand = False
-    for row in rows:
-        table.add_row(*(_cell(row.get(name)) for name in names))
+def _count(letter: str, library: Library, rows: list[Row]) -> None:
+    """Tell how many gaits are shown, are there, are to come, and cannot be used."""
     out = screen()
-    out.print(table)
-    total, there = len(library.points.order), _computed(library.rows)
+    total, there = len(library.grid.order), _computed(library.rows)
     left = "" if there == total else f"; {total - there} of {total} points are not computed yet"
-    out.print(f"{_computed(rows)} of {there} gaits{left}")
+    out.print(f"{letter}{_computed(rows)} of {there} gaits{left}")
     if broken := len(library.faults):
         told = "1 gait has" if broken == 1 else f"{broken} gaits have"
         out.print(
@@ -140,9 +308,3 @@ def _show(library: Library, rows: list[Row], names: list[str]) -> None:
 
 def _computed(rows: list[Row]) -> int:
     return sum(row["status"] != NOT_COMPUTED for row in rows)
-
-
-def _cell(value: Value) -> str:
-    if isinstance(value, float):
-        return f"{value:.6g}"
-    return "-" if value is None else visible(str(value))

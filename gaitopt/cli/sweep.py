@@ -2,33 +2,45 @@
 
 from __future__ import annotations
 
+import math
+import os
+import time
 from collections import Counter
 from collections.abc import Iterable
+from concurrent.futures import Executor
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Any
 
 import typer
 from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
+from gaitopt.bounds import WORKERS, at_most
 from gaitopt.cli.config import SCHEMA, Settings
-from gaitopt.cli.crew import make_crew
 from gaitopt.cli.display import screen
+from gaitopt.cli.library import library_table
 from gaitopt.cli.paths import require_writable
 from gaitopt.cli.process import ExitCode, print_error
 from gaitopt.cli.report import inspect_command, print_findings
 from gaitopt.cli.request import Request, biped_spec, make_request, make_task
 from gaitopt.cli.sweep_options import SWEEP
-from gaitopt.cli.sweep_progress import SweepDisplay
+from gaitopt.design.process import small_matrices
 from gaitopt.errors import InputError
 from gaitopt.gait.task import Task
+from gaitopt.mechanics.leg_distance import leg_pairs
 from gaitopt.settings import named_values
+from gaitopt.sweep.executor import joined_scheduler, local_workers
 from gaitopt.sweep.grid import Axis, Index, parse_axis, with_values
 from gaitopt.sweep.library import FAULTS, Library, open_library
-from gaitopt.sweep.scheduler import sweep
+from gaitopt.sweep.scheduler import SweepProgress, sweep
 from gaitopt.sweep.table import CERTIFIED, INFEASIBLE
 from gaitopt.tolerances import OPTIMALITY
 
 NAMED = 8  # files that are named, of those that were made anew, or could not be
+ROWS = 60  # of the table at the end; `gaitopt library` shows all
+PERIOD = 10.0  # s between two plain lines of progress
+FINISHING = 3  # times the work of exploring a point
 
 
 def run(given: Settings, directory: Path, config: Path | None, quiet: bool) -> None:
@@ -51,14 +63,14 @@ def run(given: Settings, directory: Path, config: Path | None, quiet: bool) -> N
     errors = screen(stderr=True)
     if not quiet:
         print_findings(errors, request.robot.findings, inspect_command(request.settings))
-    crew = make_crew(given, axes, errors, quiet)
+    executor = make_executor(given, axes, errors, quiet)
     try:
-        with SweepDisplay(errors, quiet) as display:
+        with small_matrices(), executor or nullcontext(), SweepDisplay(errors, quiet) as display:
             library = sweep(
                 request.robot, request.task, axes, directory, request.options,
                 spec=biped_spec(request.settings), seed=begin,
-                task_at=lambda values: _task_at(request, values), crew=crew,
-                on_advance=display,
+                task_at=lambda values: _task_at(request, values), executor=executor,
+                on_progress=display,
             )  # fmt: skip
     except KeyboardInterrupt as error:
         kept = _kept(directory)
@@ -68,10 +80,109 @@ def run(given: Settings, directory: Path, config: Path | None, quiet: bool) -> N
     if not quiet:
         if not display.jobs and not library.faults:
             out.print(f"all {len(library.rows)} were there; nothing was computed")
-        found = library.state.faulty
-        _tell_files("made anew", library, (p for p in found if p not in library.faults), out)
+        anew = [p for p, s in library.states.items() if s.fault and p not in library.faults]
+        _tell_files("made anew", library, anew, out)
         _tell_files("could not be made anew", library, library.faults, out)
+        _tell_gaps(library, request, out)
     _conclude(library, out, quiet, request.options.refine)
+
+
+def make_executor(
+    given: Settings, axes: list[Axis], errors: Console, quiet: bool
+) -> Executor | None:
+    """Return who does the work: no more local workers than points or processors; None: nobody else.
+
+    Args:
+        given: options of the command line.
+        axes: of the sweep.
+        errors: where to say that workers are being started.
+        quiet: whether not to.
+
+    Raises:
+        InputError: fewer than one worker, both workers and a scheduler, or no scheduler where one
+            is said.
+        MissingExtraError: Dask distributed is not installed.
+    """
+    workers, scheduler = given.get("workers"), given.get("scheduler")
+    if workers is not None and scheduler is not None:
+        raise InputError("--workers and --scheduler exclude each other; give one of them")
+    if scheduler is not None:
+        return joined_scheduler(str(scheduler))
+    if workers is None:
+        return None
+    at_most(int(str(workers)), WORKERS, "workers")
+    wanted, points = int(str(workers)), math.prod(len(axis.values) for axis in axes)
+    count = min(wanted, points, processors())
+
+    def tell() -> None:
+        few = "" if count == wanted else f", not {wanted}: {_few(points)}"
+        if not quiet:
+            errors.print(f"starting workers: {count}{few}", soft_wrap=True)
+
+    return local_workers(count, tell)
+
+
+def processors() -> int:
+    """Return how many processors this process may use."""
+    if hasattr(os, "sched_getaffinity"):  # not on every system
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def _few(points: int) -> str:
+    if points < processors():
+        return f"more are idle with {points} point{'s' * (points != 1)}"
+    return "this machine has no more processors; --scheduler joins others"
+
+
+class SweepDisplay:
+    """Shows how far a sweep is; a context manager, and what `sweep` takes as `on_progress`.
+
+    On a terminal a bar with the time left, elsewhere now and then a line.
+
+    Attributes:
+        jobs: done so far.
+    """
+
+    def __init__(self, console: Console, quiet: bool) -> None:
+        self._console, self._quiet = console, quiet
+        self._bar: Progress | None = None
+        self._printed = time.monotonic()
+        self.jobs = 0
+
+    def __enter__(self) -> SweepDisplay:
+        if self._console.is_terminal and not self._quiet:
+            self._bar = Progress(
+                TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[said]}"),
+                TimeElapsedColumn(), TextColumn("left"), TimeRemainingColumn(),
+                console=self._console,
+            )  # fmt: skip
+            self._bar.add_task("exploring", total=None, said="")
+            self._bar.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._bar is not None:
+            self._bar.stop()
+
+    def __call__(self, progress: SweepProgress) -> None:
+        """Show it."""
+        self.jobs += 1
+        done = progress.gaits + progress.refused
+        said = f"{done} of {progress.points} done, {progress.explored} explored"
+        if progress.refused:
+            said += f", {progress.refused} without a gait"
+        if self._bar is not None:
+            self._bar.update(
+                self._bar.task_ids[0],
+                description=progress.stage,
+                total=(1 + FINISHING) * progress.points,
+                completed=progress.explored + FINISHING * done,
+                said=said,
+            )
+        elif not self._quiet and time.monotonic() - self._printed >= PERIOD:
+            self._printed = time.monotonic()
+            self._console.print(f"{progress.stage}: {said}", soft_wrap=True)
 
 
 def _axes(given: Settings) -> list[Axis]:
@@ -129,12 +240,26 @@ def _task_at(request: Request, values: dict[str, float]) -> Task:
 
 
 def _tell_files(what: str, library: Library, points: Iterable[Index], out: Console) -> None:
-    """Tell what became of gait files, each with what was wrong with it when the sweep began."""
-    wrong = {**library.faults, **library.state.faulty}
-    told = [f"{library.state.rows[p]['file']} ({wrong[p]})" for p in points]
+    """Tell what became of gaits, each with what was wrong with it when the sweep began."""
+    told = [
+        f"gaits/{library.grid.name(point)}.npz "
+        f"({library.states[point].fault or library.faults[point]})"
+        for point in points
+    ]
     if told:
         more = f"; and {len(told) - NAMED} more" if len(told) > NAMED else ""
         out.print(f"{what}: {'; '.join(told[:NAMED])}{more}", soft_wrap=True)
+
+
+def _tell_gaps(library: Library, request: Request, out: Console) -> None:
+    """Tell which gaps between the legs are narrower than asked for; said once where they vary."""
+    gap = request.task.margins.leg_gap
+    for axis in library.grid.axes:
+        if axis.name == "leg_gap":
+            gap = axis.values[-1]
+    narrowed = "" if gap is None else leg_pairs(request.robot).narrowed(gap)
+    if narrowed:
+        out.print(narrowed, soft_wrap=True)
 
 
 def _kept(directory: Path) -> str:
@@ -142,9 +267,10 @@ def _kept(directory: Path) -> str:
         library = open_library(directory)
     except InputError:
         return "nothing is kept"
-    state, lost = library.state, len(library.faults)
-    walks = sum(footing is not None for footing in state.footings.values())
-    return f"{len(state.rows) - lost} gaits and {walks} walks to make gaits of are kept"
+    states, lost = library.states.values(), len(library.faults)
+    gaits = sum(state.row is not None for state in states)
+    walks = sum(state.walk is not None for state in states)
+    return f"{gaits - lost} gaits and {walks} walks to make gaits of are kept"
 
 
 def _conclude(library: Library, out: Console, quiet: bool, refined: bool) -> None:
@@ -152,15 +278,19 @@ def _conclude(library: Library, out: Console, quiet: bool, refined: bool) -> Non
     certified = sum(row["status"] == CERTIFIED for row in rows)
     refused = [row for row in rows if row["status"] == INFEASIBLE]
     if not quiet:
+        out.print(library_table(library, rows[:ROWS], None, out.width))
+        if len(rows) > ROWS:
+            out.print(f"and {len(rows) - ROWS} more: gaitopt library {library.directory}")
         out.print(
-            f"{certified} of {len(rows)} gaits certified; {library.state.seconds:.0f} s of "
-            f"processor; in {library.directory}: gaits/, index.csv",
+            f"{certified} of {len(rows)} gaits certified; {library.seconds:.0f} s of processor; in "
+            f"{library.directory}: gaits/, index.csv",
             soft_wrap=True,
         )  # fmt: skip
-        for point, refusal in library.state.refusals.items():
-            out.print(f"no gait at {library.points.name(point)}:")
-            for sentence in refusal["sentences"]:
-                out.print(f"- {sentence}", soft_wrap=True)
+        for point, state in sorted(library.states.items()):
+            if state.refusal is not None:
+                out.print(f"no gait at {library.grid.name(point)}:")
+                for sentence in state.refusal["sentences"]:
+                    out.print(f"- {sentence}", soft_wrap=True)
     if refused:
         raise typer.Exit(ExitCode.NO_GAIT)
     optimal = sum(

@@ -60,8 +60,9 @@ Directory = Annotated[
         rich_help_panel=_SWEEP, metavar="DIR", parser=named_directory,
     ),
 ]  # fmt: skip
-LibraryDirectory = Annotated[
-    Path, typer.Argument(metavar="DIR", help="A gait library, made by gaitopt sweep.")
+LibraryDirectories = Annotated[
+    list[Path],
+    typer.Argument(metavar="DIR", help="A gait library, made by gaitopt sweep, or two to compare."),
 ]
 Where = Annotated[
     list[str] | None,

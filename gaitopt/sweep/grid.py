@@ -143,7 +143,7 @@ Index = tuple[int, ...]
 
 
 @dataclass(frozen=True)
-class GridPoints:
+class Grid:
     """A grid and the points from which it is explored.
 
     Attributes:
@@ -172,6 +172,17 @@ class GridPoints:
         """All points, those near a seed first."""
         ranges = [range(len(axis.values)) for axis in self.axes]
         return tuple(sorted(itertools.product(*ranges), key=lambda p: (self._ring(p), p)))
+
+    def __contains__(self, point: object) -> bool:
+        """Whether there is such a point."""
+        return (
+            isinstance(point, tuple)
+            and len(point) == len(self.axes)
+            and all(
+                type(index) is int and 0 <= index < len(axis.values)
+                for index, axis in zip(point, self.axes, strict=True)
+            )
+        )
 
     def values(self, point: Index) -> dict[str, float]:
         """Return the value of each quantity at a point."""

@@ -9,8 +9,6 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from gaitopt.atomic import is_leftover, write_atomically
-from gaitopt.bounds import MANIFEST, read_bounded
 from gaitopt.catalogue.biped_spec import biped13
 from gaitopt.catalogue.parameters import merged
 from gaitopt.design.options import DesignOptions
@@ -18,9 +16,97 @@ from gaitopt.errors import GaitFileError, InputError
 from gaitopt.gait.task import Task
 from gaitopt.gait.task_record import task_record
 from gaitopt.model.import_options import choices_from_record, choices_record
-from gaitopt.sweep.grid import Axis, GridPoints, Index
+from gaitopt.sweep.grid import Axis, Grid, Index
 from gaitopt.sweep.scenario import RobotSource
 from gaitopt.version import __version__
+
+FORMAT = 3
+"""Of the records; version 0.1 wrote 2, in other files."""
+
+Record = dict[str, Any]
+DAMAGE = (KeyError, TypeError, ValueError, AttributeError, IndexError, OverflowError)
+"""What reading a record raises that is not what a sweep writes."""
+
+
+def manifest_record(
+    grid: Grid, robot: RobotSource, tasks: Mapping[Index, Task], options: DesignOptions
+) -> Record:
+    """Return what decides the gaits of a sweep, JSON-able: grid, robot, options, first task.
+
+    The other tasks follow from the first and the axes. What a caller's own `task_at` makes of the
+    axes beyond that is not seen.
+    """
+    solver = options.solver
+    record = {
+        "format": FORMAT,
+        "gaitopt": __version__,
+        "axes": {axis.name: list(axis.values) for axis in grid.axes},
+        "seeds": [list(seed) for seed in grid.seeds],
+        "first task": task_record(tasks[grid.order[0]]),
+        "robot": {
+            "digest": robot.digest(),
+            "choices": choices_record(robot.choices),
+            "spec": None if robot.spec is None else asdict(robot.spec),
+            "urdf": robot.urdf,
+        },
+        "options": {
+            "solver": solver.name,
+            "solver options": asdict(solver),  # type: ignore[call-overload]
+            "refine": options.refine,
+            "differences": options.differences,
+            "approach": options.approach,
+        },
+    }
+    return dict(json.loads(json.dumps(record)))
+
+
+def grid_of(directory: Path, record: Record) -> Grid:
+    """Return the grid of a record.
+
+    Args:
+        directory: where it was read, for messages.
+        record: as of `manifest_record`.
+
+    Raises:
+        GaitFileError: the record does not tell it.
+    """
+    try:
+        axes = tuple(Axis(name, tuple(values)) for name, values in record["axes"].items())
+        grid = Grid(axes, tuple(tuple(seed) for seed in record["seeds"]))
+        for seed in grid.seeds:
+            grid.values(seed)
+    except (*DAMAGE, InputError) as error:
+        raise damaged(directory, "its axes and seeds", error) from error
+    return grid
+
+
+def robot_of(directory: Path, record: Record) -> RobotSource:
+    """Return the robot of a record, without the changes of a point.
+
+    Raises:
+        GaitFileError: the record does not tell it.
+        InputError: what it tells is no robot.
+    """
+    try:
+        robot = record["robot"]
+        urdf, choices, spec = str(robot["urdf"]), robot["choices"], robot["spec"]
+        return RobotSource(
+            urdf,
+            choices_from_record(choices),
+            None if spec is None else merged(biped13(), spec),
+        )
+    except DAMAGE as error:
+        raise damaged(directory, "its robot", error) from error
+
+
+def damaged(directory: Path, what: str, error: Exception) -> GaitFileError:
+    """Return the error that a part of the manifest of a library cannot be used."""
+    reason = str(error) if isinstance(error, InputError) else "they are not there, or of no use"
+    return GaitFileError(
+        f"the manifest of '{directory}' is damaged in {what}: {reason}; make the library again, in "
+        "another directory"
+    )
+
 
 Entry = tuple[str, ...]
 Found = tuple[Entry, Any, Any]
@@ -44,8 +130,11 @@ def difference(there: Mapping[str, Any], asked: Mapping[str, Any]) -> str | None
     a URDF was made counts only where a sweep changes it.
 
     Args:
-        there, asked: as of `manifest_record`.
+        there, asked: as of `manifest_record`. Of a record of version 0.1, whose solvers had other
+            options, only those count that both have.
     """
+    if there["format"] < FORMAT:
+        there = {**there, "options": _aligned(there["options"], asked["options"])}
     return _robot(there, asked) or _points(there, asked) or _rest(there, asked)
 
 
@@ -88,6 +177,13 @@ def _rest(there: Mapping[str, Any], asked: Mapping[str, Any]) -> str | None:
     return f"its {_compared((_PARTS[whole], *path[len(whole) :]), old, new)}"
 
 
+def _aligned(there: Any, asked: Any) -> Any:
+    """Return a record with the entries of another, with its own values where it has them."""
+    if not (isinstance(there, Mapping) and isinstance(asked, Mapping)):
+        return there
+    return {key: _aligned(there[key], v) if key in there else v for key, v in asked.items()}
+
+
 def first_difference(there: Any, asked: Any) -> Found | None:
     """Return the first entry in which two records differ: its path and both values."""
     if isinstance(there, Mapping) and isinstance(asked, Mapping):
@@ -113,145 +209,3 @@ def _name(urdf: str) -> str:
 def _short(value: object) -> str:
     text = "none" if value is None else json.dumps(value, ensure_ascii=False)
     return text if len(text) <= 60 else f"{text[:57]}..."
-
-
-NAME, FORMAT = "manifest.json", 2
-
-Record = dict[str, Any]
-_DAMAGE = (KeyError, TypeError, ValueError, AttributeError, IndexError)
-
-
-def manifest_record(
-    points: GridPoints, robot: RobotSource, tasks: Mapping[Index, Task], options: DesignOptions
-) -> Record:
-    """Return what decides the gaits of a sweep, JSON-able: grid, robot, options, first task.
-
-    The other tasks follow from the first and the axes. What a caller's own `task_at` makes of the
-    axes beyond that is not seen.
-    """
-    solver = options.solver
-    record = {
-        "format": FORMAT,
-        "gaitopt": __version__,
-        "axes": {axis.name: list(axis.values) for axis in points.axes},
-        "seeds": [list(seed) for seed in points.seeds],
-        "first task": task_record(tasks[points.order[0]]),
-        "robot": {
-            "digest": robot.digest(),
-            "choices": choices_record(robot.choices),
-            "spec": None if robot.spec is None else asdict(robot.spec),
-            "urdf": robot.urdf,
-        },
-        "options": {
-            "solver": solver.name,
-            "solver options": asdict(solver),  # type: ignore[call-overload]
-            "refine": options.refine,
-            "differences": options.differences,
-            "approach": options.approach,
-        },
-    }
-    return dict(json.loads(json.dumps(record)))
-
-
-def claim(directory: Path, record: Record) -> None:
-    """Make a directory the library of a record, or see that it is already.
-
-    Raises:
-        InputError: it cannot be written, or holds something else.
-    """
-    path = directory / NAME
-    if path.exists():
-        there = read_manifest(directory)
-        try:
-            found = difference(there, record)
-        except _DAMAGE as error:
-            raise _damaged(directory, "some of its entries", error) from error
-        if found is not None:
-            raise InputError(
-                f"'{directory}' holds another sweep: {found}; give another directory, or ask for "
-                "the same again"
-            )
-        return
-    try:
-        directory.mkdir(parents=True, exist_ok=True)
-        others = sorted(e.name for e in directory.iterdir() if not is_leftover(e))
-    except OSError as error:
-        reason = (error.strerror or "unknown reason").lower()
-        raise InputError(f"cannot make the directory '{directory}': {reason}") from error
-    if others:
-        raise InputError(
-            f"'{directory}' holds '{others[0]}' but no sweep; give an empty or a new directory"
-        )
-    write_atomically(path, (json.dumps(record, indent=1) + "\n").encode())
-
-
-def read_manifest(directory: Path) -> Record:
-    """Return the record of a library.
-
-    Raises:
-        GaitFileError: the directory is no gait library, or of a newer format.
-    """
-    path = directory / NAME
-    try:
-        record = json.loads(read_bounded(path, MANIFEST))
-    except (OSError, ValueError, RecursionError) as error:
-        raise GaitFileError(
-            f"'{directory}' is no gait library: it has no readable {NAME}; give a directory that "
-            "gaitopt sweep has written"
-        ) from error
-    if not isinstance(record, dict) or record.get("format") != FORMAT:
-        raise GaitFileError(
-            f"'{path}' is of another format than {FORMAT}, which this gaitopt reads; make the "
-            "library again, in another directory"
-        )
-    return record
-
-
-def points_of(directory: Path, record: Record) -> GridPoints:
-    """Return the grid of a record.
-
-    Args:
-        directory: where it was read, for messages.
-        record: as of `read_manifest`.
-
-    Raises:
-        GaitFileError: the record does not tell it.
-    """
-    try:
-        axes = tuple(Axis(name, tuple(values)) for name, values in record["axes"].items())
-        points = GridPoints(axes, tuple(tuple(seed) for seed in record["seeds"]))
-        for seed in points.seeds:
-            points.values(seed)
-    except (*_DAMAGE, InputError) as error:
-        raise _damaged(directory, "its axes and seeds", error) from error
-    return points
-
-
-def _damaged(directory: Path, what: str, error: Exception) -> GaitFileError:
-    reason = str(error) if isinstance(error, InputError) else "they are not there, or of no use"
-    return GaitFileError(
-        f"'{directory / NAME}' is damaged in {what}: {reason}; make the library again, in another "
-        "directory"
-    )
-
-
-def robot_of(record: Record) -> RobotSource:
-    """Return the robot of a record, without the changes of a point.
-
-    Raises:
-        GaitFileError: the record does not tell it.
-        InputError: what it tells is no robot.
-    """
-    try:
-        robot = record["robot"]
-        urdf, choices, spec = str(robot["urdf"]), robot["choices"], robot["spec"]
-        return RobotSource(
-            urdf,
-            choices_from_record(choices),
-            None if spec is None else merged(biped13(), spec),
-        )
-    except _DAMAGE as error:
-        raise GaitFileError(
-            "the manifest of the library is damaged in its robot; make the library again, in "
-            "another directory"
-        ) from error

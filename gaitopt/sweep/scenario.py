@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import json
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -17,7 +18,7 @@ from gaitopt.gait.task_record import task_from_record, task_record
 from gaitopt.model.import_options import ImportOptions, choices_from_record, choices_record
 from gaitopt.model.robot import Robot
 
-_KEPT = 8  # robots that a process keeps built
+_CACHED_ROBOTS = 8  # that a process keeps built
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,15 +38,16 @@ class RobotSource:
     changes: tuple[tuple[str, float], ...] = ()
 
     def build(self) -> Robot:
-        """Return the robot; the last few are kept.
+        """Return the robot; the last few are cached.
 
         Raises:
             RobotError: it is not a biped.
             SpecError: the changed specification is not physical.
         """
         if self.spec is None or not self.changes:
-            return _built(self.urdf, _Known(self.choices))
-        return _built(urdf_text(changed(self.spec, dict(self.changes))), _Known(ImportOptions()))
+            return _built(self.urdf, json.dumps(choices_record(self.choices)))
+        text = urdf_text(changed(self.spec, dict(self.changes)))
+        return _built(text, json.dumps(choices_record(ImportOptions())))
 
     def digest(self) -> str:
         """Return a short text that differs between robots."""
@@ -53,21 +55,21 @@ class RobotSource:
         return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
-def source_of(robot: Robot, spec: BipedSpec | None = None) -> RobotSource:
-    """Return how to build a robot again."""
-    return RobotSource(robot.urdf, robot.choices, spec)
+@lru_cache(maxsize=_CACHED_ROBOTS)
+def _built(urdf: str, choices: str) -> Robot:
+    return Robot.from_urdf(urdf, choices=choices_from_record(json.loads(choices)))
 
 
 @dataclass(frozen=True, eq=False)
-class Setting:
+class Scenario:
     """A robot and a task."""
 
     robot: RobotSource
     task: Task
 
 
-def between(a: Setting, b: Setting, share: float) -> Setting:
-    """Return the setting a part of the way from one to another: every number in proportion.
+def interpolated(a: Scenario, b: Scenario, share: float) -> Scenario:
+    """Return the scenario a part of the way from one to another: every number in proportion.
 
     Args:
         a, b: of the same kind of robot and task.
@@ -84,7 +86,7 @@ def between(a: Setting, b: Setting, share: float) -> Setting:
         raise InputError("the gaits are of different robots; nothing lies between them")
     mixed = _mixed(dict(a.robot.changes), dict(b.robot.changes), share, "specification")
     changes = tuple((k, float(str(v))) for k, v in mixed.items())
-    return Setting(replace(a.robot, changes=changes), task)
+    return Scenario(replace(a.robot, changes=changes), task)
 
 
 def _mixed(
@@ -105,23 +107,3 @@ def _mix(a: object, b: object, share: float, where: str) -> object:
     if isinstance(a, float) and isinstance(b, float) and math.isfinite(a + b):
         return a + share * (b - a)
     raise InputError(f"the gaits differ in {where}: {a!r} and {b!r}; nothing lies between them")
-
-
-@dataclass(frozen=True)
-class _Known:
-    """Choices that can be the key of a cache."""
-
-    choices: ImportOptions
-
-    def __hash__(self) -> int:
-        return hash(repr(choices_record(self.choices)))
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, _Known) and choices_record(other.choices) == choices_record(
-            self.choices
-        )
-
-
-@lru_cache(maxsize=_KEPT)
-def _built(urdf: str, known: _Known) -> Robot:
-    return Robot.from_urdf(urdf, choices=choices_from_record(choices_record(known.choices)))

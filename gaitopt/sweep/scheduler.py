@@ -15,81 +15,42 @@ from __future__ import annotations
 import math
 from collections import deque
 from collections.abc import Callable, Iterable, Mapping
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Future, wait
 from dataclasses import dataclass, replace
 from pathlib import Path
 from types import NoneType
+from typing import Protocol
 
 from gaitopt.catalogue.biped_spec import BipedSpec
 from gaitopt.catalogue.parameters import changed
 from gaitopt.design.options import DesignOptions
-from gaitopt.errors import InputError
+from gaitopt.errors import GaitoptError, InputError
 from gaitopt.gait.task import Task
 from gaitopt.model.robot import Robot
-from gaitopt.sweep.executor import DIAGNOSE, FINISH, TRAVEL, Alone, Crew, Job, Outcome
-from gaitopt.sweep.grid import Axis, GridPoints, Index, with_values
+from gaitopt.sweep.continuation import Neighbour
+from gaitopt.sweep.executor import CONTINUE, DIAGNOSE, FINISH, Job, Outcome, run_job, run_job_alone
+from gaitopt.sweep.grid import Axis, Grid, Index, with_values
 from gaitopt.sweep.library import Library, Writer, open_library
-from gaitopt.sweep.manifest import claim, manifest_record
-from gaitopt.sweep.scenario import RobotSource, Setting, source_of
-from gaitopt.sweep.warm_start import SAME, Footing, lower, promising
+from gaitopt.sweep.manifest import manifest_record
+from gaitopt.sweep.scenario import RobotSource, Scenario
+from gaitopt.sweep.warm_start import SAME_COST, WarmStart, is_better, promising
+
+NEAREST = 3  # neighbours that a point is tried from
+ROUNDS = 1000  # of comparison; nothing is tried twice, so this is never reached
+IN_FLIGHT = 1000  # jobs handed to an executor at a time, some 30 kB each
 
 TaskAt = Callable[[dict[str, float]], Task]
 
 
-@dataclass(frozen=True)
-class Plan:
-    """The settings of all points.
+class JobExecutor(Protocol):
+    """What a sweep needs of an executor: those of `concurrent.futures` and their like have it."""
 
-    Attributes:
-        points: the grid.
-        robot: without the changes of a point.
-        tasks: of every point.
-    """
-
-    points: GridPoints
-    robot: RobotSource
-    tasks: Mapping[Index, Task]
-
-    def setting(self, point: Index) -> Setting:
-        """Return robot and task of a point."""
-        return Setting(robot_at(self.robot, self.points, point), self.tasks[point])
-
-    def axes(self, point: Index) -> tuple[tuple[str, float], ...]:
-        """Return the swept quantities with their values at a point."""
-        return tuple(self.points.values(point).items())
-
-
-def make_plan(robot: Robot, spec: BipedSpec | None, points: GridPoints, task_at: TaskAt) -> Plan:
-    """Return the plan of a sweep, every task checked.
-
-    Raises:
-        InputError: a value is out of range, or the robot has no specification to vary.
-    """
-    source = source_of(robot, spec)
-    varied = [axis for axis in points.axes if axis.of_robot]
-    if varied and spec is None:
-        raise InputError(
-            f"{varied[0].name} is an entry of a specification, but the robot was not made from "
-            "one; sweep over a generated biped, or over quantities of the task"
-        )
-    for axis in varied:
-        for value in (axis.values[0], axis.values[-1]):
-            changed(spec, {axis.name: value})  # type: ignore[arg-type]
-    return Plan(points, source, {p: task_at(points.values(p)) for p in points.order})
-
-
-def robot_at(robot: RobotSource, points: GridPoints, point: Index) -> RobotSource:
-    """Return the robot of a point."""
-    values = points.values(point)
-    changes = tuple((axis.name, values[axis.name]) for axis in points.axes if axis.of_robot)
-    return replace(robot, changes=changes)
-
-
-NEAREST = 3  # neighbours that a point is tried from
-ROUNDS = 1000  # of comparison; nothing is tried twice, so this is never reached
+    def submit(self, fn: Callable[[Job], Outcome], job: Job, /) -> Future[Outcome]:
+        """Have a job done; the future has its outcome."""
 
 
 @dataclass(frozen=True)
-class Advance:
+class SweepProgress:
     """How far a sweep is.
 
     Attributes:
@@ -97,229 +58,17 @@ class Advance:
         explored: points that were tried.
         gaits: finished.
         refused: points found to have none.
-        doing: what is being done.
+        stage: "exploring", "probing", "comparing", "starting anew" or "finishing".
     """
 
     points: int
     explored: int
     gaits: int
     refused: int
-    doing: str
+    stage: str
 
 
-OnAdvance = Callable[[Advance], None]
-
-
-class Stages:
-    """The state of a sweep, and who writes and works."""
-
-    def __init__(
-        self,
-        plan: Plan,
-        options: DesignOptions,
-        writer: Writer,
-        crew: Crew,
-        on_advance: OnAdvance | None,
-    ) -> None:
-        self.plan, self.options, self.writer, self.crew = plan, options, writer, crew
-        self.points, self.state = plan.points, writer.state
-        self.tell = on_advance or (lambda advance: None)
-        self._handed_on: dict[Index, list[Index]] = {}  # by points without a walk, to those beyond
-        self.named = {self.points.name(p): p for p in self.points.order}
-
-    def run(self) -> None:
-        """Go through all of them, from wherever the library stands."""
-        self._explore()
-        self._probe()
-        for _ in range(ROUNDS):
-            if not self._compare() and not self._start_anew():
-                break
-        self._finish()
-
-    def _explore(self) -> None:
-        """Every point once, as soon as all its inner neighbours are explored."""
-        known, begun = self.state.footings, set(self.state.footings)
-        inner = {p: self.points.inner(p) for p in self.points.order}
-
-        def begin(candidates: Iterable[Index]) -> list[Job]:
-            ready = [p for p in candidates if p not in begun and all(q in known for q in inner[p])]
-            begun.update(ready)
-            return [self._first(p) for p in ready]
-
-        def note(outcome: Outcome) -> list[Job]:
-            self._note_walk(outcome)
-            return begin(q for _, q in self.points.neighbours(outcome.job.point))
-
-        self._drive("exploring", begin(self.points.order), note)
-
-    def _first(self, point: Index) -> Job:
-        near = self._origins(point)[:NEAREST]
-        return self._travel(point, near, patient=True, cold=not near)
-
-    def _origins(self, point: Index) -> list[Index]:
-        """Return inner neighbours that walk, in place of others those they were tried from."""
-        found: set[Index] = set()
-        for other in self.points.inner(point):
-            if self.state.footings[other] is not None:
-                found.add(other)
-            else:
-                if other not in self._handed_on:
-                    self._handed_on[other] = self._origins(other)
-                found.update(self._handed_on[other][:NEAREST])
-        return sorted(found, key=lambda q: (self._predicted(q, point), q))
-
-    def _predicted(self, origin: Index, point: Index) -> float:
-        """Return the cost at a point by the slopes at another."""
-        here, there = self.points.values(point), self.points.values(origin)
-        footing = self._walk(origin)
-        strides = (here[name] - there[name] for name in here)
-        return footing.cost + sum(
-            (slope or 0.0) * stride for slope, stride in zip(footing.slopes, strides, strict=True)
-        )
-
-    def _probe(self) -> None:
-        """Far from the seeds, and after leaps, start anew as well: other branches may be better."""
-        wanted = {*self.points.probes, *filter(self._leapt, self.points.order)}
-        jobs = [self._anew(p) for p in sorted(wanted) if p not in self.state.probed]
-        self._drive("probing", jobs, self._note_walk)
-
-    def _compare(self) -> bool:
-        """Try points from neighbours of another branch, once round; tell whether any was tried.
-
-        A neighbour that may itself be about to change is waited for.
-        """
-        if not self.state.due:  # else an earlier call was interrupted in the midst of a round
-            due = {p: q for p in self.points.order if (q := self._rival(p)) is not None}
-            settled = {p: q for p, q in due.items() if q not in due}
-            pairs = list((settled or due).items())
-            if pairs:
-                self.writer.note(pairs[0][0], round=pairs)
-        jobs = [
-            self._travel(p, [q], patient=self.state.footings[p] is None, cold=False)
-            for p, q in self.state.due.items()
-        ]
-        self._drive("comparing", jobs, self._note_walk)
-        return bool(jobs)
-
-    def _rival(self, point: Index) -> Index | None:
-        """Return the most promising neighbour that a point was not yet tried from."""
-        if point in self.state.rows:
-            return None
-        near = promising(self.points, self.state.footings, point)
-        return next((q for q in near if not self._compared(point, q)), None)
-
-    def _compared(self, point: Index, other: Index) -> bool:
-        """Whether a point was tried from another, or both are as good as single designs.
-
-        To try these too found nothing, for up to half as many iterations again (coarse grids).
-        """
-        probed = self.state.probed
-        alone = point in probed and other in probed and self.state.footings[point] is not None
-        return alone or (point, other, self._walk(other).cost) in self.state.tried
-
-    def _start_anew(self) -> bool:
-        """Points to which no neighbour or a leap led, as a single design; tell if any was tried."""
-        footings, probed = self.state.footings, self.state.probed
-        left = [p for p in self.points.order if footings[p] is None or self._leapt(p)]
-        jobs = [self._anew(p) for p in left if p not in probed]
-        self._drive("starting anew", jobs, self._note_walk)
-        return bool(jobs)
-
-    def _anew(self, point: Index) -> Job:
-        return self._travel(point, [], patient=False, cold=True)
-
-    def _leapt(self, point: Index) -> bool:
-        footing = self.state.footings[point]
-        return footing is not None and footing.leapt
-
-    def _finish(self) -> None:
-        """Make gaits of the walks, and explain the points without."""
-        settled = self.state.rows.keys() | self.state.refusals.keys()
-        jobs = []
-        for point in sorted(self.points.order):
-            footing = self.state.footings[point]
-            if point not in settled:
-                jobs.append(self._job(FINISH if footing else DIAGNOSE, point, walk=footing))
-        self._drive("finishing", jobs, self._note_gait)
-
-    def _walk(self, point: Index) -> Footing:
-        footing = self.state.footings[point]
-        if footing is None:
-            raise KeyError(f"no walk is known at {self.points.name(point)}")
-        return footing
-
-    def _travel(self, point: Index, near: list[Index], *, patient: bool, cold: bool) -> Job:
-        known = tuple((self.plan.setting(q), self._walk(q), self.points.name(q)) for q in near)
-        here = self.state.footings.get(point)
-        below = math.inf if here is None else here.cost * (1.0 - SAME)
-        more = {"patient": patient, "cold": cold, "below": below}
-        return self._job(TRAVEL, point, near=known, **more)
-
-    def _job(self, kind: str, point: Index, **more: object) -> Job:
-        setting, axes = self.plan.setting(point), self.plan.axes(point)
-        return Job(kind, point, setting, axes, self.options, **more)  # type: ignore[arg-type]
-
-    def _note_walk(self, outcome: Outcome) -> list[Job]:
-        job, found = outcome.job, outcome.footing
-        known = self.state.footings.get(job.point)
-        entry: dict[str, object] = {"seconds": outcome.seconds}
-        tried = []
-        for _, footing, name in job.near:
-            tried.append([list(self.named[name]), footing.cost])
-            if found is not None and found.origin == name:
-                break
-        if tried:
-            entry["tried"] = tried
-        if job.point not in self.state.footings or lower(found, known):
-            entry["footing"] = None if found is None else found.record()
-        if job.cold:
-            entry["probed"] = True
-        self.writer.note(job.point, **entry)
-        return []
-
-    def _note_gait(self, outcome: Outcome) -> list[Job]:
-        job, seconds = outcome.job, outcome.seconds
-        if outcome.gait is not None and outcome.row is not None:
-            self.writer.save(job.point, outcome.gait, outcome.row, seconds=seconds)
-        elif outcome.refusal is not None:
-            self.writer.note(job.point, refusal=outcome.refusal, seconds=seconds)
-        else:  # a walk at its samples that refinement did not survive
-            self.writer.note(job.point, seconds=seconds)
-            return [self._job(DIAGNOSE, job.point)]
-        return []
-
-    def _drive(self, doing: str, jobs: Iterable[Job], note: Callable[[Outcome], list[Job]]) -> None:
-        """Have jobs done, and those that follow from their outcomes; note each as it comes."""
-        waiting, flying = deque(jobs), 0
-        while waiting or flying:
-            while waiting and flying < self.crew.room:
-                self.crew.submit(waiting.popleft())
-                flying += 1
-            outcome = self.crew.next()
-            flying -= 1
-            waiting.extend(note(outcome))
-            self.tell(self._advance(doing))
-
-    def _advance(self, doing: str) -> Advance:
-        return Advance(
-            points=len(self.points.order),
-            explored=len(self.state.footings),
-            gaits=len(self.state.rows),
-            refused=len(self.state.refusals),
-            doing=doing,
-        )
-
-
-__all__ = ["Advance", "OnAdvance", "sweep"]
-
-_KINDS: dict[str, tuple[tuple[type, ...], str]] = {
-    "robot": ((Robot,), "a Robot, as Robot.from_urdf(urdf_text(biped13()))"),
-    "task": ((Task,), "a Task, as preset_task()"),
-    "directory": ((str, Path), "a path"),
-    "options": ((DesignOptions,), "DesignOptions"),
-    "spec": ((BipedSpec, NoneType), "a BipedSpec, as biped13()"),
-    "crew": ((Crew, NoneType), "a Crew, as local_crew(2)"),
-}
+OnProgress = Callable[[SweepProgress], None]
 
 
 def sweep(
@@ -331,9 +80,9 @@ def sweep(
     *,
     spec: BipedSpec | None = None,
     seed: dict[str, float] | None = None,
-    task_at: Callable[[dict[str, float]], Task] | None = None,
-    crew: Crew | None = None,
-    on_advance: OnAdvance | None = None,
+    task_at: TaskAt | None = None,
+    executor: JobExecutor | None = None,
+    on_progress: OnProgress | None = None,
 ) -> Library:
     """Design a gait at every point of a grid; go on where an earlier call was interrupted.
 
@@ -346,8 +95,8 @@ def sweep(
         spec: of the robot, which axes of its entries need.
         seed: values near which to begin; by default both ends of the longest axis.
         task_at: the task for values of the axes, if more follows from them than themselves.
-        crew: who does the work; by default this process.
-        on_advance: told after every job.
+        executor: does the work, and is left open; by default this process does it.
+        on_progress: told after every job.
 
     Returns:
         The library, every point of it finished or refused.
@@ -355,23 +104,29 @@ def sweep(
     Raises:
         InputError: axes, seed or a task cannot be used; the directory cannot be written, holds
             something else, or is in use.
+        GaitoptError: the executor broke down; what was done is kept.
         KeyboardInterrupt: Ctrl-C was pressed; what was done is kept.
     """
     options = options or DesignOptions()
-    _require(robot=robot, task=task, directory=directory, options=options, spec=spec, crew=crew)
-    points = GridPoints(_axes(axes))
+    _require(robot=robot, task=task, directory=directory, options=options, spec=spec)
+    grid = Grid(_axes(axes))
     if seed:
-        points = GridPoints(points.axes, (points.nearest(seed),))
-    plan = make_plan(robot, spec, points, task_at or (lambda v: with_values(task, v.items())))
+        grid = Grid(grid.axes, (grid.nearest(seed),))
+    scenarios = Scenarios(robot, spec, grid, task_at or (lambda v: with_values(task, v.items())))
+    record = manifest_record(grid, scenarios.robot, scenarios.tasks, options)
     folder = Path(directory)
-    claim(folder, manifest_record(points, plan.robot, plan.tasks, options))
-    workers = crew or Alone()
-    try:
-        with Writer(folder, points) as writer:
-            Stages(plan, options, writer, workers, on_advance).run()
-    finally:
-        workers.close()
+    with Writer(folder, grid, record) as writer:
+        Scheduler(scenarios, options, writer, executor, on_progress).run()
     return open_library(folder)
+
+
+_KINDS: dict[str, tuple[tuple[type, ...], str]] = {
+    "robot": ((Robot,), "a Robot, as Robot.from_urdf(urdf_text(biped13()))"),
+    "task": ((Task,), "a Task, as preset_task()"),
+    "directory": ((str, Path), "a path"),
+    "options": ((DesignOptions,), "DesignOptions"),
+    "spec": ((BipedSpec, NoneType), "a BipedSpec, as biped13()"),
+}
 
 
 def _require(**given: object) -> None:
@@ -389,3 +144,281 @@ def _axes(given: Iterable[Axis]) -> tuple[Axis, ...]:
             "[parse_axis('speed', '0.4:1.3:0.05')]"
         )
     return axes
+
+
+class Scenarios:
+    """Robot and task of every point, all tasks checked.
+
+    Attributes:
+        robot: without the changes of a point.
+        tasks: by point.
+
+    Raises:
+        InputError: a value is out of range, or the robot has no specification to vary.
+    """
+
+    def __init__(self, robot: Robot, spec: BipedSpec | None, grid: Grid, task_at: TaskAt) -> None:
+        varied = [axis for axis in grid.axes if axis.of_robot]
+        if varied and spec is None:
+            raise InputError(
+                f"{varied[0].name} is an entry of a specification, but the robot was not made from "
+                "one; sweep over a generated biped, or over quantities of the task"
+            )
+        for axis in varied:
+            for value in (axis.values[0], axis.values[-1]):
+                changed(spec, {axis.name: value})  # type: ignore[arg-type]
+        self._grid = grid
+        self.robot = RobotSource(robot.urdf, robot.choices, spec)
+        self.tasks: Mapping[Index, Task] = {p: task_at(grid.values(p)) for p in grid.order}
+
+    def at(self, point: Index) -> Scenario:
+        """Return robot and task of a point."""
+        return Scenario(robot_at(self.robot, self._grid, point), self.tasks[point])
+
+
+def robot_at(robot: RobotSource, grid: Grid, point: Index) -> RobotSource:
+    """Return the robot of a point."""
+    values = grid.values(point)
+    changes = tuple((axis.name, values[axis.name]) for axis in grid.axes if axis.of_robot)
+    return replace(robot, changes=changes)
+
+
+class Scheduler:
+    """Goes through the stages, from wherever the library stands."""
+
+    def __init__(
+        self,
+        scenarios: Scenarios,
+        options: DesignOptions,
+        writer: Writer,
+        executor: JobExecutor | None,
+        on_progress: OnProgress | None,
+    ) -> None:
+        self._scenarios, self._options, self._writer = scenarios, options, writer
+        self._executor, self._on_progress = executor, on_progress
+        self._grid, self._states = writer.grid, writer.states
+        self._handed_on: dict[Index, list[Index]] = {}  # by points without a walk, to those beyond
+        self._named = {self._grid.name(point): point for point in self._grid.order}
+
+    def run(self) -> None:
+        """Bring every point to a gait, or to the reason why there is none."""
+        self._explore()
+        self._probe()
+        for _ in range(ROUNDS):
+            if not self._compare() and not self._start_anew():
+                break
+        self._finish()
+
+    def _explore(self) -> None:
+        """Every point once, as soon as all its inner neighbours are explored."""
+        begun = {point for point, state in self._states.items() if state.explored}
+        inner = {point: self._grid.inner(point) for point in self._grid.order}
+
+        def begin(candidates: Iterable[Index]) -> list[Job]:
+            ready = [
+                point
+                for point in candidates
+                if point not in begun and all(self._states[q].explored for q in inner[point])
+            ]
+            begun.update(ready)
+            return [self._first(point) for point in ready]
+
+        def note(outcome: Outcome) -> list[Job]:
+            self._note_walk(outcome)
+            return begin(q for _, q in self._grid.neighbours(outcome.job.point))
+
+        self._drive("exploring", begin(self._grid.order), note)
+
+    def _first(self, point: Index) -> Job:
+        near = self._origins(point)[:NEAREST]
+        return self._continue(point, near, substeps=True, cold_start=not near)
+
+    def _origins(self, point: Index) -> list[Index]:
+        """Return inner neighbours that walk, in place of others those they were tried from."""
+        found: set[Index] = set()
+        for other in self._grid.inner(point):
+            if self._walk_at(other) is not None:
+                found.add(other)
+            else:
+                if other not in self._handed_on:
+                    self._handed_on[other] = self._origins(other)
+                found.update(self._handed_on[other][:NEAREST])
+        return sorted(found, key=lambda q: (self._predicted(q, point), q))
+
+    def _predicted(self, origin: Index, point: Index) -> float:
+        """Return the cost at a point by the tangent at another."""
+        here, there = self._grid.values(point), self._grid.values(origin)
+        walk = self._walk(origin)
+        strides = (here[name] - there[name] for name in here)
+        return walk.cost + sum(
+            (slope or 0.0) * stride
+            for slope, stride in zip(walk.cost_gradient, strides, strict=True)
+        )
+
+    def _probe(self) -> None:
+        """Far from the seeds, and off a branch, start anew as well: others may be better."""
+        wanted = {*self._grid.probes, *filter(self._left_branch, self._grid.order)}
+        jobs = [self._anew(p) for p in sorted(wanted) if not self._states[p].cold_started]
+        self._drive("probing", jobs, self._note_walk)
+
+    def _compare(self) -> bool:
+        """Try points from neighbours of another branch, once round; tell whether any was tried.
+
+        A neighbour that may itself be about to change is waited for.
+        """
+        if not self._due():  # else an earlier call was interrupted in the midst of a round
+            rivals = {p: q for p in self._grid.order if (q := self._rival(p)) is not None}
+            settled = {p: q for p, q in rivals.items() if q not in rivals}
+            pairs = settled or rivals
+            self._writer.note({p: replace(self._states[p], due=q) for p, q in pairs.items()})
+        jobs = [
+            self._continue(p, [q], substeps=self._walk_at(p) is None, cold_start=False)
+            for p, q in self._due().items()
+        ]
+        self._drive("comparing", jobs, self._note_walk)
+        return bool(jobs)
+
+    def _due(self) -> dict[Index, Index]:
+        return {p: state.due for p, state in self._states.items() if state.due is not None}
+
+    def _rival(self, point: Index) -> Index | None:
+        """Return the most promising neighbour that a point was not yet tried from."""
+        if self._writer.has_gait(point):
+            return None
+        near = promising(self._grid, self._walk_at, point)
+        return next((q for q in near if not self._compared(point, q)), None)
+
+    def _compared(self, point: Index, other: Index) -> bool:
+        """Whether a point was tried from another, or both are as good as single designs.
+
+        To try these too found nothing, for up to half as many iterations again (coarse grids).
+        """
+        here, there = self._states[point], self._states[other]
+        alone = here.cold_started and there.cold_started and here.walk is not None
+        return alone or (other, self._walk(other).cost) in here.tried
+
+    def _start_anew(self) -> bool:
+        """Try points to which no neighbour led, as a single design; tell whether any was tried."""
+        left = [p for p in self._grid.order if self._walk_at(p) is None or self._left_branch(p)]
+        jobs = [self._anew(p) for p in left if not self._states[p].cold_started]
+        self._drive("starting anew", jobs, self._note_walk)
+        return bool(jobs)
+
+    def _anew(self, point: Index) -> Job:
+        return self._continue(point, [], substeps=False, cold_start=True)
+
+    def _left_branch(self, point: Index) -> bool:
+        walk = self._walk_at(point)
+        return walk is not None and walk.left_branch
+
+    def _finish(self) -> None:
+        """Make gaits of the walks, and explain the points without."""
+        jobs = []
+        for point in sorted(self._grid.order):
+            state = self._states[point]
+            if not self._writer.has_gait(point) and state.refusal is None:
+                kind = FINISH if state.walk else DIAGNOSE
+                jobs.append(self._job(kind, point, walk=state.walk))
+        self._drive("finishing", jobs, self._note_gait)
+
+    def _walk_at(self, point: Index) -> WarmStart | None:
+        return self._states[point].walk
+
+    def _walk(self, point: Index) -> WarmStart:
+        walk = self._walk_at(point)
+        if walk is None:
+            raise KeyError(f"no walk is known at {self._grid.name(point)}")
+        return walk
+
+    def _continue(
+        self, point: Index, near: list[Index], *, substeps: bool, cold_start: bool
+    ) -> Job:
+        neighbours = tuple(
+            Neighbour(self._scenarios.at(q), self._walk(q), self._grid.name(q)) for q in near
+        )
+        here = self._walk_at(point)
+        limit = math.inf if here is None else here.cost * (1.0 - SAME_COST)
+        how = {"substeps": substeps, "cold_start": cold_start, "cost_limit": limit}
+        return self._job(CONTINUE, point, neighbours=neighbours, **how)
+
+    def _job(self, kind: str, point: Index, **more: object) -> Job:
+        axes = tuple(self._grid.values(point).items())
+        scenario = self._scenarios.at(point)
+        return Job(kind, point, scenario, axes, self._options, **more)  # type: ignore[arg-type]
+
+    def _note_walk(self, outcome: Outcome) -> list[Job]:
+        job, found = outcome.job, outcome.walk
+        known = self._states[job.point]
+        tried = set(known.tried)
+        for neighbour in job.neighbours:
+            tried.add((self._named[neighbour.name], neighbour.walk.cost))
+            if found is not None and found.origin == neighbour.name:
+                break
+        state = replace(
+            known,
+            explored=True,
+            walk=found if is_better(found, known.walk) else known.walk,
+            cold_started=known.cold_started or job.cold_start,
+            due=None if job.neighbours else known.due,
+            tried=frozenset(tried),
+            seconds=known.seconds + outcome.seconds,
+        )
+        self._writer.note({job.point: state})
+        return []
+
+    def _note_gait(self, outcome: Outcome) -> list[Job]:
+        point, known = outcome.job.point, self._states[outcome.job.point]
+        state = replace(known, seconds=known.seconds + outcome.seconds)
+        if outcome.gait is not None and outcome.row is not None:
+            self._writer.save(point, outcome.gait, outcome.row, state)
+        elif outcome.refusal is not None:
+            self._writer.note({point: replace(state, refusal=outcome.refusal)})
+        else:  # a walk at its samples that refinement did not survive
+            self._writer.note({point: state})
+            return [self._job(DIAGNOSE, point)]
+        return []
+
+    def _drive(self, stage: str, jobs: Iterable[Job], note: Callable[[Outcome], list[Job]]) -> None:
+        """Have jobs done, and those that follow from their outcomes; note each as it comes."""
+        waiting = deque(jobs)
+        running: set[Future[Outcome]] = set()
+        try:
+            while waiting or running:
+                for outcome in self._next(waiting, running):
+                    waiting.extend(note(outcome))
+                    if self._on_progress is not None:
+                        self._on_progress(self._progress(stage))
+        finally:
+            for future in running:
+                future.cancel()
+
+    def _next(self, waiting: deque[Job], running: set[Future[Outcome]]) -> Iterable[Outcome]:
+        """Yield the next outcomes; wait until there is one.
+
+        Raises:
+            GaitoptError: the executor broke down.
+        """
+        if self._executor is None:
+            yield run_job(waiting.popleft())
+            return
+        try:
+            while waiting and len(running) < IN_FLIGHT:
+                running.add(self._executor.submit(run_job_alone, waiting.popleft()))
+            for future in wait(running, return_when=FIRST_COMPLETED).done:
+                running.discard(future)
+                yield future.result()
+        except (BrokenExecutor, CancelledError) as error:
+            reason = str(error).strip().rstrip(".") or "the workers were stopped"
+            raise GaitoptError(
+                f"{reason}; what was finished is kept, and the same command goes on"
+            ) from error
+
+    def _progress(self, stage: str) -> SweepProgress:
+        states = self._states.values()
+        return SweepProgress(
+            points=len(self._states),
+            explored=sum(state.explored for state in states),
+            gaits=sum(map(self._writer.has_gait, self._states)),
+            refused=sum(state.refusal is not None for state in states),
+            stage=stage,
+        )

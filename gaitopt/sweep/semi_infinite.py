@@ -14,58 +14,36 @@ from gaitopt.design.pipeline import is_walk
 from gaitopt.design.refinement import MAX_ROUNDS, exchange, pruned, with_work
 from gaitopt.errors import EvaluationError, NoGaitFoundError, UnreachableError
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.nlp import Array, Solution, Start, Status
+from gaitopt.nlp import Array, Solution, Start
 from gaitopt.solvers import Solver
 from gaitopt.solvers.sqp import SQP
-from gaitopt.sweep.scenario import Setting
-from gaitopt.sweep.warm_start import Footing
+from gaitopt.sweep.scenario import Scenario
+from gaitopt.sweep.warm_start import WarmStart
 
-
-def solved(solver: Solver, problem: WalkProblem, start: Start) -> Solution:
-    """Solve a walk.
-
-    Raises:
-        KeyboardInterrupt: Ctrl-C was pressed meanwhile.
-    """
-    solution = solver.solve(problem, start)
-    stop_if_interrupted(solution)
-    return solution
-
-
-def stop_if_interrupted(solution: object) -> None:
-    """Go on with Ctrl-C, which solvers answer by their best iterate.
-
-    Raises:
-        KeyboardInterrupt: the solution was interrupted.
-    """
-    if isinstance(solution, Solution) and solution.status is Status.INTERRUPTED:
-        raise KeyboardInterrupt
-
-
-RADIUS = 0.5  # first trust region from a neighbour; measured: 0.1 costs a quarter more iterations
+WARM_RADIUS = 0.5  # first trust region near a solution; 0.1 costs a quarter more iterations
 
 
 @dataclass(frozen=True, eq=False)
-class Kept:
+class FeasibleWalk:
     """A walk that keeps its limits.
 
     Attributes:
         problem: on the grid with the instants that were needed.
         solution: of it, with the work of all rounds.
-        journey: iterations of the first round, from wherever the walk began.
+        first_iterations: of the first round, from wherever the walk began.
     """
 
     problem: WalkProblem
     solution: Solution
-    journey: int
+    first_iterations: int
 
     @property
     def active(self) -> tuple[Pressure, ...]:
-        """The limits it presses on."""
+        """The limits at which it is."""
         return pressures(self.problem, self.solution.multipliers)
 
 
-def keep(
+def solve_between_samples(
     sparse: WalkProblem,
     x: Array,
     active: Iterable[Pressure],
@@ -73,80 +51,71 @@ def keep(
     fine: WalkProblem | None,
     *,
     enough: float = 0.0,
-    below: float = math.inf,
-) -> Kept | None:
+    cost_limit: float = math.inf,
+) -> FeasibleWalk | None:
     """Return a walk near a point that keeps its limits between the samples, None if none is found.
 
     Args:
         sparse: the walk at its samples.
         x: where to begin, shape (P,).
-        active: limits that a walk like it presses on.
+        active: limits at which a walk like it is.
         solver: of every round.
         fine: the walk on the certificate's grid; None to leave the limits at the samples.
         enough: scaled violation between the samples with which it may end.
-        below: a walk of this cost or more is not wanted; adding instants never lowers the cost.
+        cost_limit: of a walk that is wanted; adding instants never lowers the cost.
 
     Raises:
         EvaluationError: the walk is not defined at x or a solution on the fine grid.
-        KeyboardInterrupt: Ctrl-C was pressed.
     """
-    found: Kept | None = None
+    found: FeasibleWalk | None = None
 
     def solve(problem: WalkProblem, start: Start) -> Solution:
-        return solved(solver, problem, start)
+        return solver.solve(problem, start)
 
     peaks = () if fine is None else exceeded(fine, x)
     rounds = 0
     for problem, solution in exchange(sparse, x, active, solve, fine, peaks, enough):
         rounds += 1
-        if not is_walk(solution) or solution.cost >= below:
+        if not is_walk(solution) or solution.cost >= cost_limit:
             return None
         if found is None:
-            found = Kept(problem, solution, solution.iterations)
+            found = FeasibleWalk(problem, solution, solution.iterations)
         else:
-            found = Kept(problem, with_work(solution, found.solution), found.journey)
+            whole = with_work(solution, found.solution)
+            found = FeasibleWalk(problem, whole, found.first_iterations)
     if rounds == MAX_ROUNDS and found is not None and fine is not None:
-        unkept = any(peak.excess > enough for peak in exceeded(fine, found.solution.x))
-        return None if unkept else found
+        violated = any(peak.excess > enough for peak in exceeded(fine, found.solution.x))
+        return None if violated else found
     return found
 
 
-def joined(way: Sequence[Kept]) -> Kept:
+def joined(way: Sequence[FeasibleWalk]) -> FeasibleWalk:
     """Return the last of walks, at least one, each from the one before; all the work counts."""
     last = way[-1]
     for earlier in reversed(way[:-1]):
-        last = Kept(
+        last = FeasibleWalk(
             last.problem,
             with_work(last.solution, earlier.solution),
-            last.journey + earlier.journey,
+            last.first_iterations + earlier.first_iterations,
         )
     return last
 
 
-def warm(options: DesignOptions) -> Solver:
-    """Return the travelling solver, with a trust region for starts that are nearly solutions."""
-    solver = options.solver.first_stage
-    return replace(solver, initial_radius=RADIUS) if isinstance(solver, SQP) else solver
-
-
-def finish(setting: Setting, footing: Footing, options: DesignOptions) -> Design | None:
-    """Return the finished gait of a setting; the better of two ways if the first is not certified.
+def finish(scenario: Scenario, walk: WarmStart, options: DesignOptions) -> Design | None:
+    """Return the finished gait of a walk; the better of two ways if the first is not certified.
 
     Args:
-        setting: robot and task.
-        footing: a walk of it.
+        scenario: robot and task.
+        walk: of them.
         options: as of `design`.
 
     Returns:
         The design, or None where refinement left no walk.
-
-    Raises:
-        KeyboardInterrupt: Ctrl-C was pressed.
     """
-    first = _finished(setting, footing, options)
+    first = _refined(scenario, walk, options)
     if first is not None and (first.certificate.certified or not options.refine):
         return first
-    second = _designed(setting, footing, options)
+    second = _designed(scenario, walk, options)
     return min((d for d in (first, second) if d is not None), key=rank, default=None)
 
 
@@ -155,29 +124,31 @@ def rank(found: Design) -> tuple[bool, float]:
     return not found.certificate.certified, found.solution.cost
 
 
-def _designed(setting: Setting, footing: Footing, options: DesignOptions) -> Design | None:
-    """The usual way, from the walk."""
-    direct = replace(options, diagnose=False, approach="direct")
-    try:
-        found = design(setting.robot.build(), setting.task, direct, start=footing.x)
-    except (NoGaitFoundError, UnreachableError) as error:
-        stop_if_interrupted(getattr(error, "solution", None))
-        return None
-    stop_if_interrupted(found.solution)
-    return found
-
-
-def _finished(setting: Setting, footing: Footing, options: DesignOptions) -> Design | None:
-    sparse = WalkProblem(setting.robot.build(), setting.task)
+def _refined(scenario: Scenario, walk: WarmStart, options: DesignOptions) -> Design | None:
+    sparse = WalkProblem(scenario.robot.build(), scenario.task)
     try:
         fine = on_fine_grid(sparse)
         between = fine if options.refine else None
-        kept = keep(sparse, footing.x, footing.active, warm(options), between)
+        kept = solve_between_samples(sparse, walk.x, walk.active, warm_solver(options), between)
         if kept is None:
             return None
         problem, solution = pruned(sparse, kept.problem, kept.solution)
         solution = options.solver.confirm(problem, solution)
-        stop_if_interrupted(solution)
         return finished(problem, solution, options.refine, fine)
     except EvaluationError:
         return None
+
+
+def _designed(scenario: Scenario, walk: WarmStart, options: DesignOptions) -> Design | None:
+    """The usual way, from the walk."""
+    direct = replace(options, diagnose=False, approach="direct")
+    try:
+        return design(scenario.robot.build(), scenario.task, direct, start=walk.x)
+    except (NoGaitFoundError, UnreachableError):
+        return None
+
+
+def warm_solver(options: DesignOptions) -> Solver:
+    """Return the solver for starts that are nearly solutions."""
+    solver = options.solver.first_stage
+    return replace(solver, initial_radius=WARM_RADIUS) if isinstance(solver, SQP) else solver

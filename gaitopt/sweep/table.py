@@ -15,7 +15,11 @@ from gaitopt.atomic import write_atomically
 from gaitopt.design.design import Design
 from gaitopt.design.summary import summarise
 from gaitopt.errors import InputError
-from gaitopt.sweep.warm_start import Footing
+from gaitopt.gait.constraint import declared_margins
+from gaitopt.gait.constraints import Margins
+from gaitopt.gait.costs import TorqueCost
+from gaitopt.gait.parameters import GEOMETRY
+from gaitopt.sweep.warm_start import WarmStart
 
 CSV, PARQUET = "index.csv", "index.parquet"
 CERTIFIED, NOT_CERTIFIED, INFEASIBLE = "certified", "not certified", "infeasible"
@@ -44,31 +48,69 @@ _FIGURES = (
 _WORDS = ("status", "verdict", "origin", "file")
 _ANSWERS = ("certified",)
 _GREATEST = 2**53  # a column of figures holds whole numbers up to this one exactly
+MOTOR_UNITS = {"peak_torque": "N·m", "rms_torque": "N·m", "peak_speed": "rad/s", "peak_power": "W"}
+"""Of the columns that each motor has, as "peak_torque.knee"."""
 _MOTOR = {
     "peak_torque_Nm": "peak_torque",
     "rms_torque_Nm": "rms_torque",
     "peak_speed_rad_per_s": "peak_speed",
     "peak_power_W": "peak_power",
 }
+_UNITS = {
+    **{name: margin.unit for name, margin in declared_margins(Margins).items()},
+    **{quantity.name: quantity.unit for quantity in GEOMETRY},
+    **{f"hold.{quantity.name}": quantity.unit for quantity in GEOMETRY},
+    **MOTOR_UNITS,
+    "speed": "m/s",
+    "duration": "s",
+    "cop_to_edge": "m",
+    "vertical_impulse": "N·s",
+    "seconds": "s",
+}
+_DIGITS = 4  # of figures for people
 
 
-def index_row(found: Design, footing: Footing, values: Mapping[str, float], seconds: float) -> Row:
+def unit_of(column: str, cost: str = TorqueCost().unit) -> str:
+    """Return the unit of a column, empty where it has none or an entry of a specification decides.
+
+    Args:
+        column: its name; a slope has the unit of the cost over that of its quantity.
+        cost: unit of the cost.
+    """
+    if column.startswith("slope."):
+        unit = unit_of(column.removeprefix("slope."))
+        return f"{cost} per {unit}" if unit else cost
+    if column in ("cost", "penalty_weight"):
+        return cost if column == "cost" else f"{cost}/m²"
+    return _UNITS.get(column) or MOTOR_UNITS.get(column.split(".")[0], "")
+
+
+def cell(value: Value) -> str:
+    """Return a value as text for people: figures with four digits, nothing as a dash."""
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, float):
+        return f"{value:.{_DIGITS}g}"
+    return "-" if value is None else str(value)
+
+
+def gait_row(found: Design, walk: WarmStart, values: Mapping[str, float], seconds: float) -> Row:
     """Return the line of a gait; SI units.
 
     Args:
         found: the gait.
-        footing: where it came from; its work is counted, its slopes are given.
+        walk: from which it was finished; its work is counted, its cost gradient is given.
         values: of the swept quantities.
         seconds: of processor, for everything.
     """
     facts: Any = summarise(found.gait)
-    walk, contact, impact = facts["walk"], facts["contact"], facts["impact"]
+    step, contact, impact = facts["walk"], facts["contact"], facts["impact"]
     certificate, solution = found.certificate, found.solution
     edges = contact["cop_to_edge_mm"]
     row: Row = {
-        "speed": walk["speed_m_per_s"],
-        "duration": walk["step_duration_s"],
-        "step_length": walk["step_length_m"],
+        "speed": step["speed_m_per_s"],
+        "duration": step["step_duration_s"],
+        "step_length": step["step_length_m"],
         **values,
         "status": CERTIFIED if certificate.certified else NOT_CERTIFIED,
         "cost": solution.cost,
@@ -76,17 +118,17 @@ def index_row(found: Design, footing: Footing, values: Mapping[str, float], seco
         "verdict": certificate.verdict,
         "worst_violation": certificate.worst.violation,
         "kkt": certificate.kkt.worst,
-        "cost_of_transport": walk["mechanical_cost_of_transport"],
+        "cost_of_transport": step["mechanical_cost_of_transport"],
         "cop_to_edge": None if edges is None else 1e-3 * min(edges.values()),
         "friction_used": contact["friction_used"],
         "vertical_impulse": impact["vertical_impulse_Ns"],
         "impulse_friction_used": impact["friction_used"],
-        "iterations": footing.iterations + solution.iterations,
-        "evaluations": footing.evaluations + solution.evaluations,
+        "iterations": walk.iterations + solution.iterations,
+        "evaluations": walk.evaluations + solution.evaluations,
         "seconds": seconds,
-        "origin": footing.origin,
+        "origin": walk.origin,
     }
-    row |= {f"slope.{k}": s for k, s in zip(values, footing.slopes, strict=True)}
+    row |= {f"slope.{k}": s for k, s in zip(values, walk.cost_gradient, strict=True)}
     for motor in facts["motors"]:
         joint = str(motor["joint"]).replace(" ", "_")
         row |= {f"{column}.{joint}": motor[key] for key, column in _MOTOR.items()}
@@ -117,7 +159,7 @@ def _bare(values: Mapping[str, float], status: str, verdict: str) -> Row:
 
 
 def fits_column(name: str, value: object) -> bool:
-    """Whether a value is one that a column of the index can hold beside those of other lines."""
+    """Whether a value is one that a column of the table can hold beside those of other lines."""
     if value is None:
         return True
     if name in _WORDS or name in _ANSWERS:
@@ -132,8 +174,8 @@ def columns(rows: Iterable[Row]) -> list[str]:
     return list(dict.fromkeys(name for row in fullest_first for name in row))
 
 
-def write_index(rows: Sequence[Row], directory: Path) -> list[Path]:
-    """Write the index as CSV, and as Parquet if pyarrow is installed; return what was written.
+def write_table(rows: Sequence[Row], directory: Path) -> list[Path]:
+    """Write the table as CSV, and as Parquet if pyarrow is installed; return what was written.
 
     Raises:
         InputError: the directory cannot be written.
@@ -192,7 +234,7 @@ def selected(rows: Iterable[Row], conditions: Iterable[str]) -> list[Row]:
     """Return the lines that meet every condition; one without the quantity meets none of it.
 
     Args:
-        rows: of an index.
+        rows: of a table.
         conditions: each a column, one of < <= > >= = !=, and a number or a word; several joined by
             "and" are several.
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -10,38 +12,34 @@ from matplotlib.figure import Figure
 
 from gaitopt.atomic import write_atomically
 from gaitopt.errors import InputError
-from gaitopt.gait.constraint import declared_margins
-from gaitopt.gait.constraints import Margins
 from gaitopt.gait.costs import TorqueCost
-from gaitopt.gait.parameters import GEOMETRY
 from gaitopt.nlp import Array
-from gaitopt.sweep.table import Row, columns
+from gaitopt.sweep.table import Row, columns, unit_of
 from gaitopt.view.branches import branch_cuts
 from gaitopt.view.figure_style import label_axes, name_on_figure, new_figure, styled
 from gaitopt.view.figures import rendered
 
-PEAK = "peak_torque."
 PAPER = (TorqueCost().words, TorqueCost().unit)
+PEAK = "peak_torque."
 MOST = 8  # lines that are told apart in a legend
 
 _GAP = "a gap in the lines: the gaits on its two sides are different kinds of optima"
-_UNITS = {quantity.name: quantity.unit for quantity in GEOMETRY} | {
-    "speed": "m/s",
-    "penalty_weight": "N²·s/m",
-    **{name: one.unit or "-" for name, one in declared_margins(Margins).items()},
-}
+_STYLES = ("-", "--")  # of the first and of the second library
 
 
 def write_library_figure(
-    rows: list[Row], axes: list[str], path: Path, cost: tuple[str, str] = PAPER
+    libraries: Mapping[str, list[Row]],
+    axes: list[str],
+    path: Path,
+    cost: tuple[str, str] = PAPER,
 ) -> Path:
     """Draw lines over the first quantity, one for each combination of the others.
 
     The motors are those of the line with the least cost. A line is interrupted where its gaits
-    change from one family of optima to another.
+    change from one family of optima to another. The lines of a second library are dashed.
 
     Args:
-        rows: of the library's index.
+        libraries: rows of one or two, by a name for the legend.
         axes: names of the swept quantities.
         path: of the figure; its suffix chooses the form.
         cost: words and unit of the cost.
@@ -52,38 +50,70 @@ def write_library_figure(
     Raises:
         InputError: there is no gait to draw, or the file cannot be written.
     """
-    rows = [row for row in rows if row.get("cost") is not None]
+    drawn = {
+        name: [row for row in rows if row.get("cost") is not None]
+        for name, rows in libraries.items()
+    }
     kind = path.suffix.removeprefix(".").lower()
-    if not rows:
+    if not all(drawn.values()):
         raise InputError("there is no gait to draw; give other conditions")
     if kind not in ("png", "svg", "pdf"):
         raise InputError(f"'{path}' is no figure; give a name that ends in .png, .svg or .pdf")
     with styled():
-        figure = _figure(rows, axes, cost)
+        figure = _figure(drawn, axes, cost)
     return write_atomically(path, rendered(figure, kind))
 
 
-def _figure(rows: list[Row], axes: list[str], cost: tuple[str, str] = PAPER) -> Figure:
+def _figure(
+    libraries: Mapping[str, list[Row]], axes: list[str], cost: tuple[str, str] = PAPER
+) -> Figure:
     figure = new_figure(9.5, 3.8)
     left, right = figure.subplots(1, 2)
-    lines = _lines(rows, axes)
-    motors = [name for name in columns(rows) if name.startswith(PEAK)]
-    cuts = {others: branch_cuts(_table(line, motors)) for others, line in lines.items()}
-    for others, line in lines.items():
-        _draw(left, line, (axes[0], "cost"), others, cuts[others])
-    best = min(lines, key=lambda others: _table(lines[others], ["cost"]).min())
-    for name in motors:
-        label = name_on_figure(name.removeprefix(PEAK).replace("_", " "))
-        _draw(right, lines[best], (axes[0], name), label, cuts[best])
-    swept = f"{axes[0]} [{_UNITS[axes[0]]}]" if axes[0] in _UNITS else axes[0]
+    drawn = [
+        _draw_library((left, right), rows, axes, name, style)
+        for (name, rows), style in zip(libraries.items(), _STYLES, strict=False)
+    ]
+    swept = f"{axes[0]} [{unit}]" if (unit := unit_of(axes[0])) else axes[0]
+    whose = f"Motors of a leg{drawn[0].best and ', '}{drawn[0].best}"
+    for name in list(libraries)[1:]:
+        whose += f"; dashed: {name_on_figure(name)}"
     words, unit = cost
     label_axes(left, swept, f"cost [{unit}]", words[:1].upper() + words[1:])
-    label_axes(right, swept, "peak torque [N·m]", f"Motors of a leg{best and ', '}{best}")
-    for panel in (left, right) if 1 < len(lines) <= MOST else (right,):
+    label_axes(right, swept, "peak torque [N·m]", whose)
+    for panel in (left, right) if 1 < sum(one.lines for one in drawn) <= MOST else (right,):
         panel.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
-    if any(cuts.values()):
+    if any(one.cut for one in drawn):
         figure.supxlabel(_GAP, fontsize=8.0)
     return figure
+
+
+@dataclass(frozen=True)
+class _Drawn:
+    """How many lines a library has, the one with the least cost, and whether one is interrupted."""
+
+    lines: int
+    best: str
+    cut: bool
+
+
+def _draw_library(
+    panels: tuple[Axes, Axes], rows: list[Row], axes: list[str], name: str, style: str
+) -> _Drawn:
+    left, right = panels
+    for panel in panels:
+        panel.set_prop_cycle(None)  # the same colours for both libraries
+    lines = _lines(rows, axes)
+    motors = [column for column in columns(rows) if column.startswith(PEAK)]
+    cuts = {others: branch_cuts(_table(line, motors)) for others, line in lines.items()}
+    for others, line in lines.items():
+        label = ", ".join(filter(None, (name_on_figure(name), others)))
+        _draw(left, line, (axes[0], "cost"), label, cuts[others], style)
+    best = min(lines, key=lambda others: _table(lines[others], ["cost"]).min())
+    for motor in motors:
+        label = name_on_figure(motor.removeprefix(PEAK).replace("_", " "))
+        label = label if style == _STYLES[0] else ""
+        _draw(right, lines[best], (axes[0], motor), label, cuts[best], style)
+    return _Drawn(len(lines), best, any(cuts.values()))
 
 
 def _lines(rows: list[Row], axes: list[str]) -> dict[str, list[Row]]:
@@ -102,7 +132,9 @@ def _table(line: list[Row], names: list[str]) -> Array:
     return np.array([[np.nan if c in (None, "") else float(str(c)) for c in row] for row in cells])
 
 
-def _draw(axes: Axes, line: list[Row], names: tuple[str, str], label: str, cuts: list[int]) -> None:
+def _draw(
+    axes: Axes, line: list[Row], names: tuple[str, str], label: str, cuts: list[int], style: str
+) -> None:
     """Draw a line, interrupted before the rows `cuts`."""
     points = np.insert(_table(line, list(names)), cuts, np.nan, axis=0)
-    axes.plot(*points.T, marker=".", label=label or None)
+    axes.plot(*points.T, style, marker=".", label=label or None)

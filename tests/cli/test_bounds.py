@@ -22,8 +22,8 @@ from gaitopt.gait.task_record import task_from_record, task_record
 from gaitopt.importers.meshes import MeshPaths
 from gaitopt.importers.source import read_source
 from gaitopt.importers.text_files import parse_toml
-from gaitopt.sweep.executor import LaterCrew
-from gaitopt.sweep.grid import Axis, GridPoints, parse_axis
+from gaitopt.sweep.executor import local_workers
+from gaitopt.sweep.grid import Axis, Grid, parse_axis
 from gaitopt.view.page import page_text
 
 CASES = Path(__file__).parents[1] / "data" / "cases"
@@ -144,8 +144,8 @@ def test_python_entrances(robot):
         lambda: Axis("speed", range(1, MANY)),
         lambda: Axis("speed", iter(range(1, MANY))),
         lambda: parse_axis("speed", "0:1:1e-9"),
-        lambda: GridPoints((Axis("speed", range(1, 10**4)), Axis("duration", range(1, 10**4)))),
-        lambda: LaterCrew(MANY, lambda: None),
+        lambda: Grid((Axis("speed", range(1, 10**4)), Axis("duration", range(1, 10**4)))),
+        lambda: local_workers(MANY),
     ):
         with pytest.raises(InputError, match="too many"):
             build()

@@ -16,7 +16,7 @@ from gaitopt.cli.robots import _short
 from gaitopt.design.certificate import WorstRow
 from gaitopt.nlp import Progress
 from gaitopt.solvers.two_stage import UNCONFIRMED
-from gaitopt.sweep.fastest import Fastest
+from gaitopt.sweep.speed_search import Fastest
 
 ROW = WorstRow("speed", "(1)", "left_knee speed", 0.12345, 10.0004, 10.0, "rad/s", 0.0, 0.0)
 

@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import json
+import sqlite3
 from collections.abc import Callable
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
 from gaitopt.design.options import DesignOptions
-from gaitopt.gait.task import Task, preset_task
+from gaitopt.gait.presets import preset_task
+from gaitopt.gait.task import Task
 from gaitopt.solvers import solver_by_name
-from gaitopt.sweep.executor import Alone, Crew, Job, Outcome
+from gaitopt.sweep import scheduler
+from gaitopt.sweep.database import _check, digest
+from gaitopt.sweep.executor import Job, Outcome, run_job
 from gaitopt.sweep.grid import Axis
-from gaitopt.sweep.library import digest
 
 SPEEDS = Axis("speed", (0.95, 1.0, 1.05, 1.1))
 QUICK = DesignOptions(solver=solver_by_name("sqp"), refine=False, diagnose=False)
@@ -24,43 +28,56 @@ def quick_task(**changes: object) -> Task:
 
 
 def forget_digests(directory: Path) -> None:
-    """Make a journal that does not vouch for any file."""
-    _rewrite(directory, lambda entry: {k: v for k, v in entry.items() if k != "digest"})
+    """Make a library that does not vouch for any file."""
+    rewrite(directory, lambda name, record: record.update(file_digest=""))
 
 
 def vouch(directory: Path) -> None:
-    """Make a journal that vouches for the gait files as they are."""
+    """Make a library that vouches for the gait files as they are."""
 
-    def vouched(entry: dict[str, Any]) -> dict[str, Any]:
-        if "row" not in entry:
-            return entry
-        return {**entry, "digest": digest(directory / entry["row"]["file"])}
+    def vouched(name: str, record: dict[str, Any]) -> None:
+        if record["row"] is not None:
+            record["file_digest"] = digest((directory / record["row"]["file"]).read_bytes())
 
-    _rewrite(directory, vouched)
-
-
-def _rewrite(directory: Path, change: Callable[[dict[str, Any]], dict[str, Any]]) -> None:
-    journal = directory / "journal.jsonl"
-    entries = [change(json.loads(line)) for line in journal.read_text().splitlines()]
-    journal.write_text("".join(json.dumps(entry) + "\n" for entry in entries))
+    rewrite(directory, vouched)
 
 
-class Counting(Crew):
-    """This process, with a list of what was done; ends the work after some jobs."""
+def rewrite(directory: Path, change: Callable[[str, dict[str, Any]], object]) -> None:
+    """Change the records of points, each valid afterwards."""
+    with closing(sqlite3.connect(directory / "library.sqlite")) as connection, connection:
+        for name, text in connection.execute("SELECT name, record FROM points").fetchall():
+            record = json.loads(text)
+            change(name, record)
+            text = json.dumps(record)
+            connection.execute(
+                "UPDATE points SET record = ?, digest = ? WHERE name = ?",
+                (text, _check(name, text), name),
+            )
+
+
+def seconds(directory: Path) -> dict[str, float]:
+    """Return for how long each point was worked on."""
+    with closing(sqlite3.connect(directory / "library.sqlite")) as connection:
+        found = connection.execute("SELECT name, record FROM points").fetchall()
+    return {name: json.loads(record)["seconds"] for name, record in found}
+
+
+class Counting:
+    """Lists the jobs that this process does; ends the work after some. A context manager."""
 
     def __init__(self, most: int = 10**9) -> None:
-        self._crew, self._most = Alone(), most
-        self.room = self._crew.room
+        self._most = most
         self.done: list[Job] = []
 
-    def submit(self, job: Job) -> None:
+    def __enter__(self) -> Counting:
+        scheduler.run_job = self.run
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        scheduler.run_job = run_job
+
+    def run(self, job: Job) -> Outcome:
         if len(self.done) >= self._most:
             raise KeyboardInterrupt
         self.done.append(job)
-        self._crew.submit(job)
-
-    def next(self) -> Outcome:
-        return self._crew.next()
-
-    def close(self) -> None:
-        self._crew.close()
+        return run_job(job)

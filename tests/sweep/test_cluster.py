@@ -10,14 +10,14 @@ from contextlib import suppress
 import pytest
 from sweeps import QUICK, SPEEDS, quick_task
 
-from gaitopt.errors import InputError
+from gaitopt.errors import GaitoptError, InputError
 from gaitopt.sweep.scheduler import sweep
 
 pytest.importorskip("distributed", reason="the extra 'cluster' is not installed")
 pytestmark = pytest.mark.filterwarnings("ignore")  # what Dask says while workers die is its own
 
 from gaitopt.sweep import executor as cluster  # noqa: E402
-from gaitopt.sweep.executor import LaterCrew, joined_crew, local_crew  # noqa: E402
+from gaitopt.sweep.executor import joined_scheduler, local_workers  # noqa: E402
 
 
 def costs(library):
@@ -25,20 +25,21 @@ def costs(library):
 
 
 def test_two_workers_one_of_them_killed_find_what_one_process_finds(robot, swept, tmp_path):
-    crew = local_crew(2)
-    pids = list(crew.client.run(os.getpid).values())
-    advances = []
+    told = []
+    with local_workers(2) as executor:
+        pids = list(executor.client().run(os.getpid).values())
 
-    def kill_one(advance):
-        advances.append(advance)
-        if len(advances) == 2:
-            os.kill(pids[0], signal.SIGKILL)
+        def kill_one(progress):
+            told.append(progress)
+            if len(told) == 2:
+                os.kill(pids[0], signal.SIGKILL)
 
-    library = sweep(
-        robot, quick_task(), [SPEEDS], tmp_path / "l", QUICK, crew=crew, on_advance=kill_one
-    )
+        library = sweep(
+            robot, quick_task(), [SPEEDS], tmp_path / "l", QUICK,
+            executor=executor, on_progress=kill_one,
+        )  # fmt: skip
     assert len(set(pids)) == 2
-    assert len(advances) > 2
+    assert len(told) > 2
     assert costs(library) == pytest.approx(costs(swept), rel=1e-9)
 
 
@@ -70,16 +71,15 @@ def scheduler(tmp_path):
 
 
 def test_an_external_scheduler_finds_the_same(robot, swept, scheduler, tmp_path):
-    library = sweep(
-        robot, quick_task(), [SPEEDS], tmp_path / "l", QUICK, crew=joined_crew(scheduler)
-    )
+    with joined_scheduler(scheduler) as executor:
+        library = sweep(robot, quick_task(), [SPEEDS], tmp_path / "l", QUICK, executor=executor)
     assert costs(library) == pytest.approx(costs(swept), rel=1e-9)
 
 
 def test_an_address_where_nobody_answers_is_refused_soon(monkeypatch):
-    monkeypatch.setattr(cluster, "REACH", 0.5)
+    monkeypatch.setattr(cluster, "REACH_SECONDS", 0.5)
     with pytest.raises(InputError, match=r"answers at 'tcp://127.0.0.1:9' within 0.5 s; start one"):
-        joined_crew("tcp://127.0.0.1:9")
+        joined_scheduler("tcp://127.0.0.1:9")
 
 
 @pytest.mark.filterwarnings("error:Port 8787")
@@ -88,22 +88,37 @@ def test_local_workers_take_no_port_for_a_dashboard():
         with suppress(OSError):  # somebody else has it: as good
             taken.bind(("127.0.0.1", 8787))
             taken.listen()
-        crew = local_crew(1)
-        assert len(crew.client.nthreads()) == 1
-        crew.close()
+        with local_workers(1) as executor:
+            assert len(executor.client().nthreads()) == 1
 
 
 def test_workers_are_started_for_the_first_job_only(robot, swept, tmp_path):
     begun = []
-    crew = LaterCrew(1, lambda: begun.append(1))
-    assert crew.room >= 1
     directory = shutil.copytree(swept.directory, tmp_path / "lib")
-    sweep(robot, quick_task(), [SPEEDS], directory, QUICK, crew=crew)
-    assert begun == []
-    (directory / "gaits" / "speed=1.npz").unlink()
-    sweep(robot, quick_task(), [SPEEDS], directory, QUICK, crew=crew)
+    with local_workers(1, lambda: begun.append(1)) as executor:
+        sweep(robot, quick_task(), [SPEEDS], directory, QUICK, executor=executor)
+        assert begun == []
+        (directory / "gaits" / "speed=1.npz").unlink()
+        sweep(robot, quick_task(), [SPEEDS], directory, QUICK, executor=executor)
     assert begun == [1]
     assert (directory / "gaits" / "speed=1.npz").exists()
+
+
+def test_a_scheduler_that_goes_away_is_told(robot, scheduler, tmp_path):
+    from distributed import Client
+
+    def stop(progress):
+        with Client(scheduler) as client:
+            client.shutdown()
+
+    with (
+        joined_scheduler(scheduler) as executor,
+        pytest.raises(GaitoptError, match="what was finished is kept, and the same command goes"),
+    ):
+        sweep(
+            robot, quick_task(), [SPEEDS], tmp_path / "l", QUICK,
+            executor=executor, on_progress=stop,
+        )  # fmt: skip
 
 
 @pytest.mark.skipif(os.name != "posix", reason="process groups are POSIX")
@@ -127,6 +142,6 @@ def test_ctrl_c_while_workers_start_is_one_message(tmp_path, everybody):
 
 def test_no_workers_are_too_few():
     with pytest.raises(InputError, match="0 workers are too few"):
-        local_crew(0)
+        local_workers(0)
     with pytest.raises(InputError, match="-1 workers are too few"):
-        LaterCrew(-1, lambda: None)
+        local_workers(-1)

@@ -1,17 +1,22 @@
-"""A damaged journal or manifest of a library is told in words, and followed advice mends it."""
+"""A damaged database of a library is told in words, and followed advice mends it."""
 
-import json
 import random
 import shutil
 
 import pytest
+from sweeps import rewrite
 from typer.testing import CliRunner
 
 from gaitopt.cli.app import app
 from gaitopt.errors import GaitoptError
-from gaitopt.sweep.library import open_library
+from gaitopt.sweep.library import UNREADABLE, open_library
 
 SWEEP = ("sweep", "--speeds", "0.9,1.0", "--no-refine", "--solver", "sqp", "-o")
+WALK = {
+    "x": [], "cost": 0, "active": [], "cost_gradient": [0.0], "first_iterations": 0,
+    "iterations": 0, "evaluations": 0, "seconds": 0, "origin": "cold",
+}  # fmt: skip
+ROW = {"file": "gaits/speed=0.9.npz", "status": "certified", "kkt": 0}
 
 
 def run(*words):
@@ -31,94 +36,99 @@ def library(original, tmp_path):
 
 
 @pytest.mark.parametrize(
-    "line",
+    "change",
     [
-        "3",
-        "null",
-        pytest.param("[" * 100_000, id="nested"),
-        "[]",
-        "{}",
-        '{"point": 3}',
-        '{"point": [7]}',
-        '{"point": [0, 0]}',
-        '{"point": [0.5]}',
-        '{"point": [0], "row": 3}',
-        *(
-            f'{{"point": [0], "footing": {{"x": [], "cost": 0, "active": {active}, "slopes": [], '
-            f'"journey": 0, "iterations": 0, "evaluations": 0, "seconds": 0, "origin": "cold"}}}}'
-            for active in ('[[["torque"], 0, 0.5, 1.0]]', '[["torque", "0", 0.5, 1.0]]', "[[]]")
-        ),
-        '{"point": [0], "row": {}}',
-        '{"point": [0], "row": {"file": "../../other.npz", "status": "certified", "kkt": 0}}',
-        '{"point": [0], "row": {"file": "gaits/speed=0.9.npz", "status": 1, "kkt": 0}}',
-        '{"point": [0], "row": {"file": "gaits/speed=0.9.npz", "status": "certified", "kkt": []}}',
-        *(
-            f'{{"point": [0], "row": {{"file": "gaits/speed=0.9.npz", "status": "certified", '
-            f'"kkt": 0, {wrong}}}}}'
-            for wrong in (
-                '"cost": "much"',
-                '"cost": true',
-                f'"cost": {10**30}',
-                '"origin": 0.9',
-                '"certified": 1',
-            )
-        ),
-        '{"point": [0], "footing": {"x": 3}}',
-        '{"point": [0], "footing": []}',
-        '{"point": [0], "refusal": "none"}',
-        '{"point": [0], "refusal": {"sentences": [3]}}',
-        '{"point": [0], "tried": [3]}',
-        '{"point": [0], "tried": [[[9], 1.0]]}',
-        '{"point": [0], "round": [[[0], [9]]]}',
-        '{"point": [0], "faulty": 3}',
-        '{"point": [0], "seconds": "long"}',
-        '{"point": [0], "seconds": NaN}',
-        '{"point": [0], "seconds": 1e999}',
+        {"walk": 3},
+        {"walk": []},
+        {"walk": {"x": 3}},
+        *({"walk": {**WALK, "active": active}} for active in (
+            [[["torque"], 0, 0.5, 1.0]], [["torque", "0", 0.5, 1.0]], [[]],
+        )),
+        {"walk": {**WALK, "cost_gradient": [0.0, 0.0]}},
+        {"walk": {**WALK, "origin": 3}},
+        {"row": 3},
+        {"row": {}},
+        {"row": {**ROW, "file": "../../other.npz"}},
+        {"row": {**ROW, "status": 1}},
+        {"row": {**ROW, "kkt": []}},
+        {"row": {**ROW, "cost": "much"}},
+        {"row": {**ROW, "cost": True}},
+        {"row": {**ROW, "cost": 10**30}},
+        {"row": {**ROW, "origin": 0.9}},
+        {"row": {**ROW, "certified": 1}},
+        {"refusal": "none"},
+        {"refusal": {"sentences": [3]}},
+        {"tried": [3]},
+        {"tried": [[[9], 1.0]]},
+        {"due": [9]},
+        {"due": [0.5]},
+        {"due": 3},
+        {"fault": 3},
+        {"seconds": "long"},
+        {"seconds": float("nan")},
+        {"seconds": float("inf")},
+        {"explored": 1},
+        {"unknown": 1},
     ],
-)
-def test_lines_of_another_shape(library, line):
-    journal = library / "journal.jsonl"
-    whole = journal.read_text()
-    first, rest = whole.split("\n", 1)
-    journal.write_text(f"{first}\n{line}\n{rest}")
-    for words in (("library", library), (*SWEEP, library)):
-        result = run(*words)
-        assert result.exit_code == 2
-        assert f"line 2 of '{journal}' is damaged" in result.stderr
-    journal.write_text(whole)  # as the message advises
-    assert run("library", library).exit_code == 0
+)  # fmt: skip
+def test_records_of_another_shape_do_not_count_and_are_made_anew(library, change):
+    rewrite(library, lambda name, record: name == "speed=0.9" and record.update(change))
+    opened = open_library(library)
+    assert opened.faults == {(0,): UNREADABLE}
+    assert opened.rows[0]["status"] == UNREADABLE
+    shown = run("library", library)
+    assert shown.exit_code == 0
+    assert UNREADABLE in shown.stdout
 
 
-@pytest.mark.parametrize("name", ["manifest.json", "journal.jsonl"])
-def test_random_damage_ends_in_words(library, name):
+def test_the_command_of_the_sweep_makes_a_damaged_point_anew(original, library):
+    rewrite(library, lambda name, record: name == "speed=0.9" and record.update(walk=3))
+    again = run(*SWEEP, library)
+    assert again.exit_code == 0
+    assert again.stdout.startswith(f"made anew: gaits/speed=0.9.npz ({UNREADABLE})")
+    assert open_library(library).faults == {}
+    costs = [[row["cost"] for row in open_library(d).rows] for d in (original, library)]
+    assert costs[0] == pytest.approx(costs[1], rel=1e-6)
+    assert run(*SWEEP, library).stdout.startswith("all 2 were there; nothing was computed")
+
+
+def test_random_damage_of_a_record_ends_in_words(library, tmp_path):
     chance = random.Random(20)
-    path = library / name
-    whole = path.read_text()
+    for attempt in range(60):
+        copied = shutil.copytree(library, tmp_path / str(attempt))
+        rewrite(copied, lambda name, record: _damage(record, chance))
+        opened = open_library(copied)
+        assert len(opened.rows) == 2
+        if attempt < 4:
+            assert run("library", copied, "--at", "speed=0.95").exit_code in (0, 1, 2, 3)
+
+
+def test_random_damage_of_the_file_ends_in_words(library):
+    chance = random.Random(21)
+    path = library / "library.sqlite"
+    whole = path.read_bytes()
+    opened = refused = 0
     for _ in range(150):
-        path.write_text(_damaged(whole, chance))
+        data = bytearray(whole)
+        for _ in range(chance.choice([1, 3, 30])):
+            data[chance.randrange(len(data))] = chance.randrange(256)
+        path.write_bytes(data[: chance.choice([len(data), chance.randrange(len(data))])])
         try:
-            opened = open_library(library)
-            opened.rows  # noqa: B018
+            assert len(open_library(library).rows) == 2
+            opened += 1
         except GaitoptError:
-            continue
-    for _ in range(4):
-        path.write_text(_damaged(whole, chance))
-        assert run("library", library, "--at", "speed=0.95").exit_code in (0, 1, 2, 3)
+            refused += 1
+    assert opened
+    assert refused
 
 
-def _damaged(text, chance):
-    """Another value in place of one somewhere in a JSON line, or an entry less."""
-    lines = text.split("\n") if text.count("\n{") else [text]
-    at = chance.randrange(len(lines))
-    try:
-        record = json.loads(lines[at])
-    except ValueError:
-        return text[: chance.randrange(len(text))]
+def _damage(record, chance):
+    """Put another value in place of one somewhere in a record, or leave out an entry."""
     place = record
     while True:
         keys = list(place) if isinstance(place, dict) else list(range(len(place)))
         if not keys:
-            break
+            return
         key = chance.choice(keys)
         inner = place[key]
         if isinstance(inner, dict | list) and inner and chance.random() < 0.7:
@@ -128,6 +138,4 @@ def _damaged(text, chance):
             del place[key]
         else:
             place[key] = chance.choice([None, 3, -1, "text", [], {}, [[1]], 1e300, True])
-        break
-    lines[at] = json.dumps(record)
-    return "\n".join(lines)
+        return

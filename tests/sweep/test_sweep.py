@@ -6,23 +6,26 @@ import subprocess
 import sys
 import textwrap
 import time
+from concurrent.futures import BrokenExecutor, Future, ThreadPoolExecutor
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from sweeps import QUICK, SPEEDS, Counting, quick_task
+from sweeps import QUICK, SPEEDS, Counting, quick_task, seconds
 
 from gaitopt.catalogue.biped_spec import biped13
 from gaitopt.design.design import design
 from gaitopt.design.starts import many_starts
-from gaitopt.errors import GaitFileError, InputError
+from gaitopt.errors import GaitFileError, GaitoptError, InputError
 from gaitopt.gait.gait_file import load_gait
 from gaitopt.solvers import solver_by_name
-from gaitopt.sweep.executor import TRAVEL
+from gaitopt.sweep.database import Database
+from gaitopt.sweep.executor import CONTINUE
 from gaitopt.sweep.grid import Axis
-from gaitopt.sweep.library import open_library
+from gaitopt.sweep.library import MISSING, open_library
 from gaitopt.sweep.scheduler import sweep
-from gaitopt.sweep.table import CERTIFIED, INFEASIBLE, NOT_COMPUTED, awaited_row, write_index
+from gaitopt.sweep.table import CERTIFIED, INFEASIBLE, NOT_COMPUTED, awaited_row, write_table
 
 HERE = Path(__file__).parent
 
@@ -41,12 +44,12 @@ def test_the_index_is_what_the_gaits_say(swept):
     with (swept.directory / "index.csv").open() as file:
         lines = list(csv.DictReader(file))
     assert [float(line["speed"]) for line in lines] == list(SPEEDS.values)
-    for point, line in zip(sorted(swept.points.order), lines, strict=True):
+    for point, line in zip(sorted(swept.grid.order), lines, strict=True):
         gait = load_gait(swept.directory / line["file"])
         assert float(line["cost"]) == pytest.approx(gait.cost, rel=1e-12)
         assert gait.speed == pytest.approx(float(line["speed"]), rel=1e-6)
         assert float(line["kkt"]) < 1e-6
-        assert gait.fact("sweep", "values") == swept.points.values(point)
+        assert gait.fact("sweep", "values") == swept.grid.values(point)
         peaks = [float(v) for k, v in line.items() if k.startswith("peak_torque.")]
         assert len(peaks) == 6
         assert max(peaks) == pytest.approx(abs(gait.torque).max(), rel=1e-9)
@@ -60,7 +63,7 @@ def test_the_index_opens_as_parquet(swept):
 
 def test_a_parquet_index_without_gaits_has_its_columns(tmp_path):
     parquet = pytest.importorskip("pyarrow.parquet", reason="the extra 'tables' is not installed")
-    write_index([awaited_row({"speed": 0.8}), awaited_row({"speed": 0.9})], tmp_path)
+    write_table([awaited_row({"speed": 0.8}), awaited_row({"speed": 0.9})], tmp_path)
     table = parquet.read_table(tmp_path / "index.parquet")
     assert table["speed"].to_pylist() == [0.8, 0.9]
     assert str(table.schema.field("cost").type) == "double"
@@ -80,18 +83,17 @@ def test_slopes_foretell_the_next_cost(swept):
 
 
 def test_an_interrupted_sweep_goes_on_and_computes_nothing_twice(robot, swept, tmp_path):
-    whole = Counting()
-    sweep(robot, quick_task(), [SPEEDS], tmp_path / "whole", QUICK, crew=whole)
-    before = Counting(most=6)
-    with pytest.raises(KeyboardInterrupt):
-        sweep(robot, quick_task(), [SPEEDS], tmp_path / "part", QUICK, crew=before)
-    after = Counting()
-    library = sweep(robot, quick_task(), [SPEEDS], tmp_path / "part", QUICK, crew=after)
+    with Counting() as whole:
+        sweep(robot, quick_task(), [SPEEDS], tmp_path / "whole", QUICK)
+    with Counting(most=6) as before, pytest.raises(KeyboardInterrupt):
+        sweep(robot, quick_task(), [SPEEDS], tmp_path / "part", QUICK)
+    with Counting() as after:
+        library = sweep(robot, quick_task(), [SPEEDS], tmp_path / "part", QUICK)
     assert len(before.done) == 6
     assert len(before.done) + len(after.done) == len(whole.done)
     assert costs(library) == pytest.approx(costs(swept), rel=1e-9)
-    again = Counting()
-    sweep(robot, quick_task(), [SPEEDS], tmp_path / "part", QUICK, crew=again)
+    with Counting() as again:
+        sweep(robot, quick_task(), [SPEEDS], tmp_path / "part", QUICK)
     assert again.done == []
 
 
@@ -111,7 +113,6 @@ def test_a_library_is_not_mixed_with_another(robot, swept):
         ({"axes": 3}, "give a list of Axis"),
         ({"robot": None}, "robot is None, .* give a Robot"),
         ({"task": "fast"}, "task is 'fast', .* give a Task"),
-        ({"crew": 3}, "crew is 3, .* give a Crew"),
         ({"directory": 3}, "directory is 3, .* give a path"),
         ({"options": 3}, "options is 3, .* give DesignOptions"),
         ({"spec": "biped13"}, "spec is 'biped13', .* give a BipedSpec"),
@@ -139,7 +140,7 @@ def test_a_point_without_a_gait_is_explained(robot, tmp_path):
     assert [row["status"] for row in library.rows] == [CERTIFIED, INFEASIBLE] or [
         row["status"] for row in library.rows
     ] == ["not certified", INFEASIBLE]
-    said = library.state.refusals[(1,)]["sentences"]
+    said = library.states[(1,)].refusal["sentences"]
     assert any("0.08 m from every edge leaves no room" in sentence for sentence in said)
 
 
@@ -148,7 +149,7 @@ def test_entries_of_a_specification_can_be_swept(robot, tmp_path):
     library = sweep(robot, quick_task(), [axis], tmp_path / "l", QUICK, spec=biped13())
     light, heavy = library.rows
     assert light["cost"] < heavy["cost"]
-    gaits = [library.gait(point) for point in sorted(library.points.order)]
+    gaits = [library.gait(point) for point in sorted(library.grid.order)]
     difference = gaits[1].number("mass") - gaits[0].number("mass")
     assert difference == pytest.approx(2.55, rel=1e-9)
     slope = 0.5 * (light["slope.links.torso.mass"] + heavy["slope.links.torso.mass"])
@@ -175,19 +176,14 @@ SCRIPT = """
     from sweeps import QUICK, SPEEDS, quick_task
     from gaitopt.errors import InputError
     from gaitopt.sweep.scheduler import sweep
-    def fill(advance):
+    def fill(progress):
         if {limit}:
             resource.setrlimit(resource.RLIMIT_FSIZE, ({limit}, {limit}))
     try:
-        sweep(biped(), quick_task(), [SPEEDS], {directory!r}, QUICK, on_advance=fill)
+        sweep(biped(), quick_task(), [SPEEDS], {directory!r}, QUICK, on_progress=fill)
     except InputError as error:
         sys.exit(str(error))
 """
-
-
-def done_in(journal: Path) -> int:
-    """Return of how many jobs a journal has the outcome."""
-    return sum("seconds" in json.loads(line) for line in journal.read_text().splitlines())
 
 
 def script(directory: Path, limit: int = 0) -> list[str]:
@@ -201,49 +197,76 @@ def script(directory: Path, limit: int = 0) -> list[str]:
 def test_kill_9_loses_at_most_the_work_in_flight(robot, swept, tmp_path):
     directory = tmp_path / "lib"
     process = subprocess.Popen(script(directory))
-    journal = directory / "journal.jsonl"
     deadline = time.monotonic() + 60.0
     while time.monotonic() < deadline and process.poll() is None:
-        if journal.exists() and journal.read_bytes().count(b"\n") >= 3:
-            break
+        with suppress(GaitFileError):
+            if sum(state.explored for state in open_library(directory).states.values()) >= 2:
+                break
         time.sleep(0.01)
     process.send_signal(signal.SIGKILL)
     assert process.wait() == -signal.SIGKILL
-    kept = done_in(journal)
-    assert kept >= 3
-    crew = Counting()
-    library = sweep(robot, quick_task(), [SPEEDS], directory, QUICK, crew=crew)
-    assert kept + len(crew.done) == done_in(journal)
-    assert sum(job.kind == TRAVEL and job.point == (1,) for job in crew.done) <= 1
+    kept = {name for name, spent in seconds(directory).items() if spent > 0.0}
+    assert len(kept) >= 2
+    with Counting() as jobs:
+        library = sweep(robot, quick_task(), [SPEEDS], directory, QUICK)
+    first = [job for job in jobs.done if job.kind == CONTINUE and not job.cold_start]
+    assert not [j for j in first if j.substeps and library.grid.name(j.point) in kept]
     assert costs(library) == pytest.approx(costs(swept), rel=1e-9)
 
 
+@pytest.mark.skipif(os.name != "posix", reason="kill -9 is POSIX")
+def test_kill_9_at_any_moment_leaves_a_library_that_opens_and_goes_on(robot, swept, tmp_path):
+    """Killed again and again, a little later each time; whatever was known stays known."""
+    directory, known = tmp_path / "lib", {}
+    for attempt in range(6):
+        process = subprocess.Popen(script(directory))
+        began, wait = time.monotonic(), 0.15 * attempt
+        while process.poll() is None and not (directory / "library.sqlite").exists():
+            time.sleep(0.005)
+        time.sleep(wait)
+        process.kill()
+        process.wait()
+        assert time.monotonic() - began < 60.0
+        with suppress(GaitFileError):  # killed before it had begun
+            library = open_library(directory)
+            assert not [f for f in library.faults.values() if f != MISSING]
+            now = {point: state.seconds for point, state in library.states.items()}
+            assert all(now[point] >= spent for point, spent in known.items())
+            known = now
+    library = sweep(robot, quick_task(), [SPEEDS], directory, QUICK)
+    assert costs(library) == pytest.approx(costs(swept), rel=1e-9)
+    assert list(directory.glob("**/.*.tmp")) == list(directory.glob("*-journal")) == []
+
+
 @pytest.mark.skipif(os.name != "posix", reason="file-size limits are POSIX")
-@pytest.mark.parametrize("full", ["journal", "gait"])
+@pytest.mark.parametrize("full", ["database", "gait"])
 def test_a_full_disk_is_told_and_leaves_nothing_half_written(robot, swept, tmp_path, full):
     directory = tmp_path / "lib"
-    journal = (swept.directory / "journal.jsonl").stat().st_size
+    database = (swept.directory / "library.sqlite").stat().st_size
     gait = min(path.stat().st_size for path in swept.directory.glob("gaits/*.npz"))
-    limit = {"journal": journal // 3, "gait": gait - 1}[full]
-    assert limit > journal or full == "journal"
+    begun = len(json.dumps(swept.record))
+    limit = {"database": begun + 8192, "gait": gait - 1}[full]
+    assert full == "database" or limit > database or limit < gait
     run = subprocess.run(script(directory, limit), capture_output=True, text=True, check=False)
     assert run.returncode == 1
-    assert "file too large" in run.stderr
+    assert {"database": "library.sqlite", "gait": ""}[full] in run.stderr
+    assert "cannot write" in run.stderr
     assert "give the same command again to go on" in run.stderr
     assert list(directory.glob("**/.*.tmp")) == []
     for path in directory.glob("gaits/*"):
         load_gait(path)
-    kept = done_in(directory / "journal.jsonl")
-    assert kept >= 2
-    crew = Counting()
-    library = sweep(robot, quick_task(), [SPEEDS], directory, QUICK, crew=crew)
-    assert kept + len(crew.done) == done_in(directory / "journal.jsonl")
+    kept = seconds(directory)
+    assert any(kept.values())
+    with Counting() as jobs:
+        library = sweep(robot, quick_task(), [SPEEDS], directory, QUICK)
+    first = [job for job in jobs.done if job.kind == CONTINUE and job.substeps]
+    assert not [job for job in first if kept.get(library.grid.name(job.point), 0.0) > 0.0]
     assert costs(library) == pytest.approx(costs(swept), rel=1e-9)
 
 
 def test_a_library_can_be_read_while_it_is_made(robot, tmp_path):
-    with pytest.raises(KeyboardInterrupt):
-        sweep(robot, quick_task(), [SPEEDS], tmp_path / "l", QUICK, crew=Counting(most=2))
+    with Counting(most=2), pytest.raises(KeyboardInterrupt):
+        sweep(robot, quick_task(), [SPEEDS], tmp_path / "l", QUICK)
     library = open_library(tmp_path / "l")
     assert [row["status"] for row in library.rows] == 4 * [NOT_COMPUTED]
     with (library.directory / "index.csv").open() as file:
@@ -252,23 +275,23 @@ def test_a_library_can_be_read_while_it_is_made(robot, tmp_path):
         (str(speed), NOT_COMPUTED) for speed in SPEEDS.values
     ]
     assert {"cost", "kkt", "slope.speed", "origin"} < set(lines[0])
-    assert sum(f is not None for f in library.state.footings.values()) == 2
+    assert sum(state.walk is not None for state in library.states.values()) == 2
 
 
 def test_an_interrupted_round_of_comparison_goes_on_as_it_began(robot, tmp_path):
     """The pairs of a round are written down before the first of them is tried."""
-    whole = Counting()
-    sweep(robot, quick_task(), [SPEEDS], tmp_path / "whole", QUICK, crew=whole)
-    before = next(n for n, job in enumerate(whole.done) if job.near and not job.patient)
-    crew = Counting(most=before)
-    with pytest.raises(KeyboardInterrupt):
-        sweep(robot, quick_task(), [SPEEDS], tmp_path / "part", QUICK, crew=crew)
-    state = open_library(tmp_path / "part").state
-    assert whole.done[before].point in state.due
-    other = state.due[whole.done[before].point]
-    assert SPEEDS.values[other[0]] == pytest.approx(float(whole.done[before].near[0][2][6:]))
-    state.take({"point": whole.done[before].point, "tried": [[other, 1.0]]})
-    assert whole.done[before].point not in state.due
+    with Counting() as whole:
+        sweep(robot, quick_task(), [SPEEDS], tmp_path / "whole", QUICK)
+    before = next(n for n, job in enumerate(whole.done) if job.neighbours and not job.substeps)
+    with Counting(most=before), pytest.raises(KeyboardInterrupt):
+        sweep(robot, quick_task(), [SPEEDS], tmp_path / "part", QUICK)
+    states = open_library(tmp_path / "part").states
+    here = states[whole.done[before].point]
+    assert here.due is not None
+    assert SPEEDS.values[here.due[0]] == float(whole.done[before].neighbours[0].name[6:])
+    with Counting(most=1), pytest.raises(KeyboardInterrupt):
+        sweep(robot, quick_task(), [SPEEDS], tmp_path / "part", QUICK)
+    assert open_library(tmp_path / "part").states[whole.done[before].point].due is None
 
 
 def test_a_narrow_sweep_finds_what_a_single_design_finds(robot, tmp_path):
@@ -280,7 +303,25 @@ def test_a_narrow_sweep_finds_what_a_single_design_finds(robot, tmp_path):
 
 
 def test_a_library_of_another_format_is_refused(swept, tmp_path):
-    manifest = json.loads((swept.directory / "manifest.json").read_text())
-    (tmp_path / "manifest.json").write_text(json.dumps({**manifest, "format": 1}))
-    with pytest.raises(GaitFileError, match="of another format than 2"):
+    with Database(tmp_path) as database:
+        database.write({}, {**swept.record, "format": 4})
+    with pytest.raises(GaitFileError, match="of another format than 3"):
         open_library(tmp_path)
+
+
+def test_any_executor_of_the_standard_library_finds_the_same(robot, swept, tmp_path):
+    with ThreadPoolExecutor(2) as pool:
+        library = sweep(robot, quick_task(), [SPEEDS], tmp_path / "l", QUICK, executor=pool)
+        assert pool.submit(abs, -1).result() == 1  # it is left open
+    assert costs(library) == pytest.approx(costs(swept), rel=1e-9)
+
+
+def test_an_executor_that_breaks_down_is_told(robot, tmp_path):
+    class Broken:
+        def submit(self, function, job):
+            future = Future()
+            future.set_exception(BrokenExecutor("a process died."))
+            return future
+
+    with pytest.raises(GaitoptError, match="a process died; what was finished is kept"):
+        sweep(robot, quick_task(), [SPEEDS], tmp_path / "l", QUICK, executor=Broken())

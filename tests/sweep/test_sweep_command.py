@@ -10,12 +10,13 @@ from sweeps import QUICK as LESS
 from sweeps import SPEEDS, Counting, quick_task, vouch
 from typer.testing import CliRunner
 
-from gaitopt.cli import crew as crew_module
 from gaitopt.cli import sweep as sweep_module
 from gaitopt.cli.app import app
 from gaitopt.gait.gait_file import load_gait, save_gait
+from gaitopt.sweep import executor
 from gaitopt.sweep.executor import DIAGNOSE
 from gaitopt.sweep.grid import Axis
+from gaitopt.sweep.library import open_library
 from gaitopt.sweep.scheduler import sweep
 
 QUICK = ["--solver", "sqp", "--no-refine", "--samples", "15"]
@@ -66,7 +67,64 @@ def test_the_library_is_listed_and_filtered(made):
     assert len(wrong.stderr.splitlines()) == 1
     assert len(wrong.stderr) < 200
     everything = run("library", directory, "--columns", "list").stdout.splitlines()
-    assert {"speed", "cost", "slope.duration", "peak_torque.knee"} < set(everything)
+    assert {"speed [m/s]", "cost [N²·m·s]", "peak_torque.knee [N·m]", "kkt"} < set(everything)
+    assert "slope.duration [N²·m·s per s]" in everything
+
+
+@pytest.mark.parametrize("words", [(), ("--where", "speed>1.01")])
+def test_tables_fit_80_columns_and_have_the_motors_first(made, words):
+    directory, result = made
+    for text in (result.stdout, run("library", directory, *words).stdout):
+        table = [line for line in text.splitlines() if "gaits/" not in line]
+        assert max(map(len, table)) <= 80
+        heads = [line.split() for line in table]
+        units = next(line for line in heads if line[:1] == ["m/s"])
+        assert units[:8] == ["m/s", "s", *6 * ["N·m"]]
+        assert units[8] == "N²·m·s"
+        row = next(line for line in heads if line[:2] == ["1.05", "0.42"])
+        assert all(len(figure.replace(".", "").lstrip("0")) <= 4 for figure in row[:9])
+
+
+def test_two_libraries_are_compared(made, tmp_path):
+    other = tmp_path / "weak"
+    assert run("sweep", "--speeds", "1.05,1.1", "--grid", "duration=0.4,0.42", *QUICK,
+               "--cop-margin", "0.03", "-o", other).exit_code == 0  # fmt: skip
+    shown = run("library", made[0], other)
+    lines = shown.stdout.splitlines()
+    assert lines[:2] == [f"A: {made[0]}", f"B: {other}"]
+    assert max(map(len, lines[2:])) <= 80
+    rows = {tuple(line.split()[:2]): line.split()[2:] for line in lines}
+    costs = [
+        {(row["speed"], row["duration"]): row["cost"] for row in open_library(d).rows}
+        for d in (made[0], other)
+    ]
+    a, b = (cost[1.05, 0.42] for cost in costs)
+    assert rows["1.05", "0.42"][:3] == [f"{a:.4g}", f"{b:.4g}", f"{100.0 * (b / a - 1.0):+.1f}"]
+    assert b > a
+    assert rows["1", "0.4"][1:3] == ["-", "-"]
+    assert rows["1.1", "0.4"][0] == "-"
+    named = run("library", made[0], other, "--columns", "rms_torque.knee").stdout
+    assert "torque" in named
+    assert "cost" not in named
+    figure = tmp_path / "both.svg"
+    assert run("library", made[0], other, "--plot", figure).exit_code == 0
+    assert b"dashed" in figure.read_bytes()
+
+
+def test_what_cannot_be_compared_is_refused(made, swept):
+    for words, said in (
+        ((made[0], swept.directory), "over different quantities, speed, duration and speed"),
+        ((made[0], made[0], made[0]), "3 libraries cannot be compared"),
+        ((made[0], made[0], "--at", "speed=1"), "--at is a place in one library"),
+    ):
+        refused = run("library", *words)
+        assert refused.exit_code == 2
+        assert said in refused.stderr
+
+
+def test_gaps_narrower_than_asked_for_are_told(tmp_path):
+    shown = run("sweep", "--speeds", "1.0", *QUICK, "--leg-gap", "0.02", "-o", tmp_path / "lib")
+    assert "leg_gap asks for 20.0 mm between the legs, but the robot has less" in shown.stdout
 
 
 def test_the_library_is_drawn(made, tmp_path):
@@ -127,21 +185,21 @@ def test_missing_gaits_are_listed_and_made_anew(made, tmp_path):
 class Refusing(Counting):
     """Finishes no gait of the place where the trouble is, and finds no reason."""
 
-    def next(self):
-        outcome = super().next()
+    def run(self, job):
+        outcome = super().run(job)
         if outcome.job.point != (1,):
             return outcome
         refusal = {"sentences": ["no reason"]} if outcome.job.kind == DIAGNOSE else None
         return replace(outcome, gait=None, row=None, refusal=refusal)
 
 
-def test_only_what_was_made_anew_is_told_as_such(swept, tmp_path, monkeypatch):
+def test_only_what_was_made_anew_is_told_as_such(swept, tmp_path):
     directory = shutil.copytree(swept.directory, tmp_path / "lib")
     for name in ("speed=0.95", "speed=1"):
         (directory / "gaits" / f"{name}.npz").unlink()
-    monkeypatch.setattr(sweep_module, "make_crew", lambda *_: Refusing())
     words = ["sweep", "--speeds", "0.95:1.1:0.05", *QUICK, "-o", directory]
-    tried = run(*words)
+    with Refusing():
+        tried = run(*words)
     assert tried.exit_code == 1, tried.stderr
     assert tried.stdout.splitlines()[:2] == [
         "made anew: gaits/speed=0.95.npz (file missing)",
@@ -153,8 +211,8 @@ def test_only_what_was_made_anew_is_told_as_such(swept, tmp_path, monkeypatch):
 
 
 def test_an_interrupted_library_lists_what_is_to_come(robot, tmp_path):
-    with pytest.raises(KeyboardInterrupt):
-        sweep(robot, quick_task(), [SPEEDS], tmp_path / "l", LESS, crew=Counting(most=2))
+    with Counting(most=2), pytest.raises(KeyboardInterrupt):
+        sweep(robot, quick_task(), [SPEEDS], tmp_path / "l", LESS)
     shown = run("library", tmp_path / "l", "--columns", "status,cost")
     assert shown.exit_code == 0, shown.stderr
     assert shown.stdout.count("not computed") == 5
@@ -177,11 +235,12 @@ def test_a_library_made_in_python_goes_on(robot, swept):
 )
 def test_workers_are_no_more_than_there_is_use_for(monkeypatch, wanted, points, got):
     pytest.importorskip("distributed", reason="the extra 'cluster' is not installed")
-    monkeypatch.setattr(crew_module, "processors", lambda: 2)
+    monkeypatch.setattr(sweep_module, "processors", lambda: 2)
     axes = [Axis("speed", tuple(0.5 + 1e-5 * i for i in range(points)))]
     errors = Console(file=io.StringIO())
-    crew = crew_module.make_crew({"workers": wanted}, axes, errors, quiet=False)
-    crew._on_start()
+    monkeypatch.setattr(executor, "_local_cluster", lambda workers: (workers, None))
+    made = sweep_module.make_executor({"workers": wanted}, axes, errors, quiet=False)
+    assert made.client() == got
     said = errors.file.getvalue()
     assert said.startswith(f"starting workers: {got}")
     assert (f"not {wanted}" in said) is (wanted != got)

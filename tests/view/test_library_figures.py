@@ -2,10 +2,9 @@ import numpy as np
 import pytest
 
 from gaitopt.errors import InputError
-from gaitopt.sweep.grid import _MARGINS, _TASK
 from gaitopt.view.branches import branch_cuts
 from gaitopt.view.figure_style import styled
-from gaitopt.view.library_figures import _UNITS, _figure, write_library_figure
+from gaitopt.view.library_figures import _figure, write_library_figure
 
 SPEEDS = (0.8, 0.9, 1.0, 1.1, 1.2)
 KNEE = (23.8, 22.3, 20.1, 88.1, 88.4)  # between 1.0 and 1.1 m/s the knee begins to bear load
@@ -33,7 +32,7 @@ def test_only_a_jump_that_stands_out_parts_two_families():
 
 
 def test_lines_are_interrupted_where_the_optima_change():
-    left, right = _figure(library(), ["speed", "friction"]).axes
+    left, right = _figure({"": library()}, ["speed", "friction"]).axes
     assert [n.get_label() for n in left.lines] == ["friction 0.6", "friction 0.7"]
     for line in (*left.lines, *right.lines):
         assert np.flatnonzero(np.isnan(line.get_xdata())).tolist() == [3]
@@ -42,20 +41,19 @@ def test_lines_are_interrupted_where_the_optima_change():
 
 
 def test_the_panels_tell_units_and_whose_motors_they_show():
-    figure = _figure(library(), ["speed", "friction"])
+    figure = _figure({"": library()}, ["speed", "friction"])
     left, right = figure.axes
     assert (left.get_xlabel(), left.get_ylabel()) == ("speed [m/s]", "cost [N²·m·s]")
     assert right.get_title(loc="left") == "Motors of a leg, friction 0.7"
     assert figure.get_supxlabel().startswith("a gap in the lines")
-    alone = _figure(library()[::2][:3], ["speed"])
+    alone = _figure({"": library()[::2][:3]}, ["speed"])
     assert alone.axes[1].get_title(loc="left") == "Motors of a leg"
     assert alone.get_supxlabel() == ""
-    assert set(_UNITS) >= {*_TASK, *_MARGINS}
 
 
 def test_the_legends_stand_beside_their_panels():
     with styled():
-        figure = _figure(library(), ["speed", "friction"])
+        figure = _figure({"": library()}, ["speed", "friction"])
         figure.draw_without_rendering()
         left, right = figure.axes
         for panel in (left, right):
@@ -67,8 +65,22 @@ def test_the_legends_stand_beside_their_panels():
 
 def test_what_cannot_be_drawn_is_refused(tmp_path):
     with pytest.raises(InputError, match="no gait to draw"):
-        write_library_figure([{"speed": 1.0, "cost": None}], ["speed"], tmp_path / "a.png")
+        write_library_figure({"": [{"speed": 1.0, "cost": None}]}, ["speed"], tmp_path / "a.png")
     with pytest.raises(InputError, match="ends in"):
-        write_library_figure(library(), ["speed"], tmp_path / "a.gif")
-    drawn = write_library_figure(library(), ["speed", "friction"], tmp_path / "a.svg")
+        write_library_figure({"": library()}, ["speed"], tmp_path / "a.gif")
+    drawn = write_library_figure({"": library()}, ["speed", "friction"], tmp_path / "a.svg")
     assert b"friction 0.7" in drawn.read_bytes()
+
+
+def test_two_libraries_are_told_apart_by_dashes_and_names():
+    light = [{**row, "peak_torque.knee": 20.0} for row in library()]
+    left, right = _figure({"heavy": library(), "light": light}, ["speed", "friction"]).axes
+    assert [n.get_label() for n in left.lines][::2] == [
+        "heavy, friction 0.6",
+        "light, friction 0.6",
+    ]
+    assert [n.get_linestyle() for n in left.lines] == ["-", "-", "--", "--"]
+    assert right.get_title(loc="left") == "Motors of a leg, friction 0.7; dashed: light"
+    knees = [line for line in right.lines if line.get_color() == right.lines[0].get_color()]
+    assert [line.get_linestyle() for line in knees] == ["-", "--"]
+    assert [text.get_text() for text in right.get_legend().get_texts()] == ["knee", "hip pitch"]

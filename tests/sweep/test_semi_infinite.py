@@ -10,8 +10,8 @@ from gaitopt.design.certificate import certify, on_fine_grid
 from gaitopt.design.refinement import violated_instants
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.solvers import SQP
-from gaitopt.sweep import semi_infinite as between_samples
-from gaitopt.sweep.semi_infinite import keep
+from gaitopt.sweep import semi_infinite
+from gaitopt.sweep.semi_infinite import solve_between_samples
 from gaitopt.tolerances import LIMITS
 
 SOLVER = SQP()
@@ -28,7 +28,7 @@ def begun(sampled_design):
 @pytest.fixture(scope="module")
 def kept(begun):
     problem, solution, active, fine = begun
-    return keep(problem, solution.x, active, SOLVER, fine)
+    return solve_between_samples(problem, solution.x, active, SOLVER, fine)
 
 
 def test_no_limit_is_exceeded_between_the_samples(begun, kept):
@@ -44,37 +44,41 @@ def test_it_is_the_optimum_that_refinement_finds(kept, refined_design):
 
 def test_without_a_fine_grid_the_samples_suffice(begun):
     problem, solution, active, _ = begun
-    alone = keep(problem, solution.x, active, SOLVER, None)
+    alone = solve_between_samples(problem, solution.x, active, SOLVER, None)
     assert alone.solution.cost == pytest.approx(solution.cost, rel=1e-8)
     assert alone.problem.grid.count == problem.task.samples
 
 
 def test_a_round_that_is_good_enough_is_the_last(begun, kept):
     problem, solution, active, fine = begun
-    first = keep(problem, solution.x, active, SOLVER, fine, enough=1.0)
-    assert first.journey == first.solution.iterations > 0
+    first = solve_between_samples(problem, solution.x, active, SOLVER, fine, enough=1.0)
+    assert first.first_iterations == first.solution.iterations > 0
     assert solution.cost < first.solution.cost < kept.solution.cost
     assert first.solution.cost == pytest.approx(kept.solution.cost, rel=1e-3)
-    assert kept.journey == first.journey < kept.solution.iterations
+    assert kept.first_iterations == first.first_iterations < kept.solution.iterations
 
 
 def test_a_walk_that_costs_too_much_is_not_wanted(begun, kept):
     problem, solution, active, fine = begun
     between = 0.5 * (solution.cost + kept.solution.cost)
-    assert keep(problem, solution.x, active, SOLVER, fine, below=between) is None
-    assert keep(problem, solution.x, active, SOLVER, fine, below=1.001 * kept.solution.cost)
+    assert (
+        solve_between_samples(problem, solution.x, active, SOLVER, fine, cost_limit=between) is None
+    )
+    assert solve_between_samples(
+        problem, solution.x, active, SOLVER, fine, cost_limit=1.001 * kept.solution.cost
+    )
 
 
 def test_a_walk_that_still_exceeds_a_limit_in_the_last_round_is_none(begun, monkeypatch):
     problem, solution, active, fine = begun
-    for module in (exchange, between_samples):
+    for module in (exchange, semi_infinite):
         monkeypatch.setattr(module, "MAX_ROUNDS", 1)
-    assert keep(problem, solution.x, active, SOLVER, fine) is None
-    assert keep(problem, solution.x, active, SOLVER, fine, enough=1.0) is not None
+    assert solve_between_samples(problem, solution.x, active, SOLVER, fine) is None
+    assert solve_between_samples(problem, solution.x, active, SOLVER, fine, enough=1.0) is not None
 
 
 def test_no_walk_is_told(begun):
     problem, solution, active, _ = begun
     task = replace(problem.task, margins=replace(problem.task.margins, torque_limit=20.0))
     weak = WalkProblem(problem.robot, task)
-    assert keep(weak, solution.x, active, SOLVER, on_fine_grid(weak)) is None
+    assert solve_between_samples(weak, solution.x, active, SOLVER, on_fine_grid(weak)) is None

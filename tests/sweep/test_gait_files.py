@@ -9,6 +9,7 @@ from sweeps import QUICK, SPEEDS, Counting, forget_digests, quick_task
 
 from gaitopt.errors import GaitFileError, InputError
 from gaitopt.gait.gait_file import load_gait, save_gait
+from gaitopt.sweep.database import digest
 from gaitopt.sweep.executor import FINISH
 from gaitopt.sweep.library import (
     ALTERED,
@@ -17,8 +18,7 @@ from gaitopt.sweep.library import (
     MISSING,
     UNVOUCHED,
     Writer,
-    digest,
-    fault,
+    file_fault,
     open_library,
 )
 from gaitopt.sweep.scheduler import sweep
@@ -38,6 +38,11 @@ def broken(swept, tmp_path):
     return directory
 
 
+def told(library):
+    """Return what was wrong with gaits when the last sweep began."""
+    return {point: state.fault for point, state in sorted(library.states.items()) if state.fault}
+
+
 def alter(file):
     """Make of a gait file another that loads, of the same point."""
     gait = load_gait(file)
@@ -53,12 +58,12 @@ def test_unusable_files_are_told_and_only_they_are_made_anew(robot, swept, broke
     assert told[:3] == [MISSING, DAMAGED, MISFILED]
     assert told[3] in ((CERTIFIED, NOT_CERTIFIED) if vouched else (UNVOUCHED,))
     assert not any(row["certified"] for row in library.rows[: 3 if vouched else 4])
-    crew = Counting()
-    whole = sweep(robot, quick_task(), [SPEEDS], broken, QUICK, crew=crew)
+    with Counting() as jobs:
+        whole = sweep(robot, quick_task(), [SPEEDS], broken, QUICK)
     anew = range(3 if vouched else 4)
-    assert [(job.kind, job.point) for job in crew.done] == [(FINISH, (i,)) for i in anew]
+    assert [(job.kind, job.point) for job in jobs.done] == [(FINISH, (i,)) for i in anew]
     assert whole.faults == {}
-    for point in swept.points.order:
+    for point in swept.grid.order:
         np.testing.assert_array_equal(whole.gait(point).q, swept.gait(point).q)
     assert [row["status"] for row in whole.rows] == [row["status"] for row in swept.rows]
 
@@ -74,10 +79,11 @@ def test_a_gait_of_another_point_is_not_given_out(broken):
 
 def test_a_file_that_is_not_what_was_written_is_faulty(swept):
     file = swept.directory / "gaits" / "speed=1.npz"
-    assert fault(file, {"speed": 1.0}, "another digest") == ALTERED
-    assert fault(file, {"speed": 1.0}, "") == UNVOUCHED
-    assert fault(file, {"speed": 1.1}, "another digest") == MISFILED
-    assert fault(file, {"speed": 1.1}, digest(file)) is None  # as it was written: not looked into
+    assert file_fault(file, {"speed": 1.0}, "another digest") == ALTERED
+    assert file_fault(file, {"speed": 1.0}, "") == UNVOUCHED
+    assert file_fault(file, {"speed": 1.1}, "another digest") == MISFILED
+    written = digest(file.read_bytes())
+    assert file_fault(file, {"speed": 1.1}, written) == ""  # not looked into
 
 
 def test_an_altered_gait_is_told_not_given_out_and_made_anew(robot, swept, tmp_path):
@@ -90,11 +96,11 @@ def test_an_altered_gait_is_told_not_given_out_and_made_anew(robot, swept, tmp_p
         GaitFileError, match=r"speed=1\.npz' was altered since .*; give the command"
     ):
         library.gait((1,))
-    crew = Counting()
-    whole = sweep(robot, quick_task(), [SPEEDS], directory, QUICK, crew=crew)
-    assert [(job.kind, job.point) for job in crew.done] == [(FINISH, (1,))]
+    with Counting() as jobs:
+        whole = sweep(robot, quick_task(), [SPEEDS], directory, QUICK)
+    assert [(job.kind, job.point) for job in jobs.done] == [(FINISH, (1,))]
     assert whole.faults == {}
-    assert whole.state.faulty == {(1,): ALTERED}
+    assert told(whole) == {(1,): ALTERED}
     np.testing.assert_array_equal(whole.gait((1,)).q, swept.gait((1,)).q)
 
 
@@ -103,31 +109,31 @@ def test_gaits_that_the_journal_does_not_vouch_for_do_not_count(robot, swept, tm
     directory = shutil.copytree(swept.directory, tmp_path / "lib")
     forget_digests(directory)
     library = open_library(directory)
-    assert library.faults == dict.fromkeys(swept.points.order, UNVOUCHED)
+    assert library.faults == dict.fromkeys(swept.grid.order, UNVOUCHED)
     assert not any(row["certified"] for row in library.rows)
     with pytest.raises(
         GaitFileError, match=r"does not vouch for '.*speed=1\.npz': no digest; give"
     ):
         library.gait((1,))
-    with Writer(directory, swept.points) as writer:
-        assert writer.state.rows == {}
-        assert writer.state.footings.keys() == swept.state.footings.keys()  # the walks are known
-    crew = Counting()
-    whole = sweep(robot, quick_task(), [SPEEDS], directory, QUICK, crew=crew)
-    assert {job.kind for job in crew.done} == {FINISH}
+    with Writer(directory, swept.grid, swept.record) as writer:
+        assert not any(map(writer.has_gait, writer.states))
+        assert all(state.walk is not None for state in writer.states.values())
+    with Counting() as jobs:
+        whole = sweep(robot, quick_task(), [SPEEDS], directory, QUICK)
+    assert {job.kind for job in jobs.done} == {FINISH}
     assert whole.faults == {}
 
 
 def test_faults_are_of_the_last_sweep_only(swept, broken):
     wrong = {(0,): MISSING, (1,): DAMAGED, (2,): MISFILED}
-    with Writer(broken, swept.points) as writer:
-        assert writer.state.faulty == wrong
-    assert open_library(broken).state.faulty == wrong
+    with Writer(broken, swept.grid, swept.record) as writer:
+        assert told(writer) == wrong
+    assert told(open_library(broken)) == wrong
     for name in NAMES[:3]:
         shutil.copy(swept.directory / "gaits" / f"{name}.npz", broken / "gaits")
-    with Writer(broken, swept.points) as writer:
-        assert len(writer.state.rows) == 4
-    assert open_library(broken).state.faulty == {}
+    with Writer(broken, swept.grid, swept.record) as writer:
+        assert all(map(writer.has_gait, writer.states))
+    assert told(open_library(broken)) == {}
 
 
 def test_a_library_that_cannot_be_begun_is_not_left_locked(swept, tmp_path):
@@ -135,7 +141,7 @@ def test_a_library_that_cannot_be_begun_is_not_left_locked(swept, tmp_path):
     shutil.rmtree(directory / "gaits")
     (directory / "gaits").write_text("x")
     with pytest.raises(InputError, match=r"cannot make .*gaits"):
-        Writer(directory, swept.points)
+        Writer(directory, swept.grid, swept.record)
     (directory / "gaits").unlink()
-    with Writer(directory, swept.points) as writer:
-        assert list(writer.state.faulty.values()) == 4 * [MISSING]
+    with Writer(directory, swept.grid, swept.record) as writer:
+        assert list(told(writer).values()) == 4 * [MISSING]

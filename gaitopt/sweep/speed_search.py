@@ -10,11 +10,10 @@ from gaitopt.design.certificate import WorstRow
 from gaitopt.design.design import Design, design
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.starts import many_starts
-from gaitopt.errors import InputError, NoGaitFoundError, UnreachableError
+from gaitopt.errors import InputError, NoGaitFoundError, StoppedError, UnreachableError
 from gaitopt.gait.task import Task
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import Status, Stop, never
-from gaitopt.sweep.semi_infinite import stop_if_interrupted
 
 LEAPS = (0.05, 0.1)  # of the speed reached, tried once more in the end
 FIRST_STRIDE = 0.2  # of the speed reached, by which the next try is faster
@@ -99,7 +98,7 @@ def fastest(
         tell(speed, search.best)
         if not interrupted:
             search.go_on(resolution)
-    except KeyboardInterrupt:
+    except StoppedError:
         interrupted = True
     return Fastest(search.best, search.refused, binding(search.best), interrupted)
 
@@ -175,10 +174,11 @@ def _from_starts(robot: Robot, task: Task, options: DesignOptions, stop: Stop) -
     quick = replace(options, solver=options.solver.limited(PATIENCE), diagnose=False)
     try:
         found = many_starts(robot, task, quick, stop=stop).design
-    except (NoGaitFoundError, UnreachableError) as error:
-        stop_if_interrupted(getattr(error, "solution", None))
+    except StoppedError:
+        raise
+    except (NoGaitFoundError, UnreachableError):
         return None
-    stop_if_interrupted(found.solution)
+    _require_not_stopped(found)
     return found if found.certificate.certified or not quick.refine else None
 
 
@@ -188,16 +188,22 @@ def _try(
     """Design from a slower gait, then cold; a gait that is not certified does not count.
 
     Raises:
-        KeyboardInterrupt: the search was stopped, which is no answer about this speed.
+        StoppedError: `stop` said so, which is no answer about this speed.
     """
     cold = replace(options, solver=options.solver.limited(PATIENCE), diagnose=False)
     for quick, start in ((replace(cold, approach="direct"), best.solution.x), (cold, None)):
         try:
             found = design(robot, task, quick, start=start, stop=stop)
-        except (NoGaitFoundError, UnreachableError) as error:
-            stop_if_interrupted(getattr(error, "solution", None))
+        except StoppedError:
+            raise
+        except (NoGaitFoundError, UnreachableError):
             continue
-        stop_if_interrupted(found.solution)
+        _require_not_stopped(found)
         if found.certificate.certified or not quick.refine:
             return found
     return None
+
+
+def _require_not_stopped(found: Design) -> None:
+    if found.solution.status is Status.INTERRUPTED:
+        raise StoppedError(found.solution)

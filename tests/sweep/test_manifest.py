@@ -5,7 +5,7 @@ import pytest
 from gaitopt.sweep.manifest import difference
 
 RECORD = {
-    "format": 2,
+    "format": 3,
     "axes": {"speed": [0.9, 1.0]},
     "seeds": [[0], [1]],
     "first task": {"speed": 0.9, "margins": {"friction": 0.7}, "geometry": {"pelvis_yaw": 1.0}},
@@ -70,3 +70,12 @@ def test_a_robot_is_the_same_with_and_without_its_specification_unless_that_is_s
     swept, shins = changed("axes", to=axes), changed("robot", "spec", "geometry", "d3", to=0.29)
     assert "another robot" in difference(swept, {**other, "axes": axes})
     assert "geometry d3 is 0.3, asked for is 0.29" in difference(swept, {**shins, "axes": axes})
+
+
+def test_of_a_library_of_version_0_1_only_options_count_that_both_have():
+    older = changed("options", "solver options", to={"travel": {"tolerance": 1e-6, "gone": 1}})
+    asked = changed("options", "solver options", to={"travel": {"tolerance": 1e-6, "new": 2}})
+    assert "solver option" in difference(older, asked)
+    assert difference({**older, "format": 2}, asked) is None
+    asked["options"]["solver options"]["travel"]["tolerance"] = 1e-5
+    assert "tolerance is 1e-06, asked for is 1e-05" in difference({**older, "format": 2}, asked)

@@ -9,7 +9,7 @@ from gaitopt.gait.task import preset_task
 from gaitopt.nlp import Status
 from gaitopt.solvers.solver import Solver
 from gaitopt.solvers.sqp import SQP
-from gaitopt.sweep.fastest import fastest
+from gaitopt.sweep.speed_search import fastest
 
 FAST = DesignOptions(refine=False, diagnose=False)
 

@@ -7,7 +7,7 @@ from gaitopt.design.audit import audit
 from gaitopt.design.options import DesignOptions
 from gaitopt.errors import GaitFileError, InputError
 from gaitopt.solvers import solver_by_name
-from gaitopt.sweep.interpolate import interpolate, stored_point
+from gaitopt.sweep.interpolation import interpolate, stored_point
 from gaitopt.sweep.library import open_library
 
 

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from gaitopt.design.certificate import WorstRow, on_fine_grid, worst_between
 from gaitopt.design.design import Design, design
 from gaitopt.design.options import DesignOptions
-from gaitopt.design.process import small_matrices
 from gaitopt.errors import EvaluationError, InputError
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.task_record import task_from_record
@@ -16,10 +15,10 @@ from gaitopt.nlp import Array
 from gaitopt.sweep.grid import Index
 from gaitopt.sweep.library import Library
 from gaitopt.sweep.manifest import robot_of
-from gaitopt.sweep.scenario import Setting, between
+from gaitopt.sweep.scenario import Scenario, interpolated
 from gaitopt.sweep.scheduler import robot_at
 from gaitopt.sweep.semi_infinite import finish
-from gaitopt.sweep.warm_start import Footing
+from gaitopt.sweep.warm_start import WarmStart
 from gaitopt.tolerances import LIMITS
 
 
@@ -78,26 +77,25 @@ def interpolate(
     """
     options = options or DesignOptions()
     corners = _corners(library, values)
-    setting, x = _mixed(library, corners, values)
-    with small_matrices():
-        plain = _worst(setting, x)
-        near = min(corners, key=lambda point: _distance(library, point, values))
-        known = library.state.footings.get(near)
-        active = () if known is None else known.active
-        footing = Footing(x, 0.0, active, (), 0, 0, 0, 0.0, "interpolation")
-        found = finish(setting, footing, options)
+    scenario, x = _mixed(library, corners, values)
+    plain = _worst(scenario, x)
+    near = min(corners, key=lambda point: _distance(library, point, values))
+    known = library.states[near].walk
+    active = () if known is None else known.active
+    walk = WarmStart(x, 0.0, active, (), 0, 0, 0, 0.0, "interpolation")
+    found = finish(scenario, walk, options)
     if found is None:
-        found = design(setting.robot.build(), setting.task, options, start=x)
-    return Between(found, plain, tuple(map(library.points.name, corners)))
+        found = design(scenario.robot.build(), scenario.task, options, start=x)
+    return Between(found, plain, tuple(map(library.grid.name, corners)))
 
 
 def _corners(library: Library, values: Mapping[str, float]) -> list[Index]:
     """Return the points of the cell around a place, less those that do not matter."""
-    names = [axis.name for axis in library.points.axes]
+    names = [axis.name for axis in library.grid.axes]
     if set(values) != set(names):
         raise InputError(f"give a value of each of {', '.join(names)}, and of nothing else")
     corners: list[Index] = [()]
-    for axis in library.points.axes:
+    for axis in library.grid.axes:
         value, grid = values[axis.name], axis.values
         if not grid[0] <= value <= grid[-1]:
             raise InputError(
@@ -112,17 +110,17 @@ def _corners(library: Library, values: Mapping[str, float]) -> list[Index]:
 
 def _mixed(
     library: Library, corners: list[Index], values: Mapping[str, float]
-) -> tuple[Setting, Array]:
+) -> tuple[Scenario, Array]:
     """Interpolate linearly along one quantity after another."""
-    robot = robot_of(library.record)
-    mixed: dict[Index, tuple[Setting, Array]] = {}
+    robot = robot_of(library.directory, library.record)
+    mixed: dict[Index, tuple[Scenario, Array]] = {}
     for corner in corners:
         gait = library.gait(corner)
         task = task_from_record(gait.fact("task"))
-        place = Setting(robot_at(robot, library.points, corner), task)
+        place = Scenario(robot_at(robot, library.grid, corner), task)
         mixed[corner] = place, gait.parameters
-    for axis in library.points.axes:
-        rest: dict[Index, list[tuple[int, tuple[Setting, Array]]]] = {}
+    for axis in library.grid.axes:
+        rest: dict[Index, list[tuple[int, tuple[Scenario, Array]]]] = {}
         for corner, entry in mixed.items():
             rest.setdefault(corner[1:], []).append((corner[0], entry))
         mixed = {key: _along(axis.values, pair, values[axis.name]) for key, pair in rest.items()}
@@ -130,20 +128,20 @@ def _mixed(
 
 
 def _along(
-    grid: tuple[float, ...], pair: list[tuple[int, tuple[Setting, Array]]], value: float
-) -> tuple[Setting, Array]:
+    grid: tuple[float, ...], pair: list[tuple[int, tuple[Scenario, Array]]], value: float
+) -> tuple[Scenario, Array]:
     (i, (first, x)), (j, (last, y)) = pair[0], pair[-1]
     share = 0.0 if i == j else (value - grid[i]) / (grid[j] - grid[i])
-    return between(first, last, share), x + share * (y - x)
+    return interpolated(first, last, share), x + share * (y - x)
 
 
 def _distance(library: Library, point: Index, values: Mapping[str, float]) -> float:
-    here = library.points.values(point)
+    here = library.grid.values(point)
     return sum(abs(here[name] - value) / (abs(value) or 1.0) for name, value in values.items())
 
 
-def _worst(setting: Setting, x: Array) -> WorstRow | None:
-    problem = WalkProblem(setting.robot.build(), setting.task)
+def _worst(scenario: Scenario, x: Array) -> WorstRow | None:
+    problem = WalkProblem(scenario.robot.build(), scenario.task)
     try:
         rows = worst_between(on_fine_grid(problem), x)
     except EvaluationError:
