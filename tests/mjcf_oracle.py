@@ -151,6 +151,24 @@ class Mapping:
         return self.d.xmat[self.base].reshape(3, 3)
 
 
+def far_arms(m: mujoco.MjModel, d: mujoco.MjData) -> np.ndarray:
+    """Arms of the bodies' weights about the points about which MuJoCo takes moments.
+
+    These are the centres of mass of all below a body of the world. If one is far away, moments are
+    large and nearly cancel: their rounding is MuJoCo's (`test_far_masses_round_in_mujoco`).
+    """
+    return np.linalg.norm(d.xipos - d.subtree_com[m.body_rootid], axis=1)
+
+
+def mass_matrix(m: mujoco.MjModel, d: mujoco.MjData) -> np.ndarray:
+    M = np.zeros((m.nv, m.nv))
+    try:
+        mujoco.mj_fullM(m, d, M)
+    except TypeError:  # before version 4
+        mujoco.mj_fullM(m, M, d.qM)
+    return M
+
+
 def _turn(rng) -> np.ndarray:
     quat = rng.normal(size=4)
     return quat / np.linalg.norm(quat)
@@ -167,11 +185,7 @@ def _motion(mapping: Mapping, model: pin.Model, rng, result: Comparison) -> None
         place = data.oMf[model.getFrameId(name, pin.FrameType.BODY)]
         result.add("placement", place.translation, d.xpos[body])
         result.add("placement", place.rotation, d.xmat[body].reshape(3, 3))
-    M = np.zeros((m.nv, m.nv))
-    try:
-        mujoco.mj_fullM(m, d, M)
-    except TypeError:  # before version 4
-        mujoco.mj_fullM(m, M, d.qM)
+    M = mass_matrix(m, d)
     weighed = model.copy()
     gravity = np.zeros(3) if m.opt.disableflags & mujoco.mjtDisableBit.mjDSBL_GRAVITY else None
     weighed.gravity.linear = m.opt.gravity.copy() if gravity is None else gravity
@@ -185,9 +199,11 @@ def _motion(mapping: Mapping, model: pin.Model, rng, result: Comparison) -> None
         rows, dofs = [*range(6), *rows], [*range(first, first + 6), *dofs]
         M[first : first + 6, first : first + 6] -= np.diag(m.dof_armature[first : first + 6])
     found = turned.T @ pin.crba(model, data, q) @ turned
-    result.add("mass matrix", found[np.ix_(rows, rows)], M[np.ix_(dofs, dofs)])
+    moments = max(1.0, float((m.body_mass * far_arms(m, d) ** 2).max()))
+    result.add("mass matrix", found[np.ix_(rows, rows)], M[np.ix_(dofs, dofs)], moments)
     bias = turned.T @ pin.rnea(weighed, weighed.createData(), q, v, a)
-    result.add("bias", bias[rows], d.qfrc_bias[dofs])
+    rates = max(1.0, float(v @ v))
+    result.add("bias", bias[rows], d.qfrc_bias[dofs], moments * rates)
 
 
 def _passive(mapping: Mapping, source: Source, rng, result: Comparison) -> None:
@@ -224,11 +240,8 @@ def _passive(mapping: Mapping, source: Source, rng, result: Comparison) -> None:
         arm = data.oMf[frame].rotation @ np.array(mass.centre)
         force = -mass.mass * gravity
         lifted += J.T @ np.r_[force, np.cross(arm, force)]
-    # MuJoCo takes moments about the centre of mass of all below a body of the world. If that is
-    # far away, these are large and nearly cancel: their rounding is MuJoCo's.
-    arms = np.linalg.norm(d.xipos - d.subtree_com[m.body_rootid], axis=1)
     weights = m.body_mass * np.abs(m.body_gravcomp) * np.linalg.norm(m.opt.gravity)
-    terms = max(1.0, float((arms * weights).max()))
+    terms = max(1.0, float((far_arms(m, d) * weights).max()))
     expected = _carried_from_outside(m, d)[mapping.dofs]
     result.add("gravity compensation", lifted[mapping.rows], expected, terms)
 

@@ -10,7 +10,7 @@ import pytest
 from mesh_files import write_stl
 from mjcf_edits import added, at, edited, together
 from mjcf_generator import write_random_mjcf
-from mjcf_oracle import compare, silently_compiled
+from mjcf_oracle import Mapping, compare, mass_matrix, silently_compiled
 
 from gaitopt.errors import RobotError
 from gaitopt.importers.source import read_source
@@ -171,6 +171,27 @@ def test_bodies_beyond_all_places_are_refused():
     far = text().replace("<joint ", '<joint pos="0 2e11 0" ', 1)
     with pytest.raises(RobotError, match=r"joint '\w+': its anchor is 1e\+10 m away or more"):
         read_source(far)
+
+
+def test_far_masses_round_in_mujoco(tmp_path):
+    """The mass of a held root turns nothing, wherever it is; MuJoCo's mass matrix feels it."""
+    held = re.sub(r"<freejoint[^>]*/>", "", text())
+    far = re.sub(r'<inertial pos="[^"]*"', '<inertial pos="0.1 0.2 1e7"', held, count=1)
+    matrices, own = [], []
+    for made in (held, far):
+        path = tmp_path / "robot.xml"
+        path.write_text(made, encoding="utf-8")
+        mapping = Mapping(read_source(path), silently_compiled(path))
+        assert not mapping.free
+        q, _ = mapping.randomise(np.random.default_rng(0))
+        m, d, model = mapping.m, mapping.d, mapping.model
+        matrices.append(mass_matrix(m, d)[np.ix_(mapping.dofs, mapping.dofs)])
+        q[:7] = pin.neutral(model)[:7]
+        own.append(pin.crba(model, model.createData(), q)[np.ix_(mapping.rows, mapping.rows)])
+        agree(path)
+    assert np.abs(own[1] - own[0]).max() < 1e-12
+    assert np.abs(matrices[0] - own[0]).max() < 1e-12
+    assert np.abs(matrices[1] - own[0]).max() > 1e-6
 
 
 def test_passive_joints():
