@@ -3,8 +3,10 @@
 Every difference is relative: to the largest entry of MuJoCo's, or to 1 where that is smaller.
 """
 
+import contextlib
 import math
 import warnings
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -48,7 +50,8 @@ class Comparison:
 def compare(path: Path, seed: int = 0, postures: int = _POSTURES) -> Comparison:
     """Compare a file as gaitopt reads it with what MuJoCo makes of it."""
     source, model = read_source(path), silently_compiled(path)
-    result = compare_models(source, model, seed, postures)
+    with silent():
+        result = compare_models(source, model, seed, postures)
     again = read_source(source.text)
     assert again.compiled == source.compiled
     assert again.model() == source.model()
@@ -56,18 +59,25 @@ def compare(path: Path, seed: int = 0, postures: int = _POSTURES) -> Comparison:
     return result
 
 
-def silently_compiled(path: Path) -> mujoco.MjModel:
-    """Compile a file; MuJoCo's warnings would go to the screen and into a file."""
+@contextlib.contextmanager
+def silent() -> Iterator[None]:
+    """Keep MuJoCo's warnings off the screen and out of its log file."""
     before = mujoco.get_mju_user_warning()
     mujoco.set_mju_user_warning(lambda text: None)
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            spec = mujoco.MjSpec.from_file(str(path.resolve()))
-            spec.memory = -1  # else a file may ask for gigabytes, for each MjData
-            return spec.compile()
+            yield
     finally:
         mujoco.set_mju_user_warning(before)
+
+
+def silently_compiled(path: Path) -> mujoco.MjModel:
+    """Compile a file, without the memory that simulations of it ask for."""
+    with silent():
+        spec = mujoco.MjSpec.from_file(str(path.resolve()))
+        spec.memory = -1  # else a file may ask for gigabytes, for each MjData
+        return spec.compile()
 
 
 def compare_models(source: Source, m: mujoco.MjModel, seed: int, postures: int) -> Comparison:
