@@ -22,8 +22,8 @@ from gaitopt import biped13, urdf_text
 from gaitopt.catalogue.biped_spec import BipedSpec
 from gaitopt.errors import EvaluationError
 from gaitopt.gait.initial_guess import first_guess, perturbed
+from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.gait.task import preset_task
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import NLP, Array, Point, Progress, Solution, Values
 

@@ -9,7 +9,7 @@ from common import arguments, robot_of, save
 
 from gaitopt.design.design import design
 from gaitopt.errors import NoGaitFoundError, UnreachableError
-from gaitopt.gait.task import preset_task
+from gaitopt.gait.presets import preset_task
 
 TASKS: dict[str, dict[str, float]] = {
     "torque_limit 25 N·m": {"torque_limit": 25.0},

@@ -14,7 +14,7 @@ from gaitopt import biped13
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.process import small_matrices
 from gaitopt.design.starts import many_starts
-from gaitopt.gait.task import preset_task
+from gaitopt.gait.presets import preset_task
 from gaitopt.sweep.grid import Grid, parse_axis, with_values
 from gaitopt.sweep.scheduler import Scenarios, sweep
 

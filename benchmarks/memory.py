@@ -13,8 +13,8 @@ from threadpoolctl import threadpool_limits
 
 from gaitopt.design.design import design
 from gaitopt.design.process import small_matrices
+from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.gait.task import preset_task
 from gaitopt.nlp import Start
 from gaitopt.solvers.sqp import SQP
 

@@ -16,7 +16,7 @@ from tables import table
 from gaitopt.catalogue.entries import catalogue, description, entry_by_name
 from gaitopt.design.design import Design, design
 from gaitopt.design.process import small_matrices
-from gaitopt.gait.humanoid import humanoid_task
+from gaitopt.gait.presets import humanoid_task
 from gaitopt.mechanics import newton_euler as chain_loads
 from gaitopt.mechanics import single_support as passive
 from gaitopt.model.import_options import ImportOptions, LimitOverride

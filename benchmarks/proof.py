@@ -19,9 +19,9 @@ from gaitopt.design.options import DesignOptions
 from gaitopt.design.process import small_matrices
 from gaitopt.errors import GaitoptError
 from gaitopt.gait.grid import Grid
-from gaitopt.gait.humanoid import humanoid_task
+from gaitopt.gait.presets import humanoid_task, preset_task
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.gait.task import Task, preset_task
+from gaitopt.gait.task import Task
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array, violations
 

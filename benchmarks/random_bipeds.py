@@ -15,8 +15,8 @@ from gaitopt.design.design import design
 from gaitopt.design.diagnosis import diagnose
 from gaitopt.design.process import small_matrices
 from gaitopt.errors import GaitoptError, NoGaitFoundError
+from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.gait.task import preset_task
 
 LENGTHS, MASSES = 0.2, 0.3
 """Largest relative change, either way."""

@@ -14,11 +14,11 @@ from gaitopt.design.design import design, search
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.process import small_matrices
 from gaitopt.errors import GaitoptError
-from gaitopt.gait.humanoid import humanoid_task
 from gaitopt.gait.initial_guess import first_guess, perturbed
-from gaitopt.gait.parameters import GEOMETRY, set_quantities
+from gaitopt.gait.parameters import GEOMETRY, set_geometry
+from gaitopt.gait.presets import humanoid_task, preset_task
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.gait.task import Task, preset_task
+from gaitopt.gait.task import Task
 from gaitopt.model.feet.sole import Sole
 from gaitopt.model.robot import Robot
 from gaitopt.sweep.speed_search import fastest
@@ -134,7 +134,7 @@ def known(count: int) -> list[dict[str, Any]]:
 
 def bare_task(**changes: object) -> Task:
     """Return a task without trunk, width and clearance bounds, in the lifted form."""
-    table = set_quantities(GEOMETRY, {"pelvis_yaw": {"free": False}})
+    table = set_geometry(GEOMETRY, {"pelvis_yaw": {"free": False}})
     lifted: dict[str, object] = {"boundary": "lifted", "leg_extension": None, "geometry": table}
     return preset_task(**{**lifted, "impulse_cop": False, **changes})
 
@@ -148,7 +148,7 @@ def head_to_head(count: int) -> list[dict[str, Any]]:
         upright = dict.fromkeys(("trunk_roll", "trunk_pitch", "trunk_yaw"), ONE_DEGREE)
         task = bare_task(
             speed=0.375, duration=0.4, clearance=0.05, swing_tilt=0.01, cop_margin=0.0,
-            knee_flexion=0.05, geometry=set_quantities(GEOMETRY, width), **upright,
+            knee_flexion=0.05, geometry=set_geometry(GEOMETRY, width), **upright,
         )  # fmt: skip
         size = f"{sole.toe - sole.heel:.2f} m x {sole.left - sole.right:.2f} m"
         records.append({"sole": size, "starts": cold(robot, task, count)})

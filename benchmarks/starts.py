@@ -13,8 +13,8 @@ from gaitopt.design.pipeline import is_walk
 from gaitopt.design.process import small_matrices
 from gaitopt.design.starts import SECOND, StartJob
 from gaitopt.gait.initial_guess import first_guess
+from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.gait.task import preset_task
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import Start
 from gaitopt.solvers.sqp import SQP

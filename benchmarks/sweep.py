@@ -14,7 +14,7 @@ from gaitopt.design.design import design
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.process import tune_process
 from gaitopt.design.starts import many_starts
-from gaitopt.gait.task import preset_task
+from gaitopt.gait.presets import preset_task
 from gaitopt.model.robot import Robot
 from gaitopt.sweep.grid import parse_axis
 from gaitopt.sweep.scheduler import SweepProgress, sweep

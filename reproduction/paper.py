@@ -13,8 +13,9 @@ import numpy as np
 from gaitopt.catalogue.biped_spec import BipedSpec
 from gaitopt.catalogue.entries import biped_of, entry_by_name
 from gaitopt.catalogue.urdf_writer import urdf_text
+from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.gait.task import Task, preset_task
+from gaitopt.gait.task import Task
 from gaitopt.importers.text_files import parse_toml
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array

@@ -8,7 +8,8 @@ from reference_cases import ReferenceCase, biped, reference_case
 
 from gaitopt.design.design import Design, design
 from gaitopt.design.options import DesignOptions
-from gaitopt.gait.task import Task, preset_task
+from gaitopt.gait.presets import preset_task
+from gaitopt.gait.task import Task
 from gaitopt.model.robot import Robot
 from gaitopt.solvers import solver_by_name
 

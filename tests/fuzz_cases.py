@@ -485,7 +485,7 @@ def _try_robot(path: Path | str, choices, number: int, outcome: Outcome) -> None
 def _short_design(robot) -> None:
     from gaitopt import design_gait
     from gaitopt.design.options import DesignOptions
-    from gaitopt.gait.humanoid import humanoid_task
+    from gaitopt.gait.presets import humanoid_task
     from gaitopt.solvers import solver_by_name
 
     solver = replace(solver_by_name("sqp"), max_iterations=5)

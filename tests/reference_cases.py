@@ -12,8 +12,8 @@ import numpy as np
 
 from gaitopt.catalogue.biped_spec import biped13
 from gaitopt.catalogue.urdf_writer import urdf_text
+from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.gait.task import preset_task
 from gaitopt.model.robot import Robot
 
 FILE = Path(__file__).parent / "data" / "reference_biped13.npz"

@@ -10,8 +10,7 @@ import pinocchio as pin
 from gaitopt.catalogue.biped_spec import biped13
 from gaitopt.catalogue.urdf_writer import urdf_text
 from gaitopt.gait.result import Gait
-from gaitopt.gait.task import Task
-from gaitopt.gait.task_record import task_record
+from gaitopt.gait.task import Task, task_record
 
 REFERENCE = Path(__file__).parent / "data" / "reference_biped13.npz"
 CASE = "p43_v1.0_optimum"

@@ -12,7 +12,7 @@ import pytest
 import gaitopt
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.starts import many_starts
-from gaitopt.gait.task import preset_task
+from gaitopt.gait.presets import preset_task
 from gaitopt.solvers import SQP
 
 if sys.version_info >= (3, 11):

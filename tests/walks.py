@@ -9,9 +9,9 @@ from synthetic_bipeds import synthetic
 
 from gaitopt.gait.grid import uniform_grid
 from gaitopt.gait.initial_guess import first_guess, perturbed
-from gaitopt.gait.parameters import GEOMETRY, set_quantities
+from gaitopt.gait.parameters import GEOMETRY, set_geometry
+from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.gait.task import preset_task
 from gaitopt.model.robot import Robot
 
 FAMILIES = (
@@ -84,7 +84,7 @@ def _guess(seed: int, sigma: float = 0.1, robot: Robot | None = None, **changes:
 
 def _synthetic(name: str) -> Walk:
     """Everything there is, of a robot with other joints than two times six."""
-    geometry = set_quantities(GEOMETRY, _EVERYTHING_FREE)
+    geometry = set_geometry(GEOMETRY, _EVERYTHING_FREE)
     return _guess(
         6, sigma=0.05, robot=synthetic(name), geometry=geometry, boundary="lifted", speed=0.6,
         duration=0.5, **UPRIGHT,
@@ -92,7 +92,7 @@ def _synthetic(name: str) -> Walk:
 
 
 def _everything_free(**changes: object) -> Walk:
-    geometry = set_quantities(GEOMETRY, _EVERYTHING_FREE)
+    geometry = set_geometry(GEOMETRY, _EVERYTHING_FREE)
     return _guess(4, geometry=geometry, **changes)
 
 

@@ -33,7 +33,7 @@ from gaitopt.errors import InputError
 from gaitopt.gait.costs import COSTS, cost_by_name
 from gaitopt.gait.gait_file import load_gait
 from gaitopt.gait.initial_guess import first_guess, perturbed
-from gaitopt.gait.parameters import set_quantities
+from gaitopt.gait.parameters import set_geometry
 from gaitopt.gait.plugin import load_plugin
 from gaitopt.gait.presets import HUMANOID, PRESETS, preset_task
 from gaitopt.gait.problem import WalkProblem
@@ -311,7 +311,7 @@ def make_task(settings: Settings, robot: Robot) -> Task:
     own = () if plugin is None or plugin.cost is None else (plugin.cost,)
     of_cost = {n: settings[n] for n in schema["cost"] if n in settings and n != "cost"}
     cost = cost_by_name(settings.get("cost", (*own, *COSTS)[0].name), own, **of_cost)
-    geometry = set_quantities(preset_task(preset, robot).geometry, _geometry(settings))
+    geometry = set_geometry(preset_task(preset, robot).geometry, _geometry(settings))
     return preset_task(preset, robot, geometry=geometry, cost=cost, **changes)
 
 

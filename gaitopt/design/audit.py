@@ -20,7 +20,7 @@ from gaitopt.gait.plugin import Extension, extension_record
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.recorded_robot import robot_of
 from gaitopt.gait.result import Gait, array_names
-from gaitopt.gait.task_record import task_from_record, task_record
+from gaitopt.gait.task import task_from_record, task_record
 from gaitopt.model.import_options import choices_record
 from gaitopt.model.multibody import Multibody
 from gaitopt.nlp import Array, kkt_residual

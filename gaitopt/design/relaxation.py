@@ -25,10 +25,10 @@ from numpy.typing import NDArray
 
 from gaitopt.gait.constraint import declared_margins
 from gaitopt.gait.constraints import CONSTRAINTS
-from gaitopt.gait.humanoid import humanoid_task, widest
-from gaitopt.gait.parameters import FOOT_SPACING, set_quantities
+from gaitopt.gait.parameters import FOOT_SPACING, set_geometry
+from gaitopt.gait.presets import humanoid_task, preset_task, widest
 from gaitopt.gait.problem import WalkProblem, constraint_blocks
-from gaitopt.gait.task import Task, preset_task
+from gaitopt.gait.task import Task
 from gaitopt.model.import_options import LimitOverride
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import NLP, Array, Point, Rows, Values, Variables
@@ -381,7 +381,7 @@ class DurationKnob(Knob):
         """Return the walk that keeps its duration as near as it can to the one asked for."""
         low, high = sorted((self.before, self.bound))
         free: dict[str, float | bool] = {"lower": low, "upper": high, "free": True}
-        table = set_quantities(problem.task.geometry, {"duration": free})
+        table = set_geometry(problem.task.geometry, {"duration": free})
         task = replace(problem.task, geometry=table)
         walk = WalkProblem(problem.robot, task, problem.grid)
         pull = np.zeros(walk.layout.size)
@@ -423,7 +423,7 @@ class StepWidthKnob(Knob):
     def program(self, problem: WalkProblem, start: Array) -> RelaxedProgram:
         """Return the walk whose steps are as little wider than asked for as can be."""
         least = {"lower": self.before} if self.side > 0.0 else {"upper": -self.before}
-        table = set_quantities(problem.task.geometry, {"foot_spacing": {**least}})
+        table = set_geometry(problem.task.geometry, {"foot_spacing": {**least}})
         _, task = self.turned(problem.robot, replace(problem.task, geometry=table), self.bound)
         walk = WalkProblem(problem.robot, task, problem.grid)
         pull = np.zeros(walk.layout.size)

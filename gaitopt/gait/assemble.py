@@ -9,7 +9,7 @@ import numpy as np
 from gaitopt.gait import quantities
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.result import Gait
-from gaitopt.gait.task_record import task_record
+from gaitopt.gait.task import task_record
 from gaitopt.model.import_options import ImportOptions, choices_record
 from gaitopt.model.leg_capsules import capsule_rows
 from gaitopt.model.physics_report import physics_record

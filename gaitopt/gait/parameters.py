@@ -15,7 +15,7 @@ INFINITY = float("inf")
 
 
 @dataclass(frozen=True)
-class Quantity:
+class GeometricParameter:
     """One geometric parameter of the double support, or the duration of the step.
 
     Attributes:
@@ -37,16 +37,16 @@ class Quantity:
 
 
 GEOMETRY = (
-    Quantity("pelvis_height", "m", 0.1),  # p1 of section 4.2
-    Quantity("pelvis_lateral", "m", 0.1),  # p2
-    Quantity("pelvis_forward", "m", 0.1),  # p3
-    Quantity("trunk_pitch", "rad", 0.1),  # p4
-    Quantity("foot_spacing", "m", 0.1),  # p5
-    Quantity("step_length", "m", 0.1),  # p6
-    Quantity("pelvis_yaw", "rad", 0.1, lower=-0.2, upper=0.2),
-    Quantity("pelvis_roll", "rad", 0.1, lower=-0.2, upper=0.2, free=False),
-    Quantity("foot_yaw", "rad", 0.1, lower=-0.3, upper=0.3, free=False),
-    Quantity("duration", "s", 0.1, lower=0.05, upper=5.0, free=False, value=0.4),
+    GeometricParameter("pelvis_height", "m", 0.1),  # p1 of section 4.2
+    GeometricParameter("pelvis_lateral", "m", 0.1),  # p2
+    GeometricParameter("pelvis_forward", "m", 0.1),  # p3
+    GeometricParameter("trunk_pitch", "rad", 0.1),  # p4
+    GeometricParameter("foot_spacing", "m", 0.1),  # p5
+    GeometricParameter("step_length", "m", 0.1),  # p6
+    GeometricParameter("pelvis_yaw", "rad", 0.1, lower=-0.2, upper=0.2),
+    GeometricParameter("pelvis_roll", "rad", 0.1, lower=-0.2, upper=0.2, free=False),
+    GeometricParameter("foot_yaw", "rad", 0.1, lower=-0.3, upper=0.3, free=False),
+    GeometricParameter("duration", "s", 0.1, lower=0.05, upper=5.0, free=False, value=0.4),
 )
 """The nine geometric quantities of section 4.2 (six named there) and the step duration."""
 
@@ -72,7 +72,7 @@ class Layout:
 
     joint_names: tuple[str, ...]
     postures: int
-    geometry: tuple[Quantity, ...] = GEOMETRY
+    geometry: tuple[GeometricParameter, ...] = GEOMETRY
     lifted: bool = False
 
     @cached_property
@@ -169,15 +169,15 @@ class Layout:
         return scale
 
 
-def set_quantities(
-    table: tuple[Quantity, ...], changes: dict[str, dict[str, float | bool]]
-) -> tuple[Quantity, ...]:
+def set_geometry(
+    table: tuple[GeometricParameter, ...], changes: dict[str, dict[str, float | bool]]
+) -> tuple[GeometricParameter, ...]:
     """Return the table with some fields of some quantities changed.
 
     Raises:
         InputError: an unknown quantity, or bounds that leave no room.
     """
-    known = {f.name for f in fields(Quantity)} - {"name", "unit"}
+    known = {f.name for f in fields(GeometricParameter)} - {"name", "unit"}
     for name, change in changes.items():
         if name not in GEOMETRY_NAMES:
             raise InputError(
@@ -197,7 +197,7 @@ def set_quantities(
     return changed
 
 
-def _check_quantity(q: Quantity) -> None:
+def _check_quantity(q: GeometricParameter) -> None:
     if not q.lower < q.upper:
         raise InputError(
             f"{q.name}: lower bound {q.lower} {q.unit} is not below upper bound {q.upper} {q.unit}"

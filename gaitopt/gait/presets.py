@@ -1,21 +1,35 @@
-"""The named tasks, those that need no robot and the one that is sized by it."""
+"""Named tasks: for the thirteen-link biped, for the paper, and one that is sized by the robot.
+
+Without bounds on trunk and step width the least effort is a waddle that no motor controller would
+follow; a humanoid has them by default, and the gaps that keep its legs whole.
+"""
 
 from __future__ import annotations
 
+import math
+
+import numpy as np
+
 from gaitopt.errors import InputError
-from gaitopt.gait import task as bipeds
 from gaitopt.gait.constraints import Margins
-from gaitopt.gait.humanoid import TRUNK, humanoid_task
+from gaitopt.gait.parameters import GEOMETRY, set_geometry
 from gaitopt.gait.task import Task
 from gaitopt.importers.physics import is_generated
+from gaitopt.mechanics.forward_kinematics import turning_arm
 from gaitopt.model.robot import Robot
 
-HUMANOID = "humanoid"
-PRESETS = (*bipeds.PRESETS, HUMANOID)
+PRESETS = STANDARD, PAPER, HUMANOID = "standard", "paper", "humanoid"
+
+FROUDE = 0.05  # V² / (g h) of a stroll; people change to a run near 0.5 (Alexander, 1989)
+TRUNK = {"trunk_roll": 0.15, "trunk_pitch": 0.2, "trunk_yaw": 0.2}  # rad; people stay within
+KNEE_FLEXION = 0.1  # rad
+LEG_GAP = 0.01  # m
+WIDER = 0.03  # m by which the feet may stand farther apart than the hips
+LEAST_LOAD = 0.05  # of the weight
 _SIZED = (*TRUNK, "minimum_load", "torsional_friction", "step_width", "leg_gap")
 
 
-def preset_task(preset: str = "standard", robot: Robot | None = None, **changes: object) -> Task:
+def preset_task(preset: str = STANDARD, robot: Robot | None = None, **changes: object) -> Task:
     """Return a task of a named preset, with some fields changed.
 
     `standard`: for the thirteen-link biped, 43 parameters and every constraint. `paper`: the
@@ -26,21 +40,72 @@ def preset_task(preset: str = "standard", robot: Robot | None = None, **changes:
     Args:
         preset: its name.
         robot: the biped, which `humanoid` is sized by; the others do without.
-        changes: fields of `Task` and of `Margins`, as `speed=0.6` [m/s].
+        changes: fields of `Task`, and margins of it and of its own constraints, as `speed=0.6`
+            [m/s].
 
     Raises:
         InputError: unknown preset or field, a value out of range, or no robot for `humanoid`.
     """
     if preset not in PRESETS:
         raise InputError(f"preset '{preset}' is unknown; choose one of {', '.join(PRESETS)}")
-    if preset != HUMANOID:
-        return bipeds.preset_task(preset, **changes)
+    if preset == STANDARD:
+        return Task().with_changes(**changes)
+    if preset == PAPER:
+        geometry = set_geometry(GEOMETRY, {"pelvis_yaw": {"free": False}})
+        return Task(geometry=geometry, margins=Margins(impulse_cop=False)).with_changes(**changes)
     if not isinstance(robot, Robot):
         raise InputError(
             f"the preset '{HUMANOID}' is sized by the robot; give it, as in "
             f'preset_task("{HUMANOID}", robot, speed=0.6)'
         )
     return humanoid_task(robot, **changes)
+
+
+def humanoid_task(robot: Robot, **changes: object) -> Task:
+    """Return the default task of a robot, with some fields changed.
+
+    Speed and step duration follow from the leg length (dynamic similarity), the margins from
+    weight and sole; the double support is lifted.
+
+    Args:
+        robot: the biped.
+        changes: fields of `Task` and of `Margins`.
+
+    Raises:
+        InputError: an unknown field, or a value out of range.
+    """
+    speed = changes.get("speed") or stroll(robot)
+    defaults: dict[str, object] = {"boundary": "lifted", "leg_extension": None, "speed": speed}
+    if isinstance(speed, float | int) and speed > 0.0:
+        defaults["duration"] = round(robot.legs.natural_step(float(speed)) / float(speed), 2)
+    friction = changes.get("friction", Margins().friction)
+    if isinstance(friction, float | int):
+        sole = robot.sole
+        arm = turning_arm(sole.toe - sole.heel, sole.left - sole.right)
+        defaults["torsional_friction"] = round(float(friction) * arm, 4)
+    defaults |= {**TRUNK, "knee_flexion": KNEE_FLEXION, "leg_gap": LEG_GAP}
+    defaults["minimum_load"] = round(LEAST_LOAD * robot.weight, 1)
+    gap = changes.get("lateral_gap", Margins().lateral_gap)
+    if isinstance(gap, float | int):
+        defaults["step_width"] = widest(robot, gap)
+    return Task().with_changes(**{**defaults, **changes})
+
+
+def stroll(robot: Robot) -> float:
+    """Return the speed of an easy walk [m/s], to two digits: that of the Froude number 0.05."""
+    gravity = float(np.linalg.norm(robot.model.gravity.linear))
+    return round(math.sqrt(FROUDE * gravity * robot.legs.height), 2)
+
+
+def widest(robot: Robot, gap: float = Margins.lateral_gap) -> float:
+    """Return how far apart the lines of footsteps may be [m]: a little more than they must.
+
+    Args:
+        robot: the biped.
+        gap: that must be left between the soles [m].
+    """
+    soles = robot.sole.left - robot.sole.right + gap
+    return round(max(abs(robot.legs.spacing), soles) + WIDER, 3)
 
 
 def foreign_margins(robot: Robot, task: Task) -> str | None:

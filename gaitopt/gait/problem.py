@@ -14,9 +14,9 @@ from gaitopt.gait.grid import Grid, uniform_grid
 from gaitopt.gait.parameters import (
     FOOT_SPACING,
     STEP_LENGTH,
+    GeometricParameter,
     Layout,
-    Quantity,
-    set_quantities,
+    set_geometry,
 )
 from gaitopt.gait.step import Step, StepDerivatives
 from gaitopt.gait.step_hessian import StepWeights, step_hessian
@@ -198,20 +198,20 @@ def _checked(block: ConstraintBlock, robot: Robot) -> ConstraintBlock:
 
 def walk_layout(robot: Robot, task: Task) -> Layout:
     """Return the layout of x for a task: its step duration, and its step length as first guess."""
-    table = set_quantities(task.geometry, {"duration": {"value": task.duration}})
+    table = set_geometry(task.geometry, {"duration": {"value": task.duration}})
     if table[STEP_LENGTH].free:
-        table = set_quantities(table, {"step_length": {"value": task.step_length}})
+        table = set_geometry(table, {"step_length": {"value": task.step_length}})
     table = _within_step_width(table, robot, task.margins.step_width)
     return Layout(robot.joint_names, task.postures, table, task.boundary == "lifted")
 
 
 def _within_step_width(
-    table: tuple[Quantity, ...], robot: Robot, width: float | None
-) -> tuple[Quantity, ...]:
+    table: tuple[GeometricParameter, ...], robot: Robot, width: float | None
+) -> tuple[GeometricParameter, ...]:
     """Return the table with the foot spacing bounded on the side of the swing foot."""
     spacing = table[FOOT_SPACING]
     if width is None or not spacing.free:
         return table
     if robot.legs.side > 0.0:
-        return set_quantities(table, {"foot_spacing": {"upper": min(spacing.upper, width)}})
-    return set_quantities(table, {"foot_spacing": {"lower": max(spacing.lower, -width)}})
+        return set_geometry(table, {"foot_spacing": {"upper": min(spacing.upper, width)}})
+    return set_geometry(table, {"foot_spacing": {"lower": max(spacing.lower, -width)}})

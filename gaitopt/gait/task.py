@@ -1,9 +1,12 @@
-"""What is asked of the walk: speed, duration, margins, and how finely it is looked at."""
+"""What is asked of the walk: speed, duration, margins, cost, and how finely it is looked at.
+
+Also as plain data, for gait files and libraries, and back.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field, fields, replace
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict, dataclass, field, fields, replace
 from typing import Any
 
 from gaitopt.bounds import POSTURES, at_most, shown
@@ -16,9 +19,16 @@ from gaitopt.gait.parameters import (
     DURATION,
     FOOT_SPACING,
     GEOMETRY,
+    INFINITY,
     STEP_LENGTH,
-    Quantity,
-    set_quantities,
+    GeometricParameter,
+    set_geometry,
+)
+from gaitopt.gait.plugin import (
+    Extension,
+    constraint_from_record,
+    cost_from_record,
+    extension_record,
 )
 from gaitopt.settings import setting
 
@@ -71,7 +81,7 @@ class Task:
         ),
     )
     margins: Margins = field(default_factory=Margins)
-    geometry: tuple[Quantity, ...] = GEOMETRY
+    geometry: tuple[GeometricParameter, ...] = GEOMETRY
     cost: Cost = field(default_factory=TorqueCost)
     constraints: tuple[Constraint, ...] = ()
 
@@ -156,6 +166,23 @@ class Task:
         )
         return replace(self, margins=margins, constraints=tuple(constraints))
 
+    def with_changes(self, **changes: object) -> Task:
+        """Return the task with other values of some fields and margins, each by its name.
+
+        Raises:
+            InputError: there is none of that name, or a value is out of range.
+        """
+        names = [entry.name for entry in fields(self)]
+        own: dict[str, Any] = {name: value for name, value in changes.items() if name in names}
+        margins: dict[str, Any] = {n: value for n, value in changes.items() if n not in names}
+        task = replace(self, **own)
+        if unknown := set(margins) - set(task.declared):
+            raise InputError(
+                f"there is no task field {', '.join(sorted(unknown))}; there are "
+                f"{', '.join((*names, *task.declared))}"
+            )
+        return task.with_margins(margins)
+
 
 def _replaced(owner: Any, values: Mapping[str, float | bool | None]) -> Any:
     own = {name: values[name] for name in declared_margins(owner) if name in values}
@@ -201,32 +228,78 @@ def _check_postures(postures: int, samples: int) -> None:
     )
 
 
-PRESETS = ("standard", "paper")
+_PARAMETER_FIELDS = ("free", "value", "lower", "upper", "scale")
+_NO_BOUND = {"lower": -INFINITY, "upper": INFINITY}
 
 
-def preset_task(preset: str = "standard", **changes: object) -> Task:
-    """Return a task of a named preset, with some fields changed.
+def task_record(task: Task) -> dict[str, object]:
+    """Return a task as JSON-able data; an infinite bound is None, or left out by default.
 
-    `standard`: 43 parameters and every constraint. `paper`: the constraints of section 3.2 only,
-    the six geometric parameters of section 4.2, speed as the constraint (39).
+    A cost other than the paper's and constraints of its own stand there if it has any.
+    """
+    apart = ("margins", "geometry", "cost", "constraints")
+    record: dict[str, object] = {
+        entry.name: getattr(task, entry.name) for entry in fields(task) if entry.name not in apart
+    }
+    record["margins"] = asdict(task.margins)
+    if task.cost != TorqueCost():
+        record["cost"] = extension_record(task.cost)
+    if task.constraints:
+        record["constraints"] = [extension_record(one) for one in task.constraints]
+    record["geometry"] = {
+        q.name: _parameter_record(q, usual)
+        for q, usual in zip(task.geometry, GEOMETRY, strict=True)
+    }
+    return record
+
+
+def _parameter_record(
+    parameter: GeometricParameter, usual: GeometricParameter
+) -> dict[str, object]:
+    record: dict[str, object] = {}
+    for name in _PARAMETER_FIELDS:
+        value = getattr(parameter, name)
+        if value != _NO_BOUND.get(name):
+            record[name] = value
+        elif value != getattr(usual, name):
+            record[name] = None  # JSON has no infinity
+    return record
+
+
+def task_from_record(record: object, known: Iterable[Extension] = ()) -> Task:
+    """Return the task of a record made by `task_record`.
+
+    Args:
+        record: of it.
+        known: constraints and costs that are not gaitopt's own, as of a plugin.
 
     Raises:
-        InputError: unknown preset or field, or a value out of range.
+        InputError: the record is not that of a task, or names what is not known.
     """
-    if preset not in PRESETS:
-        raise InputError(f"preset '{preset}' is unknown; choose {' or '.join(PRESETS)}")
-    usual: dict[str, object] = {}
-    margins: dict[str, Any] = {}
-    if preset == "paper":
-        margins["impulse_cop"] = False
-        usual["geometry"] = set_quantities(GEOMETRY, {"pelvis_yaw": {"free": False}})
-    names = [f.name for f in fields(Task)]
-    own: dict[str, Any] = {name: value for name, value in changes.items() if name in names}
-    task = Task(**{**usual, **own})
-    margins |= {name: value for name, value in changes.items() if name not in names}
-    if unknown := set(margins) - set(task.declared):
-        raise InputError(
-            f"there is no task field {', '.join(sorted(unknown))}; there are "
-            f"{', '.join((*names, *task.declared))}"
+    if not isinstance(record, Mapping):
+        raise InputError("the record of the task is missing; was the gait designed by gaitopt?")
+    values = dict(record)
+    margins, geometry = values.pop("margins", {}), values.pop("geometry", {})
+    cost, own = values.pop("cost", None), values.pop("constraints", [])
+    known = tuple(known)
+    try:
+        return Task(
+            **values,
+            margins=Margins(**margins),
+            geometry=set_geometry(GEOMETRY, _parameters(geometry)),
+            cost=TorqueCost() if cost is None else cost_from_record(cost, known),
+            constraints=tuple(constraint_from_record(one, known) for one in own),
         )
-    return task.with_margins(margins)
+    except TypeError as error:
+        raise InputError(f"the record of the task cannot be read: {error}") from error
+
+
+def _parameters(record: object) -> dict[str, dict[str, float | bool]]:
+    """Return what `set_geometry` takes; records of old leave out every infinite bound."""
+    entries = record.values() if isinstance(record, Mapping) else [record]
+    if not isinstance(record, Mapping) or not all(isinstance(e, Mapping) for e in entries):
+        raise TypeError("its geometry is no table of tables")
+    return {
+        name: {k: _NO_BOUND[k] if v is None and k in _NO_BOUND else v for k, v in entry.items()}
+        for name, entry in record.items()
+    }

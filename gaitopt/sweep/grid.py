@@ -13,7 +13,7 @@ from gaitopt.bounds import POINTS, at_most
 from gaitopt.catalogue.parameters import PARAMETERS
 from gaitopt.errors import InputError
 from gaitopt.gait.constraints import Margins
-from gaitopt.gait.parameters import DURATION, GEOMETRY_NAMES, set_quantities
+from gaitopt.gait.parameters import DURATION, GEOMETRY_NAMES, set_geometry
 from gaitopt.gait.task import Task
 
 DIGITS = 10  # of grid values: 0.4 + 3 * 0.05 is 0.55, not 0.55000000000000004
@@ -134,7 +134,7 @@ def with_values(task: Task, values: Iterable[tuple[str, float]]) -> Task:
         task,
         **changes,  # type: ignore[arg-type]
         margins=replace(task.margins, **margins),  # type: ignore[arg-type]
-        geometry=set_quantities(task.geometry, geometry),
+        geometry=set_geometry(task.geometry, geometry),
     )
 
 

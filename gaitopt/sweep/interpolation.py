@@ -10,7 +10,7 @@ from gaitopt.design.design import Design, design
 from gaitopt.design.options import DesignOptions
 from gaitopt.errors import EvaluationError, InputError
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.gait.task_record import task_from_record
+from gaitopt.gait.task import task_from_record
 from gaitopt.nlp import Array
 from gaitopt.sweep.grid import Index
 from gaitopt.sweep.library import Library

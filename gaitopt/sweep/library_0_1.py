@@ -11,7 +11,7 @@ from gaitopt.bounds import JOURNAL as JOURNAL_BYTES
 from gaitopt.bounds import MANIFEST as MANIFEST_BYTES
 from gaitopt.bounds import read_bounded
 from gaitopt.errors import GaitFileError, InputError
-from gaitopt.gait.task_record import task_from_record, task_record
+from gaitopt.gait.task import task_from_record, task_record
 from gaitopt.sweep.grid import Grid
 from gaitopt.sweep.manifest import DAMAGE, Record, damaged, grid_of
 

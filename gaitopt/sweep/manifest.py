@@ -13,8 +13,7 @@ from gaitopt.catalogue.biped_spec import biped13
 from gaitopt.catalogue.parameters import merged
 from gaitopt.design.options import DesignOptions
 from gaitopt.errors import GaitFileError, InputError
-from gaitopt.gait.task import Task
-from gaitopt.gait.task_record import task_record
+from gaitopt.gait.task import Task, task_record
 from gaitopt.model.import_options import choices_from_record, choices_record
 from gaitopt.sweep.grid import Axis, Grid, Index
 from gaitopt.sweep.scenario import RobotSource

@@ -13,8 +13,7 @@ from gaitopt.catalogue.biped_spec import BipedSpec
 from gaitopt.catalogue.parameters import changed
 from gaitopt.catalogue.urdf_writer import urdf_text
 from gaitopt.errors import InputError
-from gaitopt.gait.task import Task
-from gaitopt.gait.task_record import task_from_record, task_record
+from gaitopt.gait.task import Task, task_from_record, task_record
 from gaitopt.model.import_options import ImportOptions, choices_from_record, choices_record
 from gaitopt.model.robot import Robot
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gaitopt.design.summary import brace
-from gaitopt.gait.humanoid import stroll
+from gaitopt.gait.presets import stroll
 from gaitopt.importers.report import Finding
 from gaitopt.model.import_options import SIDES
 from gaitopt.model.importer import ImportedRobot

@@ -17,8 +17,8 @@ from gaitopt.design.audit import audit
 from gaitopt.design.starts import many_starts
 from gaitopt.errors import GaitFileError, GaitoptError, InputError, RobotError
 from gaitopt.gait.gait_file import load_gait, save_gait
-from gaitopt.gait.task import Task, preset_task
-from gaitopt.gait.task_record import task_from_record, task_record
+from gaitopt.gait.presets import preset_task
+from gaitopt.gait.task import Task, task_from_record, task_record
 from gaitopt.importers.meshes import MeshPaths
 from gaitopt.importers.source import read_source
 from gaitopt.importers.text_files import parse_toml

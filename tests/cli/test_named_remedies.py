@@ -11,8 +11,8 @@ from gaitopt.design.options import DesignOptions
 from gaitopt.design.starts import many_starts
 from gaitopt.errors import NoGaitFoundError, UnreachableError
 from gaitopt.gait.initial_guess import first_guess
+from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.gait.task import preset_task
 from gaitopt.solvers import solver_by_name
 
 

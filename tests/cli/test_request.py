@@ -8,8 +8,8 @@ from gaitopt.cli.request import parameters_of
 from gaitopt.errors import InputError
 from gaitopt.gait.assemble import gait_at
 from gaitopt.gait.initial_guess import first_guess, perturbed
+from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.gait.task import preset_task
 
 
 def problem(**changes) -> WalkProblem:

@@ -11,8 +11,8 @@ from gaitopt.design.certificate import certify, fine_grid, worst_rows
 from gaitopt.design.design import design
 from gaitopt.design.options import DesignOptions
 from gaitopt.gait import quantities
+from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.gait.task import preset_task
 from gaitopt.nlp import Residual
 from gaitopt.solvers.sqp import SQP
 from gaitopt.tolerances import LIMITS, OPTIMALITY

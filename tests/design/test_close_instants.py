@@ -7,7 +7,7 @@ import numpy as np
 from gaitopt.design.design import design
 from gaitopt.design.options import DesignOptions
 from gaitopt.gait.grid import Grid
-from gaitopt.gait.humanoid import humanoid_task
+from gaitopt.gait.presets import humanoid_task
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import Status, violations
 

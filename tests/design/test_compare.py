@@ -6,8 +6,8 @@ import pytest
 from gaitopt.design.compare import compare_solvers
 from gaitopt.errors import InputError
 from gaitopt.gait.initial_guess import first_guess
+from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.gait.task import preset_task
 from gaitopt.nlp import Status
 from gaitopt.solvers import solver_by_name
 

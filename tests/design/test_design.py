@@ -9,8 +9,8 @@ from gaitopt.design.design import design
 from gaitopt.design.options import DesignOptions
 from gaitopt.errors import NoGaitFoundError, UnreachableError
 from gaitopt.gait.initial_guess import first_guess
+from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.gait.task import preset_task
 from gaitopt.nlp import Solution, Status
 from gaitopt.solvers import Solver, solver_by_name
 

@@ -18,9 +18,9 @@ from gaitopt.design.pipeline import attempt
 from gaitopt.design.refinement import violated_instants
 from gaitopt.errors import NoGaitFoundError, UnreachableError
 from gaitopt.gait.initial_guess import first_guess
-from gaitopt.gait.parameters import GEOMETRY, set_quantities
+from gaitopt.gait.parameters import GEOMETRY, set_geometry
+from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.gait.task import preset_task
 from gaitopt.model.robot import JointLimits
 from gaitopt.nlp import violations
 from gaitopt.solvers import solver_by_name
@@ -260,7 +260,7 @@ def test_what_no_motion_can_meet_is_seen_at_once(robot, changes, family, sentenc
 )
 def test_what_is_held_and_what_is_allowed_must_agree(robot, fixed, margins, sentence):
     values = {name: {"free": False, "value": value} for name, value in fixed.items()}
-    task = preset_task(geometry=set_quantities(GEOMETRY, values), **margins)
+    task = preset_task(geometry=set_geometry(GEOMETRY, values), **margins)
     ((_, said),) = contradictions(WalkProblem(robot, task))
     assert re.search(sentence, said)
 

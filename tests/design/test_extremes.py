@@ -13,8 +13,8 @@ from gaitopt.design.extremes import located
 from gaitopt.errors import EvaluationError
 from gaitopt.gait.grid import NODES, Grid, proof_grid
 from gaitopt.gait.initial_guess import first_guess, perturbed
+from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.gait.task import preset_task
 
 INSTANTS = 5001
 

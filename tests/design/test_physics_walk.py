@@ -16,8 +16,8 @@ from gaitopt.design.options import DesignOptions
 from gaitopt.design.summary import summarise
 from gaitopt.gait import quantities
 from gaitopt.gait.gait_file import load_gait, save_gait
-from gaitopt.gait.humanoid import humanoid_task
 from gaitopt.gait.initial_guess import first_guess
+from gaitopt.gait.presets import humanoid_task
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.importers.physics import PassiveJoint, Physics, PointMass
 from gaitopt.importers.source import read_source

@@ -17,9 +17,9 @@ from gaitopt.design.relaxation import (
     usual_value,
 )
 from gaitopt.design.remedies import _outward
-from gaitopt.gait.parameters import GEOMETRY, set_quantities
+from gaitopt.gait.parameters import GEOMETRY, set_geometry
+from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.gait.task import preset_task
 from gaitopt.model.import_options import ImportOptions, LimitOverride
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import Start, Status
@@ -200,7 +200,7 @@ def test_the_step_width_is_turned_by_the_foot_spacing(robot, stance):
 
 def test_only_a_step_width_that_bounds_the_walk_can_be_turned(robot):
     def fixed(**field):
-        return set_quantities(GEOMETRY, {"foot_spacing": field})
+        return set_geometry(GEOMETRY, {"foot_spacing": field})
 
     tasks = (
         preset_task(),

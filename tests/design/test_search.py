@@ -8,8 +8,8 @@ from gaitopt.design.options import DesignOptions
 from gaitopt.design.pipeline import RELAXED_LIFTOFF
 from gaitopt.errors import InputError
 from gaitopt.gait.initial_guess import first_guess
+from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.gait.task import preset_task
 from gaitopt.nlp import Status
 from gaitopt.solvers.sqp import SQP
 

@@ -6,7 +6,7 @@ from gaitopt.design.design import design
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.shadow_prices import LIMIT, SETTING, shadow_prices
 from gaitopt.design.summary import summarise
-from gaitopt.gait.task import preset_task
+from gaitopt.gait.presets import preset_task
 from gaitopt.solvers import solver_by_name
 
 QUICK = DesignOptions(solver=solver_by_name("sqp", tolerance=1e-9), refine=False, approach="direct")

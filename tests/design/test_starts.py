@@ -12,8 +12,8 @@ from gaitopt.design.starts import SLOWER, Outcome, _distinct, many_starts
 from gaitopt.design.summary import motor_summaries, summarise
 from gaitopt.errors import InputError, NoGaitFoundError, StoppedError
 from gaitopt.gait.initial_guess import first_guess
+from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.gait.task import preset_task
 from gaitopt.nlp import Solution, Status
 from gaitopt.solvers import Solver, solver_by_name
 

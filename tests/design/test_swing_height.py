@@ -8,9 +8,9 @@ from gaitopt.design.audit import audit, imposed
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.starts import design_gait
 from gaitopt.errors import NoGaitFoundError
+from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.gait.task import preset_task
-from gaitopt.gait.task_record import task_from_record, task_record
+from gaitopt.gait.task import task_from_record, task_record
 from gaitopt.solvers import SQP
 
 

@@ -7,9 +7,9 @@ from scipy.interpolate import CubicSpline
 from walks import walk
 
 from gaitopt.gait.assemble import gait_at, limits_record, robot_record
+from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.gait.task import preset_task
-from gaitopt.gait.task_record import task_from_record
+from gaitopt.gait.task import task_from_record
 
 
 @pytest.fixture(scope="module")

@@ -14,8 +14,8 @@ from gaitopt.gait import quantities
 from gaitopt.gait.constraint import ConstraintContext
 from gaitopt.gait.constraints import CentreOfPressure, Margins
 from gaitopt.gait.grid import uniform_grid
+from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem, constraint_blocks
-from gaitopt.gait.task import preset_task
 from gaitopt.model.feet.sole import Sole
 
 NAME = "guess"

@@ -6,8 +6,8 @@ from walks import WALKS, walk
 
 from gaitopt.gait import quantities
 from gaitopt.gait.grid import uniform_grid
+from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.gait.task import preset_task
 
 
 def at(name: str):

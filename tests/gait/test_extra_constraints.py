@@ -12,10 +12,10 @@ from gaitopt.errors import EvaluationError
 from gaitopt.gait import quantities
 from gaitopt.gait.grid import uniform_grid
 from gaitopt.gait.initial_guess import first_guess
-from gaitopt.gait.parameters import FOOT_SPACING, GEOMETRY, set_quantities
+from gaitopt.gait.parameters import FOOT_SPACING, GEOMETRY, set_geometry
+from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem, constraint_blocks
 from gaitopt.gait.step import completed
-from gaitopt.gait.task import preset_task
 from gaitopt.mechanics.forward_kinematics import ForwardKinematics
 from gaitopt.mechanics.leg_distance import leg_pairs
 from gaitopt.model.robot import Robot
@@ -193,9 +193,9 @@ def test_step_width_bounds_the_foot_spacing():
     assert spacing_bounds() == (-np.inf, np.inf)
     assert spacing_bounds(step_width=0.17) == (-np.inf, 0.17)
     assert spacing_bounds("left", step_width=0.17) == (-0.17, np.inf)
-    narrower = set_quantities(GEOMETRY, {"foot_spacing": {"lower": 0.1, "upper": 0.15}})
+    narrower = set_geometry(GEOMETRY, {"foot_spacing": {"lower": 0.1, "upper": 0.15}})
     assert spacing_bounds(step_width=0.17, geometry=narrower) == (0.1, 0.15)
-    fixed = set_quantities(GEOMETRY, {"foot_spacing": {"free": False, "value": 0.16}})
+    fixed = set_geometry(GEOMETRY, {"foot_spacing": {"free": False, "value": 0.16}})
     assert spacing_bounds(step_width=0.17, geometry=fixed) == (-np.inf, np.inf)
 
 

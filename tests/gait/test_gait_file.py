@@ -21,9 +21,9 @@ from gaitopt.errors import GaitFileError, GaitoptError, InputError
 from gaitopt.gait.assemble import gait_at
 from gaitopt.gait.gait_file import MEMBERS, altered_members, gait_members, load_gait, save_gait
 from gaitopt.gait.initial_guess import first_guess
+from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.result import array_names
-from gaitopt.gait.task import preset_task
 from gaitopt.model.robot import Robot
 
 CASES = Path(__file__).parents[1] / "data" / "cases"

@@ -3,8 +3,7 @@ import math
 import pytest
 
 from gaitopt.errors import InputError
-from gaitopt.gait.humanoid import humanoid_task, stroll, widest
-from gaitopt.gait.task import preset_task
+from gaitopt.gait.presets import humanoid_task, preset_task, stroll, widest
 
 
 def test_numbers_follow_from_the_robot(robot):

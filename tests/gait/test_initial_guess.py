@@ -6,9 +6,9 @@ from reference_cases import biped
 from gaitopt.errors import UnreachableError
 from gaitopt.gait import quantities
 from gaitopt.gait.initial_guess import first_guess, perturbed
-from gaitopt.gait.parameters import GEOMETRY, set_quantities
+from gaitopt.gait.parameters import GEOMETRY, set_geometry
+from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.gait.task import preset_task
 
 
 def guess_for(robot, **changes):
@@ -80,14 +80,14 @@ def test_the_foot_slows_down_before_it_lands(robot):
 
 def test_fixed_quantities_keep_their_value(robot):
     values = {"trunk_pitch": 0.11, "foot_spacing": 0.19, "foot_yaw": 0.15, "pelvis_roll": 0.02}
-    table = set_quantities(GEOMETRY, {n: {"free": False, "value": v} for n, v in values.items()})
+    table = set_geometry(GEOMETRY, {n: {"free": False, "value": v} for n, v in values.items()})
     problem, x = guess_for(robot, geometry=table)
     geometry = dict(zip([q.name for q in GEOMETRY], problem.step(x).geometry, strict=True))
     assert {n: geometry[n] for n in values} == values
 
 
 def test_bounds_are_kept(robot):
-    table = set_quantities(GEOMETRY, {"pelvis_height": {"lower": 0.4, "upper": 0.55}})
+    table = set_geometry(GEOMETRY, {"pelvis_height": {"lower": 0.4, "upper": 0.55}})
     problem, x = guess_for(robot, geometry=table)
     assert x[problem.layout.index("pelvis_height")] == 0.55
     assert (x >= problem.variables.lower).all()

@@ -9,8 +9,8 @@ from gaitopt.gait import quantities
 from gaitopt.gait.double_support import InverseKinematicsSupport, JointAngleSupport
 from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.parameters import GEOMETRY
+from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.gait.task import preset_task
 from gaitopt.nlp import Start
 from gaitopt.solvers.sqp import SQP
 

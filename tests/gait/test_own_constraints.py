@@ -18,9 +18,9 @@ from gaitopt.gait.constraint import Constraint, margin
 from gaitopt.gait.costs import RunningCost, TorqueCost, WeightedSum
 from gaitopt.gait.functions import ComplexStep, Linear
 from gaitopt.gait.plugin import load_plugin
+from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.gait.task import Task, preset_task
-from gaitopt.gait.task_record import task_from_record, task_record
+from gaitopt.gait.task import Task, task_from_record, task_record
 
 PLUGIN = Path(__file__).parents[1] / "data" / "plugins" / "swing_height.py"
 

@@ -10,17 +10,17 @@ from gaitopt.gait.parameters import (
     GEOMETRY_NAMES,
     STEP_LENGTH,
     Layout,
-    set_quantities,
+    set_geometry,
 )
+from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import walk_layout
-from gaitopt.gait.task import preset_task
 
 JOINTS = tuple(f"joint_{i}" for i in range(12))
 FREE_ALL = {name: {"free": True} for name in GEOMETRY_NAMES}
 
 
 def layout(postures=2, **changes):
-    return Layout(JOINTS, postures, set_quantities(GEOMETRY, changes))
+    return Layout(JOINTS, postures, set_geometry(GEOMETRY, changes))
 
 
 @pytest.mark.parametrize(
@@ -109,15 +109,15 @@ def test_rows_of_the_table_are_where_their_names_say():
 
 def test_an_unknown_quantity_lists_those_there_are():
     with pytest.raises(InputError, match=r"no geometric quantity 'step_width'; .*foot_spacing"):
-        set_quantities(GEOMETRY, {"step_width": {"free": True}})
+        set_geometry(GEOMETRY, {"step_width": {"free": True}})
 
 
 def test_bounds_without_room_are_refused():
     with pytest.raises(InputError, match=r"pelvis_yaw: lower bound 0.3 rad is not below upper"):
-        set_quantities(GEOMETRY, {"pelvis_yaw": {"lower": 0.3}})
+        set_geometry(GEOMETRY, {"pelvis_yaw": {"lower": 0.3}})
 
 
 def test_the_table_that_was_given_is_kept():
-    changed = set_quantities(GEOMETRY, {"duration": {"value": 0.6}})
+    changed = set_geometry(GEOMETRY, {"duration": {"value": 0.6}})
     assert changed[DURATION].value == 0.6 != GEOMETRY[DURATION].value
     assert changed[:DURATION] == GEOMETRY[:DURATION]

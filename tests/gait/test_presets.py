@@ -7,8 +7,7 @@ import gaitopt
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.starts import design_gait, many_starts
 from gaitopt.errors import InputError, NoGaitFoundError
-from gaitopt.gait.humanoid import humanoid_task
-from gaitopt.gait.presets import foreign_margins, preset_task
+from gaitopt.gait.presets import foreign_margins, humanoid_task, preset_task
 from gaitopt.model.robot import Robot
 from gaitopt.solvers import solver_by_name
 

@@ -9,8 +9,8 @@ from gaitopt.errors import EvaluationError, UnreachableError
 from gaitopt.gait import quantities
 from gaitopt.gait.grid import uniform_grid
 from gaitopt.gait.initial_guess import first_guess
+from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.gait.task import preset_task
 
 STEP = 1e-5  # of variables.scale; the optima have nearly straight knees, which need small steps
 

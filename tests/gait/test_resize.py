@@ -14,9 +14,9 @@ from gaitopt.catalogue.urdf_writer import urdf_text
 from gaitopt.errors import UnreachableError
 from gaitopt.gait import quantities
 from gaitopt.gait.initial_guess import resized
-from gaitopt.gait.parameters import set_quantities
+from gaitopt.gait.parameters import set_geometry
+from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.gait.task import preset_task
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import worst_violation
 
@@ -67,7 +67,7 @@ def test_shorter_legs_reach_the_ground():
 def test_a_fixed_height_stays():
     fixed = {"pelvis_height": {"value": 0.5, "free": False}}
     task = preset_task(speed=1.0)
-    old = WalkProblem(problem().robot, replace(task, geometry=set_quantities(task.geometry, fixed)))
+    old = WalkProblem(problem().robot, replace(task, geometry=set_geometry(task.geometry, fixed)))
     new = WalkProblem(problem(0.31).robot, old.task)
     x = old.variables.scale
     np.testing.assert_array_equal(resized(x, old, new), x)

@@ -5,8 +5,9 @@ import pytest
 
 from gaitopt.errors import InputError
 from gaitopt.gait.constraints import Margins
-from gaitopt.gait.parameters import GEOMETRY, set_quantities
-from gaitopt.gait.task import Task, preset_task
+from gaitopt.gait.parameters import GEOMETRY, set_geometry
+from gaitopt.gait.presets import preset_task
+from gaitopt.gait.task import Task
 
 NUMBERS = (
     "friction", "minimum_load", "cop_margin", "clearance", "lateral_gap", "knee_flexion",
@@ -82,21 +83,21 @@ def test_tasks_out_of_range_are_refused(changes, message):
 
 
 def test_a_fixed_step_length_cannot_also_be_constrained():
-    fixed = set_quantities(GEOMETRY, {"step_length": {"free": False, "value": 0.4}})
+    fixed = set_geometry(GEOMETRY, {"step_length": {"free": False, "value": 0.4}})
     with pytest.raises(InputError, match="step_length is fixed; free it, or take the speed as a"):
         Task(geometry=fixed)
     assert Task(geometry=fixed, speed_as="penalty").geometry == fixed
 
 
 def test_the_shortest_duration_is_that_of_the_table():
-    fine = set_quantities(GEOMETRY, {"duration": {"lower": 0.01}})
+    fine = set_geometry(GEOMETRY, {"duration": {"lower": 0.01}})
     assert Task(geometry=fine, duration=0.02).duration == 0.02
     with pytest.raises(InputError, match=r"duration is 0\.009 s; it must be 0\.01 s or more"):
         Task(geometry=fine, duration=0.009)
 
 
 def test_feet_fixed_farther_apart_than_allowed_are_refused():
-    fixed = set_quantities(GEOMETRY, {"foot_spacing": {"free": False, "value": -0.25}})
+    fixed = set_geometry(GEOMETRY, {"foot_spacing": {"free": False, "value": -0.25}})
     with pytest.raises(
         InputError, match=r"fixed at -0\.25 m, but step_width allows 0.2 m; free it"
     ):
@@ -130,7 +131,9 @@ def test_changes_reach_task_and_margins():
 
 
 def test_an_unknown_preset_lists_those_there_are():
-    with pytest.raises(InputError, match="preset 'papper' is unknown; choose standard or paper"):
+    with pytest.raises(
+        InputError, match="preset 'papper' is unknown; choose one of standard, paper"
+    ):
         preset_task("papper")
 
 

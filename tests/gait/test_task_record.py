@@ -6,9 +6,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gaitopt.errors import InputError
-from gaitopt.gait.parameters import GEOMETRY, GEOMETRY_NAMES, set_quantities
-from gaitopt.gait.task import Task, preset_task
-from gaitopt.gait.task_record import task_from_record, task_record
+from gaitopt.gait.parameters import GEOMETRY, GEOMETRY_NAMES, set_geometry
+from gaitopt.gait.presets import preset_task
+from gaitopt.gait.task import Task, task_from_record, task_record
 
 GEOMETRY_CHANGES = {
     "foot_yaw": {"free": True, "value": 0.1},
@@ -26,7 +26,7 @@ TASKS = (
         friction=0.55,
         torque_limit=80.0,
         joint_range=False,
-        geometry=set_quantities(GEOMETRY, GEOMETRY_CHANGES),
+        geometry=set_geometry(GEOMETRY, GEOMETRY_CHANGES),
     ),
 )
 
@@ -45,14 +45,14 @@ bounds = st.fixed_dictionaries({}, optional={"lower": lowers, "upper": uppers})
 @settings(max_examples=50, derandomize=True, deadline=None)
 @given(st.dictionaries(st.sampled_from(GEOMETRY_NAMES), bounds))
 def test_any_bounds_come_back_through_json(changes):
-    task = Task(geometry=set_quantities(GEOMETRY, changes))
+    task = Task(geometry=set_geometry(GEOMETRY, changes))
     text = json.dumps(task_record(task), allow_nan=False)
     assert task_from_record(json.loads(text)) == task
 
 
 def test_a_bound_taken_away_stays_away():
     free = {"pelvis_yaw": {"lower": -math.inf, "upper": math.inf}}
-    record = task_record(Task(geometry=set_quantities(GEOMETRY, free)))
+    record = task_record(Task(geometry=set_geometry(GEOMETRY, free)))
     assert record["geometry"]["pelvis_yaw"]["upper"] is None
     yaw = task_from_record(record).geometry[GEOMETRY_NAMES.index("pelvis_yaw")]
     assert (yaw.lower, yaw.upper) == (-math.inf, math.inf)

@@ -19,8 +19,8 @@ from gaitopt.gait import quantities
 from gaitopt.gait.assemble import gait_at
 from gaitopt.gait.grid import uniform_grid
 from gaitopt.gait.initial_guess import first_guess
+from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.gait.task import preset_task
 from gaitopt.gait.trajectory import Trajectory, TrajectoryPhase, fitted_coefficients
 from gaitopt.model.robot import Robot
 

@@ -16,8 +16,8 @@ from gaitopt.design.starts import design_gait
 from gaitopt.errors import InputError
 from gaitopt.gait import quantities
 from gaitopt.gait.costs import MechanicalWork, TorqueCost, cost_by_name
+from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.gait.task import preset_task
 from gaitopt.solvers import SQP
 
 

@@ -11,8 +11,8 @@ from urdf_edits import add_arm, edited_urdf
 from walks import WALKS, walk
 
 from gaitopt.errors import InputError, RobotError
+from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.gait.task import preset_task
 from gaitopt.mechanics.impact import Impact
 from gaitopt.mechanics.inverse_kinematics import LegKinematics
 from gaitopt.mechanics.single_support import SingleSupport

@@ -11,8 +11,8 @@ import textbook_programs as bank
 
 from gaitopt.errors import EvaluationError, InputError
 from gaitopt.gait.initial_guess import first_guess, perturbed
+from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.gait.task import preset_task
 from gaitopt.nlp import Array, Point, Start, Status, Values
 from gaitopt.solvers import SQP
 from gaitopt.tolerances import FEASIBLE

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from gaitopt.errors import InputError
 from gaitopt.gait.parameters import FOOT_YAW, TRUNK_PITCH
-from gaitopt.gait.task import preset_task
+from gaitopt.gait.presets import preset_task
 from gaitopt.sweep.grid import Axis, parse_axis, with_values
 
 

@@ -5,7 +5,7 @@ import pytest
 
 from gaitopt.design.options import DesignOptions
 from gaitopt.errors import InputError, NoGaitFoundError, StoppedError
-from gaitopt.gait.task import preset_task
+from gaitopt.gait.presets import preset_task
 from gaitopt.nlp import Status
 from gaitopt.solvers.solver import Solver
 from gaitopt.solvers.sqp import SQP

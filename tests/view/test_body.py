@@ -11,8 +11,8 @@ from example_robots import DIRECTORY, needs_example_robots
 from gaitopt.catalogue.entries import robot_by_name
 from gaitopt.design.audit import robot_of
 from gaitopt.gait.assemble import gait_at
-from gaitopt.gait.humanoid import humanoid_task
 from gaitopt.gait.initial_guess import first_guess
+from gaitopt.gait.presets import humanoid_task
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.view.body import upward, walking_model
 from gaitopt.view.page import page_text
