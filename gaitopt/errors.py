@@ -23,7 +23,7 @@ class SpecError(InputError):
 
 
 class RobotError(InputError):
-    """A URDF cannot be read, or is not a biped with two six-joint legs."""
+    """A URDF cannot be read, or is not a biped with two mirrored legs."""
 
 
 class RobotFaultsError(RobotError):

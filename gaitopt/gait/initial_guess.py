@@ -75,7 +75,7 @@ def _geometry(problem: WalkProblem) -> Array:
     guess = problem.layout.fixed_values.copy()
     step = guess[STEP_LENGTH]
     narrowest = robot.sole.left - robot.sole.right + task.margins.lateral_gap
-    spacing = legs.side * max(abs(legs.spacing), narrowest + _CLEAR_OF_GAP)
+    spacing = legs.side * max(abs(legs.stance_width), narrowest + _CLEAR_OF_GAP)
     if abs(step) / 2.0 >= _LONGEST * legs.reach:
         raise UnreachableError(
             f"a step of {step:.3f} m ({task.speed:g} m/s for {task.duration:g} s) is longer than "

@@ -21,6 +21,7 @@ from gaitopt.model.robot import Robot
 PRESETS = STANDARD, PAPER, HUMANOID = "standard", "paper", "humanoid"
 
 FROUDE = 0.05  # V² / (g h) of a stroll; people change to a run near 0.5 (Alexander, 1989)
+ROLL = 0.25  # rad; the trunk's, where ankles do not roll: 0.15 stops H1 at 0.6 m/s
 TRUNK = {"trunk_roll": 0.15, "trunk_pitch": 0.2, "trunk_yaw": 0.2}  # rad; people stay within
 KNEE_FLEXION = 0.1  # rad
 LEG_GAP = 0.01  # m
@@ -83,7 +84,8 @@ def humanoid_task(robot: Robot, **changes: object) -> Task:
         sole = robot.sole
         arm = turning_arm(sole.toe - sole.heel, sole.left - sole.right)
         defaults["torsional_friction"] = round(float(friction) * arm, 4)
-    defaults |= {**TRUNK, "knee_flexion": KNEE_FLEXION, "leg_gap": LEG_GAP}
+    defaults |= {**TRUNK, "trunk_roll": TRUNK["trunk_roll"] if robot.legs.ankles_roll else ROLL}
+    defaults |= {"knee_flexion": KNEE_FLEXION, "leg_gap": LEG_GAP}
     defaults["minimum_load"] = round(LEAST_LOAD * robot.weight, 1)
     gap = changes.get("lateral_gap", Margins().lateral_gap)
     if isinstance(gap, float | int):
@@ -105,7 +107,7 @@ def widest(robot: Robot, gap: float = Margins.lateral_gap) -> float:
         gap: that must be left between the soles [m].
     """
     soles = robot.sole.left - robot.sole.right + gap
-    return round(max(abs(robot.legs.spacing), soles) + WIDER, 3)
+    return round(max(abs(robot.legs.stance_width), soles) + WIDER, 3)
 
 
 def foreign_margins(robot: Robot, task: Task) -> str | None:

@@ -132,7 +132,7 @@ class LegKinematics:
         q = np.zeros(self.robot.tree.size)
         q[list(legs.knees)] = legs.straight + legs.flexion * _SEED_KNEE
         for step in (0.0, _SEED_STEP * legs.reach):
-            q = self._newton(q, *self.flat_feet(step, legs.spacing))
+            q = self._newton(q, *self.flat_feet(step, legs.stance_width))
         return q
 
     def flat_feet(self, step: float, spacing: float) -> tuple[pin.SE3, pin.SE3]:

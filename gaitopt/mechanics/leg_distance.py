@@ -232,7 +232,7 @@ def leg_pairs(robot: Robot) -> LegPairs:
 def _standing(robot: Robot) -> Array:
     """Joint angles with flat feet well apart, the pelvis upright between them, (n,)."""
     legs, sole, kinematics = robot.legs, robot.sole, LegKinematics(robot)
-    spacing = legs.side * max(abs(legs.spacing), sole.left - sole.right + _APART)
+    spacing = legs.side * max(abs(legs.stance_width), sole.left - sole.right + _APART)
     return kinematics.solve(*kinematics.flat_feet(0.0, spacing))
 
 

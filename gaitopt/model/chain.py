@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
-from dataclasses import dataclass, fields, replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pinocchio as pin
@@ -16,7 +16,15 @@ from gaitopt.model.chain_physics import ChainPhysics, chain_physics
 from gaitopt.model.importer import ImportedRobot, pair_findings, symmetry_findings
 from gaitopt.model.joint_tree import FIRST, JointTree, joint_tree
 from gaitopt.model.legs.joint_limits import JointLimits, joint_limits
-from gaitopt.model.legs.leg_geometry import ChainLines, centre, common_point, find_knee, hip_joints
+from gaitopt.model.legs.kinematic_tree import subtree_centres
+from gaitopt.model.legs.leg_geometry import (
+    ChainLines,
+    centre,
+    common_point,
+    find_knee,
+    hip_and_ankle,
+    leg_rows,
+)
 from gaitopt.model.physics_report import physics_findings
 from gaitopt.model.reroot import PELVIS_FRAME, leg_joints, lock_upper_body, reroot, reversed_joints
 from gaitopt.model.symmetry.averaging import Sides, Symmetrised, asymmetry_faults, symmetrise
@@ -71,33 +79,28 @@ class Chain:
         return self.lines.frame
 
 
-def build_chain(reading: ImportedRobot, moving: Collection[str] = ()) -> Chain:
+def build_chain(reading: ImportedRobot) -> Chain:
     """Lock the upper body, make the robot its own mirror image, and root it at the stance sole.
 
     Args:
-        reading: of the robot.
-        moving: names of joints beside the legs' that are not locked. Their lines and bodies are not
-            averaged: such a robot has to be its own mirror image.
+        reading: of the robot; joints beside the legs' that move are not locked.
 
     Raises:
         RobotError: with all that keeps the robot from being used: what the reading found, a joint
             or a body of the file that is unsound, a difference between the robot and its mirror
             image that matters more than `choices.asymmetry`, its physics (see `chain_physics`).
     """
-    reduced = lock_upper_body(reading.model, *reading.sole_names, reading.q, moving or None)
+    moving = [str(reading.model.names[j]) for pair in reading.others for j in pair]
+    reduced = lock_upper_body(reading.model, *reading.sole_names, reading.q, moving)
     faults = list(reading.faults)
     try:
         refuse_unsound(reduced, reading.problems)
     except RobotError as error:
         faults += faults_of(error)
         _forget_inertias(reduced)
-    told: list[Finding] = []
-    done = None
-    if not moving:
-        done = symmetrise(reduced, *_sides(reading, reduced))
-        faults += asymmetry_faults(done, reading.choices.asymmetry, reading.drawn_unequally)
-        reduced, told = done.model, symmetry_findings(done)
-    chain = rooted_chain(reduced, reading.sole_names, reading.rotation, reading.physics, faults)
+    done = symmetrise(reduced, *_sides(reading, reduced))
+    faults += asymmetry_faults(done, reading.choices.asymmetry, reading.drawn_unequally)
+    chain = rooted_chain(done.model, reading.sole_names, reading.rotation, reading.physics, faults)
     physics = physics_findings(
         reading.described,
         reading.physics,
@@ -106,7 +109,8 @@ def build_chain(reading: ImportedRobot, moving: Collection[str] = ()) -> Chain:
         reading.rotation,
         reading.limits.torque,
     )
-    return replace(chain, findings=(*chain.findings, *told, *physics), symmetry=done)
+    findings = (*chain.findings, *symmetry_findings(done), *physics)
+    return replace(chain, findings=findings, symmetry=done)
 
 
 def rooted_chain(
@@ -133,10 +137,12 @@ def rooted_chain(
     stance, _ = leg_joints(reduced, *soles)
     tree = joint_tree(model, feet[0] + len(stance), feet[1])
     lines = _place_pelvis(model, _root_link(reduced), rotation, tree)
+    origin, upright = lines.pelvis.translation, lines.pelvis.rotation
     against = reversed_joints(reduced, soles[0])
     outward = np.array([-1.0 if name in against else 1.0 for name in tree.names])
     try:
-        partners = mirror_partners(tree, lines.points, lines.axes)
+        centres = (subtree_centres(model, pin.neutral(model))[FIRST:] - origin) @ upright
+        partners = mirror_partners(tree, lines.points, lines.axes, centres)
         mirror = leg_exchange(lines.axes, outward, partners)
         found = chain_physics(model, tree, mirror, lines.pelvis, rotation, physics)
         _refuse_hanging(model, found)
@@ -156,30 +162,20 @@ def rooted_chain(
     return Chain(model, tree, mirror, lines, found, told, rotation, reduced)
 
 
-def chain_limits(chain: Chain, of_legs: JointLimits | None = None) -> JointLimits:
+def chain_limits(chain: Chain) -> JointLimits:
     """Return the limits of all joints as the file has them, the tighter one of each pair.
 
     Args:
         chain: the robot.
-        of_legs: what holds for the leg joints instead.
 
     Raises:
         RobotError: a limit is below zero, or those of partners differ too much.
     """
     joints = tuple(range(FIRST, chain.model.njoints))
     limits, _, faults = joint_limits(chain.model, joints, chain.mirror)
-    if faults and of_legs is None:
+    if faults:
         raise fault_error(faults)
-    if of_legs is None:
-        return limits
-    others = chain.tree.legs.stop
-    values = {
-        field.name: np.concatenate(
-            [getattr(of_legs, field.name), getattr(limits, field.name)[others:]]
-        )
-        for field in fields(JointLimits)
-    }
-    return JointLimits(**values)
+    return limits
 
 
 def sole_axes(model: pin.Model, soles: tuple[str, str]) -> Array:
@@ -225,18 +221,22 @@ def _forget_inertias(model: pin.Model) -> None:
 
 def _sides(reading: ImportedRobot, reduced: pin.Model) -> tuple[Sides, float]:
     """Legs of the reduced model with the mirror plane between them, and the length of a leg [m]."""
-    right, left = (
-        tuple(int(reduced.getJointId(reading.model.names[j])) for j in leg) for leg in reading.legs
-    )
+
+    def there(joint: int) -> int:
+        return int(reduced.getJointId(reading.model.names[joint]))
+
+    right, left = (tuple(map(there, leg)) for leg in reading.legs)
     points, axes = joint_lines(reduced, pin.SE3.Identity())
-    hips = [[j - 2 for j in leg[:3]] for leg in (right, left)]
-    centres = [common_point(points[rows], axes[rows]) for rows in hips]
-    middle = (centres[0] + centres[1]) / 2.0
-    plane = pin.SE3(reading.rotation, middle)
-    rows = [j - 2 for j in right]
-    ankle = common_point(points[rows[4:]], axes[rows[4:]])
-    length = find_knee(points[rows], axes[rows], centres[0], ankle, np.zeros(6)).reach
-    return Sides(right, left, reading.soles.names, plane), length
+    hips = []
+    for leg in (left, right):
+        rows = [j - FIRST for j in leg]
+        hip, ankle = hip_and_ankle(points[rows], axes[rows])
+        hips.append(common_point(points[rows][hip], axes[rows][hip]))
+    end = common_point(points[rows][ankle], axes[rows][ankle])
+    length = find_knee(points[rows], axes[rows], hips[1], end, np.zeros(len(rows))).reach
+    plane = pin.SE3(reading.rotation, (hips[1] + hips[0]) / 2.0)
+    others = tuple((there(first), there(second)) for first, second in reading.others)
+    return Sides(right, left, reading.soles.names, plane, others), length
 
 
 def _place_pelvis(model: pin.Model, root_link: str, rotation: Array, tree: JointTree) -> ChainLines:
@@ -246,7 +246,10 @@ def _place_pelvis(model: pin.Model, root_link: str, rotation: Array, tree: Joint
     root = data.oMf[model.getFrameId(root_link)]
     points, axes = joint_lines(model, root)
     R = rotation
-    hips = [centre(points @ R, axes @ R, rows) for rows in hip_joints(tree.stance)]
+    hips = []
+    for rows in leg_rows(tree.stance):
+        part = hip_and_ankle(points[rows], axes[rows])[0]
+        hips.append(centre(points[rows] @ R, axes[rows] @ R, part))
     middle = R @ ((hips[0] + hips[1]) / 2.0)
     name = PELVIS_FRAME
     while model.existFrame(name):

@@ -194,6 +194,8 @@ class ImportOptions:
             they cover.
         without: what of the description's physics is left out, some of `physics.PARTS`; without
             "gravity" it is 9.81 m/s² straight down, whatever the description says.
+        moving: joints beside the legs' that are not locked: "arms", "waist", or patterns of joint
+            names as in a shell; a joint's partner on the other side moves with it.
         package_dirs: directories in which `package://` file names are looked up.
     """
 
@@ -216,11 +218,12 @@ class ImportOptions:
     without: tuple[str, ...] = ()
     package_dirs: tuple[str, ...] = ()
     capsules: tuple[CapsuleRow, ...] | None = None
+    moving: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         if self.posture is not None:
             object.__setattr__(self, "posture", _posture(self.posture))
-        for name in ("feet", "limits", "inertias", "package_dirs"):
+        for name in ("feet", "limits", "inertias", "package_dirs", "moving"):
             if (value := getattr(self, name)) is not None:
                 object.__setattr__(self, name, _tuple(value, name))
         _check_names(self)
@@ -243,7 +246,7 @@ def _check_names(choices: ImportOptions) -> None:
             f"feet must be two names, right foot first, got {len(choices.feet)}: "
             f"{', '.join(map(str, choices.feet))}"
         )
-    for name in ("feet", "package_dirs"):
+    for name in ("feet", "package_dirs", "moving"):
         for entry in getattr(choices, name) or ():
             if not isinstance(entry, (str, PurePath)):
                 raise RobotError(f"{name} must be a list of texts, got {entry!r} in it; quote it")

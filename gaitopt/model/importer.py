@@ -6,7 +6,7 @@ Nothing is changed yet: `chain` makes the robot its own mirror image.
 from __future__ import annotations
 
 import glob
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -22,26 +22,25 @@ from gaitopt.importers.xml_document import FileProblem
 from gaitopt.model.feet.foot_shape import FootShape, foot_points
 from gaitopt.model.feet.sole_detection import FoundSole, find_sole
 from gaitopt.model.feet.sole_frames import Soles, choose_soles, placement_numbers
-from gaitopt.model.feet.stance import (
-    Stance,
-    legs_at_zero,
-    level_feet,
-    parallel_feet,
-    refuse_tilted,
-    stance_of,
-    standing_legs,
-)
+from gaitopt.model.feet.stance import Stance, flat_stance, legs_at_zero, level_feet, standing_legs
 from gaitopt.model.import_options import AXES, SIDES, ImportOptions, LimitOverride
 from gaitopt.model.legs.heading import Heading, axis_name, find_heading, leg_lines
 from gaitopt.model.legs.joint_limits import JointLimits, joint_limits
-from gaitopt.model.legs.kinematic_tree import LegJoints, Placed, joint_axes, place
-from gaitopt.model.legs.leg_detection import Pair, speaks_for_other_side, standing_side
+from gaitopt.model.legs.kinematic_tree import LegJoints, PosedModel, pose
+from gaitopt.model.legs.leg_detection import (
+    LegPair,
+    number_word,
+    speaks_for_other_side,
+    standing_side,
+)
+from gaitopt.model.legs.leg_geometry import missing_joints
 from gaitopt.model.legs.overrides import override, override_bodies, without_armature, without_mended
 from gaitopt.model.legs.reference_posture import (
     reference_angles,
     reference_configuration,
     rotor_armatures,
 )
+from gaitopt.model.legs.upper_body import Pairs, moving_joints, moving_pairs
 from gaitopt.model.physics_report import armature_findings
 from gaitopt.model.symmetry.averaging import Symmetrised
 from gaitopt.model.symmetry.leg_exchange import leg_exchange
@@ -51,7 +50,12 @@ _LISTED = 1e-5  # effect: differences that matter less are counted
 
 
 def leg_findings(
-    model: pin.Model, q: Array, pair: Pair, heading: Heading, angles: dict[str, float]
+    model: pin.Model,
+    q: Array,
+    pair: LegPair,
+    heading: Heading,
+    angles: dict[str, float],
+    others: Pairs = (),
 ) -> list[Finding]:
     """Return what was found about legs, heading and posture.
 
@@ -61,11 +65,12 @@ def leg_findings(
         pair: the right and the left leg.
         heading: where it looks.
         angles: of the reference posture that were given [rad].
+        others: pairs of joints beside the legs' that move.
     """
     findings = []
     names = [[str(model.names[j]) for j in leg] for leg in pair.legs]
     for side, own in zip(SIDES, names, strict=True):
-        text = f"six joints from hip to ankle: {', '.join(own)}"
+        text = f"{number_word(len(own))} joints from hip to ankle: {', '.join(own)}"
         findings.append(Finding("legs", f"{side} leg", text))
     if speaks_for_other_side(names[0], names[1]):
         text = "is the right leg by its place, though its joints' names speak for the left one"
@@ -77,7 +82,10 @@ def leg_findings(
     if pair.tilt:
         findings.append(Finding("heading", "robot", pair.tilt, "guessed"))
     findings += _heading(heading)
-    findings += _posture(model, q, pair, angles)
+    if others:
+        moving = dict.fromkeys(str(model.names[j]) for joints in others for j in joints)
+        findings.append(Finding("legs", "upper body", f"moves: {', '.join(moving)}", "given"))
+    findings += _posture(model, q, [*pair.legs, *others], angles)
     return findings
 
 
@@ -132,8 +140,10 @@ def _axis_words(vector: Array) -> str:
     return "(" + ", ".join(f"{n:.4g}" for n in name) + ")"
 
 
-def _posture(model: pin.Model, q: Array, pair: Pair, angles: dict[str, float]) -> list[Finding]:
-    moving = {j for leg in pair.legs for j in leg}
+def _posture(
+    model: pin.Model, q: Array, moved: Sequence[Sequence[int]], angles: dict[str, float]
+) -> list[Finding]:
+    moving = {j for joints in moved for j in joints}
     locked = [j for j in range(2, model.njoints) if j not in moving]
     findings = []
     if locked:
@@ -161,10 +171,11 @@ class ImportedRobot:
         model: the whole robot with both sole frames; free-flyer as joint 1.
         q: its reference posture, root at the origin.
         legs: joint ids of the right and of the left leg from hip to ankle.
+        others: other joints that move: right and left, or one in the middle twice.
         rotation: forward, left and up of the robot in its root link, columns, shape (3, 3).
         soles: frames and rectangle.
         stance: index of the standing foot, 0 right or 1 left.
-        limits: of the joints, stance leg from ankle to hip, then swing leg from hip to ankle.
+        limits: of the joints, in the order of `joints`.
         physics: what counts of its passive joints, gravity and carried weight.
         described: the same before `choices.without` left anything out.
         choices: every guess made explicit.
@@ -178,6 +189,7 @@ class ImportedRobot:
     model: pin.Model
     q: Array
     legs: LegJoints
+    others: Pairs
     rotation: Array
     soles: Soles
     stance: int
@@ -189,6 +201,11 @@ class ImportedRobot:
     faults: tuple[str, ...]
     problems: tuple[FileProblem, ...]
     drawn_unequally: tuple[str, ...]
+
+    @property
+    def joints(self) -> tuple[int, ...]:
+        """Ids of the joints that move; see `moving_joints`."""
+        return moving_joints(self.legs, self.stance, self.others)[0]
 
     @property
     def sole_names(self) -> tuple[str, str]:
@@ -204,7 +221,7 @@ def import_robot(source: Source, choices: ImportOptions) -> ImportedRobot:
         choices: what the user fixed.
 
     Raises:
-        RobotError: it is not a biped with two six-joint legs, or something cannot be told.
+        RobotError: it is not a biped with two legs, or something cannot be told.
     """
     folder = Path() if source.path is None else source.path.parent
     whole, bodies, mended = override_bodies(source.model(), choices.inertias)
@@ -216,27 +233,29 @@ def import_robot(source: Source, choices: ImportOptions) -> ImportedRobot:
     model, notes = override(whole, overrides)
     if "armature" in choices.without:
         model.armature = np.zeros(model.nv)
-    placed = place(model, reference_configuration(model, angles))
-    pair = standing_legs(source, placed, choices)
+    posed = pose(model, reference_configuration(model, angles), source.problems)
+    pair = standing_legs(source, posed, choices)
     faults = _empty_ranges(model, pair.legs, problems)
     shapes = _shapes(source, model, pair, choices)
     feet = [None if shape is None else shape.points for shape in shapes]
-    lines = [leg_lines(placed, leg, foot) for leg, foot in zip(pair.legs, feet, strict=True)]
+    lines = [leg_lines(posed, leg, foot) for leg, foot in zip(pair.legs, feet, strict=True)]
     heading = find_heading((lines[0], lines[1]), pair.up, choices.forward)
     if heading.right == 1:
         pair, lines, shapes = _swapped(pair), lines[::-1], shapes[::-1]
     side = standing_side(model, pair.legs, choices)
-    straight = legs_at_zero(placed, pair.legs)
-    chain = (*pair.legs[side][::-1], *pair.legs[1 - side])
-    axes = joint_axes(model, straight.q, chain) @ heading.rotation
-    mirror = leg_exchange(axes, np.ones(12))
-    limits, odd, wrong = joint_limits(model, chain, mirror, choices.unequal_limits, SIDES[side])
+    straight = legs_at_zero(posed, pair.legs)
+    others = moving_pairs(posed, pair.legs, heading.rotation, choices.moving)
+    chain, partners = moving_joints(pair.legs, side, others)
+    axes = straight.axes[list(chain)] @ heading.rotation
+    mirror = leg_exchange(axes, np.ones(len(chain)), partners)
+    right = np.isin(chain, [*pair.legs[0], *(first for first, _ in others)])
+    limits, odd, wrong = joint_limits(model, chain, mirror, choices.unequal_limits, right)
     drawn_unequally = _drawn_unequally(source.drawn_posture, model, chain, mirror)
     faults += () if faults else tuple(wrong)
     names = (choices.stance_sole, choices.swing_sole)
     sides = (names[side], names[1 - side])
     try:
-        stood = _flat_stance(placed, straight, pair.legs, heading.rotation, shapes)
+        stood = flat_stance(posed, straight, pair.legs, heading.rotation, shapes)
         stance, tilted = level_feet(stood, shapes, sides, heading.rotation)
         soles = _soles(source, stance, shapes, sides, choices)
     except RobotError as error:
@@ -245,13 +264,24 @@ def import_robot(source: Source, choices: ImportOptions) -> ImportedRobot:
         _add_frames(model, pair.legs, soles)
     resolved = _resolved(choices, model, pair, heading, soles, side)
     resolved = replace(resolved, posture=tuple(angles.items()) or None, limits=overrides)
-    told = leg_findings(model, placed.q, pair, heading, angles)
+    told = leg_findings(model, posed.q, pair, heading, angles, others)
     rotors = armature_findings(whole, model, pair.legs, resolved, is_generated(source.text))
-    findings = (*told, *tilted, *soles.findings, *notes, *bodies, *odd, *rotors, *source.findings())
+    findings = (
+        *told,
+        *_missing(straight, pair.legs[side], heading.rotation),
+        *tilted,
+        *soles.findings,
+        *notes,
+        *bodies,
+        *odd,
+        *rotors,
+        *source.findings(),
+    )
     return ImportedRobot(
         model,
-        placed.q,
+        posed.q,
         pair.legs,
+        others,
         heading.rotation,
         soles,
         side,
@@ -277,34 +307,18 @@ def _rotors(choices: ImportOptions, model: pin.Model, folder: Path) -> tuple[Lim
     )
 
 
-def _swapped(pair: Pair) -> Pair:
+def _swapped(pair: LegPair) -> LegPair:
     return replace(pair, legs=(pair.legs[1], pair.legs[0]))
 
 
 def _shapes(
-    source: Source, model: pin.Model, pair: Pair, choices: ImportOptions
+    source: Source, model: pin.Model, pair: LegPair, choices: ImportOptions
 ) -> list[FootShape | None]:
     """Shapes of the feet, only looked for where they are still asked: meshes may be missing."""
     placed = choices.sole_placements or choices.sole_drop or choices.stance_sole
     if choices.sole is not None and choices.forward is not None and placed:
         return [None, None]
     return [foot_points(source, model, leg[-1]) for leg in pair.legs]
-
-
-def _flat_stance(
-    placed: Placed,
-    straight: Placed,
-    legs: LegJoints,
-    rotation: Array,
-    shapes: list[FootShape | None],
-) -> Stance:
-    """Return the robot with flat feet; see `parallel_feet`."""
-    upright = stance_of(straight, legs, rotation)
-    if parallel_feet(placed, straight, legs):
-        return upright
-    stance = stance_of(placed, legs, rotation)
-    refuse_tilted(stance, upright, shapes)
-    return stance
 
 
 def _soles(
@@ -351,6 +365,14 @@ def _empty_ranges(
     return tuple(faults)
 
 
+def _missing(straight: PosedModel, leg: tuple[int, ...], rotation: Array) -> list[Finding]:
+    """Return what joints a leg lacks without which it walks in fewer ways."""
+    joints = list(leg)
+    missing = missing_joints(straight.points[joints] @ rotation, straight.axes[joints] @ rotation)
+    text = f"have no {' and no '.join(missing)} joint; the feet turn with the trunk there"
+    return [Finding("legs", "both legs", text, "warning")] if missing else []
+
+
 def _drawn_unequally(
     drawn: Mapping[str, float], model: pin.Model, chain: tuple[int, ...], mirror: Array
 ) -> tuple[str, ...]:
@@ -362,7 +384,8 @@ def _drawn_unequally(
     return tuple(
         f"'{names[row]}' at ref {angles[row]:.4g} rad, '{names[partners[row]]}' at "
         f"{angles[partners[row]]:.4g} rad, mirrored {images[row]:.4g}"
-        for row in range(6)
+        for row in range(len(chain))
+        if row < partners[row]
         if abs(images[row] - angles[row]) > _SAME_REF
     )
 
@@ -373,7 +396,12 @@ def _add_frames(model: pin.Model, legs: LegJoints, soles: Soles) -> None:
 
 
 def _resolved(
-    choices: ImportOptions, model: pin.Model, pair: Pair, heading: Heading, soles: Soles, side: int
+    choices: ImportOptions,
+    model: pin.Model,
+    pair: LegPair,
+    heading: Heading,
+    soles: Soles,
+    side: int,
 ) -> ImportOptions:
     placements = None
     if soles.added:

@@ -20,7 +20,7 @@ from gaitopt.model.feet.foot_shape import Points, placed_shapes
 from gaitopt.model.feet.sole import Sole
 from gaitopt.model.import_options import CapsuleRow
 from gaitopt.model.joint_tree import FIRST
-from gaitopt.model.legs.kinematic_tree import place, points_on_lines
+from gaitopt.model.legs.kinematic_tree import points_on_lines, pose
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array
 
@@ -267,13 +267,13 @@ def _joints(robot: Robot, body: int) -> Array:
         middle = (sole.left + sole.right) / 2.0
         ends = ((x, middle, 0.0) for x in (sole.heel, sole.toe))
         return np.array([frame.act(np.array(p)) for p in ends])
-    placed = place(model, pin.neutral(model))
-    own = placed.places[body + 1]
+    posed = pose(model, pin.neutral(model))
+    own = posed.placements[body + 1]
     # From the hip downwards in both legs, so that their capsules mirror each other.
     ids = list(range(FIRST, FIRST + tree.swing_foot))
     rows = ids[: tree.stance][::-1] if body < tree.pelvis else ids[tree.stance :]
-    origins = np.array([placed.places[row].translation for row in rows])
-    points = points_on_lines(origins, placed.lines[1][rows], [0, *range(len(rows) - 1)])
+    origins = np.array([posed.placements[row].translation for row in rows])
+    points = points_on_lines(origins, posed.axes[rows], [0, *range(len(rows) - 1)])
     return np.array([own.actInv(points[rows.index(row)]) for row in (body + 1, body + 2)])
 
 

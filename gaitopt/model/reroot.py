@@ -19,8 +19,6 @@ from gaitopt.importers.pinocchio_model import reduced
 
 FOOT_JOINT = "stance_foot"
 PELVIS_FRAME = "pelvis"
-SIX = 6
-"""Joints of a leg that can place its foot anywhere; what is detected and solved for."""
 
 
 def lock_upper_body(
@@ -28,7 +26,7 @@ def lock_upper_body(
     stance_sole: str,
     swing_sole: str,
     posture: np.ndarray | None = None,
-    moving: Collection[str] | None = None,
+    moving: Collection[str] = (),
 ) -> pin.Model:
     """Keep the free-flyer, the joints that move one sole but not the other, and `moving`.
 
@@ -37,24 +35,20 @@ def lock_upper_body(
         stance_sole: name of the sole frame of the standing foot.
         swing_sole: name of the sole frame of the other foot.
         posture: configuration (nq,) in which the other joints are locked; neutral by default.
-        moving: names of further joints to keep (waist, arms, head); then the legs may have any
-            number of joints. None: two legs of six joints, everything else locked.
+        moving: names of further joints to keep (waist, arms, head).
 
     Raises:
-        RobotError: the legs have not as many joints as they should, or one of the joints to be kept
-            is not revolute or does not exist.
+        RobotError: one leg has more joints than the other, or one of the joints to be kept is not
+            revolute or does not exist.
     """
     stance, swing = leg_joints(model, stance_sole, swing_sole)
-    counts = len(stance), len(swing)
-    allowed = (SIX, SIX) if moving is None else (counts[0], counts[0])
-    for sole, count, wanted in zip((stance_sole, swing_sole), counts, allowed, strict=True):
-        if count != wanted or count == 0:
-            needed = "six revolute joints" if moving is None else "as many revolute joints"
+    for sole, count in ((stance_sole, len(stance)), (swing_sole, len(swing))):
+        if count != len(stance) or count == 0:
             raise RobotError(
                 f"the leg that ends in frame '{sole}' has {count} joints of its own; "
-                f"gaitopt needs two legs of {needed} each"
+                "gaitopt needs two legs of as many revolute joints each"
             )
-    kept = stance | swing | {_joint_named(model, name) for name in moving or ()}
+    kept = stance | swing | {_joint_named(model, name) for name in moving}
     for joint in kept:
         if model.joints[joint].nv != 1:
             raise RobotError(

@@ -87,11 +87,10 @@ class Robot:
             stance_sole, swing_sole: names of the sole frames (x forward, y left, z up, in the
                 plane of the sole), as in `choices`.
             sole: rectangle of the sole, as in `choices`.
-            moving: names of joints beside the legs' that are not locked (waist, arms, head); such a
-                robot has to be its own mirror image.
+            moving: joints beside the legs' that are not locked, as in `choices`.
 
         Raises:
-            RobotError: the URDF cannot be read, or is not a biped with two mirrored six-joint legs.
+            RobotError: the URDF cannot be read, or is not a biped with two mirrored legs.
         """
         if not isinstance(urdf, (str, Path)):
             raise RobotError(
@@ -99,9 +98,11 @@ class Robot:
                 "URDF (str) or the path of a file (str or Path)"
             )
         given = choices or ImportOptions()
-        given = given.over(stance_sole=stance_sole, swing_sole=swing_sole, sole=sole)
+        given = given.over(
+            stance_sole=stance_sole, swing_sole=swing_sole, sole=sole, moving=tuple(moving) or None
+        )
         source = read_source(urdf, given.package_dirs)
-        return cls.from_reading(source, import_robot(source, given), moving)
+        return cls.from_reading(source, import_robot(source, given))
 
     @classmethod
     def from_soles(
@@ -156,22 +157,20 @@ class Robot:
         )
 
     @classmethod
-    def from_reading(
-        cls, source: Source, reading: ImportedRobot, moving: Collection[str] = ()
-    ) -> Robot:
+    def from_reading(cls, source: Source, reading: ImportedRobot) -> Robot:
         """Return the biped of a reading.
 
         Args:
             source: the description of the robot.
             reading: of that description.
-            moving: names of joints beside the legs' that are not locked.
 
         Raises:
             RobotError: a body of the file is unsound, the robot is not its own mirror image, or
                 its sole is larger than its legs.
         """
-        chain = build_chain(reading, moving)
-        limits = chain_limits(chain, reading.limits) if moving else reading.limits
+        chain = build_chain(reading)
+        names = [str(reading.model.names[j]) for j in reading.joints]
+        limits = reading.limits.ordered([names.index(name) for name in chain.names])
         legs = measure_legs(chain.lines, reading.sole_names, limits)
         doubts = (
             *knee_doubts(legs, limits, chain.names),

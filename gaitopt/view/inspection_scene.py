@@ -7,7 +7,7 @@ import pinocchio as pin
 
 from gaitopt.errors import RobotError
 from gaitopt.model.importer import ImportedRobot
-from gaitopt.model.legs.kinematic_tree import joint_axes
+from gaitopt.model.legs.kinematic_tree import pose
 from gaitopt.nlp import Array
 from gaitopt.view.drawable import drawable
 from gaitopt.view.inspection import Inspection
@@ -75,8 +75,9 @@ def _draw_joints(
     node: meshcat.Visualizer, reading: ImportedRobot, q: Array, data: pin.Data
 ) -> None:
     model, (_, size) = reading.model, _size(data)
+    axes = pose(model, q).axes
     for side, leg in enumerate(reading.legs):
-        for joint, axis in zip(leg, joint_axes(model, q, leg), strict=True):
+        for joint, axis in zip(leg, axes[list(leg)], strict=True):
             arrow = node[str(model.names[joint]).replace("/", "_")]
             _draw_arrow(arrow, data.oMi[joint].translation, axis, size, _SIDES[side])
 

@@ -13,7 +13,7 @@ from gaitopt.importers.report import Finding
 from gaitopt.model.import_options import SIDES
 from gaitopt.model.importer import ImportedRobot
 from gaitopt.model.legs.joint_limits import JointLimits
-from gaitopt.model.legs.kinematic_tree import joint_axes
+from gaitopt.model.legs.kinematic_tree import pose
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array
 from gaitopt.view.inspection import Inspection
@@ -118,7 +118,7 @@ def _legs(inspection: Inspection) -> Section:
     names = [[str(reading.model.names[j]) for j in leg] for leg in reading.legs]
     for place, pair in enumerate(zip(*names, strict=True)):
         own = pair[reading.stance]
-        row = 5 - place  # limits begin at the ankle of the standing leg
+        row = len(names[0]) - 1 - place  # limits begin at the ankle of the standing leg
         armature = reading.model.armature[reading.model.joints[reading.model.getJointId(own)].idx_v]
         rows.append(
             (
@@ -160,7 +160,7 @@ def _limit(value: float, stated: float) -> str:
 def _axes(reading: ImportedRobot) -> dict[str, str]:
     """Return the axis of each leg joint at the reference posture, in the robot's axes."""
     joints = [j for leg in reading.legs for j in leg]
-    axes = joint_axes(reading.model, reading.q, joints) @ reading.rotation
+    axes = pose(reading.model, reading.q).axes[joints] @ reading.rotation
     names = [str(reading.model.names[j]) for j in joints]
     return {name: axis_words(axis) for name, axis in zip(names, axes, strict=True)}
 

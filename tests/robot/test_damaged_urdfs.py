@@ -70,25 +70,27 @@ def mimic(side):
     return lambda root: ET.SubElement(joint(root, f"{side}_knee"), "mimic", joint="right_hip_pitch")
 
 
-def without_ankle_roll(side):
+def stiff(side, *names):
     def edit(root):
-        joint(root, f"{side}_ankle_roll").set("type", "fixed")
+        for name in names:
+            joint(root, f"{side}_{name}").set("type", "fixed")
 
     return edit
 
 
-def with_seventh_joint(side):
-    """Split the shin: a second knee below the first."""
+def with_eight_joints(side):
+    """Split the shin: a second and a third knee below the first."""
 
     def edit(root):
-        extra = copy.deepcopy(joint(root, f"{side}_knee"))
-        extra.set("name", f"{side}_knee_2")
-        extra.find("parent").set("link", f"{side}_half_shin")
-        extra.find("origin").set("xyz", "0 0 0")
-        half = copy.deepcopy(link(root, f"{side}_shin"))
-        half.set("name", f"{side}_half_shin")
-        joint(root, f"{side}_knee").find("child").set("link", f"{side}_half_shin")
-        root.extend([half, extra])
+        for k in (2, 3):
+            extra = copy.deepcopy(joint(root, f"{side}_knee"))
+            extra.set("name", f"{side}_knee_{k}")
+            extra.find("parent").set("link", f"{side}_shin_{k}")
+            extra.find("origin").set("xyz", "0 0 0")
+            half = copy.deepcopy(link(root, f"{side}_shin"))
+            half.set("name", f"{side}_shin_{k}")
+            joint(root, f"{side}_knee").find("child").set("link", f"{side}_shin_{k}")
+            root.extend([half, extra])
 
     return edit
 
@@ -170,17 +172,30 @@ DAMAGE = {
     ),
     "prismatic joint in a leg": (
         both(lambda side: on("joint", f"{side}_knee", ".", type="prismatic")),
-        r"joint '(left|right)_knee' is prismatic; gaitopt needs two legs of six revolute",
+        r"joint '(left|right)_knee' is prismatic; gaitopt needs two legs of four to seven",
     ),
     "unknown joint type": (
         on("joint", HIP, ".", type="hinge"),
         rf"line \d+: joint '{HIP}': its type is 'hinge'; it must be one of revolute",
     ),
-    "legs of five joints": (
-        both(without_ankle_roll), r"the chain that ends in '\w+' has 5 joints of its own.*six"
+    "legs of three joints": (
+        both(lambda side: stiff(side, "hip_yaw", "knee", "ankle_roll")),
+        r"the chain that ends in '\w+' has 3 joints of its own.* two legs of four to seven",
     ),
-    "legs of seven joints": (
-        both(with_seventh_joint), r"the chain that ends in '\w+' has 7 joints of its own"
+    "legs of eight joints": (
+        both(with_eight_joints), r"the chain that ends in '\w+' has 8 joints of its own"
+    ),
+    "legs without a knee": (
+        both(lambda side: stiff(side, "knee")),
+        r"the chain that ends in '\w+' cannot put a foot flat at a step: it has no knee",
+    ),
+    "legs without ankles": (
+        both(lambda side: stiff(side, "ankle_pitch", "ankle_roll")),
+        r"cannot put a foot flat at a step: it has no knee between hip and ankle; its",
+    ),
+    "one leg with a joint less": (
+        stiff("left", "ankle_roll"),
+        r"the chain that ends in 'left_sole' has 5 joints of its own.*; the other has 6",
     ),
     "torques differ": (
         set_limit("left_knee", effort=140.0),

@@ -76,7 +76,7 @@ def all_inertias(root):
 SHIN_SAYS, KNEE_SAYS = f"body '{SHIN}': ", f"joint '{KNEE}': "
 MUJOCO, NO_NUMBER = "MuJoCo refuses it: ", "; it must be finite; correct it"
 MASS, FEW = "mass and inertia of moving bodies must be larger", "does not have enough data"
-LEGS = "a leg: every leg joint has its own motor; remove that <{}>; gaitopt needs two legs of six"
+LEGS = "a leg: every leg joint has its own motor; remove that <{}>; gaitopt needs two legs of four"
 DAMAGE = {
     "negative mass": (inertial(mass="-3"), SHIN, f"{SHIN_SAYS}{MUJOCO}{MASS}"),
     "zero mass": (inertial(mass="0"), SHIN, f"{SHIN_SAYS}{MUJOCO}{MASS}"),

@@ -21,9 +21,9 @@ from gaitopt.model.feet.sole_detection import (
 )
 from gaitopt.model.import_options import SIDES, ImportOptions
 from gaitopt.model.legs.heading import axis_vector, leg_lines
-from gaitopt.model.legs.kinematic_tree import LegJoints, Placed, Tree, joint_axes, place, unit
+from gaitopt.model.legs.kinematic_tree import LegJoints, PosedModel, pose, unit
 from gaitopt.model.legs.leg_detection import (
-    Pair,
+    LegPair,
     axes_apart,
     find_legs,
     mirror_normal,
@@ -33,10 +33,11 @@ from gaitopt.model.legs.leg_detection import (
 from gaitopt.model.legs.leg_geometry import centre
 from gaitopt.nlp import Array
 
-_NEARLY_FLAT = 0.05  # rad
+_NEARLY_FLAT = 0.05  # rad: feet turned by less between two postures are flat in both
 _ALIGNED = 1e-3  # rad: a named frame may be turned by rounding in the file
-_ALIKE = 0.02  # rad: feet turned by the same in spite of rounded meshes
-_DOWN = np.array([0.0, 0.0, -1.0])
+_ALIKE = 0.02  # rad: feet turned by the same, and their soles, in spite of rounded meshes
+_UPRIGHT = 1e-3  # rad: a smaller tilt is rounding
+_Z = np.array([0.0, 0.0, 1.0])
 
 
 @dataclass(frozen=True)
@@ -75,6 +76,71 @@ class Stance:
         return replace(self, places=(first, other), ankles=ankles)
 
 
+def legs_at_zero(posed: PosedModel, legs: LegJoints) -> PosedModel:
+    """Return the same posture with all leg angles 0."""
+    q = posed.q.copy()
+    q[[posed.model.joints[j].idx_q for leg in legs for j in leg]] = 0.0
+    return pose(posed.model, q, posed.problems)
+
+
+def flat_stance(
+    posed: PosedModel,
+    straight: PosedModel,
+    legs: LegJoints,
+    rotation: Array,
+    shapes: list[FootShape | None],
+) -> Stance:
+    """Return the robot with flat feet in its own axes, their origin between the hips.
+
+    Poses in files are rounded and not quite symmetric; with all leg angles 0 the feet are exact.
+    So that posture counts where the feet are as flat in it.
+
+    Args:
+        posed: the robot in its reference posture.
+        straight: the robot with all leg angles 0.
+        legs: the right and the left one.
+        rotation: columns forward, left, up in the root link, shape (3, 3).
+        shapes: of the right and of the left foot.
+
+    Raises:
+        RobotError: the reference posture tilts a foot so far that its sole cannot be told any more.
+    """
+    upright = _stance_of(straight, legs, rotation)
+    feet = [(straight.placements[leg[-1]], posed.placements[leg[-1]]) for leg in legs]
+    turns = [pin.log3(a.rotation.T @ b.rotation) for a, b in feet]
+    if max(map(np.linalg.norm, turns)) <= _NEARLY_FLAT:
+        return upright
+    stance = _stance_of(posed, legs, rotation)
+    for side, shape in enumerate(shapes):
+        if shape is None:
+            continue
+        R = upright.places[side].rotation
+        face = lowest_face(shape.points @ R.T, shape.radii, -_Z)
+        angle = 0.0 if face is None else tilt(stance.places[side].rotation @ R.T @ face, -_Z)
+        if angle > MOST_TILTED:
+            raise RobotError(
+                f"the sole of the {SIDES[side]} foot is tilted by {np.degrees(angle):.1f} degrees "
+                f"in the reference posture; at most {np.degrees(MOST_TILTED):.0f} can be levelled; "
+                "give angles of hip, knee and ankle that keep both feet flat ([posture] in the "
+                "file for --choices, or a pose of the SRDF), or none for the legs"
+            )
+    return stance
+
+
+def _stance_of(posed: PosedModel, legs: LegJoints, rotation: Array) -> Stance:
+    lines = [leg_lines(posed, leg) for leg in legs]
+    pelvis = pin.SE3(rotation, (lines[0].hip + lines[1].hip) / 2.0)
+    # The ankles' centres are those of `Legs`: on the pitch axes, where the axes do not meet.
+    ankles = [centre(line.points @ rotation, line.axes @ rotation, line.parts[1]) for line in lines]
+    first, other = (pelvis.actInv(posed.placements[leg[-1]]) for leg in legs)
+    return Stance(
+        model=posed.model,
+        feet=(legs[0][-1], legs[1][-1]),
+        places=(first, other),
+        ankles=np.array([pelvis.actInv(rotation @ point) for point in ankles]),
+    )
+
+
 def level_feet(
     stance: Stance,
     shapes: list[FootShape | None],
@@ -110,38 +176,12 @@ def level_feet(
     return replace(stance, places=(places[0], places[1])), findings
 
 
-def refuse_tilted(stance: Stance, straight: Stance, shapes: list[FootShape | None]) -> None:
-    """Refuse a reference posture that tilts a foot so far that its sole cannot be told any more.
-
-    Args:
-        stance: the robot as its reference posture has it.
-        straight: the robot with all leg angles 0.
-        shapes: of the right and of the left foot.
-
-    Raises:
-        RobotError: a foot is tilted.
-    """
-    for side, shape in enumerate(shapes):
-        if shape is None:
-            continue
-        R = straight.places[side].rotation
-        face = lowest_face(shape.points @ R.T, shape.radii, _DOWN)
-        angle = 0.0 if face is None else tilt(stance.places[side].rotation @ R.T @ face, _DOWN)
-        if angle > MOST_TILTED:
-            raise RobotError(
-                f"the sole of the {SIDES[side]} foot is tilted by {np.degrees(angle):.1f} degrees "
-                f"in the reference posture; at most {np.degrees(MOST_TILTED):.0f} can be levelled; "
-                "give angles of hip, knee and ankle that keep both feet flat ([posture] in the "
-                "file for --choices, or a pose of the SRDF), or none for the legs"
-            )
-
-
 def _tilted_up(turns: list[Array], rotation: Array) -> Array | None:
     """Direction in the root link that would be up if that were tilted, and not both feet alike."""
     logs = [pin.log3(turn) for turn in turns]
     if not all(log.any() for log in logs) or np.linalg.norm(logs[0] - logs[1]) > _ALIKE:
         return None
-    return np.asarray(rotation @ turns[0].T @ -_DOWN)
+    return np.asarray(rotation @ turns[0].T @ _Z)
 
 
 def _turn(stance: Stance, side: int, shape: FootShape | None, name: str | None) -> Array:
@@ -151,60 +191,13 @@ def _turn(stance: Stance, side: int, shape: FootShape | None, name: str | None) 
         R = (place * model.frames[model.getFrameId(name)].placement).rotation
         return np.asarray(R.T) if np.linalg.norm(pin.log3(R)) > _ALIGNED else np.eye(3)
     if name is None and shape is not None:
-        normal = sole_normal(shape.points @ place.rotation.T, _DOWN, shape.radii)
+        normal = sole_normal(shape.points @ place.rotation.T, -_Z, shape.radii)
         if normal is not None:
-            return turn_onto(normal, _DOWN)
+            return turn_onto(normal, -_Z)
     return np.eye(3)
 
 
-def legs_at_zero(placed: Placed, legs: LegJoints) -> Placed:
-    """Return the same posture with all leg angles 0."""
-    q = placed.q.copy()
-    q[[placed.model.joints[j].idx_q for leg in legs for j in leg]] = 0.0
-    return place(placed.model, q)
-
-
-def parallel_feet(first: Placed, second: Placed, legs: LegJoints) -> bool:
-    """Tell whether the feet are flat in both postures, if they are in one.
-
-    Poses in files are rounded and not quite symmetric; with all leg angles 0 the feet are exact.
-    """
-    for leg in legs:
-        turn = first.places[leg[-1]].rotation.T @ second.places[leg[-1]].rotation
-        if np.linalg.norm(pin.log3(turn)) > _NEARLY_FLAT:
-            return False
-    return True
-
-
-def stance_of(placed: Placed, legs: LegJoints, rotation: Array) -> Stance:
-    """Return the robot in its own axes, with their origin between the hips.
-
-    Args:
-        placed: the robot.
-        legs: the right and the left one, joints from hip to ankle.
-        rotation: columns forward, left, up in the root link, shape (3, 3).
-    """
-    lines = [leg_lines(placed, leg) for leg in legs]
-    pelvis = pin.SE3(rotation, (lines[0].hip + lines[1].hip) / 2.0)
-    # The ankles' centres are those of `LegJoints`: on the pitch axes, where the axes do not meet.
-    centres = [centre(line.points @ rotation, line.axes @ rotation, (4, 5)) for line in lines]
-    return Stance(
-        model=placed.model,
-        feet=(legs[0][-1], legs[1][-1]),
-        places=(
-            pelvis.actInv(placed.places[legs[0][-1]]),
-            pelvis.actInv(placed.places[legs[1][-1]]),
-        ),
-        ankles=np.array([pelvis.actInv(rotation @ point) for point in centres]),
-    )
-
-
-_UPRIGHT = 1e-3  # rad: a smaller tilt is rounding
-_AGREE = 0.02  # rad: the soles of both feet, whose meshes may be rounded
-_Z = np.array([0.0, 0.0, 1.0])
-
-
-def standing_legs(source: Source, placed: Placed, choices: ImportOptions) -> Pair:
+def standing_legs(source: Source, posed: PosedModel, choices: ImportOptions) -> LegPair:
     """Return the two legs and their upward direction.
 
     Up is an axis of the root link if the legs mirror each other in an upright plane along it. If
@@ -212,25 +205,23 @@ def standing_legs(source: Source, placed: Placed, choices: ImportOptions) -> Pai
 
     Args:
         source: of the robot.
-        placed: the robot in its reference posture.
+        posed: the robot in its reference posture.
         choices: of the user; a given `up` counts as it is.
 
     Raises:
         RobotError: there are no two legs.
     """
-    tree = Tree(placed.model, *placed.lines, source.problems, placed.q)
     up = None if choices.up is None else axis_vector(choices.up)
-    pair = find_legs(tree, named_feet(placed.model, choices), up)
+    pair = find_legs(posed, named_feet(posed.model, choices), up)
     if up is not None:
         return pair
-    normal = mirror_normal(tree, (list(pair.legs[0]), list(pair.legs[1])))
-    leaning = normal is not None and _leans(placed, pair, normal)
-    if normal is None or not (leaning or pair.lying):
+    normal = mirror_normal(posed, pair.legs)
+    if normal is None or not (pair.lying or _leans(posed, pair, normal)):
         return pair
     within = unit(pair.up - (pair.up @ normal) * normal)
-    soles = _above_soles(source, placed, pair, within)
+    soles = _above_soles(source, posed, pair.legs, within)
     if soles is None and pair.lying:
-        raise no_up(tree, (pair.legs[0][-1], pair.legs[1][-1]))
+        raise no_up(posed, pair.legs)
     above = within if soles is None else soles
     up = unit(above - (above @ normal) * normal)
     angle = np.degrees(np.arccos(np.clip(up @ (_Z if pair.lying else pair.up), -1.0, 1.0)))
@@ -242,7 +233,7 @@ def standing_legs(source: Source, placed: Placed, choices: ImportOptions) -> Pai
     return replace(pair, up=up, tilt=text)
 
 
-def _leans(placed: Placed, pair: Pair, normal: Array) -> bool:
+def _leans(posed: PosedModel, pair: LegPair, normal: Array) -> bool:
     """Tell whether the plane between the legs leans, rather than one leg is longer than the other.
 
     Then the axes of the joints lean with it.
@@ -250,19 +241,19 @@ def _leans(placed: Placed, pair: Pair, normal: Array) -> bool:
     if abs(float(normal @ pair.up)) <= _UPRIGHT:
         return False
     upright = unit(normal - (normal @ pair.up) * pair.up)
-    first, other = (joint_axes(placed.model, placed.q, leg) for leg in pair.legs)
+    first, other = (posed.axes[list(leg)] for leg in pair.legs)
     return axes_apart(first, other, normal) < axes_apart(first, other, upright)
 
 
-def _above_soles(source: Source, placed: Placed, pair: Pair, up: Array) -> Array | None:
+def _above_soles(source: Source, posed: PosedModel, legs: LegJoints, up: Array) -> Array | None:
     """Direction square to the lower faces of both feet, None if they have none or differ."""
     normals = []
-    for leg in pair.legs:
-        shape = foot_points(source, placed.model, leg[-1])
-        R = placed.places[leg[-1]].rotation
+    for leg in legs:
+        shape = foot_points(source, posed.model, leg[-1])
+        R = posed.placements[leg[-1]].rotation
         face = None if shape is None else lowest_face(shape.points @ R.T, shape.radii, -up)
         if face is None:
             return None
         normals.append(-face)
     apart = float(np.linalg.norm(normals[0] - normals[1]))
-    return unit(normals[0] + normals[1]) if apart < _AGREE else None
+    return unit(normals[0] + normals[1]) if apart < _ALIKE else None

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from gaitopt.errors import RobotError
 from gaitopt.model.import_options import AXES, Axis
-from gaitopt.model.legs.kinematic_tree import Placed
+from gaitopt.model.legs.kinematic_tree import PosedModel
 from gaitopt.model.legs.leg_detection import axes_apart
-from gaitopt.model.legs.leg_geometry import common_point, find_knee
+from gaitopt.model.legs.leg_geometry import common_point, find_knee, hip_and_ankle
 from gaitopt.nlp import Array
 
 _SNAP = 1e-3  # rad: a hip line this close to an axis of the root link is that axis
@@ -24,9 +26,9 @@ class LegLines:
     """One leg at the reference posture, all in the root link.
 
     Attributes:
-        points, axes: of the joint lines from hip to ankle, shape (6, 3) each.
-        angles: of the joints [rad], shape (6,).
-        lower, upper: of their ranges [rad], shape (6,).
+        points, axes: of the joint lines from hip to ankle, shape (n, 3) each.
+        angles: of the joints [rad], shape (n,).
+        lower, upper: of their ranges [rad], shape (n,).
         foot: points of the foot [m], shape (n, 3), None if unknown.
     """
 
@@ -37,32 +39,36 @@ class LegLines:
     upper: Array
     foot: Array | None = None
 
+    @cached_property
+    def parts(self) -> tuple[list[int], list[int]]:
+        """Rows of the joints of hip and ankle."""
+        return hip_and_ankle(self.points, self.axes)
+
     @property
     def hip(self) -> Array:
-        """Point nearest to the three hip lines."""
-        return common_point(self.points[:3], self.axes[:3])
+        """Point nearest to the lines of the hip."""
+        return common_point(self.points[self.parts[0]], self.axes[self.parts[0]])
 
     @property
     def ankle(self) -> Array:
-        """Point nearest to the two ankle lines."""
-        return common_point(self.points[4:], self.axes[4:])
+        """Point nearest to the lines of the ankle."""
+        return common_point(self.points[self.parts[1]], self.axes[self.parts[1]])
 
 
-def leg_lines(placed: Placed, leg: tuple[int, ...], foot: Array | None = None) -> LegLines:
+def leg_lines(posed: PosedModel, leg: Sequence[int], foot: Array | None = None) -> LegLines:
     """Return the joint lines of a leg in the root link.
 
     Args:
-        placed: the robot.
+        posed: the robot.
         leg: joints from hip to ankle.
         foot: points of its foot in the frame of its last joint [m], shape (n, 3), if known.
     """
-    model = placed.model
-    rows = [model.joints[joint].idx_q for joint in leg]
-    ankle = placed.places[leg[-1]]
+    model, rows = posed.model, [posed.model.joints[joint].idx_q for joint in leg]
+    ankle = posed.placements[leg[-1]]
     return LegLines(
-        points=placed.lines[0][list(leg)],
-        axes=placed.lines[1][list(leg)],
-        angles=placed.q[rows],
+        points=posed.points[list(leg)],
+        axes=posed.axes[list(leg)],
+        angles=posed.q[rows],
         lower=np.array(model.lowerPositionLimit)[rows],
         upper=np.array(model.upperPositionLimit)[rows],
         foot=None if foot is None else foot @ ankle.rotation.T + ankle.translation,
@@ -182,7 +188,8 @@ def _front(legs: tuple[LegLines, LegLines], ahead: Array) -> tuple[float, str, s
 
 def _bend(leg: LegLines, ahead: Array) -> float:
     """How far forward the knee takes the ankle as its range has it [m], 0 if that does not tell."""
-    knee = find_knee(leg.points, leg.axes, leg.hip, leg.ankle, leg.angles, (3, 4, 5))
+    beyond = range(len(leg.parts[0]), len(leg.points))
+    knee = find_knee(leg.points, leg.axes, leg.hip, leg.ankle, leg.angles, beyond)
     side = knee.range_side(float(leg.lower[knee.row]), float(leg.upper[knee.row]))
     return side * float(knee.side @ ahead)
 

@@ -1,4 +1,4 @@
-"""The joints of a robot as a tree: chains, joint lines, placements in one posture.
+"""The joints of a robot as a tree in one posture: chains, joint lines, placements.
 
 A revolute joint is a line. Where on it a file puts the origin of the joint is arbitrary, so that
 nothing found about a robot depends on it (`points_on_lines`).
@@ -6,7 +6,7 @@ nothing found about a robot depends on it (`points_on_lines`).
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -16,33 +16,64 @@ import pinocchio as pin
 from gaitopt.importers.xml_document import FileProblem
 from gaitopt.nlp import Array
 
-UNMOVED = ("mimic", "free")
-"""Problems of joints that no motor turns."""
+UNDRIVEN = ("mimic", "free")
+"""Kinds of problems of joints that no motor turns."""
 
-LIGHT = 2e-4
+LEAST_MASS = 2e-4
 """Of the robot's mass: a branch that carries less is no limb."""
 
-_BODY = pin.FrameType.BODY
 _REVOLUTE = ("JointModelRX", "JointModelRY", "JointModelRZ", "JointModelRevoluteUnaligned")
+
+# Sine of the angle between two lines. Below the first they do not tell where on each other they
+# meet, above the second they do. The weight grows smoothly in between, so that the two legs of a
+# robot that are nearly alike have points that are nearly alike.
+_NEARLY_PARALLEL = (0.3, 0.6)
+_FALLBACK_WEIGHT = 1e-6  # of the joint before, which decides where no line does
+
+LegJoints = tuple[tuple[int, ...], tuple[int, ...]]
+"""Joint ids of two legs from hip to ankle."""
 
 
 @dataclass(frozen=True)
-class Tree:
-    """A model at its reference posture.
+class PosedModel:
+    """A model in one posture, its root at the origin.
 
     Attributes:
         model: free-flyer and joints.
-        places: points of its joints in the root link [m], shape (njoints, 3); see `joint_points`.
-        axes: of its joints there, 0 for those that do not revolve, shape (njoints, 3).
+        q: its configuration, shape (nq,).
+        placements: of its joints in the root link.
         problems: that were found in its file.
-        q: the reference posture, shape (nq,); None for the neutral one.
     """
 
     model: pin.Model
-    places: Array
-    axes: Array
+    q: Array
+    placements: list[pin.SE3]
     problems: tuple[FileProblem, ...] = ()
-    q: Array | None = None
+
+    @cached_property
+    def axes(self) -> Array:
+        """Unit axes of the joints in the root link, 0 for those that do not revolve, (njoints, 3).
+
+        Rows 0 and 1, of the universe and the free-flyer, are 0.
+        """
+        data = self.model.createData()
+        pin.computeJointJacobians(self.model, data, self.q)
+        axes = np.zeros((self.model.njoints, 3))
+        for joint in range(2, self.model.njoints):
+            at = self.model.joints[joint]
+            if at.nv == 1:
+                J = pin.getJointJacobian(self.model, data, joint, pin.LOCAL_WORLD_ALIGNED)
+                axes[joint] = J[3:, at.idx_v]
+        return axes
+
+    @cached_property
+    def points(self) -> Array:
+        """Points of the joints in the root link [m], shape (njoints, 3).
+
+        Those of `points_on_lines`; the origins of joints that do not revolve.
+        """
+        origins = np.array([placement.translation for placement in self.placements])
+        return points_on_lines(origins, self.axes, [int(p) for p in self.model.parents])
 
     @cached_property
     def leaves(self) -> list[int]:
@@ -51,37 +82,63 @@ class Tree:
         Such branches stand for rods of a linkage, cables or frames. What carries next to nothing
         is none of a robot's limbs.
         """
-        bodies = [float(body.mass) for body in self.model.inertias]
-        below = bodies.copy()
-        for joint in reversed(range(2, self.model.njoints)):
-            below[self.model.parents[joint]] += below[joint]
-        least, found = LIGHT * sum(bodies), []
-        light = set()
-        for joint in range(2, self.model.njoints):
-            parent = int(self.model.parents[joint])
-            forks = parent < 2 or len(self.model.children[parent]) > 1
+        model = self.model
+        below = [float(body.mass) for body in model.inertias]
+        least, light = LEAST_MASS * sum(below), set()
+        for joint in reversed(range(2, model.njoints)):
+            below[model.parents[joint]] += below[joint]
+        for joint in range(2, model.njoints):
+            parent = int(model.parents[joint])
+            forks = parent < 2 or len(model.children[parent]) > 1
             if parent in light or (forks and below[joint] < least):
                 light.add(joint)
-        for joint in range(2, self.model.njoints):
-            if joint not in light and all(int(c) in light for c in self.model.children[joint]):
-                found.append(joint)
-        return found
+        return [
+            joint
+            for joint in range(2, model.njoints)
+            if joint not in light and all(int(c) in light for c in model.children[joint])
+        ]
 
     def problem(self, joint: int, kinds: Collection[str]) -> FileProblem | None:
         """Return the first problem of a joint that is of one of some kinds."""
         name = self.model.names[joint]
-        fits = (p for p in self.problems if p.name == name and p.kind in kinds)
-        return next(fits, None)
+        return next((p for p in self.problems if p.name == name and p.kind in kinds), None)
 
     def angle(self, joint: int) -> float:
-        """Return the angle of a revolute joint in the reference posture [rad]."""
-        return 0.0 if self.q is None else float(self.q[self.model.joints[joint].idx_q])
+        """Return the angle of a revolute joint [rad]."""
+        return float(self.q[self.model.joints[joint].idx_q])
+
+
+def pose(model: pin.Model, q: Array, problems: tuple[FileProblem, ...] = ()) -> PosedModel:
+    """Return the model in a posture."""
+    data = model.createData()
+    pin.forwardKinematics(model, data, q)
+    return PosedModel(model, q, [placement.copy() for placement in data.oMi], problems)
+
+
+def subtree_centres(model: pin.Model, q: Array) -> Array:
+    """Return the centres of mass of all that each joint moves [m], shape (njoints, 3).
+
+    In the world, at configuration q; what has no mass is at its joint.
+    """
+    data = model.createData()
+    pin.centerOfMass(model, data, q)
+    return np.array(
+        [
+            place.act(com) if np.isfinite(com).all() else place.translation
+            for place, com in zip(data.oMi, data.com, strict=True)
+        ]
+    )
 
 
 def own_joints(model: pin.Model, end: int, other: int) -> list[int]:
     """Return the joints between the root and a foot that do not carry the other foot too."""
     shared = set(model.supports[other])
     return [j for j in model.supports[end] if j > 1 and j not in shared]
+
+
+def own_chains(model: pin.Model, ends: tuple[int, int]) -> tuple[list[int], list[int]]:
+    """Return the joints of both feet's own, root side first."""
+    return own_joints(model, *ends), own_joints(model, *ends[::-1])
 
 
 def branches(model: pin.Model, ends: Collection[int]) -> list[list[int]]:
@@ -110,44 +167,22 @@ def all_revolute(model: pin.Model, joints: Collection[int]) -> bool:
 
 def foot_name(model: pin.Model, joint: int) -> str:
     """Return the name of the link that a joint moves, of its sole if it is named so."""
-    links = [f.name for f in model.frames if f.parentJoint == joint and f.type == _BODY]
+    links = [
+        f.name for f in model.frames if f.parentJoint == joint and f.type == pin.FrameType.BODY
+    ]
     soles = [name for name in links if "sole" in name.lower()]
     return str([*soles, *links, model.names[joint]][0])
+
+
+def line_gap(point: Array, axis: Array, other_point: Array, other_axis: Array) -> float:
+    """Return how far apart two lines are, in m and in the sine of their angle, the larger one."""
+    apart = np.cross(other_point - point, axis)
+    return float(max(np.linalg.norm(apart), np.linalg.norm(np.cross(axis, other_axis))))
 
 
 def unit(vector: Array) -> Array:
     """Return a vector at length 1, or as it is if it has no length."""
     return np.asarray(vector / (float(np.linalg.norm(vector)) or 1.0))
-
-
-# Sine of the angle between two lines from which on they tell where on each other they meet; they
-# have no say below the first, and their full one from the second on. In between it grows smoothly,
-# so that the two legs of a robot that are nearly alike have points that are nearly alike.
-_ASKEW = (0.3, 0.6)
-_FAINT = 1e-6  # weight of the joint before, which decides where no line does
-
-
-def joint_lines_of(model: pin.Model, q: Array) -> tuple[Array, Array]:
-    """Return a point and the direction of the line of each joint.
-
-    Args:
-        model: free-flyer and joints.
-        q: its configuration, shape (nq,).
-
-    Returns:
-        Points in the world [m], shape (njoints, 3), as `points_on_lines` chooses them, or the
-        origins of joints that do not revolve; and unit axes, 0 for those, shape (njoints, 3).
-    """
-    data = model.createData()
-    pin.computeJointJacobians(model, data, q)
-    origins = np.array([placement.translation for placement in data.oMi])
-    axes = np.zeros((model.njoints, 3))
-    for joint in range(2, model.njoints):
-        at = model.joints[joint]
-        if at.nv == 1:
-            J = pin.getJointJacobian(model, data, joint, pin.LOCAL_WORLD_ALIGNED)
-            axes[joint] = J[3:, at.idx_v]
-    return points_on_lines(origins, axes, [int(p) for p in model.parents]), axes
 
 
 def points_on_lines(points: Array, axes: Array, parents: Sequence[int]) -> Array:
@@ -165,79 +200,28 @@ def points_on_lines(points: Array, axes: Array, parents: Sequence[int]) -> Array
     for row in map(int, np.flatnonzero(axes.any(axis=1))):
         parent = parents[row]
         children = [k for k in range(len(points)) if parents[k] == row != k]
-        weight, along = _FAINT, _FAINT * float((found[parent] - points[row]) @ axes[row])
-        if parent == row:
-            along = 0.0
+        weight, along = _FALLBACK_WEIGHT, 0.0
+        if parent != row:
+            along = _FALLBACK_WEIGHT * float((found[parent] - points[row]) @ axes[row])
         left = 1.0
         for beside in ([parent], children):
-            sides = [_meeting(points, axes, row, k) for k in beside]
-            say = max((s for s, _ in sides), default=0.0)
-            for share, place in sides:
+            meetings = [_meeting(points, axes, row, k) for k in beside]
+            for share, place in meetings:
                 part = left * share / max(len(beside), 1)
                 weight, along = weight + part, along + part * place
-            left *= 1.0 - say
+            left *= 1.0 - max((share for share, _ in meetings), default=0.0)
         found[row] = points[row] + along / weight * axes[row]
     return found
 
 
 def _meeting(points: Array, axes: Array, row: int, other: int) -> tuple[float, float]:
-    """Return how clearly another line tells a place on a line, and which, from its point [m]."""
+    """Return how clearly another line tells a place on a line (0 to 1), and which [m]."""
     cosine = float(axes[row] @ axes[other])
     sine = float(np.linalg.norm(np.cross(axes[row], axes[other])))
-    share = _share(sine)
+    low, high = _NEARLY_PARALLEL
+    part = min(max((sine - low) / (high - low), 0.0), 1.0)
+    share = part * part * (3.0 - 2.0 * part)
     if share == 0.0:
         return 0.0, 0.0
     gap = points[other] - points[row]
     return share, float(gap @ axes[row] - cosine * (gap @ axes[other])) / sine**2
-
-
-def _share(sine: float) -> float:
-    """Weight of a line, from 0 to 1 with a continuous slope."""
-    part = min(max((sine - _ASKEW[0]) / (_ASKEW[1] - _ASKEW[0]), 0.0), 1.0)
-    return part * part * (3.0 - 2.0 * part)
-
-
-LegJoints = tuple[tuple[int, ...], tuple[int, ...]]
-
-
-@dataclass(frozen=True)
-class Placed:
-    """A model in one posture, its root at the origin.
-
-    Attributes:
-        model: free-flyer and joints.
-        q: its configuration, shape (nq,).
-        places: placements of its joints in the root link.
-    """
-
-    model: pin.Model
-    q: Array
-    places: list[pin.SE3]
-
-    @cached_property
-    def lines(self) -> tuple[Array, Array]:
-        """A point and the axis of each joint in the root link; see `joint_lines_of`."""
-        return joint_lines_of(self.model, self.q)
-
-
-def place(model: pin.Model, q: Array) -> Placed:
-    """Return the model in a posture."""
-    data = model.createData()
-    pin.forwardKinematics(model, data, q)
-    return Placed(model, q, [placement.copy() for placement in data.oMi])
-
-
-def joint_axes(model: pin.Model, q: Array, joints: Iterable[int]) -> Array:
-    """Return the unit axes of revolute joints in the world, shape (n, 3).
-
-    Args:
-        model: of the robot.
-        q: its configuration, shape (nq,).
-        joints: ids of n joints.
-    """
-    data = model.createData()
-    pin.computeJointJacobians(model, data, q)
-    columns = [(j, model.joints[j].idx_v) for j in joints]
-    return np.array(
-        [pin.getJointJacobian(model, data, j, pin.LOCAL_WORLD_ALIGNED)[3:, v] for j, v in columns]
-    )

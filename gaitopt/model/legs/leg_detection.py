@@ -1,14 +1,14 @@
 """Which joints of a humanoid are its two legs, found from the tree and the geometry alone.
 
-Names of sides never decide; they only help to describe. Where there are no two legs the errors say
-what there is instead, and what helps.
+A leg is the chain of joints between the pelvis and a foot. Names of sides never decide; they only
+help to describe. Where there are no two legs the errors say what there is instead, and what helps.
 """
 
 from __future__ import annotations
 
 import json
 import re
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
 
@@ -18,67 +18,75 @@ import pinocchio as pin
 from gaitopt.errors import RobotError
 from gaitopt.model.import_options import AXES, SIDES, ImportOptions
 from gaitopt.model.legs.kinematic_tree import (
-    LIGHT,
-    UNMOVED,
-    Tree,
+    LEAST_MASS,
+    UNDRIVEN,
+    LegJoints,
+    PosedModel,
     all_revolute,
     branches,
     foot_name,
     joint_kind,
+    own_chains,
     own_joints,
     unit,
 )
+from gaitopt.model.legs.leg_geometry import NEEDED_JOINTS, hip_and_ankle, missing_joints
 from gaitopt.nlp import Array
 
+LEG_LENGTHS = (6, 5, 7, 4)
+"""Numbers of joints that a leg may have, the most usual first."""
+SAME_HEIGHT = 0.02  # m: feet of a standing robot may differ by this much at its reference posture
 SIDE_WORDS = {
     "right": re.compile(r"(?i:right)|(?<![a-zA-Z])[rR](?![a-zA-Z])|^R(?=[A-Z])"),
     "left": re.compile(r"(?i:left)|(?<![a-zA-Z])[lL](?![a-zA-Z])|^L(?=[A-Z])"),
 }
 """What a name says about the side it is on."""
 
-
-def partners_by_name(first: str, other: str) -> bool:
-    """Tell whether two names differ in the word for the side, and in nothing else."""
-    return any(
-        SIDE_WORDS[a].search(first) is not None
-        and SIDE_WORDS[b].search(other) is not None
-        and SIDE_WORDS[a].sub("*", first) == SIDE_WORDS[b].sub("*", other)
-        for a, b in (("right", "left"), ("left", "right"))
-    )
-
-
-def speaks_for_other_side(right: Sequence[str], left: Sequence[str]) -> bool:
-    """Tell whether the names of a right leg's joints are those of a left one, and the other way.
-
-    What tells is where the names of two partners differ: `LR_HR` and `LL_HR` are the right and the
-    left leg of a robot that begins its legs with L.
-
-    Args:
-        right, left: names of the joints from hip to ankle.
-    """
-    initials = [_initials(*names) for names in zip(right, left, strict=True)]
-    return "lr" in initials and "rl" not in initials
-
-
-def _initials(first: str, other: str) -> str:
-    """First letters of what differs in two names, in lower case."""
-    start = 0
-    while start < min(len(first), len(other)) and first[start] == other[start]:
-        start += 1
-    return (first[start : start + 1] + other[start : start + 1]).lower()
-
-
-_SAME = 1e-2  # m: legs whose joints differ by more are not averaged by anyone
-_BENT = 1e-3  # rad: mirrored joints stand at angles of one size
+_SAME_PLACE = 1e-2  # m: legs whose joints differ by more are not averaged by anyone
+_SAME_ANGLE = 1e-3  # rad: mirrored joints stand at angles of one size
 _PARALLEL = 2e-2  # rad: lines between mirrored joints
-_NEAR = 0.25  # of the chains' length: legs that differ by more are not one pair without names
+_NEARLY_MIRRORED = 0.25  # of the chains' length: what differs more is no pair without names
 _FAULTS = 2  # joints: chains that differ at more are two arms of one kind rather than two legs
-_JOINTS = 6
+_MOST_SHARED = 3  # joints: chains that share more branch off a hand, not off a pelvis
+_DOWNWARDS = 0.7  # cosine: from the hips a leg goes down
+_TOE = 0.03  # m: a joint whose line passes this far ahead of the ankle, and not below, bends toes
+_TOE_PARALLEL = 0.5  # sine: the toes' line and that of the ankle's pitch joint are nearly parallel
+_TOE_SLOPE = 0.5  # of the height by which it is below: how far the toes' line is ahead at least
+_FOOT = 1.0 / 3.0  # of the leg: from the ankle to the toes is less
+_LEVEL = 0.7  # cosine: the axis of a knee is level
+_UP_ORDER = ("z", "y", "x", "-z", "-y", "-x")  # the usual one first
+
+_MISSING = {"knee": "no knee between hip and ankle"}
+_HINTS = ("sole", "foot", "ankle")
+_NUMBERS = ("no", "one", "two", "three", "four", "five", "six", "seven")
+_LEGS = "two legs of four to seven revolute joints each"
+_NEEDS = f"gaitopt walks on {_LEGS}"
+_NAME_FEET = 'feet = ["RIGHT", "LEFT"] in the file for --choices (in Python, feet)'
 
 
 @dataclass(frozen=True)
-class Unequal:
-    """Two six-joint chains that would be a pair of legs, were it not for one joint.
+class LegPair:
+    """The two legs before it is known which is which.
+
+    Attributes:
+        legs: joint ids from hip to ankle, of either leg.
+        up: upward direction in the root link, shape (3,).
+        beyond: joints beyond the ankles (toes).
+        lying: whether the legs hang along no axis of the root link, so that `up` is only roughly
+            known, from hips and ankles.
+        tilt: how up was found where no axis of the root link points up, in words, else empty.
+    """
+
+    legs: LegJoints
+    up: Array
+    beyond: tuple[int, ...] = ()
+    lying: bool = False
+    tilt: str = ""
+
+
+@dataclass(frozen=True)
+class UnequalPair:
+    """Two chains that would be a pair of legs, were it not for one joint.
 
     Attributes:
         legs: joint ids from the root's side to the end.
@@ -94,447 +102,29 @@ class Unequal:
     size: float
 
 
-def mirror_normal(tree: Tree, legs: tuple[list[int], list[int]]) -> Array | None:
-    """Return the normal of the plane between two chains, from the second's side to the first's.
-
-    None if there is no such plane: mirrored joints lie on parallel lines, halved by one plane.
-
-    Args:
-        tree: the robot.
-        legs: joint ids, as many in each.
-    """
-    first, other = (tree.places[leg] for leg in legs)
-    gaps = first - other
-    normal = unit(gaps.sum(axis=0))
-    middles = (first + other) @ normal / 2.0
-    skew = np.linalg.norm(np.cross(gaps, normal), axis=1)
-    if np.any(skew > _PARALLEL * np.linalg.norm(gaps, axis=1)) or np.ptp(middles) > _SAME:
-        return None
-    return normal if normal.any() else None
-
-
-def axes_apart(first: Array, other: Array, normal: Array) -> float:
-    """Return how far the axes of two legs are from mirror images in a plane, on average [rad].
-
-    Args:
-        first, other: of the joints, from hip to ankle, shape (n, 3) each; either sense.
-        normal: of the plane, shape (3,).
-    """
-    image = first - 2.0 * np.outer(first @ normal, normal)
-    cosine = np.abs((image * other).sum(axis=1))
-    return float(np.arctan2(np.linalg.norm(np.cross(image, other), axis=1), cosine).mean())
-
-
-def mirrored_pairs(tree: Tree) -> list[tuple[int, int]]:
-    """Return the ends of all pairs of six-joint chains that mirror each other."""
-    return [
-        (legs[0][-1], legs[1][-1])
-        for legs in _six_jointed(tree)
-        if mirror_normal(tree, legs) is not None
-    ]
-
-
-def unequal_pair(tree: Tree) -> Unequal | None:
-    """Return the two six-joint chains that nearly mirror each other, None if there are none.
-
-    By name they are a pair if their joints are called the same but for left and right; without
-    that their joints must be nearly where their mirror images are.
-    """
-    found: list[tuple[bool, int, Unequal]] = []
-    for legs in _six_jointed(tree):
-        fault = _fault(tree, legs)
-        named = all(
-            partners_by_name(*(str(tree.model.names[j]) for j in pair))
-            for pair in zip(*legs, strict=True)
-        )
-        if fault is not None and (named or (not fault.bent and _near(tree, fault))):
-            found.append((not named, len(found), fault))
-    return min(found)[2] if found else None
-
-
-def _six_jointed(tree: Tree) -> Iterator[tuple[list[int], list[int]]]:
-    for pair in combinations(tree.leaves, 2):
-        first, other = (own_joints(tree.model, *ends) for ends in (pair, pair[::-1]))
-        both = [*first, *other]
-        driven = all_revolute(tree.model, both) and not any(tree.problem(j, UNMOVED) for j in both)
-        if len(first) == len(other) == _JOINTS and driven:
-            yield first, other
-
-
-def _fault(tree: Tree, legs: tuple[list[int], list[int]]) -> Unequal | None:
-    angles = np.abs([[tree.angle(j) for j in leg] for leg in legs])
-    bends = np.abs(angles[0] - angles[1])
-    if bends.max() > _BENT:
-        row = int((bends > _BENT).argmax())
-        return Unequal(legs, row, True, float(bends[row]))
-    gaps = _mirror_gaps(tree, legs)
-    wrong = gaps > _SAME
-    if not 0 < wrong.sum() <= _FAULTS:
-        return None
-    row = int(wrong.argmax())
-    return Unequal(legs, row, False, float(gaps[row]))
-
-
-def _mirror_gaps(tree: Tree, legs: tuple[list[int], list[int]]) -> Array:
-    """How far each joint is from its partner's mirror image, seen from the joint before [m].
-
-    The normal of the mirror plane is the line between the first joints, or an axis of the root
-    link, whichever leaves fewer joints at fault. Shape (n,).
-    """
-    first, other = (tree.places[leg] for leg in legs)
-    gap, steps = first[0] - other[0], [np.diff(points, axis=0) for points in (first, other)]
-    found: list[Array] = []
-    for normal in (unit(gap), *np.eye(3)):
-        mirrored = steps[1] - 2.0 * np.outer(steps[1] @ normal, normal)
-        start = np.linalg.norm(gap - (gap @ normal) * normal)
-        found.append(np.r_[start, np.linalg.norm(steps[0] - mirrored, axis=1)])
-    return min(found, key=lambda gaps: (int((gaps > _SAME).sum()), float(gaps.sum())))
-
-
-def _near(tree: Tree, fault: Unequal) -> bool:
-    steps = [np.diff(tree.places[leg], axis=0) for leg in fault.legs]
-    lengths = [np.linalg.norm(step, axis=1).sum() for step in steps]
-    return bool(fault.size < _NEAR * max(lengths))
-
-
-SAME_HEIGHT = 0.02  # m: feet of a standing robot may differ by this much at its reference posture
-NAME_FEET = 'feet = ["RIGHT", "LEFT"] in the file for --choices (in Python, feet)'
-
-_NUMBERS = {2: "two", 3: "three", 4: "four", 5: "five", 6: "six"}
-_WAIST = 4  # joints: chains that share more branch off a hand, not off a pelvis
-_NEEDS = "gaitopt walks on two legs of six revolute joints each"
-
-
-def no_pair(tree: Tree) -> RobotError:
-    """Return the error for a robot of which no two chains hang like legs."""
-    found = f"no two legs were found: {_chains(tree)}"
-    if len(tree.leaves) < 2:
-        remedy = _too_light(tree) or "give a robot that has them"
-        return RobotError(f"{found}; {_NEEDS}; {remedy}")
-    legs = _six_jointed_ends(tree, ())
-    if legs is None:
-        return _unequal(tree) or RobotError(f"{found}; {_NEEDS}, and no two of them are such legs")
-    return _unequal(tree) or RobotError(
-        f"{found}; no two chains of joints end side by side below everything else at the "
-        f"reference posture; {_NEEDS}, as the chains to {legs} are; if it is a biped, say where "
-        f'its head is (up: an axis of the root link, as "y", or three numbers) or name the feet: '
-        f"{NAME_FEET}"
-    )
-
-
-def no_legs(tree: Tree, ends: tuple[int, int], fault: RobotError) -> RobotError:
-    """Return the error for a robot whose lowest pair of chains cannot be its legs.
-
-    Args:
-        tree: the robot.
-        ends: of the chains.
-        fault: what is wrong with them as legs.
-    """
-    model = tree.model
-    names = " and ".join(f"'{foot_name(model, j)}'" for j in ends)
-    shared = _shared(tree, ends)
-    fingers = ""
-    if any(tree.problem(j, ("mimic",)) is not None for j in ends):
-        fingers = "follow other joints (<mimic>)"
-    elif shared >= _WAIST:
-        fingers = f"share {shared} joints"
-    if fingers:
-        return _unequal(tree) or RobotError(
-            f"no two legs were found: {_chains(tree)}; those that reach lowest, to {names}, "
-            f"{fingers}, as fingers do; {_NEEDS}{_others(tree, ends)}"
-        )
-    return _unequal(tree) or RobotError(
-        f"{fault}; the chains to {names} were taken for legs, as they reach lowest; if they are "
-        f"arms, the robot shows no legs{_others(tree, ends)}"
-    )
-
-
-def no_up(tree: Tree, ends: tuple[int, int]) -> RobotError:
-    """Return the error for two mirrored chains of which it cannot be told how they stand."""
-    names = " and ".join(f"'{foot_name(tree.model, j)}'" for j in ends)
-    return RobotError(
-        f"no two legs were found that hang along an axis of the root link; the chains of six "
-        f"joints to {names} mirror each other, but no soles show which way is up for them; if "
-        "they are the legs, say so: up = [X, Y, Z] in the file for --choices (in Python, up), "
-        f"or name the feet: {NAME_FEET}"
-    )
-
-
-def many_legs(tree: Tree, ends: tuple[int, int], up: Array) -> RobotError | None:
-    """Return the error for a robot that stands on more than two chains of joints, if it does.
-
-    Args:
-        tree: the robot.
-        ends: of the two chains that would be its legs.
-        up: upward axis in the root link, shape (3,).
-    """
-    heights = tree.places @ up
-    ground = min(heights[j] for j in ends) + SAME_HEIGHT
-    low = [j for j in tree.leaves if heights[j] < ground]
-    legs = branches(tree.model, low)
-    count = len(own_joints(tree.model, *ends))
-    legs = [leg for leg in legs if len(leg) == count]
-    if len(legs) < 3 or _shared(tree, low) >= _WAIST:
-        return None
-    number = _NUMBERS.get(len(legs), str(len(legs)))
-    joints = "one joint" if count == 1 else f"{count} joints"
-    names = ", ".join(f"'{foot_name(tree.model, leg[-1])}'" for leg in legs)
-    return RobotError(
-        f"no two legs were found: {number} chains of {joints} each reach equally low, "
-        f"down to {names}; {_NEEDS}{_others(tree, [leg[-1] for leg in legs])}"
-    )
-
-
-def _too_light(tree: Tree) -> str:
-    """Advice where there are chains enough, but what they carry is next to nothing."""
-    model = tree.model
-    ends = [j for j in range(2, model.njoints) if len(model.children[j]) == 0]
-    if len(ends) < 2:
-        return ""
-    mass = sum(float(body.mass) for body in model.inertias)
-    heaviest = max(range(1, model.njoints), key=lambda j: float(model.inertias[j].mass))
-    body = "the trunk" if heaviest == 1 else f"the body moved by joint '{model.names[heaviest]}'"
-    return (
-        f"legs carry mass, but of {mass:.4g} kg, {float(model.inertias[heaviest].mass):.4g} kg of "
-        f"it {body}, the chains here have less than {100 * LIGHT:g} %; correct the masses (kg) of "
-        "the file"
-    )
-
-
-def _others(tree: Tree, ends: Collection[int]) -> str:
-    """Advice to name the feet, where the robot has other chains that may be its legs."""
-    legs = _six_jointed_ends(tree, ends)
-    if legs is None:
-        return ""
-    return f"; if its legs are the chains to {legs} or others, name its feet: {NAME_FEET}"
-
-
-def _six_jointed_ends(tree: Tree, but: Collection[int]) -> str | None:
-    """Ends of two chains of six driven revolute joints each, but for some; None if none are."""
-    for pair in combinations([j for j in tree.leaves if j not in but], 2):
-        legs = [own_joints(tree.model, *ends) for ends in (pair, pair[::-1])]
-        driven = [j for leg in legs for j in leg if tree.problem(j, UNMOVED) is None]
-        six = [len(leg) for leg in legs] == [_JOINTS, _JOINTS] and len(driven) == 2 * _JOINTS
-        if six and all_revolute(tree.model, driven):
-            return " and ".join(f"'{foot_name(tree.model, j)}'" for j in pair)
-    return None
-
-
-def _shared(tree: Tree, ends: Collection[int]) -> int:
-    """How many joints carry all of some joints."""
-    return len(set.intersection(*(set(tree.model.supports[j]) for j in ends)) - {0, 1})
-
-
-def _unequal(tree: Tree) -> RobotError | None:
-    pair = unequal_pair(tree)
-    if pair is None:
-        return None
-    first, other = (str(tree.model.names[leg[pair.row]]) for leg in pair.legs)
-    ends = json.dumps([foot_name(tree.model, leg[-1]) for leg in pair.legs], ensure_ascii=False)
-    if pair.bent:
-        angles = [tree.angle(leg[pair.row]) for leg in pair.legs]
-        return RobotError(
-            f"the reference posture bends the legs unequally: '{first}' stands at {angles[0]:.4g} "
-            f"rad, its partner '{other}' at {angles[1]:.4g} rad; give both legs mirrored angles "
-            "with flat feet (posture)"
-        )
-    away = f"lies {pair.size * 1e3:.1f} mm away from the mirror image of '{other}'"
-    if pair.row > 0:
-        before = [str(tree.model.names[leg[pair.row - 1]]) for leg in pair.legs]
-        away += f", each seen from the joint before it ('{before[0]}' and '{before[1]}')"
-    return RobotError(
-        f"the legs are not mirror images: '{first}' {away}; correct the <origin> of one of them, "
-        f"or of a joint above it; or if they are to be averaged, name the feet: feet = {ends} in "
-        "the file for --choices (in Python, feet), and be told how large an asymmetry to choose"
-    )
-
-
-def _chains(tree: Tree) -> str:
-    """How many chains of joints there are, and where the longest end."""
-    leaves = [j for j in range(2, tree.model.njoints) if len(tree.model.children[j]) == 0]
-    if not leaves:
-        return "no joint moves"
-    lengths = {j: len(tree.model.supports[j]) - 2 for j in leaves}
-    most = max(lengths.values())
-    longest = [j for j in leaves if lengths[j] == most]
-    names = " and ".join(f"'{foot_name(tree.model, j)}'" for j in longest[:2])
-    joints = "one joint" if most == 1 else f"{most} joints"
-    if len(leaves) == 1:
-        return f"one chain of {joints}, which ends in {names}"
-    number = _NUMBERS.get(len(leaves), str(len(leaves)))
-    more = f" and {len(longest) - 2} more" if len(longest) > 2 else ""
-    ends = "ends" if len(longest) == 1 else "end"
-    return f"{number} chains, the longest, of {joints}, {ends} in {names}{more}"
-
-
-_DOWNWARDS = 0.7  # cosine: from the hips a leg goes down
-_TOE = 0.03  # m: a joint whose line passes this far ahead of the ankle, and not below, bends toes
-_HINGE = 0.5  # sine: the toes' line and that of the ankle's pitch joint are nearly parallel
-_SLOPE = 0.5  # of the height by which it is below: how far the toes' line is ahead at least
-_FOOT = 1.0 / 3.0  # of the leg: from the ankle to the toes is less
-_UP_ORDER = ("z", "y", "x", "-z", "-y", "-x")  # the usual one first
-
-
-@dataclass(frozen=True)
-class Pair:
-    """The two legs before it is known which is which.
-
-    Attributes:
-        legs: joint ids from hip to ankle, of either leg.
-        up: upward direction in the root link, shape (3,).
-        beyond: joints beyond the ankles (toes).
-        lying: whether the legs hang along no axis of the root link, so that `up` is only roughly
-            known, from hips and ankles.
-        tilt: how up was found where no axis of the root link points up, in words, else empty.
-    """
-
-    legs: tuple[tuple[int, ...], tuple[int, ...]]
-    up: Array
-    beyond: tuple[int, ...] = ()
-    lying: bool = False
-    tilt: str = ""
-
-
-def find_legs(tree: Tree, feet: tuple[int, int] | None, up: Array | None) -> Pair:
+def find_legs(posed: PosedModel, feet: tuple[int, int] | None, up: Array | None) -> LegPair:
     """Return the two legs: the pair of mirrored chains that reaches lowest.
 
     Args:
-        tree: the robot.
+        posed: the robot in its reference posture.
         feet: joints that carry the feet, if the user named them.
         up: upward axis in the root link if the user named it, shape (3,).
 
     Raises:
-        RobotError: there is no such pair, or its chains are not six revolute joints each.
+        RobotError: there is no such pair, or its chains are not legs.
     """
     axes = [np.array(AXES[name]) for name in _UP_ORDER] if up is None else [up]
     for axis in axes:
-        ends = feet or _lowest_pair(tree, axis)
-        if ends is not None and (up is not None or _hangs(tree, ends, axis)):
-            return _legs(tree, ends, axis, named=feet is not None)
+        ends = feet or _lowest_pair(posed, axis)
+        if ends is not None and (up is not None or _hangs(posed, ends, axis)):
+            return _lowest_legs(posed, ends, axis, named=feet is not None)
     if feet is not None:
-        return _checked(tree, feet, axes[0], trim=False)
-    lying = [pair for pair in mirrored_pairs(tree) if _side_by_side(tree, pair)]
-    if up is not None or len(lying) != 1 or unequal_pair(tree) is not None:
-        raise no_pair(tree)
-    pair = _checked(tree, lying[0], -unit(_downwards(tree, lying[0])), trim=False)
+        return _checked(posed, feet, axes[0], trim=False)
+    lying = [pair for pair in mirrored_pairs(posed) if _side_by_side(posed, pair)]
+    if up is not None or len(lying) != 1 or unequal_pair(posed) is not None:
+        raise _no_pair(posed)
+    pair = _checked(posed, lying[0], -unit(_downwards(posed, lying[0])), trim=False)
     return replace(pair, lying=True)
-
-
-def _legs(tree: Tree, ends: tuple[int, int], up: Array, *, named: bool) -> Pair:
-    if named:
-        return _checked(tree, ends, up, trim=False)
-    crowd = many_legs(tree, ends, up)
-    if crowd is not None:
-        raise crowd
-    try:
-        return _checked(tree, ends, up, trim=True)
-    except RobotError as fault:
-        raise no_legs(tree, ends, fault) from None
-
-
-def _lowest_pair(tree: Tree, up: Array) -> tuple[int, int] | None:
-    heights = tree.places @ up
-    leaves = tree.leaves
-    if not leaves:
-        return None
-    first = min(leaves, key=lambda j: float(heights[j]))
-    level = [j for j in leaves if j != first and heights[j] - heights[first] < SAME_HEIGHT]
-    if not level:
-        return None
-    return first, max(level, key=lambda j: _likeness(tree, first, j, up))
-
-
-def _likeness(tree: Tree, first: int, other: int, up: Array) -> tuple[int, bool, float]:
-    """Rank partners: few joints in common, as many of its own, beside rather than behind."""
-    mine, its = (own_joints(tree.model, *pair) for pair in ((first, other), (other, first)))
-    apart = _across(tree.places[mine[0]] - tree.places[its[0]], up)
-    gap = _across(tree.places[first] - tree.places[other], up)
-    sideways = abs(float(gap @ apart)) / (float(np.linalg.norm(gap) * np.linalg.norm(apart)) or 1.0)
-    return len(mine), len(mine) == len(its), sideways
-
-
-def _across(vector: Array, up: Array) -> Array:
-    return np.asarray(vector - (vector @ up) * up)
-
-
-def _side_by_side(tree: Tree, ends: tuple[int, int]) -> bool:
-    """Tell whether two chains run the same way, as legs do and spread arms do not."""
-    starts = [own_joints(tree.model, *pair)[0] for pair in (ends, ends[::-1])]
-    spans = np.linalg.norm(tree.places[list(ends)] - tree.places[starts], axis=1)
-    return bool(np.linalg.norm(_downwards(tree, ends)) > _DOWNWARDS * spans.mean())
-
-
-def _downwards(tree: Tree, ends: tuple[int, int]) -> Array:
-    """From between the hips to between the ankles [m], shape (3,)."""
-    starts = [own_joints(tree.model, *pair)[0] for pair in (ends, ends[::-1])]
-    return np.asarray(tree.places[list(ends)].mean(axis=0) - tree.places[starts].mean(axis=0))
-
-
-def _hangs(tree: Tree, ends: tuple[int, int], up: Array) -> bool:
-    legs = [own_joints(tree.model, *pair) for pair in (ends, ends[::-1])]
-    if not all(legs):  # one carries the other, or is the root
-        return False
-    down = _downwards(tree, ends)
-    return bool(-(down @ up) > _DOWNWARDS * np.linalg.norm(down) > 0.0)
-
-
-def _checked(tree: Tree, ends: tuple[int, int], up: Array, *, trim: bool) -> Pair:
-    legs = [own_joints(tree.model, *pair) for pair in (ends, ends[::-1])]
-    beyond: list[int] = []
-    for leg in legs:
-        while trim and len(leg) >= _JOINTS and _is_toe(tree, leg, up):
-            beyond.append(leg.pop())
-    for leg in legs:
-        _check_leg(tree, leg, [j for j in beyond if leg[-1] in tree.model.supports[j]])
-    return Pair((tuple(legs[0]), tuple(legs[1])), up, tuple(beyond))
-
-
-def _is_toe(tree: Tree, leg: list[int], up: Array) -> bool:
-    """Tell whether the last joint of a leg bends the toes.
-
-    Its line is nearly parallel to that of one of the two joints before it, and passes that one at
-    a level distance, rather than below it as the ankle passes the knee. In a leg that has six
-    joints without it the distance may slope, if it is short as a foot is.
-
-    Args:
-        tree: the robot.
-        leg: joints from hip to the end.
-        up: upward direction in the root link, shape (3,).
-    """
-    axis = tree.axes[leg[-1]]
-    span = float(np.linalg.norm(tree.places[leg[-1]] - tree.places[leg[0]]))
-    for joint in leg[-3:-1]:
-        if np.linalg.norm(np.cross(tree.axes[joint], axis)) < _HINGE:
-            gap = tree.places[leg[-1]] - tree.places[joint]
-            gap = gap - (gap @ axis) * axis
-            ahead, below = float(np.linalg.norm(_across(gap, up))), abs(float(gap @ up))
-            spare = len(leg) > _JOINTS and np.linalg.norm(gap) < _FOOT * span
-            return ahead > _TOE and ahead > (_SLOPE if spare else 1.0) * below
-    return False
-
-
-def _check_leg(tree: Tree, leg: list[int], toes: list[int]) -> None:
-    model = tree.model
-    names = [str(model.names[j]) for j in leg]
-    if len(leg) != _JOINTS:
-        end = foot_name(model, leg[-1]) if leg else "the root"
-        more = f", beyond them the toes: {', '.join(model.names[j] for j in toes)}" if toes else ""
-        raise RobotError(
-            f"the chain that ends in '{end}' has {len(leg)} joints of its own; gaitopt needs two "
-            f"legs of six revolute joints each; its joints: {', '.join(names) or 'none'}{more}"
-        )
-    for joint, name in zip(leg, names, strict=True):
-        problem = tree.problem(joint, UNMOVED)
-        if problem is not None:
-            raise RobotError(f"{problem}; gaitopt needs two legs of six revolute joints each")
-        kind = joint_kind(model.joints[joint])
-        if kind != "revolute":
-            raise RobotError(
-                f"joint '{name}' is {kind}; gaitopt needs two legs of six revolute joints each"
-            )
-
-
-_HINTS = ("sole", "foot", "ankle")
 
 
 def named_feet(model: pin.Model, choices: ImportOptions) -> tuple[int, int] | None:
@@ -579,9 +169,7 @@ def joint_of(model: pin.Model, name: str) -> int:
     )
 
 
-def standing_side(
-    model: pin.Model, legs: tuple[tuple[int, ...], tuple[int, ...]], choices: ImportOptions
-) -> int:
+def standing_side(model: pin.Model, legs: LegJoints, choices: ImportOptions) -> int:
     """Return which foot stands: 0 for the right one, 1 for the left one.
 
     Raises:
@@ -607,3 +195,438 @@ def standing_side(
             "stance_sole must be on the standing foot and swing_sole on the other"
         )
     return next(iter(told), 0)
+
+
+def joint_count(count: int) -> str:
+    """Return a number of joints in words, as "one joint" or "5 joints"."""
+    return "one joint" if count == 1 else f"{count} joints"
+
+
+def number_word(number: int) -> str:
+    """Return a number in words if it is small."""
+    return _NUMBERS[number] if number < len(_NUMBERS) else str(number)
+
+
+def partners_by_name(first: str, other: str) -> bool:
+    """Tell whether two names differ in the word for the side, and in nothing else."""
+    return any(
+        SIDE_WORDS[a].search(first) is not None
+        and SIDE_WORDS[b].search(other) is not None
+        and SIDE_WORDS[a].sub("*", first) == SIDE_WORDS[b].sub("*", other)
+        for a, b in (SIDES, SIDES[::-1])
+    )
+
+
+def speaks_for_other_side(right: Sequence[str], left: Sequence[str]) -> bool:
+    """Tell whether the names of a right leg's joints are those of a left one, and the other way.
+
+    What tells is where the names of two partners differ: `LR_HR` and `LL_HR` are the right and the
+    left leg of a robot that begins its legs with L.
+
+    Args:
+        right, left: names of the joints from hip to ankle.
+    """
+    initials = []
+    for first, other in zip(right, left, strict=True):
+        at = next((k for k, (a, b) in enumerate(zip(first, other, strict=False)) if a != b),
+                  min(len(first), len(other)))  # fmt: skip
+        initials.append((first[at : at + 1] + other[at : at + 1]).lower())
+    return "lr" in initials and "rl" not in initials
+
+
+def mirror_normal(posed: PosedModel, legs: Sequence[Sequence[int]]) -> Array | None:
+    """Return the normal of the plane between two chains, from the second's side to the first's.
+
+    None if there is no such plane: mirrored joints lie on parallel lines, halved by one plane.
+
+    Args:
+        posed: the robot.
+        legs: joint ids, as many in each of the two.
+    """
+    first, other = (posed.points[list(leg)] for leg in legs)
+    gaps = first - other
+    normal = unit(gaps.sum(axis=0))
+    middles = (first + other) @ normal / 2.0
+    skew = np.linalg.norm(np.cross(gaps, normal), axis=1)
+    parallel = np.all(skew <= _PARALLEL * np.linalg.norm(gaps, axis=1))
+    return normal if parallel and np.ptp(middles) <= _SAME_PLACE and normal.any() else None
+
+
+def axes_apart(first: Array, other: Array, normal: Array) -> float:
+    """Return how far the axes of two legs are from mirror images in a plane, on average [rad].
+
+    Args:
+        first, other: of the joints, from hip to ankle, shape (n, 3) each; either sense.
+        normal: of the plane, shape (3,).
+    """
+    image = first - 2.0 * np.outer(first @ normal, normal)
+    cosine = np.abs((image * other).sum(axis=1))
+    return float(np.arctan2(np.linalg.norm(np.cross(image, other), axis=1), cosine).mean())
+
+
+def mirrored_pairs(posed: PosedModel) -> list[tuple[int, int]]:
+    """Return the ends of all pairs of chains, long as legs, that mirror each other."""
+    pairs = _leg_like(posed)
+    return [(a[-1], b[-1]) for a, b in pairs if mirror_normal(posed, (a, b)) is not None]
+
+
+def unequal_pair(posed: PosedModel) -> UnequalPair | None:
+    """Return the two chains, long as legs, that nearly mirror each other, None if none do.
+
+    By name they are a pair if their joints are called the same but for left and right; without
+    that their joints must be nearly where their mirror images are.
+    """
+    found: list[tuple[bool, int, UnequalPair]] = []
+    for legs in _leg_like(posed):
+        fault = _mirror_fault(posed, legs)
+        if fault is None:
+            continue
+        names = [[str(posed.model.names[j]) for j in leg] for leg in legs]
+        named = all(partners_by_name(a, b) for a, b in zip(*names, strict=True))
+        steps = [np.diff(posed.points[leg], axis=0) for leg in legs]
+        length = max(np.linalg.norm(step, axis=1).sum() for step in steps)
+        if named or (not fault.bent and fault.size < _NEARLY_MIRRORED * length):
+            found.append((not named, len(found), fault))
+    return min(found)[2] if found else None
+
+
+def _leg_like(posed: PosedModel, but: Collection[int] = ()) -> list[tuple[list[int], list[int]]]:
+    """Return pairs of driven revolute chains of one length that legs have, the most usual length.
+
+    Args:
+        posed: the robot.
+        but: ends of chains that are left out.
+    """
+    found: dict[int, list[tuple[list[int], list[int]]]] = {}
+    for pair in combinations([j for j in posed.leaves if j not in but], 2):
+        first, other = own_chains(posed.model, pair)
+        both = [*first, *other]
+        driven = all_revolute(posed.model, both) and not any(
+            posed.problem(j, UNDRIVEN) for j in both
+        )
+        if len(first) == len(other) and driven:
+            found.setdefault(len(first), []).append((first, other))
+    return next((found[count] for count in LEG_LENGTHS if count in found), [])
+
+
+def _mirror_fault(posed: PosedModel, legs: tuple[list[int], list[int]]) -> UnequalPair | None:
+    angles = np.abs([[posed.angle(j) for j in leg] for leg in legs])
+    bends = np.abs(angles[0] - angles[1])
+    if bends.max() > _SAME_ANGLE:
+        row = int((bends > _SAME_ANGLE).argmax())
+        return UnequalPair(legs, row, True, float(bends[row]))
+    gaps = _mirror_gaps(posed, legs)
+    wrong = gaps > _SAME_PLACE
+    if not 0 < wrong.sum() <= _FAULTS:
+        return None
+    row = int(wrong.argmax())
+    return UnequalPair(legs, row, False, float(gaps[row]))
+
+
+def _mirror_gaps(posed: PosedModel, legs: tuple[list[int], list[int]]) -> Array:
+    """How far each joint is from its partner's mirror image, seen from the joint before [m].
+
+    The normal of the mirror plane is the line between the first joints, or an axis of the root
+    link, whichever leaves fewer joints at fault. Shape (n,).
+    """
+    first, other = (posed.points[leg] for leg in legs)
+    gap, steps = first[0] - other[0], [np.diff(points, axis=0) for points in (first, other)]
+    found: list[Array] = []
+    for normal in (unit(gap), *np.eye(3)):
+        mirrored = steps[1] - 2.0 * np.outer(steps[1] @ normal, normal)
+        start = np.linalg.norm(gap - (gap @ normal) * normal)
+        found.append(np.r_[start, np.linalg.norm(steps[0] - mirrored, axis=1)])
+    return min(found, key=lambda gaps: (int((gaps > _SAME_PLACE).sum()), float(gaps.sum())))
+
+
+def _lowest_legs(posed: PosedModel, ends: tuple[int, int], up: Array, *, named: bool) -> LegPair:
+    if named:
+        return _checked(posed, ends, up, trim=False)
+    crowd = _many_legs(posed, ends, up)
+    if crowd is not None:
+        raise crowd
+    try:
+        return _checked(posed, ends, up, trim=True)
+    except RobotError as fault:
+        raise _no_legs(posed, ends, fault) from None
+
+
+def _lowest_pair(posed: PosedModel, up: Array) -> tuple[int, int] | None:
+    heights = posed.points @ up
+    if not posed.leaves:
+        return None
+    first = min(posed.leaves, key=lambda j: float(heights[j]))
+    level = [j for j in posed.leaves if j != first and heights[j] - heights[first] < SAME_HEIGHT]
+    return (first, max(level, key=lambda j: _likeness(posed, first, j, up))) if level else None
+
+
+def _likeness(posed: PosedModel, first: int, other: int, up: Array) -> tuple[int, bool, float]:
+    """Rank partners: few joints in common, as many of its own, beside rather than behind."""
+    mine, its = own_chains(posed.model, (first, other))
+    apart = _across(posed.points[mine[0]] - posed.points[its[0]], up)
+    gap = _across(posed.points[first] - posed.points[other], up)
+    sideways = abs(float(gap @ apart)) / (float(np.linalg.norm(gap) * np.linalg.norm(apart)) or 1.0)
+    return len(mine), len(mine) == len(its), sideways
+
+
+def _across(vector: Array, up: Array) -> Array:
+    return np.asarray(vector - (vector @ up) * up)
+
+
+def _side_by_side(posed: PosedModel, ends: tuple[int, int]) -> bool:
+    """Tell whether two chains run the same way, as legs do and spread arms do not."""
+    starts = [chain[0] for chain in own_chains(posed.model, ends)]
+    spans = np.linalg.norm(posed.points[list(ends)] - posed.points[starts], axis=1)
+    return bool(np.linalg.norm(_downwards(posed, ends)) > _DOWNWARDS * spans.mean())
+
+
+def _downwards(posed: PosedModel, ends: tuple[int, int]) -> Array:
+    """From between the hips to between the ankles [m], shape (3,)."""
+    starts = [chain[0] for chain in own_chains(posed.model, ends)]
+    return np.asarray(posed.points[list(ends)].mean(axis=0) - posed.points[starts].mean(axis=0))
+
+
+def _hangs(posed: PosedModel, ends: tuple[int, int], up: Array) -> bool:
+    if not all(own_chains(posed.model, ends)):  # one carries the other, or is the root
+        return False
+    down = _downwards(posed, ends)
+    return bool(-(down @ up) > _DOWNWARDS * np.linalg.norm(down) > 0.0)
+
+
+def _checked(posed: PosedModel, ends: tuple[int, int], up: Array, *, trim: bool) -> LegPair:
+    legs, beyond = own_chains(posed.model, ends), list[int]()
+    for leg in legs:
+        while trim and len(leg) > min(LEG_LENGTHS) and _is_toe(posed, leg, up):
+            beyond.append(leg.pop())
+    for leg, other in (legs, legs[::-1]):
+        toes = [j for j in beyond if leg and leg[-1] in posed.model.supports[j]]
+        _check_leg(posed, leg, toes, up)
+        if len(leg) < len(other) in LEG_LENGTHS:
+            raise RobotError(f"{_chain_words(posed.model, leg, toes)}; the other has {len(other)}")
+    if trim and len(legs[0]) != LEG_LENGTHS[0] and (fingers := _as_fingers(posed, ends)):
+        raise RobotError(f"the chains to {_quoted(posed, ends)} {fingers}, as fingers do")
+    return LegPair((tuple(legs[0]), tuple(legs[1])), up, tuple(beyond))
+
+
+def _is_toe(posed: PosedModel, leg: list[int], up: Array) -> bool:
+    """Tell whether the last joint of a leg bends the toes.
+
+    Its line is nearly parallel to that of one of the two joints before it, and passes that one at
+    a level distance, rather than below it as the ankle passes the knee. In a leg that has six
+    joints without it the distance may slope, if it is short as a foot is; in one that has fewer
+    than five it must be so short too.
+
+    Args:
+        posed: the robot.
+        leg: joints from hip to the end.
+        up: upward direction in the root link, shape (3,).
+    """
+    axis = posed.axes[leg[-1]]
+    span = float(np.linalg.norm(posed.points[leg[-1]] - posed.points[leg[0]]))
+    for joint in leg[-3:-1]:
+        if np.linalg.norm(np.cross(posed.axes[joint], axis)) < _TOE_PARALLEL:
+            gap = posed.points[leg[-1]] - posed.points[joint]
+            gap = gap - (gap @ axis) * axis
+            ahead, below = float(np.linalg.norm(_across(gap, up))), abs(float(gap @ up))
+            short = bool(np.linalg.norm(gap) < _FOOT * span)
+            slope = _TOE_SLOPE if len(leg) > LEG_LENGTHS[0] and short else 1.0
+            return ahead > _TOE and ahead > slope * below and (short or len(leg) >= LEG_LENGTHS[0])
+    return False
+
+
+def _chain_words(model: pin.Model, leg: list[int], toes: list[int]) -> str:
+    end = foot_name(model, leg[-1]) if leg else "the root"
+    names = ", ".join(str(model.names[j]) for j in leg) or "none"
+    more = f", beyond them the toes: {', '.join(model.names[j] for j in toes)}" if toes else ""
+    return (
+        f"the chain that ends in '{end}' has {len(leg)} joints of its own; gaitopt needs {_LEGS}; "
+        f"its joints: {names}{more}"
+    )
+
+
+def _check_leg(posed: PosedModel, leg: list[int], toes: list[int], up: Array) -> None:
+    if len(leg) not in LEG_LENGTHS:
+        raise RobotError(_chain_words(posed.model, leg, toes))
+    for joint in leg:
+        problem = posed.problem(joint, UNDRIVEN)
+        if problem is not None:
+            raise RobotError(f"{problem}; gaitopt needs {_LEGS}")
+        kind = joint_kind(posed.model.joints[joint])
+        if kind != "revolute":
+            name = posed.model.names[joint]
+            raise RobotError(f"joint '{name}' is {kind}; gaitopt needs {_LEGS}")
+    if len(leg) != LEG_LENGTHS[0] and (missing := essential_joints_missing(posed, leg, up)):
+        names = ", ".join(str(posed.model.names[j]) for j in leg)
+        lacks = " and ".join(_MISSING.get(name, f"no {name} joint") for name in missing)
+        raise RobotError(
+            f"the chain that ends in '{foot_name(posed.model, leg[-1])}' cannot put a foot flat at "
+            f"a step: it has {lacks}; its joints: {names}"
+        )
+
+
+def essential_joints_missing(posed: PosedModel, leg: Sequence[int], up: Array) -> list[str]:
+    """Return which joints a chain lacks to put a foot flat at a step, sideways along its knee."""
+    points, axes = posed.points[list(leg)], posed.axes[list(leg)]
+    knee = axes[len(hip_and_ankle(points, axes)[0])]
+    side = unit(_across(knee, up))
+    rotation = np.column_stack([np.cross(side, up), side, up])
+    missing = missing_joints(points @ rotation, axes @ rotation)
+    if abs(float(knee @ side)) < _LEVEL:
+        return ["knee"]
+    rolls = ["hip roll", "ankle roll"]
+    return [name for name in missing if name in NEEDED_JOINTS or set(rolls) <= {*missing, name}]
+
+
+def no_up(posed: PosedModel, legs: LegJoints) -> RobotError:
+    """Return the error for two mirrored chains of which it cannot be told how they stand."""
+    return RobotError(
+        f"no two legs were found that hang along an axis of the root link; the chains of "
+        f"{number_word(len(legs[0]))} joints to {_quoted(posed, [leg[-1] for leg in legs])} mirror "
+        "each other, but no soles show which way is up for them; if they are the legs, say so: up "
+        "= [X, Y, Z] in the file for --choices (in Python, up), or name the feet: " + _NAME_FEET
+    )
+
+
+def _no_pair(posed: PosedModel) -> RobotError:
+    """Return the error for a robot of which no two chains hang like legs."""
+    found = f"no two legs were found: {_chains(posed)}; "
+    if len(posed.leaves) < 2:
+        remedy = _too_light(posed) or "give a robot that has them"
+        return RobotError(f"{found}{_NEEDS}; {remedy}")
+    legs = _candidates(posed, ())
+    if not legs:
+        return _unequal(posed) or RobotError(f"{found}{_NEEDS}, and no two of them are such legs")
+    return _unequal(posed) or RobotError(
+        f"{found}no two chains of joints end side by side below everything else at the "
+        f"reference posture; {_NEEDS}, as the chains to {legs} are; if it is a biped, say where "
+        f'its head is (up: an axis of the root link, as "y", or three numbers) or name the feet: '
+        f"{_NAME_FEET}"
+    )
+
+
+def _no_legs(posed: PosedModel, ends: tuple[int, int], fault: RobotError) -> RobotError:
+    """Return the error for a robot whose lowest pair of chains cannot be its legs.
+
+    Args:
+        posed: the robot.
+        ends: of the chains.
+        fault: what is wrong with them as legs.
+    """
+    names = _quoted(posed, ends)
+    if fingers := _as_fingers(posed, ends):
+        return _unequal(posed) or RobotError(
+            f"no two legs were found: {_chains(posed)}; those that reach lowest, to {names}, "
+            f"{fingers}, as fingers do; {_NEEDS}{_others(posed, ends)}"
+        )
+    return _unequal(posed) or RobotError(
+        f"{fault}; the chains to {names} were taken for legs, as they reach lowest; if they are "
+        f"arms, the robot shows no legs{_others(posed, ends)}"
+    )
+
+
+def _as_fingers(posed: PosedModel, ends: tuple[int, int]) -> str:
+    """Return what the ends of two chains have in common with fingers, empty if nothing."""
+    if any(posed.problem(j, ("mimic",)) is not None for j in ends):
+        return "follow other joints (<mimic>)"
+    shared = _shared(posed, ends)
+    return f"share {shared} joints" if shared > _MOST_SHARED else ""
+
+
+def _many_legs(posed: PosedModel, ends: tuple[int, int], up: Array) -> RobotError | None:
+    """Return the error for a robot that stands on more than two chains of joints, if it does.
+
+    Args:
+        posed: the robot.
+        ends: of the two chains that would be its legs.
+        up: upward axis in the root link, shape (3,).
+    """
+    heights = posed.points @ up
+    ground = min(heights[j] for j in ends) + SAME_HEIGHT
+    low = [j for j in posed.leaves if heights[j] < ground]
+    count = len(own_joints(posed.model, *ends))
+    feet = [leg[-1] for leg in branches(posed.model, low) if len(leg) == count]
+    if len(feet) < 3 or _shared(posed, low) > _MOST_SHARED:
+        return None
+    names = ", ".join(f"'{foot_name(posed.model, foot)}'" for foot in feet)
+    return RobotError(
+        f"no two legs were found: {number_word(len(feet))} chains of {joint_count(count)} each "
+        f"reach equally low, down to {names}; {_NEEDS}{_others(posed, feet)}"
+    )
+
+
+def _too_light(posed: PosedModel) -> str:
+    """Advice where there are chains enough, but what they carry is next to nothing."""
+    model = posed.model
+    if sum(len(model.children[j]) == 0 for j in range(2, model.njoints)) < 2:
+        return ""
+    mass = sum(float(body.mass) for body in model.inertias)
+    heaviest = max(range(1, model.njoints), key=lambda j: float(model.inertias[j].mass))
+    body = "the trunk" if heaviest == 1 else f"the body moved by joint '{model.names[heaviest]}'"
+    return (
+        f"legs carry mass, but of {mass:.4g} kg, {float(model.inertias[heaviest].mass):.4g} kg of "
+        f"it {body}, the chains here have less than {100 * LEAST_MASS:g} %; correct the masses "
+        "(kg) of the file"
+    )
+
+
+def _quoted(posed: PosedModel, ends: Collection[int]) -> str:
+    return " and ".join(f"'{foot_name(posed.model, j)}'" for j in ends)
+
+
+def _others(posed: PosedModel, ends: Collection[int]) -> str:
+    """Advice to name the feet, where the robot has other chains that may be its legs."""
+    legs = _candidates(posed, ends)
+    more = f"; if its legs are the chains to {legs} or others, name its feet: {_NAME_FEET}"
+    return more if legs else ""
+
+
+def _candidates(posed: PosedModel, but: Collection[int]) -> str:
+    """Ends of two chains that may be legs, but for some; empty if none are."""
+    return next((_quoted(posed, (a[-1], b[-1])) for a, b in _leg_like(posed, but)), "")
+
+
+def _shared(posed: PosedModel, ends: Collection[int]) -> int:
+    """How many joints carry all of some joints."""
+    return len(set.intersection(*(set(posed.model.supports[j]) for j in ends)) - {0, 1})
+
+
+def _unequal(posed: PosedModel) -> RobotError | None:
+    pair = unequal_pair(posed)
+    if pair is None:
+        return None
+    first, other = (str(posed.model.names[leg[pair.row]]) for leg in pair.legs)
+    ends = json.dumps([foot_name(posed.model, leg[-1]) for leg in pair.legs], ensure_ascii=False)
+    if pair.bent:
+        angles = [posed.angle(leg[pair.row]) for leg in pair.legs]
+        return RobotError(
+            f"the reference posture bends the legs unequally: '{first}' stands at {angles[0]:.4g} "
+            f"rad, its partner '{other}' at {angles[1]:.4g} rad; give both legs mirrored angles "
+            "with flat feet (posture)"
+        )
+    away = f"lies {pair.size * 1e3:.1f} mm away from the mirror image of '{other}'"
+    if pair.row > 0:
+        before = [str(posed.model.names[leg[pair.row - 1]]) for leg in pair.legs]
+        away += f", each seen from the joint before it ('{before[0]}' and '{before[1]}')"
+    return RobotError(
+        f"the legs are not mirror images: '{first}' {away}; correct the <origin> of one of them, "
+        f"or of a joint above it; or if they are to be averaged, name the feet: feet = {ends} in "
+        "the file for --choices (in Python, feet), and be told how large an asymmetry to choose"
+    )
+
+
+def _chains(posed: PosedModel) -> str:
+    """How many chains of joints there are, and where the longest end."""
+    model = posed.model
+    leaves = [j for j in range(2, model.njoints) if len(model.children[j]) == 0]
+    if not leaves:
+        return "no joint moves"
+    lengths = {j: len(model.supports[j]) - 2 for j in leaves}
+    most = max(lengths.values())
+    longest = [j for j in leaves if lengths[j] == most]
+    names = _quoted(posed, longest[:2])
+    if len(leaves) == 1:
+        return f"one chain of {joint_count(most)}, which ends in {names}"
+    more = f" and {len(longest) - 2} more" if len(longest) > 2 else ""
+    ends = "ends" if len(longest) == 1 else "end"
+    count = number_word(len(leaves))
+    return f"{count} chains, the longest, of {joint_count(most)}, {ends} in {names}{more}"

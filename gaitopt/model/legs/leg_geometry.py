@@ -1,9 +1,13 @@
-"""Measures of a pair of legs: centres of hip and ankle, knees, reach."""
+"""Measures of a pair of legs: centres of hip and ankle, knees, reach, missing joints.
+
+A leg has up to three joints at the hip, then a knee, then up to two at the ankle; a seventh joint
+is at one of the two. Rows of a leg go from hip to ankle.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import pinocchio as pin
@@ -11,90 +15,20 @@ import pinocchio as pin
 from gaitopt.importers.physics import STANDARD_GRAVITY
 from gaitopt.importers.report import Finding
 from gaitopt.model.legs.joint_limits import JointLimits
+from gaitopt.model.legs.kinematic_tree import points_on_lines
 from gaitopt.nlp import Array
 
-_BENDS = 0.1  # of what any joint of the leg changes: what a knee changes at least
+NEEDED_JOINTS = ("hip pitch", "knee", "ankle pitch")
+"""What a leg cannot put its foot flat at a step without."""
+
+_HIP, _ANKLE = 3, 2  # joints at most, in a leg of six
+_LEAST_KNEE = 0.1  # of what any joint of the leg changes: what a knee changes at least
+_LEAST_BEND = 0.1  # of the squared distance of hip and ankle: what a knee changes it by
 _ONE_SIDED = 0.15  # of the range: how far its middle must be from straight
-
-
-@dataclass(frozen=True)
-class Knee:
-    """The joint that bends a leg.
-
-    Attributes:
-        row: its place among the leg's joints.
-        straight: angle at which the leg is longest [rad].
-        reach: distance between hip and ankle there, the other joints as they are [m].
-        side: direction in which a larger angle takes the ankle from the straight leg, shape (3,).
-    """
-
-    row: int
-    straight: float
-    reach: float
-    side: Array
-
-    def range_side(self, lower: float, upper: float) -> float:
-        """Return +1 or -1 for the side to which the knee's range lies, 0 if it does not tell.
-
-        Args:
-            lower, upper: of its range [rad].
-        """
-        if not (np.isfinite(lower) and np.isfinite(upper)):
-            return 0.0
-        middle = (lower + upper) / 2.0 - self.straight
-        return float(np.sign(middle)) if abs(middle) > _ONE_SIDED * (upper - lower) else 0.0
-
-
-def find_knee(
-    points: Array,
-    axes: Array,
-    hip: Array,
-    ankle: Array,
-    angles: Array,
-    beyond: Sequence[int] | None = None,
-) -> Knee:
-    """Find the knee among the joint lines of a leg; all in one frame.
-
-    About one revolute joint the squared distance is c0 + c1 cos q + c2 sin q, q from the posture
-    of the lines.
-
-    Args:
-        points, axes: of the lines, shape (n, 3) each; a larger angle turns the ankle about +axis
-            as seen from the hip.
-        hip, ankle: centres of both [m], shape (3,).
-        angles: of the joints in that posture [rad], shape (n,).
-        beyond: rows of the joints beyond the hip, of which the knee is one unless they hardly
-            change the distance; None for all. Where the axes of a hip do not meet, one of its
-            joints may well change the distance more than the knee does.
-    """
-    swings = [_swing(p, a, hip, ankle) for p, a in zip(points, axes, strict=True)]
-    sizes = np.array([abs(c) for _, c in swings])
-    row = int(sizes.argmax())
-    if beyond is not None:
-        nearer = max(beyond, key=lambda k: float(sizes[k]))
-        row = nearer if sizes[nearer] > _BENDS * sizes[row] else row
-    c0, c = swings[row]
-    turn = float(np.angle(c))
-    level = ankle - points[row]
-    level = level - (level @ axes[row]) * axes[row]
-    side = np.cos(turn) * np.cross(axes[row], level) - np.sin(turn) * level
-    return Knee(row, float(angles[row]) + turn, float(np.sqrt(c0 + abs(c))), side)
-
-
-def _swing(point: Array, axis: Array, hip: Array, ankle: Array) -> tuple[float, complex]:
-    """Return c0 and c1 + i c2 of the squared distance between hip and ankle about a line [m²]."""
-    to_hip, to_ankle = hip - point, ankle - point
-    along = (to_ankle @ axis) * axis
-    level = to_ankle - along
-    c0 = float(to_hip @ to_hip + to_ankle @ to_ankle - 2.0 * to_hip @ along)
-    return c0, complex(-2.0 * to_hip @ level, -2.0 * to_hip @ np.cross(axis, level))
-
-
-_HIP, _ANKLE = 3, 2  # joints of each, if the leg has enough
-
-_OUTWARD = (-1.0, 1.0)  # the stance leg's chain runs from its ankle to its hip
 _STRAIGHT = 0.01  # rad: a knee that stops this near to straight is straight there
 _MEET = 1e-6  # m: lines that pass a point this closely meet there
+_INDEPENDENT = 0.3  # singular value of unit axes: below it they turn about one direction less
+_ABLE = 0.7  # cosine: joints that turn a foot about an axis have it nearly among theirs
 
 
 @dataclass(frozen=True)
@@ -111,6 +45,10 @@ class Legs:
             at 0 [m]; the largest possible one where the axes of a hip meet in one point.
         bound: what that distance cannot exceed at any angles within the joints' ranges [m]; equal
             to `reach` where the axes of hip and ankle meet in one point each.
+        stance_width: distance between the ankles across when the robot stands upright [m], negative
+            where the swing leg is the right one: that of the hips, or where ankles do not roll that
+            of the ankles with all joints at 0, for such legs stay upright.
+        ankles_roll: whether the ankles roll; else the weight shifts by the trunk's roll alone.
         gravity: acceleration of free fall [m/s²].
     """
 
@@ -121,6 +59,8 @@ class Legs:
     flexion: Array
     reach: float
     bound: float
+    stance_width: float
+    ankles_roll: bool
     gravity: float = STANDARD_GRAVITY
 
     @property
@@ -153,7 +93,7 @@ class ChainLines:
     """The joint lines of a re-rooted model at its neutral posture.
 
     Attributes:
-        model: free-flyer and n joints.
+        model: free-flyer, stance leg from ankle to hip, swing leg from hip to ankle, other joints.
         frame: name of the pelvis frame.
         pelvis: its placement.
         points, axes: joint lines in the pelvis frame, shape (n, 3) each.
@@ -168,19 +108,64 @@ class ChainLines:
     count: int
 
 
-def hip_joints(count: int) -> tuple[range, range]:
-    """Return the rows of the joints of either hip, stance leg first.
+@dataclass(frozen=True)
+class Knee:
+    """The joint that bends a leg.
+
+    Attributes:
+        row: its place among the leg's joints.
+        straight: angle at which the leg is longest [rad].
+        reach: distance between hip and ankle there, the other joints as they are [m].
+        side: direction in which a larger angle takes the ankle from the straight leg, shape (3,).
+    """
+
+    row: int
+    straight: float
+    reach: float
+    side: Array
+
+    def range_side(self, lower: float, upper: float) -> float:
+        """Return +1 or -1 for the side to which the knee's range lies, 0 if it does not tell.
+
+        Args:
+            lower, upper: of its range [rad].
+        """
+        if not (np.isfinite(lower) and np.isfinite(upper)):
+            return 0.0
+        middle = (lower + upper) / 2.0 - self.straight
+        return float(np.sign(middle)) if abs(middle) > _ONE_SIDED * (upper - lower) else 0.0
+
+
+def leg_rows(count: int) -> tuple[list[int], list[int]]:
+    """Return the rows of stance and swing leg in the joint vector, from hip to ankle.
 
     Args:
-        count: joints of each leg, stance leg from ankle to hip, then swing leg from hip to ankle.
+        count: joints of a leg.
     """
-    hip = min(_HIP, count - _ANKLE - 1)
-    return range(count - hip, count), range(count, count + hip)
+    return list(range(count))[::-1], list(range(count, 2 * count))
 
 
-def ankle_joints(count: int) -> tuple[range, range]:
-    """Return the rows of the joints of either ankle, stance leg first; see `hip_joints`."""
-    return range(_ANKLE), range(2 * count - _ANKLE, 2 * count)
+def hip_and_ankle(points: Array, axes: Array) -> tuple[list[int], list[int]]:
+    """Return the rows of the hip's and of the ankle's joints of a leg; the knee is between them.
+
+    Where more than one joint may be the knee it is the one that changes the distance between the
+    two most.
+
+    Args:
+        points, axes: of the joint lines from hip to ankle, shape (n, 3) each.
+    """
+    count = len(points)
+    spare = max(count - _HIP - _ANKLE - 1, 0)
+    least = max(count - 1 - _ANKLE - spare, 1)
+    parts = [(list(range(k)), list(range(k + 1, count)))
+             for k in range(least, min(_HIP + spare, count - 2) + 1)]  # fmt: skip
+
+    def bend(part: tuple[list[int], list[int]]) -> float:
+        hip, ankle = (common_point(points[rows], axes[rows]) for rows in part)
+        knee = len(part[0])
+        return abs(_swing(points[knee], axes[knee], hip, ankle)[1])
+
+    return parts[0] if len(parts) == 1 else max(parts, key=bend)
 
 
 def measure_legs(lines: ChainLines, soles: tuple[str, str], limits: JointLimits) -> Legs:
@@ -194,39 +179,68 @@ def measure_legs(lines: ChainLines, soles: tuple[str, str], limits: JointLimits)
     """
     data = lines.model.createData()
     pin.framesForwardKinematics(lines.model, data, pin.neutral(lines.model))
-    count = lines.count
-    hips, ankles, knees, flexion, slack = [], [], [], [], []
-    for leg, sole in enumerate(soles):
-        parts = hip_joints(count)[leg], ankle_joints(count)[leg]
-        hip, ankle = (centre(lines.points, lines.axes, rows) for rows in parts)
-        slack.append(
-            sum(_slack(lines, limits, *part) for part in zip(parts, (hip, ankle), strict=True))
-        )
+    hips, ankles, places, rows_of_knees, knees, flexion, bounds = [], [], [], [], [], [], []
+    # The stance leg's chain runs from its ankle to its hip: against the file.
+    for rows, outward, sole in zip(leg_rows(lines.count), (-1.0, 1.0), soles, strict=True):
+        axes = lines.axes[rows]
+        points = points_on_lines(lines.points[rows], axes, [0, *range(len(rows) - 1)])
+        parts = hip_and_ankle(points, axes)
+        hip, ankle = (centre(points, axes, part) for part in parts)
+        frame = data.oMf[lines.model.getFrameId(sole)]
+        ankles_roll = "ankle roll" not in missing_joints(points, axes)
+        if not ankles_roll:  # where on its axis the ankle is, only the foot tells
+            axis = axes[parts[1][0]]
+            foot = lines.pelvis.actInv(frame.translation)
+            ankle = ankle + ((foot - ankle) @ axis) * axis
+        beyond = range(len(parts[0]), len(rows))
+        knee = find_knee(points, outward * axes, hip, ankle, np.zeros(len(rows)), beyond)
+        row = rows[knee.row]
+        told = knee.range_side(float(limits.lower[row]), float(limits.upper[row]))
+        slack = 0.0
+        for part, point in zip(parts, (hip, ankle), strict=True):
+            slack += _slack(lines, limits, [rows[k] for k in part], point)
         hips.append(hip)
-        place = data.oMf[lines.model.getFrameId(sole)]
-        ankles.append(place.actInv(lines.pelvis.act(ankle)))
-        first = count * leg
-        rows = slice(first, first + count)
-        outward = _OUTWARD[leg] * lines.axes[rows]
-        beyond = [row for row in range(count) if row + first not in parts[0]]
-        knee = find_knee(lines.points[rows], outward, hip, ankle, np.zeros(count), beyond)
-        knees.append(replace(knee, row=first + knee.row))
-        flexion.append(_flexion(knees[-1], limits))
+        places.append(ankle)
+        ankles.append(frame.actInv(lines.pelvis.act(ankle)))
+        rows_of_knees.append(row)
+        knees.append(knee)
+        flexion.append(told or (1.0 if knee.side[0] < 0.0 else -1.0))
+        bounds.append(knee.reach + slack)
+    ends = hips if ankles_roll else places
     return Legs(
         hips=np.array(hips),
         ankles=np.array(ankles),
-        knees=(knees[0].row, knees[1].row),
+        knees=(rows_of_knees[0], rows_of_knees[1]),
         straight=np.array([knee.straight for knee in knees]),
         flexion=np.array(flexion),
         reach=max(knee.reach for knee in knees),
-        bound=max(knee.reach + more for knee, more in zip(knees, slack, strict=True)),
+        bound=max(bounds),
+        stance_width=float(ends[1][1] - ends[0][1]),
+        ankles_roll=ankles_roll,
         gravity=float(np.linalg.norm(lines.model.gravity.linear)),
     )
 
 
-def _flexion(knee: Knee, limits: JointLimits) -> float:
-    told = knee.range_side(float(limits.lower[knee.row]), float(limits.upper[knee.row]))
-    return told or (1.0 if knee.side[0] < 0.0 else -1.0)
+def missing_joints(points: Array, axes: Array) -> list[str]:
+    """Return which joints a leg lacks, as "hip yaw"; a leg of six has all.
+
+    Args:
+        points, axes: of its joint lines from hip to ankle in the robot's axes, shape (n, 3) each.
+    """
+    hip, ankle = hip_and_ankle(points, axes)
+    knee, (first, last) = len(hip), (common_point(points[r], axes[r]) for r in (hip, ankle))
+    bend = abs(_swing(points[knee], axes[knee], first, last)[1])
+    if bend < _LEAST_BEND * float(np.linalg.norm(first - last)) ** 2:
+        return ["knee"]
+    turns = {"roll": 0, "pitch": 1, "yaw": 2}
+    missing = []
+    for name, rows, needed in (("hip", hip, turns), ("ankle", ankle, ("pitch", "roll"))):
+        _, sizes, directions = np.linalg.svd(axes[rows], full_matrices=False)
+        able = directions[sizes > _INDEPENDENT]
+        for turn in needed:
+            if np.linalg.norm(able[:, turns[turn]]) < _ABLE:
+                missing.append(f"{name} {turn}")
+    return missing
 
 
 def knee_doubts(legs: Legs, limits: JointLimits, names: tuple[str, ...]) -> list[Finding]:
@@ -249,6 +263,51 @@ def knee_doubts(legs: Legs, limits: JointLimits, names: tuple[str, ...]) -> list
         )
         findings.append(Finding("legs", names[row], text, "warning"))
     return findings
+
+
+def find_knee(
+    points: Array,
+    axes: Array,
+    hip: Array,
+    ankle: Array,
+    angles: Array,
+    beyond: Sequence[int] | None = None,
+) -> Knee:
+    """Find the knee: the joint line that changes the distance between hip and ankle most.
+
+    Args:
+        points, axes: of the lines, shape (n, 3) each, all in one frame; a larger angle turns the
+            ankle about +axis as seen from the hip.
+        hip, ankle: centres of both [m], shape (3,).
+        angles: of the joints in that posture [rad], shape (n,).
+        beyond: rows of the joints beyond the hip, of which the knee is one unless they hardly
+            change the distance; None for all. Where the axes of a hip do not meet, one of its
+            joints may well change the distance more than the knee does.
+    """
+    swings = [_swing(p, a, hip, ankle) for p, a in zip(points, axes, strict=True)]
+    sizes = np.array([abs(c) for _, c in swings])
+    row = int(sizes.argmax())
+    if beyond is not None:
+        nearer = max(beyond, key=lambda k: float(sizes[k]))
+        row = nearer if sizes[nearer] > _LEAST_KNEE * sizes[row] else row
+    c0, c = swings[row]
+    turn = float(np.angle(c))
+    level = ankle - points[row]
+    level = level - (level @ axes[row]) * axes[row]
+    side = np.cos(turn) * np.cross(axes[row], level) - np.sin(turn) * level
+    return Knee(row, float(angles[row]) + turn, float(np.sqrt(c0 + abs(c))), side)
+
+
+def _swing(point: Array, axis: Array, hip: Array, ankle: Array) -> tuple[float, complex]:
+    """Return c0 and c1 + i c2 of the squared distance between hip and ankle about a line [m²].
+
+    It is c0 + c1 cos q + c2 sin q, the angle q counted from the posture of the lines.
+    """
+    to_hip, to_ankle = hip - point, ankle - point
+    along = (to_ankle @ axis) * axis
+    level = to_ankle - along
+    c0 = float(to_hip @ to_hip + to_ankle @ to_ankle - 2.0 * to_hip @ along)
+    return c0, complex(-2.0 * to_hip @ level, -2.0 * to_hip @ np.cross(axis, level))
 
 
 def common_point(points: Array, axes: Array) -> Array:

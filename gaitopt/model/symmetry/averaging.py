@@ -6,9 +6,9 @@ image of their partner in the ten dynamic parameters, in which the mean of two b
 can exist too (Wensing, Kim and Slotine, 2018, IEEE RA-L 3(1), section III).
 
 What that changes is judged by its effect on a walk, all of it together (`WalkProbe`): over the
-range of motion, the mass matrix of the leg joints with one foot on the ground, and where the other
-foot is. A difference of a link's inertia, of a joint's line or of a rotor thus has one measure, and
-a light link or a joint near the ground counts as little as it matters.
+range of motion, the mass matrix of the joints with one foot on the ground, and where the other foot
+is. A difference of a link's inertia, of a joint's line or of a rotor thus has one measure, and a
+light link or a joint near the ground counts as little as it matters.
 """
 
 from __future__ import annotations
@@ -16,36 +16,49 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 import pinocchio as pin
+from numpy.typing import NDArray
 
-from gaitopt.model.legs.kinematic_tree import joint_axes, place
+from gaitopt.model.legs.kinematic_tree import pose
 from gaitopt.model.symmetry.leg_exchange import REFLECTION, mirror_placement
 from gaitopt.nlp import Array
 
-_EXACT = 1e-12  # m and rad: legs that are this much alike are left as they are
+_SAME = 1e-12  # m, rad and relative: what is this much alike is left as it is
+_MISSING = 1e-6  # an inertia this much smaller than its partner's was left out of the file
+_TOLD = 1e-9  # m and rad: less is the rounding of the loader, not a difference of the file
+_POSTURES = 48
+_LEAST_EFFECT = 1e-6  # what is below matters to nobody
+_WIDEST = 1.0  # rad: what a leg's joint turns to either side in a walk, and stairs, and squats
+_LISTED = 0.1  # of the largest effect: differences that matter less are counted, not listed
+_MOST = 1.0  # the largest value of the choice
+
+_Pair = tuple[int, int]
 
 
 @dataclass(frozen=True)
 class Sides:
-    """Where left and right are in a model of free-flyer and twelve joints.
+    """Where left and right are in a model rooted at the pelvis.
 
     Attributes:
-        right, left: joints from hip to ankle.
+        right, left: joints of the legs from hip to ankle.
         soles: names of the right and the left sole frame.
         plane: placement of the pelvis frame in the root body; its x-z plane is the mirror.
+        others: pairs of other joints that move, right one first; a joint in the middle twice.
     """
 
     right: tuple[int, ...]
     left: tuple[int, ...]
     soles: tuple[str, str]
     plane: pin.SE3
+    others: tuple[_Pair, ...] = ()
 
     @property
-    def pairs(self) -> list[tuple[int, int]]:
-        """Right and left joints, from hip to ankle."""
-        return list(zip(self.right, self.left, strict=True))
+    def pairs(self) -> list[_Pair]:
+        """Right and left joints, those that move others first."""
+        return sorted([*zip(self.right, self.left, strict=True), *self.others], key=max)
 
 
 @dataclass(frozen=True)
@@ -59,54 +72,328 @@ class LineGap:
         turn: angle [rad].
     """
 
-    joints: tuple[int, int]
+    joints: _Pair
     sole: bool
     apart: float
     turn: float
 
+    @property
+    def differs(self) -> bool:
+        """Whether it is more than rounding."""
+        return max(self.apart, self.turn) > _TOLD
 
-def mirror_lines(model: pin.Model, sides: Sides) -> tuple[LineGap, ...]:
-    """Make the legs of a model mirror images; tell how far each pair of lines was off.
 
-    From the hip down, a joint's line is compared with the mirror image of its partner's as it lies
-    once the joints before it are mirror images: what the hip is off is not told again of the knee.
-    Both are then moved half the way, each with all that hangs on it. Lines count, not the origins
-    that may slide along them or the angle at which a joint frame stands about its own axis.
+@dataclass(frozen=True)
+class Effect:
+    """How far two robots differ, the largest over all postures, either foot standing.
+
+    Attributes:
+        mass_matrix: difference of the mass matrix, each entry in units of sqrt(D_i D_j), where D_i
+            is what joint i or its partner on the other side moves, whichever is more (for most
+            joints when its leg stands) [-].
+        feet: how far the other foot is from where it was, per length of the leg, or by how much it
+            is turned [rad], whichever is more.
+    """
+
+    mass_matrix: float
+    feet: float
+
+    @property
+    def size(self) -> float:
+        """The larger of the two."""
+        return max(self.mass_matrix, self.feet)
+
+    def words(self) -> str:
+        """Return both as percentages."""
+        return (
+            f"the mass matrix by {percent(self.mass_matrix)} and the placement of the feet by "
+            f"{percent(self.feet)} of the leg's length"
+        )
+
+    def brief(self) -> str:
+        """Return what is worth a word, as percentages."""
+        parts = (("mass matrix", self.mass_matrix), ("feet", self.feet))
+        return ", ".join(f"{name} {percent(s)}" for name, s in parts if s >= _LEAST_EFFECT)
+
+
+@dataclass(frozen=True)
+class Difference:
+    """One thing in which a robot differs from its mirror image.
+
+    Attributes:
+        joints: names of the right and the left joint; of the root's twice for the trunk.
+        kind: "joints" (their lines), "soles", "links" (inertia), "trunk" or "rotors" (armature).
+        size: how far the two differ, in words with units.
+        effect: what averaging it alone changes.
+    """
+
+    joints: tuple[str, str]
+    kind: str
+    size: str
+    effect: Effect
+
+    @property
+    def subject(self) -> str:
+        """What it is about, in words."""
+        right, left = self.joints
+        names = f"'{right}'" if right == left else f"'{right}' and '{left}'"
+        return {
+            "trunk": "trunk",
+            "joints": f"joints {names}",
+            "soles": "soles",
+            "links": f"links moved by {names}",
+            "rotors": f"rotors of {names}",
+        }[self.kind]
+
+
+@dataclass(frozen=True)
+class Symmetrised:
+    """A symmetric model and what it took.
+
+    Attributes:
+        model: the model, changed where it had to be.
+        differences: what was averaged, by effect, largest first.
+        filled: joints whose links had no inertia in the file and took their partner's.
+        effect: of all differences together: what averaging changed.
+    """
+
+    model: pin.Model
+    differences: tuple[Difference, ...]
+    filled: tuple[str, ...]
+    effect: Effect
+
+
+@dataclass(frozen=True)
+class FootDynamics:
+    """A robot in m postures, the right foot standing, then the left.
+
+    Attributes:
+        mass: mass matrix of the n joints with that foot at rest, shape (m, 2, n, n).
+        place, turn: of the other sole in the standing one, shapes (m, 2, 3) and (m, 2, 3, 3).
+    """
+
+    mass: Array
+    place: Array
+    turn: Array
+
+
+@dataclass(frozen=True)
+class WalkProbe:
+    """Postures in which robots of one set of joints are compared.
+
+    Attributes:
+        postures: configurations, free-flyer at the origin, shape (m, nq).
+        soles: names of the right and of the left sole frame.
+        partner: row of the partner of each joint, shape (n,).
+        length: of the leg [m].
+    """
+
+    postures: Array
+    soles: tuple[str, str]
+    partner: NDArray[np.intp]
+    length: float
+
+    def compare(self, first: FootDynamics, other: FootDynamics) -> Effect:
+        """Return how far two robots differ; the first one gives the scale."""
+        moved = np.diagonal(first.mass, axis1=-2, axis2=-1).max(axis=1)  # (m, n): either foot
+        moved = np.maximum(moved, moved[:, self.partner])
+        scale = np.sqrt(moved[:, :, None] * moved[:, None, :])[:, None]
+        change = np.abs(first.mass - other.mass) / scale
+        apart = np.linalg.norm(first.place - other.place, axis=-1) / self.length
+        # |R - Q| = 2 sqrt(2) |sin(angle / 2)|
+        chord = np.linalg.norm(first.turn - other.turn, axis=(-2, -1)) / np.sqrt(8.0)
+        angle = 2.0 * np.arcsin(np.clip(chord, 0.0, 1.0))
+        return Effect(float(change.max()), float(max(apart.max(), angle.max())))
+
+    def measure(self, model: pin.Model) -> FootDynamics:
+        """Return mass matrices and placements of a robot in all postures.
+
+        Args:
+            model: free-flyer and n joints, rooted at the pelvis, with both sole frames.
+        """
+        data, nv = model.createData(), model.nv
+        frames = [model.getFrameId(name) for name in self.soles]
+        count = len(self.postures)
+        M, J = np.zeros((count, nv, nv)), np.zeros((count, 2, 6, nv))
+        place, turn = np.zeros((count, 2, 3)), np.zeros((count, 2, 3, 3))
+        for k, q in enumerate(self.postures):
+            M[k] = pin.crba(model, data, q)
+            pin.computeJointJacobians(model, data, q)
+            pin.updateFramePlacements(model, data)
+            for side, frame in enumerate(frames):
+                J[k, side] = pin.getFrameJacobian(model, data, frame, pin.LOCAL)
+                seen = data.oMf[frame].actInv(data.oMf[frames[1 - side]])
+                place[k, side], turn[k, side] = seen.translation, seen.rotation
+        # The free-flyer's twist that keeps the standing foot still is linear in the joint rates.
+        held = np.zeros((count, 2, nv, nv - 6))
+        held[..., :6, :] = -np.linalg.solve(J[..., :6], J[..., 6:])
+        held[..., 6:, :] = np.eye(nv - 6)
+        return FootDynamics(held.swapaxes(-1, -2) @ M[:, None] @ held, place, turn)
+
+
+def walk_probe(model: pin.Model, sides: Sides, length: float) -> WalkProbe:
+    """Return the postures in which variants of a robot are compared: straight, and at random.
 
     Args:
-        model: free-flyer and twelve joints, rooted at the pelvis. Joint placements and sole frames
-            are changed where they have to be.
-        sides: its legs.
+        model: free-flyer and n joints, rooted at the pelvis.
+        sides: its pairs.
+        length: of the leg [m].
+    """
+    low, high = (
+        np.clip(np.array(b)[7:], -_WIDEST, _WIDEST)
+        for b in (model.lowerPositionLimit, model.upperPositionLimit)
+    )
+    ranged = low < high  # a range beyond that, or none, is as good as the whole
+    low, high = np.where(ranged, low, -_WIDEST), np.where(ranged, high, _WIDEST)
+    postures = np.tile(pin.neutral(model), (_POSTURES, 1))
+    postures[1:, 7:] = np.random.default_rng(0).uniform(low, high, (_POSTURES - 1, len(low)))
+    partner = np.arange(len(low))
+    for pair in sides.pairs:
+        i, j = (model.joints[joint].idx_v - 6 for joint in pair)
+        partner[i], partner[j] = j, i
+    return WalkProbe(postures, sides.soles, partner, length)
+
+
+def symmetrise(model: pin.Model, sides: Sides, length: float) -> Symmetrised:
+    """Return a copy of the model that is its own mirror image, and what it took.
+
+    Args:
+        model: free-flyer and the moving joints, rooted at the pelvis.
+        sides: its legs and other pairs.
+        length: of the leg [m].
+    """
+    whole = model.copy()
+    filled = _fill_missing(whole, sides)
+    even = whole.copy()
+    gaps = [gap for gap in mirror_lines(even, sides) if gap.differs]
+    bodies = _average_bodies(even, sides)
+    rotors = _average_rotors(even, sides)
+    if not (bodies or rotors or gaps):
+        return Symmetrised(even, (), filled, Effect(0.0, 0.0))
+    probe = walk_probe(even, sides, length)
+    seen = probe.measure(even)
+
+    def difference(
+        pair: _Pair, kind: str, size: str, undo: Callable[[pin.Model], None]
+    ) -> Difference:
+        """Return one difference with what it alone does: the even robot with that as it was."""
+        other = even.copy()
+        undo(other)
+        names = str(whole.names[pair[0]]), str(whole.names[pair[1]])
+        return Difference(names, kind, size, probe.compare(seen, probe.measure(other)))
+
+    parts = []
+    for gap in gaps:
+        size = f"{_tidy(gap.apart, 1e3)} mm and {_tidy(gap.turn, 180.0 / np.pi)} degrees"
+        undo = partial(_restore_line, whole, gap, sides.soles)
+        parts.append(difference(gap.joints, "soles" if gap.sole else "joints", size, undo))
+    for pair, size in bodies:
+        kind = "trunk" if pair == (1, 1) else "links"
+        parts.append(difference(pair, kind, size, partial(_restore_bodies, whole, pair)))
+    for pair, size in rotors:
+        parts.append(difference(pair, "rotors", size, partial(_restore_rotors, whole, pair)))
+    parts.sort(key=lambda part: -part.effect.size)
+    return Symmetrised(even, tuple(parts), filled, probe.compare(seen, probe.measure(whole)))
+
+
+def asymmetry_faults(
+    done: Symmetrised, allowed: float, drawn_unequally: Sequence[str] = ()
+) -> list[str]:
+    """Return what is wrong with a robot that differs too much from its mirror image, if it does.
+
+    Args:
+        done: of the robot.
+        allowed: largest effect that averaging may have, `ImportOptions.asymmetry`.
+        drawn_unequally: joints whose `ref` is not the mirror image of their partner's, in words.
+    """
+    size = done.effect.size
+    if size <= allowed:
+        return []
+    least = _LISTED * done.differences[0].effect.size
+    listed = [d for d in done.differences if d.effect.size >= least]
+    more = len(done.differences) - len(listed)
+    differs = "; ".join(f"{d.subject}: {d.size} ({d.effect.brief()})" for d in listed)
+    rest = f"; {more} more that matter less" if more else ""
+    ref = "; ".join(drawn_unequally)
+    drawn = f" The file draws the legs in postures that are no mirror images: {ref}." if ref else ""
+    return [
+        f"the robot is not its own mirror image: averaging left and right would change "
+        f"{done.effect.words()}; allowed is {percent(allowed)} (asymmetry = {allowed:g}). What "
+        f"differs, by its effect: {differs}{rest}.{drawn} {_remedy(done, size, bool(ref))}"
+    ]
+
+
+def _remedy(done: Symmetrised, size: float, by_ref: bool) -> str:
+    kind = done.differences[0].kind
+    place = "<origin>, <axis>" if kind in ("joints", "soles") else "<inertial>"
+    correct = f"Correct the file ({place} of what is named first)"
+    if by_ref:
+        correct = "Correct the ref of one joint of each such pair"
+    if kind == "joints":
+        correct += (
+            ", or if the whole robot leans in the root link's axes, say which direction of it is "
+            "up (up = [X, Y, Z] in the file for --choices)"
+        )
+    if not size <= _MOST:
+        return f"{correct}; no choice accepts so much"
+    # The next number of two digits, so that what is written accepts what was measured.
+    digit = 10.0 ** (math.floor(math.log10(size)) - 1)
+    above = math.ceil(size / digit) * digit
+    above = min(float(f"{above if above > size else above + digit:.3g}"), _MOST)
+    return f"{correct}, or have it averaged: asymmetry = {above:g} in the file for --choices"
+
+
+def percent(share: float) -> str:
+    """Return a share in words."""
+    return f"{100.0 * share:.2g} %" if share >= _LEAST_EFFECT else "less than 0.0001 %"
+
+
+def mirrored(inertia: pin.Inertia) -> pin.Inertia:
+    """Return the mirror image of a body in the plane y = 0."""
+    S = REFLECTION
+    return pin.Inertia(inertia.mass, S @ inertia.lever, S @ inertia.inertia @ S)
+
+
+def mirror_lines(model: pin.Model, sides: Sides) -> tuple[LineGap, ...]:
+    """Make the joints of a model mirror images; tell how far each pair of lines was off.
+
+    From the root outwards, a joint's line is compared with the mirror image of its partner's as it
+    lies once the joints before it are mirror images: what the hip is off is not told again of the
+    knee. Both are then moved half the way, each with all that hangs on it. Lines count, not the
+    origins that may slide along them or the angle at which a joint frame stands about its own axis.
+
+    Args:
+        model: free-flyer and the moving joints, rooted at the pelvis. Joint placements and sole
+            frames are changed where they have to be.
+        sides: its legs and other pairs.
 
     Returns:
-        The six pairs of joints from the hip, and the soles.
+        The pairs of joints, and the soles.
     """
-    q = pin.neutral(model)
-    local = [sides.plane.actInv(p) for p in place(model, q).places]
-    axes = np.zeros((model.njoints, 3))
-    axes[2:] = joint_axes(model, q, range(2, model.njoints)) @ sides.plane.rotation
+    posed = pose(model, pin.neutral(model))
+    local = [sides.plane.actInv(p) for p in posed.placements]
+    axes = posed.axes @ sides.plane.rotation
     moved = {1: local[1]}
-    carried = [pin.SE3.Identity(), pin.SE3.Identity()]  # what became of what hangs on either leg
     gaps = []
     for pair in sides.pairs:
+        parents = [int(model.parents[j]) for j in pair]
+        carried = [moved[p] * local[p].inverse() for p in parents]  # what became of its parent
         places = [C * local[j] for C, j in zip(carried, pair, strict=True)]
         lines = [C.rotation @ axes[j] for C, j in zip(carried, pair, strict=True)]
         points = [places[0].translation, REFLECTION @ places[1].translation]
-        ahead = [lines[0], REFLECTION @ lines[1]]
-        point, axis, apart, turn = _mean_line(points, ahead)
+        point, axis, apart, turn = _mean_line(points, [lines[0], REFLECTION @ lines[1]])
         gaps.append(LineGap(pair, False, apart, turn))
         goals = ((point, axis), (REFLECTION @ point, REFLECTION @ axis))
-        for side, joint in enumerate(pair):
-            moved[joint] = onto_line(places[side], lines[side], *goals[side])
-            carried[side] = moved[joint] * local[joint].inverse()
+        for joint, place, line, goal in zip(pair, places, lines, goals, strict=True):
+            moved[joint] = onto_line(place, line, *goal)
     frames = [model.getFrameId(name) for name in sides.soles]
     ankles = sides.right[-1], sides.left[-1]
     soles = [moved[j] * model.frames[f].placement for j, f in zip(ankles, frames, strict=True)]
     mean, apart, turn = _mean_placement(soles[0], mirror_placement(soles[1]))
     gaps.append(LineGap(ankles, True, apart, turn))
-    if max(max(gap.apart, gap.turn) for gap in gaps) > _EXACT:
-        for joint in (*sides.right, *sides.left):
-            model.jointPlacements[joint] = moved[model.parents[joint]].actInv(moved[joint])
+    if max(max(gap.apart, gap.turn) for gap in gaps) > _SAME:
+        for joint in moved.keys() - {1}:
+            model.jointPlacements[joint] = moved[int(model.parents[joint])].actInv(moved[joint])
         model.frames[frames[0]].placement = moved[ankles[0]].actInv(mean)
         model.frames[frames[1]].placement = moved[ankles[1]].actInv(mirror_placement(mean))
     return tuple(gaps)
@@ -159,297 +446,39 @@ def _mean_placement(first: pin.SE3, other: pin.SE3) -> tuple[pin.SE3, float, flo
     return mean, apart, float(np.linalg.norm(turn))
 
 
-_POSTURES = 48
-_WORTH = 1e-6  # what is below matters to nobody
-_WIDEST = 1.0  # rad: what a leg's joint turns to either side in a walk, and stairs, and squats
+def _restore_line(file: pin.Model, gap: LineGap, soles: tuple[str, str], model: pin.Model) -> None:
+    if gap.sole:
+        for frame in map(model.getFrameId, soles):
+            model.frames[frame].placement = file.frames[frame].placement
+    else:
+        for joint in gap.joints:
+            model.jointPlacements[joint] = file.jointPlacements[joint]
 
 
-@dataclass(frozen=True)
-class Effect:
-    """How far two robots differ, the largest over all postures, either foot standing.
-
-    Attributes:
-        mass_matrix: difference of the mass matrix, each entry in units of sqrt(D_i D_j), where D_i
-            is what joint i or its partner in the other leg moves, whichever is more (for most
-            joints when its leg stands) [-].
-        feet: how far the other foot is from where it was, per length of the leg, or by how much it
-            is turned [rad], whichever is more.
-    """
-
-    mass_matrix: float
-    feet: float
-
-    @property
-    def size(self) -> float:
-        """The larger of the two."""
-        return max(self.mass_matrix, self.feet)
-
-    def words(self) -> str:
-        """Return both as percentages."""
-        return (
-            f"the mass matrix by {percent(self.mass_matrix)} and the placement of the feet by "
-            f"{percent(self.feet)} of the leg's length"
-        )
-
-    def brief(self) -> str:
-        """Return what is worth a word, as percentages."""
-        parts = (("mass matrix", self.mass_matrix), ("feet", self.feet))
-        return ", ".join(f"{name} {percent(share)}" for name, share in parts if share >= _WORTH)
-
-
-@dataclass(frozen=True)
-class WalkProbe:
-    """Postures in which robots of one set of joints are compared.
-
-    Attributes:
-        postures: configurations, free-flyer at the origin, shape (n, nq).
-        soles: names of the right and of the left sole frame.
-        partner: row of the partner of each of the twelve joints, shape (12,).
-        length: of the leg [m].
-    """
-
-    postures: Array
-    soles: tuple[str, str]
-    partner: Array
-    length: float
-
-    def compare(self, first: Motions, other: Motions) -> Effect:
-        """Return how far two robots differ.
-
-        Args:
-            first, other: of `measure`; the first one gives the scale.
-        """
-        moved = np.diagonal(first.mass, axis1=-2, axis2=-1).max(axis=1)  # (n, 12): either foot
-        moved = np.maximum(moved, moved[:, self.partner])
-        scale = np.sqrt(moved[:, :, None] * moved[:, None, :])[:, None]
-        change = np.abs(first.mass - other.mass) / scale
-        apart = np.linalg.norm(first.place - other.place, axis=-1) / self.length
-        # |R - Q| = 2 sqrt(2) |sin(angle / 2)|
-        chord = np.linalg.norm(first.turn - other.turn, axis=(-2, -1)) / np.sqrt(8.0)
-        angle = 2.0 * np.arcsin(np.clip(chord, 0.0, 1.0))
-        return Effect(float(change.max()), float(max(apart.max(), angle.max())))
-
-    def measure(self, model: pin.Model) -> Motions:
-        """Return mass matrices and placements of a robot in all postures.
-
-        Args:
-            model: free-flyer and twelve joints, rooted at the pelvis, with both sole frames.
-        """
-        data = model.createData()
-        frames = [model.getFrameId(name) for name in self.soles]
-        count = len(self.postures)
-        M, J = np.zeros((count, 18, 18)), np.zeros((count, 2, 6, 18))
-        place, turn = np.zeros((count, 2, 3)), np.zeros((count, 2, 3, 3))
-        for k, q in enumerate(self.postures):
-            M[k] = pin.crba(model, data, q)
-            pin.computeJointJacobians(model, data, q)
-            pin.updateFramePlacements(model, data)
-            for side, frame in enumerate(frames):
-                J[k, side] = pin.getFrameJacobian(model, data, frame, pin.LOCAL)
-                seen = data.oMf[frame].actInv(data.oMf[frames[1 - side]])
-                place[k, side], turn[k, side] = seen.translation, seen.rotation
-        # The free-flyer's twist that keeps the standing foot still is linear in the joint rates.
-        held = np.zeros((count, 2, 18, 12))
-        held[..., :6, :] = -np.linalg.solve(J[..., :6], J[..., 6:])
-        held[..., 6:, :] = np.eye(12)
-        return Motions(held.swapaxes(-1, -2) @ M[:, None] @ held, place, turn)
-
-
-@dataclass(frozen=True)
-class Motions:
-    """A robot in n postures, the right foot standing, then the left.
-
-    Attributes:
-        mass: mass matrix of the twelve joints with that foot at rest, shape (n, 2, 12, 12).
-        place, turn: of the other sole in the standing one, shapes (n, 2, 3) and (n, 2, 3, 3).
-    """
-
-    mass: Array
-    place: Array
-    turn: Array
-
-
-def walk_probe(model: pin.Model, legs: tuple[tuple[int, ...], ...], soles: tuple[str, str],
-               length: float) -> WalkProbe:  # fmt: skip
-    """Return the postures in which variants of a robot are compared: straight, and at random.
-
-    Args:
-        model: free-flyer and twelve joints, rooted at the pelvis.
-        legs: joints of the right and of the left leg from hip to ankle.
-        soles: names of the right and of the left sole frame.
-        length: of the leg [m].
-    """
-    low, high = (
-        np.clip(np.array(b)[7:], -_WIDEST, _WIDEST)
-        for b in (model.lowerPositionLimit, model.upperPositionLimit)
-    )
-    ranged = low < high  # a range beyond that, or none, is as good as the whole
-    low, high = np.where(ranged, low, -_WIDEST), np.where(ranged, high, _WIDEST)
-    postures = np.tile(pin.neutral(model), (_POSTURES, 1))
-    postures[1:, 7:] = np.random.default_rng(0).uniform(low, high, (_POSTURES - 1, 12))
-    partner = np.zeros(12, dtype=int)
-    for right, left in zip(*legs, strict=True):
-        rows = (model.joints[j].idx_v - 6 for j in (right, left))
-        i, j = rows
-        partner[i], partner[j] = j, i
-    return WalkProbe(postures, soles, partner, length)
-
-
-def percent(share: float) -> str:
-    """Return a share in words."""
-    return f"{100.0 * share:.2g} %" if share >= _WORTH else f"less than {100.0 * _WORTH:g} %"
-
-
-_SAME = 1e-12  # relative: bodies that are this much alike are left as they are
-_MISSING = 1e-6  # an inertia this much smaller than its partner's was left out of the file
-_TOLD = 1e-9  # m and rad: less is the rounding of the loader, not a difference of the file
-_NOTHING = Effect(0.0, 0.0)
-
-
-@dataclass(frozen=True)
-class Difference:
-    """One thing in which a robot differs from its mirror image.
-
-    Attributes:
-        joints: names of the right and the left joint; of the root's twice for the trunk.
-        kind: "joints" (their lines), "soles", "links" (inertia), "trunk" or "rotors" (armature).
-        size: how far the two differ, in words with units.
-        effect: what averaging it alone changes.
-    """
-
-    joints: tuple[str, str]
-    kind: str
-    size: str
-    effect: Effect
-
-    @property
-    def subject(self) -> str:
-        """What it is about, in words."""
-        right, left = self.joints
-        if self.kind == "trunk":
-            return "trunk"
-        return {
-            "joints": f"joints '{right}' and '{left}'",
-            "soles": "soles",
-            "links": f"links moved by '{right}' and '{left}'",
-            "rotors": f"rotors of '{right}' and '{left}'",
-        }[self.kind]
-
-
-@dataclass(frozen=True)
-class Symmetrised:
-    """A symmetric model and what it took.
-
-    Attributes:
-        model: the model, changed where it had to be.
-        differences: what was averaged, by effect, largest first.
-        filled: joints whose links had no inertia in the file and took their partner's.
-        effect: of all differences together: what averaging changed.
-    """
-
-    model: pin.Model
-    differences: tuple[Difference, ...]
-    filled: tuple[str, ...]
-    effect: Effect
-
-
-def symmetrise(model: pin.Model, sides: Sides, length: float) -> Symmetrised:
-    """Return a copy of the model that is its own mirror image, and what it took.
-
-    Args:
-        model: free-flyer and twelve joints, rooted at the pelvis.
-        sides: its legs.
-        length: of the leg [m].
-    """
-    whole = model.copy()
-    filled = _fill_missing(whole, sides)
-    even = whole.copy()
-    gaps = mirror_lines(even, sides)
-    bodies = _average_bodies(even, sides)
-    rotors = _average_rotors(even, sides)
-    if not (bodies or rotors or any(_differs(gap) for gap in gaps)):
-        return Symmetrised(even, (), filled, _NOTHING)
-    probe = walk_probe(even, (sides.right, sides.left), sides.soles, length)
-    seen = probe.measure(even)
-    parts = [
-        *(_line(whole, even, gap, probe, seen) for gap in gaps if _differs(gap)),
-        *(_part(whole, even, pair, words, probe, seen, _links) for pair, words in bodies),
-        *(_part(whole, even, pair, words, probe, seen, _rotors) for pair, words in rotors),
-    ]
-    parts.sort(key=lambda part: -part.effect.size)
-    return Symmetrised(even, tuple(parts), filled, probe.compare(seen, probe.measure(whole)))
-
-
-def mirrored(inertia: pin.Inertia) -> pin.Inertia:
-    """Return the mirror image of a body in the plane y = 0."""
-    S = REFLECTION
-    return pin.Inertia(inertia.mass, S @ inertia.lever, S @ inertia.inertia @ S)
-
-
-def _differs(gap: LineGap) -> bool:
-    return max(gap.apart, gap.turn) > _TOLD
-
-
-_Pair = tuple[int, int]
-_Undo = Callable[[pin.Model, pin.Model, _Pair], None]
-
-
-def _links(model: pin.Model, file: pin.Model, pair: _Pair) -> None:
+def _restore_bodies(file: pin.Model, pair: _Pair, model: pin.Model) -> None:
     for joint in pair:
         model.inertias[joint] = file.inertias[joint]
 
 
-def _rotors(model: pin.Model, file: pin.Model, pair: _Pair) -> None:
+def _restore_rotors(file: pin.Model, pair: _Pair, model: pin.Model) -> None:
     armature = np.array(model.armature)
-    for joint in pair:
-        row = model.joints[joint].idx_v
-        armature[row] = file.armature[row]
+    rows = [model.joints[joint].idx_v for joint in pair]
+    armature[rows] = np.array(file.armature)[rows]
     model.armature = armature
 
 
-def _part(
-    file: pin.Model,
-    even: pin.Model,
-    pair: _Pair,
-    words: str,
-    probe: WalkProbe,
-    seen: Motions,
-    undo: _Undo,
-) -> Difference:
-    """Return one difference with what it alone does: the even robot with that as in the file."""
-    other = even.copy()
-    undo(other, file, pair)
-    names = str(file.names[pair[0]]), str(file.names[pair[1]])
-    kind = "trunk" if pair[0] == pair[1] else "rotors" if undo is _rotors else "links"
-    return Difference(names, kind, words, probe.compare(seen, probe.measure(other)))
-
-
-def _line(
-    file: pin.Model, even: pin.Model, gap: LineGap, probe: WalkProbe, seen: Motions
-) -> Difference:
-    other = even.copy()
-    if gap.sole:
-        for name in probe.soles:
-            frame = other.getFrameId(name)
-            other.frames[frame].placement = file.frames[frame].placement
-    else:
-        for joint in gap.joints:
-            other.jointPlacements[joint] = file.jointPlacements[joint]
-    names = str(file.names[gap.joints[0]]), str(file.names[gap.joints[1]])
-    words = f"{_tidy(gap.apart, 1e3)} mm and {_tidy(gap.turn, 180.0 / np.pi)} degrees"
-    kind = "soles" if gap.sole else "joints"
-    return Difference(names, kind, words, probe.compare(seen, probe.measure(other)))
-
-
-def _seen(model: pin.Model, sides: Sides) -> list[tuple[int, int, pin.SE3, pin.SE3]]:
+def _bodies(model: pin.Model, sides: Sides) -> list[tuple[int, int, pin.SE3, pin.SE3]]:
     """Pairs of bodies and their placements in the pelvis frame, the trunk with itself first."""
-    local = [sides.plane.actInv(p) for p in place(model, pin.neutral(model)).places]
+    placements = pose(model, pin.neutral(model)).placements
+    local = [sides.plane.actInv(p) for p in placements]
     return [(i, j, local[i], local[j]) for i, j in ((1, 1), *sides.pairs)]
 
 
 def _fill_missing(model: pin.Model, sides: Sides) -> tuple[str, ...]:
     filled = []
-    for i, j, first, second in _seen(model, sides)[1:]:
+    for i, j, first, second in _bodies(model, sides):
+        if i == j:
+            continue
         for to, there, from_, here in ((i, first, j, second), (j, second, i, first)):
             own, other = model.inertias[to], model.inertias[from_]
             if np.abs(own.inertia).max() < _MISSING * np.abs(other.inertia).max():
@@ -462,7 +491,7 @@ def _fill_missing(model: pin.Model, sides: Sides) -> tuple[str, ...]:
 def _average_bodies(model: pin.Model, sides: Sides) -> list[tuple[_Pair, str]]:
     """Average the bodies; return the pairs that differ, and by how much in words."""
     changes, differ = {}, []
-    for i, j, first, second in _seen(model, sides):
+    for i, j, first, second in _bodies(model, sides):
         own, image = first.act(model.inertias[i]), mirrored(second.act(model.inertias[j]))
         words = _body_words(own, image)
         if words:
@@ -506,62 +535,3 @@ def _average_rotors(model: pin.Model, sides: Sides) -> list[tuple[_Pair, str]]:
             differ.append((pair, f"{abs(first - other):.3g} kg·m² (armature)"))
     model.armature = armature
     return differ
-
-
-_LISTED = 0.1  # of the largest effect: differences that matter less are counted, not listed
-_MOST = 1.0  # the largest value of the choice
-
-
-def asymmetry_faults(
-    done: Symmetrised, allowed: float, drawn_unequally: Sequence[str] = ()
-) -> list[str]:
-    """Return what is wrong with a robot that differs too much from its mirror image, if it does.
-
-    Args:
-        done: of the robot.
-        allowed: largest effect that averaging may have, `ImportOptions.asymmetry`.
-        drawn_unequally: joints whose `ref` is not the mirror image of their partner's, in words.
-    """
-    size = done.effect.size
-    if size <= allowed:
-        return []
-    least = _LISTED * done.differences[0].effect.size
-    listed = [d for d in done.differences if d.effect.size >= least]
-    more = len(done.differences) - len(listed)
-    differs = "; ".join(_described(difference) for difference in listed)
-    rest = f"; {more} more that matter less" if more else ""
-    ref = "; ".join(drawn_unequally)
-    drawn = f" The file draws the legs in postures that are no mirror images: {ref}." if ref else ""
-    fault = (
-        f"the robot is not its own mirror image: averaging left and right would change "
-        f"{done.effect.words()}; allowed is {percent(allowed)} (asymmetry = {allowed:g}). What "
-        f"differs, by its effect: {differs}{rest}.{drawn} {_remedy(done, size, bool(ref))}"
-    )
-    return [fault]
-
-
-def _described(difference: Difference) -> str:
-    return f"{difference.subject}: {difference.size} ({difference.effect.brief()})"
-
-
-def _remedy(done: Symmetrised, size: float, by_ref: bool) -> str:
-    place = "<origin>, <axis>" if done.differences[0].kind in ("joints", "soles") else "<inertial>"
-    correct = f"Correct the file ({place} of what is named first)"
-    if by_ref:
-        correct = "Correct the ref of one joint of each such pair"
-    if done.differences[0].kind == "joints":
-        correct += (
-            ", or if the whole robot leans in the root link's axes, say which direction of it is "
-            "up (up = [X, Y, Z] in the file for --choices)"
-        )
-    if not size <= _MOST:
-        return f"{correct}; no choice accepts so much"
-    return f"{correct}, or have it averaged: asymmetry = {_above(size):g} in the file for --choices"
-
-
-def _above(size: float) -> float:
-    """Return the next number of two digits, so that what is written accepts what was measured."""
-    digit = 10.0 ** (math.floor(math.log10(size)) - 1)
-    above = math.ceil(size / digit) * digit
-    above = above if above > size else above + digit
-    return min(float(f"{above:.3g}"), _MOST)

@@ -9,7 +9,7 @@ import pinocchio as pin
 
 from gaitopt.errors import RobotError
 from gaitopt.model.joint_tree import JointTree
-from gaitopt.model.legs.kinematic_tree import joint_axes, place
+from gaitopt.model.legs.kinematic_tree import line_gap, pose
 from gaitopt.nlp import Array
 
 REFLECTION = np.diag([1.0, -1.0, 1.0])  # left <-> right, in axes x forward, y left, z up
@@ -26,9 +26,9 @@ def joint_lines(model: pin.Model, pelvis: pin.SE3) -> tuple[Array, Array]:
     Returns:
         Points and unit axes in the pelvis frame, each of shape (n, 3).
     """
-    placed = place(model, pin.neutral(model))
-    points = np.array([pelvis.actInv(p.translation) for p in placed.places[2:]])
-    return points, joint_axes(model, placed.q, range(2, model.njoints)) @ pelvis.rotation
+    posed = pose(model, pin.neutral(model))
+    points = np.array([pelvis.actInv(p.translation) for p in posed.placements[2:]])
+    return points, posed.axes[2:] @ pelvis.rotation
 
 
 def leg_exchange(axes: Array, outward: Array, partners: Sequence[int] | None = None) -> Array:
@@ -55,17 +55,19 @@ def leg_exchange(axes: Array, outward: Array, partners: Sequence[int] | None = N
     return E
 
 
-def mirror_partners(tree: JointTree, points: Array, axes: Array) -> list[int]:
+def mirror_partners(tree: JointTree, points: Array, axes: Array, centres: Array) -> list[int]:
     """Return the joint that does the same on the other side, for each joint.
 
     Partners in the legs are as many joints away from the hip: where several axes meet or are
     parallel, the mirror image of a line alone would not tell. The partner of any other joint sits
     on the mirror image of its body and has the mirror image of its line, at the neutral posture; a
-    joint in the mirror plane is its own partner.
+    joint in the mirror plane is its own partner. Both shoulders may turn about one line: of several
+    the one counts that moves the mirror image of what the joint moves.
 
     Args:
         tree: of the joints.
         points, axes: joint lines in the pelvis frame, shape (n, 3) each.
+        centres: of mass of all that each joint moves, in the pelvis frame, shape (n, 3).
 
     Raises:
         RobotError: a joint has no mirror image.
@@ -74,18 +76,18 @@ def mirror_partners(tree: JointTree, points: Array, axes: Array) -> list[int]:
     partners = list(range(feet))[::-1]
     for j in range(feet, tree.size):
         home = body_partner(tree, partners, tree.parents[j] + 1) - 1
+        image, line = REFLECTION @ centres[j], (REFLECTION @ points[j], REFLECTION @ axes[j])
         found = [
-            (_line_gap(REFLECTION @ points[j], REFLECTION @ axes[j], points[k], axes[k]), k)
+            (float(np.linalg.norm(image - centres[k])), k)
             for k in range(feet, tree.size)
-            if tree.parents[k] == home
+            if tree.parents[k] == home and line_gap(*line, points[k], axes[k]) <= _SAME_LINE
         ]
-        gap, partner = min(found, default=(np.inf, j))
-        if gap > _SAME_LINE:
+        if not found:
             raise RobotError(
                 f"joint '{tree.names[j]}' is to move, but no joint mirrors it; keep its partner "
                 "moving as well, and make the robot symmetric"
             )
-        partners.append(partner)
+        partners.append(min(found)[1])
     return partners
 
 
@@ -98,12 +100,6 @@ def body_partner(tree: JointTree, partners: Sequence[int], body: int) -> int:
         body: of which the partner is asked.
     """
     return tree.swing_foot - body if body <= tree.swing_foot else partners[body - 1] + 1
-
-
-def _line_gap(point: Array, axis: Array, other_point: Array, other_axis: Array) -> float:
-    """How far apart two lines are, in m and in the sine of their angle, whichever is more."""
-    apart = np.cross(other_point - point, axis)
-    return float(max(np.linalg.norm(apart), np.linalg.norm(np.cross(axis, other_axis))))
 
 
 def mirror_placement(placement: pin.SE3) -> pin.SE3:

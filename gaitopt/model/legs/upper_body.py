@@ -1,0 +1,210 @@
+"""Arms, waist and other joints beside the legs that are to move: which ones, and in what pairs.
+
+Partners are found by effect: a joint's partner sits on the partner of its body, has the mirrored
+line and moves the mirror image of what it moves. A joint in the middle is its own partner.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from gaitopt.errors import RobotError
+from gaitopt.model.import_options import matching
+from gaitopt.model.legs.kinematic_tree import (
+    UNDRIVEN,
+    LegJoints,
+    PosedModel,
+    joint_kind,
+    line_gap,
+    pose,
+    subtree_centres,
+)
+from gaitopt.nlp import Array
+
+ARMS, WAIST = "arms", "waist"
+"""Names of groups of joints, beside patterns of joint names."""
+
+_APART = 0.05  # m, and sine of the angle: mirrored lines of a file that is nearly symmetric
+
+Pairs = tuple[tuple[int, int], ...]
+
+
+@dataclass(frozen=True)
+class UpperBody:
+    """Joints of a humanoid beside its legs.
+
+    Attributes:
+        arms: joints of the right and of the left arm, from the trunk outwards up to the first fork
+            (the hand); none where no two branches of the trunk mirror each other.
+        waist: joints between pelvis and trunk, from the pelvis on.
+    """
+
+    arms: tuple[tuple[int, ...], tuple[int, ...]]
+    waist: tuple[int, ...]
+
+
+def find_upper_body(posed: PosedModel, legs: LegJoints, rotation: Array) -> UpperBody:
+    """Return arms and waist; the arms are the longest mirrored pair of branches beside the legs.
+
+    Args:
+        posed: the robot.
+        legs: the right and the left one.
+        rotation: columns forward, left, up in the root link, shape (3, 3).
+    """
+    partners = _partners(posed, legs, rotation)
+    model, used = posed.model, {j for leg in legs for j in leg}
+    arms: tuple[tuple[int, ...], tuple[int, ...]] = ((), ())
+    for joint, partner in partners.items():
+        parent = int(model.parents[joint])
+        starts = partner != joint and (parent not in partners or partners[parent] == parent)
+        if (
+            joint in used
+            or not starts
+            or _right_first(posed, rotation, (joint, partner))[0] != joint
+        ):
+            continue
+        chains = [_unforked(posed, start) for start in (joint, partner)]
+        count = min(map(len, chains))
+        if count > len(arms[0]):
+            arms = (tuple(chains[0][:count]), tuple(chains[1][:count]))
+    if not arms[0]:
+        return UpperBody(arms, ())
+    pelvis, trunk = (
+        list(model.supports[int(model.parents[start])]) for start in (legs[0][0], arms[0][0])
+    )
+    # From the pelvis towards the root, then from there to the trunk.
+    inward = [int(j) for j in pelvis if j not in trunk][::-1]
+    return UpperBody(arms, (*inward, *(int(j) for j in trunk if j not in pelvis)))
+
+
+def moving_pairs(
+    posed: PosedModel, legs: LegJoints, rotation: Array, patterns: Sequence[str]
+) -> Pairs:
+    """Return the joints beside the legs that are to move, those that move others first.
+
+    Each pair is the right and the left one, or one in the middle twice.
+
+    Args:
+        posed: the robot in its reference posture.
+        legs: the right and the left one.
+        rotation: columns forward, left, up in the root link, shape (3, 3).
+        patterns: "arms", "waist", or patterns of joint names as in a shell; a joint's partner moves
+            with it.
+
+    Raises:
+        RobotError: nothing matches, or a joint has no mirror image or no motor.
+    """
+    asked = _asked(posed, legs, rotation, patterns)
+    q = posed.q.copy()
+    q[[posed.model.joints[j].idx_q for j in asked if posed.model.joints[j].nq == 1]] = 0.0
+    partners = _partners(pose(posed.model, q, posed.problems), legs, rotation)
+    pairs = set()
+    for joint in asked:
+        name = posed.model.names[joint]
+        if (problem := posed.problem(joint, UNDRIVEN)) is not None:
+            raise RobotError(f"joint '{name}' cannot be moved: {problem}")
+        if (kind := joint_kind(posed.model.joints[joint])) != "revolute":
+            raise RobotError(f"joint '{name}' cannot be moved: it is {kind}")
+        if joint not in partners:
+            raise RobotError(
+                f"joint '{name}' cannot be moved: no joint mirrors it on the other side, and it is "
+                "not its own mirror image; leave it locked, or make the robot symmetric"
+            )
+        pairs.add(_right_first(posed, rotation, (joint, partners[joint])))
+    return tuple(sorted(pairs, key=lambda pair: (len(posed.model.supports[pair[0]]), pair)))
+
+
+def moving_joints(
+    legs: LegJoints, stance: int, others: Pairs
+) -> tuple[tuple[int, ...], tuple[int, ...]]:
+    """Return the joints that move, and the place of each one's partner among them, shape (n,) each.
+
+    Args:
+        legs: the right and the left one, from hip to ankle.
+        stance: index of the standing one.
+        others: pairs of other joints.
+
+    Returns:
+        The stance leg from ankle to hip, the swing leg from hip to ankle, then the others.
+    """
+    joints = (*legs[stance][::-1], *legs[1 - stance])
+    partner = dict(zip(joints, joints[::-1], strict=True))
+    for first, second in others:
+        partner[first], partner[second] = second, first
+    joints = (*joints, *dict.fromkeys(j for pair in others for j in pair))
+    return joints, tuple(joints.index(partner[j]) for j in joints)
+
+
+def _asked(
+    posed: PosedModel, legs: LegJoints, rotation: Array, patterns: Sequence[str]
+) -> list[int]:
+    model, used = posed.model, {j for leg in legs for j in leg}
+    names = {str(model.names[j]): j for j in range(2, model.njoints) if j not in used}
+    asked: list[int] = []
+    for pattern in patterns:
+        found: list[int] = []
+        if pattern in (ARMS, WAIST):
+            body = find_upper_body(posed, legs, rotation)
+            found = [*body.arms[0], *body.arms[1]] if pattern == ARMS else list(body.waist)
+        if not found:
+            found = [names[name] for name in matching(pattern, names)]
+        if not found:
+            raise RobotError(
+                f"moving: no joint beside the legs' is meant by '{pattern}'; give arms, waist or a "
+                f"pattern of names; the joints are: {', '.join(names) or 'none'}"
+            )
+        asked += [j for j in found if j not in asked]
+    return asked
+
+
+def _right_first(posed: PosedModel, rotation: Array, pair: tuple[int, int]) -> tuple[int, int]:
+    """Return a pair with that joint first that moves what is farther to the right."""
+    lefts = subtree_centres(posed.model, posed.q)[list(pair)] @ rotation[:, 1]
+    return pair if lefts[0] <= lefts[1] else pair[::-1]
+
+
+def _unforked(posed: PosedModel, joint: int) -> list[int]:
+    """Return the chain of driven revolute joints from one on, up to the first fork."""
+    chain = []
+    while joint_kind(posed.model.joints[joint]) == "revolute" and (
+        posed.problem(joint, UNDRIVEN) is None
+    ):
+        chain.append(joint)
+        children = [int(c) for c in posed.model.children[joint]]
+        if len(children) != 1:
+            break
+        joint = children[0]
+    return chain
+
+
+def _partners(posed: PosedModel, legs: LegJoints, rotation: Array) -> dict[int, int]:
+    """Return the partner of each joint that has one; the legs' are known, and the root's is itself.
+
+    The mirror is the plane between the hips.
+    """
+    model, left = posed.model, rotation[:, 1]
+    middle = (posed.points[legs[0][0]] + posed.points[legs[1][0]]) @ left / 2.0
+    partners = {1: 1}
+    for right_joint, left_joint in zip(*legs, strict=True):
+        partners[right_joint], partners[left_joint] = left_joint, right_joint
+    centres = subtree_centres(model, posed.q)
+    mirror = np.eye(3) - 2.0 * np.outer(left, left)
+    for joint in range(2, model.njoints):
+        parent = int(model.parents[joint])
+        if joint in partners or parent not in partners or not posed.axes[joint].any():
+            continue
+        image, axis = mirror @ posed.points[joint] + 2.0 * middle * left, mirror @ posed.axes[joint]
+        centre = mirror @ centres[joint] + 2.0 * middle * left
+        found = []
+        for other in range(2, model.njoints):
+            if int(model.parents[other]) != partners[parent] or not posed.axes[other].any():
+                continue
+            if line_gap(image, axis, posed.points[other], posed.axes[other]) < _APART:
+                found.append((float(np.linalg.norm(centres[other] - centre)), other))
+        if found:
+            partners[joint] = min(found)[1]
+    del partners[1]
+    return {j: p for j, p in partners.items() if partners.get(p) == j}
