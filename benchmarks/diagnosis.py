@@ -34,7 +34,7 @@ def run(name: str) -> dict[str, Any]:
         found = error.diagnosis
         if found is not None:
             record["families"] = [c.family for c in found.conflict]
-            record["suggestions"] = [f"{s.knob} {s.after:g}" for s in found.suggestions]
+            record["suggestions"] = [f"{s.setting} {s.after:g}" for s in found.suggestions]
     return record | {"cpu seconds": time.process_time() - started}
 
 

@@ -98,8 +98,8 @@ def one(seed: int) -> dict[str, Any]:
         diagnosis = json.loads(told.read_text()) if told.is_file() else {}
     return record | {
         "said": [line for line in lines if line.startswith("- ")],
-        "knobs": [
-            " and ".join([s["knob"], *(change["knob"] for change in s["also"])])
+        "settings": [
+            " and ".join([s["setting"], *(change["setting"] for change in s["also"])])
             for s in diagnosis.get("suggestions", [])
         ],
         "diagnosis seconds": diagnosis.get("cpu_seconds"),
@@ -132,7 +132,7 @@ def main() -> None:
         else:
             records.append(record)
             codes = [f["code"] for f in record["followed"]]
-            print(record["seed"], record["options"], record["knobs"], codes,
+            print(record["seed"], record["options"], record["settings"], codes,
                   f"{record['cpu']:.1f} s, diagnosis {record['diagnosis seconds'] or 0.0:.1f} s",
                   flush=True)  # fmt: skip
         save("infeasible", data, given.quick)

@@ -19,7 +19,7 @@ from gaitopt.design.process import small_matrices
 from gaitopt.errors import EvaluationError
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.nlp import Array, Start, kkt_residual, worst_violation
-from gaitopt.solvers import SLSQP, SQP, CertifiedSQP, Ipopt, Solver, TrustConstr
+from gaitopt.solvers import SLSQP, SQP, Ipopt, Solver, TrustConstr, TwoStageSQP
 from gaitopt.solvers.multipliers import least_squares_multipliers
 from gaitopt.tolerances import FEASIBLE
 
@@ -66,7 +66,7 @@ def methods() -> dict[str, Method]:
     """Return the methods that are installed."""
     table = {
         "gaitopt SQP, exact Hessian": Method(_ours(SQP())),
-        "gaitopt SQP, then trust-constr": Method(_ours(CertifiedSQP())),
+        "gaitopt SQP, then trust-constr": Method(_ours(TwoStageSQP())),
         "gaitopt SQP, BFGS": Method(_ours(SQP(hessian="bfgs")), hessian=False),
     }
     if find_spec("pydrake"):

@@ -118,10 +118,10 @@ def _changes(
     """
     changes: dict[str, object] = {}
     for change in suggestion.changes:
-        if change.knob == "impulse_cop":
-            changes[change.knob] = False
-        elif change.knob in (*SCHEMA["task"], *suggestion.task.declared):
-            changes[change.knob] = change.after
+        if change.setting == "impulse_cop":
+            changes[change.setting] = False
+        elif change.setting in (*SCHEMA["task"], *suggestion.task.declared):
+            changes[change.setting] = change.after
         else:
             changes["choices"] = _write_choices(suggestion, request, folder)
             changes["limit"] = None  # those choices hold them
@@ -193,7 +193,7 @@ def _keep(suggestion: Suggestion, folder: Path) -> Path:
 
 
 def _file_name(suggestion: Suggestion) -> str:
-    names = " and ".join(change.knob for change in suggestion.changes)
+    names = " and ".join(change.setting for change in suggestion.changes)
     return (names or "same task").replace(" ", "_")
 
 

@@ -14,13 +14,13 @@ from gaitopt.nlp import Array
 from gaitopt.tolerances import REFINED
 
 DIGITS = 12  # of instants, as `Grid.with_instants` rounds them
-PRESSING = 1e-9  # scaled multiplier below which a limit counts as idle
+ACTIVE_MULTIPLIER = 1e-9  # scaled multiplier below which a limit counts as idle
 APPROACH = 10.0  # by which a row that vanishes at the end is held nearer to it, round after round
 WINDOW = 0.05  # of the step: a peak nearer than this to an active instant is that one, moved
 
 
 @dataclass(frozen=True)
-class Peak:
+class ViolatedRow:
     """Where a limit is exceeded most.
 
     Attributes:
@@ -38,7 +38,7 @@ class Peak:
 
 
 @dataclass(frozen=True)
-class Pressure:
+class ActiveRow:
     """One active row.
 
     Attributes:
@@ -53,14 +53,14 @@ class Pressure:
     multiplier: float
 
 
-def pressures(problem: WalkProblem, multipliers: Array) -> tuple[Pressure, ...]:
+def active_rows(problem: WalkProblem, multipliers: Array) -> tuple[ActiveRow, ...]:
     """Return the active rows of a walk from the multipliers of its rows (m,)."""
     found = []
     for family in problem.blocks:
         block = multipliers[problem.rows_of(family.name)].reshape(family.lower.shape)
-        for instant, entry in np.argwhere(np.abs(block) > PRESSING):
+        for instant, entry in np.argwhere(np.abs(block) > ACTIVE_MULTIPLIER):
             found.append(
-                Pressure(
+                ActiveRow(
                     family.name,
                     int(entry),
                     _instant(family, int(instant)),
@@ -70,7 +70,7 @@ def pressures(problem: WalkProblem, multipliers: Array) -> tuple[Pressure, ...]:
     return tuple(found)
 
 
-def placed(problem: WalkProblem, active: Iterable[Pressure]) -> Array:
+def placed(problem: WalkProblem, active: Iterable[ActiveRow]) -> Array:
     """Return multipliers (m,) for a walk on another grid; rows it lacks are left out."""
     multipliers = np.zeros(problem.rows.lower.size)
     rows = {f.name: (f, _rows_of(f)) for f in problem.blocks}
@@ -85,13 +85,13 @@ def placed(problem: WalkProblem, active: Iterable[Pressure]) -> Array:
     return multipliers
 
 
-def instants_of(problem: WalkProblem, active: Iterable[Pressure]) -> Array:
+def instants_of(problem: WalkProblem, active: Iterable[ActiveRow]) -> Array:
     """Return the instants of active rows of the families that are looked at over the step."""
     timed = {f.name for f in problem.blocks if f.times is not None}
     return np.unique([one.instant for one in active if one.family in timed])
 
 
-def exceeded(fine: WalkProblem, x: Array) -> tuple[Peak, ...]:
+def violated_rows(fine: WalkProblem, x: Array) -> tuple[ViolatedRow, ...]:
     """Return where rows exceed their limits most, located anywhere in the step.
 
     Of every stretch in which a row exceeds a limit only the worst instant is taken.
@@ -104,7 +104,7 @@ def exceeded(fine: WalkProblem, x: Array) -> tuple[Peak, ...]:
         EvaluationError: the walk is not defined at x.
     """
     return tuple(
-        Peak(one.family, one.entry, round(one.instant, DIGITS), -one.margin, _held(one))
+        ViolatedRow(one.family, one.entry, round(one.instant, DIGITS), -one.margin, _held(one))
         for one in located(fine, x)
         if one.margin < -REFINED
     )
@@ -128,7 +128,7 @@ def _held(peak: Extreme) -> float:
     return round(abs(end - max(nearest, distance / APPROACH)), DIGITS)
 
 
-def moved(active: Iterable[Pressure], peaks: Iterable[Peak]) -> tuple[Pressure, ...]:
+def moved(active: Iterable[ActiveRow], peaks: Iterable[ViolatedRow]) -> tuple[ActiveRow, ...]:
     """Return the active rows with those near a new peak of the same row moved there.
 
     The limit that was kept at one instant is now exceeded a little before or after it; its
@@ -146,7 +146,7 @@ def moved(active: Iterable[Pressure], peaks: Iterable[Peak]) -> tuple[Pressure, 
         if near:
             index = min(near, key=lambda i: abs(kept[i].instant - peak.held))
             size = kept.pop(index).multiplier
-        kept.append(Pressure(peak.family, peak.entry, peak.held, size))
+        kept.append(ActiveRow(peak.family, peak.entry, peak.held, size))
     return tuple(kept)
 
 

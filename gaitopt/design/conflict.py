@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from gaitopt.design.early_stopping import Settle
+from gaitopt.design.early_stopping import EarlyStopping
 from gaitopt.design.relaxation import Relaxation, RelaxedProgram
 from gaitopt.errors import StoppedError, UnreachableError
 from gaitopt.gait.initial_guess import first_guess, perturbed
@@ -172,14 +172,14 @@ def _knees(problem: WalkProblem) -> list[Contradiction]:
     return found
 
 
-SEARCHER = SQP(max_iterations=80, tolerance=1e-3, feasibility=0.9 * FEASIBLE)
+RELAXATION_SOLVER = SQP(max_iterations=80, tolerance=1e-3, feasibility=0.9 * FEASIBLE)
 """For relaxations: they need few digits (measured: half the time of 1e-4). The tip of a smoothed
 friction cone is out of reach by 6e-7; asked for more, the solver would insist on it."""
-GATHERER = replace(SEARCHER, max_iterations=60)
+FAMILY_SOLVER = replace(RELAXATION_SOLVER, max_iterations=60)
 """For the relaxation of all families."""
-PATIENT_GATHERER = replace(SEARCHER, max_iterations=300)
+PATIENT_FAMILY_SOLVER = replace(RELAXATION_SOLVER, max_iterations=300)
 """For the same, where that found none (benchmarks/infeasible.py: they take 60 to 200)."""
-TRAVELLER = SQP(max_iterations=40)
+SECOND_START_SOLVER = SQP(max_iterations=40)
 """For a second opinion: another start."""
 SIGMA = 0.1
 """Standard deviation of the second start [rad], [rad/s]."""
@@ -220,7 +220,7 @@ class Conflict:
 
 
 @dataclass(frozen=True)
-class Reason:
+class LeastRelaxation:
     """The smallest relaxation that admits a walk.
 
     Attributes:
@@ -239,7 +239,9 @@ class Reason:
         return float(self.amounts.sum())
 
 
-def journeys(problem: WalkProblem, tried: Sequence[Solution], stop: Stop = never) -> list[Solution]:
+def first_tries(
+    problem: WalkProblem, tried: Sequence[Solution], stop: Stop = never
+) -> list[Solution]:
     """Return where two runs ended: those already made, others from further starts.
 
     Raises:
@@ -251,7 +253,7 @@ def journeys(problem: WalkProblem, tried: Sequence[Solution], stop: Stop = never
         x = easier_guess(problem)
         for start in (perturbed(problem, x, SIGMA, seed=0), x):
             if len(found) < 2 and not any(s.violation <= FEASIBLE for s in found):
-                found.append(solve_or_stop(TRAVELLER, problem, Start(start), stop))
+                found.append(solve_unless_stopped(SECOND_START_SOLVER, problem, Start(start), stop))
     return [s for s in found if np.isfinite(s.violation)]
 
 
@@ -272,9 +274,9 @@ def easier_guess(problem: WalkProblem) -> Array:
     raise reason
 
 
-def find_reason(
-    problem: WalkProblem, points: Sequence[Array], stop: Stop = never, solver: SQP = GATHERER
-) -> Reason | None:
+def find_least_relaxation(
+    problem: WalkProblem, points: Sequence[Array], stop: Stop = never, solver: SQP = FAMILY_SOLVER
+) -> LeastRelaxation | None:
     """Return the smallest relaxation of all families that is found from several points.
 
     Args:
@@ -286,15 +288,15 @@ def find_reason(
     Raises:
         StoppedError: `stop` said so.
     """
-    best: Reason | None = None
+    best: LeastRelaxation | None = None
     relaxations = _family_relaxations(problem)
     for x in points:
         program = RelaxedProgram(problem, relaxations, x)
-        solution = solve_or_stop(solver, program, Start(program.needed(x)), stop)
+        solution = solve_unless_stopped(solver, program, Start(program.needed(x)), stop)
         if not solution.violation <= FEASIBLE:
             continue
         multipliers = program.base_multipliers(solution.multipliers)
-        found = Reason(*program.split(solution.x), multipliers)
+        found = LeastRelaxation(*program.split(solution.x), multipliers)
         if best is None or found.amount < best.amount:
             best = found
         if best.amount <= FEASIBLE:
@@ -302,7 +304,7 @@ def find_reason(
     return best
 
 
-def conflicts(problem: WalkProblem, reason: Reason) -> tuple[Conflict, ...]:
+def conflicts(problem: WalkProblem, reason: LeastRelaxation) -> tuple[Conflict, ...]:
     """Return the families in conflict: those that give, most first, then those that push most."""
     matter = np.array([f.change for f in problem.blocks])
     rows = [problem.rows_of(f.name) for f in problem.blocks]
@@ -330,8 +332,8 @@ def conflicts(problem: WalkProblem, reason: Reason) -> tuple[Conflict, ...]:
     return tuple(found)
 
 
-def solve_or_stop(
-    solver: SQP, program: NLP, start: Start, stop: Stop = never, early: Settle | None = None
+def solve_unless_stopped(
+    solver: SQP, program: NLP, start: Start, stop: Stop = never, early: EarlyStopping | None = None
 ) -> Solution:
     """Solve, until `early` finds it good enough.
 

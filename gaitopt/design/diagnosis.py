@@ -13,15 +13,15 @@ import numpy as np
 
 from gaitopt.design.certificate import WorstRow, worst_rows
 from gaitopt.design.conflict import (
-    PATIENT_GATHERER,
-    TRAVELLER,
+    PATIENT_FAMILY_SOLVER,
+    SECOND_START_SOLVER,
     Conflict,
     conflicts,
     contradictions,
     easier_guess,
-    find_reason,
-    journeys,
-    solve_or_stop,
+    find_least_relaxation,
+    first_tries,
+    solve_unless_stopped,
 )
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.remedies import Suggestion, find_suggestions
@@ -41,7 +41,7 @@ class Diagnosis:
         conflict: families in the way, most first; empty if a gait was found after all.
         suggestions: single changes that suffice, most promising first; if none does, several
             changes that do together.
-        tried: what was changed in vain, by the names of `Suggestion.knob`.
+        tried: what was changed in vain, by the names of `Suggestion.setting`.
         gait: parameters of a feasible walk, shape (P,), if one was found after all.
         seconds: of CPU time spent on the diagnosis.
     """
@@ -133,17 +133,17 @@ def diagnose(
         StoppedError: `stop` said so.
     """
     started, options = time.process_time(), options or DesignOptions()
-    points = journeys(problem, tried, stop)
+    points = first_tries(problem, tried, stop)
     least = min(points, key=lambda s: s.violation, default=None)
     reason = None
     if least is None or least.violation > FEASIBLE:
         places = [point.x for point in points]
-        reason = find_reason(problem, places, stop)
+        reason = find_least_relaxation(problem, places, stop)
         if reason is None:
             places.append(easier_guess(problem))
-            reason = find_reason(problem, places, stop, PATIENT_GATHERER)
+            reason = find_least_relaxation(problem, places, stop, PATIENT_FAMILY_SOLVER)
         if reason is not None and reason.amount <= FEASIBLE:
-            least = solve_or_stop(TRAVELLER, problem, Start(reason.x), stop)
+            least = solve_unless_stopped(SECOND_START_SOLVER, problem, Start(reason.x), stop)
     if least is not None and least.violation <= FEASIBLE:
         return Diagnosis((), least.violation, None, (), (), (), least.x, _since(started))
     impossible = tuple(sentence for _, sentence in contradictions(problem))

@@ -17,7 +17,7 @@ STUCK = 15
 
 
 @dataclass
-class Settle:
+class EarlyStopping:
     """Ends a run when it is good enough or gets nowhere; a `StopCallback`."""
 
     _objective: float = np.inf

@@ -17,13 +17,13 @@ from dataclasses import replace
 import numpy as np
 
 from gaitopt.design.active_set import (
-    Peak,
-    Pressure,
-    exceeded,
+    ActiveRow,
+    ViolatedRow,
+    active_rows,
     instants_of,
     moved,
     placed,
-    pressures,
+    violated_rows,
 )
 from gaitopt.design.certificate import on_fine_grid
 from gaitopt.gait.problem import WalkProblem
@@ -39,10 +39,10 @@ Solve = Callable[[WalkProblem, Start], Solution]
 def exchange(
     sparse: WalkProblem,
     x: Array,
-    active: Iterable[Pressure],
+    active: Iterable[ActiveRow],
     solve: Solve,
     fine: WalkProblem | None,
-    peaks: Iterable[Peak] = (),
+    peaks: Iterable[ViolatedRow] = (),
     enough: float = 0.0,
 ) -> Iterator[tuple[WalkProblem, Solution]]:
     """Yield a walk and its solution round after round until one keeps the limits.
@@ -69,8 +69,8 @@ def exchange(
         problem = sparse.with_grid(sparse.grid.with_instants(instants))
         solution = solve(problem, Start(x, placed(problem, active)))
         yield problem, solution
-        x, active = solution.x, pressures(problem, solution.multipliers)
-        peaks = () if fine is None else exceeded(fine, x)
+        x, active = solution.x, active_rows(problem, solution.multipliers)
+        peaks = () if fine is None else violated_rows(fine, x)
         if all(peak.excess <= enough for peak in peaks):
             return
 
@@ -87,7 +87,7 @@ def pruned(
         problem: the walk with instants added.
         solution: of it.
     """
-    active = pressures(problem, solution.multipliers)
+    active = active_rows(problem, solution.multipliers)
     lean = sparse.with_grid(sparse.grid.with_instants(instants_of(sparse, active)))
     return lean, replace(solution, multipliers=placed(lean, active))
 
@@ -121,7 +121,7 @@ def refine(
     if solution.status not in _WORTH_SOLVING:
         return problem, solution
     fine = fine or on_fine_grid(problem)
-    peaks = exceeded(fine, solution.x)
+    peaks = violated_rows(fine, solution.x)
     if not peaks:
         return problem, solution
 
@@ -129,7 +129,7 @@ def refine(
         callback = None if on_progress is None else on_progress(finer)
         return solver.solve(finer, start, callback, stopping(stop))
 
-    found, active = (problem, solution), pressures(problem, solution.multipliers)
+    found, active = (problem, solution), active_rows(problem, solution.multipliers)
     for finer, again in exchange(problem, solution.x, active, solve, fine, peaks):
         if again.status not in _WORTH_GOING_ON or again.violation > FEASIBLE:
             return found[0], _kept(found[1], again)
@@ -146,7 +146,7 @@ def violated_instants(fine: WalkProblem, x: Array) -> Array:
         fine: the walk on the proof's grid.
         x: parameters, shape (P,).
     """
-    return np.unique([peak.held for peak in exceeded(fine, x)])
+    return np.unique([peak.held for peak in violated_rows(fine, x)])
 
 
 def _kept(solution: Solution, failed: Solution) -> Solution:

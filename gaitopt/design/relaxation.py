@@ -240,7 +240,7 @@ UNUSUAL = 0.05  # of a change that matters: a value this far from the usual one 
 LONGEST, SHORTEST = 2.0, 0.5  # step duration over the one asked for
 
 
-class Knob(ABC):
+class Adjustment(ABC):
     """Something that can be turned, and the program that tells how far.
 
     Attributes:
@@ -262,7 +262,7 @@ class Knob(ABC):
     families: tuple[str, ...]
 
     @abstractmethod
-    def turned(self, robot: Robot, task: Task, value: float) -> tuple[Robot, Task]:
+    def changed(self, robot: Robot, task: Task, value: float) -> tuple[Robot, Task]:
         """Return robot and task with another value.
 
         Raises:
@@ -271,7 +271,7 @@ class Knob(ABC):
 
     @abstractmethod
     def program(self, problem: WalkProblem, start: Array) -> RelaxedProgram:
-        """Return the program whose solution turns the knob the least.
+        """Return the program whose solution turns the setting the least.
 
         Args:
             problem: the walk.
@@ -280,11 +280,11 @@ class Knob(ABC):
 
     @abstractmethod
     def start(self, x: Array, amount: float) -> Array:
-        """Return variables of the program: x of the walk, then the knob turned by an amount."""
+        """Return variables of the program: x of the walk, then the setting turned by an amount."""
 
     @abstractmethod
     def value(self, z: Array) -> float:
-        """Return the knob's value at variables of the program."""
+        """Return the setting's value at variables of the program."""
 
     def walk(self, z: Array) -> Array:
         """Return x of the walk at variables of the program, by default all but the last."""
@@ -292,7 +292,7 @@ class Knob(ABC):
 
 
 @dataclass(frozen=True)
-class LimitKnob(Knob):
+class LimitAdjustment(Adjustment):
     """A number that enters the limits of rows linearly.
 
     Attributes:
@@ -307,9 +307,9 @@ class LimitKnob(Knob):
     step: float
     families: tuple[str, ...]
 
-    def turned(self, robot: Robot, task: Task, value: float) -> tuple[Robot, Task]:
+    def changed(self, robot: Robot, task: Task, value: float) -> tuple[Robot, Task]:
         """Return robot and task with another value."""
-        if self.name in _ROBOT_KNOBS:
+        if self.name in _ROBOT_SETTINGS:
             return _with_limits(robot, self.name, value), task
         if self.name == "speed":
             return robot, replace(task, speed=value)
@@ -326,7 +326,7 @@ class LimitKnob(Knob):
         if self.name == "speed":
             upper[problem.rows_of("walking speed")] = -self.step * problem.task.duration
         else:
-            robot, task = self.turned(problem.robot, problem.task, self.bound)
+            robot, task = self.changed(problem.robot, problem.task, self.bound)
             share = self.step / (self.bound - self.before)
             pairs = zip(problem.blocks, constraint_blocks(robot, task, problem.grid), strict=True)
             for old, new in pairs:
@@ -362,7 +362,7 @@ class LimitKnob(Knob):
 
 
 @dataclass(frozen=True)
-class DurationKnob(Knob):
+class DurationAdjustment(Adjustment):
     """The duration of the step, made a variable of the walk."""
 
     before: float
@@ -373,7 +373,7 @@ class DurationKnob(Knob):
     unit: str = "s"
     families: tuple[str, ...] = ("walking speed",)
 
-    def turned(self, robot: Robot, task: Task, value: float) -> tuple[Robot, Task]:
+    def changed(self, robot: Robot, task: Task, value: float) -> tuple[Robot, Task]:
         """Return robot and task with another duration."""
         return robot, replace(task, duration=value)
 
@@ -398,7 +398,7 @@ class DurationKnob(Knob):
 
 
 @dataclass(frozen=True)
-class StepWidthKnob(Knob):
+class StepWidthAdjustment(Adjustment):
     """The largest step width: a bound of the foot spacing, which is a variable of the walk.
 
     Attributes:
@@ -416,7 +416,7 @@ class StepWidthKnob(Knob):
     unit: str = "m"
     families: tuple[str, ...] = ("lateral", "leg gap")
 
-    def turned(self, robot: Robot, task: Task, value: float) -> tuple[Robot, Task]:
+    def changed(self, robot: Robot, task: Task, value: float) -> tuple[Robot, Task]:
         """Return robot and task with another step width."""
         return robot, replace(task, margins=replace(task.margins, step_width=value))
 
@@ -424,7 +424,7 @@ class StepWidthKnob(Knob):
         """Return the walk whose steps are as little wider than asked for as can be."""
         least = {"lower": self.before} if self.side > 0.0 else {"upper": -self.before}
         table = set_geometry(problem.task.geometry, {"foot_spacing": {**least}})
-        _, task = self.turned(problem.robot, replace(problem.task, geometry=table), self.bound)
+        _, task = self.changed(problem.robot, replace(problem.task, geometry=table), self.bound)
         walk = WalkProblem(problem.robot, task, problem.grid)
         pull = np.zeros(walk.layout.size)
         pull[self.index] = self.side / (self.bound - self.before)
@@ -446,15 +446,15 @@ class StepWidthKnob(Knob):
         return z
 
 
-def limit_knobs(problem: WalkProblem) -> tuple[LimitKnob, ...]:
+def limit_adjustments(problem: WalkProblem) -> tuple[LimitAdjustment, ...]:
     """Return everything that can be turned in the limits of a walk."""
     margins, task = problem.task.margins, problem.task
-    knobs = [*_motor_knobs(problem)]
+    settings = [*_motor_limits(problem)]
     for name, declared in task.declared.items():
         before, how = task.margin(name), declared.relax
         if before is not None and how is not None:
-            knobs.append(
-                LimitKnob(
+            settings.append(
+                LimitAdjustment(
                     name,
                     declared.words,
                     declared.unit,
@@ -466,11 +466,13 @@ def limit_knobs(problem: WalkProblem) -> tuple[LimitKnob, ...]:
             )
     if margins.joint_range:
         words = "the joint ranges of the robot, widened at both ends"
-        knobs.append(LimitKnob("robot joint ranges", words, "rad", 0.0, WIDEST, 0.3, ("range",)))
+        settings.append(
+            LimitAdjustment("robot joint ranges", words, "rad", 0.0, WIDEST, 0.3, ("range",))
+        )
     if task.speed_as == "constraint":
         words, relaxed = "the walking speed", ("walking speed",)
-        knobs.append(LimitKnob("speed", words, "m/s", task.speed, SLOWEST, -0.2, relaxed))
-    return tuple(k for k in knobs if (k.bound - k.before) / k.step > 1e-9)
+        settings.append(LimitAdjustment("speed", words, "m/s", task.speed, SLOWEST, -0.2, relaxed))
+    return tuple(k for k in settings if (k.bound - k.before) / k.step > 1e-9)
 
 
 def constraints_of(task: Task, margin: str) -> tuple[str, ...]:
@@ -480,14 +482,14 @@ def constraints_of(task: Task, margin: str) -> tuple[str, ...]:
     return (*built_in, *own)
 
 
-def duration_knob(problem: WalkProblem, shorter: bool) -> DurationKnob:
-    """Return the knob of the step duration, to be made shorter or longer."""
+def duration_adjustment(problem: WalkProblem, shorter: bool) -> DurationAdjustment:
+    """Return the setting of the step duration, to be made shorter or longer."""
     before = problem.task.duration
-    return DurationKnob(before, before * (SHORTEST if shorter else LONGEST), before)
+    return DurationAdjustment(before, before * (SHORTEST if shorter else LONGEST), before)
 
 
-def step_width_knob(problem: WalkProblem) -> StepWidthKnob | None:
-    """Return the knob of the step width, to be made wider; None where nothing bounds it so."""
+def step_width_adjustment(problem: WalkProblem) -> StepWidthAdjustment | None:
+    """Return the setting of the step width, to be made wider; None where nothing bounds it so."""
     before, legs = problem.task.margins.step_width, problem.robot.legs
     index = problem.layout.index("foot_spacing")
     if before is None or index is None:
@@ -499,46 +501,50 @@ def step_width_knob(problem: WalkProblem) -> StepWidthKnob | None:
     bound = min(before + legs.reach, farthest)
     if bound - before <= 1e-9 or nearest > before:
         return None
-    return StepWidthKnob(before, bound, index, side)
+    return StepWidthAdjustment(before, bound, index, side)
 
 
-def usual_value(problem: WalkProblem, knob: Knob) -> float | None:
-    """Return the value of a knob in a usual task, if that asks for less; else None.
+def usual_value(problem: WalkProblem, setting: Adjustment) -> float | None:
+    """Return the value of a setting in a usual task, if that asks for less; else None.
 
-    Where it is usual not to impose the limit, that is the knob's bound, or the robot's own motors.
+    Where the limit is usually not imposed, that is the setting's bound, or the robot's own motors.
     """
     robot, task = problem.robot, problem.task
     usual = humanoid_task(robot) if task.boundary == "lifted" else preset_task()
-    if knob.name in _ROBOT_KNOBS:
+    if setting.name in _ROBOT_SETTINGS:
         return None
-    if knob.name == "duration":
+    if setting.name == "duration":
         natural = task.boundary == "lifted"
         value = robot.legs.natural_step(task.speed) / task.speed if natural else usual.duration
         value = round(value, 2)
-    elif knob.name == "speed":
-        value = min(usual.speed, knob.before)
+    elif setting.name == "speed":
+        value = min(usual.speed, setting.before)
     else:
-        given = getattr(usual.margins, knob.name, None)
-        if knob.name == "step_width" and given is not None:
+        given = getattr(usual.margins, setting.name, None)
+        if setting.name == "step_width" and given is not None:
             given = widest(robot, task.margins.lateral_gap)
-        own = getattr(robot.limits, knob.name.removesuffix("_limit"), None)
+        own = getattr(robot.limits, setting.name.removesuffix("_limit"), None)
         if given is None and own is not None and np.isfinite(own).any():
             given = float(np.max(own[np.isfinite(own)]))
-        value = knob.bound if given is None else float(given)
-    sign = 1.0 if knob.bound > knob.before else -1.0
-    away = sign * (value - knob.before)
-    return value if away > UNUSUAL * abs(knob.step) and sign * (knob.bound - value) >= 0.0 else None
+        value = setting.bound if given is None else float(given)
+    sign = 1.0 if setting.bound > setting.before else -1.0
+    away = sign * (value - setting.before)
+    return (
+        value
+        if away > UNUSUAL * abs(setting.step) and sign * (setting.bound - value) >= 0.0
+        else None
+    )
 
 
-_ROBOT_KNOBS = ("robot torque limits", "robot speed limits", "robot joint ranges")
+_ROBOT_SETTINGS = ("robot torque limits", "robot speed limits", "robot joint ranges")
 
 
-def _with_limits(robot: Robot, knob: str, value: float) -> Robot:
+def _with_limits(robot: Robot, setting: str, value: float) -> Robot:
     """Return a robot with other limits, which its choices tell as well."""
     own = robot.limits
-    if knob == "robot joint ranges":
+    if setting == "robot joint ranges":
         limits = replace(own, lower=own.lower - value, upper=own.upper + value)
-    elif knob == "robot torque limits":
+    elif setting == "robot torque limits":
         limits = replace(own, torque=value * own.torque)
     else:
         limits = replace(own, speed=value * own.speed)
@@ -555,9 +561,9 @@ def _with_limits(robot: Robot, knob: str, value: float) -> Robot:
     return replace(robot, limits=limits, choices=choices)
 
 
-def _motor_knobs(problem: WalkProblem) -> list[LimitKnob]:
+def _motor_limits(problem: WalkProblem) -> list[LimitAdjustment]:
     """Torque and speed of the motors: one number where all joints have the same limit."""
-    knobs = []
+    settings = []
     for quantity, unit in (("torque", "N·m"), ("speed", "rad/s")):
         name, words = f"{quantity}_limit", f"the {quantity} limit of every joint"
         given = getattr(problem.task.margins, name)
@@ -572,8 +578,8 @@ def _motor_knobs(problem: WalkProblem) -> list[LimitKnob]:
         bound = STRONGEST * before
         if given is not None:  # the robot's own motors are no stronger than they are
             bound = max(bound, float(own[np.isfinite(own)].max(initial=0.0)))
-        knobs.append(LimitKnob(name, words, unit, before, bound, before, (quantity,)))
-    return knobs
+        settings.append(LimitAdjustment(name, words, unit, before, bound, before, (quantity,)))
+    return settings
 
 
 def _moved(start: Array, end: Array, scale: Array) -> Array:

@@ -13,8 +13,8 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 
-from gaitopt.design.active_set import PRESSING
-from gaitopt.design.relaxation import limit_knobs, step_width_knob
+from gaitopt.design.active_set import ACTIVE_MULTIPLIER
+from gaitopt.design.relaxation import limit_adjustments, step_width_adjustment
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.nlp import Array
 
@@ -77,25 +77,25 @@ def _of_settings(
     pressed = {
         block.name
         for block in problem.blocks
-        if (np.abs(multipliers[problem.rows_of(block.name)]) > PRESSING).any()
+        if (np.abs(multipliers[problem.rows_of(block.name)]) > ACTIVE_MULTIPLIER).any()
     }
-    for knob in limit_knobs(problem):
-        if pressed.isdisjoint(knob.families):
+    for setting in limit_adjustments(problem):
+        if pressed.isdisjoint(setting.families):
             continue
-        rate = -knob.relaxation(problem).relief(rows, multipliers) / problem.cost_scale
+        rate = -setting.relaxation(problem).relief(rows, multipliers) / problem.cost_scale
         if rate != 0.0:
             yield ShadowPrice(
                 SETTING,
-                knob.name,
-                knob.words,
-                knob.before,
-                knob.unit,
-                rate / knob.step,
+                setting.name,
+                setting.words,
+                setting.before,
+                setting.unit,
+                rate / setting.step,
                 rate,
                 problem.task.cost.unit,
             )
-    width = step_width_knob(problem)
-    if width is not None and abs(bound_multipliers[width.index]) > PRESSING:
+    width = step_width_adjustment(problem)
+    if width is not None and abs(bound_multipliers[width.index]) > ACTIVE_MULTIPLIER:
         rate = -abs(float(bound_multipliers[width.index])) / problem.cost_scale
         yield ShadowPrice(
             SETTING,
@@ -115,7 +115,7 @@ def _of_limits(problem: WalkProblem, multipliers: Array) -> Iterator[ShadowPrice
         y = np.where(block.lower == block.upper, 0.0, y)  # equalities have no side to give
         for side, limits, pushes in (("upper", block.upper, y), ("lower", block.lower, -y)):
             push = np.maximum(pushes, 0.0)
-            for entry in np.flatnonzero((push > PRESSING).any(axis=0)):
+            for entry in np.flatnonzero((push > ACTIVE_MULTIPLIER).any(axis=0)):
                 effect = -float(push[:, entry].sum()) / problem.cost_scale
                 scale, at = float(block.scale[entry]), int(push[:, entry].argmax())
                 sign = 1.0 if side == "upper" else -1.0

@@ -13,11 +13,11 @@ from gaitopt.solvers.slsqp import SLSQP
 from gaitopt.solvers.solver import Solver
 from gaitopt.solvers.sqp import SQP
 from gaitopt.solvers.trust_constr import TrustConstr
-from gaitopt.solvers.two_stage import CertifiedSQP
+from gaitopt.solvers.two_stage import TwoStageSQP
 
-SOLVERS: dict[str, type[CertifiedSQP | SQP | TrustConstr | SLSQP | Ipopt]] = {
-    "default": CertifiedSQP,
-    CertifiedSQP.name: CertifiedSQP,
+SOLVERS: dict[str, type[TwoStageSQP | SQP | TrustConstr | SLSQP | Ipopt]] = {
+    "default": TwoStageSQP,
+    TwoStageSQP.name: TwoStageSQP,
     SQP.name: SQP,
     TrustConstr.name: TrustConstr,
     SLSQP.name: SLSQP,
@@ -49,11 +49,11 @@ __all__ = [
     "SLSQP",
     "SOLVERS",
     "SQP",
-    "CertifiedSQP",
     "FiniteDifferenceNLP",
     "Ipopt",
     "Solver",
     "TrustConstr",
+    "TwoStageSQP",
     "least_squares_multipliers",
     "solver_by_name",
 ]

@@ -83,13 +83,13 @@ def agreement(actual: float, predicted: float, rounding: float) -> float:
     return (actual + rounding) / (max(predicted, 0.0) + rounding)
 
 
-FAR = 1e-3
+NEARLY_FEASIBLE = 1e-3
 """A least violation below this, in scaled rows, is near enough to go on (measured: near the limits
 runs may take their time)."""
-GIVE_UP, GIVE_UP_LEARNING = 40, 200
+STALLED_AFTER, STALLED_AFTER_BFGS = 40, 200
 """Iterations without less violation after which a program is called infeasible, with exact
 curvature and while learning it (measured: feasible walks take up to 16, and up to 60)."""
-HOPE = 0.9
+LASTING_DECREASE = 0.9
 """Share to which the least violation has to fall."""
 
 
@@ -113,11 +113,11 @@ class Patience:
 
     def exhausted(self, violation: float) -> bool:
         """Look at an iteration; return whether to give up."""
-        if violation < HOPE * self.least:
+        if violation < LASTING_DECREASE * self.least:
             self.least, self.idle = violation, 0
         else:
             self.idle += 1
-        return self.least > FAR and self.idle >= self.iterations
+        return self.least > NEARLY_FEASIBLE and self.idle >= self.iterations
 
 
 MARGIN = 1e-5
@@ -204,7 +204,7 @@ SWITCH = 1e-4
 (Fletcher, Leyffer & Toint, 2002) ..."""
 NEGLIGIBLE = 1e-8
 """... provided that its subproblem was compatible: no more slack than this was left."""
-STRAY = 0.03
+LARGE_VIOLATION = 0.03
 """Violation, in scaled rows, beyond which a trial that keeps less than was predicted does not
 widen the trust region (measured: 0.01 to 0.1 do equally well)."""
 
@@ -239,7 +239,7 @@ class Trial:
     @property
     def strays(self) -> bool:
         """Whether it is farther from the rows than was predicted, and far."""
-        return self.violation > STRAY and self.ratio <= GOOD
+        return self.violation > LARGE_VIOLATION and self.ratio <= GOOD
 
 
 def judge(

@@ -23,7 +23,7 @@ from gaitopt.solvers.solver import (
     begin,
     make_iterate,
     require_positive,
-    with_own_multipliers,
+    with_least_squares_multipliers,
 )
 from gaitopt.solvers.subproblem import Indices
 from gaitopt.tolerances import FEASIBILITY, FEASIBLE, OPTIMALITY
@@ -154,7 +154,9 @@ class _Callbacks:
         except RuntimeError:  # IPOPT before 3.14 does not tell
             at = None
         if at is None:  # derivatives were asked for at its iterates only
-            self.recorder.record(with_own_multipliers(self.program.nlp, self.program.last))
+            self.recorder.record(
+                with_least_squares_multipliers(self.program.nlp, self.program.last)
+            )
         else:
             self.recorder.record(self.judge(at["x"], at))
         return not self.recorder.stopped

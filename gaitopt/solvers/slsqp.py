@@ -20,9 +20,9 @@ from gaitopt.solvers.solver import (
     Recorder,
     Solver,
     begin,
-    is_bottomless,
+    is_unbounded,
     require_positive,
-    with_own_multipliers,
+    with_least_squares_multipliers,
 )
 from gaitopt.tolerances import FEASIBLE
 
@@ -107,7 +107,7 @@ class SLSQP(Solver):
             iterate = _judge(program, u)
             recorder.record(iterate)
             ended = iterate.is_optimal(self.tolerance, self.feasibility)
-            if ended or recorder.stopped or is_bottomless(program.nlp, iterate):
+            if ended or recorder.stopped or is_unbounded(program.nlp, iterate):
                 raise StopIteration
 
         with warnings.catch_warnings():
@@ -170,4 +170,4 @@ def _constraints(program: ScaledProgram) -> list[Any]:
 def _judge(program: ScaledProgram, u: Array) -> Iterate:
     """Judge a point by the multipliers that suit it best."""
     point = program.point(u)
-    return with_own_multipliers(program.nlp, point)
+    return with_least_squares_multipliers(program.nlp, point)

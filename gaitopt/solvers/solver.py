@@ -116,7 +116,7 @@ def require_choice(solver: str, option: str, value: str, allowed: tuple[str, ...
         )
 
 
-BOTTOM = -1e10
+UNBOUNDED_COST = -1e10
 """Scaled cost, of order one to ten at sensible points, below which it is called unbounded."""
 
 
@@ -153,14 +153,14 @@ def make_iterate(nlp: NLP, point: Point, multipliers: Array, bound_multipliers: 
     return Iterate(point, multipliers, bound_multipliers, residual, violation, worst)
 
 
-def with_own_multipliers(nlp: NLP, point: Point) -> Iterate:
+def with_least_squares_multipliers(nlp: NLP, point: Point) -> Iterate:
     """Judge a point by the multipliers that suit it best, whatever the solver's are."""
     return make_iterate(nlp, point, *least_squares_multipliers(nlp, point))
 
 
-def is_bottomless(nlp: NLP, iterate: Iterate) -> bool:
+def is_unbounded(nlp: NLP, iterate: Iterate) -> bool:
     """Return whether a feasible iterate costs so little that the cost has no least value."""
-    return iterate.violation <= FEASIBLE and nlp.cost_scale * iterate.point.cost < BOTTOM
+    return iterate.violation <= FEASIBLE and nlp.cost_scale * iterate.point.cost < UNBOUNDED_COST
 
 
 @dataclass
@@ -217,7 +217,7 @@ class Recorder:
 
     def solution(self, status: Status, iterate: Iterate) -> Solution:
         """Write the solution at an iterate."""
-        if is_bottomless(self.evaluator.nlp, iterate):
+        if is_unbounded(self.evaluator.nlp, iterate):
             status = Status.UNBOUNDED
         return Solution(
             x=iterate.point.x.copy(),

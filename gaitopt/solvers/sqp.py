@@ -24,9 +24,9 @@ from gaitopt.settings import setting
 from gaitopt.solvers.globalization import (
     CEILING,
     FILTER_RESETS,
-    GIVE_UP,
-    GIVE_UP_LEARNING,
     RAISE,
+    STALLED_AFTER,
+    STALLED_AFTER_BFGS,
     STEERED,
     Filter,
     Patience,
@@ -45,11 +45,11 @@ from gaitopt.solvers.solver import (
     Recorder,
     Solver,
     begin,
-    is_bottomless,
+    is_unbounded,
     make_iterate,
     require_choice,
     require_positive,
-    with_own_multipliers,
+    with_least_squares_multipliers,
 )
 from gaitopt.solvers.subproblem import (
     ElasticStep,
@@ -64,7 +64,7 @@ from gaitopt.tolerances import FEASIBILITY, FEASIBLE, OPTIMALITY
 
 NO_DECREASE = 1e-4
 """Relative decrease of the violation below which the model is called stationary (measured)."""
-ENDLESS = 100
+UNBOUNDED_AFTER = 100
 """Longest steps in a row, all feasible, after which a cost is called unbounded: 200 units of the
 variables' scale with the default radius, in radians thirty turns."""
 POLISH_BELOW = 1e-1
@@ -72,7 +72,7 @@ POLISH_BELOW = 1e-1
 POLISH_GAIN = 0.5
 """... which must fall to this share."""
 
-IDLE = 4
+RECHECK_AFTER = 4
 """Feasible iterates in a row with no better KKT residual, after which it is asked what multipliers
 of its own an iterate has. Those of a step are poor where rows have nearly the same gradients (a
 limit held at two instants close together): the run goes to and fro about an optimum that it does
@@ -90,7 +90,7 @@ class SQPRun:
         self.iterate = iterate
         self.region = TrustRegion(options.initial_radius, options.max_radius)
         exact = options.hessian == "exact" and nlp.has_hessian
-        self.patience = Patience(GIVE_UP if exact else GIVE_UP_LEARNING)
+        self.patience = Patience(STALLED_AFTER if exact else STALLED_AFTER_BFGS)
         self.filter = Filter(max(CEILING, 1.25 * iterate.violation))
         self.resets_left = FILTER_RESETS
         self.curvature = Curvature(recorder.evaluator, exact)
@@ -129,10 +129,10 @@ class SQPRun:
             self.idle += 1
         if self.iterate.violation <= feasible:
             self.least_residual = min(residual, self.least_residual)
-        if self.idle < IDLE or residual > POLISH_BELOW:
+        if self.idle < RECHECK_AFTER or residual > POLISH_BELOW:
             return False
         self.idle = 0
-        own = with_own_multipliers(self.nlp, self.iterate.point)
+        own = with_least_squares_multipliers(self.nlp, self.iterate.point)
         if not self._is_optimal(own):
             return False
         self.iterate = own
@@ -144,7 +144,7 @@ class SQPRun:
         longest = self.region.radius >= self.options.max_radius
         going = longest and self.last_length >= 0.99 * self.options.max_radius
         self.strides = self.strides + 1 if going and self.iterate.violation <= FEASIBLE else 0
-        return self.strides >= ENDLESS or is_bottomless(self.nlp, self.iterate)
+        return self.strides >= UNBOUNDED_AFTER or is_unbounded(self.nlp, self.iterate)
 
     def _iteration(self) -> Status | None:
         model = self._model()
@@ -308,9 +308,9 @@ class SQPRun:
             return Status.NUMERICAL
         if self.iterate.violation > FEASIBLE:
             return Status.INFEASIBLE
-        iterate = with_own_multipliers(self.nlp, self.iterate.point)
+        iterate = with_least_squares_multipliers(self.nlp, self.iterate.point)
         if self.recorder.best is not None and not self._is_optimal(iterate):
-            best = with_own_multipliers(self.nlp, self.recorder.best.point)
+            best = with_least_squares_multipliers(self.nlp, self.recorder.best.point)
             iterate = min(iterate, best, key=lambda one: one.residual.worst)
         if iterate.residual.worst < self.iterate.residual.worst:
             self.iterate = iterate

@@ -41,10 +41,10 @@ from gaitopt.solvers.solver import (
     Recorder,
     Solver,
     begin,
-    is_bottomless,
+    is_unbounded,
     make_iterate,
     require_positive,
-    with_own_multipliers,
+    with_least_squares_multipliers,
 )
 from gaitopt.solvers.subproblem import Indices
 from gaitopt.tolerances import ACTIVITY, FEASIBILITY, FEASIBLE, OPTIMALITY
@@ -54,7 +54,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class RowChoice:
+class WorkingSet:
     """Rows and bounds given to a method.
 
     Attributes:
@@ -69,7 +69,7 @@ class RowChoice:
     bound_limits: Array
 
 
-def choose_rows(nlp: NLP, point: Point, multipliers: Array, count: int) -> RowChoice:
+def nearest_rows(nlp: NLP, point: Point, multipliers: Array, count: int) -> WorkingSet:
     """Choose the rows nearest to a limit, and all that are equalities or carry a multiplier.
 
     Args:
@@ -90,11 +90,11 @@ def choose_rows(nlp: NLP, point: Point, multipliers: Array, count: int) -> RowCh
     return given_rows(nlp, rows)
 
 
-def given_rows(nlp: NLP, rows: Indices) -> RowChoice:
+def given_rows(nlp: NLP, rows: Indices) -> WorkingSet:
     """Choose these rows, with their own limits, and all bounds."""
     finite = np.isfinite(nlp.variables.lower) | np.isfinite(nlp.variables.upper)
     bounds = np.flatnonzero(finite)
-    return RowChoice(
+    return WorkingSet(
         rows,
         bounds,
         np.stack([nlp.rows.lower[rows], nlp.rows.upper[rows]]),
@@ -102,17 +102,17 @@ def given_rows(nlp: NLP, rows: Indices) -> RowChoice:
     )
 
 
-def held_rows(nlp: NLP, multipliers: Array, bound_multipliers: Array) -> RowChoice:
+def held_rows(nlp: NLP, multipliers: Array, bound_multipliers: Array) -> WorkingSet:
     """Choose the rows and bounds that carry a multiplier, as equalities at the limit it tells."""
     rows = np.flatnonzero((multipliers != 0.0) | (nlp.rows.lower == nlp.rows.upper))
     bounds = np.flatnonzero(bound_multipliers)
     at_row = np.where(multipliers > 0.0, nlp.rows.upper, nlp.rows.lower)[rows]
     variables = nlp.variables
     at_bound = np.where(bound_multipliers > 0.0, variables.upper, variables.lower)[bounds]
-    return RowChoice(rows, bounds, np.stack([at_row, at_row]), np.stack([at_bound, at_bound]))
+    return WorkingSet(rows, bounds, np.stack([at_row, at_row]), np.stack([at_bound, at_bound]))
 
 
-def missed_rows(nlp: NLP, point: Point, choice: RowChoice, tolerance: float) -> Indices:
+def missed_rows(nlp: NLP, point: Point, choice: WorkingSet, tolerance: float) -> Indices:
     """Return the indices of violated rows that are not in the choice."""
     excess = violations(nlp.rows.lower, nlp.rows.upper, point.rows)
     return np.setdiff1d(np.flatnonzero(excess > tolerance), choice.rows)
@@ -162,7 +162,7 @@ class TrustConstr(Solver):
         multipliers = start.multipliers
         if multipliers is None:
             multipliers = np.zeros(point.rows.size)
-        choice = choose_rows(nlp, point, multipliers, self.rows_kept)
+        choice = nearest_rows(nlp, point, multipliers, self.rows_kept)
         run = TrustConstrRun(self, ScaledProgram(recorder.evaluator, point), recorder, choice)
         status = run.solve(point.x, warm=start.multipliers is not None)
         if recorder.stopped and status is not Status.OPTIMAL:
@@ -187,7 +187,7 @@ CONFIRM = 20
 """Iterations to confirm a start that is a solution (measured: 2 to 5)."""
 SHARPEN = 1e-2
 """Factor of the barrier parameter when a round ended before complementarity was small."""
-NEVER = 1e-300
+NO_GRADIENT_TEST = 1e-300
 """SciPy's own test knows nothing of complementarity and would stop far from an active vertex;
 ours, in the callback, takes its place."""
 SHORTEST = 1e-12
@@ -198,7 +198,7 @@ class TrustConstrRun:
     """The state of a run; `iterate` is always the last one judged."""
 
     def __init__(
-        self, options: TrustConstr, program: ScaledProgram, recorder: Recorder, choice: RowChoice
+        self, options: TrustConstr, program: ScaledProgram, recorder: Recorder, choice: WorkingSet
     ) -> None:
         """Begin at the point the program begins with."""
         self.options = options
@@ -236,7 +236,7 @@ class TrustConstrRun:
             self._polish()
             if self._is_optimal(self.iterate):
                 return Status.OPTIMAL
-            if is_bottomless(self.program.nlp, self.iterate):
+            if is_unbounded(self.program.nlp, self.iterate):
                 return Status.UNBOUNDED
             if not self._better_posed():
                 break
@@ -256,7 +256,7 @@ class TrustConstrRun:
         for number in range(APPROACH_ROUNDS):
             if self._left <= 0:
                 break
-            nearest = choose_rows(nlp, self.iterate.point, none, self.options.rows_kept).rows
+            nearest = nearest_rows(nlp, self.iterate.point, none, self.options.rows_kept).rows
             self.choice = given_rows(nlp, np.union1d(self.choice.rows, nearest))
             self.row_scale = APPROACH_SCALE[min(number, len(APPROACH_SCALE) - 1)]
             if number >= 2:
@@ -305,7 +305,7 @@ class TrustConstrRun:
         program, nlp = self.program, self.program.nlp
         options: Any = {
             "maxiter": min(iterations, self._left),
-            "gtol": NEVER,
+            "gtol": NO_GRADIENT_TEST,
             "xtol": SHORTEST,
             "barrier_tol": 0.1 * self.options.tolerance,
             "initial_tr_radius": self.options.initial_radius,
@@ -388,11 +388,11 @@ class TrustConstrRun:
         self.recorder.record(self.iterate, float(state.tr_radius))
         # The start's own optimality is no news: at least one step must confirm it.
         done = state.nit > 1 and self._is_optimal(self.iterate)
-        return done or self.recorder.stopped or is_bottomless(nlp, self.iterate)
+        return done or self.recorder.stopped or is_unbounded(nlp, self.iterate)
 
     def _polish(self) -> None:
         """Take least-squares multipliers if they satisfy the conditions better."""
-        iterate = with_own_multipliers(self.program.nlp, self.iterate.point)
+        iterate = with_least_squares_multipliers(self.program.nlp, self.iterate.point)
         if iterate.residual.worst < self.iterate.residual.worst:
             self.iterate = iterate
             self.recorder.keep(iterate)

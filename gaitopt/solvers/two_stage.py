@@ -25,7 +25,7 @@ from gaitopt.solvers.sqp import SQP
 from gaitopt.solvers.trust_constr import TrustConstr
 from gaitopt.tolerances import AGREEMENT
 
-CERTIFIER = TrustConstr(max_iterations=60)
+CONFIRMING_SOLVER = TrustConstr(max_iterations=60)
 """The interior point method for starts that are nearly solutions (measured)."""
 NOT_WORTH = (Status.UNBOUNDED, Status.INFEASIBLE, Status.NUMERICAL, Status.INTERRUPTED)
 """Ends of the journey after which there is nothing to sign."""
@@ -33,7 +33,7 @@ UNCONFIRMED = "sqp (not confirmed by trust-constr)"
 
 
 @dataclass(frozen=True)
-class CertifiedSQP(Solver):
+class TwoStageSQP(Solver):
     """SQP followed by trust-constr from its answer; the default.
 
     The answer is that of the stage with the smaller KKT residual. `Solution.solver` is
@@ -42,13 +42,13 @@ class CertifiedSQP(Solver):
     `Solution.history` is that of both stages.
 
     Attributes:
-        travel: the solver that goes first.
-        certify: the solver that starts from its answer.
+        first: the solver that goes first.
+        second: the solver that starts from its answer.
     """
 
     name: ClassVar[str] = "sqp+trust-constr"
-    travel: SQP = field(default_factory=SQP)
-    certify: TrustConstr = CERTIFIER
+    first: SQP = field(default_factory=SQP)
+    second: TrustConstr = CONFIRMING_SOLVER
 
     def solve(
         self,
@@ -58,7 +58,7 @@ class CertifiedSQP(Solver):
         stop: StopCallback | None = None,
     ) -> Solution:
         """Solve the program; see `Solver.solve`."""
-        first = self.travel.solve(nlp, start, on_progress, stop)
+        first = self.first.solve(nlp, start, on_progress, stop)
         return self.confirm(nlp, first, on_progress, stop)
 
     def confirm(
@@ -72,13 +72,13 @@ class CertifiedSQP(Solver):
 
         Args:
             nlp: the program.
-            first: what `travel` found.
+            first: what `first` found.
             on_progress: called for every iteration of the second stage.
             stop: asked after every iteration of it.
         """
         if first.status in NOT_WORTH:
             return replace(first, solver=UNCONFIRMED)
-        second = self.certify.solve(
+        second = self.second.solve(
             nlp,
             Start(first.x, first.multipliers),
             None if on_progress is None else lambda record: on_progress(_after(first, record)),
@@ -89,18 +89,18 @@ class CertifiedSQP(Solver):
     @property
     def first_stage(self) -> SQP:
         """The solver that goes first."""
-        return self.travel
+        return self.first
 
-    def limited(self, iterations: int) -> CertifiedSQP:
+    def limited(self, iterations: int) -> TwoStageSQP:
         """Return the solver with at most so many iterations of its first stage."""
-        return replace(self, travel=self.travel.limited(iterations))
+        return replace(self, first=self.first.limited(iterations))
 
     def _is_optimal(self, nlp: NLP, solution: Solution) -> bool:
         """Whether an answer satisfies, judged anew, what both stages ask of theirs."""
         residual = _residual(nlp, solution)
         return residual.optimality <= min(
-            self.travel.tolerance, self.certify.tolerance
-        ) and residual.feasibility <= min(self.travel.feasibility, self.certify.feasibility)
+            self.first.tolerance, self.second.tolerance
+        ) and residual.feasibility <= min(self.first.feasibility, self.second.feasibility)
 
     def _joined(self, nlp: NLP, first: Solution, second: Solution) -> Solution:
         """Keep the better answer, with the work of both."""
@@ -132,7 +132,7 @@ class CertifiedSQP(Solver):
         difference = nlp.cost_scale * abs(first.cost - second.cost)
         agree = difference <= AGREEMENT * max(1.0, nlp.cost_scale * abs(first.cost))
         if agree and all(self._is_optimal(nlp, one) for one in (second, best)):
-            return CertifiedSQP.name
+            return TwoStageSQP.name
         return UNCONFIRMED if best is first else "trust-constr (after sqp)"
 
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from gaitopt.design.active_set import Pressure, pressures
+from gaitopt.design.active_set import ActiveRow, active_rows
 from gaitopt.design.certificate import on_fine_grid
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.refinement import with_work
@@ -87,7 +87,7 @@ def continue_from(
         return None
     problem = WalkProblem(scenario.robot.build(), scenario.task)
     for origin, solution in cold_walks(scenario, options):
-        active = pressures(problem, solution.multipliers)
+        active = active_rows(problem, solution.multipliers)
         found = _feasible(problem, solution.x, active, options)
         if found is not None:
             whole = replace(found, solution=with_work(found.solution, solution))
@@ -146,7 +146,7 @@ def _strides(
 def _feasible(
     sparse: WalkProblem,
     x: Array,
-    active: tuple[Pressure, ...],
+    active: tuple[ActiveRow, ...],
     options: DesignOptions,
     cost_limit: float = math.inf,
 ) -> FeasibleWalk | None:

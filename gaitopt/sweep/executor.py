@@ -18,7 +18,7 @@ from multiprocessing import resource_tracker
 from typing import Any
 
 from gaitopt.bounds import WORKERS, at_most, shown
-from gaitopt.design.active_set import pressures
+from gaitopt.design.active_set import active_rows
 from gaitopt.design.design import Design, design
 from gaitopt.design.diagnosis import Diagnosis
 from gaitopt.design.options import DesignOptions
@@ -136,7 +136,7 @@ def _diagnose(job: Job) -> Outcome:
     walk = WarmStart(
         x=found.solution.x,
         cost=found.solution.cost,
-        active=pressures(found.problem, found.solution.multipliers),
+        active=active_rows(found.problem, found.solution.multipliers),
         cost_gradient=(None,) * len(job.axes),
         first_iterations=0,
         iterations=0,

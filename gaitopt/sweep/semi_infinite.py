@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
-from gaitopt.design.active_set import Pressure, exceeded, pressures
+from gaitopt.design.active_set import ActiveRow, active_rows, violated_rows
 from gaitopt.design.certificate import on_fine_grid
 from gaitopt.design.design import Design, design, finished
 from gaitopt.design.options import DesignOptions
@@ -38,15 +38,15 @@ class FeasibleWalk:
     first_iterations: int
 
     @property
-    def active(self) -> tuple[Pressure, ...]:
+    def active(self) -> tuple[ActiveRow, ...]:
         """The limits at which it is."""
-        return pressures(self.problem, self.solution.multipliers)
+        return active_rows(self.problem, self.solution.multipliers)
 
 
 def solve_between_samples(
     sparse: WalkProblem,
     x: Array,
-    active: Iterable[Pressure],
+    active: Iterable[ActiveRow],
     solver: Solver,
     fine: WalkProblem | None,
     *,
@@ -72,7 +72,7 @@ def solve_between_samples(
     def solve(problem: WalkProblem, start: Start) -> Solution:
         return solver.solve(problem, start)
 
-    peaks = () if fine is None else exceeded(fine, x)
+    peaks = () if fine is None else violated_rows(fine, x)
     rounds = 0
     for problem, solution in exchange(sparse, x, active, solve, fine, peaks, enough):
         rounds += 1
@@ -84,7 +84,7 @@ def solve_between_samples(
             whole = with_work(solution, found.solution)
             found = FeasibleWalk(problem, whole, found.first_iterations)
     if rounds == MAX_ROUNDS and found is not None and fine is not None:
-        violated = any(peak.excess > enough for peak in exceeded(fine, found.solution.x))
+        violated = any(peak.excess > enough for peak in violated_rows(fine, found.solution.x))
         return None if violated else found
     return found
 

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from gaitopt.design.active_set import Pressure
+from gaitopt.design.active_set import ActiveRow
 from gaitopt.nlp import Array
 from gaitopt.sweep.grid import Grid, Index
 
@@ -43,7 +43,7 @@ class WarmStart:
 
     x: Array
     cost: float
-    active: tuple[Pressure, ...]
+    active: tuple[ActiveRow, ...]
     cost_gradient: tuple[float | None, ...]
     first_iterations: int
     iterations: int
@@ -87,10 +87,10 @@ def warm_start_of(record: Mapping[str, Any]) -> WarmStart:
     )
 
 
-def _active(family: object, entry: object, instant: Any, multiplier: Any) -> Pressure:
+def _active(family: object, entry: object, instant: Any, multiplier: Any) -> ActiveRow:
     if not isinstance(family, str) or not isinstance(entry, int):
         raise TypeError("an active limit has no name or no number")
-    return Pressure(family, entry, float(instant), float(multiplier))
+    return ActiveRow(family, entry, float(instant), float(multiplier))
 
 
 def promising(

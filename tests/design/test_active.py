@@ -5,13 +5,13 @@ import pytest
 
 from gaitopt.design.active_set import (
     APPROACH,
-    Peak,
-    Pressure,
-    exceeded,
+    ActiveRow,
+    ViolatedRow,
+    active_rows,
     instants_of,
     moved,
     placed,
-    pressures,
+    violated_rows,
 )
 from gaitopt.design.certificate import on_fine_grid
 from gaitopt.gait.grid import Grid
@@ -26,7 +26,7 @@ def sampled(sampled_design):
 
 def test_multipliers_survive_the_way_there_and_back(sampled):
     problem, solution = sampled
-    active = pressures(problem, solution.multipliers)
+    active = active_rows(problem, solution.multipliers)
     np.testing.assert_allclose(placed(problem, active), solution.multipliers, atol=1e-9)
     assert 10 < len(active) < 100
 
@@ -34,7 +34,7 @@ def test_multipliers_survive_the_way_there_and_back(sampled):
 def test_on_another_grid_they_stand_at_the_same_instants(sampled):
     """The gradient of the Lagrangian, cost aside, is the same, whatever the order of the rows."""
     problem, solution = sampled
-    active = pressures(problem, solution.multipliers)
+    active = active_rows(problem, solution.multipliers)
     other = problem.with_grid(problem.grid.with_instants(np.array([0.123, 0.456])))
     one = solution.multipliers @ problem.point(solution.x).jacobian
     again = placed(other, active) @ other.point(solution.x).jacobian
@@ -43,17 +43,17 @@ def test_on_another_grid_they_stand_at_the_same_instants(sampled):
 
 def test_rows_that_a_grid_lacks_are_left_out(sampled):
     problem, _ = sampled
-    assert not placed(problem, [Pressure("torque", 0, 0.12345, 1.0)]).any()
-    assert not placed(problem, [Pressure("no such family", 0, 0.0, 1.0)]).any()
+    assert not placed(problem, [ActiveRow("torque", 0, 0.12345, 1.0)]).any()
+    assert not placed(problem, [ActiveRow("no such family", 0, 0.0, 1.0)]).any()
 
 
 def test_only_families_of_instants_have_instants(sampled):
     problem, _ = sampled
-    active = [Pressure("torque", 0, 0.3, 1.0), Pressure("leg length", 0, 1.0, 1.0)]
+    active = [ActiveRow("torque", 0, 0.3, 1.0), ActiveRow("leg length", 0, 1.0, 1.0)]
     assert instants_of(problem, active).tolist() == [0.3]
 
 
-def margins(problem: WalkProblem, x, peak: Peak, instants):
+def margins(problem: WalkProblem, x, peak: ViolatedRow, instants):
     """Margins of a peak's row at instants, straight from its definition."""
     at = problem.with_grid(Grid(instants, np.ones(instants.size), instants.size))
     block = at.rows_of(peak.family)
@@ -67,7 +67,7 @@ def margins(problem: WalkProblem, x, peak: Peak, instants):
 
 def test_peaks_are_the_worst_of_their_stretch(sampled):
     problem, solution = sampled
-    found = exceeded(on_fine_grid(problem), solution.x)
+    found = violated_rows(on_fine_grid(problem), solution.x)
     assert found
     for peak in found:
         beside = peak.instant + np.array([-1e-4, 0.0, 1e-4])
@@ -79,18 +79,21 @@ def test_peaks_are_the_worst_of_their_stretch(sampled):
 def test_a_landing_foot_is_held_near_the_end(sampled):
     """It has no height at the end: held at the peak it would sink between peak and end again."""
     problem, solution = sampled
-    peaks = exceeded(on_fine_grid(problem), solution.x)
+    peaks = violated_rows(on_fine_grid(problem), solution.x)
     (peak,) = (one for one in peaks if one.family == "clearance" and one.instant > 0.97)
     assert peak.instant < peak.held < 1.0
     assert 1.0 - peak.held == pytest.approx((1.0 - peak.instant) / APPROACH, rel=1e-6)
 
 
 def test_a_multiplier_moves_to_the_peak_beside_it():
-    kept = Pressure("torque", 3, 0.25, 1.5)
-    beside, far = Peak("torque", 3, 0.26, 0.1, 0.26), Peak("torque", 3, 0.75, 0.1, 0.75)
+    kept = ActiveRow("torque", 3, 0.25, 1.5)
+    beside, far = (
+        ViolatedRow("torque", 3, 0.26, 0.1, 0.26),
+        ViolatedRow("torque", 3, 0.75, 0.1, 0.75),
+    )
     assert moved([kept], [beside]) == (replace(kept, instant=0.26),)
-    assert moved([kept], [far]) == (kept, Pressure("torque", 3, 0.75, 0.0))
-    assert moved([kept], [Peak("torque", 4, 0.26, 0.1, 0.26)]) == (
+    assert moved([kept], [far]) == (kept, ActiveRow("torque", 3, 0.75, 0.0))
+    assert moved([kept], [ViolatedRow("torque", 4, 0.26, 0.1, 0.26)]) == (
         kept,
-        Pressure("torque", 4, 0.26, 0.0),
+        ActiveRow("torque", 4, 0.26, 0.0),
     )

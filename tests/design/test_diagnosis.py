@@ -55,13 +55,13 @@ def refusal(name):
 @pytest.fixture(params=INFEASIBLE, scope="module")
 def case(request):
     """One infeasible task; the scope makes pytest run all its tests in one go."""
-    changes, family, knob = INFEASIBLE[request.param]
-    return preset_task(**changes), family, knob, refusal(request.param).diagnosis
+    changes, family, setting = INFEASIBLE[request.param]
+    return preset_task(**changes), family, setting, refusal(request.param).diagnosis
 
 
 def changed_problem(robot, task, suggestion):
     """The walk with a suggestion followed, put together without the code that made it."""
-    name, value = suggestion.knob, suggestion.after
+    name, value = suggestion.setting, suggestion.after
     if name in ("speed", "duration"):
         return WalkProblem(robot, replace(task, **{name: value}))
     if name == "robot joint ranges":
@@ -83,13 +83,13 @@ def test_the_family_in_the_way_is_named(case):
 
 
 def test_its_own_knob_is_suggested(case):
-    task, _, knob, diagnosis = case
-    found = {s.knob: s for s in diagnosis.suggestions}
-    assert knob in found
-    before = task.speed if knob == "speed" else getattr(task.margins, knob)
-    assert found[knob].before == before
-    grows = knob in ("torque_limit", "speed_limit", "friction", "step_width")
-    assert (found[knob].after > before) == grows
+    task, _, setting, diagnosis = case
+    found = {s.setting: s for s in diagnosis.suggestions}
+    assert setting in found
+    before = task.speed if setting == "speed" else getattr(task.margins, setting)
+    assert found[setting].before == before
+    grows = setting in ("torque_limit", "speed_limit", "friction", "step_width")
+    assert (found[setting].after > before) == grows
 
 
 def test_every_suggestion_has_a_walk(robot, case):
@@ -113,7 +113,7 @@ def test_a_suggestion_holds_between_the_samples(robot):
 def test_a_suggestion_is_the_least_that_helps(robot):
     """Half of the change does not do: motors of 33 N.m are too weak as well."""
     task = preset_task(**INFEASIBLE[BETWEEN][0])
-    weak = next(s for s in refusal(BETWEEN).diagnosis.suggestions if s.knob == "torque_limit")
+    weak = next(s for s in refusal(BETWEEN).diagnosis.suggestions if s.setting == "torque_limit")
     half = (weak.before + weak.after) / 2.0
     task = replace(task, margins=replace(task.margins, torque_limit=half))
     with pytest.raises(NoGaitFoundError):
@@ -122,7 +122,7 @@ def test_a_suggestion_is_the_least_that_helps(robot):
 
 def test_a_suggestion_can_be_designed(robot):
     task = preset_task(**INFEASIBLE[BETWEEN][0])
-    weak = next(s for s in refusal(BETWEEN).diagnosis.suggestions if s.knob == "torque_limit")
+    weak = next(s for s in refusal(BETWEEN).diagnosis.suggestions if s.setting == "torque_limit")
     task = replace(task, margins=replace(task.margins, torque_limit=weak.after))
     found = design(robot, task, QUICK, start=weak.gait)
     assert 1000.0 < found.gait.cost <= weak.cost * (1.0 + 1e-9)
@@ -142,7 +142,7 @@ def test_following_a_suggestion_leads_to_the_walk_that_it_names(robot):
 def test_a_suggestion_changes_more_than_its_digits_hide(case):
     *_, diagnosis = case
     for suggestion in diagnosis.suggestions:
-        if suggestion.knob != "impulse_cop":
+        if suggestion.setting != "impulse_cop":
             before, after = f"{suggestion.before:g}", digits(suggestion.after)
             assert before != after
             assert float(after) == suggestion.after
@@ -167,7 +167,7 @@ def test_the_usual_solver_is_suggested_where_another_gives_up(robot, monkeypatch
     diagnosis = caught.value.diagnosis
     assert diagnosis.gait is not None
     (suggestion,) = diagnosis.suggestions
-    assert suggestion.knob == ""
+    assert suggestion.setting == ""
     assert suggestion.options.solver == DesignOptions().solver
     assert "the default solver" in diagnosis.sentences[-1]
 
@@ -178,7 +178,7 @@ def test_without_a_relaxation_the_usual_values_are_suggested(robot):
     found, tried = suggestions.find_suggestions(problem, None, QUICK)
     assert tried  # alone neither suffices
     (suggestion,) = found
-    assert {change.knob for change in suggestion.changes} == {"torque_limit", "liftoff_speed"}
+    assert {change.setting for change in suggestion.changes} == {"torque_limit", "liftoff_speed"}
     assert suggestion.task.margins.liftoff_speed == preset_task().margins.liftoff_speed
     assert suggestion.found.certificate.optimal
 
@@ -189,7 +189,7 @@ def test_two_limits_that_are_both_hopeless_are_changed_together(robot):
     with pytest.raises(NoGaitFoundError) as caught:
         design(robot, task, QUICK)
     (suggestion,) = caught.value.diagnosis.suggestions
-    changes = {change.knob: change for change in suggestion.changes}
+    changes = {change.setting: change for change in suggestion.changes}
     assert {"step_width", "torque_limit"} == {*changes}
     again = design(suggestion.robot, suggestion.task, suggestion.options, start=suggestion.start)
     assert again.proven
@@ -198,16 +198,16 @@ def test_two_limits_that_are_both_hopeless_are_changed_together(robot):
     assert {k: c.after for k, c in changes.items()} == expected
     assert all(c.sentence in suggestion.sentence for c in suggestion.changes)
     record = json.loads(json.dumps(suggestion.record(), allow_nan=False))
-    assert [record["knob"], *(c["knob"] for c in record["also"])] == [*changes]
+    assert [record["setting"], *(c["setting"] for c in record["also"])] == [*changes]
 
 
 def test_people_can_read_it(case):
-    task, _, knob, diagnosis = case
+    task, _, setting, diagnosis = case
     text = "\n".join(diagnosis.sentences)
     assert "the least violation found leaves" in text
     assert "the smallest relaxation found that admits a walk: " in text
-    suggestion = next(s for s in diagnosis.suggestions if s.knob == knob)
-    assert f"({knob}) from {suggestion.before:g} to {suggestion.after:g}" in text
+    suggestion = next(s for s in diagnosis.suggestions if s.setting == setting)
+    assert f"({setting}) from {suggestion.before:g} to {suggestion.after:g}" in text
     assert "nan" not in text
     assert task.speed > 0.0
 

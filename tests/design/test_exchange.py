@@ -1,4 +1,4 @@
-from gaitopt.design.active_set import exceeded, pressures
+from gaitopt.design.active_set import active_rows, violated_rows
 from gaitopt.design.certificate import certify, on_fine_grid
 from gaitopt.design.refinement import exchange, pruned
 from gaitopt.gait.problem import WalkProblem
@@ -12,8 +12,8 @@ SOLVER = SQP()
 def rounds_of(sampled_design):
     problem = WalkProblem(sampled_design.problem.robot, sampled_design.problem.task)
     solution, fine = sampled_design.solution, on_fine_grid(problem)
-    active = pressures(problem, solution.multipliers)
-    peaks = exceeded(fine, solution.x)
+    active = active_rows(problem, solution.multipliers)
+    peaks = violated_rows(fine, solution.x)
     return problem, fine, list(exchange(problem, solution.x, active, SOLVER.solve, fine, peaks))
 
 
@@ -22,8 +22,8 @@ def test_round_after_round_the_cost_rises_until_no_limit_is_exceeded(sampled_des
     costs = [sampled_design.solution.cost, *(solution.cost for _, solution in found)]
     assert len(found) >= 2
     assert costs == sorted(costs)
-    assert all(exceeded(fine, solution.x) for _, solution in found[:-1])
-    assert not exceeded(fine, found[-1][1].x)
+    assert all(violated_rows(fine, solution.x) for _, solution in found[:-1])
+    assert not violated_rows(fine, found[-1][1].x)
 
 
 def test_every_round_begins_near_its_end(sampled_design):

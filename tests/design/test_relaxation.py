@@ -11,9 +11,9 @@ from gaitopt.design.conflict import easier_guess
 from gaitopt.design.relaxation import (
     Relaxation,
     RelaxedProgram,
-    duration_knob,
-    limit_knobs,
-    step_width_knob,
+    duration_adjustment,
+    limit_adjustments,
+    step_width_adjustment,
     usual_value,
 )
 from gaitopt.design.remedies import _outward
@@ -25,7 +25,7 @@ from gaitopt.model.robot import Robot
 from gaitopt.nlp import Start, Status
 from gaitopt.solvers import SQP
 
-KNOBS = (
+SETTINGS_TRIED = (
     "torque_limit",
     "speed_limit",
     "friction",
@@ -45,8 +45,8 @@ SWITCHED = (
 )  # fmt: skip
 
 
-def knob_of(problem, name):
-    return next(k for k in limit_knobs(problem) if k.name == name)
+def setting_of(problem, name):
+    return next(k for k in limit_adjustments(problem) if k.name == name)
 
 
 def room(program, x):
@@ -68,25 +68,25 @@ def per_row(problem, values):
 
 def test_every_knob_is_there():
     problem, upright = walk("guess").problem, walk("upright").problem
-    assert tuple(k.name for k in limit_knobs(problem)) == KNOBS
-    assert {k.name for k in limit_knobs(upright)} == {*KNOBS, *SWITCHED}
+    assert tuple(k.name for k in limit_adjustments(problem)) == SETTINGS_TRIED
+    assert {k.name for k in limit_adjustments(upright)} == {*SETTINGS_TRIED, *SWITCHED}
 
 
 def test_a_robot_without_limits_has_no_motor_to_make_stronger(robot):
     boundless = replace(robot, limits=replace(robot.limits, speed=np.full(12, np.inf)))
-    names = {k.name for k in limit_knobs(WalkProblem(boundless, preset_task()))}
-    assert names == {*KNOBS} - {"speed_limit"}
+    names = {k.name for k in limit_adjustments(WalkProblem(boundless, preset_task()))}
+    assert names == {*SETTINGS_TRIED} - {"speed_limit"}
 
 
-@pytest.mark.parametrize("name", KNOBS + SWITCHED)
+@pytest.mark.parametrize("name", SETTINGS_TRIED + SWITCHED)
 def test_a_relaxed_row_has_the_room_that_the_changed_task_gives_it(name):
     """The same limits, reached through t and through the task: two roads to one number."""
     walked = walk("upright" if name in SWITCHED else "guess")
     problem, x = walked.problem, walked.x
-    knob = knob_of(problem, name)
-    z = knob.start(x, 0.3 * (knob.bound - knob.before) / knob.step)
-    program = knob.program(problem, z)
-    robot, task = knob.turned(problem.robot, problem.task, knob.value(z))
+    setting = setting_of(problem, name)
+    z = setting.start(x, 0.3 * (setting.bound - setting.before) / setting.step)
+    program = setting.program(problem, z)
+    robot, task = setting.changed(problem.robot, problem.task, setting.value(z))
     changed = WalkProblem(robot, task, problem.grid)
     expected, before = per_row(changed, room(changed, x)), per_row(problem, room(problem, x))
     found = np.full(expected.shape, np.inf)
@@ -105,8 +105,8 @@ def test_a_relaxed_row_has_the_room_that_the_changed_task_gives_it(name):
 def test_derivatives_of_the_relaxed_program(name, rng):
     walked = walk("upright" if name in SWITCHED else "guess")
     problem, x = walked.problem, walked.x
-    z = knob_of(problem, name).start(x, 0.37)
-    program = knob_of(problem, name).program(problem, z + 0.1)
+    z = setting_of(problem, name).start(x, 0.37)
+    program = setting_of(problem, name).program(problem, z + 0.1)
     weights = rng.normal(size=program.rows.lower.size)
     point, scale = program.point(z), program.variables.scale
 
@@ -127,14 +127,14 @@ def test_derivatives_of_the_relaxed_program(name, rng):
 
 
 def test_multipliers_tell_how_much_turning_a_knob_brings(robot):
-    """The relief of a knob is the slope of the least relaxation along its value."""
+    """The relief of a setting is the slope of the least relaxation along its value."""
     gap = 0.45
     task = preset_task(lateral_gap=gap, knee_flexion=2.0)
     problem = WalkProblem(robot, task)
     x = easier_guess(problem)
     found = problem.values(x)
-    knob = knob_of(problem, "lateral_gap")
-    relaxation = knob.relaxation(problem)
+    setting = setting_of(problem, "lateral_gap")
+    relaxation = setting.relaxation(problem)
     y = np.zeros(problem.rows.lower.size)
     y[problem.rows_of("lateral")] = -0.25
     count = y[y != 0.0].size
@@ -161,15 +161,15 @@ def test_the_smallest_relaxation_of_two_planes():
 @pytest.mark.parametrize(("shorter", "value"), [(True, 0.34), (False, 0.52)])
 def test_the_duration_knob_pulls_towards_the_duration_asked_for(shorter, value):
     problem, x = walk("guess").problem, walk("guess").x
-    knob = duration_knob(problem, shorter)
-    amount = (value - knob.before) / (knob.bound - knob.before)
-    z = knob.start(x, amount)
-    program = knob.program(problem, z)
-    assert knob.value(z) == pytest.approx(value)
-    assert program.values(z).cost - program.values(knob.start(x, 0.0)).cost == pytest.approx(
+    setting = duration_adjustment(problem, shorter)
+    amount = (value - setting.before) / (setting.bound - setting.before)
+    z = setting.start(x, amount)
+    program = setting.program(problem, z)
+    assert setting.value(z) == pytest.approx(value)
+    assert program.values(z).cost - program.values(setting.start(x, 0.0)).cost == pytest.approx(
         amount, rel=0.1
     )
-    _, task = knob.turned(problem.robot, problem.task, value)
+    _, task = setting.changed(problem.robot, problem.task, value)
     changed = WalkProblem(problem.robot, task, problem.grid)
     assert relative_error(program.base.values(z).rows, changed.values(x).rows) < 1e-12
 
@@ -179,21 +179,21 @@ def test_the_step_width_is_turned_by_the_foot_spacing(robot, stance):
     """Its program allows just the widths beyond the one asked for, and asks for little of it."""
     robot = Robot.from_urdf(robot.urdf, choices=ImportOptions(stance=stance))
     problem = WalkProblem(robot, preset_task(step_width=0.1))
-    x, knob = easier_guess(problem), step_width_knob(problem)
-    assert knob is not None
-    assert knob.before == 0.1 < knob.bound
-    z = knob.start(x, (0.18 - knob.before) / (knob.bound - knob.before))
-    program = knob.program(problem, z)
-    assert knob.value(z) == pytest.approx(0.18)
-    np.testing.assert_array_equal(knob.walk(z), z)
-    held = [side[knob.index] for side in (program.variables.lower, program.variables.upper)]
-    wanted = [0.1, knob.bound] if robot.legs.side > 0.0 else [-knob.bound, -0.1]
+    x, setting = easier_guess(problem), step_width_adjustment(problem)
+    assert setting is not None
+    assert setting.before == 0.1 < setting.bound
+    z = setting.start(x, (0.18 - setting.before) / (setting.bound - setting.before))
+    program = setting.program(problem, z)
+    assert setting.value(z) == pytest.approx(0.18)
+    np.testing.assert_array_equal(setting.walk(z), z)
+    held = [side[setting.index] for side in (program.variables.lower, program.variables.upper)]
+    wanted = [0.1, setting.bound] if robot.legs.side > 0.0 else [-setting.bound, -0.1]
     assert held == pytest.approx(wanted)
     slope = program.point(z).gradient * robot.legs.side
-    assert slope[knob.index] == pytest.approx(1.0 / (knob.bound - knob.before))
-    _, task = knob.turned(robot, problem.task, 0.18)
+    assert slope[setting.index] == pytest.approx(1.0 / (setting.bound - setting.before))
+    _, task = setting.changed(robot, problem.task, 0.18)
     changed = WalkProblem(robot, task, problem.grid)
-    held = [side[knob.index] for side in (changed.variables.lower, changed.variables.upper)]
+    held = [side[setting.index] for side in (changed.variables.lower, changed.variables.upper)]
     assert 0.18 * robot.legs.side in held
     assert relative_error(program.base.values(z).rows, changed.values(z).rows) < 1e-12
 
@@ -207,7 +207,7 @@ def test_only_a_step_width_that_bounds_the_walk_can_be_turned(robot):
         preset_task(step_width=0.2, geometry=fixed(free=False, value=0.15)),
         preset_task(step_width=0.2, geometry=fixed(lower=-0.18, upper=0.18)),
     )
-    assert [step_width_knob(WalkProblem(robot, task)) for task in tasks] == [None] * 3
+    assert [step_width_adjustment(WalkProblem(robot, task)) for task in tasks] == [None] * 3
 
 
 @settings(derandomize=True, deadline=None)
@@ -243,7 +243,7 @@ def test_stronger_motors_are_told_by_the_choices_about_the_robot(robot):
     uneven = Robot.from_urdf(robot.urdf, choices=replace(robot.choices, limits=(given,)))
     problem = WalkProblem(uneven, preset_task())
     for name in ("robot torque limits", "robot joint ranges"):
-        changed, _ = knob_of(problem, name).turned(uneven, problem.task, 1.3)
+        changed, _ = setting_of(problem, name).changed(uneven, problem.task, 1.3)
         again = Robot.from_urdf(robot.urdf, choices=changed.choices)
         for kind in ("torque", "speed", "lower", "upper"):
             expected, found = getattr(changed.limits, kind), getattr(again.limits, kind)
@@ -254,7 +254,7 @@ def test_stronger_motors_are_told_by_the_choices_about_the_robot(robot):
 def test_what_is_asked_beyond_the_usual_is_known(robot):
     asked = {"torque_limit": 25.0, "clearance": 0.3, "trunk_yaw": 0.05, "speed": 1.4}
     problem = WalkProblem(robot, preset_task(**asked))
-    found = {k.name: usual_value(problem, k) for k in limit_knobs(problem)}
+    found = {k.name: usual_value(problem, k) for k in limit_adjustments(problem)}
     assert {n: v for n, v in found.items() if v is not None} == {
         "torque_limit": 150.0, "clearance": 0.03, "trunk_yaw": 1.0, "speed": 1.0,
     }  # fmt: skip
@@ -263,12 +263,12 @@ def test_what_is_asked_beyond_the_usual_is_known(robot):
 def test_the_own_motors_of_a_robot_are_never_too_strong_for_it(robot):
     """A limit of 8 N.m is less than a tenth of what they can do."""
     problem = WalkProblem(robot, preset_task(torque_limit=8.0))
-    assert usual_value(problem, knob_of(problem, "torque_limit")) == 150.0
+    assert usual_value(problem, setting_of(problem, "torque_limit")) == 150.0
 
 
 def test_multipliers_go_to_the_limit_they_push():
     problem = walk("guess").problem
-    relaxation = knob_of(problem, "torque_limit").relaxation(problem)
+    relaxation = setting_of(problem, "torque_limit").relaxation(problem)
     program = RelaxedProgram(problem, (relaxation,), np.zeros(problem.layout.size))
     rng = np.random.default_rng(0)
     lower, upper = np.isfinite(problem.rows.lower), np.isfinite(problem.rows.upper)

@@ -54,8 +54,8 @@ def test_the_diagnosis_names_it_and_turns_it(robot):
         design_gait(robot, preset_task(swing_height=0.02), DesignOptions(SQP()), starts=1)
     diagnosis = found.value.diagnosis
     assert {"swing height", "clearance"} & set(diagnosis.families)
-    knobs = {suggestion.knob: suggestion for suggestion in diagnosis.suggestions}
+    settings = {suggestion.setting: suggestion for suggestion in diagnosis.suggestions}
     assert "the largest height of the swing foot (swing_height) from 0.02 to" in (
-        knobs["swing_height"].sentence
+        settings["swing_height"].sentence
     )
-    assert knobs["swing_height"].found.proven
+    assert settings["swing_height"].found.proven

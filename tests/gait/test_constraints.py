@@ -126,10 +126,10 @@ def test_walking_speed(rows, step):
     assert lower == upper == 0.0
 
 
-pressures = st.tuples(st.floats(-0.3, 0.1), st.floats(-0.15, 0.15))
+active_rows = st.tuples(st.floats(-0.3, 0.1), st.floats(-0.15, 0.15))
 
 
-@given(pressures, st.floats(50.0, 2000.0))
+@given(active_rows, st.floats(50.0, 2000.0))
 @settings(deadline=None, derandomize=True, max_examples=100)
 def test_edge_moments_hold_where_the_centre_of_pressure_is_inside(point, load):
     robot = biped()

@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gaitopt.solvers.globalization import (
-    FAR,
     MARGIN,
+    NEARLY_FEASIBLE,
     Filter,
     Patience,
     TrustRegion,
@@ -117,7 +117,7 @@ def test_patience_ends_when_the_violation_no_longer_falls() -> None:
 
 def test_patience_is_endless_near_the_limits() -> None:
     patience = Patience(3)
-    assert not any(patience.exhausted(0.5 * FAR) for _ in range(20))
+    assert not any(patience.exhausted(0.5 * NEARLY_FEASIBLE) for _ in range(20))
 
 
 def test_agreement_of_rounding_errors_is_one() -> None:

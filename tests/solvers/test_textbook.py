@@ -9,7 +9,7 @@ import pytest
 import textbook_programs as bank
 
 from gaitopt.nlp import Progress, Solution, Start, Status, kkt_residual
-from gaitopt.solvers import SLSQP, SQP, CertifiedSQP, FiniteDifferenceNLP, Solver, TrustConstr
+from gaitopt.solvers import SLSQP, SQP, FiniteDifferenceNLP, Solver, TrustConstr, TwoStageSQP
 
 
 @dataclass(frozen=True)
@@ -32,7 +32,7 @@ ENTRIES = (
     # An interior point keeps off active limits by tolerance / multiplier.
     Entry("trust-constr", TrustConstr(), 1e-5, 1e-5, 1e-6),
     Entry("slsqp", SLSQP(), 1e-4, 1e-4, 1e-5),
-    Entry("default", CertifiedSQP(), 1e-6, 1e-5, 1e-6),
+    Entry("default", TwoStageSQP(), 1e-6, 1e-5, 1e-6),
 )
 BY_LABEL = pytest.mark.parametrize("entry", ENTRIES, ids=lambda entry: entry.label)
 BY_TITLE = pytest.mark.parametrize("program", bank.SOLVABLE, ids=lambda program: program.title)
@@ -166,8 +166,8 @@ def test_start_without_a_value(entry: Entry) -> None:
 
 @BY_LABEL
 def test_iteration_limit(entry: Entry) -> None:
-    if isinstance(entry.solver, CertifiedSQP):
-        solver: Solver = CertifiedSQP(SQP(max_iterations=2), TrustConstr(max_iterations=2))
+    if isinstance(entry.solver, TwoStageSQP):
+        solver: Solver = TwoStageSQP(SQP(max_iterations=2), TrustConstr(max_iterations=2))
     else:
         solver = replace(entry.solver, max_iterations=2)
     program = bank.hs100()

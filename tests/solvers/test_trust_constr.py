@@ -10,8 +10,8 @@ import textbook_programs as bank
 
 from gaitopt.errors import EvaluationError
 from gaitopt.nlp import Array, Start, Status
-from gaitopt.solvers import SQP, CertifiedSQP, TrustConstr
-from gaitopt.solvers.trust_constr import choose_rows, held_rows, missed_rows
+from gaitopt.solvers import SQP, TrustConstr, TwoStageSQP
+from gaitopt.solvers.trust_constr import held_rows, missed_rows, nearest_rows
 
 
 def many_sided_disk(m: int = 60) -> bank.Textbook:
@@ -53,7 +53,7 @@ def test_rows_not_given_are_found_when_violated() -> None:
 def test_nearest_rows_are_chosen() -> None:
     program = many_sided_disk(8)  # sides at 0, 45, 90 ... degrees
     point = program.point(np.array([0.9, 0.2]))
-    choice = choose_rows(program, point, np.eye(8)[5], 2)
+    choice = nearest_rows(program, point, np.eye(8)[5], 2)
     np.testing.assert_array_equal(choice.rows, [0, 5])
     outside = program.point(np.array([0.0, 1.2]))
     np.testing.assert_array_equal(missed_rows(program, outside, choice, 1e-8), [2])
@@ -136,7 +136,7 @@ def test_steps_over_the_edge_are_taken_back() -> None:
 def test_two_stages_tell_their_story() -> None:
     program, told = bank.hs100(), []
     first = SQP().solve(program, Start(program.start))
-    both = CertifiedSQP().solve(program, Start(program.start), told.append)
+    both = TwoStageSQP().solve(program, Start(program.start), told.append)
     assert both.solver == "sqp+trust-constr"
     assert both.status is Status.OPTIMAL
     assert both.history == tuple(told)
@@ -149,7 +149,7 @@ def test_two_stages_tell_their_story() -> None:
 
 def test_answer_that_is_not_confirmed_says_so() -> None:
     program = bank.hs100()
-    solver = CertifiedSQP(SQP(max_iterations=3), TrustConstr(max_iterations=1))
+    solver = TwoStageSQP(SQP(max_iterations=3), TrustConstr(max_iterations=1))
     solution = solver.solve(program, Start(program.start))
     assert solution.status is not Status.OPTIMAL
     assert solution.solver != "sqp+trust-constr"
@@ -157,14 +157,14 @@ def test_answer_that_is_not_confirmed_says_so() -> None:
 
 def test_infeasible_program_needs_no_certificate() -> None:
     program = bank.infeasible()
-    solution = CertifiedSQP().solve(program, Start(program.start))
+    solution = TwoStageSQP().solve(program, Start(program.start))
     assert solution.status is Status.INFEASIBLE
     assert solution.solver == "sqp (not confirmed by trust-constr)"
 
 
-def test_interior_point_repairs_what_travel_left_undone() -> None:
+def test_interior_point_repairs_what_the_first_left_undone() -> None:
     program = bank.hs43()
-    solver = CertifiedSQP(SQP(max_iterations=2), TrustConstr())
+    solver = TwoStageSQP(SQP(max_iterations=2), TrustConstr())
     solution = solver.solve(program, Start(program.start))
     assert solution.status is Status.OPTIMAL
     assert solution.solver == "trust-constr (after sqp)"

@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from gaitopt.design import refinement as exchange
-from gaitopt.design.active_set import pressures
+from gaitopt.design.active_set import active_rows
 from gaitopt.design.certificate import certify, on_fine_grid
 from gaitopt.design.refinement import violated_instants
 from gaitopt.gait.problem import WalkProblem
@@ -22,7 +22,7 @@ def begun(sampled_design):
     """A walk at its samples, the limits it presses on, and its fine grid."""
     problem = WalkProblem(sampled_design.problem.robot, sampled_design.problem.task)
     solution = sampled_design.solution
-    return problem, solution, pressures(problem, solution.multipliers), on_fine_grid(problem)
+    return problem, solution, active_rows(problem, solution.multipliers), on_fine_grid(problem)
 
 
 @pytest.fixture(scope="module")

@@ -2,7 +2,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from gaitopt.design.active_set import Pressure
+from gaitopt.design.active_set import ActiveRow
 from gaitopt.sweep.grid import Axis, Grid
 from gaitopt.sweep.warm_start import WarmStart, is_better, promising, warm_start_of
 
@@ -10,7 +10,7 @@ GRID = Grid((Axis("speed", (1.0, 1.1, 1.2)),))
 
 
 def walk(cost, slope, x=0.3):
-    active = (Pressure("torque", 3, 0.25, 1.5),)
+    active = (ActiveRow("torque", 3, 0.25, 1.5),)
     return WarmStart(np.array([x, -x]), cost, active, (slope,), 7, 7, 9, 0.5, "cold")
 
 
