@@ -82,6 +82,7 @@ def robot_record(robot: Robot) -> dict[str, object]:
         "robot": robot.name,
         "mass": robot.mass,
         "leg_length": robot.legs.reach,
+        "leg_joints": robot.tree.stance,
         "physics": physics_record(robot),
         "sole": {"toe": sole.toe, "heel": sole.heel, "left": sole.left, "right": sole.right},
     }
