@@ -162,7 +162,7 @@ def _coefficient_vjp(
     gradient: Array,
 ) -> tuple[Array, WeightedImpact]:
     """What the weights reach through the spline coefficients: q_start (n,) and the impact."""
-    E, first = model.robot.mirror, weights.first
+    E, first = model.exchange, weights.first
     width = step.coefficients.shape[0]
     by_sample = gradient.reshape(-1, model.layout.joints)
     on_coefficients = model.basis.at(step.duration).reshape(-1, width).T @ by_sample

@@ -53,6 +53,8 @@ class StepModel:
         if not layout.lifted:
             refuse_undetermined(robot.tree)
         self.robot, self.layout, self.grid = robot, layout, grid
+        # Takes the joints from the end of a step to the start of the next, Eqs. (26) and (27).
+        self.exchange = robot.mirror
         knots = np.linspace(0.0, 1.0, layout.postures + 2)
         self.basis = spline_basis(knots, grid.instants)
         self._support = SingleSupport(robot, grid.count)
@@ -79,7 +81,7 @@ class StepModel:
         geometry, posture = self._double_support(x)
         q_end, rate_before = self._end(x, posture)
         impact = self.impact.state(q_end, rate_before)
-        rate_start = self.robot.mirror @ impact.rate_after
+        rate_start = self.exchange @ impact.rate_after
         coefficients = self._coefficients(x, posture, q_end, rate_start, rate_before)
         motion = self._motion(coefficients, geometry)
         support = self._support.state(*motion)
@@ -105,7 +107,7 @@ class StepModel:
             geometry = self.layout.geometry_of(x)
         q_end, rate_before = self._end(x, posture)
         impact, at_impact = self.impact.derivatives(q_end, rate_before)
-        rate_start = self.robot.mirror @ impact.rate_after
+        rate_start = self.exchange @ impact.rate_after
         coefficients = self._coefficients(x, posture, q_end, rate_start, rate_before)
         motion = self._motion(coefficients, geometry)
         support, at_support = self._support.derivatives(*motion)
@@ -130,7 +132,7 @@ class StepModel:
 
     def _end(self, x: Array, posture: Posture) -> tuple[Array, Array]:
         """Posture (26) and rates at the end of the step."""
-        return self.robot.mirror @ posture.q_start, x[self.layout.rates]
+        return self.exchange @ posture.q_start, x[self.layout.rates]
 
     def _coefficients(
         self, x: Array, posture: Posture, q_end: Array, rate_start: Array, rate_before: Array
@@ -156,7 +158,7 @@ class StepModel:
         q_start[:, self.layout.boundary] = posture.q_start[:, own]
         rate_before = np.zeros((n, size))
         rate_before[:, self.layout.rates] = np.eye(n)
-        q_end = self.robot.mirror @ q_start
+        q_end = self.exchange @ q_start
         after = impact.posture @ q_end + impact.rate @ rate_before
         coefficients = self._coefficient_jacobian(q_start, q_end, after[6:-6], rate_before)
         motion = self._motion_jacobian(step, coefficients)
@@ -197,7 +199,7 @@ class StepModel:
             postures, n, -1
         )
         jacobian[postures + 1] = q_end
-        jacobian[postures + 2] = self.robot.mirror @ rate_after
+        jacobian[postures + 2] = self.exchange @ rate_after
         jacobian[postures + 3] = rate_before
         return jacobian
 
