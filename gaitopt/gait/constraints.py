@@ -44,6 +44,12 @@ _SINKING = 29  # a foot that may sink does so for about a thirtieth of the step
 _TILTED = 1.0  # rad: no trunk is asked to lean or turn farther, no foot to tilt
 
 
+def _corner_entries(axis: int, factor: float = 1.0) -> Entries:
+    """Return one coordinate of the four corners of the swing sole: 0 forward, 1 left, 2 up."""
+    count = len(quantities.CORNERS.entries)
+    return Entries(slice(axis, count, 3), count, factor)
+
+
 @dataclass(frozen=True)
 class Margins:
     """The limits of section 3.2 that are not facts of the robot.
@@ -280,7 +286,7 @@ class Clearance(Constraint):
             profile += margins.liftoff_speed * context.duration * s * (1.0 - s) ** _SINKING
         labels = tuple(f"swing foot {c} height" for c in CORNERS)
         return self.over_step(
-            context, Entries(slice(2, 12, 3), 12), labels, lower=profile[:, None],
+            context, _corner_entries(2), labels, lower=profile[:, None],
             scale=LENGTH_SCALE, instants=inside,
         )  # fmt: skip
 
@@ -297,7 +303,7 @@ class Lateral(Constraint):
         edge = sole.left if side > 0 else -sole.right
         labels = tuple(f"swing foot {c} sideways" for c in CORNERS)
         return self.over_step(
-            context, Entries(slice(1, 12, 3), 12, side), labels,
+            context, _corner_entries(1, side), labels,
             lower=edge + context.margins.lateral_gap, scale=LENGTH_SCALE,
         )  # fmt: skip
 
@@ -502,7 +508,7 @@ class SwingHeight(Constraint):
         """Return its rows."""
         labels = tuple(f"swing foot {c} height above ground" for c in CORNERS)
         return self.over_step(
-            context, Entries(slice(2, 12, 3), 12), labels,
+            context, _corner_entries(2), labels,
             upper=context.margins.swing_height or 0.0, scale=LENGTH_SCALE,
         )  # fmt: skip
 

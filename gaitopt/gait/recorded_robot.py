@@ -31,7 +31,7 @@ def robot_of(gait: Gait) -> Robot:
         RobotError: the URDF is not a biped, or the choices do not fit it.
     """
     choices = gait.fact("choices")
-    count = int(gait.number("leg_joints") or SIX)
+    count = gait.leg_joints
     moving = gait.joint_names[2 * count :]
     if isinstance(choices, Mapping) and count == SIX:
         given = _of_its_time(gait, choices_from_record(choices))

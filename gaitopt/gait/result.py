@@ -21,6 +21,7 @@ _LARGEST = 1e50
 """Of any number in a gait, in SI units: sums of squares and products still have a value."""
 _SHORTEST = 1e-50
 """Duration of a step [s]: what is divided by it still has a value."""
+_LEG_JOINTS = 6  # of each leg of gaits that do not record it
 _EXCHANGE_TOLERANCE = 1e-9  # on E E = 1, whose entries are 0 and +-1
 
 # Sizes that are not numbers: N samples, J joints, m knots, m + 2 coefficients, P parameters.
@@ -210,6 +211,11 @@ class Gait:
         """Return a text of `meta`, None if it is absent or not a text."""
         value = self.fact(*keys)
         return value if isinstance(value, str) else None
+
+    @property
+    def leg_joints(self) -> int:
+        """Number of joints of each leg, the first of `joint_names`; six if it is not recorded."""
+        return int(self.number("leg_joints") or _LEG_JOINTS)
 
     def joint_limit(self, kind: str) -> Array | None:
         """Return `meta["limits"][kind]`, shape (J,), None if it is absent or no list of numbers.

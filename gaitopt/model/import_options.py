@@ -190,8 +190,8 @@ class ImportOptions:
             of motion: its mass matrix (relative), and the placement of its feet (per length of the
             leg, or rad); see `symmetry.averaging`.
         capsules: around the bodies of the legs, as an earlier reading found them in the shapes:
-            body from 0 to 12, name, both ends [m] in the frame of its joint, radius [m], and what
-            they cover.
+            body from 0 (stance foot) on, name, both ends [m] in the frame of its joint, radius
+            [m], and what they cover.
         without: what of the description's physics is left out, some of `physics.PARTS`; without
             "gravity" it is 9.81 m/s² straight down, whatever the description says.
         moving: joints beside the legs' that are not locked: "arms", "waist", or patterns of joint
@@ -289,9 +289,9 @@ def _without(value: object) -> tuple[str, ...]:
 
 def _capsule(row: object) -> tuple[object, ...]:
     values = _tuple(row, "capsules")
-    if len(values) != 10 or values[0] not in range(13):
+    if len(values) != 10 or not (type(values[0]) is int and values[0] >= 0):
         raise RobotError(
-            f"capsules: {list(values)} is not one; give body (0 to 12), name, two ends and a "
+            f"capsules: {list(values)} is not one; give body (0 or more), name, two ends and a "
             "radius [m], and what it covers"
         )
     numbers = (_finite(n, f"capsules of '{values[1]}'") for n in values[2:9])

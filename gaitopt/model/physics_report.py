@@ -57,7 +57,7 @@ def physics_findings(
         chain: what became of that.
         joints: names of the twelve joints.
         rotation: forward, left and up of the robot in its root link, columns, shape (3, 3).
-        limits: largest torques of the joints, shape (12,) [N·m].
+        limits: largest torques of the joints, shape (n,) [N·m].
     """
     findings = _servos(chain, joints, limits)
     for topic, part, text in (

@@ -80,7 +80,8 @@ def _skeleton(gait: Gait, model: pin.Model) -> pin.GeometryModel:
     data = model.createData()
     pin.forwardKinematics(model, data, q)
     sticks = stick_figures(gait, model, q[None])
-    names = (gait.joint_names[:6], gait.joint_names[:5:-1])
+    count = gait.leg_joints
+    names = (gait.joint_names[:count], gait.joint_names[count : 2 * count][::-1])
     for leg, colour in ((0, STANCE), (1, SWING)):
         joints = [model.getJointId(n) for n in names[leg]]
         for lower, upper, joint in zip(
@@ -91,7 +92,7 @@ def _skeleton(gait: Gait, model: pin.Model) -> pin.GeometryModel:
         heel = (sticks.legs[0, leg, 0], sticks.soles[0, leg].mean(axis=0))
         _add_bar(shapes, data, joints[0], heel, colour)
     _add_bar(shapes, data, 1, tuple(sticks.trunk[0]), TRUNK)
-    _add_bar(shapes, data, 1, tuple(sticks.legs[0, :, 5]), TRUNK)
+    _add_bar(shapes, data, 1, tuple(sticks.legs[0, :, -1]), TRUNK)
     return shapes
 
 

@@ -24,7 +24,7 @@ class StickFigures:
     """Stick figures of M configurations, points in the world [m].
 
     Attributes:
-        legs: joint origins from ankle to hip, shape (M, 2, 6, 3); leg 0 is the one of
+        legs: joint origins from ankle to hip, shape (M, 2, joints of a leg, 3); leg 0 is the one of
             `Gait.stance_sole`.
         soles: corners toe left, toe right, heel left, heel right, shape (M, 2, 4, 3).
         trunk: midpoint of the hips and top of the trunk, shape (M, 2, 3).
@@ -57,18 +57,20 @@ def stick_figures(gait: Gait, model: pin.Model, configurations: Array) -> StickF
     stance = sole_corners(gait, model)
     corners = (stance, (stance * _REFLECTION)[_EXCHANGE])
     frames = [model.getFrameId(n) for n in (gait.stance_sole, gait.swing_sole_frame)]
-    joints = [model.getJointId(n) for n in (*gait.joint_names[:6], *reversed(gait.joint_names[6:]))]
+    count = gait.leg_joints
+    swing = gait.joint_names[count : 2 * count]
+    joints = [model.getJointId(n) for n in (*gait.joint_names[:count], *reversed(swing))]
     top = trunk_top(gait, model)
     data = model.createData()
     legs, soles, trunk = [], [], []
     for q in configurations:
         pin.framesForwardKinematics(model, data, q)
-        points = np.array([data.oMi[j].translation for j in joints]).reshape(2, 6, 3)
+        points = np.array([data.oMi[j].translation for j in joints]).reshape(2, count, 3)
         legs.append(points)
         soles.append(
             [data.oMf[f].act(c) for f, cs in zip(frames, corners, strict=True) for c in cs]
         )
-        trunk.append([points[:, 5].mean(axis=0), data.oMi[1].act(top)])
+        trunk.append([points[:, -1].mean(axis=0), data.oMi[1].act(top)])
     return StickFigures(np.array(legs), np.reshape(soles, (-1, 2, 4, 3)), np.array(trunk))
 
 

@@ -79,7 +79,7 @@ def _draw(axes: Axes, sticks: StickFigures, index: int, view: int, opacity: floa
         points = sticks.legs[index, leg]
         axes.plot(points[:, view], points[:, 2], "o-", markersize=2.4, color=colour, alpha=opacity)
         _draw_foot(axes, points[0], sticks.soles[index, leg], view, colour, opacity)
-    hips = sticks.legs[index, :, 5]
+    hips = sticks.legs[index, :, -1]
     axes.plot(hips[:, view], hips[:, 2], color=TRUNK, alpha=opacity, linewidth=1.7)
     trunk = sticks.trunk[index]
     axes.plot(trunk[:, view], trunk[:, 2], color=TRUNK, alpha=opacity, linewidth=2.2)

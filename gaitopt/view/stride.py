@@ -23,7 +23,7 @@ class Stride:
     Attributes:
         time: [s], shape (M,).
         step: 0 or 1, shape (M,).
-        q, dq, ddq, torque: of `Gait.joint_names`, shape (M, 12); units as in `Gait`.
+        q, dq, ddq, torque: of `Gait.joint_names`, shape (M, n); units as in `Gait`.
         ground_wrench, cop: in the sole frame of the standing foot, shapes (M, 6) and (M, 2).
         standing: sole frame of the standing foot, one for each step.
     """

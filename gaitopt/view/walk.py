@@ -29,8 +29,8 @@ class Walk:
         time: [s], shape (M,), not decreasing.
         step: number of the step of each frame, from 0, shape (M,).
         q: configuration of the free-flyer model (root position, quaternion, joints), (M, nq).
-        joints: angles of `Gait.joint_names` [rad], shape (M, 12).
-        rates: of the same joints [rad/s], shape (M, 12).
+        joints: angles of `Gait.joint_names` [rad], shape (M, n).
+        rates: of the same joints [rad/s], shape (M, n).
         standing: name of the standing foot's sole frame, one for each step.
         stance: placement of the standing sole in the world, one for each step.
         cop: centre of pressure in the world [m], shape (M, 3).
@@ -93,7 +93,7 @@ def walk(gait: Gait, model: pin.Model, steps: int = DEFAULT_STEPS) -> Walk:
 
 
 def _mirrored(values: Array, gait: Gait, step: int) -> Array:
-    """Return joint values (N, 12) of a step: as computed, or with the legs exchanged."""
+    """Return joint values (N, n) of a step: as computed, or with the legs exchanged."""
     return values if step % 2 == 0 else values @ gait.mirror.T
 
 
