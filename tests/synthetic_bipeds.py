@@ -43,8 +43,9 @@ def _link(name: str, mass: float, rng: np.random.Generator | None, side: float) 
     """A link whose centre of mass and inertia are random, mirrored on the right side."""
     rng = rng or np.random.default_rng(0)
     centre = rng.uniform(-0.03, 0.03, 3) - [0.0, 0.0, 0.05]
-    A = rng.normal(size=(3, 3))
-    inertia = mass * (0.004 * np.eye(3) + 0.0005 * A @ A.T)
+    points = rng.normal(0.0, 0.05, (6, 3))  # of which the body is made: its inertia can exist
+    points -= points.mean(axis=0)
+    inertia = mass / 6.0 * ((points**2).sum() * np.eye(3) - points.T @ points)
     turn = np.diag([1.0, side, 1.0])
     inertia, centre = turn @ inertia @ turn, turn @ centre
     if side == 0.0:  # in the mirror plane
@@ -102,7 +103,7 @@ def biped_urdf(leg: tuple, arm: tuple = (), waist: str = "", root: str = "pelvis
 
 
 def _robot(urdf: str, moving: tuple[str, ...]) -> Robot:
-    return Robot.from_soles(
+    return Robot.from_urdf(
         urdf, stance_sole="right_sole", swing_sole="left_sole", sole=SOLE, moving=moving
     )
 

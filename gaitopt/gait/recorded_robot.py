@@ -9,7 +9,6 @@ from gaitopt.gait.result import Gait
 from gaitopt.importers.physics import PARTS
 from gaitopt.model.feet.sole import Sole
 from gaitopt.model.import_options import ImportOptions, choices_from_record
-from gaitopt.model.reroot import SIX
 from gaitopt.model.robot import Robot
 
 
@@ -31,11 +30,8 @@ def robot_of(gait: Gait) -> Robot:
         RobotError: the URDF is not a biped, or the choices do not fit it.
     """
     choices = gait.fact("choices")
-    count = gait.leg_joints
-    moving = gait.joint_names[2 * count :]
-    if isinstance(choices, Mapping) and count == SIX:
-        given = _of_its_time(gait, choices_from_record(choices))
-        return Robot.from_urdf(gait.urdf, choices=given, moving=moving)
+    if isinstance(choices, Mapping):
+        return Robot.from_urdf(gait.urdf, choices=_of_its_time(gait, choices_from_record(choices)))
     edges = {name: gait.number("sole", name) for name in ("toe", "heel", "left", "right")}
     missing = [name for name, value in edges.items() if value is None]
     if missing:
@@ -44,13 +40,8 @@ def robot_of(gait: Gait) -> Robot:
             "was it designed by gaitopt?"
         )
     sole = Sole(**{name: value for name, value in edges.items() if value is not None})
-    build = Robot.from_urdf if count == SIX else Robot.from_soles
-    return build(
-        gait.urdf,
-        stance_sole=gait.stance_sole,
-        swing_sole=gait.swing_sole_frame,
-        sole=sole,
-        moving=moving,
+    return Robot.from_urdf(
+        gait.urdf, stance_sole=gait.stance_sole, swing_sole=gait.swing_sole_frame, sole=sole
     )
 
 

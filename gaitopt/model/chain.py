@@ -15,7 +15,6 @@ from gaitopt.importers.report import Finding, fault_error, faults_of
 from gaitopt.model.chain_physics import ChainPhysics, chain_physics
 from gaitopt.model.importer import ImportedRobot, pair_findings, symmetry_findings
 from gaitopt.model.joint_tree import FIRST, JointTree, joint_tree
-from gaitopt.model.legs.joint_limits import JointLimits, joint_limits
 from gaitopt.model.legs.kinematic_tree import subtree_centres
 from gaitopt.model.legs.leg_geometry import (
     ChainLines,
@@ -160,44 +159,6 @@ def rooted_chain(
         )
     told = tuple(pair_findings(tree.names, mirror))
     return Chain(model, tree, mirror, lines, found, told, rotation, reduced)
-
-
-def chain_limits(chain: Chain) -> JointLimits:
-    """Return the limits of all joints as the file has them, the tighter one of each pair.
-
-    Args:
-        chain: the robot.
-
-    Raises:
-        RobotError: a limit is below zero, or those of partners differ too much.
-    """
-    joints = tuple(range(FIRST, chain.model.njoints))
-    limits, _, faults = joint_limits(chain.model, joints, chain.mirror)
-    if faults:
-        raise fault_error(faults)
-    return limits
-
-
-def sole_axes(model: pin.Model, soles: tuple[str, str]) -> Array:
-    """Return forward, left and up of a robot in its root link, from its soles, shape (3, 3).
-
-    Args:
-        model: the robot; all joints at 0.
-        soles: names of the stance and the swing sole frame.
-
-    Raises:
-        RobotError: the soles are not parallel.
-    """
-    data = model.createData()
-    pin.framesForwardKinematics(model, data, pin.neutral(model))
-    stance, swing = (data.oMf[model.getFrameId(name)].rotation for name in soles)
-    apart = float(np.linalg.norm(pin.log3(stance.T @ swing)))
-    if apart > _PARALLEL:
-        raise RobotError(
-            f"with all joints at 0 the sole frames '{soles[0]}' and '{soles[1]}' are turned "
-            f"against each other by {apart:.3g} rad; make them parallel, x forward, y left, z up"
-        )
-    return np.array(stance)
 
 
 def _refuse_hanging(model: pin.Model, physics: ChainPhysics) -> None:

@@ -13,7 +13,7 @@ import pinocchio as pin
 from gaitopt.errors import RobotError
 from gaitopt.importers.report import Finding
 from gaitopt.importers.source import Source, read_source
-from gaitopt.model.chain import build_chain, chain_limits, rooted_chain, sole_axes
+from gaitopt.model.chain import build_chain
 from gaitopt.model.chain_physics import ChainPhysics
 from gaitopt.model.feet.sole import Sole
 from gaitopt.model.import_options import ImportOptions
@@ -23,7 +23,6 @@ from gaitopt.model.legs.joint_limits import JointLimits
 from gaitopt.model.legs.leg_geometry import Legs, knee_doubts, measure_legs
 from gaitopt.model.legs.reference_posture import posture_doubts
 from gaitopt.model.multibody import Multibody, multibody
-from gaitopt.model.reroot import lock_upper_body
 from gaitopt.model.sizes import size_doubts
 from gaitopt.nlp import Array
 
@@ -103,58 +102,6 @@ class Robot:
         )
         source = read_source(urdf, given.package_dirs)
         return cls.from_reading(source, import_robot(source, given))
-
-    @classmethod
-    def from_soles(
-        cls,
-        urdf: str | Path,
-        *,
-        stance_sole: str,
-        swing_sole: str,
-        sole: Sole,
-        moving: Collection[str] = (),
-    ) -> Robot:
-        """Read a biped whose soles are known; its legs may have any number of joints.
-
-        Nothing is looked for and nothing is averaged: the robot has to be its own mirror image with
-        all joints at 0, its soles flat and parallel there. Its legs are the joints that move one
-        sole but not the other.
-
-        Args:
-            urdf: the text itself, or the path of a file.
-            stance_sole, swing_sole: names of the sole frames: x forward, y left, z up, in the plane
-                of the sole.
-            sole: rectangle of either sole.
-            moving: names of joints beside the legs' that are not locked (waist, arms, head).
-
-        Raises:
-            RobotError: the URDF cannot be read, its legs are not alike, the robot is not its own
-                mirror image, or the soles are not parallel.
-        """
-        source = read_source(urdf)
-        whole, soles = source.model(), (stance_sole, swing_sole)
-        reduced = lock_upper_body(whole, *soles, moving=moving)
-        chain = rooted_chain(reduced, soles, sole_axes(reduced, soles), source.physics)
-        limits = chain_limits(chain)
-        legs = measure_legs(chain.lines, soles, limits)
-        doubts = (*knee_doubts(legs, limits, chain.names), *size_doubts(chain, legs.reach, sole))
-        return cls(
-            name=chain.model.name,
-            urdf=source.text,
-            model=chain.model,
-            joint_names=chain.names,
-            mirror=chain.mirror,
-            stance_sole=stance_sole,
-            swing_sole=swing_sole,
-            sole=sole,
-            limits=limits,
-            legs=legs,
-            pelvis=chain.pelvis,
-            physics=chain.physics,
-            choices=ImportOptions(stance_sole=stance_sole, swing_sole=swing_sole, sole=sole),
-            findings=(*chain.findings, *doubts),
-            multibody=multibody(whole, pin.neutral(whole), chain, soles, sole),
-        )
 
     @classmethod
     def from_reading(cls, source: Source, reading: ImportedRobot) -> Robot:

@@ -6,16 +6,18 @@ import pytest
 from motions import random_motion
 from numerics import check_differences, check_jacobian, relative_error, steps
 from pelvis_rooted import PelvisRooted
-from synthetic_bipeds import FIVE, SOLE, SYNTHETIC, biped_urdf, synthetic
+from synthetic_bipeds import FIVE, SYNTHETIC, biped_urdf, synthetic
 from urdf_edits import add_arm, edited_urdf
 from walks import WALKS, walk
 
 from gaitopt.errors import InputError, RobotError
 from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
+from gaitopt.importers.physics import Physics
 from gaitopt.mechanics.impact import Impact
 from gaitopt.mechanics.inverse_kinematics import LegKinematics
 from gaitopt.mechanics.single_support import SingleSupport
+from gaitopt.model.chain import rooted_chain
 from gaitopt.model.joint_tree import JointTree
 from gaitopt.model.reroot import lock_upper_body
 from gaitopt.model.robot import Robot
@@ -179,21 +181,19 @@ def test_the_closed_form_is_refused_where_it_has_no_solution():
         WalkProblem(synthetic("five"), preset_task())
 
 
-def test_one_arm_alone_cannot_move():
-    urdf = biped_urdf(FIVE, arm=(("shoulder", (0.0, 0.2, 0.3), (1.0, 0.0, 0.0), 1.0),))
+def test_one_arm_alone_has_no_mirror_image():
+    arm = (("shoulder", (0.0, 0.2, 0.3), (1.0, 0.0, 0.0), 1.0),)
+    whole = pin.buildModelFromXML(biped_urdf(FIVE, arm), pin.JointModelFreeFlyer())
+    soles = "right_sole", "left_sole"
+    reduced = lock_upper_body(whole, *soles, moving=("left_shoulder",))
     with pytest.raises(RobotError, match="'left_shoulder' is to move, but no joint mirrors it"):
-        Robot.from_soles(
-            urdf, stance_sole="right_sole", swing_sole="left_sole", sole=SOLE,
-            moving=("left_shoulder",),
-        )  # fmt: skip
+        rooted_chain(reduced, soles, np.eye(3), Physics())
 
 
-def test_unknown_joints_are_named():
+def test_a_joint_that_does_not_exist_cannot_move():
+    whole = pin.buildModelFromXML(biped_urdf(FIVE), pin.JointModelFreeFlyer())
     with pytest.raises(RobotError, match="there is no joint 'tail' to be kept moving"):
-        Robot.from_soles(
-            synthetic("five").urdf, stance_sole="right_sole", swing_sole="left_sole", sole=SOLE,
-            moving=("tail",),
-        )  # fmt: skip
+        lock_upper_body(whole, "right_sole", "left_sole", moving=("tail",))
 
 
 def test_joints_beside_detected_legs_can_move():
