@@ -9,7 +9,8 @@ from types import ModuleType
 
 _SPEC = "gaitopt.catalogue.biped_spec"
 _HOMES = {
-    **dict.fromkeys(("BipedSpec", "Geometry", "JointLimits", "Joints", "LinkSpec", "Links"), _SPEC),
+    **dict.fromkeys(("BipedSpec", "Geometry", "Joints", "LinkSpec", "Links"), _SPEC),
+    "JointLimits": f"{_SPEC}:JointSpec",
     "biped13": _SPEC,
     "changed": "gaitopt.catalogue.parameters",
     **dict.fromkeys(("read_spec", "spec_text", "write_spec"), "gaitopt.catalogue.spec_file"),
@@ -32,8 +33,9 @@ class _ChoicesFile(ModuleType):
 
 
 def _moved(name: str, home: str) -> object:
-    warnings.warn(f"{name} is in {home} now", DeprecationWarning, stacklevel=3)
-    return getattr(import_module(home), name)
+    module, _, renamed = home.partition(":")
+    warnings.warn(f"{name} is {renamed or name} in {module} now", DeprecationWarning, stacklevel=3)
+    return getattr(import_module(module), renamed or name)
 
 
 choices_file = sys.modules[f"{__name__}.choices_file"] = _ChoicesFile(f"{__name__}.choices_file")

@@ -1,15 +1,7 @@
-"""Inertia matrices about the centre of mass: of a box, mirrored, and whether one can exist.
-
-Numbers with a unit and a range, and the refusal of those that have no physical sense.
-
-What a thirteen-link biped is made of: lengths, masses, inertias and motor limits, in SI units.
+"""What a thirteen-link biped is made of: lengths, masses, inertias and motor limits, in SI units.
 
 Frames: x forward, y left, z up, parallel to the world at the zero posture (straight legs). Values
 are those of the left leg, seen from the pelvis down; the right leg is its mirror image in y = 0.
-
-Robots that come with gaitopt.
-
-A specification as nested tables of plain values, and changes to it by name.
 """
 
 from __future__ import annotations
@@ -29,9 +21,55 @@ from gaitopt.units import read_quantity
 
 Vector3 = tuple[float, float, float]
 Matrix3 = tuple[Vector3, Vector3, Vector3]
+Part = TypeVar("Part")
 
 ROUNDING = 1e-9
 """Relative slack for matrices typed from a drawing: symmetry and the flat-plate limit."""
+
+
+@dataclass(frozen=True)
+class Allowed:
+    """What a field may hold.
+
+    Attributes:
+        unit: SI unit of the number.
+        low, high: smallest and largest number accepted, inclusive.
+        shape: () for a number, (3,) for a vector along x, y, z, (3, 3) for a matrix.
+        optional: whether None is accepted.
+    """
+
+    unit: str
+    low: float
+    high: float
+    shape: tuple[int, ...] = ()
+    optional: bool = False
+
+    def __str__(self) -> str:
+        """Return the range in words."""
+        return f"{self.low:g} to {self.high:g} {self.unit}"
+
+    @property
+    def metadata(self) -> dict[str, Allowed]:
+        """What to hand to `dataclasses.field`."""
+        return {"allowed": self}
+
+
+def allowed_of(entry: Field[Any]) -> Allowed | None:
+    """Return what a dataclass field may hold, None if it is a part or a name."""
+    found: Allowed | None = entry.metadata.get("allowed")
+    return found
+
+
+_LENGTH = Allowed("m", 1e-4, 10.0).metadata
+_OFFSET = Allowed("m", -10.0, 10.0).metadata
+_EDGES = Allowed("m", 1e-4, 10.0, shape=(3,)).metadata
+_PLACE = Allowed("m", -10.0, 10.0, shape=(3,)).metadata
+_MASS = Allowed("kg", 1e-4, 1e4).metadata
+_INERTIA = Allowed("kg·m²", -1e6, 1e6, shape=(3, 3), optional=True).metadata
+_TORQUE = Allowed("N·m", 1e-3, 1e5).metadata
+_SPEED = Allowed("rad/s", 1e-3, 1e3).metadata
+_ANGLE = Allowed("rad", -2.0 * math.pi, 2.0 * math.pi).metadata
+_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_.-]{0,63}")
 
 
 def box_inertia(mass: float, size: Vector3) -> Matrix3:
@@ -56,177 +94,6 @@ def mirrored_inertia(inertia: Matrix3) -> Matrix3:
     return ((xx, -xy, xz), (-xy, yy, -yz), (xz, -yz, zz))
 
 
-def checked_inertia(inertia: Matrix3, path: str) -> Matrix3:
-    """Return the inertia made exactly symmetric, after checking that a body can have it.
-
-    Args:
-        inertia: about the centre of mass [kg·m²].
-        path: where it stands in the specification, for messages.
-
-    Raises:
-        SpecError: not symmetric, not positive definite, or a principal moment is larger than the
-            sum of the other two (impossible for positive mass; Featherstone, 2008, section 2.13).
-    """
-    matrix = np.array(inertia)
-    size = float(np.abs(matrix).max())
-    if np.abs(matrix - matrix.T).max() > ROUNDING * size:
-        raise SpecError(f"{path} is not symmetric (kg·m²); give a symmetric 3 x 3 matrix")
-    a, b, c = (float(moment) for moment in np.linalg.eigvalsh((matrix + matrix.T) / 2.0))
-    moments = f"its principal moments are {a:.6g}, {b:.6g}, {c:.6g} kg·m²"
-    if a <= 0.0:
-        raise SpecError(
-            f"{path} is not positive definite: {moments}; all three must be above 0; "
-            "check the signs of the off-diagonal entries"
-        )
-    if c > (a + b) * (1.0 + ROUNDING):
-        raise SpecError(
-            f"{path} cannot belong to a body of positive mass: {moments}; the largest must not "
-            "exceed the sum of the other two; check that it is taken about the centre of mass"
-        )
-    (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = inertia
-    xy, xz, yz = (xy + yx) / 2.0, (xz + zx) / 2.0, (yz + zy) / 2.0
-    return ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))
-
-
-KEY = "quantity"
-"""Key of a dataclass field's metadata under which its `Quantity` is found."""
-
-Part = TypeVar("Part")
-
-
-@dataclass(frozen=True)
-class Quantity:
-    """What a field may hold.
-
-    Attributes:
-        unit: SI unit of the number.
-        low, high: smallest and largest number accepted, inclusive.
-        shape: () for a number, (3,) for a vector along x, y, z, (3, 3) for a matrix.
-        optional: whether None is accepted.
-    """
-
-    unit: str
-    low: float
-    high: float
-    shape: tuple[int, ...] = ()
-    optional: bool = False
-
-    @property
-    def allowed(self) -> str:
-        """The range in words."""
-        return f"{self.low:g} to {self.high:g} {self.unit}"
-
-    @property
-    def metadata(self) -> dict[str, Quantity]:
-        """What to hand to `dataclasses.field`."""
-        return {KEY: self}
-
-
-def quantity_of(entry: Field[Any]) -> Quantity | None:
-    """Return the quantity of a dataclass field, None if the field is a part or a name."""
-    found: Quantity | None = entry.metadata.get(KEY)
-    return found
-
-
-def checked(part: Part, expected: type[Part], path: str) -> Part:
-    """Return the same dataclass with every quantity below it checked and made of floats.
-
-    Args:
-        part: a dataclass whose fields are quantities or again such dataclasses.
-        expected: class it must be an instance of.
-        path: where it stands in the specification, for messages.
-
-    Raises:
-        SpecError: a field has the wrong type, is not finite, or is out of range.
-    """
-    if not isinstance(part, expected) or not is_dataclass(part):
-        raise SpecError(
-            f"{path} must be a {expected.__name__}, got {_shown(part)}; build one from its fields"
-        )
-    changes: dict[str, Any] = {}
-    for entry in fields(part):
-        value, where = getattr(part, entry.name), f"{path}.{entry.name}"
-        quantity = quantity_of(entry)
-        if quantity is None:
-            changes[entry.name] = checked(value, entry.metadata["part"], where)
-        else:
-            changes[entry.name] = checked_value(value, quantity, where)
-    return expected(**changes)
-
-
-def checked_value(value: object, quantity: Quantity, path: str) -> Any:
-    """Return the value as a float, or as tuples of floats of the quantity's shape.
-
-    Raises:
-        SpecError: wrong type or shape, not finite, or out of range.
-    """
-    if value is None and quantity.optional:
-        return None
-    return _checked_array(value, quantity, quantity.shape, path)
-
-
-def _checked_array(value: object, quantity: Quantity, shape: tuple[int, ...], path: str) -> Any:
-    if not shape:
-        return _checked_number(value, quantity, path)
-    rows = _listed(value)
-    if rows is None or len(rows) != shape[0]:
-        raise SpecError(
-            f"{path} must be a list of {' x '.join(map(str, shape))} numbers in {quantity.unit}, "
-            f"got {_shown(value)}; give them in the order x, y, z"
-        )
-    return tuple(
-        _checked_array(row, quantity, shape[1:], f"{path}[{i}]") for i, row in enumerate(rows)
-    )
-
-
-def _listed(value: object) -> list[Any] | None:
-    if isinstance(value, np.ndarray) and value.ndim > 0:
-        return list(value)
-    if isinstance(value, Sequence) and not isinstance(value, (str, bytes)):
-        return list(value)
-    return None
-
-
-def _checked_number(value: object, quantity: Quantity, path: str) -> float:
-    if isinstance(value, str) and not value.strip()[-1:].isdigit():  # 30cm, not "0.3"
-        with suppress(ValueError):
-            value = read_quantity(value, quantity.unit)
-    if isinstance(value, bool) or not isinstance(value, Real):
-        raise SpecError(
-            f"{path} must be a number in {quantity.unit}, got {_shown(value)}; "
-            f"allowed: {quantity.allowed}"
-        )
-    number = _as_float(value)
-    if not math.isfinite(number) or not quantity.low <= number <= quantity.high:
-        raise SpecError(
-            f"{path} = {number:g} {quantity.unit} is not allowed; allowed: {quantity.allowed}; "
-            "check the value and its unit"
-        )
-    return number + 0.0  # -0.0 becomes 0.0: one number, one spelling
-
-
-def _as_float(value: Real) -> float:
-    try:
-        return float(value)
-    except OverflowError:
-        return math.inf
-
-
-def _shown(value: object) -> str:
-    text = repr(value)
-    return text if len(text) <= 60 else f"{text[:57]}..."
-
-
-_LENGTH = Quantity("m", 1e-4, 10.0)
-_OFFSET = Quantity("m", -10.0, 10.0)
-_MASS = Quantity("kg", 1e-4, 1e4)
-_INERTIA = Quantity("kg·m²", -1e6, 1e6, shape=(3, 3), optional=True)
-_TORQUE = Quantity("N·m", 1e-3, 1e5)
-_SPEED = Quantity("rad/s", 1e-3, 1e3)
-_ANGLE = Quantity("rad", -2.0 * math.pi, 2.0 * math.pi)
-_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_.-]{0,63}")
-
-
 @dataclass(frozen=True)
 class Geometry:
     """Lengths of the paper's Tables 1 and 2 [m].
@@ -243,14 +110,14 @@ class Geometry:
         foot_width: of the sole, sideways (lp).
     """
 
-    l1: float = field(metadata=_OFFSET.metadata)
-    d1: float = field(metadata=_LENGTH.metadata)
-    d3: float = field(metadata=_LENGTH.metadata)
-    d4: float = field(metadata=_LENGTH.metadata)
-    l4: float = field(metadata=_OFFSET.metadata)
-    d7: float = field(metadata=_LENGTH.metadata)
-    foot_length: float = field(metadata=_LENGTH.metadata)
-    foot_width: float = field(metadata=_LENGTH.metadata)
+    l1: float = field(metadata=_OFFSET)
+    d1: float = field(metadata=_LENGTH)
+    d3: float = field(metadata=_LENGTH)
+    d4: float = field(metadata=_LENGTH)
+    l4: float = field(metadata=_OFFSET)
+    d7: float = field(metadata=_LENGTH)
+    foot_length: float = field(metadata=_LENGTH)
+    foot_width: float = field(metadata=_LENGTH)
 
     @property
     def hip_height(self) -> float:
@@ -270,10 +137,10 @@ class LinkSpec:
         inertia: about the centre of mass, axes of the link, (3, 3) [kg·m²]; None: of the box.
     """
 
-    mass: float = field(metadata=_MASS.metadata)
-    size: Vector3 = field(metadata=Quantity("m", 1e-4, 10.0, shape=(3,)).metadata)
-    com: Vector3 = field(metadata=Quantity("m", -10.0, 10.0, shape=(3,)).metadata)
-    inertia: Matrix3 | None = field(default=None, metadata=_INERTIA.metadata)
+    mass: float = field(metadata=_MASS)
+    size: Vector3 = field(metadata=_EDGES)
+    com: Vector3 = field(metadata=_PLACE)
+    inertia: Matrix3 | None = field(default=None, metadata=_INERTIA)
 
     @property
     def com_inertia(self) -> Matrix3:
@@ -317,8 +184,8 @@ class Links:
 
 
 @dataclass(frozen=True)
-class JointLimits:
-    """What one joint can do.
+class JointSpec:
+    """One joint of a leg: what its motor can do, and how far it turns.
 
     Attributes:
         torque: largest absolute torque [N·m].
@@ -326,27 +193,27 @@ class JointLimits:
         lower, upper: range of the left joint [rad]; the right one mirrors roll and yaw.
     """
 
-    torque: float = field(metadata=_TORQUE.metadata)
-    speed: float = field(metadata=_SPEED.metadata)
-    lower: float = field(metadata=_ANGLE.metadata)
-    upper: float = field(metadata=_ANGLE.metadata)
+    torque: float = field(metadata=_TORQUE)
+    speed: float = field(metadata=_SPEED)
+    lower: float = field(metadata=_ANGLE)
+    upper: float = field(metadata=_ANGLE)
 
 
-_JOINT = {"part": JointLimits}
+_JOINT = {"part": JointSpec}
 
 
 @dataclass(frozen=True)
 class Joints:
     """The six joints of a leg, from hip to foot: yaw about z, roll about x, pitch about y."""
 
-    hip_yaw: JointLimits = field(metadata=_JOINT)
-    hip_roll: JointLimits = field(metadata=_JOINT)
-    hip_pitch: JointLimits = field(metadata=_JOINT)
-    knee: JointLimits = field(metadata=_JOINT)
-    ankle_pitch: JointLimits = field(metadata=_JOINT)
-    ankle_roll: JointLimits = field(metadata=_JOINT)
+    hip_yaw: JointSpec = field(metadata=_JOINT)
+    hip_roll: JointSpec = field(metadata=_JOINT)
+    hip_pitch: JointSpec = field(metadata=_JOINT)
+    knee: JointSpec = field(metadata=_JOINT)
+    ankle_pitch: JointSpec = field(metadata=_JOINT)
+    ankle_roll: JointSpec = field(metadata=_JOINT)
 
-    def named(self) -> Iterator[tuple[str, JointLimits]]:
+    def named(self) -> Iterator[tuple[str, JointSpec]]:
         """Yield the name and the limits, from hip to foot."""
         return ((entry.name, getattr(self, entry.name)) for entry in fields(self))
 
@@ -372,14 +239,28 @@ class BipedSpec:
     joints: Joints = field(metadata={"part": Joints})
 
     def __post_init__(self) -> None:
-        _check_name(self.name)
-        geometry = checked(self.geometry, Geometry, "geometry")
+        if not isinstance(self.name, str) or not _NAME.fullmatch(self.name):
+            raise SpecError(
+                f"name = {str(self.name)[:60]!r} is not allowed; allowed: a letter, then up to 63 "
+                "letters, digits and the signs _ . -"
+            )
+        geometry = _checked(self.geometry, Geometry, "geometry")
         _check_ankle(geometry)
-        joints = checked(self.joints, Joints, "joints")
+        joints = _checked(self.joints, Joints, "joints")
         for name, limits in joints.named():
-            _check_range(limits, f"joints.{name}")
+            if limits.lower >= limits.upper:
+                raise SpecError(
+                    f"joints.{name}.lower = {limits.lower:g} rad is not below joints.{name}.upper "
+                    f"= {limits.upper:g} rad; give lower < upper"
+                )
+        links = _checked(self.links, Links, "links")
+        inertias = {
+            name: replace(link, inertia=checked_inertia(link.inertia, f"links.{name}.inertia"))
+            for name, link in links.named()
+            if link.inertia is not None
+        }
         object.__setattr__(self, "geometry", geometry)
-        object.__setattr__(self, "links", _checked_links(self.links))
+        object.__setattr__(self, "links", replace(links, **inertias))
         object.__setattr__(self, "joints", joints)
 
     @property
@@ -394,14 +275,6 @@ class BipedSpec:
         return self.geometry.hip_height + torso.com[2] + torso.size[2] / 2.0
 
 
-def _check_name(name: object) -> None:
-    if not isinstance(name, str) or not _NAME.fullmatch(name):
-        raise SpecError(
-            f"name = {str(name)[:60]!r} is not allowed; allowed: a letter, then up to 63 letters, "
-            "digits and the signs _ . -"
-        )
-
-
 def _check_ankle(geometry: Geometry) -> None:
     if not -geometry.foot_length <= geometry.l1 <= 0.0:
         raise SpecError(
@@ -410,22 +283,95 @@ def _check_ankle(geometry: Geometry) -> None:
         )
 
 
-def _check_range(limits: JointLimits, path: str) -> None:
-    if limits.lower >= limits.upper:
+def _checked(part: Part, expected: type[Part], path: str) -> Part:
+    """Return a dataclass with every number below it checked and made a float."""
+    if not isinstance(part, expected) or not is_dataclass(part):
         raise SpecError(
-            f"{path}.lower = {limits.lower:g} rad is not below {path}.upper = "
-            f"{limits.upper:g} rad; give lower < upper"
+            f"{path} must be a {expected.__name__}, got {_shown(part)}; build one from its fields"
         )
+    changes: dict[str, Any] = {}
+    for entry in fields(part):
+        value, where = getattr(part, entry.name), f"{path}.{entry.name}"
+        if (allowed := allowed_of(entry)) is None:
+            changes[entry.name] = _checked(value, entry.metadata["part"], where)
+        elif value is None and allowed.optional:
+            changes[entry.name] = None
+        else:
+            changes[entry.name] = _checked_array(value, allowed, allowed.shape, where)
+    return expected(**changes)
 
 
-def _checked_links(links: Links) -> Links:
-    links = checked(links, Links, "links")
-    symmetric = {
-        name: replace(link, inertia=checked_inertia(link.inertia, f"links.{name}.inertia"))
-        for name, link in links.named()
-        if link.inertia is not None
-    }
-    return replace(links, **symmetric)
+def _checked_array(value: object, allowed: Allowed, shape: tuple[int, ...], path: str) -> Any:
+    """Return tuples of floats of a shape."""
+    if not shape:
+        return _checked_number(value, allowed, path)
+    listed = isinstance(value, Sequence) and not isinstance(value, str | bytes)
+    rows: Any = value if listed or (isinstance(value, np.ndarray) and value.ndim) else ()
+    if len(rows) != shape[0]:
+        raise SpecError(
+            f"{path} must be a list of {' x '.join(map(str, shape))} numbers in {allowed.unit}, "
+            f"got {_shown(value)}; give them in the order x, y, z"
+        )
+    return tuple(
+        _checked_array(row, allowed, shape[1:], f"{path}[{i}]") for i, row in enumerate(rows)
+    )
+
+
+def _checked_number(value: object, allowed: Allowed, path: str) -> float:
+    if isinstance(value, str) and not value.strip()[-1:].isdigit():  # 30cm, not "0.3"
+        with suppress(ValueError):
+            value = read_quantity(value, allowed.unit)
+    if isinstance(value, bool) or not isinstance(value, Real):
+        raise SpecError(
+            f"{path} must be a number in {allowed.unit}, got {_shown(value)}; allowed: {allowed}"
+        )
+    try:
+        number = float(value)
+    except OverflowError:
+        number = math.inf
+    if not math.isfinite(number) or not allowed.low <= number <= allowed.high:
+        raise SpecError(
+            f"{path} = {number:g} {allowed.unit} is not allowed; allowed: {allowed}; "
+            "check the value and its unit"
+        )
+    return number + 0.0  # -0.0 becomes 0.0: one number, one spelling
+
+
+def _shown(value: object) -> str:
+    text = repr(value)
+    return text if len(text) <= 60 else f"{text[:57]}..."
+
+
+def checked_inertia(inertia: Matrix3, path: str) -> Matrix3:
+    """Return the inertia made exactly symmetric, after checking that a body can have it.
+
+    Args:
+        inertia: about the centre of mass [kg·m²].
+        path: where it stands in the specification, for messages.
+
+    Raises:
+        SpecError: not symmetric, not positive definite, or a principal moment is larger than the
+            sum of the other two (impossible for positive mass; Featherstone, 2008, section 2.13).
+    """
+    matrix = np.array(inertia)
+    size = float(np.abs(matrix).max())
+    if np.abs(matrix - matrix.T).max() > ROUNDING * size:
+        raise SpecError(f"{path} is not symmetric (kg·m²); give a symmetric 3 x 3 matrix")
+    a, b, c = (float(moment) for moment in np.linalg.eigvalsh((matrix + matrix.T) / 2.0))
+    moments = f"its principal moments are {a:.6g}, {b:.6g}, {c:.6g} kg·m²"
+    if a <= 0.0:
+        raise SpecError(
+            f"{path} is not positive definite: {moments}; all three must be above 0; "
+            "check the signs of the off-diagonal entries"
+        )
+    if c > (a + b) * (1.0 + ROUNDING):
+        raise SpecError(
+            f"{path} cannot belong to a body of positive mass: {moments}; the largest must not "
+            "exceed the sum of the other two; check that it is taken about the centre of mass"
+        )
+    (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = inertia
+    xy, xz, yz = (xy + yx) / 2.0, (xz + zx) / 2.0, (yz + zy) / 2.0
+    return ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))
 
 
 def biped13() -> BipedSpec:
@@ -460,8 +406,8 @@ def _links() -> Links:
 
 
 def _joints() -> Joints:
-    def limits(lower: float, upper: float) -> JointLimits:
-        return JointLimits(torque=150.0, speed=10.0, lower=lower, upper=upper)
+    def limits(lower: float, upper: float) -> JointSpec:
+        return JointSpec(torque=150.0, speed=10.0, lower=lower, upper=upper)
 
     return Joints(
         hip_yaw=limits(-1.0, 1.0),

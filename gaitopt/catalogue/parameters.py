@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from gaitopt.catalogue.biped_spec import BipedSpec, Links, LinkSpec, quantity_of
+from gaitopt.catalogue.biped_spec import BipedSpec, Links, LinkSpec, allowed_of
 from gaitopt.errors import SpecError
 from gaitopt.units import read_quantity
 
@@ -145,12 +145,12 @@ def parameter_unit(text: str) -> str:
     if (name := parameter_name(text)) is not None:
         return PARAMETERS[name].unit
     part: Any = BipedSpec
-    quantity = None
+    allowed = None
     for step in text.split("."):
         entry = next((e for e in fields(part) if e.name == step), None) if part else None
-        quantity = None if entry is None else quantity_of(entry)
+        allowed = None if entry is None else allowed_of(entry)
         part = None if entry is None else entry.metadata.get("part")
-    return quantity.unit if quantity is not None else ""
+    return allowed.unit if allowed is not None else ""
 
 
 def changed(spec: BipedSpec, changes: Mapping[str, Any]) -> BipedSpec:

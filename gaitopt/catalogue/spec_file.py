@@ -10,7 +10,7 @@ from typing import Any
 
 from gaitopt.atomic import write_atomically
 from gaitopt.bounds import TABLE, read_bounded
-from gaitopt.catalogue.biped_spec import BipedSpec, biped13, quantity_of
+from gaitopt.catalogue.biped_spec import BipedSpec, allowed_of, biped13
 from gaitopt.catalogue.parameters import merged
 from gaitopt.errors import SpecError
 from gaitopt.importers.text_files import parse_toml
@@ -63,11 +63,11 @@ def spec_text(spec: BipedSpec) -> str:
 def _lines(part: Any, path: str) -> Iterator[str]:
     for entry in fields(part):
         value, where = getattr(part, entry.name), f"{path}{entry.name}"
-        quantity = quantity_of(entry)
-        if quantity is not None and value is not None:
-            yield f"{entry.name} = {_value_text(value)}  # {quantity.unit}"
+        allowed = allowed_of(entry)
+        if allowed is not None and value is not None:
+            yield f"{entry.name} = {_value_text(value)}  # {allowed.unit}"
         elif "part" in entry.metadata:
-            if quantity_of(fields(value)[0]) is not None:
+            if allowed_of(fields(value)[0]) is not None:
                 yield f"\n[{where}]"
             yield from _lines(value, f"{where}.")
 

@@ -15,7 +15,7 @@ from xml.etree import ElementTree as ET
 from gaitopt.catalogue.biped_spec import (
     BipedSpec,
     Geometry,
-    JointLimits,
+    JointSpec,
     LinkSpec,
     Vector3,
     mirrored_inertia,
@@ -290,7 +290,7 @@ def _add_joint(
     return joint
 
 
-def _add_limits(joint: ET.Element, limits: JointLimits, mirrored: bool) -> None:
+def _add_limits(joint: ET.Element, limits: JointSpec, mirrored: bool) -> None:
     lower, upper = limits.lower, limits.upper
     if mirrored:
         lower, upper = -upper, -lower
