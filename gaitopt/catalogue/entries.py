@@ -1,11 +1,8 @@
-"""Robots of MuJoCo Menagerie, through the package `mujoco-menagerie`, which fetches them.
+"""Robots known by name: bipeds made here, humanoids of packages, and those of MuJoCo Menagerie.
 
-Names are `menagerie:NAME`, or `menagerie:NAME/ENTRY` for another of the files of a robot.
-
-Robots known by name: the biped of the paper, and humanoids of the example-robot-data package.
-
-Each is a TOML file in `gaitopt/catalogue/`: where its description is, what must not be
-guessed about it, and a walk to begin with.
+Each of the catalogue is a TOML file in `gaitopt/catalogue/`: where its description is, what must
+not be guessed about it, and a walk to begin with. Robots of the package `mujoco-menagerie`, which
+fetches them, are `menagerie:NAME`, or `menagerie:NAME/ENTRY` for another of the files of a robot.
 """
 
 from __future__ import annotations
@@ -31,12 +28,12 @@ if TYPE_CHECKING:
     from gaitopt.model.robot import Robot
 
 
-PREFIX = "menagerie:"
-PACKAGE = "mujoco-menagerie"
-MENAGERIE_EXTRA = "menagerie"
-"""Name of the extra that installs it."""
-
-_KIND = "humanoid"
+EXTRA, MENAGERIE_EXTRA = "robots", "menagerie"
+"""Names of the extras that install robots."""
+PACKAGE, PREFIX = "mujoco-menagerie", "menagerie:"
+_TEXTS, _TABLES = ("file", "remark", "rotors_from"), ("choices", "task", "spec")
+_PACKAGE = "example-robot-data"
+_DESCRIPTIONS = "cmeel.prefix/share/example-robot-data/robots"  # inside site-packages
 
 
 def menagerie_robot(name: str) -> tuple[str, str]:
@@ -95,7 +92,7 @@ def humanoids() -> tuple[str, ...]:
         package = _package("")
     except MissingExtraError:
         return ()
-    return tuple(str(robot.name) for robot in cast(Any, package).robots(_KIND))
+    return tuple(str(robot.name) for robot in cast(Any, package).robots("humanoid"))
 
 
 def _package(name: str) -> ModuleType:
@@ -104,13 +101,6 @@ def _package(name: str) -> ModuleType:
     except ImportError:
         raise MissingExtraError(f"the robot '{name}'", MENAGERIE_EXTRA) from None
     return cast(ModuleType, mujoco_menagerie)
-
-
-_PACKAGE = "example-robot-data"
-EXTRA = "robots"
-"""Name of the extra that installs them."""
-
-_DESCRIPTIONS = "cmeel.prefix/share/example-robot-data/robots"  # inside site-packages
 
 
 @dataclass(frozen=True)
@@ -257,25 +247,27 @@ def read_entry(name: str, text: str | bytes) -> CatalogueEntry:
     """
     where = f"{name}.toml of the catalogue"
     table = parse_toml(text, where)
+
+    def number(part: Mapping[str, Any], key: str) -> float:
+        value = _needed(part, key, (int, float), where)
+        try:
+            return float(value)
+        except OverflowError:  # whole numbers have no largest one
+            raise InputError(f"{where}: {key} is too large: {len(str(value))} digits") from None
+
+    given: dict[str, Any] = {
+        **{key: _of_kind(table, key, str, where) or "" for key in _TEXTS},
+        **{key: _of_kind(table, key, Mapping, where) or {} for key in _TABLES},
+    }
     rotors = _of_kind(table, "rotors", list, where) or []
     if not all(isinstance(rotor, Mapping) for rotor in rotors):
         raise InputError(f"{where}: rotors must be a list of tables ([[rotors]])")
     return CatalogueEntry(
         name=name,
         title=_needed(table, "title", str, where),
-        mass=float(_needed(table, "mass", (int, float), where)),
-        file=_of_kind(table, "file", str, where) or "",
-        choices=_of_kind(table, "choices", Mapping, where) or {},
-        task=_of_kind(table, "task", Mapping, where) or {},
-        remark=_of_kind(table, "remark", str, where) or "",
-        rotors={
-            _needed(rotor, "joints", str, where): float(
-                _needed(rotor, "armature", (int, float), where)
-            )
-            for rotor in rotors
-        },
-        rotors_from=_of_kind(table, "rotors_from", str, where) or "",
-        spec=_of_kind(table, "spec", Mapping, where) or {},
+        mass=number(table, "mass"),
+        rotors={_needed(r, "joints", str, where): number(r, "armature") for r in rotors},
+        **given,
     )
 
 

@@ -65,3 +65,8 @@ def test_the_list_and_the_choices_are_read_without_pinocchio():
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout == f"{len(catalogue())} set()\n"
+
+
+def test_a_mass_beyond_all_numbers_is_refused():
+    with pytest.raises(InputError, match="mass is too large: 401 digits"):
+        module.read_entry("x", f"title = 'x'\nmass = {10**400}\n")
