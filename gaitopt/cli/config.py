@@ -11,6 +11,7 @@ from typing import Any, TypeVar
 
 from gaitopt.bounds import TABLE, read_bounded
 from gaitopt.catalogue.parameters import PARAMETERS, parameter_unit
+from gaitopt.cli.sweep_options import SECTION, SWEEP, as_typed
 from gaitopt.design.options import COUNT, SIGMA, DesignOptions
 from gaitopt.errors import InputError
 from gaitopt.gait.constraints import Margins
@@ -291,18 +292,20 @@ def read_config(path: Path, plugin: Path | None = None) -> Settings:
         plugin = path.parent / str(named["plugin"])
     schema = SCHEMA if plugin is None else with_plugin(load_plugin(plugin))
     for section, entries in table.items():
-        if section not in (*schema, LIMITS):
-            raise InputError(f"{path}: {_unknown('section', section, [*schema, LIMITS])}")
+        if section not in (*schema, LIMITS, SECTION):
+            raise InputError(f"{path}: {_unknown('section', section, [*schema, LIMITS, SECTION])}")
         if not isinstance(entries, Mapping):
             raise InputError(f"{path}: '{section}' must be a section, [{section}], not a value")
         if section == LIMITS:
             settings["limit"] = list(_limit_texts(entries))
             continue
+        known = _by_name(*SWEEP) if section == SECTION else schema[section]
         for name, value in entries.items():
-            if name not in schema[section]:
-                where = f"entry in [{section}]"
-                raise InputError(f"{path}: {_unknown(where, name, list(schema[section]))}")
-            settings[name] = _value(path, f"{section}.{name}", value, schema[section][name])
+            if name not in known:
+                raise InputError(f"{path}: {_unknown(f'entry in [{section}]', name, list(known))}")
+            if section == SECTION:
+                value = as_typed(name, value)
+            settings[name] = _value(path, f"{section}.{name}", value, known[name])
     return settings
 
 

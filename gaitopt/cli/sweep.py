@@ -17,7 +17,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
 from gaitopt.bounds import WORKERS, at_most
-from gaitopt.cli.config import SCHEMA, Settings
+from gaitopt.cli.config import SCHEMA, Settings, read_config
 from gaitopt.cli.display import screen
 from gaitopt.cli.library import library_table
 from gaitopt.cli.paths import require_writable
@@ -56,6 +56,8 @@ def run(given: Settings, directory: Path, config: Path | None, quiet: bool) -> N
         GaitoptError: bad input, or the directory cannot be written.
         typer.Exit: interrupted, or not every gait is certified.
     """
+    if config is not None:
+        given = {**_of_file(config, given), **given}
     axes = _axes(given)
     require_writable(directory)
     request = _request(given, axes, config)
@@ -85,6 +87,12 @@ def run(given: Settings, directory: Path, config: Path | None, quiet: bool) -> N
         _tell_files("could not be made anew", library, library.faults, out)
         _tell_gaps(library, request, out)
     _conclude(library, out, quiet, request.options.refine)
+
+
+def _of_file(config: Path, given: Settings) -> Settings:
+    """Return what the section [sweep] of a configuration file says."""
+    settings = read_config(config, given.get("plugin"))
+    return {one.name: settings[one.name] for one in SWEEP if one.name in settings}
 
 
 def make_executor(

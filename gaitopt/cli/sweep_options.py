@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated
@@ -92,5 +93,26 @@ GaitOutput = Annotated[
 ]
 
 SWEEP = tuple(declared(SweepSettings))
+SECTION = "sweep"
+"""Of a configuration file; a search for one gait passes over it."""
 NOT_OURS = ("starts", "start", "seed", "sigma")
 """Settings of a search for one gait only."""
+
+
+def as_typed(name: str, value: object) -> object:
+    """Return an entry of the section as it would be typed: tables by name, lists with commas.
+
+    speeds = [0.4, 0.6] is --speeds 0.4,0.6; grid = {duration = "0.3:0.5:0.1"} is --grid
+    duration=0.3:0.5:0.1; begin = {speed = 0.7} is --begin speed=0.7.
+    """
+    if name == "speeds":
+        return _values(value)
+    if name in ("grid", "begin") and isinstance(value, Mapping):
+        return [f"{key}={_values(one)}" for key, one in value.items()]
+    return value
+
+
+def _values(value: object) -> object:
+    if isinstance(value, list) and value and all(isinstance(one, int | float) for one in value):
+        return ",".join(map(str, value))
+    return str(value) if isinstance(value, int | float) and not isinstance(value, bool) else value

@@ -71,6 +71,62 @@ def test_the_library_is_listed_and_filtered(made):
     assert "slope.duration [N²·m·s per s]" in everything
 
 
+FILE = """
+[task]
+samples = 15
+speed = 0.9
+[solver]
+solver = "sqp"
+refine = false
+[sweep]
+speeds = {speeds}
+grid = {grid}
+begin = {{ speed = 1.05 }}
+"""
+
+
+@pytest.mark.parametrize(
+    ("speeds", "grid"),
+    [('"1.0,1.05"', '{ duration = "0.4:0.42:0.02" }'), ("[1, 1.05]", '["duration=0.4,0.42"]')],
+)
+def test_a_configuration_file_has_a_section_for_sweeps(made, tmp_path, speeds, grid):
+    file = tmp_path / "task.toml"
+    file.write_text(FILE.format(speeds=speeds, grid=grid))
+    directory = tmp_path / "lib"
+    assert run("sweep", "--config", file, "-o", directory, "--quiet").exit_code == 0
+    found, there = open_library(directory), open_library(made[0])
+    assert found.grid.axes == there.grid.axes
+    assert found.grid.seeds == ((1, 0),)
+    costs = [[row["cost"] for row in library.rows] for library in (found, there)]
+    assert costs[0] == pytest.approx(costs[1], rel=1e-6)
+
+
+def test_the_command_line_wins_over_the_section(tmp_path):
+    file = tmp_path / "task.toml"
+    file.write_text(FILE.format(speeds='"1.0"', grid="[]"))
+    words = ["sweep", "--config", file, "--speeds", "1.05", "-o", tmp_path / "lib", "--quiet"]
+    assert run(*words).exit_code == 0
+    assert [axis.values for axis in open_library(tmp_path / "lib").grid.axes] == [(1.05,)]
+
+
+@pytest.mark.parametrize(
+    ("section", "said"),
+    [
+        ("speed = 1", "unknown entry in [sweep] 'speed'; did you mean 'speeds'?"),
+        ("speeds = true", "sweep.speeds = 'True' is wrong; give a text"),
+        ("workers = 'two'", "sweep.workers = 'two' is wrong; give a whole number"),
+        ("grid = 3", "sweep.grid"),
+        ("speeds = []", "sweep.speeds"),
+    ],
+)
+def test_a_wrong_section_is_told(tmp_path, section, said):
+    file = tmp_path / "task.toml"
+    file.write_text(f"[sweep]\n{section}\n")
+    refused = run("sweep", "--config", file, "-o", tmp_path / "lib")
+    assert refused.exit_code == 2
+    assert said in refused.stderr
+
+
 @pytest.mark.parametrize("words", [(), ("--where", "speed>1.01")])
 def test_tables_fit_80_columns_and_have_the_motors_first(made, words):
     directory, result = made
