@@ -10,11 +10,14 @@ from functools import cached_property
 from itertools import islice, pairwise
 
 from gaitopt.bounds import POINTS, at_most
-from gaitopt.catalogue.parameters import PARAMETERS
+from gaitopt.catalogue.parameters import PARAMETERS, parameter_unit
 from gaitopt.errors import InputError
+from gaitopt.gait.constraint import declared_margins
 from gaitopt.gait.constraints import Margins
-from gaitopt.gait.parameters import DURATION, GEOMETRY_NAMES, set_geometry
+from gaitopt.gait.parameters import DURATION, GEOMETRY, GEOMETRY_NAMES, set_geometry
 from gaitopt.gait.task import Task
+from gaitopt.settings import declared
+from gaitopt.units import read_quantity
 
 DIGITS = 10  # of grid values: 0.4 + 3 * 0.05 is 0.55, not 0.55000000000000004
 
@@ -27,6 +30,12 @@ _GEOMETRY = {
 }
 """Geometric quantities by the name of their axis: trunk_pitch is a limit, hold.trunk_pitch a value
 of the double support."""
+_UNITS = {
+    **{one.name: one.unit for one in declared(Task)},
+    **{name: margin.unit for name, margin in declared_margins(Margins).items()},
+    **{q.name: q.unit for q in GEOMETRY if q.name not in _MARGINS},
+    **{f"hold.{q.name}": q.unit for q in GEOMETRY},
+}
 _PARTS = ("geometry", "links", "joints")
 
 
@@ -70,6 +79,11 @@ class Axis:
         return (self.name.split(".")[0] in _PARTS and "." in self.name) or self.name in PARAMETERS
 
 
+def quantity_unit(name: str) -> str:
+    """Return the SI unit of a quantity that can be swept, empty where it has none."""
+    return _UNITS.get(name) or parameter_unit(name)
+
+
 def _numbers(name: str, values: Iterable[float]) -> tuple[float, ...]:
     try:
         numbers = tuple(round(float(v), DIGITS) for v in islice(values, POINTS + 1))
@@ -93,7 +107,9 @@ def parse_axis(name: str, text: str) -> Axis:
             f"Axis({name!r}, (0.4, 0.6))"
         )
     try:
-        parts = [float(word) for word in text.split(":" if ":" in text else ",")]
+        words = text.split(":" if ":" in text else ",")
+        unit = quantity_unit(name) if isinstance(name, str) else ""  # `Axis` refuses others
+        parts = [read_quantity(word, unit) for word in words]
     except ValueError:
         parts = []
     if ":" not in text and parts:
@@ -101,7 +117,7 @@ def parse_axis(name: str, text: str) -> Axis:
     if len(parts) != 3 or not all(map(math.isfinite, parts)) or not parts[2] > 0.0:
         raise InputError(
             f"'{text}' is no range of {name}; give first:last:step with a step above 0, as "
-            "0.4:1.3:0.05, or the values, as 0.4,0.6,1.0"
+            "0.4:1.3:0.05, or the values, as 0.4,0.6,1.0; each may have its unit, as 10deg"
         )
     first, last, step = parts
     if first > last:

@@ -15,10 +15,8 @@ from gaitopt.atomic import write_atomically
 from gaitopt.design.design import Design
 from gaitopt.design.summary import summarise
 from gaitopt.errors import InputError
-from gaitopt.gait.constraint import declared_margins
-from gaitopt.gait.constraints import Margins
 from gaitopt.gait.costs import TorqueCost
-from gaitopt.gait.parameters import GEOMETRY
+from gaitopt.sweep.grid import quantity_unit
 from gaitopt.sweep.warm_start import WarmStart
 
 CSV, PARQUET = "index.csv", "index.parquet"
@@ -57,12 +55,10 @@ _MOTOR = {
     "peak_power_W": "peak_power",
 }
 _UNITS = {
-    **{name: margin.unit for name, margin in declared_margins(Margins).items()},
-    **{quantity.name: quantity.unit for quantity in GEOMETRY},
-    **{f"hold.{quantity.name}": quantity.unit for quantity in GEOMETRY},
     **MOTOR_UNITS,
     "speed": "m/s",
     "duration": "s",
+    "step_length": "m",
     "cop_to_edge": "m",
     "vertical_impulse": "N·s",
     "seconds": "s",
@@ -71,7 +67,7 @@ _DIGITS = 4  # of figures for people
 
 
 def unit_of(column: str, cost: str = TorqueCost().unit) -> str:
-    """Return the unit of a column, empty where it has none or an entry of a specification decides.
+    """Return the unit of a column, empty where it has none.
 
     Args:
         column: its name; a slope has the unit of the cost over that of its quantity.
@@ -82,7 +78,8 @@ def unit_of(column: str, cost: str = TorqueCost().unit) -> str:
         return f"{cost} per {unit}" if unit else cost
     if column in ("cost", "penalty_weight"):
         return cost if column == "cost" else f"{cost}/m²"
-    return _UNITS.get(column) or MOTOR_UNITS.get(column.split(".")[0], "")
+    name = column.split(".")[0] if column.split(".")[0] in MOTOR_UNITS else column
+    return _UNITS.get(name) or quantity_unit(name)
 
 
 def cell(value: Value) -> str:

@@ -78,3 +78,23 @@ def test_values_reach_task_margins_and_geometry():
     assert (task.geometry[TRUNK_PITCH].value, task.geometry[TRUNK_PITCH].free) == (0.05, False)
     with pytest.raises(InputError, match="speed is -1"):
         with_values(preset_task(), [("speed", -1.0)])
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "values"),
+    [
+        ("knee_flexion", "10deg:20deg:5deg", (0.1745329252, 0.2617993878, 0.3490658504)),
+        ("speed", "1.8 km/h,3.6 km/h", (0.5, 1.0)),
+        ("duration", "400ms:0.5:50ms", (0.4, 0.45, 0.5)),
+        ("shin", "280mm,0.3", (0.28, 0.3)),
+        ("geometry.d3", "28cm,30cm", (0.28, 0.3)),
+        ("hold.trunk_pitch", "5°,10°", (0.0872664626, 0.1745329252)),
+    ],
+)
+def test_values_may_have_their_units(name, text, values):
+    assert parse_axis(name, text).values == values
+
+
+def test_a_unit_of_another_dimension_is_refused():
+    with pytest.raises(InputError, match="no range of speed"):
+        parse_axis("speed", "10deg,20deg")
