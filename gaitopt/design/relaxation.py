@@ -451,16 +451,16 @@ def limit_adjustments(problem: WalkProblem) -> tuple[LimitAdjustment, ...]:
     margins, task = problem.task.margins, problem.task
     settings = [*_motor_limits(problem)]
     for name, declared in task.declared.items():
-        before, how = task.margin(name), declared.relax
-        if before is not None and how is not None:
+        before, farthest = task.margin(name), declared.farthest
+        if before is not None and farthest is not None:
             settings.append(
                 LimitAdjustment(
                     name,
                     declared.words,
                     declared.unit,
                     before,
-                    how.farthest,
-                    how.change,
+                    farthest,
+                    declared.change,
                     constraints_of(task, name),
                 )
             )

@@ -37,19 +37,6 @@ _KEY = "margin"  # of a field's metadata
 
 
 @dataclass(frozen=True)
-class Relaxation:
-    """How a margin may be loosened where there is no walk.
-
-    Attributes:
-        farthest: value beyond which it makes no sense, in the margin's unit.
-        change: least change of it that matters to a person, signed.
-    """
-
-    farthest: float
-    change: float
-
-
-@dataclass(frozen=True)
 class Margin:
     """A number of a constraint that a person may set: a field of `Margins` or of a constraint.
 
@@ -60,7 +47,8 @@ class Margin:
         words: what a person calls it: "the coefficient of friction".
         unit: empty where there is none.
         above, least, most: bounds on its value.
-        relax: how the diagnosis loosens it, None: it does not.
+        farthest: value to which the diagnosis may loosen it, None: it does not.
+        change: of the value that matters to a person, signed, towards `farthest`.
     """
 
     words: str = ""
@@ -68,7 +56,8 @@ class Margin:
     above: float | None = None
     least: float | None = None
     most: float | None = None
-    relax: Relaxation | None = None
+    farthest: float | None = None
+    change: float = 0.0
 
 
 def margin(
@@ -90,12 +79,11 @@ def margin(
         default: its value unless given; None where the constraint is then off.
         help_text: of the option, one line.
         words, unit, above, least, most: as in `Margin`.
-        relax: farthest value and change that matters, signed.
+        relax: `farthest` and `change` of the `Margin`.
         sine: whether it is the sine of an angle, so that an option takes degrees too.
         shown: other attributes of the option, as in `gaitopt.settings.Setting`.
     """
-    how = None if relax is None else Relaxation(*relax)
-    declared = Margin(words, unit, above, least, most, how)
+    declared = Margin(words, unit, above, least, most, *(relax or ()))
     return field(
         default=default,
         metadata={_KEY: declared, **setting(help_text, SINE if sine else unit, **shown)},

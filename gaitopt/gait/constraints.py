@@ -169,7 +169,6 @@ class JointTorque(Constraint):
     reads = (quantities.TORQUE,)
 
     def block(self, context: ConstraintContext) -> ConstraintBlock:
-        """Return its rows."""
         limit = imposed_limit(context.robot.limits.torque, context.margins.torque_limit)
         return _joints(self, context, -limit, limit, _size(limit))
 
@@ -181,7 +180,6 @@ class JointSpeed(Constraint):
     reads = (quantities.RATES,)
 
     def block(self, context: ConstraintContext) -> ConstraintBlock:
-        """Return its rows."""
         limit = imposed_limit(context.robot.limits.speed, context.margins.speed_limit)
         return _joints(self, context, -limit, limit, _size(limit))
 
@@ -193,7 +191,6 @@ class Load(Constraint):
     reads, margins = (quantities.WRENCH,), ("minimum_load",)
 
     def block(self, context: ConstraintContext) -> ConstraintBlock:
-        """Return its rows."""
         return self.over_step(
             context, Entries(slice(2, 3), 6), ("vertical ground force",),
             lower=context.margins.minimum_load, scale=FORCE_SCALE,
@@ -208,7 +205,6 @@ class Friction(Constraint):
     couplings: ClassVar = {"friction": ("load", 1.0)}
 
     def block(self, context: ConstraintContext) -> ConstraintBlock:
-        """Return its rows."""
         cone = FrictionCone(context.margins.friction, FORCE_SMOOTHING)
         labels = ("friction cone margin",)
         return self.over_step(context, cone, labels, lower=0.0, scale=FORCE_SCALE)
@@ -222,7 +218,6 @@ class CentreOfPressure(Constraint):
     couplings: ClassVar = {"cop_margin": ("load", -1.0)}
 
     def block(self, context: ConstraintContext) -> ConstraintBlock:
-        """Return its rows."""
         labels = tuple(f"centre of pressure, moment about the {e} edge" for e in EDGES)
         moments = Linear(_edge_moments(context))
         return self.over_step(context, moments, labels, lower=0.0, scale=MOMENT_SCALE)
@@ -235,7 +230,6 @@ class ImpulseUp(Constraint):
     reads = (quantities.IMPULSE,)
 
     def block(self, context: ConstraintContext) -> ConstraintBlock:
-        """Return its row."""
         labels = ("vertical impact impulse",)
         return self.once(Entries(slice(2, 3), 6), labels, lower=0.0, scale=IMPULSE_SCALE)
 
@@ -248,7 +242,6 @@ class ImpulseFriction(Constraint):
     couplings: ClassVar = {"friction": ("impulse", 1.0)}
 
     def block(self, context: ConstraintContext) -> ConstraintBlock:
-        """Return its row."""
         cone = FrictionCone(context.margins.friction, IMPULSE_SMOOTHING)
         return self.once(cone, ("impulse friction cone margin",), lower=0.0, scale=IMPULSE_SCALE)
 
@@ -260,7 +253,6 @@ class LiftOff(Constraint):
     reads, margins, change = (quantities.SOLE_TWIST,), ("liftoff_speed",), 0.1
 
     def block(self, context: ConstraintContext) -> ConstraintBlock:
-        """Return its rows."""
         speeds = Linear(sole_edge_speeds(context.robot.sole.corners))
         labels = tuple(f"rear foot {c} lift-off speed" for c in CORNERS)
         return self.once(speeds, labels, lower=context.margins.liftoff_speed)
@@ -277,7 +269,6 @@ class Clearance(Constraint):
     reads, margins = (quantities.CORNERS,), ("clearance",)
 
     def block(self, context: ConstraintContext) -> ConstraintBlock:
-        """Return its rows, inside the step."""
         margins, instants = context.margins, context.grid.instants
         inside = np.flatnonzero((instants > 0.0) & (instants < 1.0))
         s = instants[inside]
@@ -298,7 +289,6 @@ class Lateral(Constraint):
     reads, margins = (quantities.CORNERS,), ("lateral_gap",)
 
     def block(self, context: ConstraintContext) -> ConstraintBlock:
-        """Return its rows."""
         side, sole = context.robot.legs.side, context.robot.sole
         edge = sole.left if side > 0 else -sole.right
         labels = tuple(f"swing foot {c} sideways" for c in CORNERS)
@@ -315,7 +305,6 @@ class KneeFlexion(Constraint):
     reads, margins, change = (quantities.ANGLES,), ("knee_flexion",), 0.3
 
     def block(self, context: ConstraintContext) -> ConstraintBlock:
-        """Return its rows."""
         legs, joints = context.robot.legs, context.robot.joint_names
         first, second = legs.knees
         knees = slice(first, second + 1, second - first)
@@ -333,7 +322,6 @@ class LegLength(Constraint):
     reads, margins = (quantities.LEGS,), ("leg_extension",)
 
     def block(self, context: ConstraintContext) -> ConstraintBlock:
-        """Return its two rows."""
         longest = (context.margins.leg_extension or 1.0) * context.robot.legs.reach
         return self.once(Length(), ("hip-ankle distance",), upper=longest, scale=LENGTH_SCALE)
 
@@ -345,7 +333,6 @@ class JointRange(Constraint):
     reads, margins = (quantities.ANGLES,), ("joint_range",)
 
     def block(self, context: ConstraintContext) -> ConstraintBlock:
-        """Return its rows."""
         limits = context.robot.limits
         return _joints(self, context, limits.lower, limits.upper, np.ones(limits.lower.size))
 
@@ -359,7 +346,6 @@ class ImpulseCentreOfPressure(Constraint):
     couplings: ClassVar = {"cop_margin": ("impulse", -1.0)}
 
     def block(self, context: ConstraintContext) -> ConstraintBlock:
-        """Return its rows."""
         labels = tuple(f"impulsive centre of pressure, moment about the {e} edge" for e in EDGES)
         moments = Linear(_edge_moments(context))
         return self.once(moments, labels, lower=0.0, scale=IMPULSE_MOMENT_SCALE)
@@ -372,11 +358,9 @@ class WalkingSpeed(Constraint):
     reads, change = (quantities.TRAVEL,), 0.1
 
     def asked(self, context: ConstraintContext) -> bool:
-        """Return whether the speed is a constraint."""
         return context.speed_as == "constraint"
 
     def block(self, context: ConstraintContext) -> ConstraintBlock:
-        """Return its row."""
         rows = Linear(np.array([[-1.0, context.speed]]))
         return self.once(rows, ("V T - d",), lower=0.0, upper=0.0)
 
@@ -388,11 +372,9 @@ class Closure(Constraint):
     reads = (quantities.GAPS,)
 
     def asked(self, context: ConstraintContext) -> bool:
-        """Return whether the double support is lifted."""
         return context.boundary == "lifted"
 
     def block(self, context: ConstraintContext) -> ConstraintBlock:
-        """Return its rows."""
         labels = tuple(f"closure {how} {axis}" for how in ("along", "about") for axis in "xyz")
         rows = Entries(slice(0, 6), 6)
         return self.once(rows, labels, lower=0.0, upper=0.0, scale=LENGTH_SCALE)
@@ -404,7 +386,6 @@ class _Trunk(Constraint):
     equation, unit, reads, change = "3.2", "rad", (quantities.TRUNK,), 0.3
 
     def block(self, context: ConstraintContext) -> ConstraintBlock:
-        """Return its rows."""
         entry = quantities.TRUNK.entries.index(self.name.removeprefix("trunk "))
         (given,) = self.margins
         limit = getattr(context.margins, given)
@@ -438,7 +419,6 @@ class TorsionalFriction(Constraint):
     couplings: ClassVar = {"torsional_friction": ("load", 1.0)}
 
     def block(self, context: ConstraintContext) -> ConstraintBlock:
-        """Return its rows."""
         torsion = Torsion(context.margins.torsional_friction or 0.0, LEAST_FORCE)
         labels = tuple(f"torsional friction margin to the {side}" for side in ("left", "right"))
         return self.over_step(context, torsion, labels, lower=0.0, scale=TORSION_SCALE)
@@ -453,7 +433,6 @@ class ImpulseTorsion(Constraint):
     couplings: ClassVar = {"torsional_friction": ("impulse", 1.0)}
 
     def block(self, context: ConstraintContext) -> ConstraintBlock:
-        """Return its rows."""
         torsion = Torsion(context.margins.torsional_friction or 0.0, LEAST_IMPULSE)
         labels = tuple(f"impulse torsional friction margin to the {s}" for s in ("left", "right"))
         return self.once(torsion, labels, lower=0.0, scale=IMPULSE_TORSION_SCALE)
@@ -466,7 +445,6 @@ class LegGap(Constraint):
     reads, margins = (quantities.LEG_GAPS,), ("leg_gap",)
 
     def block(self, context: ConstraintContext) -> ConstraintBlock:
-        """Return its rows, one per pair of bodies."""
         pairs = leg_pairs(context.robot)
         return self.over_step(
             context, Entries(slice(0, len(pairs.names)), len(pairs.names)),
@@ -485,7 +463,6 @@ class SwingTilt(Constraint):
     reads, margins = (quantities.CORNERS,), ("swing_tilt",)
 
     def block(self, context: ConstraintContext) -> ConstraintBlock:
-        """Return its rows."""
         limit = context.margins.swing_tilt or 0.0
         labels = (
             "swing foot roll", "swing foot pitch", "swing foot yaw",
@@ -505,7 +482,6 @@ class SwingHeight(Constraint):
     reads, margins = (quantities.CORNERS,), ("swing_height",)
 
     def block(self, context: ConstraintContext) -> ConstraintBlock:
-        """Return its rows."""
         labels = tuple(f"swing foot {c} height above ground" for c in CORNERS)
         return self.over_step(
             context, _corner_entries(2), labels,

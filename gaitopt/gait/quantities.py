@@ -58,6 +58,7 @@ class Quantity:
 TORQUE = Quantity("torque", "N·m", "joints")
 ANGLES = Quantity("angles", "rad", "joints")
 RATES = Quantity("rates", "rad/s", "joints")
+ACCELERATIONS = Quantity("accelerations", "rad/s²", "joints")
 WRENCH = Quantity("wrench", "N, N·m", "stance sole: of the ground on the foot", _WRENCH)
 CORNERS = Quantity(
     "corners", "m", "stance sole: corners of the swing sole",
@@ -84,8 +85,8 @@ GAPS = Quantity(
 TRAVEL = Quantity("travel", "m, s", "the step", ("step length", "duration"), ("",))
 
 ALL = (
-    TORQUE, WRENCH, CORNERS, ANGLES, RATES, IMPULSE, SOLE_TWIST, LEGS, GAPS, TRAVEL, TRUNK,
-    LEG_GAPS,
+    TORQUE, WRENCH, CORNERS, ANGLES, RATES, ACCELERATIONS, IMPULSE, SOLE_TWIST, LEGS, GAPS, TRAVEL,
+    TRUNK, LEG_GAPS,
 )  # fmt: skip
 
 

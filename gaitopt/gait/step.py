@@ -78,6 +78,7 @@ class Step:
             quantities.CORNERS: corners.reshape(len(corners), -1),
             quantities.ANGLES: self.motion[0],
             quantities.RATES: self.motion[1],
+            quantities.ACCELERATIONS: self.motion[2],
             quantities.IMPULSE: self.impact.impulse[None],
             quantities.SOLE_TWIST: self.impact.sole_twist[None],
             quantities.LEGS: self.posture.legs,

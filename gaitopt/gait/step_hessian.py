@@ -125,6 +125,7 @@ def _local_gradient(derivatives: StepDerivatives, weights: StepWeights, effort: 
         quantities.ANGLES
     ]
     gradient[:, n : 2 * n] += first[quantities.RATES]
+    gradient[:, 2 * n :] += first[quantities.ACCELERATIONS]
     for what, reading in derivatives.optional.items():
         gradient[:, :n] += (first[what][:, None] @ reading.jacobian)[:, 0]
     return np.asarray(gradient)

@@ -180,6 +180,7 @@ class StepModel:
             quantities.CORNERS: corners,
             quantities.ANGLES: angles,
             quantities.RATES: motion[:, n : 2 * n],
+            quantities.ACCELERATIONS: motion[:, 2 * n :],
             quantities.IMPULSE: after[None, -6:],
             quantities.SOLE_TWIST: after[None, :6],
             quantities.LEGS: legs,
