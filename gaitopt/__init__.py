@@ -13,7 +13,7 @@ from gaitopt.version import __version__
 
 if TYPE_CHECKING:
     from gaitopt.catalogue.biped_spec import BipedSpec, biped13
-    from gaitopt.catalogue.spec_file import read_spec, write_spec
+    from gaitopt.catalogue.parameters import read_spec, write_spec
     from gaitopt.catalogue.urdf_writer import urdf_text
     from gaitopt.design.audit import Audit, audit
     from gaitopt.design.certificate import Certificate, certify
@@ -62,9 +62,9 @@ _HOMES = {
     "Sole": "gaitopt.model.feet.sole",
     "biped13": "gaitopt.catalogue.biped_spec",
     "choices_from_toml": "gaitopt.model.import_options",
-    "read_spec": "gaitopt.catalogue.spec_file",
+    "read_spec": "gaitopt.catalogue.parameters",
     "urdf_text": "gaitopt.catalogue.urdf_writer",
-    "write_spec": "gaitopt.catalogue.spec_file",
+    "write_spec": "gaitopt.catalogue.parameters",
     # the question
     "Margins": "gaitopt.gait.constraints",
     "Task": "gaitopt.gait.task",

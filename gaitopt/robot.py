@@ -8,8 +8,7 @@ from importlib import import_module
 
 from gaitopt.catalogue.biped_spec import BipedSpec, Geometry, Joints, Links, LinkSpec, biped13
 from gaitopt.catalogue.biped_spec import JointSpec as JointLimits
-from gaitopt.catalogue.parameters import changed
-from gaitopt.catalogue.spec_file import read_spec, spec_text, write_spec
+from gaitopt.catalogue.parameters import changed, read_spec, spec_text, write_spec
 from gaitopt.catalogue.urdf_writer import urdf_text
 
 warnings.warn(

@@ -522,7 +522,7 @@ def _try_choices(path: Path, rng, outcome: Outcome, number: int) -> None:
 
 def _try_spec(path: Path, rng, outcome: Outcome, number: int) -> None:
     from gaitopt import read_spec, urdf_text
-    from gaitopt.catalogue.spec_file import spec_text
+    from gaitopt.catalogue.parameters import spec_text
 
     del rng
     spec = read_spec(path)

@@ -122,7 +122,7 @@ class CatalogueEntry:
         rotors_from: where those are from.
         source: package that has the description, where that is not example-robot-data.
         spec: of a biped that gaitopt makes itself: where it differs from `biped13`, as
-            `spec_table.merged` takes it.
+            `parameters.merged` takes it.
     """
 
     name: str

@@ -1,23 +1,39 @@
-"""Parameters of a biped by words, "shin" or "hip width", and changes to its table by name.
+"""A biped's specification as a table: parameters by words, changes by name, TOML files.
 
-A length takes along what hangs on it: boxes, centres of mass, and inertias that were given.
+A parameter ("shin", "hip width") takes along what hangs on a length: boxes, centres of mass, and
+inertias that were given.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+import os
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, fields, replace
 from difflib import get_close_matches
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from gaitopt.catalogue.biped_spec import BipedSpec, Links, LinkSpec, allowed_of
+from gaitopt.atomic import write_atomically
+from gaitopt.bounds import TABLE, read_bounded
+from gaitopt.catalogue.biped_spec import BipedSpec, Links, LinkSpec, allowed_of, biped13
 from gaitopt.errors import SpecError
+from gaitopt.importers.text_files import parse_toml
 from gaitopt.units import read_quantity
 
 Read = Callable[[BipedSpec], float]
 Change = Callable[[BipedSpec, float], BipedSpec]
+
+
+_HEADER = """\
+# A biped for gaitopt. SI units. Values are those of the left leg, the right one is its mirror.
+# An entry left out takes its value from the biped13 preset; numbers may have units, "30cm".
+# Lengths and masses have names, too, that stand before the tables: shin=0.42, "hip width"="20cm";
+# lengths take boxes and centres of mass along (docs/cli.md lists them).
+# A link without `inertia` (3 x 3, about the centre of mass) has that of a homogeneous box of its
+# `size`.
+"""
 
 
 @dataclass(frozen=True)
@@ -231,3 +247,69 @@ def _unknown(path: str, key: str, allowed: list[str]) -> str:
     close = get_close_matches(key, allowed, n=1)
     hint = f"did you mean {close[0]}? " if close else ""
     return f"unknown entry {path[:120]}; {hint}allowed here: {', '.join(allowed)}"
+
+
+def read_spec(path: str | os.PathLike[str]) -> BipedSpec:
+    """Read a biped from a TOML file; what the file leaves out is taken from `biped13`.
+
+    Args:
+        path: of the file.
+
+    Raises:
+        SpecError: the file is missing, unreadable or not TOML, has an unknown entry, or describes
+            a biped that is not physical.
+    """
+    table = _read_table(Path(path))
+    try:
+        return merged(biped13(), table)
+    except SpecError as error:
+        raise SpecError(f"{os.fspath(path)}: {error}") from None
+
+
+def write_spec(spec: BipedSpec, path: str | os.PathLike[str]) -> None:
+    """Write a biped to a TOML file that `read_spec` reads back equal; all of it or nothing.
+
+    Args:
+        spec: the biped.
+        path: of the file; one that exists is replaced.
+
+    Raises:
+        InputError: the file cannot be written.
+    """
+    write_atomically(path, spec_text(spec).encode())
+
+
+def spec_text(spec: BipedSpec) -> str:
+    """Return a biped as TOML with the unit of every value."""
+    return "\n".join([_HEADER, f'name = "{spec.name}"', *_lines(spec, "")]) + "\n"
+
+
+def _lines(part: Any, path: str) -> Iterator[str]:
+    for entry in fields(part):
+        value, where = getattr(part, entry.name), f"{path}{entry.name}"
+        allowed = allowed_of(entry)
+        if allowed is not None and value is not None:
+            yield f"{entry.name} = {_value_text(value)}  # {allowed.unit}"
+        elif "part" in entry.metadata:
+            if allowed_of(fields(value)[0]) is not None:
+                yield f"\n[{where}]"
+            yield from _lines(value, f"{where}.")
+
+
+def _value_text(value: Any) -> str:
+    if isinstance(value, tuple):
+        return f"[{', '.join(_value_text(item) for item in value)}]"
+    return repr(value)
+
+
+def _read_table(path: Path) -> dict[str, Any]:
+    try:
+        text = read_bounded(path, TABLE)
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise SpecError(
+            f"cannot read {path}: {reason}; give the path of a TOML file, for example one that "
+            "'gaitopt urdf --write-spec FILE' made (in Python, write_spec)"
+        ) from None
+    advice = "write a correct one by 'gaitopt urdf --write-spec FILE' (in Python, write_spec)"
+    return parse_toml(text, str(path), f"{advice} and edit that", SpecError)

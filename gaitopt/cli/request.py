@@ -15,8 +15,7 @@ import tomli_w
 from gaitopt.bounds import STARTS, at_most, shown
 from gaitopt.catalogue.biped_spec import BipedSpec, biped13
 from gaitopt.catalogue.entries import biped_of, description, entry_by_name
-from gaitopt.catalogue.parameters import changed
-from gaitopt.catalogue.spec_file import read_spec
+from gaitopt.catalogue.parameters import changed, read_spec
 from gaitopt.catalogue.urdf_writer import urdf_text
 from gaitopt.cli.config import (
     SCHEMA,

@@ -14,7 +14,7 @@ from rich.text import Text
 from gaitopt.atomic import write_atomically
 from gaitopt.catalogue.biped_spec import biped13
 from gaitopt.catalogue.entries import EXTRA, PACKAGE, PREFIX, CatalogueEntry, catalogue, humanoids
-from gaitopt.catalogue.spec_file import write_spec
+from gaitopt.catalogue.parameters import write_spec
 from gaitopt.catalogue.urdf_writer import urdf_text
 from gaitopt.cli.cells import new_table
 from gaitopt.cli.config import Settings

@@ -13,7 +13,6 @@ from xml.etree.ElementTree import Element
 import numpy as np
 
 from gaitopt.errors import RobotError
-from gaitopt.importers.bodies import MOST_JOINTS
 from gaitopt.importers.mjcf_compile import Compilation, element_named, refusal_of
 from gaitopt.importers.mjcf_joints import FREE, PassiveJoints, active_equalities, actuator_forces
 from gaitopt.importers.mjcf_robot import (
@@ -29,6 +28,7 @@ from gaitopt.importers.mjcf_robot import (
     se3,
     vector,
 )
+from gaitopt.importers.pinocchio_model import MOST_JOINTS
 from gaitopt.importers.report import Finding, How, listed
 from gaitopt.importers.xml_document import FileProblem, XmlTree
 

@@ -1,4 +1,4 @@
-"""Joints and frames of Pinocchio models that are made here.
+"""Parts of Pinocchio models: joints, names of frames, and bodies that can be.
 
 A link may bear the name of a joint, as URDF and MJCF allow. Pinocchio finds frames by name alone,
 and refuses a name that two of them have. A link keeps its name, for soles are asked for by it; the
@@ -7,20 +7,32 @@ frame of the joint gets a mark while anything but Pinocchio's own reduction look
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import numpy as np
 import pinocchio as pin
 
+from gaitopt.errors import RobotError
+from gaitopt.importers.report import fault_error
+from gaitopt.importers.xml_document import FileProblem
 from gaitopt.nlp import Array
 
 _JOINT, _LINK = " (joint)", " (link)"
-_ROUNDING = 1e-15  # of an axis: cos(pi/2) = 6e-17 as programs write it
+_AXIS_ROUNDING = 1e-15  # of an axis: cos(pi/2) = 6e-17 as programs write it
+MOST_JOINTS = 300
+"""Joints that move: Pinocchio's workspaces grow with their cube, 0.2 GB a piece for so many."""
+_MOST = 1e9  # kg, m, kg·m²: a thousand times what the largest machines come to, in mm and g
+_IDLE = 1e-12  # of the largest inertia that a joint moves: what rounding leaves of none
+_MOMENT_ROUNDING = 1e-6  # relative: what the digits of a drawing leave of a flat plate or rod
+_POINT = 1e-9  # m²: below this times its mass, a body is a point and its inertia rounding
+_LEAST = 1e-12  # relative: keeps a moment of zero above zero when the axes are turned
 
 
 def joint_model(axis: Array, slides: bool) -> pin.JointModel:
     """Return the joint that turns about an axis of any length (3,), or slides along it."""
     axis = axis / np.abs(axis).max()  # its square may be too large or too small for a number
     for unit, name in zip(np.eye(3), "XYZ", strict=True):
-        if np.abs(axis - unit).max() < _ROUNDING:
+        if np.abs(axis - unit).max() < _AXIS_ROUNDING:
             return getattr(pin, f"JointModel{'P' if slides else 'R'}{name}")()
     kind = pin.JointModelPrismaticUnaligned if slides else pin.JointModelRevoluteUnaligned
     return kind(axis / np.linalg.norm(axis))
@@ -53,3 +65,99 @@ def reduced(model: pin.Model, locked: list[int], q: Array) -> pin.Model:
             frame.name += _JOINT
         frame.name = frame.name.removesuffix(_LINK)
     return without
+
+
+def inertia_fault(mass: float, inertia: Array) -> str:
+    """Return why no body has this mass and this inertia about its centre, or an empty string.
+
+    A point mass (no inertia) and a frame (nothing at all) are limits of bodies, and pass.
+
+    Args:
+        mass: not negative [kg].
+        inertia: symmetric, about the centre of mass [kg·m²], shape (3, 3).
+    """
+    a, b, c = (float(moment) for moment in np.linalg.eigvalsh(inertia))
+    slack = _POINT * mass + _MOMENT_ROUNDING * abs(c)
+    moments = f"its principal moments are {a:.4g}, {b:.4g}, {c:.4g} kg·m²"
+    if mass == 0.0 and max(abs(a), abs(c)) > 0.0:
+        return (
+            f"the mass is 0 kg, but {moments}; the mass must be above 0 "
+            "(leave <inertial> out of a link without mass)"
+        )
+    if a < -slack:
+        return (
+            f"the inertia is not positive definite: {moments}; all must be above 0; check the "
+            "signs, and that it is taken about the centre of mass"
+        )
+    if c > a + b + slack:
+        return (
+            f"the inertia cannot belong to a body of positive mass: {moments}; the largest must "
+            "not exceed the sum of the other two; check that it is taken about the centre of mass"
+        )
+    return ""
+
+
+def sound_inertia(mass: float, inertia: Array) -> Array:
+    """Return an inertia whose moments lie below zero by rounding only with these at zero.
+
+    Pinocchio makes no body of the least negative moment. An inertia at fault is returned as it is.
+
+    Args:
+        mass: not negative [kg].
+        inertia: symmetric, about the centre of mass [kg·m²], shape (3, 3).
+    """
+    moments, axes = np.linalg.eigh(inertia)
+    least = _LEAST * float(moments[2])
+    if moments[0] >= least or inertia_fault(mass, inertia):
+        return inertia
+    raised: Array = (axes * np.maximum(moments, least)) @ axes.T
+    return (raised + raised.T) / 2.0
+
+
+def refuse_unsound(model: pin.Model, problems: Iterable[FileProblem]) -> None:
+    """Refuse a robot with a body that cannot be, or a joint that moves no mass.
+
+    Args:
+        model: a free-flyer and the joints of the legs; all other joints are locked.
+        problems: that were found in its file.
+
+    Raises:
+        RobotError: naming the link if one is at fault, else the body or the joint.
+    """
+    problems, faults = tuple(problems), []
+    for joint in range(1, model.njoints):
+        inertia = model.inertias[joint]
+        body = "the trunk" if joint == 1 else f"the body moved by joint '{model.names[joint]}'"
+        moment = float(np.abs(inertia.inertia).max())
+        if not max(inertia.mass, moment, *np.abs(inertia.lever)) < _MOST:
+            faults.append(
+                f"{body}: its mass is {inertia.mass:.4g} kg, its largest moment {moment:.4g} "
+                f"kg·m²; numbers from {_MOST:g} on describe no robot; correct the masses (kg), "
+                "inertias (kg·m²) and lengths (m) of the file"
+            )
+        elif fault := inertia_fault(float(inertia.mass), np.array(inertia.inertia)):
+            links = {frame.name for frame in model.frames if frame.parentJoint == joint}
+            known = [str(p) for p in problems if p.kind == "inertia" and p.name in links]
+            faults += known or [f"{body}: {fault}"]
+    if faults:
+        raise fault_error(faults)
+    _refuse_idle(model)
+
+
+def _refuse_idle(model: pin.Model) -> None:
+    """Refuse a joint that moves no mass: no torque is right for it, and nothing can be solved.
+
+    Seen with all joints bent by different angles, lest a mass just happen to lie on an axis.
+    """
+    q = np.array(pin.neutral(model))
+    q[7:] = 0.2 + 0.1 * np.arange(model.nq - 7)
+    moved = np.diag(pin.crba(model, model.createData(), q))[6:]
+    idle = [str(model.names[2 + int(row)]) for row in np.flatnonzero(moved <= _IDLE * moved.max())]
+    if idle:
+        more = f", and so on for {len(idle) - 3} more" if len(idle) > 3 else ""
+        also = f" (the same holds for {', '.join(idle[1:3])}{more})" if idle[1:] else ""
+        raise RobotError(
+            f"joint '{idle[0]}' moves no mass: neither the link it moves nor any beyond has one "
+            f"away from its axis{also}; give the links of the legs their <inertial>: "
+            "mass (kg), centre of mass (m) and inertia (kg·m²), or the joint its armature (kg·m²)"
+        )

@@ -68,7 +68,7 @@ class Source:
 
     Attributes:
         text: of the description, which `read_source` reads again as it is, though not its meshes;
-            of an MJCF file its normal form (see `mjcf.normal_form`).
+            of an MJCF file its normal form (see `mjcf_normal_form`).
         path: of the file, None for text.
         format: "urdf" or "mjcf".
         package_dirs: directories that hold packages with meshes.
@@ -120,7 +120,7 @@ class Source:
     ) -> pin.GeometryModel | None:
         """Return the geometry of `model()`, without the meshes of `mesh_problems`.
 
-        Meshes of Collada files that lie on their side are turned upright (see `collada`).
+        Meshes of Collada files that lie on their side are turned upright (see `meshes`).
 
         Args:
             kind: what is drawn (VISUAL) or what touches (COLLISION).

@@ -14,8 +14,8 @@ from dataclasses import replace
 import numpy as np
 
 from gaitopt.errors import RobotError
-from gaitopt.importers.bodies import MOST_JOINTS, inertia_fault
 from gaitopt.importers.physics import PassiveJoint
+from gaitopt.importers.pinocchio_model import MOST_JOINTS, inertia_fault
 from gaitopt.importers.report import Faults, Finding, How, fault_error, faults_of, listed
 from gaitopt.importers.urdf_document import (
     FREE,

@@ -11,8 +11,7 @@ import numpy as np
 import pinocchio as pin
 
 from gaitopt.errors import RobotError
-from gaitopt.importers.bodies import sound_inertia
-from gaitopt.importers.pinocchio_model import joint_model
+from gaitopt.importers.pinocchio_model import joint_model, sound_inertia
 from gaitopt.importers.urdf_document import Description, Inertial, Joint, Link, Origin
 from gaitopt.nlp import Array
 

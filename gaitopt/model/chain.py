@@ -9,8 +9,8 @@ import numpy as np
 import pinocchio as pin
 
 from gaitopt.errors import RobotError
-from gaitopt.importers.bodies import refuse_unsound
 from gaitopt.importers.physics import Physics
+from gaitopt.importers.pinocchio_model import refuse_unsound
 from gaitopt.importers.report import Finding, fault_error, faults_of
 from gaitopt.model.chain_physics import ChainPhysics, chain_physics
 from gaitopt.model.importer import ImportedRobot, pair_findings, symmetry_findings

@@ -9,7 +9,7 @@ from mjcf_text import mjcf_text
 from gaitopt.catalogue.biped_spec import biped13
 from gaitopt.catalogue.urdf_writer import urdf_text
 from gaitopt.errors import RobotError
-from gaitopt.importers.bodies import MOST_JOINTS
+from gaitopt.importers.pinocchio_model import MOST_JOINTS
 from gaitopt.importers.source import read_source
 from gaitopt.model.robot import Robot
 

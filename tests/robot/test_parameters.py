@@ -8,8 +8,13 @@ import numpy as np
 import pytest
 
 from gaitopt.catalogue.biped_spec import BipedSpec, biped13, box_inertia
-from gaitopt.catalogue.parameters import PARAMETERS, changed, parameter_name, parameter_unit
-from gaitopt.catalogue.spec_file import read_spec
+from gaitopt.catalogue.parameters import (
+    PARAMETERS,
+    changed,
+    parameter_name,
+    parameter_unit,
+    read_spec,
+)
 from gaitopt.errors import SpecError
 
 SPEC = biped13()

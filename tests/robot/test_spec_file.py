@@ -9,8 +9,7 @@ from hypothesis import HealthCheck, given, settings
 from robot.strategies import biped_specs
 
 from gaitopt.catalogue.biped_spec import BipedSpec, biped13
-from gaitopt.catalogue.parameters import changed
-from gaitopt.catalogue.spec_file import read_spec, spec_text, write_spec
+from gaitopt.catalogue.parameters import changed, read_spec, spec_text, write_spec
 from gaitopt.errors import InputError, SpecError
 
 

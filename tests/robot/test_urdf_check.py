@@ -12,7 +12,7 @@ from urdf_edits import add_arm, edited_urdf, joint, link
 from gaitopt.catalogue.biped_spec import biped13
 from gaitopt.catalogue.urdf_writer import urdf_text
 from gaitopt.errors import RobotError
-from gaitopt.importers.bodies import refuse_unsound
+from gaitopt.importers.pinocchio_model import refuse_unsound
 from gaitopt.importers.source import read_source
 from gaitopt.importers.urdf_check import check_urdf
 from gaitopt.importers.xml_document import parse_xml

@@ -10,7 +10,7 @@ import numpy as np
 import pinocchio as pin
 
 from gaitopt.errors import RobotError
-from gaitopt.importers.bodies import inertia_fault
+from gaitopt.importers.pinocchio_model import inertia_fault
 from gaitopt.importers.report import Finding
 from gaitopt.importers.xml_document import FileProblem
 from gaitopt.model.import_options import InertiaOverride, LimitOverride, matching
