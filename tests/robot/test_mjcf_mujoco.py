@@ -158,7 +158,7 @@ def test_legs_drawn_at_unequal_refs_are_named():
     assert Robot.from_urdf(shifted).mass == pytest.approx(56.87)
 
 
-@pytest.mark.parametrize("memory", ["1G", "100000G"])
+@pytest.mark.parametrize("memory", ["1G", "100000G", "5000000000"])
 def test_memory_of_simulations_is_not_asked_for(memory):
     asking = text().replace("</mujoco>", f"<size memory='{memory}'/></mujoco>")
     assert read_source(asking).model() == read_source(text()).model()
