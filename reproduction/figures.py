@@ -8,7 +8,6 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from gaitopt.view.body import walking_model
 from gaitopt.view.figure_style import (
     GREY,
     INSIDE,
@@ -22,8 +21,7 @@ from gaitopt.view.figure_style import (
     new_figure,
     styled,
 )
-from gaitopt.view.skeleton import sole_corners
-from gaitopt.view.stick_figures import step_figure, walking_figure
+from gaitopt.view.figures import step_figure, walking_figure
 from reproduction.curve import GROUPS
 from reproduction.gradients import COST_ONLY, DIFFERENCES, EXACT, Run
 from reproduction.paper import printed
@@ -90,7 +88,7 @@ def cop_figure(result: Reproduction) -> Figure:
     """Draw the centre of pressure with one and with two intermediate postures (Fig. 6)."""
     figure = new_figure(6.4, 4.4)
     axes = figure.subplots()
-    corners = sole_corners(result.gait, walking_model(result.gait))
+    corners = result.gait.trajectory.body.sole_corners[0]
     low, high = corners.min(axis=0)[:2], corners.max(axis=0)[:2]
     axes.fill_between([low[0], high[0]], low[1], high[1], facecolor=INSIDE, edgecolor=TRUNK)
     for gait, name, line, there in (

@@ -11,8 +11,6 @@ import numpy as np
 
 from gaitopt.design.design import versions
 from gaitopt.gait.result import Gait
-from gaitopt.view.body import walking_model
-from gaitopt.view.skeleton import sole_corners
 from reproduction.curve import GROUPS
 from reproduction.gradients import DIFFERENCES, EXACT, NEAR
 from reproduction.identification import UNKNOWNS
@@ -242,7 +240,7 @@ def _legs(result: Reproduction) -> Iterator[Claim]:
 
 
 def _cop_inside(result: Reproduction) -> Claim:
-    corners = sole_corners(result.gait, walking_model(result.gait))
+    corners = result.gait.trajectory.body.sole_corners[0]
     low, high = corners.min(axis=0)[:2], corners.max(axis=0)[:2]
     least = min(
         float(np.minimum(gait.cop - low, high - gait.cop).min())

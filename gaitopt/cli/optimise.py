@@ -31,7 +31,7 @@ from gaitopt.errors import (
 from gaitopt.gait.result import Gait
 from gaitopt.mechanics.leg_distance import leg_pairs
 from gaitopt.nlp import Status
-from gaitopt.view.painter import painter
+from gaitopt.view.figure_worker import painter
 
 
 def run(

@@ -22,7 +22,7 @@ from gaitopt.gait.costs import Cost
 from gaitopt.gait.gait_file import save_gait
 from gaitopt.gait.result import Gait
 from gaitopt.gait.task import Task
-from gaitopt.view.painter import Painter
+from gaitopt.view.figure_worker import Painter
 
 GAIT, PAGE, FIGURES, SUMMARY = "gait.npz", "gait.html", "figures", "summary.json"
 TASK, URDF, CHOICES = "task.toml", "robot.urdf", "choices.toml"

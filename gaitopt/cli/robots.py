@@ -23,8 +23,7 @@ from gaitopt.cli.paths import require_files
 from gaitopt.cli.process import ExitCode, print_error
 from gaitopt.cli.request import biped_spec, choices_text, robot_origin, robot_source
 from gaitopt.model.robot import Robot
-from gaitopt.view.inspection import Inspection, inspect_robot
-from gaitopt.view.inspection_tables import Section, sections
+from gaitopt.view.inspection import Inspection, Section, inspect_robot, sections
 from gaitopt.view.visible import visible
 
 _STYLES = {"guessed": "yellow", "warning": "bold yellow", "changed": "cyan", "given": "green"}

@@ -13,7 +13,7 @@ from gaitopt.cli.request import require_directories
 from gaitopt.errors import InputError
 from gaitopt.gait.gait_file import load_gait
 from gaitopt.gait.result import Gait
-from gaitopt.view.walk import DEFAULT_STEPS
+from gaitopt.view.animation import DEFAULT_STEPS
 
 
 def run_play(
@@ -31,7 +31,7 @@ def run_play(
     """
     from gaitopt.view.page import write_page
     from gaitopt.view.player import play
-    from gaitopt.view.server import LOCAL, is_local
+    from gaitopt.view.viewer import LOCAL, is_local
 
     if html is not None and (host is not None or port is not None):
         raise InputError("a page is a file: --html goes with neither --host nor --port")

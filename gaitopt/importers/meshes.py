@@ -193,10 +193,15 @@ def _environment() -> list[Path]:
 
 
 def unseen(model: Element) -> bool:
-    """Tell whether a viewer that goes by the book draws nothing with a lighting model.
+    """Tell whether a viewer that goes by the book draws nothing with a lighting model."""
+    return opacity(model) < _UNSEEN
 
-    Opacity is written in four ways (COLLADA 1.4.1, "Determining transparency"), and many programs
-    wrote that of an opaque mesh as none.
+
+def opacity(model: Element) -> float:
+    """Return the opacity of a lighting model, from 0 to 1.
+
+    It is written in four ways (COLLADA 1.4.1, "Determining transparency"), and many programs wrote
+    that of an opaque mesh as none.
 
     Args:
         model: `phong` element, say, of a Collada document.
@@ -204,11 +209,11 @@ def unseen(model: Element) -> bool:
     factor = _numbers(model, "transparency", "float")
     colour = _numbers(model, "transparent", "color")
     if not factor and not colour:
-        return False
+        return 1.0
     mode = next((e.get("opaque", "A_ONE") for e in _parts(model, "transparent")), "A_ONE")
     red, _, _, alpha = (*colour, 1.0, 1.0, 1.0, 1.0)[:4] if colour else (1.0, 1.0, 1.0, 1.0)
     part = (alpha if mode.startswith("A_") else red) * (factor[0] if factor else 1.0)
-    return (1.0 - part if mode.endswith("ZERO") else part) < _UNSEEN
+    return 1.0 - part if mode.endswith("ZERO") else part
 
 
 def _numbers(model: Element, name: str, kind: str) -> list[float]:

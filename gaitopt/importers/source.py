@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Collection
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, lru_cache
 from pathlib import Path
 
 import coal
+import numpy as np
 import pinocchio as pin
 
 from gaitopt.errors import RobotError
@@ -22,6 +24,7 @@ from gaitopt.importers.meshes import (
 from gaitopt.importers.mjcf_compile import compile_mjcf, whole_mjcf
 from gaitopt.importers.mjcf_extract import extract
 from gaitopt.importers.mjcf_model import (
+    LoadMesh,
     build_mjcf_geometry,
     build_mjcf_model,
     build_physics,
@@ -51,15 +54,13 @@ from gaitopt.importers.urdf_geometry import (
 from gaitopt.importers.urdf_model import build_model
 from gaitopt.importers.urdf_transmissions import Rotor, add_armature, read_rotors
 from gaitopt.importers.xml_document import FileProblem, XmlTree, parse_xml
+from gaitopt.nlp import Array
 
 _KINDS: dict[pin.GeometryType, Kind] = {
     pin.GeometryType.VISUAL: "visual",
     pin.GeometryType.COLLISION: "collision",
 }
-_LOADER = coal.CachedMeshLoader(coal.NODE_TYPE.BV_OBB)
-"""Reads each mesh file of a URDF once, whoever asks, and again if its time of change is another in
-whole seconds. Nobody collides with the tree of boxes that it makes of a mesh; of those trees that
-show the corners it is the one made soonest."""
+_MESHES = 128  # kept in memory: of one or two robots
 
 
 @dataclass(frozen=True, eq=False)
@@ -116,7 +117,10 @@ class Source:
         return {} if self.compiled is None else self.compiled.drawn_posture
 
     def geometry(
-        self, kind: pin.GeometryType, links: Collection[str] | None = None
+        self,
+        kind: pin.GeometryType,
+        links: Collection[str] | None = None,
+        load: LoadMesh | None = None,
     ) -> pin.GeometryModel | None:
         """Return the geometry of `model()`, without the meshes of `mesh_problems`.
 
@@ -125,6 +129,7 @@ class Source:
         Args:
             kind: what is drawn (VISUAL) or what touches (COLLISION).
             links: names of the links whose geometry is wanted; None for all.
+            load: reads the mesh files of a URDF; by default they are read once, whoever asks.
 
         Returns:
             The geometry; None where there is none.
@@ -133,7 +138,7 @@ class Source:
             RobotError: a mesh file of an MJCF is there, but is not one that can be read; a URDF
                 is drawn without it, and `mesh_problems` has it from then on.
         """
-        shapes = self._shapes(kind, links)
+        shapes = self._shapes(kind, links, load)
         if shapes is not None and y_up(shapes) and self._lying(kind):
             put_upright(shapes)
         return shapes
@@ -192,14 +197,18 @@ class Source:
         return mark_joint_frames(model)
 
     def _shapes(
-        self, kind: pin.GeometryType, links: Collection[str] | None
+        self,
+        kind: pin.GeometryType,
+        links: Collection[str] | None,
+        load: LoadMesh | None = None,
     ) -> pin.GeometryModel | None:
         """The geometry as the description has it."""
+        load = load or load_mesh
         model = self._whole
         if self.compiled is not None:
-            return build_mjcf_geometry(self.compiled, model, kind, self._paths, _LOADER.load, links)
+            return build_mjcf_geometry(self.compiled, model, kind, self._paths, load_mesh, links)
         wanted = self._read_shapes.of(_KINDS[kind])
-        shapes, broken = build_geometry(model, wanted, self._paths, _LOADER.load, links)
+        shapes, broken = build_geometry(model, wanted, self._paths, load, links)
         self._broken.update({(problem.link, problem.file): problem for problem in broken})
         return shapes if shapes.ngeoms else None
 
@@ -249,14 +258,15 @@ def read_source(urdf: str | Path, package_dirs: Collection[str | Path] = ()) -> 
         MissingExtraError: it is MJCF, and MuJoCo is not installed.
     """
     text, path = _text(urdf)
+    dirs = tuple(map(str, package_dirs))
+    if (checked := _checked_urdf(text)) is not None:
+        tree, problems = checked
+        return Source(text, path, "urdf", dirs, problems, tree)
     tree = parse_xml(text)
     if tree.root.tag == "mujocoinclude":
         raise RobotError(
             "the file holds <mujocoinclude>, a part of an MJCF file; give the file that includes it"
         )
-    dirs = tuple(map(str, package_dirs))
-    if tree.root.tag != "mujoco":
-        return Source(text, path, "urdf", dirs, check_urdf(tree), tree)
     if is_normal(tree.root):
         try:
             return Source(text, path, "mjcf", dirs, (), tree, read_normal(tree.root))
@@ -265,6 +275,29 @@ def read_source(urdf: str | Path, package_dirs: Collection[str | Path] = ()) -> 
     whole = whole_mjcf(tree, None if path is None else path.parent)
     robot, problems, notes = extract(compile_mjcf(text, path, whole, _paths(path, dirs)), whole)
     return Source(normal_text(robot), path, "mjcf", dirs, problems, whole, robot, notes)
+
+
+@lru_cache(maxsize=2)  # whoever draws a robot that was just designed for has the same text
+def _checked_urdf(text: str) -> tuple[XmlTree, tuple[FileProblem, ...]] | None:
+    """Return a URDF parsed, and what is odd in it; None for a file of MuJoCo's."""
+    tree = parse_xml(text)
+    return None if tree.root.tag.startswith("mujoco") else (tree, check_urdf(tree))
+
+
+def load_mesh(path: str, scale: Array) -> coal.BVHModelBase:
+    """Return a mesh; one file at one scale is read once, and again when it has changed.
+
+    Coal's own `CachedMeshLoader` reads it every time. Nobody collides with the tree of boxes that
+    is made of a mesh; of those trees that show the corners it is the one made soonest.
+    """
+    changed = os.stat(path).st_mtime_ns if os.path.exists(path) else 0
+    return _read_mesh(path, tuple(map(float, scale)), changed)
+
+
+@lru_cache(maxsize=_MESHES)
+def _read_mesh(path: str, scale: tuple[float, ...], changed: int) -> coal.BVHModelBase:
+    del changed
+    return coal.MeshLoader(coal.NODE_TYPE.BV_OBB).load(path, np.array(scale))
 
 
 def _text(urdf: str | Path) -> tuple[str, Path | None]:

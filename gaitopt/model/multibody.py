@@ -141,6 +141,38 @@ class Multibody:
         model.gravity = pin.Motion(self.gravity, np.zeros(3))
         return model
 
+    def placements(self, configurations: Array) -> Array:
+        """Return where the bodies are, the base first, shape (N, M + 1, 4, 4).
+
+        Args:
+            configurations: of `model`, shape (N, 7 + M).
+        """
+        model, data = self.model, self.model.createData()
+        places = np.empty((len(configurations), len(self.joint_names) + 1, 4, 4))
+        for own, q in zip(places, configurations, strict=True):
+            pin.forwardKinematics(model, data, q)
+            for row, place in enumerate(own):
+                place[:] = data.oMi[row + 1].homogeneous
+        return places
+
+    def leg(self, foot: int) -> tuple[int, ...]:
+        """Return the moving joints of a foot's own leg, from the sole up to the hip.
+
+        Args:
+            foot: index into `sole_names`.
+        """
+        own, other = (self._above(joint) for joint in self.sole_joint[[foot, 1 - foot]])
+        moving = set(self.moving.tolist())
+        return tuple(row for row in own if row not in other and row in moving)
+
+    def _above(self, joint: int) -> list[int]:
+        """Return a joint and those above it, up to the base."""
+        rows = []
+        while joint != BASE:
+            rows.append(int(joint))
+            joint = self.parent[joint]
+        return rows
+
     @property
     def carried(self) -> CarriedWeight | None:
         """The weight that is carried from outside, by body; None where there is none."""

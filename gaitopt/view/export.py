@@ -1,19 +1,142 @@
-"""Write a gait in a form other programs read, chosen by the suffix of the file."""
+"""Write a gait in a form that other programs read, chosen by the suffix of the file.
+
+A table (.csv) has one row per sample; a record (.json, .yaml) has names and numbers, nested:
+samples, splines, impact and origin.
+"""
 
 from __future__ import annotations
 
+import csv
+import io
+import json
+import re
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
 
 from gaitopt.atomic import write_atomically
 from gaitopt.errors import InputError
 from gaitopt.gait.result import Gait
-from gaitopt.view.record import json_text
-from gaitopt.view.stride import Stride, stride
-from gaitopt.view.table import csv_text
+from gaitopt.gait.trajectory import TrajectoryPhase
+from gaitopt.nlp import Array
+
+_FORCE_MIRROR = np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0])  # a moment is an axial vector
+_COP_MIRROR = np.array([1.0, -1.0])
+_WRENCH = ("force_x", "force_y", "force_z", "moment_x", "moment_y", "moment_z")
+_IMPULSE = ("linear_x", "linear_y", "linear_z", "angular_x", "angular_y", "angular_z")
+_TEXT_OR_EXPONENT = re.compile(r'"(?:[^"\\]|\\.)*"|(?P<digits>(?<![\d.])\d+)(?P<power>e[+-]?\d+)')
+
+
+@dataclass(frozen=True, eq=False)
+class StrideSamples:
+    """The samples of one step, or of a step and its mirror image; N of them.
+
+    At the change of step the instant is there twice, before and after the impact.
+
+    Attributes:
+        time: [s], shape (N,).
+        step: 0 or 1, shape (N,).
+        q, dq, ddq, torque: of `Gait.joint_names`, shape (N, J); units as in `Gait`.
+        ground_wrench, cop: in the sole frame of the standing foot, shapes (N, 6) and (N, 2).
+        standing: sole frame of the standing foot, one for each step.
+    """
+
+    time: Array
+    step: NDArray[np.intp]
+    q: Array
+    dq: Array
+    ddq: Array
+    torque: Array
+    ground_wrench: Array
+    cop: Array
+    standing: tuple[str, ...]
+
+
+def stride_samples(gait: Gait, both_legs: bool = False) -> StrideSamples:
+    """Return the step as computed, or with its mirror image after it (Eq. 26)."""
+    steps = range(2 if both_legs else 1)
+
+    def joined(values: Array, mirror: Array) -> Array:
+        return np.concatenate([values if k == 0 else values @ mirror.T for k in steps])
+
+    return StrideSamples(
+        time=np.concatenate([gait.time + k * gait.duration for k in steps]),
+        step=np.repeat(np.array(steps, dtype=np.intp), len(gait.time)),
+        **{n: joined(getattr(gait, n), gait.mirror) for n in ("q", "dq", "ddq", "torque")},
+        ground_wrench=joined(gait.ground_wrench, np.diag(_FORCE_MIRROR)),
+        cop=joined(gait.cop, np.diag(_COP_MIRROR)),
+        standing=(gait.stance_sole, gait.swing_sole_frame)[: len(steps)],
+    )
+
+
+def cubic_pieces(gait: Gait) -> Array:
+    """Return the spline of each joint as polynomials, shape (m - 1, J, 4), Eq. (40).
+
+    In piece k the angle is a0 + a1 s + a2 s² + a3 s³ [rad] with s = t - knots[k] [s].
+    """
+    q, dq, ddq = TrajectoryPhase(0, gait.knots, gait.coefficients).motion(gait.knots)
+    jerk = np.diff(ddq, axis=0) / np.diff(gait.knots)[:, None]
+    return np.stack([q[:-1], dq[:-1], ddq[:-1] / 2.0, jerk / 6.0], axis=-1)
+
+
+def csv_text(gait: Gait, samples: StrideSamples) -> str:
+    """Return the samples of a stride as comma-separated values with a header of names and units.
+
+    Columns: time, step, then angle, rate, acceleration and torque of each joint, the ground wrench
+    and the centre of pressure in the standing foot's sole frame.
+    """
+    blocks = [samples.time[:, None], samples.step[:, None].astype(np.float64)]
+    header = ["time [s]", "step"]
+    for name, unit in (("q", "rad"), ("dq", "rad/s"), ("ddq", "rad/s2"), ("torque", "N.m")):
+        header += [f"{joint} {name} [{unit}]" for joint in gait.joint_names]
+        blocks.append(getattr(samples, name))
+    header += [f"{name} [{'N' if 'force' in name else 'N.m'}]" for name in _WRENCH]
+    header += ["cop_x [m]", "cop_y [m]"]
+    buffer = io.StringIO()
+    writer = csv.writer(buffer, lineterminator="\n")
+    writer.writerow(header)
+    # 17 significant digits: reading the text gives the same number
+    rows = np.hstack([*blocks, samples.ground_wrench, samples.cop])
+    writer.writerows([[f"{value:.17g}" for value in row] for row in rows])
+    return buffer.getvalue()
+
+
+def json_text(gait: Gait, samples: StrideSamples) -> str:
+    """Return the record of a gait as JSON, which is YAML too."""
+    text = json.dumps(record(gait, samples), indent=1, ensure_ascii=False) + "\n"
+    return _TEXT_OR_EXPONENT.sub(_with_point, text)
+
+
+def record(gait: Gait, samples: StrideSamples) -> dict[str, object]:
+    """Return samples, splines, impact and origin of a gait for a controller."""
+    joints = gait.joint_names
+    return {
+        "units": "SI: s, m, kg, rad, N, N.m; signs of the joints as in the URDF",
+        "duration": gait.duration,
+        "step_length": gait.step_length,
+        "speed": gait.speed,
+        "joint_names": list(joints),
+        "standing_foot_of_step": list(samples.standing),
+        "time": samples.time.tolist(),
+        "step": samples.step.tolist(),
+        "joints": {
+            name: {n: getattr(samples, n)[:, i].tolist() for n in ("q", "dq", "ddq", "torque")}
+            for i, name in enumerate(joints)
+        },
+        "ground_wrench_in_standing_sole": _columns(samples.ground_wrench, _WRENCH),
+        "cop_in_standing_sole": _columns(samples.cop, ("x", "y")),
+        "splines": _splines(gait, samples),
+        "impact": _impact(gait),
+        "parameters": dict(zip(gait.parameter_names, gait.parameters.tolist(), strict=True)),
+        "meta": dict(gait.meta),
+    }
+
 
 # Every JSON text is a YAML text (YAML 1.2, section 1.3), so YAML needs no package of its own.
-WRITERS: dict[str, Callable[[Gait, Stride], str]] = {
+WRITERS: dict[str, Callable[[Gait, StrideSamples], str]] = {
     ".csv": csv_text,
     ".json": json_text,
     ".yaml": json_text,
@@ -33,12 +156,47 @@ def export(gait: Gait, path: str | Path, *, both_legs: bool = False) -> Path:
         The path written.
 
     Raises:
-        InputError: the suffix is unknown, the path cannot be written, or there are too few samples
-            for the splines of a .json or .yaml file.
+        InputError: the suffix is unknown, or the path cannot be written.
     """
     writer = WRITERS.get(Path(path).suffix.lower())
     if writer is None:
         raise InputError(
             f"cannot export to '{path}': the suffix must be one of {', '.join(WRITERS)}"
         )
-    return write_atomically(path, writer(gait, stride(gait, both_legs)).encode("utf-8"))
+    return write_atomically(path, writer(gait, stride_samples(gait, both_legs)).encode("utf-8"))
+
+
+def _with_point(token: re.Match[str]) -> str:
+    """Write 1e-05 as 1.0e-05: readers of YAML 1.1 take the first for a text."""
+    return f"{token['digits']}.0{token['power']}" if token["digits"] else token[0]
+
+
+def _columns(values: Array, names: tuple[str, ...]) -> dict[str, list[float]]:
+    return {name: values[:, i].tolist() for i, name in enumerate(names)}
+
+
+def _splines(gait: Gait, samples: StrideSamples) -> dict[str, object]:
+    """Return for each joint, step and piece the coefficients a0 to a3 of Eq. (40)."""
+    pieces = cubic_pieces(gait)
+    steps = [pieces, np.einsum("ij,kjc->kic", gait.mirror, pieces)][: len(samples.standing)]
+    return {
+        "formula": "angle = a0 + a1 s + a2 s^2 + a3 s^3, s = time in the step - knots[piece]",
+        "order": "[step][piece][a0, a1, a2, a3]",
+        "knots": gait.knots.tolist(),
+        "coefficients": {
+            name: [step[:, i].tolist() for step in steps] for i, name in enumerate(gait.joint_names)
+        },
+    }
+
+
+def _impact(gait: Gait) -> dict[str, object]:
+    """Return what happens at the landing that ends step 0."""
+    rates = {"before": gait.rate_before, "after": gait.rate_after}
+    rates["jump"] = gait.rate_after - gait.rate_before
+    return {
+        "impulse_in_landing_sole": dict(zip(_IMPULSE, gait.impulse.tolist(), strict=True)),
+        "rates": {
+            name: dict(zip(gait.joint_names, values.tolist(), strict=True))
+            for name, values in rates.items()
+        },
+    }

@@ -1,4 +1,7 @@
-"""How every figure looks: sizes, colours, axes."""
+"""How every figure looks: colours, sizes, axes.
+
+What must be told apart has Okabe & Ito's colours (2008): by any colour vision, and in grey print.
+"""
 
 from __future__ import annotations
 
@@ -9,35 +12,17 @@ from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from gaitopt.view.colours import (
-    GREY,
-    GROUND,
-    INSIDE,
-    LIMIT,
-    MEAN,
-    SECOND,
-    STANCE,
-    SWING,
-    TRUNK,
-)
 from gaitopt.view.visible import visible
 
-__all__ = [
-    "GREY",
-    "GROUND",
-    "INSIDE",
-    "LIMIT",
-    "MEAN",
-    "SECOND",
-    "STANCE",
-    "SWING",
-    "TRUNK",
-    "draw_limits",
-    "label_axes",
-    "name_on_figure",
-    "new_figure",
-    "styled",
-]
+STANCE = "#D55E00"
+SWING = "#0072B2"
+TRUNK = "#333333"
+SECOND = "#009E73"
+MEAN = "#CC79A7"
+LIMIT = "#B00020"
+GREY = "#8A8A8A"
+GROUND = "#B5B5B5"
+INSIDE = "#F1F4F7"
 
 _LONGEST = 40  # characters of a name
 _STYLE: Any = {

@@ -1,4 +1,8 @@
-"""All figures of a gait, and how they get to the disk."""
+"""The figures of a gait: its motion, the ground's force and pressure, and its joints.
+
+Motion as stick figures (Figs. 4 and 9), ground force and friction (Fig. 5), centre of pressure
+(Fig. 6), torques and rates of the motors against their limits.
+"""
 
 from __future__ import annotations
 
@@ -6,15 +10,346 @@ import io
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
+from matplotlib.patches import Rectangle
+from numpy.typing import ArrayLike
 
 from gaitopt.atomic import write_atomically
+from gaitopt.design.summary import pair_name, partner
 from gaitopt.errors import InputError
 from gaitopt.gait.result import Gait
-from gaitopt.view.figure_style import styled
-from gaitopt.view.ground_figures import cop_figure, force_figure
-from gaitopt.view.joint_figures import angle_figure, rate_figure, torque_figure
-from gaitopt.view.stick_figures import step_figure, walking_figure
+from gaitopt.importers.physics import STANDARD_GRAVITY
+from gaitopt.model.physics_report import GRAVITY_KEY
+from gaitopt.nlp import Array
+from gaitopt.view.figure_style import (
+    GROUND,
+    INSIDE,
+    LIMIT,
+    MEAN,
+    SECOND,
+    STANCE,
+    SWING,
+    TRUNK,
+    label_axes,
+    name_on_figure,
+    new_figure,
+    styled,
+)
+from gaitopt.view.stick_figures import StickFigures, stick_figures, trunk_top
+
+_SIDE, _FRONT = 0, 1  # the horizontal axis of each view: x forward, y left
+_FAINT = 0.22  # opacity of the first of the superposed figures; the last is solid
+_BESIDE = 0.1  # m of ground ahead and behind
+_EDGES = ([[0, 1], [2, 3]], [[0, 2], [1, 3]])  # ends of a sole seen from the side: toe, heel; front
+_AROUND = 0.012  # m, shown around the sole
+_COP_WIDTH, _COP_INSIDE, _COP_TEXT = 6.4, 4.95, 0.9  # inch: figure, panel; text above and below
+_COP_HEIGHTS = (1.2, 5.0)  # inch, of the panel
+_ROW, _COLUMNS = 2.5, 3  # panels of joints: inch, number
+# Six panels are laid out by measuring each of their labels twice, which takes longer than drawing.
+_PLACE = {
+    "left": 0.075, "right": 0.99, "bottom": 0.18, "top": 0.905, "wspace": 0.16, "hspace": 0.17,
+}  # fmt: skip
+_FAR = 1.5  # a limit this many times the panel's own largest value would flatten its curves
+_FLAT = 0.02  # of the figure's largest value: a panel shows no less, lest rounding looks like waves
+_SPACE = 0.08  # free above and below the curves, in their heights
+
+
+def step_figure(gait: Gait, count: int = 9) -> Figure:
+    """Draw one step as superposed stick figures, side and front view (Fig. 4).
+
+    Args:
+        gait: one step.
+        count: number of stick figures, at equal times.
+    """
+    indices = np.linspace(0, len(gait.time) - 1, count).round().astype(int)
+    whole = _sticks(gait, gait.time, before=gait.time > 0.0)
+    sticks = whole.at(indices)
+    figure = new_figure(6.6, 4.9)
+    spans = [np.ptp(_reach(sticks, view)) for view in (_SIDE, _FRONT)]  # for both to one scale
+    side, front = figure.subplots(1, 2, sharey=True, width_ratios=spans)
+    opacity = np.linspace(_FAINT, 1.0, count)
+    for axes, view in ((side, _SIDE), (front, _FRONT)):
+        _draw_ground(axes, sticks, view)
+        for index in range(count):
+            _draw(axes, sticks, index, view, float(opacity[index]))
+    toes = whole.soles[:, 1, :2].mean(axis=1)
+    side.plot(
+        toes[:, 0], toes[:, 2], color=SWING, linewidth=0.9, linestyle=":",
+        label="path of the swing toes",
+    )  # fmt: skip
+    label_axes(side, "forward x [m]", "height z [m]", "from the right")
+    label_axes(front, "left y [m]", "", "from behind")
+    front.invert_xaxis()
+    _name_legs(figure, side)
+    figure.suptitle(f"One step: {gait.step_length:.3f} m in {gait.duration:.3f} s")
+    return figure
+
+
+def walking_figure(gait: Gait, steps: int = 3, per_step: int = 6) -> Figure:
+    """Draw several steps as a row of stick figures (Fig. 9).
+
+    Args:
+        gait: one step.
+        steps: number of steps.
+        per_step: number of stick figures in each step.
+    """
+    inside = np.linspace(0, len(gait.time) - 1, per_step + 1).round().astype(int)[:-1]
+    times = [gait.time[inside] + k * gait.duration for k in range(steps)]
+    sticks = _sticks(gait, np.append(np.concatenate(times), steps * gait.duration))
+    figure = new_figure(7.4, 5.2)
+    axes = figure.subplots()
+    _draw_ground(axes, sticks, _SIDE)
+    for index in range(len(sticks.legs)):
+        _draw(axes, sticks, index, _SIDE, 0.95 if index % per_step == 0 else 0.4)
+    label_axes(axes, "forward x [m]", "height z [m]")
+    _name_legs(figure, axes, (gait.stance_sole, gait.swing_sole_frame))
+    figure.suptitle(f"{steps} steps at {gait.speed:.3g} m/s; solid: the landings")
+    return figure
+
+
+def _sticks(gait: Gait, times: Array, before: ArrayLike = False) -> StickFigures:
+    """Return stick figures of a walk at times [s]."""
+    samples = gait.trajectory.at(times, before=before)
+    return stick_figures(gait.trajectory.body, samples.configuration, trunk_top(gait))
+
+
+def _draw(axes: Axes, sticks: StickFigures, index: int, view: int, opacity: float) -> None:
+    """Draw one stick figure: far leg, trunk, near leg."""
+    for leg, colour in ((1, SWING), (0, STANCE)):
+        points = sticks.legs[index, leg]
+        axes.plot(points[:, view], points[:, 2], "o-", markersize=2.4, color=colour, alpha=opacity)
+        _draw_foot(axes, points[0], sticks.soles[index, leg], view, colour, opacity)
+    hips = sticks.legs[index, :, -1]
+    axes.plot(hips[:, view], hips[:, 2], color=TRUNK, alpha=opacity, linewidth=1.7)
+    trunk = sticks.trunk[index]
+    axes.plot(trunk[:, view], trunk[:, 2], color=TRUNK, alpha=opacity, linewidth=2.2)
+
+
+def _draw_foot(
+    axes: Axes, ankle: Array, sole: Array, view: int, colour: str, opacity: float
+) -> None:
+    """Draw the sole's middle line in this view and its ends to the ankle."""
+    first, second = (sole[pair].mean(axis=0) for pair in _EDGES[view])
+    outline = np.array([ankle, first, second, ankle])
+    axes.plot(outline[:, view], outline[:, 2], linewidth=1.1, color=colour, alpha=opacity)
+
+
+def _draw_ground(axes: Axes, sticks: StickFigures, view: int) -> None:
+    axes.fill_between(_reach(sticks, view), -0.02, 0.0, color=GROUND, linewidth=0)
+    axes.set_aspect("equal", adjustable="box")
+    axes.grid(False)
+
+
+def _reach(sticks: StickFigures, view: int) -> Array:
+    """Return the ends (2,) of the ground that a view shows [m]."""
+    points = (sticks.soles, sticks.trunk, sticks.legs)
+    along = np.concatenate([part[..., view].ravel() for part in points])
+    return np.array([along.min() - _BESIDE, along.max() + _BESIDE])
+
+
+def _name_legs(
+    figure: Figure, axes: Axes, names: tuple[str, str] = ("stance leg", "swing leg")
+) -> None:
+    for name, colour in zip((*names, "trunk"), (STANCE, SWING, TRUNK), strict=True):
+        axes.plot([], [], color=colour, label=name.replace("_sole", " leg").replace("_", " "))
+    figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=4)
+
+
+def torque_figure(gait: Gait) -> Figure:
+    """Draw the torques of the joints against their limits, stance leg on swing leg."""
+    figure = _grid(gait, gait.torque, gait.joint_limit("torque"), "torque [N·m]")
+    figure.suptitle("Joint torques")
+    return figure
+
+
+def rate_figure(gait: Gait) -> Figure:
+    """Draw the rates of the joints against their limits, stance leg on swing leg."""
+    figure = _grid(gait, gait.dq, gait.joint_limit("speed"), "rate [rad/s]")
+    figure.suptitle("Joint rates")
+    return figure
+
+
+def angle_figure(gait: Gait) -> Figure:
+    """Draw the angles of the joints, stance leg on swing leg."""
+    figure = _grid(gait, gait.q, None, "angle [rad]")
+    figure.suptitle("Joint angles")
+    return figure
+
+
+def _grid(gait: Gait, values: Array, limits: Array | None, unit: str) -> Figure:
+    """Draw panels from hip to ankle, in each the joint of both legs, in its own scale."""
+    joints = _panels(gait)
+    rows = -(-len(joints) // _COLUMNS)
+    figure = new_figure(9.0, rows * _ROW, layout=None)
+    panels = figure.subplots(rows, _COLUMNS, sharex=True, squeeze=False, gridspec_kw=_PLACE)
+    for axes in panels.flat[len(joints) :]:
+        axes.set_visible(False)
+    least = _FLAT * float(np.abs(values).max())
+    for panel, (axes, stance) in enumerate(zip(panels.flat, joints, strict=False)):
+        both = [stance, partner(gait, stance)]
+        axes.axhline(0.0, color="#C8C8C8", linewidth=0.8)
+        axes.plot(gait.time, values[:, both[0]], color=STANCE, label="stance leg")
+        axes.plot(gait.time, values[:, both[1]], color=SWING, label="swing leg")
+        drawn = [] if limits is None else _draw_limit(axes, values[:, both], limits[both])
+        _scale(axes, np.append(values[:, both], drawn), least)
+        label_axes(
+            axes,
+            "time [s]" if panel >= len(joints) - _COLUMNS else "",
+            unit if panel % _COLUMNS == 0 else "",
+            name_on_figure(pair_name(gait, stance)),
+        )
+    _share_legend(figure, list(panels.flat[: len(joints)]))
+    return figure
+
+
+def _panels(gait: Gait) -> list[int]:
+    """Return one joint of each pair: the stance leg's from the hip down, then all others."""
+    others = range(2 * gait.leg_joints, len(gait.joint_names))
+    return [
+        *reversed(range(gait.leg_joints)),
+        *(joint for joint in others if joint <= partner(gait, joint)),
+    ]
+
+
+def _draw_limit(axes: Axes, values: Array, limits: Array) -> list[float]:
+    """Write the limit of both joints and the share used; draw it where their curves come near.
+
+    Returns:
+        The values at which there is a line.
+    """
+    limit = float(np.min(limits))
+    if not np.isfinite(limit) or limit <= 0.0:
+        return []
+    used = np.abs(values).max(axis=0) / limits
+    colour = LIMIT if used.max() >= 0.999 else "#555555"
+    share = f"limit {limit:.4g}: {100.0 * used[0]:.0f} % / {100.0 * used[1]:.0f} %"
+    near = [side * limit for side in (-1, 1) if limit < _FAR * (side * values).max()]
+    axes.set_title(share, loc="right", fontsize=7.5, color=colour)
+    for line in near:
+        axes.axhline(line, color=LIMIT, linestyle="--", linewidth=1.0, label="limit")
+    return near
+
+
+def _scale(axes: Axes, shown: Array, least: float) -> None:
+    """Make a panel hold its own values, zero, and at least so much on either side of it."""
+    low, high = min(float(shown.min()), -least), max(float(shown.max()), least)
+    space = _SPACE * (high - low)
+    axes.set_ylim(low - space, high + space)
+
+
+def _share_legend(figure: Figure, panels: list[Axes]) -> None:
+    """Write one legend of whatever is drawn in any panel."""
+    found = {
+        label: handle
+        for axes in panels
+        for handle, label in zip(*axes.get_legend_handles_labels(), strict=True)
+    }
+    told = "above each panel: the limit, and its share used by stance / swing leg"
+    title = told if any(axes.get_title(loc="right") for axes in panels) else None
+    figure.legend(
+        list(found.values()), list(found), loc="lower center", ncols=3, title=title,
+        title_fontsize=8.0,
+    )  # fmt: skip
+
+
+def force_figure(gait: Gait) -> Figure:
+    """Draw the force of the ground on the stance foot, its mean and the weight (Fig. 5).
+
+    Below it, how much of the friction is used: the tangential over the normal force.
+    """
+    figure = new_figure(6.4, 5.2)
+    above, below = figure.subplots(2, 1, sharex=True, height_ratios=[2.0, 1.0])
+    _draw_force(above, gait)
+    _draw_friction(below, gait)
+    figure.suptitle("Force of the ground on the stance foot")
+    return figure
+
+
+def cop_figure(gait: Gait) -> Figure:
+    """Draw the path of the centre of pressure in the stance sole (Fig. 6)."""
+    corners = gait.trajectory.body.sole_corners[0]
+    long, wide = np.ptp(corners, axis=0)[:2] + 2.0 * _AROUND
+    height = _COP_INSIDE * wide / long  # as high as the sole needs, else a band stays empty
+    figure = new_figure(_COP_WIDTH, float(np.clip(height, *_COP_HEIGHTS)) + _COP_TEXT)
+    axes = figure.subplots()
+    _draw_sole(axes, corners)
+    path = _draw_path(axes, gait)
+    colours = figure.colorbar(path, ax=axes, pad=0.02)
+    colours.set_label("time [s]")
+    colours.outline.set_visible(False)
+    margin = _margin(gait.cop, corners)
+    label_axes(axes, "forward x [m]", "left y [m]")
+    axes.set_aspect("equal")
+    axes.grid(False)
+    figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=3)
+    figure.suptitle(f"Centre of pressure in the stance sole; nearest edge {1000.0 * margin:.1f} mm")
+    return figure
+
+
+def _draw_force(axes: Axes, gait: Gait) -> None:
+    fx, fy, fz = gait.ground_wrench[:, :3].T
+    axes.plot(gait.time, fz, color=STANCE, label="normal $f_z$")
+    axes.plot(gait.time, fx, color=SWING, linewidth=1.2, label="forward $f_x$")
+    axes.plot(gait.time, fy, color=SECOND, linewidth=1.2, label="sideways $f_y$")
+    mean = float(np.diff(gait.time) @ (fz[:-1] + fz[1:])) / (2.0 * gait.duration)  # trapezoids
+    axes.axhline(mean, color=MEAN, linewidth=1.2, linestyle="-.", label=f"mean $f_z$ {mean:.1f} N")
+    mass = gait.number("mass")
+    if mass is not None:
+        gravity = gait.number("physics", GRAVITY_KEY) or STANDARD_GRAVITY
+        weight = mass * gravity - (gait.number("physics", "carried_weight_N") or 0.0)
+        axes.axhline(
+            weight, color=TRUNK, linewidth=1.0, linestyle=":", label=f"weight {weight:.1f} N"
+        )
+    label_axes(axes, "", "force [N]")
+    axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
+
+
+def _draw_friction(axes: Axes, gait: Gait) -> None:
+    force = gait.ground_wrench
+    used = np.hypot(force[:, 0], force[:, 1]) / np.where(force[:, 2] > 0.0, force[:, 2], np.nan)
+    axes.plot(gait.time, used, color=TRUNK, label="used")
+    limit = gait.number("task", "margins", "friction")
+    if limit is not None:
+        axes.axhline(limit, color=LIMIT, linestyle="--", linewidth=1.0, label=f"allowed {limit:g}")
+    axes.set_ylim(bottom=0.0)
+    label_axes(axes, "time [s]", "friction [-]")
+    axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
+
+
+def _draw_sole(axes: Axes, corners: Array) -> None:
+    low, high = corners.min(axis=0)[:2], corners.max(axis=0)[:2]
+    size = high - low
+    axes.add_patch(
+        Rectangle(
+            (low[0], low[1]), size[0], size[1], facecolor=INSIDE, edgecolor=TRUNK, label="sole"
+        )
+    )
+    axes.set_xlim(low[0] - _AROUND, high[0] + _AROUND)
+    axes.set_ylim(low[1] - _AROUND, high[1] + _AROUND)
+    axes.annotate("toe", (high[0], high[1]), (-2, 3), textcoords="offset points", ha="right")
+    axes.annotate("heel", (low[0], high[1]), (2, 3), textcoords="offset points", ha="left")
+
+
+def _draw_path(axes: Axes, gait: Gait) -> LineCollection:
+    """Draw the path coloured by time, with its start and end."""
+    segments = np.stack([gait.cop[:-1], gait.cop[1:]], axis=1)
+    middle = (gait.time[:-1] + gait.time[1:]) / 2.0
+    path = LineCollection(list(segments), array=middle, cmap="viridis", linewidth=2.2)
+    path.set_clim(0.0, gait.duration)
+    axes.add_collection(path)
+    axes.plot(*gait.cop[0], "o", color=SECOND, markersize=7, label="start", clip_on=False)
+    axes.plot(*gait.cop[-1], "s", color=SWING, markersize=7, label="end", clip_on=False)
+    return path
+
+
+def _margin(cop: Array, corners: Array) -> float:
+    """Return the smallest distance of the path from the edge of the sole [m]."""
+    low, high = corners.min(axis=0)[:2], corners.max(axis=0)[:2]
+    return float(min((cop - low).min(), (high - cop).min()))
+
 
 FIGURES: dict[str, Callable[[Gait], Figure]] = {
     "step": step_figure,

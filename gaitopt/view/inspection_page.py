@@ -1,73 +1,147 @@
-"""A page with a robot standing at its reference posture, and what is known about it."""
+"""A page with a robot standing at its reference posture, and what is known about it.
+
+The axes of its leg joints and its soles are drawn with it.
+"""
 
 from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
+import pinocchio as pin
+
 from gaitopt.atomic import write_atomically
-from gaitopt.view.inspection import Inspection
-from gaitopt.view.inspection_scene import draw_inspection
-from gaitopt.view.inspection_tables import Section, sections
-from gaitopt.view.meshcat_quiet import meshcat
-from gaitopt.view.page_fit import FIT
-from gaitopt.view.recorder import Recorder, viewer_script
+from gaitopt.errors import RobotError
+from gaitopt.model.importer import ImportedRobot
+from gaitopt.model.legs.kinematic_tree import pose
+from gaitopt.nlp import Array
+from gaitopt.view.inspection import Inspection, Section, sections
+from gaitopt.view.robot_shapes import draw_shape, drawable, unloaded
+from gaitopt.view.viewer import Recorder, geometry, meshcat, page_file, viewer_script
 from gaitopt.view.visible import filled, on_page
 
-_SHORT = 24  # characters; a longer text may be broken
+_ARROW = 0.14  # length of an axis, in heights of the robot
+_THICK = 0.006  # its radius, likewise
+_CAMERA = (1.15, 0.25, 0.75)  # ahead, up, right; likewise
+_PLATE = 0.004  # m: thickness of a sole
+_SOLE = 0x2E9E5B
+_SIDES = (0xD55E00, 0x0072B2)  # right, left: the colours of the figures
 
-_PAGE = """<!DOCTYPE html>
-<html lang="en">
-<head>
-<meta charset="utf-8">
-<meta name="viewport" content="width=device-width, initial-scale=1">
-<title>@TITLE@</title>
-<style>
-  html, body { margin: 0; height: 100%; color: #1d2730; font: 14px/1.45 system-ui, sans-serif; }
-  body { display: flex; }
-  #pane { flex: 0 0 34vw; height: 100vh; overflow: hidden; position: relative; }
-  #facts { flex: 1; min-width: 0; height: 100vh; overflow: auto; padding: 0 24px;
-           box-sizing: border-box; }
-  .table { overflow-x: auto; }
-  h1 { font-size: 20px; margin: 18px 0 6px; } h2 { font-size: 15px; margin: 20px 0 4px; }
-  table { border-collapse: collapse; width: 100%; }
-  th, td { text-align: left; vertical-align: top; padding: 3px 12px 3px 0; }
-  th { color: #5a6b7a; font-weight: normal; border-bottom: 1px solid #c3ccd4; }
-  td { border-bottom: 1px solid #edf0f2; overflow-wrap: anywhere; }
-  td:first-child { white-space: nowrap; }
-  .short { white-space: nowrap; }
-  .number { text-align: right; white-space: nowrap; } th.number { white-space: pre-line; }
-  .guessed, .warning { background: #fff3cd; } .changed { background: #e3f1fa; }
-  .given { background: #e4f4ea; }
-  .refusal { background: #fbe3e6; border-left: 4px solid #b00020; padding: 8px 12px; }
-  .legend { color: #5a6b7a; font-size: 12px; }
-  @media (max-width: 900px) {
-    body { flex-direction: column; } #pane { flex: 0 0 50vh; height: 50vh; }
-    #facts { height: auto; min-height: 0; padding: 0 12px; }
-    th, td { padding-right: 8px; }
-  }
-</style>
-</head>
-<body>
-<div id="pane"></div>
-<div id="facts"><h1>@TITLE@</h1>@REFUSAL@@TABLES@
-<p class="legend">Arrows: axes of the leg joints, orange right, blue left; green: the soles.
-Mouse: turn, shift, zoom.</p></div>
-<script>const commands = @COMMANDS@;</script>
-<script>@MESHCAT@</script>
-<script>
-"use strict";
-const viewer = new MeshCat.Viewer(document.getElementById("pane"));
-for (const command of commands) {
-  viewer.handle_command_bytearray(Uint8Array.from(atob(command), c => c.charCodeAt(0)));
-}
-viewer.gui.domElement.style.display = "none";
-@FIT@
-measure();
-fit();
-</script>
-</body>
-</html>
-"""
+
+def draw_inspection(viewer: meshcat.Visualizer, inspection: Inspection) -> None:
+    """Draw what is known of a robot: its meshes, and axes and soles if they were found."""
+    viewer["/Background"].set_property("top_color", [0.97, 0.98, 1.0])
+    viewer["/Background"].set_property("bottom_color", [0.86, 0.89, 0.92])
+    viewer["/Axes"].set_property("visible", False)
+    viewer["/Grid"].set_property("visible", False)
+    if inspection.source is None or inspection.model is None:
+        return
+    reading = inspection.reading
+    model = inspection.model if reading is None else reading.model
+    q = np.array(pin.neutral(model)) if reading is None else _standing(reading)
+    data = model.createData()
+    pin.computeJointJacobians(model, data, q)
+    pin.updateFramePlacements(model, data)
+    draw_still(viewer["world/robot"], model, data, _shapes(inspection))
+    if reading is not None:
+        _draw_joints(viewer["world/axes"], reading, q, data)
+        _draw_soles(viewer["world/soles"], reading, data)
+    _look_at(viewer, data)
+
+
+def draw_still(
+    robot: meshcat.Visualizer, model: pin.Model, data: pin.Data, shapes: pin.GeometryModel
+) -> None:
+    """Put a robot into a viewer, with its joints where `data` has them."""
+    for item in shapes.geometryObjects:
+        joint = item.parentJoint
+        group = str(model.names[joint]).replace("/", "_")
+        draw_shape(robot, group, item, data.oMi[joint] * item.placement)
+
+
+def _shapes(inspection: Inspection) -> pin.GeometryModel:
+    """Return the visual shapes that are there; a mesh that cannot be read leaves none."""
+    source = inspection.source
+    try:
+        found = None if source is None else source.geometry(pin.GeometryType.VISUAL, load=unloaded)
+    except RobotError:
+        found = None
+    return pin.GeometryModel() if found is None else drawable(found)
+
+
+def _standing(reading: ImportedRobot) -> Array:
+    """Return the configuration (nq,) in which the robot stands on z = 0 and looks along x."""
+    model, data = reading.model, reading.model.createData()
+    pin.framesForwardKinematics(model, data, reading.q)
+    soles = [data.oMf[model.getFrameId(name)].translation for name in reading.soles.names]
+    upright = pin.SE3(np.array(reading.rotation), np.mean(soles, axis=0))
+    q = reading.q.copy()
+    q[:7] = pin.SE3ToXYZQUAT(upright.inverse())
+    return np.asarray(q)
+
+
+def _size(data: pin.Data) -> tuple[Array, float]:
+    """Return the middle of the robot and its height, from its joints."""
+    points = np.array([place.translation for place in list(data.oMi)[1:]])
+    low, high = points.min(axis=0), points.max(axis=0)
+    return (low + high) / 2.0, float(max(*(high - low), 0.1))
+
+
+def _draw_joints(
+    node: meshcat.Visualizer, reading: ImportedRobot, q: Array, data: pin.Data
+) -> None:
+    model, (_, size) = reading.model, _size(data)
+    axes = pose(model, q).axes
+    for side, leg in enumerate(reading.legs):
+        for joint, axis in zip(leg, axes[list(leg)], strict=True):
+            arrow = node[str(model.names[joint]).replace("/", "_")]
+            _draw_arrow(arrow, data.oMi[joint].translation, axis, size, _SIDES[side])
+
+
+def _draw_arrow(
+    node: meshcat.Visualizer, start: Array, axis: Array, size: float, colour: int
+) -> None:
+    length, radius = _ARROW * size, _THICK * size
+    material = geometry.MeshBasicMaterial(color=colour, depthTest=False, transparent=True)
+    turn = pin.Quaternion.FromTwoVectors(np.array([0.0, 1.0, 0.0]), axis).matrix()
+    placed = pin.SE3(turn, start.copy())
+    # MeshCat's cylinders stand along y
+    node["shaft"].set_object(geometry.Cylinder(length, radius), material)
+    node["shaft"].set_transform((placed * _along(length / 2.0)).homogeneous)
+    head = geometry.Cylinder(4.0 * radius, radiusTop=0.0, radiusBottom=2.2 * radius)
+    node["head"].set_object(head, material)
+    node["head"].set_transform((placed * _along(length + 2.0 * radius)).homogeneous)
+
+
+def _along(distance: float) -> pin.SE3:
+    return pin.SE3(np.eye(3), np.array([0.0, distance, 0.0]))
+
+
+def _draw_soles(node: meshcat.Visualizer, reading: ImportedRobot, data: pin.Data) -> None:
+    sole = reading.soles.sole
+    material = geometry.MeshBasicMaterial(
+        color=_SOLE, opacity=0.5, transparent=True, depthTest=False, depthWrite=False
+    )
+    for side, name in enumerate(reading.soles.names):
+        sign = 1.0 if side == reading.stance else -1.0  # the rectangle is the standing foot's
+        middle = [(sole.toe + sole.heel) / 2.0, sign * (sole.left + sole.right) / 2.0, 0.0]
+        plate = geometry.Box([sole.toe - sole.heel, sole.left - sole.right, _PLATE])
+        node[str(side)].set_object(plate, material)
+        place = data.oMf[reading.model.getFrameId(name)] * pin.SE3(np.eye(3), np.array(middle))
+        node[str(side)].set_transform(place.homogeneous)
+
+
+def _look_at(viewer: meshcat.Visualizer, data: pin.Data) -> None:
+    """Put the middle of the robot at the origin, about which the camera turns."""
+    middle, size = _size(data)
+    shift = np.eye(4)
+    shift[:3, 3] = -middle
+    viewer["world"].set_transform(shift)
+    position = [size * c for c in _CAMERA]
+    viewer["/Cameras/default/rotated/<object>"].set_property("position", position)
+
+
+_SHORT = 24  # characters; a longer text may be broken
 
 
 def write_inspection(inspection: Inspection, path: str | Path) -> Path:
@@ -95,11 +169,11 @@ def inspection_text(inspection: Inspection) -> str:
         "@TITLE@": on_page(inspection.title),
         "@REFUSAL@": f'<p class="refusal">{refusal}</p>' if refusal else "",
         "@TABLES@": "".join(map(_table, sections(inspection))),
-        "@FIT@": FIT,
+        "@FIT@": page_file("fit.js"),
         "@COMMANDS@": recorder.text(),
         "@MESHCAT@": viewer_script(),
     }
-    return filled(_PAGE, parts)
+    return filled(page_file("inspection.html"), parts)
 
 
 def _table(section: Section) -> str:

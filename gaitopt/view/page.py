@@ -9,13 +9,9 @@ from pathlib import Path
 from gaitopt.atomic import write_atomically
 from gaitopt.gait.result import Gait
 from gaitopt.importers.report import findings_of
-from gaitopt.view.meshcat_quiet import meshcat
-from gaitopt.view.page_fit import FIT
-from gaitopt.view.page_template import PAGE
-from gaitopt.view.recorder import Recorder, viewer_script
-from gaitopt.view.scene import build_scene
+from gaitopt.view.animation import DEFAULT_STEPS, build_scene
+from gaitopt.view.viewer import Recorder, meshcat, page_file, viewer_script
 from gaitopt.view.visible import filled, on_page
-from gaitopt.view.walk import DEFAULT_STEPS
 
 
 def write_page(
@@ -62,11 +58,11 @@ def page_text(gait: Gait, steps: int = DEFAULT_STEPS, package_dirs: tuple[str, .
         "@NOTE@": f"<p>{on_page(scene.note)}</p>" if scene.note else "",
         "@ROBOT@": _robot(gait),
         "@SCALE@": f"{0.1 / scene.force_scale:.4g}",
-        "@FIT@": FIT,
+        "@FIT@": page_file("fit.js"),
         "@COMMANDS@": recorder.text(),
         "@MESHCAT@": viewer_script(),
     }
-    return filled(PAGE, parts)
+    return filled(page_file("page.html"), parts)
 
 
 def facts(gait: Gait) -> list[tuple[str, str]]:

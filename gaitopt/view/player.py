@@ -8,10 +8,8 @@ import webbrowser
 from types import TracebackType
 
 from gaitopt.gait.result import Gait
-from gaitopt.view.meshcat_quiet import meshcat
-from gaitopt.view.scene import build_scene
-from gaitopt.view.server import LOCAL, SceneServer
-from gaitopt.view.walk import DEFAULT_STEPS
+from gaitopt.view.animation import DEFAULT_STEPS, build_scene
+from gaitopt.view.viewer import LOCAL, SceneServer, meshcat
 
 
 class Player:

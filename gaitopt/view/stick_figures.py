@@ -1,115 +1,117 @@
-"""Figures of the motion: stick animation of one step and of several (Figs. 4 and 9)."""
+"""The robot as a few points and lines: hips, knees, ankles, soles and trunk in the world."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from typing import Any
+
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
+import pinocchio as pin
+from numpy.typing import NDArray
 
+from gaitopt.gait.recorded_robot import recorded_choices
 from gaitopt.gait.result import Gait
+from gaitopt.importers.source import Source, read_source
+from gaitopt.model.legs.reference_posture import reference_configuration
+from gaitopt.model.multibody import Multibody
 from gaitopt.nlp import Array
-from gaitopt.view.body import walking_model
-from gaitopt.view.figure_style import GROUND, STANCE, SWING, TRUNK, label_axes, new_figure
-from gaitopt.view.skeleton import StickFigures, stick_figures
-from gaitopt.view.walk import walk
 
-_SIDE, _FRONT = 0, 1  # the horizontal axis of each view: x forward, y left
-_FAINT = 0.22  # opacity of the first of the superposed figures; the last is solid
-_BESIDE = 0.1  # m of ground ahead and behind
-_EDGES = ([[0, 1], [2, 3]], [[0, 2], [1, 3]])  # ends of a sole seen from the side: toe, heel; front
+_TRUNK_TO_LEG = 0.9  # trunk length over leg length, where the model does not show the trunk
+_STUB = 0.3  # of the leg's length: less above the hips is a pelvis, not a trunk
 
 
-def step_figure(gait: Gait, count: int = 9) -> Figure:
-    """Draw one step as superposed stick figures, side and front view (Fig. 4).
+@dataclass(frozen=True, eq=False)
+class StickFigures:
+    """Stick figures of N configurations, points in the world [m].
+
+    Attributes:
+        legs: joint origins from ankle to hip, shape (N, 2, k, 3), in the order of the body's soles.
+        soles: corners toe left, toe right, heel left, heel right, shape (N, 2, 4, 3).
+        trunk: midpoint of the hips and top of the trunk, shape (N, 2, 3).
+    """
+
+    legs: Array
+    soles: Array
+    trunk: Array
+
+    def at(self, rows: NDArray[np.intp]) -> StickFigures:
+        """Return some of them."""
+        return StickFigures(self.legs[rows], self.soles[rows], self.trunk[rows])
+
+
+def stick_figures(body: Multibody, configurations: Array, top: Array) -> StickFigures:
+    """Return the stick figures of a robot.
 
     Args:
-        gait: one step.
-        count: number of stick figures, at equal times.
+        body: the robot.
+        configurations: of its model, shape (N, 7 + M).
+        top: of the trunk in the base's frame [m], see `trunk_top`.
     """
-    model = walking_model(gait)
-    indices = np.linspace(0, len(gait.time) - 1, count).round().astype(int)
-    film = walk(gait, model, 1)
-    sticks = stick_figures(gait, model, film.q[indices])
-    figure = new_figure(6.6, 4.9)
-    spans = [np.ptp(_reach(sticks, view)) for view in (_SIDE, _FRONT)]  # for both to one scale
-    side, front = figure.subplots(1, 2, sharey=True, width_ratios=spans)
-    opacity = np.linspace(_FAINT, 1.0, count)
-    for axes, view in ((side, _SIDE), (front, _FRONT)):
-        _draw_ground(axes, sticks, view)
-        for index in range(count):
-            _draw(axes, sticks, index, view, float(opacity[index]))
-    toes = gait.swing_sole[:, :2, ::2].mean(axis=1)
-    side.plot(*toes.T, color=SWING, linewidth=0.9, linestyle=":", label="path of the swing toes")
-    label_axes(side, "forward x [m]", "height z [m]", "from the right")
-    label_axes(front, "left y [m]", "", "from behind")
-    front.invert_xaxis()
-    _name_legs(figure, side)
-    figure.suptitle(f"One step: {gait.step_length:.3f} m in {gait.duration:.3f} s")
-    return figure
+    places = body.placements(configurations)
+    rows = np.array([body.leg(foot) for foot in (0, 1)]) + 1
+    legs = places[..., :3, 3][:, rows]
+    soles = places[:, body.sole_joint + 1] @ body.sole_placement
+    corners = body.sole_corners @ soles[..., :3, :3].swapaxes(2, 3) + soles[..., None, :3, 3]
+    above = places[:, 0, :3, :3] @ top + places[:, 0, :3, 3]
+    return StickFigures(legs, corners, np.stack([legs[:, :, -1].mean(axis=1), above], axis=1))
 
 
-def walking_figure(gait: Gait, steps: int = 3, per_step: int = 6) -> Figure:
-    """Draw several steps as a row of stick figures (Fig. 9).
+def trunk_top(gait: Gait) -> Array:
+    """Return the top of the trunk, above the middle of the hips, in the base's frame [m].
 
-    Args:
-        gait: one step.
-        steps: number of steps.
-        per_step: number of stick figures in each step.
+    It is the highest joint, or the top of what the robot's file draws with simple shapes; in
+    proportion to the legs if neither is clearly above the hips.
+
+    Raises:
+        RobotError: the robot cannot be read.
     """
-    model = walking_model(gait)
-    film = walk(gait, model, steps)
-    count = len(gait.time)
-    inside = np.linspace(0, count - 1, per_step + 1).round().astype(int)[:-1]
-    indices = np.concatenate([inside + k * count for k in range(steps)] + [[steps * count - 1]])
-    sticks = stick_figures(gait, model, film.q[indices])
-    figure = new_figure(7.4, 5.2)
-    axes = figure.subplots()
-    _draw_ground(axes, sticks, _SIDE)
-    for index in range(len(indices)):
-        _draw(axes, sticks, index, _SIDE, 0.95 if index % per_step == 0 else 0.4)
-    label_axes(axes, "forward x [m]", "height z [m]")
-    _name_legs(figure, axes, (gait.stance_sole, gait.swing_sole_frame))
-    figure.suptitle(f"{steps} steps at {gait.speed:.3g} m/s; solid: the landings")
-    return figure
+    body = gait.trajectory.body
+    up = body.heading[:, 2]
+    at_rest = np.concatenate([[0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0], body.posture])
+    origins = body.placements(at_rest[None])[0, 1:, :3, 3]
+    ankles, hips = (origins[[body.leg(foot)[end] for foot in (0, 1)]] for end in (0, -1))
+    middle = hips.mean(axis=0)
+    leg = float(np.linalg.norm(hips[0] - ankles[0]))
+    above = max(float((origins @ up).max()), _drawn_top(gait, up)) - float(up @ middle)
+    return np.asarray(middle + up * (above if above > _STUB * leg else _TRUNK_TO_LEG * leg))
 
 
-def _draw(axes: Axes, sticks: StickFigures, index: int, view: int, opacity: float) -> None:
-    """Draw one stick figure: far leg, trunk, near leg."""
-    for leg, colour in ((1, SWING), (0, STANCE)):
-        points = sticks.legs[index, leg]
-        axes.plot(points[:, view], points[:, 2], "o-", markersize=2.4, color=colour, alpha=opacity)
-        _draw_foot(axes, points[0], sticks.soles[index, leg], view, colour, opacity)
-    hips = sticks.legs[index, :, -1]
-    axes.plot(hips[:, view], hips[:, 2], color=TRUNK, alpha=opacity, linewidth=1.7)
-    trunk = sticks.trunk[index]
-    axes.plot(trunk[:, view], trunk[:, 2], color=TRUNK, alpha=opacity, linewidth=2.2)
+def at_reference(gait: Gait, source: Source) -> tuple[pin.Model, pin.Data]:
+    """Return the model of a gait's file and its kinematics, in the posture of what stands still.
+
+    Raises:
+        RobotError: the gait records a posture of joints that the robot does not have.
+    """
+    model = source.model()
+    posture = recorded_choices(gait).posture or ()
+    data = model.createData()
+    # a gait records angles, never the name of a pose
+    q = reference_configuration(model, dict(posture))  # type: ignore[arg-type]
+    pin.framesForwardKinematics(model, data, q)
+    return model, data
 
 
-def _draw_foot(
-    axes: Axes, ankle: Array, sole: Array, view: int, colour: str, opacity: float
-) -> None:
-    """Draw the sole's middle line in this view and its ends to the ankle."""
-    first, second = (sole[pair].mean(axis=0) for pair in _EDGES[view])
-    outline = np.array([ankle, first, second, ankle])
-    axes.plot(outline[:, view], outline[:, 2], linewidth=1.1, color=colour, alpha=opacity)
+def _drawn_top(gait: Gait, up: Array) -> float:
+    """Return the highest point of the shapes that are no meshes [m], -inf if none."""
+    # Read from its text alone, without directories, a robot has no meshes: loading them takes long.
+    source = read_source(gait.urdf)
+    shapes = source.geometry(pin.GeometryType.VISUAL)
+    if shapes is None:
+        return -np.inf
+    model, data = at_reference(gait, source)
+    placements = shapes.createData()
+    pin.updateGeometryPlacements(model, data, shapes, placements)
+    tops = [
+        _top(shape.geometry, place, up)
+        for shape, place in zip(shapes.geometryObjects, placements.oMg, strict=True)
+    ]
+    return max(tops)
 
 
-def _draw_ground(axes: Axes, sticks: StickFigures, view: int) -> None:
-    axes.fill_between(_reach(sticks, view), -0.02, 0.0, color=GROUND, linewidth=0)
-    axes.set_aspect("equal", adjustable="box")
-    axes.grid(False)
-
-
-def _reach(sticks: StickFigures, view: int) -> Array:
-    """Return the ends (2,) of the ground that a view shows [m]."""
-    points = (sticks.soles, sticks.trunk, sticks.legs)
-    along = np.concatenate([part[..., view].ravel() for part in points])
-    return np.array([along.min() - _BESIDE, along.max() + _BESIDE])
-
-
-def _name_legs(
-    figure: Figure, axes: Axes, names: tuple[str, str] = ("stance leg", "swing leg")
-) -> None:
-    for name, colour in zip((*names, "trunk"), (STANCE, SWING, TRUNK), strict=True):
-        axes.plot([], [], color=colour, label=name.replace("_sole", " leg").replace("_", " "))
-    figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=4)
+def _top(shape: Any, place: pin.SE3, up: Array) -> float:
+    """Return the highest point of the box around a shape."""
+    shape.computeLocalAABB()
+    box = shape.aabb_local
+    half = np.array([box.width(), box.height(), box.depth()]) / 2.0
+    centre = place.act(shape.aabb_center)
+    return float(up @ centre + np.abs(place.rotation.T @ up) @ half)

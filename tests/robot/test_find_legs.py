@@ -18,8 +18,7 @@ from gaitopt.model.import_options import ImportOptions
 from gaitopt.model.importer import import_robot
 from gaitopt.model.legs.leg_detection import speaks_for_other_side
 from gaitopt.model.robot import Robot
-from gaitopt.view.inspection import inspect_robot
-from gaitopt.view.inspection_tables import sections
+from gaitopt.view.inspection import inspect_robot, sections
 
 LEG = ("ankle_roll", "ankle_pitch", "knee", "hip_pitch", "hip_roll", "hip_yaw")
 QUARTER = "1.5707963267948966"

@@ -4,18 +4,28 @@ import pinocchio as pin
 import pytest
 from sample_gait import sample_gait
 
-from gaitopt.view.body import walking_model
-from gaitopt.view.meshcat_quiet import meshcat, umsgpack
-from gaitopt.view.moving_robot import draw_robot, draw_still
-from gaitopt.view.recorder import Recorder
-from gaitopt.view.shapes import robot_shapes
-from gaitopt.view.tracks import Film
-from gaitopt.view.walk import walk
+from gaitopt.importers.source import read_source
+from gaitopt.view.animation import Animation, draw_robot, frames
+from gaitopt.view.inspection_page import draw_still
+from gaitopt.view.robot_shapes import robot_shapes
+from gaitopt.view.viewer import Recorder, meshcat, umsgpack
 
 GAIT = sample_gait()
-MODEL = walking_model(GAIT)
-SHAPES = robot_shapes(GAIT, MODEL).geometry
-SHAPES.geometryObjects[3].meshScale = np.array([1.5, -0.5, 0.8])
+SOURCE = read_source(GAIT.urdf)
+MODEL = SOURCE.model()
+SHAPES = SOURCE.geometry(pin.GeometryType.VISUAL)
+DRAWN = robot_shapes(GAIT)
+for items in (SHAPES.geometryObjects, [item for _, item, _ in DRAWN.shapes]):
+    items[3].meshScale = np.array([1.5, -0.5, 0.8])
+
+
+def configuration(samples, frame):
+    """Of the model of the file."""
+    q = pin.neutral(MODEL)
+    q[:7] = samples.configuration[frame, :7]
+    for name, angle in zip(GAIT.trajectory.joint_names, samples.q[frame], strict=True):
+        q[MODEL.joints[MODEL.getJointId(name)].idx_q] = angle
+    return q
 
 
 def expected(q):
@@ -44,18 +54,21 @@ def transforms(recorder):
 
 
 def test_every_shape_moves_as_its_link():
-    recorder, film = Recorder(), Film()
+    recorder, moves = Recorder(), Animation()
     viewer = meshcat.Visualizer(window=recorder)
-    shown = walk(GAIT, MODEL, 2)
-    times = np.arange(len(shown.time), dtype=float)
-    draw_robot(viewer["robot"], film, MODEL, SHAPES, shown, times)
-    film.show(viewer)
+    samples = frames(GAIT, 2)
+    times = np.arange(len(samples.time), dtype=float)
+    body = GAIT.trajectory.body
+    draw_robot(viewer["robot"], moves, body, DRAWN, samples.configuration, times)
+    moves.show(viewer)
     still = transforms(recorder)
     clips = commands(recorder)[-1]["animations"]
     tracks = {c["path"]: {t["name"]: t["keys"] for t in c["clip"]["tracks"]} for c in clips}
     assert len(tracks) == 13  # trunk and the twelve links of the legs
     for frame in (0, 17, 45):
-        for item, place in zip(SHAPES.geometryObjects, expected(shown.q[frame]), strict=True):
+        for item, place in zip(
+            SHAPES.geometryObjects, expected(configuration(samples, frame)), strict=True
+        ):
             (path,) = [p for p in still if p.endswith(f"/{item.name}")]
             keys = tracks[path.rpartition("/")[0]]
             turn = pin.Quaternion(np.array(keys[".quaternion"][frame]["value"])).matrix()
@@ -66,7 +79,7 @@ def test_every_shape_moves_as_its_link():
 def test_a_robot_stands_where_its_joints_are():
     recorder = Recorder()
     data = MODEL.createData()
-    q = walk(GAIT, MODEL, 1).q[5]
+    q = configuration(frames(GAIT, 1), 5)
     pin.forwardKinematics(MODEL, data, q)
     draw_still(meshcat.Visualizer(window=recorder)["robot"], MODEL, data, SHAPES)
     still = transforms(recorder)

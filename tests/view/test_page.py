@@ -12,8 +12,8 @@ from matplotlib.image import imread
 from sample_gait import bare_gait, sample_gait
 
 from gaitopt.errors import InputError
-from gaitopt.view.meshcat_quiet import umsgpack
 from gaitopt.view.page import page_text, write_page
+from gaitopt.view.viewer import umsgpack
 
 BROWSER = next(
     filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None

@@ -3,9 +3,8 @@ import numpy as np
 import pinocchio as pin
 import pytest
 
-from gaitopt.view.meshcat_quiet import meshcat, umsgpack
-from gaitopt.view.recorder import Recorder
-from gaitopt.view.shape_nodes import capsule, draw_shape
+from gaitopt.view.robot_shapes import capsule, draw_shape
+from gaitopt.view.viewer import Recorder, meshcat, umsgpack
 
 
 def drawn(shape, colour=(0.2, 0.4, 0.6, 1.0)):

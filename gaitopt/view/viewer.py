@@ -1,4 +1,4 @@
-"""MeshCat's viewer over HTTP, from a thread of this process, to one address only.
+"""MeshCat's viewer: without its noise, in a page, or over HTTP to one address only.
 
 MeshCat's own server is another process, which outlives this one if this one is killed, and it
 listens on all interfaces whatever address it prints. Its viewer, which is JavaScript, needs little:
@@ -8,11 +8,16 @@ its files, and the drawing commands on a web socket.
 from __future__ import annotations
 
 import asyncio
+import base64
 import contextlib
+import json
 import socket
 import threading
+import warnings
 import webbrowser
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+from importlib.resources import files
+from pathlib import Path
 from typing import Any
 
 from tornado.httpserver import HTTPServer
@@ -21,8 +26,69 @@ from tornado.websocket import WebSocketClosedError, WebSocketHandler
 
 from gaitopt.bounds import shown
 from gaitopt.errors import InputError
-from gaitopt.view.meshcat_quiet import umsgpack, zmqserver
-from gaitopt.view.recorder import encoded, viewer_script
+
+with warnings.catch_warnings():
+    warnings.simplefilter("ignore")
+    import meshcat
+    import meshcat.animation as animation
+    import meshcat.geometry as geometry
+    from meshcat.servers import zmqserver
+    from meshcat.visualizer import umsgpack
+
+__all__ = ["animation", "geometry", "meshcat", "pinocchio_visualizer", "umsgpack", "zmqserver"]
+
+
+def pinocchio_visualizer() -> type[Any]:
+    """Return Pinocchio's visualiser; the import, which loads other viewers too, is slow."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        from pinocchio.visualize import MeshcatVisualizer
+    return MeshcatVisualizer  # type: ignore[no-any-return]
+
+
+class Recorder:
+    """Stands in for MeshCat's window: keeps the drawing commands instead of sending them."""
+
+    def __init__(self) -> None:
+        self.commands: list[bytes] = []
+
+    def send(self, command: object) -> None:
+        """Keep one command, packed as the viewer reads it."""
+        self.commands.append(umsgpack.packb(command.lower()))  # type: ignore[attr-defined]
+
+    def text(self) -> str:
+        """Return the commands as JSON, for `MeshCat.Viewer.handle_command_bytearray`."""
+        return encoded(self.commands)
+
+    def get_image(self) -> None:
+        """Do nothing: there is no picture before a browser opens the page."""
+
+
+def encoded(commands: Iterable[bytes]) -> str:
+    """Return packed commands as JSON, for `MeshCat.Viewer.handle_command_bytearray`."""
+    return json.dumps([base64.b64encode(c).decode("ascii") for c in commands])
+
+
+def viewer_script() -> str:
+    """Return MeshCat's viewer, which the MeshCat package carries.
+
+    Raises:
+        InputError: the package lacks it.
+    """
+    source = Path(zmqserver.VIEWER_ROOT) / "main.min.js"
+    try:
+        return source.read_text(encoding="utf-8")
+    except OSError as error:
+        raise InputError(
+            "the installed meshcat package lacks its viewer; run: pip install --force-reinstall "
+            "'meshcat>=0.3.2'"
+        ) from error
+
+
+def page_file(name: str) -> str:
+    """Return a file of gaitopt's own that pages are made of."""
+    return files("gaitopt.view").joinpath(name).read_text(encoding="utf-8")
+
 
 LOCAL = "127.0.0.1"
 FIRST_PORT, PORTS = 7000, 1000  # tried in turn, where none is asked for

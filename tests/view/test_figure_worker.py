@@ -5,9 +5,9 @@ import pytest
 from sample_gait import sample_gait
 
 from gaitopt.errors import InputError
-from gaitopt.view import painter as module
+from gaitopt.view import figure_worker as module
+from gaitopt.view.figure_worker import painter, spare_cores
 from gaitopt.view.figures import FIGURES
-from gaitopt.view.painter import painter, spare_cores
 
 NAMES = [f"{name}.png" for name in FIGURES]
 

@@ -14,12 +14,11 @@ from gaitopt.gait.assemble import gait_at
 from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.presets import humanoid_task
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.view.body import upward, walking_model
+from gaitopt.importers.source import read_source
+from gaitopt.view.animation import frames, hip_height
 from gaitopt.view.page import page_text
-from gaitopt.view.scene import hip_height
-from gaitopt.view.shapes import robot_shapes
-from gaitopt.view.skeleton import sole_corners, stick_figures, trunk_top
-from gaitopt.view.walk import walk
+from gaitopt.view.robot_shapes import robot_shapes
+from gaitopt.view.stick_figures import at_reference, stick_figures, trunk_top
 
 pytestmark = needs_example_robots
 
@@ -52,52 +51,63 @@ def test_the_text_alone_gives_the_same_robot(name):
 @names
 def test_the_drawn_robot_stands_on_flat_soles(name):
     gait = gait_of(name)
-    model = walking_model(gait)
-    film = walk(gait, model, 2)
-    data = model.createData()
+    samples = frames(gait, 2)
     for k in (0, len(gait.time) - 1):  # both feet on the ground
-        pin.framesForwardKinematics(model, data, film.q[k])
-        for sole in (gait.stance_sole, gait.swing_sole_frame):
-            place = data.oMf[model.getFrameId(sole)]
-            assert place.translation[2] == pytest.approx(0.0, abs=1e-4)
-            assert place.rotation == pytest.approx(np.eye(3), abs=1e-3)
+        for place in samples.sole[k]:
+            assert place[2, 3] == pytest.approx(0.0, abs=1e-4)
+            assert place[:3, :3] == pytest.approx(np.eye(3), abs=1e-3)
     sole = robot_by_name(name).sole
-    assert np.ptp(sole_corners(gait, model), axis=0) == pytest.approx(
-        [sole.toe - sole.heel, sole.left - sole.right, 0.0], abs=1e-4
-    )
+    for corners in gait.trajectory.body.sole_corners:
+        assert np.ptp(corners, axis=0) == pytest.approx(
+            [sole.toe - sole.heel, sole.left - sole.right, 0.0], abs=1e-12
+        )
+
+
+@names
+def test_links_are_drawn_where_the_file_has_them(name):
+    """Pinocchio's kinematics of the file, which averaging left and right hardly changes."""
+    gait = gait_of(name)
+    body, samples = gait.trajectory.body, frames(gait, 1)
+    model, data = at_reference(gait, read_source(gait.urdf))
+    q = pin.neutral(model)
+    q[:7] = samples.configuration[11, :7]
+    for joint, angle in zip(body.joint_names, samples.q[11], strict=True):
+        q[model.joints[model.getJointId(joint)].idx_q] = angle
+    pin.forwardKinematics(model, data, q)
+    places = body.placements(samples.configuration[11:12])[0, 1:]
+    for joint, place in zip(body.joint_names, places, strict=True):
+        drawn = data.oMi[model.getJointId(joint)].homogeneous
+        assert place == pytest.approx(drawn, abs=2e-3), joint
 
 
 @names
 def test_the_drawn_robot_stands_upright(name):
     gait = gait_of(name)
-    model = walking_model(gait)
-    film = walk(gait, model, 1)
-    sticks = stick_figures(gait, model, film.q[:1])
+    body, samples = gait.trajectory.body, frames(gait, 1)
+    sticks = stick_figures(body, samples.configuration[:1], trunk_top(gait))
     lean = sticks.trunk[0, 1] - sticks.trunk[0, 0]
     assert lean[2] > 0.95 * np.linalg.norm(lean) > 0.0
-    assert lean[2] > 0.25 * hip_height(gait, model, film)
-    assert float(upward(gait) @ trunk_top(gait, model)) > 0.0
+    assert lean[2] > 0.25 * hip_height(body, samples)
+    assert float(body.heading[:, 2] @ trunk_top(gait)) > 0.0
 
 
 def test_arms_stay_where_they_are_locked():
     gait = gait_of("talos")
-    model = walking_model(gait)
-    at = model.joints[model.getJointId("arm_left_4_joint")].idx_q
-    assert walk(gait, model, 1).q[:, at] == pytest.approx(-0.525366)
+    arm = gait.trajectory.joint_names.index("arm_left_4_joint")
+    assert frames(gait, 1).q[:, arm] == pytest.approx(-0.525366)
 
 
 def test_meshes_are_drawn_where_they_are_and_bones_where_not():
     gait = gait_of("alexander")
-    model = walking_model(gait)
-    found = robot_shapes(gait, model)  # the gait records where they are
+    found = robot_shapes(gait)  # the gait records where they are
     assert found.note == ""
-    assert found.geometry.ngeoms == 14
+    assert len(found.shapes) == 14
     choices = {k: v for k, v in gait.fact("choices").items() if k != "package_dirs"}
     lost = replace(gait, meta={**gait.meta, "choices": choices})
-    bones = robot_shapes(lost, model)
+    bones = robot_shapes(lost)
     assert "are not drawn; give the directory that holds its package" in bones.note
     assert "The robot is drawn as a skeleton" in page_text(lost, steps=1)
-    assert robot_shapes(lost, model, (str(_share()),)).geometry.ngeoms == 14
+    assert len(robot_shapes(lost, (str(_share()),)).shapes) == 14
 
 
 def _share() -> Path:

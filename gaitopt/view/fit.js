@@ -1,7 +1,3 @@
-"""Script of the pages that keeps the whole robot in the picture, however narrow the window is."""
-
-# `@FIT@` in a page is replaced by it; it needs `viewer`, the viewer of the element "pane".
-FIT = """
 const ROOM = 0.94;  // of the picture, for the robot
 const reach = { side: 0, top: 0, bottom: 0 };  // of the robot, in halves of a square picture
 function measure() {  // once for each posture to be shown
@@ -43,4 +39,3 @@ function fit() {
 }
 const setSize = viewer.set_3d_pane_size.bind(viewer);
 viewer.set_3d_pane_size = fit;  // by itself it is as high as the window
-"""

@@ -1,0 +1,333 @@
+"""The walking robot in a scene: ground, footprints, robot, centre of pressure and force, moving.
+
+MeshCat animates position, orientation and scale of a node; the force arrow is a shaft that is
+stretched and a head that is moved, so its length is the force. Its camera turns about the origin
+of the scene only, so that to follow the robot the world is moved the other way.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pinocchio as pin
+from numpy.typing import ArrayLike
+
+from gaitopt.bounds import FRAMES, STEPS, at_most, shown
+from gaitopt.errors import InputError
+from gaitopt.gait.result import Gait
+from gaitopt.gait.trajectory import TrajectorySamples
+from gaitopt.model.multibody import Multibody
+from gaitopt.nlp import Array
+from gaitopt.view.robot_shapes import UPRIGHT, RobotShapes, draw_shape, robot_shapes
+from gaitopt.view.viewer import animation, geometry, meshcat
+
+DEFAULT_STEPS = 6
+_WORLD = "world"
+CAMERA = (1.9, 0.6, 2.05)  # from what it looks at, in heights of the hips: ahead, up, right
+TARGET_HEIGHT = 0.92  # of the point the camera looks at, in heights of the hips
+_ARROW = 0.9  # the weight's arrow, about, in heights of the hips
+_SWITCH = 1e-4  # s: marks leave the old foot this long before they are on the new one
+_PRINT = 0.004  # m: thickness of the marks on the ground
+_BORDER = 0.05  # m: by how much the mark of the standing foot is larger than its sole
+_GROUND_SIZE = 20.0  # m, square
+_GRID = 0.5  # m between the lines on the ground
+_GROUND, _LINE, _FOOTPRINT = 0xEDF0F2, 0xC9D1D8, 0x9DB4C8
+_STANDING, _COP, _FORCE = 0x2E9E5B, 0xB00020, 0xE07A10
+
+
+class Animation:
+    """Collects the motion of the nodes of a scene: tracks keyed by seconds."""
+
+    def __init__(self) -> None:
+        # one frame is one second, so that key times are times
+        self._animation = animation.Animation(default_framerate=1)
+
+    def place(self, node: meshcat.Visualizer, times: Array, positions: Array) -> None:
+        """Move a node through positions (N, 3) [m] at times (N,) [s]."""
+        self._key(node, "position", "vector3", times, positions)
+
+    def turn(self, node: meshcat.Visualizer, times: Array, rotations: Array) -> None:
+        """Turn a node through rotation matrices (N, 3, 3)."""
+        quaternions = np.array([pin.Quaternion(r).coeffs() for r in rotations])
+        self._key(node, "quaternion", "quaternion", times, quaternions)
+
+    def stretch(self, node: meshcat.Visualizer, times: Array, scales: Array) -> None:
+        """Scale a node by factors (N, 3) along its axes."""
+        self._key(node, "scale", "vector3", times, scales)
+
+    def show(self, viewer: meshcat.Visualizer, repetitions: int = 1_000_000) -> None:
+        """Hand the motion to the viewer, which plays it over and over."""
+        viewer.set_animation(self._animation, play=True, repetitions=repetitions)
+
+    def _key(
+        self, node: meshcat.Visualizer, prop: str, kind: str, times: Array, values: Array
+    ) -> None:
+        clip = self._animation.clips.setdefault(node.path, animation.AnimationClip(fps=1))
+        clip.tracks[prop] = animation.AnimationTrack(prop, kind, times.tolist(), values.tolist())
+
+
+@dataclass(frozen=True)
+class Scene:
+    """What was put into a viewer.
+
+    Attributes:
+        samples: of the walk that is shown, see `frames`.
+        force_scale: metres of arrow for 1 N.
+        note: what of the robot is missing and how to get it, or empty.
+    """
+
+    samples: TrajectorySamples
+    force_scale: float
+    note: str
+
+
+def frames(gait: Gait, steps: int = DEFAULT_STEPS) -> TrajectorySamples:
+    """Return a gait's walk at its sample times over several steps.
+
+    The last frame of a step and the first of the next are the same instant and posture, before
+    and after the impact: rates, force and standing foot jump there.
+
+    Raises:
+        InputError: there is no step, or there are too many frames.
+        RobotError: the gait's robot cannot be read.
+    """
+    if steps < 1:
+        raise InputError(f"{shown(steps)} steps cannot be shown; ask for one or more")
+    at_most(steps, STEPS, "steps")
+    count = len(gait.time)
+    few = FRAMES // count
+    at_most(steps * count, FRAMES, "frames", f"{few} steps of this gait's {count} instants")
+    times = np.concatenate([gait.time + k * gait.duration for k in range(steps)])
+    before = np.tile(np.arange(count) > count // 2, steps)
+    return gait.trajectory.at(times, before=before)
+
+
+def build_scene(
+    viewer: meshcat.Visualizer, gait: Gait, steps: int, package_dirs: tuple[str, ...] = ()
+) -> Scene:
+    """Put the walking robot into a MeshCat viewer and set it in motion.
+
+    Args:
+        viewer: an empty one.
+        gait: one step.
+        steps: how many to show; then the animation starts again.
+        package_dirs: where to look for meshes.
+
+    Returns:
+        What is shown.
+
+    Raises:
+        InputError: steps < 1.
+        RobotError: the robot cannot be drawn.
+    """
+    moves, samples, body = Animation(), frames(gait, steps), gait.trajectory.body
+    shapes = robot_shapes(gait, package_dirs)
+    times = _key_times(samples)
+    hips = hip_height(body, samples)
+    force_scale = _force_scale(gait, hips)
+    _prepare(viewer, hips)
+    world = viewer[_WORLD]
+    _draw_ground(world["ground"])
+    _draw_footprints(world["footprints"], body, samples)
+    draw_robot(world["robot"], moves, body, shapes, samples.configuration, times)
+    _draw_standing_sole(world["standing_sole"], moves, body, samples, times)
+    _draw_force(world["ground_force"], moves, samples, times, force_scale)
+    _follow(world, moves, samples, times, TARGET_HEIGHT * hips)
+    moves.show(viewer)
+    return Scene(samples, force_scale, shapes.note)
+
+
+def draw_robot(
+    robot: meshcat.Visualizer,
+    moves: Animation,
+    body: Multibody,
+    shapes: RobotShapes,
+    configurations: Array,
+    times: Array,
+) -> None:
+    """Put a robot into a viewer and move it, with one node for each body that carries shapes.
+
+    Args:
+        robot: its node.
+        moves: collects the motion.
+        body: the robot.
+        shapes: what is drawn.
+        configurations: of its model, shape (N, 7 + M).
+        times: of these, increasing [s].
+    """
+    groups = [name.replace("/", "_") for name in ("root_joint", *body.joint_names)]
+    for carrier, item, place in shapes.shapes:
+        draw_shape(robot, groups[carrier], item, place)
+    places = body.placements(configurations)
+    for carrier in shapes.carriers:
+        node = robot[groups[carrier]]
+        node.set_transform(places[0, carrier])
+        moves.place(node, times, places[:, carrier, :3, 3])
+        moves.turn(node, times, places[:, carrier, :3, :3])
+
+
+def hip_height(body: Multibody, samples: TrajectorySamples) -> float:
+    """Return the height of the hips at the beginning of a walk [m]: the size of the robot."""
+    places = body.placements(samples.configuration[:1])[0]
+    return float(np.mean([places[body.leg(foot)[-1] + 1, 2, 3] for foot in (0, 1)]))
+
+
+def _standing(samples: TrajectorySamples) -> Array:
+    """Return the placement of the standing sole in each frame, shape (N, 4, 4)."""
+    each = np.arange(len(samples.time))
+    return np.asarray(samples.sole[each, samples.contact.argmax(axis=1)])
+
+
+def _force_scale(gait: Gait, hips: float) -> float:
+    """Return metres of arrow for 1 N: 10 cm for 1, 2 or 5 times a power of ten."""
+    force = float(gait.ground_wrench[:, 2].mean())
+    exact = 0.1 * force / (_ARROW * hips)  # N for 10 cm
+    power = 10.0 ** np.floor(np.log10(exact))
+    return 0.1 / float(
+        min((power * n for n in (1, 2, 5, 10)), key=lambda n: abs(np.log(n / exact)))
+    )
+
+
+def _key_times(samples: TrajectorySamples) -> Array:
+    """Return the frame times, the last of each step a moment earlier: keys must increase."""
+    last = np.append(np.diff(samples.step) > 0, False)
+    return np.asarray(samples.time - _SWITCH * last)
+
+
+def _prepare(viewer: meshcat.Visualizer, hips: float) -> None:
+    viewer["/Background"].set_property("top_color", [0.97, 0.98, 1.0])
+    viewer["/Background"].set_property("bottom_color", [0.80, 0.84, 0.88])
+    for name in ("/Axes", "/Grid"):  # they would not move with the world
+        viewer[name].set_property("visible", False)
+    viewer["/Cameras/default/rotated/<object>"].set_property("position", [hips * c for c in CAMERA])
+
+
+def _draw_ground(node: meshcat.Visualizer) -> None:
+    plain = _painted(node["plane"], geometry.MeshBasicMaterial, _GROUND, layer=-3)
+    node["plane"].set_object(geometry.Box([_GROUND_SIZE, _GROUND_SIZE, 0.01]), plain)
+    node["plane"].set_transform(_shift([0.0, 0.0, -0.5 * 0.01]))
+    # Short pieces: software renderers drop a line with one end behind the camera.
+    at = np.arange(-_GROUND_SIZE / 2.0, _GROUND_SIZE / 2.0, _GRID)
+    x, y = (c.ravel() for c in np.meshgrid(at, at))
+    zero = np.zeros_like(x)
+    along_x = np.stack([[x, y, zero], [x + _GRID, y, zero]], axis=-1)
+    along_y = np.stack([[x, y, zero], [x, y + _GRID, zero]], axis=-1)
+    lines = np.concatenate([along_x, along_y], axis=1).reshape(3, -1)
+    points = geometry.PointsGeometry(lines.astype(np.float32))
+    material = _painted(node["grid"], geometry.LineBasicMaterial, _LINE, layer=-2)
+    node["grid"].set_object(geometry.LineSegments(points, material))
+
+
+def _painted(
+    node: meshcat.Visualizer, kind: type[geometry.Material], colour: int, layer: int
+) -> geometry.Material:
+    """Return a material for marks on the ground: painted in layers, never hiding what stands there.
+
+    All of them lie in one plane, which depth alone would not tell apart.
+    """
+    node.set_property("renderOrder", layer)
+    return kind(color=colour, depthWrite=False)
+
+
+def _draw_footprints(node: meshcat.Visualizer, body: Multibody, samples: TrajectorySamples) -> None:
+    firsts = np.flatnonzero(np.diff(samples.step, prepend=-1))
+    for number, place in enumerate(_standing(samples)[firsts]):
+        foot = int(samples.contact[firsts[number]].argmax())
+        size = [*np.ptp(body.sole_corners[foot], axis=0)[:2], _PRINT]
+        print_ = node[str(number)]
+        material = _painted(print_, geometry.MeshBasicMaterial, _FOOTPRINT, layer=-1)
+        print_.set_object(geometry.Box(size), material)
+        print_.set_transform(place @ _shift(_centre(body, foot, -0.5 * _PRINT)))
+
+
+def _draw_standing_sole(
+    node: meshcat.Visualizer,
+    moves: Animation,
+    body: Multibody,
+    samples: TrajectorySamples,
+    times: Array,
+) -> None:
+    size = np.ptp(body.sole_corners[0], axis=0)[:2] + _BORDER
+    material = geometry.MeshBasicMaterial(color=_STANDING)
+    node.set_object(geometry.Box([*size, _PRINT]), material)
+    places = _standing(samples)
+    centres = np.array([_centre(body, foot, -0.49 * _PRINT) for foot in (0, 1)])
+    own = centres[samples.contact.argmax(axis=1)][..., None]
+    moves.place(node, times, (places[:, :3, :3] @ own)[..., 0] + places[:, :3, 3])
+    moves.turn(node, times, places[:, :3, :3])
+
+
+def _draw_force(
+    node: meshcat.Visualizer,
+    moves: Animation,
+    samples: TrajectorySamples,
+    times: Array,
+    scale: float,
+) -> None:
+    red, orange = _seen_through(_COP), _seen_through(_FORCE)
+    node["cop"].set_object(geometry.Sphere(0.016), red)
+    # inside its group the arrow points along z
+    node["shaft/bar"].set_object(geometry.Cylinder(1.0, 0.009), orange)
+    node["shaft/bar"].set_transform(_shift([0.0, 0.0, 0.5]) @ UPRIGHT)
+    node["head/cone"].set_object(geometry.Cylinder(0.07, radiusTop=0.0, radiusBottom=0.024), orange)
+    node["head/cone"].set_transform(_shift([0.0, 0.0, 0.035]) @ UPRIGHT)
+    force = samples.force.sum(axis=1)
+    length = scale * np.linalg.norm(force, axis=1)
+    along, one = np.outer(length, [0.0, 0.0, 1.0]), np.ones_like(length)
+    moves.place(node, times, pressure(samples))
+    moves.turn(node, times, np.array([_towards(f) for f in force]))
+    moves.stretch(node["shaft"], times, np.column_stack([one, one, np.maximum(length, 1e-6)]))
+    moves.place(node["head"], times, along)
+
+
+def pressure(samples: TrajectorySamples) -> Array:
+    """Return the centre of pressure of the standing foot in the world [m], shape (N, 3)."""
+    places = _standing(samples)
+    each = np.arange(len(samples.time))
+    local = samples.pressure[each, samples.contact.argmax(axis=1)][..., None]
+    return np.asarray((places[:, :3, :2] @ local)[..., 0] + places[:, :3, 3])
+
+
+def _seen_through(colour: int) -> geometry.Material:
+    """Return a material that the robot in front of it does not hide."""
+    return geometry.MeshBasicMaterial(
+        color=colour, opacity=0.85, transparent=True, depthTest=False, depthWrite=False
+    )
+
+
+def _follow(
+    world: meshcat.Visualizer,
+    moves: Animation,
+    samples: TrajectorySamples,
+    times: Array,
+    height: float,
+) -> None:
+    """Move the world back at the mean walking speed, so that the robot stays in the picture."""
+    root = samples.base_position[:, :2]
+    share = samples.time / samples.time[-1]
+    x = root[0, 0] + share * (root[-1, 0] - root[0, 0])
+    y = np.full_like(x, root[:, 1].mean())
+    path = np.column_stack([x, y, np.full_like(x, height)])
+    world.set_transform(_shift(-path[0]))
+    moves.place(world, times, -path)
+
+
+def _centre(body: Multibody, foot: int, height: float) -> Array:
+    """Return the middle of a sole in its frame."""
+    x, y, _ = body.sole_corners[foot].mean(axis=0)
+    return np.array([x, y, height])
+
+
+def _towards(force: Array) -> Array:
+    """Return the rotation that turns z into the direction of a force."""
+    size = float(np.linalg.norm(force))
+    up = np.array([0.0, 0.0, 1.0])
+    return np.array(pin.Quaternion.FromTwoVectors(up, force / size if size > 0.0 else up).matrix())
+
+
+def _shift(by: ArrayLike) -> Array:
+    """Return the homogeneous matrix of a shift."""
+    matrix = np.eye(4)
+    matrix[:3, 3] = by
+    return matrix
