@@ -1,11 +1,4 @@
-"""A nonlinear program that counts its evaluations and never returns a number that is not one.
-
-A program as SciPy's solvers want it: functions of u = x / scale that always return numbers.
-
-A program whose first derivatives come from differences of its values.
-
-The way of solvers that are given functions only; kept for comparison with exact derivatives.
-"""
+"""Programs around programs: one that counts, one in scaled variables, one by finite differences."""
 
 from __future__ import annotations
 

@@ -1,20 +1,11 @@
-"""How far a step may go: the radius of the trust region and the ratio that drives it.
+"""Globalisation of the SQP method: trust region, filter, corrections, penalty, when to give up.
 
-When a run that finds no feasible point has gone on for long enough.
-
-The filter of Fletcher & Leyffer: a step must better the cost or the violation of every entry.
-
-R. Fletcher, S. Leyffer, "Nonlinear programming without a penalty function", Mathematical
-Programming 91 (2002); the rules are those of the globally convergent version of Fletcher,
-Leyffer & Toint, "On the global convergence of a filter-SQP algorithm", SIAM J. Optim. 13 (2002).
-
-The weight of the slack: what a run begins with, and when and how it is raised.
-
-Whether a trial point becomes the iterate.
-
-Second-order corrections of a step, for the curvature of the rows (Fletcher & Leyffer, 2002).
-
-Steps of the SQP method tried: the program at their ends.
+A trial point becomes the iterate where it betters cost or violation of the iterate and of every
+entry of a filter (R. Fletcher, S. Leyffer, "Nonlinear programming without a penalty function",
+Mathematical Programming 91, 2002; the rules are those of R. Fletcher, S. Leyffer, Ph. Toint, "On
+the global convergence of a filter-SQP algorithm", SIAM J. Optim. 13, 2002). The agreement of model
+and function drives the trust region (J. Nocedal, S. Wright, "Numerical Optimization", 2006,
+Algorithm 4.1; A. Conn, N. Gould, Ph. Toint, "Trust-Region Methods", 2000).
 """
 
 from __future__ import annotations
@@ -24,26 +15,63 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from gaitopt.errors import EvaluationError
 from gaitopt.nlp import NLP, Values, worst_violation
-from gaitopt.solvers.adapters import Evaluator
-from gaitopt.solvers.multipliers import bound_multipliers, least_squares_multipliers
-from gaitopt.solvers.solver import Iterate, make_iterate
+from gaitopt.solvers.multipliers import least_squares_multipliers
+from gaitopt.solvers.solver import Iterate
 from gaitopt.solvers.subproblem import ElasticStep, LocalModel
 
-POOR = 0.25
-"""Below this ratio the radius shrinks (Nocedal & Wright, 2006, Algorithm 4.1)."""
-GOOD = 0.75
-"""Above this ratio the radius grows if the step was held by it (same algorithm)."""
-SHRINK = 0.25
-"""Factor of a shrinking radius, applied to the step's length (same algorithm)."""
-GROW = 2.0
-"""Factor of a growing radius (same algorithm)."""
+POOR, GOOD = 0.25, 0.75
+"""Agreement ratios below which the radius shrinks, and above which it grows if the step was held
+by it (Nocedal & Wright, Algorithm 4.1)."""
+SHRINK, GROW = 0.25, 2.0
+"""Factors of the step's length and of the radius then (same algorithm)."""
 INTERIOR = 0.99
 """A step shorter than this share of the radius is not held by the trust region."""
 ROUNDING = 1e-12
-"""Relative rounding error of cost and rows (measured; its use is that of Conn,
-Gould & Toint, 2000, section 17.4.2)."""
+"""Relative rounding error of cost and rows (measured; used as in Conn, Gould & Toint, 17.4.2)."""
+MERIT_WEIGHT = 1.2
+"""Weight of the violation in the agreement ratio, over the sum of the multipliers (measured);
+above one the merit is exact (Nocedal & Wright, Theorem 17.3)."""
+SUFFICIENT = 1e-2
+"""Share of the predicted fall of the cost that must come true (Fletcher, Leyffer & Toint)."""
+SWITCH = 1e-4
+"""A step predicted to lower the cost by more than SWITCH * violation² is taken for the cost
+(Fletcher, Leyffer & Toint), ..."""
+NEGLIGIBLE_SLACK = 1e-8
+"""... provided that its subproblem was compatible: no more slack than this was left."""
+LARGE_VIOLATION = 0.03
+"""Violation, in scaled rows, beyond which a trial that keeps less than was predicted does not
+widen the trust region (measured: 0.01 to 0.1 do equally well)."""
+MARGIN = 1e-5
+"""gamma, beta: relative betterment asked of a filter entry (Fletcher & Leyffer, section 2.4)."""
+CEILING = 10.0
+"""Largest violation the filter ever lets in, in scaled rows, unless the start is worse
+(Fletcher & Leyffer use 100 for rows that are not scaled)."""
+FILTER_RESETS = 5
+"""Times the filter may be emptied when it alone blocks progress (Waechter & Biegler, 2006)."""
+CORRECTIONS = 2
+"""Second-order corrections of a step that is not accepted (measured: the second saves long runs a
+third of their iterations along curved rows, a third saves nothing), ..."""
+CORRECT_UNTIL = 0.75
+"""... until cost and violation are as good as predicted, to this share, ..."""
+CORRECT_GAIN = 0.1
+"""... or the violation did not fall to this share."""
+STEERED = 0.1
+"""Share of the violation that a step may leave without the penalty being raised (R. Byrd,
+J. Nocedal, R. Waltz, "Steering exact penalty methods for nonlinear programming", 2008) ..."""
+RAISE = 10.0
+"""... by this factor (Nocedal & Wright, Algorithm 18.5)."""
+EXCESS = 1.5
+"""Penalty to begin with over the sum of the multipliers, if these are known, ..."""
+NEAR_START = 0.1
+"""... or can be estimated, since the violation of the start, in scaled rows, is below this."""
+NEARLY_FEASIBLE = 1e-3
+"""A least violation below this, in scaled rows, is near enough to go on (measured)."""
+STALLED_AFTER, STALLED_AFTER_BFGS = 40, 200
+"""Iterations without less violation after which a program is called infeasible, with exact
+Hessian and while learning it (measured: feasible walks take up to 16, and up to 60)."""
+LASTING_DECREASE = 0.9
+"""Share to which the least violation has to fall to count as less."""
 
 
 @dataclass(frozen=True)
@@ -76,58 +104,8 @@ class TrustRegion:
 
 
 def agreement(actual: float, predicted: float, rounding: float) -> float:
-    """Return the ratio of actual to predicted reduction, one when both are rounding errors.
-
-    Conn, Gould & Toint (2000), section 17.4.2: both reductions are raised by the rounding error.
-    """
+    """Return the ratio of actual to predicted reduction, one when both are rounding errors."""
     return (actual + rounding) / (max(predicted, 0.0) + rounding)
-
-
-NEARLY_FEASIBLE = 1e-3
-"""A least violation below this, in scaled rows, is near enough to go on (measured: near the limits
-runs may take their time)."""
-STALLED_AFTER, STALLED_AFTER_BFGS = 40, 200
-"""Iterations without less violation after which a program is called infeasible, with exact
-curvature and while learning it (measured: feasible walks take up to 16, and up to 60)."""
-LASTING_DECREASE = 0.9
-"""Share to which the least violation has to fall."""
-
-
-@dataclass
-class Patience:
-    """Notices when the least violation of a run no longer falls.
-
-    Attributes:
-        iterations: after which it is exhausted.
-        least: least violation so far that counted.
-        idle: iterations since.
-    """
-
-    iterations: int
-    least: float = np.inf
-    idle: int = 0
-
-    def renew(self) -> None:
-        """Begin anew: something else than hope speaks for going on."""
-        self.idle = 0
-
-    def exhausted(self, violation: float) -> bool:
-        """Look at an iteration; return whether to give up."""
-        if violation < LASTING_DECREASE * self.least:
-            self.least, self.idle = violation, 0
-        else:
-            self.idle += 1
-        return self.least > NEARLY_FEASIBLE and self.idle >= self.iterations
-
-
-MARGIN = 1e-5
-"""gamma, beta: relative betterment asked of a filter entry (Fletcher & Leyffer, section 2.4)."""
-
-CEILING = 10.0
-"""Largest violation the filter ever lets in, in scaled rows, unless the start is worse
-(Fletcher & Leyffer, 2002, use 100 for rows that are not scaled)."""
-FILTER_RESETS = 5
-"""Times the filter may be emptied when it alone blocks progress (Waechter & Biegler, 2006)."""
 
 
 @dataclass
@@ -157,56 +135,13 @@ class Filter:
 def improves(
     violation: float, cost: float, old_violation: float, old_cost: float, noise: float = 0.0
 ) -> bool:
-    """Return whether a pair is enough below the old one in violation or in cost.
+    """Return whether a pair is enough below an old one in violation or in cost.
 
-    Args:
-        violation: of the new point.
-        cost: of the new point.
-        old_violation: of the point or filter entry to be bettered.
-        old_cost: of the same.
-        noise: rounding error of a cost; a rise below it is not a rise.
+    A rise of the cost below `noise`, its rounding error, is no rise.
     """
     return (
         violation < (1.0 - MARGIN) * old_violation or cost <= old_cost - MARGIN * violation + noise
     )
-
-
-STEERED = 0.1
-"""Share of the violation that a step may leave without the penalty being raised (after Byrd,
-Nocedal & Waltz, "Steering exact penalty methods for nonlinear programming", 2008) ..."""
-RAISE = 10.0
-"""... and factor of a penalty that proved too small (Nocedal & Wright, 2006, Algorithm 18.5)."""
-EXCESS = 1.5
-"""Penalty over the sum of the multipliers, if these are known ..."""
-NEARLY = 0.1
-"""... or can be estimated, since the violation of the start, in scaled rows, is below this."""
-
-
-def initial_penalty(nlp: NLP, start: Iterate, usual: float) -> float:
-    """Return the penalty to begin with: the usual one, more for a start that is nearly a solution.
-
-    A warm start would be led away from its limits by a penalty below the sum of the multipliers
-    (Nocedal & Wright, 2006, Theorem 17.3).
-    """
-    multipliers = start.multipliers
-    if not multipliers.any() and start.violation <= NEARLY:
-        multipliers = least_squares_multipliers(nlp, start.point)[0]
-    return max(usual, EXCESS * float(np.abs(multipliers).sum()))
-
-
-WEIGHT = 1.2
-"""Weight of the violation in the agreement ratio, over the sum of the multipliers (measured);
-above one the merit is exact (Nocedal & Wright, 2006, Theorem 17.3)."""
-SUFFICIENT = 1e-2
-"""Share of the predicted fall of the cost that must come true (Fletcher, Leyffer & Toint)."""
-SWITCH = 1e-4
-"""A step predicted to lower the cost by more than SWITCH * violation^2 is taken for the cost
-(Fletcher, Leyffer & Toint, 2002) ..."""
-NEGLIGIBLE = 1e-8
-"""... provided that its subproblem was compatible: no more slack than this was left."""
-LARGE_VIOLATION = 0.03
-"""Violation, in scaled rows, beyond which a trial that keeps less than was predicted does not
-widen the trust region (measured: 0.01 to 0.1 do equally well)."""
 
 
 @dataclass(frozen=True)
@@ -237,9 +172,9 @@ class Trial:
     rounding: float
 
     @property
-    def strays(self) -> bool:
-        """Whether it is farther from the rows than was predicted, and far."""
-        return self.violation > LARGE_VIOLATION and self.ratio <= GOOD
+    def may_widen(self) -> bool:
+        """Whether the region may grow: the rows are near, or as near as was predicted."""
+        return self.violation <= LARGE_VIOLATION or self.ratio > GOOD
 
 
 def judge(
@@ -250,7 +185,7 @@ def judge(
     judged: ElasticStep,
     values: Values,
 ) -> Trial:
-    """Compare a trial with the prediction of the step `judged`.
+    """Compare a trial with the prediction of a step.
 
     Args:
         nlp: the program.
@@ -261,12 +196,12 @@ def judge(
         values: at the trial point.
     """
     violation, _ = worst_violation(nlp, values)
-    weight = WEIGHT * float(np.abs(judged.multipliers).sum())
+    weight = MERIT_WEIGHT * float(np.abs(judged.multipliers).sum())
     old_cost = nlp.cost_scale * iterate.point.cost
     fall = old_cost - nlp.cost_scale * values.cost
     rounding = ROUNDING * max(1.0, abs(old_cost), weight)
     predicted = model.predicted_decrease(judged.d)
-    for_cost = judged.slack <= NEGLIGIBLE and predicted > SWITCH * iterate.violation**2
+    for_cost = judged.slack <= NEGLIGIBLE_SLACK and predicted > SWITCH * iterate.violation**2
     fell = fall >= SUFFICIENT * predicted - rounding
     curved = values.rows - iterate.point.rows - model.jacobian @ judged.d
     surprise = fall - predicted - float(judged.multipliers @ curved)
@@ -299,22 +234,13 @@ def accepts(trial: Trial, iterate: Iterate, cost_scale: float, entries: Filter) 
     )
 
 
-CORRECT_UNTIL = 0.75
-"""A step that is not accepted is corrected until cost and violation are as good as predicted ..."""
-CORRECT_GAIN = 0.1
-"""... or the violation did not fall to this share ..."""
-CORRECTIONS = 2
-"""... but not more often than this (measured: the second saves long runs a third of their
-iterations along the curved rows, a third saves nothing)."""
-
-
 def corrected(
     trial: Trial,
     feasibility: float,
     correct: Callable[[Trial], Trial | None],
     acceptable: Callable[[Trial], bool],
 ) -> Trial:
-    """Return the best of a trial and its second-order corrections.
+    """Return the best of a trial and its second-order corrections (Fletcher & Leyffer).
 
     A correction is itself corrected while that keeps reducing the violation.
 
@@ -339,42 +265,40 @@ def corrected(
     return best
 
 
+def initial_penalty(nlp: NLP, start: Iterate, usual: float) -> float:
+    """Return the penalty to begin with: the usual one, more for a start that is nearly a solution.
+
+    A warm start would be led away from its limits by a penalty below the sum of the multipliers
+    (Nocedal & Wright, Theorem 17.3).
+    """
+    multipliers = start.multipliers
+    if not multipliers.any() and start.violation <= NEAR_START:
+        multipliers = least_squares_multipliers(nlp, start.point)[0]
+    return max(usual, EXCESS * float(np.abs(multipliers).sum()))
+
+
 @dataclass
-class Trials:
-    """Tries steps for one run.
+class Patience:
+    """Notices when the least violation of a run no longer falls.
 
     Attributes:
-        nlp: the program.
-        evaluator: of it; every evaluation counts.
-        undefined: whether the program had no value at the last point asked for.
+        iterations: after which it is exhausted.
+        least: least violation so far that counted.
+        idle: iterations since.
     """
 
-    nlp: NLP
-    evaluator: Evaluator
-    undefined: bool = False
+    iterations: int
+    least: float = np.inf
+    idle: int = 0
 
-    def at_end(
-        self, iterate: Iterate, model: LocalModel, step: ElasticStep, judged: ElasticStep
-    ) -> Trial | None:
-        """Evaluate a step; its predicted decrease is that of `judged`. None if undefined there."""
-        variables = self.nlp.variables
-        x = np.clip(iterate.point.x + variables.scale * step.d, variables.lower, variables.upper)
-        try:
-            values = self.evaluator.values(x)
-        except EvaluationError:
-            self.undefined = True
-            return None
-        self.undefined = False
-        return judge(self.nlp, iterate, model, step, judged, values)
+    def renew(self) -> None:
+        """Begin anew: something else speaks for going on."""
+        self.idle = 0
 
-    def with_derivatives(self, iterate: Iterate, trial: Trial, radius: float) -> Iterate | None:
-        """Return a trial of a step from an iterate with its derivatives, None if it has none."""
-        try:
-            point = self.evaluator.point(trial.values.x)
-        except EvaluationError:
-            self.undefined = True
-            return None
-        held = bound_multipliers(
-            self.nlp.variables, iterate.point.x, trial.step.box_multipliers, radius
-        )
-        return make_iterate(self.nlp, point, trial.step.multipliers, held)
+    def exhausted(self, violation: float) -> bool:
+        """Look at an iteration; return whether to give up."""
+        if violation < LASTING_DECREASE * self.least:
+            self.least, self.idle = violation, 0
+        else:
+            self.idle += 1
+        return self.least > NEARLY_FEASIBLE and self.idle >= self.iterations

@@ -1,17 +1,14 @@
-"""Second derivatives of the Lagrangian: exact ones, or those learnt from gradients.
+"""The Hessian of the Lagrangian in scaled variables: exact or learnt from gradients, made convex.
 
-Where the SQP method gets the Hessian of the Lagrangian from.
-
-A convex Hessian with the same solution: curvature is changed where the step cannot feel it.
-
-With the active rows A d = b of the quadratic program and their orthonormal range and null space
-[Q1 Q2], a step d = Q1 r + Q2 t has its r fixed by the rows. So
+Curvature is changed where the step cannot feel it. With the active rows A d = b of the quadratic
+program and their orthonormal range and null space [Q1 Q2], a step d = Q1 r + Q2 t has its r fixed
+by the rows. So
 
     Q2' H Q2  is replaced by its absolute value (Gould & Nocedal, "The modified absolute-value
               factorization norm for trust-region minimization", 1998): only negative curvature
               on the null space, where the step is truly free, is changed;
-    sigma/2 |Q1'd - r|^2  is added, r from A Q1 r = b: zero with zero slope at the solution, hence
-              neither step nor multipliers change when the active rows were guessed right.
+    sigma/2 |Q1'd - r|^2  is added, r from A Q1 r = b: zero with zero gradient at the solution,
+              hence neither step nor multipliers change when the active rows were guessed right.
 
 This keeps the quadratic convergence of Newton's method, which |H| of the whole matrix destroys.
 """
@@ -29,6 +26,12 @@ from gaitopt.solvers.solver import Iterate
 
 DAMPING = 0.2
 """Least share of the model's curvature that an update must keep (Powell, 1978)."""
+FLOOR = 1e-4
+"""Least curvature on the null space, variables scaled, cost of order one to ten (measured)."""
+LEAST = 0.5 * FLOOR
+"""Least eigenvalue of the convex model: without it, condition numbers of 1e16 (measured)."""
+RANK = 1e-8
+"""Singular values below this fraction of the largest count as zero (measured)."""
 
 
 def damped_bfgs(B: Array, step: Array, change: Array) -> Array:
@@ -52,7 +55,7 @@ def damped_bfgs(B: Array, step: Array, change: Array) -> Array:
     return np.asarray(0.5 * (updated + updated.T))
 
 
-class Curvature:
+class LagrangianHessian:
     """The Hessian of the Lagrangian in scaled variables, exact or learnt from gradients.
 
     Attributes:
@@ -74,7 +77,7 @@ class Curvature:
         self._matrix = np.eye(evaluator.nlp.variables.scale.size)
         self.definite = True
 
-    def hessian(self, iterate: Iterate) -> Array:
+    def at(self, iterate: Iterate) -> Array:
         """Return the (n, n) Hessian at an iterate; the last known one where it is undefined."""
         if self._exact:
             nlp = self._evaluator.nlp
@@ -87,7 +90,7 @@ class Curvature:
             self.definite = False
         return self._matrix
 
-    def learn(self, old: Iterate, new: Iterate) -> None:
+    def update(self, old: Iterate, new: Iterate) -> None:
         """Update the approximation after a step, with the new multipliers at both ends."""
         if self._exact:
             return
@@ -100,17 +103,9 @@ class Curvature:
         self._matrix = damped_bfgs(self._matrix, step, change)
 
 
-FLOOR = 1e-4
-"""Least curvature on the null space, variables scaled, cost of order one to ten (measured)."""
-LEAST = 0.5 * FLOOR
-"""Least eigenvalue of the convex model: without it, condition numbers of 1e16 (measured)."""
-RANK = 1e-8
-"""Singular values below this fraction of the largest count as zero (measured)."""
-
-
 @dataclass(frozen=True)
 class ConvexModel:
-    """A positive definite Hessian and what its correction adds to the slope.
+    """A positive definite Hessian and what its correction adds to the gradient.
 
     Attributes:
         matrix: shape (n, n).
@@ -124,7 +119,7 @@ class ConvexModel:
     range_space: Array
     solver: Array
 
-    def slope(self, target: Array, radius: float) -> Array:
+    def linear_term(self, target: Array, radius: float) -> Array:
         """Return -sigma Q1 r (n,), the linear term that goes with the added curvature.
 
         Args:
@@ -151,10 +146,10 @@ def convexify(hessian: Array, active: Array) -> ConvexModel:
     """
     Q1, Q2, solver = _spaces(active)
     reduced = Q2.T @ hessian @ Q2
-    bent = _absolute(reduced)
+    positive = _absolute(reduced)
     coupling = Q1.T @ hessian @ Q2
-    sigma = _range_curvature(Q1.T @ hessian @ Q1, coupling, bent)
-    matrix = hessian + Q2 @ (bent - reduced) @ Q2.T + sigma * (Q1 @ Q1.T)
+    sigma = _range_curvature(Q1.T @ hessian @ Q1, coupling, positive)
+    matrix = hessian + Q2 @ (positive - reduced) @ Q2.T + sigma * (Q1 @ Q1.T)
     return ConvexModel(0.5 * (matrix + matrix.T), sigma, Q1, solver)
 
 

@@ -44,13 +44,13 @@ def least_squares_multipliers(
     ).T
     if columns.shape[1] == 0:
         return np.zeros(m), np.zeros(point.x.size)
-    slope = -nlp.cost_scale * point.gradient
+    target = -nlp.cost_scale * point.gradient
     # Columns of equal length make the active-set method immune to badly scaled rows.
     length = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
     try:
-        size = nnls(columns / length, slope)[0]
+        size = nnls(columns / length, target)[0]
     except RuntimeError:  # its iteration limit, reached on degenerate sets
-        size = lsq_linear(columns / length, slope, bounds=(0.0, np.inf)).x
+        size = lsq_linear(columns / length, target, bounds=(0.0, np.inf)).x
     size = size / length
     parts = np.split(size, np.cumsum([row_up.size, row_down.size, up.size]))
     multipliers, bound_multipliers = np.zeros(m), np.zeros(point.x.size)

@@ -84,17 +84,16 @@ def solve_qp(program: QuadraticProgram, preferred: str) -> QuadraticSolution | N
 def optimality_error(program: QuadraticProgram, solution: QuadraticSolution) -> float:
     """Return the largest violation of the optimality conditions.
 
-    Slope and multipliers count relative to the terms of the slope, distances from limits as they
-    are. The lesser of a limit's multiplier and distance must vanish: the distance is negative
-    outside the limit, the multiplier where it pulls the wrong way (the natural residual of
-    complementarity).
+    Gradient and multipliers count relative to the terms of the gradient, distances from limits as
+    they are. The lesser of a limit's multiplier and distance must vanish (the natural residual of
+    complementarity): distances outside the limit and multipliers of the wrong sign are negative.
     """
     x, rows, bounds = solution.x, solution.rows, solution.bounds
-    pull = rows @ program.G
-    slope = program.P @ x + program.q + pull + bounds
-    size = 1.0 + max(np.abs(program.q).max(), np.abs(pull).max(initial=0.0))
+    of_rows = rows @ program.G
+    gradient = program.P @ x + program.q + of_rows + bounds
+    size = 1.0 + max(np.abs(program.q).max(), np.abs(of_rows).max(initial=0.0))
     error = max(
-        float(np.abs(slope).max()) / size,
+        float(np.abs(gradient).max()) / size,
         _mismatch(rows / size, program.h - program.G @ x),
         _mismatch(np.maximum(bounds, 0.0) / size, program.upper - x),
         _mismatch(np.maximum(-bounds, 0.0) / size, x - program.lower),

@@ -149,7 +149,7 @@ def _constraints(program: ScaledProgram) -> list[Any]:
         rows = program.rows(u)
         return np.concatenate([rows[low] - lower[low], upper[high] - rows[high]])
 
-    def one_sided_slope(u: Array) -> Array:
+    def one_sided_jacobian(u: Array) -> Array:
         jacobian = program.jacobian(u)
         return np.vstack([jacobian[low], -jacobian[high]])
 
@@ -163,7 +163,7 @@ def _constraints(program: ScaledProgram) -> list[Any]:
             }
         )
     if low.size + high.size:
-        constraints.append({"type": "ineq", "fun": one_sided, "jac": one_sided_slope})
+        constraints.append({"type": "ineq", "fun": one_sided, "jac": one_sided_jacobian})
     return constraints
 
 

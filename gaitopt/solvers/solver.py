@@ -1,7 +1,4 @@
-"""What every solver looks like: a frozen dataclass of options that solves one nonlinear program.
-
-The diary of one solver run: history, best iterate, clock; and the solution written from it.
-"""
+"""What every solver is made of: its options, and the record of a run with its best iterate."""
 
 from __future__ import annotations
 

@@ -1,11 +1,8 @@
-"""One run of the SQP method: the loop and its verdicts.
+"""Sequential quadratic programming with a filter and a trust region, in scaled variables.
 
-Sequential quadratic programming with a filter and a trust region, in scaled variables.
-
-Each iteration solves a convex quadratic program for a step d within a cube (`elastic`,
-`convexify`), tries it, corrects it for the curvature of the rows if it disappoints
-(`model.pose_correction`), and accepts it when it betters cost or violation against a filter
-(`filter`). The agreement of model and function drives the size of the cube (`trust_region`).
+Each iteration solves a convex quadratic program for a step d within a cube (`subproblem`), tries
+it, corrects it for the curvature of the rows if it disappoints, and accepts it when it betters cost
+or violation against a filter (`globalization`).
 
 Sources: Nocedal & Wright, "Numerical Optimization" (2006), chapter 18; Fletcher & Leyffer,
 Mathematical Programming 91 (2002); Conn, Gould & Toint, "Trust-Region Methods" (2000).
@@ -19,7 +16,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from gaitopt.nlp import NLP, ProgressCallback, Solution, Start, Status, StopCallback
+from gaitopt.errors import EvaluationError
+from gaitopt.nlp import NLP, Point, ProgressCallback, Solution, Start, Status, StopCallback
 from gaitopt.settings import setting
 from gaitopt.solvers.globalization import (
     CEILING,
@@ -31,13 +29,13 @@ from gaitopt.solvers.globalization import (
     Filter,
     Patience,
     Trial,
-    Trials,
     TrustRegion,
     accepts,
     corrected,
     initial_penalty,
+    judge,
 )
-from gaitopt.solvers.hessian import Curvature
+from gaitopt.solvers.hessian import LagrangianHessian
 from gaitopt.solvers.multipliers import bound_multipliers, one_sided
 from gaitopt.solvers.qp import BACKENDS
 from gaitopt.solvers.solver import (
@@ -71,29 +69,110 @@ POLISH_BELOW = 1e-1
 """KKT residual below which a step may be judged by that residual (measured) ..."""
 POLISH_GAIN = 0.5
 """... which must fall to this share."""
-
 RECHECK_AFTER = 4
-"""Feasible iterates in a row with no better KKT residual, after which it is asked what multipliers
-of its own an iterate has. Those of a step are poor where rows have nearly the same gradients (a
-limit held at two instants close together): the run goes to and fro about an optimum that it does
-not recognise."""
+"""Feasible iterates in a row with no better KKT residual, after which the iterate is judged by its
+least-squares multipliers. Those of a step are poor where rows have nearly the same gradients (a
+limit held at two instants close together): the run then goes to and fro about an optimum that it
+does not recognise."""
 
 
-class SQPRun:
+@dataclass(frozen=True)
+class SQP(Solver):
+    """Filter trust-region SQP: few evaluations, from far away too.
+
+    Attributes:
+        tolerance: on the gradient of the Lagrangian and on complementarity.
+        feasibility: on the largest violation of a row or bound.
+        max_iterations: subproblems tried, rejected ones included.
+        hessian: "exact", or "bfgs" to learn curvature from gradients; a program without second
+            derivatives always gets the latter.
+        qp_solver: quadratic solver asked first, one of `qp.BACKENDS`.
+        initial_radius, max_radius: of the trust region, in units of the variables' scale
+            (measured: 0.07 to 0.15 and 2 to 5 do equally well).
+        min_radius: a smaller trust region ends the run.
+        penalty: weight of the slack at the beginning. In the end it must exceed the sum of the
+            multipliers, and is raised by itself when it proves too small (measured: begun with
+            that sum or less, more starts lead to an optimum than with several times as much) ...
+        max_penalty: ... but not beyond this; only then is a program called infeasible.
+    """
+
+    name: ClassVar[str] = "sqp"
+    tolerance: float = field(default=OPTIMALITY, metadata=setting("Of the optimality conditions."))
+    feasibility: float = FEASIBILITY
+    max_iterations: int = field(default=300, metadata=setting("Of one run of the solver."))
+    hessian: str = "exact"
+    qp_solver: str = field(
+        default="daqp",
+        metadata=setting("Quadratic solver of the SQP.", choices=tuple(BACKENDS), metavar="NAME"),
+    )
+    initial_radius: float = 0.1
+    max_radius: float = 2.0
+    min_radius: float = 1e-10
+    penalty: float = 200.0
+    max_penalty: float = 1e6
+
+    def __post_init__(self) -> None:
+        """Check the options.
+
+        Raises:
+            InputError: an option cannot be used.
+        """
+        require_choice(self.name, "hessian", self.hessian, ("exact", "bfgs"))
+        require_choice(self.name, "qp_solver", self.qp_solver, BACKENDS)
+        require_positive(
+            self.name,
+            tolerance=self.tolerance,
+            feasibility=self.feasibility,
+            max_iterations=self.max_iterations,
+            initial_radius=self.initial_radius,
+            max_radius=self.max_radius,
+            min_radius=self.min_radius,
+            penalty=self.penalty,
+            max_penalty=self.max_penalty,
+        )
+
+    def solve(
+        self,
+        nlp: NLP,
+        start: Start,
+        on_progress: ProgressCallback | None = None,
+        stop: StopCallback | None = None,
+    ) -> Solution:
+        """Solve the program; see `Solver.solve`."""
+        recorder, point = begin(self.name, nlp, start, on_progress, stop)
+        if point is None:
+            return recorder.failure(start.x)
+        multipliers = np.zeros(nlp.rows.lower.size)
+        if start.multipliers is not None:
+            multipliers = one_sided(start.multipliers, nlp.rows.lower, nlp.rows.upper)
+        first = make_iterate(nlp, point, multipliers, np.zeros(point.x.size))
+        run = _Run(self, nlp, recorder, first)
+        status = run.iterate_until_verdict()
+        best = recorder.answer(status, run.iterate)
+        if status is Status.INFEASIBLE and best.violation <= FEASIBLE:
+            status = Status.STALLED  # it went astray from a feasible iterate
+        return recorder.solution(status, best)
+
+    def limited(self, iterations: int) -> SQP:
+        """Return the solver with at most so many iterations."""
+        return replace(self, max_iterations=min(self.max_iterations, iterations))
+
+
+class _Run:
     """The state of a run: the iterate, its model, and what has been learnt on the way."""
 
     def __init__(self, options: SQP, nlp: NLP, recorder: Recorder, iterate: Iterate) -> None:
         self.options = options
         self.nlp = nlp
         self.recorder = recorder
-        self.trials = Trials(nlp, recorder.evaluator)
+        self.undefined = False  # whether the program had no value at the last point asked for
         self.iterate = iterate
         self.region = TrustRegion(options.initial_radius, options.max_radius)
         exact = options.hessian == "exact" and nlp.has_hessian
         self.patience = Patience(STALLED_AFTER if exact else STALLED_AFTER_BFGS)
         self.filter = Filter(max(CEILING, 1.25 * iterate.violation))
         self.resets_left = FILTER_RESETS
-        self.curvature = Curvature(recorder.evaluator, exact)
+        self.hessian = LagrangianHessian(recorder.evaluator, exact)
         self.penalty = initial_penalty(nlp, iterate, options.penalty)
         self.slack = 0.0
         self.last_length = options.initial_radius
@@ -163,8 +242,8 @@ class SQPRun:
             self.model = build_model(
                 self.nlp,
                 self.iterate,
-                self.curvature.hessian(self.iterate),
-                self.curvature.definite,
+                self.hessian.at(self.iterate),
+                self.hessian.definite,
                 self.penalty,
                 tight=self.slack <= self.options.feasibility,
             )
@@ -190,11 +269,7 @@ class SQPRun:
 
     def _verdict(self, step: ElasticStep) -> Status | None:
         """Judge the iterate with the new multipliers, before any step is taken."""
-        point = self.iterate.point
-        held = bound_multipliers(
-            self.nlp.variables, point.x, step.box_multipliers, self.region.radius
-        )
-        iterate = make_iterate(self.nlp, point, step.multipliers, held)
+        iterate = self._iterate_at(self.iterate.point, step)
         if self._is_optimal(iterate):
             self.iterate = iterate
             return Status.OPTIMAL
@@ -213,7 +288,7 @@ class SQPRun:
 
     def _advance(self, model: LocalModel, posed: Subproblem, step: ElasticStep) -> None:
         """Try the step, then its correction; move to the better one or shrink the region."""
-        trial = self.trials.at_end(self.iterate, model, step, step)
+        trial = self._try(model, step, step)
         if trial is not None and not self._accepts(trial):
             trial = corrected(
                 trial,
@@ -228,6 +303,34 @@ class SQPRun:
             self._unblock(trial)
             self._shrink(step.length)
 
+    def _try(self, model: LocalModel, step: ElasticStep, judged: ElasticStep) -> Trial | None:
+        """Evaluate a step, held to the prediction of `judged`; None if undefined there."""
+        variables = self.nlp.variables
+        x = self.iterate.point.x + variables.scale * step.d
+        try:
+            values = self.recorder.evaluator.values(np.clip(x, variables.lower, variables.upper))
+        except EvaluationError:
+            self.undefined = True
+            return None
+        self.undefined = False
+        return judge(self.nlp, self.iterate, model, step, judged, values)
+
+    def _differentiated(self, trial: Trial) -> Iterate | None:
+        """Return a trial with its derivatives, None if it has none."""
+        try:
+            point = self.recorder.evaluator.point(trial.values.x)
+        except EvaluationError:
+            self.undefined = True
+            return None
+        return self._iterate_at(point, trial.step)
+
+    def _iterate_at(self, point: Point, step: ElasticStep) -> Iterate:
+        """Return a point with the multipliers of a step from the present iterate."""
+        held = bound_multipliers(
+            self.nlp.variables, self.iterate.point.x, step.box_multipliers, self.region.radius
+        )
+        return make_iterate(self.nlp, point, step.multipliers, held)
+
     def _correct(
         self, model: LocalModel, posed: Subproblem, step: ElasticStep, last: Trial
     ) -> Trial | None:
@@ -239,7 +342,7 @@ class SQPRun:
         )
         if correction is None:
             return None
-        return self.trials.at_end(self.iterate, model, correction, step)
+        return self._try(model, correction, step)
 
     def _polish(self, trial: Trial, step: ElasticStep) -> bool:
         """Move although cost and violation look no better, if the KKT residual falls.
@@ -253,12 +356,10 @@ class SQPRun:
             and self.iterate.residual.worst <= POLISH_BELOW
             and not self.region.holds(step.length)
         )
-        polished = (
-            self.trials.with_derivatives(self.iterate, trial, self.region.radius) if near else None
-        )
+        polished = self._differentiated(trial) if near else None
         if polished is None or polished.residual.worst > POLISH_GAIN * self.iterate.residual.worst:
             return False
-        self._settle(polished, trial)
+        self._take(polished, trial)
         return True
 
     def _accepts(self, trial: Trial) -> bool:
@@ -266,18 +367,18 @@ class SQPRun:
 
     def _move(self, trial: Trial) -> bool:
         """Make an accepted trial the iterate; False if it has no derivatives."""
-        iterate = self.trials.with_derivatives(self.iterate, trial, self.region.radius)
+        iterate = self._differentiated(trial)
         if iterate is None:
             return False
         if not trial.for_cost:
             self.filter.add(self.iterate.violation, self.nlp.cost_scale * self.iterate.point.cost)
-        self._settle(iterate, trial)
-        self.region = self.region.after(trial.fit, self.last_length, not trial.strays)
+        self._take(iterate, trial)
+        self.region = self.region.after(trial.fit, self.last_length, trial.may_widen)
         return True
 
-    def _settle(self, iterate: Iterate, trial: Trial) -> None:
+    def _take(self, iterate: Iterate, trial: Trial) -> None:
         """Take an iterate, and learn from the step to it."""
-        self.curvature.learn(self.iterate, iterate)
+        self.hessian.update(self.iterate, iterate)
         self.iterate, self.model = iterate, None
         self.last_length, self.slack = trial.step.length, trial.step.slack
 
@@ -304,7 +405,7 @@ class SQPRun:
         Better ones are worth another run from there: rows of nearly the same gradient may have
         misled the first (once; measured, a few steps then suffice).
         """
-        if self.trials.undefined:
+        if self.undefined:
             return Status.NUMERICAL
         if self.iterate.violation > FEASIBLE:
             return Status.INFEASIBLE
@@ -325,85 +426,3 @@ class SQPRun:
         self.region = TrustRegion(self.options.initial_radius, self.options.max_radius)
         self.last_length = self.options.initial_radius
         self.filter = Filter(CEILING)
-
-
-@dataclass(frozen=True)
-class SQP(Solver):
-    """Filter trust-region SQP: the fast traveller.
-
-    Attributes:
-        tolerance: on the gradient of the Lagrangian and on complementarity.
-        feasibility: on the largest violation of a row or bound.
-        max_iterations: subproblems tried, rejected ones included.
-        hessian: "exact", or "bfgs" to learn curvature from gradients; a program without second
-            derivatives always gets the latter.
-        qp_solver: quadratic solver asked first, one of `qp.BACKENDS`.
-        initial_radius, max_radius: of the trust region, in units of the variables' scale
-            (measured: 0.07 to 0.15 and 2 to 5 do equally well).
-        min_radius: a smaller trust region ends the run.
-        penalty: weight of the slack at the beginning. In the end it must exceed the sum of the
-            multipliers, and is raised by itself when it proves too small (measured: begun with
-            that sum or less, more starts lead to an optimum than with several times as much) ...
-        max_penalty: ... but not beyond this; only then is a program called infeasible.
-    """
-
-    name: ClassVar[str] = "sqp"
-    tolerance: float = field(default=OPTIMALITY, metadata=setting("Of the optimality conditions."))
-    feasibility: float = FEASIBILITY
-    max_iterations: int = field(default=300, metadata=setting("Of one run of the solver."))
-    hessian: str = "exact"
-    qp_solver: str = field(
-        default="daqp",
-        metadata=setting("Quadratic solver of the SQP.", choices=tuple(BACKENDS), metavar="NAME"),
-    )
-    initial_radius: float = 0.1
-    max_radius: float = 2.0
-    min_radius: float = 1e-10
-    penalty: float = 200.0
-    max_penalty: float = 1e6
-
-    def __post_init__(self) -> None:
-        """Check the options.
-
-        Raises:
-            InputError: an option cannot be used.
-        """
-        require_choice(self.name, "hessian", self.hessian, ("exact", "bfgs"))
-        require_choice(self.name, "qp_solver", self.qp_solver, BACKENDS)
-        require_positive(
-            self.name,
-            tolerance=self.tolerance,
-            feasibility=self.feasibility,
-            max_iterations=self.max_iterations,
-            initial_radius=self.initial_radius,
-            max_radius=self.max_radius,
-            min_radius=self.min_radius,
-            penalty=self.penalty,
-            max_penalty=self.max_penalty,
-        )
-
-    def solve(
-        self,
-        nlp: NLP,
-        start: Start,
-        on_progress: ProgressCallback | None = None,
-        stop: StopCallback | None = None,
-    ) -> Solution:
-        """Solve the program; see `Solver.solve`."""
-        recorder, point = begin(self.name, nlp, start, on_progress, stop)
-        if point is None:
-            return recorder.failure(start.x)
-        multipliers = np.zeros(nlp.rows.lower.size)
-        if start.multipliers is not None:
-            multipliers = one_sided(start.multipliers, nlp.rows.lower, nlp.rows.upper)
-        first = make_iterate(nlp, point, multipliers, np.zeros(point.x.size))
-        run = SQPRun(self, nlp, recorder, first)
-        status = run.iterate_until_verdict()
-        best = recorder.answer(status, run.iterate)
-        if status is Status.INFEASIBLE and best.violation <= FEASIBLE:
-            status = Status.STALLED  # it went astray from a feasible iterate
-        return recorder.solution(status, best)
-
-    def limited(self, iterations: int) -> SQP:
-        """Return the solver with at most so many iterations."""
-        return replace(self, max_iterations=min(self.max_iterations, iterations))

@@ -1,18 +1,13 @@
-"""The subproblem of one iteration, never infeasible thanks to one elastic variable.
+"""The subproblem of an SQP iteration, never infeasible thanks to one elastic variable.
 
     minimise over d, s   g'd + 1/2 d'H d + nu s + 1/2 w s^2
     subject to           lower - s <= c + J d <= upper + s
                          box_lower <= d <= box_upper,   s >= 0
 
 (Nocedal & Wright, 2006, section 18.5, with the infinity norm in place of the 1-norm.) All in
-variables divided by their scale, and H made convex. Of the thousand rows only those that the
-step may reach are given to the quadratic program; a row left out and then violated is added and
-the program solved again.
-
-The local model of a program: everything the subproblems of one iterate share.
-
-All in scaled variables u = x / scale: gradients are multiplied by the scale, and the trust
-region is a cube.
+variables divided by their scale, so that the trust region is a cube, and with H made convex. Of the
+thousand rows only those that the step may reach are given to the quadratic program; a row left out
+and then violated is added and the program solved again.
 """
 
 from __future__ import annotations
@@ -34,128 +29,14 @@ MISSED = 1e-10
 STIFFNESS = 1e-3
 """w / nu: without the quadratic term the programs are badly conditioned (measured)."""
 
-Mask = NDArray[np.bool_]
-Indices = NDArray[np.intp]
-
-
-@dataclass(frozen=True)
-class Subproblem:
-    """The subproblem in (d, s), and the rows to begin with.
-
-    Attributes:
-        slope: linear cost of (d, s), shape (n + 1,).
-        curvature: quadratic cost of (d, s), shape (n + 1, n + 1), positive definite.
-        jacobian: J, shape (m, n).
-        below, above: lower - c and upper - c, shape (m,).
-        box_lower, box_upper: shape (n,).
-        use_below, use_above: rows whose lower, upper side is given at first, shape (m,).
-    """
-
-    slope: Array
-    curvature: Array
-    jacobian: Array
-    below: Array
-    above: Array
-    box_lower: Array
-    box_upper: Array
-    use_below: Mask
-    use_above: Mask
-
-
-@dataclass(frozen=True)
-class ElasticStep:
-    """The solution of a subproblem.
-
-    Attributes:
-        d: step, shape (n,).
-        slack: s, the violation the linear model still has after the step.
-        multipliers: of the rows, shape (m,), positive at upper limits.
-        box_multipliers: of the box, shape (n,), positive at upper limits.
-        use_below, use_above: the rows that were needed, shape (m,).
-    """
-
-    d: Array
-    slack: float
-    multipliers: Array
-    box_multipliers: Array
-    use_below: Mask
-    use_above: Mask
-
-    @property
-    def length(self) -> float:
-        """Largest component of d."""
-        return float(np.abs(self.d).max(initial=0.0))
-
-
-def solve_subproblem(problem: Subproblem, backend: str) -> ElasticStep | None:
-    """Solve the elastic subproblem, or return None when no quadratic solver could."""
-    for attempt in range(ROUNDS + 1):
-        if attempt == ROUNDS:
-            problem = replace(
-                problem,
-                use_below=np.isfinite(problem.below),
-                use_above=np.isfinite(problem.above),
-            )
-        step = _solve_screened(problem, backend)
-        if step is None:
-            return None
-        moved = problem.jacobian @ step.d
-        missed_below = (problem.below - moved > step.slack + MISSED) & ~problem.use_below
-        missed_above = (moved - problem.above > step.slack + MISSED) & ~problem.use_above
-        if not (missed_below.any() or missed_above.any()):
-            return step
-        problem = replace(
-            problem,
-            use_below=problem.use_below | missed_below,
-            use_above=problem.use_above | missed_above,
-        )
-    return step
-
-
-def _solve_screened(problem: Subproblem, backend: str) -> ElasticStep | None:
-    above = np.flatnonzero(problem.use_above)
-    below = np.flatnonzero(problem.use_below)
-    solution = solve_qp(_quadratic_program(problem, above, below), backend)
-    if solution is None:
-        return None
-    n = problem.box_lower.size
-    multipliers = np.zeros(problem.below.size)
-    multipliers[above] += solution.rows[: above.size]
-    multipliers[below] -= solution.rows[above.size :]
-    return ElasticStep(
-        d=np.clip(solution.x[:n], problem.box_lower, problem.box_upper),
-        slack=max(0.0, float(solution.x[n])),
-        multipliers=multipliers,
-        box_multipliers=solution.bounds[:n],
-        use_below=problem.use_below,
-        use_above=problem.use_above,
-    )
-
-
-def _quadratic_program(problem: Subproblem, above: Indices, below: Indices) -> QuadraticProgram:
-    n, k = problem.box_lower.size, above.size
-    G = np.empty((k + below.size, n + 1))
-    G[:k, :n] = problem.jacobian[above]
-    np.negative(problem.jacobian[below], out=G[k:, :n])
-    G[:, n] = -1.0
-    h = np.concatenate([problem.above[above], -problem.below[below]])
-    # d = 0 needs no more slack than the worst row has, so this limit on s is never active.
-    enough = 10.0 * max(1.0, -float(h.min(initial=0.0)))
-    return QuadraticProgram(
-        problem.curvature,
-        problem.slope,
-        G,
-        h,
-        np.append(problem.box_lower, 0.0),
-        np.append(problem.box_upper, enough),
-    )
-
-
 ACTIVE = 1e-7
 """Multipliers below this fraction of the largest count as zero."""
 REACH = 0.3
 """Rows nearer than this share of the largest change a step can make are given to the quadratic
 program (measured: one round nearly always suffices)."""
+
+Mask = NDArray[np.bool_]
+Indices = NDArray[np.intp]
 
 
 @dataclass(frozen=True)
@@ -235,6 +116,87 @@ def build_model(
     )
 
 
+def _with_slack(hessian: Array, stiffness: float) -> Array:
+    n = hessian.shape[0]
+    matrix = np.zeros((n + 1, n + 1))
+    matrix[:n, :n] = hessian
+    matrix[n, n] = stiffness
+    return matrix
+
+
+def _active(
+    jacobian: Array, up: Indices, down: Indices, bound_up: Indices, bound_down: Indices
+) -> Array:
+    """Return the gradients in (d, s) of the rows believed active, shape (k, n + 1).
+
+    The last is that of s = 0.
+    """
+    n = jacobian.shape[1]
+    unit = np.eye(n)
+    rows = np.vstack([jacobian[up], -jacobian[down]])
+    bounds = np.vstack([unit[bound_up], -unit[bound_down]])
+    active = np.zeros((rows.shape[0] + bounds.shape[0] + 1, n + 1))
+    active[:-1, :n] = np.vstack([rows, bounds])
+    active[: rows.shape[0], n] = -1.0
+    active[-1, n] = 1.0
+    return active
+
+
+def _signs(multipliers: Array) -> tuple[Indices, Indices]:
+    """Return the indices of positive and of negative multipliers."""
+    threshold = ACTIVE * float(np.abs(multipliers).max(initial=0.0))
+    return np.flatnonzero(multipliers > threshold), np.flatnonzero(multipliers < -threshold)
+
+
+@dataclass(frozen=True)
+class Subproblem:
+    """The subproblem in (d, s), and the rows to begin with.
+
+    Attributes:
+        gradient: linear cost of (d, s), shape (n + 1,).
+        hessian: quadratic cost of (d, s), shape (n + 1, n + 1), positive definite.
+        jacobian: J, shape (m, n).
+        below, above: lower - c and upper - c, shape (m,).
+        box_lower, box_upper: shape (n,).
+        use_below, use_above: rows whose lower, upper side is given at first, shape (m,).
+    """
+
+    gradient: Array
+    hessian: Array
+    jacobian: Array
+    below: Array
+    above: Array
+    box_lower: Array
+    box_upper: Array
+    use_below: Mask
+    use_above: Mask
+
+
+@dataclass(frozen=True)
+class ElasticStep:
+    """The solution of a subproblem.
+
+    Attributes:
+        d: step, shape (n,).
+        slack: s, the violation the linear model still has after the step.
+        multipliers: of the rows, shape (m,), positive at upper limits.
+        box_multipliers: of the box, shape (n,), positive at upper limits.
+        use_below, use_above: the rows that were needed, shape (m,).
+    """
+
+    d: Array
+    slack: float
+    multipliers: Array
+    box_multipliers: Array
+    use_below: Mask
+    use_above: Mask
+
+    @property
+    def length(self) -> float:
+        """Largest component of d."""
+        return float(np.abs(self.d).max(initial=0.0))
+
+
 def pose_subproblem(model: LocalModel, radius: float, penalty: float, reach: float) -> Subproblem:
     """Pose the subproblem of a trust region of this radius.
 
@@ -249,8 +211,8 @@ def pose_subproblem(model: LocalModel, radius: float, penalty: float, reach: flo
     use_above[model.up] = True
     use_below[model.down] = True
     return Subproblem(
-        slope=_slope(model, model.below, model.above, radius, penalty),
-        curvature=model.convex.matrix,
+        gradient=_gradient(model, model.below, model.above, radius, penalty),
+        hessian=model.convex.matrix,
         jacobian=model.jacobian,
         below=model.below,
         above=model.above,
@@ -285,7 +247,7 @@ def pose_correction(
     below, above = model.below - curved, model.above - curved
     return replace(
         posed,
-        slope=_slope(model, below, above, radius, penalty),
+        gradient=_gradient(model, below, above, radius, penalty),
         below=below,
         above=above,
         use_below=step.use_below,
@@ -293,10 +255,12 @@ def pose_correction(
     )
 
 
-def _slope(model: LocalModel, below: Array, above: Array, radius: float, penalty: float) -> Array:
-    slope = np.append(model.gradient, penalty)
+def _gradient(
+    model: LocalModel, below: Array, above: Array, radius: float, penalty: float
+) -> Array:
+    gradient = np.append(model.gradient, penalty)
     if model.convex.sigma == 0.0:
-        return slope
+        return gradient
     target = np.concatenate(
         [
             above[model.up],
@@ -306,36 +270,68 @@ def _slope(model: LocalModel, below: Array, above: Array, radius: float, penalty
             [0.0],  # the slack
         ]
     )
-    return slope + model.convex.slope(target, radius)
+    return gradient + model.convex.linear_term(target, radius)
 
 
-def _with_slack(hessian: Array, stiffness: float) -> Array:
-    n = hessian.shape[0]
-    matrix = np.zeros((n + 1, n + 1))
-    matrix[:n, :n] = hessian
-    matrix[n, n] = stiffness
-    return matrix
+def solve_subproblem(problem: Subproblem, backend: str) -> ElasticStep | None:
+    """Solve the elastic subproblem, or return None when no quadratic solver could."""
+    for attempt in range(ROUNDS + 1):
+        if attempt == ROUNDS:
+            problem = replace(
+                problem,
+                use_below=np.isfinite(problem.below),
+                use_above=np.isfinite(problem.above),
+            )
+        step = _solve_screened(problem, backend)
+        if step is None:
+            return None
+        moved = problem.jacobian @ step.d
+        missed_below = (problem.below - moved > step.slack + MISSED) & ~problem.use_below
+        missed_above = (moved - problem.above > step.slack + MISSED) & ~problem.use_above
+        if not (missed_below.any() or missed_above.any()):
+            return step
+        problem = replace(
+            problem,
+            use_below=problem.use_below | missed_below,
+            use_above=problem.use_above | missed_above,
+        )
+    return step
 
 
-def _active(
-    jacobian: Array, up: Indices, down: Indices, bound_up: Indices, bound_down: Indices
-) -> Array:
-    """Return the gradients in (d, s) of the rows believed active, shape (k, n + 1).
+def _solve_screened(problem: Subproblem, backend: str) -> ElasticStep | None:
+    above = np.flatnonzero(problem.use_above)
+    below = np.flatnonzero(problem.use_below)
+    solution = solve_qp(_quadratic_program(problem, above, below), backend)
+    if solution is None:
+        return None
+    n = problem.box_lower.size
+    multipliers = np.zeros(problem.below.size)
+    multipliers[above] += solution.rows[: above.size]
+    multipliers[below] -= solution.rows[above.size :]
+    return ElasticStep(
+        d=np.clip(solution.x[:n], problem.box_lower, problem.box_upper),
+        slack=max(0.0, float(solution.x[n])),
+        multipliers=multipliers,
+        box_multipliers=solution.bounds[:n],
+        use_below=problem.use_below,
+        use_above=problem.use_above,
+    )
 
-    The last is that of s = 0.
-    """
-    n = jacobian.shape[1]
-    unit = np.eye(n)
-    rows = np.vstack([jacobian[up], -jacobian[down]])
-    bounds = np.vstack([unit[bound_up], -unit[bound_down]])
-    active = np.zeros((rows.shape[0] + bounds.shape[0] + 1, n + 1))
-    active[:-1, :n] = np.vstack([rows, bounds])
-    active[: rows.shape[0], n] = -1.0
-    active[-1, n] = 1.0
-    return active
 
-
-def _signs(multipliers: Array) -> tuple[Indices, Indices]:
-    """Return the indices of positive and of negative multipliers."""
-    threshold = ACTIVE * float(np.abs(multipliers).max(initial=0.0))
-    return np.flatnonzero(multipliers > threshold), np.flatnonzero(multipliers < -threshold)
+def _quadratic_program(problem: Subproblem, above: Indices, below: Indices) -> QuadraticProgram:
+    n, k = problem.box_lower.size, above.size
+    G = np.empty((k + below.size, n + 1))
+    G[:k, :n] = problem.jacobian[above]
+    np.negative(problem.jacobian[below], out=G[k:, :n])
+    G[:, n] = -1.0
+    h = np.concatenate([problem.above[above], -problem.below[below]])
+    # d = 0 needs no more slack than the worst row has, so this limit on s is never active.
+    enough = 10.0 * max(1.0, -float(h.min(initial=0.0)))
+    return QuadraticProgram(
+        problem.hessian,
+        problem.gradient,
+        G,
+        h,
+        np.append(problem.box_lower, 0.0),
+        np.append(problem.box_upper, enough),
+    )

@@ -49,7 +49,7 @@ def test_convex_model_keeps_step_and_multipliers(seed: int, k: int) -> None:
     model = convexify(H, A)
     assert np.linalg.eigvalsh(model.matrix)[0] >= 0.9 * LEAST
     d, y = equality_solution(H, g, A, b)
-    d_model, y_model = equality_solution(model.matrix, g + model.slope(b, np.inf), A, b)
+    d_model, y_model = equality_solution(model.matrix, g + model.linear_term(b, np.inf), A, b)
     np.testing.assert_allclose(d_model, d, atol=1e-7 * (1.0 + np.abs(d).max()))
     np.testing.assert_allclose(
         y_model, y, atol=1e-5 * (1.0 + model.sigma + np.abs(y).max(initial=0.0))
@@ -71,8 +71,10 @@ def test_free_directions_get_the_absolute_curvature() -> None:
     model = convexify(np.diag([3.0, -2.0, -5.0]), np.array([[0.0, 0.0, 4.0]]))
     np.testing.assert_allclose(model.matrix, np.diag([3.0, 2.0, LEAST]), atol=1e-12)
     assert model.sigma == pytest.approx(5.0 + LEAST)
-    np.testing.assert_allclose(model.slope(np.array([2.0]), np.inf), [0, 0, -0.5 * model.sigma])
-    np.testing.assert_allclose(model.slope(np.array([2.0]), 0.1), [0, 0, -0.1 * model.sigma])
+    np.testing.assert_allclose(
+        model.linear_term(np.array([2.0]), np.inf), [0, 0, -0.5 * model.sigma]
+    )
+    np.testing.assert_allclose(model.linear_term(np.array([2.0]), 0.1), [0, 0, -0.1 * model.sigma])
 
 
 def test_filter_by_hand() -> None:

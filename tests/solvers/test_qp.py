@@ -122,8 +122,8 @@ def subproblem(seed: int) -> Subproblem:
     M = rng.normal(size=(n + 1, n + 1))
     value = rng.uniform(-1.0, 1.0, size=m)
     return Subproblem(
-        slope=np.append(3.0 * rng.normal(size=n), 1000.0),
-        curvature=M @ M.T + np.eye(n + 1),
+        gradient=np.append(3.0 * rng.normal(size=n), 1000.0),
+        hessian=M @ M.T + np.eye(n + 1),
         jacobian=rng.normal(size=(m, n)),
         below=-1.05 - value,
         above=1.05 - value,
