@@ -76,7 +76,10 @@ def command(
 
     def register(function: Callable[..., None]) -> Callable[..., None]:
         def complete(words: Sequence[str]) -> Any:
-            return _complete(function, None if panels is None else panels(words))
+            if panels is None:
+                return _complete(function, None)
+            with errors_reported():
+                return _complete(function, panels(words))
 
         kind = type("LateCommand", (_LateCommand,), {"complete": staticmethod(complete)})
         for name in (function.__name__, *aliases):
@@ -96,9 +99,7 @@ class _LateCommand(TyperCommand):
         self, info_name: str | None, args: list[str], parent: Any = None, **extra: Any
     ) -> Any:
         """Return the context of the command with its options."""
-        with errors_reported():
-            made = self.complete(args)
-        return made.make_context(info_name, args, parent, **extra)
+        return self.complete(args).make_context(info_name, args, parent, **extra)
 
 
 def _complete(function: Callable[..., None], panels: Panels | None) -> Any:
