@@ -97,11 +97,22 @@ def _biped_settings(_: Sequence[str]) -> Panels:
 def _sweep_settings(words: Sequence[str]) -> Panels:
     from gaitopt.cli.sweep_options import NOT_OURS, SWEEP
 
-    others = {
-        heading: [one for one in panel if one.name not in NOT_OURS]
-        for heading, panel in _all_settings(words).items()
+    return {"Sweep": SWEEP, **_without(_all_settings(words), NOT_OURS)}
+
+
+def _compare_settings(words: Sequence[str]) -> Panels:
+    from gaitopt.cli.config import COMPARISON
+
+    others = ("solver", "starts", "refine", "approach", "differences")
+    panels = _without(_all_settings(words), others)
+    return {**panels, PANELS["solver"]: [*COMPARISON, *panels[PANELS["solver"]]]}
+
+
+def _without(panels: Panels, names: Sequence[str]) -> dict[str, list[Setting]]:
+    return {
+        heading: [one for one in panel if one.name not in names]
+        for heading, panel in panels.items()
     }
-    return {"Sweep": SWEEP, **others}
 
 
 def _panels(sections: Mapping[str, Mapping[str, Setting]]) -> Panels:
@@ -161,6 +172,27 @@ def sweep(
     from gaitopt.cli import sweep as work
 
     work.run(settings, output, config, quiet)
+
+
+@command(app, _compare_settings)
+def compare(
+    settings: Settings,
+    config: many.Config = None,
+    output: Annotated[
+        Path | None,
+        _result(
+            "--output -o",
+            "Directory for comparison.json and convergence.png.",
+            "DIR",
+            parser=named_directory,
+        ),
+    ] = None,
+    quiet: Quiet = False,
+) -> None:
+    """Solve one walk by several solvers from the same start."""
+    from gaitopt.cli import compare as work
+
+    work.run(settings, config, output, quiet)
 
 
 @command(app)

@@ -174,6 +174,21 @@ class OwnSettings:
     )
 
 
+@dataclass(frozen=True)
+class ComparisonSettings:
+    """Which solvers are compared."""
+
+    solvers: str | None = field(
+        default=None,
+        metadata=setting(
+            "Solvers to compare, with commas; by default sqp, slsqp and, if it is there, ipopt.",
+            metavar="NAMES", choices=tuple(SOLVERS), common=True,
+        ),
+    )  # fmt: skip
+
+
+COMPARISON = tuple(declared(ComparisonSettings))
+
 _PRESET = Setting(
     "preset", "text", "A task for the biped, its paper's constraints only, or sized by any robot.",
     default="standard", metavar="NAME", choices=("standard", "paper", "humanoid"), common=True,

@@ -1,0 +1,133 @@
+"""`gaitopt compare`: one walk by several solvers from the same start, judged alike."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from importlib.util import find_spec
+from pathlib import Path
+
+import numpy as np
+import typer
+from rich.table import Table
+from rich.text import Text
+
+from gaitopt.atomic import write_atomically
+from gaitopt.cli.cells import ABSENT, new_table
+from gaitopt.cli.config import Settings
+from gaitopt.cli.display import WIDTH, ProgressDisplay, screen, warn
+from gaitopt.cli.paths import require_writable
+from gaitopt.cli.process import ExitCode, stop_on_interrupt
+from gaitopt.cli.report import inspect_command, print_findings
+from gaitopt.cli.request import make_request
+from gaitopt.design.compare import COMPARED, SolverRun, compare_solvers
+from gaitopt.design.process import small_matrices
+from gaitopt.errors import InputError
+from gaitopt.nlp import Status
+from gaitopt.solvers import SOLVERS, Solver, solver_by_name
+from gaitopt.solvers.ipopt import Ipopt
+from gaitopt.tolerances import FEASIBLE
+
+RECORD, FIGURE = "comparison.json", "convergence.png"
+OPTIONS = ("tolerance", "max_iterations", "qp_solver")
+
+
+def run(given: Settings, config: Path | None, output: Path | None, quiet: bool) -> None:
+    """Compare solvers; print a table, write the figure and the record.
+
+    Args:
+        given: options of the command line.
+        config: configuration file, if any.
+        output: directory to write, if any.
+        quiet: whether to print errors only.
+
+    Raises:
+        GaitoptError: bad input, or a solver is not installed.
+        typer.Exit: Ctrl-C was pressed, or no solver found a walk.
+    """
+    if output is not None:
+        require_writable(output)
+    request = make_request({k: v for k, v in given.items() if k != "solvers"}, config)
+    solvers = [_solver(name, request.settings) for name in _names(given.get("solvers"))]
+    errors, out = screen(stderr=True), screen()
+    if not quiet:
+        print_findings(errors, request.robot.findings, inspect_command(request.settings))
+    with (
+        small_matrices(),
+        stop_on_interrupt(told=not errors.is_terminal) as stop,
+        ProgressDisplay(errors, stop, quiet) as progress,
+    ):
+        runs = compare_solvers(
+            request.robot, request.task, solvers, start=request.start, on_progress=progress,
+            stop=stop,
+        )  # fmt: skip
+    if output is not None:
+        _write(runs, output)
+    if not quiet:
+        out.print(comparison_table(runs, request.task.cost.unit), width=min(out.width, WIDTH))
+        if output is not None:
+            out.print(f"wrote to {output}: {RECORD}, {FIGURE}", soft_wrap=True)
+    if stop.asked:
+        warn(errors, "interrupted", f"{len(runs)} of {len(solvers)} solvers were tried")
+        raise typer.Exit(ExitCode.INTERRUPTED)
+    if not any(_walks(one) for one in runs):
+        raise typer.Exit(ExitCode.NO_GAIT)
+
+
+def _names(text: str | None) -> list[str]:
+    """Return the solvers named; by default the usual ones that are installed."""
+    if text is None:
+        return [n for n in COMPARED if n != Ipopt.name or find_spec("cyipopt") is not None]
+    names = [name.strip() for name in text.split(",") if name.strip()]
+    if not names or len(set(names)) < len(names):
+        raise InputError(
+            f"--solvers {text}: give each solver once, as in --solvers {','.join(COMPARED)}; there "
+            f"are {', '.join(SOLVERS)}"
+        )
+    return names
+
+
+def _solver(name: str, settings: Settings) -> Solver:
+    """Return a solver with those of the options given that it has."""
+    own = getattr(SOLVERS.get(name), "__dataclass_fields__", {})
+    return solver_by_name(name, **{k: settings[k] for k in OPTIONS if k in settings and k in own})
+
+
+def _walks(one: SolverRun) -> bool:
+    return one.violation <= FEASIBLE
+
+
+def comparison_table(runs: Sequence[SolverRun], unit: str) -> Table:
+    """Return the table of the runs; `unit` is that of the cost."""
+    table = new_table(
+        "Solvers at the samples, from the same start", "solver", "ended", f">cost\n{unit}",
+        ">optimality\nscaled", ">violation\nscaled", ">iterations", ">evalu-\nations", ">s",
+    )  # fmt: skip
+    best = min((one.cost for one in runs if _walks(one)), default=np.nan)
+    for one in runs:
+        optimal = one.status is Status.OPTIMAL
+        table.add_row(
+            one.solver,
+            Text(one.status.name.lower().replace("_", " "), style="green" if optimal else "yellow"),
+            Text(_finite(one.cost, ".6g"), style="bold" if one.cost == best else ""),
+            _finite(one.optimality, ".0e"),
+            _finite(one.violation, ".0e"),
+            str(one.iterations),
+            str(one.evaluations),
+            f"{one.seconds:.2f}",
+        )
+    return table
+
+
+def _finite(value: float, form: str) -> str:
+    return f"{value:{form}}" if np.isfinite(value) else ABSENT
+
+
+def _write(runs: Sequence[SolverRun], output: Path) -> None:
+    from gaitopt.view.convergence_figure import write_convergence_figure
+
+    output.mkdir(parents=True, exist_ok=True)
+    record = {"solvers": [one.record() for one in runs]}
+    text = json.dumps(record, indent=2, ensure_ascii=False, allow_nan=False)
+    write_atomically(output / RECORD, f"{text}\n".encode())
+    write_convergence_figure(runs, output / FIGURE)
