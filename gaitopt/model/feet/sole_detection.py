@@ -13,131 +13,34 @@ from gaitopt.model.feet.foot_shape import FootShape
 from gaitopt.model.feet.sole import Sole, tidy
 from gaitopt.nlp import Array
 
-_FLAT = 0.05  # rad: a foot tilted by less is flat, and its mesh rounded
-MOST_TILTED = 0.6435  # rad: faces that look down more steeply may be the sole
-_DOWN = float(np.cos(MOST_TILTED))
+MOST_TILTED = 0.6435
+"""Largest tilt of a face that may be the sole [rad]."""
+
+_LEVEL = 0.05  # rad: a foot tilted by less is flat, and its mesh rounded
+_LOOKS_DOWN = float(np.cos(MOST_TILTED))
 _SAME_FACE = 0.02  # rad: triangles of one face differ by rounding of the mesh
 _EXACT = 1e-3  # rad: and where all its points lie in one plane
 _THIN = 1e-6  # of their extent: points this near to a plane lie in it
 _WIDE = 1e-3  # of their extent: and points this near to a line do not tell a plane
 _SHARE = 0.5  # of all that looks down: a face must be that large to be the sole
-
-
-def sole_normal(points: Array, down: Array, radii: Array | None = None) -> Array | None:
-    """Return the outward normal of a foot's lower face where it is not level, shape (3,).
-
-    None if the face looks straight down, or if there is none; see `lowest_face`.
-
-    Args:
-        points: of the foot [m], shape (n, 3).
-        down: unit vector, shape (3,).
-        radii: of balls about the points [m], shape (n,); 0 by default.
-    """
-    normal = lowest_face(points, radii, down)
-    if normal is None:
-        return None
-    exact = _plane(points, radii) is not None or _is_face(points, radii, normal)
-    return None if tilt(normal, down) < (_EXACT if exact else _FLAT) else normal
-
-
-def _is_face(points: Array, radii: Array | None, normal: Array) -> bool:
-    """Tell whether a foot ends below in a plane, as a box does, so that its tilt is no rounding."""
-    if radii is not None and np.ptp(radii) > 0.0:
-        return False
-    heights = points @ normal
-    size = float(np.ptp(points, axis=0).max())
-    face = points[heights > heights.max() - _THIN * size]
-    if len(face) < 3:
-        return False
-    spread = np.linalg.svd(face - face.mean(axis=0), compute_uv=False)
-    wide = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
-    share = (spread[:2] / np.sqrt(len(face))) / (wide[:2] / np.sqrt(len(points)))
-    return bool((share > _SHARE).all())
-
-
-def lowest_face(points: Array, radii: Array | None, down: Array) -> Array | None:
-    """Return the outward normal of a foot's lower face, shape (3,).
-
-    The face is the largest one, of the convex hull of the foot, of those that look down, or the
-    plane in which all points lie. None if no face is large enough to tell.
-
-    Args:
-        points: of the foot [m], shape (n, 3).
-        radii: of balls about the points [m], shape (n,); None for none.
-        down: unit vector, shape (3,).
-    """
-    plane = _plane(points, radii)
-    if plane is not None:
-        normal = plane if plane @ down > 0.0 else -plane
-        return normal if normal @ down > _DOWN else None
-    try:
-        hull = ConvexHull(points)
-    except QhullError:
-        return None  # points on a line
-    normals = hull.equations[:, :3]
-    a, b, c = (hull.points[hull.simplices[:, k]] for k in range(3))
-    areas = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2.0
-    low = normals @ down > _DOWN
-    if not low.any():
-        return None
-    normals, areas = normals[low], areas[low]
-    alike = normals @ normals.T > np.cos(_SAME_FACE)
-    sizes = alike @ areas
-    best = int(sizes.argmax())
-    if sizes[best] < _SHARE * areas.sum():
-        return None
-    if normals[best] @ down > np.cos(_FLAT):
-        return np.asarray(normals[best])
-    mean = areas[alike[best]] @ normals[alike[best]]
-    return np.asarray(mean / np.linalg.norm(mean))
-
-
-def tilt(normal: Array, down: Array) -> float:
-    """Return the angle between two unit vectors [rad], exact for small ones too."""
-    return float(np.arctan2(np.linalg.norm(np.cross(normal, down)), normal @ down))
-
-
-def _plane(points: Array, radii: Array | None) -> Array | None:
-    """Return the normal of the plane under points or equal balls, None if there is none."""
-    if len(points) < 3 or (radii is not None and np.ptp(radii) > 0.0):
-        return None
-    _, sizes, axes = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)
-    flat = sizes[2] < _THIN * sizes[0] and sizes[1] > _WIDE * sizes[0]
-    return np.asarray(axes[2]) if flat else None
-
-
-def levelled(place: pin.SE3, pivot: Array, turn: Array) -> pin.SE3:
-    """Return a placement turned about a point.
-
-    Args:
-        place: in some frame.
-        pivot: the point, in that frame [m], shape (3,).
-        turn: rotation, shape (3, 3).
-    """
-    return pin.SE3(turn @ place.rotation, pivot + turn @ (place.translation - pivot))
-
-
-def turn_onto(vector: Array, goal: Array) -> Array:
-    """Return the smallest rotation that takes one unit vector onto another, shape (3, 3)."""
-    axis = np.cross(vector, goal)
-    sine, cosine = float(np.linalg.norm(axis)), float(vector @ goal)
-    if sine == 0.0:
-        return np.eye(3)
-    return np.asarray(pin.exp3(axis / sine * np.arctan2(sine, cosine)))
-
-
 _FLATNESS = 2e-3  # m: what lies less than this above the lowest point belongs to the sole
 _SMALLEST = 5e-4  # m²: less is an edge or a stud, not a sole
-_MOST = 0.8  # of the foot's length: a sole shorter than that is told
-_LEAVES_OUT = 0.9  # of the flat part: what the rectangle must hold to be the only one shown
+_LONG = 0.8  # of the foot's length: a sole shorter than that is told
+_FULL = 0.9  # of the flat part: what the rectangle must hold to be the only one shown
 _NEARLY = 0.9  # of the length or the width of the flat part
 _LEANS = 2e-3  # rad: a tilt worth a word
+_DIFFERENT = 2e-3  # m: soles that differ by more from side to side deserve a word
 _CANDIDATES = 120  # edges tried at once
 _ROUNDS = 12  # of refinement, each about the best edges of the last
+_DOWN = np.array([0.0, 0.0, -1.0])
 _ADVICE = (
     "give the sole rectangle (--sole, or [sole] in the file for --choices) and the height of the "
     "ankle above it (sole_drop there)"
 )
+
+Edges = tuple[float, float, float, float]
+"""Toe, heel, left and right edge: largest x, smallest x, largest y, smallest y [m]."""
+_Box = tuple[float, float, float, float, float]  # edges and height
 
 
 @dataclass(frozen=True)
@@ -159,152 +62,6 @@ class FoundSole:
     how: str
     share: float = 1.0
     others: tuple[tuple[str, Sole], ...] = ()
-
-
-def find_sole(shape: FootShape, upright: Array, ankle: Array) -> FoundSole:
-    """Find the largest rectangle in the flat part under a foot.
-
-    The flat part is the convex hull of all points less than 2 mm above the lowest one; toes and
-    heels that curve up are not part of it. The rectangle has its edges along x and y.
-
-    Args:
-        shape: of the foot.
-        upright: columns forward, left and up of the standing foot in the frame of its joint,
-            shape (3, 3).
-        ankle: centre of the ankle in that frame [m], shape (3,).
-
-    Raises:
-        RobotError: the flat part is smaller than 5 cm²: an edge, a stud or a ball.
-    """
-    rotation = np.array(upright, dtype=float)
-    points = shape.points @ rotation
-    below = points[:, 2] - shape.radii
-    height = float(below.min())
-    flat = points[below < height + _FLATNESS, :2]
-    toe, heel, left, right = largest_rectangle(flat)
-    if (toe - heel) * (left - right) < _SMALLEST:
-        raise RobotError(
-            f"no sole was found under the foot: the part within {_FLATNESS * 1e3:g} mm of its "
-            f"lowest point holds a rectangle of {(toe - heel) * 1e3:.1f} x "
-            f"{(left - right) * 1e3:.1f} mm only, less than {_SMALLEST * 1e4:g} cm² "
-            f"({shape.how}); {_ADVICE}{_leaning(shape, points)}"
-        )
-    x, y, z = (float(v) for v in np.asarray(ankle, dtype=float) @ rotation)
-
-    def seen(edges: tuple[float, float, float, float]) -> Sole:
-        toe, heel, left, right = edges
-        return Sole(*(tidy(v) for v in (toe - x, heel - x, left - y, right - y)))
-
-    sole = seen((toe, heel, left, right))
-    share = (toe - heel) * (left - right) / float(ConvexHull(flat).volume)
-    origin = rotation @ np.array([x, y, tidy(height)])
-    how = (
-        f"{(toe - heel) * 1e3:.1f} x {(left - right) * 1e3:.1f} mm, {(z - height) * 1e3:.1f} mm "
-        f"below the ankle, from {shape.how}"
-    )
-    whole = float(np.ptp(points[:, 0]))
-    if toe - heel < _MOST * whole:
-        how += (
-            f"; the foot is {whole * 1e3:.0f} mm long, rounded or raised at its ends: give a "
-            "larger rectangle (sole) if they carry"
-        )
-    if left - right > toe - heel:
-        how += "; wider than long: see whether the mesh lies turned, or give the rectangle (sole)"
-    others = _other_rectangles(flat) if share < _LEAVES_OUT else {}
-    candidates = tuple((name, seen(edges)) for name, edges in others.items())
-    return FoundSole(pin.SE3(rotation, origin), sole, how, share, candidates)
-
-
-def _other_rectangles(flat: Array) -> dict[str, tuple[float, float, float, float]]:
-    """Return rectangles that suit a flat part that is none, toe, heel, left and right by name."""
-    (high_x, high_y), (low_x, low_y) = flat.max(axis=0), flat.min(axis=0)
-    long, wide = high_x - low_x, high_y - low_y
-    return {
-        f"{_NEARLY:.0%} of its length": largest_rectangle(flat, (_NEARLY * long, 0.0)),
-        f"{_NEARLY:.0%} of its width": largest_rectangle(flat, (0.0, _NEARLY * wide)),
-        "all of it, with corners in the air": (
-            float(high_x), float(low_x), float(high_y), float(low_y)
-        ),
-    }  # fmt: skip
-
-
-def _leaning(shape: FootShape, points: Array) -> str:
-    """Say by how much the foot's lower face leans, if it does, and what helps."""
-    down = np.array([0.0, 0.0, -1.0])
-    face = lowest_face(points, shape.radii, down)
-    if face is None or tilt(face, down) < _LEANS:
-        return ""
-    angle = np.degrees(tilt(face, down))
-    return (
-        f"; or, as its lower face is tilted by {angle:.2f} degrees, say which "
-        "direction of the root link is up (up = [X, Y, Z]) or give a posture with flat feet "
-        "([posture]), both in the file for --choices"
-    )
-
-
-def largest_rectangle(
-    points: Array, least: tuple[float, float] = (0.0, 0.0)
-) -> tuple[float, float, float, float]:
-    """Return the largest rectangle along the axes in the convex hull of points in a plane.
-
-    Args:
-        points: shape (n, 2).
-        least: extent along x and y that it must have [m].
-
-    Returns:
-        Largest x, smallest x, largest y, smallest y; of no area if the hull has none.
-    """
-    points = np.unique(np.round(points, 12), axis=0)
-    low, high = points.min(axis=0), points.max(axis=0)
-    try:
-        hull = points[ConvexHull(points).vertices]
-    except (QhullError, ValueError):  # fewer than three points, or all on one line
-        return float(low[0]), float(low[0]), float(low[1]), float(low[1])
-    edges = np.unique(np.concatenate([hull[:, 0], np.linspace(low[0], high[0], _CANDIDATES)]))
-    starts, ends, step = edges, edges, (high[0] - low[0]) / (_CANDIDATES - 1)
-    best = _best_strip(hull, starts, ends, least)
-    for _ in range(_ROUNDS):
-        starts, ends = (
-            np.clip(x + np.linspace(-step, step, 21), low[0], high[0]) for x in best[1:3]
-        )
-        best = max(best, _best_strip(hull, starts, ends, least), key=lambda b: b[0])
-        step /= 8.0
-    _, heel, toe, right, left = best
-    return toe, heel, left, right
-
-
-def _best_strip(
-    hull: Array, starts: Array, ends: Array, least: tuple[float, float]
-) -> tuple[float, float, float, float, float]:
-    """Return area, smallest x, largest x, smallest y, largest y of the best pair of edges."""
-    (low_a, high_a), (low_b, high_b) = (_sides(hull, x) for x in (starts, ends))
-    low = np.maximum(low_a[:, None], low_b[None, :])
-    high = np.minimum(high_a[:, None], high_b[None, :])
-    long, wide = ends[None, :] - starts[:, None], high - low
-    fits = (long > 0.0) & (wide > 0.0) & (long >= least[0]) & (wide >= least[1])
-    area = np.where(fits, long * wide, 0.0)
-    i, j = np.unravel_index(int(area.argmax()), area.shape)
-    if area[i, j] == 0.0:
-        x, y = float(starts[0]), float(low_a[0])
-        return 0.0, x, x, y, y
-    return float(area[i, j]), float(starts[i]), float(ends[j]), float(low[i, j]), float(high[i, j])
-
-
-def _sides(hull: Array, x: Array) -> tuple[Array, Array]:
-    """Return the smallest and the largest y of a convex polygon at each x inside it."""
-    a, b = hull, np.roll(hull, -1, axis=0)
-    first, last = np.where((a[:, :1] <= b[:, :1]), a, b), np.where((a[:, :1] <= b[:, :1]), b, a)
-    span = last[:, 0] - first[:, 0]
-    share = (x[:, None] - first[:, 0]) / np.where(span > 0.0, span, 1.0)
-    y = first[:, 1] + share * (last[:, 1] - first[:, 1])
-    crossed = (x[:, None] >= first[:, 0]) & (x[:, None] <= last[:, 0]) & (span > 0.0)
-    return (
-        np.where(crossed, y, np.inf).min(axis=1),
-        np.where(crossed, y, -np.inf).max(axis=1),
-    )
-
-
-_DIFFERENT = 2e-3  # m: soles that differ by more from side to side deserve a word
 
 
 @dataclass(frozen=True)
@@ -354,6 +111,59 @@ class Rectangle:
         return sole, words if lost > _DIFFERENT else ()
 
 
+def find_sole(shape: FootShape, upright: Array, ankle: Array) -> FoundSole:
+    """Find the largest rectangle in the flat part under a foot.
+
+    The flat part is the convex hull of all points less than 2 mm above the lowest one; toes and
+    heels that curve up are not part of it. The rectangle has its edges along x and y.
+
+    Args:
+        shape: of the foot.
+        upright: columns forward, left and up of the standing foot in the frame of its joint,
+            shape (3, 3).
+        ankle: centre of the ankle in that frame [m], shape (3,).
+
+    Raises:
+        RobotError: the flat part is smaller than 5 cm²: an edge, a stud or a ball.
+    """
+    rotation = np.array(upright, dtype=float)
+    points = shape.points @ rotation
+    below = points[:, 2] - shape.radii
+    height = float(below.min())
+    flat = points[below < height + _FLATNESS, :2]
+    toe, heel, left, right = largest_rectangle(flat)
+    if (toe - heel) * (left - right) < _SMALLEST:
+        raise RobotError(
+            f"no sole was found under the foot: the part within {_FLATNESS * 1e3:g} mm of its "
+            f"lowest point holds a rectangle of {(toe - heel) * 1e3:.1f} x "
+            f"{(left - right) * 1e3:.1f} mm only, less than {_SMALLEST * 1e4:g} cm² "
+            f"({shape.how}); {_ADVICE}{_leaning(shape, points)}"
+        )
+    x, y, z = (float(v) for v in np.asarray(ankle, dtype=float) @ rotation)
+
+    def seen(edges: Edges) -> Sole:
+        return Sole(*(tidy(v) for v in np.subtract(edges, (x, x, y, y))))
+
+    sole = seen((toe, heel, left, right))
+    share = (toe - heel) * (left - right) / float(ConvexHull(flat).volume)
+    origin = rotation @ np.array([x, y, tidy(height)])
+    how = (
+        f"{(toe - heel) * 1e3:.1f} x {(left - right) * 1e3:.1f} mm, {(z - height) * 1e3:.1f} mm "
+        f"below the ankle, from {shape.how}"
+    )
+    whole = float(np.ptp(points[:, 0]))
+    if toe - heel < _LONG * whole:
+        how += (
+            f"; the foot is {whole * 1e3:.0f} mm long, rounded or raised at its ends: give a "
+            "larger rectangle (sole) if they carry"
+        )
+    if left - right > toe - heel:
+        how += "; wider than long: see whether the mesh lies turned, or give the rectangle (sole)"
+    others = _other_rectangles(flat) if share < _FULL else {}
+    candidates = tuple((name, seen(edges)) for name, edges in others.items())
+    return FoundSole(pin.SE3(rotation, origin), sole, how, share, candidates)
+
+
 def common_rectangle(
     found: tuple[FoundSole | None, FoundSole | None], places: tuple[pin.SE3, pin.SE3]
 ) -> Rectangle | None:
@@ -366,27 +176,23 @@ def common_rectangle(
     Raises:
         RobotError: the soles have nothing in common.
     """
-    seen = [
-        (sole, place, side)
-        for side, (sole, place) in enumerate(zip(found, places, strict=True))
-        if sole is not None
-    ]
+    seen = [(f, p, s) for s, (f, p) in enumerate(zip(found, places, strict=True)) if f is not None]
     if not seen:
         return None
-    boxes = [_box(sole.sole, sole, place, side) for sole, place, side in seen]
-    gap = max(abs(a - b) for a, b in zip(boxes[0], boxes[-1], strict=True))
+    boxes = np.array([_box(sole.sole, sole, place, side) for sole, place, side in seen])
+    gap = float(np.ptp(boxes, axis=0).max())
     doubts = []
     if gap > _DIFFERENT:
         doubts.append(
             f"the soles of the two feet differ by {gap * 1e3:.1f} mm; the common part counts"
         )
-    if max(box[0] - box[1] for box in boxes) < max(box[2] - box[3] for box in boxes):
+    if (boxes[:, 0] - boxes[:, 1]).max() < (boxes[:, 2] - boxes[:, 3]).max():
         doubts.append(
             "the feet are wider than they are long: their shapes may be turned, or the heading "
             "wrong; give the sole rectangle (--sole), or --forward"
         )
-    toe, heel, left, right, height = _common(boxes)
-    if toe <= heel or left <= right:
+    edges = _common(boxes)
+    if not _has_area(edges):
         raise RobotError(
             "the soles of the two feet, mirrored onto each other, have nothing in common; "
             "give the sole rectangle (--sole) and sole_drop in the file for --choices"
@@ -394,37 +200,218 @@ def common_rectangle(
     how, share = seen[0][0].how, min(sole.share for sole, _, _ in seen)
     others = []
     for name in dict.fromkeys(name for sole, _, _ in seen for name, _ in sole.others):
-        edges = _common(
-            [
-                _box(dict(sole.others).get(name, sole.sole), sole, place, side)
-                for sole, place, side in seen
-            ]
-        )
-        if edges[0] > edges[1] and edges[2] > edges[3]:
-            others.append((name, Rectangle(*edges, how)))
-    return Rectangle(toe, heel, left, right, height, how, tuple(doubts), share, tuple(others))
+        candidates = [(dict(sole.others).get(name, sole.sole), sole, p, s) for sole, p, s in seen]
+        other = _common(np.array([_box(*candidate) for candidate in candidates]))
+        if _has_area(other):
+            others.append((name, Rectangle(*other, how)))
+    return Rectangle(*edges, how, tuple(doubts), share, tuple(others))
 
 
-_Box = tuple[float, float, float, float, float]
+def _has_area(box: _Box) -> bool:
+    return box[0] > box[1] and box[2] > box[3]
 
 
-def _common(boxes: list[_Box]) -> _Box:
-    """Edges of the part that two boxes have in common, and their mean height."""
-    (toe, heel, left, right, height), other = boxes[0], boxes[-1]
-    return (
-        min(toe, other[0]),
-        max(heel, other[1]),
-        min(left, other[2]),
-        max(right, other[3]),
-        (height + other[4]) / 2.0,
-    )
+def _common(boxes: Array) -> _Box:
+    """Edges of the part that one or two boxes have in common, and their mean height."""
+    low, high = boxes.min(axis=0), boxes.max(axis=0)
+    mean = (boxes[0, 4] + boxes[-1, 4]) / 2.0
+    return float(low[0]), float(high[1]), float(low[2]), float(high[3]), float(mean)
 
 
-def _box(sole: Sole, found: FoundSole, place: pin.SE3, side: int) -> _Box:
-    """Edges toe, heel, left, right and the height, of the left foot mirrored to the right."""
+def _box(sole: Sole, found: FoundSole, place: pin.SE3, side: int) -> Array:
+    """Edges and height in the pelvis frame, of the left foot mirrored to the right, shape (5,)."""
     frame = place * found.placement
     corners = np.array([frame.act(corner) for corner in sole.corners])
     if side == 1:
         corners[:, 1] *= -1.0
-    (x, y, z), (low_x, low_y, _) = corners.max(axis=0), corners.min(axis=0)
-    return float(x), float(low_x), float(y), float(low_y), float((z + corners[:, 2].min()) / 2.0)
+    (x, y, z), (low_x, low_y, low_z) = corners.max(axis=0), corners.min(axis=0)
+    return np.array([x, low_x, y, low_y, (z + low_z) / 2.0])
+
+
+def sole_normal(points: Array, down: Array, radii: Array | None = None) -> Array | None:
+    """Return the outward normal of a foot's lower face where it is not level, shape (3,).
+
+    None if the face looks straight down, or if there is none; see `lowest_face`.
+
+    Args:
+        points: of the foot [m], shape (n, 3).
+        down: unit vector, shape (3,).
+        radii: of balls about the points [m], shape (n,); 0 by default.
+    """
+    normal = lowest_face(points, radii, down)
+    if normal is None:
+        return None
+    exact = _plane(points, radii) is not None or _is_face(points, radii, normal)
+    return None if tilt(normal, down) < (_EXACT if exact else _LEVEL) else normal
+
+
+def _is_face(points: Array, radii: Array | None, normal: Array) -> bool:
+    """Tell whether a foot ends below in a plane, as a box does, so that its tilt is no rounding."""
+    if radii is not None and np.ptp(radii) > 0.0:
+        return False
+    heights = points @ normal
+    size = float(np.ptp(points, axis=0).max())
+    face = points[heights > heights.max() - _THIN * size]
+    if len(face) < 3:
+        return False
+    spread = np.linalg.svd(face - face.mean(axis=0), compute_uv=False)
+    wide = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
+    share = (spread[:2] / np.sqrt(len(face))) / (wide[:2] / np.sqrt(len(points)))
+    return bool((share > _SHARE).all())
+
+
+def lowest_face(points: Array, radii: Array | None, down: Array) -> Array | None:
+    """Return the outward normal of a foot's lower face, shape (3,).
+
+    The face is the largest one, of the convex hull of the foot, of those that look down, or the
+    plane in which all points lie. None if no face is large enough to tell.
+
+    Args:
+        points: of the foot [m], shape (n, 3).
+        radii: of balls about the points [m], shape (n,); None for none.
+        down: unit vector, shape (3,).
+    """
+    plane = _plane(points, radii)
+    if plane is not None:
+        normal = plane if plane @ down > 0.0 else -plane
+        return normal if normal @ down > _LOOKS_DOWN else None
+    try:
+        hull = ConvexHull(points)
+    except QhullError:
+        return None  # points on a line
+    normals = hull.equations[:, :3]
+    a, b, c = (hull.points[hull.simplices[:, k]] for k in range(3))
+    areas = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2.0
+    low = normals @ down > _LOOKS_DOWN
+    if not low.any():
+        return None
+    normals, areas = normals[low], areas[low]
+    alike = normals @ normals.T > np.cos(_SAME_FACE)
+    sizes = alike @ areas
+    best = int(sizes.argmax())
+    if sizes[best] < _SHARE * areas.sum():
+        return None
+    if normals[best] @ down > np.cos(_LEVEL):
+        return np.asarray(normals[best])
+    mean = areas[alike[best]] @ normals[alike[best]]
+    return np.asarray(mean / np.linalg.norm(mean))
+
+
+def tilt(normal: Array, down: Array) -> float:
+    """Return the angle between two unit vectors [rad], exact for small ones too."""
+    return float(np.arctan2(np.linalg.norm(np.cross(normal, down)), normal @ down))
+
+
+def _plane(points: Array, radii: Array | None) -> Array | None:
+    """Return the normal of the plane under points or equal balls, None if there is none."""
+    if len(points) < 3 or (radii is not None and np.ptp(radii) > 0.0):
+        return None
+    _, sizes, axes = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)
+    flat = sizes[2] < _THIN * sizes[0] and sizes[1] > _WIDE * sizes[0]
+    return np.asarray(axes[2]) if flat else None
+
+
+def levelled(place: pin.SE3, pivot: Array, turn: Array) -> pin.SE3:
+    """Return a placement turned about a point.
+
+    Args:
+        place: in some frame.
+        pivot: the point, in that frame [m], shape (3,).
+        turn: rotation, shape (3, 3).
+    """
+    return pin.SE3(turn @ place.rotation, pivot + turn @ (place.translation - pivot))
+
+
+def turn_onto(vector: Array, goal: Array) -> Array:
+    """Return the smallest rotation that takes one unit vector onto another, shape (3, 3)."""
+    axis = np.cross(vector, goal)
+    sine, cosine = float(np.linalg.norm(axis)), float(vector @ goal)
+    if sine == 0.0:
+        return np.eye(3)
+    return np.asarray(pin.exp3(axis / sine * np.arctan2(sine, cosine)))
+
+
+def _other_rectangles(flat: Array) -> dict[str, Edges]:
+    """Return rectangles that suit a flat part that is none, toe, heel, left and right by name."""
+    (high_x, high_y), (low_x, low_y) = flat.max(axis=0), flat.min(axis=0)
+    long, wide = high_x - low_x, high_y - low_y
+    return {
+        f"{_NEARLY:.0%} of its length": largest_rectangle(flat, (_NEARLY * long, 0.0)),
+        f"{_NEARLY:.0%} of its width": largest_rectangle(flat, (0.0, _NEARLY * wide)),
+        "all of it, with corners in the air": (
+            float(high_x), float(low_x), float(high_y), float(low_y)
+        ),
+    }  # fmt: skip
+
+
+def _leaning(shape: FootShape, points: Array) -> str:
+    """Say by how much the foot's lower face leans, if it does, and what helps."""
+    face = lowest_face(points, shape.radii, _DOWN)
+    if face is None or tilt(face, _DOWN) < _LEANS:
+        return ""
+    angle = np.degrees(tilt(face, _DOWN))
+    return (
+        f"; or, as its lower face is tilted by {angle:.2f} degrees, say which "
+        "direction of the root link is up (up = [X, Y, Z]) or give a posture with flat feet "
+        "([posture]), both in the file for --choices"
+    )
+
+
+def largest_rectangle(points: Array, least: tuple[float, float] = (0.0, 0.0)) -> Edges:
+    """Return the largest rectangle along the axes in the convex hull of points in a plane.
+
+    Args:
+        points: shape (n, 2).
+        least: extent along x and y that it must have [m].
+
+    Returns:
+        Its edges; of no area if the hull has none.
+    """
+    points = np.unique(np.round(points, 12), axis=0)
+    low, high = points.min(axis=0), points.max(axis=0)
+    try:
+        hull = points[ConvexHull(points).vertices]
+    except (QhullError, ValueError):  # fewer than three points, or all on one line
+        return float(low[0]), float(low[0]), float(low[1]), float(low[1])
+    edges = np.unique(np.concatenate([hull[:, 0], np.linspace(low[0], high[0], _CANDIDATES)]))
+    starts, ends, step = edges, edges, (high[0] - low[0]) / (_CANDIDATES - 1)
+    best = _best_strip(hull, starts, ends, least)
+    for _ in range(_ROUNDS):
+        starts, ends = (
+            np.clip(x + np.linspace(-step, step, 21), low[0], high[0]) for x in best[1:3]
+        )
+        best = max(best, _best_strip(hull, starts, ends, least), key=lambda b: b[0])
+        step /= 8.0
+    _, heel, toe, right, left = best
+    return toe, heel, left, right
+
+
+def _best_strip(
+    hull: Array, starts: Array, ends: Array, least: tuple[float, float]
+) -> tuple[float, float, float, float, float]:
+    """Return area, smallest x, largest x, smallest y, largest y of the best pair of edges."""
+    (low_a, high_a), (low_b, high_b) = (_sides(hull, x) for x in (starts, ends))
+    low = np.maximum(low_a[:, None], low_b[None, :])
+    high = np.minimum(high_a[:, None], high_b[None, :])
+    long, wide = ends[None, :] - starts[:, None], high - low
+    fits = (long > 0.0) & (wide > 0.0) & (long >= least[0]) & (wide >= least[1])
+    area = np.where(fits, long * wide, 0.0)
+    i, j = np.unravel_index(int(area.argmax()), area.shape)
+    if area[i, j] == 0.0:
+        x, y = float(starts[0]), float(low_a[0])
+        return 0.0, x, x, y, y
+    return float(area[i, j]), float(starts[i]), float(ends[j]), float(low[i, j]), float(high[i, j])
+
+
+def _sides(hull: Array, x: Array) -> tuple[Array, Array]:
+    """Return the smallest and the largest y of a convex polygon at each x inside it."""
+    a, b = hull, np.roll(hull, -1, axis=0)
+    first, last = np.where((a[:, :1] <= b[:, :1]), a, b), np.where((a[:, :1] <= b[:, :1]), b, a)
+    span = last[:, 0] - first[:, 0]
+    share = (x[:, None] - first[:, 0]) / np.where(span > 0.0, span, 1.0)
+    y = first[:, 1] + share * (last[:, 1] - first[:, 1])
+    crossed = (x[:, None] >= first[:, 0]) & (x[:, None] <= last[:, 0]) & (span > 0.0)
+    return (
+        np.where(crossed, y, np.inf).min(axis=1),
+        np.where(crossed, y, -np.inf).max(axis=1),
+    )

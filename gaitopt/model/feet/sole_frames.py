@@ -7,14 +7,14 @@ reference posture, so that one rectangle serves both.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import pinocchio as pin
 
 from gaitopt.errors import RobotError
 from gaitopt.importers.meshes import MeshProblem
-from gaitopt.importers.report import Finding
+from gaitopt.importers.report import Finding, How
 from gaitopt.model.feet.sole import Sole
 from gaitopt.model.feet.sole_detection import FoundSole, Rectangle, common_rectangle
 from gaitopt.model.feet.stance import Stance
@@ -22,29 +22,15 @@ from gaitopt.model.import_options import ImportOptions, Placement
 from gaitopt.model.symmetry.leg_exchange import mirror_placement
 from gaitopt.nlp import Array
 
+SOLE_NAMES = ("right_sole", "left_sole")
+
+_ALIGNED = 1e-3  # rad: a sole frame's axes may differ from the robot's by rounding in the file
+_IN_PLANE = 1e-3  # m: and its origin from the plane of the foot's lower face
+_CENTRED = 1e-3  # m: and from the middle of its width
+_MIRRORED = 2e-3  # m and rad: frames of both feet that are each other's; `symmetrise` judges it
+_ALIKE = 2e-3  # m: rectangles that differ by less are one
+_OFF_PLANE = 5e-3  # m: a named frame further from the foot's lower face is not its sole
 _MEASURED = 5e-3  # m: what a tape measure may be wrong by
-
-
-def drop_doubts(stance: Stance, face: Rectangle | None, given: float | None) -> list[Finding]:
-    """Compare the given height of the ankle above the sole with that of the shapes.
-
-    Args:
-        stance: the robot at its reference posture.
-        face: lower face of the feet in the pelvis frame, None where they have no shape.
-        given: height that the user gives, None if none [m].
-    """
-    if given is None or face is None:
-        return []
-    seen = float(stance.ankles[:, 2].mean() - face.height)
-    if abs(given - seen) <= _MEASURED:
-        return []
-    text = (
-        f"sole_drop is {given * 1e3:.1f} mm as given, but the lower faces of the feet were found "
-        f"{seen * 1e3:.1f} mm below the ankles; the given one counts; check it, it must be in m"
-    )
-    return [Finding("sole", "both feet", text, "warning")]
-
-
 _DIRECTORY = (
     "give the directory that holds their package (--package-dir DIR; in Python package_dirs), or "
 )
@@ -54,35 +40,7 @@ _RECTANGLE = (
 )
 _DROP = " and the height of the ankle above it (sole_drop in the same file, or in Python)"
 
-
-def unseen_sole(lost: Sequence[MeshProblem], frame: str | None) -> RobotError:
-    """Return the error that the feet have no shape, to be raised.
-
-    Args:
-        lost: meshes of the robot that cannot be used.
-        frame: of the right sole, None where the file has no sole frames either.
-    """
-    shows = "no collision box or visual shape of the feet shows their soles"
-    where = ", and the file has no sole frames" if frame is None else f" (frame '{frame}')"
-    drop = _DROP if frame is None else ""
-    if not lost:
-        return RobotError(f"{shows}{where}; give {_RECTANGLE}{drop}")
-    count = len({problem.file for problem in lost})
-    many = "one mesh" if count == 1 else f"{count} meshes"
-    first = f"'{lost[0].file}' of link '{lost[0].link}' {lost[0].reason}"
-    which = f"{many} cannot be used: {first}{', and so on' if count > 1 else ''}"
-    return RobotError(f"{shows}{where}; {which}; {_DIRECTORY}{_RECTANGLE}{drop}")
-
-
-SOLE_NAMES = ("right_sole", "left_sole")
-
-_ALIGNED = 1e-3  # rad: a sole frame's axes may differ from the robot's by rounding in the file
-_IN_PLANE = 1e-3  # m: and its origin from the plane of the foot's lower face
-_CENTRED = 1e-3  # m: and from the middle of its width
-_MIRRORED = 2e-3  # m and rad: frames of both feet that are each other's; `symmetrise` judges it
-_ALIKE = 2e-3  # m: rectangles that differ by less are one
-_EDGES = ("toe", "heel", "left", "right")
-_OFF_PLANE = 5e-3  # m: a named frame further from the foot's lower face is not its sole
+_Frames = tuple[pin.Frame, pin.Frame]
 
 
 @dataclass(frozen=True)
@@ -130,19 +88,29 @@ def choose_soles(
     frames = _named_frames(stance, names, face, choices)
     if frames is None and choices.sole_drop is None:
         frames = _frames_of_the_file(stance, face)
-    if frames is not None:
-        placements = (frames[0].placement.copy(), frames[1].placement.copy())
+    if frames is None:
+        if face is None and choices.sole_drop is None:
+            raise _unseen_sole(lost, None)
+        level = pin.SE3(np.eye(3), _origin(stance, face, choices.sole_drop))
+        images = (level, mirror_placement(level))
+        first, other = (place.actInv(p) for place, p in zip(stance.places, images, strict=True))
+        titles = free_names(stance.model)
+    else:
+        first, other = (frame.placement.copy() for frame in frames)
         titles = (str(frames[0].name), str(frames[1].name))
-        return _finish(stance, titles, placements, face, choices, lost, added=False)
-    origin = _origin(stance, face, choices, lost)
-    level = pin.SE3(np.eye(3), origin)
-    placements = (
-        stance.places[0].actInv(level),
-        stance.places[1].actInv(mirror_placement(level)),
-    )
-    names = free_names(stance.model)
-    soles = _finish(stance, names, placements, face, choices, lost, added=True)
-    return replace(soles, findings=(*soles.findings, *drop_doubts(stance, face, choices.sole_drop)))
+    where = f"frames '{titles[0]}' and '{titles[1]}' of the file" if frames else "new frames"
+    here = stance.places[0] * first
+    if (sole := choices.sole) is not None:
+        findings = [Finding("sole", "both feet", f"{_described(sole)}, in {where}", "given")]
+    elif face is None:
+        raise _unseen_sole(lost, titles[0] if frames else None)
+    else:
+        sole, findings = _found_rectangle(
+            stance, here, where, face, "found" if frames else "guessed"
+        )
+    if frames is None:
+        findings += _drop_doubts(stance, face, choices.sole_drop)
+    return Soles(titles, (first, other), frames is None, sole, tuple(findings))
 
 
 def free_names(model: pin.Model) -> tuple[str, str]:
@@ -171,10 +139,10 @@ def _as_given(
         raise RobotError("sole_placements are given without the sole rectangle (sole); give both")
     free = free_names(stance.model)
     titles = (names[0] or free[0], names[1] or free[1])
-    placements = tuple(placement_of(p) for p in choices.sole_placements)
+    first, other = (placement_of(p) for p in choices.sole_placements)
     text = f"{_described(choices.sole)}, placed as given"
     finding = Finding("sole", "both feet", text, "given")
-    return Soles(titles, (placements[0], placements[1]), True, choices.sole, (finding,))
+    return Soles(titles, (first, other), True, choices.sole, (finding,))
 
 
 def _named_frames(
@@ -182,13 +150,13 @@ def _named_frames(
     names: tuple[str | None, str | None],
     face: Rectangle | None,
     choices: ImportOptions,
-) -> tuple[pin.Frame, pin.Frame] | None:
+) -> _Frames | None:
     """Frames of the user's names; where only one is named, the other foot's mirrored frame."""
     if names == (None, None):
         return None
     frames: list[pin.Frame | None] = [None, None]
-    for side in (0, 1):
-        if (name := names[side]) is not None:
+    for side, name in enumerate(names):
+        if name is not None:
             frames[side] = stance.model.frames[stance.model.getFrameId(name)]
             if face is not None and choices.sole is None:
                 _check_plane(stance, side, frames[side], face)
@@ -214,11 +182,9 @@ def _check_plane(stance: Stance, side: int, frame: pin.Frame, face: Rectangle) -
         )
 
 
-def _frames_of_the_file(
-    stance: Stance, face: Rectangle | None
-) -> tuple[pin.Frame, pin.Frame] | None:
+def _frames_of_the_file(stance: Stance, face: Rectangle | None) -> _Frames | None:
     """Frames of the file that are soles already: level, in the plane, mirrored on both feet."""
-    pairs: list[tuple[bool, int, tuple[pin.Frame, pin.Frame]]] = []
+    pairs: list[tuple[bool, int, _Frames]] = []
     for frame in _links_of(stance, 0):
         here = stance.places[0] * frame.placement
         named = "sole" in frame.name.lower()
@@ -227,11 +193,9 @@ def _frames_of_the_file(
         if face is None:
             fits = named and here.translation[2] < stance.ankles[0, 2]
         else:
-            y = here.translation[1]
-            fits = (
-                abs(here.translation[2] - face.height) < _IN_PLANE
-                and abs(y - (face.left + face.right) / 2.0) < _CENTRED
-            )
+            _, y, z = here.translation
+            centred = abs(y - (face.left + face.right) / 2.0) < _CENTRED
+            fits = abs(z - face.height) < _IN_PLANE and centred
         other = _partner(stance, 0, frame) if fits else None
         if other is not None:
             pairs.append((not named, len(pairs), (frame, other)))
@@ -258,62 +222,84 @@ def _partner(stance: Stance, side: int, frame: pin.Frame) -> pin.Frame | None:
     return best
 
 
-def _origin(
-    stance: Stance, face: Rectangle | None, choices: ImportOptions, lost: Sequence[MeshProblem]
-) -> Array:
+def _origin(stance: Stance, face: Rectangle | None, drop: float | None) -> Array:
     """Origin of a new right sole frame in the pelvis frame: below the ankle, mid-width."""
     ankle = (stance.ankles[0] + stance.ankles[1] * [1.0, -1.0, 1.0]) / 2.0
-    if choices.sole_drop is not None:
-        return np.array([ankle[0], ankle[1], ankle[2] - choices.sole_drop])
-    if face is None:
-        raise unseen_sole(lost, None)
+    if drop is not None or face is None:
+        return np.array([ankle[0], ankle[1], ankle[2] - (drop or 0.0)])
     return np.array([ankle[0], (face.left + face.right) / 2.0, face.height])
 
 
-def _finish(
-    stance: Stance,
-    names: tuple[str, str],
-    placements: tuple[pin.SE3, pin.SE3],
-    face: Rectangle | None,
-    choices: ImportOptions,
-    lost: Sequence[MeshProblem],
-    *,
-    added: bool,
-) -> Soles:
-    where = "new frames" if added else f"frames '{names[0]}' and '{names[1]}' of the file"
-    if choices.sole is not None:
-        finding = Finding("sole", "both feet", f"{_described(choices.sole)}, in {where}", "given")
-        return Soles(names, placements, added, choices.sole, (finding,))
-    if face is None:
-        raise unseen_sole(lost, None if added else names[0])
-    here = stance.places[0] * placements[0]
+def _found_rectangle(
+    stance: Stance, here: pin.SE3, where: str, face: Rectangle, how: How
+) -> tuple[Sole, list[Finding]]:
+    """Return the rectangle of the shapes in a sole frame, and what is said of it.
+
+    Args:
+        stance: the robot at its reference posture.
+        here: the right sole frame in the pelvis frame.
+        where: it is, in words.
+        face: the rectangle in the pelvis frame.
+        how: sure it is.
+    """
     sole, cut = face.seen_from(here.translation)
     drop = float(stance.ankles[0, 2] - here.translation[2])
     text = f"{_described(sole)}, {drop * 1e3:.1f} mm below the ankle; found: {face.how}; in {where}"
-    findings = [Finding("sole", "both feet", text, "guessed" if added else "found")]
-    doubts = (*face.doubts, *cut, *_choice(face, here.translation, sole))
-    findings += [Finding("sole", "both feet", t, "warning") for t in doubts]
-    return Soles(names, placements, added, sole, tuple(findings))
+    doubts = (*face.doubts, *cut, *_other_choices(face, here.translation, sole))
+    warnings = [Finding("sole", "both feet", doubt, "warning") for doubt in doubts]
+    return sole, [Finding("sole", "both feet", text, how), *warnings]
 
 
-def _choice(face: Rectangle, origin: Array, taken: Sole) -> list[str]:
+def _other_choices(face: Rectangle, origin: Array, taken: Sole) -> list[str]:
     """Say which other rectangles there are, where the one taken leaves out much of the foot."""
-    shown = []
+    shown, own = [], np.array([taken.toe, taken.heel, taken.left, taken.right])
     for name, other in face.others:
         try:
             sole = other.seen_from(origin)[0]
         except RobotError:
             continue
-        edges = [round(getattr(sole, edge), 4) for edge in _EDGES]
-        if max(abs(a - getattr(taken, e)) for a, e in zip(edges, _EDGES, strict=True)) > _ALIKE:
-            numbers = ",".join(f"{edge:g}" for edge in edges)
-            shown.append(f"{numbers} ({name})")
+        edges = [round(edge, 4) for edge in (sole.toe, sole.heel, sole.left, sole.right)]
+        if np.abs(edges - own).max() > _ALIKE:
+            shown.append(f"{','.join(f'{edge:g}' for edge in edges)} ({name})")
     if not shown:
         return []
     return [
         f"the rectangle holds {face.share:.0%} of the flat part under the foot; if the foot stands "
         f"on more, choose another with --sole=TOE,HEEL,LEFT,RIGHT: {'; '.join(shown)}"
     ]
+
+
+def _drop_doubts(stance: Stance, face: Rectangle | None, given: float | None) -> list[Finding]:
+    """Compare the given height of the ankle above the sole with that of the shapes."""
+    if given is None or face is None:
+        return []
+    seen = float(stance.ankles[:, 2].mean() - face.height)
+    if abs(given - seen) <= _MEASURED:
+        return []
+    text = (
+        f"sole_drop is {given * 1e3:.1f} mm as given, but the lower faces of the feet were found "
+        f"{seen * 1e3:.1f} mm below the ankles; the given one counts; check it, it must be in m"
+    )
+    return [Finding("sole", "both feet", text, "warning")]
+
+
+def _unseen_sole(lost: Sequence[MeshProblem], frame: str | None) -> RobotError:
+    """Return the error that the feet have no shape, to be raised.
+
+    Args:
+        lost: meshes of the robot that cannot be used.
+        frame: of the right sole, None where the file has no sole frames either.
+    """
+    shows = "no collision box or visual shape of the feet shows their soles"
+    where = ", and the file has no sole frames" if frame is None else f" (frame '{frame}')"
+    drop = _DROP if frame is None else ""
+    if not lost:
+        return RobotError(f"{shows}{where}; give {_RECTANGLE}{drop}")
+    count = len({problem.file for problem in lost})
+    many = "one mesh" if count == 1 else f"{count} meshes"
+    first = f"'{lost[0].file}' of link '{lost[0].link}' {lost[0].reason}"
+    which = f"{many} cannot be used: {first}{', and so on' if count > 1 else ''}"
+    return RobotError(f"{shows}{where}; {which}; {_DIRECTORY}{_RECTANGLE}{drop}")
 
 
 def _described(sole: Sole) -> str:
