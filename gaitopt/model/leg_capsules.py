@@ -24,6 +24,10 @@ from gaitopt.model.legs.kinematic_tree import points_on_lines, pose
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array
 
+DEFAULT_RADIUS = 0.05
+"""Radius of a body whose shape is unknown [m]."""
+
+_SHORT = 1e-3  # m: a body without shapes between joints this near is part of its neighbours
 _INSIDE = 1.0 + 1e-9  # of a radius: rounding
 _TINY = 1e-9  # m: rounding
 _WIDER = 3.0  # times the least radius: where the side of a leg is nearly as flat as it is itself
@@ -31,8 +35,143 @@ _SIDEWAYS = 0.3  # of the unit: an axis nearer to the direction it faces has no 
 
 
 @dataclass(frozen=True)
-class Cover:
-    """A capsule: all within `radius` of the segment from `start` to `end`."""
+class Capsule:
+    """One body of a leg.
+
+    Attributes:
+        body: its number in the robot's `JointTree`, 0 for the stance foot.
+        name: of its first link.
+        start, end: of the segment in the frame of the body's joint [m], shape (3,).
+        radius: [m].
+        source: "collision", "visual" or "joints".
+    """
+
+    body: int
+    name: str
+    start: tuple[float, float, float]
+    end: tuple[float, float, float]
+    radius: float
+    source: str
+
+    @property
+    def ends(self) -> Array:
+        """Both ends of the segment [m], shape (2, 3)."""
+        return np.array([self.start, self.end])
+
+
+@dataclass(frozen=True)
+class _CapsuleKey:
+    """A robot, equal to all others of the same shape, whatever their limits."""
+
+    urdf: str
+    package_dirs: tuple[str, ...]
+    soles: tuple[str, str]
+    sole: Sole
+    robot: Robot = field(compare=False)
+
+
+def leg_capsules(robot: Robot) -> tuple[Capsule, ...]:
+    """Return the capsules of both legs' bodies, in the order of the chain.
+
+    Bodies of no size (two joints in one point, nothing drawn) have none. The result is kept.
+
+    Raises:
+        RobotError: a mesh file of a leg is there but cannot be read.
+    """
+    if robot.choices.capsules is not None:
+        return tuple(
+            Capsule(row[0], row[1], row[2:5], row[5:8], row[8], row[9])
+            for row in robot.choices.capsules
+        )
+    soles = (robot.stance_sole, robot.swing_sole)
+    return _capsules(_CapsuleKey(robot.urdf, robot.choices.package_dirs, soles, robot.sole, robot))
+
+
+def capsule_rows(robot: Robot) -> tuple[CapsuleRow, ...]:
+    """Return the capsules as `ImportOptions` keeps them: no mesh is needed to find them again."""
+    return tuple(
+        (c.body, c.name, *c.start, *c.end, c.radius, c.source) for c in leg_capsules(robot)
+    )
+
+
+@lru_cache(maxsize=16)
+def _capsules(key: _CapsuleKey) -> tuple[Capsule, ...]:
+    robot = key.robot
+    source = read_source(robot.urdf, robot.choices.package_dirs)
+    bars, towards = _bars(robot), _towards_other_leg(robot)
+    found: dict[int, Capsule] = {}
+
+    def add(body: int, shape: BoundingCapsule, origin: str) -> None:
+        (x, y, z), (u, v, w) = shape.start.tolist(), shape.end.tolist()
+        found[body] = Capsule(body, _link(robot, body), (x, y, z), (u, v, w), shape.radius, origin)
+
+    for kind in (pin.GeometryType.COLLISION, pin.GeometryType.VISUAL):
+        missing = [body for body in bars if body not in found]
+        for body, points in _points_by_body(robot, source, kind, missing).items():
+            start, end = bars[body]
+            add(body, bounding_capsule(points, end - start, towards[body]), kind.name.lower())
+    for body, (start, end) in bars.items():
+        if body not in found and np.linalg.norm(end - start) > _SHORT:
+            add(body, BoundingCapsule(start, end, DEFAULT_RADIUS), "joints")
+    return tuple(found[body] for body in sorted(found))
+
+
+def _bars(robot: Robot) -> dict[int, Array]:
+    """Ends of each leg body in its own frame: its two joints; heel and toe of a foot, (2, 3)."""
+    model, tree, sole = robot.model, robot.tree, robot.sole
+    posed = pose(model, pin.neutral(model))
+    bars = {}
+    for body, name in ((0, robot.stance_sole), (tree.swing_foot, robot.swing_sole)):
+        frame, middle = model.frames[model.getFrameId(name)].placement, (sole.left + sole.right) / 2
+        bars[body] = np.array(
+            [frame.act(np.array([x, middle, 0.0])) for x in (sole.heel, sole.toe)]
+        )
+    # From the hip downwards in both legs, so that their capsules mirror each other.
+    for rows in (range(tree.stance)[::-1], range(tree.stance, tree.swing_foot)):
+        ids = [FIRST + row for row in rows]
+        origins = np.array([posed.placements[j].translation for j in ids])
+        points = points_on_lines(origins, posed.axes[ids], [0, *range(len(ids) - 1)])
+        places = dict(zip(rows, points, strict=True))
+        for body in range(min(rows) + 1, max(rows) + 1):
+            own = posed.placements[body + 1]
+            bars[body] = np.array([own.actInv(places[body - 1]), own.actInv(places[body])])
+    return bars
+
+
+def _towards_other_leg(robot: Robot) -> dict[int, Array]:
+    """The direction towards the other leg in the frame of each body, legs straight, shape (3,)."""
+    model, tree = robot.model, robot.tree
+    data = model.createData()
+    pin.framesForwardKinematics(model, data, pin.neutral(model))
+    left = robot.legs.side * data.oMf[robot.pelvis_frame].rotation[:, 1]
+    return {
+        body: data.oMi[body + 1].rotation.T @ (left if body < tree.pelvis else -left)
+        for body in range(tree.swing_foot + 1)
+    }
+
+
+def _link(robot: Robot, body: int) -> str:
+    """The link that the body's joint carries in the URDF, if it has a name of its own."""
+    links = [f.name for f in robot.model.frames if f.parentJoint == body + 1]
+    heavy = [n for n in links if n not in (robot.stance_sole, robot.swing_sole)]
+    return heavy[0] if heavy else str(robot.model.names[body + 1])
+
+
+def _points_by_body(
+    robot: Robot, source: Source, kind: pin.GeometryType, bodies: list[int]
+) -> dict[int, Points]:
+    """Points of the shapes of one kind in the frames of the bodies; missing meshes have none."""
+    frames = {str(f.name): f for f in robot.model.frames if f.parentJoint - 1 in bodies}
+    links = {name: frame.placement for name, frame in frames.items()}
+    found: dict[int, list[Points]] = {}
+    for shape in placed_shapes(source, kind, links, around=True):
+        found.setdefault(frames[shape.link].parentJoint - 1, []).append(shape.points)
+    return {body: Points.together(parts) for body, parts in found.items()}
+
+
+@dataclass(frozen=True)
+class BoundingCapsule:
+    """All within `radius` of the segment from `start` to `end`."""
 
     start: Array
     end: Array
@@ -49,7 +188,7 @@ class Cover:
         return max(float(self.start @ direction), float(self.end @ direction)) + self.radius
 
 
-def cover(points: Points, along: Array, facing: Array) -> Cover:
+def bounding_capsule(points: Points, along: Array, facing: Array) -> BoundingCapsule:
     """Return a capsule that contains all balls and reaches little to the side that it faces.
 
     Its axis is that of the smallest of the capsules along the principal axes of the points and
@@ -65,14 +204,14 @@ def cover(points: Points, along: Array, facing: Array) -> Cover:
     directions = list(np.linalg.eigh(spread.T @ spread)[1].T)
     if np.linalg.norm(along) > 0.0:
         directions.insert(0, along / np.linalg.norm(along))
-    smallest = [(_cover_along(points, d, np.zeros(3)), d) for d in directions]
+    smallest = [(_capsule_along(points, d, np.zeros(3)), d) for d in directions]
     found, direction = min(smallest, key=lambda pair: pair[0].volume)
     if np.linalg.norm(facing - (facing @ direction) * direction) < _SIDEWAYS:
         return found
-    return min((found, _cover_along(points, direction, facing)), key=lambda c: c.reach(facing))
+    return min((found, _capsule_along(points, direction, facing)), key=lambda c: c.reach(facing))
 
 
-def _cover_along(points: Points, direction: Array, facing: Array) -> Cover:
+def _capsule_along(points: Points, direction: Array, facing: Array) -> BoundingCapsule:
     """The capsule around the narrowest cylinder of one direction, or around one that faces."""
     _, _, frame = np.linalg.svd(direction[None])
     across = points.centres @ frame[1:].T
@@ -89,7 +228,7 @@ def _cover_along(points: Points, direction: Array, facing: Array) -> Cover:
     if low > high - _TINY:  # a ball does
         low = high = (low + high) / 2.0
     base = middle @ frame[1:]
-    return Cover(base + low * direction, base + high * direction, radius)
+    return BoundingCapsule(base + low * direction, base + high * direction, radius)
 
 
 def farthest_centre(points: Array, reach: Array, facing: Array) -> Array:
@@ -166,141 +305,3 @@ def _circle_around(points: Array) -> tuple[Array, float]:
         return a, -1.0
     centre = a + np.linalg.solve(2.0 * sides, (sides**2).sum(axis=1))
     return centre, float(np.linalg.norm(a - centre))
-
-
-DEFAULT_RADIUS = 0.05  # m: of a body whose shape is unknown
-_SHORT = 1e-3  # m: a body without shapes between joints this near is part of its neighbours
-
-
-@dataclass(frozen=True)
-class Capsule:
-    """One body of a leg.
-
-    Attributes:
-        body: its number in the robot's `JointTree`, 0 for the stance foot.
-        name: of its first link.
-        start, end: of the segment in the frame of the body's joint [m], shape (3,).
-        radius: [m].
-        source: "collision", "visual" or "joints".
-    """
-
-    body: int
-    name: str
-    start: tuple[float, float, float]
-    end: tuple[float, float, float]
-    radius: float
-    source: str
-
-    @property
-    def ends(self) -> Array:
-        """Both ends of the segment [m], shape (2, 3)."""
-        return np.array([self.start, self.end])
-
-
-@dataclass(frozen=True)
-class _Question:
-    """A robot, equal to all others of the same shape, whatever their limits."""
-
-    urdf: str
-    package_dirs: tuple[str, ...]
-    soles: tuple[str, str]
-    sole: Sole
-    robot: Robot = field(compare=False)
-
-
-def leg_capsules(robot: Robot) -> tuple[Capsule, ...]:
-    """Return the capsules of both legs' bodies, in the order of the chain.
-
-    Bodies of no size (two joints in one point, nothing drawn) have none. The result is kept.
-
-    Raises:
-        RobotError: a mesh file of a leg is there but cannot be read.
-    """
-    if robot.choices.capsules is not None:
-        return tuple(
-            Capsule(row[0], row[1], row[2:5], row[5:8], row[8], row[9])
-            for row in robot.choices.capsules
-        )
-    soles = (robot.stance_sole, robot.swing_sole)
-    return _capsules(_Question(robot.urdf, robot.choices.package_dirs, soles, robot.sole, robot))
-
-
-def capsule_rows(robot: Robot) -> tuple[CapsuleRow, ...]:
-    """Return the capsules as `ImportOptions` keeps them: no mesh is needed to find them again."""
-    return tuple(
-        (c.body, c.name, *c.start, *c.end, c.radius, c.source) for c in leg_capsules(robot)
-    )
-
-
-@lru_cache(maxsize=16)
-def _capsules(question: _Question) -> tuple[Capsule, ...]:
-    robot = question.robot
-    source = read_source(robot.urdf, robot.choices.package_dirs)
-    found: dict[int, Capsule] = {}
-    tree = robot.tree
-    legs = [body for body in range(tree.swing_foot + 1) if body != tree.pelvis]
-    for kind in (pin.GeometryType.COLLISION, pin.GeometryType.VISUAL):
-        missing = [body for body in legs if body not in found]
-        for body, points in _points_by_body(robot, source, kind, missing).items():
-            along = np.diff(_joints(robot, body), axis=0)[0]
-            shape = cover(points, along, _facing(robot, body))
-            found[body] = _capsule(robot, body, shape, kind.name.lower())
-    for body in legs:
-        start, end = _joints(robot, body)
-        if body not in found and np.linalg.norm(end - start) > _SHORT:
-            found[body] = _capsule(robot, body, Cover(start, end, DEFAULT_RADIUS), "joints")
-    return tuple(found[body] for body in sorted(found))
-
-
-def _capsule(robot: Robot, body: int, shape: Cover, source: str) -> Capsule:
-    start, end = ((float(p[0]), float(p[1]), float(p[2])) for p in (shape.start, shape.end))
-    return Capsule(body, _name(robot, body), start, end, shape.radius, source)
-
-
-def _joints(robot: Robot, body: int) -> Array:
-    """Ends of a body in its own frame: its two joints; heel and toe of a foot, shape (2, 3)."""
-    model, tree = robot.model, robot.tree
-    if body in (0, tree.swing_foot):
-        sole = robot.sole
-        name = robot.stance_sole if body == 0 else robot.swing_sole
-        frame = model.frames[model.getFrameId(name)].placement
-        middle = (sole.left + sole.right) / 2.0
-        ends = ((x, middle, 0.0) for x in (sole.heel, sole.toe))
-        return np.array([frame.act(np.array(p)) for p in ends])
-    posed = pose(model, pin.neutral(model))
-    own = posed.placements[body + 1]
-    # From the hip downwards in both legs, so that their capsules mirror each other.
-    ids = list(range(FIRST, FIRST + tree.swing_foot))
-    rows = ids[: tree.stance][::-1] if body < tree.pelvis else ids[tree.stance :]
-    origins = np.array([posed.placements[row].translation for row in rows])
-    points = points_on_lines(origins, posed.axes[rows], [0, *range(len(rows) - 1)])
-    return np.array([own.actInv(points[rows.index(row)]) for row in (body + 1, body + 2)])
-
-
-def _facing(robot: Robot, body: int) -> Array:
-    """The direction towards the other leg in the frame of a body, legs straight, shape (3,)."""
-    model = robot.model
-    data = model.createData()
-    pin.framesForwardKinematics(model, data, pin.neutral(model))
-    left = data.oMf[robot.pelvis_frame].rotation[:, 1]
-    towards = robot.legs.side * (left if body < robot.tree.pelvis else -left)
-    return np.asarray(data.oMi[body + 1].rotation.T @ towards)
-
-
-def _name(robot: Robot, body: int) -> str:
-    """The link that the body's joint carries in the URDF, if it has a name of its own."""
-    links = [f.name for f in robot.model.frames if f.parentJoint == body + 1]
-    heavy = [n for n in links if n not in (robot.stance_sole, robot.swing_sole)]
-    return heavy[0] if heavy else str(robot.model.names[body + 1])
-
-
-def _points_by_body(
-    robot: Robot, source: Source, kind: pin.GeometryType, bodies: list[int]
-) -> dict[int, Points]:
-    """Points of the shapes of one kind in the frames of the bodies; missing meshes have none."""
-    frames = {str(f.name): f for f in robot.model.frames if f.parentJoint - 1 in bodies}
-    links = {name: frame.placement for name, frame in frames.items()}
-    found: dict[int, list[Points]] = {}
-    for shape in placed_shapes(source, kind, links, around=True):
-        found.setdefault(frames[shape.link].parentJoint - 1, []).append(shape.points)
-    return {body: Points.together(parts) for body, parts in found.items()}

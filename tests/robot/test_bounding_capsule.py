@@ -5,7 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gaitopt.model.feet.foot_shape import Points, points_of
-from gaitopt.model.leg_capsules import cover, farthest_centre, smallest_circle
+from gaitopt.model.leg_capsules import bounding_capsule, farthest_centre, smallest_circle
 
 fast = settings(deadline=None, derandomize=True, max_examples=100)
 numbers = st.floats(-1.0, 1.0).map(lambda v: round(v, 2))
@@ -49,8 +49,8 @@ def test_circles_of_three_and_of_two_points():
 def test_everything_is_inside(centres, radius, angle):
     whole = Points(centres, np.full(len(centres), radius))
     points, facing = Points.together([whole]), np.array([np.cos(angle), np.sin(angle), 0.0])
-    smallest = cover(points, NOWHERE, NOWHERE)
-    flat = cover(points, NOWHERE, facing)
+    smallest = bounding_capsule(points, NOWHERE, NOWHERE)
+    flat = bounding_capsule(points, NOWHERE, facing)
     assert outside(smallest, whole) < 1e-7
     assert outside(flat, whole) < 1e-7
     assert flat.reach(facing) <= smallest.reach(facing) + 1e-12
@@ -76,28 +76,30 @@ def test_a_side_is_nearly_as_flat_as_the_body():
     """A bar of 10 by 6 cm, whose 10 cm face the other leg: 3 cm away, not 5.8."""
     bar = points_of(coal.Box(0.1, 0.06, 0.4), around=True)
     towards = np.array([0.0, 1.0, 0.0])
-    assert cover(bar, NOWHERE, NOWHERE).reach(towards) == pytest.approx(np.hypot(0.05, 0.03))
+    assert bounding_capsule(bar, NOWHERE, NOWHERE).reach(towards) == pytest.approx(
+        np.hypot(0.05, 0.03)
+    )
     radius = 3.0 * np.hypot(0.05, 0.03)
     middle = 0.03 - np.sqrt(radius**2 - 0.05**2)  # a circle through two corners
-    assert cover(bar, NOWHERE, towards).reach(towards) == pytest.approx(middle + radius)
+    assert bounding_capsule(bar, NOWHERE, towards).reach(towards) == pytest.approx(middle + radius)
 
 
 def test_a_body_that_points_to_the_other_leg_is_not_widened():
     bar, along = points_of(coal.Box(0.1, 0.5, 0.06), around=True), np.array([0.0, 1.0, 0.0])
-    np.testing.assert_allclose(cover(bar, NOWHERE, along).radius, np.hypot(0.05, 0.03))
+    np.testing.assert_allclose(bounding_capsule(bar, NOWHERE, along).radius, np.hypot(0.05, 0.03))
 
 
 def test_a_ball_and_a_capsule_cover_themselves():
-    ball = cover(points_of(coal.Sphere(0.07), around=True), NOWHERE, NOWHERE)
+    ball = bounding_capsule(points_of(coal.Sphere(0.07), around=True), NOWHERE, NOWHERE)
     assert (ball.radius, np.linalg.norm(ball.end - ball.start)) == pytest.approx((0.07, 0.0))
-    long = cover(points_of(coal.Capsule(0.05, 0.4), around=True), NOWHERE, NOWHERE)
+    long = bounding_capsule(points_of(coal.Capsule(0.05, 0.4), around=True), NOWHERE, NOWHERE)
     assert long.radius == pytest.approx(0.05)
     np.testing.assert_allclose(np.abs([long.start[2], long.end[2]]), 0.2)
     assert long.volume == pytest.approx(np.pi * 0.05**2 * (0.4 + 4.0 / 3.0 * 0.05))
 
 
 def test_a_bar_is_covered_along_its_length():
-    bar = cover(points_of(coal.Box(0.03, 0.5, 0.04), around=True), NOWHERE, NOWHERE)
+    bar = bounding_capsule(points_of(coal.Box(0.03, 0.5, 0.04), around=True), NOWHERE, NOWHERE)
     assert bar.radius == pytest.approx(0.025)  # half of the diagonal of 3 by 4 cm
     np.testing.assert_allclose(np.abs(bar.end - bar.start), [0.0, 0.5, 0.0], atol=1e-12)
 
@@ -108,7 +110,10 @@ def test_another_direction_may_be_better():
         np.array([[0.0, 0, 0], [0, 0, 1.0], [0.1, 0, 1.0], [0, 0.05, 1.0]]), np.zeros(4)
     )
     along = np.array([0.0, 0.0, 3.0])
-    assert cover(points, along, NOWHERE).volume <= cover(points, NOWHERE, NOWHERE).volume
+    assert (
+        bounding_capsule(points, along, NOWHERE).volume
+        <= bounding_capsule(points, NOWHERE, NOWHERE).volume
+    )
 
 
 SHAPES = (
@@ -124,7 +129,7 @@ SHAPES = (
 @pytest.mark.parametrize("shape", SHAPES, ids=lambda s: type(s).__name__)
 def test_every_shape_is_inside_its_cover(shape):
     """Coal finds no point of the shape on a plane that touches the cover from outside."""
-    found = cover(points_of(shape, around=True), NOWHERE, NOWHERE)
+    found = bounding_capsule(points_of(shape, around=True), NOWHERE, NOWHERE)
     for direction in np.random.default_rng(1).normal(size=(50, 3)):
         n = direction / np.linalg.norm(direction)
         reach = max(found.start @ n, found.end @ n) + found.radius
@@ -141,7 +146,7 @@ def test_meshes_are_covered_by_their_vertices():
     mesh.addVertices(corners)
     mesh.addTriangle(*corners)
     mesh.endModel()
-    found = cover(points_of(mesh, around=True), NOWHERE, NOWHERE)
+    found = bounding_capsule(points_of(mesh, around=True), NOWHERE, NOWHERE)
     assert outside(found, Points(corners, np.zeros(3))) < 1e-9
     assert found.radius < 0.06
 
@@ -149,4 +154,4 @@ def test_meshes_are_covered_by_their_vertices():
 def test_flat_crowds_are_covered_too():
     plate = np.column_stack([np.random.default_rng(0).uniform(size=(200, 2)), np.zeros(200)])
     points = Points.together([Points(plate, np.zeros(200))])
-    assert outside(cover(points, NOWHERE, NOWHERE), points) < 1e-9
+    assert outside(bounding_capsule(points, NOWHERE, NOWHERE), points) < 1e-9
