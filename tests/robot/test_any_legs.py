@@ -77,7 +77,7 @@ def test_legs_without_ankle_roll_stand_below_the_line_of_their_feet():
     """H1's legs: the feet stand wider apart than the axes of the hips meet."""
     wide = np.array([0.0, 0.11, -0.36])
     five = (*SEVEN[:3], ("knee", wide, (0.0, 1.0, 0.0), 2.0), ("ankle", (0, 0, -0.34), Y, 1.0))
-    robot = Robot.from_soles(
+    robot = Robot.from_urdf(
         biped_urdf(five), stance_sole="right_sole", swing_sole="left_sole", sole=SOLE
     )
     assert not robot.legs.ankles_roll
