@@ -31,6 +31,7 @@ ARM = (
     ("shoulder_roll", (0.0, 0.02, 0.0), (1.0, 0.05, 0.0), 1.4),
     ("elbow", (0.02, 0.01, -0.28), (0.1, 1.0, 0.0), 1.0),
 )
+FIN = (("fin", (-0.03, 0.02, -0.1), (0.1, 0.3, 1.0), 0.3),)
 WAISTS = {"yaw": (0.0, 0.0, 1.0), "pitch": (0.0, 1.0, 0.0), "roll": (1.0, 0.0, 0.0)}
 MOVING = tuple(f"{side}_{name}" for side in ("left", "right") for name, *_ in ARM)
 
@@ -82,8 +83,10 @@ def _limb(parent: str, side: str, joints: tuple) -> list[str]:
     return parts
 
 
-def biped_urdf(leg: tuple, arm: tuple = (), waist: str = "", root: str = "pelvis") -> str:
-    """The URDF of a biped, rooted at its pelvis or at its torso."""
+def biped_urdf(
+    leg: tuple, arm: tuple = (), waist: str = "", root: str = "pelvis", fin: tuple = ()
+) -> str:
+    """The URDF of a biped, rooted at its pelvis or at its torso; fins hang on its shanks."""
     parts = [_link("pelvis", 6.0, None, 0.0)]
     if waist:
         parts.append(_link("torso", 12.0, None, 0.0))
@@ -99,6 +102,7 @@ def biped_urdf(leg: tuple, arm: tuple = (), waist: str = "", root: str = "pelvis
             f'<child link="{side}_sole"/><origin xyz="0.01 0 -0.07"/></joint>'
         )
         parts += _limb("torso" if waist else "pelvis", side, arm)
+        parts += _limb(f"{side}_knee_link", side, fin)
     return f'<robot name="synthetic">{"".join(parts)}</robot>'
 
 
@@ -115,6 +119,7 @@ _MAKERS = {
     ),
     "five": lambda: _robot(biped_urdf(FIVE), ()),
     "five and arms": lambda: _robot(biped_urdf(FIVE, ARM), MOVING),
+    "five and fins": lambda: _robot(biped_urdf(FIVE, fin=FIN), ("left_fin", "right_fin")),
 }
 SYNTHETIC = tuple(_MAKERS)
 

@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from gaitopt.errors import EvaluationError, InputError
+from gaitopt.errors import InputError
 from gaitopt.mechanics.mdh_chain import (
     Chain,
     LinkTable,
@@ -83,40 +83,10 @@ def inverse_dynamics(
     return _joined(f[0], m[0]), _torques(chain, f, m) + chain.armature * ddq
 
 
-def zero_moment_point(R0: Array) -> tuple[Array, Array]:
-    """Return the ZMP on the stance sole, Eqs. (12) and (13).
-
-    Args:
-        R0: ground wrench in R0, shape (..., 6) [N, N·m].
-
-    Returns:
-        (y, z) along y0 and z0, shape (..., 2) [m], and the same point as (x, y) of the sole frame
-        (forward, left), shape (..., 2) [m].
-
-    Raises:
-        EvaluationError: the ground carries no vertical force, so that there is no such point.
-        InputError: the wrench has the wrong shape or is not finite.
-    """
-    R0 = six_vector("R0", R0)
-    f_x, m_y, m_z = R0[..., 0], R0[..., 4], R0[..., 5]
-    if not f_x.all():
-        raise EvaluationError("the vertical ground force is 0 N: there is no zero-moment point")
-    y, z = -m_z / f_x, m_y / f_x
-    return np.stack([y, z], axis=-1), np.stack([z, -y], axis=-1)
-
-
 def inertia_matrix(chain: Chain, q: ArrayLike) -> Array:
-    """Return D of Eq. (14) by Walker's method, Section 2.4.3: column i is NE for dV = e_i.
+    """Return D of Eq. (14), shape (..., 6 + n, 6 + n), by Walker's method of Section 2.4.3.
 
-    Args:
-        chain: the chain.
-        q: joint values, shape (..., n) [rad, m].
-
-    Returns:
-        Shape (..., 6 + n, 6 + n), for V = [V_0; omega_0; dq] with the base in R0.
-
-    Raises:
-        InputError: q has the wrong shape or is not finite.
+    Column i is NE for dV = e_i. Arguments and errors are those of `inverse_dynamics`.
     """
     q = joint_values(chain, "q", q)[..., None, :]
     unit = np.eye(6 + chain.dof)
@@ -131,17 +101,8 @@ def momentum(
 ) -> Array:
     """Return the momentum of the links: linear, then angular about the stance sole origin.
 
-    Args:
-        chain: the chain.
-        q: joint values, shape (..., n) [rad, m].
-        dq: joint rates, shape (..., n) [rad/s, m/s].
-        base_velocity: [V_0; omega_0] of link 0 in R0, shape (..., 6); None: at rest.
-
-    Returns:
-        Shape (..., 6) in the axes of the stance sole frame [N·s, N·m·s].
-
-    Raises:
-        InputError: an argument has the wrong shape or is not finite.
+    Its shape is (..., 6), in the axes of the stance sole frame [N·s, N·m·s]. Arguments and errors
+    are those of `inverse_dynamics`.
     """
     A, P = joint_transforms(chain, joint_values(chain, "q", q))
     base = _six_or_zero("base_velocity", base_velocity)
@@ -290,19 +251,10 @@ def motor_effort(
     *,
     gravity: ArrayLike = GRAVITY,
 ) -> tuple[Array, Array]:
-    """Return what ground and motors give: `inverse_dynamics`, and the loads.
+    """Return what ground and motors give: the results of `inverse_dynamics`, and the loads.
 
     Args:
-        chain: the chain.
-        loads: what acts on it beside.
-        q, dq, ddq: as for `inverse_dynamics`.
-        gravity: g, along -x0, or a vector in R0, shape (3,) [m/s²].
-
-    Returns:
-        R0, shape (..., 6), in R0, and the torques of the motors, shape (..., n).
-
-    Raises:
-        InputError: an argument has the wrong shape or is not finite.
+        loads: what acts on the chain beside; the other arguments and errors are the same.
     """
     R0, torque = inverse_dynamics(chain, q, dq, ddq, gravity=gravity)
     angle, rate = joint_values(chain, "q", q), joint_values(chain, "dq", dq)
@@ -330,17 +282,10 @@ def _turned(x: Array) -> Array:
 
 
 def swing_jacobian(chain: Chain, q: ArrayLike) -> Array:
-    """Return D12' of Eq. (24): [V_n; omega_n] of link n in R_n equals this times V, Eq. (23).
+    """Return D12' of Eq. (24), shape (..., 6, 6 + n), of which Eq. (23) takes the product with V.
 
-    Args:
-        chain: the chain.
-        q: joint values, shape (..., n) [rad, m].
-
-    Returns:
-        Shape (..., 6, 6 + n).
-
-    Raises:
-        InputError: q has the wrong shape or is not finite.
+    That is [V_n; omega_n] of the swing foot's link in R_n. Arguments and errors are those of
+    `inverse_dynamics`.
     """
     A, P = link_placements(chain, q)
     to_last = np.swapaxes(A[..., chain.end, :, :], -1, -2)
@@ -413,7 +358,7 @@ def impulse_on_foot(chain: Chain, I13: Array) -> Array:
 
     Args:
         chain: the chain.
-        I13: as returned by `impact`, shape (..., 6) [N·s, N·m·s].
+        I13: of `impact`.
     """
     R = chain.tool_rotation
     force = I13[..., :3]

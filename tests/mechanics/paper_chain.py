@@ -1,12 +1,13 @@
-"""The chain of the paper's Table 1, from the table alone: no URDF, no Pinocchio."""
+"""The chain of the paper's Table 1, from the table alone, and its zero-moment point."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from gaitopt.catalogue.biped_spec import BipedSpec, Geometry, LinkSpec, mirrored_inertia
+from gaitopt.errors import EvaluationError
 from gaitopt.mechanics.chain_build import Bodies, link_table, zero_posture
-from gaitopt.mechanics.mdh_chain import Chain, JointTable, transforms, turned
+from gaitopt.mechanics.mdh_chain import Chain, JointTable, six_vector, transforms, turned
 from gaitopt.nlp import Array
 
 
@@ -79,3 +80,25 @@ def _side(part: LinkSpec, side: float) -> Array:
 
 def _com_inertia(part: LinkSpec, side: float) -> Array:
     return np.array(part.com_inertia if side > 0.0 else mirrored_inertia(part.com_inertia))
+
+
+def zero_moment_point(R0: Array) -> tuple[Array, Array]:
+    """Return the ZMP on the stance sole, Eqs. (12) and (13).
+
+    Args:
+        R0: ground wrench in R0, shape (..., 6) [N, N·m].
+
+    Returns:
+        (y, z) along y0 and z0, shape (..., 2) [m], and the same point as (x, y) of the sole frame
+        (forward, left), shape (..., 2) [m].
+
+    Raises:
+        EvaluationError: the ground carries no vertical force, so that there is no such point.
+        InputError: the wrench has the wrong shape or is not finite.
+    """
+    R0 = six_vector("R0", R0)
+    f_x, m_y, m_z = R0[..., 0], R0[..., 4], R0[..., 5]
+    if not f_x.all():
+        raise EvaluationError("the vertical ground force is 0 N: there is no zero-moment point")
+    y, z = -m_z / f_x, m_y / f_x
+    return np.stack([y, z], axis=-1), np.stack([z, -y], axis=-1)

@@ -9,7 +9,7 @@ import pinocchio as pin
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from paper_chain import chain_of_spec
+from paper_chain import chain_of_spec, zero_moment_point
 from random_chains import (
     UP,
     centre_of_mass,
@@ -31,7 +31,6 @@ from gaitopt.mechanics.newton_euler import (
     inverse_dynamics,
     momentum,
     sole_axes,
-    zero_moment_point,
 )
 from gaitopt.model.robot import Robot
 
