@@ -17,11 +17,16 @@ from gaitopt.gait import quantities
 from gaitopt.gait.double_support import Posture, PostureDerivatives
 from gaitopt.gait.parameters import DURATION, FOOT_YAW, STEP_LENGTH
 from gaitopt.gait.quantities import Quantity
-from gaitopt.mechanics.forward_kinematics import ForwardKinematics, Placements
+from gaitopt.mechanics.forward_kinematics import (
+    ForwardKinematics,
+    Placements,
+    PostureQuantity,
+    PostureQuantityDerivatives,
+)
 from gaitopt.mechanics.impact import ImpactDerivatives, ImpactState
 from gaitopt.mechanics.leg_distance import LegGaps, leg_pairs
 from gaitopt.mechanics.single_support import SupportDerivatives, SupportState
-from gaitopt.mechanics.trunk import ROLL, YAW, PostureQuantity, PostureQuantityDerivatives, Trunk
+from gaitopt.mechanics.trunk import ROLL, YAW, Trunk
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array
 

@@ -28,9 +28,9 @@ from gaitopt.gait.quantities import Quantity
 from gaitopt.gait.spline import spline_basis
 from gaitopt.gait.step import PostureQuantities, Step, StepDerivatives, chained, completed
 from gaitopt.mechanics.cached_workspace import cached_workspace
+from gaitopt.mechanics.forward_kinematics import PostureQuantityDerivatives
 from gaitopt.mechanics.impact import Impact, ImpactDerivatives
 from gaitopt.mechanics.single_support import SingleSupport, SupportDerivatives
-from gaitopt.mechanics.trunk import PostureQuantityDerivatives
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array
 

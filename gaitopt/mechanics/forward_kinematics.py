@@ -1,10 +1,13 @@
-"""Where the bodies of a robot are, their inertias there, and the corners of its sole.
+"""Where the bodies of a robot are, their inertias there, the corners of its sole.
 
-All in the world frame, which is that of the stance sole, for many postures at once.
+All in the world frame, which is that of the stance sole, for many postures at once. Quantities of
+the posture (`PostureQuantity`) are read off the placements; they are computed only if a constraint
+asks for them.
 """
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 
 import numpy as np
@@ -77,6 +80,39 @@ class BodyInertias:
 def body_inertias(robot: Robot) -> BodyInertias:
     """Return the inertias of a robot's bodies."""
     return BodyInertias(robot.model)
+
+
+class PostureQuantityDerivatives(ABC):
+    """A quantity of the posture at N postures and its local derivatives.
+
+    Attributes:
+        value: the quantity, shape (N, entries).
+        jacobian: with respect to q, shape (N, entries, n).
+    """
+
+    value: Array
+    jacobian: Array
+
+    @abstractmethod
+    def hessian(self, weights: Array) -> Array:
+        """Return the Hessian in q of sum(weights * value), weights (N, entries), (N, n, n)."""
+
+
+class PostureQuantity(ABC):
+    """A quantity of the posture at each instant."""
+
+    @abstractmethod
+    def value(self, placed: Placements) -> Array:
+        """Return it, shape (N, entries)."""
+
+    @abstractmethod
+    def derivatives(self, placed: Placements, axes: Array) -> PostureQuantityDerivatives:
+        """Return it with its derivatives.
+
+        Args:
+            placed: the bodies.
+            axes: joint motion axes in the world, shape (N, n, 6).
+        """
 
 
 def corner_positions(rotation: Array, origin: Array, corners: Array) -> Array:

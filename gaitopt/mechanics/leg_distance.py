@@ -18,10 +18,14 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitopt.mechanics.forward_kinematics import ForwardKinematics, Placements
+from gaitopt.mechanics.forward_kinematics import (
+    ForwardKinematics,
+    Placements,
+    PostureQuantity,
+    PostureQuantityDerivatives,
+)
 from gaitopt.mechanics.inverse_kinematics import LegKinematics
 from gaitopt.mechanics.spatial import cross, skew, symmetric
-from gaitopt.mechanics.trunk import PostureQuantity, PostureQuantityDerivatives
 from gaitopt.model.joint_tree import JointTree
 from gaitopt.model.leg_capsules import DEFAULT_RADIUS, Capsule, leg_capsules
 from gaitopt.model.robot import Robot

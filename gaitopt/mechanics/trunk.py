@@ -15,49 +15,18 @@ velocity w of the pelvis
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from dataclasses import dataclass
 
 import numpy as np
 
-from gaitopt.mechanics.forward_kinematics import Placements
+from gaitopt.mechanics.forward_kinematics import (
+    Placements,
+    PostureQuantity,
+    PostureQuantityDerivatives,
+)
 from gaitopt.mechanics.spatial import symmetric
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array
-
-
-class PostureQuantityDerivatives(ABC):
-    """A reading at N postures and its local derivatives.
-
-    Attributes:
-        value: the reading, shape (N, entries).
-        jacobian: with respect to q, shape (N, entries, n).
-    """
-
-    value: Array
-    jacobian: Array
-
-    @abstractmethod
-    def hessian(self, weights: Array) -> Array:
-        """Return the Hessian in q of sum(weights * reading), weights (N, entries), (N, n, n)."""
-
-
-class PostureQuantity(ABC):
-    """A quantity of the posture at each instant."""
-
-    @abstractmethod
-    def value(self, placed: Placements) -> Array:
-        """Return the reading, shape (N, entries)."""
-
-    @abstractmethod
-    def derivatives(self, placed: Placements, axes: Array) -> PostureQuantityDerivatives:
-        """Return it with its derivatives.
-
-        Args:
-            placed: the bodies.
-            axes: joint motion axes in the world, shape (N, n, 6).
-        """
-
 
 ROLL, PITCH, YAW = range(3)
 _LEAST_COSINE = 1e-9  # of the pitch: roll and yaw are one and the same where it is 90 degrees
