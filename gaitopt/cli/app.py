@@ -61,6 +61,10 @@ def _print_version(wanted: bool) -> None:
 
 
 GaitFile = Annotated[Path, typer.Argument(metavar="GAIT", help="A gait file, .npz.")]
+Plugin = Annotated[
+    Path | None,
+    _option("--plugin", "Python file with its own constraints or cost; it is run.", "FILE"),
+]
 Quiet = Annotated[bool, _result("--quiet -q", "Print nothing but errors.")]
 
 
@@ -202,13 +206,14 @@ def library(
     columns: many.Columns = None,
     plot: many.Plot = None,
     at: many.At = None,
+    plugin: Plugin = None,
     output: many.GaitOutput = None,
 ) -> None:
     """List a gait library, draw it, or design a gait between its gaits; compare two."""
     from gaitopt.cli import library as work
 
     if at:
-        work.run_at(directory, at, output)
+        work.run_at(directory, at, output, plugin)
     else:
         work.run_list(directory, where or [], columns, plot)
 
@@ -263,10 +268,7 @@ def urdf(
 @command(app)
 def check(
     gait: GaitFile,
-    plugin: Annotated[
-        Path | None,
-        _option("--plugin", "Python file with its own constraints or cost; it is run.", "FILE"),
-    ] = None,
+    plugin: Plugin = None,
 ) -> None:
     """Compute a gait file again, from its parameters alone, and certify it."""
     from gaitopt.cli import report as work

@@ -18,6 +18,7 @@ from gaitopt.cli.process import ExitCode
 from gaitopt.cli.report import print_findings_of, print_gait
 from gaitopt.errors import GaitFileError, InputError
 from gaitopt.gait.gait_file import save_gait
+from gaitopt.gait.plugin import load_plugin
 from gaitopt.gait.result import Gait
 from gaitopt.settings import named_values
 from gaitopt.sweep.interpolation import interpolate, stored_point
@@ -84,8 +85,16 @@ def run_list(
             _count(letter, library, shown)
 
 
-def run_at(directories: Sequence[Path], at: list[str], output: Path | None) -> None:
+def run_at(
+    directories: Sequence[Path], at: list[str], output: Path | None, plugin: Path | None = None
+) -> None:
     """Design a gait between those of a library, show it, write it.
+
+    Args:
+        directories: of the library.
+        at: NAME=VALUE of its quantities.
+        output: where to write the gait.
+        plugin: file of the library's own constraints and cost, if it has any.
 
     Raises:
         InputError: there are several libraries.
@@ -95,7 +104,7 @@ def run_at(directories: Sequence[Path], at: list[str], output: Path | None) -> N
     require_files((output, "--output"))
     if len(directories) > 1:
         raise InputError("--at is a place in one library; give one directory")
-    gait, said = _gait_at(open_library(directories[0]), named_values(at, "--at"))
+    gait, said = _gait_at(open_library(directories[0]), named_values(at, "--at"), plugin)
     print_findings_of(screen(stderr=True), gait)
     out = screen()
     print_gait(out, gait)
@@ -261,12 +270,13 @@ def _tell_robot(library: Library) -> None:
                 return
 
 
-def _gait_at(library: Library, values: dict[str, float]) -> tuple[Gait, str]:
+def _gait_at(library: Library, values: dict[str, float], plugin: Path | None) -> tuple[Gait, str]:
     """Return the gait at a place, and where it comes from."""
     point = stored_point(library, values)
     if point is not None and _certified(stored := library.gait(point)):
         return stored, f"the stored gait of {library.grid.name(point)}; nothing was interpolated"
-    found = interpolate(library, values)
+    known = () if plugin is None else load_plugin(plugin).extensions
+    found = interpolate(library, values, known=known)
     if point is None:
         return found.design.gait, f"between {' and '.join(found.sources)}; {found.sentence}"
     return found.design.gait, (

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from gaitopt.design.certificate import WorstRow, on_fine_grid, worst_between
 from gaitopt.design.design import Design, design
 from gaitopt.design.options import DesignOptions
 from gaitopt.errors import EvaluationError, InputError
+from gaitopt.gait.plugin import Extension
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.task import task_from_record
 from gaitopt.nlp import Array
@@ -61,7 +62,10 @@ def stored_point(library: Library, values: Mapping[str, float]) -> Index | None:
 
 
 def interpolate(
-    library: Library, values: Mapping[str, float], options: DesignOptions | None = None
+    library: Library,
+    values: Mapping[str, float],
+    options: DesignOptions | None = None,
+    known: Iterable[Extension] = (),
 ) -> Between:
     """Return the gait at values of the swept quantities that lie between points of a library.
 
@@ -69,6 +73,8 @@ def interpolate(
         library: of gaits.
         values: of all its quantities.
         options: as of `design`.
+        known: constraints and costs of the library that are not gaitopt's own, as
+            `load_plugin("mine.py").extensions`.
 
     Raises:
         InputError: a quantity is missing or unknown, or a value outside the library.
@@ -77,11 +83,11 @@ def interpolate(
     """
     options = options or DesignOptions()
     corners = _corners(library, values)
-    scenario, x = _mixed(library, corners, values)
+    scenario, x = _mixed(library, corners, values, tuple(known))
     plain = _worst(scenario, x)
     near = min(corners, key=lambda point: _distance(library, point, values))
-    known = library.states[near].walk
-    active = () if known is None else known.active
+    kept = library.states[near].walk
+    active = () if kept is None else kept.active
     walk = WarmStart(x, 0.0, active, (), 0, 0, 0, 0.0, "interpolation")
     found = finish(scenario, walk, options)
     if found is None:
@@ -109,14 +115,17 @@ def _corners(library: Library, values: Mapping[str, float]) -> list[Index]:
 
 
 def _mixed(
-    library: Library, corners: list[Index], values: Mapping[str, float]
+    library: Library,
+    corners: list[Index],
+    values: Mapping[str, float],
+    known: tuple[Extension, ...],
 ) -> tuple[Scenario, Array]:
     """Interpolate linearly along one quantity after another."""
     robot = robot_of(library.directory, library.record)
     mixed: dict[Index, tuple[Scenario, Array]] = {}
     for corner in corners:
         gait = library.gait(corner)
-        task = task_from_record(gait.fact("task"))
+        task = task_from_record(gait.fact("task"), known)
         place = Scenario(robot_at(robot, library.grid, corner), task)
         mixed[corner] = place, gait.parameters
     for axis in library.grid.axes:

@@ -96,3 +96,18 @@ def test_a_plugin_may_not_take_the_name_of_an_option(tmp_path, cli):
     refused = cli("optimise", "--plugin", str(path))
     assert refused.exit_code == 2
     assert "has a field 'speed', which is the name of an option of gaitopt" in refused.stderr
+
+
+def test_a_library_is_swept_and_read_with_its_plugin(tmp_path, cli):
+    """Workers import the plugin themselves; what lies between the gaits needs it again."""
+    own = ("--plugin", PLUGIN, "--low-swing", "0.05")
+    where = tmp_path / "library"
+    many = ("--speeds", "0.98,1.0", "--workers", "1", "--no-refine", "--quiet")
+    assert cli("sweep", *many, *own, "--output", where).exit_code == 0
+    between = ("library", where, "--at", "speed=0.99")
+    without = cli(*between)
+    assert without.exit_code == 2
+    assert "give that file: --plugin swing_height.py" in without.stderr
+    found = cli(*between, "--plugin", PLUGIN)
+    assert found.exit_code in (0, 1), found.stderr  # designed, certified or not
+    assert "between speed" in found.stdout
