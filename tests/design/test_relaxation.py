@@ -1,4 +1,4 @@
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -17,6 +17,9 @@ from gaitopt.design.relaxation import (
     usual_value,
 )
 from gaitopt.design.remedies import _outward
+from gaitopt.gait import quantities
+from gaitopt.gait.constraint import Constraint, margin
+from gaitopt.gait.functions import FrictionCone
 from gaitopt.gait.parameters import GEOMETRY, set_geometry
 from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
@@ -80,9 +83,35 @@ def test_a_robot_without_limits_has_no_motor_to_make_stronger(robot):
 
 @pytest.mark.parametrize("name", SETTINGS_TRIED + SWITCHED)
 def test_a_relaxed_row_has_the_room_that_the_changed_task_gives_it(name):
-    """The same limits, reached through t and through the task: two roads to one number."""
     walked = walk("upright" if name in SWITCHED else "guess")
-    problem, x = walked.problem, walked.x
+    check_room(walked.problem, walked.x, name)
+
+
+@dataclass(frozen=True)
+class Grip(Constraint):
+    """A friction cone of one's own, and a limit that moves with its margin in another way."""
+
+    name, unit, words = "grip", "N", "grip of the ground"
+    reads, couplings = (quantities.WRENCH,), {"grip": ("load", 1.0)}
+    grip: float = margin(0.6, "Coefficient.", "the grip of the ground", relax=(2.0, 0.1))
+    push: float = margin(-30.0, "Least margin.", "the least margin", "N", relax=(-90.0, -20.0))
+
+    def block(self, context):
+        cone = FrictionCone(self.grip, 0.05)
+        return self.over_step(context, cone, ("grip",), lower=self.push, scale=400.0)
+
+
+@pytest.mark.parametrize("name", ["grip", "push"])
+def test_margins_of_ones_own_are_turned_like_the_others(robot, name):
+    problem = WalkProblem(robot, preset_task(constraints=(Grip(),)))
+    setting = setting_of(problem, name)
+    assert setting.families == ("grip",)
+    assert setting.words in ("the grip of the ground", "the least margin")
+    check_room(problem, walk("guess").x, name)
+
+
+def check_room(problem, x, name):
+    """The same limits, reached through t and through the task: two roads to one number."""
     setting = setting_of(problem, name)
     z = setting.start(x, 0.3 * (setting.bound - setting.before) / setting.step)
     program = setting.program(problem, z)
