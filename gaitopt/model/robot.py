@@ -123,7 +123,8 @@ class Robot:
             *knee_doubts(legs, limits, chain.names),
             *size_doubts(chain, legs.reach, reading.soles.sole),
         )
-        stands = posture_doubts(reading.model, reading.q, reading.legs, reading.choices)
+        moved = (*reading.legs, *reading.others)
+        stands = posture_doubts(reading.model, reading.q, moved, reading.choices)
         return cls(
             name=chain.model.name,
             urdf=source.text,

@@ -14,6 +14,7 @@ from gaitopt.importers.pinocchio_model import inertia_fault
 from gaitopt.importers.report import Finding
 from gaitopt.importers.xml_document import FileProblem
 from gaitopt.model.import_options import InertiaOverride, LimitOverride, matching
+from gaitopt.model.legs.leg_detection import joint_count
 
 _ENTRIES = {
     "torque": ("effortLimit", "N·m"),
@@ -23,7 +24,10 @@ _ENTRIES = {
     "armature": ("armature", "kg·m²"),
 }
 
-_BELOW = {"torque": "lowerEffortLimit", "speed": "lowerVelocityLimit"}
+# Kept apart by Pinocchio, which compares the two.
+_OPPOSITE = {"torque": "lowerEffortLimit", "speed": "lowerVelocityLimit"}
+_SAME_MASS = 1e-9  # relative: a joint's mass is that of its links, but for rounding
+_SHOWN = 3  # links
 
 
 def override(
@@ -38,27 +42,26 @@ def override(
     Raises:
         RobotError: a pattern matches no joint with one coordinate, or leaves it an empty range.
     """
-    changed, findings = model.copy(), []
+    changed, subjects = model.copy(), dict[str, list[str]]()
     names = [str(name) for name in model.names]
     for entry in overrides:
         meant = matching(entry.joints, names[2:])
         joints = [j for j, n in enumerate(names) if n in meant and model.joints[j].nq == 1]
+        if not joints and meant:
+            raise RobotError(
+                f"limits: '{entry.joints}' matches only {', '.join(meant)}, without a range of "
+                "one angle (continuous joints have none); give a joint that has a range"
+            )
         if not joints:
-            if meant:
-                raise RobotError(
-                    f"limits: '{entry.joints}' matches only {', '.join(meant)}, without a range of "
-                    "one angle (continuous joints have none); give a joint that has a range"
-                )
             raise RobotError(
                 f"limits: no joint matches '{entry.joints}'; the joints are: {', '.join(names[2:])}"
             )
         parts = [_set(changed, joints, name, v) for name, v in entry.numbers().items()]
-        count = "one joint" if len(joints) == 1 else f"{len(joints)} joints"
         source = f"; {entry.source}" if entry.source else ""
-        text = f"{', '.join(parts)} ({count}){source}"
-        findings.append(Finding("limits", entry.joints, text, "given"))
+        text = f"{', '.join(parts)} ({joint_count(len(joints))}){source}"
+        subjects.setdefault(text, []).append(entry.joints)
     _check_ranges(changed, overrides)
-    return changed, _joined(findings)
+    return changed, [Finding("limits", ", ".join(s), t, "given") for t, s in subjects.items()]
 
 
 def without_armature(overrides: tuple[LimitOverride, ...]) -> tuple[LimitOverride, ...]:
@@ -69,16 +72,12 @@ def without_armature(overrides: tuple[LimitOverride, ...]) -> tuple[LimitOverrid
 
 def _check_ranges(model: pin.Model, overrides: tuple[LimitOverride, ...]) -> None:
     """Refuse an end of a range that is beyond the other end, which may be that of the file."""
-    names = [str(name) for name in model.names]
     for entry in overrides:
         given = [side for side in ("lower", "upper") if getattr(entry, side) is not None]
-        meant = matching(entry.joints, names[2:]) if given else []
-        for joint in map(model.getJointId, meant):
-            name, row = names[joint], model.joints[joint].idx_q
-            if model.joints[joint].nq != 1:
-                continue
-            lower, upper = model.lowerPositionLimit[row], model.upperPositionLimit[row]
-            if not lower < upper:
+        for name in matching(entry.joints, map(str, model.names[2:])) if given else ():
+            at = model.joints[model.getJointId(name)]
+            lower, upper = model.lowerPositionLimit[at.idx_q], model.upperPositionLimit[at.idx_q]
+            if at.nq == 1 and not lower < upper:
                 raise RobotError(
                     f"limits of '{entry.joints}': with the {' and '.join(given)} given there, the "
                     f"range of joint '{name}' is from lower = {lower:g} rad to upper = {upper:g} "
@@ -86,30 +85,17 @@ def _check_ranges(model: pin.Model, overrides: tuple[LimitOverride, ...]) -> Non
                 )
 
 
-def _joined(findings: list[Finding]) -> list[Finding]:
-    """Say once what holds for many joints."""
-    by_text: dict[str, list[str]] = {}
-    for finding in findings:
-        by_text.setdefault(finding.text, []).append(finding.subject)
-    return [Finding("limits", ", ".join(s), text, "given") for text, s in by_text.items()]
-
-
 def _set(model: pin.Model, joints: list[int], field: str, value: float) -> str:
+    """Set a limit of some joints; return it in words."""
     attribute, unit = _ENTRIES[field]
-    values = np.array(getattr(model, attribute))
-    for joint in joints:
-        at = model.joints[joint]
-        values[at.idx_q if field in ("lower", "upper") else at.idx_v] = value
-    setattr(model, attribute, values)
-    if (below := _BELOW.get(field)) is not None:  # kept apart by Pinocchio, which compares the two
-        lower = np.array(getattr(model, below))
-        lower[[model.joints[joint].idx_v for joint in joints]] = -value
-        setattr(model, below, lower)
+    row = "idx_q" if field in ("lower", "upper") else "idx_v"
+    rows = [getattr(model.joints[joint], row) for joint in joints]
+    for name, number in ((attribute, value), (_OPPOSITE.get(field), -value)):
+        if name is not None:
+            values = np.array(getattr(model, name))
+            values[rows] = number
+            setattr(model, name, values)
     return f"{field} {value:g} {unit}"
-
-
-_SAME = 1e-9  # relative: a joint's mass is that of its links, but for rounding
-_SHOWN = 3  # links
 
 
 def override_bodies(
@@ -126,18 +112,19 @@ def override_bodies(
     """
     changed, findings, names = model.copy(), [], set()
     for entry in overrides:
-        links = [
-            f for f in _links(changed) if fnmatchcase(str(changed.frames[f].name), entry.links)
-        ]
-        if not links:
-            there = ", ".join(str(changed.frames[f].name) for f in _links(changed))
-            raise RobotError(f"inertias: no link matches '{entry.links}'; the links are: {there}")
-        before = []
-        for link in links:
-            before.append(_replace(changed, link, entry))
-        named = [str(changed.frames[f].name) for f in links]
-        names.update(named)
-        findings.append(Finding("inertia", entry.links, _told(entry, named, before), "given"))
+        links = {
+            str(f.name): k
+            for k, f in enumerate(changed.frames)
+            if f.type == pin.FrameType.BODY and f.parentJoint
+        }
+        meant = [name for name in links if fnmatchcase(name, entry.links)]
+        if not meant:
+            raise RobotError(
+                f"inertias: no link matches '{entry.links}'; the links are: {', '.join(links)}"
+            )
+        before = {name: _replace(changed, links[name], entry) for name in meant}
+        names.update(meant)
+        findings.append(Finding("inertia", entry.links, _body_words(entry, before), "given"))
     return changed, findings, frozenset(names)
 
 
@@ -148,10 +135,6 @@ def without_mended(
     return tuple(
         p for p in problems if not (p.kind in ("inertia", "massless") and p.name in mended)
     )
-
-
-def _links(model: pin.Model) -> list[int]:
-    return [k for k, f in enumerate(model.frames) if f.type == pin.FrameType.BODY and f.parentJoint]
 
 
 def _replace(model: pin.Model, link: int, entry: InertiaOverride) -> pin.Inertia:
@@ -191,7 +174,10 @@ def _know_bodies(model: pin.Model, joint: int, frames: list[int]) -> None:
         RobotError: it cannot be told which link has how much of it.
     """
     whole = model.inertias[joint]
-    if abs(sum(model.frames[k].inertia.mass for k in frames) - whole.mass) <= _SAME * whole.mass:
+    if (
+        abs(sum(model.frames[k].inertia.mass for k in frames) - whole.mass)
+        <= _SAME_MASS * whole.mass
+    ):
         return
     links = [k for k in frames if model.frames[k].type == pin.FrameType.BODY]
     if len(links) != 1:
@@ -202,7 +188,7 @@ def _know_bodies(model: pin.Model, joint: int, frames: list[int]) -> None:
     model.frames[links[0]].inertia = model.frames[links[0]].placement.actInv(whole)
 
 
-def _told(entry: InertiaOverride, links: list[str], before: list[pin.Inertia]) -> str:
+def _body_words(entry: InertiaOverride, before: dict[str, pin.Inertia]) -> str:
     parts = []
     if entry.mass is not None:
         parts.append(f"mass {entry.mass:g} kg")
@@ -210,8 +196,6 @@ def _told(entry: InertiaOverride, links: list[str], before: list[pin.Inertia]) -
         parts.append("centre of mass ({:g}, {:g}, {:g}) m".format(*entry.com))
     if entry.inertia is not None:
         parts.append("inertia ({:g}, {:g}, {:g}, {:g}, {:g}, {:g}) kg·m²".format(*entry.inertia))
-    was = ", ".join(
-        f"'{name}' {body.mass:g} kg" for name, body in zip(links[:_SHOWN], before, strict=False)
-    )
-    more = f" and {len(links) - _SHOWN} more" if len(links) > _SHOWN else ""
+    was = ", ".join(f"'{name}' {body.mass:g} kg" for name, body in list(before.items())[:_SHOWN])
+    more = f" and {len(before) - _SHOWN} more" if len(before) > _SHOWN else ""
     return f"{', '.join(parts)} in place of those of the file: {was}{more}"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from difflib import get_close_matches
 from pathlib import Path
 from xml.etree import ElementTree
@@ -104,18 +104,18 @@ def _angles_of(model: pin.Model, q: Array) -> Angles:
 
 
 def posture_doubts(
-    model: pin.Model, q: Array, legs: tuple[tuple[int, ...], ...], choices: ImportOptions
+    model: pin.Model, q: Array, moved: Sequence[Sequence[int]], choices: ImportOptions
 ) -> list[Finding]:
     """Return which joints stand outside their ranges in the reference posture.
 
     Args:
         model: of the robot.
         q: its reference posture.
-        legs: their joints, which walk within their ranges however they stand there.
+        moved: joints that move, which keep their ranges in a walk however they stand there.
         choices: with the angles that were given.
     """
     given = dict(choices.posture) if isinstance(choices.posture, tuple) else {}
-    moving = {j for leg in legs for j in leg}
+    moving = {j for joints in moved for j in joints}
     findings = []
     for joint in range(2, model.njoints):
         at, name = model.joints[joint], str(model.names[joint])
