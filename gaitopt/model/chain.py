@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import pinocchio as pin
 
 from gaitopt.errors import RobotError
-from gaitopt.importers.physics import Physics
 from gaitopt.importers.pinocchio_model import refuse_unsound
 from gaitopt.importers.report import Finding, fault_error, faults_of
 from gaitopt.model.chain_physics import ChainPhysics, chain_physics
 from gaitopt.model.importer import ImportedRobot, pair_findings, symmetry_findings
 from gaitopt.model.joint_tree import FIRST, JointTree, joint_tree
-from gaitopt.model.legs.kinematic_tree import subtree_centres
 from gaitopt.model.legs.leg_geometry import (
     ChainLines,
     centre,
@@ -25,14 +22,9 @@ from gaitopt.model.legs.leg_geometry import (
     leg_rows,
 )
 from gaitopt.model.physics_report import physics_findings
-from gaitopt.model.reroot import PELVIS_FRAME, leg_joints, lock_upper_body, reroot, reversed_joints
+from gaitopt.model.reroot import PELVIS_FRAME, lock_upper_body, reroot, reversed_joints
 from gaitopt.model.symmetry.averaging import Sides, Symmetrised, asymmetry_faults, symmetrise
-from gaitopt.model.symmetry.leg_exchange import (
-    exchange_error,
-    joint_lines,
-    leg_exchange,
-    mirror_partners,
-)
+from gaitopt.model.symmetry.leg_exchange import exchange_error, joint_lines, leg_exchange
 from gaitopt.nlp import Array
 
 _PARALLEL = 1e-9  # rad
@@ -54,7 +46,7 @@ class Chain:
             counts.
         heading: forward, left and up of the robot in its root link, columns, shape (3, 3).
         unrooted: the same robot, rooted as in its file.
-        symmetry: what making it symmetric took, rooted at the pelvis; None if nothing was averaged.
+        symmetry: what making it symmetric took, rooted at the pelvis.
     """
 
     model: pin.Model
@@ -65,7 +57,7 @@ class Chain:
     findings: tuple[Finding, ...]
     heading: Array
     unrooted: pin.Model
-    symmetry: Symmetrised | None = None
+    symmetry: Symmetrised
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -89,7 +81,12 @@ def build_chain(reading: ImportedRobot) -> Chain:
             or a body of the file that is unsound, a difference between the robot and its mirror
             image that matters more than `choices.asymmetry`, its physics (see `chain_physics`).
     """
-    moving = [str(reading.model.names[j]) for pair in reading.others for j in pair]
+    names = reading.model.names
+    moving = [str(names[j]) for pair in reading.others for j in pair]
+    partner = dict[str, str]()
+    for pair in (*zip(*reading.legs, strict=True), *reading.others):
+        first, other = (str(names[j]) for j in pair)
+        partner[first], partner[other] = other, first
     reduced = lock_upper_body(reading.model, *reading.sole_names, reading.q, moving)
     faults = list(reading.faults)
     try:
@@ -99,66 +96,43 @@ def build_chain(reading: ImportedRobot) -> Chain:
         _forget_inertias(reduced)
     done = symmetrise(reduced, *_sides(reading, reduced))
     faults += asymmetry_faults(done, reading.choices.asymmetry, reading.drawn_unequally)
-    chain = rooted_chain(done.model, reading.sole_names, reading.rotation, reading.physics, faults)
-    physics = physics_findings(
-        reading.described,
-        reading.physics,
-        chain.physics,
-        chain.names,
-        reading.rotation,
-        reading.limits.torque,
-    )
-    findings = (*chain.findings, *symmetry_findings(done), *physics)
-    return replace(chain, findings=findings, symmetry=done)
-
-
-def rooted_chain(
-    reduced: pin.Model,
-    soles: tuple[str, str],
-    rotation: Array,
-    physics: Physics,
-    faults: Sequence[str] = (),
-) -> Chain:
-    """Root a symmetric robot at its stance sole.
-
-    Args:
-        reduced: free-flyer and the joints that move (see `lock_upper_body`).
-        soles: names of the stance and the swing sole frame.
-        rotation: forward, left and up of the robot in its root link, columns, shape (3, 3).
-        physics: beside its rigid bodies.
-        faults: of the robot that were found before.
-
-    Raises:
-        RobotError: with all faults, or because the robot is not its own mirror image.
-    """
-    model = reroot(reduced, *soles)
-    feet = [int(model.frames[model.getFrameId(name)].parentJoint) for name in soles]
-    stance, _ = leg_joints(reduced, *soles)
-    tree = joint_tree(model, feet[0] + len(stance), feet[1])
-    lines = _place_pelvis(model, _root_link(reduced), rotation, tree)
-    origin, upright = lines.pelvis.translation, lines.pelvis.rotation
-    against = reversed_joints(reduced, soles[0])
+    model = reroot(done.model, *reading.sole_names)
+    feet = [int(model.frames[model.getFrameId(s)].parentJoint) for s in reading.sole_names]
+    tree = joint_tree(model, feet[0] + len(reading.legs[0]), feet[1])
+    lines = _place_pelvis(model, _root_link(done.model), reading.rotation, tree)
+    against = reversed_joints(done.model, reading.sole_names[0])
     outward = np.array([-1.0 if name in against else 1.0 for name in tree.names])
+    mirror = leg_exchange(lines.axes, outward, [tree.names.index(partner[n]) for n in tree.names])
     try:
-        centres = (subtree_centres(model, pin.neutral(model))[FIRST:] - origin) @ upright
-        partners = mirror_partners(tree, lines.points, lines.axes, centres)
-        mirror = leg_exchange(lines.axes, outward, partners)
-        found = chain_physics(model, tree, mirror, lines.pelvis, rotation, physics)
-        _refuse_hanging(model, found)
+        physics = chain_physics(
+            model, tree, mirror, lines.pelvis, reading.rotation, reading.physics
+        )
+        _refuse_hanging(model, physics)
     except RobotError as error:
         raise fault_error([*faults, *faults_of(error)]) from error
     if faults:
         raise fault_error(faults)
-    model.gravity = pin.Motion(found.gravity, np.zeros(3))
-    off = exchange_error(model, mirror, *soles)
+    model.gravity = pin.Motion(physics.gravity, np.zeros(3))
+    off = exchange_error(model, mirror, *reading.sole_names)
     if off > _SYMMETRY_TOLERANCE:
         raise RobotError(
             f"the robot differs from its mirror image by {off:.3g} (relative, placement of the "
             f"feet and kinetic energy); allowed is {_SYMMETRY_TOLERANCE:g}. Make the two legs and "
             "the trunk symmetric in the URDF"
         )
-    told = tuple(pair_findings(tree.names, mirror))
-    return Chain(model, tree, mirror, lines, found, told, rotation, reduced)
+    findings = (
+        *pair_findings(tree.names, mirror),
+        *symmetry_findings(done),
+        *physics_findings(
+            reading.described,
+            reading.physics,
+            physics,
+            tree.names,
+            reading.rotation,
+            reading.limits.torque,
+        ),
+    )
+    return Chain(model, tree, mirror, lines, physics, findings, reading.rotation, done.model, done)
 
 
 def _refuse_hanging(model: pin.Model, physics: ChainPhysics) -> None:

@@ -12,7 +12,7 @@ import pinocchio as pin
 from gaitopt.errors import RobotError
 from gaitopt.importers.physics import STANDARD_GRAVITY, PassiveJoint, Physics
 from gaitopt.model.joint_tree import JointTree
-from gaitopt.model.symmetry.leg_exchange import REFLECTION, body_partner
+from gaitopt.model.symmetry.leg_exchange import REFLECTION
 from gaitopt.nlp import Array
 
 LEVEL = math.radians(0.5)
@@ -250,7 +250,9 @@ def _even_weight(
     pin.forwardKinematics(model, data, pin.neutral(model))
     seen = [pelvis.actInv(data.oMi[body + 1]) for body in range(tree.size + 1)]
     partners = [int(k) for k in np.abs(mirror).argmax(axis=1)]
-    other = [body_partner(tree, partners, body) for body in range(tree.size + 1)]
+    # The body that takes the place of each: in the chain from foot to foot, and beyond it.
+    other = [tree.swing_foot - body for body in range(tree.swing_foot + 1)]
+    other += [partners[body - 1] + 1 for body in range(tree.swing_foot + 1, tree.size + 1)]
     mass = (weight.mass + weight.mass[other]) / 2.0
     there = np.array(
         [

@@ -13,11 +13,9 @@ from walks import WALKS, walk
 from gaitopt.errors import InputError, RobotError
 from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.importers.physics import Physics
 from gaitopt.mechanics.impact import Impact
 from gaitopt.mechanics.inverse_kinematics import LegKinematics
 from gaitopt.mechanics.single_support import SingleSupport
-from gaitopt.model.chain import rooted_chain
 from gaitopt.model.joint_tree import JointTree
 from gaitopt.model.reroot import lock_upper_body
 from gaitopt.model.robot import Robot
@@ -179,15 +177,6 @@ def test_redundant_legs_reach_their_targets():
 def test_the_closed_form_is_refused_where_it_has_no_solution():
     with pytest.raises(InputError, match="this robot has 10 joints, 5 in each leg: take boundary"):
         WalkProblem(synthetic("five"), preset_task())
-
-
-def test_one_arm_alone_has_no_mirror_image():
-    arm = (("shoulder", (0.0, 0.2, 0.3), (1.0, 0.0, 0.0), 1.0),)
-    whole = pin.buildModelFromXML(biped_urdf(FIVE, arm), pin.JointModelFreeFlyer())
-    soles = "right_sole", "left_sole"
-    reduced = lock_upper_body(whole, *soles, moving=("left_shoulder",))
-    with pytest.raises(RobotError, match="'left_shoulder' is to move, but no joint mirrors it"):
-        rooted_chain(reduced, soles, np.eye(3), Physics())
 
 
 def test_a_joint_that_does_not_exist_cannot_move():
