@@ -374,9 +374,9 @@ def _size_of(robot: Description) -> float:
         inertial = robot.links[name].inertial
         places.append(origin)
         if inertial is not None:
-            places.append(origin + rotation @ np.array(inertial.pose.xyz))
+            places.append(origin + rotation @ inertial.pose.translation)
         waiting += [
-            (j.child, origin + rotation @ np.array(j.pose.xyz), rotation @ j.pose.rotation)
+            (j.child, origin + rotation @ j.pose.translation, rotation @ j.pose.rotation)
             for j in robot.below[name]
         ]
     return float(np.linalg.norm(np.ptp(np.array(places), axis=0)))

@@ -15,6 +15,7 @@ from functools import cached_property
 from xml.etree.ElementTree import Element
 
 import numpy as np
+import pinocchio as pin
 
 from gaitopt.errors import RobotError
 from gaitopt.importers.report import Faults, listed
@@ -58,19 +59,6 @@ _UNIT = 1e-3  # by which the length of a quaternion may differ from 1: four digi
 
 
 @dataclass(frozen=True, eq=False)
-class Origin:
-    """Where something stands in the frame of its link, or a joint in that of its parent link.
-
-    Attributes:
-        xyz: [m].
-        rotation: shape (3, 3).
-    """
-
-    xyz: Vector
-    rotation: Array
-
-
-@dataclass(frozen=True, eq=False)
 class Inertial:
     """The body of a link.
 
@@ -82,7 +70,7 @@ class Inertial:
     """
 
     element: Element
-    pose: Origin
+    pose: pin.SE3
     mass: float
     inertia: Array
 
@@ -147,7 +135,7 @@ class Joint:
     kind: str
     parent: str
     child: str
-    pose: Origin
+    pose: pin.SE3
     axis: Vector
     limits: Limits
     damping: float
@@ -247,7 +235,7 @@ def describe(tree: XmlTree) -> Description:
 
 def read_origin(
     owner: NamedElement, origin: Element | None, what: str, version: tuple[int, ...]
-) -> Origin:
+) -> pin.SE3:
     """Read an `origin` element.
 
     Args:
@@ -262,7 +250,7 @@ def read_origin(
     xyz = owner.vector(origin, "xyz", f"the xyz of {what}")
     rpy = owner.vector(origin, "rpy", f"the rpy of {what}")
     if origin is None or "quat_xyzw" not in origin.attrib:
-        return Origin(xyz, _from_rpy(rpy))
+        return pin.SE3(_from_rpy(rpy), np.array(xyz))
     if "rpy" in origin.attrib:
         raise owner.refusal(f"{what} has both rpy and quat_xyzw; remove one of them", origin)
     if version < _QUATERNIONS:
@@ -276,7 +264,8 @@ def read_origin(
     length = float(np.linalg.norm(quaternion))
     if not abs(length - 1.0) < _UNIT:
         raise owner.refusal(f"{name} has length {length:.4g}; it must be 1; correct it", origin)
-    return Origin(xyz, _from_quaternion(quaternion / length))
+    turn = pin.Quaternion(quaternion / length).toRotationMatrix()
+    return pin.SE3(turn, np.array(xyz))
 
 
 def read_version(tree: XmlTree) -> tuple[int, ...]:
@@ -382,15 +371,6 @@ def _from_rpy(rpy: Vector) -> Array:
             [-sp, cp * sr, cp * cr],
         ]
     )
-
-
-def _from_quaternion(quaternion: Array) -> Array:
-    """Return the rotation of a unit quaternion x, y, z, w (Euler-Rodrigues)."""
-    vector, scalar = quaternion[:3], float(quaternion[3])
-    x, y, z = vector
-    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    rotation: Array = np.eye(3) + 2.0 * (scalar * cross + cross @ cross)
-    return rotation
 
 
 def check_tree(tree: XmlTree) -> None:

@@ -21,13 +21,11 @@ from gaitopt.errors import RobotError
 from gaitopt.importers.meshes import MeshPaths, MeshProblem, silenced, unreadable
 from gaitopt.importers.report import listed
 from gaitopt.importers.urdf_document import (
-    Origin,
     Vector,
     check_attributes,
     read_origin,
     read_version,
 )
-from gaitopt.importers.urdf_model import placement
 from gaitopt.importers.xml_document import FileProblem, NamedElement, XmlTree, printable
 from gaitopt.nlp import Array
 
@@ -60,7 +58,7 @@ class Shape:
     link: str
     kind: Kind
     element: Element
-    pose: Origin
+    pose: pin.SE3
     form: str
     size: tuple[float, ...]
     file: str = ""
@@ -109,7 +107,7 @@ def read_shapes(tree: XmlTree) -> Shapes:
 
 def _form(
     owner: NamedElement, part: Element, version: tuple[int, ...]
-) -> tuple[Origin, str, tuple[float, ...], str]:
+) -> tuple[pin.SE3, str, tuple[float, ...], str]:
     """Return pose, form, size and mesh of a shape; raise with the reason if it has none."""
     what = f"the origin of its {part.tag}"
     for tag, most in _COUNTS.items():
@@ -247,7 +245,7 @@ def build_geometry(
             f"{shape.link}_{counts[shape.link]}",
             link.parentJoint,
             frames[shape.link],
-            link.placement * placement(shape.pose),
+            link.placement * shape.pose,
             form,
             file,
             np.array(shape.size if shape.form == "mesh" else (1.0, 1.0, 1.0)),

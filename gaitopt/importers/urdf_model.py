@@ -12,7 +12,7 @@ import pinocchio as pin
 
 from gaitopt.errors import RobotError
 from gaitopt.importers.pinocchio_model import joint_model, sound_inertia
-from gaitopt.importers.urdf_document import Description, Inertial, Joint, Link, Origin
+from gaitopt.importers.urdf_document import Description, Inertial, Joint, Link
 from gaitopt.nlp import Array
 
 WORLD, ROOT_JOINT = "universe", "root_joint"
@@ -65,11 +65,6 @@ def refuse_taken(robot: Description) -> None:
         raise entry.refusal("this name stands for something else in every robot; rename it")
 
 
-def placement(pose: Origin) -> pin.SE3:
-    """Return a pose as Pinocchio has it."""
-    return pin.SE3(pose.rotation, np.array(pose.xyz))
-
-
 def body(inertial: Inertial | None) -> pin.Inertia:
     """Return the inertia of a link in its own frame."""
     inertia = pin.Inertia.Zero()
@@ -77,7 +72,7 @@ def body(inertial: Inertial | None) -> pin.Inertia:
         turn = inertial.pose.rotation
         # Set one by one: a body of an arm may be impossible, which its constructor refuses.
         inertia.mass = inertial.mass
-        inertia.lever = np.array(inertial.pose.xyz)
+        inertia.lever = inertial.pose.translation
         inertia.inertia = turn @ sound_inertia(inertial.mass, inertial.inertia) @ turn.T
     return inertia
 
@@ -93,7 +88,7 @@ def _add_link(model: pin.Model, link: Link, parent: int) -> int:
 def _add_joint(model: pin.Model, joint: Joint, parent: int) -> int:
     """Add a joint below the frame of its parent link and return its own frame."""
     at = model.frames[parent]
-    place = at.placement * placement(joint.pose)
+    place = at.placement * joint.pose
     if joint.kind == "fixed":
         kind = pin.FrameType.FIXED_JOINT
         name = joint.name + (_FIXED if joint.name in (WORLD, ROOT_JOINT) else "")

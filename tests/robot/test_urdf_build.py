@@ -119,7 +119,7 @@ def test_yourdfpy_reads_the_same_numbers(name):
             assert own.mass == each.inertial.mass
             np.testing.assert_array_equal(own.inertia, each.inertial.inertia)
             origin = np.eye(4) if each.inertial.origin is None else each.inertial.origin
-            np.testing.assert_array_equal(own.pose.xyz, origin[:3, 3])
+            np.testing.assert_array_equal(own.pose.translation, origin[:3, 3])
     for each in other.joints:
         own = robot.joints[each.name]
         assert (own.kind, own.parent, own.child) == (each.type, each.parent, each.child)
