@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Collection
+from abc import ABC, abstractmethod
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 from pathlib import Path
+from typing import ClassVar
 
 import coal
 import numpy as np
@@ -64,33 +66,62 @@ _MESHES = 128  # kept in memory: of one or two robots
 
 
 @dataclass(frozen=True, eq=False)
-class Source:
-    """The description of a robot, checked.
+class Source(ABC):
+    """The description of a robot, checked; a format has a class of its own.
 
     Attributes:
         text: of the description, which `read_source` reads again as it is, though not its meshes;
             of an MJCF file its normal form (see `mjcf_normal_form`).
         path: of the file, None for text.
-        format: "urdf" or "mjcf".
         package_dirs: directories that hold packages with meshes.
-        problems: what is suspicious but did not stop reading; see `urdf_check`.
+        problems: what is suspicious but did not stop reading.
         tree: the parsed description, which knows the lines of the files.
-        compiled: what MuJoCo made of an MJCF file; None of a URDF.
-        notes: what a person should know about how MuJoCo's numbers were read.
     """
 
     text: str
     path: Path | None
-    format: str
     package_dirs: tuple[str, ...]
     problems: tuple[FileProblem, ...]
     tree: XmlTree
-    compiled: CompiledRobot | None = None
-    notes: tuple[Finding, ...] = ()
     _sides: dict[pin.GeometryType, bool] = field(default_factory=dict, init=False, repr=False)
-    _broken: dict[tuple[str, str], MeshProblem] = field(
-        default_factory=dict, init=False, repr=False
-    )
+
+    format: ClassVar[str]
+    """"urdf" or "mjcf"."""
+
+    @property
+    @abstractmethod
+    def physics(self) -> Physics:
+        """Passive joints, gravity and its compensation."""
+
+    @property
+    def drawn_posture(self) -> Mapping[str, float]:
+        """Joint coordinates of the posture that the file draws, where they are not 0 [rad or m]."""
+        return {}
+
+    @abstractmethod
+    def mesh_problems(self) -> list[MeshProblem]:
+        """Return the meshes that are missing, empty or were not fetched."""
+
+    @abstractmethod
+    def findings(self) -> tuple[Finding, ...]:
+        """Return what the description says beside bodies, joints and shapes, and what is odd.
+
+        Unlike `problems` it may need meshes: of links whose inertia is large for their size.
+        """
+
+    @abstractmethod
+    def _build(self) -> pin.Model:
+        """Return the model; joint 1 is a free-flyer."""
+
+    @abstractmethod
+    def _shapes(
+        self, kind: pin.GeometryType, links: Collection[str] | None, load: LoadMesh
+    ) -> pin.GeometryModel | None:
+        """Return the geometry as the description has it."""
+
+    @abstractmethod
+    def _mesh_files(self) -> list[str]:
+        """Return the files of all meshes, as the description names them."""
 
     def model(self) -> pin.Model:
         """Return a new model of the whole robot; joint 1 is a free-flyer.
@@ -103,18 +134,6 @@ class Source:
             RobotError: Pinocchio cannot read the description.
         """
         return self._whole.copy()
-
-    @cached_property
-    def physics(self) -> Physics:
-        """Passive joints, gravity and its compensation."""
-        if self.compiled is not None:
-            return build_physics(self.compiled)
-        return Physics(passive_joints(self._description))
-
-    @property
-    def drawn_posture(self) -> dict[str, float]:
-        """Joint coordinates of the posture that the file draws, where they are not 0 [rad or m]."""
-        return {} if self.compiled is None else self.compiled.drawn_posture
 
     def geometry(
         self,
@@ -138,27 +157,10 @@ class Source:
             RobotError: a mesh file of an MJCF is there, but is not one that can be read; a URDF
                 is drawn without it, and `mesh_problems` has it from then on.
         """
-        shapes = self._shapes(kind, links, load)
+        shapes = self._shapes(kind, links, load or load_mesh)
         if shapes is not None and y_up(shapes) and self._lying(kind):
             put_upright(shapes)
         return shapes
-
-    def mesh_problems(self) -> list[MeshProblem]:
-        """Return the meshes that are missing, empty or were not fetched."""
-        if self.compiled is not None:
-            return missing_meshes(self.compiled, self._paths)
-        found = mesh_problems(self._read_shapes.shapes, self._paths)
-        known = {(problem.link, problem.file) for problem in found}
-        return found + [p for place, p in self._broken.items() if place not in known]
-
-    def findings(self) -> tuple[Finding, ...]:
-        """Return what the description says beside bodies, joints and shapes, and what is odd.
-
-        Unlike `problems` it may need meshes: of links whose inertia is large for their size.
-        """
-        if self.compiled is not None:
-            return self.notes
-        return urdf_findings(self._description, self._rotors, self._diagonals)
 
     def mesh_directories(self) -> tuple[str, ...]:
         """Return where the meshes are found, for when only the text is left.
@@ -166,10 +168,7 @@ class Source:
         Those given, then the directory of the file and those above it that hold a package or
         directory which a mesh path names.
         """
-        if self.compiled is None:
-            files = [mesh.get("filename", "") for mesh in self.tree.root.iter("mesh")]
-        else:
-            files = [mesh.file for mesh in self.compiled.meshes if mesh.file]
+        files = self._mesh_files()
         if self.path is None or not files:
             return self.package_dirs
         folder = self.path.resolve().parent
@@ -180,41 +179,65 @@ class Source:
     @cached_property
     def _whole(self) -> pin.Model:
         """The model, read once and never modified."""
-        if self.compiled is not None:
-            try:
-                model = build_mjcf_model(self.compiled)
-            except (ValueError, RuntimeError, IndexError, KeyError) as error:
-                # Pinocchio puts where in its own code the error arose before the message proper.
-                told = str(error).split("message:")[-1].strip() or type(error).__name__
-                raise RobotError(
-                    f"the MJCF file cannot be read: {told.splitlines()[0]}; correct it"
-                ) from error
-        else:
-            model = build_model(self._description)
-            add_armature(model, self._rotors)
+        model = self._build()
         if model.njoints < 2 or model.joints[1].shortname() != "JointModelFreeFlyer":
             raise RobotError("the robot has no links that can move; check the file")
         return mark_joint_frames(model)
 
+    def _lying(self, kind: pin.GeometryType) -> bool:
+        """Whether the Collada files of one kind lie on their side; all links have a say in it."""
+        if kind not in self._sides:
+            shapes = self._shapes(kind, None, load_mesh)
+            self._sides[kind] = shapes is not None and lie_on_side(shapes, self._whole)
+        return self._sides[kind]
+
+    @property
+    def _paths(self) -> MeshPaths:
+        return _paths(self.path, self.package_dirs)
+
+
+@dataclass(frozen=True, eq=False)
+class UrdfSource(Source):
+    """A URDF."""
+
+    format = "urdf"
+    _broken: dict[tuple[str, str], MeshProblem] = field(
+        default_factory=dict, init=False, repr=False
+    )
+
+    @cached_property
+    def physics(self) -> Physics:
+        """Damping and friction of the joints."""
+        return Physics(passive_joints(self._description))
+
+    def mesh_problems(self) -> list[MeshProblem]:
+        """Return the meshes that are missing, empty, were not fetched, or could not be read."""
+        found = mesh_problems(self._read_shapes.shapes, self._paths)
+        known = {(problem.link, problem.file) for problem in found}
+        return found + [p for place, p in self._broken.items() if place not in known]
+
+    def findings(self) -> tuple[Finding, ...]:
+        """Return what is told of rotors, soft limits, and inertias beyond a link's extent."""
+        return urdf_findings(self._description, self._rotors, self._diagonals)
+
+    def _build(self) -> pin.Model:
+        model = build_model(self._description)
+        add_armature(model, self._rotors)
+        return model
+
     def _shapes(
-        self,
-        kind: pin.GeometryType,
-        links: Collection[str] | None,
-        load: LoadMesh | None = None,
+        self, kind: pin.GeometryType, links: Collection[str] | None, load: LoadMesh
     ) -> pin.GeometryModel | None:
-        """The geometry as the description has it."""
-        load = load or load_mesh
-        model = self._whole
-        if self.compiled is not None:
-            return build_mjcf_geometry(self.compiled, model, kind, self._paths, load_mesh, links)
         wanted = self._read_shapes.of(_KINDS[kind])
-        shapes, broken = build_geometry(model, wanted, self._paths, load, links)
+        shapes, broken = build_geometry(self._whole, wanted, self._paths, load, links)
         self._broken.update({(problem.link, problem.file): problem for problem in broken})
         return shapes if shapes.ngeoms else None
 
+    def _mesh_files(self) -> list[str]:
+        return [mesh.get("filename", "") for mesh in self.tree.root.iter("mesh")]
+
     @cached_property
     def _description(self) -> Description:
-        """Links and joints of a URDF."""
         return describe(self.tree)
 
     @cached_property
@@ -223,25 +246,64 @@ class Source:
 
     @cached_property
     def _read_shapes(self) -> Shapes:
-        """Shapes of a URDF."""
         return read_shapes(self.tree)
 
     def _diagonals(self, kind: Kind, links: Collection[str]) -> dict[str, float]:
         """Return the diagonals of boxes about the shapes of some links [m]."""
         which = next(key for key, value in _KINDS.items() if value == kind)
-        shapes = self._shapes(which, links)
+        shapes = self._shapes(which, links, load_mesh)
         return {} if shapes is None else diagonals(self._whole, shapes)
 
-    def _lying(self, kind: pin.GeometryType) -> bool:
-        """Whether the Collada files of one kind lie on their side; all links have a say in it."""
-        if kind not in self._sides:
-            shapes = self._shapes(kind, None)
-            self._sides[kind] = shapes is not None and lie_on_side(shapes, self._whole)
-        return self._sides[kind]
+
+@dataclass(frozen=True, eq=False)
+class MjcfSource(Source):
+    """An MJCF file.
+
+    Attributes:
+        compiled: what MuJoCo made of it.
+        notes: what a person should know about how MuJoCo's numbers were read.
+    """
+
+    format = "mjcf"
+    compiled: CompiledRobot
+    notes: tuple[Finding, ...] = ()
+
+    @cached_property
+    def physics(self) -> Physics:
+        """Passive joints, gravity and its compensation."""
+        return build_physics(self.compiled)
 
     @property
-    def _paths(self) -> MeshPaths:
-        return _paths(self.path, self.package_dirs)
+    def drawn_posture(self) -> Mapping[str, float]:
+        """Joint coordinates at their `ref`, where that is not 0 [rad or m]."""
+        return self.compiled.drawn_posture
+
+    def mesh_problems(self) -> list[MeshProblem]:
+        """Return the meshes that are missing, empty or were not fetched."""
+        return missing_meshes(self.compiled, self._paths)
+
+    def findings(self) -> tuple[Finding, ...]:
+        """Return the notes."""
+        return self.notes
+
+    def _build(self) -> pin.Model:
+        try:
+            return build_mjcf_model(self.compiled)
+        except (ValueError, RuntimeError, IndexError, KeyError) as error:
+            # Pinocchio puts where in its own code the error arose before the message proper.
+            told = str(error).split("message:")[-1].strip() or type(error).__name__
+            text = f"the MJCF file cannot be read: {told.splitlines()[0]}; correct it"
+            raise RobotError(text) from error
+
+    def _shapes(
+        self, kind: pin.GeometryType, links: Collection[str] | None, load: LoadMesh
+    ) -> pin.GeometryModel | None:
+        del load  # only those of a URDF may be unreadable
+        whole = self._whole
+        return build_mjcf_geometry(self.compiled, whole, kind, self._paths, load_mesh, links)
+
+    def _mesh_files(self) -> list[str]:
+        return [mesh.file for mesh in self.compiled.meshes if mesh.file]
 
 
 def read_source(urdf: str | Path, package_dirs: Collection[str | Path] = ()) -> Source:
@@ -261,7 +323,7 @@ def read_source(urdf: str | Path, package_dirs: Collection[str | Path] = ()) -> 
     dirs = tuple(map(str, package_dirs))
     if (checked := _checked_urdf(text)) is not None:
         tree, problems = checked
-        return Source(text, path, "urdf", dirs, problems, tree)
+        return UrdfSource(text, path, dirs, problems, tree)
     tree = parse_xml(text)
     if tree.root.tag == "mujocoinclude":
         raise RobotError(
@@ -269,12 +331,12 @@ def read_source(urdf: str | Path, package_dirs: Collection[str | Path] = ()) -> 
         )
     if is_normal(tree.root):
         try:
-            return Source(text, path, "mjcf", dirs, (), tree, read_normal(tree.root))
+            return MjcfSource(text, path, dirs, (), tree, read_normal(tree.root))
         except NotNormalError:
             pass  # changed by hand; it is still MJCF
     whole = whole_mjcf(tree, None if path is None else path.parent)
     robot, problems, notes = extract(compile_mjcf(text, path, whole, _paths(path, dirs)), whole)
-    return Source(normal_text(robot), path, "mjcf", dirs, problems, whole, robot, notes)
+    return MjcfSource(normal_text(robot), path, dirs, problems, whole, robot, notes)
 
 
 @lru_cache(maxsize=2)  # whoever draws a robot that was just designed for has the same text
