@@ -1,6 +1,6 @@
 """Settings: what the field of a dataclass means to people, and how a value for it is read.
 
-A field declares itself once, by `field(default=..., metadata=setting("Walking speed.", "m/s"))`.
+A field declares itself once: `speed: float = entry(1.0, "Walking speed.", "m/s")`.
 Options of the command line, entries of TOML files, their help, units and checks follow from that.
 """
 
@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import MISSING, dataclass, fields
+from dataclasses import MISSING, dataclass, field, fields
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -50,6 +50,10 @@ class Setting:
         choices: names that are allowed, or a function that returns them; empty for any.
         metavar: stands for the value in the help; by default the unit.
         common: whether the short help shows it.
+        short: another name of the option, "-o".
+        argument: whether it stands by itself on the command line, without a name.
+        required: whether it must be given.
+        panel: heading over it in the help, where that is not one of its section.
         entry_unit: of a table, returns the unit of an entry.
         example: of a table's entry, as NAME=VALUE.
     """
@@ -62,6 +66,10 @@ class Setting:
     choices: tuple[str, ...] | Callable[[], Iterable[str]] = ()
     metavar: str = ""
     common: bool = False
+    short: str = ""
+    argument: bool = False
+    required: bool = False
+    panel: str = ""
     entry_unit: Callable[[str], str] = _none
     example: str = ""
 
@@ -93,6 +101,9 @@ class Setting:
         if self.kind == FLAG and isinstance(value, bool):
             return value
         if self.kind in (FILE, FILES) and isinstance(value, str | Path):
+            if not str(value).strip():
+                what = "directory, as '.' for this one" if self.metavar == "DIR" else "file"
+                raise ValueError(f"the name is empty; give a {what}")
             return Path(value)
         if self.kind in (TEXT, TEXTS) and isinstance(value, str):
             return value
@@ -149,6 +160,21 @@ def setting(help_text: str, unit: str = "", **more: Any) -> dict[str, Any]:
     return {KEY: {"help": help_text, "unit": unit, **more}}
 
 
+def entry(default: Any, help_text: str, unit: str = "", **more: Any) -> Any:
+    """Return a dataclass field that can be set.
+
+    Args:
+        default: its value unless given; ... where it must be given.
+        help_text, unit, more: as in `setting`.
+    """
+    metadata = setting(help_text, unit, **more)
+    if default is ...:
+        return field(metadata=metadata)
+    if isinstance(default, dict):
+        return field(default_factory=default.copy, metadata=metadata)
+    return field(default=default, metadata=metadata)
+
+
 def declared(part: type, *names: str) -> Iterator[Setting]:
     """Yield the settings that a dataclass declares, in its order.
 
@@ -159,14 +185,15 @@ def declared(part: type, *names: str) -> Iterator[Setting]:
     Raises:
         TypeError: a declared field is of a type that people cannot write.
     """
-    for entry in fields(part):
-        if KEY not in entry.metadata or (names and entry.name not in names):
+    for one in fields(part):
+        if KEY not in one.metadata or (names and one.name not in names):
             continue
-        kind = _KINDS.get(written := _type_name(entry.type))
+        kind = _KINDS.get(written := _type_name(one.type))
         if kind is None:
-            raise TypeError(f"{part.__name__}.{entry.name}: nobody can write a {written}")
-        default = None if entry.default is MISSING else entry.default
-        yield Setting(entry.name, kind, default=default, **entry.metadata[KEY])
+            raise TypeError(f"{part.__name__}.{one.name}: nobody can write a {written}")
+        default = None if one.default is MISSING else one.default
+        required = one.default is MISSING and one.default_factory is MISSING
+        yield Setting(one.name, kind, default=default, required=required, **one.metadata[KEY])
 
 
 def _type_name(annotation: object) -> str:

@@ -3,16 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
-from gaitopt.cli import sweep_options as many
 from gaitopt.cli.options import CONTEXT, Panels, command
-from gaitopt.cli.paths import named_directory
 from gaitopt.cli.process import handle_termination, survive_closed_pipes
-from gaitopt.settings import Setting
+from gaitopt.settings import Setting, entry
+
+Settings = dict[str, Any]
+"""Values that were given of the configuration's settings, by name."""
+
+ASKED, METHOD, RESULTS = "What is asked", "Method", "Results"
+PANELS = {
+    "task": ASKED, "cost": ASKED, "plugin": ASKED, "geometry": ASKED, "margins": "Limits",
+    "robot": "Robot", "solver": METHOD,
+}  # fmt: skip
+"""Headings of the help over the options of each section."""
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -26,30 +35,12 @@ app = typer.Typer(
     "input, 3 no gait found, 130 interrupted.",
 )
 
-Settings = dict[str, object]
-"""Values that were given, by name."""
-
-PANELS = {
-    "task": "What is asked", "cost": "What is asked", "plugin": "What is asked",
-    "geometry": "What is asked", "margins": "Limits", "robot": "Robot", "solver": "Method",
-}  # fmt: skip
-"""Headings of the help over the options of each section."""
-
 
 def run() -> None:
     """Run the command line in a process of its own."""
     survive_closed_pipes()
     handle_termination()
     app(prog_name="gaitopt")
-
-
-def _option(names: str, help_text: str, metavar: str | None = None, **how: Any) -> Any:
-    """Return a typer option; `names` as typer takes them, separated by spaces."""
-    return typer.Option(*names.split(), help=help_text, metavar=metavar, show_default=False, **how)
-
-
-def _result(names: str, help_text: str, metavar: str | None = None, **how: Any) -> Any:
-    return _option(names, help_text, metavar, rich_help_panel="Results", **how)
 
 
 def _print_version(wanted: bool) -> None:
@@ -60,23 +51,20 @@ def _print_version(wanted: bool) -> None:
         raise typer.Exit
 
 
-GaitFile = Annotated[Path, typer.Argument(metavar="GAIT", help="A gait file, .npz.")]
-Plugin = Annotated[
-    Path | None,
-    _option("--plugin", "Python file with its own constraints or cost; it is run.", "FILE"),
-]
-Quiet = Annotated[bool, _result("--quiet -q", "Print nothing but errors.")]
+_VERSION = typer.Option(
+    "--version", help="Show the version and exit.", callback=_print_version, is_eager=True
+)
 
 
 @app.callback()
-def options_before_a_command(
-    version: Annotated[
-        bool,
-        _option("--version", "Show the version and exit.", callback=_print_version, is_eager=True),
-    ] = False,
-) -> None:
+def options_before_a_command(version: Annotated[bool, _VERSION] = False) -> None:
     """Take the options that stand before a command."""
     del version  # its callback has done the work
+
+
+_CONFIG = "TOML file with any of these options; the command line wins."
+_PLUGIN = "Python file with its own constraints or cost; it is run."
+_QUIET = "Print nothing but errors."
 
 
 def _all_settings(words: Sequence[str]) -> Panels:
@@ -109,7 +97,7 @@ def _compare_settings(words: Sequence[str]) -> Panels:
 
     others = ("solver", "starts", "refine", "approach", "differences")
     panels = _without(_all_settings(words), others)
-    return {**panels, PANELS["solver"]: [*COMPARISON, *panels[PANELS["solver"]]]}
+    return {**panels, METHOD: [*COMPARISON, *panels[METHOD]]}
 
 
 def _without(panels: Panels, names: Sequence[str]) -> dict[str, list[Setting]]:
@@ -126,118 +114,127 @@ def _panels(sections: Mapping[str, Mapping[str, Setting]]) -> Panels:
     return panels
 
 
+@dataclass(frozen=True)
+class OptimiseOptions:
+    """Of `gaitopt optimise`, beside all settings."""
+
+    fastest: bool = entry(False, "Search the fastest walk, from this speed up.", panel=ASKED)
+    config: Path | None = entry(None, _CONFIG, panel=METHOD)
+    output: Path | None = entry(
+        None,
+        "Directory for gait, page, figures and tables.",
+        metavar="DIR",
+        short="-o",
+        panel=RESULTS,
+    )
+    page: bool = entry(True, "Write the walking robot.", panel=RESULTS)
+    figures: bool = entry(True, "Write the figures.", panel=RESULTS)
+    quiet: bool = entry(False, _QUIET, short="-q", panel=RESULTS)
+
+
 @command(app, _all_settings, "optimize")
-def optimise(
-    settings: Settings,
-    fastest: Annotated[
-        bool,
-        _option(
-            "--fastest",
-            "Search the fastest walk, from this speed up.",
-            rich_help_panel=PANELS["task"],
-        ),
-    ] = False,
-    config: Annotated[
-        Path | None,
-        _option(
-            "--config",
-            "TOML file with any of these options; the command line wins.",
-            "FILE",
-            rich_help_panel=PANELS["solver"],
-        ),
-    ] = None,
-    output: Annotated[
-        Path | None,
-        _result(
-            "--output -o",
-            "Directory for gait, page, figures and tables.",
-            "DIR",
-            parser=named_directory,
-        ),
-    ] = None,
-    page: Annotated[bool, _result("--page/--no-page", "Write the walking robot.")] = True,
-    figures: Annotated[bool, _result("--figures/--no-figures", "Write the figures.")] = True,
-    quiet: Quiet = False,
-) -> None:
+def optimise(options: OptimiseOptions, settings: Settings) -> None:
     """Design the gait that walks at a given speed for the least effort."""
     from gaitopt.cli import optimise as work
 
     work.run(
-        settings, config=config, output=output, fastest=fastest, page=page, figures=figures,
-        quiet=quiet,
+        settings, config=options.config, output=options.output, fastest=options.fastest,
+        page=options.page, figures=options.figures, quiet=options.quiet,
     )  # fmt: skip
 
 
+@dataclass(frozen=True)
+class SweepOptions:
+    """Of `gaitopt sweep`, beside the settings."""
+
+    output: Path = entry(
+        ..., "Gait library; one that exists goes on.", metavar="DIR", short="-o", panel="Sweep"
+    )
+    config: Path | None = entry(None, _CONFIG, panel=METHOD)
+    quiet: bool = entry(False, _QUIET, short="-q", panel=RESULTS)
+
+
 @command(app, _sweep_settings)
-def sweep(
-    settings: Settings, output: many.Directory, config: many.Config = None, quiet: Quiet = False
-) -> None:
+def sweep(options: SweepOptions, settings: Settings) -> None:
     """Design gaits over speeds and other quantities, each from its neighbour."""
     from gaitopt.cli import sweep as work
 
-    work.run(settings, output, config, quiet)
+    work.run(settings, options.output, options.config, options.quiet)
+
+
+@dataclass(frozen=True)
+class CompareOptions:
+    """Of `gaitopt compare`, beside the settings."""
+
+    config: Path | None = entry(None, _CONFIG, panel=METHOD)
+    output: Path | None = entry(
+        None,
+        "Directory for comparison.json and convergence.png.",
+        metavar="DIR",
+        short="-o",
+        panel=RESULTS,
+    )
+    quiet: bool = entry(False, _QUIET, short="-q", panel=RESULTS)
 
 
 @command(app, _compare_settings)
-def compare(
-    settings: Settings,
-    config: many.Config = None,
-    output: Annotated[
-        Path | None,
-        _result(
-            "--output -o",
-            "Directory for comparison.json and convergence.png.",
-            "DIR",
-            parser=named_directory,
-        ),
-    ] = None,
-    quiet: Quiet = False,
-) -> None:
+def compare(options: CompareOptions, settings: Settings) -> None:
     """Solve one walk by several solvers from the same start."""
     from gaitopt.cli import compare as work
 
-    work.run(settings, config, output, quiet)
+    work.run(settings, options.config, options.output, options.quiet)
+
+
+@dataclass(frozen=True)
+class LibraryOptions:
+    """Of `gaitopt library`."""
+
+    directory: tuple[Path, ...] = entry(
+        ..., "A gait library, made by gaitopt sweep, or two to compare.", argument=True,
+        metavar="DIR",
+    )  # fmt: skip
+    where: tuple[str, ...] = entry((), 'Only gaits with, as "speed>0.8".', metavar="TEST")
+    columns: str | None = entry(
+        None, "What to show of the index beside what was swept, as cost,friction_used; 'list' "
+        "tells what there is.", metavar="NAMES",
+    )  # fmt: skip
+    plot: Path | None = entry(None, "Draw cost and peak torques: .png, .svg or .pdf.")
+    at: tuple[str, ...] = entry(
+        (), "Design the gait between the stored ones, as speed=0.83.", metavar="NAME=VALUE"
+    )
+    plugin: Path | None = entry(None, _PLUGIN)
+    output: Path | None = entry(None, "Where to write that gait.", short="-o")
 
 
 @command(app)
-def library(
-    directory: many.LibraryDirectories,
-    where: many.Where = None,
-    columns: many.Columns = None,
-    plot: many.Plot = None,
-    at: many.At = None,
-    plugin: Plugin = None,
-    output: many.GaitOutput = None,
-) -> None:
+def library(options: LibraryOptions) -> None:
     """List a gait library, draw it, or design a gait between its gaits; compare two."""
     from gaitopt.cli import library as work
 
-    if at:
-        work.run_at(directory, at, output, plugin)
+    if options.at:
+        work.run_at(options.directory, list(options.at), options.output, options.plugin)
     else:
-        work.run_list(directory, where or [], columns, plot)
+        work.run_list(options.directory, list(options.where), options.columns, options.plot)
+
+
+@dataclass(frozen=True)
+class InspectOptions:
+    """Of `gaitopt inspect`, beside those of robots."""
+
+    html: Path | None = entry(
+        None, "Write a page with the robot standing and these tables.", panel=RESULTS
+    )
+    write_choices: Path | None = entry(
+        None, "Write what was found or guessed, to edit; then --choices FILE.", panel=RESULTS
+    )
 
 
 @command(app, _robot_settings)
-def inspect(
-    settings: Settings,
-    html: Annotated[
-        Path | None,
-        _result("--html", "Write a page with the robot standing and these tables.", "FILE"),
-    ] = None,
-    write_choices: Annotated[
-        Path | None,
-        _result(
-            "--write-choices",
-            "Write what was found or guessed, to edit; then --choices FILE.",
-            "FILE",
-        ),
-    ] = None,
-) -> None:
+def inspect(options: InspectOptions, settings: Settings) -> None:
     """Say what gaitopt understood of a robot, what it guessed, and what is wrong with the file."""
     from gaitopt.cli import robots as work
 
-    work.inspect(settings, html, write_choices)
+    work.inspect(settings, options.html, options.write_choices)
 
 
 @command(app)
@@ -248,112 +245,115 @@ def robots() -> None:
     work.list_robots()
 
 
+@dataclass(frozen=True)
+class UrdfOptions:
+    """Of `gaitopt urdf`, beside those of bipeds."""
+
+    output: Path | None = entry(
+        None, "Where to write it; by default to the terminal.", short="-o", panel=RESULTS
+    )
+    write_spec: Path | None = entry(
+        None, "Write the parameter table instead, to edit.", panel=RESULTS
+    )
+
+
 @command(app, _biped_settings)
-def urdf(
-    settings: Settings,
-    output: Annotated[
-        Path | None,
-        _option("--output -o", "Where to write it; by default to the terminal.", "FILE"),
-    ] = None,
-    write_spec: Annotated[
-        Path | None, _option("--write-spec", "Write the parameter table instead, to edit.", "FILE")
-    ] = None,
-) -> None:
+def urdf(options: UrdfOptions, settings: Settings) -> None:
     """Write the URDF of a biped (by default of the thirteen-link one)."""
     from gaitopt.cli import robots as work
 
-    work.write_biped(settings, output, write_spec)
+    work.write_biped(settings, options.output, options.write_spec)
+
+
+@dataclass(frozen=True)
+class CheckOptions:
+    """Of `gaitopt check`."""
+
+    gait: Path = entry(..., "A gait file, .npz.", argument=True, metavar="GAIT")
+    plugin: Path | None = entry(None, _PLUGIN)
 
 
 @command(app)
-def check(
-    gait: GaitFile,
-    plugin: Plugin = None,
-) -> None:
+def check(options: CheckOptions) -> None:
     """Compute a gait file again, from its parameters alone, and certify it."""
     from gaitopt.cli import report as work
 
-    work.check(gait, plugin)
+    work.check(options.gait, options.plugin)
+
+
+@dataclass(frozen=True)
+class PlayOptions:
+    """Of `gaitopt play`."""
+
+    gait: Path = entry(..., "A gait file, .npz.", argument=True, metavar="GAIT")
+    html: Path | None = entry(None, "Write a page instead, complete in one file.")
+    steps: int | None = entry(None, "How many steps to show.")
+    package_dir: tuple[Path, ...] = entry((), "Directory with the packages of the meshes.")
+    host: str | None = entry(
+        None, "Address to listen on; by default 127.0.0.1: this machine alone.", metavar="ADDRESS"
+    )
+    port: int | None = entry(None, "Port to listen on; by default a free one from 7000 on.")
 
 
 @command(app)
-def play(
-    gait: GaitFile,
-    html: Annotated[
-        Path | None, _option("--html", "Write a page instead, complete in one file.", "FILE")
-    ] = None,
-    steps: Annotated[int | None, _option("--steps", "How many steps to show.", "N")] = None,
-    package_dir: Annotated[
-        list[Path] | None,
-        _option("--package-dir", "Directory with the packages of the meshes; repeatable.", "DIR"),
-    ] = None,
-    host: Annotated[
-        str | None,
-        _option(
-            "--host", "Address to listen on; by default 127.0.0.1: this machine alone.", "ADDRESS"
-        ),
-    ] = None,
-    port: Annotated[
-        int | None,
-        _option("--port", "Port to listen on; by default a free one from 7000 on.", "N"),
-    ] = None,
-) -> None:
+def play(options: PlayOptions) -> None:
     """Watch a gait in the browser."""
     from gaitopt.cli import watch
 
-    watch.run_play(gait, html, steps, tuple(map(str, package_dir or ())), host, port)
+    watch.run_play(
+        options.gait, options.html, options.steps, tuple(map(str, options.package_dir)),
+        options.host, options.port,
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class PlotOptions:
+    """Of `gaitopt plot`."""
+
+    gait: Path = entry(..., "A gait file, .npz.", argument=True, metavar="GAIT")
+    output: Path | None = entry(
+        None, "Where to; by default 'figures' next to the gait.", metavar="DIR", short="-o"
+    )
+    format: tuple[str, ...] = entry((), "png (default), svg or pdf.", metavar="KIND")
 
 
 @command(app)
-def plot(
-    gait: GaitFile,
-    output: Annotated[
-        Path | None,
-        _option(
-            "--output -o",
-            "Where to; by default 'figures' next to the gait.",
-            "DIR",
-            parser=named_directory,
-        ),
-    ] = None,
-    formats: Annotated[
-        list[str] | None, _option("--format", "png (default), svg or pdf; repeatable.", "KIND")
-    ] = None,
-) -> None:
+def plot(options: PlotOptions) -> None:
     """Draw the figures of a gait."""
     from gaitopt.cli import watch
 
-    watch.run_plot(gait, output, formats)
+    watch.run_plot(options.gait, options.output, list(options.format))
+
+
+@dataclass(frozen=True)
+class ExportOptions:
+    """Of `gaitopt export`."""
+
+    gait: Path = entry(..., "A gait file, .npz.", argument=True, metavar="GAIT")
+    output: Path = entry(..., "File; its suffix chooses the form.", short="-o")
+    both_legs: bool = entry(False, "Add the mirror image of the step: a whole stride.")
 
 
 @command(app)
-def export(
-    gait: GaitFile,
-    output: Annotated[Path, _option("--output -o", "File; its suffix chooses the form.", "FILE")],
-    both_legs: Annotated[
-        bool, _option("--both-legs", "Add the mirror image of the step: a whole stride.")
-    ] = False,
-) -> None:
+def export(options: ExportOptions) -> None:
     """Write a gait for a spreadsheet or a controller: .csv, .json or .yaml."""
     from gaitopt.cli import watch
 
-    watch.run_export(gait, output, both_legs)
+    watch.run_export(options.gait, options.output, options.both_legs)
+
+
+@dataclass(frozen=True)
+class ReproduceOptions:
+    """Of `gaitopt reproduce`."""
+
+    output: Path = entry(..., "For reproduction.md, figures, numbers.", metavar="DIR", short="-o")
+    only: str | None = entry(None, "Only some tables and figures, as table3,fig7.", metavar="PARTS")
+    quiet: bool = entry(False, _QUIET, short="-q")
 
 
 @command(app)
-def reproduce(
-    output: Annotated[
-        Path,
-        _option(
-            "--output -o", "For reproduction.md, figures, numbers.", "DIR", parser=named_directory
-        ),
-    ],
-    only: Annotated[
-        str | None, _option("--only", "Only some tables and figures, as table3,fig7.", "PARTS")
-    ] = None,
-    quiet: Quiet = False,
-) -> None:
+def reproduce(options: ReproduceOptions) -> None:
     """Compute the paper's section 6 again, as `python -m reproduction` in the sources."""
     from gaitopt.cli import reproduce as work
 
-    work.run(output, only, quiet)
+    work.run(options.output, options.only, options.quiet)

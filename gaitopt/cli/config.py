@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field, fields, is_dataclass, replace
+from dataclasses import dataclass, fields, is_dataclass, replace
 from difflib import get_close_matches
 from pathlib import Path
 from typing import Any, TypeVar
@@ -21,7 +21,7 @@ from gaitopt.gait.plugin import Plugin, load_plugin
 from gaitopt.gait.task import Task
 from gaitopt.importers.physics import PARTS
 from gaitopt.importers.text_files import parse_toml
-from gaitopt.settings import FILE, FILES, Setting, declared, setting
+from gaitopt.settings import FILE, FILES, Setting, declared, entry
 from gaitopt.solvers import SOLVERS
 from gaitopt.solvers.sqp import SQP
 from gaitopt.units import digits
@@ -39,100 +39,63 @@ _UNITS = {quantity.name: quantity.unit for quantity in GEOMETRY}
 class GeometrySettings:
     """Which geometric quantities of the double support are free, and which are held."""
 
-    free: tuple[str, ...] = field(
-        default=(),
-        metadata=setting(
-            "Let the optimiser choose a geometric quantity.", metavar="NAME",
-            choices=GEOMETRY_NAMES, common=True,
-        ),
+    free: tuple[str, ...] = entry(
+        (), "Let the optimiser choose a geometric quantity.", metavar="NAME",
+        choices=GEOMETRY_NAMES, common=True,
     )  # fmt: skip
-    fix: Mapping[str, float] = field(
-        default_factory=dict,
-        metadata=setting(
-            "Hold a geometric quantity at a value.", entry_unit=lambda name: _UNITS.get(name, ""),
-            example="pelvis_roll=0.05",
-        ),
+    fix: Mapping[str, float] = entry(
+        {}, "Hold a geometric quantity at a value.", entry_unit=lambda name: _UNITS.get(name, ""),
+        example="pelvis_roll=0.05",
     )  # fmt: skip
 
 
 def _robot_names() -> list[str]:
     from gaitopt.catalogue.entries import PREFIX, catalogue
 
-    return [*(entry.name for entry in catalogue()), f"{PREFIX}NAME"]
+    return [*(one.name for one in catalogue()), f"{PREFIX}NAME"]
 
 
 @dataclass(frozen=True)
 class RobotSettings:
     """Which robot, and what not to guess about it."""
 
-    robot: str | None = field(
-        default=None,
-        metadata=setting(
-            "Name in the catalogue.", metavar="NAME", choices=_robot_names, common=True
-        ),
+    robot: str | None = entry(
+        None, "Name in the catalogue.", metavar="NAME", choices=_robot_names, common=True
     )
-    urdf: Path | None = field(
-        default=None, metadata=setting("URDF or MJCF of any humanoid.", common=True)
+    urdf: Path | None = entry(None, "URDF or MJCF of any humanoid.", common=True)
+    spec: Path | None = entry(None, "Parameter table of a biped, TOML.", common=True)
+    choices: Path | None = entry(
+        None, "What not to guess about it, TOML: inspect --write-choices.", common=True
     )
-    spec: Path | None = field(
-        default=None, metadata=setting("Parameter table of a biped, TOML.", common=True)
-    )
-    choices: Path | None = field(
-        default=None,
-        metadata=setting("What not to guess about it, TOML: inspect --write-choices.", common=True),
-    )
-    set: Mapping[str, float] = field(
-        default_factory=dict,
-        metadata=setting(
-            f"Change a parameter of the biped, {', '.join(PARAMETERS)}, or an entry of its table, "
-            "links.shin.mass; lengths take boxes and centres of mass along.", common=True,
-            entry_unit=parameter_unit, example="shin=42cm",
-        ),
+    set: Mapping[str, float] = entry(
+        {}, f"Change a parameter of the biped, {', '.join(PARAMETERS)}, or an entry of its table, "
+        "links.shin.mass; lengths take boxes and centres of mass along.", common=True,
+        entry_unit=parameter_unit, example="shin=42cm",
     )  # fmt: skip
-    limit: tuple[str, ...] = field(
-        default=(),
-        metadata=setting(
-            "Torque, speed, range or armature of the joints whose names match: knee.speed=8rpm, "
-            "'left_*.torque=80', knee.range=0deg:120deg; none for no limit.",
-            metavar="JOINTS.WHAT=VALUE", common=True,
-        ),
+    limit: tuple[str, ...] = entry(
+        (), "Torque, speed, range or armature of the joints whose names match: knee.speed=8rpm, "
+        "'left_*.torque=80', knee.range=0deg:120deg; none for no limit.",
+        metavar="JOINTS.WHAT=VALUE", common=True,
     )  # fmt: skip
-    package_dir: tuple[Path, ...] = field(
-        default=(), metadata=setting("Directory with the packages of its meshes.")
+    package_dir: tuple[Path, ...] = entry((), "Directory with the packages of its meshes.")
+    forward: str | None = entry(
+        None, "Where it looks: x, -x, y, ... of its root link.", metavar="AXIS"
     )
-    forward: str | None = field(
-        default=None,
-        metadata=setting("Where it looks: x, -x, y, ... of its root link.", metavar="AXIS"),
+    posture: str | None = entry(None, "Pose of the SRDF in which it stands.", metavar="NAME")
+    srdf: Path | None = entry(None, "SRDF with that pose.")
+    sole: str | None = entry(
+        None, "Rectangle in the sole frame: toe,heel,left,right.", metavar="M,M,M,M"
     )
-    posture: str | None = field(
-        default=None,
-        metadata=setting("Pose of the SRDF in which it stands.", metavar="NAME"),
-    )
-    srdf: Path | None = field(default=None, metadata=setting("SRDF with that pose."))
-    sole: str | None = field(
-        default=None,
-        metadata=setting("Rectangle in the sole frame: toe,heel,left,right.", metavar="M,M,M,M"),
-    )
-    stance_sole: str | None = field(
-        default=None, metadata=setting("Frame of the standing sole.", metavar="FRAME")
-    )
-    swing_sole: str | None = field(
-        default=None, metadata=setting("Frame of the other sole.", metavar="FRAME")
-    )
-    without: tuple[str, ...] = field(
-        default=(),
-        metadata=setting(
-            f"Physics of its file to leave out: {', '.join(PARTS)}; a list with commas.",
-            metavar="PARTS",
-        ),
-    )
-    armature: Mapping[str, float] = field(
-        default_factory=dict,
-        metadata=setting(
-            "Rotor inertia times gear ratio squared of the joints of that name, kg·m²: "
-            "'*knee*=0.02'.", metavar="PATTERN=VALUE", entry_unit=lambda _: "kg·m²",
-            example="'*=0.01'",
-        ),
+    stance_sole: str | None = entry(None, "Frame of the standing sole.", metavar="FRAME")
+    swing_sole: str | None = entry(None, "Frame of the other sole.", metavar="FRAME")
+    without: tuple[str, ...] = entry(
+        (), f"Physics of its file to leave out: {', '.join(PARTS)}; a list with commas.",
+        metavar="PARTS",
+    )  # fmt: skip
+    armature: Mapping[str, float] = entry(
+        {}, "Rotor inertia times gear ratio squared of the joints of that name, kg·m²: "
+        "'*knee*=0.02'.", metavar="PATTERN=VALUE", entry_unit=lambda _: "kg·m²",
+        example="'*=0.01'",
     )  # fmt: skip
 
 
@@ -140,37 +103,24 @@ class RobotSettings:
 class SearchSettings:
     """With which solver, and from where."""
 
-    solver: str = field(
-        default="default",
-        metadata=setting("Which solver.", metavar="NAME", choices=tuple(SOLVERS), common=True),
+    solver: str = entry(
+        "default", "Which solver.", metavar="NAME", choices=tuple(SOLVERS), common=True
     )
-    start: Path | None = field(
-        default=None,
-        metadata=setting("Gait whose parameters are the first guess.", metavar="GAIT"),
-    )
-    starts: int = field(
-        default=COUNT,
-        metadata=setting("First guesses to try; 1 with --start or --seed.", common=True),
-    )
-    seed: int | None = field(
-        default=None, metadata=setting("Disturb the first guess; number of the noise.")
-    )
-    sigma: float = field(
-        default=SIGMA, metadata=setting("Standard deviation of that noise.", "rad")
-    )
+    start: Path | None = entry(None, "Gait whose parameters are the first guess.", metavar="GAIT")
+    starts: int = entry(COUNT, "First guesses to try; 1 with --start or --seed.", common=True)
+    seed: int | None = entry(None, "Disturb the first guess; number of the noise.")
+    sigma: float = entry(SIGMA, "Standard deviation of that noise.", "rad")
 
 
 @dataclass(frozen=True)
 class OwnSettings:
     """What is minimised, and what is not gaitopt's own."""
 
-    cost: str | None = field(
-        default=COSTS[0].name,
-        metadata=setting("What is minimised.", metavar="NAME", choices=[one.name for one in COSTS]),
+    cost: str | None = entry(
+        COSTS[0].name, "What is minimised.", metavar="NAME", choices=[one.name for one in COSTS]
     )
-    plugin: Path | None = field(
-        default=None,
-        metadata=setting("Python file with constraints and a cost of your own; it is run."),
+    plugin: Path | None = entry(
+        None, "Python file with constraints and a cost of your own; it is run."
     )
 
 
@@ -178,12 +128,9 @@ class OwnSettings:
 class ComparisonSettings:
     """Which solvers are compared."""
 
-    solvers: str | None = field(
-        default=None,
-        metadata=setting(
-            "Solvers to compare, with commas; by default sqp, slsqp and, if it is there, ipopt.",
-            metavar="NAMES", choices=tuple(SOLVERS), common=True,
-        ),
+    solvers: str | None = entry(
+        None, "Solvers to compare, with commas; by default sqp, slsqp and, if it is there, ipopt.",
+        metavar="NAMES", choices=tuple(SOLVERS), common=True,
     )  # fmt: skip
 
 

@@ -5,14 +5,14 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from copy import copy
-from typing import Annotated, Any
+from typing import Annotated, Any, get_type_hints
 
 import typer
 import typer.main
 from typer.core import TyperCommand, TyperOption
 
 from gaitopt.cli.process import errors_reported
-from gaitopt.settings import FLAG, TABLE, Setting
+from gaitopt.settings import FILES, FLAG, TABLE, TEXTS, Setting, declared
 
 CONTEXT = {"help_option_names": ["-h", "--help"]}
 
@@ -22,19 +22,35 @@ _WHOSE = (
 )
 
 
-def _option(setting: Setting, panel: str) -> inspect.Parameter:
-    """Return the parameter of a command that takes a setting; None or empty if it is not given."""
-    said = f"{setting.help}{' Repeatable.' if setting.repeatable else ''}"
-    how: dict[str, Any] = {"help": said, "rich_help_panel": panel, "show_default": False}
-    kind: Any = bool | None
+def _parameter(setting: Setting, panel: str, own: bool) -> inspect.Parameter:
+    """Return the parameter of a command that takes a setting.
+
+    Args:
+        setting: what it takes.
+        panel: heading over it in the help.
+        own: whether it is one of the command's own, which have defaults; others are None or empty
+            where they are not given, so that a file may say something else.
+    """
+    said = f"{setting.help}{' Repeatable.' if setting.repeatable and not setting.argument else ''}"
+    how: dict[str, Any] = {"help": said, "show_default": False}
+    how["rich_help_panel"] = setting.panel or panel or None
+    names: list[str] = [setting.option]
+    default: Any = None
+    kind: Any = None
     if setting.kind == FLAG:
-        names = f"{setting.option}/--no-{setting.option[2:]}"
+        default, kind = (setting.default, bool) if own else (None, bool | None)
+        names = names if default is False else [f"{setting.option}/--no-{setting.option[2:]}"]
     else:
-        names, kind = setting.option, list[str] | None if setting.repeatable else str | None
         how |= {"metavar": _metavar(setting), "parser": _reader(setting)}
+        kind = list[str] if setting.repeatable else str
+        required = own and setting.required
+        default = inspect.Parameter.empty if required else None
+        kind = kind if required else kind | None
+    names += [setting.short] if setting.short else []
+    info = typer.Argument(**how) if setting.argument else typer.Option(*names, **how)
     return inspect.Parameter(
-        setting.name, inspect.Parameter.KEYWORD_ONLY, default=None,
-        annotation=Annotated[kind, typer.Option(names, **how)],
+        setting.name, inspect.Parameter.KEYWORD_ONLY, default=default,
+        annotation=Annotated[kind, info],
     )  # fmt: skip
 
 
@@ -64,13 +80,14 @@ def command(
 ) -> Callable[[Any], Any]:
     """Return the decorator that makes a function a command of an application.
 
-    Its options are made when the command is asked for, so that every other one starts at once; its
+    The function takes `options`, a dataclass whose fields are the command's own options, and
+    `settings`, the values that were given of settings of the configuration, by name; or one of
+    both. Options are made when the command is asked for, so that every other one starts at once;
     errors become a message and an exit code.
 
     Args:
         app: the application.
-        panels: returns the settings that the command takes, from the words given to it; what was
-            given is the function's first argument, by name.
+        panels: returns the settings that the command takes, from the words given to it.
         aliases: hidden names of the command.
     """
 
@@ -103,37 +120,48 @@ class _LateCommand(TyperCommand):
 
 
 def _complete(function: Callable[..., None], panels: Panels | None) -> Any:
-    """Return the command line of a function; with settings, they are its first argument."""
-    own = list(inspect.signature(function, eval_str=True).parameters.values())
-    if panels is None:
-        parameters, settings, kind = own, {}, TyperCommand
-    else:
-        settings = {one.name: one for panel in panels.values() for one in panel}
-        made = [_option(one, heading) for heading, panel in panels.items() for one in panel]
-        parameters, kind = [*made, *own[1:], _HELP_ALL], HelpfulCommand
+    """Return the command line of a function."""
+    kind = get_type_hints(function).get("options")
+    own = [] if kind is None else list(declared(kind))
+    taken = [(one, name) for name, panel in (panels or {}).items() for one in panel]
+    settings = {one.name: one for one, _ in taken}
+    parameters = [_parameter(one, panel, own=False) for one, panel in taken]
+    parameters += [_parameter(one, "", own=True) for one in own]
+    parameters += [] if panels is None else [_HELP_ALL]
 
     def call(**values: Any) -> None:
-        values.pop("help_all", None)  # its callback has done the work
-        typed = {name: values.pop(name) for name in settings}
         with errors_reported():
-            given = {n: _value(settings[n], v) for n, v in typed.items() if v not in (None, [], ())}
-            function(*([] if panels is None else [given]), **values)
+            given = {n: v for n, v in values.items() if v not in (None, [], ())}
+            arguments: dict[str, Any] = {}
+            if panels is not None:
+                arguments["settings"] = _read(settings.values(), given)
+            if kind is not None:
+                arguments["options"] = kind(**_read(own, given))
+            function(**arguments)
 
-    parameters = [p.replace(kind=inspect.Parameter.KEYWORD_ONLY) for p in parameters]
     call.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
     call.__annotations__ = {p.name: p.annotation for p in parameters}
     call.__doc__ = function.__doc__
     alone = typer.Typer(
         add_completion=False, pretty_exceptions_enable=False, rich_markup_mode="rich"
     )
-    alone.command(function.__name__, cls=kind, context_settings=CONTEXT)(call)
+    how = TyperCommand if panels is None else HelpfulCommand
+    alone.command(function.__name__, cls=how, context_settings=CONTEXT)(call)
     command: Any = typer.main.get_command(alone)
     command.settings = settings
     return command
 
 
-def _value(setting: Setting, typed: Any) -> Any:
-    return setting.read_pairs(typed) if setting.kind == TABLE else typed
+def _read(settings: Iterable[Setting], given: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the values of those settings that were given."""
+    read: dict[str, Any] = {}
+    for one in settings:
+        if one.name in given:
+            value = given[one.name]
+            if one.kind == TABLE:
+                value = one.read_pairs(value)
+            read[one.name] = tuple(value) if one.kind in (TEXTS, FILES) else value
+    return read
 
 
 class HelpfulCommand(TyperCommand):

@@ -6,8 +6,6 @@ import tempfile
 from contextlib import suppress
 from pathlib import Path
 
-import typer
-
 from gaitopt.errors import InputError
 
 
@@ -41,17 +39,6 @@ def require_writable(directory: Path, option: str = "--output") -> None:
         for path in missing:
             with suppress(OSError):
                 path.rmdir()
-
-
-def named_directory(text: str) -> Path:
-    """Return the directory that an option names, which an empty text does not.
-
-    Raises:
-        typer.BadParameter: the text is empty.
-    """
-    if not text.strip():
-        raise typer.BadParameter("the name is empty; give a directory, as '.' for this one")
-    return Path(text)
 
 
 def require_files(*files: tuple[Path | None, str]) -> None:

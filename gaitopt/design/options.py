@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from gaitopt.errors import InputError
-from gaitopt.settings import setting
+from gaitopt.settings import entry
 from gaitopt.solvers import Solver, solver_by_name
 
 DIFFERENCES = ("none", "constraints", "all")
@@ -32,25 +32,18 @@ class DesignOptions:
     """
 
     solver: Solver = field(default_factory=lambda: solver_by_name("default"))
-    refine: bool = field(
-        default=True,
-        metadata=setting("Keep the limits between the instants too.", common=True),
+    refine: bool = entry(True, "Keep the limits between the instants too.", common=True)
+    differences: str = entry(
+        "none",
+        "Finite differences in place of derivatives of nothing, the constraints, or all.",
+        choices=DIFFERENCES,
+        metavar="WHICH",
     )
-    differences: str = field(
-        default="none",
-        metadata=setting(
-            "Finite differences in place of derivatives of nothing, the constraints, or all.",
-            choices=DIFFERENCES,
-            metavar="WHICH",
-        ),
-    )
-    approach: str = field(
-        default="automatic",
-        metadata=setting(
-            "First with a lift-off that may fail a little, or directly.",
-            choices=APPROACHES,
-            metavar="HOW",
-        ),
+    approach: str = entry(
+        "automatic",
+        "First with a lift-off that may fail a little, or directly.",
+        choices=APPROACHES,
+        metavar="HOW",
     )
     diagnose: bool = True
 

@@ -30,7 +30,7 @@ from gaitopt.gait.plugin import (
     cost_from_record,
     extension_record,
 )
-from gaitopt.settings import setting
+from gaitopt.settings import entry
 
 SPEED_AS = ("constraint", "penalty")
 BOUNDARIES = ("closed", "lifted")
@@ -56,29 +56,21 @@ class Task:
         constraints: of one's own, on top of those of section 3.2.
     """
 
-    speed: float = field(default=1.0, metadata=setting("Walking speed.", "m/s", common=True))
-    duration: float = field(default=0.4, metadata=setting("Duration of a step.", "s", common=True))
-    postures: int = field(default=2, metadata=setting("Intermediate postures of the splines."))
-    samples: int = field(default=31, metadata=setting("Instants of the step."))
-    quadrature: str = field(
-        default="simpson",
-        metadata=setting("Rule for the cost.", choices=QUADRATURES, metavar="RULE"),
+    speed: float = entry(1.0, "Walking speed.", "m/s", common=True)
+    duration: float = entry(0.4, "Duration of a step.", "s", common=True)
+    postures: int = entry(2, "Intermediate postures of the splines.")
+    samples: int = entry(31, "Instants of the step.")
+    quadrature: str = entry("simpson", "Rule for the cost.", choices=QUADRATURES, metavar="RULE")
+    speed_as: str = entry(
+        "constraint", "Speed as a constraint or a penalty.", choices=SPEED_AS, metavar="KIND"
     )
-    speed_as: str = field(
-        default="constraint",
-        metadata=setting("Speed as a constraint or a penalty.", choices=SPEED_AS, metavar="KIND"),
-    )
-    penalty_weight: float = field(
-        default=1e6, metadata=setting("Weight of that penalty.", "cost/m²")
-    )
-    boundary: str = field(
-        default="closed",
-        metadata=setting(
-            "Double support by inverse kinematics, closed, or with its joint angles as "
-            "parameters, lifted.",
-            choices=BOUNDARIES,
-            metavar="FORM",
-        ),
+    penalty_weight: float = entry(1e6, "Weight of that penalty.", "cost/m²")
+    boundary: str = entry(
+        "closed",
+        "Double support by inverse kinematics, closed, or with its joint angles as parameters, "
+        "lifted.",
+        choices=BOUNDARIES,
+        metavar="FORM",
     )
     margins: Margins = field(default_factory=Margins)
     geometry: tuple[GeometricParameter, ...] = GEOMETRY

@@ -10,7 +10,7 @@ Mathematical Programming 91 (2002); Conn, Gould & Toint, "Trust-Region Methods" 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import ClassVar
 
@@ -18,7 +18,7 @@ import numpy as np
 
 from gaitopt.errors import EvaluationError
 from gaitopt.nlp import NLP, Point, ProgressCallback, Solution, Start, Status, StopCallback
-from gaitopt.settings import setting
+from gaitopt.settings import entry
 from gaitopt.solvers.globalization import (
     CEILING,
     FILTER_RESETS,
@@ -97,13 +97,12 @@ class SQP(Solver):
     """
 
     name: ClassVar[str] = "sqp"
-    tolerance: float = field(default=OPTIMALITY, metadata=setting("Of the optimality conditions."))
+    tolerance: float = entry(OPTIMALITY, "Of the optimality conditions.")
     feasibility: float = FEASIBILITY
-    max_iterations: int = field(default=300, metadata=setting("Of one run of the solver."))
+    max_iterations: int = entry(300, "Of one run of the solver.")
     hessian: str = "exact"
-    qp_solver: str = field(
-        default="daqp",
-        metadata=setting("Quadratic solver of the SQP.", choices=tuple(BACKENDS), metavar="NAME"),
+    qp_solver: str = entry(
+        "daqp", "Quadratic solver of the SQP.", choices=tuple(BACKENDS), metavar="NAME"
     )
     initial_radius: float = 0.1
     max_radius: float = 2.0
