@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from gaitopt.gait import quantities
+from gaitopt.gait.constraints import imposed_limit
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.result import Gait
 from gaitopt.gait.task import task_record
@@ -99,12 +100,12 @@ def _choices(problem: WalkProblem) -> ImportOptions:
 def limits_record(problem: WalkProblem) -> dict[str, list[float | None]]:
     """Return the joint limits that were imposed, None where there is none."""
     limits, margins = problem.robot.limits, problem.task.margins
-    torque, speed = limits.torque, limits.speed
-    if margins.torque_limit is not None:
-        torque = np.full(torque.size, margins.torque_limit)
-    if margins.speed_limit is not None:
-        speed = np.full(torque.size, margins.speed_limit)
-    named = {"torque": torque, "speed": speed, "lower": limits.lower, "upper": limits.upper}
+    named = {
+        "torque": imposed_limit(limits.torque, margins.torque_limit),
+        "speed": imposed_limit(limits.speed, margins.speed_limit),
+        "lower": limits.lower,
+        "upper": limits.upper,
+    }
     return {
         name: [float(v) if np.isfinite(v) else None for v in values]
         for name, values in named.items()

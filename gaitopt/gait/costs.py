@@ -17,10 +17,10 @@ from typing import Any
 import numpy as np
 
 from gaitopt.bounds import shown
-from gaitopt.errors import InputError
+from gaitopt.errors import GaitoptError, InputError
 from gaitopt.gait import quantities
 from gaitopt.gait.constraint import check_margins, is_finite, margin
-from gaitopt.gait.functions import QuantityFunction, SquaredNorm
+from gaitopt.gait.functions import QuantityFunction, SquaredNorm, check_function
 from gaitopt.gait.quantities import TRAVEL, Quantity, typical_entries
 from gaitopt.gait.step import Step
 from gaitopt.model.robot import Robot
@@ -102,6 +102,19 @@ class Cost(ABC):
     def typical(self, context: CostContext) -> float:
         """Return about what a good walk costs, by which the problem is scaled; above zero."""
 
+    def check(self, context: CostContext) -> None:
+        """Check a cost of one's own.
+
+        Raises:
+            InputError: it is not above zero where it should be, or a derivative is wrong.
+        """
+        typical = self.typical(context)
+        if not 0.0 < typical < np.inf:
+            raise InputError(
+                f"the cost '{self.name}' is {typical:g} {self.unit} at typical values of what it "
+                "reads; it must be above 0 there"
+            )
+
 
 class RunningCost(Cost):
     """J = (1 / d) integral of l dt over a step of length d; a subclass gives the integrand l."""
@@ -116,9 +129,26 @@ class RunningCost(Cost):
 
     def typical(self, context: CostContext) -> float:
         """Return the cost of typical values of the quantities, see `typical_entries`."""
-        robot = context.robot
-        entries = np.concatenate([typical_entries(one, robot) for one in self.reads])
-        return float(self.integrand(robot).value(entries[None])[0, 0]) / context.speed
+        entries, integrand = self._typical_entries(context.robot), self.integrand(context.robot)
+        return float(integrand.value(entries[None])[0, 0]) / context.speed
+
+    def check(self, context: CostContext) -> None:
+        """Check the integrand near typical values of the quantities, and the cost there."""
+        try:
+            integrand = self.integrand(context.robot)
+        except GaitoptError:
+            raise
+        except Exception as error:
+            raise InputError(
+                f"the cost '{self.name}' cannot make its integrand: {type(error).__name__}: {error}"
+            ) from error
+        check_function(
+            integrand, self._typical_entries(context.robot), 1, f"the cost '{self.name}'"
+        )
+        super().check(context)
+
+    def _typical_entries(self, robot: Robot) -> Array:
+        return np.concatenate([typical_entries(one, robot) for one in self.reads])
 
 
 def joint_weights_field() -> Any:
@@ -316,6 +346,11 @@ class WeightedSum(Cost):
         """Return the sum of what is typical."""
         return sum(weight * cost.typical(context) for cost, weight in self.terms)
 
+    def check(self, context: CostContext) -> None:
+        """Check each of its terms."""
+        for cost, _ in self.terms:
+            cost.check(context)
+
 
 def cost_function(cost: Cost, context: CostContext, penalty: float) -> CostFunction:
     """Return a cost with the second term of Eq. (47), penalty * (V T - d)², unless that is zero.
@@ -325,6 +360,8 @@ def cost_function(cost: Cost, context: CostContext, penalty: float) -> CostFunct
         context: the walk.
         penalty: rho [cost / m²].
     """
+    if isinstance(cost, WeightedSum) or type(cost).__module__ != __name__:
+        cost.check(context)
     plain = cost.function(context)
     if penalty == 0.0:
         return plain

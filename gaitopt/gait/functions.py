@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gaitopt.errors import InputError
+from gaitopt.errors import GaitoptError, InputError
 from gaitopt.nlp import Array
 
 
@@ -249,24 +249,13 @@ class ComplexStep(QuantityFunction):
         return np.asarray(self.function(quantity), dtype=np.float64)
 
     def jacobian(self, quantity: Array) -> Array:
-        """Return the derivative, shape (K, r, e), exact to rounding.
-
-        Raises:
-            InputError: differences of the function say otherwise (of the first instant, along one
-                direction): it does not extend to complex numbers.
-        """
-        jacobian = self._complex(quantity)
-        move = _RELATIVE * np.maximum(1.0, np.abs(quantity[:1]))
-        change = (self.value(quantity[:1] + move) - self.value(quantity[:1] - move)) / 2.0
-        expected = (jacobian[0] @ move[0])[None]
-        size = np.abs(jacobian[0]) @ np.abs(move[0]) + _ROUNDING * np.abs(self.value(quantity[:1]))
-        if not (np.abs(change - expected) <= 1e-3 * size).all():
-            raise InputError(
-                "the derivative by complex steps of a function disagrees with differences; write "
-                "it with operations that extend to complex numbers (not abs, norm, maximum), or "
-                "give a QuantityFunction with its own jacobian and hessian"
-            )
-        return jacobian
+        """Return the derivative, shape (K, r, e), exact to rounding."""
+        columns = []
+        for entry in range(quantity.shape[1]):
+            moved = quantity.astype(np.complex128)
+            moved[:, entry] += 1j * _TINY
+            columns.append(np.imag(self.function(moved)) / _TINY)  # type: ignore[arg-type]
+        return np.stack(columns, axis=2)
 
     def hessian(self, quantity: Array, weights: Array) -> Array:
         """Return the Hessian, shape (K, e, e), to about 1e-9 of its size."""
@@ -275,20 +264,63 @@ class ComplexStep(QuantityFunction):
         for entry in range(quantity.shape[1]):
             move = np.zeros(quantity.shape)
             move[:, entry] = size[:, entry]
-            change = self._complex(quantity + move) - self._complex(quantity - move)
+            change = self.jacobian(quantity + move) - self.jacobian(quantity - move)
             columns.append((weights[:, None] @ change)[:, 0] / (2.0 * size[:, entry, None]))
         hessian = np.stack(columns, axis=2)
         return np.asarray(0.5 * (hessian + hessian.swapaxes(1, 2)))
 
-    def _complex(self, quantity: Array) -> Array:
-        columns = []
-        for entry in range(quantity.shape[1]):
-            moved = quantity.astype(np.complex128)
-            moved[:, entry] += 1j * _TINY
-            columns.append(np.imag(self.function(moved)) / _TINY)  # type: ignore[arg-type]
-        return np.stack(columns, axis=2)
+
+def check_function(function: QuantityFunction, typical: Array, rows: int, what: str) -> None:
+    """Check a function of one's own: shapes, and derivatives against differences.
+
+    Args:
+        function: to check, near typical values of its quantities.
+        typical: these values, shape (e,).
+        rows: how many it should have.
+        what: it belongs to, as "the cost 'calm'".
+
+    Raises:
+        InputError: it cannot be evaluated, returns another shape, or a derivative is wrong.
+    """
+    random = np.random.default_rng(0)
+    at = (typical * random.uniform(0.5, 1.5, typical.size))[None]
+    move = (typical * random.uniform(0.5, 1.5, typical.size))[None]
+    try:
+        value, width = np.asarray(function.value(at)), typical.size
+        if value.shape != (1, rows):
+            raise InputError(
+                f"the function of {what} returns shape {value.shape} for one instant of {width} "
+                f"entries; return (1, {rows})"
+            )
+        if not np.isfinite(value).all():
+            return  # it has no value there; elsewhere it may
+        weights = random.uniform(0.5, 1.5, (1, rows))
+        jacobian = np.broadcast_to(function.jacobian(at), (1, rows, width))
+        hessian = function.hessian(at, weights)
+        hessian = np.zeros((1, width, width)) if hessian is None else hessian
+        h = _CHECK * move
+        slope = (function.value(at + h) - function.value(at - h)) / (2.0 * _CHECK)
+        bend = (function.vjp(at + h, weights) - function.vjp(at - h, weights)) / (2.0 * _CHECK)
+    except GaitoptError:
+        raise
+    except Exception as error:
+        raise InputError(
+            f"the function of {what} cannot be evaluated at {typical.size} entries: "
+            f"{type(error).__name__}: {error}"
+        ) from error
+    for name, exact, found in (
+        ("jacobian", jacobian @ move[0], slope),
+        ("hessian", hessian @ move[0], bend),
+    ):
+        size = max(float(np.abs(found).max()), float(np.abs(jacobian).max()), 1e-6)
+        if exact.shape != found.shape or not np.abs(exact - found).max() <= 1e-4 * size:
+            raise InputError(
+                f"the {name} of the function of {what} disagrees with differences of its value; "
+                "correct it, or give the value alone to ComplexStep (which takes smooth functions "
+                "that extend to complex numbers: not abs, norm, maximum)"
+            )
 
 
 _TINY = 1e-30  # complex step: no difference is taken, so it may be as small
-_RELATIVE = 1e-5  # step of differences, over the entry or one unit
-_ROUNDING = 1e-9  # of a value: less than this is not seen in its differences
+_RELATIVE = 1e-5  # step of differences of derivatives, over the entry or one unit
+_CHECK = 1e-4  # step of the differences of a check, over typical values

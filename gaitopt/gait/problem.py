@@ -6,10 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gaitopt.errors import InputError
-from gaitopt.gait.constraint import ConstraintBlock, ConstraintContext
+from gaitopt.errors import GaitoptError, InputError
+from gaitopt.gait.constraint import Constraint, ConstraintBlock, ConstraintContext
 from gaitopt.gait.constraints import CONSTRAINTS
 from gaitopt.gait.costs import CostContext, cost_function
+from gaitopt.gait.functions import check_function
 from gaitopt.gait.grid import Grid, uniform_grid
 from gaitopt.gait.parameters import (
     FOOT_SPACING,
@@ -18,6 +19,7 @@ from gaitopt.gait.parameters import (
     Layout,
     set_geometry,
 )
+from gaitopt.gait.quantities import typical_entries
 from gaitopt.gait.step import Step, StepDerivatives
 from gaitopt.gait.step_hessian import StepWeights, step_hessian
 from gaitopt.gait.step_model import StepModel
@@ -167,28 +169,28 @@ def constraint_blocks(robot: Robot, task: Task, grid: Grid) -> tuple[ConstraintB
         robot, grid, task.margins, task.speed, task.duration, task.speed_as, task.boundary
     )
     built_in = [one.block(context) for one in CONSTRAINTS if one.asked(context)]
-    own = [_checked(one.block(context), robot) for one in task.constraints if one.asked(context)]
+    own = [_checked(one, context) for one in task.constraints if one.asked(context)]
     return (*built_in, *own)
 
 
-def _checked(block: ConstraintBlock, robot: Robot) -> ConstraintBlock:
+def _checked(constraint: Constraint, context: ConstraintContext) -> ConstraintBlock:
     """Return the rows of a constraint of one's own if they fit together."""
-    where = f"the constraint '{block.name}'"
-    rows = {one.rows for one in block.reads}
-    if len(rows) != 1:
-        raise InputError(f"{where} reads quantities with different rows: {block.reads}")
-    width = sum(len(one.labels(robot)) for one in block.reads)
-    shape = (len(block.instants), len(block.labels))
-    entries = np.ones((1, width))
+    where = f"the constraint '{constraint.name}'"
     try:
-        found = block.function.value(entries).shape
-    except (ValueError, IndexError, TypeError) as error:
-        raise InputError(f"{where} cannot be evaluated at {width} entries: {error}") from error
-    if found != (1, shape[1]):
+        block = constraint.block(context)
+    except GaitoptError:
+        raise
+    except Exception as error:
         raise InputError(
-            f"{where} has {shape[1]} labels, but its function returns shape {found} for one "
-            f"instant of {width} entries; return (1, {shape[1]})"
-        )
+            f"{where} cannot make its rows: {type(error).__name__}: {error}"
+        ) from error
+    if not isinstance(block, ConstraintBlock):
+        raise InputError(f"{where} returns no ConstraintBlock; return self.over_step(...)")
+    if len({one.rows for one in block.reads}) != 1:
+        raise InputError(f"{where} reads quantities with different rows: {block.reads}")
+    shape = (len(block.instants), len(block.labels))
+    typical = np.concatenate([typical_entries(one, context.robot) for one in block.reads])
+    check_function(block.function, typical, shape[1], where)
     if not shape == block.lower.shape == block.upper.shape:
         raise InputError(f"the limits of {where} have shapes other than {shape}")
     if not (np.isfinite(block.scale).all() and (block.scale > 0.0).all()):

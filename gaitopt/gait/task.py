@@ -191,6 +191,12 @@ def _own(constraints: object) -> tuple[Constraint, ...]:
             raise InputError(
                 f"constraints holds {shown(one)}; give instances of subclasses of Constraint"
             )
+        missing = [n for n in ("name", "unit", "words", "reads") if not hasattr(one, n)]
+        if missing:
+            raise InputError(
+                f"{type(one).__name__} declares no {' and no '.join(missing)}; a constraint says "
+                "what it is, in its class (docs/extending.md)"
+            )
         names.append(one.name)
         margins += declared_margins(one)
     for kind, known in (("constraint", names), ("margin", margins)):

@@ -1,3 +1,5 @@
+from dataclasses import dataclass
+
 import numpy as np
 import pytest
 from numerics import check_jacobian, relative_error
@@ -13,6 +15,7 @@ from gaitopt.gait.functions import (
     Linear,
     SquaredNorm,
     Torsion,
+    check_function,
 )
 
 FORCES = np.array([[30.0, -40.0, 200.0, 1.0, 2.0, 3.0], [-3.0, 5.0, 80.0, 0.0, 1.0, 4.0]])
@@ -143,5 +146,23 @@ def test_complex_steps_are_as_good_as_formulas():
 
 
 def test_a_function_that_does_not_extend_to_complex_numbers_is_refused():
-    with pytest.raises(InputError, match=r"disagrees with differences; write it .*not abs, norm"):
-        ComplexStep(lambda v: np.abs(v[:, :1])).jacobian(FORCES)
+    function = ComplexStep(lambda v: np.abs(v[:, :1]))
+    with pytest.raises(InputError, match=r"jacobian of the function of it disagrees .*not abs"):
+        check_function(function, FORCES[0], 1, "it")
+
+
+@dataclass(frozen=True)
+class Bent(SquaredNorm):
+    """Squares whose second derivative is wrong."""
+
+    def hessian(self, quantity, weights):
+        """Return half of it."""
+        return 0.5 * super().hessian(quantity, weights)
+
+
+def test_wrong_derivatives_are_found():
+    with pytest.raises(InputError, match="hessian of the function of it disagrees with differ"):
+        check_function(Bent(np.ones(6)), np.ones(6), 1, "it")
+    for function, quantity in MAPS:
+        rows = function.value(quantity).shape[1]
+        check_function(function, quantity[0], rows, "it")

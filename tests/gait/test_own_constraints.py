@@ -139,8 +139,9 @@ class Twice(Wrong):
 @pytest.mark.parametrize(
     ("constraint", "message"),
     [
-        (Wrong(width=5), "constraint 'wrong' cannot be evaluated at 6 entries"),
-        (Wrong(labels=2), r"has 2 labels, but its function returns shape \(1, 1\) .* \(1, 2\)"),
+        (Wrong(width=5), "function of the constraint 'wrong' cannot be evaluated at 6 entries: V"),
+        (Wrong(labels=2), r"function of .* returns shape \(1, 1\) for one .*; return \(1, 2\)"),
+        (Wrong(labels=-1, width="six"), "constraint 'wrong' cannot make its rows: TypeError"),
         (Wrong(scale=0.0), "scale of the constraint 'wrong' is .*; it must be above 0"),
         (Twice(), "reads quantities with different rows"),
     ],
@@ -148,6 +149,43 @@ class Twice(Wrong):
 def test_rows_that_do_not_fit_are_refused(robot, constraint, message):
     with pytest.raises(InputError, match=message):
         WalkProblem(robot, preset_task(constraints=(constraint,)))
+
+
+@dataclass(frozen=True)
+class Shapeless(RunningCost):
+    """A cost whose integrand has two rows."""
+
+    name, unit, words = "shapeless", "1", "a cost of the tests"
+    reads = (quantities.RATES,)
+    rows: int = 2
+    factor: float = 1.0
+
+    def integrand(self, robot):
+        return Linear(self.factor * np.ones((self.rows, len(robot.joint_names))))
+
+
+def test_costs_that_do_not_fit_are_refused(robot):
+    with pytest.raises(InputError, match=r"'shapeless' returns shape \(1, 2\) .* return \(1, 1\)"):
+        WalkProblem(robot, preset_task(cost=Shapeless()))
+    both = WeightedSum(((TorqueCost(), 1.0), (Shapeless(1, -1.0), 1.0)))
+    with pytest.raises(InputError, match=r"'shapeless' is -12 1 at typical .*; it must be above 0"):
+        WalkProblem(robot, preset_task(cost=both))
+    with pytest.raises(InputError, match="'shapeless' cannot make its integrand: TypeError"):
+        WalkProblem(robot, preset_task(cost=Shapeless("two")))
+
+
+class Nameless(Constraint):
+    """Says nothing of itself."""
+
+    reads = (quantities.WRENCH,)
+
+    def block(self, context):
+        """Return no rows."""
+
+
+def test_what_is_not_declared_is_asked_for():
+    with pytest.raises(InputError, match="Nameless declares no name and no unit and no words"):
+        Task(constraints=(Nameless(),))
 
 
 def test_names_must_be_ones_own():
