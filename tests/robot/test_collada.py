@@ -10,7 +10,7 @@ from mesh_files import TETRAHEDRON, sorted_rows
 from urdf_edits import edited_urdf, link
 
 from gaitopt.importers.meshes import unseen, up_axis
-from gaitopt.importers.source import read_source
+from gaitopt.importers.source import load_mesh, read_source
 
 COLLISION = pin.GeometryType.COLLISION
 ON_ITS_SIDE = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])  # x y z -> x z -y
@@ -98,7 +98,7 @@ def test_a_file_that_is_not_there_has_no_upward_axis(tmp_path):
 def test_robots_that_mean_y_and_robots_that_do_not(path, turned):
     """All of their Collada files for collisions say that y is up; only iCub's are."""
     source = read_source(example_robot(path))
-    as_read, shapes = source._shapes(COLLISION, None), source.geometry(COLLISION)
+    as_read, shapes = source._shapes(COLLISION, None, load_mesh), source.geometry(COLLISION)
     same = [
         a.placement == b.placement
         for a, b in zip(as_read.geometryObjects, shapes.geometryObjects, strict=True)
