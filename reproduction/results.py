@@ -94,8 +94,9 @@ class Reproduction:
     @cached_property
     def sensitivity(self) -> Sensitivity:
         """Of the costs at the identified values."""
+        curve = self.curve
         self._on_stage("sensitivity to what the paper leaves open")
-        return sensitivity(self.curve)
+        return sensitivity(curve)
 
     @cached_property
     def alternatives(self) -> tuple[Alternative, ...]:
@@ -106,8 +107,9 @@ class Reproduction:
     @cached_property
     def consequences(self) -> Consequences:
         """Of other answers to what the paper leaves open."""
+        curve = self.curve
         self._on_stage("other answers to what the paper leaves open")
-        return consequences(self.robot, self.curve)
+        return consequences(self.robot, curve)
 
     def comparison(self, speed: float) -> Comparison:
         """Return the kinds of gradients at a speed [m/s]."""

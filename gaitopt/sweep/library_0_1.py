@@ -13,7 +13,7 @@ from gaitopt.bounds import read_bounded
 from gaitopt.errors import GaitFileError, InputError
 from gaitopt.gait.task import task_from_record, task_record
 from gaitopt.sweep.grid import Grid
-from gaitopt.sweep.manifest import DAMAGE, Record, damaged, grid_of
+from gaitopt.sweep.manifest import DAMAGE, Record, damaged, grid_of, robot_of, robot_record
 
 MANIFEST, JOURNAL = "manifest.json", "journal.jsonl"
 _FORMAT = 2
@@ -48,8 +48,13 @@ def read_library_0_1(directory: Path) -> tuple[Record, dict[str, Any]] | None:
             "library again, in another directory"
         )
     grid = grid_of(directory, record)
+    robot = robot_of(directory, record)
     try:
-        task = task_record(task_from_record(record["first task"]))
+        now = {
+            **record,
+            "first task": task_record(task_from_record(record["first task"])),
+            "robot": robot_record(robot),
+        }
     except (*DAMAGE, InputError, GaitFileError) as error:
         raise damaged(directory, "its task", error) from error
     records: dict[str, Any] = {}
@@ -59,7 +64,7 @@ def read_library_0_1(directory: Path) -> tuple[Record, dict[str, Any]] | None:
             _take(records, entry, grid)
         except DAMAGE as error:
             raise _line_damaged(number, journal) from error
-    return {**record, "first task": json.loads(json.dumps(task))}, records
+    return dict(json.loads(json.dumps(now))), records
 
 
 def _lines(path: Path) -> Iterator[tuple[int, Any]]:

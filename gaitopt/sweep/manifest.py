@@ -42,12 +42,7 @@ def manifest_record(
         "axes": {axis.name: list(axis.values) for axis in grid.axes},
         "seeds": [list(seed) for seed in grid.seeds],
         "first task": task_record(tasks[grid.order[0]]),
-        "robot": {
-            "digest": robot.digest(),
-            "choices": choices_record(robot.choices),
-            "spec": None if robot.spec is None else asdict(robot.spec),
-            "urdf": robot.urdf,
-        },
+        "robot": robot_record(robot),
         "options": {
             "solver": solver.name,
             "solver options": asdict(solver),  # type: ignore[call-overload]
@@ -57,6 +52,15 @@ def manifest_record(
         },
     }
     return dict(json.loads(json.dumps(record)))
+
+
+def robot_record(robot: RobotSource) -> Record:
+    """Return a robot without the changes of a point, JSON-able."""
+    return {
+        "choices": choices_record(robot.choices),
+        "spec": None if robot.spec is None else asdict(robot.spec),
+        "urdf": robot.urdf,
+    }
 
 
 def grid_of(directory: Path, record: Record) -> Grid:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 import math
 from collections.abc import Mapping
@@ -47,11 +46,6 @@ class RobotSource:
             return _built(self.urdf, json.dumps(choices_record(self.choices)))
         text = urdf_text(changed(self.spec, dict(self.changes)))
         return _built(text, json.dumps(choices_record(ImportOptions())))
-
-    def digest(self) -> str:
-        """Return a short text that differs between robots."""
-        text = f"{self.urdf}\n{choices_record(self.choices)!r}\n{self.spec!r}\n{self.changes!r}"
-        return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
 @lru_cache(maxsize=_CACHED_ROBOTS)
