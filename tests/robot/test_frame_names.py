@@ -1,6 +1,7 @@
 """Robots whose links bear the names of their joints, as URDF and MJCF allow."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pinocchio as pin
@@ -51,7 +52,7 @@ def test_a_sole_may_be_asked_for_by_a_name_that_a_joint_has():
 
 def test_its_walk_is_drawn():
     gait = sample_gait()
-    same = type(gait)(**{**vars(gait), "urdf": namesakes(gait.urdf)})
+    same = replace(gait, urdf=namesakes(gait.urdf))
     assert len(page_text(same, steps=1)) == pytest.approx(len(page_text(gait, steps=1)), rel=0.01)
 
 
