@@ -13,7 +13,7 @@ import numpy as np
 from gaitopt.design.early_stopping import EarlyStopping
 from gaitopt.design.relaxation import Relaxation, RelaxedProgram
 from gaitopt.errors import StoppedError, UnreachableError
-from gaitopt.gait.initial_guess import first_guess, perturbed
+from gaitopt.gait.initial_guess import first_guess, flat_feet_gap, perturbed
 from gaitopt.gait.parameters import (
     DURATION,
     FOOT_SPACING,
@@ -27,6 +27,8 @@ from gaitopt.nlp import NLP, Array, Solution, Start, Stop, never, stopping
 from gaitopt.solvers.sqp import SQP
 from gaitopt.tolerances import FEASIBLE
 
+FLAT = 1e-4
+"""Gap of the double support below which the feet lie flat [m, rad]."""
 Contradiction = tuple[str, str]
 """Family and sentence."""
 
@@ -34,8 +36,8 @@ Contradiction = tuple[str, str]
 def contradictions(problem: WalkProblem) -> tuple[Contradiction, ...]:
     """Return what is impossible whatever the motion, as pairs of family and sentence."""
     return (
-        *_step(problem), *_extension(problem), *_sole(problem), *_load(problem), *_knees(problem),
-        *_width(problem), *_clearance(problem), *_trunk(problem),
+        *_step(problem), *_flat_feet(problem), *_extension(problem), *_sole(problem),
+        *_load(problem), *_knees(problem), *_width(problem), *_clearance(problem), *_trunk(problem),
     )  # fmt: skip
 
 
@@ -46,6 +48,26 @@ def _step(problem: WalkProblem) -> list[Contradiction]:
     except UnreachableError as error:
         return [("leg length", str(error).split(";")[0])]
     return []
+
+
+def _flat_feet(problem: WalkProblem) -> list[Contradiction]:
+    """Both feet can lie flat at the step, though joints are missing."""
+    if not problem.robot.legs.missing:
+        return []
+    try:
+        gap = flat_feet_gap(problem)
+    except UnreachableError:
+        return []  # told of the leg's length
+    if gap < FLAT:
+        return []
+    lacks = " and ".join(f"no {name}" for name in problem.robot.legs.missing)
+    return [
+        (
+            "closure",
+            f"the legs cannot put both feet flat at a step of {problem.task.step_length:.3f} m: "
+            f"the nearest posture leaves {gap:.2g} m or rad, as the legs have {lacks} joint",
+        )
+    ]
 
 
 def _sole(problem: WalkProblem) -> list[Contradiction]:

@@ -4,9 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 import pinocchio as pin
+from scipy.optimize import least_squares
 
 from gaitopt.errors import UnreachableError
-from gaitopt.gait.double_support import PELVIS_CHAIN, SWING_SOLE_CHAIN, place
+from gaitopt.gait.double_support import (
+    PELVIS_CHAIN,
+    SWING_SOLE_CHAIN,
+    JointAngleSupport,
+    place,
+)
 from gaitopt.gait.parameters import (
     DURATION,
     FOOT_SPACING,
@@ -17,7 +23,8 @@ from gaitopt.gait.parameters import (
     TRUNK_PITCH,
 )
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.mechanics.inverse_kinematics import LegKinematics
+from gaitopt.mechanics.inverse_kinematics import LegKinematics, loop_gap
+from gaitopt.model.joint_tree import TWIST
 from gaitopt.nlp import Array
 
 _CROUCH = 0.875  # hip height above the ankle over the leg's length; measured to start well
@@ -25,6 +32,7 @@ _LONGEST = 0.97  # of the leg's length, in double support
 _TRUNK_PITCH = 0.05  # rad
 _CLEAR_OF_GAP = 0.014  # m: the guess keeps this much off the lateral constraint
 _EXTRA_LIFT = 0.02  # m above the clearance profile
+_HAIR = 1e-12  # between bounds that are equal: least squares wants room
 _RATE_FRACTION = 0.5  # of the last secant: the foot slows down before it lands
 
 
@@ -51,6 +59,42 @@ def first_guess(problem: WalkProblem) -> Array:
     last = geometry[DURATION] / (count + 1)
     rate_before = _RATE_FRACTION * (q_end - knots[-1]) / last
     return problem.layout.pack(np.array(knots), rate_before, q_start, geometry)
+
+
+def flat_feet_gap(problem: WalkProblem) -> float:
+    """Return how far at least the feet are from lying flat at the asked step [m, rad].
+
+    The largest entry of both loops' gaps in the posture nearest to a double support, by least
+    squares over the joint angles within their ranges and the free geometric quantities. Legs of
+    six joints and more can take any posture within reach: 0.
+    """
+    robot, layout = problem.robot, problem.layout
+    if robot.tree.stance >= TWIST:
+        return 0.0
+    support = JointAngleSupport(robot)
+    geometry, count = _geometry(problem), robot.tree.size
+    fixed_step = not layout.geometry[DURATION].free and problem.task.speed_as == "constraint"
+    rows = [row for row in layout.free if not (row == STEP_LENGTH and fixed_step)]
+    table = [layout.geometry[row] for row in rows]
+    kept = problem.task.margins.joint_range
+    lower, upper = (
+        np.r_[limit if kept else np.full(count, end), [getattr(q, side) for q in table]]
+        for limit, end, side in (
+            (robot.limits.lower, -np.inf, "lower"),
+            (robot.limits.upper, np.inf, "upper"),
+        )
+    )
+
+    def gaps(y: Array) -> Array:
+        at = geometry.copy()
+        at[rows] = y[count:]
+        return np.concatenate([loop_gap(loop) for loop in support.posture(at, y[:count]).loops])
+
+    kinematics = LegKinematics(robot)
+    q = kinematics.solve(place(PELVIS_CHAIN, geometry)[0], place(SWING_SOLE_CHAIN, geometry)[0])
+    start = np.clip(np.r_[q, geometry[rows]], lower, upper)
+    found = least_squares(gaps, start, bounds=(lower, upper + _HAIR), x_scale="jac")
+    return float(np.abs(found.fun).max())
 
 
 def perturbed(problem: WalkProblem, x: Array, sigma: float, seed: int) -> Array:

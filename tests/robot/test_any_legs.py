@@ -1,12 +1,18 @@
 """Legs of four to seven joints, arms and a waist that move: found by effect, mirrored exactly."""
 
+import functools
+
 import numpy as np
 import pytest
 from humanoids import add_arms, add_joint, add_link, edits
 from synthetic_bipeds import FIVE, SEVEN, SOLE, biped_urdf
 from urdf_edits import edited_urdf, joint, scale_mass
 
+from gaitopt.design.conflict import contradictions
 from gaitopt.errors import RobotError
+from gaitopt.gait.initial_guess import flat_feet_gap
+from gaitopt.gait.presets import preset_task
+from gaitopt.gait.problem import WalkProblem
 from gaitopt.model.import_options import ImportOptions, LimitOverride
 from gaitopt.model.legs.leg_geometry import hip_and_ankle, missing_joints
 from gaitopt.model.robot import Robot
@@ -73,18 +79,6 @@ def test_legs_of_four_to_seven_joints_are_found(robot, edit, count, word, lacks)
     assert again.model == found.model
 
 
-def test_legs_without_ankle_roll_stand_below_the_line_of_their_feet():
-    """H1's legs: the feet stand wider apart than the axes of the hips meet."""
-    wide = np.array([0.0, 0.11, -0.36])
-    five = (*SEVEN[:3], ("knee", wide, (0.0, 1.0, 0.0), 2.0), ("ankle", (0, 0, -0.34), Y, 1.0))
-    robot = Robot.from_urdf(
-        biped_urdf(five), stance_sole="right_sole", swing_sole="left_sole", sole=SOLE
-    )
-    assert not robot.legs.ankles_roll
-    assert robot.legs.spacing == pytest.approx(2.0 * 0.09, abs=0.01)
-    assert robot.legs.stance_width == pytest.approx(2.0 * (0.09 + 0.11), abs=1e-9)
-
-
 @pytest.mark.parametrize("joints", [FIVE, SEVEN])
 def test_the_knee_is_between_hip_and_ankle(joints):
     origins = np.cumsum([origin for _, origin, _, _ in joints], axis=0)
@@ -128,6 +122,38 @@ def chest_first(root):
     spine.find("parent").set("link", "chest")
     spine.find("child").set("link", "torso")
     spine.find("origin").set("xyz", "0 0 -0.3")
+
+
+@functools.cache
+def wide_legs() -> Robot:
+    """Legs as H1 has them: no ankle rolls, and they hang wider apart than the hips' axes meet."""
+    wide = np.array([0.0, 0.11, -0.36])
+    five = (*SEVEN[:3], ("knee", wide, (0.0, 1.0, 0.0), 2.0), ("ankle", (0, 0, -0.34), Y, 1.0))
+    return Robot.from_urdf(
+        biped_urdf(five), stance_sole="right_sole", swing_sole="left_sole", sole=SOLE
+    )
+
+
+def test_legs_without_ankle_roll_stand_below_the_line_of_their_feet():
+    legs = wide_legs().legs
+    assert legs.missing == ("ankle roll",)
+    assert legs.spacing == pytest.approx(2.0 * 0.09, abs=0.01)
+    assert legs.stance_width == pytest.approx(2.0 * (0.09 + 0.11), abs=1e-9)
+    task = preset_task("humanoid", wide_legs(), speed=0.5)
+    assert (task.margins.step_width, task.margins.trunk_roll) == (0.43, 0.25)
+
+
+def test_a_step_that_does_not_put_the_feet_flat_is_told_with_the_missing_joint():
+    robot = wide_legs()
+    well = WalkProblem(robot, preset_task("humanoid", robot, speed=0.5))
+    assert flat_feet_gap(well) < 1e-6
+    assert contradictions(well) == ()
+    narrow = WalkProblem(robot, preset_task("humanoid", robot, speed=0.5, step_width=0.3))
+    assert flat_feet_gap(narrow) > 0.01
+    ((family, sentence),) = contradictions(narrow)
+    assert family == "closure"
+    assert sentence.startswith("the legs cannot put both feet flat at a step of 0.3")
+    assert sentence.endswith("as the legs have no ankle roll joint")
 
 
 WAISTED = edits(add_arms(4), chest)

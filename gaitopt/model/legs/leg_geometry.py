@@ -48,7 +48,7 @@ class Legs:
         stance_width: distance between the ankles across when the robot stands upright [m], negative
             where the swing leg is the right one: that of the hips, or where ankles do not roll that
             of the ankles with all joints at 0, for such legs stay upright.
-        ankles_roll: whether the ankles roll; else the weight shifts by the trunk's roll alone.
+        missing: joints that the legs lack, as "ankle roll".
         gravity: acceleration of free fall [m/s²].
     """
 
@@ -60,7 +60,7 @@ class Legs:
     reach: float
     bound: float
     stance_width: float
-    ankles_roll: bool
+    missing: tuple[str, ...]
     gravity: float = STANDARD_GRAVITY
 
     @property
@@ -72,6 +72,11 @@ class Legs:
     def spacing(self) -> float:
         """Distance between the hips [m], negative where the swing leg is the right one."""
         return float(self.hips[1, 1] - self.hips[0, 1])
+
+    @property
+    def ankles_roll(self) -> bool:
+        """Whether the ankles roll; else the weight shifts by the roll of the trunk alone."""
+        return "ankle roll" not in self.missing
 
     @property
     def side(self) -> float:
@@ -187,8 +192,8 @@ def measure_legs(lines: ChainLines, soles: tuple[str, str], limits: JointLimits)
         parts = hip_and_ankle(points, axes)
         hip, ankle = (centre(points, axes, part) for part in parts)
         frame = data.oMf[lines.model.getFrameId(sole)]
-        ankles_roll = "ankle roll" not in missing_joints(points, axes)
-        if not ankles_roll:  # where on its axis the ankle is, only the foot tells
+        missing = tuple(missing_joints(points, axes))
+        if "ankle roll" in missing:  # where on its axis the ankle is, only the foot tells
             axis = axes[parts[1][0]]
             foot = lines.pelvis.actInv(frame.translation)
             ankle = ankle + ((foot - ankle) @ axis) * axis
@@ -206,7 +211,7 @@ def measure_legs(lines: ChainLines, soles: tuple[str, str], limits: JointLimits)
         knees.append(knee)
         flexion.append(told or (1.0 if knee.side[0] < 0.0 else -1.0))
         bounds.append(knee.reach + slack)
-    ends = hips if ankles_roll else places
+    ends = places if "ankle roll" in missing else hips
     return Legs(
         hips=np.array(hips),
         ankles=np.array(ankles),
@@ -216,7 +221,7 @@ def measure_legs(lines: ChainLines, soles: tuple[str, str], limits: JointLimits)
         reach=max(knee.reach for knee in knees),
         bound=max(bounds),
         stance_width=float(ends[1][1] - ends[0][1]),
-        ankles_roll=ankles_roll,
+        missing=missing,
         gravity=float(np.linalg.norm(lines.model.gravity.linear)),
     )
 
