@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import astuple, replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -113,3 +114,8 @@ def test_a_file_takes_words_and_units(tmp_path) -> None:
     }
     assert replace(spec, joints=SPEC.joints) == replace(changed(SPEC, expected), joints=SPEC.joints)
     assert spec.joints.knee.upper == pytest.approx(np.radians(120.0))
+
+
+def test_the_documentation_names_every_parameter() -> None:
+    said = (Path(__file__).parents[2] / "docs" / "cli.md").read_text(encoding="utf-8")
+    assert [name for name in PARAMETERS if f"`{name}`" not in said] == []
