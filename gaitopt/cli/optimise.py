@@ -28,6 +28,7 @@ from gaitopt.errors import (
     StoppedError,
     UnreachableError,
 )
+from gaitopt.gait.presets import foreign_margins
 from gaitopt.gait.result import Gait
 from gaitopt.mechanics.leg_distance import leg_pairs
 from gaitopt.nlp import Status
@@ -56,6 +57,8 @@ def run(
     errors, out = screen(stderr=True), screen()
     if not quiet:
         print_findings(errors, request.robot.findings, inspect_command(request.settings))
+        if foreign := foreign_margins(request.robot, request.task, "--preset humanoid"):
+            warn(errors, "warning", foreign)
     with painter(output is not None and figures) as brush:
         try:
             with small_matrices():

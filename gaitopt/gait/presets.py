@@ -110,20 +110,22 @@ def widest(robot: Robot, gap: float = Margins.lateral_gap) -> float:
     return round(max(abs(robot.legs.stance_width), soles) + WIDER, 3)
 
 
-def foreign_margins(robot: Robot, task: Task) -> str | None:
+def foreign_margins(robot: Robot, task: Task, remedy: str = "") -> str | None:
     """Return what to say where the margins of the thirteen-link biped meet another robot.
 
     Args:
         robot: the biped.
         task: its walk.
+        remedy: what sizes margins by the robot, by default the call in Python.
     """
     usual = Margins()
     chosen = any(getattr(task.margins, name) != getattr(usual, name) for name in _SIZED)
     if chosen or is_generated(robot.urdf):
         return None
+    remedy = remedy or f'preset_task("{HUMANOID}", robot, speed={task.speed:g})'
     return (
         f"the margins of this task are those of the thirteen-link biped: a least load of "
         f"{usual.minimum_load:g} N, where {robot.name} weighs {robot.weight:.0f} N, and no limits "
         f"of trunk, step width and gap between the legs; "
-        f'preset_task("{HUMANOID}", robot, speed={task.speed:g}) sizes them by the robot'
+        f"{remedy} sizes them by the robot"
     )

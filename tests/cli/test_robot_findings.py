@@ -35,6 +35,13 @@ def test_optimise_says_it_first(walk):
     assert "walks at" in result.stdout
 
 
+def test_margins_of_the_biped_for_another_robot_are_warned_of(quick):
+    said = quick("--urdf", CASE, "--preset", "standard", "--samples", "15").stderr
+    assert "warning: the margins of this task are those of the thirteen-link biped" in said
+    assert "; --preset humanoid sizes them by the robot\n" in said
+    assert "the margins of this task" not in quick("--samples", "15").stderr
+
+
 def test_summary_page_and_python_have_it(walk):
     directory, _ = walk
     summary = json.loads((directory / "summary.json").read_text())
