@@ -37,6 +37,8 @@ _UNITS = {
     **{f"hold.{q.name}": q.unit for q in GEOMETRY},
 }
 _PARTS = ("geometry", "links", "joints")
+_OWN = "own."
+"""Before the name of a margin of a constraint of the task's own."""
 
 
 @dataclass(frozen=True)
@@ -46,7 +48,8 @@ class Axis:
     Attributes:
         name: a field of `Task` or `Margins`, a geometric quantity (held at the value; as
             "hold.trunk_pitch" where a limit has the same name), a parameter of a biped, as "shin",
-            or the path of an entry of its specification, as "geometry.d3".
+            the path of an entry of its specification, as "geometry.d3", or, after "own.", a margin
+            of a constraint of the task's own.
         values: increasing, SI units of the quantity.
 
     Raises:
@@ -59,12 +62,13 @@ class Axis:
     def __post_init__(self) -> None:
         if not isinstance(self.name, str):
             raise InputError(f"a sweep is over a quantity by its name, not {self.name!r}")
-        if self.name not in (*_TASK, *_MARGINS, *_GEOMETRY) and not self.of_robot:
+        known = self.name in (*_TASK, *_MARGINS, *_GEOMETRY) or self.name.startswith(_OWN)
+        if not known and not self.of_robot:
             raise InputError(
                 f"there is no quantity '{self.name}' to sweep over; there are {', '.join(_TASK)}; "
                 f"the limits {', '.join(_MARGINS)}; the geometric quantities, held at the value, "
                 f"{', '.join(_GEOMETRY)}; parameters of a biped, {', '.join(PARAMETERS)}, and the "
-                "entries of its specification, as geometry.d3"
+                "entries of its specification, as geometry.d3; own.NAME of constraints of your own"
             )
         values = _numbers(self.name, self.values)
         if not values or not all(map(math.isfinite, values)):
@@ -134,20 +138,23 @@ def with_values(task: Task, values: Iterable[tuple[str, float]]) -> Task:
     """Return the task with some quantities changed; those of the robot are passed over.
 
     Raises:
-        InputError: a value is out of range.
+        InputError: a value is out of range, or the task has no such margin.
     """
     changes: dict[str, float] = {}
     margins: dict[str, float] = {}
+    own: dict[str, float] = {}
     geometry: dict[str, dict[str, float | bool]] = {}
     for name, value in values:
         if name in _TASK:
             changes[name] = value
         elif name in _MARGINS:
             margins[name] = value
+        elif name.startswith(_OWN):
+            own[name.removeprefix(_OWN)] = value
         elif name in _GEOMETRY:
             geometry[_GEOMETRY[name]] = {"free": False, "value": value}
     return replace(
-        task,
+        task.with_margins(own),
         **changes,  # type: ignore[arg-type]
         margins=replace(task.margins, **margins),  # type: ignore[arg-type]
         geometry=set_geometry(task.geometry, geometry),

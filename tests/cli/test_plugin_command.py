@@ -104,6 +104,9 @@ def test_a_library_is_swept_and_read_with_its_plugin(tmp_path, cli):
     where = tmp_path / "library"
     many = ("--speeds", "0.98,1.0", "--workers", "1", "--no-refine", "--quiet")
     assert cli("sweep", *many, *own, "--output", where).exit_code == 0
+    unknown = cli("sweep", "--grid", "own.high_swing=0.05,0.06", *own[:2], "--output", where)
+    assert unknown.exit_code == 2
+    assert "there is no margin 'high_swing'" in unknown.stderr
     between = ("library", where, "--at", "speed=0.99")
     without = cli(*between)
     assert without.exit_code == 2

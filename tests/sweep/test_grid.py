@@ -1,4 +1,5 @@
 import re
+from pathlib import Path
 
 import pytest
 from hypothesis import given, settings
@@ -6,6 +7,7 @@ from hypothesis import strategies as st
 
 from gaitopt.errors import InputError
 from gaitopt.gait.parameters import FOOT_YAW, TRUNK_PITCH
+from gaitopt.gait.plugin import load_plugin
 from gaitopt.gait.presets import preset_task
 from gaitopt.sweep.grid import Axis, parse_axis, with_values
 
@@ -98,3 +100,13 @@ def test_values_may_have_their_units(name, text, values):
 def test_a_unit_of_another_dimension_is_refused():
     with pytest.raises(InputError, match="no range of speed"):
         parse_axis("speed", "10deg,20deg")
+
+
+def test_margins_of_constraints_of_ones_own_are_swept_by_a_prefix():
+    plugin = load_plugin(Path(__file__).parents[1] / "data" / "plugins" / "swing_height.py")
+    task = preset_task(constraints=plugin.constraints)
+    axis = parse_axis("own.low_swing", "0.05,0.06")
+    changed = with_values(task, [(axis.name, axis.values[1]), ("friction", 0.6)])
+    assert (changed.margin("low_swing"), changed.margins.friction) == (0.06, 0.6)
+    with pytest.raises(InputError, match="there is no margin 'low_swing'"):
+        with_values(preset_task(), [(axis.name, 0.06)])
