@@ -6,7 +6,7 @@ from dataclasses import asdict, dataclass, field, replace
 
 import numpy as np
 
-from gaitopt.design.cross_check import Verdict, judge
+from gaitopt.design.cross_check import CrossCheck, cross_check
 from gaitopt.design.extremes import Extreme, located
 from gaitopt.gait.grid import Grid, proof_grid
 from gaitopt.gait.problem import WalkProblem
@@ -69,7 +69,7 @@ class Certificate:
     cost: float
     families: tuple[WorstRow, ...]
     resolution: float
-    referee: Verdict
+    referee: CrossCheck
     rear_foot_speed: float
     both_feet_stay: bool
     multipliers: tuple[Array, Array] = field(compare=False, repr=False)
@@ -175,7 +175,7 @@ def certify(problem: WalkProblem, x: Array, fine: WalkProblem | None = None) -> 
         cost=fine.cost.value(step),
         families=_worst_of_all(fine, x, extremes),
         resolution=max((e.error for e in extremes if e.margin < e.error), default=0.0),
-        referee=judge(problem.robot, step, fine.grid),
+        referee=cross_check(problem.robot, step, fine.grid),
         rear_foot_speed=float(rear_corners.min()),
         both_feet_stay=locked.valid,
         multipliers=multipliers,

@@ -31,7 +31,7 @@ LEAST = 1e-3  # share of a quantity's natural size below which differences are r
 
 
 @dataclass(frozen=True)
-class Verdict:
+class CrossCheck:
     """Disagreements; relative ones to the largest entry of what is compared.
 
     Attributes:
@@ -66,7 +66,7 @@ class Verdict:
         )  # fmt: skip
 
 
-def judge(robot: Robot, step: Step, grid: Grid) -> Verdict:
+def cross_check(robot: Robot, step: Step, grid: Grid) -> CrossCheck:
     """Compare a step with the referee's own computation.
 
     Args:
@@ -90,7 +90,7 @@ def judge(robot: Robot, step: Step, grid: Grid) -> Verdict:
     rate = float(np.sqrt(np.linalg.norm(gravity) / length))
     ground = _Ground(wrench, impulse, weight * step.duration)
     balance, vertical = _momentum_balance(chain, step, grid, ground)
-    return Verdict(
+    return CrossCheck(
         torque=_apart(step.read(quantities.TORQUE), torque, force * length),
         wrench=_apart(step.read(quantities.WRENCH), wrench, force),
         impulse=_apart(step.impact.impulse, impulse, force * step.duration),

@@ -1,6 +1,6 @@
-"""From a first guess to a walk on the task's samples, or to the reason why there is none.
+"""The one question gaitopt answers: how does this robot walk at this speed for the least effort?
 
-The one question gaitopt answers: how does this robot walk at this speed for the least effort?
+Where solvers find no walk, a diagnosis searches on; it finds one, or the reason why there is none.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from gaitopt.design.certificate import worst_rows
 from gaitopt.design.diagnosis import Diagnosis, diagnose
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.pipeline import Design, attempt, complete, finished, is_walk, versions
@@ -26,6 +27,65 @@ from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.task import Task
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array, ProgressCallback, Solution, Status, Stop, never
+
+__all__ = ["Design", "checked_start", "design", "finished", "versions"]
+
+
+def design(
+    robot: Robot,
+    task: Task | None = None,
+    options: DesignOptions | None = None,
+    *,
+    start: Array | None = None,
+    on_progress: Callable[[WalkProblem], ProgressCallback] | None = None,
+    stop: Stop = never,
+) -> Design:
+    """Design the optimal gait of a robot for a task.
+
+    Args:
+        robot: the biped.
+        task: speed, duration, margins; by default 1 m/s with steps of 0.4 s.
+        options: solver, refinement, kind of derivatives.
+        start: first guess of the parameters, shape (P,); by default `first_guess`.
+        on_progress: makes the progress callback of a walk (it can name the walk's rows).
+        stop: asked at every iteration; where it says True, the best walk until then is returned,
+            with the status INTERRUPTED.
+
+    Raises:
+        InputError: the start has another shape than the parameters, or is not finite.
+        NoGaitFoundError: no feasible gait was found; the message says what stands in the way, and
+            `diagnosis` why and what would help.
+        UnreachableError: the step asked for is longer than the legs; with a `diagnosis` too.
+        StoppedError: `stop` said so before there was a walk.
+    """
+    task, options = task or Task(), options or DesignOptions()
+    problem = WalkProblem(robot, task)
+    x = guess(problem, options, stop) if start is None else checked_start(problem, start)
+    callback = None if on_progress is None else on_progress(problem)
+    solution = search(problem, options, x, callback, stop)
+    return complete(problem, solution, options, on_progress, stop)
+
+
+def checked_start(problem: WalkProblem, start: Array) -> Array:
+    """Return a copy of a first guess of the parameters, shape (P,).
+
+    Raises:
+        InputError: it has another shape, or entries that are not finite numbers.
+    """
+    wanted = (
+        f"give {problem.layout.size} finite numbers, in the order of "
+        "WalkProblem(robot, task).layout.names"
+    )
+    try:
+        x = np.array(start, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"the first guess is no array of numbers; {wanted}") from error
+    if x.shape != (problem.layout.size,):
+        raise InputError(f"the first guess has shape {x.shape}; {wanted}")
+    if not np.all(np.isfinite(x)):
+        at = problem.layout.names[int(np.argmin(np.isfinite(x)))]
+        raise InputError(f"the first guess has no finite value for {at}; {wanted}")
+    return x
 
 
 def guess(problem: WalkProblem, options: DesignOptions, stop: Stop = never) -> Array:
@@ -50,10 +110,10 @@ def search(
     solution = attempt(problem, options, x, callback, stop)
     if is_walk(solution):
         return solution
-    return second_thoughts(problem, [solution], options, callback, stop)
+    return walk_after_diagnosis(problem, [solution], options, callback, stop)
 
 
-def second_thoughts(
+def walk_after_diagnosis(
     problem: WalkProblem,
     tried: Sequence[Solution],
     options: DesignOptions,
@@ -117,78 +177,11 @@ def _refusal(problem: WalkProblem, solution: Solution) -> str:
     """Say what is wrong with a solution that is not a walk."""
     reason = f"no feasible gait was found ({solution.status.value})"
     try:
-        rows = problem.values(solution.x).rows
+        worst = worst_rows(problem, solution.x)[0]
     except EvaluationError as error:
         return f"{reason}; {error}"
-    worst = np.maximum(problem.rows.lower - rows, rows - problem.rows.upper)
-    row = int(np.argmax(worst))
-    at = problem.address(row)
-    scale = at.block.scale[at.entry]
-    limit = (
-        problem.rows.lower[row] if rows[row] < problem.rows.lower[row] else problem.rows.upper[row]
-    )
+    task = problem.task
     return (
-        f"{reason} at {problem.task.speed:g} m/s with steps of {problem.task.duration:g} s; the "
-        f"least violation leaves {problem.describe(row)}: {rows[row] * scale:.4g} "
-        f"{at.block.unit}, allowed {limit * scale:.4g}"
+        f"{reason} at {task.speed:g} m/s with steps of {task.duration:g} s; the least violation "
+        f"leaves {worst.sentence}"
     )
-
-
-__all__ = ["Design", "checked_start", "design", "finished", "versions"]
-
-
-def design(
-    robot: Robot,
-    task: Task | None = None,
-    options: DesignOptions | None = None,
-    *,
-    start: Array | None = None,
-    on_progress: Callable[[WalkProblem], ProgressCallback] | None = None,
-    stop: Stop = never,
-) -> Design:
-    """Design the optimal gait of a robot for a task.
-
-    Args:
-        robot: the biped.
-        task: speed, duration, margins; by default 1 m/s with steps of 0.4 s.
-        options: solver, refinement, kind of derivatives.
-        start: first guess of the parameters, shape (P,); by default `first_guess`.
-        on_progress: makes the progress callback of a walk (it can name the walk's rows).
-        stop: asked at every iteration; where it says True, the best walk until then is returned,
-            with the status INTERRUPTED.
-
-    Raises:
-        InputError: the start has another shape than the parameters, or is not finite.
-        NoGaitFoundError: no feasible gait was found; the message says what stands in the way, and
-            `diagnosis` why and what would help.
-        UnreachableError: the step asked for is longer than the legs; with a `diagnosis` too.
-        StoppedError: `stop` said so before there was a walk.
-    """
-    task, options = task or Task(), options or DesignOptions()
-    problem = WalkProblem(robot, task)
-    x = guess(problem, options, stop) if start is None else checked_start(problem, start)
-    callback = None if on_progress is None else on_progress(problem)
-    solution = search(problem, options, x, callback, stop)
-    return complete(problem, solution, options, on_progress, stop)
-
-
-def checked_start(problem: WalkProblem, start: Array) -> Array:
-    """Return a copy of a first guess of the parameters, shape (P,).
-
-    Raises:
-        InputError: it has another shape, or entries that are not finite numbers.
-    """
-    wanted = (
-        f"give {problem.layout.size} finite numbers, in the order of "
-        "WalkProblem(robot, task).layout.names"
-    )
-    try:
-        x = np.array(start, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise InputError(f"the first guess is no array of numbers; {wanted}") from error
-    if x.shape != (problem.layout.size,):
-        raise InputError(f"the first guess has shape {x.shape}; {wanted}")
-    if not np.all(np.isfinite(x)):
-        at = problem.layout.names[int(np.argmin(np.isfinite(x)))]
-        raise InputError(f"the first guess has no finite value for {at}; {wanted}")
-    return x

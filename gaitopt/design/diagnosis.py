@@ -1,7 +1,4 @@
-"""Why there is no gait, in words and as data.
-
-Why a walk has no gait, and what would give it one.
-"""
+"""Why a walk has no gait, and what would give it one: in words and as data."""
 
 from __future__ import annotations
 
@@ -28,6 +25,9 @@ from gaitopt.design.remedies import Suggestion, find_suggestions
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.nlp import Array, Solution, Start, Stop, never
 from gaitopt.tolerances import FEASIBLE
+
+EQUAL = 0.98
+"""Rows violated at least this share of the most violated are its equals."""
 
 
 @dataclass(frozen=True)
@@ -108,10 +108,6 @@ def _worst_sentence(row: WorstRow) -> str:
     if row.family != "walking speed":
         return row.sentence
     return f"a step that is {abs(row.value):.3g} m too {'short' if row.value > 0.0 else 'long'}"
-
-
-EQUAL = 0.98
-"""Rows violated at least this share of the most violated are its equals."""
 
 
 def diagnose(

@@ -281,13 +281,13 @@ def _brackets(pieces: list[_Piece], everywhere: bool) -> tuple[NDArray[np.int_],
     rows, columns = np.nonzero(minima)
     numbers, points = np.divmod(rows, DENSE - 1)
     for k in np.flatnonzero((points == 0) & (numbers > 0)):
-        falls = numbers[k] < len(pieces) and _slope_at_start(pieces[numbers[k]], columns[k]) < 0.0
+        falls = numbers[k] < len(pieces) and _rate_at_start(pieces[numbers[k]], columns[k]) < 0.0
         if not falls:
             numbers[k], points[k] = numbers[k] - 1, DENSE - 1
     return numbers, points, columns
 
 
-def _slope_at_start(piece: _Piece, column: int) -> float:
+def _rate_at_start(piece: _Piece, column: int) -> float:
     orders = np.arange(NODES)
     return float(-((-1.0) ** orders * orders**2) @ piece.coefficients[:, column])
 
@@ -336,10 +336,10 @@ def _minima(coefficients: Array, low: Array, high: Array, x: Array) -> tuple[Arr
     second: Array = np.pad(chebyshev.chebder(coefficients, 2), ((0, 2), (0, 0)))
     begin = x
     for _ in range(NEWTON):
-        slope, bend = _sum(x, first), _sum(x, second)
-        low, high = np.where(slope > 0.0, low, x), np.where(slope > 0.0, x, high)
-        step = x - slope / np.where(bend > 0.0, bend, 1.0)
-        x = np.where((bend > 0.0) & (low <= step) & (step <= high), step, 0.5 * (low + high))
+        d1, d2 = _sum(x, first), _sum(x, second)
+        low, high = np.where(d1 > 0.0, low, x), np.where(d1 > 0.0, x, high)
+        step = x - d1 / np.where(d2 > 0.0, d2, 1.0)
+        x = np.where((d2 > 0.0) & (low <= step) & (step <= high), step, 0.5 * (low + high))
     better = _sum(x, coefficients) <= _sum(begin, coefficients)
     x = np.where(better, x, begin)
     return x, _sum(x, coefficients), _sum(x, second)

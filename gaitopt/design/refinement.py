@@ -1,12 +1,10 @@
-"""Limits kept between the samples with as few instants as possible: an exchange method.
+"""Semi-infinite refinement: add violated instants to the grid and solve again, until none is left.
 
-The instants where a walk exceeds a limit are added and the walk is solved again, until none is
-left (Hettich & Kortanek, 1993, Semi-infinite programming, SIAM Review 35(3), section 7). A limit
-that was kept at one instant is then exceeded a little beside it: its multiplier moves there too.
-Measured on sixteen walks of eight robots, that takes a quarter of the iterations off the median
-one, and one that ran to the limit of iterations without it is certified; one takes four times more.
-
-Constraints hold between the samples too: add the instants that do not, and solve again.
+An exchange method (Hettich & Kortanek, 1993, Semi-infinite programming, SIAM Review 35(3), section
+7) with as few instants as possible. A limit that was kept at one instant is then violated a little
+beside it: its multiplier moves there too. Measured on sixteen walks of eight robots, that takes a
+quarter of the iterations off the median one, and one that ran to the limit of iterations without
+it is certified; one takes four times more.
 """
 
 from __future__ import annotations
@@ -32,8 +30,50 @@ from gaitopt.solvers.solver import Solver
 from gaitopt.tolerances import FEASIBLE
 
 MAX_ROUNDS = 12
-
+_WORTH_SOLVING = (Status.OPTIMAL, Status.STALLED)
+_WORTH_GOING_ON = (*_WORTH_SOLVING, Status.ITERATION_LIMIT)
+"""A round that crawled is followed by another, at whose instants it often does not."""
 Solve = Callable[[WalkProblem, Start], Solution]
+
+
+def refine(
+    problem: WalkProblem,
+    solution: Solution,
+    solver: Solver,
+    on_progress: Callable[[WalkProblem], ProgressCallback] | None = None,
+    stop: Stop = never,
+    *,
+    fine: WalkProblem | None = None,
+) -> tuple[WalkProblem, Solution]:
+    """Solve again, warm, with the violated instants of the fine grid, until none is left.
+
+    Args:
+        problem, solution: a walk and its solution on the given samples.
+        solver: used for every round.
+        on_progress: makes the progress callback of a walk.
+        stop: where it says True, the walk of the last complete round is kept.
+        fine: the walk on the certificate's grid, if it is at hand.
+
+    Returns:
+        The walk on its final grid, and the solution with the work of all rounds.
+    """
+    if solution.status not in _WORTH_SOLVING:
+        return problem, solution
+    fine = fine or on_fine_grid(problem)
+    peaks = violated_rows(fine, solution.x)
+    if not peaks:
+        return problem, solution
+
+    def solve(finer: WalkProblem, start: Start) -> Solution:
+        callback = None if on_progress is None else on_progress(finer)
+        return solver.solve(finer, start, callback, stopping(stop))
+
+    found, active = (problem, solution), active_rows(problem, solution.multipliers)
+    for finer, again in exchange(problem, solution.x, active, solve, fine, peaks):
+        if again.status not in _WORTH_GOING_ON or again.violation > FEASIBLE:
+            return found[0], _kept(found[1], again)
+        found = finer, with_work(again, found[1])
+    return pruned(problem, *found)
 
 
 def exchange(
@@ -90,51 +130,6 @@ def pruned(
     active = active_rows(problem, solution.multipliers)
     lean = sparse.with_grid(sparse.grid.with_instants(instants_of(sparse, active)))
     return lean, replace(solution, multipliers=placed(lean, active))
-
-
-_WORTH_SOLVING = (Status.OPTIMAL, Status.STALLED)
-_WORTH_GOING_ON = (*_WORTH_SOLVING, Status.ITERATION_LIMIT)
-"""A round that crawled is followed by another, at whose instants it often does not."""
-
-
-def refine(
-    problem: WalkProblem,
-    solution: Solution,
-    solver: Solver,
-    on_progress: Callable[[WalkProblem], ProgressCallback] | None = None,
-    stop: Stop = never,
-    *,
-    fine: WalkProblem | None = None,
-) -> tuple[WalkProblem, Solution]:
-    """Solve again, warm, with the violated instants of the fine grid, until none is left.
-
-    Args:
-        problem, solution: a walk and its solution on the given samples.
-        solver: used for every round.
-        on_progress: makes the progress callback of a walk.
-        stop: where it says True, the walk of the last complete round is kept.
-        fine: the walk on the certificate's grid, if it is at hand.
-
-    Returns:
-        The walk on its final grid, and the solution with the work of all rounds.
-    """
-    if solution.status not in _WORTH_SOLVING:
-        return problem, solution
-    fine = fine or on_fine_grid(problem)
-    peaks = violated_rows(fine, solution.x)
-    if not peaks:
-        return problem, solution
-
-    def solve(finer: WalkProblem, start: Start) -> Solution:
-        callback = None if on_progress is None else on_progress(finer)
-        return solver.solve(finer, start, callback, stopping(stop))
-
-    found, active = (problem, solution), active_rows(problem, solution.multipliers)
-    for finer, again in exchange(problem, solution.x, active, solve, fine, peaks):
-        if again.status not in _WORTH_GOING_ON or again.violation > FEASIBLE:
-            return found[0], _kept(found[1], again)
-        found = finer, with_work(again, found[1])
-    return pruned(problem, *found)
 
 
 def violated_instants(fine: WalkProblem, x: Array) -> Array:

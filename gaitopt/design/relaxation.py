@@ -1,6 +1,6 @@
-"""The elastic program of a walk: how little must the limits give for a walk to exist?
+"""Relaxed walks: how little must limits give, or one number of task or robot change, for a walk?
 
-    minimise over x, t   t_1 + t_2 + ... + pull . x + epsilon/2 |(x - x_0) / scale|²
+    minimise over x, t   t_1 + t_2 + ... + weights . x + epsilon/2 |(x - x_0) / scale|²
     subject to           lower <= c(x) + t_1 (A_1 + B_1 c(x)) + t_2 (A_2 + B_2 c(x)) + ... <= upper
                          0 <= t <= t_max
 
@@ -8,10 +8,10 @@ with c the scaled rows of the walk; its cost plays no part. Where a row has two 
 relaxed, it stands there twice, once for each limit. The sum of t (a 1-norm) keeps most of them at
 exactly zero (Nocedal & Wright, 2006, section 17.2): what is left is a small set of limits that
 conflict. B couples rows: a coefficient of friction multiplies the vertical force, which is a row
-of its own. `pull` asks for little of one variable instead. With neither t nor pull, the program
-asks for the nearest walk.
+of its own. The weights ask for little of one variable instead. With neither t nor weights, the
+program asks for the nearest walk.
 
-What a person can turn to make a walk possible: one number of the task or of the robot each.
+An `Adjustment` is one number of the task or of the robot with the program that changes it least.
 """
 
 from __future__ import annotations
@@ -37,9 +37,14 @@ REGULARITY = 1e-3
 """epsilon: the distance only chooses among walks that are equally near to the limits."""
 STEP = 0.3
 """Scale of t for the solver; one unit of t is a change that matters."""
-
+STRONGEST = 10.0  # times: no motor is asked to be stronger or faster than this
+WIDEST = 1.0  # rad: no joint range is widened by more
+SLOWEST = 0.05  # m/s
+UNUSUAL = 0.05  # of a change that matters: a value this far from the usual one was asked for
+LONGEST, SHORTEST = 2.0, 0.5  # step duration over the one asked for
 Indices = NDArray[np.int_]
 Coupling = tuple[Indices, Indices, float]
+_ROBOT_SETTINGS = ("robot torque limits", "robot speed limits", "robot joint ranges")
 
 
 @dataclass(frozen=True)
@@ -89,7 +94,7 @@ class RelaxedProgram(NLP):
         base: NLP,
         relaxations: tuple[Relaxation, ...],
         centre: Array,
-        pull: Array | None = None,
+        weights: Array | None = None,
     ) -> None:
         """Relax a program.
 
@@ -97,13 +102,13 @@ class RelaxedProgram(NLP):
             base: the program.
             relaxations: k of them.
             centre: x_0, shape (n,).
-            pull: linear objective on x, shape (n,), by default none.
+            weights: linear objective on x, shape (n,), by default none.
         """
         self.base, self.relaxations, self.centre = base, relaxations, centre
         self.has_hessian, self.cost_scale = base.has_hessian, 1.0
         k, variables = len(relaxations), base.variables
         self.size = variables.lower.size
-        self._pull = np.zeros(self.size) if pull is None else pull
+        self._weights = np.zeros(self.size) if weights is None else weights
         self._stiffness = REGULARITY / variables.scale**2
         self.variables = Variables(
             (*variables.names, *(r.name for r in relaxations)),
@@ -159,22 +164,22 @@ class RelaxedProgram(NLP):
         jacobian[:, : x.size] = (at.jacobian + self._coupled(at.jacobian, t))[self.source]
         for i in range(t.size):
             jacobian[:, x.size + i] = self.column(i, at.rows)
-        slope = self._pull + self._stiffness * (x - self.centre)
-        gradient = np.append(slope, np.ones(t.size))
+        of_x = self._weights + self._stiffness * (x - self.centre)
+        gradient = np.append(of_x, np.ones(t.size))
         return Point(z, self._objective(x, t), self._rows(at.rows, t), gradient, jacobian)
 
     def hessian(self, z: Array, multipliers: Array, cost_weight: float) -> Array:
         """Return the exact Hessian of cost_weight * objective + multipliers . rows."""
         x, t = self.split(z)
         y = self.base_multipliers(multipliers)
-        pulled = [self._pulled(i, y) for i in range(t.size)]
-        at_base = y + sum((t[i] * pulled[i] for i in range(t.size)), np.zeros(y.size))
+        coupled_y = [self._coupled_multipliers(i, y) for i in range(t.size)]
+        at_base = y + sum((t[i] * coupled_y[i] for i in range(t.size)), np.zeros(y.size))
         H = np.zeros((z.size, z.size))
         H[: x.size, : x.size] = self.base.hessian(x, at_base, 0.0)
         H[: x.size, : x.size] += cost_weight * np.diag(self._stiffness)
         for i in range(t.size):
-            if pulled[i].any():
-                H[: x.size, x.size + i] = pulled[i] @ self.base.point(x).jacobian
+            if coupled_y[i].any():
+                H[: x.size, x.size + i] = coupled_y[i] @ self.base.point(x).jacobian
                 H[x.size + i, : x.size] = H[: x.size, x.size + i]
         return H
 
@@ -203,7 +208,7 @@ class RelaxedProgram(NLP):
 
     def _objective(self, x: Array, t: Array) -> float:
         away = x - self.centre
-        return float(t.sum() + self._pull @ x + 0.5 * away @ (self._stiffness * away))
+        return float(t.sum() + self._weights @ x + 0.5 * away @ (self._stiffness * away))
 
     def _rows(self, rows: Array, t: Array) -> Array:
         moved: Array = rows[self.source]
@@ -219,7 +224,7 @@ class RelaxedProgram(NLP):
                 moved[target] += amount * factor * jacobian[partner]
         return moved
 
-    def _pulled(self, index: int, y: Array) -> Array:
+    def _coupled_multipliers(self, index: int, y: Array) -> Array:
         """B_i' y."""
         back = np.zeros(y.size)
         for target, partner, factor in self.relaxations[index].couplings:
@@ -231,13 +236,6 @@ def _ratio(missing: Array, rate: Array) -> float:
     """Largest missing / rate where a limit is missed and gives."""
     gives = (rate > 0.0) & (missing > 0.0)
     return float((missing[gives] / rate[gives]).max(initial=0.0))
-
-
-STRONGEST = 10.0  # times: no motor is asked to be stronger or faster than this
-WIDEST = 1.0  # rad: no joint range is widened by more
-SLOWEST = 0.05  # m/s
-UNUSUAL = 0.05  # of a change that matters: a value this far from the usual one was asked for
-LONGEST, SHORTEST = 2.0, 0.5  # step duration over the one asked for
 
 
 class Adjustment(ABC):
@@ -384,9 +382,9 @@ class DurationAdjustment(Adjustment):
         table = set_geometry(problem.task.geometry, {"duration": free})
         task = replace(problem.task, geometry=table)
         walk = WalkProblem(problem.robot, task, problem.grid)
-        pull = np.zeros(walk.layout.size)
-        pull[-1] = 1.0 / (self.bound - self.before)  # the last of the geometric quantities
-        return RelaxedProgram(walk, (), start, pull)
+        weights = np.zeros(walk.layout.size)
+        weights[-1] = 1.0 / (self.bound - self.before)  # the last of the geometric quantities
+        return RelaxedProgram(walk, (), start, weights)
 
     def start(self, x: Array, amount: float) -> Array:
         """Return the variables of the walk with a free duration."""
@@ -426,9 +424,9 @@ class StepWidthAdjustment(Adjustment):
         table = set_geometry(problem.task.geometry, {"foot_spacing": {**least}})
         _, task = self.changed(problem.robot, replace(problem.task, geometry=table), self.bound)
         walk = WalkProblem(problem.robot, task, problem.grid)
-        pull = np.zeros(walk.layout.size)
-        pull[self.index] = self.side / (self.bound - self.before)
-        return RelaxedProgram(walk, (), start, pull)
+        weights = np.zeros(walk.layout.size)
+        weights[self.index] = self.side / (self.bound - self.before)
+        return RelaxedProgram(walk, (), start, weights)
 
     def start(self, x: Array, amount: float) -> Array:
         """Return x with the feet a part of the way from the width asked for to the bound apart."""
@@ -534,9 +532,6 @@ def usual_value(problem: WalkProblem, setting: Adjustment) -> float | None:
         if away > UNUSUAL * abs(setting.step) and sign * (setting.bound - value) >= 0.0
         else None
     )
-
-
-_ROBOT_SETTINGS = ("robot torque limits", "robot speed limits", "robot joint ranges")
 
 
 def _with_limits(robot: Robot, setting: str, value: float) -> Robot:

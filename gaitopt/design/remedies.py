@@ -155,37 +155,17 @@ class Suggestion:
         }
 
 
-@dataclass
-class Effort:
-    """What a search for suggestions may use, and has done.
-
-    Attributes:
-        options: how a walk is designed that follows a suggestion.
-        stop: ends the search.
-        evaluations: so far.
-        tried: names of the settings that were turned in vain at least once.
-        done: names of those that led to a suggestion.
-    """
-
-    options: DesignOptions
-    stop: Stop = never
-    evaluations: int = 0
-    tried: tuple[str, ...] = ()
-    done: tuple[str, ...] = ()
-
-    def spent(self, enough: bool) -> bool:
-        """Whether no other setting should be begun."""
-        return self.evaluations >= (WORK if enough else MOST_WORK)
-
-
 def find_suggestions(
-    problem: WalkProblem, reason: LeastRelaxation | None, options: DesignOptions, stop: Stop = never
+    problem: WalkProblem,
+    relaxed: LeastRelaxation | None,
+    options: DesignOptions,
+    stop: Stop = never,
 ) -> tuple[tuple[Suggestion, ...], tuple[str, ...]]:
-    """Return what suffices, the most promising first, and the settings turned alone in vain.
+    """Return what suffices, the most promising first, and the settings changed alone in vain.
 
     Args:
         problem: a walk without a gait.
-        reason: its smallest relaxation; without one, only what asks for more than is usual is
+        relaxed: its smallest relaxation; without one, only what asks for more than is usual is
             changed.
         options: how the walk was searched for, and will be.
         stop: ends the search.
@@ -193,76 +173,13 @@ def find_suggestions(
     Raises:
         StoppedError: `stop` said so.
     """
-    effort = Effort(following(options), stop)
-    if reason is None:
-        return _all_usual(problem, effort)
-    x = reason.x
-    found: list[Suggestion] = []
-    main = _giving(problem, reason, MAIN * reason.amount)
-    promising = _promising(problem, reason)
-    trials: list[tuple[Adjustment, Callable[..., Suggestion | None]]] = []
-    for setting, start in _near(reason, promising):
-        trials += [(setting, partial(_change_least, start=start)), (setting, _as_usual)]
-    for setting, start in _far(problem, main, promising):
-        trials += [(setting, partial(_change_least, start=start))]
-    for setting, trial in trials:
-        if len(found) == ENOUGH or effort.spent(bool(found)):
-            break
-        suggestion = None if setting.name in effort.done else trial(problem, setting, effort=effort)
-        if suggestion is not None:
-            found.append(suggestion)
-            effort.done += (setting.name,)
-        elif setting.name not in effort.tried:
-            effort.tried += (setting.name,)
-    if not found and _pushes(problem, reason, "impulse cop"):
-        found += _without_impulse_cop(problem, x, effort)
-    if not found:
-        found += _together(problem, reason, [setting for setting, _ in promising], effort)
-    return tuple(found), tuple(name for name in effort.tried if name not in effort.done)
-
-
-def _all_usual(
-    problem: WalkProblem, effort: Effort
-) -> tuple[tuple[Suggestion, ...], tuple[str, ...]]:
-    """Return what suffices of the numbers that ask for more than is usual, alone or together."""
-    width = step_width_adjustment(problem)
-    settings = [*limit_adjustments(problem), *([] if width is None else [width])]
-    if problem.layout.index("duration") is None:
-        settings += [duration_adjustment(problem, shorter) for shorter in (True, False)]
-    asked = [setting for setting in settings if usual_value(problem, setting) is not None]
-    found: list[Suggestion] = []
-    for setting in asked:
-        if len(found) == ENOUGH or effort.spent(bool(found)):
-            break
-        suggestion = _as_usual(problem, setting, effort)
-        if suggestion is not None:
-            found.append(suggestion)
-            effort.done += (setting.name,)
-        else:
-            effort.tried += (setting.name,)
-    if not found:
-        found += _usual_together(problem, asked, effort)
-    return tuple(found), effort.tried
-
-
-def _near(
-    reason: LeastRelaxation, promising: list[tuple[Adjustment, float]]
-) -> Iterator[tuple[Adjustment, Start]]:
-    """Yield settings with starts from the smallest relaxation."""
-    for setting, amount in promising:
-        # One unit of this setting is worth reason.amount / amount of what the reason minimises.
-        worth = amount / reason.amount
-        multipliers = reason.multipliers * worth if np.isfinite(worth) else None
-        yield setting, Start(setting.start(reason.x, amount), multipliers)
-
-
-def _far(
-    problem: WalkProblem, main: set[str], promising: list[tuple[Adjustment, float]]
-) -> Iterator[tuple[Adjustment, Start]]:
-    """Yield the settings of the main families, wide open, with starts from the first guess."""
-    for setting, _ in promising:
-        if not main.isdisjoint(setting.families):
-            yield setting, Start(setting.start(easier_guess(problem), np.inf))
+    search = _Search(problem, following(options), stop)
+    if relaxed is None:
+        search.give_usual_values()
+    else:
+        search.follow_relaxation(relaxed)
+    done = {found.setting for found in search.found if not found.also}
+    return tuple(search.found), tuple(name for name in search.tried if name not in done)
 
 
 def following(options: DesignOptions) -> DesignOptions:
@@ -303,214 +220,261 @@ def followed(
     return found if found.proven else None
 
 
-def _promising(problem: WalkProblem, reason: LeastRelaxation) -> list[tuple[Adjustment, float]]:
+class _Search:
+    """A search for suggestions.
+
+    Attributes:
+        problem: a walk without a gait.
+        options: how a walk is designed that follows a suggestion.
+        stop: ends the search.
+        found: suggestions so far.
+        tried: names of the settings that were changed alone in vain at least once.
+        evaluations: so far.
+    """
+
+    def __init__(self, problem: WalkProblem, options: DesignOptions, stop: Stop) -> None:
+        self.problem, self.options, self.stop = problem, options, stop
+        self.found: list[Suggestion] = []
+        self.tried: list[str] = []
+        self.evaluations = 0
+
+    def follow_relaxation(self, relaxed: LeastRelaxation) -> None:
+        """Change the most promising settings alone, then the impulse's limit, then several."""
+        promising = _promising(self.problem, relaxed)
+        main = _loosened(self.problem, relaxed, MAIN * relaxed.amount)
+        trials: list[tuple[Adjustment, Callable[[], Suggestion | None]]] = []
+        for setting, amount in promising:
+            # One unit of the setting is worth this much of what the relaxation minimises.
+            worth = amount / relaxed.amount
+            multipliers = relaxed.multipliers * worth if np.isfinite(worth) else None
+            start = Start(setting.start(relaxed.x, amount), multipliers)
+            trials.append((setting, partial(self._least, setting, start)))
+            trials.append((setting, partial(self._usual, setting)))
+        for setting, _ in promising:
+            if not main.isdisjoint(setting.families):
+                trials.append((setting, partial(self._least_from_afar, setting)))
+        self._alone(trials)
+        if not self.found and _pushes(self.problem, relaxed, "impulse cop"):
+            self._without_impulse_cop(relaxed.x)
+        if not self.found:
+            limits = [one for one, _ in promising if isinstance(one, LimitAdjustment)]
+            most = self.evaluations + PAIRS_WORK
+            for pair in combinations(limits[:PAIRED], 2):
+                if not self.found and self.evaluations < most:
+                    self._keep(self._least_of_several(pair, relaxed.x))
+        if not self.found:
+            self._usual_together([setting for setting, _ in promising])
+
+    def give_usual_values(self) -> None:
+        """Give what asks for more than is usual its usual value: alone, then all together."""
+        width = step_width_adjustment(self.problem)
+        settings = [*limit_adjustments(self.problem), *([] if width is None else [width])]
+        if self.problem.layout.index("duration") is None:
+            settings += [duration_adjustment(self.problem, shorter) for shorter in (True, False)]
+        asked = [one for one in settings if usual_value(self.problem, one) is not None]
+        self._alone([(setting, partial(self._usual, setting)) for setting in asked])
+        if not self.found:
+            self._usual_together(asked)
+
+    def _alone(self, trials: list[tuple[Adjustment, Callable[[], Suggestion | None]]]) -> None:
+        """Change one setting after the other, until enough is found or the work is spent."""
+        done: set[str] = set()
+        for setting, trial in trials:
+            spent = self.evaluations >= (WORK if self.found else MOST_WORK)
+            if len(self.found) == ENOUGH or spent:
+                return
+            if setting.name not in done:
+                if self._keep(trial()):
+                    done.add(setting.name)
+                elif setting.name not in self.tried:
+                    self.tried.append(setting.name)
+
+    def _keep(self, suggestion: Suggestion | None) -> bool:
+        self.found += [] if suggestion is None else [suggestion]
+        return suggestion is not None
+
+    def _least(self, setting: Adjustment, start: Start) -> Suggestion | None:
+        """Change one setting as little as possible.
+
+        The start is in the setting's variables, with multipliers of the walk's rows.
+        """
+        program = setting.program(self.problem, start.x)
+        own = None if start.multipliers is None else program.own_multipliers(start.multipliers)
+        z = self._solved(program, Start(start.x, own))
+        if z is None:
+            return None
+        values = _outward(setting.before, setting.value(z), setting.bound, setting.step)
+        followed = (self._follow(((setting, value),), setting.walk(z)) for value in values)
+        return next((one for one in followed if one is not None), None)
+
+    def _least_from_afar(self, setting: Adjustment) -> Suggestion | None:
+        """The same from the first guess with the setting wide open."""
+        return self._least(setting, Start(setting.start(easier_guess(self.problem), np.inf)))
+
+    def _least_of_several(
+        self, settings: tuple[LimitAdjustment, ...], x: Array
+    ) -> Suggestion | None:
+        """Change several limits as little as possible, from the relaxed walk x."""
+        relaxations = tuple(setting.relaxation(self.problem) for setting in settings)
+        program = RelaxedProgram(self.problem, relaxations, x)
+        z = self._solved(program, Start(program.needed(x)))
+        if z is None:
+            return None
+        x, amounts = program.split(z)
+        outward = [
+            list(_outward(one.before, one.before + one.step * t, one.bound, one.step))
+            for one, t in zip(settings, amounts, strict=True)
+        ]
+        for trial in range(len(OUTWARD)):
+            values = [values[min(trial, len(values) - 1)] for values in outward]
+            suggestion = self._follow(tuple(zip(settings, values, strict=True)), x)
+            if suggestion is not None:
+                return suggestion
+        return None
+
+    def _solved(self, program: RelaxedProgram, start: Start) -> Array | None:
+        """Return the variables of a relaxed program's solution, None if it is not feasible."""
+        early = EarlyStopping()
+        solution = solve_unless_stopped(RELAXATION_SOLVER, program, start, self.stop, early)
+        self.evaluations += solution.evaluations
+        return solution.x if solution.violation <= FEASIBLE else None
+
+    def _usual(self, setting: Adjustment) -> Suggestion | None:
+        """Give a setting its usual value where more is asked for."""
+        value = usual_value(self.problem, setting)
+        return None if value is None else self._from_first_guess(((setting, value),))
+
+    def _usual_together(self, settings: list[Adjustment]) -> None:
+        """Give all settings that ask for more than is usual their usual values."""
+        usual = [(setting, usual_value(self.problem, setting)) for setting in settings]
+        asked = tuple((setting, value) for setting, value in usual if value is not None)
+        if len(asked) > 1:
+            self._keep(self._from_first_guess(asked))
+
+    def _from_first_guess(self, changes: Changes) -> Suggestion | None:
+        """Follow changes from the first guess, at last by way of a relaxed lift-off."""
+        try:
+            robot, task = self._changed(changes)
+            x = first_guess(WalkProblem(robot, task))
+        except (InputError, UnreachableError):
+            return None
+        suggestion = self._follow(changes, x)
+        by_way = replace(self.options, approach="relaxed")
+        if suggestion is not None or not begins_relaxed(task, by_way):
+            return suggestion
+        return self._follow(changes, x, by_way)
+
+    def _follow(
+        self, changes: Changes, x: Array, options: DesignOptions | None = None
+    ) -> Suggestion | None:
+        """Follow changes from x; return them if they lead to a proven walk."""
+        options = options or self.options
+        try:
+            robot, task = self._changed(changes)
+        except InputError:
+            return None
+        found = followed(robot, task, x, options, self.stop)
+        self.evaluations += PATIENCE if found is None else found.solution.evaluations
+        if found is None:
+            return None
+        first, *also = (Change(k.name, k.words, k.before, value, k.unit) for k, value in changes)
+        return Suggestion(
+            first.setting, first.words, first.before, first.after, first.unit,
+            robot, task, options, x, found, tuple(also),
+        )  # fmt: skip
+
+    def _changed(self, changes: Changes) -> tuple[Robot, Task]:
+        """Return robot and task with settings changed.
+
+        Raises:
+            InputError: a value is out of range.
+        """
+        robot, task = self.problem.robot, self.problem.task
+        for setting, value in changes:
+            robot, task = setting.changed(robot, task, value)
+        return robot, task
+
+    def _without_impulse_cop(self, x: Array) -> None:
+        robot, task = self.problem.robot, self.problem.task
+        task = replace(task, margins=replace(task.margins, impulse_cop=False))
+        found = followed(robot, task, x, self.options, self.stop)
+        if found is None:
+            self.tried.append("impulse_cop")
+            return
+        words = "the limit on the centre of pressure at the impact"
+        self.found.append(
+            Suggestion("impulse_cop", words, 1.0, 0.0, "", robot, task, self.options, x, found)
+        )
+
+
+def _promising(problem: WalkProblem, relaxed: LeastRelaxation) -> list[tuple[Adjustment, float]]:
     """Return the settings to try, with how far they should have to be turned by the multipliers.
 
     Those that ask for more than is usual come first, then those of the main families, whatever the
     multipliers say; then settings that may suffice, of these the ones of families that give, then
     those that have to be turned less.
     """
-    rows = problem.values(reason.x).rows
-    gives, main = (_giving(problem, reason, least) for least in (FEASIBLE, MAIN * reason.amount))
+    rows = problem.values(relaxed.x).rows
+    gives, main = (
+        _loosened(problem, relaxed, least) for least in (FEASIBLE, MAIN * relaxed.amount)
+    )
     found: list[tuple[bool, bool, bool, bool, float, Adjustment]] = []
     for setting in limit_adjustments(problem):
         relaxation = setting.relaxation(problem)
-        relief = relaxation.relief(rows, reason.multipliers)
-        short = relief * relaxation.largest <= reason.amount
+        relief = relaxation.relief(rows, relaxed.multipliers)
+        short = relief * relaxation.largest <= relaxed.amount
         stands, aside = gives.isdisjoint(setting.families), main.isdisjoint(setting.families)
-        far = reason.amount / relief if relief > 0.0 else np.inf
+        far = relaxed.amount / relief if relief > 0.0 else np.inf
         easy = usual_value(problem, setting) is None
         if not easy or not aside or (np.isfinite(far) and not (short and stands)):
             found.append((easy, aside, short, stands, far, setting))
-    others = [(True, *entry) for entry in _promising_duration(problem, reason)]
-    others += [(main.isdisjoint(k.families), k, n) for k, n in _promising_width(problem, reason)]
+    others = [(True, *entry) for entry in _promising_duration(problem, relaxed)]
+    others += [(main.isdisjoint(k.families), k, n) for k, n in _promising_width(problem, relaxed)]
     for aside, other, far in others:
         found.append((usual_value(problem, other) is None, aside, False, True, far, other))
     found.sort(key=lambda entry: entry[:5])
     return [(setting, far) for *_, far, setting in found[:SETTINGS_TRIED]]
 
 
-def _giving(problem: WalkProblem, reason: LeastRelaxation, least: float) -> set[str]:
+def _loosened(problem: WalkProblem, relaxed: LeastRelaxation, least: float) -> set[str]:
     """Return the families that give more than an amount."""
-    pairs = zip(problem.blocks, reason.amounts, strict=True)
+    pairs = zip(problem.blocks, relaxed.amounts, strict=True)
     return {family.name for family, amount in pairs if amount > least}
 
 
 def _promising_duration(
-    problem: WalkProblem, reason: LeastRelaxation
+    problem: WalkProblem, relaxed: LeastRelaxation
 ) -> list[tuple[Adjustment, float]]:
     """The step duration: where it is unusual, or in the direction that the multipliers ask for."""
     if problem.layout.index("duration") is not None:
         return []
     for shorter in (True, False):
         setting = duration_adjustment(problem, shorter)
-        start = setting.start(reason.x, 0.0)
-        slope = setting.program(problem, start).point(start).jacobian[:, -1]
-        relief = -float(reason.multipliers @ slope) * (setting.bound - setting.before)
-        if relief > reason.amount or usual_value(problem, setting) is not None:
-            return [(setting, reason.amount / relief if relief > reason.amount else 1.0)]
+        start = setting.start(relaxed.x, 0.0)
+        column = setting.program(problem, start).point(start).jacobian[:, -1]
+        relief = -float(relaxed.multipliers @ column) * (setting.bound - setting.before)
+        if relief > relaxed.amount or usual_value(problem, setting) is not None:
+            return [(setting, relaxed.amount / relief if relief > relaxed.amount else 1.0)]
     return []
 
 
 def _promising_width(
-    problem: WalkProblem, reason: LeastRelaxation
+    problem: WalkProblem, relaxed: LeastRelaxation
 ) -> list[tuple[Adjustment, float]]:
     """The step width: where it is unusual, or if the multipliers ask for it."""
     setting = step_width_adjustment(problem)
     if setting is None:
         return []
-    rate = float(reason.multipliers @ problem.point(reason.x).jacobian[:, setting.index])
+    rate = float(relaxed.multipliers @ problem.point(relaxed.x).jacobian[:, setting.index])
     relief = -rate * setting.side * (setting.bound - setting.before)
-    if relief > reason.amount:
-        return [(setting, reason.amount / relief)]
+    if relief > relaxed.amount:
+        return [(setting, relaxed.amount / relief)]
     return [] if usual_value(problem, setting) is None else [(setting, 1.0)]
 
 
-def _pushes(problem: WalkProblem, reason: LeastRelaxation, name: str) -> bool:
+def _pushes(problem: WalkProblem, relaxed: LeastRelaxation, name: str) -> bool:
     present = name in (f.name for f in problem.blocks)
-    return present and bool(reason.multipliers[problem.rows_of(name)].any())
-
-
-def _change_least(
-    problem: WalkProblem, setting: Adjustment, effort: Effort, start: Start
-) -> Suggestion | None:
-    """Turn one setting as little as possible; return None if that does not suffice.
-
-    The start is in the setting's variables, with multipliers of the walk's rows.
-    """
-    program = setting.program(problem, start.x)
-    own = None if start.multipliers is None else program.own_multipliers(start.multipliers)
-    solution = solve_unless_stopped(
-        RELAXATION_SOLVER, program, Start(start.x, own), effort.stop, EarlyStopping()
-    )
-    effort.evaluations += solution.evaluations
-    if not solution.violation <= FEASIBLE:
-        return None
-    for value in _outward(setting.before, setting.value(solution.x), setting.bound, setting.step):
-        suggestion = _suggestion(problem, ((setting, value),), setting.walk(solution.x), effort)
-        if suggestion is not None:
-            return suggestion
-    return None
-
-
-def _as_usual(problem: WalkProblem, setting: Adjustment, effort: Effort) -> Suggestion | None:
-    """Give a setting its usual value where more is asked for; return None if that does not do."""
-    value = usual_value(problem, setting)
-    return None if value is None else _from_first_guess(problem, ((setting, value),), effort)
-
-
-def _from_first_guess(problem: WalkProblem, changes: Changes, effort: Effort) -> Suggestion | None:
-    """Follow a suggestion from the first guess, at last by way of a relaxed lift-off."""
-    try:
-        robot, task = _changed(problem, changes)
-        x = first_guess(WalkProblem(robot, task))
-    except (InputError, UnreachableError):
-        return None
-    suggestion = _suggestion(problem, changes, x, effort)
-    by_way = replace(effort.options, approach="relaxed")
-    if suggestion is not None or not begins_relaxed(task, by_way):
-        return suggestion
-    return _suggestion(problem, changes, x, effort, by_way)
-
-
-def _together(
-    problem: WalkProblem, reason: LeastRelaxation, settings: list[Adjustment], effort: Effort
-) -> list[Suggestion]:
-    """Turn two settings as little as possible; at last all that ask for more than is usual."""
-    most = effort.evaluations + PAIRS_WORK
-    limits = [setting for setting in settings if isinstance(setting, LimitAdjustment)]
-    for pair in combinations(limits[:PAIRED], 2):
-        if effort.evaluations >= most:
-            break
-        suggestion = _change_together(problem, reason, pair, effort)
-        if suggestion is not None:
-            return [suggestion]
-    return _usual_together(problem, settings, effort)
-
-
-def _usual_together(
-    problem: WalkProblem, settings: list[Adjustment], effort: Effort
-) -> list[Suggestion]:
-    """Turn all settings that ask for more than is usual to their usual values."""
-    usual = [(setting, usual_value(problem, setting)) for setting in settings]
-    asked = tuple((setting, value) for setting, value in usual if value is not None)
-    suggestion = _from_first_guess(problem, asked, effort) if len(asked) > 1 else None
-    return [] if suggestion is None else [suggestion]
-
-
-def _change_together(
-    problem: WalkProblem,
-    reason: LeastRelaxation,
-    settings: tuple[LimitAdjustment, ...],
-    effort: Effort,
-) -> Suggestion | None:
-    """Turn several settings of limits as little as possible; return None if they do not suffice."""
-    relaxations = tuple(setting.relaxation(problem) for setting in settings)
-    program = RelaxedProgram(problem, relaxations, reason.x)
-    solution = solve_unless_stopped(
-        RELAXATION_SOLVER, program, Start(program.needed(reason.x)), effort.stop, EarlyStopping()
-    )
-    effort.evaluations += solution.evaluations
-    if not solution.violation <= FEASIBLE:
-        return None
-    x, amounts = program.split(solution.x)
-    outward = [
-        list(_outward(k.before, k.before + k.step * t, k.bound, k.step))
-        for k, t in zip(settings, amounts, strict=True)
-    ]
-    for trial in range(len(OUTWARD)):
-        values = [values[min(trial, len(values) - 1)] for values in outward]
-        suggestion = _suggestion(problem, tuple(zip(settings, values, strict=True)), x, effort)
-        if suggestion is not None:
-            return suggestion
-    return None
-
-
-def _changed(problem: WalkProblem, changes: Changes) -> tuple[Robot, Task]:
-    """Return robot and task with settings turned.
-
-    Raises:
-        InputError: a value is out of range.
-    """
-    robot, task = problem.robot, problem.task
-    for setting, value in changes:
-        robot, task = setting.changed(robot, task, value)
-    return robot, task
-
-
-def _suggestion(
-    problem: WalkProblem,
-    changes: Changes,
-    x: Array,
-    effort: Effort,
-    options: DesignOptions | None = None,
-) -> Suggestion | None:
-    """Follow a suggestion, by default as all of them; return it if it leads to a proven walk."""
-    options = options or effort.options
-    try:
-        robot, task = _changed(problem, changes)
-    except InputError:
-        return None
-    found = followed(robot, task, x, options, effort.stop)
-    effort.evaluations += PATIENCE if found is None else found.solution.evaluations
-    if found is None:
-        return None
-    first, *also = (Change(k.name, k.words, k.before, value, k.unit) for k, value in changes)
-    return Suggestion(
-        first.setting, first.words, first.before, first.after, first.unit,
-        robot, task, options, x, found, tuple(also),
-    )  # fmt: skip
-
-
-def _without_impulse_cop(problem: WalkProblem, x: Array, effort: Effort) -> list[Suggestion]:
-    margins = replace(problem.task.margins, impulse_cop=False)
-    robot, task = problem.robot, replace(problem.task, margins=margins)
-    found = followed(robot, task, x, effort.options, effort.stop)
-    if found is None:
-        effort.tried += ("impulse_cop",)
-        return []
-    words = "the limit on the centre of pressure at the impact"
-    return [Suggestion("impulse_cop", words, 1.0, 0.0, "", robot, task, effort.options, x, found)]
+    return present and bool(relaxed.multipliers[problem.rows_of(name)].any())
 
 
 def _outward(before: float, exact: float, bound: float, step: float) -> Iterator[float]:

@@ -1,6 +1,4 @@
-"""One of many starts, and how several of them are made side by side.
-
-Many starts: several strict local optima exist, so search from several first guesses.
+"""Several starts: there are several strict local optima, so search from several first guesses.
 
 The first start is the guess itself, the second a slower walk, the others are the guess disturbed.
 """
@@ -18,7 +16,7 @@ from multiprocessing.synchronize import Event
 import numpy as np
 
 from gaitopt.bounds import STARTS, WORKERS, at_most, shown
-from gaitopt.design.design import Design, checked_start, design, finished, second_thoughts
+from gaitopt.design.design import Design, checked_start, design, finished, walk_after_diagnosis
 from gaitopt.design.options import COUNT, SIGMA, DesignOptions
 from gaitopt.design.pipeline import attempt, complete, is_walk
 from gaitopt.design.process import serve_parent, tune_process
@@ -34,13 +32,132 @@ from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array, ProgressCallback, Solution, Status, Stop, never
 
 MakeProgress = Callable[[WalkProblem], ProgressCallback]
-
 SLOWER = 0.75  # of the speed: where the second start comes from; measured
 SECOND = 1  # number of the start that comes from there
+SAME_COST = 1e-4  # relative
+SAME_PLACE = 0.05  # largest difference of parameters over their scale
+MOTORS_TOLD = 3  # of another optimum
 ASKED_EVERY = 0.1  # s: how often `stop` is asked while other processes work
 GRACE = 1.0  # s: for other processes to come to the end of an iteration when they are stopped
-
 _stopped: Event | None = None  # of a worker process, given to it by its pool
+
+
+def design_gait(
+    robot: Robot,
+    task: Task | None = None,
+    options: DesignOptions | None = None,
+    *,
+    start: Array | None = None,
+    starts: int | None = None,
+    on_progress: Callable[[WalkProblem], ProgressCallback] | None = None,
+    stop: Stop = never,
+) -> Design:
+    """Design the optimal gait of a robot for a task, as `gaitopt optimise` does.
+
+    Args:
+        robot: the biped.
+        task: speed, duration, margins; by default 1 m/s with steps of 0.4 s.
+        options: solver, refinement, kind of derivatives.
+        start: first guess of the parameters, shape (P,); by default `first_guess`.
+        starts: number of first guesses to try, of which the best walk is kept; by default 2, or 1
+            from a start that is given. One takes half the time; `many_starts` tells all it found.
+        on_progress: makes the progress callback of a walk (it can name the walk's rows).
+        stop: asked at every iteration; where it says True, the best walk until then is returned,
+            with the status INTERRUPTED.
+
+    Warns:
+        UserWarning: the robot is not the thirteen-link biped, but the margins of the task are its.
+
+    Raises:
+        InputError: starts below 1, or the start has another shape than the parameters, or is not
+            finite.
+        NoGaitFoundError: no feasible gait was found; the message says what stands in the way, and
+            `diagnosis` why and what would help.
+        UnreachableError: the step asked for is longer than the legs; with a `diagnosis` too.
+        StoppedError: `stop` said so before there was a walk.
+    """
+    task = task or Task()
+    foreign = foreign_margins(robot, task)
+    if foreign is not None:
+        warnings.warn(foreign, stacklevel=2)
+    count = starts if starts is not None else COUNT if start is None else 1
+    if count == 1:
+        return design(robot, task, options, start=start, on_progress=on_progress, stop=stop)
+    return many_starts(
+        robot, task, options, count=count, start=start, on_progress=on_progress, stop=stop
+    ).design
+
+
+def many_starts(
+    robot: Robot,
+    task: Task | None = None,
+    options: DesignOptions | None = None,
+    *,
+    count: int = COUNT,
+    seed: int = 0,
+    sigma: float = SIGMA,
+    workers: int = 1,
+    start: Array | None = None,
+    on_outcome: Callable[[Outcome], None] | None = None,
+    on_progress: Callable[[WalkProblem], ProgressCallback] | None = None,
+    stop: Stop = never,
+) -> StartsReport:
+    """Search from several first guesses, keep the best walk, refine and certify that one.
+
+    The result depends on the seed, not on the number of workers.
+
+    Args:
+        robot: the biped.
+        task: by default 1 m/s with steps of 0.4 s.
+        options: as of `design`; the starts always have exact derivatives.
+        count: number of starts; the first is the guess itself, the second a slower walk.
+        seed: of the perturbations.
+        sigma: their standard deviation [rad], and [rad/s] for the rates before impact.
+        workers: processes; with more than one, a script must start its work under
+            `if __name__ == "__main__":`, because each process imports it.
+        start: first guess of the parameters, shape (P,); by default `first_guess`.
+        on_outcome: called with every outcome, in order.
+        on_progress: makes the progress callback of a walk; starts in other processes tell none.
+        stop: asked at every iteration; where it says True, the best walk until then is returned,
+            with the status INTERRUPTED.
+
+    Raises:
+        InputError: count or workers below 1, sigma or seed negative, or the start has another
+            shape than the parameters or is not finite.
+        NoGaitFoundError: none of the starts led to a walk; with a `diagnosis`.
+        UnreachableError: the step asked for is longer than the legs.
+        StoppedError: `stop` said so before there was a walk.
+        GaitoptError: a worker process died.
+    """
+    _check(count, seed, sigma, workers)
+    task, options = task or Task(), options or DesignOptions()
+    try:
+        problem = WalkProblem(robot, task)
+        x = first_guess(problem) if start is None else checked_start(problem, start)
+    except UnreachableError:
+        found = design(robot, task, options, on_progress=on_progress, stop=stop)
+        return StartsReport(found, (), (), count)
+    job = StartJob(robot, task, replace(options, differences="none"), x, sigma, seed)
+    outcomes = _gathered(
+        outcomes_of(job, count, min(workers, count), on_progress, stop), on_outcome
+    )
+    best = min(outcomes, key=_rank, default=None)
+    walks = best is not None and best.walks
+    ended = outcomes[-1:]
+    if stop() or any(one.solution.status is Status.INTERRUPTED for one in ended):
+        if best is None or not walks:
+            raise StoppedError(None if best is None else best.solution)
+        found = finished(problem, replace(best.solution, status=Status.INTERRUPTED), False)
+    elif best is not None and walks:
+        found = _completed(problem, best.solution, options, on_progress, stop)
+    else:
+        tried = [outcome.solution for outcome in outcomes]
+        solution = walk_after_diagnosis(problem, tried, options, None, stop)
+        found = _completed(problem, solution, options, on_progress, stop)
+    optima = _with_motors(_distinct(outcomes, problem), problem)
+    report = StartsReport(found, optima, tuple(outcomes), count)
+    gait = replace(found.gait, meta={**found.gait.meta, "optima": report.record()["optima"]})
+    return replace(report, design=replace(found, gait=gait))
 
 
 @dataclass(frozen=True)
@@ -59,6 +176,164 @@ class Outcome:
     def walks(self) -> bool:
         """Whether it is a feasible walk."""
         return is_walk(self.solution)
+
+
+@dataclass(frozen=True)
+class Optimum:
+    """One of the distinct optima.
+
+    Attributes:
+        cost: in the unit of the task's cost.
+        x: parameters, shape (P,).
+        starts: numbers of the starts that led to it.
+        peak_torques: of its motors [N·m], by name; empty where there is but one optimum.
+    """
+
+    cost: float
+    x: Array
+    starts: tuple[int, ...]
+    peak_torques: Mapping[str, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class StartsReport:
+    """What many starts found.
+
+    Attributes:
+        design: the best gait, refined and certified; as its start left it if Ctrl-C ended all.
+        optima: distinct ones at the given samples, the best first.
+        outcomes: of every start made, in order.
+        asked: number of starts asked for.
+    """
+
+    design: Design
+    optima: tuple[Optimum, ...]
+    outcomes: tuple[Outcome, ...]
+    asked: int
+
+    @property
+    def sentences(self) -> tuple[str, ...]:
+        """The report for people."""
+        walks = sum(outcome.walks for outcome in self.outcomes)
+        first = f"{walks} of {len(self.outcomes)} starts led to a walk"
+        if len(self.outcomes) < self.asked:
+            first += f"; {self.asked} were asked for"
+        rest = (
+            f"optimum {i} of cost {optimum.cost:.6g}: reached from {_starts(optimum.starts)}"
+            f"{_motors_apart(optimum, self.optima[0])}"
+            for i, optimum in enumerate(self.optima, start=1)
+        )
+        return (first, *rest)
+
+    def record(self) -> dict[str, object]:
+        """Return the report as JSON-able data."""
+        return {
+            "asked": self.asked,
+            "starts": len(self.outcomes),
+            "walks": sum(outcome.walks for outcome in self.outcomes),
+            "optima": [
+                {
+                    "cost": o.cost,
+                    "starts": list(o.starts),
+                    "peak_torques_Nm": dict(o.peak_torques),
+                    "parameters": o.x.tolist(),
+                }
+                for o in self.optima
+            ],
+        }
+
+
+def _motors_apart(optimum: Optimum, best: Optimum) -> str:
+    """Say for which motors the peak torques of an optimum and of the best differ most."""
+    peaks = optimum.peak_torques
+    apart = sorted(peaks, key=lambda name: -abs(peaks[name] - best.peak_torques[name]))
+    told = [
+        f"{name} {peaks[name]:.3g} N·m instead of {best.peak_torques[name]:.3g}"
+        for name in apart[:MOTORS_TOLD]
+    ]
+    return f"; peak torques: {', '.join(told)}" if told and optimum is not best else ""
+
+
+def _starts(numbers: tuple[int, ...]) -> str:
+    return "1 start" if len(numbers) == 1 else f"{len(numbers)} starts"
+
+
+def _check(count: int, seed: int, sigma: float, workers: int) -> None:
+    for name, value in (("starts", count), ("workers", workers)):
+        if value < 1:
+            raise InputError(f"{shown(value)} {name} are too few; give at least 1")
+    at_most(count, STARTS, "starts")
+    at_most(workers, WORKERS, "workers")
+    if seed < 0:
+        raise InputError(f"seed {seed} is negative; give 0 or more")
+    if not (np.isfinite(sigma) and sigma >= 0.0):
+        raise InputError(f"sigma is {sigma} rad; it must be a finite number, not negative")
+
+
+def _completed(
+    problem: WalkProblem,
+    solution: Solution,
+    options: DesignOptions,
+    on_progress: Callable[[WalkProblem], ProgressCallback] | None,
+    stop: Stop,
+) -> Design:
+    """Return the design of a start's walk; one that is not yet optimal is solved once more."""
+    if solution.status is Status.OPTIMAL and options.differences == "none":
+        return complete(problem, solution, options, on_progress, stop)
+    direct = replace(options, approach="direct")
+    return design(
+        problem.robot, problem.task, direct,
+        start=solution.x, on_progress=on_progress, stop=stop,
+    )  # fmt: skip
+
+
+def _gathered(
+    found: Iterator[Outcome], on_outcome: Callable[[Outcome], None] | None
+) -> list[Outcome]:
+    """Return the outcomes up to one that was stopped."""
+    outcomes = []
+    for outcome in found:
+        outcomes.append(outcome)
+        if outcome.solution.status is Status.INTERRUPTED:
+            break
+        if on_outcome is not None:
+            on_outcome(outcome)
+    return outcomes
+
+
+def _rank(outcome: Outcome) -> tuple[bool, float]:
+    """Walks before others, then by cost or violation; a nan comes last."""
+    value = outcome.solution.cost if outcome.walks else outcome.solution.violation
+    return not outcome.walks, value if np.isfinite(value) else np.inf
+
+
+def _distinct(outcomes: list[Outcome], problem: WalkProblem) -> tuple[Optimum, ...]:
+    """Gather outcomes that are optimal and the same to the precision of solvers."""
+    optima: list[Optimum] = []
+    for outcome in sorted(outcomes, key=_rank):
+        solution = outcome.solution
+        if not outcome.walks or solution.status is not Status.OPTIMAL:
+            continue
+        for i, known in enumerate(optima):
+            away = np.abs(solution.x - known.x) / problem.variables.scale
+            near = abs(solution.cost - known.cost) <= SAME_COST * abs(known.cost)
+            if near and away.max() <= SAME_PLACE:
+                optima[i] = replace(known, starts=(*known.starts, outcome.number))
+                break
+        else:
+            optima.append(Optimum(solution.cost, solution.x, (outcome.number,)))
+    return tuple(optima)
+
+
+def _with_motors(optima: tuple[Optimum, ...], problem: WalkProblem) -> tuple[Optimum, ...]:
+    """Return optima with the peak torques of their motors, if there are several to compare."""
+    if len(optima) < 2:
+        return optima
+    gaits = [gait_at(problem, optimum.x, {}) for optimum in optima]
+    return tuple(
+        replace(optimum, peak_torques=peak_torques(gait))
+        for optimum, gait in zip(optima, gaits, strict=True)
+    )
 
 
 @dataclass(frozen=True)
@@ -185,284 +460,3 @@ def _begin_worker(stopped: Event) -> None:
 def _run_in_worker(job: StartJob, number: int) -> Outcome:
     assert _stopped is not None
     return job.run(number, stop=_stopped.is_set)
-
-
-SAME_COST = 1e-4  # relative
-SAME_PLACE = 0.05  # largest difference of parameters over their scale
-MOTORS_TOLD = 3  # of another optimum
-
-
-@dataclass(frozen=True)
-class Optimum:
-    """One of the distinct optima.
-
-    Attributes:
-        cost: in the unit of the task's cost.
-        x: parameters, shape (P,).
-        starts: numbers of the starts that led to it.
-        peak_torques: of its motors [N·m], by name; empty where there is but one optimum.
-    """
-
-    cost: float
-    x: Array
-    starts: tuple[int, ...]
-    peak_torques: Mapping[str, float] = field(default_factory=dict)
-
-
-@dataclass(frozen=True)
-class StartsReport:
-    """What many starts found.
-
-    Attributes:
-        design: the best gait, refined and certified; as its start left it if Ctrl-C ended all.
-        optima: distinct ones at the given samples, the best first.
-        outcomes: of every start made, in order.
-        asked: number of starts asked for.
-    """
-
-    design: Design
-    optima: tuple[Optimum, ...]
-    outcomes: tuple[Outcome, ...]
-    asked: int
-
-    @property
-    def sentences(self) -> tuple[str, ...]:
-        """The report for people."""
-        walks = sum(outcome.walks for outcome in self.outcomes)
-        first = f"{walks} of {len(self.outcomes)} starts led to a walk"
-        if len(self.outcomes) < self.asked:
-            first += f"; {self.asked} were asked for"
-        rest = (
-            f"optimum {i} of cost {optimum.cost:.6g}: reached from {_starts(optimum.starts)}"
-            f"{_motors_apart(optimum, self.optima[0])}"
-            for i, optimum in enumerate(self.optima, start=1)
-        )
-        return (first, *rest)
-
-    def record(self) -> dict[str, object]:
-        """Return the report as JSON-able data."""
-        return {
-            "asked": self.asked,
-            "starts": len(self.outcomes),
-            "walks": sum(outcome.walks for outcome in self.outcomes),
-            "optima": [
-                {
-                    "cost": o.cost,
-                    "starts": list(o.starts),
-                    "peak_torques_Nm": dict(o.peak_torques),
-                    "parameters": o.x.tolist(),
-                }
-                for o in self.optima
-            ],
-        }
-
-
-def _motors_apart(optimum: Optimum, best: Optimum) -> str:
-    """Say for which motors the peak torques of an optimum and of the best differ most."""
-    peaks = optimum.peak_torques
-    apart = sorted(peaks, key=lambda name: -abs(peaks[name] - best.peak_torques[name]))
-    told = [
-        f"{name} {peaks[name]:.3g} N·m instead of {best.peak_torques[name]:.3g}"
-        for name in apart[:MOTORS_TOLD]
-    ]
-    return f"; peak torques: {', '.join(told)}" if told and optimum is not best else ""
-
-
-def _starts(numbers: tuple[int, ...]) -> str:
-    return "1 start" if len(numbers) == 1 else f"{len(numbers)} starts"
-
-
-def many_starts(
-    robot: Robot,
-    task: Task | None = None,
-    options: DesignOptions | None = None,
-    *,
-    count: int = COUNT,
-    seed: int = 0,
-    sigma: float = SIGMA,
-    workers: int = 1,
-    start: Array | None = None,
-    on_outcome: Callable[[Outcome], None] | None = None,
-    on_progress: Callable[[WalkProblem], ProgressCallback] | None = None,
-    stop: Stop = never,
-) -> StartsReport:
-    """Search from several first guesses, keep the best walk, refine and certify that one.
-
-    The result depends on the seed, not on the number of workers.
-
-    Args:
-        robot: the biped.
-        task: by default 1 m/s with steps of 0.4 s.
-        options: as of `design`; the starts always have exact derivatives.
-        count: number of starts; the first is the guess itself, the second a slower walk.
-        seed: of the perturbations.
-        sigma: their standard deviation [rad], and [rad/s] for the rates before impact.
-        workers: processes; with more than one, a script must start its work under
-            `if __name__ == "__main__":`, because each process imports it.
-        start: first guess of the parameters, shape (P,); by default `first_guess`.
-        on_outcome: called with every outcome, in order.
-        on_progress: makes the progress callback of a walk; starts in other processes tell none.
-        stop: asked at every iteration; where it says True, the best walk until then is returned,
-            with the status INTERRUPTED.
-
-    Raises:
-        InputError: count or workers below 1, sigma or seed negative, or the start has another
-            shape than the parameters or is not finite.
-        NoGaitFoundError: none of the starts led to a walk; with a `diagnosis`.
-        UnreachableError: the step asked for is longer than the legs.
-        StoppedError: `stop` said so before there was a walk.
-        GaitoptError: a worker process died.
-    """
-    _check(count, seed, sigma, workers)
-    task, options = task or Task(), options or DesignOptions()
-    try:
-        problem = WalkProblem(robot, task)
-        x = first_guess(problem) if start is None else checked_start(problem, start)
-    except UnreachableError:
-        found = design(robot, task, options, on_progress=on_progress, stop=stop)
-        return StartsReport(found, (), (), count)
-    job = StartJob(robot, task, replace(options, differences="none"), x, sigma, seed)
-    outcomes = _gathered(
-        outcomes_of(job, count, min(workers, count), on_progress, stop), on_outcome
-    )
-    best = min(outcomes, key=_rank, default=None)
-    walks = best is not None and best.walks
-    ended = outcomes[-1:]
-    if stop() or any(one.solution.status is Status.INTERRUPTED for one in ended):
-        if best is None or not walks:
-            raise StoppedError(None if best is None else best.solution)
-        found = finished(problem, replace(best.solution, status=Status.INTERRUPTED), False)
-    elif best is not None and walks:
-        found = _completed(problem, best.solution, options, on_progress, stop)
-    else:
-        tried = [outcome.solution for outcome in outcomes]
-        solution = second_thoughts(problem, tried, options, None, stop)
-        found = _completed(problem, solution, options, on_progress, stop)
-    optima = _with_motors(_distinct(outcomes, problem), problem)
-    report = StartsReport(found, optima, tuple(outcomes), count)
-    gait = replace(found.gait, meta={**found.gait.meta, "optima": report.record()["optima"]})
-    return replace(report, design=replace(found, gait=gait))
-
-
-def _with_motors(optima: tuple[Optimum, ...], problem: WalkProblem) -> tuple[Optimum, ...]:
-    """Return optima with the peak torques of their motors, if there are several to compare."""
-    if len(optima) < 2:
-        return optima
-    gaits = [gait_at(problem, optimum.x, {}) for optimum in optima]
-    return tuple(
-        replace(optimum, peak_torques=peak_torques(gait))
-        for optimum, gait in zip(optima, gaits, strict=True)
-    )
-
-
-def design_gait(
-    robot: Robot,
-    task: Task | None = None,
-    options: DesignOptions | None = None,
-    *,
-    start: Array | None = None,
-    starts: int | None = None,
-    on_progress: Callable[[WalkProblem], ProgressCallback] | None = None,
-    stop: Stop = never,
-) -> Design:
-    """Design the optimal gait of a robot for a task, as `gaitopt optimise` does.
-
-    Args:
-        robot: the biped.
-        task: speed, duration, margins; by default 1 m/s with steps of 0.4 s.
-        options: solver, refinement, kind of derivatives.
-        start: first guess of the parameters, shape (P,); by default `first_guess`.
-        starts: number of first guesses to try, of which the best walk is kept; by default 2, or 1
-            from a start that is given. One takes half the time; `many_starts` tells all it found.
-        on_progress: makes the progress callback of a walk (it can name the walk's rows).
-        stop: asked at every iteration; where it says True, the best walk until then is returned,
-            with the status INTERRUPTED.
-
-    Warns:
-        UserWarning: the robot is not the thirteen-link biped, but the margins of the task are its.
-
-    Raises:
-        InputError: starts below 1, or the start has another shape than the parameters, or is not
-            finite.
-        NoGaitFoundError: no feasible gait was found; the message says what stands in the way, and
-            `diagnosis` why and what would help.
-        UnreachableError: the step asked for is longer than the legs; with a `diagnosis` too.
-        StoppedError: `stop` said so before there was a walk.
-    """
-    task = task or Task()
-    foreign = foreign_margins(robot, task)
-    if foreign is not None:
-        warnings.warn(foreign, stacklevel=2)
-    count = starts if starts is not None else COUNT if start is None else 1
-    if count == 1:
-        return design(robot, task, options, start=start, on_progress=on_progress, stop=stop)
-    return many_starts(
-        robot, task, options, count=count, start=start, on_progress=on_progress, stop=stop
-    ).design
-
-
-def _completed(
-    problem: WalkProblem,
-    solution: Solution,
-    options: DesignOptions,
-    on_progress: Callable[[WalkProblem], ProgressCallback] | None,
-    stop: Stop,
-) -> Design:
-    """Return the design of a start's walk; one that is not yet optimal is solved once more."""
-    if solution.status is Status.OPTIMAL and options.differences == "none":
-        return complete(problem, solution, options, on_progress, stop)
-    direct = replace(options, approach="direct")
-    return design(
-        problem.robot, problem.task, direct,
-        start=solution.x, on_progress=on_progress, stop=stop,
-    )  # fmt: skip
-
-
-def _gathered(
-    found: Iterator[Outcome], on_outcome: Callable[[Outcome], None] | None
-) -> list[Outcome]:
-    """Return the outcomes up to one that was stopped."""
-    outcomes = []
-    for outcome in found:
-        outcomes.append(outcome)
-        if outcome.solution.status is Status.INTERRUPTED:
-            break
-        if on_outcome is not None:
-            on_outcome(outcome)
-    return outcomes
-
-
-def _rank(outcome: Outcome) -> tuple[bool, float]:
-    """Walks before others, then by cost or violation; a nan comes last."""
-    value = outcome.solution.cost if outcome.walks else outcome.solution.violation
-    return not outcome.walks, value if np.isfinite(value) else np.inf
-
-
-def _distinct(outcomes: list[Outcome], problem: WalkProblem) -> tuple[Optimum, ...]:
-    """Gather outcomes that are optimal and the same to the precision of solvers."""
-    optima: list[Optimum] = []
-    for outcome in sorted(outcomes, key=_rank):
-        solution = outcome.solution
-        if not outcome.walks or solution.status is not Status.OPTIMAL:
-            continue
-        for i, known in enumerate(optima):
-            away = np.abs(solution.x - known.x) / problem.variables.scale
-            near = abs(solution.cost - known.cost) <= SAME_COST * abs(known.cost)
-            if near and away.max() <= SAME_PLACE:
-                optima[i] = replace(known, starts=(*known.starts, outcome.number))
-                break
-        else:
-            optima.append(Optimum(solution.cost, solution.x, (outcome.number,)))
-    return tuple(optima)
-
-
-def _check(count: int, seed: int, sigma: float, workers: int) -> None:
-    for name, value in (("starts", count), ("workers", workers)):
-        if value < 1:
-            raise InputError(f"{shown(value)} {name} are too few; give at least 1")
-    at_most(count, STARTS, "starts")
-    at_most(workers, WORKERS, "workers")
-    if seed < 0:
-        raise InputError(f"seed {seed} is negative; give 0 or more")
-    if not (np.isfinite(sigma) and sigma >= 0.0):
-        raise InputError(f"sigma is {sigma} rad; it must be a finite number, not negative")

@@ -1,9 +1,4 @@
-"""How the joints of a pair, one of each leg, are named together.
-
-What a gait asks of its joints: peaks, effective values, and how much of the limits they use.
-
-What a gait asks of its robot, in the figures a roboticist looks for; units are in the keys.
-"""
+"""What a gait asks of its robot, in the figures a roboticist looks for; units are in the keys."""
 
 from __future__ import annotations
 
@@ -21,145 +16,10 @@ from gaitopt.importers.report import findings_of
 from gaitopt.model.physics_report import GRAVITY_KEY
 from gaitopt.nlp import Array
 
+Facts = dict[str, object]
 _BETWEEN = r"([_\-./ ])"  # what separates the words of a name
 _LEAST = 3  # letters: a shorter common end of two words belongs to both
 _SIDE = re.compile("left|right", re.IGNORECASE)
-
-
-def shared_name(first: str, second: str) -> str:
-    """Return the words two names share, or their common ends; empty if there is none.
-
-    right_hip_yaw_joint, left_hip_yaw_joint -> "hip yaw"; RHipYaw, LHipYaw -> "HipYaw".
-    """
-    words, others = (re.split(_BETWEEN, name)[::2] for name in (first, second))
-    if len(words) == len(others):
-        kept = [_shared_word(a, b) for a, b in zip(words, others, strict=True)]
-    else:
-        kept = [word for word in words if word in others]
-    return " ".join(word for word in kept if word and word.lower() != "joint")
-
-
-def brace(first: str, second: str) -> str:
-    """Return two names as a shell would write them: {left,right}_knee."""
-    parts = [re.split(_BETWEEN, name) for name in (first, second)]
-    if len(parts[0]) != len(parts[1]):
-        return f"{first}, {second}"
-    return "".join(a if a == b else _braced(a, b) for a, b in zip(*parts, strict=True))
-
-
-def _shared_word(first: str, second: str) -> str:
-    """Return a word both have, or the longer of its common ends: LHipYaw, RHipYaw -> HipYaw."""
-    if first == second:
-        return first
-    first, second = (_SIDE.sub("", word) for word in (first, second))  # both end in t
-    ends = _start(first, second), _end(first, second)
-    longest = max(ends, key=len)
-    return longest if len(longest) >= _LEAST else ""
-
-
-def _braced(first: str, second: str) -> str:
-    shared = len(_end(first, second))
-    cut = len(first) - shared if shared >= _LEAST else len(first)
-    return f"{{{first[:cut]},{second[: len(second) - len(first) + cut]}}}{first[cut:]}"
-
-
-def _start(first: str, second: str) -> str:
-    same = takewhile(lambda pair: pair[0] == pair[1], zip(first, second, strict=False))
-    return "".join(letter for letter, _ in same)
-
-
-def _end(first: str, second: str) -> str:
-    return _start(first[::-1], second[::-1])[::-1]
-
-
-def joint_groups(gait: Gait) -> list[tuple[int, ...]]:
-    """Return joints with their partners of the other side: legs from hip to ankle, then the others.
-
-    A joint that is its own mirror image, as of a waist, has no partner. Joints are stored from the
-    stance ankle up, so that the stance leg's come first and in reverse.
-    """
-    firsts = [i for i in range(len(gait.joint_names)) if i <= partner(gait, i)]
-    leg = next((n for n, i in enumerate(firsts) if n != i or partner(gait, i) == i), len(firsts))
-    ordered = [*reversed(firsts[:leg]), *firsts[leg:]]
-    return [tuple(dict.fromkeys((i, partner(gait, i)))) for i in ordered]
-
-
-def joint_summaries(gait: Gait) -> list[dict[str, object]]:
-    """Return one record per joint, in the order of `joint_groups`, stance before swing side.
-
-    Each holds `joint` (the name both sides share), `name` (in the URDF) and `leg` ("stance" or
-    "swing" side, empty for a joint that is its own mirror image), then peak and effective torque
-    [N·m], peak speed [rad/s] and power [W], limits, and the share used.
-    """
-    return [
-        {"joint": pair_name(gait, i), "name": gait.joint_names[i], "leg": leg} | _demand(gait, [i])
-        for group in joint_groups(gait)
-        for i, leg in zip(group, ("stance", "swing") if len(group) > 1 else ("",), strict=True)
-    ]
-
-
-def motor_summaries(gait: Gait) -> list[dict[str, object]]:
-    """Return one record per motor of a side, over a stance and a swing phase."""
-    return [
-        {"joint": pair_name(gait, group[0])} | _demand(gait, list(group))
-        for group in joint_groups(gait)
-    ]
-
-
-def peak_torques(gait: Gait) -> dict[str, float]:
-    """Return the largest torque of each motor of a side [N·m], by the name both sides share."""
-    return {
-        pair_name(gait, group[0]): float(np.abs(gait.torque[:, list(group)]).max())
-        for group in joint_groups(gait)
-    }
-
-
-def partner(gait: Gait, joint: int) -> int:
-    """Return the joint of the other side that the exchange E pairs with a joint, or itself."""
-    return int(np.argmax(np.abs(gait.mirror[:, joint])))
-
-
-def pair_name(gait: Gait, joint: int) -> str:
-    """Return what the names of a joint and its partner share: right_knee, left_knee -> "knee".
-
-    Where they share nothing, or two pairs share the same, both names as a shell would write them.
-    """
-    if partner(gait, joint) == joint:
-        return gait.joint_names[joint]
-    groups = [group for group in joint_groups(gait) if len(group) > 1]
-    shared = [shared_name(*(gait.joint_names[i] for i in group)) for group in groups]
-    own = (gait.joint_names[joint], gait.joint_names[partner(gait, joint)])
-    name = shared_name(*own)
-    return name if name and shared.count(name) == 1 else brace(*sorted(own))
-
-
-def _demand(gait: Gait, joints: list[int]) -> dict[str, object]:
-    """Return peaks over the joints, and effective torque over as many steps."""
-    torque, rate = gait.torque[:, joints], gait.dq[:, joints]
-    mean_square = trapezoid((torque**2).mean(axis=1), gait.time) / gait.duration
-    peak_torque, peak_speed = float(np.abs(torque).max()), float(np.abs(rate).max())
-    torque_limit, speed_limit = (_limit(gait, kind, joints) for kind in ("torque", "speed"))
-    return {
-        "peak_torque_Nm": peak_torque,
-        "rms_torque_Nm": float(np.sqrt(mean_square)),
-        "torque_limit_Nm": torque_limit,
-        "torque_used": None if torque_limit is None else peak_torque / torque_limit,
-        "peak_speed_rad_per_s": peak_speed,
-        "speed_limit_rad_per_s": speed_limit,
-        "speed_used": None if speed_limit is None else peak_speed / speed_limit,
-        "peak_power_W": float(np.abs(torque * rate).max()),
-    }
-
-
-def _limit(gait: Gait, kind: str, joints: list[int]) -> float | None:
-    limits = gait.joint_limit(kind)
-    if limits is None:
-        return None
-    least = float(limits[joints].min())
-    return least if np.isfinite(least) and least > 0.0 else None
-
-
-Facts = dict[str, object]
 
 
 def summarise(gait: Gait) -> Facts:
@@ -275,3 +135,136 @@ def _edge_distances(gait: Gait, points: Array) -> Facts | None:
     inside = {"front": toe - x_max, "rear": x_min - heel, "left": left - y_max}
     inside["right"] = y_min - right
     return {name: 1e3 * float(distance) for name, distance in inside.items()}
+
+
+def joint_summaries(gait: Gait) -> list[dict[str, object]]:
+    """Return one record per joint, in the order of `joint_groups`, stance before swing side.
+
+    Each holds `joint` (the name both sides share), `name` (in the URDF) and `leg` ("stance" or
+    "swing" side, empty for a joint that is its own mirror image), then peak and effective torque
+    [N·m], peak speed [rad/s] and power [W], limits, and the share used.
+    """
+    return [
+        {"joint": pair_name(gait, i), "name": gait.joint_names[i], "leg": leg} | _demand(gait, [i])
+        for group in joint_groups(gait)
+        for i, leg in zip(group, ("stance", "swing") if len(group) > 1 else ("",), strict=True)
+    ]
+
+
+def motor_summaries(gait: Gait) -> list[dict[str, object]]:
+    """Return one record per motor of a side, over a stance and a swing phase."""
+    return [
+        {"joint": pair_name(gait, group[0])} | _demand(gait, list(group))
+        for group in joint_groups(gait)
+    ]
+
+
+def peak_torques(gait: Gait) -> dict[str, float]:
+    """Return the largest torque of each motor of a side [N·m], by the name both sides share."""
+    return {
+        pair_name(gait, group[0]): float(np.abs(gait.torque[:, list(group)]).max())
+        for group in joint_groups(gait)
+    }
+
+
+def joint_groups(gait: Gait) -> list[tuple[int, ...]]:
+    """Return joints with their partners of the other side: legs from hip to ankle, then the others.
+
+    A joint that is its own mirror image, as of a waist, has no partner. Joints are stored from the
+    stance ankle up, so that the stance leg's come first and in reverse.
+    """
+    firsts = [i for i in range(len(gait.joint_names)) if i <= partner(gait, i)]
+    leg = next((n for n, i in enumerate(firsts) if n != i or partner(gait, i) == i), len(firsts))
+    ordered = [*reversed(firsts[:leg]), *firsts[leg:]]
+    return [tuple(dict.fromkeys((i, partner(gait, i)))) for i in ordered]
+
+
+def partner(gait: Gait, joint: int) -> int:
+    """Return the joint of the other side that the exchange E pairs with a joint, or itself."""
+    return int(np.argmax(np.abs(gait.mirror[:, joint])))
+
+
+def pair_name(gait: Gait, joint: int) -> str:
+    """Return what the names of a joint and its partner share: right_knee, left_knee -> "knee".
+
+    Where they share nothing, or two pairs share the same, both names as a shell would write them.
+    """
+    if partner(gait, joint) == joint:
+        return gait.joint_names[joint]
+    groups = [group for group in joint_groups(gait) if len(group) > 1]
+    shared = [shared_name(*(gait.joint_names[i] for i in group)) for group in groups]
+    own = (gait.joint_names[joint], gait.joint_names[partner(gait, joint)])
+    name = shared_name(*own)
+    return name if name and shared.count(name) == 1 else brace(*sorted(own))
+
+
+def _demand(gait: Gait, joints: list[int]) -> dict[str, object]:
+    """Return peaks over the joints, and effective torque over as many steps."""
+    torque, rate = gait.torque[:, joints], gait.dq[:, joints]
+    mean_square = trapezoid((torque**2).mean(axis=1), gait.time) / gait.duration
+    peak_torque, peak_speed = float(np.abs(torque).max()), float(np.abs(rate).max())
+    torque_limit, speed_limit = (_limit(gait, kind, joints) for kind in ("torque", "speed"))
+    return {
+        "peak_torque_Nm": peak_torque,
+        "rms_torque_Nm": float(np.sqrt(mean_square)),
+        "torque_limit_Nm": torque_limit,
+        "torque_used": None if torque_limit is None else peak_torque / torque_limit,
+        "peak_speed_rad_per_s": peak_speed,
+        "speed_limit_rad_per_s": speed_limit,
+        "speed_used": None if speed_limit is None else peak_speed / speed_limit,
+        "peak_power_W": float(np.abs(torque * rate).max()),
+    }
+
+
+def _limit(gait: Gait, kind: str, joints: list[int]) -> float | None:
+    limits = gait.joint_limit(kind)
+    if limits is None:
+        return None
+    least = float(limits[joints].min())
+    return least if np.isfinite(least) and least > 0.0 else None
+
+
+def shared_name(first: str, second: str) -> str:
+    """Return the words two names share, or their common ends; empty if there is none.
+
+    right_hip_yaw_joint, left_hip_yaw_joint -> "hip yaw"; RHipYaw, LHipYaw -> "HipYaw".
+    """
+    words, others = (re.split(_BETWEEN, name)[::2] for name in (first, second))
+    if len(words) == len(others):
+        kept = [_shared_word(a, b) for a, b in zip(words, others, strict=True)]
+    else:
+        kept = [word for word in words if word in others]
+    return " ".join(word for word in kept if word and word.lower() != "joint")
+
+
+def brace(first: str, second: str) -> str:
+    """Return two names as a shell would write them: {left,right}_knee."""
+    parts = [re.split(_BETWEEN, name) for name in (first, second)]
+    if len(parts[0]) != len(parts[1]):
+        return f"{first}, {second}"
+    return "".join(a if a == b else _braced(a, b) for a, b in zip(*parts, strict=True))
+
+
+def _shared_word(first: str, second: str) -> str:
+    """Return a word both have, or the longer of its common ends: LHipYaw, RHipYaw -> HipYaw."""
+    if first == second:
+        return first
+    first, second = (_SIDE.sub("", word) for word in (first, second))  # both end in t
+    ends = _start(first, second), _end(first, second)
+    longest = max(ends, key=len)
+    return longest if len(longest) >= _LEAST else ""
+
+
+def _braced(first: str, second: str) -> str:
+    shared = len(_end(first, second))
+    cut = len(first) - shared if shared >= _LEAST else len(first)
+    return f"{{{first[:cut]},{second[: len(second) - len(first) + cut]}}}{first[cut:]}"
+
+
+def _start(first: str, second: str) -> str:
+    same = takewhile(lambda pair: pair[0] == pair[1], zip(first, second, strict=False))
+    return "".join(letter for letter, _ in same)
+
+
+def _end(first: str, second: str) -> str:
+    return _start(first[::-1], second[::-1])[::-1]

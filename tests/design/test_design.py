@@ -137,8 +137,8 @@ def test_the_message_tells_value_and_limit_of_the_worst_row(robot):
     with pytest.raises(NoGaitFoundError) as caught:
         design(robot, task, DesignOptions(solver=Answering(violation=1.0)))
     assert str(caught.value).endswith(
-        f"{robot.joint_names[joint]} torque at {instant / 0.3:.1f} % of the step: "
-        f"{value:.4g} N·m, allowed {np.sign(value) * 2.0:.4g}"
+        f"{robot.joint_names[joint]} torque at t = {instant / 30 * task.duration:.4f} s: "
+        f"{value:.5g} N·m, allowed {np.sign(value) * 2.0:.5g}"
     )
 
 
