@@ -25,15 +25,15 @@ import pinocchio as pin
 from gaitopt.bounds import MESH, too_large
 
 _PACKAGE_SCHEMES = ("package://", "model://")
-_POINTER = b"version https://git-lfs"  # what stands in a clone whose large files were not fetched
-_READABLE = (
+_LFS_POINTER = b"version https://git-lfs"  # in a clone without its large files
+_READABLE_SUFFIXES = (
     ".stl", ".dae", ".obj", ".ply", ".off", ".3ds", ".fbx", ".gltf", ".glb", ".x", ".amf", ".3mf",
     ".dxf", ".lwo", ".ac", ".ase", ".x3d", ".blend",
 )  # fmt: skip
-_UPRIGHT = pin.SE3(np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]]), np.zeros(3))
-_NEARER = 0.8  # of the distance to the masses: symmetric shapes tell nothing and are left alone
-_UNSEEN = 0.02  # opacity: less is what a program meant as opaque, glass has more
-_HEADER, _FACET = 84, 50  # bytes of a binary STL file: before its facets, and of each
+_Y_UP_TO_Z_UP = pin.SE3(np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]]), np.zeros(3))
+_CLEARLY_NEARER = 0.8  # of the distance to the masses: symmetric shapes tell nothing
+_MEANT_AS_OPAQUE = 0.02  # opacity: less is what a program meant as opaque, glass has more
+_STL_HEADER, _STL_FACET = 84, 50  # bytes of a binary STL file: before its facets, and of each
 
 
 @dataclass(frozen=True)
@@ -90,12 +90,12 @@ class MeshPaths:
             if large := too_large(path.stat().st_size, MESH):
                 return f"is not read: {large}"
             with path.open("rb") as stream:
-                head = stream.read(len(_POINTER))
+                head = stream.read(len(_LFS_POINTER))
         except OSError as error:
             return _no_access(error)
         if not head:
             return "is an empty file"
-        if head == _POINTER:
+        if head == _LFS_POINTER:
             return "is a Git LFS pointer whose content was not fetched"
         return ""
 
@@ -152,7 +152,7 @@ def _no_access(error: OSError) -> str:
 @lru_cache(maxsize=4096)
 def _unreadable(path: Path, _changed: int, size: int) -> str:
     suffix = path.suffix.lower()
-    if suffix not in _READABLE:
+    if suffix not in _READABLE_SUFFIXES:
         named = suffix or "without an ending"
         return f"is of a format that cannot be read ({named})"
     if suffix == ".stl" and not _is_stl(path, size):
@@ -169,10 +169,10 @@ def _unreadable(path: Path, _changed: int, size: int) -> str:
 def _is_stl(path: Path, size: int) -> bool:
     """Whether a file has the length of a binary STL, or the words of a textual one."""
     with path.open("rb") as stream:
-        head = stream.read(_HEADER)
-        if len(head) == _HEADER:
+        head = stream.read(_STL_HEADER)
+        if len(head) == _STL_HEADER:
             (facets,) = struct.unpack("<I", head[-4:])
-            if facets and size >= _HEADER + facets * _FACET:
+            if facets and size >= _STL_HEADER + facets * _STL_FACET:
                 return True
         if not head.lstrip().startswith(b"solid"):
             return False
@@ -194,7 +194,7 @@ def _environment() -> list[Path]:
 
 def unseen(model: Element) -> bool:
     """Tell whether a viewer that goes by the book draws nothing with a lighting model."""
-    return opacity(model) < _UNSEEN
+    return opacity(model) < _MEANT_AS_OPAQUE
 
 
 def opacity(model: Element) -> float:
@@ -264,15 +264,15 @@ def lie_on_side(shapes: pin.GeometryModel, model: pin.Model) -> bool:
             item.geometry.computeLocalAABB()
             middle = np.ravel(item.geometry.aabb_center)
             as_read += float(np.linalg.norm(item.placement.act(middle) - inertia.lever))
-            upright = (item.placement * _UPRIGHT).act(middle)
+            upright = (item.placement * _Y_UP_TO_Z_UP).act(middle)
             turned += float(np.linalg.norm(upright - inertia.lever))
-    return turned < _NEARER * as_read
+    return turned < _CLEARLY_NEARER * as_read
 
 
 def put_upright(shapes: pin.GeometryModel) -> None:
     """Turn the shapes of `y_up` so that their z axis is up."""
     for item in y_up(shapes):
-        item.placement = item.placement * _UPRIGHT
+        item.placement = item.placement * _Y_UP_TO_Z_UP
 
 
 @contextmanager

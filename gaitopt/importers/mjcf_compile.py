@@ -28,21 +28,21 @@ from gaitopt.importers.xml_document import NamedElement, XmlTree, as_number, par
 EXTRA = "mujoco"
 """Name of the extra that installs MuJoCo."""
 
-_OLDEST = (3, 10)
+_OLDEST_MUJOCO = (3, 10)
 _MOST_COPIES = 10_000  # of an element: <replicate> and <composite> nest, and multiply
-_DEEPEST = 10  # levels of included files; more is a circle
-_MOST_ITEMS = 1e6  # of what <size> and <texture> reserve
-_COPIES = ("replicate", "composite", "flexcomp")
-_STAND_IN = (
+_MOST_INCLUDE_LEVELS = 10  # levels of included files; more is a circle
+_MOST_RESERVED = 1e6  # of what <size> and <texture> reserve
+_COPYING_TAGS = ("replicate", "composite", "flexcomp")
+_STAND_IN_MESH = (
     ((0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)),
     ((0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)),
 )
-_READABLE = (".stl", ".obj", ".dae")  # by the loader of meshes, beside MuJoCo's own format
-_NAMED = re.compile(r"Element name '(?P<name>.*)', id -?\d+(?:, line (?P<line>\d+))?")
-_TAGGED = re.compile(r"Element '(?P<tag>.*)', line (?P<line>\d+)")
-_PARSED = re.compile(r"Line number=(?P<line>\d+)(?:: XMLElement name=(?P<tag>\w+))?")
-_ABSENT = re.compile(r"not found|unrecognized name|unknown (?:element|default|transmission)")
-_NOISE = re.compile(r"^(?:XML |Schema |Compile )?(?:Error|violation): ?", re.IGNORECASE)
+_READABLE_SUFFIXES = (".stl", ".obj", ".dae")  # by the loader of meshes, beside MuJoCo's own format
+_NAMED_PLACE = re.compile(r"Element name '(?P<name>.*)', id -?\d+(?:, line (?P<line>\d+))?")
+_TAGGED_PLACE = re.compile(r"Element '(?P<tag>.*)', line (?P<line>\d+)")
+_PARSER_PLACE = re.compile(r"Line number=(?P<line>\d+)(?:: XMLElement name=(?P<tag>\w+))?")
+_MISSING_NAME = re.compile(r"not found|unrecognized name|unknown (?:element|default|transmission)")
+_ERROR_PREFIX = re.compile(r"^(?:XML |Schema |Compile )?(?:Error|violation): ?", re.IGNORECASE)
 
 
 @dataclass(frozen=True)
@@ -113,10 +113,10 @@ def load_mujoco() -> ModuleType:
     except ImportError:
         raise MissingExtraError("reading an MJCF file", EXTRA) from None
     numbers = tuple(int(n) for n in re.findall(r"\d+", mujoco.__version__)[:2])
-    if numbers < _OLDEST:
+    if numbers < _OLDEST_MUJOCO:
         raise InputError(
             f"MuJoCo {mujoco.__version__} is installed, but reading an MJCF file needs "
-            f"{'.'.join(map(str, _OLDEST))} or newer; run: pip install --upgrade mujoco"
+            f"{'.'.join(map(str, _OLDEST_MUJOCO))} or newer; run: pip install --upgrade mujoco"
         )
     return cast(ModuleType, mujoco)
 
@@ -238,7 +238,7 @@ def _place_meshes(
         found, reason = paths.find(file), paths.problem(file)
         if not reason and found is not None:
             mesh.file = str(found.resolve())
-            if found.suffix.lower() in _READABLE:
+            if found.suffix.lower() in _READABLE_SUFFIXES:
                 idle.add(mesh.name)
         elif not foreign:
             lost[mesh.name] = reason
@@ -261,7 +261,7 @@ def _place_meshes(
                 spec.delete(geom)  # a simple shape fitted to a mesh that is not there
             if weighs or fitted:
                 idle.discard(name)
-    corners, triangles = _STAND_IN
+    corners, triangles = _STAND_IN_MESH
     for mesh in [mesh for mesh in spec.meshes if mesh.name in {*lost, *idle}]:
         mesh.file = ""
         mesh.uservert = [float(n) for corner in corners for n in corner]
@@ -288,7 +288,7 @@ def _meshes(
     for mesh in spec.meshes:
         index = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_MESH, mesh.name)
         file = files.get(mesh.name, "")
-        if PurePosixPath(file).suffix.lower() in _READABLE:
+        if PurePosixPath(file).suffix.lower() in _READABLE_SUFFIXES:
             size = math.sqrt(sum(float(n) ** 2 for n in mesh.refquat)) or 1.0
             ref = pose(mesh.refpos, mesh.refquat / size)
             meshes[mesh.name] = CompiledMesh(mesh.name, file, vector(mesh.scale), ref)
@@ -311,7 +311,7 @@ def _check_copies(tree: XmlTree) -> None:
     """Refuse a few lines that stand for more elements than fit into memory."""
 
     def check(element: Element, copies: float) -> None:
-        if element.tag in _COPIES:
+        if element.tag in _COPYING_TAGS:
             counts = [as_number(word) for word in element.get("count", "1").split()]
             copies *= math.prod(n for n in counts if n > 1.0)
             if copies > _MOST_COPIES:
@@ -321,9 +321,9 @@ def _check_copies(tree: XmlTree) -> None:
                 )
         if element.tag == "size":
             for name, text in element.attrib.items():
-                if name != "memory" and as_number(text) > _MOST_ITEMS:
+                if name != "memory" and as_number(text) > _MOST_RESERVED:
                     raise NamedElement(tree, element).refusal(
-                        f"its {name} is {text}; at most {_MOST_ITEMS:g} are reserved; lower it"
+                        f"its {name} is {text}; at most {_MOST_RESERVED:g} are reserved; lower it"
                     )
         for below in element:
             check(below, copies)
@@ -348,13 +348,17 @@ def _check_words(said: list[str], tree: XmlTree) -> None:
 
 def _refusal(message: str, tree: XmlTree) -> RobotError:
     """Return MuJoCo's refusal, with the place at which the element stands."""
-    place = _NAMED.search(message) or _TAGGED.search(message) or _PARSED.search(message)
+    place = (
+        _NAMED_PLACE.search(message)
+        or _TAGGED_PLACE.search(message)
+        or _PARSER_PLACE.search(message)
+    )
     words = message if place is None else message[: place.start()]
     words = " ".join(words.split())
-    while (short := _NOISE.sub("", words)) != words:
+    while (short := _ERROR_PREFIX.sub("", words)) != words:
         words = short
     words = words.rstrip(".;") or "it cannot be parsed"
-    if _ABSENT.search(words):
+    if _MISSING_NAME.search(words):
         words += " (of files that are made to be included, give the one that includes them)"
     parts = {} if place is None else place.groupdict()
     element = _element(tree, parts, words)
@@ -422,7 +426,7 @@ def _include(whole: XmlTree, parent: Element, base: Path | None, depth: int) -> 
 def _included(whole: XmlTree, element: Element, base: Path | None, depth: int) -> XmlTree:
     """Return the document that an `include` names, whole itself."""
     name = element.get("file", "")
-    if depth == _DEEPEST or base is None:
+    if depth == _MOST_INCLUDE_LEVELS or base is None:
         why = "it is read as text" if base is None else "too many levels"
         at = where(whole.line(element), whole.file(element))
         raise RobotError(f"{at}: cannot include '{name}': {why}; give one whole file")

@@ -16,7 +16,7 @@ from gaitopt.errors import RobotError
 from gaitopt.importers.mjcf_compile import Compilation, element_named, refusal_of
 from gaitopt.importers.mjcf_joints import FREE, PassiveJoints, active_equalities, actuator_forces
 from gaitopt.importers.mjcf_robot import (
-    KINDS,
+    GEOM_KINDS,
     CompiledBody,
     CompiledGeom,
     CompiledJoint,
@@ -32,10 +32,10 @@ from gaitopt.importers.pinocchio_model import MOST_JOINTS
 from gaitopt.importers.report import Finding, How, listed
 from gaitopt.importers.xml_document import FileProblem, XmlTree
 
-_LIGHT = 0.01  # of the robot's mass: a body that only carries a joint of the root
+_CARRIER_MASS_SHARE = 0.01  # of the robot's mass: a body that only carries a joint of the root
 _MOST_ROOT_JOINTS = 6
 _SHOWN_GROUPS = 3  # of geoms: MuJoCo's viewer shows groups 0, 1 and 2 unless told otherwise
-_GREY = (0.5, 0.5, 0.5, 1.0)  # of a geom that says no colour; then its material's counts
+_NO_COLOUR = (0.5, 0.5, 0.5, 1.0)  # of a geom that says no colour; then its material's counts
 
 
 @dataclass(frozen=True)
@@ -131,7 +131,10 @@ class _Tree:
         """Whether the last body of a path is light, and the joints may still all be the root's."""
         (child,) = self.children[path[-1]]
         count = sum(len(self.compiled.joints(b)) for b in [*path, child])
-        light = self.model.body_mass[path[-1]] <= _LIGHT * self.model.body_subtreemass[first]
+        light = (
+            self.model.body_mass[path[-1]]
+            <= _CARRIER_MASS_SHARE * self.model.body_subtreemass[first]
+        )
         return bool(light and self.compiled.joints(child) and count <= _MOST_ROOT_JOINTS)
 
 
@@ -262,7 +265,7 @@ class _Extraction:
 
     def _geom(self, geom: int) -> CompiledGeom | None:
         model, kinds = self.model, self.compiled.mujoco.mjtGeom
-        names = {int(getattr(kinds, f"mjGEOM_{name.upper()}")): name for name in KINDS}
+        names = {int(getattr(kinds, f"mjGEOM_{name.upper()}")): name for name in GEOM_KINDS}
         names[int(kinds.mjGEOM_SDF)] = "mesh"
         kind = names.get(int(model.geom_type[geom]))
         if kind is None:  # planes and height fields are terrain
@@ -274,7 +277,7 @@ class _Extraction:
             moved = se3(pose(model.mesh_pos[index], model.mesh_quat[index]))
             place = pose_of(se3(place) * moved.inverse())
         red, green, blue, opacity = (float(n) for n in model.geom_rgba[geom])
-        if (red, green, blue, opacity) == _GREY and model.geom_matid[geom] >= 0:
+        if (red, green, blue, opacity) == _NO_COLOUR and model.geom_matid[geom] >= 0:
             red, green, blue, opacity = map(float, model.mat_rgba[model.geom_matid[geom]])
         name = str(model.geom(geom).name)
         touches = model.geom_contype[geom] or model.geom_conaffinity[geom]

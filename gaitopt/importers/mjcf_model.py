@@ -31,9 +31,9 @@ from gaitopt.nlp import Array
 
 LoadMesh = Callable[[str, Array], coal.BVHModelBase]
 
-FREE = (-math.inf, math.inf)
+_NO_LIMIT = (-math.inf, math.inf)
 _ROOT_JOINT = "root_joint"
-_SITE = " (site)"
+_SITE_MARK = " (site)"
 
 
 def build_mjcf_model(robot: CompiledRobot) -> pin.Model:
@@ -66,7 +66,7 @@ def build_mjcf_model(robot: CompiledRobot) -> pin.Model:
         frames.append(int(model.addFrame(own_frame, False)))
         for site in body.sites:
             # One that a body or a joint has, too, gets a mark.
-            name = site.name + _SITE if site.name in names else site.name
+            name = site.name + _SITE_MARK if site.name in names else site.name
             at = place * se3(site.place)
             model.addFrame(pin.Frame(name, joint, frames[-1], at, pin.FrameType.OP_FRAME), False)
     for name, angles in robot.keyframes:
@@ -182,7 +182,7 @@ def _add_joint(
 
 
 def _limits(
-    moving: pin.JointModel, force: float = math.inf, ends: tuple[float, float] = FREE
+    moving: pin.JointModel, force: float = math.inf, ends: tuple[float, float] = _NO_LIMIT
 ) -> tuple[Array, ...]:
     """Limits in the order of `pin.Model.addJoint`: effort, rate, and both ends of the range."""
     sizes = ((force, moving.nv), (math.inf, moving.nv), (ends[0], moving.nq), (ends[1], moving.nq))

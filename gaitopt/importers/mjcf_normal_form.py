@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 from gaitopt.importers.mjcf_robot import (
-    KINDS,
+    GEOM_KINDS,
     NO_TURN,
     CompiledBody,
     CompiledGeom,
@@ -245,7 +245,7 @@ def _check_whole(robot: CompiledRobot) -> None:
     if (
         any(fault_of(robot))
         or any(len(names) > len(set(names)) for names in named)
-        or any(geom.mesh not in meshes or geom.kind not in KINDS for geom in geoms)
+        or any(geom.mesh not in meshes or geom.kind not in GEOM_KINDS for geom in geoms)
         or any(abs(length - 1.0) > _ROUNDING for length in lengths)
         or any(not _possible(body) for body in robot.bodies)
     ):

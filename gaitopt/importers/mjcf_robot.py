@@ -14,13 +14,14 @@ Quaternion = tuple[float, float, float, float]
 """Scalar part first, as in MuJoCo; of unit length."""
 
 NO_TURN: Quaternion = (1.0, 0.0, 0.0, 0.0)
-KINDS = ("sphere", "capsule", "ellipsoid", "cylinder", "box", "mesh")
+GEOM_KINDS = ("sphere", "capsule", "ellipsoid", "cylinder", "box", "mesh")
 """Of shapes."""
 ORIGIN: Vector = (0.0, 0.0, 0.0)
 
-_FAR = 1e10  # m: beyond it MuJoCo calls a state bad, and squares soon have no value
-_WILD = (
-    f"the place or size of one of its geoms or sites is not finite, or beyond {_FAR:g}; correct it"
+_LARGEST_COORDINATE = 1e10  # m: beyond it MuJoCo calls a state bad, and squares soon have no value
+_WRONG_PLACE = (
+    "the place or size of one of its geoms or sites is not finite, or beyond "
+    f"{_LARGEST_COORDINATE:g}; correct it"
 )
 
 
@@ -191,15 +192,16 @@ def fault_of(robot: CompiledRobot) -> tuple[str, str, str]:
         numbers += [*body.centre.pos, *body.centre.quat]
         if not np.isfinite(numbers).all():
             return "body", body.name, "not all of its numbers are finite; correct them"
-        if max(map(abs, (*body.place.pos, *body.centre.pos))) >= _FAR:
+        if max(map(abs, (*body.place.pos, *body.centre.pos))) >= _LARGEST_COORDINATE:
             return (
                 "body",
                 body.name,
-                f"its place or centre of mass is {_FAR:g} m away or more; correct it",
+                f"its place or centre of mass is {_LARGEST_COORDINATE:g} m away or more; "
+                "correct it",
             )
         items: tuple[CompiledGeom | CompiledSite, ...] = (*body.geoms, *body.sites)
         if not all(_sound(item) for item in items):
-            return "body", body.name, _WILD
+            return "body", body.name, _WRONG_PLACE
         for joint in body.joints:
             fault = _joint_fault(joint)
             if fault:
@@ -214,7 +216,7 @@ def _sound(item: CompiledGeom | CompiledSite) -> bool:
     numbers = [*item.place.pos, *item.place.quat]
     if isinstance(item, CompiledGeom):
         numbers += [*item.rgba, *(() if item.mesh else item.size)]
-    return bool((np.abs(numbers) < _FAR).all())
+    return bool((np.abs(numbers) < _LARGEST_COORDINATE).all())
 
 
 def _joint_fault(joint: CompiledJoint) -> str:
@@ -222,8 +224,8 @@ def _joint_fault(joint: CompiledJoint) -> str:
     numbers += [*joint.damping, *joint.stiffness]
     if not np.isfinite(numbers).all() or any(map(math.isnan, (joint.least, joint.most))):
         return "not all of its numbers are finite; correct them"
-    if max(map(abs, joint.pos)) >= _FAR:
-        return f"its anchor is {_FAR:g} m away or more; correct it"
+    if max(map(abs, joint.pos)) >= _LARGEST_COORDINATE:
+        return f"its anchor is {_LARGEST_COORDINATE:g} m away or more; correct it"
     if not joint.lower < joint.upper or math.inf in (joint.lower, -joint.upper):
         unit = "m" if joint.kind == "slide" else "rad"
         return (

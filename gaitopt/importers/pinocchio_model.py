@@ -17,15 +17,15 @@ from gaitopt.importers.report import fault_error
 from gaitopt.importers.xml_document import FileProblem
 from gaitopt.nlp import Array
 
-_JOINT, _LINK = " (joint)", " (link)"
+_JOINT_MARK, _LINK_MARK = " (joint)", " (link)"
 _AXIS_ROUNDING = 1e-15  # of an axis: cos(pi/2) = 6e-17 as programs write it
 MOST_JOINTS = 300
 """Joints that move: Pinocchio's workspaces grow with their cube, 0.2 GB a piece for so many."""
-_MOST = 1e9  # kg, m, kg·m²: a thousand times what the largest machines come to, in mm and g
-_IDLE = 1e-12  # of the largest inertia that a joint moves: what rounding leaves of none
+_LARGEST_SI_NUMBER = 1e9  # kg, m, kg·m²: a thousand times the largest machines, in mm and g
+_MASSLESS_SHARE = 1e-12  # of the largest inertia that a joint moves: what rounding leaves of none
 _MOMENT_ROUNDING = 1e-6  # relative: what the digits of a drawing leave of a flat plate or rod
-_POINT = 1e-9  # m²: below this times its mass, a body is a point and its inertia rounding
-_LEAST = 1e-12  # relative: keeps a moment of zero above zero when the axes are turned
+_POINT_MASS_GYRATION = 1e-9  # m²: below this times its mass, an inertia is rounding
+_LEAST_MOMENT_SHARE = 1e-12  # relative: keeps a moment of zero above zero when the axes are turned
 
 
 def joint_model(axis: Array, slides: bool) -> pin.JointModel:
@@ -43,7 +43,7 @@ def mark_joint_frames(model: pin.Model) -> pin.Model:
     links = {frame.name for frame in model.frames if frame.type == pin.FrameType.BODY}
     for frame in model.frames:
         if frame.type != pin.FrameType.BODY and frame.name in links:
-            frame.name += _JOINT
+            frame.name += _JOINT_MARK
     return model
 
 
@@ -54,16 +54,18 @@ def reduced(model: pin.Model, locked: list[int], q: Array) -> pin.Model:
     links that are marked.
     """
     named = model.copy()
-    marked = {f.name.removesuffix(_JOINT) for f in named.frames if f.name.endswith(_JOINT)}
+    marked = {
+        f.name.removesuffix(_JOINT_MARK) for f in named.frames if f.name.endswith(_JOINT_MARK)
+    }
     for frame in named.frames:
         if frame.name in marked:
-            frame.name += _LINK
-        frame.name = frame.name.removesuffix(_JOINT)
+            frame.name += _LINK_MARK
+        frame.name = frame.name.removesuffix(_JOINT_MARK)
     without = pin.buildReducedModel(named, locked, q)
     for frame in without.frames:
         if frame.name in marked:
-            frame.name += _JOINT
-        frame.name = frame.name.removesuffix(_LINK)
+            frame.name += _JOINT_MARK
+        frame.name = frame.name.removesuffix(_LINK_MARK)
     return without
 
 
@@ -77,7 +79,7 @@ def inertia_fault(mass: float, inertia: Array) -> str:
         inertia: symmetric, about the centre of mass [kg·m²], shape (3, 3).
     """
     a, b, c = (float(moment) for moment in np.linalg.eigvalsh(inertia))
-    slack = _POINT * mass + _MOMENT_ROUNDING * abs(c)
+    slack = _POINT_MASS_GYRATION * mass + _MOMENT_ROUNDING * abs(c)
     moments = f"its principal moments are {a:.4g}, {b:.4g}, {c:.4g} kg·m²"
     if mass == 0.0 and max(abs(a), abs(c)) > 0.0:
         return (
@@ -107,7 +109,7 @@ def sound_inertia(mass: float, inertia: Array) -> Array:
         inertia: symmetric, about the centre of mass [kg·m²], shape (3, 3).
     """
     moments, axes = np.linalg.eigh(inertia)
-    least = _LEAST * float(moments[2])
+    least = _LEAST_MOMENT_SHARE * float(moments[2])
     if moments[0] >= least or inertia_fault(mass, inertia):
         return inertia
     raised: Array = (axes * np.maximum(moments, least)) @ axes.T
@@ -129,11 +131,11 @@ def refuse_unsound(model: pin.Model, problems: Iterable[FileProblem]) -> None:
         inertia = model.inertias[joint]
         body = "the trunk" if joint == 1 else f"the body moved by joint '{model.names[joint]}'"
         moment = float(np.abs(inertia.inertia).max())
-        if not max(inertia.mass, moment, *np.abs(inertia.lever)) < _MOST:
+        if not max(inertia.mass, moment, *np.abs(inertia.lever)) < _LARGEST_SI_NUMBER:
             faults.append(
                 f"{body}: its mass is {inertia.mass:.4g} kg, its largest moment {moment:.4g} "
-                f"kg·m²; numbers from {_MOST:g} on describe no robot; correct the masses (kg), "
-                "inertias (kg·m²) and lengths (m) of the file"
+                f"kg·m²; numbers from {_LARGEST_SI_NUMBER:g} on describe no robot; correct the "
+                "masses (kg), inertias (kg·m²) and lengths (m) of the file"
             )
         elif fault := inertia_fault(float(inertia.mass), np.array(inertia.inertia)):
             links = {frame.name for frame in model.frames if frame.parentJoint == joint}
@@ -152,7 +154,10 @@ def _refuse_idle(model: pin.Model) -> None:
     q = np.array(pin.neutral(model))
     q[7:] = 0.2 + 0.1 * np.arange(model.nq - 7)
     moved = np.diag(pin.crba(model, model.createData(), q))[6:]
-    idle = [str(model.names[2 + int(row)]) for row in np.flatnonzero(moved <= _IDLE * moved.max())]
+    idle = [
+        str(model.names[2 + int(row)])
+        for row in np.flatnonzero(moved <= _MASSLESS_SHARE * moved.max())
+    ]
     if idle:
         more = f", and so on for {len(idle) - 3} more" if len(idle) > 3 else ""
         also = f" (the same holds for {', '.join(idle[1:3])}{more})" if idle[1:] else ""

@@ -9,7 +9,7 @@ from typing import Literal, get_args
 
 from gaitopt.errors import RobotError, RobotFaultsError
 
-_LISTED = 24  # faults: more are counted
+_MOST_FAULTS_LISTED = 24  # faults: more are counted
 
 How = Literal["found", "guessed", "given", "changed", "warning"]
 """Read off the model; most likely so; fixed by the user; not as in the file; worth a look."""
@@ -61,8 +61,10 @@ def fault_error(faults: Sequence[str]) -> RobotError:
     every = tuple(dict.fromkeys(faults))
     if len(every) == 1:
         return RobotError(every[0])
-    listed = "; ".join(f"({k}) {fault}" for k, fault in enumerate(every[:_LISTED], 1))
-    more = f"; and {len(every) - _LISTED} more" if len(every) > _LISTED else ""
+    listed = "; ".join(f"({k}) {fault}" for k, fault in enumerate(every[:_MOST_FAULTS_LISTED], 1))
+    more = (
+        f"; and {len(every) - _MOST_FAULTS_LISTED} more" if len(every) > _MOST_FAULTS_LISTED else ""
+    )
     return RobotFaultsError(
         f"{len(every)} faults keep this robot from being used: {listed}{more}", every
     )

@@ -62,7 +62,7 @@ _KINDS: dict[pin.GeometryType, Kind] = {
     pin.GeometryType.VISUAL: "visual",
     pin.GeometryType.COLLISION: "collision",
 }
-_MESHES = 128  # kept in memory: of one or two robots
+_MESHES_IN_MEMORY = 128  # kept in memory: of one or two robots
 
 
 @dataclass(frozen=True, eq=False)
@@ -356,7 +356,7 @@ def load_mesh(path: str, scale: Array) -> coal.BVHModelBase:
     return _read_mesh(path, tuple(map(float, scale)), changed)
 
 
-@lru_cache(maxsize=_MESHES)
+@lru_cache(maxsize=_MESHES_IN_MEMORY)
 def _read_mesh(path: str, scale: tuple[float, ...], changed: int) -> coal.BVHModelBase:
     del changed
     return coal.MeshLoader(coal.NODE_TYPE.BV_OBB).load(path, np.array(scale))

@@ -15,7 +15,7 @@ if sys.version_info >= (3, 11):
 else:
     import tomli as tomllib
 
-_LONGEST = 200  # characters of a parser's message
+_LONGEST_MESSAGE = 200  # characters of a parser's message
 
 
 def read_text(path: Path, what: str = "file") -> str:
@@ -66,7 +66,7 @@ def parse_toml(
         words = text if isinstance(text, str) else text.decode("utf-8-sig")
         return tomllib.loads(words, parse_float=_finite_or_inf)
     except (ValueError, RecursionError) as error:
-        raise kind(f"{where}: not TOML: {str(error)[:_LONGEST]}; {advice}") from None
+        raise kind(f"{where}: not TOML: {str(error)[:_LONGEST_MESSAGE]}; {advice}") from None
 
 
 def _finite_or_inf(word: str) -> float:

@@ -18,8 +18,8 @@ from gaitopt.importers.physics import PassiveJoint
 from gaitopt.importers.pinocchio_model import MOST_JOINTS, inertia_fault
 from gaitopt.importers.report import Faults, Finding, How, fault_error, faults_of, listed
 from gaitopt.importers.urdf_document import (
-    FREE,
-    LIMITED,
+    FREE_TYPES,
+    LIMITED_TYPES,
     Description,
     Joint,
     Link,
@@ -36,15 +36,15 @@ from gaitopt.importers.xml_document import FileProblem, XmlTree, as_number, prin
 from gaitopt.nlp import Array
 
 _SPRINGS = ("spring_stiffness", "spring_reference")  # of <dynamics>, as SDF has them
-_FEWEST = 4  # links of one inertia that may be a placeholder
-_MASSES = 3  # different masses among them: parts that are alike in both legs come in pairs
-_MOST = 0.6  # of all links that have a mass
-_HEAVY = 0.05  # of the robot's mass: lighter links may well be drawn as points
-_MARGIN = 2.0  # of the largest inertia that fits: shapes leave out motors, and drawings fairings
-_LOOKED_AT = 0.1  # of the robot's size: links that turn like smaller bodies are not measured
-_COUNTS = 1e-5  # of mass times size squared of the robot: less inertia changes no walk
-_SHOWN = 6  # names in one sentence
-_SAME_END = 1e-6  # rad: a soft limit this near to the hard one is the same
+_PLACEHOLDER_LINKS = 4  # links of one inertia that may be a placeholder
+_PLACEHOLDER_MASSES = 3  # different masses among them: parts of both legs come in pairs
+_MOST_LINKS_SHARE = 0.6  # of all links that have a mass
+_HEAVY_SHARE = 0.05  # of the robot's mass: lighter links may well be drawn as points
+_INERTIA_MARGIN = 2.0  # of the largest that fits: shapes leave out motors and fairings
+_LARGE_GYRATION = 0.1  # of the robot's size: links that turn like smaller bodies are not measured
+_LEAST_INERTIA = 1e-5  # of mass times size squared of the robot: less inertia changes no walk
+_MOST_NAMES = 6  # names in one sentence
+_SAME_LIMIT = 1e-6  # rad: a soft limit this near to the hard one is the same
 
 Measure = Callable[[Kind, Collection[str]], dict[str, float]]
 """Returns the diagonals of boxes about the shapes of a kind of some links [m]."""
@@ -120,7 +120,7 @@ def _joint_problems(joint: Joint) -> list[FileProblem]:
     refused in a leg.
     """
     entry = joint.entry
-    if joint.kind in FREE:
+    if joint.kind in FREE_TYPES:
         text = f"its type is {joint.kind}; only revolute joints are moved, the others are locked"
         return [entry.problem("free", text)]
     if joint.kind == "fixed":
@@ -135,7 +135,7 @@ def _joint_problems(joint: Joint) -> list[FileProblem]:
     if entry.element.find("axis") is None:
         text = 'it has no <axis>: taken as 1 0 0, as the format has it; write <axis xyz="1 0 0"/>'
         problems.append(entry.problem("axis", text))
-    return problems + (_limit_problems(joint) if joint.kind in LIMITED else [])
+    return problems + (_limit_problems(joint) if joint.kind in LIMITED_TYPES else [])
 
 
 def _limit_problems(joint: Joint) -> list[FileProblem]:
@@ -165,7 +165,7 @@ def _limit_problems(joint: Joint) -> list[FileProblem]:
 def _unread_problems(joint: Joint) -> list[FileProblem]:
     """Return what a joint says that changes nothing: soft limits upside down, springs."""
     entry, problems, soft = joint.entry, [], joint.limits.soft
-    if joint.kind in LIMITED and soft is not None and not soft[0] < soft[1]:
+    if joint.kind in LIMITED_TYPES and soft is not None and not soft[0] < soft[1]:
         text = (
             f"its safety_controller has soft limits from {soft[0]:g} to {soft[1]:g} "
             f"{limit_unit(joint.kind, 'lower')}; lower must be below upper: passed over"
@@ -220,13 +220,15 @@ def _placeholders(robot: Description) -> list[FileProblem]:
         if link.inertial is not None and link.mass > 0.0:
             groups.setdefault((link.inertial.inertia + 0.0).tobytes(), []).append(link)
             heavy += 1
-    least = _HEAVY * sum(link.mass for links in groups.values() for link in links)
+    least = _HEAVY_SHARE * sum(link.mass for links in groups.values() for link in links)
     points = [p for p in groups.pop(np.zeros((3, 3)).tobytes(), []) if p.mass > least]
     problems = []
     for links in groups.values():
         first, names = links[0], listed((printable(link.name) for link in links[1:]), 3)
         masses = {link.mass for link in links}
-        if len(links) < _FEWEST or (len(masses) < _MASSES and len(links) <= _MOST * heavy):
+        if len(links) < _PLACEHOLDER_LINKS or (
+            len(masses) < _PLACEHOLDER_MASSES and len(links) <= _MOST_LINKS_SHARE * heavy
+        ):
             continue
         among = f"their masses go from {min(masses):.4g} to {max(masses):.4g} kg"
         if len(masses) == 1:
@@ -290,7 +292,7 @@ def _rotors(rotors: Iterable[Rotor]) -> list[Finding]:
         else:
             text += "; it gives no reduction, which is taken as 1"
         how: How = "found" if given else "warning"
-        findings.append(Finding("armature", listed(joints, _SHOWN, ""), text, how))
+        findings.append(Finding("armature", listed(joints, _MOST_NAMES, ""), text, how))
     return findings
 
 
@@ -299,8 +301,8 @@ def _soft_limits(robot: Description) -> list[Finding]:
     for joint in robot.joints.values():
         low, high = joint.limits.soft or (math.inf, -math.inf)
         lower, upper = joint.range
-        inside = low > lower + _SAME_END or high < upper - _SAME_END
-        if joint.kind in LIMITED and low < high and inside:
+        inside = low > lower + _SAME_LIMIT or high < upper - _SAME_LIMIT
+        if joint.kind in LIMITED_TYPES and low < high and inside:
             unit = limit_unit(joint.kind, "lower")
             ends = f"'{joint.name}': {low:g} to {high:g} of {lower:g} to {upper:g} {unit}"
             tighter.append((joint.name, ends))
@@ -310,7 +312,7 @@ def _soft_limits(robot: Description) -> list[Finding]:
         "safety_controller keeps them within narrower ranges, which are not imposed here "
         f"({tighter[0][1]}); give such a range to walk within it"
     )
-    return [Finding("limits", listed((n for n, _ in tighter), _SHOWN, ""), text, "warning")]
+    return [Finding("limits", listed((n for n, _ in tighter), _MOST_NAMES, ""), text, "warning")]
 
 
 def _large_inertias(robot: Description, measure: Measure) -> list[Finding]:
@@ -324,15 +326,17 @@ def _large_inertias(robot: Description, measure: Measure) -> list[Finding]:
     for name, link in robot.links.items():
         if link.mass > 0.0:
             largest = max(float(np.linalg.eigvalsh(_tensor(link))[2]), 0.0)
-            if largest > _COUNTS * mass * size**2:
+            if largest > _LEAST_INERTIA * mass * size**2:
                 gyration[name] = math.sqrt(largest / link.mass)
 
     def over(name: str, diagonal: float) -> float:
         return 0.0 if diagonal <= 0.0 else (gyration[name] / (diagonal / 2.0)) ** 2
 
-    suspects = [n for n, radius in gyration.items() if size > 0.0 and radius > _LOOKED_AT * size]
+    suspects = [
+        n for n, radius in gyration.items() if size > 0.0 and radius > _LARGE_GYRATION * size
+    ]
     touched = measure("collision", suspects) if suspects else {}
-    unseen = [n for n in suspects if n not in touched or over(n, touched[n]) > _MARGIN]
+    unseen = [n for n in suspects if n not in touched or over(n, touched[n]) > _INERTIA_MARGIN]
     drawn = measure("visual", unseen) if unseen else {}
     measured = {
         name: max(touched.get(name, 0.0), drawn.get(name, 0.0))
@@ -342,7 +346,7 @@ def _large_inertias(robot: Description, measure: Measure) -> list[Finding]:
     ratios = {name: over(name, diagonal) for name, diagonal in measured.items()}
     findings = []
     for name in sorted(ratios, key=lambda name: -ratios[name]):
-        if ratios[name] > _MARGIN:
+        if ratios[name] > _INERTIA_MARGIN:
             text = (
                 f"its inertia is {ratios[name]:.3g} times the largest that a body of "
                 f"{robot.links[name].mass:.4g} kg within its shapes, {measured[name]:.3g} m "
@@ -361,7 +365,7 @@ def _large_inertias(robot: Description, measure: Measure) -> list[Finding]:
         return findings
     first = findings[0]
     text = f"'{first.subject}': {first.text}; the same or the like holds for the others"
-    names = listed((finding.subject for finding in findings), _SHOWN, "")
+    names = listed((finding.subject for finding in findings), _MOST_NAMES, "")
     return [Finding(first.topic, names, text, first.how)]
 
 

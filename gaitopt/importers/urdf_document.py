@@ -29,7 +29,7 @@ _OTHER_FORMATS = {
     "sdf": "convert it to URDF",
     "COLLADA": "give the robot's URDF, not one of its meshes",
 }
-_ONCE = {
+_SINGLE_TAGS = {
     "link": ("inertial",),
     "inertial": ("origin", "mass", "inertia"),
     "joint": (
@@ -37,8 +37,8 @@ _ONCE = {
         "calibration",
     ),
 }  # fmt: skip
-_MORE = {"link": ("visual", "collision"), "inertial": (), "joint": ()}
-_ATTRIBUTES = {
+_REPEATED_TAGS = {"link": ("visual", "collision"), "inertial": (), "joint": ()}
+_KNOWN_ATTRIBUTES = {
     "origin": ("xyz", "rpy", "quat_xyzw"),
     "axis": ("xyz",),
     "mass": ("value",),
@@ -46,16 +46,21 @@ _ATTRIBUTES = {
     "limit": ("effort", "velocity", "lower", "upper", "acceleration", "deceleration", "jerk"),
     "dynamics": ("damping", "friction"),
 }
-_SEEN = ("visual", "collision", "safety_controller", "calibration")  # no motion depends on them
-_ALIKE = 0.7  # ratio of `difflib`: one letter of five wrong, missing, or exchanged with the next
-_ALIKE_SHORT = 0.66  # and of three, as in xzy
-LIMITED = ("revolute", "prismatic")
-FREE = ("floating", "planar")
+_TAGS_WITHOUT_MOTION = (
+    "visual",
+    "collision",
+    "safety_controller",
+    "calibration",
+)
+_SIMILAR_TAGS = 0.7  # ratio of `difflib`: one letter of five wrong, missing or exchanged
+_SIMILAR_ATTRIBUTES = 0.66  # and of three, as in xzy
+LIMITED_TYPES = ("revolute", "prismatic")
+FREE_TYPES = ("floating", "planar")
 MOMENTS = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 _UNITS = {"prismatic": ("N", "m/s", "m", "N·s/m")}
-_ANGULAR = ("N.m", "rad/s", "rad", "N·m·s/rad")
-_QUATERNIONS = (1, 2)  # version of URDF from which on an origin may have one
-_UNIT = 1e-3  # by which the length of a quaternion may differ from 1: four digits of each number
+_ANGULAR_UNITS = ("N.m", "rad/s", "rad", "N·m·s/rad")
+_QUATERNION_VERSION = (1, 2)  # version of URDF from which on an origin may have one
+_UNIT_QUATERNION_ERROR = 1e-3  # of its length from 1: four digits of each number
 
 
 @dataclass(frozen=True, eq=False)
@@ -253,7 +258,7 @@ def read_origin(
         return pin.SE3(_from_rpy(rpy), np.array(xyz))
     if "rpy" in origin.attrib:
         raise owner.refusal(f"{what} has both rpy and quat_xyzw; remove one of them", origin)
-    if version < _QUATERNIONS:
+    if version < _QUATERNION_VERSION:
         raise owner.refusal(
             f"{what} has quat_xyzw, which counts from version 1.2 of URDF on only; write "
             '<robot version="1.2"> or give its rpy',
@@ -262,7 +267,7 @@ def read_origin(
     name = f"the quat_xyzw of {what}"
     quaternion = np.array(owner.numbers(origin, "quat_xyzw", name, 4))
     length = float(np.linalg.norm(quaternion))
-    if not abs(length - 1.0) < _UNIT:
+    if not abs(length - 1.0) < _UNIT_QUATERNION_ERROR:
         raise owner.refusal(f"{name} has length {length:.4g}; it must be 1; correct it", origin)
     turn = pin.Quaternion(quaternion / length).toRotationMatrix()
     return pin.SE3(turn, np.array(xyz))
@@ -292,7 +297,7 @@ def _joint(entry: NamedElement, version: tuple[int, ...]) -> Joint:
     kind = entry.element.get("type", "")
     pose = read_origin(entry, entry.element.find("origin"), "its origin", version)
     axis, limits, damping, friction = (1.0, 0.0, 0.0), Limits(), 0.0, 0.0
-    if kind != "fixed" and kind not in FREE:
+    if kind != "fixed" and kind not in FREE_TYPES:
         axis = _axis(entry)
         limits = _limits(entry, kind)
         damping, friction = _dynamics(entry, kind)
@@ -358,7 +363,7 @@ def _dynamics(joint: NamedElement, kind: str) -> tuple[float, float]:
 def limit_unit(kind: str, name: str) -> str:
     """Return the unit of "effort", "velocity", "lower", "upper" or "damping" of a joint."""
     places = {"effort": 0, "velocity": 1, "lower": 2, "upper": 2, "damping": 3}
-    return _UNITS.get(kind, _ANGULAR)[places[name]]
+    return _UNITS.get(kind, _ANGULAR_UNITS)[places[name]]
 
 
 def _from_rpy(rpy: Vector) -> Array:
@@ -507,7 +512,7 @@ def check_spelling(tree: XmlTree) -> list[FileProblem]:
 
 def _check(entry: NamedElement, element: Element) -> list[FileProblem]:
     problems = []
-    once = _ONCE[element.tag]
+    once = _SINGLE_TAGS[element.tag]
     for tag in once:
         found = element.findall(tag)
         if len(found) > 1:
@@ -517,23 +522,23 @@ def _check(entry: NamedElement, element: Element) -> list[FileProblem]:
                 found[1],
             )
     for child in element:
-        if child.tag not in (*once, *_MORE[element.tag]):
+        if child.tag not in (*once, *_REPEATED_TAGS[element.tag]):
             problems += _unknown(entry, element, child)
-        elif child.tag in _ATTRIBUTES:
+        elif child.tag in _KNOWN_ATTRIBUTES:
             check_attributes(entry, child)
     return problems
 
 
 def _unknown(entry: NamedElement, element: Element, child: Element) -> list[FileProblem]:
     tag = printable(child.tag)
-    if child.tag in _ONCE["inertial"] and element.tag == "link":
+    if child.tag in _SINGLE_TAGS["inertial"] and element.tag == "link":
         text = f"<{tag}> is not read here; put it into <inertial>, or remove it"
         return [entry.problem("unknown", text, child)]
-    near = _nearest(child.tag, (*_ONCE[element.tag], *_MORE[element.tag]))
+    near = _nearest(child.tag, (*_SINGLE_TAGS[element.tag], *_REPEATED_TAGS[element.tag]))
     text = f"<{tag}> is not known; write <{near}>, or remove it"
     if not near:
         return []
-    if near not in _SEEN:
+    if near not in _TAGS_WITHOUT_MOTION:
         raise entry.refusal(text, child)
     return [entry.problem("unknown", text, child)]
 
@@ -544,10 +549,10 @@ def check_attributes(entry: NamedElement, child: Element) -> None:
     Raises:
         RobotError: naming the attribute that must be meant.
     """
-    known = _ATTRIBUTES[child.tag]
+    known = _KNOWN_ATTRIBUTES[child.tag]
     for name in child.attrib.keys() - set(known):
         left = [each for each in known if each not in child.attrib]
-        near = _nearest(name, left, _ALIKE_SHORT)
+        near = _nearest(name, left, _SIMILAR_ATTRIBUTES)
         if near:
             raise entry.refusal(
                 f"<{child.tag}> has {printable(name)}=, which is not known; write {near}=, or "
@@ -556,6 +561,6 @@ def check_attributes(entry: NamedElement, child: Element) -> None:
             )
 
 
-def _nearest(name: str, known: tuple[str, ...] | list[str], alike: float = _ALIKE) -> str:
+def _nearest(name: str, known: tuple[str, ...] | list[str], alike: float = _SIMILAR_TAGS) -> str:
     near = difflib.get_close_matches(name.lower(), known, 1, alike)
     return near[0] if near else ""

@@ -36,8 +36,8 @@ KINDS: tuple[Kind, Kind] = ("visual", "collision")
 GREY = (0.9, 0.9, 0.9, 1.0)
 Loader = Callable[[str, Array], coal.CollisionGeometry]
 """Reads a mesh file at a scale."""
-_SHAPES = ("box", "sphere", "cylinder", "capsule", "mesh")
-_COUNTS = {"origin": 1, "geometry": 1, "material": 1}
+_GEOMETRY_TAGS = ("box", "sphere", "cylinder", "capsule", "mesh")
+_MOST_PARTS = {"origin": 1, "geometry": 1, "material": 1}
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,15 +110,15 @@ def _form(
 ) -> tuple[pin.SE3, str, tuple[float, ...], str]:
     """Return pose, form, size and mesh of a shape; raise with the reason if it has none."""
     what = f"the origin of its {part.tag}"
-    for tag, most in _COUNTS.items():
+    for tag, most in _MOST_PARTS.items():
         if len(part.findall(tag)) > most:
             raise owner.refusal(f"its {part.tag} has {len(part.findall(tag))} <{tag}>", part)
     geometry = part.find("geometry")
-    forms = [] if geometry is None else [e for e in geometry if e.tag in _SHAPES]
+    forms = [] if geometry is None else [e for e in geometry if e.tag in _GEOMETRY_TAGS]
     if len(forms) != 1 or geometry is None or len(geometry) != 1:
         named = [printable(e.tag) for e in ([] if geometry is None else geometry)]
         found = f"has <{'>, <'.join(named)}>" if named else "has nothing"
-        allowed = f"one of {', '.join(_SHAPES)}"
+        allowed = f"one of {', '.join(_GEOMETRY_TAGS)}"
         raise owner.refusal(f"the geometry of its {part.tag} {found}; it must be {allowed}", part)
     form, origin = forms[0], part.find("origin")
     if origin is not None:

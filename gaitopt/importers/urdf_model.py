@@ -17,7 +17,7 @@ from gaitopt.nlp import Array
 
 WORLD, ROOT_JOINT = "universe", "root_joint"
 """Names of Pinocchio's own: the world, and the joint that carries the root link."""
-_FIXED = " (fixed)"  # marks a frame whose name is taken
+_TAKEN_MARK = " (fixed)"  # marks a frame whose name is taken
 
 
 def build_model(robot: Description) -> pin.Model:
@@ -91,7 +91,7 @@ def _add_joint(model: pin.Model, joint: Joint, parent: int) -> int:
     place = at.placement * joint.pose
     if joint.kind == "fixed":
         kind = pin.FrameType.FIXED_JOINT
-        name = joint.name + (_FIXED if joint.name in (WORLD, ROOT_JOINT) else "")
+        name = joint.name + (_TAKEN_MARK if joint.name in (WORLD, ROOT_JOINT) else "")
         frame = pin.Frame(name, at.parentJoint, parent, place, kind)
         return int(model.addFrame(frame, False))
     moving = _joint_model(joint)

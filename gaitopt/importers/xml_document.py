@@ -13,7 +13,7 @@ from gaitopt.errors import RobotError
 
 _BLANKS = " \t\r\n"  # of XML; a no-break space, say, is none
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
-_WORDS = {1: "one", 3: "three", 4: "four"}
+_NUMBER_WORDS = {1: "one", 3: "three", 4: "four"}
 _INFINITE = re.compile(r"([+-]?)inf(inity)?", re.ASCII | re.IGNORECASE)
 
 
@@ -186,7 +186,7 @@ class NamedElement:
         values = as_numbers(text)
         if len(values) != count or not all(map(math.isfinite, values)):
             raise self.refusal(
-                f"{name} is '{printable(text)}'; it must be {_WORDS[count]} finite numbers"
+                f"{name} is '{printable(text)}'; it must be {_NUMBER_WORDS[count]} finite numbers"
                 f"{_how(text)}; correct it",
                 child,
             )

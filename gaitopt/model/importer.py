@@ -46,7 +46,7 @@ from gaitopt.model.symmetry.averaging import Symmetrised
 from gaitopt.model.symmetry.leg_exchange import leg_exchange
 from gaitopt.nlp import Array
 
-_LISTED = 1e-5  # effect: differences that matter less are counted
+_LEAST_LISTED_EFFECT = 1e-5  # effect: differences that matter less are counted
 
 
 def leg_findings(
@@ -98,7 +98,7 @@ def symmetry_findings(done: Symmetrised) -> list[Finding]:
             "partner in the other leg"
         )
         findings.append(Finding("symmetry", ", ".join(done.filled), text, "warning"))
-    listed = [d for d in done.differences if d.effect.size >= _LISTED]
+    listed = [d for d in done.differences if d.effect.size >= _LEAST_LISTED_EFFECT]
     for d in listed:
         text = f"averaged left and right, which differed by {d.size}: {d.effect.brief()}"
         findings.append(Finding("symmetry", d.subject, text, "changed"))

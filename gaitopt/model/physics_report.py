@@ -30,9 +30,9 @@ NO_ROTORS = (
 
 _UNITS = ("N·m·s/rad", "N·m·s²/rad²", "N·m·s³/rad³")
 _SPRING_UNITS = ("N·m/rad", "N·m/rad²", "N·m/rad³")
-_SERVO = 0.15  # of a motor's torque at 1 rad/s: files with losses of joints stay below a tenth
-_SMALL = 0.08  # relative: differences between left and right up to this are told, not warned of
-_WORDS = {
+_SERVO_DAMPING_SHARE = 0.15  # of a motor's torque at 1 rad/s: losses stay below a tenth
+_SMALL_ASYMMETRY = 0.08  # relative: differences up to this are told, not warned of
+_AVERAGED_UNITS = {
     "damping": "N·m·s/rad",
     "friction": "N·m",
     "stiffness": "N·m/rad",
@@ -120,7 +120,7 @@ def _servos(chain: ChainPhysics, joints: tuple[str, ...], limits: np.ndarray) ->
     if chain.passive is None:
         return []
     torque = chain.passive.damping.sum(axis=1)  # at 1 rad/s
-    strong = torque > _SERVO * limits
+    strong = torque > _SERVO_DAMPING_SHARE * limits
     if not strong.any():
         return []
     worst = int(np.argmax(np.where(strong, torque / limits, 0.0)))
@@ -215,7 +215,7 @@ def _gravity(described: Physics, counted: Physics, rotation: np.ndarray) -> list
 
 def _averaged(word: str, off: Mapping[str, float], chain: ChainPhysics) -> Finding:
     """Return how far left and right were apart."""
-    apart, unit = 2.0 * max(off.values()), _WORDS[word]
+    apart, unit = 2.0 * max(off.values()), _AVERAGED_UNITS[word]
     size = math.inf
     if chain.passive is not None and word in ("damping", "friction", "stiffness"):
         size = float(np.abs(getattr(chain.passive, word)).max())
@@ -224,7 +224,7 @@ def _averaged(word: str, off: Mapping[str, float], chain: ChainPhysics) -> Findi
     elif chain.carried is not None:
         size = float(np.abs(chain.carried.mass).max())
     topics = {"stiffness": "springs", "rest": "springs", "friction": "joint friction"}
-    how: How = "changed" if apart <= _SMALL * size else "warning"
+    how: How = "changed" if apart <= _SMALL_ASYMMETRY * size else "warning"
     text = (
         f"{word} is not the mirror image of the other leg's: they differ by up to {apart:.3g} "
         f"{unit}, and both legs walk with the mean"
