@@ -87,7 +87,7 @@ def _biped_settings(_: Sequence[str]) -> Panels:
 
 
 def _sweep_settings(words: Sequence[str]) -> Panels:
-    from gaitopt.cli.sweep_options import NOT_OURS, SWEEP
+    from gaitopt.cli.config import NOT_OURS, SWEEP
 
     return {"Sweep": SWEEP, **_without(_all_settings(words), NOT_OURS)}
 
@@ -298,7 +298,7 @@ class PlayOptions:
 @command(app)
 def play(options: PlayOptions) -> None:
     """Watch a gait in the browser."""
-    from gaitopt.cli import watch
+    from gaitopt.cli import show as watch
 
     watch.run_play(
         options.gait, options.html, options.steps, tuple(map(str, options.package_dir)),
@@ -320,7 +320,7 @@ class PlotOptions:
 @command(app)
 def plot(options: PlotOptions) -> None:
     """Draw the figures of a gait."""
-    from gaitopt.cli import watch
+    from gaitopt.cli import show as watch
 
     watch.run_plot(options.gait, options.output, list(options.format))
 
@@ -337,7 +337,7 @@ class ExportOptions:
 @command(app)
 def export(options: ExportOptions) -> None:
     """Write a gait for a spreadsheet or a controller: .csv, .json or .yaml."""
-    from gaitopt.cli import watch
+    from gaitopt.cli import show as watch
 
     watch.run_export(options.gait, options.output, options.both_legs)
 

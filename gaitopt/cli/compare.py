@@ -13,13 +13,13 @@ from rich.table import Table
 from rich.text import Text
 
 from gaitopt.atomic import write_atomically
-from gaitopt.cli.cells import ABSENT, new_table
 from gaitopt.cli.config import Settings
 from gaitopt.cli.display import WIDTH, ProgressDisplay, screen, warn
 from gaitopt.cli.paths import require_writable
 from gaitopt.cli.process import ExitCode, stop_on_interrupt
 from gaitopt.cli.report import inspect_command, print_findings
 from gaitopt.cli.request import make_request
+from gaitopt.cli.tables import ABSENT, new_table
 from gaitopt.design.compare import COMPARED, SolverRun, compare_solvers
 from gaitopt.design.process import small_matrices
 from gaitopt.errors import InputError

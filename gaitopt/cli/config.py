@@ -11,7 +11,6 @@ from typing import Any, TypeVar
 
 from gaitopt.bounds import TABLE, read_bounded
 from gaitopt.catalogue.parameters import PARAMETERS, parameter_unit
-from gaitopt.cli.sweep_options import SECTION, SWEEP, as_typed
 from gaitopt.design.options import COUNT, SIGMA, DesignOptions
 from gaitopt.errors import InputError
 from gaitopt.gait.constraints import Margins
@@ -110,6 +109,32 @@ class SearchSettings:
     starts: int = entry(COUNT, "First guesses to try; 1 with --start or --seed.", common=True)
     seed: int | None = entry(None, "Disturb the first guess; number of the noise.")
     sigma: float = entry(SIGMA, "Standard deviation of that noise.", "rad")
+
+
+@dataclass(frozen=True)
+class SweepSettings:
+    """What is swept over, and who does the work."""
+
+    speeds: str | None = entry(
+        None, "Walking speeds, FIRST:LAST:STEP or a list A,B,C.", metavar="M/S", common=True
+    )
+    grid: tuple[str, ...] = entry(
+        (), "Another quantity of task, limits, double support or specification, as "
+        "duration=0.3:0.6:0.05 or geometry.d3=0.28,0.3,0.32. trunk_pitch is the limit of the "
+        "lean, hold.trunk_pitch the lean at double support.", metavar="NAME=RANGE", common=True,
+    )  # fmt: skip
+    begin: tuple[str, ...] = entry(
+        (), "Where to begin, by default in the middle.", metavar="NAME=VALUE"
+    )
+    workers: int | None = entry(None, "Processes on this machine (extra 'cluster').", common=True)
+    scheduler: str | None = entry(None, "Dask scheduler to use instead.", metavar="ADDRESS")
+
+
+SWEEP = tuple(declared(SweepSettings))
+SWEEP_SECTION = "sweep"
+"""Of a configuration file; a search for one gait passes over it."""
+NOT_OURS = ("starts", "start", "seed", "sigma")
+"""Settings of a search for one gait only."""
 
 
 @dataclass(frozen=True)
@@ -254,21 +279,42 @@ def read_config(path: Path, plugin: Path | None = None) -> Settings:
         plugin = path.parent / str(named["plugin"])
     schema = SCHEMA if plugin is None else with_plugin(load_plugin(plugin))
     for section, entries in table.items():
-        if section not in (*schema, LIMITS, SECTION):
-            raise InputError(f"{path}: {_unknown('section', section, [*schema, LIMITS, SECTION])}")
+        if section not in (*schema, LIMITS, SWEEP_SECTION):
+            raise InputError(
+                f"{path}: {_unknown('section', section, [*schema, LIMITS, SWEEP_SECTION])}"
+            )
         if not isinstance(entries, Mapping):
             raise InputError(f"{path}: '{section}' must be a section, [{section}], not a value")
         if section == LIMITS:
             settings["limit"] = list(_limit_texts(entries))
             continue
-        known = _by_name(*SWEEP) if section == SECTION else schema[section]
+        known = _by_name(*SWEEP) if section == SWEEP_SECTION else schema[section]
         for name, value in entries.items():
             if name not in known:
                 raise InputError(f"{path}: {_unknown(f'entry in [{section}]', name, list(known))}")
-            if section == SECTION:
-                value = as_typed(name, value)
+            if section == SWEEP_SECTION:
+                value = _as_typed(name, value)
             settings[name] = _value(path, f"{section}.{name}", value, known[name])
     return settings
+
+
+def _as_typed(name: str, value: object) -> object:
+    """Return an entry of the section as it would be typed: tables by name, lists with commas.
+
+    speeds = [0.4, 0.6] is --speeds 0.4,0.6; grid = {duration = "0.3:0.5:0.1"} is --grid
+    duration=0.3:0.5:0.1; begin = {speed = 0.7} is --begin speed=0.7.
+    """
+    if name == "speeds":
+        return _values(value)
+    if name in ("grid", "begin") and isinstance(value, Mapping):
+        return [f"{key}={_values(one)}" for key, one in value.items()]
+    return value
+
+
+def _values(value: object) -> object:
+    if isinstance(value, list) and value and all(isinstance(one, int | float) for one in value):
+        return ",".join(map(str, value))
+    return str(value) if isinstance(value, int | float) and not isinstance(value, bool) else value
 
 
 def _limit_texts(entries: Mapping[str, object]) -> Iterator[str]:

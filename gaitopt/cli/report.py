@@ -14,10 +14,10 @@ from rich.rule import Rule
 from rich.table import Table
 from rich.text import Text
 
-from gaitopt.cli.cells import ABSENT, BAR, bar, fixed, new_table, number, rounded, share
 from gaitopt.cli.config import SCHEMA, Settings, option_words
 from gaitopt.cli.display import WIDTH, screen
 from gaitopt.cli.process import ExitCode, print_error
+from gaitopt.cli.tables import ABSENT, BAR, bar, fixed, new_table, number, rounded, share
 from gaitopt.design.audit import Audit, audit
 from gaitopt.design.shadow_prices import SETTING
 from gaitopt.design.summary import summarise

@@ -7,12 +7,12 @@ import pytest
 from rich.console import Console
 
 from gaitopt import load_gait
-from gaitopt.cli.cells import rounded
 from gaitopt.cli.display import ProgressDisplay
-from gaitopt.cli.fastest import limit_lines
+from gaitopt.cli.optimise import limit_lines
 from gaitopt.cli.process import StopRequest
 from gaitopt.cli.report import print_gait, proof_table
 from gaitopt.cli.robots import _short
+from gaitopt.cli.tables import rounded
 from gaitopt.design.certificate import WorstRow
 from gaitopt.nlp import Progress
 from gaitopt.solvers.two_stage import UNCONFIRMED

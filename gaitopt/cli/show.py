@@ -1,4 +1,4 @@
-"""`gaitopt play`, `plot` and `export`: a gait for eyes and for other programs."""
+"""`gaitopt play`, `plot` and `export`: a gait for people and for other programs."""
 
 from __future__ import annotations
 

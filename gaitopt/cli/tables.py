@@ -1,4 +1,4 @@
-"""Cells of the tables: numbers with units, shares of limits."""
+"""Tables on the terminal: their form, figures with units, shares of limits."""
 
 from __future__ import annotations
 
