@@ -85,33 +85,33 @@ class Layout:
         """The geometry table's values, shape (10,)."""
         return np.array([quantity.value for quantity in self.geometry])
 
-    @property
+    @cached_property
     def joints(self) -> int:
         """Number of joints n."""
         return len(self.joint_names)
 
-    @property
+    @cached_property
     def knots(self) -> slice:
         """Entries of the intermediate postures."""
         return slice(0, self.joints * self.postures)
 
-    @property
+    @cached_property
     def rates(self) -> slice:
         """Entries of the rates before impact."""
         return slice(self.knots.stop, self.knots.stop + self.joints)
 
-    @property
+    @cached_property
     def start(self) -> slice:
         """Entries of the posture at the start: n in the lifted form, else none."""
         first = self.rates.stop
         return slice(first, first + self.joints * self.lifted)
 
-    @property
+    @cached_property
     def shape(self) -> slice:
         """Entries of the free geometric quantities."""
         return slice(self.start.stop, self.size)
 
-    @property
+    @cached_property
     def boundary(self) -> slice:
         """Entries that shape the double support: posture at the start and geometry."""
         return slice(self.start.start, self.size)
@@ -122,12 +122,12 @@ class Layout:
         angles = self.joints * self.lifted
         return [*range(angles), *(angles + row for row in self.free)]
 
-    @property
+    @cached_property
     def size(self) -> int:
         """Length of x."""
         return int(self.start.stop) + len(self.free)
 
-    @property
+    @cached_property
     def names(self) -> tuple[str, ...]:
         """Name of every entry of x."""
         knots = [f"{j}_at_knot_{k + 1}" for k in range(self.postures) for j in self.joint_names]

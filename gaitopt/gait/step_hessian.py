@@ -57,6 +57,11 @@ class StepWeights:
             first: shape (k, entries of all).
             second: shape (k, entries of all, entries of all), None for zero.
         """
+        if len(reads) == 1:  # nearly all of them: nothing to be cut apart
+            self.first[reads[0]][rows] += first
+            if second is not None:
+                self.add_second((reads[0], reads[0]), rows, second)
+            return
         ends = np.cumsum([self.first[one].shape[1] for one in reads])
         parts = [
             slice(end - self.first[one].shape[1], end) for one, end in zip(reads, ends, strict=True)
