@@ -55,7 +55,7 @@ def physics_findings(
         described: as the description has it.
         counted: what is left of it after the user's choice.
         chain: what became of that.
-        joints: names of the twelve joints.
+        joints: names of the joints that move.
         rotation: forward, left and up of the robot in its root link, columns, shape (3, 3).
         limits: largest torques of the joints, shape (n,) [N·m].
     """

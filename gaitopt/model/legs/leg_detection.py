@@ -11,6 +11,7 @@ import re
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
+from os.path import commonprefix
 
 import numpy as np
 import pinocchio as pin
@@ -227,10 +228,9 @@ def speaks_for_other_side(right: Sequence[str], left: Sequence[str]) -> bool:
         right, left: names of the joints from hip to ankle.
     """
     initials = []
-    for first, other in zip(right, left, strict=True):
-        at = next((k for k, (a, b) in enumerate(zip(first, other, strict=False)) if a != b),
-                  min(len(first), len(other)))  # fmt: skip
-        initials.append((first[at : at + 1] + other[at : at + 1]).lower())
+    for names in zip(right, left, strict=True):
+        at = len(commonprefix(names))
+        initials.append("".join(name[at : at + 1] for name in names).lower())
     return "lr" in initials and "rl" not in initials
 
 
