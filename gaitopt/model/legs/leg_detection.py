@@ -10,8 +10,7 @@ import json
 import re
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
-from itertools import combinations
-from os.path import commonprefix
+from itertools import combinations, zip_longest
 
 import numpy as np
 import pinocchio as pin
@@ -228,9 +227,9 @@ def speaks_for_other_side(right: Sequence[str], left: Sequence[str]) -> bool:
         right, left: names of the joints from hip to ankle.
     """
     initials = []
-    for names in zip(right, left, strict=True):
-        at = len(commonprefix(names))
-        initials.append("".join(name[at : at + 1] for name in names).lower())
+    for pair in zip(right, left, strict=True):
+        differ = (a + b for a, b in zip_longest(*pair, fillvalue="") if a != b)
+        initials.append(next(differ, "").lower())
     return "lr" in initials and "rl" not in initials
 
 
