@@ -182,9 +182,10 @@ def _changed_plugins(gait: Gait, problem: WalkProblem) -> Iterator[str]:
 
 def _plugins(task: Mapping[str, Any]) -> dict[str, str]:
     """Digests of a task's plugins by file name."""
-    records = [task.get("cost") or {}, *(task.get("constraints") or [])]
-    plugins = [one["plugin"] for one in records if "plugin" in one]
-    return {one["file"]: one["sha256"] for one in plugins}
+    own = task.get("constraints")
+    records = [task.get("cost"), *(own if isinstance(own, list) else [])]
+    plugins = [one.get("plugin") for one in records if isinstance(one, Mapping)]
+    return {str(p.get("file")): str(p.get("sha256")) for p in plugins if isinstance(p, Mapping)}
 
 
 def _short(value: object) -> str:

@@ -20,7 +20,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any, TypeVar
 
-from gaitopt.bounds import TABLE, read_bounded
+from gaitopt.bounds import TABLE, read_bounded, shown
 from gaitopt.errors import InputError
 from gaitopt.gait.constraint import Constraint
 from gaitopt.gait.costs import COSTS, Cost, WeightedSum
@@ -28,6 +28,7 @@ from gaitopt.gait.costs import COSTS, Cost, WeightedSum
 Extension = Constraint | Cost
 _Kind = TypeVar("_Kind", Constraint, Cost)
 _PREFIX = "gaitopt_plugin_"
+_LONGEST = 80  # characters of a name in a message
 _PLAIN = (str, int, float, bool, type(None))
 
 
@@ -192,10 +193,13 @@ def constraint_from_record(record: object, known: Iterable[Extension]) -> Constr
 def cost_from_record(record: object, known: Iterable[Extension]) -> Cost:
     """Return the cost of a record made by `extension_record`; see `constraint_from_record`."""
     costs = [*COSTS, *(one for one in known if isinstance(one, Cost))]
-    terms = record["fields"].get("terms") if isinstance(record, Mapping) else None
-    if isinstance(terms, list):
-        return WeightedSum(tuple((cost_from_record(one, costs), weight) for one, weight in terms))
-    return _found(record, costs, "cost")
+    fields = record.get("fields") if isinstance(record, Mapping) else None
+    terms = fields.get("terms") if isinstance(fields, Mapping) else None
+    if not isinstance(terms, list):
+        return _found(record, costs, "cost")
+    if not all(isinstance(term, list) and len(term) == 2 for term in terms):
+        raise InputError("the record of a sum of costs has no pairs of a cost and its weight")
+    return WeightedSum(tuple((cost_from_record(one, costs), weight) for one, weight in terms))
 
 
 def _found(record: object, known: list[_Kind], kind: str) -> _Kind:
@@ -204,12 +208,12 @@ def _found(record: object, known: list[_Kind], kind: str) -> _Kind:
     found = next((one for one in known if one.name == record["name"]), None)
     if found is None:
         raise InputError(_needed(record, kind))
-    values = record.get("fields", {})
+    values: Any = record.get("fields", {})
     try:
         return replace(found, **_tuples(values)) if values else found  # type: ignore[type-var]
-    except TypeError as error:
+    except (TypeError, ValueError) as error:
         raise InputError(
-            f"the {kind} '{found.name}' does not take the values recorded, {dict(values)}: {error}"
+            f"the {kind} '{found.name}' does not take the values recorded, {shown(values)}: {error}"
         ) from error
 
 
@@ -222,15 +226,20 @@ def _tuples(value: Any) -> Any:
 
 def _needed(record: Mapping[str, object], kind: str) -> str:
     plugin, home = record.get("plugin"), record.get("class")
-    what = f"it has the {kind} '{record['name']}', which is not gaitopt's own"
+    what = f"it has the {kind} '{_told(record['name'])}', which is not gaitopt's own"
     if isinstance(plugin, Mapping):
-        file = plugin.get("file")
+        file, digest = _told(plugin.get("file")), _told(plugin.get("sha256"))
         return (
-            f"{what}: it is of the plugin '{file}' (sha256 {plugin.get('sha256')}...); give that "
+            f"{what}: it is of the plugin '{file}' (sha256 {digest}...); give that "
             f"file: --plugin {file} (in Python known=load_plugin('{file}').extensions)"
         )
-    made = f": it is a {home}" if home else ""
+    made = f": it is a {_told(home)}" if home else ""
     return (
         f"{what}{made}; put it into a file and give that: --plugin FILE (in Python "
         "known=load_plugin(FILE).extensions), see docs/extending.md"
     )
+
+
+def _told(value: object) -> str:
+    """What a file says, for a message."""
+    return "".join(c if c.isprintable() else "?" for c in str(value)[:_LONGEST])

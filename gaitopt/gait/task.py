@@ -288,7 +288,7 @@ def task_from_record(record: object, known: Iterable[Extension] = ()) -> Task:
             cost=TorqueCost() if cost is None else cost_from_record(cost, known),
             constraints=tuple(constraint_from_record(one, known) for one in own),
         )
-    except TypeError as error:
+    except (TypeError, RecursionError) as error:
         raise InputError(f"the record of the task cannot be read: {error}") from error
 
 

@@ -239,6 +239,27 @@ def test_a_task_with_its_own_comes_back_through_json():
         task_from_record(task_record(Task(constraints=(MotorPower(),))))
 
 
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"constraints": 5}, "record of the task cannot be read: .*not iterable"),
+        ({"constraints": [5]}, "record of a constraint has no name"),
+        ({"constraints": [{"name": "a\x1b[31m", "plugin": {"file": 7}}]}, r"'a\?\[31m', .* '7'"),
+        ({"constraints": [{"name": "low swing", "fields": 5}]}, "does not take the values recor"),
+        ({"constraints": [{"name": "low swing", "fields": {"x": 1}}]}, "does not take the values"),
+        ({"constraints": [{"name": "low swing", "fields": {"low_swing": "a"}}]}, "a finite number"),
+        ({"cost": 5}, "record of a cost has no name"),
+        ({"cost": {"name": "torque", "fields": {"weights": 5}}}, "weights of joints are 5"),
+        ({"cost": {"name": "sum", "fields": {"terms": [5]}}}, "no pairs of a cost and its weight"),
+        ({"cost": {"name": "sum", "fields": {"terms": []}}}, "a weighted sum needs costs"),
+    ],
+)
+def test_records_of_strangers_are_refused(changes, message):
+    record = {**task_record(Task()), **changes}
+    with pytest.raises(InputError, match=message):
+        task_from_record(record, load_plugin(PLUGIN).extensions)
+
+
 def test_a_file_records_only_what_it_can_hold():
     @dataclass(frozen=True)
     class Odd(Wrong):
