@@ -52,6 +52,13 @@ def read_quantity(value: object, unit: str) -> float:
     return math.sin(number) if unit == SINE else number
 
 
+def in_si(value: object, unit: str) -> object:
+    """Return a text of a number with a unit of the dimension as that number; others as they are."""
+    found = _NUMBER.fullmatch(value) if isinstance(value, str) else None
+    known = found is not None and found[2] in UNITS.get(unit, {})
+    return read_quantity(value, unit) if known else value
+
+
 def _advice(unit: str) -> str:
     if unit not in UNITS:
         return "give a number"

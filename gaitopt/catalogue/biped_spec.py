@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator, Sequence
-from contextlib import suppress
 from dataclasses import Field, dataclass, field, fields, is_dataclass, replace
 from numbers import Real
 from typing import Any, TypeVar
@@ -17,7 +16,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from gaitopt.errors import SpecError
-from gaitopt.units import read_quantity
+from gaitopt.units import in_si
 
 Vector3 = tuple[float, float, float]
 Matrix3 = tuple[Vector3, Vector3, Vector3]
@@ -318,9 +317,7 @@ def _checked_array(value: object, allowed: Allowed, shape: tuple[int, ...], path
 
 
 def _checked_number(value: object, allowed: Allowed, path: str) -> float:
-    if isinstance(value, str) and not value.strip()[-1:].isdigit():  # 30cm, not "0.3"
-        with suppress(ValueError):
-            value = read_quantity(value, allowed.unit)
+    value = in_si(value, allowed.unit)
     if isinstance(value, bool) or not isinstance(value, Real):
         raise SpecError(
             f"{path} must be a number in {allowed.unit}, got {_shown(value)}; allowed: {allowed}"

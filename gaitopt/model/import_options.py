@@ -405,15 +405,31 @@ def _checked_table(value: object, part: type, name: str, path: str | None = None
             raise RobotError(
                 f'{name}: {needed} is missing; give a pattern of names, as "{example}"'
             )
-    for key, text in table.items() if part is LimitOverride else ():
-        if text == NO_LIMIT and key in ("torque", "speed", "lower", "upper"):
+    for key, text in table.items():
+        if part is LimitOverride and text == NO_LIMIT and key in LIMIT_UNITS and key != "armature":
             table[key] = -math.inf if key == "lower" else math.inf
-        elif isinstance(text, str) and key in LIMIT_UNITS:
-            try:
-                table[key] = read_quantity(text, LIMIT_UNITS[key])
-            except ValueError as error:
-                raise RobotError(f"limits: {key} = {text[:60]!r} is wrong; {error}") from None
+        elif (unit := _UNITS[part].get(key)) is not None:
+            table[key] = _in_si(text, unit, f"{name}: {key}")
+    if part is ImportOptions and isinstance(posture := table.get("posture"), Mapping):
+        table["posture"] = {j: _in_si(q, "rad", f"posture: {j}") for j, q in posture.items()}
     return table
+
+
+def _in_si(value: object, unit: str, what: str) -> object:
+    """Return a text of a number, with a unit or without, as that number; others as they are."""
+    try:
+        return read_quantity(value, unit) if isinstance(value, str) else value
+    except ValueError as error:
+        raise RobotError(f"{what} = {str(value)[:60]!r} is wrong; {error}") from None
+
+
+_UNITS: dict[type, dict[str, str]] = {
+    LimitOverride: LIMIT_UNITS,
+    InertiaOverride: {"mass": "kg"},
+    Sole: dict.fromkeys(("toe", "heel", "left", "right"), "m"),
+    ImportOptions: {"sole_drop": "m"},
+}
+"""Units of numbers that a file may give with theirs."""
 
 
 def choices_record(choices: ImportOptions) -> dict[str, Any]:

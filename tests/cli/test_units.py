@@ -10,7 +10,8 @@ import pytest
 from gaitopt import load_gait
 from gaitopt.cli.config import SCHEMA, read_config
 from gaitopt.cli.request import make_request
-from gaitopt.errors import InputError
+from gaitopt.errors import InputError, RobotError
+from gaitopt.model.import_options import choices_from_toml
 from gaitopt.settings import declared, setting
 from gaitopt.units import SINE, UNITS, read_quantity
 
@@ -114,6 +115,26 @@ def test_a_file_takes_every_unit_that_options_take(tmp_path: Path):
     path.write_text('[margins]\ntrunk_pitch = "10rpm"\n')
     with pytest.raises(InputError, match=r"margins.trunk_pitch = '10rpm' is wrong; .* rad, deg, °"):
         read_config(path)
+
+
+def test_choices_take_units_too():
+    read = choices_from_toml(
+        'sole_drop = "4cm"\nposture = { knee = "10deg", hip = 0.1 }\n'
+        'sole = { toe = "12cm", heel = -0.05, left = "30 mm", right = -0.03 }\n'
+        '[[inertias]]\nlinks = "*foot*"\nmass = "900g"\n'
+        '[[limits]]\njoints = "knee"\ntorque = "0.1kNm"\nlower = "-5deg"\nspeed = "none"\n'
+    )
+    assert read.sole_drop == pytest.approx(0.04)
+    assert dict(read.posture) == {"knee": pytest.approx(math.radians(10.0)), "hip": 0.1}
+    assert (read.sole.toe, read.sole.left) == (pytest.approx(0.12), pytest.approx(0.03))
+    assert read.inertias[0].mass == pytest.approx(0.9)
+    (limits,) = read.limits
+    assert (limits.torque, limits.speed) == (pytest.approx(100.0), math.inf)
+    assert limits.lower == pytest.approx(math.radians(-5.0))
+    limit = '[[limits]]\njoints = "*"\ntorque = "8rpm"'
+    for wrong in ('sole_drop = "4deg"', 'posture = { knee = "bent" }', limit):
+        with pytest.raises(RobotError, match=r"is wrong; give a number in .*with its unit: "):
+            choices_from_toml(f"{wrong}\n")
 
 
 def test_every_setting_says_what_it_is():
