@@ -3,8 +3,7 @@
 from pathlib import Path
 
 from gaitopt import Robot, Task, biped13, urdf_text
-from gaitopt.sweep.grid import parse_axis
-from gaitopt.sweep.scheduler import sweep
+from gaitopt.sweep import parse_axis, sweep
 
 RESULTS = Path(__file__).parent / "results"
 

@@ -199,6 +199,9 @@ class Scheduler:
         self._grid, self._states = writer.grid, writer.states
         self._handed_on: dict[Index, list[Index]] = {}  # by points without a walk, to those beyond
         self._named = {self._grid.name(point): point for point in self._grid.order}
+        self._counted = tuple(  # sets: to count thousands of points after each job takes long
+            {point for point in self._states if self._reached(point)[k]} for k in range(3)
+        )
 
     def run(self) -> None:
         """Bring every point to a gait, or to the reason why there is none."""
@@ -387,7 +390,7 @@ class Scheduler:
                 for outcome in self._next(waiting, running):
                     waiting.extend(note(outcome))
                     if self._on_progress is not None:
-                        self._on_progress(self._progress(stage))
+                        self._on_progress(self._progress(stage, outcome.job.point))
         finally:
             for future in running:
                 future.cancel()
@@ -413,12 +416,16 @@ class Scheduler:
                 f"{reason}; what was finished is kept, and the same command goes on"
             ) from error
 
-    def _progress(self, stage: str) -> SweepProgress:
-        states = self._states.values()
-        return SweepProgress(
-            points=len(self._states),
-            explored=sum(state.explored for state in states),
-            gaits=sum(map(self._writer.has_gait, self._states)),
-            refused=sum(state.refusal is not None for state in states),
-            stage=stage,
-        )
+    def _progress(self, stage: str, point: Index) -> SweepProgress:
+        """Return how far the sweep is after a job at a point."""
+        reached = self._reached(point)
+        for known, new in zip(self._counted, reached, strict=True):
+            if new:
+                known.add(point)
+        explored, gaits, refused = map(len, self._counted)
+        return SweepProgress(len(self._states), explored, gaits, refused, stage)
+
+    def _reached(self, point: Index) -> tuple[bool, bool, bool]:
+        """Return whether a point is explored, has a gait, is refused; it stays so."""
+        state = self._states[point]
+        return state.explored, self._writer.has_gait(point), state.refusal is not None
