@@ -49,9 +49,8 @@ _COP_WIDTH, _COP_INSIDE, _COP_TEXT = 6.4, 4.95, 0.9  # inch: figure, panel; text
 _COP_HEIGHTS = (1.2, 5.0)  # inch, of the panel
 _ROW, _COLUMNS = 2.5, 3  # panels of joints: inch, number
 # Six panels are laid out by measuring each of their labels twice, which takes longer than drawing.
-_PLACE = {
-    "left": 0.075, "right": 0.99, "bottom": 0.18, "top": 0.905, "wspace": 0.16, "hspace": 0.17,
-}  # fmt: skip
+_PLACE = {"left": 0.075, "right": 0.99, "wspace": 0.16, "hspace": 0.17}
+_BELOW, _ABOVE, _TITLE = 0.9, 0.475, 0.1  # inch: legend; title with its space, and above it
 _FAR = 1.5  # a limit this many times the panel's own largest value would flatten its curves
 _FLAT = 0.02  # of the figure's largest value: a panel shows no less, lest rounding looks like waves
 _SPACE = 0.08  # free above and below the curves, in their heights
@@ -160,33 +159,30 @@ def _name_legs(
 
 def torque_figure(gait: Gait) -> Figure:
     """Draw the torques of the joints against their limits, stance leg on swing leg."""
-    figure = _grid(gait, gait.torque, gait.joint_limit("torque"), "torque [N·m]")
-    figure.suptitle("Joint torques")
-    return figure
+    return _grid(gait, gait.torque, gait.joint_limit("torque"), "torque [N·m]", "Joint torques")
 
 
 def rate_figure(gait: Gait) -> Figure:
     """Draw the rates of the joints against their limits, stance leg on swing leg."""
-    figure = _grid(gait, gait.dq, gait.joint_limit("speed"), "rate [rad/s]")
-    figure.suptitle("Joint rates")
-    return figure
+    return _grid(gait, gait.dq, gait.joint_limit("speed"), "rate [rad/s]", "Joint rates")
 
 
 def angle_figure(gait: Gait) -> Figure:
     """Draw the angles of the joints, stance leg on swing leg."""
-    figure = _grid(gait, gait.q, None, "angle [rad]")
-    figure.suptitle("Joint angles")
-    return figure
+    return _grid(gait, gait.q, None, "angle [rad]", "Joint angles")
 
 
-def _grid(gait: Gait, values: Array, limits: Array | None, unit: str) -> Figure:
+def _grid(gait: Gait, values: Array, limits: Array | None, unit: str, title: str) -> Figure:
     """Draw panels from hip to ankle, in each the joint of both legs, in its own scale."""
     joints = _panels(gait)
     rows = -(-len(joints) // _COLUMNS)
-    figure = new_figure(9.0, rows * _ROW, layout=None)
-    panels = figure.subplots(rows, _COLUMNS, sharex=True, squeeze=False, gridspec_kw=_PLACE)
+    height = rows * _ROW
+    figure = new_figure(9.0, height, layout=None)
+    place = {**_PLACE, "bottom": _BELOW / height, "top": 1.0 - _ABOVE / height}
+    panels = figure.subplots(rows, _COLUMNS, sharex=True, squeeze=False, gridspec_kw=place)
     for axes in panels.flat[len(joints) :]:
         axes.set_visible(False)
+    figure.suptitle(title, y=1.0 - _TITLE / height)
     least = _FLAT * float(np.abs(values).max())
     for panel, (axes, stance) in enumerate(zip(panels.flat, joints, strict=False)):
         both = [stance, partner(gait, stance)]
@@ -195,6 +191,7 @@ def _grid(gait: Gait, values: Array, limits: Array | None, unit: str) -> Figure:
         axes.plot(gait.time, values[:, both[1]], color=SWING, label="swing leg")
         drawn = [] if limits is None else _draw_limit(axes, values[:, both], limits[both])
         _scale(axes, np.append(values[:, both], drawn), least)
+        axes.xaxis.set_tick_params(labelbottom=panel >= len(joints) - _COLUMNS)
         label_axes(
             axes,
             "time [s]" if panel >= len(joints) - _COLUMNS else "",
