@@ -37,7 +37,7 @@ from gaitopt.gait.task import Task
 from gaitopt.mechanics.leg_distance import leg_pairs
 from gaitopt.nlp import Status
 from gaitopt.sweep.speed_search import Fastest, fastest
-from gaitopt.view.figure_worker import painter
+from gaitopt.view.figure_worker import figure_worker
 
 _MOST = 8  # constraints at their limits that are told
 
@@ -66,7 +66,7 @@ def run(
         print_findings(errors, request.robot.findings, inspect_command(request.settings))
         if foreign := foreign_margins(request.robot, request.task, "--preset humanoid"):
             warn(errors, "warning", foreign)
-    with painter(output is not None and figures) as brush:
+    with figure_worker(output is not None and figures) as worker:
         try:
             with small_matrices():
                 if fastest:
@@ -84,7 +84,7 @@ def run(
         written: list[Path] = []
         try:  # first the files: whoever reads the tables may close the pipe
             if output is not None:
-                pictures = brush if figures else None
+                pictures = worker if figures else None
                 results = write_results(found.gait, request, output, page=page, figures=pictures)
                 written = _all_written(results, found.gait, output)
         finally:

@@ -22,14 +22,14 @@ from gaitopt.gait.costs import Cost
 from gaitopt.gait.gait_file import save_gait
 from gaitopt.gait.result import Gait
 from gaitopt.gait.task import Task
-from gaitopt.view.figure_worker import Painter
+from gaitopt.view.figure_worker import FigureWorker
 
 GAIT, PAGE, FIGURES, SUMMARY = "gait.npz", "gait.html", "figures", "summary.json"
 TASK, URDF, CHOICES = "task.toml", "robot.urdf", "choices.toml"
 
 
 def write_results(
-    gait: Gait, request: Request, directory: Path, *, page: bool, figures: Painter | None
+    gait: Gait, request: Request, directory: Path, *, page: bool, figures: FigureWorker | None
 ) -> Iterator[Path]:
     """Write the gait and everything made from it; yield each as it is written.
 

@@ -30,6 +30,9 @@ from gaitopt.units import SINE
 if TYPE_CHECKING:
     from gaitopt.gait.constraints import Margins
 
+_SMALLEST = 1e-50
+"""Size of a margin that is not 0: what is divided by it, or its square, still has a value."""
+
 FREE = np.inf
 """A limit that is none."""
 
@@ -117,6 +120,11 @@ def _check(name: str, value: object, kind: str, declared: Margin) -> None:
     if not is_finite(value):
         raise InputError(f"{name} is {shown(value)}; it must be a finite number")
     number, unit = float(str(value)), declared.unit and f" {declared.unit}"
+    if number and not _SMALLEST <= abs(number) <= 1.0 / _SMALLEST:
+        raise InputError(
+            f"{name} is {value}{unit}; it must be 0, or between {_SMALLEST:g} and "
+            f"{1.0 / _SMALLEST:g} in size"
+        )
     if declared.above is not None and not number > declared.above:
         raise InputError(f"{name} is {value}{unit}; it must be above {declared.above:g}")
     if declared.least is not None and number < declared.least:

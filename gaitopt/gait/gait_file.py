@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from gaitopt.atomic import write_atomically
 from gaitopt.bounds import GAIT, too_large
 from gaitopt.errors import GaitFileError, InputError, RobotError
-from gaitopt.gait.result import SHAPES, Gait, array_names
+from gaitopt.gait.result import LARGEST, SHAPES, Gait, array_names
 from gaitopt.model.multibody import Multibody, checked_multibody
 from gaitopt.tolerances import SAME
 from gaitopt.version import __version__
@@ -294,6 +294,8 @@ def _check_members(members: _Arrays) -> None:
             raise InputError(f"its '{member.name}' has shape {array.shape}; it must be {wanted}")
         if kind == "f" and not np.isfinite(array).all():
             raise InputError(f"its '{member.name}' holds NaN or infinity")
+        if kind == "f" and np.abs(array).max(initial=0.0) > LARGEST:
+            raise InputError(f"its '{member.name}' holds a number that is no SI value")
 
 
 def _check_statements(gait: Gait, members: _Arrays) -> None:

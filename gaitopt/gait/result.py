@@ -17,7 +17,7 @@ from gaitopt.model.multibody import Multibody
 from gaitopt.nlp import Array
 
 _REAL = "fiu"  # kinds of NumPy types; a text or a complex number would be cast in silence
-_LARGEST = 1e50
+LARGEST = 1e50
 """Of any number in a gait, in SI units: sums of squares and products still have a value."""
 _SHORTEST = 1e-50
 """Duration of a step [s]: what is divided by it still has a value."""
@@ -114,10 +114,9 @@ class Gait:
     multibody: Multibody | None = None
 
     def __post_init__(self) -> None:
-        if self.coefficients is None:
-            object.__setattr__(self, "coefficients", _fitted(self))
         for name in SHAPES:
-            object.__setattr__(self, name, _frozen(name, getattr(self, name)))
+            if name != "coefficients" or self.coefficients is not None:
+                object.__setattr__(self, name, _frozen(name, getattr(self, name)))
         for name in _MULTIPLIERS:
             if getattr(self, name) is not None:
                 object.__setattr__(self, name, _frozen(name, getattr(self, name)))
@@ -128,6 +127,8 @@ class Gait:
                 raise InputError(f"the gait's '{name}' must be a non-empty text")
         object.__setattr__(self, "meta", _json_copy(self.meta))
         _check_times(self)
+        if self.coefficients is None:
+            object.__setattr__(self, "coefficients", _frozen("coefficients", _fitted(self)))
         _check_sizes(self)
         _check_mirror(self.mirror)
 
@@ -241,19 +242,16 @@ def _is_number(value: object) -> bool:
     return (
         isinstance(value, int | float)
         and not isinstance(value, bool)
-        and -_LARGEST <= value <= _LARGEST
+        and -LARGEST <= value <= LARGEST
     )
 
 
 def _fitted(gait: Gait) -> Array:
     """Return the coefficients of the splines that the samples lie on."""
-    values = [_frozen(name, getattr(gait, name)) for name in ("knots", "time", "q", "dq", "ddq")]
-    knots, time, *motion = values
-    if len({part.shape for part in motion}) != 1 or len(time) != len(motion[0]):
-        return np.zeros((len(knots) + 2, 0))  # told by the check of shapes
-    if len(knots) < 2 or not knots[-1] > _SHORTEST:  # likewise
-        return np.zeros((len(knots) + 2, motion[0].shape[1]))
-    return fitted_coefficients(knots, time, np.array(motion))
+    motion = gait.q, gait.dq, gait.ddq
+    if {part.shape for part in motion} != {(len(gait.time), gait.q.shape[1])}:
+        return np.zeros((len(gait.knots) + 2, 0))  # told by the check of sizes
+    return fitted_coefficients(gait.knots, gait.time, np.array(motion))
 
 
 def _frozen(name: str, value: object) -> Array:
@@ -273,9 +271,9 @@ def _frozen(name: str, value: object) -> Array:
     if not np.isfinite(array).all():
         index = ", ".join(str(i) for i in np.argwhere(~np.isfinite(array))[0])
         raise InputError(f"the gait's '{name}' holds NaN or infinity at [{index}]")
-    if np.abs(array).max(initial=0.0) > _LARGEST:
+    if np.abs(array).max(initial=0.0) > LARGEST:
         raise InputError(
-            f"the gait's '{name}' holds a number beyond {_LARGEST:g}, which is no SI value"
+            f"the gait's '{name}' holds a number beyond {LARGEST:g}, which is no SI value"
         )
     array.setflags(write=False)
     return array

@@ -17,7 +17,7 @@ from gaitopt.gait.result import Gait
 
 
 @dataclass(frozen=True)
-class Painter:
+class FigureWorker:
     """Draws the figures of gaits.
 
     Attributes:
@@ -48,21 +48,21 @@ class Painter:
 
 
 @contextmanager
-def painter(wanted: bool = True) -> Iterator[Painter]:
+def figure_worker(wanted: bool = True) -> Iterator[FigureWorker]:
     """Get ready to draw, if that is wanted and there is a core for it; wait for it at the end.
 
     The process that will draw loads what it needs meanwhile, which takes as long as drawing.
     """
     if not wanted or spare_cores() < 1.0:
-        yield Painter()
+        yield FigureWorker()
         return
     try:
         pool = _process()
     except (OSError, RuntimeError, NotImplementedError):  # no more processes are to be had
-        yield Painter()
+        yield FigureWorker()
         return
     try:
-        yield Painter(pool)
+        yield FigureWorker(pool)
     finally:
         pool.shutdown(wait=True, cancel_futures=True)
 

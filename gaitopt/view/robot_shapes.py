@@ -1,7 +1,7 @@
 """What a robot is drawn with: the visual shapes of its file, or a skeleton if it has none.
 
-Simple shapes, and the triangles of meshes, are drawn here; the rest is left to Pinocchio's
-visualiser, whose import alone takes as long as a page.
+Pinocchio's own visualiser is not used: its import alone takes as long as a page, and it puts whole
+mesh files, authors and paths included, into a page.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from gaitopt.model.multibody import Multibody
 from gaitopt.nlp import Array
 from gaitopt.view.mesh_data import MeshData, read_mesh
 from gaitopt.view.stick_figures import at_reference, stick_figures, trunk_top
-from gaitopt.view.viewer import geometry, meshcat, pinocchio_visualizer
+from gaitopt.view.viewer import geometry, meshcat
 
 # MeshCat's cylinders stand along y, the others' along z
 UPRIGHT = np.array([[1.0, 0, 0, 0], [0, 0, -1.0, 0], [0, 1.0, 0, 0], [0, 0, 0, 1.0]])
@@ -117,16 +117,12 @@ def draw_shape(
     solid = item.geometry
     if _suffix(item) or isinstance(solid, coal.BVHModelBase):
         mesh = read_mesh(item.meshPath) or _loaded(solid, item.meshScale)
-        if mesh is None:
-            _leave_to_pinocchio(robot, group, item)
-        else:
+        if mesh is not None:
             _draw_mesh(node, mesh, item)
-    elif (shape := _simple(solid)) is not None:
-        node.set_object(shape, _material(item))
+    else:
+        node.set_object(_simple(solid), _material(item))
         if isinstance(solid, coal.Cylinder | coal.Cone):
             matrix = matrix @ UPRIGHT
-    else:
-        _leave_to_pinocchio(robot, group, item)
     node.set_transform(matrix)
 
 
@@ -219,8 +215,8 @@ def _bone(name: str, shape: coal.CollisionGeometry, colour: int) -> pin.Geometry
     return item
 
 
-def _simple(solid: coal.CollisionGeometry) -> geometry.Geometry | None:
-    """Return a simple shape as MeshCat's, None if it is not known here."""
+def _simple(solid: coal.CollisionGeometry) -> geometry.Geometry:
+    """Return a simple shape as MeshCat's."""
     if isinstance(solid, coal.Box):
         return geometry.Box(list(2.0 * solid.halfSide))
     if isinstance(solid, coal.Sphere):
@@ -230,9 +226,9 @@ def _simple(solid: coal.CollisionGeometry) -> geometry.Geometry | None:
     if isinstance(solid, coal.Cone):
         height = 2.0 * solid.halfLength
         return geometry.Cylinder(height, radiusTop=0.0, radiusBottom=solid.radius)
-    if isinstance(solid, coal.Capsule):
-        return geometry.TriangularMeshGeometry(*capsule(solid.radius, solid.halfLength))
-    return None
+    if isinstance(solid, coal.Ellipsoid):
+        return geometry.Ellipsoid(np.ravel(solid.radii))
+    return geometry.TriangularMeshGeometry(*capsule(solid.radius, solid.halfLength))
 
 
 def _suffix(item: pin.GeometryObject) -> str:
@@ -301,10 +297,3 @@ def _number(colour: Array) -> int:
     """Return red, green and blue, each from 0 to 1, as one number."""
     red, green, blue = (int(255.0 * c) for c in np.clip(colour[:3], 0.0, 1.0))
     return (red << 16) + (green << 8) + blue
-
-
-def _leave_to_pinocchio(robot: meshcat.Visualizer, group: str, item: pin.GeometryObject) -> None:
-    drawer = pinocchio_visualizer()(pin.Model(), pin.GeometryModel(), pin.GeometryModel())
-    drawer.initViewer(viewer=robot)
-    drawer.viewerVisualGroupName = group
-    drawer.loadViewerGeometryObject(item, pin.GeometryType.VISUAL)

@@ -35,15 +35,7 @@ with warnings.catch_warnings():
     from meshcat.servers import zmqserver
     from meshcat.visualizer import umsgpack
 
-__all__ = ["animation", "geometry", "meshcat", "pinocchio_visualizer", "umsgpack", "zmqserver"]
-
-
-def pinocchio_visualizer() -> type[Any]:
-    """Return Pinocchio's visualiser; the import, which loads other viewers too, is slow."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        from pinocchio.visualize import MeshcatVisualizer
-    return MeshcatVisualizer  # type: ignore[no-any-return]
+__all__ = ["animation", "geometry", "meshcat", "umsgpack"]
 
 
 class Recorder:

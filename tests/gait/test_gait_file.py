@@ -186,6 +186,7 @@ def test_pickled_content_is_refused(path):
         ({"robot_axis": np.zeros((12, 3))}, "axis of a joint has not the length 1"),
         ({"robot_placement": np.ones((12, 4, 4))}, "a placement is no rotation and shift"),
         ({"robot_mass": np.zeros(13)}, "it has no mass"),
+        ({"robot_mass": np.full(13, 1e200)}, "'robot_mass' holds a number that is no SI value"),
         ({"robot_mass": -np.ones(13)}, "a body has a mass below 0"),
         ({"base_twist": np.zeros((31, 6))}, "'base_twist' is not that of its splines"),
         ({"schedule": np.array("{}")}, "this gaitopt reads no other"),

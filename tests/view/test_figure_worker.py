@@ -6,7 +6,7 @@ from sample_gait import sample_gait
 
 from gaitopt.errors import InputError
 from gaitopt.view import figure_worker as module
-from gaitopt.view.figure_worker import painter, spare_cores
+from gaitopt.view.figure_worker import figure_worker, spare_cores
 from gaitopt.view.figures import FIGURES
 
 NAMES = [f"{name}.png" for name in FIGURES]
@@ -15,13 +15,13 @@ NAMES = [f"{name}.png" for name in FIGURES]
 def test_another_process_draws_and_if_it_dies_this_one_does(tmp_path, monkeypatch):
     monkeypatch.setattr(module, "spare_cores", lambda: 1.0)
     (tmp_path / "file").write_text("")
-    with painter() as brush:
-        files = brush.begin(sample_gait(), tmp_path / "a")()
+    with figure_worker() as worker:
+        files = worker.begin(sample_gait(), tmp_path / "a")()
         with pytest.raises(InputError, match="cannot make the directory"):
-            brush.begin(sample_gait(), tmp_path / "file" / "x")()
-        for process in list(brush.pool._processes):
+            worker.begin(sample_gait(), tmp_path / "file" / "x")()
+        for process in list(worker.pool._processes):
             os.kill(process, signal.SIGTERM)
-        again = brush.begin(sample_gait(), tmp_path / "b")()
+        again = worker.begin(sample_gait(), tmp_path / "b")()
     assert [f.name for f in files] == [f.name for f in again] == NAMES
     assert [f.read_bytes() for f in files] == [f.read_bytes() for f in again]
 
@@ -29,8 +29,8 @@ def test_another_process_draws_and_if_it_dies_this_one_does(tmp_path, monkeypatc
 @pytest.mark.parametrize(("wanted", "spare"), [(False, 1.0), (True, 0.8)])
 def test_no_process_is_started_for_nothing(wanted, spare, monkeypatch):
     monkeypatch.setattr(module, "spare_cores", lambda: spare)
-    with painter(wanted) as brush:
-        assert brush.pool is None
+    with figure_worker(wanted) as worker:
+        assert worker.pool is None
 
 
 @pytest.mark.parametrize(

@@ -27,7 +27,7 @@ def drawn(shape, colour=(0.2, 0.4, 0.6, 1.0)):
         (coal.Cylinder(0.2, 0.9), "Cylinder", {"radiusTop": 0.2, "height": 0.9}),
         (coal.Cone(0.2, 0.9), "Cylinder", {"radiusTop": 0.0, "radiusBottom": 0.2, "height": 0.9}),
         (coal.Capsule(0.1, 0.5), "Buffer", {}),
-        (coal.Ellipsoid(0.1, 0.2, 0.3), "Sphere", {}),  # left to Pinocchio
+        (coal.Ellipsoid(0.1, 0.2, 0.3), "Sphere", {"radius": 1.0}),
     ],
 )
 def test_simple_shapes_keep_their_size(shape, kind, sizes):
@@ -53,3 +53,8 @@ def test_a_capsule_has_its_surface_and_looks_outward():
     volume = np.sum(a * np.cross(b, c)) / 6.0  # positive: seen from outside, against the clock
     exact = np.pi * radius**2 * (2.0 * half + 4.0 / 3.0 * radius)
     assert 0.98 * exact < volume < exact
+
+
+def test_an_ellipsoid_is_a_stretched_sphere():
+    stretch = np.reshape(drawn(coal.Ellipsoid(0.1, 0.2, 0.3))["object"]["matrix"], (4, 4))
+    assert stretch == pytest.approx(np.diag([0.1, 0.2, 0.3, 1.0]))
