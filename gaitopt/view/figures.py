@@ -337,8 +337,11 @@ def _draw_path(axes: Axes, gait: Gait) -> LineCollection:
     path = LineCollection(list(segments), array=middle, cmap="viridis", linewidth=2.2)
     path.set_clim(0.0, gait.duration)
     axes.add_collection(path)
-    axes.plot(*gait.cop[0], "o", color=SECOND, markersize=7, label="start", clip_on=False)
-    axes.plot(*gait.cop[-1], "s", color=SWING, markersize=7, label="end", clip_on=False)
+    for point, mark, colour, label in ((0, "o", SECOND, "start"), (-1, "s", SWING, "end")):
+        (end,) = axes.plot(
+            *gait.cop[point], mark, color=colour, markersize=7, label=label, clip_on=False
+        )
+        end.set_in_layout(False)  # of a walk that is none it may be far outside
     return path
 
 

@@ -11,6 +11,7 @@ from humanoids import add_arms, add_toes, edits, new_root
 from numerics import relative_error
 from reference_cases import biped
 from sample_gait import bare_gait, sample_gait
+from synthetic_bipeds import synthetic
 from urdf_edits import edited_urdf
 from walks import walk
 
@@ -70,6 +71,25 @@ def test_samples_are_those_of_the_step(name):
     assert relative_error(corners, step.support.corners) < 1e-12
     assert at.contact.tolist() == [[True, False]] * len(times)
     assert not at.wrench[:, 1].any()
+
+
+@pytest.mark.parametrize("name", ["five and arms", "seven, torso first"])
+def test_robots_of_other_joints_move_as_their_step_says(name):
+    robot = synthetic(name)
+    problem = WalkProblem(robot, preset_task(boundary="lifted", speed=0.5, duration=0.5))
+    x = first_guess(problem)
+    x = x + np.random.default_rng(1).normal(0.0, 0.05, x.size)
+    step, body = problem.step(x), robot.multibody
+    times = problem.grid.instants * step.duration
+    at = trajectory_of(problem, x).at(times, before=times > 0.9 * step.duration)
+    assert body.moving_names == robot.joint_names
+    assert relative_error(np.stack([at.q, at.dq, at.ddq])[:, :, body.moving], step.motion) < 1e-12
+    assert relative_error(at.torque[:, body.moving], step.read(quantities.TORQUE)) < 1e-12
+    assert relative_error(at.wrench[:, 0], step.read(quantities.WRENCH)) < 1e-12
+    legs = [[body.joint_names[row] for row in body.leg(foot)] for foot in (0, 1)]
+    count = robot.tree.stance
+    assert tuple(legs[0]) == robot.joint_names[:count]
+    assert tuple(reversed(legs[1])) == robot.joint_names[count : 2 * count]
 
 
 @pytest.mark.parametrize("name", ["optimum 43", "one posture", "everything free"])

@@ -10,8 +10,14 @@ import numpy as np
 import pytest
 from matplotlib.image import imread
 from sample_gait import bare_gait, sample_gait
+from synthetic_bipeds import synthetic
 
 from gaitopt.errors import InputError
+from gaitopt.gait.assemble import gait_at
+from gaitopt.gait.initial_guess import first_guess
+from gaitopt.gait.presets import preset_task
+from gaitopt.gait.problem import WalkProblem
+from gaitopt.view.figures import FIGURES, write_figures
 from gaitopt.view.page import page_text, write_page
 from gaitopt.view.viewer import umsgpack
 
@@ -173,3 +179,13 @@ def test_a_narrow_window_has_room_for_the_robot_and_the_buttons(tmp_path):
     assert 0.0 < seen["bar"][0] < seen["play"][0] < seen["play"][1] < seen["bar"][1] < seen["wide"]
     assert seen["card"] < seen["head"] < seen["feet"] < seen["low"]
     assert 0.05 < seen["side"] < 1.0
+
+
+@pytest.mark.parametrize("name", ["five and arms", "seven, torso first"])
+def test_robots_of_other_joints_are_drawn(name, tmp_path):
+    robot = synthetic(name)
+    problem = WalkProblem(robot, preset_task(boundary="lifted", speed=0.5, duration=0.5))
+    gait = gait_at(problem, first_guess(problem), {})
+    assert gait.text("robot") in page_text(gait, steps=2)
+    sizes = [imread(path).shape[:2] for path in write_figures(gait, tmp_path)]
+    assert sizes[list(FIGURES).index("torques")][0] == 150 * 2.5 * (3 if "five" in name else 4)
