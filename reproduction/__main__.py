@@ -8,7 +8,7 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
-from gaitopt.cli.paths import require_writable
+from gaitopt.cli.results import require_writable
 from gaitopt.design.process import small_matrices
 from gaitopt.errors import GaitoptError
 from reproduction.page import PARTS, part_text, write_figures, write_reproduction

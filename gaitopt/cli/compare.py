@@ -14,12 +14,11 @@ from rich.text import Text
 
 from gaitopt.atomic import write_atomically
 from gaitopt.cli.config import Settings
-from gaitopt.cli.display import WIDTH, ProgressDisplay, screen, warn
-from gaitopt.cli.paths import require_writable
+from gaitopt.cli.display import ABSENT, WIDTH, ProgressDisplay, new_table, screen, warn
 from gaitopt.cli.process import ExitCode, stop_on_interrupt
 from gaitopt.cli.report import inspect_command, print_findings
 from gaitopt.cli.request import make_request
-from gaitopt.cli.tables import ABSENT, new_table
+from gaitopt.cli.results import require_writable
 from gaitopt.design.compare import COMPARED, SolverRun, compare_solvers
 from gaitopt.design.process import small_matrices
 from gaitopt.errors import InputError
@@ -54,7 +53,7 @@ def run(given: Settings, config: Path | None, output: Path | None, quiet: bool) 
         print_findings(errors, request.robot.findings, inspect_command(request.settings))
     with (
         small_matrices(),
-        stop_on_interrupt(told=not errors.is_terminal) as stop,
+        stop_on_interrupt(announce=not errors.is_terminal) as stop,
         ProgressDisplay(errors, stop, quiet) as progress,
     ):
         runs = compare_solvers(

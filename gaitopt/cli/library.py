@@ -11,11 +11,10 @@ from pathlib import Path
 import typer
 from rich.table import Table
 
-from gaitopt.cli.display import screen
-from gaitopt.cli.paths import require_files
+from gaitopt.cli.display import ABSENT, new_table, screen
 from gaitopt.cli.process import ExitCode
 from gaitopt.cli.report import print_findings_of, print_gait
-from gaitopt.cli.tables import ABSENT, new_table
+from gaitopt.cli.results import require_files
 from gaitopt.errors import GaitFileError, InputError
 from gaitopt.gait.gait_file import save_gait
 from gaitopt.gait.plugin import load_plugin

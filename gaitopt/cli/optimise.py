@@ -12,14 +12,12 @@ import typer
 from rich.console import Console
 
 from gaitopt.cli.config import Settings
-from gaitopt.cli.display import ProgressDisplay, screen, warn
-from gaitopt.cli.paths import require_writable
+from gaitopt.cli.display import ProgressDisplay, rounded, screen, warn
 from gaitopt.cli.process import ExitCode, StopRequest, print_advice, print_error, stop_on_interrupt
 from gaitopt.cli.remedies import Asked, remedies
 from gaitopt.cli.report import inspect_command, print_findings, print_gait
 from gaitopt.cli.request import Request, make_request, make_task
-from gaitopt.cli.results import save_elsewhere, write_results
-from gaitopt.cli.tables import rounded
+from gaitopt.cli.results import require_writable, save_elsewhere, write_results
 from gaitopt.design.certificate import WorstRow
 from gaitopt.design.design import Design, design
 from gaitopt.design.process import small_matrices
@@ -164,7 +162,7 @@ def _search(request: Request, errors: Console, quiet: bool) -> Design:
     """
     shown = errors.is_terminal and not quiet  # then the table says that it stops
     with (
-        stop_on_interrupt(told=not shown) as stop,
+        stop_on_interrupt(announce=not shown) as stop,
         ProgressDisplay(errors, stop, quiet) as progress,
     ):
         found, said = _designed(request, progress, stop)

@@ -117,13 +117,13 @@ def _as_interrupt(number: int, frame: FrameType | None) -> None:
 
 
 @contextmanager
-def stop_on_interrupt(*, told: bool = True) -> Iterator[StopRequest]:
+def stop_on_interrupt(*, announce: bool = True) -> Iterator[StopRequest]:
     """Note the first Ctrl-C inside the block instead of raising; the second ends the program.
 
     The solver stops between two iterations, so that its best iterate is complete.
 
     Args:
-        told: whether to say on stderr, at once, that the first was heard.
+        announce: whether to say on stderr, at once, that the first was heard.
     """
     request = StopRequest()
 
@@ -132,8 +132,8 @@ def stop_on_interrupt(*, told: bool = True) -> Iterator[StopRequest]:
         if request.asked:
             _quit()
         request.asked = True
-        if told:
-            _tell(STOPPING)
+        if announce:
+            _announce(STOPPING)
 
     with _handled_by(note):
         yield request
@@ -152,11 +152,11 @@ def _handled_by(handler: Callable[[int, FrameType | None], None]) -> Iterator[No
 
 
 def _quit() -> NoReturn:
-    _tell(QUIT)
+    _announce(QUIT)
     raise SystemExit(int(ExitCode.INTERRUPTED))
 
 
-def _tell(text: str) -> None:
+def _announce(text: str) -> None:
     try:
         print(text, file=sys.stderr, flush=True)  # noqa: T201
     except RuntimeError:  # the signal came amid another print

@@ -15,9 +15,19 @@ from rich.table import Table
 from rich.text import Text
 
 from gaitopt.cli.config import SCHEMA, Settings, option_words
-from gaitopt.cli.display import WIDTH, screen
+from gaitopt.cli.display import (
+    ABSENT,
+    BAR,
+    WIDTH,
+    bar,
+    fixed,
+    new_table,
+    number,
+    rounded,
+    screen,
+    share,
+)
 from gaitopt.cli.process import ExitCode, print_error
-from gaitopt.cli.tables import ABSENT, BAR, bar, fixed, new_table, number, rounded, share
 from gaitopt.design.audit import Audit, audit
 from gaitopt.design.shadow_prices import SETTING
 from gaitopt.design.summary import summarise
@@ -36,7 +46,7 @@ _DAMAGED = "the file's record of them is damaged; gaitopt check computes them ag
 _REFEREE = ("torque", "wrench", "impulse", "rate_after", "sole_twist", "posture", "rate")
 
 
-def proof_table(solver: Mapping[str, Any], certificate: Mapping[str, Any]) -> Table:
+def certificate_table(solver: Mapping[str, Any], certificate: Mapping[str, Any]) -> Table:
     """Return the table of a gait's solver and certificate records (of `summarise`)."""
     table = new_table("Proof", "check", "result", ">allowed")
     try:
@@ -117,7 +127,7 @@ def print_gait(console: Console, gait: Gait) -> None:
         _joints(facts["joints"], bars=width >= WIDTH),
         _ground(facts["contact"], facts["impact"]),
         *_prices(facts["shadow_prices"]),
-        proof_table(facts["solver"], facts["certificate"]),
+        certificate_table(facts["solver"], facts["certificate"]),
     ):
         console.print(part, width=width)
         console.print()
@@ -227,7 +237,7 @@ def check(path: Path, plugin: Path | None = None) -> None:
     )
     no_solver = {"name": None}
     record = found.certificate.record()
-    out.print(proof_table(no_solver, record), width=min(out.width, WIDTH))
+    out.print(certificate_table(no_solver, record), width=min(out.width, WIDTH))
     if found.imposed:
         out.print("the file itself brings:")
         for line in found.imposed:

@@ -17,11 +17,10 @@ from gaitopt.catalogue.entries import EXTRA, PACKAGE, PREFIX, CatalogueEntry, ca
 from gaitopt.catalogue.parameters import write_spec
 from gaitopt.catalogue.urdf_writer import urdf_text
 from gaitopt.cli.config import Settings
-from gaitopt.cli.display import WIDTH, screen
-from gaitopt.cli.paths import require_files
+from gaitopt.cli.display import WIDTH, new_table, screen
 from gaitopt.cli.process import ExitCode, print_error
 from gaitopt.cli.request import biped_spec, choices_text, robot_origin, robot_source
-from gaitopt.cli.tables import new_table
+from gaitopt.cli.results import require_files
 from gaitopt.model.robot import Robot
 from gaitopt.view.inspection import Inspection, Section, inspect_robot, sections
 from gaitopt.view.visible import visible

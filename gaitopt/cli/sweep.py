@@ -20,10 +20,10 @@ from gaitopt.bounds import WORKERS, at_most
 from gaitopt.cli.config import SCHEMA, SWEEP, Settings, read_config
 from gaitopt.cli.display import screen
 from gaitopt.cli.library import library_table
-from gaitopt.cli.paths import require_writable
 from gaitopt.cli.process import ExitCode, print_error
 from gaitopt.cli.report import inspect_command, print_findings
 from gaitopt.cli.request import Request, biped_spec, make_request, make_task
+from gaitopt.cli.results import require_writable
 from gaitopt.design.process import small_matrices
 from gaitopt.errors import InputError
 from gaitopt.gait.task import Task

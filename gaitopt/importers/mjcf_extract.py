@@ -306,7 +306,7 @@ class _Extraction:
 
     # What is told
 
-    def _tell(self, topic: str, subject: str, text: str, how: How = "warning") -> None:
+    def _announce(self, topic: str, subject: str, text: str, how: How = "warning") -> None:
         self.findings.append(Finding(topic, subject, text, how))
 
     def _tell_root(self) -> None:
@@ -314,7 +314,7 @@ class _Extraction:
         if self.others:
             others = listed((str(model.body(r.body).name) for r in self.others), None)
             text = f"the file holds others that move, too, which are left out: {others}"
-            self._tell("root", name, text, "guessed")
+            self._announce("root", name, text, "guessed")
         dofs = [d for d in range(model.nv) if int(model.dof_jntid[d]) in root.joints]
         passive = {
             "armature": model.dof_armature,
@@ -323,13 +323,13 @@ class _Extraction:
         }
         if words := [word for word, values in passive.items() if values[dofs].any()]:
             text = f"floats free: the {', '.join(words)} of what holds it in the file is left out"
-            self._tell("root", name, text, "changed")
+            self._announce("root", name, text, "changed")
         if not root.joints:
-            self._tell("root", name, "floats, though the file fixes it to the world", "changed")
+            self._announce("root", name, "floats, though the file fixes it to the world", "changed")
         elif int(model.jnt_type[root.joints[0]]) != self.bodies.free:
             names = ", ".join(self.joint_names[j] for j in root.joints)
             text = f"floats; the joints that hold it in the file do not count: {names}"
-            self._tell("root", name, text, "changed")
+            self._announce("root", name, text, "changed")
 
     def _tell_joints(self, robot: CompiledRobot, joints: list[int]) -> None:
         model = self.model
@@ -339,24 +339,24 @@ class _Extraction:
                 "joint coordinates, ranges and postures are MuJoCo's: the posture that the file "
                 f"draws has them at their ref, not at 0: {drawn} (rad, or m)"
             )
-            self._tell("posture", "all joints", text, "found")
+            self._announce("posture", "all joints", text, "found")
         for joint in joints:
             least, most = (float(end) for end in model.jnt_range[joint])
             if not model.jnt_limited[joint] and least > most:
                 text = f"its range {least:g} to {most:g} is upside down: to MuJoCo, it has none"
-                self._tell("limits", self.joint_names[joint], text)
+                self._announce("limits", self.joint_names[joint], text)
         for index in range(len(model.actuator_trntype)):
             for what in ("force", "ctrl"):
                 least, most = (float(end) for end in getattr(model, f"actuator_{what}range")[index])
                 if not getattr(model, f"actuator_{what}limited")[index] and least > most:
                     text = f"its {what}range {least:g} to {most:g} is upside down: to MuJoCo, none"
-                    self._tell("limits", f"actuator {self._quoted('actuator', index)}", text)
+                    self._announce("limits", f"actuator {self._quoted('actuator', index)}", text)
         if lost := self.compiled.lost:
             text = (
                 f"mesh files were not found: {listed(lost, 3)}; no mass depends on them, their "
                 "shapes are left out; --package-dir DIR says where they are"
             )
-            self._tell("meshes", "robot", text)
+            self._announce("meshes", "robot", text)
 
     def _quoted(self, kind: str, index: int) -> str:
         return f"'{self.compiled.name(kind, index)}'"
@@ -369,26 +369,26 @@ class _Extraction:
             (forces.disabled, "<option actuatorgroupdisable> switches them off: not counted"),
         ):
             if names:
-                self._tell("limits", "actuators", f"{text}: {', '.join(names)}")
+                self._announce("limits", "actuators", f"{text}: {', '.join(names)}")
         if self.compiled.off("ACTUATION"):
             text = (
                 '<flag actuation="disable"> switches all motors off; a walk needs them: their '
                 "ranges count all the same"
             )
-            self._tell("limits", "actuators", text)
+            self._announce("limits", "actuators", text)
         if coupled := sorted(forces.coupled & joints):
             text = (
                 "share motors through a tendon; each has the torque that it could have alone, "
                 "though not all of them at once"
             )
-            self._tell("limits", ", ".join(self.joint_names[j] for j in coupled), text)
+            self._announce("limits", ", ".join(self.joint_names[j] for j in coupled), text)
 
     def _tell_rest(self, joints: list[int]) -> None:
         model = self.model
         for tendon in range(model.ntendon):
             if passive := self.passive.left_out(tendon):
                 text = f"the {' and '.join(passive)} of this tendon is left out"
-                self._tell("physics", f"tendon {self._quoted('tendon', tendon)}", text)
+                self._announce("physics", f"tendon {self._quoted('tendon', tendon)}", text)
         held = sum(float(part) for part in model.body_gravcomp)
         if held and any(model.jnt_actgravcomp[j] for j in joints):
             text = (
@@ -396,15 +396,15 @@ class _Extraction:
                 "bear that weight, and so does the ground here, though MuJoCo takes it off a root "
                 "that floats"
             )
-            self._tell("gravity compensation", "robot", text)
+            self._announce("gravity compensation", "robot", text)
         if model.opt.density or model.opt.viscosity:
-            self._tell("physics", "robot", "the drag of the medium in <option> is left out")
+            self._announce("physics", "robot", "the drag of the medium in <option> is left out")
         if scene := self.compiled.scene:
             names = listed(scene, None)
             text = f"contact pairs with {names}, which the file does not hold, are left out"
-            self._tell("contact", "robot", text, "found")
+            self._announce("contact", "robot", text, "found")
         for words in self.compiled.said:
-            self._tell("mujoco", "file", f"MuJoCo warns: {words}")
+            self._announce("mujoco", "file", f"MuJoCo warns: {words}")
 
     def _force_problems(self, joints: list[int]) -> list[FileProblem]:
         """Return the joints whose motors cannot hold zero force; tell of those with two ranges."""
@@ -423,7 +423,7 @@ class _Extraction:
                 problems.append(self._problem("torque", name, text, element))
             elif -least != most:
                 text = f"{given}; a walk keeps the smaller of the two to both sides"
-                self._tell("limits", name, text, "changed")
+                self._announce("limits", name, text, "changed")
         return problems
 
     def _equalities(self, joints: set[int]) -> list[FileProblem]:

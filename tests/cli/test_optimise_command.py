@@ -13,8 +13,8 @@ from gaitopt import load_gait
 from gaitopt.cli import optimise as optimise_command
 from gaitopt.cli import results
 from gaitopt.cli.config import read_config
-from gaitopt.cli.paths import require_writable
 from gaitopt.cli.process import STOPPING, stop_on_interrupt
+from gaitopt.cli.results import require_writable
 from gaitopt.design import diagnosis
 from gaitopt.errors import InputError
 

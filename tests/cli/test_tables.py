@@ -7,12 +7,11 @@ import pytest
 from rich.console import Console
 
 from gaitopt import load_gait
-from gaitopt.cli.display import ProgressDisplay
+from gaitopt.cli.display import ProgressDisplay, rounded
 from gaitopt.cli.optimise import limit_lines
 from gaitopt.cli.process import StopRequest
-from gaitopt.cli.report import print_gait, proof_table
+from gaitopt.cli.report import certificate_table, print_gait
 from gaitopt.cli.robots import _short
-from gaitopt.cli.tables import rounded
 from gaitopt.design.certificate import WorstRow
 from gaitopt.nlp import Progress
 from gaitopt.solvers.two_stage import UNCONFIRMED
@@ -96,7 +95,7 @@ def test_an_unconfirmed_answer_says_what_that_means():
     solver = {"name": UNCONFIRMED, "iterations": 3, "evaluations": 4, "seconds": 0.1}
     for name, said in ((UNCONFIRMED, True), ("sqp", False)):
         record = {**solver, "name": name, "sentence": "optimal"}
-        table = proof_table(record, {"kkt": None, "certified": True, "verdict": "certified"})
+        table = certificate_table(record, {"kkt": None, "certified": True, "verdict": "certified"})
         assert ("the certificate does not need it" in text_of(table)) == said
 
 
@@ -135,6 +134,6 @@ def test_a_damaged_record_of_the_proof_is_said_to_be_one(damage):
         "worst": asdict(ROW), "referee": referee, "fine_violation": 0.0, "certified": True,
         "verdict": "optimal", "rear_foot_lifts": False, "rear_foot_speed": None,
     }  # fmt: skip
-    assert "worst row: left_knee speed" in text_of(proof_table({"name": None}, record))
-    shown = text_of(proof_table({"name": None}, {**record, **damage}))
+    assert "worst row: left_knee speed" in text_of(certificate_table({"name": None}, record))
+    shown = text_of(certificate_table({"name": None}, {**record, **damage}))
     assert "the file's record of them is damaged" in shown
