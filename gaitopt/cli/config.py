@@ -91,6 +91,10 @@ class RobotSettings:
         (), f"Physics of its file to leave out: {', '.join(PARTS)}; a list with commas.",
         metavar="PARTS",
     )  # fmt: skip
+    move: tuple[str, ...] = entry(
+        (), "Joints beside the legs' to move: arms, waist, patterns of names; a list with commas.",
+        metavar="JOINTS",
+    )  # fmt: skip
     armature: Mapping[str, float] = entry(
         {}, "Rotor inertia times gear ratio squared of the joints of that name, kg·m²: "
         "'*knee*=0.02'.", metavar="PATTERN=VALUE", entry_unit=lambda _: "kg·m²",

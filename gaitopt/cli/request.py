@@ -109,7 +109,10 @@ def robot_source(settings: Settings) -> tuple[str | Path, ImportOptions]:
 def _single(asked: RobotSettings) -> dict[str, object]:
     """Return the choices given as options of their own; those that are not are None."""
     require_directories(asked.package_dir)
-    parts = tuple(part.strip() for text in asked.without for part in text.split(","))
+    parts, moving = (
+        tuple(part.strip() for text in texts for part in text.split(","))
+        for texts in (asked.without, asked.move)
+    )
     return {
         "forward": asked.forward,
         "posture": asked.posture,
@@ -119,6 +122,7 @@ def _single(asked: RobotSettings) -> dict[str, object]:
         "sole": None if asked.sole is None else sole_of(asked.sole),
         "package_dirs": tuple(str(d.absolute()) for d in asked.package_dir) or None,
         "without": parts or None,
+        "moving": moving or None,
     }
 
 
