@@ -75,7 +75,7 @@ def stride_samples(gait: Gait, both_legs: bool = False) -> StrideSamples:
 def cubic_pieces(gait: Gait) -> Array:
     """Return the spline of each joint as polynomials, shape (m - 1, J, 4), Eq. (40).
 
-    In piece k the angle is a0 + a1 s + a2 s² + a3 s³ [rad] with s = t - knots[k] [s].
+    In piece k the angle is a0 + a1 s + a2 s² + a3 s³, s the time since the knot before it.
     """
     q, dq, ddq = TrajectoryPhase(0, gait.knots, gait.coefficients).motion(gait.knots)
     jerk = np.diff(ddq, axis=0) / np.diff(gait.knots)[:, None]
