@@ -20,6 +20,7 @@ from gaitopt.gait.gait_file import save_gait
 from gaitopt.gait.plugin import load_plugin
 from gaitopt.gait.result import Gait
 from gaitopt.settings import named_values
+from gaitopt.sweep.grid import quantity_unit
 from gaitopt.sweep.interpolation import interpolate, stored_point
 from gaitopt.sweep.library import Library, open_library
 from gaitopt.sweep.table import (
@@ -103,7 +104,8 @@ def run_at(
     require_files((output, "--output"))
     if len(directories) > 1:
         raise InputError("--at is a place in one library; give one directory")
-    gait, said = _gait_at(open_library(directories[0]), named_values(at, "--at"), plugin)
+    values = named_values(at, "--at", unit=quantity_unit)
+    gait, said = _gait_at(open_library(directories[0]), values, plugin)
     print_findings_of(screen(stderr=True), gait)
     out = screen()
     print_gait(out, gait)

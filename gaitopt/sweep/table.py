@@ -18,6 +18,7 @@ from gaitopt.errors import InputError
 from gaitopt.gait.costs import TorqueCost
 from gaitopt.sweep.grid import quantity_unit
 from gaitopt.sweep.warm_start import WarmStart
+from gaitopt.units import in_si
 
 CSV, PARQUET = "index.csv", "index.parquet"
 CERTIFIED, NOT_CERTIFIED, INFEASIBLE = "certified", "not certified", "infeasible"
@@ -256,7 +257,7 @@ def _parsed(condition: str, whole: str, rows: list[Row]) -> tuple[str, str, Valu
     names = columns(rows)
     if names and name not in names:
         raise InputError(unknown_column(name, names))
-    value = _value(text.strip("'\""))
+    value = _value(in_si(text.strip("'\""), unit_of(name)))
     there = [row[name] for row in rows if row.get(name) is not None]
     if there and value != value:
         raise InputError(f"'{condition}' compares with no number; {_FORM}")
@@ -273,11 +274,11 @@ def unknown_column(name: str, names: list[str]) -> str:
     return f"there is no column '{name}'; {hint}'gaitopt library DIR --columns list' lists all"
 
 
-def _value(word: str) -> Value:
+def _value(word: object) -> Value:
     try:
-        return float(word)
+        return float(str(word))
     except ValueError:
-        return _TRUTH.get(word.lower(), word)
+        return _TRUTH.get(str(word).lower(), str(word))
 
 
 def _meets(there: Value, sign: str, value: Value) -> bool:

@@ -194,7 +194,7 @@ def test_the_library_is_drawn(made, tmp_path):
 
 def test_a_gait_between(made, tmp_path):
     file = tmp_path / "between.npz"
-    result = run("library", made[0], "--at", "speed=1.02", "--at", "duration=0.41", "-o", file)
+    result = run("library", made[0], "--at", "speed=3.672km/h", "--at", "duration=0.41", "-o", file)
     assert result.exit_code == 0, result.stderr
     assert "plain interpolation of the parameters" in result.stdout
     assert load_gait(file).speed == pytest.approx(1.02)

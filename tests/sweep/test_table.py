@@ -14,6 +14,8 @@ ROWS = [
     ("condition", "speeds"),
     [
         ("speed>0.8", [0.9, 1.3]),
+        ("speed>3km/h", [0.9, 1.3]),
+        ("speed < '3 km/h'", [0.7]),
         ("speed <= 0.9", [0.7, 0.9]),
         ("cost<1000", [0.7]),
         ("status=certified", [0.7]),
@@ -35,6 +37,7 @@ def test_conditions(condition, speeds):
         ("sped>1", "did you mean speed"),
         ("speed>>1", "no condition"),
         ("cost<abc", "cost holds numbers"),
+        ("speed>3kg", "speed holds numbers"),
         ("speed>nan", "no number"),
         ("status=5", "status holds words, as 'certified'"),
         ("certified=yes", "certified holds numbers"),
