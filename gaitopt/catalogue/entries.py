@@ -39,9 +39,6 @@ _DESCRIPTIONS = "cmeel.prefix/share/example-robot-data/robots"  # inside site-pa
 def menagerie_robot(name: str) -> tuple[str, str]:
     """Return the title of a robot, and its file from the root of the collection. Fetches nothing.
 
-    Args:
-        name: with the prefix.
-
     Raises:
         MissingExtraError: the package is not installed.
         InputError: it knows no such robot, or no such file of it.
@@ -236,10 +233,6 @@ def _descriptions() -> Path | None:
 
 def read_entry(name: str, text: str | bytes) -> CatalogueEntry:
     """Return the robot that a TOML text of the catalogue describes.
-
-    Args:
-        name: of the robot.
-        text: of its file.
 
     Raises:
         InputError: it is not TOML, or an entry is missing or of another kind; what the choices and

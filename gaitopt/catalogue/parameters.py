@@ -252,9 +252,6 @@ def _unknown(path: str, key: str, allowed: list[str]) -> str:
 def read_spec(path: str | os.PathLike[str]) -> BipedSpec:
     """Read a biped from a TOML file; what the file leaves out is taken from `biped13`.
 
-    Args:
-        path: of the file.
-
     Raises:
         SpecError: the file is missing, unreadable or not TOML, has an unknown entry, or describes
             a biped that is not physical.

@@ -21,10 +21,6 @@ _LONGEST_MESSAGE = 200  # characters of a parser's message
 def read_text(path: Path, what: str = "file") -> str:
     """Return the text of a UTF-8 file, without a byte order mark.
 
-    Args:
-        path: of the file.
-        what: it should hold, for messages.
-
     Raises:
         RobotError: the file is missing, a directory, empty, too large, or not UTF-8 text.
     """

@@ -27,9 +27,6 @@ def build_model(robot: Description) -> pin.Model:
     a revolute one without a range: its angle is wanted, not the cosine and sine of it. Limits that
     are not given are infinite; friction and damping are in the model too.
 
-    Args:
-        robot: values of its file.
-
     Raises:
         RobotError: it has no link that can move.
     """
@@ -52,9 +49,6 @@ def build_model(robot: Description) -> pin.Model:
 
 def refuse_taken(robot: Description) -> None:
     """Refuse links and moving joints that bear a name of Pinocchio's own, which finds them by name.
-
-    Args:
-        robot: values of its file.
 
     Raises:
         RobotError: naming the line.

@@ -55,10 +55,6 @@ def where(line: int, file: str = "") -> str:
 def parse_xml(text: str, name: str = "the file") -> XmlTree:
     """Parse XML; prefixes of names are kept as written and need no declaration.
 
-    Args:
-        text: of the document.
-        name: of the file, for messages.
-
     Raises:
         RobotError: the text is not well-formed, with line and column.
     """

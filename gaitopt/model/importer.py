@@ -216,10 +216,6 @@ class ImportedRobot:
 def import_robot(source: Source, choices: ImportOptions) -> ImportedRobot:
     """Find legs, heading and soles of a robot.
 
-    Args:
-        source: its description.
-        choices: what the user fixed.
-
     Raises:
         RobotError: it is not a biped with two legs, or something cannot be told.
     """
