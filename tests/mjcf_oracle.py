@@ -209,7 +209,9 @@ def _motion(mapping: Mapping, model: pin.Model, rng, result: Comparison) -> None
         rows, dofs = [*range(6), *rows], [*range(first, first + 6), *dofs]
         M[first : first + 6, first : first + 6] -= np.diag(m.dof_armature[first : first + 6])
     found = turned.T @ pin.crba(model, data, q) @ turned
-    moments = max(1.0, float((m.body_mass * far_arms(m, d) ** 2).max()))
+    # In world coordinates, places far from the origin round by as much.
+    arms, away = far_arms(m, d), np.linalg.norm(d.xipos, axis=1)
+    moments = max(1.0, float((m.body_mass * arms * (arms + away)).max()))
     result.add("mass matrix", found[np.ix_(rows, rows)], M[np.ix_(dofs, dofs)], moments)
     bias = turned.T @ pin.rnea(weighed, weighed.createData(), q, v, a)
     rates = max(1.0, float(v @ v))

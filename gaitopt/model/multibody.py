@@ -7,7 +7,7 @@ they stand.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property
 
 import numpy as np
@@ -23,6 +23,7 @@ from gaitopt.nlp import Array
 
 Index = NDArray[np.int64]
 BASE = -1  # as parent of a joint: the floating base
+_LARGEST = 1e50  # of any number, in SI units: sums of squares and products still have a value
 _RIGID = 1e-6  # of what makes a matrix a rotation: more is no rounding
 _SAME = 1e-12  # relative: what is left of no difference by rounding
 _LEAST = 1e-9  # relative: moments of inertia this much below what a body can have are rounding
@@ -269,6 +270,14 @@ def checked_multibody(body: Multibody) -> Multibody:
     """
     count = len(body.joint_names)
     rows = np.arange(count)
+    for field in fields(body):
+        value = getattr(body, field.name)
+        numbers = isinstance(value, np.ndarray) and value.dtype.kind == "f"
+        if numbers and np.abs(value).max(initial=0.0) > _LARGEST:
+            raise RobotError(
+                f"the robot of the gait is not one: its {field.name} holds a number beyond "
+                f"{_LARGEST:g}"
+            )
 
     def refuse(what: str, wrong: NDArray[np.bool_]) -> None:
         if (found := np.flatnonzero(wrong)).size:

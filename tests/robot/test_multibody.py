@@ -1,13 +1,16 @@
 """The arrays of a robot against the models they are made from."""
 
+from dataclasses import replace
+
 import numpy as np
 import pinocchio as pin
 import pytest
 from humanoids import add_arms, add_toes, edits, new_root
 from urdf_edits import edited_urdf, scale_mass
 
+from gaitopt.errors import RobotError
 from gaitopt.model.import_options import ImportOptions
-from gaitopt.model.multibody import BASE
+from gaitopt.model.multibody import BASE, checked_multibody
 from gaitopt.model.robot import Robot
 
 WHOLE = edits(new_root("0 0 1.2", waist="revolute"), add_arms(4), add_toes())
@@ -122,3 +125,11 @@ def test_soles_are_mirror_images(robot):
     assert corners[0] == pytest.approx(robot.sole.corners)
     assert corners[1][[1, 0, 3, 2]] == pytest.approx(robot.sole.corners * [1.0, -1.0, 1.0])
     assert "13" in repr(robot.multibody)
+
+
+@pytest.mark.parametrize("name", ["placement", "axis", "mass", "inertia", "sole_rectangle"])
+def test_numbers_whose_squares_have_no_value_are_refused(robot, name):
+    values = np.array(getattr(robot.multibody, name))
+    values.reshape(-1)[0] = 1e200
+    with pytest.raises(RobotError, match=rf"its {name} holds a number beyond 1e\+50"):
+        checked_multibody(replace(robot.multibody, **{name: values}))
