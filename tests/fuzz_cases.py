@@ -327,7 +327,7 @@ def _library(rng, inputs: Path, folder: Path) -> Path:
 
 def _mutate_records(path: Path, rng) -> None:
     """Change records of a database; their digests are right mostly."""
-    from gaitopt.sweep.database import _check
+    from gaitopt.sweep.database import record_digest
 
     with contextlib.closing(sqlite3.connect(path)) as connection, connection:
         known = connection.execute("SELECT name, record FROM points").fetchall()
@@ -337,7 +337,7 @@ def _mutate_records(path: Path, rng) -> None:
             with contextlib.suppress(ValueError, IndexError, RecursionError):
                 line = mutate_json_lines(text.encode() + b"\n", rng, ("walk", "row", "tried"))
                 text = line.decode(errors="replace").rstrip("\n")
-            check = _check(name, text) if rng.random() < 0.8 else ""
+            check = record_digest(name, text) if rng.random() < 0.8 else ""
             where = f"points SET record = ?, digest = ? WHERE name = {name!r}"
             if not name:
                 where = "manifest SET record = ?, digest = ?"

@@ -56,7 +56,7 @@ def run_list(
     libraries = [open_library(directory) for directory in directories]
     axes = _common_axes(libraries)
     for library in libraries:
-        _tell_robot(library)
+        _print_robot_findings(library)
     out = screen()
     if names == LIST:
         for name in columns(row for library in libraries for row in library.rows):
@@ -262,7 +262,7 @@ def _common_axes(libraries: Sequence[Library]) -> list[str]:
     return axes[0]
 
 
-def _tell_robot(library: Library) -> None:
+def _print_robot_findings(library: Library) -> None:
     """Tell what is odd about the robot, as the first gait that is there records it."""
     for point, state in library.states.items():
         if state.row is not None:

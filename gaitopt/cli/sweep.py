@@ -82,9 +82,9 @@ def run(given: Settings, directory: Path, config: Path | None, quiet: bool) -> N
         if not display.jobs and not library.faults:
             out.print(f"all {len(library.rows)} were there; nothing was computed")
         anew = [p for p, s in library.states.items() if s.fault and p not in library.faults]
-        _tell_files("made anew", library, anew, out)
-        _tell_files("could not be made anew", library, library.faults, out)
-        _tell_gaps(library, request, out)
+        _print_remade("made anew", library, anew, out)
+        _print_remade("could not be made anew", library, library.faults, out)
+        _print_narrowed_gaps(library, request, out)
     _conclude(library, out, quiet, request.options.refine)
 
 
@@ -121,12 +121,12 @@ def make_executor(
     wanted, points = int(str(workers)), math.prod(len(axis.values) for axis in axes)
     count = min(wanted, points, processors())
 
-    def tell() -> None:
+    def on_start() -> None:
         few = "" if count == wanted else f", not {wanted}: {_few(points)}"
         if not quiet:
             errors.print(f"starting workers: {count}{few}", soft_wrap=True)
 
-    return local_workers(count, tell)
+    return local_workers(count, on_start)
 
 
 def processors() -> int:
@@ -246,7 +246,7 @@ def _task_at(request: Request, values: dict[str, float]) -> Task:
     return with_values(task, [(k, v) for k, v in values.items() if k not in plain])
 
 
-def _tell_files(what: str, library: Library, points: Iterable[Index], out: Console) -> None:
+def _print_remade(what: str, library: Library, points: Iterable[Index], out: Console) -> None:
     """Tell what became of gaits, each with what was wrong with it when the sweep began."""
     told = [
         f"gaits/{library.grid.name(point)}.npz "
@@ -258,7 +258,7 @@ def _tell_files(what: str, library: Library, points: Iterable[Index], out: Conso
         out.print(f"{what}: {'; '.join(told[:NAMED])}{more}", soft_wrap=True)
 
 
-def _tell_gaps(library: Library, request: Request, out: Console) -> None:
+def _print_narrowed_gaps(library: Library, request: Request, out: Console) -> None:
     """Tell which gaps between the legs are narrower than asked for; said once where they vary."""
     gap = request.task.margins.leg_gap
     for axis in library.grid.axes:

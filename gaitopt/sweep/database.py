@@ -89,7 +89,7 @@ def _read(
 
 def _valid(name: object, record: object, check: object) -> Any:
     """Return what a record holds if its digest is right, else None."""
-    if not isinstance(record, str) or check != _check(str(name), record):
+    if not isinstance(record, str) or check != record_digest(str(name), record):
         return None
     try:
         found = json.loads(record)
@@ -98,7 +98,8 @@ def _valid(name: object, record: object, check: object) -> Any:
     return found if isinstance(found, dict) else None
 
 
-def _check(name: str, record: str) -> str:
+def record_digest(name: str, record: str) -> str:
+    """Return the digest that vouches for the record of a point; the manifest has an empty name."""
     return digest(f"{name}\n{record}".encode(errors="surrogatepass"))
 
 
@@ -146,13 +147,14 @@ class Database:
                 if manifest is not None:
                     text = json.dumps(manifest, allow_nan=False)
                     self._connection.execute(
-                        "INSERT OR REPLACE INTO manifest VALUES (0, ?, ?)", (text, _check("", text))
+                        "INSERT OR REPLACE INTO manifest VALUES (0, ?, ?)",
+                        (text, record_digest("", text)),
                     )
                 for name, record in points.items():
                     text = json.dumps(record, allow_nan=False)
                     self._connection.execute(
                         "INSERT OR REPLACE INTO points VALUES (?, ?, ?)",
-                        (name, text, _check(name, text)),
+                        (name, text, record_digest(name, text)),
                     )
         except sqlite3.Error as error:
             raise self._unwritable(error) from error

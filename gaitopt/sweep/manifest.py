@@ -71,7 +71,7 @@ def grid_of(directory: Path, record: Record) -> Grid:
         record: as of `manifest_record`.
 
     Raises:
-        GaitFileError: the record does not tell it.
+        GaitFileError: the record does not say it.
     """
     try:
         axes = tuple(Axis(name, tuple(values)) for name, values in record["axes"].items())
@@ -87,8 +87,8 @@ def robot_of(directory: Path, record: Record) -> RobotSource:
     """Return the robot of a record, without the changes of a point.
 
     Raises:
-        GaitFileError: the record does not tell it.
-        InputError: what it tells is no robot.
+        GaitFileError: the record does not say it.
+        InputError: what it says is no robot.
     """
     try:
         robot = record["robot"]

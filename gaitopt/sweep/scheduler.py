@@ -265,7 +265,7 @@ class Scheduler:
         self._drive("probing", jobs, self._note_walk)
 
     def _compare(self) -> bool:
-        """Try points from neighbours of another branch, once round; tell whether any was tried.
+        """Try points from neighbours of another branch, once round; return whether any was.
 
         A neighbour that may itself be about to change is waited for.
         """
@@ -301,7 +301,7 @@ class Scheduler:
         return alone or (other, self._walk(other).cost) in here.tried
 
     def _start_anew(self) -> bool:
-        """Try points to which no neighbour led, as a single design; tell whether any was tried."""
+        """Try points to which no neighbour led, as a single design; return whether any was."""
         left = [p for p in self._grid.order if self._walk_at(p) is None or self._left_branch(p)]
         jobs = [self._anew(p) for p in left if not self._states[p].cold_started]
         self._drive("starting anew", jobs, self._note_walk)

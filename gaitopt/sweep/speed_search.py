@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 
-from gaitopt.design.certificate import WorstRow
 from gaitopt.design.design import Design, design
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.starts import many_starts
@@ -15,11 +15,12 @@ from gaitopt.gait.task import Task
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import Status, Stop, never
 
-LEAPS = (0.05, 0.1)  # of the speed reached, tried once more in the end
-FIRST_STRIDE = 0.2  # of the speed reached, by which the next try is faster
+# Fractions of the speed reached.
+FIRST_STEP = 0.2  # by which the second try is faster
+RETRIES = (0.05, 0.1)  # tried once more in the end
 RESOLUTION = 0.01  # m/s
 DIGITS = 3  # of the speeds tried
-PATIENCE = 100  # iterations of a try; a neighbour's walk needs a tenth of them
+MAX_ITERATIONS = 100  # of a try; a neighbour's walk needs a tenth of them
 AT_LIMIT = 1e-3  # scaled margin of a row that is at its limit
 
 OnTry = Callable[[float, "Design | None"], None]
@@ -83,21 +84,15 @@ def fastest(
         raise InputError(
             f"the resolution is {resolution} m/s; speeds are told apart from {10.0**-DIGITS} m/s on"
         )
-    tell = on_try or (lambda speed, found: None)
     options = options or DesignOptions()
-    search = _Search(
-        robot,
-        task_at,
-        options,
-        tell,
-        stop,
-        many_starts(robot, task_at(speed), options, stop=stop).design,
-    )
-    interrupted = search.best.solution.status is Status.INTERRUPTED
+    first = many_starts(robot, task_at(speed), options, stop=stop).design
+    quick = replace(options, solver=options.solver.limited(MAX_ITERATIONS), diagnose=False)
+    search = _Search(robot, task_at, quick, on_try or (lambda speed, found: None), stop, first)
+    interrupted = first.solution.status is Status.INTERRUPTED
     try:
-        tell(speed, search.best)
+        search.on_try(speed, first)
         if not interrupted:
-            search.go_on(resolution)
+            search.run(resolution)
     except StoppedError:
         interrupted = True
     return Fastest(search.best, search.refused, binding(search.best), interrupted)
@@ -110,100 +105,87 @@ class _Search:
     robot: Robot
     task_at: Callable[[float], Task]
     options: DesignOptions
-    tell: OnTry
+    on_try: OnTry
     stop: Stop
     best: Design
     refused: float = math.inf
 
-    def go_on(self, resolution: float) -> None:
-        """Try faster speeds until neither small strides nor leaps lead on."""
-        self._stride(FIRST_STRIDE * self._speed, resolution)
-        while self._leap():
-            self._stride(LEAPS[0] * self._speed, resolution)
+    def run(self, resolution: float) -> None:
+        """Try faster speeds until neither halved steps nor retries lead on."""
+        self._bisect(FIRST_STEP * self._speed, resolution)
+        while self._retry():
+            self._bisect(RETRIES[0] * self._speed, resolution)
 
     @property
     def _speed(self) -> float:
         return self.best.problem.task.speed
 
-    def _stride(self, stride: float, resolution: float) -> None:
-        while stride >= resolution:
-            speed = round(self._speed + stride, DIGITS)
+    def _bisect(self, step: float, resolution: float) -> None:
+        """Go up by a step in speed, halved where there is no walk, down to a resolution [m/s]."""
+        while step >= resolution:
+            speed = round(self._speed + step, DIGITS)
             if speed < self.refused:
-                found = _try(self.robot, self.task_at(speed), self.options, self.best, self.stop)
+                found = self._from_best(self.task_at(speed))
                 if found is None:
                     self.refused = speed
                 else:
                     self.best = found
-                self.tell(speed, found)
+                self.on_try(speed, found)
             if speed >= self.refused:
-                stride /= 2.0
+                step /= 2.0
 
-    def _leap(self) -> bool:
-        """Try speeds beyond the refused one once more and from all starts; tell whether one walks.
+    def _retry(self) -> bool:
+        """Try speeds beyond the refused one once more, from all starts; return whether one walks.
 
         The speed was refused from another walk than the one that is the fastest now.
         """
-        for leap in LEAPS:
-            speed = round((1.0 + leap) * self._speed, DIGITS)
+        for fraction in RETRIES:
+            speed = round((1.0 + fraction) * self._speed, DIGITS)
             task = self.task_at(speed)
-            found = _try(self.robot, task, self.options, self.best, self.stop)
-            found = found or _from_starts(self.robot, task, self.options, self.stop)
-            self.tell(speed, found)
+            found = self._from_best(task) or self._kept(partial(self._from_starts, task))
+            self.on_try(speed, found)
             if found is not None:
                 self.best, self.refused = found, math.inf
                 return True
             self.refused = min(self.refused, speed)
         return False
 
+    def _from_best(self, task: Task) -> Design | None:
+        """Design from the fastest walk, then cold."""
+        direct = replace(self.options, approach="direct")
+        for options, start in ((direct, self.best.solution.x), (self.options, None)):
+            found = self._kept(
+                partial(design, self.robot, task, options, start=start, stop=self.stop)
+            )
+            if found is not None:
+                return found
+        return None
 
-def binding(found: Design) -> tuple[str, ...]:
-    """Return the inequality constraints that are at their limits, in words, one per family."""
-    rows = found.certificate.families
-    return tuple(row.sentence for row in rows if _at_limit(row) and row.family not in _EQUALITIES)
+    def _from_starts(self, task: Task) -> Design:
+        """Design as if nothing were known."""
+        return many_starts(self.robot, task, self.options, stop=self.stop).design
+
+    def _kept(self, designed: Callable[[], Design]) -> Design | None:
+        """Return what a call designs; a gait that is not certified does not count.
+
+        Raises:
+            StoppedError: `stop` said so, which is no answer about this speed.
+        """
+        try:
+            found = designed()
+        except StoppedError:
+            raise
+        except (NoGaitFoundError, UnreachableError):
+            return None
+        if found.solution.status is Status.INTERRUPTED:
+            raise StoppedError(found.solution)
+        return found if found.certificate.certified or not self.options.refine else None
 
 
 _EQUALITIES = ("walking speed", "closure")
 
 
-def _at_limit(row: WorstRow) -> bool:
-    return row.margin <= AT_LIMIT
-
-
-def _from_starts(robot: Robot, task: Task, options: DesignOptions, stop: Stop) -> Design | None:
-    """Design as if nothing were known; a gait that is not certified does not count."""
-    quick = replace(options, solver=options.solver.limited(PATIENCE), diagnose=False)
-    try:
-        found = many_starts(robot, task, quick, stop=stop).design
-    except StoppedError:
-        raise
-    except (NoGaitFoundError, UnreachableError):
-        return None
-    _require_not_stopped(found)
-    return found if found.certificate.certified or not quick.refine else None
-
-
-def _try(
-    robot: Robot, task: Task, options: DesignOptions, best: Design, stop: Stop
-) -> Design | None:
-    """Design from a slower gait, then cold; a gait that is not certified does not count.
-
-    Raises:
-        StoppedError: `stop` said so, which is no answer about this speed.
-    """
-    cold = replace(options, solver=options.solver.limited(PATIENCE), diagnose=False)
-    for quick, start in ((replace(cold, approach="direct"), best.solution.x), (cold, None)):
-        try:
-            found = design(robot, task, quick, start=start, stop=stop)
-        except StoppedError:
-            raise
-        except (NoGaitFoundError, UnreachableError):
-            continue
-        _require_not_stopped(found)
-        if found.certificate.certified or not quick.refine:
-            return found
-    return None
-
-
-def _require_not_stopped(found: Design) -> None:
-    if found.solution.status is Status.INTERRUPTED:
-        raise StoppedError(found.solution)
+def binding(found: Design) -> tuple[str, ...]:
+    """Return the inequality constraints that are at their limits, in words, one per family."""
+    rows = (row for row in found.certificate.families if row.family not in _EQUALITIES)
+    return tuple(row.sentence for row in rows if row.margin <= AT_LIMIT)

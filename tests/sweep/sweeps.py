@@ -14,7 +14,7 @@ from gaitopt.gait.presets import preset_task
 from gaitopt.gait.task import Task
 from gaitopt.solvers import solver_by_name
 from gaitopt.sweep import scheduler
-from gaitopt.sweep.database import _check, digest
+from gaitopt.sweep.database import digest, record_digest
 from gaitopt.sweep.executor import Job, Outcome, run_job
 from gaitopt.sweep.grid import Axis
 
@@ -51,7 +51,7 @@ def rewrite(directory: Path, change: Callable[[str, dict[str, Any]], object]) ->
             text = json.dumps(record)
             connection.execute(
                 "UPDATE points SET record = ?, digest = ? WHERE name = ?",
-                (text, _check(name, text), name),
+                (text, record_digest(name, text), name),
             )
 
 
