@@ -134,6 +134,31 @@ def _check(name: str, value: object, kind: str, declared: Margin) -> None:
         raise InputError(f"{name} is {value}{unit}; it must be at most {declared.most:g}")
 
 
+def check_declaration(one: object, *names: str) -> None:
+    """Check that the class of a constraint or a cost says what it is.
+
+    Args:
+        one: an instance.
+        names: what it has to declare.
+
+    Raises:
+        InputError: a name is missing, or it keeps values without being a frozen dataclass.
+    """
+    kind = type(one).__name__
+    if missing := [name for name in names if not hasattr(one, name)]:
+        raise InputError(
+            f"{kind} declares no {' and no '.join(missing)}; its class says what it is "
+            "(docs/extending.md)"
+        )
+    fields_left = any(isinstance(value, Field) for value in vars(type(one)).values())
+    mutable = type(one).__hash__ is None  # of a dataclass that is not frozen
+    if fields_left or mutable or (vars(one) and not is_dataclass(one)):
+        raise InputError(
+            f"{kind} keeps values but is no frozen dataclass; write @dataclass(frozen=True) above "
+            "its class, so that gait files can record them"
+        )
+
+
 def is_finite(value: object) -> bool:
     """Return whether a value is a finite number."""
     if isinstance(value, bool):  # to Python a kind of int

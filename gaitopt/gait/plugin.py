@@ -153,11 +153,6 @@ def extension_record(one: Extension) -> dict[str, object]:
 
 
 def _fields_record(one: Extension) -> dict[str, object]:
-    if vars(one) and not is_dataclass(one):
-        raise InputError(
-            f"'{one.name}' ({type(one).__qualname__}) keeps values but is no dataclass; make it "
-            "one, @dataclass(frozen=True), so that gait files can record them"
-        )
     names: list[str] = [entry.name for entry in fields(one)] if is_dataclass(one) else []
     return {name: _plain(getattr(one, name), f"{name} of '{one.name}'") for name in names}
 

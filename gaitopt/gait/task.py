@@ -11,7 +11,13 @@ from typing import Any
 
 from gaitopt.bounds import POSTURES, at_most, shown
 from gaitopt.errors import InputError
-from gaitopt.gait.constraint import Constraint, Margin, declared_margins, is_finite
+from gaitopt.gait.constraint import (
+    Constraint,
+    Margin,
+    check_declaration,
+    declared_margins,
+    is_finite,
+)
 from gaitopt.gait.constraints import CONSTRAINTS, Margins
 from gaitopt.gait.costs import Cost, TorqueCost
 from gaitopt.gait.grid import QUADRATURES, uniform_grid
@@ -81,6 +87,7 @@ class Task:
         object.__setattr__(self, "constraints", _own(self.constraints))
         if not isinstance(self.cost, Cost):
             raise InputError(f"cost is {shown(self.cost)}; give a Cost, as TorqueCost()")
+        check_declaration(self.cost)
         for name, unit in (("speed", "m/s"), ("duration", "s"), ("penalty_weight", "cost/m²")):
             value = getattr(self, name)
             if not (is_finite(value) and value > 0.0):
@@ -191,12 +198,7 @@ def _own(constraints: object) -> tuple[Constraint, ...]:
             raise InputError(
                 f"constraints holds {shown(one)}; give instances of subclasses of Constraint"
             )
-        missing = [n for n in ("name", "unit", "words", "reads") if not hasattr(one, n)]
-        if missing:
-            raise InputError(
-                f"{type(one).__name__} declares no {' and no '.join(missing)}; a constraint says "
-                "what it is, in its class (docs/extending.md)"
-            )
+        check_declaration(one, "name", "unit", "words", "reads")
         names.append(one.name)
         margins += declared_margins(one)
     for kind, known in (("constraint", names), ("margin", margins)):

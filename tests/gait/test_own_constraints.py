@@ -188,6 +188,43 @@ def test_what_is_not_declared_is_asked_for():
         Task(constraints=(Nameless(),))
 
 
+class Plain(MotorPower):
+    """Not decorated: its field would stay a declaration."""
+
+    least_power: float = margin(1.0, "Least power.", unit="W")
+
+
+@dataclass
+class Mutable(Constraint):
+    """Not frozen."""
+
+    name, unit, words, reads = "mutable", "N", "what changes", (quantities.WRENCH,)
+    limit: float = 5.0
+
+    def block(self, context):
+        """Return no rows."""
+
+
+class Keeper(Constraint):
+    """Keeps a value where no file sees it."""
+
+    name, unit, words, reads = "keeper", "N", "what is kept", (quantities.WRENCH,)
+
+    def __init__(self):
+        self.limit = 5.0
+
+    def block(self, context):
+        """Return no rows."""
+
+
+@pytest.mark.parametrize("one", [Plain(), Mutable(), Keeper()])
+def test_values_are_kept_in_frozen_dataclasses(one):
+    with pytest.raises(
+        InputError, match=f"{type(one).__name__} keeps values but is no frozen data"
+    ):
+        Task(constraints=(one,))
+
+
 def test_names_must_be_ones_own():
     with pytest.raises(InputError, match="two constraints are called 'wrong'; rename one"):
         Task(constraints=(Wrong(), Twice()))
