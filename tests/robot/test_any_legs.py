@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from humanoids import add_arms, add_joint, add_link, edits
 from synthetic_bipeds import FIVE, SEVEN, SOLE, biped_urdf
-from urdf_edits import edited_urdf, joint, scale_mass
+from urdf_edits import edited_urdf, joint, link, scale_mass
 
 from gaitopt.design.conflict import contradictions
 from gaitopt.errors import RobotError
@@ -221,6 +221,22 @@ def test_arms_that_differ_a_little_are_averaged():
         if str(name).endswith("arm_joint_2")
     }
     assert list(masses.values()) == pytest.approx([0.505, 0.505], abs=1e-12)
+
+
+@pytest.mark.parametrize(("shift", "accepted"), [(0.02, True), (0.06, False)])
+def test_hands_count_by_what_the_arm_moves(shift, accepted):
+    """A hand 2 cm longer is 7 % of what the wrist moves, and less than 2 % of what the arm does."""
+
+    def longer(root):
+        link(root, "left_arm_3").find("inertial/origin").set("xyz", f"0 0 {-0.1 - shift}")
+
+    edit = edits(add_arms(4, step=-0.2), longer)
+    if accepted:
+        told = said(read(edit, moving=("arms",)), "symmetry")
+        assert f"{1e3 * shift:g} mm in centre of mass" in told
+    else:
+        with pytest.raises(RobotError, match="links moved by 'right_arm_joint_3' and 'left_arm"):
+            read(edit, moving=("arms",))
 
 
 @pytest.mark.parametrize(

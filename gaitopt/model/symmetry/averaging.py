@@ -90,7 +90,7 @@ class Effect:
     Attributes:
         mass_matrix: difference of the mass matrix, each entry in units of sqrt(D_i D_j), where D_i
             is what joint i or its partner on the other side moves, whichever is more (for most
-            joints when its leg stands) [-].
+            joints when its leg stands); for a joint of an arm, what the whole arm moves [-].
         feet: how far the other foot is from where it was, per length of the leg, or by how much it
             is turned [rad], whichever is more.
     """
@@ -186,17 +186,22 @@ class WalkProbe:
         soles: names of the right and of the left sole frame.
         partner: row of the partner of each joint, shape (n,).
         length: of the leg [m].
+        arms: rows of joints beside the legs', and of such joints that carry them, those first that
+            carry others.
     """
 
     postures: Array
     soles: tuple[str, str]
     partner: NDArray[np.intp]
     length: float
+    arms: tuple[_Pair, ...] = ()
 
     def compare(self, first: FootDynamics, other: FootDynamics) -> Effect:
         """Return how far two robots differ; the first one gives the scale."""
         moved = np.diagonal(first.mass, axis1=-2, axis2=-1).max(axis=1)  # (m, n): either foot
         moved = np.maximum(moved, moved[:, self.partner])
+        for joint, carrier in self.arms:
+            moved[:, joint] = np.maximum(moved[:, joint], moved[:, carrier])
         scale = np.sqrt(moved[:, :, None] * moved[:, None, :])[:, None]
         change = np.abs(first.mass - other.mass) / scale
         apart = np.linalg.norm(first.place - other.place, axis=-1) / self.length
@@ -251,7 +256,14 @@ def walk_probe(model: pin.Model, sides: Sides, length: float) -> WalkProbe:
     for pair in sides.pairs:
         i, j = (model.joints[joint].idx_v - 6 for joint in pair)
         partner[i], partner[j] = j, i
-    return WalkProbe(postures, sides.soles, partner, length)
+    others = sorted({joint for pair in sides.others for joint in pair})
+    carried = ((joint, int(model.parents[joint])) for joint in others)
+    arms = tuple(
+        (model.joints[joint].idx_v - 6, model.joints[carrier].idx_v - 6)
+        for joint, carrier in carried
+        if carrier in others
+    )
+    return WalkProbe(postures, sides.soles, partner, length, arms)
 
 
 def symmetrise(model: pin.Model, sides: Sides, length: float) -> Symmetrised:
