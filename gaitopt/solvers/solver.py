@@ -82,9 +82,18 @@ class Solver(ABC):
         del nlp, on_progress, stop
         return first
 
-    def limited(self, iterations: int) -> Solver:
-        """Return the solver with at most so many iterations of its first stage, if it counts."""
-        del iterations
+    def limited(self, iterations: int, tolerance: float = 0.0) -> Solver:
+        """Return the solver for runs that may end early, if it has such options.
+
+        Args:
+            iterations: of its first stage, at most.
+            tolerance: no tighter one is asked of that stage.
+        """
+        del iterations, tolerance
+        return self
+
+    def near_solution(self) -> Solver:
+        """Return the solver for starts that are nearly solutions."""
         return self
 
 

@@ -62,6 +62,8 @@ from gaitopt.tolerances import FEASIBILITY, FEASIBLE, OPTIMALITY
 
 NO_DECREASE = 1e-4
 """Relative decrease of the violation below which the model is called stationary (measured)."""
+WARM_RADIUS = 0.5
+"""First trust region near a solution; 0.1 costs sweeps a quarter more iterations (measured)."""
 UNBOUNDED_AFTER = 100
 """Longest steps in a row, all feasible, after which a cost is called unbounded: 200 units of the
 variables' scale with the default radius, in radians thirty turns."""
@@ -152,9 +154,14 @@ class SQP(Solver):
             status = Status.STALLED  # it went astray from a feasible iterate
         return recorder.solution(status, best)
 
-    def limited(self, iterations: int) -> SQP:
-        """Return the solver with at most so many iterations."""
-        return replace(self, max_iterations=min(self.max_iterations, iterations))
+    def limited(self, iterations: int, tolerance: float = 0.0) -> SQP:
+        """Return the solver with at most so many iterations, and no tighter tolerance."""
+        most = min(self.max_iterations, iterations)
+        return replace(self, max_iterations=most, tolerance=max(self.tolerance, tolerance))
+
+    def near_solution(self) -> SQP:
+        """Return the solver with a first trust region for starts that are nearly solutions."""
+        return replace(self, initial_radius=WARM_RADIUS)
 
 
 class _Run:

@@ -91,9 +91,13 @@ class TwoStageSQP(Solver):
         """The solver that goes first."""
         return self.first
 
-    def limited(self, iterations: int) -> TwoStageSQP:
+    def limited(self, iterations: int, tolerance: float = 0.0) -> TwoStageSQP:
         """Return the solver with at most so many iterations of its first stage."""
-        return replace(self, first=self.first.limited(iterations))
+        return replace(self, first=self.first.limited(iterations, tolerance))
+
+    def near_solution(self) -> TwoStageSQP:
+        """Return the solver with a first stage for starts that are nearly solutions."""
+        return replace(self, first=self.first.near_solution())
 
     def _is_optimal(self, nlp: NLP, solution: Solution) -> bool:
         """Whether an answer satisfies, judged anew, what both stages ask of theirs."""

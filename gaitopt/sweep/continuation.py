@@ -19,7 +19,6 @@ from gaitopt.gait.initial_guess import first_guess, resized
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.nlp import Array, Solution
 from gaitopt.solvers import Solver
-from gaitopt.solvers.sqp import SQP
 from gaitopt.sweep.grid import with_values
 from gaitopt.sweep.scenario import Scenario, interpolated
 from gaitopt.sweep.semi_infinite import (
@@ -164,11 +163,7 @@ def _feasible(
 
 def path_solver(options: DesignOptions) -> Solver:
     """Return the solver for walks that are not finished yet: it stops early, also at failure."""
-    solver = warm_solver(options)
-    if not isinstance(solver, SQP):
-        return solver
-    most = min(solver.max_iterations, MAX_ITERATIONS)
-    return replace(solver, tolerance=max(TOLERANCE, solver.tolerance), max_iterations=most)
+    return warm_solver(options).limited(MAX_ITERATIONS, TOLERANCE)
 
 
 def _warm_start(

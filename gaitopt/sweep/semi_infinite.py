@@ -16,11 +16,8 @@ from gaitopt.errors import EvaluationError, NoGaitFoundError, UnreachableError
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.nlp import Array, Solution, Start
 from gaitopt.solvers import Solver
-from gaitopt.solvers.sqp import SQP
 from gaitopt.sweep.scenario import Scenario
 from gaitopt.sweep.warm_start import WarmStart
-
-WARM_RADIUS = 0.5  # first trust region near a solution; 0.1 costs a quarter more iterations
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,5 +147,4 @@ def _designed(scenario: Scenario, walk: WarmStart, options: DesignOptions) -> De
 
 def warm_solver(options: DesignOptions) -> Solver:
     """Return the solver for starts that are nearly solutions."""
-    solver = options.solver.first_stage
-    return replace(solver, initial_radius=WARM_RADIUS) if isinstance(solver, SQP) else solver
+    return options.solver.first_stage.near_solution()
