@@ -54,6 +54,9 @@ def test_a_gait_goes_to_another_process():
     copy = pickle.loads(pickle.dumps(sample_gait()))
     assert np.array_equal(copy.torque, sample_gait().torque)
     assert copy.meta == sample_gait().meta
+    gait = sample_gait()
+    used = gait.trajectory.at(0.1).torque  # with what it has kept of that
+    assert np.array_equal(pickle.loads(pickle.dumps(gait)).trajectory.at(0.1).torque, used)
 
 
 def broken(name, index, value):
