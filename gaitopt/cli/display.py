@@ -14,9 +14,9 @@ from rich.table import Table
 from rich.text import Text
 
 from gaitopt.cli.process import STOPPING, StopRequest
+from gaitopt.escape import printable, printable_lines
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.nlp import Progress, ProgressCallback, Solution
-from gaitopt.view.visible import visible, visible_lines
 
 WIDTH = 100  # columns of the tables on a wide terminal
 NARROW = 80  # in a file or a pipe, which nobody can make wider
@@ -34,11 +34,11 @@ class Screen(Console):
 
     def print(self, *objects: Any, **how: Any) -> None:
         """Print; a text by itself is one line, whatever names it holds."""
-        super().print(*(visible(o) if isinstance(o, str) else o for o in objects), **how)
+        super().print(*(printable(o) if isinstance(o, str) else o for o in objects), **how)
 
     def render_str(self, text: str, **how: Any) -> Text:
         """Return a text to be laid out with its escapes, so that cells are as wide as they look."""
-        return super().render_str(visible_lines(text), **how)
+        return super().render_str(printable_lines(text), **how)
 
     def render(
         self, renderable: RenderableType, options: ConsoleOptions | None = None
@@ -48,7 +48,7 @@ class Screen(Console):
             if segment.control or segment.text.isprintable():
                 yield segment
             else:
-                yield Segment(visible_lines(segment.text), segment.style)
+                yield Segment(printable_lines(segment.text), segment.style)
 
 
 def screen(*, stderr: bool = False) -> Console:
@@ -61,7 +61,7 @@ def screen(*, stderr: bool = False) -> Console:
 
 def warn(console: Console, word: str, text: str) -> None:
     """Print a line that begins with a yellow word."""
-    console.print(Text.assemble((f"{word}:", "yellow"), f" {visible(text)}"), soft_wrap=True)
+    console.print(Text.assemble((f"{word}:", "yellow"), f" {printable(text)}"), soft_wrap=True)
 
 
 PERIOD = 2.0  # s between two plain lines

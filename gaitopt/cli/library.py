@@ -16,6 +16,7 @@ from gaitopt.cli.process import ExitCode
 from gaitopt.cli.report import print_findings_of, print_gait
 from gaitopt.cli.results import require_files
 from gaitopt.errors import GaitFileError, InputError
+from gaitopt.escape import printable
 from gaitopt.gait.gait_file import save_gait
 from gaitopt.gait.plugin import load_plugin
 from gaitopt.gait.result import Gait
@@ -33,7 +34,6 @@ from gaitopt.sweep.table import (
     unit_of,
     unknown_column,
 )
-from gaitopt.view.visible import visible
 
 LIST = "list"  # in place of columns: what there is
 WIDTH = 80  # columns of a terminal that a table needs at most, unless columns were asked for
@@ -61,7 +61,7 @@ def run_list(
     if names == LIST:
         for name in columns(row for library in libraries for row in library.rows):
             unit = unit_of(name, libraries[0].cost[1])
-            out.print(f"{visible(name)} [{unit}]" if unit else visible(name), soft_wrap=True)
+            out.print(f"{printable(name)} [{unit}]" if unit else printable(name), soft_wrap=True)
         return
     rows = [selected(library.rows, where) for library in libraries]
     if plot is not None:
@@ -212,7 +212,7 @@ class _Column:
     @property
     def width(self) -> int:
         """In characters, with the gap to the next."""
-        return _GAP + max(map(len, [*self.header, *(visible(cell(v)) for v in self.values)]))
+        return _GAP + max(map(len, [*self.header, *(printable(cell(v)) for v in self.values)]))
 
     @property
     def numeric(self) -> bool:
@@ -230,7 +230,7 @@ def _change(pair: tuple[Row, Row], name: str) -> str:
 def _header(name: str, unit: str) -> list[str]:
     """Return the lines of a header: the words of a name, then its unit."""
     lines: list[str] = []
-    for word in visible(name).replace(".", " ").replace("_", " ").split():
+    for word in printable(name).replace(".", " ").replace("_", " ").split():
         if lines and len(lines[-1]) + 1 + len(word) <= _LINE:
             lines[-1] += f" {word}"
         else:
@@ -245,7 +245,7 @@ def _table(title: str, found: Sequence[_Column]) -> Table:
     table = new_table(title, *(right + head for right, head in zip(rights, heads, strict=True)))
     table.expand, table.collapse_padding = False, True
     for values in zip(*(column.values for column in found), strict=True):
-        table.add_row(*(visible(cell(value)) for value in values))
+        table.add_row(*(printable(cell(value)) for value in values))
     return table
 
 

@@ -23,8 +23,8 @@ from typing import NoReturn, TextIO
 import typer
 
 from gaitopt.errors import GaitoptError, InputError
+from gaitopt.escape import printable
 from gaitopt.pinocchio_check import require_pinocchio
-from gaitopt.view.visible import visible
 
 
 class ExitCode(IntEnum):
@@ -66,12 +66,12 @@ def errors_reported() -> Iterator[None]:
 def print_advice(lines: Iterable[str]) -> None:
     """Print why there is no gait and what would help; long lines are not broken."""
     for line in lines:
-        print(visible(line), file=sys.stderr)  # noqa: T201
+        print(printable(line), file=sys.stderr)  # noqa: T201
 
 
 def print_error(message: str) -> None:
     """Print an error: in a panel on a terminal, else in one line that can be searched."""
-    message = visible(message)
+    message = printable(message)
     if not sys.stderr.isatty():
         print(f"error: {message}", file=sys.stderr)  # noqa: T201
         return

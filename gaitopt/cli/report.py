@@ -31,13 +31,13 @@ from gaitopt.cli.process import ExitCode, print_error
 from gaitopt.design.audit import Audit, audit
 from gaitopt.design.shadow_prices import SETTING
 from gaitopt.design.summary import summarise
+from gaitopt.escape import printable
 from gaitopt.gait.gait_file import altered_members, load_gait
 from gaitopt.gait.plugin import load_plugin
 from gaitopt.gait.result import Gait
 from gaitopt.importers.report import Finding, findings_of
 from gaitopt.solvers.two_stage import UNCONFIRMED
 from gaitopt.tolerances import LIMITS, MOMENTUM, OPTIMALITY, REFEREE, SAME
-from gaitopt.view.visible import visible
 
 _PRICES = 6
 """Numbers whose worth is shown, those of the greatest effect."""
@@ -109,12 +109,12 @@ def _named(row: Mapping[str, Any]) -> str:
     """Return a row of the certificate in words."""
     when = "" if row["time"] is None else f" at {row['time']:.4f} s"
     value, limit = rounded(row["value"]), rounded(row["limit"])
-    return f"{visible(row['row'])}{when}: {value} {row['unit']}, limit {limit}"
+    return f"{printable(row['row'])}{when}: {value} {row['unit']}, limit {limit}"
 
 
 def _verdict(certificate: Mapping[str, Any]) -> Text:
     style = "bold green" if certificate["certified"] else "bold yellow"
-    return Text(visible(str(certificate["verdict"] or ABSENT)), style=style)
+    return Text(printable(str(certificate["verdict"] or ABSENT)), style=style)
 
 
 def print_gait(console: Console, gait: Gait) -> None:
@@ -137,7 +137,7 @@ def _headline(facts: Any) -> RenderableType:
     certified = facts["certificate"]["certified"]
     verdict = ("certified", "bold green") if certified else ("not certified", "bold yellow")
     speed = facts["walk"]["speed_m_per_s"]
-    name = visible(facts["robot"]["name"] or "") or "the robot"
+    name = printable(facts["robot"]["name"] or "") or "the robot"
     return Rule(Text.assemble((f"{name} walks at {speed:.3f} m/s", "bold"), "  ", verdict))
 
 
@@ -170,7 +170,7 @@ def _joints(joints: list[Mapping[str, Any]], *, bars: bool) -> Table:
     )  # fmt: skip
     for i, joint in enumerate(joints):
         table.add_row(
-            visible(joint["joint"]) if i % 2 == 0 else "",
+            printable(joint["joint"]) if i % 2 == 0 else "",
             joint["leg"],
             f"{joint['peak_torque_Nm']:.1f}",
             f"{joint['rms_torque_Nm']:.1f}",
@@ -189,9 +189,9 @@ def _prices(records: Any) -> list[Table]:
         for price in [one for one in records or () if one["kind"] == SETTING][:_PRICES]:
             per = f"{price['cost_unit']} per {price['unit'] or 'unit'}"
             table.add_row(
-                f"{visible(price['words'])} ({visible(price['name'])})",
-                number(price["value"], visible(price["unit"]), 4),
-                f"{price['cost_per_unit']:+.3g} {visible(per)}",
+                f"{printable(price['words'])} ({printable(price['name'])})",
+                number(price["value"], printable(price["unit"]), 4),
+                f"{price['cost_per_unit']:+.3g} {printable(per)}",
             )
     except (KeyError, TypeError, ValueError):  # a file says whatever it likes
         return []
@@ -241,7 +241,7 @@ def check(path: Path, plugin: Path | None = None) -> None:
     if found.imposed:
         out.print("the file itself brings:")
         for line in found.imposed:
-            out.print(f"  {visible(line)}", soft_wrap=True)
+            out.print(f"  {printable(line)}", soft_wrap=True)
     if found.altered:
         print_error(altered_message(found))
     else:
@@ -286,7 +286,7 @@ def print_findings(console: Console, findings: Iterable[Finding], all_of_them: s
     known = list(findings)
     for how, style in _FINDING_STYLES.items():
         for subject, text in _gathered(f for f in known if f.how == how):
-            said = Text.assemble((f"{how}:", style), f" {visible(subject)}: {visible(text)}")
+            said = Text.assemble((f"{how}:", style), f" {printable(subject)}: {printable(text)}")
             console.print(said, soft_wrap=True)
     topics = dict.fromkeys(f.topic for f in known if f.how == "guessed")
     if topics:

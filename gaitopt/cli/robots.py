@@ -21,9 +21,9 @@ from gaitopt.cli.display import WIDTH, new_table, screen
 from gaitopt.cli.process import ExitCode, print_error
 from gaitopt.cli.request import biped_spec, choices_text, robot_origin, robot_source
 from gaitopt.cli.results import require_files
+from gaitopt.escape import printable
 from gaitopt.model.robot import Robot
 from gaitopt.view.inspection import Inspection, Section, inspect_robot, sections
-from gaitopt.view.visible import visible
 
 _STYLES = {"guessed": "yellow", "warning": "bold yellow", "changed": "cyan", "given": "green"}
 _MOST = 4  # rows about one thing on the screen; a page shows all
@@ -68,7 +68,7 @@ def print_inspection(out: Console, found: Inspection) -> None:
     """Print the tables of an inspection."""
     width = min(out.width, WIDTH)
     verdict = ("cannot be used", "bold red") if found.refusal else ("can be used", "bold green")
-    out.print(Rule(Text.assemble((visible(found.title), "bold"), "  ", verdict)), width=width)
+    out.print(Rule(Text.assemble((printable(found.title), "bold"), "  ", verdict)), width=width)
     for section in sections(found):
         out.print(_table(section, width), width=width)
         out.print()
@@ -91,7 +91,7 @@ def _table(section: Section, width: int) -> Table:
         topic = row[0] if section.how and len(row) > 2 else ""
         seen[topic] += 1
         if not section.how or seen[topic] <= (_MOST if topic else 3 * _MOST):
-            first, *others = (_short(visible(cell)) for cell in row)
+            first, *others = (_short(printable(cell)) for cell in row)
             cells = (first if section.how else _in_lines(first, room), *others)
             table.add_row(*(Text(text, style=_STYLES.get(sure, "")) for text in cells))
     _count_the_rest(table, seen, len(section.columns)) if section.how else None

@@ -14,6 +14,7 @@ from dataclasses import replace
 import numpy as np
 
 from gaitopt.errors import RobotError
+from gaitopt.escape import printable
 from gaitopt.importers.physics import PassiveJoint
 from gaitopt.importers.pinocchio_model import MOST_JOINTS, inertia_fault
 from gaitopt.importers.report import Faults, Finding, How, fault_error, faults_of, listed
@@ -32,7 +33,7 @@ from gaitopt.importers.urdf_document import (
 from gaitopt.importers.urdf_geometry import Kind, read_shapes
 from gaitopt.importers.urdf_model import refuse_taken
 from gaitopt.importers.urdf_transmissions import Rotor, read_rotors
-from gaitopt.importers.xml_document import FileProblem, XmlTree, as_number, printable
+from gaitopt.importers.xml_document import FileProblem, XmlTree, as_number
 from gaitopt.nlp import Array
 
 _SPRINGS = ("spring_stiffness", "spring_reference")  # of <dynamics>, as SDF has them

@@ -18,8 +18,9 @@ import numpy as np
 import pinocchio as pin
 
 from gaitopt.errors import RobotError
+from gaitopt.escape import printable
 from gaitopt.importers.report import Faults, listed
-from gaitopt.importers.xml_document import FileProblem, NamedElement, XmlTree, as_number, printable
+from gaitopt.importers.xml_document import FileProblem, NamedElement, XmlTree, as_number
 from gaitopt.nlp import Array
 
 Vector = tuple[float, float, float]

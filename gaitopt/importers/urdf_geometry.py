@@ -18,6 +18,7 @@ import numpy as np
 import pinocchio as pin
 
 from gaitopt.errors import RobotError
+from gaitopt.escape import printable
 from gaitopt.importers.meshes import MeshPaths, MeshProblem, silenced, unreadable
 from gaitopt.importers.report import listed
 from gaitopt.importers.urdf_document import (
@@ -26,7 +27,7 @@ from gaitopt.importers.urdf_document import (
     read_origin,
     read_version,
 )
-from gaitopt.importers.xml_document import FileProblem, NamedElement, XmlTree, printable
+from gaitopt.importers.xml_document import FileProblem, NamedElement, XmlTree
 from gaitopt.nlp import Array
 
 Kind = Literal["visual", "collision"]

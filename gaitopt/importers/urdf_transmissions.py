@@ -16,8 +16,9 @@ from xml.etree.ElementTree import Element
 import numpy as np
 import pinocchio as pin
 
+from gaitopt.escape import printable
 from gaitopt.importers.urdf_document import Description
-from gaitopt.importers.xml_document import FileProblem, NamedElement, XmlTree, as_number, printable
+from gaitopt.importers.xml_document import FileProblem, NamedElement, XmlTree, as_number
 
 _INERTIAS = ("motorinertia", "rotorinertia")
 _ARMATURE = ("armature",)

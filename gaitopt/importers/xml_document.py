@@ -10,6 +10,7 @@ from xml.etree.ElementTree import Element, TreeBuilder
 from xml.parsers import expat
 
 from gaitopt.errors import RobotError
+from gaitopt.escape import printable
 
 _BLANKS = " \t\r\n"  # of XML; a no-break space, say, is none
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
@@ -218,11 +219,6 @@ def as_numbers(text: str) -> tuple[float, ...]:
     """Return the numbers of a text with blanks between them, NaN for what is none."""
     words = re.split(f"[{_BLANKS}]+", text.strip(_BLANKS))
     return tuple(map(as_number, words)) if words != [""] else ()
-
-
-def printable(text: str) -> str:
-    """Return a text with what cannot be seen on a screen in the notation of Python."""
-    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
 
 
 def _how(text: str) -> str:

@@ -12,7 +12,7 @@ from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from gaitopt.view.visible import visible
+from gaitopt.escape import printable
 
 STANCE = "#D55E00"
 SWING = "#0072B2"
@@ -69,7 +69,7 @@ def new_figure(
 
 def name_on_figure(name: str) -> str:
     """Return a name from a file as a label: visible, no mathematics in it, and not too long."""
-    shown = visible(name)
+    shown = printable(name)
     shown = shown if len(shown) <= _LONGEST else f"{shown[: _LONGEST - 3]}..."
     return shown.replace("$", "\\$")
 

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
 import multiprocessing
 import os
 from collections.abc import Callable, Iterator
-from concurrent.futures import Future, ProcessPoolExecutor
+from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 
 from gaitopt.design.process import serve_parent
@@ -37,17 +36,21 @@ class FigureWorker:
             A function that waits for the figures and returns their files, or raises what
             `write_figures` raises.
         """
-        here = partial(_draw, gait, directory)
-        if self.pool is None:
-            return here
         try:
-            drawn = self.pool.submit(_draw, gait, directory)
+            drawn = None if self.pool is None else self.pool.submit(_draw, gait, directory)
         except BrokenProcessPool:
-            return here
-        return partial(_files, drawn, here)
+            drawn = None
+
+        def files() -> list[Path]:
+            with contextlib.suppress(BrokenProcessPool):  # it was ended, for want of memory perhaps
+                if drawn is not None:
+                    return drawn.result()
+            return _draw(gait, directory)
+
+        return files
 
 
-@contextmanager
+@contextlib.contextmanager
 def figure_worker(wanted: bool = True) -> Iterator[FigureWorker]:
     """Get ready to draw, if that is wanted and there is a core for it; wait for it at the end.
 
@@ -57,7 +60,9 @@ def figure_worker(wanted: bool = True) -> Iterator[FigureWorker]:
         yield FigureWorker()
         return
     try:
-        pool = _process()
+        context = multiprocessing.get_context("spawn")
+        pool = ProcessPoolExecutor(1, context, initializer=serve_parent)
+        pool.submit(_get_ready)
     except (OSError, RuntimeError, NotImplementedError):  # no more processes are to be had
         yield FigureWorker()
         return
@@ -67,27 +72,16 @@ def figure_worker(wanted: bool = True) -> Iterator[FigureWorker]:
         pool.shutdown(wait=True, cancel_futures=True)
 
 
-def _process() -> ProcessPoolExecutor:
-    """Return a process that gets ready to draw."""
-    context = multiprocessing.get_context("spawn")
-    pool = ProcessPoolExecutor(1, context, initializer=serve_parent)
-    pool.submit(_get_ready)
-    return pool
-
-
 def spare_cores() -> float:
     """Return how many cores this process may use beside its own, less what others use of late.
 
     A second process loads everything again: on a core that others use it costs more than it saves.
     """
-    if hasattr(os, "sched_getaffinity"):  # neither of the two is everywhere
-        cores = len(os.sched_getaffinity(0))
-    else:
-        cores = os.cpu_count() or 1
-    try:
-        load = os.getloadavg()[0] if hasattr(os, "getloadavg") else 0.0
-    except OSError:
-        load = 0.0
+    affinity = getattr(os, "sched_getaffinity", None)  # neither of the two is everywhere
+    cores = (os.cpu_count() or 1) if affinity is None else len(affinity(0))
+    load = 0.0
+    with contextlib.suppress(OSError, AttributeError):
+        load = os.getloadavg()[0]
     return min(cores - 1.0, cores - load)
 
 
@@ -95,13 +89,6 @@ def _draw(gait: Gait, directory: Path) -> list[Path]:
     from gaitopt.view.figures import write_figures
 
     return write_figures(gait, directory)
-
-
-def _files(drawn: Future[list[Path]], again: Callable[[], list[Path]]) -> list[Path]:
-    try:
-        return drawn.result()
-    except BrokenProcessPool:  # the other process was ended, for want of memory perhaps
-        return again()
 
 
 def _get_ready() -> None:

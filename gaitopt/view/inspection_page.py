@@ -12,13 +12,13 @@ import pinocchio as pin
 
 from gaitopt.atomic import write_atomically
 from gaitopt.errors import RobotError
+from gaitopt.escape import filled_template, html_text
 from gaitopt.model.importer import ImportedRobot
 from gaitopt.model.legs.kinematic_tree import pose
 from gaitopt.nlp import Array
 from gaitopt.view.inspection import Inspection, Section, sections
 from gaitopt.view.robot_shapes import draw_shape, drawable, unloaded
 from gaitopt.view.viewer import Recorder, geometry, meshcat, page_file, viewer_script
-from gaitopt.view.visible import filled, on_page
 
 _ARROW = 0.14  # length of an axis, in heights of the robot
 _THICK = 0.006  # its radius, likewise
@@ -164,22 +164,22 @@ def inspection_text(inspection: Inspection) -> str:
     """Return the text of the page of `write_inspection`."""
     recorder = Recorder()
     draw_inspection(meshcat.Visualizer(window=recorder), inspection)
-    refusal = on_page(inspection.refusal)
+    refusal = html_text(inspection.refusal)
     parts = {
-        "@TITLE@": on_page(inspection.title),
+        "@TITLE@": html_text(inspection.title),
         "@REFUSAL@": f'<p class="refusal">{refusal}</p>' if refusal else "",
         "@TABLES@": "".join(map(_table, sections(inspection))),
         "@FIT@": page_file("fit.js"),
         "@COMMANDS@": recorder.text(),
         "@MESHCAT@": viewer_script(),
     }
-    return filled(page_file("inspection.html"), parts)
+    return filled_template(page_file("inspection.html"), parts)
 
 
 def _table(section: Section) -> str:
     classes = [' class="number"' if name.startswith(">") else "" for name in section.columns]
     heads = "".join(
-        f"<th{kind}>{'<br>'.join(map(on_page, name.removeprefix('>').splitlines()))}</th>"
+        f"<th{kind}>{'<br>'.join(map(html_text, name.removeprefix('>').splitlines()))}</th>"
         for kind, name in zip(classes, section.columns, strict=True)
     )
     how = section.how or ("",) * len(section.rows)
@@ -189,12 +189,12 @@ def _table(section: Section) -> str:
     )
     head = f"<tr>{heads}</tr>" if any(section.columns) else ""
     table = f'<div class="table"><table>{head}{rows}</table></div>'
-    return f"<h2>{on_page(section.title)}</h2>{table}"
+    return f"<h2>{html_text(section.title)}</h2>{table}"
 
 
 def _cells(row: tuple[str, ...], classes: list[str]) -> str:
     short = ' class="short"'
     return "".join(
-        f"<td{kind or short if len(cell) < _SHORT else kind}>{on_page(cell)}</td>"
+        f"<td{kind or short if len(cell) < _SHORT else kind}>{html_text(cell)}</td>"
         for kind, cell in zip(classes, row, strict=True)
     )

@@ -7,11 +7,11 @@ from collections import Counter
 from pathlib import Path
 
 from gaitopt.atomic import write_atomically
+from gaitopt.escape import filled_template, html_text
 from gaitopt.gait.result import Gait
 from gaitopt.importers.report import findings_of
 from gaitopt.view.animation import DEFAULT_STEPS, build_scene
 from gaitopt.view.viewer import Recorder, meshcat, page_file, viewer_script
-from gaitopt.view.visible import filled, on_page
 
 
 def write_page(
@@ -51,18 +51,18 @@ def page_text(gait: Gait, steps: int = DEFAULT_STEPS, package_dirs: tuple[str, .
     recorder = Recorder()
     scene = build_scene(meshcat.Visualizer(window=recorder), gait, steps, package_dirs)
     parts = {
-        "@TITLE@": on_page(_title(gait)),
-        "@FACTS@": "".join(f"<dt>{k}</dt><dd>{on_page(v)}</dd>" for k, v in facts(gait)),
+        "@TITLE@": html_text(_title(gait)),
+        "@FACTS@": "".join(f"<dt>{k}</dt><dd>{html_text(v)}</dd>" for k, v in facts(gait)),
         "@DURATION@": json.dumps(gait.duration * steps),
         "@STEP@": json.dumps(gait.duration),
-        "@NOTE@": f"<p>{on_page(scene.note)}</p>" if scene.note else "",
+        "@NOTE@": f"<p>{html_text(scene.note)}</p>" if scene.note else "",
         "@ROBOT@": _robot(gait),
         "@SCALE@": f"{0.1 / scene.force_scale:.4g}",
         "@FIT@": page_file("fit.js"),
         "@COMMANDS@": recorder.text(),
         "@MESHCAT@": viewer_script(),
     }
-    return filled(page_file("page.html"), parts)
+    return filled_template(page_file("page.html"), parts)
 
 
 def facts(gait: Gait) -> list[tuple[str, str]]:
@@ -88,7 +88,7 @@ def _robot(gait: Gait) -> str:
     words = {"warning": "warnings", "changed": "changes", "guessed": "guesses"}
     counts = Counter(f.how for f in told)
     head = ", ".join(f"{words[how]}: {count}" for how, count in counts.items())
-    rows = "".join(f"<li>{f.how}: {on_page(f.subject)}: {on_page(f.text)}</li>" for f in told)
+    rows = "".join(f"<li>{f.how}: {html_text(f.subject)}: {html_text(f.text)}</li>" for f in told)
     return f"<details><summary>about the robot: {head}</summary><ul>{rows}</ul></details>"
 
 

@@ -14,6 +14,7 @@ import pytest
 from example_robots import DIRECTORY, needs_example_robots
 from sample_gait import sample_gait
 
+from gaitopt.escape import filled_template, html_text, printable
 from gaitopt.model.import_options import ImportOptions
 from gaitopt.view.inspection import inspect_robot
 from gaitopt.view.inspection_page import inspection_text
@@ -21,7 +22,6 @@ from gaitopt.view.mesh_data import read_mesh
 from gaitopt.view.page import page_text
 from gaitopt.view.robot_shapes import draw_shape, unloaded
 from gaitopt.view.viewer import Recorder, meshcat, umsgpack
-from gaitopt.view.visible import filled, on_page, visible
 
 SECRET = "secret"
 FACE = np.array([[[0.0, 0, 0], [1, 0, 0], [0, 2, 0]], [[0, 0, 0], [0, 2, 0], [0, 0, 3.0]]])
@@ -241,7 +241,7 @@ def test_a_picture_becomes_grey_and_a_part_of_glass_stays_clear(tmp_path):
 
 
 def test_marks_are_replaced_once():
-    assert filled("@A@ @B@ @C@", {"@A@": "@B@", "@B@": "@A@"}) == "@B@ @A@ @C@"
+    assert filled_template("@A@ @B@ @C@", {"@A@": "@B@", "@B@": "@A@"}) == "@B@ @A@ @C@"
     title = "@COMMANDS@ @MESHCAT@ <b>\x1b[31m\u202e"
     gait = sample_gait()
     text = page_text(replace(gait, meta={**gait.meta, "robot": title}), 1)
@@ -253,9 +253,9 @@ def test_marks_are_replaced_once():
 
 
 def test_names_with_control_characters_are_shown():
-    assert visible("plain ä µ") == "plain ä µ"
-    assert visible("a\x1b[2Jb\r\n\x00\u2028\ud800") == "a\\x1b[2Jb\\r\\n\\x00\\u2028\\ud800"
-    assert on_page("<\x07>") == "&lt;\\x07&gt;"
+    assert printable("plain ä µ") == "plain ä µ"
+    assert printable("a\x1b[2Jb\r\n\x00\u2028\ud800") == "a\\x1b[2Jb\\r\\n\\x00\\u2028\\ud800"
+    assert html_text("<\x07>") == "&lt;\\x07&gt;"
     urdf = '<robot name="&lt;i&gt;@TABLES@&#x9b;31m"><link name="b"/></robot>'
     text = inspection_text(inspect_robot(urdf, ImportOptions()))
     assert "<h1>&lt;i&gt;@TABLES@\\x9b31m</h1>" in html.unescape(text).replace(
