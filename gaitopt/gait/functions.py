@@ -299,8 +299,10 @@ def check_function(function: QuantityFunction, typical: Array, rows: int, what: 
         hessian = function.hessian(at, weights)
         hessian = np.zeros((1, width, width)) if hessian is None else hessian
         h = _CHECK * move
-        slope = (function.value(at + h) - function.value(at - h)) / (2.0 * _CHECK)
-        bend = (function.vjp(at + h, weights) - function.vjp(at - h, weights)) / (2.0 * _CHECK)
+        change = (function.value(at + h) - function.value(at - h)) / (2.0 * _CHECK)
+        vjp_change = (function.vjp(at + h, weights) - function.vjp(at - h, weights)) / (
+            2.0 * _CHECK
+        )
     except GaitoptError:
         raise
     except Exception as error:
@@ -309,8 +311,8 @@ def check_function(function: QuantityFunction, typical: Array, rows: int, what: 
             f"{type(error).__name__}: {error}"
         ) from error
     for name, exact, found in (
-        ("jacobian", jacobian @ move[0], slope),
-        ("hessian", hessian @ move[0], bend),
+        ("jacobian", jacobian @ move[0], change),
+        ("hessian", hessian @ move[0], vjp_change),
     ):
         size = max(float(np.abs(found).max()), float(np.abs(jacobian).max()), 1e-6)
         if exact.shape != found.shape or not np.abs(exact - found).max() <= 1e-4 * size:
