@@ -15,7 +15,6 @@ from gaitopt.errors import EvaluationError, GaitFileError, InputError
 from gaitopt.gait.assemble import gait_at
 from gaitopt.gait.constraints import Margins
 from gaitopt.gait.costs import TorqueCost
-from gaitopt.gait.grid import uniform_grid
 from gaitopt.gait.plugin import Extension, extension_record
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.recorded_robot import robot_of
@@ -208,7 +207,7 @@ def problem_of(gait: Gait, known: Iterable[Extension] = ()) -> WalkProblem:
     robot = robot_of(gait)
     try:
         task = task_from_record(gait.fact("task"), known)
-        grid = uniform_grid(task.samples, task.quadrature)
+        grid = task.grid
         for instant in _instants(gait):  # one by one: multipliers are in their order
             grid = grid.with_instants(np.array([instant]))
         problem = WalkProblem(robot, task, grid)

@@ -167,7 +167,8 @@ def certify(problem: WalkProblem, x: Array, fine: WalkProblem | None = None) -> 
     fine = fine or on_fine_grid(problem)
     step = fine.step(x)
     locked = problem.model.impact.locked(step.q_end, step.rate_before)
-    rear_corners = sole_edge_speeds(problem.robot.sole.corners) @ step.impact.sole_twist
+    resting = problem.robot.sole.corners[problem.schedule.last.contact.resting()]
+    rear_corners = sole_edge_speeds(resting) @ step.impact.sole_twist
     extremes = located(fine, x, everywhere=True)
     return Certificate(
         kkt=kkt_residual(problem, point, *multipliers),
@@ -175,7 +176,7 @@ def certify(problem: WalkProblem, x: Array, fine: WalkProblem | None = None) -> 
         cost=fine.cost.value(step),
         families=_worst_of_all(fine, x, extremes),
         resolution=max((e.error for e in extremes if e.margin < e.error), default=0.0),
-        referee=cross_check(problem.robot, step, fine.grid),
+        referee=cross_check(problem.robot, step, fine.grid, problem.schedule.symmetry),
         rear_foot_speed=float(rear_corners.min()),
         both_feet_stay=locked.valid,
         multipliers=multipliers,
@@ -184,7 +185,7 @@ def certify(problem: WalkProblem, x: Array, fine: WalkProblem | None = None) -> 
 
 def fine_grid(problem: WalkProblem) -> Grid:
     """Return the proof's grid: Chebyshev points between the knots, whatever the task's samples."""
-    return proof_grid(np.linspace(0.0, 1.0, problem.task.postures + 2))
+    return proof_grid(problem.breaks)
 
 
 def on_fine_grid(problem: WalkProblem) -> WalkProblem:

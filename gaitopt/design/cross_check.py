@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gaitopt.contact.schedule import LegExchange, Symmetry
 from gaitopt.gait import quantities
 from gaitopt.gait.grid import Grid
 from gaitopt.gait.step import Step
@@ -66,14 +67,18 @@ class CrossCheck:
         )  # fmt: skip
 
 
-def cross_check(robot: Robot, step: Step, grid: Grid) -> CrossCheck:
+def cross_check(
+    robot: Robot, step: Step, grid: Grid, symmetry: Symmetry | None = None
+) -> CrossCheck:
     """Compare a step with the referee's own computation.
 
     Args:
         robot: the robot.
         step: a step evaluated on `grid`.
         grid: fine enough for the momentum balance; all its instants are quadrature nodes.
+        symmetry: how the next step follows; by default the leg exchange.
     """
+    symmetry = symmetry or LegExchange()
     chain = chain_of_robot(robot)
     loads = loads_of_robot(robot, chain)
     gravity: Array = np.array(robot.model.gravity.linear)
@@ -83,13 +88,13 @@ def cross_check(robot: Robot, step: Step, grid: Grid) -> CrossCheck:
     velocity, I13 = impact(chain, step.q_end, at_rest(chain, step.rate_before))
     impulse = impulse_on_foot(chain, I13)
     twist = base_in_sole_axes(velocity)[:6]
-    E = robot.mirror
+    E = symmetry.joint_map(robot)
     carried = 0.0 if loads.points is None else float(loads.points.mass.sum())
     weight = (chain.mass - carried) * gravity
     force, length = float(np.linalg.norm(weight)), robot.legs.reach
     rate = float(np.sqrt(np.linalg.norm(gravity) / length))
     ground = _Ground(wrench, impulse, weight * step.duration)
-    balance, vertical = _momentum_balance(chain, step, grid, ground)
+    balance, vertical = _momentum_balance(chain, step, grid, ground, symmetry)
     return CrossCheck(
         torque=_apart(step.read(quantities.TORQUE), torque, force * length),
         wrench=_apart(step.read(quantities.WRENCH), wrench, force),
@@ -119,11 +124,13 @@ class _Ground:
     weight: Array
 
 
-def _momentum_balance(chain: Chain, step: Step, grid: Grid, ground: _Ground) -> tuple[float, float]:
+def _momentum_balance(
+    chain: Chain, step: Step, grid: Grid, ground: _Ground, symmetry: Symmetry
+) -> tuple[float, float]:
     """Over a step the impulses of ground and weight are the change of momentum.
 
-    From just after one impact to just after the next; there the robot is its own mirror image,
-    seen from the foot that has landed.
+    From just after one impact to just after the next; there the symmetry of the walk
+    makes it what it was, seen from the foot that has landed.
 
     Returns:
         The largest component of what is left, over m g T, and the ground's vertical impulse [N·s].
@@ -132,7 +139,7 @@ def _momentum_balance(chain: Chain, step: Step, grid: Grid, ground: _Ground) -> 
     landed, _ = sole_placement(chain, step.q_end)
     push = landed @ ground.impulse[:3]
     start = momentum(chain, step.motion[0, 0], step.motion[1, 0])[:3]
-    change = landed @ (np.array([1.0, -1.0, 1.0]) * start) - start
+    change = landed @ (np.array(symmetry.reflection) * start) - start
     gap = force + push + ground.weight - change
     size = float(np.linalg.norm(ground.weight))
     balance = float(np.abs(gap).max())

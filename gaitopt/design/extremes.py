@@ -143,12 +143,11 @@ def located(fine: WalkProblem, x: Array, *, everywhere: bool = False) -> tuple[E
 
 
 def _pieces(fine: WalkProblem, x: Array, sides: _Sides) -> list[_Piece]:
-    """The knot intervals."""
-    knots = np.linspace(0.0, 1.0, fine.task.postures + 2)
+    """The intervals between knots and changes of phase."""
     margins = sides.margins(fine, x)
     return [
         _piece(start, end, margins[k * NODES : (k + 1) * NODES], 0)
-        for k, (start, end) in enumerate(pairwise(knots))
+        for k, (start, end) in enumerate(pairwise(fine.breaks))
     ]
 
 

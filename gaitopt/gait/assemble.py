@@ -64,7 +64,7 @@ def gait_at(
         parameters=step.x,
         parameter_names=problem.layout.names,
         joint_names=robot.joint_names,
-        mirror=robot.mirror,
+        mirror=problem.model.exchange,
         urdf=robot.urdf,
         stance_sole=robot.stance_sole,
         swing_sole_frame=robot.swing_sole,

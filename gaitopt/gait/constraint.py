@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitopt.bounds import shown
+from gaitopt.contact.schedule import Schedule
 from gaitopt.errors import InputError
 from gaitopt.gait.functions import QuantityFunction
 from gaitopt.gait.grid import Grid
@@ -181,6 +182,7 @@ class ConstraintContext:
         duration: of a step, T [s].
         speed_as: "constraint" or "penalty".
         boundary: "closed" or "lifted".
+        schedule: phases and symmetry of the step.
     """
 
     robot: Robot
@@ -190,6 +192,12 @@ class ConstraintContext:
     duration: float
     speed_as: str = "constraint"
     boundary: str = "closed"
+    schedule: Schedule = field(default_factory=Schedule)
+
+    @property
+    def phases(self) -> NDArray[np.int_]:
+        """Number of the phase at each instant, shape (N,)."""
+        return self.schedule.phase_at(self.grid.instants)
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,8 @@ from typing import ClassVar
 
 import numpy as np
 
+from gaitopt.contact.flat_foot import FlatFoot
+from gaitopt.contact.mode import ContactMode
 from gaitopt.gait import quantities
 from gaitopt.gait.constraint import (
     FREE,
@@ -219,7 +221,8 @@ class CentreOfPressure(Constraint):
 
     def block(self, context: ConstraintContext) -> ConstraintBlock:
         labels = tuple(f"centre of pressure, moment about the {e} edge" for e in EDGES)
-        moments = Linear(_edge_moments(context))
+        rows = np.stack([_edge_moments(context, p.contact) for p in context.schedule.phases])
+        moments = Linear(rows[0] if len(rows) == 1 else rows[context.phases])
         return self.over_step(context, moments, labels, lower=0.0, scale=MOMENT_SCALE)
 
 
@@ -247,14 +250,15 @@ class ImpulseFriction(Constraint):
 
 
 class LiftOff(Constraint):
-    """Section 2.4.1, first case: the old stance foot leaves the ground at all four corners."""
+    """Section 2.4.1, first case: the resting corners of the old stance foot leave the ground."""
 
     name, equation, unit, words = "lift-off", "2.4.1", "m/s", "lift-off of the rear foot"
     reads, margins, change = (quantities.SOLE_TWIST,), ("liftoff_speed",), 0.1
 
     def block(self, context: ConstraintContext) -> ConstraintBlock:
-        speeds = Linear(sole_edge_speeds(context.robot.sole.corners))
-        labels = tuple(f"rear foot {c} lift-off speed" for c in CORNERS)
+        resting = context.schedule.last.contact.resting()
+        speeds = Linear(sole_edge_speeds(context.robot.sole.corners[resting]))
+        labels = tuple(f"rear foot {CORNERS[c]} lift-off speed" for c in np.flatnonzero(resting))
         return self.once(speeds, labels, lower=context.margins.liftoff_speed)
 
 
@@ -347,7 +351,7 @@ class ImpulseCentreOfPressure(Constraint):
 
     def block(self, context: ConstraintContext) -> ConstraintBlock:
         labels = tuple(f"impulsive centre of pressure, moment about the {e} edge" for e in EDGES)
-        moments = Linear(_edge_moments(context))
+        moments = Linear(_edge_moments(context, FlatFoot()))
         return self.once(moments, labels, lower=0.0, scale=IMPULSE_MOMENT_SCALE)
 
 
@@ -518,12 +522,12 @@ def _size(limits: Array) -> Array:
     return np.where(np.isfinite(limits), limits, 1.0)
 
 
-def _edge_moments(context: ConstraintContext) -> Array:
-    """Rows that are >= 0 while the centre of pressure (-m_y/f_z, m_x/f_z) is inside the margins."""
-    sole, inside = context.robot.sole, context.margins.cop_margin
+def _edge_moments(context: ConstraintContext, contact: ContactMode) -> Array:
+    """Rows that are >= 0 while the centre of pressure (-m_y/f_z, m_x/f_z) is where it may be."""
+    front, rear, left, right = contact.bearing(context.robot.sole, context.margins.cop_margin)
     rows = np.zeros((4, 6))
-    rows[0, [2, 4]] = sole.toe - inside, 1.0
-    rows[1, [2, 4]] = -sole.heel - inside, -1.0
-    rows[2, [2, 3]] = sole.left - inside, -1.0
-    rows[3, [2, 3]] = -sole.right - inside, 1.0
+    rows[0, [2, 4]] = front, 1.0
+    rows[1, [2, 4]] = -rear, -1.0
+    rows[2, [2, 3]] = left, -1.0
+    rows[3, [2, 3]] = -right, 1.0
     return rows

@@ -42,12 +42,14 @@ class QuantityFunction(ABC):
 
 @dataclass(frozen=True)
 class Linear(QuantityFunction):
-    """Rows = matrix @ quantity, matrix (r, e)."""
+    """Rows = matrix @ quantity, matrix (r, e), or (K, r, e) where each instant has its own."""
 
     matrix: Array
 
     def value(self, quantity: Array) -> Array:
         """Return matrix @ quantity."""
+        if self.matrix.ndim == 3:
+            return np.asarray((self.matrix @ quantity[:, :, None])[:, :, 0])
         return quantity @ self.matrix.T
 
     def jacobian(self, quantity: Array) -> Array:

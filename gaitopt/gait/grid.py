@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from gaitopt.bounds import SAMPLES, at_most, shown
+from gaitopt.contact.schedule import AFTER
 from gaitopt.errors import InputError
 from gaitopt.nlp import Array
 
@@ -14,6 +16,9 @@ QUADRATURES = ("simpson", "euler")
 NODES = 20
 """Chebyshev points of a piece of the proof's grid: torques of walks are then known to 1e-11 of
 their limits between them (docs/decisions/extremes.md)."""
+
+
+_ROUNDING = 1e-9  # of numbers of intervals
 
 
 @dataclass(frozen=True)
@@ -65,15 +70,46 @@ def uniform_grid(samples: int, quadrature: str = "simpson") -> Grid:
             f"Simpson's rule needs an odd number of samples, not {samples}; "
             f"give {samples + 1}, or quadrature 'euler'"
         )
+    return Grid(np.linspace(0.0, 1.0, samples), _weights(samples, quadrature), samples)
+
+
+def _weights(samples: int, quadrature: str) -> Array:
+    """Weights of equidistant samples in an integral over [0, 1]."""
     step = 1.0 / (samples - 1)
     if quadrature == "euler":
         weights = np.full(samples, step)
         weights[-1] = 0.0
-    else:
-        weights = np.full(samples, 2.0 * step / 3.0)
-        weights[1::2] = 4.0 * step / 3.0
-        weights[[0, -1]] = step / 3.0
-    return Grid(np.linspace(0.0, 1.0, samples), weights, samples)
+        return weights
+    weights = np.full(samples, 2.0 * step / 3.0)
+    weights[1::2] = 4.0 * step / 3.0
+    weights[[0, -1]] = step / 3.0
+    return weights
+
+
+def phase_grid(samples: int, quadrature: str, changes: Array) -> Grid:
+    """Return equidistant instants in each phase of a step, both sides of every change included.
+
+    What jumps at a change is integrated on both sides apart. The phases share the samples by their
+    lengths, rounded up to what the rule needs.
+
+    Args:
+        samples, quadrature: as of `uniform_grid`.
+        changes: shares of the step at which one phase follows another, shape (k,).
+
+    Raises:
+        InputError: as of `uniform_grid`.
+    """
+    whole = uniform_grid(samples, quadrature)
+    if changes.size == 0:
+        return whole
+    starts, ends = np.r_[0.0, changes + AFTER], np.r_[changes, 1.0]
+    instants, weights = [], []
+    for start, end in zip(starts, ends, strict=True):
+        count = 1 + 2 * max(1, math.ceil((end - start) * (samples - 1) / 2.0 - _ROUNDING))
+        instants.append(np.linspace(start, end, count))
+        weights.append((end - start) * _weights(count, quadrature))
+    joined = np.concatenate(instants)
+    return Grid(joined, np.concatenate(weights), joined.size)
 
 
 def chebyshev_points(count: int) -> Array:
@@ -89,7 +125,7 @@ def proof_grid(knots: Array) -> Grid:
     weight.
 
     Args:
-        knots: s of the knots, from 0 to 1, shape (n,).
+        knots: s of the knots and of the changes of phase, from 0 to 1, shape (n,).
     """
     angles = (np.arange(NODES) + 0.5) * np.pi / NODES
     orders = np.arange(1, NODES // 2 + 1)

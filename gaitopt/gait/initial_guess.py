@@ -47,7 +47,7 @@ def first_guess(problem: WalkProblem) -> Array:
     pelvis, _ = place(PELVIS_CHAIN, geometry)
     rear, _ = place(SWING_SOLE_CHAIN, geometry)
     q_start = kinematics.solve(pelvis, rear)
-    q_end = problem.robot.mirror @ q_start
+    q_end = problem.model.exchange @ q_start
     pelvis_end, front = kinematics.placements(q_end)
     count = problem.layout.postures
     lift = problem.task.margins.clearance + _EXTRA_LIFT

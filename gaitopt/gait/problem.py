@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -11,7 +12,7 @@ from gaitopt.gait.constraint import Constraint, ConstraintBlock, ConstraintConte
 from gaitopt.gait.constraints import CONSTRAINTS
 from gaitopt.gait.costs import CostContext, cost_function
 from gaitopt.gait.functions import check_function
-from gaitopt.gait.grid import Grid, uniform_grid
+from gaitopt.gait.grid import Grid
 from gaitopt.gait.parameters import (
     FOOT_SPACING,
     STEP_LENGTH,
@@ -52,7 +53,8 @@ class WalkProblem(NLP):
 
     def __init__(self, robot: Robot, task: Task, grid: Grid | None = None) -> None:
         self.robot, self.task = robot, task
-        self.grid = grid or uniform_grid(task.samples, task.quadrature)
+        self.schedule = task.schedule
+        self.grid = grid or task.grid
         self.layout = walk_layout(robot, task)
         self.blocks = constraint_blocks(robot, task, self.grid)
         context = CostContext(robot, self.grid.weights, task.speed)
@@ -61,7 +63,7 @@ class WalkProblem(NLP):
         self.cost_scale = 1.0 / task.cost.typical(context)
         self.has_hessian = True
         read = {one for block in self.blocks for one in block.reads} | {*task.cost.reads}
-        self.model = StepModel(robot, self.layout, self.grid, read)
+        self.model = StepModel(robot, self.layout, self.grid, read, self.schedule)
         lower, upper = self.layout.bounds()
         self.variables = Variables(self.layout.names, lower, upper, self.layout.scale())
         self.rows = Rows(
@@ -75,6 +77,12 @@ class WalkProblem(NLP):
         self._slices = [slice(e - b.size, e) for e, b in zip(ends, self.blocks, strict=True)]
         self._last_step: Step | None = None
         self._last_derivatives: tuple[Step, StepDerivatives] | None = None
+
+    @cached_property
+    def breaks(self) -> Array:
+        """Shares of the step, from 0 to 1, between which every quantity is smooth."""
+        knots = np.linspace(0.0, 1.0, self.task.postures + 2)
+        return np.union1d(knots, self.schedule.changes)
 
     def with_grid(self, grid: Grid) -> WalkProblem:
         """Return the same walk looked at on another grid."""
@@ -166,8 +174,9 @@ def constraint_blocks(robot: Robot, task: Task, grid: Grid) -> tuple[ConstraintB
         InputError: the rows of a constraint of the task's own do not fit together.
     """
     context = ConstraintContext(
-        robot, grid, task.margins, task.speed, task.duration, task.speed_as, task.boundary
-    )
+        robot, grid, task.margins, task.speed, task.duration, task.speed_as, task.boundary,
+        task.schedule,
+    )  # fmt: skip
     built_in = [one.block(context) for one in CONSTRAINTS if one.asked(context)]
     own = [_checked(one, context) for one in task.constraints if one.asked(context)]
     return (*built_in, *own)

@@ -12,6 +12,7 @@ from collections.abc import Collection
 
 import numpy as np
 
+from gaitopt.contact.schedule import Schedule
 from gaitopt.errors import EvaluationError
 from gaitopt.gait import quantities
 from gaitopt.gait.double_support import (
@@ -39,13 +40,19 @@ class StepModel:
     """Evaluates steps of one robot on one grid; every result is a pure function of x."""
 
     def __init__(
-        self, robot: Robot, layout: Layout, grid: Grid, optional: Collection[Quantity] = ()
+        self,
+        robot: Robot,
+        layout: Layout,
+        grid: Grid,
+        optional: Collection[Quantity] = (),
+        schedule: Schedule | None = None,
     ) -> None:
         """Prepare what does not depend on x.
 
         Args:
             robot, layout, grid: of the walk.
             optional: which of the quantities that not every walk needs are to be computed.
+            schedule: of the step; by default that of the paper.
 
         Raises:
             InputError: the layout's form of the double support does not suit the robot.
@@ -53,8 +60,9 @@ class StepModel:
         if not layout.lifted:
             refuse_undetermined(robot.tree)
         self.robot, self.layout, self.grid = robot, layout, grid
+        self.schedule = schedule or Schedule()
         # Takes the joints from the end of a step to the start of the next, Eqs. (26) and (27).
-        self.exchange = robot.mirror
+        self.exchange = self.schedule.symmetry.joint_map(robot)
         knots = np.linspace(0.0, 1.0, layout.postures + 2)
         self.basis = spline_basis(knots, grid.instants)
         self._support = SingleSupport(robot, grid.count)

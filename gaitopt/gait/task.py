@@ -10,6 +10,7 @@ from dataclasses import asdict, dataclass, field, fields, replace
 from typing import Any
 
 from gaitopt.bounds import POSTURES, at_most, shown
+from gaitopt.contact.schedule import Schedule
 from gaitopt.errors import InputError
 from gaitopt.gait.constraint import (
     Constraint,
@@ -20,7 +21,7 @@ from gaitopt.gait.constraint import (
 )
 from gaitopt.gait.constraints import CONSTRAINTS, Margins
 from gaitopt.gait.costs import Cost, TorqueCost
-from gaitopt.gait.grid import QUADRATURES, uniform_grid
+from gaitopt.gait.grid import QUADRATURES, Grid, phase_grid, uniform_grid
 from gaitopt.gait.parameters import (
     DURATION,
     FOOT_SPACING,
@@ -133,6 +134,16 @@ class Task:
     def step_length(self) -> float:
         """Step length that the speed asks for, V T [m]."""
         return self.speed * self.duration
+
+    @property
+    def schedule(self) -> Schedule:
+        """Phases and symmetry of the step."""
+        return Schedule()
+
+    @property
+    def grid(self) -> Grid:
+        """The instants at which the step is looked at first."""
+        return phase_grid(self.samples, self.quadrature, self.schedule.changes)
 
     @property
     def declared(self) -> dict[str, Margin]:

@@ -1,0 +1,1 @@
+"""How a foot can stand, and the schedule of a step: its phases and its symmetry."""

@@ -1,0 +1,66 @@
+"""What a contact mode is: how a standing foot can move and what the ground can give it."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from functools import cached_property
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitopt.model.feet.sole import Sole
+from gaitopt.nlp import Array
+
+
+@dataclass(frozen=True, eq=False)
+class Hinge:
+    """A line of the sole that rests on the ground and about which the foot turns.
+
+    It is a joint between the ground and the foot, whose angle is 0 where the foot stands flat.
+
+    Attributes:
+        point: on the line, in the sole frame [m], shape (3,).
+        axis: unit vector, about which a positive angle lifts the sole, shape (3,).
+    """
+
+    point: Array
+    axis: Array
+
+    @cached_property
+    def twist(self) -> Array:
+        """Twist of the foot per unit of the angle's rate, linear part first, shape (6,).
+
+        It is the same in the sole frame and in the frame of the footprint.
+        """
+        return np.concatenate([np.cross(self.point, self.axis), self.axis])
+
+
+class ContactMode(ABC):
+    """How a foot stands; a swinging foot has none.
+
+    To add one: a class in a file of its own (docs/extending.md).
+
+    Attributes:
+        name: in records and messages, unique.
+    """
+
+    name: ClassVar[str]
+
+    @abstractmethod
+    def hinge(self, sole: Sole) -> Hinge | None:
+        """Return the line about which the foot turns, None where the whole sole rests."""
+
+    @abstractmethod
+    def bearing(self, sole: Sole, margin: float) -> Array:
+        """Return where the centre of pressure may be: front, rear, left, right [m], shape (4,).
+
+        Args:
+            sole: the rectangle, in whose frame the result is.
+            margin: to be kept from edges beyond which the foot would tip unasked [m].
+        """
+
+    @abstractmethod
+    def resting(self) -> NDArray[np.bool_]:
+        """Return which corners of the sole, as `Sole.corners`, are on the ground, shape (4,)."""

@@ -1,0 +1,121 @@
+"""The schedule of a step: its phases, each with a contact of the stance foot, and its symmetry."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass, field
+from enum import Enum
+from functools import cached_property
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitopt.contact.flat_foot import FlatFoot
+from gaitopt.contact.mode import ContactMode
+from gaitopt.errors import InputError
+from gaitopt.model.robot import Robot
+from gaitopt.nlp import Array
+
+AFTER = 1e-12
+"""Share of the step by which the instant just after a change of phase follows the one before it."""
+
+
+class Transition(Enum):
+    """How a phase ends."""
+
+    SMOOTH = "smooth"
+    """The contact changes; no velocity jumps."""
+
+    IMPACT = "impact"
+    """The swing foot lands flat and stops at once; the stance foot may leave."""
+
+
+@dataclass(frozen=True)
+class Phase:
+    """A part of a step in which the stance foot keeps one contact; the other foot swings.
+
+    Attributes:
+        contact: of the stance foot.
+        end: share of the step at which it ends, s = t / T.
+        transition: how it ends.
+    """
+
+    contact: ContactMode
+    end: float = 1.0
+    transition: Transition = Transition.IMPACT
+
+
+class Symmetry(ABC):
+    """How the next step follows from this one.
+
+    Attributes:
+        name: in records.
+        exchanges: whether the feet change roles.
+        reflection: signs of a vector (forward, left, up) of this step in the next, shape (3,).
+    """
+
+    name: ClassVar[str]
+    exchanges: ClassVar[bool]
+    reflection: ClassVar[tuple[float, float, float]]
+
+    @abstractmethod
+    def joint_map(self, robot: Robot) -> Array:
+        """Return E with joints of the next step = E joints of this one, constant, shape (n, n)."""
+
+
+class LegExchange(Symmetry):
+    """The next step is the mirror image of this one: the legs change roles, Eqs. (26)-(27)."""
+
+    name = "leg exchange"
+    exchanges = True
+    reflection = (1.0, -1.0, 1.0)
+
+    def joint_map(self, robot: Robot) -> Array:
+        """Return the leg exchange of the robot."""
+        return robot.mirror
+
+
+@dataclass(frozen=True)
+class Schedule:
+    """What happens in a step, and what comes after it.
+
+    Attributes:
+        phases: in order; the last one ends with the step, by an impact.
+        symmetry: how the next step follows.
+
+    Raises:
+        InputError: the phases do not make a step.
+    """
+
+    phases: tuple[Phase, ...] = (Phase(FlatFoot()),)
+    symmetry: Symmetry = field(default_factory=LegExchange)
+
+    def __post_init__(self) -> None:
+        ends = np.array([0.0, *(phase.end for phase in self.phases)])
+        if not self.phases or ends[-1] != 1.0 or not (np.diff(ends) > 2.0 * AFTER).all():
+            raise InputError(
+                f"the phases of a step end at {ends[1:].tolist()} of it; their ends must increase "
+                "above 0 and the last must be 1"
+            )
+        kinds = [phase.transition for phase in self.phases]
+        if kinds != [*[Transition.SMOOTH] * (len(kinds) - 1), Transition.IMPACT]:
+            raise InputError("the last phase of a step, and no other, ends with an impact")
+
+    @property
+    def last(self) -> Phase:
+        """The phase that the impact ends."""
+        return self.phases[-1]
+
+    @cached_property
+    def changes(self) -> Array:
+        """Shares of the step at which one phase follows another, shape (phases - 1,)."""
+        return np.array([phase.end for phase in self.phases[:-1]])
+
+    def phase_at(self, instants: Array) -> NDArray[np.int_]:
+        """Return the number of the phase at each instant s; the instant of a change is before it.
+
+        Args:
+            instants: shares of the step, shape (N,).
+        """
+        return np.searchsorted(self.changes, instants, side="left")
