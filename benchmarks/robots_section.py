@@ -112,6 +112,12 @@ def _head_to_head(data: list[Record]) -> str:
     return table(head, rows)
 
 
+def _rigid(record: Record) -> str:
+    if "cost" not in record:
+        return "-"
+    return f"{record['cost']:.1f}" + ("" if record["certified"] else ", not certified")
+
+
 def public_robots(data: Record) -> str:
     """Files as they come, with the physics in them and without."""
     rows = []
@@ -128,7 +134,7 @@ def public_robots(data: Record) -> str:
                 f"{r['speed']:g}",
                 "certified" if r["certified"] else "not certified",
                 f"{r['cost']:.1f}",
-                f"{r['rigid']['cost']:.1f}" if "cost" in r["rigid"] else "-",
+                _rigid(r["rigid"]),
                 f"{length:.0f} x {width:.0f}",
                 f"{r['cpu seconds']:.1f}",
             )
