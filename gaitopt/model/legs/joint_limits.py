@@ -217,7 +217,8 @@ def _mirrored_limits(
         lower[there], upper[there] = _turned(kept_range, same[row])
     shared = bool((lower < upper).all())
     limits = replace(limits, lower=lower, upper=upper)
-    return limits, findings, _difference_fault(differ, broken, shared)
+    legs = "legs" if (partner == np.arange(len(partner))[::-1]).all() else "sides"
+    return limits, findings, _difference_fault(differ, broken, shared, legs)
 
 
 def _turned(ends: _Range, same: bool) -> _Range:
@@ -254,19 +255,20 @@ def _kept_range(
     return common
 
 
-def _difference_fault(differ: list[str], broken: list[str], shared: bool) -> str:
+def _difference_fault(differ: list[str], broken: list[str], shared: bool, legs: str) -> str:
     """Return what is wrong with limits that differ, all joints in one sentence.
 
     Args:
         differ: what differs too much.
         broken: what cannot be meant.
         shared: whether all ranges have something in common.
+        legs: what they are of: "legs", or "sides" where arms move too.
     """
     if broken:
         others = f"; besides, these differ: {'; '.join(differ)}" if differ else ""
         last = ' ("tighter" leaves only what both have in common)' if shared else ""
         return (
-            f"the file is broken: it gives the legs limits that cannot both be meant: "
+            f"the file is broken: it gives the {legs} limits that cannot both be meant: "
             f"{'; '.join(broken)}{others}; correct the <axis> or the range of one of the two in "
             f'the file, or say whose limits are right: unequal_limits = "right" or "left" '
             f"{_HINT}{last}"
@@ -274,7 +276,7 @@ def _difference_fault(differ: list[str], broken: list[str], shared: bool) -> str
     if not differ:
         return ""
     return (
-        f"the limits of the two legs differ by more than {100 * _ALIKE:g} %: {'; '.join(differ)}; "
+        f"the limits of the two {legs} differ by more than {100 * _ALIKE:g} %: {'; '.join(differ)}; "
         "make them mirror images in the file, or choose unequal_limits = "
         f'"tighter", "right" or "left" {_HINT}'
     )

@@ -412,8 +412,8 @@ def _is_toe(posed: PosedModel, leg: list[int], up: Array) -> bool:
 
     Its line is nearly parallel to that of one of the two joints before it, and passes that one at
     a level distance, rather than below it as the ankle passes the knee. In a leg that has six
-    joints without it the distance may slope, if it is short as a foot is; in one that has fewer
-    than five it must be so short too.
+    joints without it the distance may slope, if it is short as a foot is; in one that has four
+    without it, it must be so short.
 
     Args:
         posed: the robot.
