@@ -276,8 +276,8 @@ def _difference_fault(differ: list[str], broken: list[str], shared: bool, legs: 
     if not differ:
         return ""
     return (
-        f"the limits of the two {legs} differ by more than {100 * _ALIKE:g} %: {'; '.join(differ)}; "
-        "make them mirror images in the file, or choose unequal_limits = "
+        f"the limits of the two {legs} differ by more than {100 * _ALIKE:g} %: "
+        f"{'; '.join(differ)}; make them mirror images in the file, or choose unequal_limits = "
         f'"tighter", "right" or "left" {_HINT}'
     )
 
