@@ -216,13 +216,19 @@ def sections(words: Sequence[str] = ()) -> dict[str, dict[str, Setting]]:
     Raises:
         InputError: the plugin cannot be imported, or takes a name that is gaitopt's own.
     """
-    plugin = _word_after("--plugin", words)
-    if plugin is None and (config := _word_after("--config", words)) is not None:
-        path = Path(config)
+    word, config = _word_after("--plugin", words), _word_after("--config", words)
+    plugin = None if word is None else Path(word)
+    if plugin is None and config is not None:
         with suppress(InputError):  # the command will say what is wrong with it
-            named = _table(path).get("plugin")
-            plugin = str(path.parent / str(named["plugin"])) if isinstance(named, dict) else None
+            plugin = _named_plugin(_table(Path(config)), Path(config))
     return SCHEMA if plugin is None else with_plugin(load_plugin(plugin))
+
+
+def _named_plugin(table: Mapping[str, object], path: Path) -> Path | None:
+    """Return the plugin that a configuration names, None if it names none."""
+    section = table.get("plugin")
+    name = section.get("plugin") if isinstance(section, Mapping) else None
+    return path.parent / name if isinstance(name, str) else None
 
 
 def _word_after(option: str, words: Sequence[str]) -> str | None:
@@ -278,27 +284,23 @@ def read_config(path: Path, plugin: Path | None = None) -> Settings:
     """
     settings: Settings = {}
     table = _table(path)
-    named = table.get("plugin")
-    if plugin is None and isinstance(named, Mapping) and isinstance(named.get("plugin"), str):
-        plugin = path.parent / str(named["plugin"])
+    plugin = plugin or _named_plugin(table, path)
     schema = SCHEMA if plugin is None else with_plugin(load_plugin(plugin))
+    schema = {**schema, SWEEP_SECTION: _by_name(*SWEEP), LIMITS: {}}
     for section, entries in table.items():
-        if section not in (*schema, LIMITS, SWEEP_SECTION):
-            raise InputError(
-                f"{path}: {_unknown('section', section, [*schema, LIMITS, SWEEP_SECTION])}"
-            )
+        if section not in schema:
+            raise InputError(f"{path}: {_unknown('section', section, list(schema))}")
         if not isinstance(entries, Mapping):
             raise InputError(f"{path}: '{section}' must be a section, [{section}], not a value")
         if section == LIMITS:
             settings["limit"] = list(_limit_texts(entries))
             continue
-        known = _by_name(*SWEEP) if section == SWEEP_SECTION else schema[section]
+        known = schema[section]
         for name, value in entries.items():
             if name not in known:
                 raise InputError(f"{path}: {_unknown(f'entry in [{section}]', name, list(known))}")
-            if section == SWEEP_SECTION:
-                value = _as_typed(name, value)
-            settings[name] = _value(path, f"{section}.{name}", value, known[name])
+            typed = _as_typed(name, value) if section == SWEEP_SECTION else value
+            settings[name] = _value(path, f"{section}.{name}", typed, known[name])
     return settings
 
 

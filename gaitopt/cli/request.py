@@ -199,16 +199,6 @@ def biped_spec(settings: Settings) -> BipedSpec | None:
     return changed(biped13() if asked.spec is None else read_spec(asked.spec), asked.set)
 
 
-def catalogued_task(settings: Settings) -> Settings:
-    """Return the walk that the catalogue proposes for a robot asked for by name.
-
-    Raises:
-        InputError: there is no robot of that name.
-    """
-    name = settings.get("robot")
-    return {} if name is None else dict(entry_by_name(str(name)).task)
-
-
 def robot_origin(settings: Settings) -> str:
     """Return where a robot of the catalogue is from; empty for others."""
     name = settings.get("robot")
@@ -277,12 +267,14 @@ def make_request(given: Settings, config: Path | None) -> Request:
         UnreachableError: the step asked for is longer than the legs.
     """
     settings = _merged({} if config is None else read_config(config, given.get("plugin")), given)
-    settings = {"preset": usual_preset(settings), **catalogued_task(settings), **settings}
+    own = {} if (name := settings.get("robot")) is None else entry_by_name(name).task
+    usual = HUMANOID if biped_spec(settings) is None else PRESETS[0]
+    settings = {"preset": usual, **own, **settings}  # the catalogue proposes a walk
     asked = settings_of(SearchSettings, settings)
     robot = make_robot(settings)
     task = make_task(settings, robot)
-    own = ("differences", "refine", "approach")
-    options = DesignOptions(make_solver(settings), **{n: settings[n] for n in own if n in settings})
+    how = ("differences", "refine", "approach")
+    options = DesignOptions(make_solver(settings), **{n: settings[n] for n in how if n in settings})
     one = any(name in settings for name in ("start", "seed", "sigma"))
     starts = 1 if one and "starts" not in settings else asked.starts
     if starts < 1:
@@ -328,11 +320,6 @@ def _geometry(settings: Settings) -> dict[str, dict[str, float | bool]]:
             raise InputError("the duration is fixed by --duration, not by --fix")
     changes: dict[str, dict[str, float | bool]] = {name: {"free": True} for name in asked.free}
     return changes | {name: {"free": False, "value": v} for name, v in asked.fix.items()}
-
-
-def usual_preset(settings: Settings) -> str:
-    """Return the preset for a robot: that of humanoids, unless it is a thirteen-link biped."""
-    return HUMANOID if biped_spec(settings) is None else PRESETS[0]
 
 
 def make_solver(settings: Settings) -> Solver:
