@@ -23,7 +23,7 @@ _HEAD, _RECORD = 84, 50  # bytes of a binary STL: before the triangles, and of e
 _CORNERS = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("rest", "<u2")])
 _VERTEX = re.compile(rb"^\s*vertex\s+(\S+)\s+(\S+)\s+(\S+)", re.MULTILINE | re.IGNORECASE)
 _GREY = np.array([0.62, 0.65, 0.68, 1.0])
-"""In place of a texture, and of black, on which no shape can be seen."""
+"""In place of a texture, and of black where all is black: on that no shape can be seen."""
 _FACES = ("triangles", "polylist", "polygons")
 _OTHER_FACES = ("trifans", "tristrips")  # nobody writes them; left to others
 
@@ -107,18 +107,21 @@ def _collada(path: Path) -> MeshData:
     unit = next((float(e.get("meter", "1")) for e in _inside(root, "unit")), 1.0)
     if up_axis(str(path)) == "Z_UP":  # others are taken as they are, see `importers.meshes`
         corners = unit * corners
-    normals = [part.normals for part in parts]
-    known = [normal for normal in normals if normal is not None]
-    colours = [
+    normals = [part.normals for part in parts if part.normals is not None]
+    all_normals = np.concatenate(normals) if len(normals) == len(parts) else None
+    return MeshData(corners, all_normals, _colours(parts))
+
+
+def _colours(parts: list[MeshData]) -> Array | None:
+    """Return the colours of parts together, None if none of them has any."""
+    if all(part.colours is None for part in parts):
+        return None
+    rows = [
         np.tile(_GREY, (len(part.corners), 1)) if part.colours is None else part.colours
         for part in parts
     ]
-    coloured = any(part.colours is not None for part in parts)
-    return MeshData(
-        corners,
-        np.concatenate(known) if len(known) == len(normals) else None,
-        np.concatenate(colours) if coloured else None,
-    )
+    colours = np.concatenate(rows)
+    return colours if colours[:, :3].any() else np.tile(_GREY, (len(colours), 1))
 
 
 @dataclass(frozen=True)
@@ -209,7 +212,7 @@ class _Document:
             for model in self.linked(effect).iter():
                 for diffuse in _children(model, "diffuse"):
                     values = [_numbers(e, np.float64)[:3] for e in _children(diffuse, "color")]
-                    plain = values[0] if values and values[0].any() else _GREY[:3]
+                    plain = values[0] if values else _GREY[:3]
                     return np.append(plain, 1.0 if unseen(model) else opacity(model))
         return None
 

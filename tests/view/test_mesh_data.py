@@ -240,6 +240,20 @@ def test_a_picture_becomes_grey_and_a_part_of_glass_stays_clear(tmp_path):
     assert (material["opacity"], material["transparent"]) == (0.5, True)
 
 
+def test_black_parts_stay_black_beside_others_but_not_alone(tmp_path):
+    path = tmp_path / "d.dae"
+    black = COLLADA.replace("0.1 0.2 0.3 1", "0 0 0 1")
+    path.write_text(black)
+    assert read_mesh(str(path)).colours[:, :3] == pytest.approx(np.tile([0.62, 0.65, 0.68], (2, 1)))
+    two = black.replace(
+        "<p>0 1 2 3 4 5</p></triangles>",
+        f"<p>0 1 2</p></triangles><triangles count='1'><input semantic='VERTEX' "
+        f"source='#{SECRET}-v' offset='0'/><p>5 4 3</p></triangles>",
+    )
+    path.write_text(two)
+    assert read_mesh(str(path)).colours[:, 0] == pytest.approx([0.0, 0.62])
+
+
 def test_marks_are_replaced_once():
     assert filled_template("@A@ @B@ @C@", {"@A@": "@B@", "@B@": "@A@"}) == "@B@ @A@ @C@"
     title = "@COMMANDS@ @MESHCAT@ <b>\x1b[31m\u202e"
