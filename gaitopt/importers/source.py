@@ -53,8 +53,7 @@ from gaitopt.importers.urdf_geometry import (
     mesh_problems,
     read_shapes,
 )
-from gaitopt.importers.urdf_model import build_model
-from gaitopt.importers.urdf_transmissions import Rotor, add_armature, read_rotors
+from gaitopt.importers.urdf_model import Rotor, add_armature, build_model, read_rotors
 from gaitopt.importers.xml_document import FileProblem, XmlTree, parse_xml
 from gaitopt.nlp import Array
 

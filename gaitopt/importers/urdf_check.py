@@ -31,8 +31,7 @@ from gaitopt.importers.urdf_document import (
     name_problems,
 )
 from gaitopt.importers.urdf_geometry import Kind, read_shapes
-from gaitopt.importers.urdf_model import refuse_taken
-from gaitopt.importers.urdf_transmissions import Rotor, read_rotors
+from gaitopt.importers.urdf_model import Rotor, read_rotors, refuse_taken
 from gaitopt.importers.xml_document import FileProblem, XmlTree, as_number
 from gaitopt.nlp import Array
 
