@@ -54,22 +54,20 @@ def find_upper_body(posed: PosedModel, legs: LegJoints, rotation: Array) -> Uppe
         legs: the right and the left one.
         rotation: columns forward, left, up in the root link, shape (3, 3).
     """
-    partners = _partners(posed, legs, rotation)
-    model, used = posed.model, {j for leg in legs for j in leg}
+    model, partners = posed.model, _partners(posed, legs, rotation)
+    middle = {1, *(joint for joint, partner in partners.items() if joint == partner)}
+    starts = [
+        _right_first(posed, rotation, (joint, partner))
+        for joint, partner in partners.items()
+        if joint < partner
+        and int(model.parents[joint]) in middle
+        and joint not in {*legs[0], *legs[1]}
+    ]
     arms: tuple[tuple[int, ...], tuple[int, ...]] = ((), ())
-    for joint, partner in partners.items():
-        parent = int(model.parents[joint])
-        starts = partner != joint and (parent not in partners or partners[parent] == parent)
-        if (
-            joint in used
-            or not starts
-            or _right_first(posed, rotation, (joint, partner))[0] != joint
-        ):
-            continue
-        chains = [_unforked(posed, start) for start in (joint, partner)]
-        count = min(map(len, chains))
-        if count > len(arms[0]):
-            arms = (tuple(chains[0][:count]), tuple(chains[1][:count]))
+    for right, left in starts:
+        both = list(zip(_unforked(posed, right), _unforked(posed, left), strict=False))
+        if len(both) > len(arms[0]):
+            arms = (tuple(a for a, _ in both), tuple(b for _, b in both))
     if not arms[0]:
         return UpperBody(arms, ())
     pelvis, trunk = (
