@@ -15,8 +15,10 @@ from gaitopt.tolerances import REFINED
 
 DIGITS = 12  # of instants, as `Grid.with_instants` rounds them
 ACTIVE_MULTIPLIER = 1e-9  # scaled multiplier below which a limit counts as idle
-APPROACH = 10.0  # by which a row that vanishes at the end is held nearer to it, round after round
-WINDOW = 0.05  # of the step: a peak nearer than this to an active instant is that one, moved
+END_APPROACH = (
+    10.0  # by which a row that vanishes at the end is held nearer to it, round after round
+)
+SAME_PEAK = 0.05  # of the step: a peak nearer than this to an active instant is that one, moved
 
 
 @dataclass(frozen=True)
@@ -125,7 +127,7 @@ def _held(peak: Extreme) -> float:
     if not (abs(peak.at_end) < REFINED and reaches_end and peak.curvature > 0.0):
         return round(peak.instant, DIGITS)
     nearest = min(distance, float(np.sqrt(4.0 * REFINED / peak.curvature)))
-    return round(abs(end - max(nearest, distance / APPROACH)), DIGITS)
+    return round(abs(end - max(nearest, distance / END_APPROACH)), DIGITS)
 
 
 def moved(active: Iterable[ActiveRow], peaks: Iterable[ViolatedRow]) -> tuple[ActiveRow, ...]:
@@ -140,7 +142,7 @@ def moved(active: Iterable[ActiveRow], peaks: Iterable[ViolatedRow]) -> tuple[Ac
             i
             for i, one in enumerate(kept)
             if (one.family, one.entry) == (peak.family, peak.entry)
-            and abs(one.instant - peak.held) <= WINDOW
+            and abs(one.instant - peak.held) <= SAME_PEAK
         ]
         size = 0.0
         if near:

@@ -37,13 +37,13 @@ PATIENT_FAMILY_SOLVER = replace(RELAXATION_SOLVER, max_iterations=300)
 """For the same, where that found none (benchmarks/infeasible.py: they take 60 to 200)."""
 SECOND_START_SOLVER = SQP(max_iterations=40)
 """For a second opinion: another start."""
-SIGMA = 0.1
+SECOND_START_SIGMA = 0.1
 """Standard deviation of the second start [rad], [rad/s]."""
-SHORTER = 0.8
+EASIER_STEP = 0.8
 """Where the first guess cannot stand, its step is this share of the longest."""
-GIVES = 1e-2
+SHARE_LOOSENED = 1e-2
 """A relaxation below this part of all is left out."""
-HOLDS = 0.05
+SHARE_PUSHING = 0.05
 """Share of the push from which a family that holds belongs to the conflict."""
 FLAT = 1e-4
 """Gap of the double support below which the feet lie flat [m, rad]."""
@@ -109,7 +109,7 @@ def first_tries(
     found = sorted((s for s in tried if np.isfinite(s.violation)), key=lambda s: s.violation)[:2]
     if len(found) < 2:
         x = easier_guess(problem)
-        for start in (perturbed(problem, x, SIGMA, seed=0), x):
+        for start in (perturbed(problem, x, SECOND_START_SIGMA, seed=0), x):
             if len(found) < 2 and not any(s.violation <= FEASIBLE for s in found):
                 found.append(solve_unless_stopped(SECOND_START_SOLVER, problem, Start(start), stop))
     return [s for s in found if np.isfinite(s.violation)]
@@ -122,7 +122,7 @@ def easier_guess(problem: WalkProblem) -> Array:
         UnreachableError: there is none either.
     """
     task, legs = problem.task, problem.robot.legs
-    slow = min(task.speed, SHORTER * 2.0 * legs.reach / task.duration)
+    slow = min(task.speed, EASIER_STEP * 2.0 * legs.reach / task.duration)
     narrow = replace(task.margins, lateral_gap=min(task.margins.lateral_gap, 0.0))
     for easier in (task, replace(task, speed=slow), replace(task, speed=slow, margins=narrow)):
         try:
@@ -162,21 +162,21 @@ def find_least_relaxation(
     return best
 
 
-def conflicts(problem: WalkProblem, reason: LeastRelaxation) -> tuple[Conflict, ...]:
+def conflicts(problem: WalkProblem, relaxed: LeastRelaxation) -> tuple[Conflict, ...]:
     """Return the families in conflict: those that give, most first, then those that push most."""
     matter = np.array([f.change for f in problem.blocks])
     rows = [problem.rows_of(f.name) for f in problem.blocks]
-    push = matter * np.array([np.abs(reason.multipliers[r]).sum() for r in rows])
+    push = matter * np.array([np.abs(relaxed.multipliers[r]).sum() for r in rows])
     share = push / max(float(push.sum()), 1e-12)
-    gives = reason.amounts > GIVES * reason.amount
-    given = np.where(gives, reason.amounts, 0.0)
+    gives = relaxed.amounts > SHARE_LOOSENED * relaxed.amount
+    given = np.where(gives, relaxed.amounts, 0.0)
     order = np.lexsort((-share, -given))
     found = []
-    for i in order[(gives | (share >= HOLDS))[order]]:
+    for i in order[(gives | (share >= SHARE_PUSHING))[order]]:
         family = problem.blocks[i]
-        row = rows[i].start + int(np.argmax(np.abs(reason.multipliers[rows[i]])))
+        row = rows[i].start + int(np.argmax(np.abs(relaxed.multipliers[rows[i]])))
         unit = matter[i] * float(family.scale[problem.address(row).entry])
-        amount = float(reason.amounts[i]) * unit if gives[i] else 0.0
+        amount = float(relaxed.amounts[i]) * unit if gives[i] else 0.0
         found.append(
             Conflict(
                 family.name,

@@ -43,13 +43,7 @@ def design(
     """Design the optimal gait of a robot for a task.
 
     Args:
-        robot: the biped.
-        task: speed, duration, margins; by default 1 m/s with steps of 0.4 s.
-        options: solver, refinement, kind of derivatives.
-        start: first guess of the parameters, shape (P,); by default `first_guess`.
-        on_progress: makes the progress callback of a walk (it can name the walk's rows).
-        stop: asked at every iteration; where it says True, the best walk until then is returned,
-            with the status INTERRUPTED.
+        robot, task, options, start, on_progress, stop: as of `design_gait`, with one start.
 
     Raises:
         InputError: the start has another shape than the parameters, or is not finite.

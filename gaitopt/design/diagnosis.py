@@ -26,7 +26,7 @@ from gaitopt.gait.problem import WalkProblem
 from gaitopt.nlp import Array, Solution, Start, Stop, never
 from gaitopt.tolerances import FEASIBLE
 
-EQUAL = 0.98
+NEARLY_WORST = 0.98
 """Rows violated at least this share of the most violated are its equals."""
 
 
@@ -131,20 +131,20 @@ def diagnose(
     started, options = time.process_time(), options or DesignOptions()
     points = first_tries(problem, tried, stop)
     least = min(points, key=lambda s: s.violation, default=None)
-    reason = None
+    relaxed = None
     if least is None or least.violation > FEASIBLE:
         places = [point.x for point in points]
-        reason = find_least_relaxation(problem, places, stop)
-        if reason is None:
+        relaxed = find_least_relaxation(problem, places, stop)
+        if relaxed is None:
             places.append(easier_guess(problem))
-            reason = find_least_relaxation(problem, places, stop, PATIENT_FAMILY_SOLVER)
-        if reason is not None and reason.amount <= FEASIBLE:
-            least = solve_unless_stopped(SECOND_START_SOLVER, problem, Start(reason.x), stop)
+            relaxed = find_least_relaxation(problem, places, stop, PATIENT_FAMILY_SOLVER)
+        if relaxed is not None and relaxed.amount <= FEASIBLE:
+            least = solve_unless_stopped(SECOND_START_SOLVER, problem, Start(relaxed.x), stop)
     if least is not None and least.violation <= FEASIBLE:
         return Diagnosis((), least.violation, None, (), (), (), least.x, _since(started))
     impossible = tuple(sentence for _, sentence in contradictions(problem))
-    conflict = () if reason is None else conflicts(problem, reason)
-    suggestions, vain = find_suggestions(problem, reason, options, stop)
+    conflict = () if relaxed is None else conflicts(problem, relaxed)
+    suggestions, vain = find_suggestions(problem, relaxed, options, stop)
     return Diagnosis(
         impossible=impossible,
         violation=np.inf if least is None else least.violation,
@@ -160,7 +160,7 @@ def diagnose(
 def _worst(problem: WalkProblem, x: Array, ranked: list[str]) -> WorstRow:
     """Return the worst row; of equals, the one of the family that gives first."""
     rows = worst_rows(problem, x)
-    equal = [row for row in rows if row.violation >= EQUAL * rows[0].violation]
+    equal = [row for row in rows if row.violation >= NEARLY_WORST * rows[0].violation]
     return min(equal, key=lambda r: ranked.index(r.family) if r.family in ranked else len(ranked))
 
 

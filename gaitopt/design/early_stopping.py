@@ -10,9 +10,9 @@ from gaitopt.nlp import Progress
 from gaitopt.solvers.globalization import Patience
 from gaitopt.tolerances import FEASIBLE
 
-WORTH, RESTLESS = 0.01, 8
+SUFFICIENT_DECREASE, FEASIBLE_STALL = 0.01, 8
 """A run ends when the objective of so many feasible iterates has not fallen by this share ..."""
-STUCK = 15
+INFEASIBLE_STALL = 15
 """... and one that is far from any when its violation no longer falls in so many iterations."""
 
 
@@ -22,14 +22,14 @@ class EarlyStopping:
 
     _objective: float = np.inf
     _idle: int = 0
-    _patience: Patience = field(default_factory=lambda: Patience(STUCK))
+    _patience: Patience = field(default_factory=lambda: Patience(INFEASIBLE_STALL))
 
     def __call__(self, progress: Progress) -> bool:
         """Look at an iteration; return whether the run may end."""
         stuck = self._patience.exhausted(progress.violation)
         if progress.violation <= FEASIBLE:
-            if progress.cost < self._objective - WORTH * abs(progress.cost):
+            if progress.cost < self._objective - SUFFICIENT_DECREASE * abs(progress.cost):
                 self._objective, self._idle = progress.cost, 0
             else:
                 self._idle += 1
-        return stuck or self._idle >= RESTLESS
+        return stuck or self._idle >= FEASIBLE_STALL

@@ -43,22 +43,22 @@ from gaitopt.units import digits
 
 SETTINGS_TRIED, ENOUGH = 5, 2
 """Settings that are tried, the most promising first, and suggestions that are enough."""
-WORK, MOST_WORK = 200, 900
+ENOUGH_EVALUATIONS, MAX_EVALUATIONS = 200, 900
 """Evaluations after which no other setting is begun, if one has been found and if none has."""
-PAIRED, PAIRS_WORK = 3, 400
+PAIRED_SETTINGS, PAIR_EVALUATIONS = 3, 400
 """Settings that are turned in pairs where none suffices alone, and evaluations for that."""
-MAIN = 0.25
+MAIN_SHARE = 0.25
 """Share of the relaxation from which a family is a main one. Its setting is turned a second time,
 wide open from the first guess, where the first did not lead to a walk: what is asked may be so far
 from anything that the relaxed walk is no good place to begin."""
-LEAST = 0.05
+LEAST_CHANGE = 0.05
 """Least change worth a suggestion, over the change that matters: smaller ones are made this large.
 At the very edge of what can be walked hardly an optimum can be proven."""
-OUTWARD = (1.1, 2.5)
+CHANGE_FACTORS = (1.1, 2.5)
 """Multiples of the least change that are tried until a walk is certified, ..."""
-PATIENCE = 70
+MAX_ITERATIONS = 70
 """Iterations after which a walk that follows a suggestion is given up."""
-COARSE = 3.0
+ROUNDED_BELOW = 3.0
 """... each rounded outwards to a power of ten below this part of the change."""
 
 Changes = tuple[tuple[Adjustment, float], ...]
@@ -192,8 +192,8 @@ def followed(
 ) -> Design | None:
     """Return the proven design from x, or None.
 
-    A search that is not done after `PATIENCE` iterations is given up. One that is done went the
-    same way as without that limit.
+    A search that is not done after `MAX_ITERATIONS` is given up; one that is done went the same way
+    as without that limit.
 
     Args:
         robot, task: as changed.
@@ -205,7 +205,7 @@ def followed(
         StoppedError: `stop` said so.
     """
     problem = WalkProblem(robot, task)
-    options = replace(options, solver=options.solver.limited(PATIENCE))
+    options = replace(options, solver=options.solver.limited(MAX_ITERATIONS))
     try:
         solution = attempt(problem, options, x, stop=stop)
         if stop():
@@ -241,7 +241,7 @@ class _Search:
     def follow_relaxation(self, relaxed: LeastRelaxation) -> None:
         """Change the most promising settings alone, then the impulse's limit, then several."""
         promising = _promising(self.problem, relaxed)
-        main = _loosened(self.problem, relaxed, MAIN * relaxed.amount)
+        main = _loosened(self.problem, relaxed, MAIN_SHARE * relaxed.amount)
         trials: list[tuple[Adjustment, Callable[[], Suggestion | None]]] = []
         for setting, amount in promising:
             # One unit of the setting is worth this much of what the relaxation minimises.
@@ -258,8 +258,8 @@ class _Search:
             self._without_impulse_cop(relaxed.x)
         if not self.found:
             limits = [one for one, _ in promising if isinstance(one, LimitAdjustment)]
-            most = self.evaluations + PAIRS_WORK
-            for pair in combinations(limits[:PAIRED], 2):
+            most = self.evaluations + PAIR_EVALUATIONS
+            for pair in combinations(limits[:PAIRED_SETTINGS], 2):
                 if not self.found and self.evaluations < most:
                     self._keep(self._least_of_several(pair, relaxed.x))
         if not self.found:
@@ -280,7 +280,7 @@ class _Search:
         """Change one setting after the other, until enough is found or the work is spent."""
         done: set[str] = set()
         for setting, trial in trials:
-            spent = self.evaluations >= (WORK if self.found else MOST_WORK)
+            spent = self.evaluations >= (ENOUGH_EVALUATIONS if self.found else MAX_EVALUATIONS)
             if len(self.found) == ENOUGH or spent:
                 return
             if setting.name not in done:
@@ -325,7 +325,7 @@ class _Search:
             list(_outward(one.before, one.before + one.step * t, one.bound, one.step))
             for one, t in zip(settings, amounts, strict=True)
         ]
-        for trial in range(len(OUTWARD)):
+        for trial in range(len(CHANGE_FACTORS)):
             values = [values[min(trial, len(values) - 1)] for values in outward]
             suggestion = self._follow(tuple(zip(settings, values, strict=True)), x)
             if suggestion is not None:
@@ -374,7 +374,7 @@ class _Search:
         except InputError:
             return None
         found = followed(robot, task, x, options, self.stop)
-        self.evaluations += PATIENCE if found is None else found.solution.evaluations
+        self.evaluations += MAX_ITERATIONS if found is None else found.solution.evaluations
         if found is None:
             return None
         first, *also = (Change(k.name, k.words, k.before, value, k.unit) for k, value in changes)
@@ -416,7 +416,7 @@ def _promising(problem: WalkProblem, relaxed: LeastRelaxation) -> list[tuple[Adj
     """
     rows = problem.values(relaxed.x).rows
     gives, main = (
-        _loosened(problem, relaxed, least) for least in (FEASIBLE, MAIN * relaxed.amount)
+        _loosened(problem, relaxed, least) for least in (FEASIBLE, MAIN_SHARE * relaxed.amount)
     )
     found: list[tuple[bool, bool, bool, bool, float, Adjustment]] = []
     for setting in limit_adjustments(problem):
@@ -487,10 +487,10 @@ def _outward(before: float, exact: float, bound: float, step: float) -> Iterator
         step: a change that matters.
     """
     sign = 1.0 if bound > before else -1.0
-    change = max(abs(exact - before), LEAST * abs(step))
-    digit = 10.0 ** np.floor(np.log10(change / COARSE))
+    change = max(abs(exact - before), LEAST_CHANGE * abs(step))
+    digit = 10.0 ** np.floor(np.log10(change / ROUNDED_BELOW))
     last = before
-    for factor in OUTWARD:
+    for factor in CHANGE_FACTORS:
         least = np.ceil((sign * before + factor * change) / digit - 1e-9)
         value = round(float(sign * least * digit), 9) + 0.0
         value = bound if sign * (bound - value) <= 0.0 else value

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from gaitopt.design.active_set import (
-    APPROACH,
+    END_APPROACH,
     ActiveRow,
     ViolatedRow,
     active_rows,
@@ -82,7 +82,7 @@ def test_a_landing_foot_is_held_near_the_end(sampled):
     peaks = violated_rows(on_fine_grid(problem), solution.x)
     (peak,) = (one for one in peaks if one.family == "clearance" and one.instant > 0.97)
     assert peak.instant < peak.held < 1.0
-    assert 1.0 - peak.held == pytest.approx((1.0 - peak.instant) / APPROACH, rel=1e-6)
+    assert 1.0 - peak.held == pytest.approx((1.0 - peak.instant) / END_APPROACH, rel=1e-6)
 
 
 def test_a_multiplier_moves_to_the_peak_beside_it():

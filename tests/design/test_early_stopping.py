@@ -1,6 +1,6 @@
 import pytest
 
-from gaitopt.design.early_stopping import RESTLESS, STUCK, EarlyStopping
+from gaitopt.design.early_stopping import FEASIBLE_STALL, INFEASIBLE_STALL, EarlyStopping
 from gaitopt.nlp import Progress
 
 
@@ -15,12 +15,12 @@ def iterations(settle, records):
 
 def test_a_walk_that_no_longer_gets_better_ends_a_run():
     records = [progress(10.0 - k, 0.0) for k in range(5)] + [progress(5.999, 0.0)] * 50
-    assert iterations(EarlyStopping(), records) == 5 + RESTLESS
+    assert iterations(EarlyStopping(), records) == 5 + FEASIBLE_STALL
 
 
 def test_a_run_that_gets_nowhere_ends():
     records = [progress(1.0, 0.5)] * 50
-    assert iterations(EarlyStopping(), records) == 1 + STUCK
+    assert iterations(EarlyStopping(), records) == 1 + INFEASIBLE_STALL
 
 
 @pytest.mark.parametrize(
