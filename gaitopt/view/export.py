@@ -10,12 +10,10 @@ import csv
 import io
 import json
 import re
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gaitopt.atomic import write_atomically
 from gaitopt.errors import InputError
@@ -23,53 +21,35 @@ from gaitopt.gait.result import Gait
 from gaitopt.gait.trajectory import TrajectoryPhase
 from gaitopt.nlp import Array
 
-_FORCE_MIRROR = np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0])  # a moment is an axial vector
-_COP_MIRROR = np.array([1.0, -1.0])
+_JOINTS = ("q", "dq", "ddq", "torque")
+_GROUND = {  # mirror images; a moment is an axial vector
+    "ground_wrench": np.diag([1.0, -1.0, 1.0, -1.0, 1.0, -1.0]),
+    "cop": np.diag([1.0, -1.0]),
+}
 _WRENCH = ("force_x", "force_y", "force_z", "moment_x", "moment_y", "moment_z")
 _IMPULSE = ("linear_x", "linear_y", "linear_z", "angular_x", "angular_y", "angular_z")
 _TEXT_OR_EXPONENT = re.compile(r'"(?:[^"\\]|\\.)*"|(?P<digits>(?<![\d.])\d+)(?P<power>e[+-]?\d+)')
 
 
-@dataclass(frozen=True, eq=False)
-class StrideSamples:
-    """The samples of one step, or of a step and its mirror image; N of them.
+def stride_samples(gait: Gait, both_legs: bool = False) -> dict[str, Array]:
+    """Return the samples of a step, or of it and its mirror image after it (Eq. 26).
 
     At the change of step the instant is there twice, before and after the impact.
 
-    Attributes:
-        time: [s], shape (N,).
-        step: 0 or 1, shape (N,).
-        q, dq, ddq, torque: of `Gait.joint_names`, shape (N, J); units as in `Gait`.
-        ground_wrench, cop: in the sole frame of the standing foot, shapes (N, 6) and (N, 2).
-        standing: sole frame of the standing foot, one for each step.
+    Returns:
+        `time`, `step` (0 or 1), `q`, `dq`, `ddq`, `torque`, and `ground_wrench` and `cop` in the
+        sole frame of the standing foot; shapes and units as in `Gait`.
     """
-
-    time: Array
-    step: NDArray[np.intp]
-    q: Array
-    dq: Array
-    ddq: Array
-    torque: Array
-    ground_wrench: Array
-    cop: Array
-    standing: tuple[str, ...]
-
-
-def stride_samples(gait: Gait, both_legs: bool = False) -> StrideSamples:
-    """Return the step as computed, or with its mirror image after it (Eq. 26)."""
-    steps = range(2 if both_legs else 1)
-
-    def joined(values: Array, mirror: Array) -> Array:
-        return np.concatenate([values if k == 0 else values @ mirror.T for k in steps])
-
-    return StrideSamples(
-        time=np.concatenate([gait.time + k * gait.duration for k in steps]),
-        step=np.repeat(np.array(steps, dtype=np.intp), len(gait.time)),
-        **{n: joined(getattr(gait, n), gait.mirror) for n in ("q", "dq", "ddq", "torque")},
-        ground_wrench=joined(gait.ground_wrench, np.diag(_FORCE_MIRROR)),
-        cop=joined(gait.cop, np.diag(_COP_MIRROR)),
-        standing=(gait.stance_sole, gait.swing_sole_frame)[: len(steps)],
-    )
+    mirrors = dict.fromkeys(_JOINTS, gait.mirror) | _GROUND
+    steps = [
+        {
+            "time": gait.time + k * gait.duration,
+            "step": np.full(len(gait.time), k),
+            **{n: getattr(gait, n) @ (np.eye(len(E)), E.T)[k] for n, E in mirrors.items()},
+        }
+        for k in range(2 if both_legs else 1)
+    ]
+    return {name: np.concatenate([step[name] for step in steps]) for name in steps[0]}
 
 
 def cubic_pieces(gait: Gait) -> Array:
@@ -82,35 +62,35 @@ def cubic_pieces(gait: Gait) -> Array:
     return np.stack([q[:-1], dq[:-1], ddq[:-1] / 2.0, jerk / 6.0], axis=-1)
 
 
-def csv_text(gait: Gait, samples: StrideSamples) -> str:
+def csv_text(gait: Gait, samples: Mapping[str, Array]) -> str:
     """Return the samples of a stride as comma-separated values with a header of names and units.
 
     Columns: time, step, then angle, rate, acceleration and torque of each joint, the ground wrench
     and the centre of pressure in the standing foot's sole frame.
     """
-    blocks = [samples.time[:, None], samples.step[:, None].astype(np.float64)]
+    blocks = [samples["time"][:, None], samples["step"][:, None]]
     header = ["time [s]", "step"]
     for name, unit in (("q", "rad"), ("dq", "rad/s"), ("ddq", "rad/s2"), ("torque", "N.m")):
         header += [f"{joint} {name} [{unit}]" for joint in gait.joint_names]
-        blocks.append(getattr(samples, name))
+        blocks.append(samples[name])
     header += [f"{name} [{'N' if 'force' in name else 'N.m'}]" for name in _WRENCH]
     header += ["cop_x [m]", "cop_y [m]"]
     buffer = io.StringIO()
     writer = csv.writer(buffer, lineterminator="\n")
     writer.writerow(header)
     # 17 significant digits: reading the text gives the same number
-    rows = np.hstack([*blocks, samples.ground_wrench, samples.cop])
+    rows = np.hstack([*blocks, samples["ground_wrench"], samples["cop"]])
     writer.writerows([[f"{value:.17g}" for value in row] for row in rows])
     return buffer.getvalue()
 
 
-def json_text(gait: Gait, samples: StrideSamples) -> str:
+def json_text(gait: Gait, samples: Mapping[str, Array]) -> str:
     """Return the record of a gait as JSON, which is YAML too."""
     text = json.dumps(record(gait, samples), indent=1, ensure_ascii=False) + "\n"
     return _TEXT_OR_EXPONENT.sub(_with_point, text)
 
 
-def record(gait: Gait, samples: StrideSamples) -> dict[str, object]:
+def record(gait: Gait, samples: Mapping[str, Array]) -> dict[str, object]:
     """Return samples, splines, impact and origin of a gait for a controller."""
     joints = gait.joint_names
     return {
@@ -119,15 +99,14 @@ def record(gait: Gait, samples: StrideSamples) -> dict[str, object]:
         "step_length": gait.step_length,
         "speed": gait.speed,
         "joint_names": list(joints),
-        "standing_foot_of_step": list(samples.standing),
-        "time": samples.time.tolist(),
-        "step": samples.step.tolist(),
+        "standing_foot_of_step": _standing(gait, samples),
+        "time": samples["time"].tolist(),
+        "step": samples["step"].tolist(),
         "joints": {
-            name: {n: getattr(samples, n)[:, i].tolist() for n in ("q", "dq", "ddq", "torque")}
-            for i, name in enumerate(joints)
+            name: {n: samples[n][:, i].tolist() for n in _JOINTS} for i, name in enumerate(joints)
         },
-        "ground_wrench_in_standing_sole": _columns(samples.ground_wrench, _WRENCH),
-        "cop_in_standing_sole": _columns(samples.cop, ("x", "y")),
+        "ground_wrench_in_standing_sole": _columns(samples["ground_wrench"], _WRENCH),
+        "cop_in_standing_sole": _columns(samples["cop"], ("x", "y")),
         "splines": _splines(gait, samples),
         "impact": _impact(gait),
         "parameters": dict(zip(gait.parameter_names, gait.parameters.tolist(), strict=True)),
@@ -136,7 +115,7 @@ def record(gait: Gait, samples: StrideSamples) -> dict[str, object]:
 
 
 # Every JSON text is a YAML text (YAML 1.2, section 1.3), so YAML needs no package of its own.
-WRITERS: dict[str, Callable[[Gait, StrideSamples], str]] = {
+WRITERS: dict[str, Callable[[Gait, Mapping[str, Array]], str]] = {
     ".csv": csv_text,
     ".json": json_text,
     ".yaml": json_text,
@@ -171,14 +150,20 @@ def _with_point(token: re.Match[str]) -> str:
     return f"{token['digits']}.0{token['power']}" if token["digits"] else token[0]
 
 
+def _standing(gait: Gait, samples: Mapping[str, Array]) -> list[str]:
+    """Return the sole frame of the standing foot, one for each step."""
+    return [gait.stance_sole, gait.swing_sole_frame][: len(np.unique(samples["step"]))]
+
+
 def _columns(values: Array, names: tuple[str, ...]) -> dict[str, list[float]]:
     return {name: values[:, i].tolist() for i, name in enumerate(names)}
 
 
-def _splines(gait: Gait, samples: StrideSamples) -> dict[str, object]:
+def _splines(gait: Gait, samples: Mapping[str, Array]) -> dict[str, object]:
     """Return for each joint, step and piece the coefficients a0 to a3 of Eq. (40)."""
     pieces = cubic_pieces(gait)
-    steps = [pieces, np.einsum("ij,kjc->kic", gait.mirror, pieces)][: len(samples.standing)]
+    steps = [pieces, np.einsum("ij,kjc->kic", gait.mirror, pieces)]
+    steps = steps[: len(_standing(gait, samples))]
     return {
         "formula": "angle = a0 + a1 s + a2 s^2 + a3 s^3, s = time in the step - knots[piece]",
         "order": "[step][piece][a0, a1, a2, a3]",
