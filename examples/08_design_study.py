@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 from gaitopt import Robot, Task, biped13, design_gait, summarise, urdf_text
-from gaitopt.catalogue.biped_spec import changed
+from gaitopt.catalogue.parameters import changed
 
 
 @dataclass(frozen=True)
