@@ -72,12 +72,10 @@ class Scene:
     """What was put into a viewer.
 
     Attributes:
-        samples: of the walk that is shown, see `frames`.
         force_scale: metres of arrow for 1 N.
         note: what of the robot is missing and how to get it, or empty.
     """
 
-    samples: TrajectorySamples
     force_scale: float
     note: str
 
@@ -135,7 +133,7 @@ def build_scene(
     _draw_force(world["ground_force"], moves, samples, times, force_scale)
     _follow(world, moves, samples, times, TARGET_HEIGHT * hips)
     moves.show(viewer)
-    return Scene(samples, force_scale, shapes.note)
+    return Scene(force_scale, shapes.note)
 
 
 def draw_robot(

@@ -17,7 +17,7 @@ from gaitopt.model.importer import ImportedRobot
 from gaitopt.model.legs.kinematic_tree import pose
 from gaitopt.nlp import Array
 from gaitopt.view.inspection import Inspection, Section, sections
-from gaitopt.view.robot_shapes import draw_shape, drawable, unloaded
+from gaitopt.view.robot_shapes import draw_shape, unloaded
 from gaitopt.view.viewer import Recorder, geometry, meshcat, page_file, viewer_script
 
 _ARROW = 0.14  # length of an axis, in heights of the robot
@@ -66,7 +66,7 @@ def _shapes(inspection: Inspection) -> pin.GeometryModel:
         found = None if source is None else source.geometry(pin.GeometryType.VISUAL, load=unloaded)
     except RobotError:
         found = None
-    return pin.GeometryModel() if found is None else drawable(found)
+    return found or pin.GeometryModel()
 
 
 def _standing(reading: ImportedRobot) -> Array:

@@ -74,7 +74,7 @@ def robot_shapes(gait: Gait, package_dirs: tuple[str, ...] = ()) -> RobotShapes:
         found, note = None, str(error)
     body = gait.trajectory.body
     if found is not None:
-        shapes = tuple(_carried(gait, body, source, drawable(found)))
+        shapes = tuple(_carried(gait, body, source, found))
         legs = {row + 1 for foot in (0, 1) for row in body.leg(foot)}
         if not lost or len(legs & {carrier for carrier, _, _ in shapes}) >= _ENOUGH * len(legs):
             return RobotShapes(shapes, note)
@@ -91,14 +91,6 @@ def unloaded(path: str, scale: Array) -> coal.BVHModelBase:
     if Path(path).suffix.lower() in (".stl", ".obj") and read_mesh(path) is not None:
         return coal.BVHModelOBB()
     return load_mesh(path, scale)
-
-
-def drawable(shapes: pin.GeometryModel) -> pin.GeometryModel:
-    """Return shapes with black of Collada files as grey: on black no shape can be seen."""
-    for item in shapes.geometryObjects:
-        if _suffix(item) == ".dae" and not item.meshColor[:3].any():
-            item.meshColor = _GREY
-    return shapes
 
 
 def draw_shape(
@@ -282,7 +274,8 @@ def _material(item: pin.GeometryObject) -> geometry.Material:
         shines["emissive"] = _number(lustre.meshEmissionColor)
         shines["specular"] = _number(lustre.meshSpecularColor)
         shines["shininess"] = 100.0 * lustre.meshShininess
-    return _painted(item.meshColor, **shines)
+    black = _suffix(item) == ".dae" and not item.meshColor[:3].any()  # on it no shape can be seen
+    return _painted(_GREY if black else item.meshColor, **shines)
 
 
 def _painted(colour: Array, **more: float) -> geometry.Material:
