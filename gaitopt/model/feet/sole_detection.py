@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pinocchio as pin
+from scipy.optimize import minimize
 from scipy.spatial import ConvexHull, QhullError
 
 from gaitopt.errors import RobotError
@@ -30,6 +31,9 @@ _FULL = 0.9  # of the flat part: what the rectangle must hold to be the only one
 _NEARLY = 0.9  # of the length or the width of the flat part
 _LEANS = 2e-3  # rad: a tilt worth a word
 _DIFFERENT = 2e-3  # m: soles that differ by more from side to side deserve a word
+_ROUNDING = 1e-9  # relative: a rectangle larger by less is the same
+_SHORTEST = 1e-6  # m: of an edge, so that the logarithm of the area exists
+_OUTSIDE = 1e-10  # m: an edge that crosses the hull by less is on it
 _CANDIDATES = 120  # edges tried at once
 _ROUNDS = 12  # of refinement, each about the best edges of the last
 _DOWN = np.array([0.0, 0.0, -1.0])
@@ -370,9 +374,10 @@ def largest_rectangle(points: Array, least: tuple[float, float] = (0.0, 0.0)) ->
     points = np.unique(np.round(points, 12), axis=0)
     low, high = points.min(axis=0), points.max(axis=0)
     try:
-        hull = points[ConvexHull(points).vertices]
+        found = ConvexHull(points)
     except (QhullError, ValueError):  # fewer than three points, or all on one line
         return float(low[0]), float(low[0]), float(low[1]), float(low[1])
+    hull = points[found.vertices]
     edges = np.unique(np.concatenate([hull[:, 0], np.linspace(low[0], high[0], _CANDIDATES)]))
     starts, ends, step = edges, edges, (high[0] - low[0]) / (_CANDIDATES - 1)
     best = _best_strip(hull, starts, ends, least)
@@ -382,7 +387,44 @@ def largest_rectangle(points: Array, least: tuple[float, float] = (0.0, 0.0)) ->
         )
         best = max(best, _best_strip(hull, starts, ends, least), key=lambda b: b[0])
         step /= 8.0
-    _, heel, toe, right, left = best
+    area, heel, toe, right, left = best
+    if area == 0.0:
+        return toe, heel, left, right
+    larger = _along_the_ridge(found.equations, (toe, heel, left, right), least)
+    if (larger[0] - larger[1]) * (larger[2] - larger[3]) > area * (1.0 + _ROUNDING):
+        return larger
+    return toe, heel, left, right
+
+
+def _along_the_ridge(halfplanes: Array, edges: Edges, least: tuple[float, float]) -> Edges:
+    """Return the largest rectangle in a polygon, from one that is nearly so.
+
+    The logarithm of the area is concave in the edges, and the polygon holds them by linear
+    inequalities: there is one maximum, at which a search on a grid may not arrive along a ridge.
+
+    Args:
+        halfplanes: a, b, c of a x + b y + c <= 0 inside, shape (m, 3).
+        edges: to begin with.
+        least: extent along x and y that it must have [m].
+    """
+    a, b, c = halfplanes.T
+    corner = np.stack([a.clip(0.0), a.clip(None, 0.0), b.clip(0.0), b.clip(None, 0.0)], axis=1)
+    extent = np.array([[1.0, -1.0, 0.0, 0.0], [0.0, 0.0, 1.0, -1.0]])
+    rows = np.vstack([-corner, extent])
+    least_of = np.concatenate([c, np.maximum(least, _SHORTEST)])
+
+    def cost(x: Array) -> tuple[float, Array]:
+        size = np.maximum(extent @ x, 1e-9)
+        return -float(np.log(size).sum()), -(1.0 / size) @ extent
+
+    limits = {"type": "ineq", "fun": lambda x: rows @ x - least_of, "jac": lambda x: rows}
+    found = minimize(
+        cost, np.array(edges), jac=True, method="SLSQP", constraints=limits,
+        options={"ftol": 1e-12},
+    )  # fmt: skip
+    if (rows @ found.x - least_of).min() < -_OUTSIDE:
+        return edges
+    toe, heel, left, right = map(float, found.x)
     return toe, heel, left, right
 
 
