@@ -243,8 +243,8 @@ def _read_joint(facts, joint):
         return
     given = {} if limit is None else limit.attrib
     effort, velocity, lower, upper = (
-        math.inf if "inf" in given.get(k, "0").lower() else _value(given.get(k, "0"))
-        for k in ("effort", "velocity", "lower", "upper")
+        math.inf if "inf" in given.get(k, usual).lower() else _value(given.get(k, usual))
+        for k, usual in (("effort", "inf"), ("velocity", "inf"), ("lower", "0"), ("upper", "0"))
     )
     if "-inf" in given.get("lower", "").lower():
         lower = -math.inf
@@ -252,8 +252,7 @@ def _read_joint(facts, joint):
         upper = -math.inf
     if joint.get("type") == "continuous":
         lower, upper = -math.inf, math.inf
-    bounds = [value if math.isfinite(value) else 0.0 for value in (effort, velocity)]
-    facts.limits[name] = (*bounds, lower, upper)
+    facts.limits[name] = (effort, velocity, lower, upper)
     given = {} if dynamics is None else dynamics.attrib
     damping, friction = (_value(given.get(k, "0")) for k in ("damping", "friction"))
     facts.passive[name] = (damping, friction)
