@@ -304,6 +304,10 @@ def checked_multibody(body: Multibody) -> Multibody:
     refuse("a body has a mass below 0", body.mass < 0.0)
     if not body.mass.sum() > 0.0:
         raise RobotError("the robot of the gait is not one: it has no mass")
+    try:
+        _ = body.model
+    except RuntimeError as error:  # Pinocchio judges the inertias
+        raise RobotError(f"the robot of the gait is not one: {error}") from error
     return body
 
 

@@ -188,6 +188,7 @@ def test_pickled_content_is_refused(path):
         ({"robot_mass": np.zeros(13)}, "it has no mass"),
         ({"robot_mass": np.full(13, 1e200)}, "'robot_mass' holds a number that is no SI value"),
         ({"robot_mass": -np.ones(13)}, "a body has a mass below 0"),
+        ({"robot_inertia": -np.tile(np.eye(3), (13, 1, 1))}, "inertia should be positive"),
         ({"base_twist": np.zeros((31, 6))}, "'base_twist' is not that of its splines"),
         ({"schedule": np.array("{}")}, "this gaitopt reads no other"),
         ({"schedule": np.array("{")}, "'schedule' is not JSON"),
