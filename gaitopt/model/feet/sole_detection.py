@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pinocchio as pin
-from scipy.optimize import minimize
+from scipy.optimize import LinearConstraint, minimize
 from scipy.spatial import ConvexHull, QhullError
 
 from gaitopt.errors import RobotError
@@ -413,14 +413,15 @@ def _along_the_ridge(halfplanes: Array, edges: Edges, least: tuple[float, float]
     rows = np.vstack([-corner, extent])
     least_of = np.concatenate([c, np.maximum(least, _SHORTEST)])
 
-    def cost(x: Array) -> tuple[float, Array]:
-        size = np.maximum(extent @ x, 1e-9)
-        return -float(np.log(size).sum()), -(1.0 / size) @ extent
+    def cost(x: Array) -> float:
+        return -float(np.log(np.maximum(extent @ x, _ROUNDING)).sum())
 
-    limits = {"type": "ineq", "fun": lambda x: rows @ x - least_of, "jac": lambda x: rows}
+    def gradient(x: Array) -> Array:
+        return np.asarray(-(1.0 / np.maximum(extent @ x, _ROUNDING)) @ extent)
+
     found = minimize(
-        cost, np.array(edges), jac=True, method="SLSQP", constraints=limits,
-        options={"ftol": 1e-12},
+        cost, np.array(edges), jac=gradient, method="SLSQP",
+        constraints=[LinearConstraint(rows, least_of, np.inf)], options={"ftol": 1e-12},
     )  # fmt: skip
     if (rows @ found.x - least_of).min() < -_OUTSIDE:
         return edges
