@@ -92,6 +92,18 @@ def test_readme_links_exist():
     assert [t for t in targets if not (ROOT / t).exists()] == []
 
 
+def test_how_it_works_names_what_there_is():
+    text = (ROOT / "docs" / "how-it-works.md").read_text("utf-8")
+    paths = set(re.findall(r"`([a-z_]+/[a-z_]+\.py|[a-z_]+\.py)`", text))
+    assert len(paths) > 20
+    assert [path for path in paths if not (ROOT / "gaitopt" / path).exists()] == []
+    source = "".join(path.read_text("utf-8") for path in (ROOT / "gaitopt").rglob("*.py"))
+    records = re.search(r"From the option to the row: (.*?)Eleven records", text, re.S)
+    assert records is not None
+    for name in set(re.findall(r"`(\w+)`", records[1])):
+        assert re.search(rf"(class {name}\b|^{name} = )", source, re.M), name
+
+
 def test_what_is_cited_is_this_version():
     lines = (ROOT / "CITATION.cff").read_text().splitlines()
     assert f"version: {gaitopt.__version__}" in lines
