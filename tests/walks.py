@@ -39,8 +39,11 @@ FAMILIES = (
     "leg gap",
     "swing tilt",
     "swing height",
+    "foot angle",
+    "foot lift",
 )
-SWITCHED = FAMILIES[-8:]  # constraints that are off unless asked for
+OF_TURN = FAMILIES[-2:]  # of a stance foot that turns
+SWITCHED = FAMILIES[-10:-2]  # constraints that are off unless asked for
 UPRIGHT = {
     "trunk_roll": 0.1,
     "trunk_pitch": 0.12,
@@ -51,6 +54,7 @@ UPRIGHT = {
     "swing_tilt": 0.15,
     "swing_height": 0.05,
 }
+TOE_OFF = {"toe_off": 0.65, "toe_strip": 0.008}
 _ALL = {"joint_range": True, "impulse_cop": True}
 _EVERYTHING_FREE = {
     "pelvis_roll": {"free": True, "value": 0.03},
@@ -82,12 +86,12 @@ def _guess(seed: int, sigma: float = 0.1, robot: Robot | None = None, **changes:
     return Walk(problem, x)
 
 
-def _synthetic(name: str) -> Walk:
+def _synthetic(name: str, **changes: object) -> Walk:
     """Everything there is, of a robot with other joints than two times six."""
     geometry = set_geometry(GEOMETRY, _EVERYTHING_FREE)
     return _guess(
         6, sigma=0.05, robot=synthetic(name), geometry=geometry, boundary="lifted", speed=0.6,
-        duration=0.5, **UPRIGHT,
+        duration=0.5, **UPRIGHT, **changes,
     )  # fmt: skip
 
 
@@ -120,6 +124,10 @@ _MAKERS = {
     "upright, everything free": lambda: _everything_free(**UPRIGHT),
     "upright, lifted, seven joints, waist, arms": lambda: _synthetic("seven, waist and arms"),
     "upright, lifted, five joints": lambda: _synthetic("five"),
+    "upright, toe off, everything free": lambda: _everything_free(**UPRIGHT, **TOE_OFF),
+    "upright, lifted, toe off, seven joints, waist, arms": lambda: _synthetic(
+        "seven, waist and arms", **TOE_OFF
+    ),
 }
 WALKS = tuple(_MAKERS)
 PAIRS = tuple(
@@ -129,6 +137,7 @@ PAIRS = tuple(
     if not (family == "walking speed" and "penalty" in walk)
     and not (family == "closure" and "lifted" not in walk)
     and not (family in SWITCHED and "upright" not in walk)
+    and not (family in OF_TURN and "toe off" not in walk)
 )
 
 

@@ -112,6 +112,26 @@ class Schedule:
         """Shares of the step at which one phase follows another, shape (phases - 1,)."""
         return np.array([phase.end for phase in self.phases[:-1]])
 
+    def knots(self, inner: int) -> Array:
+        """Return where splines over the step have knots: its ends, `inner` more, every change.
+
+        The inner ones share the phases by their lengths; with fewer than the changes they are at
+        those alone.
+
+        Args:
+            inner: number of knots between the ends, the changes among them.
+
+        Returns:
+            Shares of the step, increasing from 0 to 1, shape (inner + 2,) or more.
+        """
+        ends = np.array([0.0, *self.changes, 1.0])
+        lengths = np.diff(ends)
+        pieces = np.ones(lengths.size, dtype=int)
+        while pieces.sum() < inner + 1:
+            pieces[np.argmax(lengths / pieces)] += 1
+        parts = [np.linspace(ends[k], ends[k + 1], n + 1)[1:] for k, n in enumerate(pieces)]
+        return np.concatenate([[0.0], *parts])
+
     def phase_at(self, instants: Array) -> NDArray[np.int_]:
         """Return the number of the phase at each instant s; the instant of a change is before it.
 

@@ -18,7 +18,7 @@ from gaitopt.gait.costs import TorqueCost
 from gaitopt.gait.plugin import Extension, extension_record
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.recorded_robot import robot_of
-from gaitopt.gait.result import Gait, array_names
+from gaitopt.gait.result import FOOT, Gait, array_names
 from gaitopt.gait.task import task_from_record, task_record
 from gaitopt.model.import_options import choices_record
 from gaitopt.model.multibody import Multibody
@@ -82,7 +82,8 @@ def audit(gait: Gait, known: Iterable[Extension] = ()) -> Audit:
     except EvaluationError as error:
         raise GaitFileError(f"the gait's parameters do not make a walk: {error}") from error
     differences = {
-        name: _difference(getattr(gait, name), getattr(again, name)) for name in array_names()
+        name: _difference(getattr(gait, name), getattr(again, name))
+        for name in (*array_names(), *FOOT)
     }
     body = problem.robot.multibody
     if gait.multibody is not None:

@@ -166,9 +166,9 @@ def certify(problem: WalkProblem, x: Array, fine: WalkProblem | None = None) -> 
     multipliers = least_squares_multipliers(problem, point)
     fine = fine or on_fine_grid(problem)
     step = fine.step(x)
-    locked = problem.model.impact.locked(step.q_end, step.rate_before)
+    locked = problem.model.impact.locked(step.q_end, step.rate_before, step.turn)
     resting = problem.robot.sole.corners[problem.schedule.last.contact.resting()]
-    rear_corners = sole_edge_speeds(resting) @ step.impact.sole_twist
+    rear_corners = sole_edge_speeds(resting) @ step.sole_twist
     extremes = located(fine, x, everywhere=True)
     return Certificate(
         kkt=kkt_residual(problem, point, *multipliers),
@@ -176,7 +176,7 @@ def certify(problem: WalkProblem, x: Array, fine: WalkProblem | None = None) -> 
         cost=fine.cost.value(step),
         families=_worst_of_all(fine, x, extremes),
         resolution=max((e.error for e in extremes if e.margin < e.error), default=0.0),
-        referee=cross_check(problem.robot, step, fine.grid, problem.schedule.symmetry),
+        referee=cross_check(problem.robot, step, fine.grid, problem.schedule),
         rear_foot_speed=float(rear_corners.min()),
         both_feet_stay=locked.valid,
         multipliers=multipliers,

@@ -10,11 +10,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gaitopt.contact.schedule import LegExchange, Symmetry
+from gaitopt.contact.schedule import Schedule, Symmetry
 from gaitopt.gait import quantities
 from gaitopt.gait.grid import Grid
 from gaitopt.gait.step import Step
 from gaitopt.mechanics.chain_build import chain_of_robot, loads_of_robot
+from gaitopt.mechanics.hinged import standing_robot
 from gaitopt.mechanics.mdh_chain import Chain, sole_placement, turned
 from gaitopt.mechanics.newton_euler import (
     at_rest,
@@ -68,7 +69,7 @@ class CrossCheck:
 
 
 def cross_check(
-    robot: Robot, step: Step, grid: Grid, symmetry: Symmetry | None = None
+    robot: Robot, step: Step, grid: Grid, schedule: Schedule | None = None
 ) -> CrossCheck:
     """Compare a step with the referee's own computation.
 
@@ -76,33 +77,37 @@ def cross_check(
         robot: the robot.
         step: a step evaluated on `grid`.
         grid: fine enough for the momentum balance; all its instants are quadrature nodes.
-        symmetry: how the next step follows; by default the leg exchange.
+        schedule: of the step; by default that of the paper.
     """
-    symmetry = symmetry or LegExchange()
-    chain = chain_of_robot(robot)
-    loads = loads_of_robot(robot, chain)
+    schedule = schedule or Schedule()
+    standing = standing_robot(robot, schedule.last.contact)
+    chain = chain_of_robot(standing)
+    loads = loads_of_robot(standing, chain)
     gravity: Array = np.array(robot.model.gravity.linear)
-    q, dq, ddq = step.motion
-    R0, torque = motor_effort(chain, loads, q, dq, ddq, gravity=turned(gravity))
+    R0, torque = motor_effort(chain, loads, *step.whole_motion, gravity=turned(gravity))
     wrench = sole_axes(R0)
-    velocity, I13 = impact(chain, step.q_end, at_rest(chain, step.rate_before))
-    impulse = impulse_on_foot(chain, I13)
+    own = chain if standing is robot else chain_of_robot(robot)
+    before = at_rest(own, step.rate_before)
+    if step.turn is not None:
+        before[:6] = sole_axes(step.turn.twist)
+    velocity, I13 = impact(own, step.q_end, before)
+    impulse = impulse_on_foot(own, I13)
     twist = base_in_sole_axes(velocity)[:6]
-    E = symmetry.joint_map(robot)
+    E = schedule.symmetry.joint_map(robot)
     carried = 0.0 if loads.points is None else float(loads.points.mass.sum())
     weight = (chain.mass - carried) * gravity
     force, length = float(np.linalg.norm(weight)), robot.legs.reach
     rate = float(np.sqrt(np.linalg.norm(gravity) / length))
     ground = _Ground(wrench, impulse, weight * step.duration)
-    balance, vertical = _momentum_balance(chain, step, grid, ground, symmetry)
+    balance, vertical = _momentum_balance(chain, step, grid, ground, schedule.symmetry)
     return CrossCheck(
-        torque=_apart(step.read(quantities.TORQUE), torque, force * length),
+        torque=_apart(step.read(quantities.TORQUE), torque[:, step.hinges :], force * length),
         wrench=_apart(step.read(quantities.WRENCH), wrench, force),
         impulse=_apart(step.impact.impulse, impulse, force * step.duration),
         rate_after=_apart(step.impact.rate_after, velocity[6:], rate),
         sole_twist=float(np.abs(step.impact.sole_twist - twist).max()),
-        posture=float(np.abs(q[0] - E @ step.q_end).max()),
-        rate=_apart(dq[0], E @ velocity[6:], rate),
+        posture=float(np.abs(step.motion[0, 0] - E @ step.q_end).max()),
+        rate=_apart(step.motion[1, 0], E @ velocity[6:], rate),
         momentum=balance,
         vertical=vertical,
         weight=-float(ground.weight[2]),
@@ -111,7 +116,7 @@ def cross_check(
 
 @dataclass(frozen=True)
 class _Ground:
-    """What the ground and gravity do to the robot, in the axes of the stance sole.
+    """What the ground and gravity do to the robot, in the axes of its footprint.
 
     Attributes:
         wrench: ground on stance foot at the instants, shape (N, 6) [N, N·m].
@@ -136,9 +141,10 @@ def _momentum_balance(
         The largest component of what is left, over m g T, and the ground's vertical impulse [N·s].
     """
     force = step.duration * grid.weights @ ground.wrench[:, :3]
-    landed, _ = sole_placement(chain, step.q_end)
+    turned_by = [] if step.turn is None else [step.turn.angle]
+    landed, _ = sole_placement(chain, np.r_[turned_by, step.q_end])
     push = landed @ ground.impulse[:3]
-    start = momentum(chain, step.motion[0, 0], step.motion[1, 0])[:3]
+    start = momentum(chain, *step.whole_motion[:2, 0])[:3]
     change = landed @ (np.array(symmetry.reflection) * start) - start
     gap = force + push + ground.weight - change
     size = float(np.linalg.norm(ground.weight))

@@ -139,7 +139,9 @@ def located(fine: WalkProblem, x: Array, *, everywhere: bool = False) -> tuple[E
     if not sides.names:
         return at_instants
     pieces = _resolved(fine, x, _pieces(fine, x, sides))
-    return *_polished(pieces, sides, *_brackets(pieces, everywhere)), *at_instants
+    return *_polished(
+        pieces, sides, *_brackets(pieces, fine.schedule.changes, everywhere)
+    ), *at_instants
 
 
 def _pieces(fine: WalkProblem, x: Array, sides: _Sides) -> list[_Piece]:
@@ -266,11 +268,32 @@ def _at_instants(fine: WalkProblem, x: Array, over_step: set[str]) -> Iterator[E
             )
 
 
-def _brackets(pieces: list[_Piece], everywhere: bool) -> tuple[NDArray[np.int_], ...]:
+def _brackets(
+    pieces: list[_Piece], changes: Array, everywhere: bool
+) -> tuple[NDArray[np.int_], ...]:
     """Return piece, dense point and column of every extreme.
 
-    Where an extreme is at a knot, it belongs to the piece into which the margin falls.
+    Where an extreme is at a knot, it belongs to the piece into which the margin falls. Nothing is
+    taken to be continuous across a change of phase.
     """
+    found = [
+        _brackets_of(pieces[first:last], first, everywhere)
+        for first, last in pairwise(_runs(pieces, changes))
+    ]
+    numbers, points, columns = (np.concatenate(parts) for parts in zip(*found, strict=True))
+    return numbers, points, columns
+
+
+def _runs(pieces: list[_Piece], changes: Array) -> list[int]:
+    """Return the numbers of the pieces with which phases begin, and that of all."""
+    starts = np.array([piece.start for piece in pieces])
+    return [0, *np.searchsorted(starts, changes).tolist(), len(pieces)]
+
+
+def _brackets_of(
+    pieces: list[_Piece], first: int, everywhere: bool
+) -> tuple[NDArray[np.int_], ...]:
+    """Return the brackets of pieces in which all rows are continuous, `first` added to theirs."""
     dense = np.concatenate([pieces[0].dense, *(piece.dense[1:] for piece in pieces[1:])])
     minima = dense < CLOSE
     minima[1:] &= dense[1:] <= dense[:-1]
@@ -283,7 +306,7 @@ def _brackets(pieces: list[_Piece], everywhere: bool) -> tuple[NDArray[np.int_],
         falls = numbers[k] < len(pieces) and _rate_at_start(pieces[numbers[k]], columns[k]) < 0.0
         if not falls:
             numbers[k], points[k] = numbers[k] - 1, DENSE - 1
-    return numbers, points, columns
+    return numbers + first, points, columns
 
 
 def _rate_at_start(piece: _Piece, column: int) -> float:

@@ -10,6 +10,7 @@ from gaitopt.gait import quantities
 from gaitopt.gait.constraints import imposed_limit
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.result import Gait
+from gaitopt.gait.step import Step
 from gaitopt.gait.task import task_record
 from gaitopt.model.import_options import ImportOptions, choices_record
 from gaitopt.model.leg_capsules import capsule_rows
@@ -73,7 +74,24 @@ def gait_at(
         multipliers=None if multipliers is None else multipliers[0],
         bound_multipliers=None if multipliers is None else multipliers[1],
         multibody=robot.multibody,
+        **_foot(problem, step),
     )
+
+
+def _foot(problem: WalkProblem, step: Step) -> dict[str, Array]:
+    """Return the turn of the stance foot, nothing where it stands flat."""
+    model = problem.model
+    if model.hinge is None or model.foot_turn is None:
+        return {}
+    turn = model.foot_turn
+    knots = turn.knots * step.duration
+    near = np.argmin(np.abs(model.basis.knots - turn.begin))
+    knots[0] = model.basis.knots[near] * step.duration
+    return {
+        "foot_hinge": model.hinge.twist,
+        "foot_knots": knots,
+        "foot_coefficients": turn.coefficients @ step.x[problem.layout.turn],
+    }
 
 
 def robot_record(robot: Robot) -> dict[str, object]:

@@ -14,6 +14,7 @@ import numpy as np
 
 from gaitopt.contact.flat_foot import FlatFoot
 from gaitopt.contact.mode import ContactMode
+from gaitopt.contact.schedule import AFTER
 from gaitopt.gait import quantities
 from gaitopt.gait.constraint import (
     FREE,
@@ -35,6 +36,7 @@ IMPULSE_MOMENT_SCALE = 5.0  # N.m.s
 TORSION_SCALE = 20.0  # N.m
 IMPULSE_TORSION_SCALE = 1.0  # N.m.s
 LENGTH_SCALE = 0.1  # m
+FOOT_LIFT_SCALE = 10.0  # rad/s²
 FORCE_SMOOTHING = 0.05  # N, rounds the tip of the friction cone
 IMPULSE_SMOOTHING = 10**-4.5  # N.s
 LEAST_FORCE = 1.0  # N, where the centre of pressure is given up
@@ -224,6 +226,42 @@ class CentreOfPressure(Constraint):
         rows = np.stack([_edge_moments(context, p.contact) for p in context.schedule.phases])
         moments = Linear(rows[0] if len(rows) == 1 else rows[context.phases])
         return self.over_step(context, moments, labels, lower=0.0, scale=MOMENT_SCALE)
+
+
+class FootAngle(Constraint):
+    """Beyond section 3.2: while the stance foot turns about a line, the rest of it stays above."""
+
+    name, equation, unit, words = "foot angle", "3.2", "rad", "angle of the stance foot"
+    reads = (quantities.FOOT_TURN,)
+
+    def asked(self, context: ConstraintContext) -> bool:
+        return context.schedule.last.contact.hinge(context.robot.sole) is not None
+
+    def block(self, context: ConstraintContext) -> ConstraintBlock:
+        schedule, instants = context.schedule, context.grid.instants
+        begin = schedule.changes[-1] if schedule.changes.size else 0.0
+        inside = instants > begin + 2.0 * AFTER  # where it begins it is 0 whatever x
+        lower = np.where(inside, 0.0, -_TILTED)
+        labels = ("angle of the stance foot",)
+        return self.over_step(context, Entries(slice(0, 1), 3), labels, lower=lower[:, None])
+
+
+class FootLift(FootAngle):
+    """The stance foot does not turn into the ground where it begins to turn.
+
+    Angle and rate vanish there, so that its angular acceleration tells.
+    """
+
+    name, unit, words, change = "foot lift", "rad/s²", "start of the stance foot's turn", 10.0
+
+    def block(self, context: ConstraintContext) -> ConstraintBlock:
+        begin = context.schedule.changes[-1:]
+        instants = np.flatnonzero(np.isin(context.grid.instants, begin + AFTER))
+        labels = ("angular acceleration of the stance foot",)
+        rows = Entries(slice(2, 3), 3)
+        return self.over_step(
+            context, rows, labels, lower=0.0, scale=FOOT_LIFT_SCALE, instants=instants
+        )
 
 
 class ImpulseUp(Constraint):
@@ -497,7 +535,8 @@ CONSTRAINTS: tuple[Constraint, ...] = (
     JointTorque(), JointSpeed(), Load(), Friction(), CentreOfPressure(), ImpulseUp(),
     ImpulseFriction(), LiftOff(), Clearance(), Lateral(), KneeFlexion(), LegLength(), JointRange(),
     ImpulseCentreOfPressure(), WalkingSpeed(), Closure(), TrunkRoll(), TrunkPitch(), TrunkYaw(),
-    TorsionalFriction(), ImpulseTorsion(), LegGap(), SwingTilt(), SwingHeight(),
+    TorsionalFriction(), ImpulseTorsion(), LegGap(), SwingTilt(), SwingHeight(), FootAngle(),
+    FootLift(),
 )  # fmt: skip
 """All built-in constraints, in the order of their rows."""
 

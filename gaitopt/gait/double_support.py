@@ -21,6 +21,7 @@ from functools import cached_property
 import numpy as np
 import pinocchio as pin
 
+from gaitopt.contact.mode import Hinge
 from gaitopt.errors import EvaluationError, InputError, UnreachableError
 from gaitopt.gait.parameters import (
     FOOT_SPACING,
@@ -61,17 +62,22 @@ class Displacement:
         turns: True for a rotation.
         quantity: row of the geometry table that drives it.
         factor: amount of displacement per unit of that quantity.
+        point: on the axis of a rotation, shape (3,); None: the origin.
     """
 
     axis: Array
     turns: bool
     quantity: int
     factor: float = 1.0
+    point: Array | None = None
 
     @cached_property
     def twist(self) -> Array:
         """Its unit motion, linear part first, shape (6,)."""
-        return np.concatenate([_ZERO, self.axis] if self.turns else [self.axis, _ZERO])
+        if not self.turns:
+            return np.concatenate([self.axis, _ZERO])
+        moved = _ZERO if self.point is None else np.cross(self.point, self.axis)
+        return np.concatenate([moved, self.axis])
 
 
 PELVIS_CHAIN = (
@@ -102,7 +108,7 @@ def place(chain: tuple[Displacement, ...], geometry: Array) -> tuple[pin.SE3, Ar
 
     Args:
         chain: displacements from the stance sole outwards.
-        geometry: the geometric quantities, shape (10,).
+        geometry: the geometric quantities, shape (10,) or more.
     """
     placement = pin.SE3.Identity()
     axes = np.empty((len(chain), 6))
@@ -113,16 +119,17 @@ def place(chain: tuple[Displacement, ...], geometry: Array) -> tuple[pin.SE3, Ar
     return placement, axes
 
 
-def drive(chain: tuple[Displacement, ...]) -> Array:
-    """Return the matrix from geometric quantities to displacements, shape (k, 10)."""
-    matrix = np.zeros((len(chain), len(GEOMETRY)))
+def drive(chain: tuple[Displacement, ...], count: int = len(GEOMETRY)) -> Array:
+    """Return the matrix from geometric quantities, `count` of them, to displacements."""
+    matrix = np.zeros((len(chain), count))
     for row, joint in enumerate(chain):
         matrix[row, joint.quantity] = joint.factor
     return matrix
 
 
-PELVIS_DRIVE = drive(PELVIS_CHAIN)
-SOLE_DRIVE = drive(SWING_SOLE_CHAIN)
+FOOT_TURN = len(GEOMETRY)
+"""Place of a further geometric quantity: the angle of a rear foot that has turned about a line of
+its sole [rad]."""
 
 
 @dataclass(frozen=True)
@@ -135,6 +142,7 @@ class Posture:
         pelvis, sole: placements of pelvis and swing sole that the quantities ask for, in the
             stance sole frame.
         pelvis_axes, sole_axes: world axes of the displacement chains, shape (k, 6).
+        drives: from the geometric quantities to the displacements of either chain, (k, G).
         loops: lifted form only: where pelvis and swing sole ought to be, seen from where they are.
     """
 
@@ -144,12 +152,13 @@ class Posture:
     sole: pin.SE3
     pelvis_axes: Array
     sole_axes: Array
+    drives: tuple[Array, Array]
     loops: tuple[pin.SE3, ...] = ()
 
     @cached_property
     def twists(self) -> tuple[Array, Array]:
-        """Twists of pelvis and swing sole per unit of each quantity, shape (6, 10) each."""
-        return self.pelvis_axes.T @ PELVIS_DRIVE, self.sole_axes.T @ SOLE_DRIVE
+        """Twists of pelvis and swing sole per unit of each quantity, shape (6, G) each."""
+        return self.pelvis_axes.T @ self.drives[0], self.sole_axes.T @ self.drives[1]
 
     @cached_property
     def gaps(self) -> Array:
@@ -161,8 +170,8 @@ class Posture:
 class PostureDerivatives:
     """Derivatives of a Posture with respect to the boundary's coordinates, B of them.
 
-    The coordinates are the ten geometric quantities; in the lifted form the n joint angles come
-    before them.
+    The coordinates are the G geometric quantities, ten and the turn of the rear foot if it has one;
+    in the lifted form the n joint angles come before them.
 
     Attributes:
         q_start: shape (n, B).
@@ -180,15 +189,27 @@ class PostureDerivatives:
 
 
 class DoubleSupport(ABC):
-    """Two feet on the ground and a pelvis, placed by the geometric quantities."""
+    """Two feet on the ground and a pelvis, placed by the G geometric quantities."""
 
-    def __init__(self, robot: Robot) -> None:
+    def __init__(self, robot: Robot, hinge: Hinge | None = None) -> None:
+        """Prepare what does not depend on the quantities.
+
+        Args:
+            robot: the biped.
+            hinge: about which the rear foot has turned, by the quantity `FOOT_TURN`; None: flat.
+        """
         self.robot = robot
+        self.sole_chain: tuple[Displacement, ...] = SWING_SOLE_CHAIN
+        self.count = len(GEOMETRY)
+        if hinge is not None:
+            turn = Displacement(hinge.axis, True, FOOT_TURN, point=hinge.point)
+            self.sole_chain, self.count = (*SWING_SOLE_CHAIN, turn), len(GEOMETRY) + 1
+        self.drives = drive(PELVIS_CHAIN, self.count), drive(self.sole_chain, self.count)
         self.kinematics = LegKinematics(robot)
 
     @abstractmethod
     def posture(self, geometry: Array, q_start: Array) -> Posture:
-        """Return the posture for geometric quantities, shape (10,).
+        """Return the posture for geometric quantities, shape (G,).
 
         Args:
             geometry: the quantities.
@@ -218,7 +239,7 @@ class DoubleSupport(ABC):
         """Return placement and displacement axes of pelvis and of swing sole."""
         if not np.all(np.isfinite(geometry)):
             raise EvaluationError("a geometric quantity is not finite")
-        return place(PELVIS_CHAIN, geometry), place(SWING_SOLE_CHAIN, geometry)
+        return place(PELVIS_CHAIN, geometry), place(self.sole_chain, geometry)
 
     def leg_vectors(self, pelvis: pin.SE3, sole: pin.SE3) -> Array:
         """Return the vectors from ankle to hip centres, shape (2, 3)."""
@@ -231,7 +252,7 @@ class DoubleSupport(ABC):
         return np.vstack([hips, sole.act(self.robot.legs.ankles[1])])
 
     def leg_jacobian(self, posture: Posture) -> Array:
-        """Return the jacobian of the legs in the geometric quantities, shape (2, 3, 10)."""
+        """Return the jacobian of the legs in the geometric quantities, shape (2, 3, G)."""
         pelvis_twists, sole_twists = posture.twists
         points = self._points(posture.pelvis, posture.sole)
         hips = [_point_jacobian(p, pelvis_twists) for p in points[:2]]
@@ -255,10 +276,11 @@ class DoubleSupport(ABC):
             leg_weights: shape (2, 3).
         """
         on_pelvis, on_sole = self._point_forces(posture, leg_weights)
-        H = PELVIS_DRIVE.T @ chain_hessian(posture.pelvis_axes, forces[0] + on_pelvis)
-        H = H @ PELVIS_DRIVE
+        of_pelvis, of_sole = self.drives
+        H = of_pelvis.T @ chain_hessian(posture.pelvis_axes, forces[0] + on_pelvis)
+        H = H @ of_pelvis
         sole = chain_hessian(posture.sole_axes, forces[1] - on_sole)
-        H += SOLE_DRIVE.T @ sole @ SOLE_DRIVE
+        H += of_sole.T @ sole @ of_sole
         return np.asarray(H + self._centripetal(posture, leg_weights))
 
     def _centripetal(self, posture: Posture, weights: Array) -> Array:
@@ -304,10 +326,10 @@ def refuse_undetermined(tree: JointTree) -> None:
 
 
 class InverseKinematicsSupport(DoubleSupport):
-    """The paper's form: q_start by inverse kinematics; B = 10 (see `refuse_undetermined`)."""
+    """The paper's form: q_start by inverse kinematics; B = G (see `refuse_undetermined`)."""
 
     def posture(self, geometry: Array, q_start: Array) -> Posture:
-        """Return the posture for geometric quantities, shape (10,)."""
+        """Return the posture for geometric quantities, shape (G,)."""
         del q_start
         (pelvis, pelvis_axes), (sole, sole_axes) = self.place(geometry)
         try:
@@ -319,15 +341,15 @@ class InverseKinematicsSupport(DoubleSupport):
                 f"step length {geometry[STEP_LENGTH]:.4f} m, "
                 f"foot spacing {geometry[FOOT_SPACING]:.4f} m)"
             ) from error
-        return Posture(
-            q_start, self.leg_vectors(pelvis, sole), pelvis, sole, pelvis_axes, sole_axes
-        )
+        legs = self.leg_vectors(pelvis, sole)
+        return Posture(q_start, legs, pelvis, sole, pelvis_axes, sole_axes, self.drives)
 
     def derivatives(self, posture: Posture) -> PostureDerivatives:
         """Return the derivatives of a posture."""
         axes = self.kinematics.axes(posture.q_start)
         jacobian = closure_jacobian(axes, *posture.twists)
-        return PostureDerivatives(jacobian, self.leg_jacobian(posture), axes, np.zeros((0, 6, 10)))
+        gaps = np.zeros((0, 6, self.count))
+        return PostureDerivatives(jacobian, self.leg_jacobian(posture), axes, gaps)
 
     def hessian(
         self,
@@ -337,7 +359,7 @@ class InverseKinematicsSupport(DoubleSupport):
         leg_weights: Array,
         gap_weights: Array,
     ) -> Array:
-        """Return the Hessian of q_weights . q_start + sum(leg_weights * legs), shape (10, 10).
+        """Return the Hessian of q_weights . q_start + sum(leg_weights * legs), shape (G, G).
 
         Along straight lines in the geometric quantities both sides of each closure accelerate:
         S q'' + (acceleration of the leg) = (acceleration of the displacement chain).
@@ -352,26 +374,26 @@ class InverseKinematicsSupport(DoubleSupport):
 
 
 def _loop_drive(count: int, joints: int, displacements: Array) -> Array:
-    """Matrix from (q_start, geometric quantities) to a loop's coordinates, shape (m, n + 10).
+    """Matrix from (q_start, geometric quantities) to a loop's coordinates, shape (m, n + G).
 
     The loop runs back through the first `count` of n joints, then out along the displacements.
     """
-    matrix = np.zeros((count + len(displacements), joints + len(GEOMETRY)))
+    matrix = np.zeros((count + len(displacements), joints + displacements.shape[1]))
     matrix[np.arange(count), np.arange(count)[::-1]] = 1.0
     matrix[count:, joints:] = displacements
     return matrix
 
 
 class JointAngleSupport(DoubleSupport):
-    """q_start is a parameter; the gaps of both loops must vanish; B = n + 10."""
+    """q_start is a parameter; the gaps of both loops must vanish; B = n + G."""
 
-    def __init__(self, robot: Robot) -> None:
-        super().__init__(robot)
+    def __init__(self, robot: Robot, hinge: Hinge | None = None) -> None:
+        super().__init__(robot, hinge)
         tree = robot.tree
         self._counts = tree.stance, tree.legs.stop  # joints from the stance foot to either target
-        self._drives = tuple(
+        self._loop_drives = tuple(
             _loop_drive(count, tree.size, drive)
-            for count, drive in zip(self._counts, (PELVIS_DRIVE, SOLE_DRIVE), strict=True)
+            for count, drive in zip(self._counts, self.drives, strict=True)
         )
 
     def posture(self, geometry: Array, q_start: Array) -> Posture:
@@ -383,7 +405,7 @@ class JointAngleSupport(DoubleSupport):
             if np.trace(loop.rotation) < 1.0:  # its sine, which the rows read, vanishes again
                 raise EvaluationError(f"the {name} is turned by more than a right angle")
         legs = self.leg_vectors(pelvis, sole)
-        return Posture(q_start, legs, pelvis, sole, pelvis_axes, sole_axes, loops)
+        return Posture(q_start, legs, pelvis, sole, pelvis_axes, sole_axes, self.drives, loops)
 
     def derivatives(self, posture: Posture) -> PostureDerivatives:
         """Return the derivatives of a posture."""
@@ -391,7 +413,7 @@ class JointAngleSupport(DoubleSupport):
         chains = self._loop_axes(posture, axes)
         gaps = [
             loop_gap_jacobian(loop, chain) @ drive
-            for loop, chain, drive in zip(posture.loops, chains, self._drives, strict=True)
+            for loop, chain, drive in zip(posture.loops, chains, self._loop_drives, strict=True)
         ]
         n = len(axes)
         legs = np.concatenate([np.zeros((2, 3, n)), self.leg_jacobian(posture)], axis=2)
@@ -408,10 +430,10 @@ class JointAngleSupport(DoubleSupport):
         """Return the Hessian of sum(leg_weights * legs) + sum(gap_weights * gaps), (B, B)."""
         del q_weights  # q_start is linear in the coordinates
         n = len(posture.q_start)
-        H = np.zeros((n + len(GEOMETRY), n + len(GEOMETRY)))
+        H = np.zeros((n + self.count, n + self.count))
         H[n:, n:] = self.target_hessian(posture, (np.zeros(6), np.zeros(6)), leg_weights)
         for loop, axes, drive, weight in zip(
-            posture.loops, derivatives.loop_axes, self._drives, gap_weights, strict=True
+            posture.loops, derivatives.loop_axes, self._loop_drives, gap_weights, strict=True
         ):
             H += drive.T @ loop_gap_hessian(loop, axes, weight) @ drive
         return H

@@ -7,7 +7,7 @@ import io
 import json
 import math
 import zipfile
-from collections.abc import Mapping
+from collections.abc import Container, Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
@@ -17,8 +17,12 @@ from numpy.typing import NDArray
 
 from gaitopt.atomic import write_atomically
 from gaitopt.bounds import GAIT, too_large
+from gaitopt.contact.flat_foot import FlatFoot
+from gaitopt.contact.mode import ContactMode
+from gaitopt.contact.schedule import LegExchange, Transition
+from gaitopt.contact.toe_line import ToeLine
 from gaitopt.errors import GaitFileError, InputError, RobotError
-from gaitopt.gait.result import LARGEST, SHAPES, Gait, array_names
+from gaitopt.gait.result import FOOT, LARGEST, SHAPES, Gait, array_names
 from gaitopt.model.multibody import Multibody, checked_multibody
 from gaitopt.tolerances import SAME
 from gaitopt.version import __version__
@@ -120,7 +124,17 @@ _OF_ROBOT = {
     "gravity": "gravity",
     **{f.name: f"robot_{f.name}" for f in fields(Multibody) if f.name != "gravity"},
 }
+_OF_FOOT = tuple(name.removeprefix("foot_") for name in FOOT)
 _BASE = ("base_position", "base_quaternion", "base_twist", "base_acceleration")
+
+TURNING = (
+    Member("knots_1", "float64", ("l",), "s"),
+    Member("coefficients_1", "float64", ("l + 2", "J"), "rad, rad/s", "joint"),
+    Member("foot_hinge_1", "float64", (6,), "m, 1", _SOLE),
+    Member("foot_knots_1", "float64", ("k",), "s"),
+    Member("foot_coefficients_1", "float64", ("k + 2",), "rad, rad/s"),
+)
+"""Further arrays, of a gait whose stance foot turns in a second phase."""
 
 
 def save_gait(gait: Gait, path: str | Path) -> Path:
@@ -168,7 +182,7 @@ def load_gait(path: str | Path, *, verify: bool = True) -> Gait:
         raise _bad(
             source, f"its format is {version}, this gaitopt reads {FORMAT}; install a newer gaitopt"
         )
-    wanted = _OLD if version == 1 else tuple(member.name for member in MEMBERS)
+    wanted = _OLD if version == 1 else tuple(member.name for member in _of_format_2(members))
     if missing := [name for name in wanted if name not in members]:
         raise _bad(source, f"it is not a complete gait file, '{missing[0]}' is missing")
     try:
@@ -206,8 +220,12 @@ def gait_members(gait: Gait) -> _Arrays:
         RobotError: the gait has no `multibody`, and its URDF is not its robot.
     """
     trajectory = gait.trajectory
-    at = trajectory.at(gait.time, before=gait.time > gait.duration / 2.0)
+    at = trajectory.at(gait.time, before=_ends_phase(gait))
     found: dict[str, object] = {_RENAMED.get(n, n): getattr(gait, n) for n in array_names()}
+    for number, phase in enumerate(trajectory.phases):
+        found |= {f"knots_{number}": phase.knots, f"coefficients_{number}": phase.coefficients}
+        if phase.turning is not None:
+            found |= {f"foot_{n}_{number}": getattr(phase.turning, n) for n in _OF_FOOT}
     found |= {name: getattr(at, name) for name in _BASE}
     found |= {name: getattr(gait, name) for name in (*_TEXTS, *_NAMES)}
     found |= {key: getattr(trajectory.body, name) for name, key in _OF_ROBOT.items()}
@@ -218,17 +236,35 @@ def gait_members(gait: Gait) -> _Arrays:
     found["schedule"] = _json(_schedule(gait))
     found["meta"] = _json({**gait.meta, "format": FORMAT, _WRITTEN_BY: __version__})
     kinds: dict[str, Any] = {m.name: np.str_ if m.kind == "str" else m.kind for m in MEMBERS}
-    return {m.name: np.array(found[m.name], kinds[m.name]) for m in MEMBERS if m.name != "digest"}
+    kinds |= {m.name: m.kind for m in TURNING}
+    written = [m.name for m in _of_format_2(found) if m.name != "digest"]
+    return {name: np.array(found[name], kinds[name]) for name in written}
+
+
+def _of_format_2(names: Container[str]) -> tuple[Member, ...]:
+    """Return the arrays that a file of format 2 has, given those of it, or some of them."""
+    return (*MEMBERS, *TURNING) if TURNING[0].name in names else MEMBERS
+
+
+def _ends_phase(gait: Gait) -> NDArray[np.bool_]:
+    """Return which samples belong to what ends at their instant, shape (N,)."""
+    if not gait.turning:
+        return np.asarray(gait.time > gait.duration / 2.0)
+    begun = gait.time - gait.turns_at
+    return np.asarray((gait.time > 0.0) & ~((begun > 0.0) & (begun < SAME * gait.duration)))
 
 
 def _schedule(gait: Gait) -> dict[str, object]:
     """Return what happens when: the phases of a step, and how the next one follows."""
-    phase = {
-        "contacts": {gait.stance_sole: "flat"},
-        "duration": gait.duration,
-        "end": "impact",
-    }
-    return {"phases": [phase], "symmetry": "leg exchange"}
+    contacts: list[ContactMode] = [FlatFoot()]
+    if gait.turning:
+        contacts.append(ToeLine(0.0))
+    ends = [Transition.SMOOTH] * (len(contacts) - 1) + [Transition.IMPACT]
+    phases = [
+        {"contacts": {gait.stance_sole: contact.name}, "duration": phase.duration, "end": end.value}
+        for contact, phase, end in zip(contacts, gait.trajectory.phases, ends, strict=True)
+    ]
+    return {"phases": phases, "symmetry": LegExchange.name}
 
 
 def _json(record: Mapping[str, object]) -> str:
@@ -242,7 +278,7 @@ def _bytes(array: NDArray[Any]) -> bytes:
 
 
 def _gait(members: _Arrays, meta: Mapping[str, object], more: Mapping[str, Any]) -> Gait:
-    arrays: dict[str, Any] = {n: members[n] for n in array_names() if n in members}
+    arrays: dict[str, Any] = {n: members[n] for n in (*array_names(), *FOOT) if n in members}
     return Gait(
         **arrays,
         urdf=str(members["urdf"]),
@@ -271,20 +307,37 @@ def _new_gait(members: _Arrays, meta: dict[str, object]) -> Gait:
     more = {name: members[name] for name in ("multipliers", "bound_multipliers")}
     more = {name: values for name, values in more.items() if values.size}
     named = {name: members[key] for name, key in _RENAMED.items()}
+    if TURNING[0].name in members:
+        named |= _joined(members)
     gait = _gait({**members, **named}, meta, {**more, "multibody": body})
     _check_statements(gait, members)
     return gait
 
 
+def _joined(members: _Arrays) -> _Arrays:
+    """Return the splines over a step of two phases, and the turn of the foot in the second."""
+    first, second = members["coefficients_0"], members["coefficients_1"]
+    begin = members["knots_0"][-1]
+    return {
+        "knots": np.concatenate([members["knots_0"], begin + members["knots_1"][1:]]),
+        "coefficients": np.concatenate([first[:-2], second[1:-2], first[-2:-1], second[-1:]]),
+        "foot_hinge": members["foot_hinge_1"],
+        "foot_knots": begin + members["foot_knots_1"],
+        "foot_coefficients": members["foot_coefficients_1"],
+    }
+
+
 def _check_members(members: _Arrays) -> None:
     """Refuse arrays of another kind or shape than their own."""
     sizes: dict[int | str, int] = {}
-    for member in MEMBERS:
+    for member in _of_format_2(members):
         array = members[member.name]
         kind = "U" if member.kind == "str" else np.dtype(member.kind).kind
         if array.dtype.kind != kind:
             raise InputError(f"its '{member.name}' is of {array.dtype}, not {member.kind}")
-        known = {**sizes, "m + 2": sizes.get("m", 0) + 2, "M + 1": sizes.get("M", 0) + 1}
+        known = dict(sizes)
+        for letter, more in (("m", 2), ("l", 2), ("k", 2), ("M", 1)):
+            known[f"{letter} + {more}"] = sizes.get(letter, 0) + more
         if array.ndim == len(member.shape):
             for size, found in zip(member.shape, array.shape, strict=True):
                 if isinstance(size, str) and size not in known:
@@ -301,7 +354,12 @@ def _check_members(members: _Arrays) -> None:
 def _check_statements(gait: Gait, members: _Arrays) -> None:
     """Refuse a base track, a schedule or a ground that are not those of the gait itself."""
     found = gait_members(gait)
-    for name in _BASE:
+    splines = [m.name for m in TURNING if m.name in members]
+    if splines and found.keys() != {*members} - {"digest"}:
+        raise InputError("its arrays of two phases are not those of a gait")
+    for name in (*_BASE, *splines, *(_RENAMED.values() if splines else ())):
+        if found[name].shape != members[name].shape:
+            raise InputError(f"its '{name}' is not that of its splines and its robot")
         size = max(1.0, float(np.abs(found[name]).max()))
         if np.abs(found[name] - members[name]).max() > SAME * size:
             raise InputError(f"its '{name}' is not that of its splines and its robot")
@@ -313,8 +371,9 @@ def _check_statements(gait: Gait, members: _Arrays) -> None:
         raise InputError("its 'schedule' is not JSON") from error
     if schedule != _schedule(gait):
         raise InputError(
-            "its 'schedule' is not one phase on the flat foot that stands, ended by the impact of "
-            "the other; this gaitopt reads no other"
+            "its 'schedule' is not that of its arrays: a phase on the flat foot that stands, then "
+            "at most one on its toe line, ended by the impact of the other; this gaitopt reads no "
+            "other"
         )
 
 
@@ -365,7 +424,7 @@ def _altered(members: _Arrays, digests: Mapping[str, str]) -> tuple[str, ...]:
         recorded = None
     if not isinstance(recorded, dict):
         return ("digest",)
-    names = [member.name for member in MEMBERS if member.name != "digest"]
+    names = [member.name for member in _of_format_2(members) if member.name != "digest"]
     return tuple(n for n in names if n not in digests or recorded.get(n) != digests[n])
 
 

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 import pinocchio as pin
 from scipy.optimize import least_squares
 
+from gaitopt.contact.mode import Hinge
 from gaitopt.errors import UnreachableError
 from gaitopt.gait.double_support import (
     PELVIS_CHAIN,
@@ -13,6 +16,7 @@ from gaitopt.gait.double_support import (
     JointAngleSupport,
     place,
 )
+from gaitopt.gait.foot_turn import FootTurn
 from gaitopt.gait.parameters import (
     DURATION,
     FOOT_SPACING,
@@ -32,6 +36,7 @@ _LONGEST = 0.97  # of the leg's length, in double support
 _TRUNK_PITCH = 0.05  # rad
 _CLEAR_OF_GAP = 0.014  # m: the guess keeps this much off the lateral constraint
 _EXTRA_LIFT = 0.02  # m above the clearance profile
+_FOOT_ANGLE = 0.15  # rad at the end, where the stance foot turns; from less a heel may never rise
 _HAIR = 1e-12  # between bounds that are equal: least squares wants room
 _RATE_FRACTION = 0.5  # of the last secant: the foot slows down before it lands
 
@@ -45,20 +50,61 @@ def first_guess(problem: WalkProblem) -> Array:
     geometry = _geometry(problem)
     kinematics = LegKinematics(problem.robot)
     pelvis, _ = place(PELVIS_CHAIN, geometry)
-    rear, _ = place(SWING_SOLE_CHAIN, geometry)
+    turn = _turn(problem, geometry)
+    rear = place(SWING_SOLE_CHAIN, geometry)[0] * turn.place(1.0)
     q_start = kinematics.solve(pelvis, rear)
     q_end = problem.model.exchange @ q_start
-    pelvis_end, front = kinematics.placements(q_end)
+    pelvis_end, front = (turn.place(1.0) * at for at in kinematics.placements(q_end))
     count = problem.layout.postures
     lift = problem.task.margins.clearance + _EXTRA_LIFT
     knots = []
-    for s in np.arange(1, count + 1) / (count + 1):
+    inner = problem.model.basis.knots[1:-1]
+    for s in inner if problem.model.hinge else np.arange(1, count + 1) / (count + 1):
         sole = pin.SE3.Interpolate(rear, front, float(s))
         sole.translation = sole.translation + np.array([0.0, 0.0, lift * np.sin(np.pi * s)])
-        knots.append(kinematics.solve(pin.SE3.Interpolate(pelvis, pelvis_end, float(s)), sole))
-    last = geometry[DURATION] / (count + 1)
+        foot = turn.place(float(s)).inverse()
+        at_pelvis = foot * pin.SE3.Interpolate(pelvis, pelvis_end, float(s))
+        knots.append(kinematics.solve(at_pelvis, foot * sole))
+    last = (
+        geometry[DURATION] * (1.0 - inner[-1])
+        if problem.model.hinge
+        else geometry[DURATION] / (count + 1)
+    )
     rate_before = _RATE_FRACTION * (q_end - knots[-1]) / last
-    return problem.layout.pack(np.array(knots), rate_before, q_start, geometry)
+    return problem.layout.pack(np.array(knots), rate_before, q_start, geometry, turn.parameters)
+
+
+@dataclass(frozen=True)
+class _Turn:
+    """The turn of the stance foot in the guess, if it turns.
+
+    Attributes:
+        hinge: the line that rests; None: it stands flat.
+        parameters: of the turn, shape (p,) or (0,).
+        duration: of the step [s].
+        begin: share of the step.
+    """
+
+    hinge: Hinge | None
+    parameters: Array
+    duration: float
+    begin: float
+
+    def place(self, s: float) -> pin.SE3:
+        """Return the placement of the stance sole in its footprint at s = t / T."""
+        if self.hinge is None:
+            return pin.SE3.Identity()
+        at = FootTurn(self.begin, np.array([s]))
+        angle = at.basis.at(self.duration)[0, 0] @ at.coefficients @ self.parameters
+        return pin.exp6(float(angle) * self.hinge.twist)
+
+
+def _turn(problem: WalkProblem, geometry: Array) -> _Turn:
+    model, duration = problem.model, float(geometry[DURATION])
+    if model.foot_turn is None:
+        return _Turn(None, np.zeros(0), duration, 1.0)
+    parameters = model.foot_turn.guess(_FOOT_ANGLE, duration)
+    return _Turn(model.hinge, parameters, duration, model.foot_turn.begin)
 
 
 def flat_feet_gap(problem: WalkProblem) -> float:

@@ -9,6 +9,7 @@ from math import isfinite
 import numpy as np
 
 from gaitopt.errors import InputError
+from gaitopt.gait import foot_turn
 from gaitopt.nlp import Array
 
 INFINITY = float("inf")
@@ -68,12 +69,14 @@ class Layout:
         geometry: the table, complete, in the order of `GEOMETRY`.
         lifted: whether the posture at the start is in x as well, tied to the geometry by equalities
             instead of inverse kinematics.
+        turning: whether the stance foot turns at the end of the step, see `foot_turn`.
     """
 
     joint_names: tuple[str, ...]
     postures: int
     geometry: tuple[GeometricParameter, ...] = GEOMETRY
     lifted: bool = False
+    turning: bool = False
 
     @cached_property
     def free(self) -> list[int]:
@@ -109,23 +112,28 @@ class Layout:
     @cached_property
     def shape(self) -> slice:
         """Entries of the free geometric quantities."""
-        return slice(self.start.stop, self.size)
+        return slice(self.start.stop, self.start.stop + len(self.free))
+
+    @cached_property
+    def turn(self) -> slice:
+        """Entries of the stance foot's turn, the angle of the rear foot first; or none."""
+        return slice(self.shape.stop, self.shape.stop + len(foot_turn.NAMES) * self.turning)
 
     @cached_property
     def boundary(self) -> slice:
-        """Entries that shape the double support: posture at the start and geometry."""
-        return slice(self.start.start, self.size)
+        """Entries that shape the double support: posture at the start, geometry, rear foot."""
+        return slice(self.start.start, self.shape.stop + self.turning)
 
     @cached_property
     def boundary_columns(self) -> list[int]:
-        """Which of the boundary's own coordinates (n angles if lifted, 10 quantities) are in x."""
-        angles = self.joints * self.lifted
-        return [*range(angles), *(angles + row for row in self.free)]
+        """Which of the boundary's own coordinates (n angles if lifted, G quantities) are in x."""
+        angles, rear = self.joints * self.lifted, [len(self.geometry)] * self.turning
+        return [*range(angles), *(angles + row for row in [*self.free, *rear])]
 
     @cached_property
     def size(self) -> int:
         """Length of x."""
-        return int(self.start.stop) + len(self.free)
+        return int(self.turn.stop)
 
     @cached_property
     def names(self) -> tuple[str, ...]:
@@ -133,7 +141,8 @@ class Layout:
         knots = [f"{j}_at_knot_{k + 1}" for k in range(self.postures) for j in self.joint_names]
         rates = [f"{j}_rate_before_impact" for j in self.joint_names]
         start = [f"{j}_at_start" for j in self.joint_names] if self.lifted else []
-        return (*knots, *rates, *start, *(self.geometry[i].name for i in self.free))
+        turn = foot_turn.NAMES if self.turning else ()
+        return (*knots, *rates, *start, *(self.geometry[i].name for i in self.free), *turn)
 
     def index(self, name: str) -> int | None:
         """Return where a geometric quantity stands in x, or None if it is fixed."""
@@ -141,24 +150,38 @@ class Layout:
         return self.shape.start + self.free.index(row) if row in self.free else None
 
     def geometry_of(self, x: Array) -> Array:
-        """Return the ten geometric quantities at x, free and fixed, shape (10,)."""
+        """Return the geometric quantities at x, shape (G,).
+
+        The ten, free and fixed, and the angle of the rear foot where the stance foot turns.
+        """
         values = self.fixed_values.copy()
         values[self.free] = x[self.shape]
-        return values
+        return np.append(values, x[self.turn][0]) if self.turning else values
 
-    def pack(self, knots: Array, rate_before: Array, q_start: Array, geometry: Array) -> Array:
-        """Return x from postures (k, n), rates (n,), start (n,) and all geometry (10,).
+    def pack(
+        self,
+        knots: Array,
+        rate_before: Array,
+        q_start: Array,
+        geometry: Array,
+        turn: Array | None = None,
+    ) -> Array:
+        """Return x from postures (k, n), rates (n,), start (n,), all geometry (10,), turn (p,).
 
-        The posture at the start goes in only in the lifted form.
+        The posture at the start goes in only in the lifted form, the turn where there is one.
         """
         start = q_start if self.lifted else q_start[:0]
-        return np.concatenate([knots.ravel(), rate_before, start, geometry[self.free]])
+        turn = np.zeros(self.turn.stop - self.turn.start) if turn is None else turn
+        return np.concatenate([knots.ravel(), rate_before, start, geometry[self.free], turn])
 
     def bounds(self) -> tuple[Array, Array]:
         """Return lower and upper bounds of x."""
         lower, upper = np.full(self.size, -INFINITY), np.full(self.size, INFINITY)
         lower[self.shape] = [self.geometry[i].lower for i in self.free]
         upper[self.shape] = [self.geometry[i].upper for i in self.free]
+        if self.turning:
+            lower[self.turn], upper[self.turn] = 0.0, foot_turn.LARGEST_ANGLE
+            upper[self.turn.stop - 1] = foot_turn.LARGEST_RATE
         return lower, upper
 
     def scale(self) -> Array:
@@ -166,6 +189,9 @@ class Layout:
         scale = np.full(self.size, KNOT_SCALE)
         scale[self.rates] = RATE_SCALE
         scale[self.shape] = [self.geometry[i].scale for i in self.free]
+        if self.turning:
+            scale[self.turn] = foot_turn.ANGLE_SCALE
+            scale[self.turn.stop - 1] = foot_turn.RATE_SCALE
         return scale
 
 

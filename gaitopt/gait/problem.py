@@ -81,8 +81,8 @@ class WalkProblem(NLP):
     @cached_property
     def breaks(self) -> Array:
         """Shares of the step, from 0 to 1, between which every quantity is smooth."""
-        knots = np.linspace(0.0, 1.0, self.task.postures + 2)
-        return np.union1d(knots, self.schedule.changes)
+        turn, knots = self.model.foot_turn, self.model.basis.knots
+        return knots if turn is None else np.union1d(knots, turn.knots)
 
     def with_grid(self, grid: Grid) -> WalkProblem:
         """Return the same walk looked at on another grid."""
@@ -213,7 +213,10 @@ def walk_layout(robot: Robot, task: Task) -> Layout:
     if table[STEP_LENGTH].free:
         table = set_geometry(table, {"step_length": {"value": task.step_length}})
     table = _within_step_width(table, robot, task.margins.step_width)
-    return Layout(robot.joint_names, task.postures, table, task.boundary == "lifted")
+    hinge = task.schedule.last.contact.hinge(robot.sole)
+    return Layout(
+        robot.joint_names, task.postures, table, task.boundary == "lifted", hinge is not None
+    )
 
 
 def _within_step_width(

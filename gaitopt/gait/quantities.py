@@ -59,7 +59,9 @@ TORQUE = Quantity("torque", "N·m", "joints")
 ANGLES = Quantity("angles", "rad", "joints")
 RATES = Quantity("rates", "rad/s", "joints")
 ACCELERATIONS = Quantity("accelerations", "rad/s²", "joints")
-WRENCH = Quantity("wrench", "N, N·m", "stance sole: of the ground on the foot", _WRENCH)
+WRENCH = Quantity(
+    "wrench", "N, N·m", "footprint of the stance sole: of the ground on the foot", _WRENCH
+)
 CORNERS = Quantity(
     "corners", "m", "stance sole: corners of the swing sole",
     tuple(f"{corner} {axis}" for corner in _CORNERS for axis in _XYZ),
@@ -68,12 +70,17 @@ TRUNK = Quantity(
     "trunk", "rad", "direction of travel: attitude of the pelvis frame",
     ("roll", "pitch", "yaw"), optional=True,
 )  # fmt: skip
+FOOT_TURN = Quantity(
+    "foot_turn", "rad, rad/s, rad/s²",
+    "stance foot: about the line of it that rests; no entries where none of its phases turns it",
+    ("angle", "rate", "acceleration"),
+)  # fmt: skip
 LEG_GAPS = Quantity("leg_gaps", "m", "distances of the capsules of the legs", optional=True)
 IMPULSE = Quantity(
     "impulse", "N·s, N·m·s", "landing sole: of the ground on the foot", _WRENCH, ("",)
 )
 SOLE_TWIST = Quantity(
-    "sole_twist", "m/s, rad/s", "old stance sole, after the impact",
+    "sole_twist", "m/s, rad/s", "footprint of the old stance sole, after the impact",
     tuple(f"{kind} {axis}" for kind in ("velocity", "rate") for axis in _XYZ), ("",),
 )  # fmt: skip
 LEGS = Quantity(
@@ -86,7 +93,7 @@ TRAVEL = Quantity("travel", "m, s", "the step", ("step length", "duration"), (""
 
 ALL = (
     TORQUE, WRENCH, CORNERS, ANGLES, RATES, ACCELERATIONS, IMPULSE, SOLE_TWIST, LEGS, GAPS, TRAVEL,
-    TRUNK, LEG_GAPS,
+    TRUNK, LEG_GAPS, FOOT_TURN,
 )  # fmt: skip
 
 

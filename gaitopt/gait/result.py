@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sized
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 
 import numpy as np
@@ -12,7 +12,7 @@ import numpy as np
 from gaitopt.bounds import INSTANTS, at_most
 from gaitopt.errors import InputError
 from gaitopt.gait.costs import TorqueCost
-from gaitopt.gait.trajectory import Trajectory, TrajectoryPhase, fitted_coefficients
+from gaitopt.gait.trajectory import FootTurning, Trajectory, TrajectoryPhase, fitted_coefficients
 from gaitopt.model.multibody import Multibody
 from gaitopt.nlp import Array
 
@@ -42,6 +42,12 @@ SHAPES: dict[str, tuple[int | str, ...]] = {
     "parameters": ("P",),
     "mirror": ("J", "J"),
 }
+FOOT: dict[str, tuple[int | str, ...]] = {
+    "foot_hinge": ("6 or 0",),
+    "foot_knots": ("k",),
+    "foot_coefficients": ("k + 2",),
+}
+"""Arrays of the turn of the stance foot, empty where it stands flat until the impact."""
 _MULTIPLIERS: dict[str, tuple[int | str, ...]] = {
     "multipliers": ("R",),
     "bound_multipliers": ("P",),
@@ -80,6 +86,12 @@ class Gait:
         bound_multipliers: of the bounds on the parameters, shape (P,), likewise.
         multibody: the robot as it was designed for; None: it is read again from `urdf` where it
             is needed.
+        foot_hinge: twist of the stance sole per unit of the rate of its turn about the line of it
+            that rests at the end of the step, in its frame, linear part first, shape (6,); empty
+            where it stands flat until the impact.
+        foot_knots: of the spline of its angle, from where it begins to turn to the end of the step
+            [s], shape (k,) or (0,); the first is one of `knots`.
+        foot_coefficients: angle at these knots [rad], rates at both ends [rad/s], (k + 2,) or (0,).
         meta: JSON-able record (task, limits, sole, mass, cost, solver, status, certificate,
             versions); every key is optional.
 
@@ -112,11 +124,16 @@ class Gait:
     multipliers: Array | None = None
     bound_multipliers: Array | None = None
     multibody: Multibody | None = None
+    foot_hinge: Array = field(default_factory=lambda: np.zeros(0))
+    foot_knots: Array = field(default_factory=lambda: np.zeros(0))
+    foot_coefficients: Array = field(default_factory=lambda: np.zeros(0))
 
     def __post_init__(self) -> None:
         for name in SHAPES:
             if name != "coefficients" or self.coefficients is not None:
                 object.__setattr__(self, name, _frozen(name, getattr(self, name)))
+        for name in FOOT:
+            object.__setattr__(self, name, _frozen(name, getattr(self, name)))
         for name in _MULTIPLIERS:
             if getattr(self, name) is not None:
                 object.__setattr__(self, name, _frozen(name, getattr(self, name)))
@@ -127,6 +144,7 @@ class Gait:
                 raise InputError(f"the gait's '{name}' must be a non-empty text")
         object.__setattr__(self, "meta", _json_copy(self.meta))
         _check_times(self)
+        _check_foot(self)
         if self.coefficients is None:
             object.__setattr__(self, "coefficients", _frozen("coefficients", _fitted(self)))
         _check_sizes(self)
@@ -151,9 +169,31 @@ class Gait:
     @property
     def step_length(self) -> float:
         """Distance the robot advances in one step [m]: half the travel of the swing sole."""
-        centre = self.swing_sole.mean(axis=1)
+        centre = self.swing_sole[:, self._resting].mean(axis=1)
         forward, left, _ = centre[-1] - centre[0]  # with feet turned out, travel is not along x
         return float(np.hypot(forward, left)) / 2.0
+
+    @property
+    def turning(self) -> bool:
+        """Whether the stance foot turns about a line of its sole at the end of the step."""
+        return bool(self.foot_knots.size)
+
+    @property
+    def turns_at(self) -> float:
+        """Time at which the stance foot begins to turn [s]; the duration where it does not."""
+        return float(self.foot_knots[0]) if self.turning else self.duration
+
+    @property
+    def foot_angle(self) -> float:
+        """Angle of the stance foot at the impact [rad], 0 where it stands flat."""
+        return float(self.foot_coefficients[-3]) if self.turning else 0.0
+
+    @property
+    def _resting(self) -> slice:
+        """Corners of a sole on the ground when it leaves: all, those of the toe or of the heel."""
+        if not self.turning:
+            return slice(None)
+        return slice(0, 2) if self.foot_hinge[4] > 0.0 else slice(2, 4)
 
     @property
     def speed(self) -> float:
@@ -194,7 +234,12 @@ class Gait:
                 f"{', '.join(body.moving_names)}; give the robot that it was designed for"
             )
         phase = TrajectoryPhase(0, self.knots, self.coefficients)
-        return Trajectory(body, (phase,), self.mirror)
+        if not self.turning:
+            return Trajectory(body, (phase,), self.mirror)
+        flat, last = phase.split(float(self.foot_knots[0]))
+        knots = self.foot_knots - self.foot_knots[0]
+        turning = FootTurning(self.foot_hinge, knots, self.foot_coefficients)
+        return Trajectory(body, (flat, replace(last, turning=turning)), self.mirror)
 
     def fact(self, *keys: str) -> object | None:
         """Return `meta[key][key]...`, None if any of the keys is absent."""
@@ -255,7 +300,7 @@ def _fitted(gait: Gait) -> Array:
 
 
 def _frozen(name: str, value: object) -> Array:
-    shape = SHAPES[name] if name in SHAPES else _MULTIPLIERS[name]
+    shape = {**SHAPES, **FOOT, **_MULTIPLIERS}[name]
     if isinstance(value, Sized) and shape[0] == "N":
         at_most(len(value), INSTANTS, f"instants in the gait's '{name}'")
     try:
@@ -314,6 +359,24 @@ def _check_sizes(gait: Gait) -> None:
     if bounds is not None and len(bounds) != len(gait.parameters):
         raise InputError(
             f"the gait has {len(bounds)} multipliers of bounds on {len(gait.parameters)} parameters"
+        )
+
+
+def _check_foot(gait: Gait) -> None:
+    """Refuse a turn of the stance foot that does not fit the step."""
+    knots, sizes = gait.foot_knots, (gait.foot_hinge.size, gait.foot_coefficients.size)
+    if knots.size == 0 and sizes == (0, 0):
+        return
+    if knots.size < 2 or sizes != (6, knots.size + 2) or not (np.diff(knots) > 0.0).all():
+        raise InputError(
+            "the gait's foot_knots must increase, two values at least, with foot_coefficients two "
+            "more, and foot_hinge must be six numbers"
+        )
+    inner, near = gait.knots[1:-1], 1e-9 * gait.duration
+    begins = inner.size and np.abs(inner - knots[0]).min() <= near
+    if not begins or abs(knots[-1] - gait.duration) > near:
+        raise InputError(
+            "the gait's stance foot must turn from one of its knots until the end of the step"
         )
 
 

@@ -7,7 +7,7 @@ that not every walk needs are computed only if a constraint reads them.
 from __future__ import annotations
 
 from collections.abc import Collection
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -23,7 +23,7 @@ from gaitopt.mechanics.forward_kinematics import (
     PostureQuantity,
     PostureQuantityDerivatives,
 )
-from gaitopt.mechanics.impact import ImpactDerivatives, ImpactState
+from gaitopt.mechanics.impact import ImpactDerivatives, ImpactState, Turning
 from gaitopt.mechanics.leg_distance import LegGaps, leg_pairs
 from gaitopt.mechanics.single_support import SupportDerivatives, SupportState
 from gaitopt.mechanics.trunk import ROLL, YAW, Trunk
@@ -44,6 +44,9 @@ class Step:
         impact: the robot just after it.
         coefficients: of the spline (k + 4, n): knots, rate at start, rate at end.
         motion: q, dq, ddq at the instants, shape (3, N, n).
+        turn: the stance foot before the impact; None where it stands flat.
+        foot_motion: angle of the stance foot about the line that rests, its rate and acceleration
+            at the instants, shape (3, N, h): h = 1 where the foot turns, else 0.
         support: single support at the instants.
         optional: quantities that only some constraints look at; without entries unless they do.
     """
@@ -58,6 +61,24 @@ class Step:
     motion: Array
     support: SupportState
     optional: dict[Quantity, Array]
+    foot_motion: Array
+    turn: Turning | None = None
+
+    @property
+    def hinges(self) -> int:
+        """Joints between the ground and the stance foot: 1 where it turns, else 0."""
+        return int(self.foot_motion.shape[2])
+
+    @property
+    def whole_motion(self) -> Array:
+        """The stance foot's motion, then the joints', shape (3, N, h + n)."""
+        return with_foot(self.foot_motion, self.motion)
+
+    @property
+    def sole_twist(self) -> Array:
+        """Twist of the old stance sole after the impact, in its footprint, (6,)."""
+        twist = self.impact.sole_twist
+        return twist if self.turn is None else self.turn.place.toActionMatrix() @ twist
 
     @property
     def duration(self) -> float:
@@ -78,17 +99,18 @@ class Step:
         """Every quantity, see `read`."""
         effort, corners = self.support.effort, self.support.corners
         return {
-            quantities.TORQUE: effort[:, 6:],
+            quantities.TORQUE: effort[:, 6 + self.hinges :],
             quantities.WRENCH: effort[:, :6],
             quantities.CORNERS: corners.reshape(len(corners), -1),
             quantities.ANGLES: self.motion[0],
             quantities.RATES: self.motion[1],
             quantities.ACCELERATIONS: self.motion[2],
             quantities.IMPULSE: self.impact.impulse[None],
-            quantities.SOLE_TWIST: self.impact.sole_twist[None],
+            quantities.SOLE_TWIST: self.sole_twist[None],
             quantities.LEGS: self.posture.legs,
             quantities.GAPS: self.posture.gaps,
             quantities.TRAVEL: self.geometry[None, [STEP_LENGTH, DURATION]],
+            quantities.FOOT_TURN: foot_turn_rows(self.foot_motion.transpose(1, 0, 2)),
             **self.optional,
         }
 
@@ -100,7 +122,8 @@ class StepDerivatives:
     Attributes:
         posture, impact, support, optional: the local derivatives they are made of.
         coefficients: of the spline coefficients, shape (k + 4, n, P).
-        motion: of (q, dq, ddq) at each instant, shape (N, 3 n, P).
+        motion: of (q, dq, ddq) at each instant, each of them with the foot's turn in front, shape
+            (N, 3 (h + n), P).
         jacobians: of each quantity, shape (K, entries, P).
     """
 
@@ -113,6 +136,20 @@ class StepDerivatives:
     jacobians: dict[Quantity, Array]
 
 
+def foot_turn_rows(turned: Array) -> Array:
+    """Return the stance foot's turn (N, 3), without entries where it has no hinge.
+
+    Args:
+        turned: angle, rate and acceleration of the hinges, or their derivatives, (N, 3, h, ...).
+    """
+    return turned.reshape(len(turned), 3 * turned.shape[2], *turned.shape[3:])
+
+
+def with_foot(foot: Array, joints: Array) -> Array:
+    """Return tables (..., h) of the stance foot's turn and (..., n) of the joints side by side."""
+    return np.concatenate([foot, joints], axis=-1) if foot.shape[-1] else joints
+
+
 OPTIONAL = (quantities.TRUNK, quantities.LEG_GAPS)
 _HEADING = 0.5  # of the foot yaw: the direction of travel in the stance sole's axes
 
@@ -120,13 +157,28 @@ _HEADING = 0.5  # of the foot yaw: the direction of travel in the stance sole's 
 class PostureQuantities:
     """Quantity the optional quantities that were asked for; the others have no entries."""
 
-    def __init__(self, robot: Robot, asked: Collection[Quantity] = ()) -> None:
+    def __init__(
+        self, robot: Robot, asked: Collection[Quantity] = (), standing: Robot | None = None
+    ) -> None:
+        """Prepare what does not depend on the posture.
+
+        Args:
+            robot: the biped.
+            asked: quantities that are wanted.
+            standing: the biped with a hinge under its stance foot, if that turns.
+        """
+        standing = standing or robot
         self._read: dict[Quantity, PostureQuantity] = {}
         if quantities.TRUNK in asked:
-            self._read[quantities.TRUNK] = Trunk(robot)
+            self._read[quantities.TRUNK] = Trunk(standing)
         if quantities.LEG_GAPS in asked:
-            self._read[quantities.LEG_GAPS] = LegGaps(robot.tree, leg_pairs(robot).kept)
-        self._bodies = ForwardKinematics(robot.model) if self._read else None
+            hinges = standing.tree.size - robot.tree.size
+            pairs = tuple(
+                (replace(a, body=a.body + hinges), replace(b, body=b.body + hinges))
+                for a, b in leg_pairs(robot).kept
+            )
+            self._read[quantities.LEG_GAPS] = LegGaps(standing.tree, pairs)
+        self._bodies = ForwardKinematics(standing.model) if self._read else None
 
     def placed(self, q: Array) -> Placements | None:
         """Return the bodies at postures q (N, n), if anything is read off them."""

@@ -17,15 +17,20 @@ from gaitopt.gait.parameters import DURATION
 from gaitopt.gait.quantities import Quantity
 from gaitopt.gait.step import Step, StepDerivatives
 from gaitopt.gait.step_model import StepModel
-from gaitopt.mechanics.forward_kinematics import corner_hessian
+from gaitopt.mechanics.cached_workspace import cached_workspace
+from gaitopt.mechanics.forward_kinematics import body_inertias, corner_hessian
 from gaitopt.mechanics.impact import WeightedImpact
-from gaitopt.mechanics.inverse_dynamics_hessian import InverseDynamicsHessian
+from gaitopt.mechanics.inverse_dynamics_hessian import (
+    InverseDynamicsHessian,
+    inverse_dynamics_hessian,
+)
+from gaitopt.mechanics.spatial import motion_cross_matrix
 from gaitopt.nlp import Array
 
 Indices = NDArray[np.int_]
 
-_EFFORT = {quantities.WRENCH: slice(6), quantities.TORQUE: slice(6, None)}
-"""Entries of the effort that are bent at each instant, in (q, dq, ddq): cheaper than in x."""
+_EFFORT = (quantities.WRENCH, quantities.TORQUE)
+"""The parts of the effort, bent at each instant in (q, dq, ddq): cheaper than in x."""
 
 
 @dataclass(frozen=True)
@@ -90,12 +95,20 @@ def step_hessian(
 ) -> Array:
     """Return the Hessian in x of the function that `weights` differentiates, shape (P, P)."""
     first = weights.first
-    effort = np.concatenate([first[quantities.WRENCH], first[quantities.TORQUE]], axis=1)
-    gradient = _local_gradient(derivatives, weights, effort)
-    q_weights, impact = _coefficient_vjp(model, step, derivatives, weights, gradient)
-    # The impact's single posture costs little more in one sweep with the others than nothing.
-    dynamics = derivatives.support.hessian(effort, impact.dynamics)
-    local = _local_hessian(derivatives, weights, dynamics.at(slice(-1)))
+    wrench, torque = first[quantities.WRENCH], first[quantities.TORQUE]
+    of_hinge = np.zeros((len(torque), step.hinges))  # its torque is part of the wrench
+    effort = np.concatenate([wrench, of_hinge, torque] if step.hinges else [wrench, torque], axis=1)
+    gradient = _local_gradient(derivatives, weights, effort, step.hinges)
+    of_foot, of_joints = np.split(gradient.reshape(len(effort), 3, -1), [step.hinges], axis=2)
+    by_sample = of_joints.reshape(-1, model.layout.joints)
+    q_weights, impact = _coefficient_vjp(model, step, derivatives, weights, by_sample)
+    if step.hinges:
+        dynamics = derivatives.support.hessian(effort)
+        at_impact = _alone(model, impact)
+    else:  # the impact's single posture costs little more in one sweep with the others than nothing
+        both = derivatives.support.hessian(effort, impact.dynamics)
+        dynamics, at_impact = both.at(slice(-1)), both.at(slice(-1, None))
+    local = _local_hessian(derivatives, weights, dynamics, step.hinges)
     H = _motion_hessian(model, step, derivatives, local)
     for (a, b), second in weights.second.items():
         if a is b and a in _EFFORT:
@@ -104,7 +117,12 @@ def step_hessian(
         by_b = left.sum(axis=0) @ right[0] if len(right) == 1 else (left @ right).sum(axis=0)
         H += by_b if a is b else by_b + by_b.T
     inputs = np.concatenate([derivatives.coefficients[-3], derivatives.coefficients[-1]])
-    H += inputs.T @ impact.hessian(dynamics.at(slice(-1, None))) @ inputs
+    if step.turn is not None:
+        twist = np.zeros((6, model.layout.size))
+        twist[:, model.layout.turn.stop - 1] = step.turn.hinge.twist
+        inputs = np.concatenate([inputs, twist])
+        H += _sole_twist_hessian(model, step, derivatives, first[quantities.SOLE_TWIST][0])
+    H += inputs.T @ impact.hessian(at_impact) @ inputs
     posture = model.boundary.hessian(
         step.posture, derivatives.posture, q_weights, first[quantities.LEGS], first[quantities.GAPS]
     )
@@ -112,37 +130,79 @@ def step_hessian(
     H[boundary, boundary] += posture[np.ix_(own, own)]
     column = model.layout.index("duration")
     if column is not None:
-        H += _duration_hessian(
-            model, step, derivatives, gradient.reshape(-1, model.layout.joints), column
-        )
+        H += _duration_hessian(model, step, derivatives, by_sample, column)
+        if model.foot_turn is not None:
+            H += _foot_duration_hessian(model, step, of_foot[:, :, 0], column)
     return (H + H.T) / 2.0
 
 
-def _local_gradient(derivatives: StepDerivatives, weights: StepWeights, effort: Array) -> Array:
-    """Local gradient in (q, dq, ddq), shape (N, 3 n)."""
+def _alone(model: StepModel, impact: WeightedImpact) -> InverseDynamicsHessian:
+    """Second derivatives of the impact's dynamics: the robot's own, which has no hinge."""
+    bodies = cached_workspace(model.robot, body_inertias)
+    inertias = bodies.in_world(impact.dynamics.posture)
+    return inverse_dynamics_hessian(inertias, impact.dynamics, model.robot.tree)
+
+
+def _sole_twist_hessian(
+    model: StepModel, step: Step, derivatives: StepDerivatives, weights: Array
+) -> Array:
+    """What the turn of the sole's axes adds to weights . (twist in the footprint), shape (P, P).
+
+    With X the turn and S its axis, d X V = S x (X V) d angle + X dV.
+    """
+    assert step.turn is not None
+    across = motion_cross_matrix(step.turn.hinge.twist)
+    H, column = np.zeros((model.layout.size, model.layout.size)), model.layout.turn.start
+    H[column] = weights @ across @ derivatives.jacobians[quantities.SOLE_TWIST][0]
+    twice = float(weights @ across @ across @ step.sole_twist)
+    H += H.T
+    H[column, column] -= twice  # it is in either of the two
+    return H
+
+
+def _foot_duration_hessian(model: StepModel, step: Step, gradient: Array, column: int) -> Array:
+    """Terms of the foot's turn (its gradient (N, 3)) as it depends on the step duration T."""
+    assert model.foot_turn is not None
+    turn, basis, entries = model.foot_turn, model.foot_turn.basis, model.layout.turn
+    first = np.tensordot(gradient, basis.at(step.duration, 1), 2) @ turn.coefficients
+    second = np.tensordot(gradient, basis.at(step.duration, 2), 2) @ turn.coefficients
+    H = np.zeros((model.layout.size, model.layout.size))
+    H[column, entries] = H[entries, column] = first
+    H[column, column] = float(second @ step.x[entries])
+    return H
+
+
+def _local_gradient(
+    derivatives: StepDerivatives, weights: StepWeights, effort: Array, hinges: int
+) -> Array:
+    """Local gradient in (q, dq, ddq), the foot's turn in front of each, shape (N, 3 (h + n))."""
     support, first = derivatives.support, weights.first
     n = support.tree.size
     corners = support.corners.reshape(len(effort), -1, n)
     gradient = (effort[:, None] @ support.effort)[:, 0]
-    gradient[:, :n] += (first[quantities.CORNERS][:, None] @ corners)[:, 0] + first[
-        quantities.ANGLES
-    ]
-    gradient[:, n : 2 * n] += first[quantities.RATES]
-    gradient[:, 2 * n :] += first[quantities.ACCELERATIONS]
+    gradient[:, :n] += (first[quantities.CORNERS][:, None] @ corners)[:, 0]
+    gradient[:, hinges:n] += first[quantities.ANGLES]
+    if hinges:
+        gradient[:, ::n] += first[quantities.FOOT_TURN]
+    gradient[:, n + hinges : 2 * n] += first[quantities.RATES]
+    gradient[:, 2 * n + hinges :] += first[quantities.ACCELERATIONS]
     for what, reading in derivatives.optional.items():
         gradient[:, :n] += (first[what][:, None] @ reading.jacobian)[:, 0]
     return np.asarray(gradient)
 
 
 def _local_hessian(
-    derivatives: StepDerivatives, weights: StepWeights, torque: InverseDynamicsHessian
+    derivatives: StepDerivatives,
+    weights: StepWeights,
+    torque: InverseDynamicsHessian,
+    hinges: int,
 ) -> Array:
-    """Local Hessian in (q, dq, ddq), shape (N, 3 n, 3 n)."""
+    """Local Hessian in (q, dq, ddq), the foot's turn in front of each: N matrices of 3 (h + n)."""
     support, first, second = derivatives.support, weights.first, weights.second
     count, n = len(support.effort), support.tree.size
     q, dq, ddq = slice(n), slice(n, 2 * n), slice(2 * n, None)
     bent = np.zeros(support.effort.shape)
-    for one, rows in _EFFORT.items():
+    for one, rows in zip(_EFFORT, (slice(6), slice(6 + hinges, None)), strict=True):
         if (one, one) in second:
             np.matmul(second[one, one], support.effort[:, rows], out=bent[:, rows])
     local = support.effort.swapaxes(1, 2) @ bent
@@ -167,6 +227,9 @@ def _motion_hessian(
     the instants first, the local Hessians become one table of pairs of coefficients and pairs of
     joints: less than half of the time of a Hessian with 21 joints.
     """
+    if step.hinges:  # the foot's turn has another map
+        motion = derivatives.motion
+        return np.tensordot(motion, local @ motion, ((0, 1), (0, 1)))
     basis = model.basis.at(step.duration)
     (count, orders, width), n = basis.shape, model.layout.joints
     pairs = basis[:, :, None, :, None] * basis[:, None, :, None, :]
@@ -192,22 +255,23 @@ def _coefficient_vjp(
     step: Step,
     derivatives: StepDerivatives,
     weights: StepWeights,
-    gradient: Array,
+    by_sample: Array,
 ) -> tuple[Array, WeightedImpact]:
     """What the weights reach through the spline coefficients: q_start (n,) and the impact."""
     E, first = model.exchange, weights.first
     width = step.coefficients.shape[0]
-    by_sample = gradient.reshape(-1, model.layout.joints)
     on_coefficients = model.basis.at(step.duration).reshape(-1, width).T @ by_sample
-    after = np.concatenate(
-        [first[quantities.SOLE_TWIST][0], E.T @ on_coefficients[-2], first[quantities.IMPULSE][0]]
-    )
+    of_twist, turn = first[quantities.SOLE_TWIST][0], step.turn
+    if turn is not None:
+        of_twist = turn.place.toActionMatrix().T @ of_twist
+    after = np.concatenate([of_twist, E.T @ on_coefficients[-2], first[quantities.IMPULSE][0]])
     q_weights = on_coefficients[0] + E.T @ (
         on_coefficients[-3] + derivatives.impact.posture.T @ after
     )
     impact = model.impact.weighted(
-        step.q_end, step.rate_before, step.impact, derivatives.impact, after
-    )
+        step.q_end, step.rate_before, step.impact, derivatives.impact, after,
+        None if turn is None else turn.twist,
+    )  # fmt: skip
     return q_weights, impact
 
 

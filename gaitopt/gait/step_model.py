@@ -23,15 +23,26 @@ from gaitopt.gait.double_support import (
     PostureDerivatives,
     refuse_undetermined,
 )
+from gaitopt.gait.foot_turn import foot_turn
 from gaitopt.gait.grid import Grid
 from gaitopt.gait.parameters import DURATION, STEP_LENGTH, Layout
 from gaitopt.gait.quantities import Quantity
 from gaitopt.gait.spline import spline_basis
-from gaitopt.gait.step import PostureQuantities, Step, StepDerivatives, chained, completed
+from gaitopt.gait.step import (
+    PostureQuantities,
+    Step,
+    StepDerivatives,
+    chained,
+    completed,
+    foot_turn_rows,
+    with_foot,
+)
 from gaitopt.mechanics.cached_workspace import cached_workspace
 from gaitopt.mechanics.forward_kinematics import PostureQuantityDerivatives
-from gaitopt.mechanics.impact import Impact, ImpactDerivatives
+from gaitopt.mechanics.hinged import standing_robot
+from gaitopt.mechanics.impact import Impact, ImpactDerivatives, Turning
 from gaitopt.mechanics.single_support import SingleSupport, SupportDerivatives
+from gaitopt.mechanics.spatial import cross_motion
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array
 
@@ -63,17 +74,22 @@ class StepModel:
         self.schedule = schedule or Schedule()
         # Takes the joints from the end of a step to the start of the next, Eqs. (26) and (27).
         self.exchange = self.schedule.symmetry.joint_map(robot)
-        knots = np.linspace(0.0, 1.0, layout.postures + 2)
-        self.basis = spline_basis(knots, grid.instants)
-        self._support = SingleSupport(robot, grid.count)
-        self._optional = PostureQuantities(robot, optional)
+        self.basis = spline_basis(self.schedule.knots(layout.postures), grid.instants)
+        contact = self.schedule.last.contact
+        self.hinge = contact.hinge(robot.sole)
+        self.foot_turn = None if self.hinge is None else foot_turn(self.schedule, grid.instants)
+        standing = standing_robot(robot, contact)
+        self._support = SingleSupport(standing, grid.count)
+        self._optional = PostureQuantities(robot, optional, standing)
+        form = JointAngleSupport if layout.lifted else InverseKinematicsSupport
+        self._boundary = form if self.hinge is None else form(robot, self.hinge)
 
     @property
     def boundary(self) -> DoubleSupport:
         """The double support of the form that the layout has."""
-        return cached_workspace(
-            self.robot, JointAngleSupport if self.layout.lifted else InverseKinematicsSupport
-        )
+        if isinstance(self._boundary, DoubleSupport):
+            return self._boundary
+        return cached_workspace(self.robot, self._boundary)
 
     @property
     def impact(self) -> Impact:
@@ -88,15 +104,17 @@ class StepModel:
         """
         geometry, posture = self._double_support(x)
         q_end, rate_before = self._end(x, posture)
-        impact = self.impact.state(q_end, rate_before)
+        turn = self._turn_before_impact(x)
+        impact = self.impact.state(q_end, rate_before, None if turn is None else turn.twist)
         rate_start = self.exchange @ impact.rate_after
         coefficients = self._coefficients(x, posture, q_end, rate_start, rate_before)
-        motion = self._motion(coefficients, geometry)
-        support = self._support.state(*motion)
-        read = self._optional.values(self._optional.placed(motion[0]))
+        motion, foot = self._motion(coefficients, geometry), self._foot_motion(x, geometry)
+        whole = with_foot(foot, motion)
+        support = self._support.state(*whole)
+        read = self._optional.values(self._optional.placed(whole[0]))
         return Step(
             x, geometry, posture, q_end, rate_before, impact, coefficients, motion, support,
-            completed(read, geometry, self.grid.count),
+            completed(read, geometry, self.grid.count), foot, turn,
         )  # fmt: skip
 
     def derivatives(self, x: Array, posture: Posture | None = None) -> tuple[Step, StepDerivatives]:
@@ -114,16 +132,20 @@ class StepModel:
         else:
             geometry = self.layout.geometry_of(x)
         q_end, rate_before = self._end(x, posture)
-        impact, at_impact = self.impact.derivatives(q_end, rate_before)
+        turn = self._turn_before_impact(x)
+        impact, at_impact = self.impact.derivatives(
+            q_end, rate_before, None if turn is None else turn.twist
+        )
         rate_start = self.exchange @ impact.rate_after
         coefficients = self._coefficients(x, posture, q_end, rate_start, rate_before)
-        motion = self._motion(coefficients, geometry)
-        support, at_support = self._support.derivatives(*motion)
-        optional = self._optional.derivatives(self._optional.placed(motion[0]), at_support.axes)
+        motion, foot = self._motion(coefficients, geometry), self._foot_motion(x, geometry)
+        whole = with_foot(foot, motion)
+        support, at_support = self._support.derivatives(*whole)
+        optional = self._optional.derivatives(self._optional.placed(whole[0]), at_support.axes)
         read = {what: reading.value for what, reading in optional.items()}
         step = Step(
             x, geometry, posture, q_end, rate_before, impact, coefficients, motion, support,
-            completed(read, geometry, self.grid.count),
+            completed(read, geometry, self.grid.count), foot, turn,
         )  # fmt: skip
         at_start = self.boundary.derivatives(posture)
         return step, self._chain(step, at_start, at_impact, at_support, optional)
@@ -153,6 +175,20 @@ class StepModel:
         motion = self.basis.at(geometry[DURATION]) @ coefficients
         return np.ascontiguousarray(motion.swapaxes(0, 1))
 
+    def _foot_motion(self, x: Array, geometry: Array) -> Array:
+        """Angle of the stance foot, rate and acceleration at the instants, shape (3, N, h)."""
+        if self.foot_turn is None:
+            return np.zeros((3, self.grid.count, 0))
+        coefficients = self.foot_turn.coefficients @ x[self.layout.turn]
+        motion = self.foot_turn.basis.at(geometry[DURATION]) @ coefficients
+        return np.ascontiguousarray(motion.T[:, :, None])
+
+    def _turn_before_impact(self, x: Array) -> Turning | None:
+        if self.hinge is None:
+            return None
+        turn = x[self.layout.turn]
+        return Turning(self.hinge, float(turn[0]), float(turn[-1]))
+
     def _chain(
         self,
         step: Step,
@@ -168,6 +204,8 @@ class StepModel:
         rate_before[:, self.layout.rates] = np.eye(n)
         q_end = self.exchange @ q_start
         after = impact.posture @ q_end + impact.rate @ rate_before
+        if impact.sole is not None and step.turn is not None:
+            after[:, self.layout.turn.stop - 1] += impact.sole @ step.turn.hinge.twist
         coefficients = self._coefficient_jacobian(q_start, q_end, after[6:-6], rate_before)
         motion = self._motion_jacobian(step, coefficients)
         legs = np.zeros((2, 3, size))
@@ -180,23 +218,33 @@ class StepModel:
             if column is not None:
                 travel[0, row, column] = 1.0
         effort = support.effort @ motion
-        angles = motion[:, :n]
-        corners = support.corners.reshape(len(motion), -1, n) @ angles
+        h, m = step.hinges, step.hinges + n
+        angles = motion[:, :m]
+        corners = support.corners.reshape(len(motion), -1, m) @ angles
         reads = {
-            quantities.TORQUE: effort[:, 6:],
+            quantities.TORQUE: effort[:, 6 + h :],
             quantities.WRENCH: effort[:, :6],
             quantities.CORNERS: corners,
-            quantities.ANGLES: angles,
-            quantities.RATES: motion[:, n : 2 * n],
-            quantities.ACCELERATIONS: motion[:, 2 * n :],
+            quantities.ANGLES: angles[:, h:],
+            quantities.RATES: motion[:, m + h : 2 * m],
+            quantities.ACCELERATIONS: motion[:, 2 * m + h :],
             quantities.IMPULSE: after[None, -6:],
-            quantities.SOLE_TWIST: after[None, :6],
+            quantities.SOLE_TWIST: self._sole_twist_jacobian(step, after[:6])[None],
             quantities.LEGS: legs,
             quantities.GAPS: gaps,
             quantities.TRAVEL: travel,
+            quantities.FOOT_TURN: foot_turn_rows(motion.reshape(len(motion), 3, m, size)[:, :, :h]),
             **chained(optional, angles, self.layout.index("foot_yaw")),
         }
         return StepDerivatives(posture, impact, support, optional, coefficients, motion, reads)
+
+    def _sole_twist_jacobian(self, step: Step, in_sole: Array) -> Array:
+        """Derivatives of the twist in the footprint, from those in the sole's frame, (6, P)."""
+        if step.turn is None:
+            return in_sole
+        found = step.turn.place.toActionMatrix() @ in_sole
+        found[:, self.layout.turn.start] += cross_motion(step.turn.hinge.twist, step.sole_twist)
+        return np.asarray(found)
 
     def _coefficient_jacobian(
         self, q_start: Array, q_end: Array, rate_after: Array, rate_before: Array
@@ -213,7 +261,7 @@ class StepModel:
         return jacobian
 
     def _motion_jacobian(self, step: Step, coefficients: Array) -> Array:
-        """Derivatives of (q, dq, ddq) at the instants, shape (N, 3 n, P)."""
+        """Derivatives of (q, dq, ddq), with the foot's turn, at the instants, (N, 3 (h + n), P)."""
         count, width = self.grid.count, coefficients.shape[0]
         basis = self.basis.at(step.duration).reshape(3 * count, width)
         jacobian = basis @ coefficients.reshape(width, -1)
@@ -222,4 +270,13 @@ class StepModel:
         if column is not None:
             stretched = self.basis.at(step.duration, 1) @ step.coefficients
             jacobian[:, :, column] += stretched.reshape(count, -1)
-        return jacobian
+        if self.foot_turn is None:
+            return jacobian
+        foot = np.zeros((count, 3, 1, self.layout.size))
+        of_turn, duration = self.foot_turn, step.duration
+        foot[:, :, 0, self.layout.turn] = of_turn.basis.at(duration) @ of_turn.coefficients
+        if column is not None:
+            coefficients = of_turn.coefficients @ step.x[self.layout.turn]
+            foot[:, :, 0, column] = of_turn.basis.at(duration, 1) @ coefficients
+        joints = jacobian.reshape(count, 3, self.layout.joints, -1)
+        return np.concatenate([foot, joints], axis=2).reshape(count, -1, self.layout.size)

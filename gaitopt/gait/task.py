@@ -10,7 +10,9 @@ from dataclasses import asdict, dataclass, field, fields, replace
 from typing import Any
 
 from gaitopt.bounds import POSTURES, at_most, shown
-from gaitopt.contact.schedule import Schedule
+from gaitopt.contact.flat_foot import FlatFoot
+from gaitopt.contact.schedule import Phase, Schedule, Transition
+from gaitopt.contact.toe_line import ToeLine
 from gaitopt.errors import InputError
 from gaitopt.gait.constraint import (
     Constraint,
@@ -41,6 +43,10 @@ from gaitopt.settings import entry
 
 SPEED_AS = ("constraint", "penalty")
 BOUNDARIES = ("closed", "lifted")
+EARLIEST, LATEST = 0.1, 0.95
+"""Shares of the step between which the foot may begin to turn about its toe."""
+WIDEST = 0.1
+"""Strip behind the toe that bears while it turns [m]: a longer one is a sole of its own."""
 
 
 @dataclass(frozen=True)
@@ -57,6 +63,9 @@ class Task:
         penalty_weight: rho of Eq. (47) [cost / m²].
         boundary: of the double support: "closed" by inverse kinematics as in section 4.2, or
             "lifted": its twelve joint angles are parameters as well, tied to it by equalities.
+        toe_off: share of the step at which the stance foot begins to turn about its front edge,
+            the heel rising (section 7); None: it stands flat until the impact.
+        toe_strip: within which the centre of pressure then is, behind that edge [m].
         margins: limits of section 3.2.
         geometry: table of the geometric quantities, free and fixed.
         cost: what the walk is optimised for.
@@ -79,6 +88,11 @@ class Task:
         choices=BOUNDARIES,
         metavar="FORM",
     )
+    toe_off: float | None = entry(
+        None, "Share of the step at which the stance foot begins to turn about its toe.",
+        metavar="SHARE",
+    )  # fmt: skip
+    toe_strip: float = entry(0.01, "Strip behind the toe that bears while the foot turns.", "m")
     margins: Margins = field(default_factory=Margins)
     geometry: tuple[GeometricParameter, ...] = GEOMETRY
     cost: Cost = field(default_factory=TorqueCost)
@@ -127,6 +141,7 @@ class Task:
                 f"foot_spacing is fixed at {spacing.value} m, but step_width allows {width} m; "
                 "free it or give a larger step_width"
             )
+        _check_toe_off(self.toe_off, self.toe_strip)
         if not self.geometry[STEP_LENGTH].free and self.speed_as == "constraint":
             raise InputError("step_length is fixed; free it, or take the speed as a penalty")
 
@@ -138,7 +153,10 @@ class Task:
     @property
     def schedule(self) -> Schedule:
         """Phases and symmetry of the step."""
-        return Schedule()
+        if self.toe_off is None:
+            return Schedule()
+        flat = Phase(FlatFoot(), self.toe_off, Transition.SMOOTH)
+        return Schedule((flat, Phase(ToeLine(self.toe_strip))))
 
     @property
     def grid(self) -> Grid:
@@ -216,6 +234,15 @@ def _own(constraints: object) -> tuple[Constraint, ...]:
         if twice := {name for name in known if known.count(name) > 1}:
             raise InputError(f"two {kind}s are called '{sorted(twice)[0]}'; rename one")
     return given
+
+
+def _check_toe_off(share: float | None, strip: float) -> None:
+    if share is not None and not (is_finite(share) and EARLIEST <= share <= LATEST):
+        raise InputError(
+            f"toe_off is {shown(share)}; it must be a share of the step from {EARLIEST} to {LATEST}"
+        )
+    if not (is_finite(strip) and 0.0 < strip <= WIDEST):
+        raise InputError(f"toe_strip is {shown(strip)} m; it must be above 0, at most {WIDEST} m")
 
 
 def _check_postures(postures: int, samples: int) -> None:

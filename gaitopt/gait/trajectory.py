@@ -30,19 +30,40 @@ _FEET = 2
 
 
 @dataclass(frozen=True, eq=False)
+class FootTurning:
+    """How the standing foot turns about a line of its sole that rests on the ground.
+
+    Attributes:
+        hinge: twist of the sole per unit of the angle's rate, in its frame, linear first, (6,).
+        knots: of the angle's spline, from 0 to the duration of the phase [s], shape (k,).
+        coefficients: angle at the knots [rad], rates at the start and at the end, shape (k + 2,).
+    """
+
+    hinge: Array
+    knots: Array
+    coefficients: Array
+
+    def motion(self, times: Array) -> Array:
+        """Return angle, rate and acceleration at times [s] within the phase, shape (3, N)."""
+        return clamped_spline(self.knots, self.coefficients[:, None], times)[:, :, 0]
+
+
+@dataclass(frozen=True, eq=False)
 class TrajectoryPhase:
-    """A part of a step in which one foot stands flat and the joints follow one spline.
+    """A part of a step in which one foot stands and the joints follow one spline.
 
     Attributes:
         standing: the foot, as index into `Multibody.sole_names`.
         knots: of the spline, from 0 to the duration of the phase [s], shape (m,).
         coefficients: joint angles at the knots [rad], rates at the start and at the end [rad/s],
             shape (m + 2, n); joints as in `Multibody.moving`.
+        turning: of the standing foot; None where it stands flat.
     """
 
     standing: int
     knots: Array
     coefficients: Array
+    turning: FootTurning | None = None
 
     @property
     def duration(self) -> float:
@@ -51,9 +72,45 @@ class TrajectoryPhase:
 
     def motion(self, times: Array) -> Array:
         """Return angles, rates and accelerations at times [s] within the phase, (3, N, n)."""
-        duration = self.duration
-        basis = spline_basis(self.knots / duration, np.clip(times / duration, 0.0, 1.0))
-        return np.asarray((basis.at(duration) @ self.coefficients).swapaxes(0, 1))
+        return clamped_spline(self.knots, self.coefficients, times)
+
+    def foot_motion(self, times: Array) -> Array:
+        """Return placement in its footprint, twist and acceleration of the standing sole.
+
+        Args:
+            times: within the phase [s], shape (N,).
+
+        Returns:
+            As exponential coordinates, twist and its derivative in the sole frame, shape (3, N, 6).
+        """
+        if self.turning is None:
+            return np.zeros((3, len(times), 6))
+        return np.asarray(self.turning.motion(times)[:, :, None] * self.turning.hinge)
+
+    def split(self, at: float) -> tuple[TrajectoryPhase, TrajectoryPhase]:
+        """Return its parts before and after one of its inner knots [s]."""
+        inner = int(np.argmin(np.abs(self.knots - at)))
+        rate = self.motion(self.knots[inner : inner + 1])[1]
+        values, (first, last) = self.coefficients[:-2], self.coefficients[-2:]
+        before = np.concatenate([values[: inner + 1], first[None], rate])
+        after = np.concatenate([values[inner:], rate, last[None]])
+        return (
+            TrajectoryPhase(self.standing, self.knots[: inner + 1], before),
+            TrajectoryPhase(self.standing, self.knots[inner:] - self.knots[inner], after),
+        )
+
+
+def clamped_spline(knots: Array, coefficients: Array, times: Array) -> Array:
+    """Return values, first and second derivatives of clamped splines at times [s], (3, N, n).
+
+    Args:
+        knots: from 0 [s], shape (m,).
+        coefficients: values at the knots, rates at the start and at the end, shape (m + 2, n).
+        times: from 0 to the last knot, shape (N,).
+    """
+    duration = float(knots[-1])
+    basis = spline_basis(knots / duration, np.clip(times / duration, 0.0, 1.0))
+    return np.asarray((basis.at(duration) @ coefficients).swapaxes(0, 1))
 
 
 @dataclass(frozen=True, eq=False)
@@ -236,7 +293,8 @@ class Trajectory:
                 following = self._next(step, index)
                 if following != standing:
                     soles = kinematics.soles(end)
-                    place = place * soles[standing].inverse() * soles[following]
+                    turned = phase.foot_motion(np.array([phase.duration]))[0, 0]
+                    place = place * pin.exp6(turned) * soles[standing].inverse() * soles[following]
                     standing = following
             stances.append(tuple(own))
         line = _heading(stances)
@@ -269,6 +327,7 @@ class Trajectory:
         body, count, joints = self.body, len(times), len(self.body.joint_names)
         motion = np.zeros((3, count, joints))
         motion[0] = body.posture
+        foot_motion = np.zeros((3, count, 6))
         for index, part in enumerate(self.phases):
             rows = np.flatnonzero(phase == index)
             values = part.motion(local[rows])
@@ -276,6 +335,7 @@ class Trajectory:
                 odd = step[rows] % 2 == 1
                 values[:, odd] = values[:, odd] @ self.exchange.T
             motion[:, rows[:, None], body.moving] = values
+            foot_motion[:, rows] = part.foot_motion(local[rows])
         places = {
             key: self._place(*key) for key in set(zip(step.tolist(), phase.tolist(), strict=True))
         }
@@ -284,8 +344,10 @@ class Trajectory:
         dynamics = _Dynamics(body)
         passive = PassiveJoints(body.damping, body.friction, body.stiffness, body.rest)
         found = [
-            dynamics.at(q, dq, ddq, *stance)
-            for q, dq, ddq, stance in zip(*motion, standing, strict=True)
+            dynamics.at(q, dq, ddq, foot, place, turn)
+            for (q, dq, ddq), (foot, place), turn in zip(
+                motion.swapaxes(0, 1), standing, foot_motion.swapaxes(0, 1), strict=True
+            )
         ]
         base, twist, acceleration, torque, sole, wrench = (
             np.array(column).reshape(count, *shape)
@@ -355,9 +417,9 @@ class _Kinematics:
 
 
 class _Dynamics:
-    """Inverse dynamics of a robot that stands with one foot flat and still.
+    """Inverse dynamics of a robot that stands with one foot, flat or turning about a line.
 
-    The twist of the base follows from the sole's, which is zero; the wrench on the foot is the only
+    The twist of the base follows from the sole's; the wrench on the foot is the only
     one from outside, so that it must give what the free-flyer of the inverse dynamics asks for.
     """
 
@@ -370,14 +432,15 @@ class _Dynamics:
         self._forces.extend([pin.Force.Zero()] * self._model.njoints)
 
     def at(
-        self, q: Array, dq: Array, ddq: Array, foot: int, place: pin.SE3
+        self, q: Array, dq: Array, ddq: Array, foot: int, place: pin.SE3, turn: Array
     ) -> tuple[Array, Array, Array, Array, list[Array], Array]:
         """Return base pose, twist, acceleration, torques, soles and the wrench on the foot.
 
         Args:
             q, dq, ddq: of all joints, shape (M,).
             foot: which stands.
-            place: of its sole frame in the world.
+            place: of its footprint in the world.
+            turn: of its sole from there, see `TrajectoryPhase.foot_motion`, shape (3, 6).
         """
         model, data, frame = self._model, self._data, self._frames[foot]
         rest = np.zeros(6)
@@ -391,6 +454,12 @@ class _Dynamics:
         acceleration = -pin.getFrameAcceleration(model, data, frame, pin.WORLD).vector
         sole = data.oMf[frame].copy()
         base = place * sole.inverse()
+        if turn.any():
+            # in the sole frame: V = X V_base + v and A = X A_base - v x (X V_base) + a
+            moved, rate = pin.Motion(turn[1]), pin.getFrameVelocity(model, data, frame, pin.LOCAL)
+            twist += sole.act(moved).vector
+            acceleration += sole.act(pin.Motion(turn[2]) + rate.cross(moved)).vector
+            base = place * pin.exp6(turn[0]) * sole.inverse()
         soles = [(base * data.oMf[f]).homogeneous for f in self._frames]
         pose = pin.SE3ToXYZQUAT(base)
         motion = (

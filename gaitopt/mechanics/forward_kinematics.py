@@ -160,15 +160,15 @@ def corner_hessian(axes: Array, jacobian: Array, weights: Array) -> Array:
 
 
 def sole_edge_speeds(corners: Array) -> Array:
-    """Return the matrix from a sole's twist to the upward speeds of its corners, shape (4, 6).
+    """Return the matrix from a sole's twist to the upward speeds of its corners, shape (k, 6).
 
     The twist is (linear velocity of the sole origin, angular velocity) in the sole frame of a flat
     foot; a corner (x, y) rises at v_z + w_x y - w_y x.
 
     Args:
-        corners: in the sole frame [m], shape (4, 3).
+        corners: in the sole frame [m], shape (k, 3).
     """
-    zero, one = np.zeros(4), np.ones(4)
+    zero, one = np.zeros(len(corners)), np.ones(len(corners))
     return np.stack([zero, zero, one, corners[:, 1], -corners[:, 0], zero], axis=1)
 
 

@@ -17,6 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
+from gaitopt.contact.mode import Hinge
 from gaitopt.mechanics.inverse_dynamics_hessian import (
     InverseDynamicsHessian,
     WeightedDynamics,
@@ -65,11 +66,20 @@ class ImpactDerivatives:
         posture: with respect to the joint angles at the impact.
         rate: with respect to the joint rates before the impact.
         kkt: the matrix of the linear system, shape (12 + n, 12 + n).
+        sole: with respect to the twist of the old stance sole before, shape (12 + n, 6); None where
+            that foot stands still.
     """
 
     posture: Array
     rate: Array
     kkt: Array
+    sole: Array | None = None
+
+    @property
+    def inputs(self) -> Array:
+        """With respect to posture, rates and, where it moves, the sole's twist, side by side."""
+        parts = [self.posture, self.rate, *([] if self.sole is None else [self.sole])]
+        return np.hstack(parts)
 
 
 @dataclass(frozen=True)
@@ -77,8 +87,9 @@ class LockedImpact:
     """The other outcome of section 2.4.1: both feet stay on the ground.
 
     Attributes:
-        velocity: V+, shape (6 + n,); the first six entries are zero.
-        impulse_landing, impulse_rear: ground on foot, each in its sole frame, shape (6,).
+        velocity: V+, shape (6 + n,); the first six entries are zero, or a turn about the line on
+            which the rear foot stands.
+        impulse_landing, impulse_rear: ground on foot, in the frame of its footprint, shape (6,).
     """
 
     velocity: Array
@@ -89,6 +100,36 @@ class LockedImpact:
     def valid(self) -> bool:
         """Whether the ground only pushes: both vertical impulses are upward."""
         return bool(self.impulse_landing[2] >= 0.0 and self.impulse_rear[2] >= 0.0)
+
+
+@dataclass(frozen=True)
+class Turning:
+    """A stance foot that turns about a line of its sole.
+
+    Attributes:
+        hinge: the line.
+        angle: from flat [rad].
+        rate: [rad/s].
+    """
+
+    hinge: Hinge
+    angle: float
+    rate: float
+
+    @property
+    def twist(self) -> Array:
+        """Of the sole, in its frame, shape (6,)."""
+        return self.rate * self.hinge.twist
+
+    @property
+    def place(self) -> pin.SE3:
+        """Placement of the sole in the frame of its footprint."""
+        return pin.exp6(self.angle * self.hinge.twist)
+
+    @property
+    def held(self) -> Array:
+        """Rows of the sole's twist that the line keeps at zero, in its frame, shape (5, 6)."""
+        return np.asarray(np.linalg.svd(self.hinge.twist[None])[2][1:])
 
 
 class Impact:
@@ -128,36 +169,42 @@ class Impact:
         K[nv:, :nv] = J
         return K
 
-    def state(self, posture: Array, rate_before: Array) -> ImpactState:
+    def state(
+        self, posture: Array, rate_before: Array, sole_before: Array | None = None
+    ) -> ImpactState:
         """Return the state after the impact, Eqs. (19)-(20).
 
         Args:
             posture: joint angles at the impact [rad], shape (n,).
-            rate_before: joint rates before it [rad/s], shape (n,); the stance foot is at rest.
+            rate_before: joint rates before it [rad/s], shape (n,).
+            sole_before: twist of the stance sole before it, in its frame, shape (6,); None at rest.
         """
         D, J = self._matrices(posture)
-        rhs = np.concatenate([D[:, BASE:] @ rate_before, np.zeros(BASE)])
+        rhs = np.concatenate([_momentum(D, rate_before, sole_before), np.zeros(BASE)])
         y = solve(self._kkt(D, J), rhs)
         return ImpactState(y[: self._nv], y[self._nv :])
 
     def derivatives(
-        self, posture: Array, rate_before: Array
+        self, posture: Array, rate_before: Array, sole_before: Array | None = None
     ) -> tuple[ImpactState, ImpactDerivatives]:
-        """Return the state and its exact derivatives, Eqs. (58)-(62)."""
+        """Return the state and its exact derivatives, Eqs. (58)-(62); arguments as of `state`."""
         D, J = self._matrices(posture)
         K, nv, n = self._kkt(D, J), self._nv, len(posture)
-        rhs = np.concatenate([D[:, BASE:] @ rate_before, np.zeros(BASE)])
+        rhs = np.concatenate([_momentum(D, rate_before, sole_before), np.zeros(BASE)])
         y = solve(K, rhs)
         state = ImpactState(y[:nv], y[nv:])
-        sides = np.zeros((nv + BASE, 2 * n))
-        sides[:nv, :n], sides[nv:, :n] = self._residual_jacobians(posture, rate_before, state)
-        sides[:, :n] *= -1.0
-        sides[:nv, n:] = D[:, BASE:]
-        jacobian = solve(K, sides)
-        return state, ImpactDerivatives(jacobian[:, :n], jacobian[:, n:], K)
+        sides = np.zeros((nv + BASE, 2 * n + (0 if sole_before is None else BASE)))
+        momentum, landing = self._residual_jacobians(posture, rate_before, sole_before, state)
+        sides[:nv, :n], sides[nv:, :n] = -momentum, -landing
+        sides[:nv, n : 2 * n] = D[:, BASE:]
+        if sole_before is not None:
+            sides[:nv, 2 * n :] = D[:, :BASE]
+        posture_part, rate_part, sole_part = np.split(solve(K, sides), [n, 2 * n], axis=1)
+        of_sole = None if sole_before is None else sole_part
+        return state, ImpactDerivatives(posture_part, rate_part, K, of_sole)
 
     def _residual_jacobians(
-        self, posture: Array, rate_before: Array, state: ImpactState
+        self, posture: Array, rate_before: Array, sole_before: Array | None, state: ImpactState
     ) -> tuple[Array, Array]:
         """Derivatives of D (V+ - V-) - J' I and of J V+ with respect to the posture alone.
 
@@ -167,6 +214,8 @@ class Impact:
         q = self._configuration(posture)
         jump = state.velocity.copy()
         jump[BASE:] -= rate_before
+        if sole_before is not None:
+            jump[:BASE] -= sole_before
         self._forces[self._last] = self._to_last.act(pin.Force(state.impulse))
         rest = np.zeros(self._nv)
         pin.computeRNEADerivatives(self._weightless, self._data, q, rest, jump, self._forces)
@@ -179,17 +228,30 @@ class Impact:
         )
         return momentum, landing[:, BASE:]
 
-    def locked(self, posture: Array, rate_before: Array) -> LockedImpact:
-        """Return the outcome in which both feet stay on the ground (section 2.4.1, case two)."""
+    def locked(
+        self, posture: Array, rate_before: Array, turning: Turning | None = None
+    ) -> LockedImpact:
+        """Return the outcome in which both feet stay on the ground (section 2.4.1, case two).
+
+        Args:
+            posture, rate_before: as of `state`.
+            turning: how the rear foot turns about its line, on which it then stays; None: flat.
+        """
         D, J = self._matrices(posture)
-        nv = self._nv
-        both = np.vstack([np.eye(BASE, nv), J])
-        K = np.block([[D, -both.T], [both, np.zeros((2 * BASE, 2 * BASE))]])
-        rhs = np.concatenate([D[:, BASE:] @ rate_before, np.zeros(2 * BASE)])
+        nv, sole, held = self._nv, None, np.eye(BASE)
+        if turning is not None:
+            sole, held = turning.twist, turning.held
+        both = np.vstack([np.pad(held, ((0, 0), (0, nv - BASE))), J])
+        K = np.block([[D, -both.T], [both, np.zeros((len(both), len(both)))]])
+        rhs = np.concatenate([_momentum(D, rate_before, sole), np.zeros(len(both))])
         y = solve(K, rhs)
         velocity = y[:nv].copy()
-        velocity[:BASE] = 0.0
-        return LockedImpact(velocity, y[nv + BASE :], y[nv : nv + BASE])
+        if turning is None:
+            velocity[:BASE] = 0.0
+        rear = held.T @ y[nv : nv + len(held)]
+        if turning is not None:
+            rear = turning.place.act(pin.Force(rear)).vector
+        return LockedImpact(velocity, y[nv + len(held) :], rear)
 
     def weighted(
         self,
@@ -198,13 +260,16 @@ class Impact:
         state: ImpactState,
         derivatives: ImpactDerivatives,
         weights: Array,
+        sole_before: Array | None = None,
     ) -> WeightedImpact:
         """Return weights . (V+, I), whose Hessian needs that of the inverse dynamics.
 
         Args:
             posture, rate_before, state, derivatives: the impact and its derivatives.
             weights: shape (12 + n,).
+            sole_before: as of `state`.
         """
+        base = state.sole_twist if sole_before is None else state.sole_twist - sole_before
         adjoint = -solve(derivatives.kkt.T, weights)
         q = self._configuration(posture)
         J = pin.computeJointJacobians(self._weightless, self._data, q)
@@ -213,7 +278,7 @@ class Impact:
             posture=posture[None],
             rate=np.zeros((1, len(posture))),
             acceleration=(state.rate_after - rate_before)[None],
-            base_acceleration=state.sole_twist[None],
+            base_acceleration=base[None],
             weights=adjoint[None, : self._nv],
         )
         foot = self._data.oMi[self._last] * self._to_last
@@ -224,7 +289,7 @@ class Impact:
 class WeightedImpact:
     """An impact and a weighted sum of its result, ready for the second derivatives.
 
-    With F(y, z) = 0 the equations of the impact, y = (V+, I), z = (posture, rate before), and
+    With F(y, z) = 0 the equations of the impact, y = (V+, I), z = (posture, V-), and
     K' l = -weights, the Hessian is that of l . F along (dz, dy/dz dz).
 
     Attributes:
@@ -245,6 +310,8 @@ class WeightedImpact:
     def hessian(self, inertial: InverseDynamicsHessian) -> Array:
         """Return the Hessian in (posture, rate before), shape (2 n, 2 n).
 
+        Where the stance sole moves before the impact its twist comes third: (2 n + 6, 2 n + 6).
+
         Args:
             inertial: second derivatives of `dynamics`.
         """
@@ -253,9 +320,11 @@ class WeightedImpact:
         qq += inertial.qq[0]
         by_result[:, :BASE] += inertial.base[0]
         by_result[:, BASE : BASE + n] += inertial.qa[0]
-        mixed = by_result @ np.hstack([self.derivatives.posture, self.derivatives.rate])
-        mixed[:, n:] -= inertial.qa[0]  # the jump V+ - V- sees minus the rate before
-        H = np.zeros((2 * n, 2 * n))
+        mixed = by_result @ self.derivatives.inputs
+        mixed[:, n : 2 * n] -= inertial.qa[0]  # the jump V+ - V- sees minus the rate before
+        if self.derivatives.sole is not None:
+            mixed[:, 2 * n :] -= inertial.base[0]
+        H = np.zeros((mixed.shape[1], mixed.shape[1]))
         H[:n, :n] = qq
         H[:n] += mixed
         H[:, :n] += mixed.T
@@ -280,6 +349,12 @@ class WeightedImpact:
         by_result[legs, BASE : BASE + len(axes)] = by_rate
         by_result[legs, -BASE:] = -_landing_jacobian(axes, base, rates, self.foot)
         return qq, by_result
+
+
+def _momentum(D: Array, rate_before: Array, sole_before: Array | None) -> Array:
+    """Return D V-, shape (6 + n,)."""
+    moved = D[:, BASE:] @ rate_before
+    return np.asarray(moved if sole_before is None else moved + D[:, :BASE] @ sole_before)
 
 
 def _landing_jacobian(axes: Array, base: Array, rates: Array, foot: pin.SE3) -> Array:

@@ -21,7 +21,7 @@ def fine_step(name: str):
     """Robot, step and the proof's grid."""
     problem, x = walk(name).problem, walk(name).x
     grid = fine_grid(problem)
-    return problem.robot, problem.with_grid(grid).step(x), grid
+    return problem.robot, problem.with_grid(grid).step(x), grid, problem.schedule
 
 
 @pytest.fixture(scope="module")

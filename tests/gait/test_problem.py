@@ -24,7 +24,9 @@ def differences(name: str) -> list[np.ndarray]:
         at = problem.values(point)
         return np.concatenate([[at.cost], at.rows])
 
-    return [jacobian_difference(values, x, problem.variables.scale, h) for h in steps(STEP)]
+    # The speeds with which a toe leaves depend little on anything: their differences are small.
+    step = 10.0 * STEP if "toe off" in name else STEP
+    return [jacobian_difference(values, x, problem.variables.scale, h) for h in steps(step)]
 
 
 @pytest.mark.parametrize("name", WALKS)

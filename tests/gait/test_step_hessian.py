@@ -5,7 +5,7 @@ import functools
 import numpy as np
 import pytest
 from numerics import check_differences, steps
-from walks import FAMILIES, PAIRS, WALKS, walk
+from walks import FAMILIES, OF_TURN, PAIRS, WALKS, walk
 
 from gaitopt.gait import quantities
 from gaitopt.gait.step_hessian import StepWeights, step_hessian
@@ -20,6 +20,8 @@ def parts(name: str, family: str) -> tuple[str, ...]:
     """Directions on which a family's gradient depends."""
     if family == "leg length":
         return ("geometry",)
+    if family in OF_TURN:
+        return ("geometry", "all")  # with them the duration; else they are linear
     lifted = "lifted" in name and family in AT_IMPACT
     return ("joints", "all") if lifted else DIRECTIONS
 
@@ -87,7 +89,14 @@ def test_hessian_of_every_family(name, family):
 
 
 CURVED = [
-    ("upright, everything free", what) for what in quantities.ALL if what is not quantities.GAPS
+    ("upright, everything free", what)
+    for what in quantities.ALL
+    if what not in (quantities.GAPS, quantities.FOOT_TURN)
+]
+CURVED += [
+    ("upright, toe off, everything free", what)
+    for what in quantities.ALL
+    if what is not quantities.GAPS
 ]
 
 

@@ -15,13 +15,17 @@ from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.step_model import StepModel
 
 CHECKED = ("guess", "one posture", "everything free", "infeasible 43", "upright, everything free")
+TURNING = (
+    "upright, toe off, everything free",
+    "upright, lifted, toe off, seven joints, waist, arms",
+)
 at_walks = pytest.mark.parametrize("name", CHECKED)
 LEFT_TO_RIGHT = np.array([1.0, -1.0, 1.0])
 # Quantities that change sign when left and right are exchanged.
 MIRRORED = ("pelvis_lateral", "foot_spacing", "pelvis_yaw", "pelvis_roll", "foot_yaw")
 
 
-@pytest.mark.parametrize("name", [*CHECKED, "lifted, everything free"])
+@pytest.mark.parametrize("name", [*CHECKED, "lifted, everything free", *TURNING])
 def test_every_quantity_has_its_slope(name):
     problem, x = walk(name).problem, walk(name).x
     scale = problem.variables.scale

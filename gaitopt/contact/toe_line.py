@@ -1,0 +1,37 @@
+"""The front edge of the sole rests on the ground and the foot turns about it, the heel rising."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitopt.contact.mode import ContactMode, Hinge
+from gaitopt.model.feet.sole import Sole
+from gaitopt.nlp import Array
+
+
+@dataclass(frozen=True)
+class ToeLine(ContactMode):
+    """The centre of pressure is within a strip behind the edge: a real one is round, or a plate.
+
+    Attributes:
+        strip: its length [m].
+    """
+
+    name: ClassVar[str] = "toe line"
+    strip: float
+
+    def hinge(self, sole: Sole) -> Hinge:
+        """Return the front edge."""
+        return Hinge(np.array([sole.toe, 0.0, 0.0]), np.array([0.0, 1.0, 0.0]))
+
+    def bearing(self, sole: Sole, margin: float) -> Array:
+        """Return the strip, narrowed sideways by the margin."""
+        return np.array([sole.toe, sole.toe - self.strip, sole.left - margin, sole.right + margin])
+
+    def resting(self) -> NDArray[np.bool_]:
+        """Return the corners at the toe."""
+        return np.array([True, True, False, False])

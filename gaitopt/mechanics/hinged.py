@@ -1,0 +1,103 @@
+"""A robot on a hinge: the stance foot turns about a line of its sole that rests on the ground.
+
+The hinge is one more joint, between the ground and the stance foot. The model is then rooted at the
+footprint, the place of the sole where it stood flat, a body without mass; the stance foot is the
+first body that moves. Inverse dynamics, placements and all their derivatives need nothing new, and
+the torque of the hinge is the moment of the ground about the line.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import lru_cache
+
+import numpy as np
+import pinocchio as pin
+
+from gaitopt.contact.mode import ContactMode
+from gaitopt.model.chain_physics import CarriedWeight, ChainPhysics, PassiveJoints
+from gaitopt.model.joint_tree import FIRST
+from gaitopt.model.reroot import joint_axis
+from gaitopt.model.robot import Robot
+from gaitopt.nlp import Array
+
+HINGE = "stance foot on the ground"
+"""Name of the joint."""
+
+FOOTPRINT = "footprint"
+"""Name of the frame where the stance sole stood flat."""
+
+
+_KEPT = 8  # hinged robots, one for each robot and contact
+
+
+@lru_cache(maxsize=_KEPT)
+def standing_robot(robot: Robot, contact: ContactMode) -> Robot:
+    """Return a robot whose joints are the hinge of a contact, then its own; itself without a hinge.
+
+    What is measured of the legs (limits, mirror, geometry) is still that of the robot's own joints.
+
+    Args:
+        robot: rooted at its stance sole.
+        contact: of its stance foot.
+    """
+    hinge, model = contact.hinge(robot.sole), robot.model
+    if hinge is None:
+        return robot
+    line = pin.SE3(np.eye(3), hinge.point)
+    rooted = pin.Model()
+    rooted.name, rooted.gravity = model.name, model.gravity
+    base = rooted.addJoint(0, pin.JointModelFreeFlyer(), model.jointPlacements[1], model.names[1])
+    foot = rooted.addJoint(base, pin.JointModelRevoluteUnaligned(hinge.axis), line, HINGE)
+    new = {0: 0, 1: foot}
+    for joint in range(FIRST, model.njoints):
+        place = model.jointPlacements[joint]
+        if model.parents[joint] == 1:
+            place = line.inverse() * place
+        new[joint] = rooted.addJoint(
+            new[int(model.parents[joint])],
+            pin.JointModelRevoluteUnaligned(joint_axis(model, joint)),
+            place,
+            model.names[joint],
+        )
+    for joint in range(1, model.njoints):
+        moved = line.inverse() if joint == 1 else pin.SE3.Identity()
+        rooted.appendBodyToJoint(new[joint], model.inertias[joint], moved)
+    armature = np.array(rooted.armature)
+    armature[-robot.tree.size :] = np.array(model.armature)[-robot.tree.size :]
+    rooted.armature = armature
+    for frame in model.frames:
+        if frame.type == pin.FrameType.OP_FRAME:
+            joint = int(frame.parentJoint)
+            place = line.inverse() * frame.placement if joint == 1 else frame.placement
+            rooted.addFrame(pin.Frame(frame.name, new[joint], place, frame.type), False)
+    footprint = pin.Frame(FOOTPRINT, base, pin.SE3.Identity(), pin.FrameType.OP_FRAME)
+    rooted.addFrame(footprint, False)
+    return replace(
+        robot,
+        model=rooted,
+        joint_names=(HINGE, *robot.joint_names),
+        stance_sole=FOOTPRINT,
+        physics=_physics(robot.physics, line),
+    )
+
+
+def _physics(physics: ChainPhysics, line: pin.SE3) -> ChainPhysics:
+    """The hinge does nothing by itself; the footprint has no weight to carry."""
+    passive, carried = physics.passive, physics.carried
+    if passive is not None:
+        passive = PassiveJoints(
+            *(_led(values) for values in (passive.damping, passive.friction)),
+            *(_led(values) for values in (passive.stiffness, passive.rest)),
+        )
+    if carried is not None:
+        moment = carried.moment.copy()
+        of_foot = moment[0] - carried.mass[0] * line.translation  # about a point of the line
+        moment[0] = line.rotation.T @ of_foot
+        carried = CarriedWeight(_led(carried.mass), _led(moment))
+    return replace(physics, passive=passive, carried=carried)
+
+
+def _led(values: Array) -> Array:
+    """A table by joint or body with zeros in front for the hinge or the footprint."""
+    return np.concatenate([np.zeros((1, *values.shape[1:])), values])
