@@ -89,7 +89,8 @@ def audit(gait: Gait, known: Iterable[Extension] = ()) -> Audit:
     if gait.multibody is not None:
         differences |= _robot_differences(gait.multibody, body)
     recorded = [name for name in _FACTS if name != "physics" or gait.fact(name) is not None]
-    facts = [name for name in recorded if not _same(gait.fact(name), again.fact(name))]
+    facts = [] if gait.foot_contact == again.foot_contact else ["foot_contact"]
+    facts += [name for name in recorded if not _same(gait.fact(name), again.fact(name))]
     claimed = gait.fact("certificate", "certified") is True
     if not claimed and certificate.certified:
         facts.append("certificate")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
@@ -78,7 +79,7 @@ def gait_at(
     )
 
 
-def _foot(problem: WalkProblem, step: Step) -> dict[str, Array]:
+def _foot(problem: WalkProblem, step: Step) -> dict[str, Any]:
     """Return the turn of the stance foot, nothing where it stands flat."""
     model = problem.model
     if model.hinge is None or model.foot_turn is None:
@@ -90,6 +91,7 @@ def _foot(problem: WalkProblem, step: Step) -> dict[str, Array]:
     return {
         "foot_hinge": model.hinge.twist,
         "foot_knots": knots,
+        "foot_contact": problem.schedule.last.contact.name,
         "foot_coefficients": turn.coefficients @ step.x[problem.layout.turn],
     }
 

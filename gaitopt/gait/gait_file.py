@@ -18,9 +18,7 @@ from numpy.typing import NDArray
 from gaitopt.atomic import write_atomically
 from gaitopt.bounds import GAIT, too_large
 from gaitopt.contact.flat_foot import FlatFoot
-from gaitopt.contact.mode import ContactMode
 from gaitopt.contact.schedule import LegExchange, Transition
-from gaitopt.contact.toe_line import ToeLine
 from gaitopt.errors import GaitFileError, InputError, RobotError
 from gaitopt.gait.result import FOOT, LARGEST, SHAPES, Gait, array_names
 from gaitopt.model.multibody import Multibody, checked_multibody
@@ -256,12 +254,10 @@ def _ends_phase(gait: Gait) -> NDArray[np.bool_]:
 
 def _schedule(gait: Gait) -> dict[str, object]:
     """Return what happens when: the phases of a step, and how the next one follows."""
-    contacts: list[ContactMode] = [FlatFoot()]
-    if gait.turning:
-        contacts.append(ToeLine(0.0))
+    contacts = [FlatFoot.name, *([gait.foot_contact] if gait.turning else [])]
     ends = [Transition.SMOOTH] * (len(contacts) - 1) + [Transition.IMPACT]
     phases = [
-        {"contacts": {gait.stance_sole: contact.name}, "duration": phase.duration, "end": end.value}
+        {"contacts": {gait.stance_sole: contact}, "duration": phase.duration, "end": end.value}
         for contact, phase, end in zip(contacts, gait.trajectory.phases, ends, strict=True)
     ]
     return {"phases": phases, "symmetry": LegExchange.name}
@@ -309,9 +305,20 @@ def _new_gait(members: _Arrays, meta: dict[str, object]) -> Gait:
     named = {name: members[key] for name, key in _RENAMED.items()}
     if TURNING[0].name in members:
         named |= _joined(members)
-    gait = _gait({**members, **named}, meta, {**more, "multibody": body})
+    contact = _last_contact(members) if TURNING[0].name in members else ""
+    own = {**more, "multibody": body, "foot_contact": contact}
+    gait = _gait({**members, **named}, meta, own)
     _check_statements(gait, members)
     return gait
+
+
+def _last_contact(members: _Arrays) -> str:
+    """Return the contact of the last phase; what is none is found by the check of the schedule."""
+    try:
+        phases = json.loads(str(members["schedule"]))["phases"]
+        return str(next(iter(phases[-1]["contacts"].values())))
+    except (ValueError, RecursionError, LookupError, TypeError, AttributeError, StopIteration):
+        return "?"
 
 
 def _joined(members: _Arrays) -> _Arrays:
@@ -372,8 +379,8 @@ def _check_statements(gait: Gait, members: _Arrays) -> None:
     if schedule != _schedule(gait):
         raise InputError(
             "its 'schedule' is not that of its arrays: a phase on the flat foot that stands, then "
-            "at most one on its toe line, ended by the impact of the other; this gaitopt reads no "
-            "other"
+            "at most one in which it turns about a line, ended by the impact of the other; this "
+            "gaitopt reads no other"
         )
 
 

@@ -92,6 +92,7 @@ class Gait:
         foot_knots: of the spline of its angle, from where it begins to turn to the end of the step
             [s], shape (k,) or (0,); the first is one of `knots`.
         foot_coefficients: angle at these knots [rad], rates at both ends [rad/s], (k + 2,) or (0,).
+        foot_contact: name of the contact in which it turns, "toe line"; empty where it does not.
         meta: JSON-able record (task, limits, sole, mass, cost, solver, status, certificate,
             versions); every key is optional.
 
@@ -127,6 +128,7 @@ class Gait:
     foot_hinge: Array = field(default_factory=lambda: np.zeros(0))
     foot_knots: Array = field(default_factory=lambda: np.zeros(0))
     foot_coefficients: Array = field(default_factory=lambda: np.zeros(0))
+    foot_contact: str = ""
 
     def __post_init__(self) -> None:
         for name in SHAPES:
@@ -365,8 +367,10 @@ def _check_sizes(gait: Gait) -> None:
 def _check_foot(gait: Gait) -> None:
     """Refuse a turn of the stance foot that does not fit the step."""
     knots, sizes = gait.foot_knots, (gait.foot_hinge.size, gait.foot_coefficients.size)
-    if knots.size == 0 and sizes == (0, 0):
+    if knots.size == 0 and sizes == (0, 0) and gait.foot_contact == "":
         return
+    if not (isinstance(gait.foot_contact, str) and gait.foot_contact):
+        raise InputError("the gait's foot_contact must name the contact in which the foot turns")
     if knots.size < 2 or sizes != (6, knots.size + 2) or not (np.diff(knots) > 0.0).all():
         raise InputError(
             "the gait's foot_knots must increase, two values at least, with foot_coefficients two "
