@@ -13,6 +13,9 @@ _NEWTON_METRE = {"N·m": 1.0, "Nm": 1.0, "N.m": 1.0, "mNm": 1e-3, "kNm": 1e3}
 SINE = "sin(rad)"
 """Unit of a limit on the sine of an angle; with an angle's unit behind it, the angle is meant."""
 
+SLOPE = "rad (slope)"
+"""Unit of a slope: an angle, or 10%, the rise over the run."""
+
 UNITS: Mapping[str, Mapping[str, float]] = {
     "rad": {"rad": 1.0, "deg": _DEGREE, "°": _DEGREE},
     "rad/s": {"rad/s": 1.0, "deg/s": _DEGREE, "°/s": _DEGREE, "rpm": math.pi / 30.0},
@@ -24,6 +27,7 @@ UNITS: Mapping[str, Mapping[str, float]] = {
     "N·m": _NEWTON_METRE,
     "kg·m²": {"kg·m²": 1.0, "kgm²": 1.0, "kgm2": 1.0, "kg·m2": 1.0, "g·cm²": 1e-7, "gcm2": 1e-7},
     SINE: {"rad": 1.0, "deg": _DEGREE, "°": _DEGREE},
+    SLOPE: {"rad": 1.0, "deg": _DEGREE, "°": _DEGREE, "%": 1e-2},
 }
 """Units of one dimension by the SI unit of it, and their sizes in that."""
 
@@ -49,6 +53,8 @@ def read_quantity(value: object, unit: str) -> float:
     if found[2] not in (known := UNITS.get(unit, {})):
         raise ValueError(_advice(unit))
     number = float(found[1]) * known[found[2]]
+    if unit == SLOPE and found[2] == "%":
+        return math.atan(number)
     return math.sin(number) if unit == SINE else number
 
 

@@ -121,6 +121,7 @@ _MAKERS = {
     "added instants": _added_instants,
     "lifted, everything free": lambda: _everything_free(boundary="lifted"),
     "upright": lambda: _guess(1, sigma=0.05, **UPRIGHT),
+    "upright, uphill": lambda: _guess(1, sigma=0.05, slope=0.12, **UPRIGHT),
     "upright, everything free": lambda: _everything_free(**UPRIGHT),
     "upright, lifted, seven joints, waist, arms": lambda: _synthetic("seven, waist and arms"),
     "upright, lifted, five joints": lambda: _synthetic("five"),

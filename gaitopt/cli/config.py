@@ -76,6 +76,12 @@ class RobotSettings:
         "'left_*.torque=80', knee.range=0deg:120deg; none for no limit.",
         metavar="JOINTS.WHAT=VALUE", common=True,
     )  # fmt: skip
+    payload: tuple[str, ...] = entry(
+        (), "Load on a link, or on its torso or pelvis: 10kg@torso, or with the place of its "
+        "centre and its box in the link's axes, 10kg@torso:0.1,0,0.2:0.3x0.2x0.2.",
+        metavar="MASS@LINK", common=True,
+    )  # fmt: skip
+    gravity: float | None = entry(None, "Free fall in place of that of its file.", "m/s²")
     package_dir: tuple[Path, ...] = entry((), "Directory with the packages of its meshes.")
     forward: str | None = entry(
         None, "Where it looks: x, -x, y, ... of its root link.", metavar="AXIS"

@@ -33,6 +33,7 @@ from gaitopt.design.shadow_prices import SETTING
 from gaitopt.design.summary import summarise
 from gaitopt.escape import printable
 from gaitopt.gait.gait_file import altered_members, load_gait
+from gaitopt.gait.ground import ground_words
 from gaitopt.gait.plugin import load_plugin
 from gaitopt.gait.result import Gait
 from gaitopt.importers.report import Finding, findings_of
@@ -93,7 +94,7 @@ def _checks(certificate: Mapping[str, Any]) -> list[tuple[str, str, str]]:
         ),
         (
             "momentum over a step",
-            f"ground {referee['vertical']:.3f} N·s = m g T {referee['weight']:.3f} N·s, "
+            f"ground {referee['vertical']:.3f} = weight {referee['weight']:.3f} N·s, "
             f"apart by {referee['momentum']:.1e}",
             f"{MOMENTUM:.0e}",
         ),
@@ -159,6 +160,8 @@ def _walk(facts: Any) -> Table:
         "robot", f"{number(robot['mass_kg'], 'kg', 4)}, legs {number(robot['leg_length_m'], 'm')}",
         "cadence", f"{walk['steps_per_minute']:.0f} steps/min",
     )  # fmt: skip
+    if (walk["ground"], walk["load"]) != ("level", "none"):
+        table.add_row("ground", walk["ground"], "load", printable(walk["load"]))
     return table
 
 
@@ -231,8 +234,10 @@ def check(path: Path, plugin: Path | None = None) -> None:
     print_findings_of(screen(stderr=True), gait)
     found = audit(gait, () if plugin is None else load_plugin(plugin).extensions)
     out = screen()
+    where = f" {words}" if (words := ground_words(gait)) else ""
     out.print(
-        f"{path}: {gait.text('robot')} at {gait.speed:.3g} m/s, computed again from its parameters",
+        f"{path}: {gait.text('robot')} at {gait.speed:.3g} m/s{where}, computed again from its "
+        "parameters",
         soft_wrap=True,
     )
     no_solver = {"name": None}

@@ -43,6 +43,7 @@ from gaitopt.model.import_options import (
     LIMIT_UNITS,
     ImportOptions,
     LimitOverride,
+    Payload,
     choices_from_record,
     choices_from_toml,
     choices_record,
@@ -103,7 +104,8 @@ def robot_source(settings: Settings) -> tuple[str | Path, ImportOptions]:
         choices = replace(own, limits=(*before, *more.limits))
     choices = choices.over(**_single(asked))
     limits = (*choices.limits, *_armatures(asked, choices), *map(limit_of, asked.limit))
-    return source, replace(choices, limits=limits)
+    payloads = (*choices.payloads, *map(payload_of, asked.payload))
+    return source, replace(choices, limits=limits, payloads=payloads)
 
 
 def _single(asked: RobotSettings) -> dict[str, object]:
@@ -121,6 +123,7 @@ def _single(asked: RobotSettings) -> dict[str, object]:
         "srdf": None if asked.srdf is None else str(asked.srdf.absolute()),
         "sole": None if asked.sole is None else sole_of(asked.sole),
         "package_dirs": tuple(str(d.absolute()) for d in asked.package_dir) or None,
+        "gravity": asked.gravity,
         "without": parts or None,
         "moving": moving or None,
     }
@@ -169,6 +172,34 @@ def limit_of(text: str) -> LimitOverride:
     except ValueError as error:
         raise InputError(f"--limit {text}: {error}, or none") from error
     return LimitOverride(joints, **read)
+
+
+def payload_of(text: str) -> Payload:
+    """Read a load from "MASS@LINK", "MASS@LINK:X,Y,Z" or "MASS@LINK:X,Y,Z:AxBxC" [kg, m].
+
+    Raises:
+        InputError: it is none.
+    """
+    mass, _, rest = text.partition("@")
+    link, *more = (part.strip() for part in rest.split(":"))
+    try:
+        if not link or len(more) > 2:
+            raise ValueError("there is no link, or there is more than place and box")
+        place = _lengths(more[0], ",") if more else None
+        box = _lengths(more[1], "x") if len(more) > 1 else (0.0, 0.0, 0.0)
+        return Payload(link, read_quantity(mass, "kg"), place, box)
+    except ValueError as error:
+        raise InputError(
+            f"--payload {text}: {error}; give MASS@LINK, MASS@LINK:X,Y,Z or MASS@LINK:X,Y,Z:AxBxC, "
+            "as in --payload 10kg@torso:0.1,0,0.2:0.3x0.2x0.2"
+        ) from error
+
+
+def _lengths(text: str, separator: str) -> tuple[float, float, float]:
+    numbers = [read_quantity(word.strip(), "m") for word in text.split(separator)]
+    if len(numbers) != 3:
+        raise ValueError(f"'{text}' is not three lengths")
+    return numbers[0], numbers[1], numbers[2]
 
 
 def _limit_value(name: str, text: str) -> float:

@@ -45,7 +45,8 @@ class CrossCheck:
         momentum: ground force over the step plus impact impulse against the weight's impulse
             m g T and the change of the robot's momentum, largest component over m g T.
         vertical: integral of the vertical ground force plus the vertical impulse [N·s].
-        weight: m g T [N·s], without weight that is carried from outside.
+        weight: m g T [N·s], without weight that is carried from outside; on a slope its part along
+            the ground's normal, as `vertical` is.
     """
 
     torque: float

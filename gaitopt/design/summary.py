@@ -10,6 +10,8 @@ import numpy as np
 from scipy.integrate import trapezoid
 
 from gaitopt.gait.costs import TorqueCost
+from gaitopt.gait.ground import ground_words
+from gaitopt.gait.recorded_robot import recorded_choices
 from gaitopt.gait.result import Gait
 from gaitopt.importers.physics import STANDARD_GRAVITY
 from gaitopt.importers.report import findings_of
@@ -51,6 +53,12 @@ def summarise(gait: Gait) -> Facts:
     }
 
 
+def payload_words(gait: Gait) -> str:
+    """Return what the robot of a gait carries in words, empty if nothing."""
+    loads = recorded_choices(gait).payloads
+    return ", ".join(f"{load.mass:g} kg on {load.link}" for load in loads)
+
+
 def _walk(gait: Gait) -> Facts:
     """Speed, step and cost; the cost of transport is that of |torque * rate|, Eq. (46) is J."""
     power = np.abs(gait.torque * gait.dq).sum(axis=1)
@@ -67,6 +75,9 @@ def _walk(gait: Gait) -> Facts:
         "step_length_m": gait.step_length,
         "step_duration_s": gait.duration,
         "steps_per_minute": 60.0 / gait.duration,
+        "slope_rad": gait.number("task", "slope") or 0.0,
+        "ground": ground_words(gait) or "level",
+        "load": payload_words(gait) or "none",
         "mechanical_work_per_step_J": work,
         "mechanical_cost_of_transport": transport,
     }

@@ -172,13 +172,16 @@ def _geometry(problem: WalkProblem) -> Array:
             f"the legs can span: at most {2.0 * _LONGEST * legs.reach:.3f} m; "
             "ask for a lower speed or a shorter step duration"
         )
-    height = min(_CROUCH * legs.reach, np.sqrt((_LONGEST * legs.reach) ** 2 - (step / 2.0) ** 2))
+    # On a slope the hips stand over the middle, further from one of the feet.
+    half, sine, longest = step / 2.0, abs(np.sin(task.slope)), _LONGEST * legs.reach
+    root = np.sqrt((half * sine) ** 2 + (1.0 + sine**2) * (longest**2 - half**2))
+    height = min(_CROUCH * legs.reach, (root - half * sine) / (1.0 + sine**2))
     ankle, middle = legs.ankles.mean(axis=0), legs.hips.mean(axis=0)
     values = {
         PELVIS_HEIGHT: ankle[2] + height - middle[2],
         PELVIS_LATERAL: spacing / 2.0,
-        PELVIS_FORWARD: ankle[0] - step / 2.0 - middle[0],
-        TRUNK_PITCH: _TRUNK_PITCH,
+        PELVIS_FORWARD: ankle[0] - step / 2.0 - middle[0] + height * np.sin(task.slope),
+        TRUNK_PITCH: _TRUNK_PITCH + task.slope,
         FOOT_SPACING: spacing,
     }
     for row, value in values.items():

@@ -52,6 +52,7 @@ class WalkProblem(NLP):
     """
 
     def __init__(self, robot: Robot, task: Task, grid: Grid | None = None) -> None:
+        robot = robot.on_slope(task.slope)
         self.robot, self.task = robot, task
         self.schedule = task.schedule
         self.grid = grid or task.grid

@@ -23,7 +23,7 @@ def recorded_choices(gait: Gait) -> ImportOptions:
 
 
 def robot_of(gait: Gait) -> Robot:
-    """Return the robot a gait was designed for.
+    """Return the robot a gait was designed for, on the ground that it walks on.
 
     Raises:
         GaitFileError: neither the choices about it nor its sole are recorded.
@@ -31,7 +31,8 @@ def robot_of(gait: Gait) -> Robot:
     """
     choices = gait.fact("choices")
     if isinstance(choices, Mapping):
-        return Robot.from_urdf(gait.urdf, choices=_of_its_time(gait, choices_from_record(choices)))
+        robot = Robot.from_urdf(gait.urdf, choices=_of_its_time(gait, choices_from_record(choices)))
+        return robot.on_slope(gait.number("task", "slope") or 0.0)
     edges = {name: gait.number("sole", name) for name in ("toe", "heel", "left", "right")}
     missing = [name for name, value in edges.items() if value is None]
     if missing:

@@ -27,6 +27,7 @@ from gaitopt.gait.grid import QUADRATURES, Grid, phase_grid, uniform_grid
 from gaitopt.gait.parameters import (
     DURATION,
     FOOT_SPACING,
+    FOOT_YAW,
     GEOMETRY,
     INFINITY,
     STEP_LENGTH,
@@ -40,6 +41,7 @@ from gaitopt.gait.plugin import (
     extension_record,
 )
 from gaitopt.settings import entry
+from gaitopt.units import SLOPE
 
 SPEED_AS = ("constraint", "penalty")
 BOUNDARIES = ("closed", "lifted")
@@ -47,6 +49,8 @@ EARLIEST, LATEST = 0.1, 0.95
 """Shares of the step between which the foot may begin to turn about its toe."""
 WIDEST = 0.1
 """Strip behind the toe that bears while it turns [m]: a longer one is a sole of its own."""
+STEEPEST = 1.0
+"""Of a slope up or down [rad]: friction of rubber on stone holds a foot to about 45 degrees."""
 
 
 @dataclass(frozen=True)
@@ -66,6 +70,7 @@ class Task:
         toe_off: share of the step at which the stance foot begins to turn about its front edge,
             the heel rising (section 7); None: it stands flat until the impact.
         toe_strip: within which the centre of pressure then is, behind that edge [m].
+        slope: of the ground, uphill above zero [rad]; the speed is along it.
         margins: limits of section 3.2.
         geometry: table of the geometric quantities, free and fixed.
         cost: what the walk is optimised for.
@@ -93,6 +98,10 @@ class Task:
         metavar="SHARE",
     )  # fmt: skip
     toe_strip: float = entry(0.01, "Strip behind the toe that bears while the foot turns.", "m")
+    slope: float = entry(
+        0.0, "Slope of the ground ahead, uphill above zero: 0.1 (rad), 6deg or 10%.", SLOPE,
+        common=True, metavar="RAD",
+    )  # fmt: skip
     margins: Margins = field(default_factory=Margins)
     geometry: tuple[GeometricParameter, ...] = GEOMETRY
     cost: Cost = field(default_factory=TorqueCost)
@@ -109,6 +118,16 @@ class Task:
                 raise InputError(
                     f"{name} is {shown(value)} {unit}; it must be a finite number above 0"
                 )
+        if not (is_finite(self.slope) and abs(self.slope) <= STEEPEST):
+            raise InputError(
+                f"slope is {shown(self.slope)} rad; it must be between {-STEEPEST:g} and "
+                f"{STEEPEST:g} rad"
+            )
+        yaw = self.geometry[FOOT_YAW]
+        if self.slope != 0.0 and (yaw.free or yaw.value != 0.0):
+            raise InputError(
+                "on a slope the feet point uphill or downhill; fix foot_yaw at 0 (--fix foot_yaw=0)"
+            )
         for name in ("postures", "samples"):
             value = getattr(self, name)
             if not isinstance(value, int) or isinstance(value, bool):

@@ -1,4 +1,6 @@
-"""Attitude of the trunk: roll, pitch and yaw of the pelvis frame in the stance sole frame.
+"""Attitude of the trunk: roll, pitch and yaw of the pelvis frame against the vertical.
+
+On level ground that is in the stance sole frame; on a slope the vertical is not its z axis.
 
 It is one of the quantities of the posture that are computed only if a constraint reads them.
 
@@ -18,6 +20,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from pinocchio.utils import rotate
 
 from gaitopt.mechanics.forward_kinematics import (
     Placements,
@@ -65,10 +68,13 @@ class Trunk(PostureQuantity):
         self._body = robot.tree.pelvis
         self._below = robot.tree.path(self._body)
         self._turn = np.array(frame.placement.rotation)
+        self._upright = None if robot.slope == 0.0 else rotate("y", -robot.slope)
 
     def value(self, placed: Placements) -> Array:
         """Return roll, pitch, yaw [rad], shape (N, 3)."""
         R = placed.rotation[:, self._body] @ self._turn
+        if self._upright is not None:
+            R = self._upright @ R
         roll = np.arctan2(R[:, 2, 1], R[:, 2, 2])
         pitch = np.arcsin(np.clip(-R[:, 2, 0], -1.0, 1.0))
         yaw = np.arctan2(R[:, 1, 0], R[:, 0, 0])
@@ -79,6 +85,8 @@ class Trunk(PostureQuantity):
         value = self.value(placed)
         _, pitch, yaw = value.T
         w = np.where(self._below, axes[:, :, 3:].swapaxes(1, 2), 0.0)
+        if self._upright is not None:
+            w = self._upright @ w
         c, s = np.cos(yaw)[:, None], np.sin(yaw)[:, None]
         ahead, aside = c * w[:, 0] + s * w[:, 1], c * w[:, 1] - s * w[:, 0]  # turned with the yaw
         cosine = np.maximum(np.cos(pitch), _LEAST_COSINE)[:, None]

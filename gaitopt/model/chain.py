@@ -130,6 +130,7 @@ def build_chain(reading: ImportedRobot) -> Chain:
             tree.names,
             reading.rotation,
             reading.limits.torque,
+            reading.choices.gravity,
         ),
     )
     return Chain(model, tree, mirror, lines, physics, findings, reading.rotation, done.model, done)

@@ -11,6 +11,7 @@ import pinocchio as pin
 
 from gaitopt.errors import RobotError
 from gaitopt.importers.physics import STANDARD_GRAVITY, PassiveJoint, Physics
+from gaitopt.model.import_options import LEAST_GRAVITY
 from gaitopt.model.joint_tree import JointTree
 from gaitopt.model.symmetry.leg_exchange import REFLECTION
 from gaitopt.nlp import Array
@@ -19,7 +20,6 @@ LEVEL = math.radians(0.5)
 """Angle from the robot's down up to which gravity is taken to point there [rad]: files round
 orientations; at this angle a hundredth of the weight points along the ground."""
 
-_LEAST_GRAVITY = 0.01  # m/s²; what walks must be pressed on the ground
 _SAME = 1e-12  # relative
 
 
@@ -123,9 +123,9 @@ def fall(physics: Physics, rotation: Array) -> float:
         f"correct it, or leave it out: --without gravity (in Python and in the file for --choices "
         f'without = ["gravity"]) takes {STANDARD_GRAVITY:g} m/s² straight down'
     )
-    if not _LEAST_GRAVITY <= size < math.inf:
+    if not LEAST_GRAVITY <= size < math.inf:
         raise RobotError(
-            f"gravity of the file is ({told}) m/s²; a walk needs at least {_LEAST_GRAVITY:g} m/s² "
+            f"gravity of the file is ({told}) m/s²; a walk needs at least {LEAST_GRAVITY:g} m/s² "
             f"to press the feet on the ground; {remedy}"
         )
     angle = tilt(physics, rotation)

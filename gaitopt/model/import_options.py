@@ -49,6 +49,9 @@ LIMIT_UNITS = {
 NO_LIMIT = "none"
 """What stands for an infinite limit in a file."""
 
+LEAST_GRAVITY = 0.01
+"""Of free fall [m/s²]: what walks must be pressed on the ground."""
+
 UNUSED_SRDF = (
     "an SRDF is given (srdf), but nothing of it is used; name one of its poses "
     '(--posture POSE, or posture = "POSE" in the file for --choices), ask for '
@@ -162,6 +165,40 @@ class InertiaOverride:
 
 
 @dataclass(frozen=True)
+class Payload:
+    """A load fixed to a link.
+
+    Attributes:
+        link: name of the link; "torso" and "pelvis" also mean those of the robot.
+        mass: [kg].
+        place: of its centre of mass in the frame of the link [m]; by default the link's own.
+        box: lengths along the axes of the link's frame of the box that it fills evenly [m]; a point
+            by default.
+    """
+
+    link: str
+    mass: float
+    place: tuple[float, float, float] | None = None
+    box: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.link, str) or not self.link:
+            raise RobotError(f"payloads: link must be the name of a link, got {self.link!r}")
+        where = f"payload on '{self.link}'"
+        object.__setattr__(self, "mass", _finite(self.mass, f"{where}: mass"))
+        if not self.mass > 0.0:
+            raise RobotError(f"{where}: mass is {self.mass:g} kg; it must be > 0")
+        for name in ("place", "box"):
+            if (value := getattr(self, name)) is not None:
+                numbers = tuple(_finite(n, f"{where}: {name}") for n in _tuple(value, name))
+                if len(numbers) != 3:
+                    raise RobotError(f"{where}: {name} has {len(numbers)} numbers; give 3 [m]")
+                object.__setattr__(self, name, numbers)
+        if min(self.box) < 0.0:
+            raise RobotError(f"{where}: box is {self.box} m; no length may be negative")
+
+
+@dataclass(frozen=True)
 class ImportOptions:
     """How to read a robot; whatever is left None is found from its model.
 
@@ -185,6 +222,8 @@ class ImportOptions:
         limits: what replaces limits of the URDF; where two patterns match, the later one counts.
         inertias: what replaces masses and inertias of the file; where two patterns match, the
             later one counts.
+        payloads: what it carries; see `Payload`.
+        gravity: acceleration of free fall in place of that of the file [m/s²].
         unequal_limits: one of `UNEQUAL`.
         asymmetry: by how much averaging left and right may change the robot at most, over the range
             of motion: its mass matrix (relative), and the placement of its feet (per length of the
@@ -213,6 +252,8 @@ class ImportOptions:
     sole_placements: tuple[Placement, Placement] | None = None
     limits: tuple[LimitOverride, ...] = ()
     inertias: tuple[InertiaOverride, ...] = ()
+    payloads: tuple[Payload, ...] = ()
+    gravity: float | None = None
     unequal_limits: str = "refuse"
     asymmetry: float = 0.02
     without: tuple[str, ...] = ()
@@ -223,7 +264,7 @@ class ImportOptions:
     def __post_init__(self) -> None:
         if self.posture is not None:
             object.__setattr__(self, "posture", _posture(self.posture))
-        for name in ("feet", "limits", "inertias", "package_dirs", "moving"):
+        for name in ("feet", "limits", "inertias", "payloads", "package_dirs", "moving"):
             if (value := getattr(self, name)) is not None:
                 object.__setattr__(self, name, _tuple(value, name))
         _check_names(self)
@@ -266,6 +307,16 @@ def _check_numbers(choices: ImportOptions) -> None:
         raise RobotError(
             f"sole_drop is {choices.sole_drop:g} m; it must be above 0 and below 1: the height of "
             "the ankle above the sole"
+        )
+    if choices.gravity is not None and not _finite(choices.gravity, "gravity") >= LEAST_GRAVITY:
+        raise RobotError(
+            f"gravity is {choices.gravity:g} m/s²; a walk needs at least {LEAST_GRAVITY:g} m/s² to "
+            "press the feet on the ground"
+        )
+    if choices.gravity is not None and "gravity" in choices.without:
+        raise RobotError(
+            "a gravity is given (gravity), and that of the file is to be left out for the standard "
+            "one (without); leave out one of the two"
         )
     if not 0.0 <= _finite(choices.asymmetry, "asymmetry") <= 1.0:
         raise RobotError(f"asymmetry is {choices.asymmetry:g}; it must be from 0 to 1 (relative)")
@@ -376,7 +427,7 @@ def choices_from_record(record: Mapping[str, Any]) -> ImportOptions:
             if isinstance(sole[name], bool) or not isinstance(sole[name], int | float):
                 raise RobotError(f"sole.{name} must be a finite number [m], got {sole[name]!r}")
         table["sole"] = Sole(**{name: _finite(edge, f"sole.{name}") for name, edge in sole.items()})
-    for name, kind in (("limits", LimitOverride), ("inertias", InertiaOverride)):
+    for name, kind in _TABLES.items():
         if (entries := table.get(name)) is not None:
             if not isinstance(entries, list | tuple):
                 given = str(entries)[:60]
@@ -400,11 +451,15 @@ def _checked_table(value: object, part: type, name: str, path: str | None = None
             where = f"{name}." if path is None else path
             raise RobotError(f"unknown entry {where}{key}; {hint}known are: {', '.join(known)}")
     table = dict(value)
-    for needed, example in (("joints", "*knee*"), ("links", "*foot*")):
-        if part in (LimitOverride, InertiaOverride) and needed in known and needed not in table:
-            raise RobotError(
-                f'{name}: {needed} is missing; give a pattern of names, as "{example}"'
-            )
+    for needed, advice in (
+        ("joints", 'a pattern of names, as "*knee*"'),
+        ("links", 'a pattern of names, as "*foot*"'),
+        ("link", 'the name of a link, or "torso"'),
+    ):
+        if part in _TABLES.values() and needed in known and needed not in table:
+            raise RobotError(f"{name}: {needed} is missing; give {advice}")
+    if part is Payload and "mass" not in table:
+        raise RobotError(f"{name}: mass is missing; give it [kg]")
     for key, text in table.items():
         if part is LimitOverride and text == NO_LIMIT and key in LIMIT_UNITS and key != "armature":
             table[key] = -math.inf if key == "lower" else math.inf
@@ -423,9 +478,15 @@ def _in_si(value: object, unit: str, what: str) -> object:
         raise RobotError(f"{what} = {str(value)[:60]!r} is wrong; {error}") from None
 
 
+_TABLES: dict[str, type] = {
+    "limits": LimitOverride, "inertias": InertiaOverride, "payloads": Payload,
+}  # fmt: skip
+"""Choices that are lists of tables."""
+
 _UNITS: dict[type, dict[str, str]] = {
     LimitOverride: LIMIT_UNITS,
     InertiaOverride: {"mass": "kg"},
+    Payload: {"mass": "kg"},
     Sole: dict.fromkeys(("toe", "heel", "left", "right"), "m"),
     ImportOptions: {"sole_drop": "m"},
 }

@@ -41,6 +41,7 @@ from gaitopt.model.legs.reference_posture import (
     rotor_armatures,
 )
 from gaitopt.model.legs.upper_body import Pairs, moving_joints, moving_pairs
+from gaitopt.model.payload import add_payloads
 from gaitopt.model.physics_report import armature_findings
 from gaitopt.model.symmetry.averaging import Symmetrised
 from gaitopt.model.symmetry.leg_exchange import leg_exchange
@@ -231,6 +232,7 @@ def import_robot(source: Source, choices: ImportOptions) -> ImportedRobot:
         model.armature = np.zeros(model.nv)
     posed = pose(model, reference_configuration(model, angles), source.problems)
     pair = standing_legs(source, posed, choices)
+    payloads, carried = add_payloads(model, choices.payloads, pair.legs)
     faults = _empty_ranges(model, pair.legs, problems)
     shapes = _shapes(source, model, pair, choices)
     feet = [None if shape is None else shape.points for shape in shapes]
@@ -259,7 +261,9 @@ def import_robot(source: Source, choices: ImportOptions) -> ImportedRobot:
     if soles.added:
         _add_frames(model, pair.legs, soles)
     resolved = _resolved(choices, model, pair, heading, soles, side)
-    resolved = replace(resolved, posture=tuple(angles.items()) or None, limits=overrides)
+    resolved = replace(
+        resolved, posture=tuple(angles.items()) or None, limits=overrides, payloads=payloads
+    )
     told = leg_findings(model, posed.q, pair, heading, angles, others)
     rotors = armature_findings(whole, model, pair.legs, resolved, is_generated(source.text))
     findings = (
@@ -269,6 +273,7 @@ def import_robot(source: Source, choices: ImportOptions) -> ImportedRobot:
         *soles.findings,
         *notes,
         *bodies,
+        *carried,
         *odd,
         *rotors,
         *source.findings(),
@@ -282,7 +287,7 @@ def import_robot(source: Source, choices: ImportOptions) -> ImportedRobot:
         soles,
         side,
         limits,
-        source.physics.without(choices.without),
+        _counted(source.physics, choices, heading.rotation),
         source.physics,
         resolved,
         findings,
@@ -290,6 +295,15 @@ def import_robot(source: Source, choices: ImportOptions) -> ImportedRobot:
         locked_mimics(problems, [str(model.names[j]) for leg in pair.legs for j in leg]),
         drawn_unequally,
     )
+
+
+def _counted(physics: Physics, choices: ImportOptions, rotation: Array) -> Physics:
+    """Return what counts of the physics, with the gravity that was chosen."""
+    counted = physics.without(choices.without)
+    if choices.gravity is None:
+        return counted
+    x, y, z = (float(-choices.gravity * n) for n in rotation[:, 2])
+    return replace(counted, gravity=(x, y, z))
 
 
 def _rotors(choices: ImportOptions, model: pin.Model, folder: Path) -> tuple[LimitOverride, ...]:

@@ -48,6 +48,7 @@ def physics_findings(
     joints: tuple[str, ...],
     rotation: np.ndarray,
     limits: np.ndarray,
+    chosen: float | None = None,
 ) -> list[Finding]:
     """Return what of a description's physics counts, and what was left out or averaged.
 
@@ -58,6 +59,7 @@ def physics_findings(
         joints: names of the joints that move.
         rotation: forward, left and up of the robot in its root link, columns, shape (3, 3).
         limits: largest torques of the joints, shape (n,) [N·m].
+        chosen: acceleration of free fall that the user gave [m/s²].
     """
     findings = _servos(chain, joints, limits)
     for topic, part, text in (
@@ -71,7 +73,12 @@ def physics_findings(
             _counted(topic, _joints(n, len(joints)), t, part, left_out) for t, n in own.items()
         ]
     findings += _weight(described, counted)
-    findings += _gravity(described, counted, rotation)
+    if chosen is None:
+        findings += _gravity(described, counted, rotation)
+    else:
+        findings.append(
+            Finding("gravity", "robot", f"{chosen:g} m/s² downward, as chosen", "given")
+        )
     findings += [_averaged(word, off, chain) for word, off in chain.uneven.items()]
     return findings
 
@@ -245,7 +252,11 @@ def physics_record(robot: Robot) -> dict[str, object]:
     joints = {name: _joint(robot, row) for row, name in enumerate(robot.joint_names)}
     return {
         GRAVITY_KEY: gravity,
-        "gravity_from": "file" if physics.gravity_stated else "standard",
+        "gravity_from": "chosen"
+        if robot.choices.gravity is not None
+        else "file"
+        if physics.gravity_stated
+        else "standard",
         "carried_weight_N": 0.0 if carried is None else gravity * float(carried.mass.sum()),
         "without": list(robot.choices.without),
         "joints": {name: facts for name, facts in joints.items() if facts},

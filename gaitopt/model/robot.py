@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Collection
-from dataclasses import dataclass
-from functools import cached_property
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -49,6 +49,7 @@ class Robot:
             any mesh.
         findings: what was found, guessed and changed, for a person.
         multibody: the same robot on a floating base, with every joint of the file, as arrays.
+        slope: angle of the ground on which it stands, uphill above zero [rad]; see `on_slope`.
     """
 
     name: str
@@ -66,6 +67,7 @@ class Robot:
     choices: ImportOptions
     findings: tuple[Finding, ...]
     multibody: Multibody
+    slope: float = 0.0
 
     @classmethod
     def from_urdf(
@@ -164,6 +166,15 @@ class Robot:
         mass = self.mass - (0.0 if carried is None else float(carried.mass.sum()))
         return mass * float(np.linalg.norm(self.model.gravity.linear))
 
+    def on_slope(self, slope: float) -> Robot:
+        """Return the robot on ground that rises ahead: in the axes of its soles gravity is turned.
+
+        Args:
+            slope: angle of the ground, uphill above zero [rad]; from the level, whatever the ground
+                of this robot is.
+        """
+        return self if slope == self.slope else _on_slope(self, slope)
+
     @cached_property
     def tree(self) -> JointTree:
         """The joints: which of them are in which leg, and what each of them moves."""
@@ -179,6 +190,21 @@ class Robot:
     def swing_frame(self) -> int:
         """Index of the swing sole frame."""
         return int(self.model.getFrameId(self.swing_sole))
+
+
+@lru_cache(maxsize=8)  # so that the walks of a robot share what is made of it once
+def _on_slope(robot: Robot, slope: float) -> Robot:
+    size = float(np.linalg.norm(robot.physics.gravity))
+    gravity = size * np.array([-np.sin(slope), 0.0, -np.cos(slope)])
+    model = pin.Model(robot.model)
+    model.gravity = pin.Motion(gravity, np.zeros(3))
+    return replace(
+        robot,
+        model=model,
+        physics=replace(robot.physics, gravity=gravity),
+        multibody=replace(robot.multibody, gravity=gravity),
+        slope=slope,
+    )
 
 
 def _odd(reading: ImportedRobot) -> list[Finding]:

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 
 from gaitopt.bounds import FRAMES, STEPS, at_most, shown
 from gaitopt.errors import InputError
+from gaitopt.gait.ground import upright
 from gaitopt.gait.result import Gait
 from gaitopt.gait.trajectory import TrajectorySamples
 from gaitopt.model.multibody import Multibody
@@ -126,6 +127,9 @@ def build_scene(
     force_scale = _force_scale(gait, hips)
     _prepare(viewer, hips)
     world = viewer[_WORLD]
+    if body.gravity[0] != 0.0:  # on a slope x runs along the ground
+        world.set_transform(_turn(upright(body)))
+        world = world["slope"]
     _draw_ground(world["ground"])
     _draw_footprints(world["footprints"], body, samples)
     draw_robot(world["robot"], moves, body, shapes, samples.configuration, times)
@@ -322,6 +326,13 @@ def _towards(force: Array) -> Array:
     size = float(np.linalg.norm(force))
     up = np.array([0.0, 0.0, 1.0])
     return np.array(pin.Quaternion.FromTwoVectors(up, force / size if size > 0.0 else up).matrix())
+
+
+def _turn(rotation: Array) -> Array:
+    """Return the homogeneous matrix of a rotation."""
+    matrix = np.eye(4)
+    matrix[:3, :3] = rotation
+    return matrix
 
 
 def _shift(by: ArrayLike) -> Array:

@@ -20,6 +20,7 @@ from numpy.typing import ArrayLike
 from gaitopt.atomic import write_atomically
 from gaitopt.design.summary import pair_name, partner
 from gaitopt.errors import InputError
+from gaitopt.gait.ground import ground_words, upright
 from gaitopt.gait.result import Gait
 from gaitopt.importers.physics import STANDARD_GRAVITY
 from gaitopt.model.physics_report import GRAVITY_KEY
@@ -64,16 +65,17 @@ def step_figure(gait: Gait, count: int = 9) -> Figure:
         count: number of stick figures, at equal times.
     """
     indices = np.linspace(0, len(gait.time) - 1, count).round().astype(int)
-    whole = _sticks(gait, gait.time, before=gait.time > 0.0)
-    sticks = whole.at(indices)
+    along = _sticks(gait, gait.time, before=gait.time > 0.0)
+    whole = along.turned(upright(gait.trajectory.body))
+    seen = {_SIDE: whole.at(indices), _FRONT: along.at(indices)}  # along the ground from behind
     figure = new_figure(6.6, 4.9)
-    spans = [np.ptp(_reach(sticks, view)) for view in (_SIDE, _FRONT)]  # for both to one scale
+    spans = [np.ptp(_reach(sticks, view)) for view, sticks in seen.items()]  # for both to one scale
     side, front = figure.subplots(1, 2, sharey=True, width_ratios=spans)
     opacity = np.linspace(_FAINT, 1.0, count)
     for axes, view in ((side, _SIDE), (front, _FRONT)):
-        _draw_ground(axes, sticks, view)
+        _draw_ground(axes, seen[view], view, _rise(gait) if view == _SIDE else 0.0)
         for index in range(count):
-            _draw(axes, sticks, index, view, float(opacity[index]))
+            _draw(axes, seen[view], index, view, float(opacity[index]))
     toes = whole.soles[:, 1, :2].mean(axis=1)
     side.plot(
         toes[:, 0], toes[:, 2], color=SWING, linewidth=0.9, linestyle=":",
@@ -83,7 +85,8 @@ def step_figure(gait: Gait, count: int = 9) -> Figure:
     label_axes(front, "left y [m]", "", "from behind")
     front.invert_xaxis()
     _name_legs(figure, side)
-    figure.suptitle(f"One step: {gait.step_length:.3f} m in {gait.duration:.3f} s")
+    where = f", {words}" if (words := ground_words(gait)) else ""
+    figure.suptitle(f"One step: {gait.step_length:.3f} m in {gait.duration:.3f} s{where}")
     return figure
 
 
@@ -97,15 +100,17 @@ def walking_figure(gait: Gait, steps: int = 3, per_step: int = 6) -> Figure:
     """
     inside = np.linspace(0, len(gait.time) - 1, per_step + 1).round().astype(int)[:-1]
     times = [gait.time[inside] + k * gait.duration for k in range(steps)]
-    sticks = _sticks(gait, np.append(np.concatenate(times), steps * gait.duration))
+    along = _sticks(gait, np.append(np.concatenate(times), steps * gait.duration))
+    sticks = along.turned(upright(gait.trajectory.body))
     figure = new_figure(7.4, 5.2)
     axes = figure.subplots()
-    _draw_ground(axes, sticks, _SIDE)
+    _draw_ground(axes, sticks, _SIDE, _rise(gait))
     for index in range(len(sticks.legs)):
         _draw(axes, sticks, index, _SIDE, 0.95 if index % per_step == 0 else 0.4)
     label_axes(axes, "forward x [m]", "height z [m]")
     _name_legs(figure, axes, (gait.stance_sole, gait.swing_sole_frame))
-    figure.suptitle(f"{steps} steps at {gait.speed:.3g} m/s; solid: the landings")
+    where = f" {words}" if (words := ground_words(gait)) else ""
+    figure.suptitle(f"{steps} steps at {gait.speed:.3g} m/s{where}; solid: the landings")
     return figure
 
 
@@ -136,8 +141,16 @@ def _draw_foot(
     axes.plot(outline[:, view], outline[:, 2], linewidth=1.1, color=colour, alpha=opacity)
 
 
-def _draw_ground(axes: Axes, sticks: StickFigures, view: int) -> None:
-    axes.fill_between(_reach(sticks, view), -0.02, 0.0, color=GROUND, linewidth=0)
+def _rise(gait: Gait) -> float:
+    """Return how far the ground rises over a metre ahead [m]."""
+    ahead = upright(gait.trajectory.body)[:, 0]
+    return float(ahead[2] / ahead[0])
+
+
+def _draw_ground(axes: Axes, sticks: StickFigures, view: int, rise: float) -> None:
+    reach = _reach(sticks, view)
+    top = rise * reach
+    axes.fill_between(reach, top - 0.02, top, color=GROUND, linewidth=0)
     axes.set_aspect("equal", adjustable="box")
     axes.grid(False)
 

@@ -32,6 +32,8 @@ _AROUND, _ALONG = 30, 10  # facets of a capsule: around its axis, and from rim t
 _BONE = 0.025  # m: radius of the skeleton's limbs
 _FOOT = 0.02  # m: thickness of its feet
 _ENOUGH = 0.5  # of the moving bodies of the legs must be drawn
+_POINT = 0.06  # m: edge of the box that shows a load without one
+_LOAD = np.array([0.55, 0.36, 0.16, 1.0])
 _GREY = np.array([0.62, 0.65, 0.68, 1.0])
 _STANCE, _SWING, _TRUNK = 0xD55E00, 0x0072B2, 0x333333  # the colours of the figures
 
@@ -74,6 +76,7 @@ def robot_shapes(gait: Gait, package_dirs: tuple[str, ...] = ()) -> RobotShapes:
         found, note = None, str(error)
     body = gait.trajectory.body
     if found is not None:
+        _add_payloads(gait, source, found)
         shapes = tuple(_carried(gait, body, source, found))
         legs = {row + 1 for foot in (0, 1) for row in body.leg(foot)}
         if not lost or len(legs & {carrier for carrier, _, _ in shapes}) >= _ENOUGH * len(legs):
@@ -155,6 +158,20 @@ def _note(lost: MeshProblem, count: int) -> str:
         f"the mesh '{lost.file}' {lost.reason}: it{others}; give the directory that holds its "
         "package (--package-dir)"
     )
+
+
+def _add_payloads(gait: Gait, source: Source, shapes: pin.GeometryModel) -> None:
+    """Add the loads that the robot carries, as boxes in their links."""
+    model = source.model()
+    for number, load in enumerate(recorded_choices(gait).payloads):
+        frame = model.frames[model.getFrameId(load.link)]
+        lengths = [length or _POINT for length in load.box]
+        place = frame.placement * pin.SE3(np.eye(3), np.array(load.place or np.zeros(3)))
+        shape = pin.GeometryObject(
+            f"payload_{number}", frame.parentJoint, place, coal.Box(*lengths)
+        )
+        shape.meshColor = _LOAD
+        shapes.addGeometryObject(shape)
 
 
 def _carried(

@@ -38,6 +38,10 @@ class StickFigures:
         """Return some of them."""
         return StickFigures(self.legs[rows], self.soles[rows], self.trunk[rows])
 
+    def turned(self, rotation: Array) -> StickFigures:
+        """Return them in other axes, given the rotation (3, 3) to these."""
+        return StickFigures(*(part @ rotation.T for part in (self.legs, self.soles, self.trunk)))
+
 
 def stick_figures(body: Multibody, configurations: Array, top: Array) -> StickFigures:
     """Return the stick figures of a robot.

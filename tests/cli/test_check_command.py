@@ -19,7 +19,7 @@ def test_designed_gait_passes(cli, designed):
     result = cli("check", designed / "gait.npz")
     assert result.exit_code == 0, result.stderr
     assert "certified" in result.stdout
-    assert "m g T 223.158 N·s" in result.stdout
+    assert "ground 223.158 = weight 223.158 N·s" in result.stdout
 
 
 def test_unrefined_gait_is_not_certified(cli, quick, tmp_path):

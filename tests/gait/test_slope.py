@@ -1,0 +1,229 @@
+"""Walks on slopes: level walks whose gravity is turned, judged by laws that know no walk."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import mujoco
+import numpy as np
+import pinocchio as pin
+import pytest
+from numerics import relative_error
+
+from gaitopt.design.audit import audit
+from gaitopt.design.certificate import fine_grid
+from gaitopt.design.cross_check import cross_check
+from gaitopt.design.design import design
+from gaitopt.errors import InputError
+from gaitopt.gait import quantities
+from gaitopt.gait.assemble import gait_at
+from gaitopt.gait.gait_file import load_gait, save_gait
+from gaitopt.gait.ground import ground_words, upright
+from gaitopt.gait.initial_guess import first_guess
+from gaitopt.gait.parameters import set_geometry
+from gaitopt.gait.presets import preset_task
+from gaitopt.gait.problem import WalkProblem
+from gaitopt.importers.physics import PassiveJoint, Physics
+from gaitopt.importers.source import read_source
+from gaitopt.mechanics.forward_kinematics import ForwardKinematics
+from gaitopt.mechanics.trunk import Trunk
+from gaitopt.model.import_options import ImportOptions, Payload
+from gaitopt.model.importer import import_robot
+from gaitopt.model.robot import Robot
+from gaitopt.tolerances import MOMENTUM, REFEREE
+
+CASES = Path(__file__).parents[1] / "data" / "cases"
+SLOPES = (0.1, -0.17)
+LOAD = Payload("torso", 6.0, (0.05, 0.0, 0.2), (0.2, 0.3, 0.2))
+
+
+def damped():
+    """The small biped with linear damping in every joint, and a load."""
+    source = read_source(CASES / "base_mini.urdf")
+    joints = {str(n): PassiveJoint((1.5,)) for n in source.model().names[2:]}
+    source.__dict__["physics"] = Physics(joints, (0.0, 0.0, -9.7), {})
+    return Robot.from_reading(source, import_robot(source, ImportOptions()))
+
+
+def loaded(robot):
+    return Robot.from_urdf(robot.urdf, choices=ImportOptions(payloads=(LOAD,)))
+
+
+def proven(robot, slope, speed=0.6):
+    """A walk at its first guess, seen at the instants of the proof."""
+    problem = WalkProblem(robot, preset_task("standard", speed=speed, slope=slope))
+    problem = problem.with_grid(fine_grid(problem))
+    return problem, problem.step(first_guess(problem))
+
+
+@pytest.mark.parametrize("slope", SLOPES)
+def test_a_slope_is_the_level_with_gravity_turned(robot, slope):
+    """The same motion, once told the slope, once on level ground with another gravity."""
+    problem = WalkProblem(robot, preset_task("standard", speed=0.8, slope=slope))
+    x = first_guess(problem)
+    model = pin.Model(robot.model)
+    model.gravity = pin.Motion(9.81 * np.array([-np.sin(slope), 0.0, -np.cos(slope)]), np.zeros(3))
+    turned = WalkProblem(replace(robot, model=model), preset_task("standard", speed=0.8))
+    own, other = problem.step(x), turned.step(x)
+    for name in (quantities.TORQUE, quantities.WRENCH):
+        assert relative_error(own.read(name), other.read(name)) < 1e-12
+    assert np.array_equal(own.impact.impulse, other.impact.impulse)
+
+
+@pytest.mark.parametrize("slope", SLOPES)
+@pytest.mark.parametrize("make", [loaded, lambda _: damped()])
+def test_the_motors_raise_the_weight_and_pay_for_what_is_lost(robot, make, slope):
+    """Work of the motors over a step = m g h + loss of the impact + losses of the joints."""
+    problem, step = proven(make(robot), slope)
+    robot, (q, dq, _) = problem.robot, step.motion
+    weights = step.duration * problem.grid.weights
+    work = weights @ (step.read(quantities.TORQUE) * dq).sum(axis=1)
+    passive = robot.physics.passive
+    lost = 0.0 if passive is None else weights @ (dq**2 @ passive.damping[:, 0])
+    data, end = robot.model.createData(), np.concatenate([pin.neutral(robot.model)[:7], step.q_end])
+    M = pin.crba(robot.model, data, end)[6:, 6:]
+    before = step.rate_before @ M @ step.rate_before / 2.0
+    start = np.concatenate([pin.neutral(robot.model)[:7], q[0]])
+    M = pin.crba(robot.model, data, start)[6:, 6:]
+    after = dq[0] @ M @ dq[0] / 2.0  # the next step begins like this one
+    raised = robot.weight * step.step_length * np.sin(slope)
+    assert min(before - after, abs(raised)) > 0.1
+    assert abs(work - (raised + before - after + lost)) < 1e-9 * abs(raised)
+
+
+@pytest.mark.parametrize("slope", SLOPES)
+@pytest.mark.parametrize("make", [loaded, lambda _: damped()])
+def test_newton_and_euler_agree(robot, make, slope):
+    problem, step = proven(make(robot), slope)
+    verdict = cross_check(problem.robot, step, problem.grid)
+    assert 0.0 < verdict.worst < REFEREE
+    assert 0.0 < verdict.momentum < MOMENTUM
+    level = cross_check(problem.robot.on_slope(0.0), step, problem.grid)
+    assert level.torque > REFEREE  # a referee on level ground objects
+
+
+@pytest.mark.parametrize("slope", SLOPES)
+def test_mujoco_asks_for_the_same(robot, slope):
+    """MuJoCo's inverse dynamics: what it asks for at the base is the ground's wrench."""
+    robot = loaded(robot)
+    problem = WalkProblem(robot, preset_task("standard", speed=0.6, slope=slope))
+    gait = gait_at(problem, first_guess(problem), {})
+    body = gait.trajectory.body
+    model = mujoco.MjModel.from_xml_string(mjcf(body))
+    at = mujoco.MjData(model)
+    samples = gait.trajectory.at(np.array([0.1, 0.45, 0.8]) * gait.duration)
+    for row in range(3):
+        base = pin.XYZQUATToSE3(samples.configuration[row, :7])
+        x, y, z, w = samples.base_quaternion[row]
+        at.qpos[:] = [*samples.base_position[row], w, x, y, z, *samples.q[row]]
+        twist, acceleration = samples.base_twist[row], samples.base_acceleration[row]
+        v, omega = twist[:3], twist[3:]
+        linear = base.rotation @ (acceleration[:3] + np.cross(omega, v))
+        at.qvel[:] = [*(base.rotation @ v), *omega, *samples.dq[row]]
+        at.qacc[:] = [*linear, *acceleration[3:], *samples.ddq[row]]
+        mujoco.mj_inverse(model, at)
+        moved = samples.sole[row, 0]
+        wrench = samples.wrench[row, 0]
+        force = moved[:3, :3] @ wrench[:3]
+        size = np.abs(at.qfrc_inverse).max()
+        assert at.qfrc_inverse[:3] == pytest.approx(force, abs=1e-9 * size)
+        about = moved[:3, :3] @ wrench[3:] + np.cross(moved[:3, 3] - base.translation, force)
+        assert base.rotation @ at.qfrc_inverse[3:6] == pytest.approx(about, abs=1e-9 * size)
+        jacobian = np.zeros((6, model.nv))
+        mujoco.mj_jac(
+            model, at, jacobian[:3], jacobian[3:], moved[:3, 3], 1 + body.sole_joint[0] + 1
+        )
+        on_sole = np.concatenate([force, moved[:3, :3] @ wrench[3:]])
+        torque = at.qfrc_inverse[6:] - (jacobian.T @ on_sole)[6:]
+        assert torque == pytest.approx(samples.torque[row], abs=1e-9 * size)
+
+
+def mjcf(body):
+    """A robot's arrays as MJCF, gravity included; its joints are in the order of the arrays."""
+    children = {
+        row: [k for k, p in enumerate(body.parent) if p == row]
+        for row in range(-1, len(body.parent))
+    }
+
+    def quaternion(matrix):
+        x, y, z, w = pin.Quaternion(matrix).coeffs()
+        return f"{w!r} {x!r} {y!r} {z!r}".replace("np.float64(", "").replace(")", "")
+
+    def numbers(values):
+        return " ".join(repr(float(v)) for v in np.ravel(values))
+
+    def inertial(row):
+        i = body.inertia[row]
+        full = numbers([i[0, 0], i[1, 1], i[2, 2], i[0, 1], i[0, 2], i[1, 2]])
+        return (
+            f"<inertial pos='{numbers(body.centre[row])}' mass='{float(body.mass[row])!r}' "
+            f"fullinertia='{full}'/>"
+        )
+
+    def link(row):
+        place = body.placement[row]
+        inside = "".join(link(child) for child in children[row])
+        return (
+            f"<body pos='{numbers(place[:3, 3])}' quat='{quaternion(place[:3, :3])}'>"
+            f"{inertial(row + 1)}<joint axis='{numbers(body.axis[row])}' "
+            f"armature='{float(body.armature[row])!r}'/>{inside}</body>"
+        )
+
+    return (
+        f"<mujoco><option gravity='{numbers(body.gravity)}'/>"
+        "<compiler angle='radian' balanceinertia='false'/>"
+        f"<worldbody><body>{inertial(0)}<freejoint/>{''.join(map(link, children[-1]))}</body>"
+        "</worldbody></mujoco>"
+    )
+
+
+def test_the_trunk_leans_against_the_vertical(robot):
+    """On a slope the same posture leans by the slope's angle less, seen from the vertical."""
+    problem, step = proven(robot, 0.1)
+    kinematics = [Trunk(one) for one in (problem.robot, robot)]
+    placed = ForwardKinematics(robot.model).placed(step.motion[0])
+    own, level = (trunk.value(placed)[:, 1] for trunk in kinematics)
+    assert own == pytest.approx(level - 0.1, abs=5e-3)  # exact without roll and yaw
+
+
+@pytest.fixture(scope="module")
+def uphill(robot):
+    return design(robot, preset_task("standard", speed=0.8, slope=0.1))
+
+
+def test_a_walk_uphill_is_certified_and_checked_again(uphill, tmp_path):
+    gait = load_gait(save_gait(uphill.gait, tmp_path / "uphill.npz"))
+    assert uphill.certificate.certified
+    assert audit(gait).passed
+    bare = replace(gait, multibody=None)  # the robot is read again, and turned
+    assert np.array_equal(bare.trajectory.body.gravity, gait.trajectory.body.gravity)
+
+
+def test_steps_along_the_slope_rise(uphill):
+    trajectory = uphill.gait.trajectory
+    lifted = upright(trajectory.body)
+    samples = trajectory.at(np.array([0.0, 2.0 * trajectory.step_duration]))
+    way = lifted @ (samples.base_position[1] - samples.base_position[0])
+    length = 2.0 * uphill.gait.step_length
+    assert way == pytest.approx([length * np.cos(0.1), 0.0, length * np.sin(0.1)], abs=1e-9)
+    assert lifted @ trajectory.body.gravity == pytest.approx([0.0, 0.0, -9.81], abs=1e-12)
+    assert ground_words(uphill.gait) == "uphill, 10 % (5.73°)"
+
+
+@pytest.mark.parametrize(
+    ("changes", "reason"),
+    [
+        ({"slope": 1.2}, "must be between -1 and 1 rad"),
+        ({"slope": np.nan}, "slope is nan rad"),
+        ({"slope": "10%"}, "slope is '10%' rad"),
+    ],
+)
+def test_no_slope_is_told(changes, reason):
+    with pytest.raises(InputError, match=reason):
+        preset_task("standard", **changes)
+
+
+def test_feet_that_turn_out_are_refused_on_a_slope():
+    task = preset_task("standard")
+    geometry = set_geometry(task.geometry, {"foot_yaw": {"value": 0.1}})
+    with pytest.raises(InputError, match="feet point uphill or downhill"):
+        replace(task, slope=0.1, geometry=geometry)
