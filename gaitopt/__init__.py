@@ -47,9 +47,9 @@ if TYPE_CHECKING:
     from gaitopt.model.feet.sole import Sole
     from gaitopt.model.import_options import ImportOptions, choices_from_toml
     from gaitopt.model.robot import Robot
+    from gaitopt.motions.export import export, export_library
     from gaitopt.nlp import Status
     from gaitopt.solvers import solver_by_name
-    from gaitopt.view.export import export
     from gaitopt.view.figures import write_figures
     from gaitopt.view.page import write_page
     from gaitopt.view.player import play
@@ -103,7 +103,8 @@ _HOMES = {
     "solver_by_name": "gaitopt.solvers",
     "summarise": "gaitopt.design.summary",
     # what people look at
-    "export": "gaitopt.view.export",
+    "export": "gaitopt.motions.export",
+    "export_library": "gaitopt.motions.export",
     "play": "gaitopt.view.player",
     "write_figures": "gaitopt.view.figures",
     "write_page": "gaitopt.view.page",
@@ -180,6 +181,7 @@ __all__ = [
     "compare_solvers",
     "design_gait",
     "export",
+    "export_library",
     "load_gait",
     "load_plugin",
     "many_starts",

@@ -31,6 +31,12 @@ FRAMES = 20_000
 """Frames of a film, steps times instants: a page holds every part of the robot at each."""
 TIMES = 1_000_000
 """Instants at which a trajectory is evaluated at once: half a minute, and a gigabyte."""
+RATE = 100_000
+"""Samples a second of a motion [Hz]: drives run at some ten thousand."""
+STRIDES = 10_000
+"""Strides of a motion: some hours of walking."""
+INSTANTS_OF_MOTION = 200_000
+"""Instants of a motion: 200 s at 1 kHz, some gigabyte while it is made with its bodies."""
 
 MEGABYTE = 10**6
 TEXT = 32 * MEGABYTE

@@ -329,17 +329,40 @@ def plot(options: PlotOptions) -> None:
 class ExportOptions:
     """Of `gaitopt export`."""
 
-    gait: Path = entry(..., "A gait file, .npz.", argument=True, metavar="GAIT")
-    output: Path = entry(..., "File; its suffix chooses the form.", short="-o")
-    both_legs: bool = entry(False, "Add the mirror image of the step: a whole stride.")
+    gait: Path = entry(
+        ..., "A gait file, .npz, or a gait library, all of whose gaits are written.",
+        argument=True, metavar="GAIT",
+    )  # fmt: skip
+    format: str | None = entry(
+        None,
+        "Form of the motion: motion, mujoco, pinocchio, csv, g1-csv, bezier or json.",
+        metavar="NAME",
+    )
+    rate: float | None = entry(None, "Samples a second; each format has its default.", "Hz")
+    strides: float | None = entry(None, "Strides of two steps; by default 1.", metavar="N")
+    joints: str | None = entry(
+        None,
+        "Order of the joints: gait, mujoco, isaac, g1, or their names joined by commas.",
+        metavar="ORDER",
+    )
+    output: Path | None = entry(
+        None, "File, or directory for a library; without --format the suffix chooses the form: "
+        ".csv, .json, .yaml.", short="-o",
+    )  # fmt: skip
+    both_legs: bool = entry(
+        False, "Without --format: add the mirror image of the step: a whole stride."
+    )
 
 
 @command(app)
 def export(options: ExportOptions) -> None:
-    """Write a gait for a spreadsheet or a controller: .csv, .json or .yaml."""
-    from gaitopt.cli import show as watch
+    """Write a gait, or a library of them, for controllers, engines and learners."""
+    from gaitopt.cli import export as work
 
-    watch.run_export(options.gait, options.output, options.both_legs)
+    work.run(
+        options.gait, options.output, name=options.format, rate=options.rate,
+        strides=options.strides, joints=options.joints, both_legs=options.both_legs,
+    )  # fmt: skip
 
 
 @dataclass(frozen=True)

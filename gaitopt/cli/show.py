@@ -1,4 +1,4 @@
-"""`gaitopt play`, `plot` and `export`: a gait for people and for other programs."""
+"""`gaitopt play` and `plot`: a gait for people."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def run_play(
     if html is not None and (host is not None or port is not None):
         raise InputError("a page is a file: --html goes with neither --host nor --port")
     require_directories(map(Path, package_dirs))
-    gait = _loaded(path)
+    gait = loaded(path)
     count = DEFAULT_STEPS if steps is None else steps
     if html is not None:
         typer.echo(f"wrote {write_page(gait, html, count, package_dirs)}")
@@ -60,24 +60,13 @@ def run_plot(path: Path, output: Path | None, formats: list[str] | None) -> None
     """
     from gaitopt.view.figures import write_figures
 
-    gait = _loaded(path)
+    gait = loaded(path)
     directory = path.parent / "figures" if output is None else output
     for figure in write_figures(gait, directory, tuple(formats or ("png",))):
         typer.echo(f"wrote {figure}")
 
 
-def run_export(path: Path, output: Path, both_legs: bool) -> None:
-    """Write a gait for other programs.
-
-    Raises:
-        GaitoptError: the gait cannot be read, the suffix is unknown, or the file not written.
-    """
-    from gaitopt.view.export import export
-
-    typer.echo(f"wrote {export(_loaded(path), output, both_legs=both_legs)}")
-
-
-def _loaded(path: Path) -> Gait:
+def loaded(path: Path) -> Gait:
     """Return a gait, its robot's oddities told."""
     gait = load_gait(path)
     print_findings_of(screen(stderr=True), gait)

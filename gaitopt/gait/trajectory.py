@@ -342,7 +342,6 @@ class Trajectory:
         keys = zip(step.tolist(), phase.tolist(), strict=True)
         standing = [(self._standing(*key), places[key]) for key in keys]
         dynamics = _Dynamics(body)
-        passive = PassiveJoints(body.damping, body.friction, body.stiffness, body.rest)
         found = [
             dynamics.at(q, dq, ddq, foot, place, turn)
             for (q, dq, ddq), (foot, place), turn in zip(
@@ -372,11 +371,20 @@ class Trajectory:
             q=motion[0],
             dq=motion[1],
             ddq=motion[2],
-            torque=torque + passive_torque(passive, motion[0], motion[1]).value,
+            torque=torque + self._passive(motion),
             contact=contact,
             sole=sole,
             wrench=on_feet,
         )
+
+    def _passive(self, motion: Array) -> Array | float:
+        """Return what motors need against friction, damping and springs; most files have none."""
+        body = self.body
+        parts = body.damping, body.friction, body.stiffness
+        if not any(part.any() for part in parts):
+            return 0.0
+        joints = PassiveJoints(*parts, body.rest)
+        return np.asarray(passive_torque(joints, motion[0], motion[1]).value)
 
 
 def fitted_coefficients(knots: Array, times: Array, motion: Array) -> Array:
@@ -453,14 +461,15 @@ class _Dynamics:
         twist = -pin.getFrameVelocity(model, data, frame, pin.WORLD).vector
         acceleration = -pin.getFrameAcceleration(model, data, frame, pin.WORLD).vector
         sole = data.oMf[frame].copy()
-        base = place * sole.inverse()
         if turn.any():
             # in the sole frame: V = X V_base + v and A = X A_base - v x (X V_base) + a
             moved, rate = pin.Motion(turn[1]), pin.getFrameVelocity(model, data, frame, pin.LOCAL)
             twist += sole.act(moved).vector
             acceleration += sole.act(pin.Motion(turn[2]) + rate.cross(moved)).vector
-            base = place * pin.exp6(turn[0]) * sole.inverse()
-        soles = [(base * data.oMf[f]).homogeneous for f in self._frames]
+            place = place * pin.exp6(turn[0])
+        base = place * sole.inverse()
+        soles = [place.homogeneous] * _FEET
+        soles[1 - foot] = (base * data.oMf[self._frames[1 - foot]]).homogeneous
         pose = pin.SE3ToXYZQUAT(base)
         motion = (
             np.concatenate([pose, q]),

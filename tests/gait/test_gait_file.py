@@ -414,7 +414,7 @@ def test_the_example_of_the_document_evaluates_the_walk(designed, monkeypatch):
 
 
 def test_an_mjcf_gait_needs_no_mujoco_once_it_is_written(tmp_path, monkeypatch):
-    from gaitopt.view.export import export
+    from gaitopt.motions.export import export
     from gaitopt.view.page import page_text
 
     robot = Robot.from_urdf((CASES / "mjcf_damping_stiffness.xml").read_text())

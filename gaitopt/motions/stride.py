@@ -123,7 +123,7 @@ WRITERS: dict[str, Callable[[Gait, Mapping[str, Array]], str]] = {
 }
 
 
-def export(gait: Gait, path: str | Path, *, both_legs: bool = False) -> Path:
+def export_step(gait: Gait, path: str | Path, *, both_legs: bool = False) -> Path:
     """Write a gait for a spreadsheet (.csv) or a controller (.json, .yaml, .yml), atomically.
 
     Args:

@@ -1,0 +1,66 @@
+"""`gaitopt export`: a gait or a library of gaits for controllers, engines and learners."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+import typer
+
+from gaitopt.cli.show import loaded
+from gaitopt.errors import InputError
+from gaitopt.motions.export import INDEX, export, export_library
+from gaitopt.motions.formats import format_named
+
+
+def run(
+    path: Path,
+    output: Path | None,
+    *,
+    name: str | None,
+    rate: float | None,
+    strides: float | None,
+    joints: str | None,
+    both_legs: bool,
+) -> None:
+    """Write a gait, or every gait of a library, for other programs.
+
+    Args:
+        path: of the gait file or the library's directory.
+        output: file, or directory for a library; by default next to what is exported, with the
+            name of the format.
+        name: of the format.
+        rate, strides, joints, both_legs: as in `gaitopt.export`.
+
+    Raises:
+        GaitoptError: the gait cannot be read, what is asked cannot be had, or not be written.
+    """
+    form = None if name is None else format_named(name)
+    if form is None and output is None:
+        raise InputError(
+            "Missing option '--output': give a file, .csv, .json or .yaml; or name a --format"
+        )
+    if path.is_dir():
+        if form is None:
+            raise InputError(f"'{path}' is a directory; name a --format for its gaits")
+        if both_legs:
+            raise InputError("--both-legs goes without --format: motions have both")
+        folder = output or path.with_name(f"{path.resolve().name}-{form.name}")
+        index = export_library(
+            path, folder, format=form.name, rate=rate, strides=strides, joints=joints
+        )
+        with index.open(newline="", encoding="utf-8") as stream:
+            files = sum(bool(row["file"]) for row in csv.DictReader(stream))
+        typer.echo(f"wrote {files} motions and {INDEX} in {folder}")
+        return
+    target = output
+    if target is None:
+        assert form is not None
+        target = path.with_name(f"{path.stem}-{form.name}{form.suffix}")
+    if target.exists() and path.exists() and target.samefile(path):
+        raise InputError(f"'{target}' is the gait itself; give another file to write")
+    gait = loaded(path)
+    written = export(
+        gait, target, both_legs=both_legs, format=name, rate=rate, strides=strides, joints=joints
+    )
+    typer.echo(f"wrote {written}")

@@ -1,0 +1,1 @@
+"""Motions of gaits in the forms that engines, controllers and learners read."""

@@ -1,0 +1,496 @@
+"""Forms of motions: which arrays they have, in which units, frames and orders, and who reads them.
+
+`FORMATS` is the one list; the command line, the writers and docs/motions.md follow it.
+"""
+
+from __future__ import annotations
+
+import io
+import json
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.interpolate import BPoly
+from scipy.spatial.transform import Rotation
+
+from gaitopt.errors import InputError
+from gaitopt.motions.motion import SCALAR_FIRST, Motion, upright
+from gaitopt.nlp import Array
+
+_AXES = ("x", "y", "z")
+_WRENCH = tuple(f"{part}_{axis}" for part in ("force", "moment") for axis in _AXES)
+_DEGREE = 7  # of Bezier curves: that of published gait libraries
+_FITTED = 101  # instants of a step to which a Bezier curve is fitted
+_BASE = 6  # columns of its track
+
+
+@dataclass(frozen=True)
+class MotionArray:
+    """An array of a form, or a group of columns of a table.
+
+    Attributes:
+        name: in the file.
+        shape: T instants, n joints, B bodies.
+        unit: of its numbers.
+        meaning: what it is, and in which frame.
+    """
+
+    name: str
+    shape: str
+    unit: str
+    meaning: str
+
+
+@dataclass(frozen=True)
+class MotionFormat:
+    """A form of motions.
+
+    Attributes:
+        name: for people.
+        suffix: of its files.
+        rate: samples a second unless asked otherwise [Hz].
+        joints: order of joints unless asked otherwise, one of `orders.ORDERS`.
+        readers: who reads it.
+        arrays: what is in a file.
+        text: returns the content of a file.
+        sampled: whether it has samples; otherwise rate and strides mean nothing.
+    """
+
+    name: str
+    suffix: str
+    rate: float
+    joints: str
+    readers: str
+    arrays: tuple[MotionArray, ...]
+    content: Callable[[Motion], bytes]
+    sampled: bool = True
+
+
+def format_named(name: str) -> MotionFormat:
+    """Return a form of motions by its name.
+
+    Raises:
+        InputError: there is none.
+    """
+    if name not in FORMATS:
+        raise InputError(f"no format of motions is named '{name}'; choose {', '.join(FORMATS)}")
+    return FORMATS[name]
+
+
+def tracker_arrays(motion: Motion) -> dict[str, Array]:
+    """Return the arrays of a motion npz."""
+    samples, bodies = motion.samples, motion.body_motion
+    single = {
+        "joint_pos": samples.q,
+        "joint_vel": samples.dq,
+        "body_pos_w": bodies.position,
+        "body_quat_w": bodies.quaternion[..., SCALAR_FIRST],
+        "body_lin_vel_w": bodies.linear,
+        "body_ang_vel_w": bodies.angular,
+        "joint_torque": samples.torque,
+        "foot_wrench_w": motion.foot_wrench,
+    }
+    whole = motion.rate == int(motion.rate)
+    return {
+        "fps": np.array([int(motion.rate) if whole else motion.rate]),
+        **{name: values.astype(np.float32) for name, values in single.items()},
+        "foot_contact": samples.contact,
+        "joint_names": np.array(motion.joint_names),
+        "body_names": np.array(motion.body_names),
+        "foot_names": np.array(motion.foot_names),
+    }
+
+
+def mujoco_arrays(motion: Motion) -> dict[str, Array]:
+    """Return positions, velocities, accelerations and torques as MuJoCo has them."""
+    samples = motion.samples
+    rate, change = motion.base_velocity[:, :3], motion.base_acceleration[:, :3]
+    quaternion = samples.base_quaternion[:, SCALAR_FIRST]
+    return {
+        "time": samples.time,
+        "qpos": np.hstack([samples.base_position, quaternion, samples.q]),
+        "qvel": np.hstack([rate, samples.base_twist[:, 3:], samples.dq]),
+        "qacc": np.hstack([change, samples.base_acceleration[:, 3:], samples.ddq]),
+        "torque": samples.torque,
+        "foot_contact": samples.contact,
+        "foot_wrench": motion.foot_wrench,
+        "joint_names": np.array(motion.joint_names),
+        "foot_names": np.array(motion.foot_names),
+    }
+
+
+def pinocchio_arrays(motion: Motion) -> dict[str, Array]:
+    """Return configurations, velocities, accelerations and torques as Pinocchio has them."""
+    samples = motion.samples
+    return {
+        "time": samples.time,
+        "q": samples.configuration,
+        "v": samples.velocity,
+        "a": samples.acceleration,
+        "tau": samples.torque,
+        "foot_contact": samples.contact,
+        "foot_wrench": samples.wrench,
+        "joint_names": np.array(motion.joint_names),
+        "foot_names": np.array(motion.foot_names),
+    }
+
+
+def table_columns(motion: Motion) -> dict[str, Array]:
+    """Return the columns of a table with a header."""
+    samples = motion.samples
+    columns = {
+        "time [s]": samples.time,
+        "step": samples.step.astype(np.float64),
+        "phase": motion.step_phase,
+    }
+    groups: Iterable[tuple[str, Sequence[str], str, Array]] = (
+        ("base_", _AXES, "m", samples.base_position),
+        ("base_q", (*_AXES, "w"), "", samples.base_quaternion),
+        ("base_v", _AXES, "m/s", motion.base_velocity[:, :3]),
+        ("base_w", _AXES, "rad/s", motion.base_velocity[:, 3:]),
+    )
+    for name, parts, unit, values in groups:
+        for part, column in zip(parts, values.T, strict=True):
+            columns[f"{name}{part} [{unit}]" if unit else f"{name}{part}"] = column
+    turns = motion.body.revolute[list(motion.rows)]
+    for quantity, per in (("q", ""), ("dq", "/s"), ("ddq", "/s2"), ("torque", "")):
+        for name, turn, column in zip(
+            motion.joint_names, turns, getattr(samples, quantity).T, strict=True
+        ):
+            effort, angle = ("N.m", "rad") if turn else ("N", "m")
+            unit = effort if quantity == "torque" else f"{angle}{per}"
+            columns[f"{name} {quantity} [{unit}]"] = column
+    for foot, name in enumerate(motion.foot_names):
+        columns[f"{name} contact"] = samples.contact[:, foot].astype(np.float64)
+        for part, column in zip(_WRENCH, motion.foot_wrench[:, foot].T, strict=True):
+            columns[f"{name} {part} [{'N' if part.startswith('force') else 'N.m'}]"] = column
+    return columns
+
+
+def g1_columns(motion: Motion) -> Array:
+    """Return base position, its quaternion x y z w, and joint angles, shape (T, 7 + n)."""
+    return motion.samples.configuration
+
+
+def record(motion: Motion) -> dict[str, object]:
+    """Return everything of a motion by name: texts, numbers, lists of names and arrays."""
+    samples, gait = motion.samples, motion.gait
+    return {
+        "units": "SI: s, m, rad, N, N.m; sliding joints in m and N",
+        "frames": "world: z against gravity, x along the walk; quaternions x y z w",
+        "robot": motion.body.name,
+        "speed": gait.speed,
+        "step_duration": gait.trajectory.step_duration,
+        "step_length": gait.step_length,
+        "rate": motion.rate,
+        "joint_names": list(motion.joint_names),
+        "foot_names": list(motion.foot_names),
+        "time": samples.time,
+        "step": samples.step,
+        "phase": motion.step_phase,
+        "base_position": samples.base_position,
+        "base_quaternion": samples.base_quaternion,
+        "base_velocity": motion.base_velocity,
+        "base_acceleration": motion.base_acceleration,
+        "q": samples.q,
+        "dq": samples.dq,
+        "ddq": samples.ddq,
+        "torque": samples.torque,
+        "foot_contact": samples.contact,
+        "foot_wrench": motion.foot_wrench,
+    }
+
+
+def bezier_record(motion: Motion) -> dict[str, object]:
+    """Return both steps as Bezier curves over the share of the step that is over.
+
+    Ends and rates at the ends are exact; between them the curves are the nearest of their degree,
+    and `largest_error` says how far the joints' are off.
+    """
+    gait, trajectory = motion.gait, motion.gait.trajectory
+    turn = upright(motion.body.gravity)
+    ahead = turn @ trajectory.advance(2).translation / trajectory.period
+    found: dict[str, object] = {}
+    sides = ("RightSS", "LeftSS") if _right(motion) == 0 else ("LeftSS", "RightSS")
+    worst = 0.0
+    for step, side in enumerate(sides):
+        T = trajectory.step_duration
+        share = np.linspace(0.0, 1.0, _FITTED)
+        at = trajectory.at(T * (step + share), before=share == 1.0)
+        foot = int(np.flatnonzero(at.contact[0])[0])
+        stance = at.sole[0, foot]
+        base = (at.base_position - stance[:3, 3]) @ turn.T
+        attitude = Rotation.from_matrix(turn) * Rotation.from_quat(at.base_quaternion)
+        euler = np.unwrap(attitude.as_euler("ZYX")[:, ::-1], axis=0)
+        joints = at.q[:, motion.rows]
+        dq = at.dq[:, motion.rows]
+        curve = _bezier(joints, dq[[0, -1]] * T)
+        worst = max(worst, float(np.abs(_bernstein(share) @ curve - joints).max()))
+        velocity = (attitude.apply(at.base_twist[:, :3]), at.base_twist[:, 3:])
+        rates = np.hstack([velocity[0], _euler_rates(euler, velocity[1])])
+        track = _bezier(np.hstack([base, euler]), rates[[0, -1]] * T)
+        landing = (at.sole[-1, 1 - foot, :3, 3] - stance[:3, 3]) @ turn.T
+        found[side] = {
+            "coeff_jt": curve.ravel().tolist(),
+            "coeff_b": track.ravel().tolist(),
+            "step_dur": T,
+            "step_len": landing.tolist(),
+        }
+    return {
+        "vd_x": float(ahead[0]),
+        "vd_y": float(ahead[1]),
+        "joint_names": list(motion.joint_names),
+        "degree": _DEGREE,
+        "largest_error": worst,
+        "robot": motion.body.name,
+        "speed": gait.speed,
+        **found,
+    }
+
+
+def _right(motion: Motion) -> int:
+    """Return which foot is the right one: the other stands to its left."""
+    first = motion.gait.trajectory.at(0.0).sole[0]
+    return 0 if (np.linalg.inv(first[0]) @ first[1])[1, 3] > 0.0 else 1
+
+
+def _bernstein(share: Array) -> Array:
+    """Return the Bernstein polynomials at shares from 0 to 1, shape (N, degree + 1)."""
+    return np.asarray(BPoly(np.eye(_DEGREE + 1)[:, None], [0.0, 1.0])(share))
+
+
+def _bezier(values: Array, rates: Array) -> Array:
+    """Return control points of the curves nearest to samples, shape (degree + 1, n).
+
+    Args:
+        values: at `_FITTED` equidistant shares, shape (N, n).
+        rates: per share, at the start and at the end, shape (2, n).
+    """
+    basis = _bernstein(np.linspace(0.0, 1.0, len(values)))
+    ends = [0, 1, _DEGREE - 1, _DEGREE]
+    points = np.zeros((_DEGREE + 1, values.shape[1]))
+    points[0], points[-1] = values[0], values[-1]
+    points[1], points[-2] = values[0] + rates[0] / _DEGREE, values[-1] - rates[1] / _DEGREE
+    inner = np.setdiff1d(np.arange(_DEGREE + 1), ends)
+    left = values - basis[:, ends] @ points[ends]
+    points[inner] = np.linalg.lstsq(basis[:, inner], left, rcond=None)[0]
+    return points
+
+
+def _euler_rates(euler: Array, own: Array) -> Array:
+    """Return the rates of roll, pitch, yaw (N, 3) for angular velocities in the body's axes."""
+    roll, pitch = euler[:, 0], euler[:, 1]
+    p, q, r = own.T
+    swing = q * np.sin(roll) + r * np.cos(roll)
+    return np.stack(
+        [
+            p + swing * np.tan(pitch),
+            q * np.cos(roll) - r * np.sin(roll),
+            swing / np.cos(pitch),
+        ],
+        axis=1,
+    )
+
+
+def _npz(arrays: Callable[[Motion], Mapping[str, Array]]) -> Callable[[Motion], bytes]:
+    def content(motion: Motion) -> bytes:
+        buffer = io.BytesIO()
+        np.savez(buffer, **arrays(motion))  # type: ignore[arg-type]  # no array is "allow_pickle"
+        return buffer.getvalue()
+
+    return content
+
+
+def _table_text(header: Sequence[str], rows: Array, digits: int) -> bytes:
+    """Return a table as comma-separated values; names with commas are quoted."""
+    form = ",".join([f"%.{digits}g"] * rows.shape[1]) + "\n"
+    named = [f'"{name}"' if "," in name else name for name in header]
+    lines = [",".join(named) + "\n"] if header else []
+    lines += [form % tuple(row) for row in rows.tolist()]
+    return "".join(lines).encode()
+
+
+def _table(motion: Motion) -> bytes:
+    columns = table_columns(motion)
+    return _table_text(list(columns), np.stack([*columns.values()], axis=1), 12)
+
+
+def _g1(motion: Motion) -> bytes:
+    return _table_text([], g1_columns(motion), 9)
+
+
+def _json(motion: Motion) -> bytes:
+    entries = []
+    for name, value in record(motion).items():
+        rows = _json_rows(value) if isinstance(value, np.ndarray) else json.dumps(value)
+        entries.append(f"{json.dumps(name)}: {rows}")
+    return ("{\n" + ",\n".join(entries) + "\n}\n").encode()
+
+
+def _json_rows(values: Array) -> str:
+    """Return an array as JSON, numbers with twelve digits."""
+    if values.dtype == bool:
+        return json.dumps(values.tolist())
+    form = "%.12g"
+    for size in reversed(values.shape[1:]):
+        form = "[" + ", ".join([form] * size) + "]"
+    rows = values.reshape(len(values), -1).tolist()
+    return "[" + ", ".join([form % tuple(row) for row in rows]) + "]"
+
+
+def _yaml(motion: Motion) -> bytes:
+    """Return Bezier curves as YAML: a key a line, lists within it as JSON, which YAML reads."""
+    lines = []
+    for key, value in bezier_record(motion).items():
+        if isinstance(value, dict):
+            lines.append(f"{key}:")
+            lines += [f"  {name}: {_flow(one)}" for name, one in value.items()]
+        else:
+            lines.append(f"{key}: {_flow(value)}")
+    return ("\n".join(lines) + "\n").encode()
+
+
+def _flow(value: object) -> str:
+    """Return a value in one line; readers of YAML 1.1 take 1e-05 for a text, so give it a point."""
+    if isinstance(value, list):
+        return f"[{', '.join(map(_flow, value))}]"
+    if isinstance(value, float):
+        text = repr(value)
+        return text.replace("e", ".0e") if "e" in text and "." not in text else text
+    return json.dumps(value, ensure_ascii=False)
+
+
+_FEET = (
+    MotionArray("foot_contact", "(T, 2)", "", "whether a foot stands"),
+    MotionArray("joint_names", "(n,)", "", "names, in order"),
+    MotionArray("foot_names", "(2,)", "", "sole frames, in the order of contacts and wrenches"),
+)
+_WORLD_WRENCH = MotionArray(
+    "foot_wrench", "(T, 2, 6)", "N, N·m", "force and moment about the sole's origin, world axes"
+)
+
+FORMATS: dict[str, MotionFormat] = {
+    "motion": MotionFormat(
+        "motion", ".npz", 50.0, "mujoco",
+        "mjlab, BeyondMimic and the trackers like it (`--joints isaac` for Isaac Lab)",
+        (
+            MotionArray("fps", "(1,)", "Hz", "rate"),
+            MotionArray("joint_pos", "(T, n)", "rad, m", "joint coordinates"),
+            MotionArray("joint_vel", "(T, n)", "rad/s, m/s", "their rates"),
+            MotionArray("body_pos_w", "(T, B, 3)", "m", "origins of the link frames, world"),
+            MotionArray("body_quat_w", "(T, B, 4)", "", "their orientation w x y z, world"),
+            MotionArray("body_lin_vel_w", "(T, B, 3)", "m/s", "velocity of the origins, world"),
+            MotionArray("body_ang_vel_w", "(T, B, 3)", "rad/s", "angular velocity, world"),
+            MotionArray("joint_torque", "(T, n)", "N·m, N", "torques of the motors"),
+            MotionArray(
+                "foot_wrench_w", "(T, 2, 6)", "N, N·m",
+                "force and moment about the sole's origin, world axes",
+            ),
+            *_FEET,
+            MotionArray("body_names", "(B,)", "", "names of links, the base first"),
+        ),
+        _npz(tracker_arrays),
+    ),
+    "mujoco": MotionFormat(
+        "mujoco", ".npz", 100.0, "mujoco", "MuJoCo, MJX, and what is made on them",
+        (
+            MotionArray("time", "(T,)", "s", "strictly increasing"),
+            MotionArray("qpos", "(T, 7 + n)", "m, rad", "base x y z, quaternion w x y z, joints"),
+            MotionArray(
+                "qvel", "(T, 6 + n)", "m/s, rad/s",
+                "base linear in the world, angular in the base, joints",
+            ),
+            MotionArray("qacc", "(T, 6 + n)", "m/s², rad/s²", "time derivative of qvel"),
+            MotionArray("torque", "(T, n)", "N·m, N", "torques of the motors"),
+            _WORLD_WRENCH,
+            *_FEET,
+        ),
+        _npz(mujoco_arrays),
+    ),
+    "pinocchio": MotionFormat(
+        "pinocchio", ".npz", 100.0, "gait", "Pinocchio, TSID, Crocoddyl, Aligator",
+        (
+            MotionArray("time", "(T,)", "s", "strictly increasing"),
+            MotionArray("q", "(T, 7 + n)", "m, rad", "base x y z, quaternion x y z w, joints"),
+            MotionArray(
+                "v", "(T, 6 + n)", "m/s, rad/s", "base linear and angular in the base, joints"
+            ),
+            MotionArray("a", "(T, 6 + n)", "m/s², rad/s²", "time derivative of v"),
+            MotionArray("tau", "(T, n)", "N·m, N", "torques of the motors"),
+            MotionArray(
+                "foot_wrench", "(T, 2, 6)", "N, N·m", "force and moment in the sole frames"
+            ),
+            *_FEET,
+        ),
+        _npz(pinocchio_arrays),
+    ),
+    "csv": MotionFormat(
+        "csv", ".csv", 100.0, "gait", "pandas, MATLAB, spreadsheets, ROS `JointTrajectory`",
+        (
+            MotionArray("time [s]", "(T,)", "s", "strictly increasing"),
+            MotionArray("step", "(T,)", "", "number of the step, from 0"),
+            MotionArray("phase", "(T,)", "", "share of the step that is over"),
+            MotionArray("base_x [m]", "3 columns", "m", "origin of the base, world"),
+            MotionArray("base_qx", "4 columns", "", "its orientation x y z w, world"),
+            MotionArray("base_vx [m/s]", "3 columns", "m/s", "its velocity, world"),
+            MotionArray("base_wx [rad/s]", "3 columns", "rad/s", "angular velocity, world"),
+            MotionArray("JOINT q [rad]", "n columns", "rad, m", "joint coordinates"),
+            MotionArray("JOINT dq [rad/s]", "n columns", "rad/s, m/s", "their rates"),
+            MotionArray("JOINT ddq [rad/s2]", "n columns", "rad/s², m/s²", "accelerations"),
+            MotionArray("JOINT torque [N.m]", "n columns", "N·m, N", "torques of the motors"),
+            MotionArray("FOOT contact", "1 column a foot", "", "1 where it stands"),
+            MotionArray("FOOT force_x [N]", "3 columns a foot", "N", "force on it, world"),
+            MotionArray(
+                "FOOT moment_x [N.m]", "3 columns a foot", "N·m",
+                "moment about the sole's origin, world axes",
+            ),
+        ),
+        _table,
+    ),
+    "g1-csv": MotionFormat(
+        "g1-csv", ".csv", 30.0, "g1",
+        "what reads retargeted human motions of Unitree's G1 (no header)",
+        (
+            MotionArray("1 to 3", "3 columns", "m", "origin of the base, world"),
+            MotionArray("4 to 7", "4 columns", "", "its orientation x y z w, world"),
+            MotionArray("8 to 36", "n columns", "rad", "joint angles"),
+        ),
+        _g1,
+    ),
+    "bezier": MotionFormat(
+        "bezier", ".yaml", 100.0, "gait", "learners on gait libraries, as NaviGait",
+        (
+            MotionArray("vd_x", "", "m/s", "velocity, world; vd_y likewise"),
+            MotionArray("joint_names", "n", "", "names, in order"),
+            MotionArray("degree", "", "", "7 of the curves, over the share of the step"),
+            MotionArray("largest_error", "", "rad, m", "of a joint's curve against the walk"),
+            MotionArray("RightSS", "", "", "the step on the right foot; LeftSS the other"),
+            MotionArray("coeff_jt", "8 n", "rad, m", "control points of the joints, one by one"),
+            MotionArray(
+                "coeff_b", "8 · 6", "m, rad",
+                "of the base: x y z from the stance sole's origin, roll pitch yaw, world axes",
+            ),
+            MotionArray("step_dur", "", "s", "duration of the step"),
+            MotionArray("step_len", "3", "m", "where the swing sole lands, from the stance sole"),
+        ),
+        _yaml,
+        sampled=False,
+    ),
+    "json": MotionFormat(
+        "json", ".json", 100.0, "gait", "anything else",
+        (
+            MotionArray("time", "T", "s", "strictly increasing; step, phase as in csv"),
+            MotionArray("base_position", "T × 3", "m", "origin of the base, world"),
+            MotionArray("base_quaternion", "T × 4", "", "its orientation x y z w, world"),
+            MotionArray("base_velocity", "T × 6", "m/s, rad/s", "linear, angular, world"),
+            MotionArray("base_acceleration", "T × 6", "m/s², rad/s²", "its time derivative"),
+            MotionArray("q", "T × n", "rad, m", "joint coordinates; dq, ddq their derivatives"),
+            MotionArray("torque", "T × n", "N·m, N", "torques of the motors"),
+            MotionArray("foot_contact", "T × 2", "", "whether a foot stands"),
+            MotionArray("foot_wrench", "T × 2 × 6", "N, N·m", "as in `mujoco`"),
+        ),
+        _json,
+    ),
+}  # fmt: skip
+"""Forms of motions by name."""
