@@ -20,8 +20,10 @@ from gaitopt.cli.request import Request, make_request, make_task
 from gaitopt.cli.results import require_writable, save_elsewhere, write_results
 from gaitopt.design.certificate import WorstRow
 from gaitopt.design.design import Design, design
+from gaitopt.design.options import DesignOptions
 from gaitopt.design.process import small_matrices
 from gaitopt.design.starts import many_starts
+from gaitopt.design.toe_off import best_toe_off, searches_toe_off
 from gaitopt.errors import (
     GaitoptError,
     InputError,
@@ -33,7 +35,7 @@ from gaitopt.gait.presets import foreign_margins
 from gaitopt.gait.result import Gait
 from gaitopt.gait.task import Task
 from gaitopt.mechanics.leg_distance import leg_pairs
-from gaitopt.nlp import Status
+from gaitopt.nlp import Array, Status
 from gaitopt.sweep.speed_search import Fastest, fastest
 from gaitopt.view.figure_worker import figure_worker
 
@@ -137,7 +139,27 @@ def _there(written: list[Path], output: Path) -> str:
 def _designed(
     request: Request, progress: ProgressDisplay, stop: StopRequest
 ) -> tuple[Design, tuple[str, ...]]:
-    """Design from one start, or from several with a report on them."""
+    """Design from one start, or from several with a report on them; with or without toe-off."""
+    if searches_toe_off(request.task, request.options):
+        said: list[str] = []
+
+        def one(task: Task, start: Array | None, options: DesignOptions) -> Design:
+            again = replace(request, task=task, start=start, options=options)
+            found, told = _of_task(again, progress, stop)
+            said.extend(told)
+            return found
+
+        choice = best_toe_off(
+            request.robot, request.task, request.options, one, request.start, stop
+        )
+        return choice.design, (*said, choice.sentence)
+    return _of_task(request, progress, stop)
+
+
+def _of_task(
+    request: Request, progress: ProgressDisplay, stop: StopRequest
+) -> tuple[Design, tuple[str, ...]]:
+    """Design for the task as it is."""
     robot, task, options = request.robot, request.task, request.options
     if request.starts == 1:
         found = design(robot, task, options, start=request.start, on_progress=progress, stop=stop)

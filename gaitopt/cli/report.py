@@ -162,6 +162,11 @@ def _walk(facts: Any) -> Table:
     )  # fmt: skip
     if (walk["ground"], walk["load"]) != ("level", "none"):
         table.add_row("ground", walk["ground"], "load", printable(walk["load"]))
+    if (begins := facts["contact"]["foot_turns_from_s"]) is not None:
+        table.add_row(
+            "stance foot", f"turns about its edge from {begins:.3f} s",
+            "angle at impact", f"{number(facts['contact']['foot_angle_rad'], 'rad')}",
+        )  # fmt: skip
     return table
 
 

@@ -8,6 +8,7 @@ from gaitopt.errors import InputError
 from gaitopt.settings import entry
 from gaitopt.solvers import Solver, solver_by_name
 
+TOE_BEGIN = ("best", "given")
 DIFFERENCES = ("none", "constraints", "all")
 APPROACHES = ("automatic", "direct", "relaxed")
 
@@ -28,6 +29,9 @@ class DesignOptions:
         approach: "direct", or "relaxed": first the walk whose rear foot may sink a little at
             lift-off, then, from there, the walk asked for. "automatic" is relaxed for the lifted
             form of the double support, which is that of robots unlike the paper's.
+        toe_begin: of a task with `toe_off`: "best" searches the share of the step at which turning
+            about the toe costs least, from the one given, and keeps the flat walk where that is
+            cheaper; "given" takes the one given.
         diagnose: whether to find out why when there is no gait (some seconds).
     """
 
@@ -45,6 +49,12 @@ class DesignOptions:
         choices=APPROACHES,
         metavar="HOW",
     )
+    toe_begin: str = entry(
+        "best",
+        "Where --toe-off begins: best, searched from there, or flat if that is cheaper; or given.",
+        choices=TOE_BEGIN,
+        metavar="HOW",
+    )
     diagnose: bool = True
 
     def __post_init__(self) -> None:
@@ -56,6 +66,10 @@ class DesignOptions:
         if self.approach not in APPROACHES:
             raise InputError(
                 f"approach '{self.approach}' is unknown; choose {', '.join(APPROACHES)}"
+            )
+        if self.toe_begin not in TOE_BEGIN:
+            raise InputError(
+                f"toe_begin '{self.toe_begin}' is unknown; choose {', '.join(TOE_BEGIN)}"
             )
         if self.differences not in DIFFERENCES:
             raise InputError(

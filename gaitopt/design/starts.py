@@ -22,6 +22,7 @@ from gaitopt.design.pipeline import attempt, complete, is_walk
 from gaitopt.design.process import serve_parent, tune_process
 from gaitopt.design.refinement import with_work
 from gaitopt.design.summary import peak_torques
+from gaitopt.design.toe_off import best_toe_off, searches_toe_off
 from gaitopt.errors import GaitoptError, InputError, StoppedError, UnreachableError
 from gaitopt.gait.assemble import gait_at
 from gaitopt.gait.initial_guess import first_guess, perturbed
@@ -54,6 +55,9 @@ def design_gait(
 ) -> Design:
     """Design the optimal gait of a robot for a task, as `gaitopt optimise` does.
 
+    Of a task with `toe_off` the best beginning of the turn is searched, and the flat walk is kept
+    where that is cheaper, unless the options say otherwise.
+
     Args:
         robot: the biped.
         task: speed, duration, margins; by default 1 m/s with steps of 0.4 s.
@@ -80,12 +84,19 @@ def design_gait(
     foreign = foreign_margins(robot, task)
     if foreign is not None:
         warnings.warn(foreign, stacklevel=2)
-    count = starts if starts is not None else COUNT if start is None else 1
-    if count == 1:
-        return design(robot, task, options, start=start, on_progress=on_progress, stop=stop)
-    return many_starts(
-        robot, task, options, count=count, start=start, on_progress=on_progress, stop=stop
-    ).design
+
+    def designed(task: Task, start: Array | None, options: DesignOptions | None) -> Design:
+        count = starts if starts is not None else COUNT if start is None else 1
+        if count == 1:
+            return design(robot, task, options, start=start, on_progress=on_progress, stop=stop)
+        return many_starts(
+            robot, task, options, count=count, start=start, on_progress=on_progress, stop=stop
+        ).design
+
+    if searches_toe_off(task, options):
+        usual = options or DesignOptions()
+        return best_toe_off(robot, task, usual, designed, start, stop).design
+    return designed(task, start, options)
 
 
 def many_starts(

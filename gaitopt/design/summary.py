@@ -91,6 +91,8 @@ def _contact(gait: Gait) -> Facts:
         "friction_limit": gait.number("task", "margins", "friction"),
         "least_vertical_force_N": float(force[:, 2].min()),
         "largest_vertical_force_N": float(force[:, 2].max()),
+        "foot_turns_from_s": gait.turns_at if gait.turning else None,
+        "foot_angle_rad": gait.foot_angle,
         "highest_swing_toe_mm": 1e3 * float(gait.swing_sole[:, :2, 2].max()),
     }
 

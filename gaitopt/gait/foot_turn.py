@@ -19,7 +19,7 @@ from gaitopt.nlp import Array
 INNER_KNOTS = 1
 NAMES = (
     "foot_angle_at_end",
-    *(f"foot_angle_at_knot_{k + 1}" for k in range(INNER_KNOTS)),
+    *(f"foot_angle_inside_{k + 1}" for k in range(INNER_KNOTS)),
     "foot_rate_at_end",
 )
 """Parameters [rad, ..., rad/s]; the first is also the angle of the rear foot at the next start."""

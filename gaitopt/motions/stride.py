@@ -108,6 +108,7 @@ def record(gait: Gait, samples: Mapping[str, Array]) -> dict[str, object]:
         "ground_wrench_in_standing_sole": _columns(samples["ground_wrench"], _WRENCH),
         "cop_in_standing_sole": _columns(samples["cop"], ("x", "y")),
         "splines": _splines(gait, samples),
+        "standing_foot_turn": _foot_turn(gait),
         "impact": _impact(gait),
         "parameters": dict(zip(gait.parameter_names, gait.parameters.tolist(), strict=True)),
         "meta": dict(gait.meta),
@@ -171,6 +172,19 @@ def _splines(gait: Gait, samples: Mapping[str, Array]) -> dict[str, object]:
         "coefficients": {
             name: [step[:, i].tolist() for step in steps] for i, name in enumerate(gait.joint_names)
         },
+    }
+
+
+def _foot_turn(gait: Gait) -> dict[str, object] | None:
+    """Return how the standing foot turns before it leaves, the same in every step."""
+    if not gait.turning:
+        return None
+    return {
+        "contact": gait.foot_contact,
+        "hinge": gait.foot_hinge.tolist(),
+        "formula": "clamped cubic spline: angles at the knots, then rates at both ends",
+        "knots": gait.foot_knots.tolist(),
+        "coefficients": gait.foot_coefficients.tolist(),
     }
 
 

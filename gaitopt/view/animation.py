@@ -20,6 +20,7 @@ from gaitopt.gait.result import Gait
 from gaitopt.gait.trajectory import TrajectorySamples
 from gaitopt.model.multibody import Multibody
 from gaitopt.nlp import Array
+from gaitopt.tolerances import SAME
 from gaitopt.view.robot_shapes import UPRIGHT, RobotShapes, draw_shape, robot_shapes
 from gaitopt.view.viewer import animation, geometry, meshcat
 
@@ -94,10 +95,12 @@ def frames(gait: Gait, steps: int = DEFAULT_STEPS) -> TrajectorySamples:
     if steps < 1:
         raise InputError(f"{shown(steps)} steps cannot be shown; ask for one or more")
     at_most(steps, STEPS, "steps")
-    count = len(gait.time)
+    # where the contact changes, the instants before and after it are no two pictures
+    own = gait.time[np.diff(gait.time, prepend=-np.inf) > SAME * gait.duration]
+    count = len(own)
     few = FRAMES // count
     at_most(steps * count, FRAMES, "frames", f"{few} steps of this gait's {count} instants")
-    times = np.concatenate([gait.time + k * gait.duration for k in range(steps)])
+    times = np.concatenate([own + k * gait.duration for k in range(steps)])
     before = np.tile(np.arange(count) > count // 2, steps)
     return gait.trajectory.at(times, before=before)
 

@@ -6,6 +6,8 @@ import json
 from collections import Counter
 from pathlib import Path
 
+import numpy as np
+
 from gaitopt.atomic import write_atomically
 from gaitopt.design.summary import payload_words
 from gaitopt.escape import filled_template, html_text
@@ -77,10 +79,19 @@ def facts(gait: Gait) -> list[tuple[str, str]]:
         ("load", payload_words(gait) or None),
         ("mass", None if mass is None else f"{mass:.2f} kg"),
         ("cost", None if cost is None else f"{cost:.6g} {gait.cost_unit}"),
+        ("stance foot", _stance(gait)),
         ("solver", gait.fact("status")),
         ("certificate", gait.fact("certificate", "verdict")),
     ]
     return [(name, str(value)) for name, value in known if value is not None]
+
+
+def _stance(gait: Gait) -> str | None:
+    """Return how the stance foot turns, None where it stands flat until the impact."""
+    if not gait.turning:
+        return None
+    angle = np.degrees(gait.foot_angle)
+    return f"{gait.foot_contact} from {gait.turns_at:.3f} s, {angle:.1f}° at the impact"
 
 
 def _robot(gait: Gait) -> str:

@@ -1,0 +1,150 @@
+"""Turning about the toe where it pays: its best beginning, or the flat walk if that is cheaper."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+from gaitopt.design.options import DesignOptions
+from gaitopt.design.pipeline import Design, attempt, is_walk
+from gaitopt.errors import GaitoptError, StoppedError
+from gaitopt.gait.initial_guess import first_guess
+from gaitopt.gait.problem import WalkProblem
+from gaitopt.gait.task import EARLIEST, LATEST, Task
+from gaitopt.model.robot import Robot
+from gaitopt.nlp import Array, Solution, Status, Stop, never
+
+STEPS = (0.08, 0.04, 0.02)
+"""Shares of the step by which the beginning is moved, one after the other: at 1 m/s the cost of the
+thirteen-link biped changes by 1 to 2 % from one beginning to another 0.02 later."""
+_DIGITS = 3  # of a beginning
+
+Designer = Callable[[Task, Array | None, DesignOptions], Design]
+"""Designs the gait of a task from a first guess, or from the usual one."""
+
+
+@dataclass(frozen=True)
+class ToeOffChoice:
+    """A walk whose stance foot turns about its toe, or stands flat, whichever is cheaper.
+
+    Attributes:
+        design: the walk that is kept; what was compared is in its gait's `meta["toe_off"]`.
+        sentence: what was compared, for people.
+    """
+
+    design: Design
+    sentence: str
+
+
+def searches_toe_off(task: Task, options: DesignOptions | None) -> bool:
+    """Return whether the best beginning of a turn about the toe is asked for."""
+    return task.toe_off is not None and (options is None or options.toe_begin == "best")
+
+
+def best_toe_off(
+    robot: Robot,
+    task: Task,
+    options: DesignOptions,
+    designed: Designer,
+    start: Array | None = None,
+    stop: Stop = never,
+) -> ToeOffChoice:
+    """Design the flat walk and the one that turns about its toe; keep the cheaper.
+
+    Args:
+        robot, task: with `toe_off`, from which the search for the best beginning sets out.
+        options: how walks are searched for.
+        designed: designs the gait of a task, refined and certified.
+        start: first guess of the parameters of the task, shape (P,); by default `first_guess`.
+        stop: asked at every iteration; where it says True, the best walk until then is returned,
+            with the status INTERRUPTED.
+
+    Raises:
+        NoGaitFoundError: neither of the two was found; with the diagnosis of the flat one.
+        UnreachableError: the step asked for is longer than the legs.
+        StoppedError: `stop` said so before there was a walk.
+    """
+    flat_task, quiet = replace(task, toe_off=None), replace(options, diagnose=False)
+    flat_start = None if start is None else start[: WalkProblem(robot, task).layout.turn.start]
+    flat = turning = None
+    try:
+        flat = designed(flat_task, flat_start, quiet)
+    except StoppedError:
+        raise
+    except GaitoptError:
+        pass  # there may be one that turns
+    if flat is None or flat.solution.status is not Status.INTERRUPTED:
+        try:
+            begin, x = best_beginning(robot, task, options, start, stop)
+            turning = designed(replace(task, toe_off=begin), x, quiet)
+        except StoppedError:
+            if flat is None:
+                raise
+        except GaitoptError:
+            pass  # the flat one may do
+    found = [one for one in (flat, turning) if one is not None]
+    if not found:
+        return ToeOffChoice(designed(flat_task, flat_start, options), "")  # tells why
+    kept = min(found, key=lambda one: (not one.proven, one.solution.cost))
+    if stop():
+        kept = replace(kept, solution=replace(kept.solution, status=Status.INTERRUPTED))
+    record = {
+        "asked": task.toe_off,
+        "begin": None if turning is None else turning.problem.task.toe_off,
+        "cost": None if turning is None else turning.solution.cost,
+        "flat_cost": None if flat is None else flat.solution.cost,
+        "kept": kept.problem.task.toe_off is not None,
+    }
+    gait = replace(kept.gait, meta={**kept.gait.meta, "toe_off": record})
+    return ToeOffChoice(replace(kept, gait=gait), _sentence(flat, turning, kept))
+
+
+def best_beginning(
+    robot: Robot,
+    task: Task,
+    options: DesignOptions,
+    start: Array | None = None,
+    stop: Stop = never,
+) -> tuple[float, Array | None]:
+    """Return the share of the step at which the turn costs least, and the walk that has it.
+
+    The beginning sets instants and knots of the program and is no parameter of it. It is searched
+    at the samples, by steps that get shorter, each walk from the optimum beside it. Without a walk
+    at the share that the task asks for, that share and the start are returned.
+
+    Args:
+        robot, task, options, start, stop: as of `best_toe_off`.
+
+    Raises:
+        UnreachableError: the step asked for is longer than the legs.
+    """
+    begin = EARLIEST if task.toe_off is None else task.toe_off
+    problem = WalkProblem(robot, replace(task, toe_off=begin))
+    first = attempt(problem, options, first_guess(problem) if start is None else start, None, stop)
+    if not is_walk(first):
+        return begin, start
+    near = replace(options, approach="direct", differences="none")
+    tried: dict[float, Solution] = {begin: first}
+    for way in (sign * step for step in STEPS for sign in (1.0, -1.0)):
+        while not stop():
+            trial = round(begin + way, _DIGITS)
+            if trial in tried or not EARLIEST <= trial <= LATEST:
+                break
+            moved = WalkProblem(robot, replace(task, toe_off=trial))
+            tried[trial] = attempt(moved, near, tried[begin].x, None, stop)
+            if not (is_walk(tried[trial]) and tried[trial].cost < tried[begin].cost):
+                break
+            begin = trial
+    return begin, tried[begin].x
+
+
+def _sentence(flat: Design | None, turning: Design | None, kept: Design) -> str:
+    if turning is None:
+        return "no walk was found whose foot turns about its toe; the flat walk is kept"
+    share, unit = turning.problem.task.toe_off, kept.problem.task.cost.unit
+    told = f"turning about the toe from {share:.3g} of the step costs {turning.solution.cost:.6g}"
+    if flat is None:
+        return f"{told} {unit}; no walk was found whose foot stands flat"
+    doubt = "" if flat.proven == turning.proven else "; only that one is proven"
+    which = "the flat walk" if kept.problem.task.toe_off is None else "the turn"
+    return f"{told}, standing flat {flat.solution.cost:.6g} {unit}; {which} is kept{doubt}"
