@@ -218,6 +218,28 @@ def library(options: LibraryOptions) -> None:
 
 
 @dataclass(frozen=True)
+class RequirementsOptions:
+    """Of `gaitopt requirements`."""
+
+    gait: tuple[Path, ...] = entry(
+        ..., "Gait files, .npz, or gait libraries.", argument=True, metavar="GAIT|LIBRARY"
+    )
+    against: tuple[Path, ...] = entry(
+        (), "Gait or library of another design, to compare.", metavar="GAIT|LIBRARY"
+    )
+    output: Path | None = entry(None, "Write the table: .csv, .toml or .xlsx.", short="-o")
+    figure: Path | None = entry(None, "Draw torque over speed: .png, .svg or .pdf.")
+
+
+@command(app)
+def requirements(options: RequirementsOptions) -> None:
+    """Say what each motor must deliver over a set of gaits, and in which of them."""
+    from gaitopt.cli import requirements as work
+
+    work.run(options.gait, options.against, options.output, options.figure)
+
+
+@dataclass(frozen=True)
 class InspectOptions:
     """Of `gaitopt inspect`, beside those of robots."""
 

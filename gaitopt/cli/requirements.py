@@ -1,0 +1,155 @@
+"""`gaitopt requirements`: what each motor must deliver over a set of gaits, and in which one."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from rich.table import Table
+
+from gaitopt.cli.display import ABSENT, new_table, screen
+from gaitopt.cli.report import print_findings_of
+from gaitopt.cli.results import require_files
+from gaitopt.design.requirements import (
+    FIGURES,
+    MotorLoop,
+    MotorRequirement,
+    motor_loops,
+    requirements_of,
+    worst_case,
+)
+from gaitopt.errors import GaitFileError, InputError
+from gaitopt.gait.gait_file import load_gait
+from gaitopt.gait.result import Gait
+from gaitopt.sweep.library import open_library
+from gaitopt.view.requirements_file import RPM, check_suffix, write_requirements
+
+WIDTH = 80  # columns, which every table fits
+_HEADERS = {
+    "peak_torque": "peak\nN·m",
+    "speed_at_peak_torque": "at\nrpm",
+    "peak_speed": "peak\nrpm",
+    "torque_at_peak_speed": "at\nN·m",
+    "rms_torque": "RMS\nN·m",
+    "peak_power": "power\nW",
+    "regenerated_power": "regen.\nW",
+    "duty": "duty\n%",
+}
+_SCALES = {"speed_at_peak_torque": RPM, "peak_speed": RPM, "duty": 0.01}
+_TITLE = "What each motor must deliver at its joint over a stride"
+_ZERO = 1e-9  # of any unit: nothing to compare with
+
+
+def run(
+    paths: Sequence[Path], against: Sequence[Path], output: Path | None, figure: Path | None
+) -> None:
+    """Print requirements on motors, compare those of two designs, write and draw them.
+
+    Args:
+        paths: gait files and libraries of a design.
+        against: those of another one, if any.
+        output: file for the table, if any.
+        figure: file for the picture, if any.
+
+    Raises:
+        GaitoptError: a gait cannot be read, gaits do not belong together, or a file cannot be
+            written.
+    """
+    require_files((output, "--output"), (figure, "--figure"))
+    if output is not None:
+        check_suffix(output)
+    if figure is not None:
+        from gaitopt.view.torque_speed import check_kind
+
+        check_kind(figure)
+    loops, other = _loops(paths), _loops(against)
+    out = screen()
+    width = min(out.width, WIDTH)
+    each = requirements_of(loops)
+    worst = worst_case(each)
+    out.print(requirements_table(worst, _TITLE), width=width)
+    if len(loops) > 1:
+        numbers = {label: str(number) for number, label in enumerate(loops, 1)}
+        out.print(deciding_table(worst, numbers), width=width)
+        for label, number in numbers.items():
+            out.print(f"{number}: {label}", soft_wrap=True)
+    if other:
+        theirs = worst_case(requirements_of(other))
+        out.print(requirements_table(theirs, "The other design"), width=width)
+        out.print(difference_table(worst, theirs), width=width)
+    if output is not None:
+        out.print(f"wrote {write_requirements(each, worst, output)}", soft_wrap=True)
+    if figure is not None:
+        from gaitopt.view.torque_speed import write_torque_speed_figure
+
+        out.print(f"wrote {write_torque_speed_figure(loops, figure)}", soft_wrap=True)
+
+
+def _loops(paths: Sequence[Path]) -> dict[str, list[MotorLoop]]:
+    """Return the loops of all gaits in files and libraries, by label."""
+    gaits: dict[str, Gait] = {}
+    for path in paths:
+        for label, gait in gaits_of(path).items():
+            if label in gaits:
+                raise InputError(f"the gait '{label}' is given twice; give it once")
+            gaits[label] = gait
+    for gait in list(gaits.values())[:1]:
+        print_findings_of(screen(stderr=True), gait)
+    return {label: motor_loops(gait) for label, gait in gaits.items()}
+
+
+def gaits_of(path: Path) -> dict[str, Gait]:
+    """Return the gait of a file, or all gaits of a library, by label.
+
+    Raises:
+        GaitFileError: it is neither, a gait is damaged, or the library has none.
+    """
+    if not path.is_dir():
+        return {str(path): load_gait(path)}
+    library = open_library(path)
+    done = [point for point in library.grid.order if library.states[point].row is not None]
+    if not done:
+        raise GaitFileError(f"'{path}' holds no gait yet; give its gaitopt sweep again")
+    return {f"{path}: {library.grid.name(point)}": library.gait(point) for point in sorted(done)}
+
+
+def requirements_table(worst: Sequence[MotorRequirement], title: str) -> Table:
+    """Return the table of what motors must deliver, a line each."""
+    table = new_table(title, "motor", *(f">{_HEADERS[name]}" for name in FIGURES))
+    for one in worst:
+        table.add_row(one.motor, *(_cell(name, one.values[name]) for name in FIGURES))
+    return table
+
+
+def deciding_table(worst: Sequence[MotorRequirement], numbers: Mapping[str, str]) -> Table:
+    """Return the table of the gaits that decide, by their numbers."""
+    table = new_table(
+        "In which gait", "motor", *(f">{_HEADERS[name].split()[0]}" for name in FIGURES)
+    )
+    for one in worst:
+        table.add_row(one.motor, *(numbers[one.gaits[name]] for name in FIGURES))
+    return table
+
+
+def difference_table(worst: Sequence[MotorRequirement], other: Sequence[MotorRequirement]) -> Table:
+    """Return the table of how much more the other design asks of each motor [%]."""
+    theirs = {one.motor: one.values for one in other}
+    names = [*(one.motor for one in worst), *theirs]
+    own = {one.motor: one.values for one in worst}
+    headers = (f">{_HEADERS[name].split()[0]}\n%" for name in FIGURES)
+    table = new_table("How much more the other design asks", "motor", *headers)
+    for motor in dict.fromkeys(names):
+        cells = (_change(own.get(motor), theirs.get(motor), name) for name in FIGURES)
+        table.add_row(motor, *cells)
+    return table
+
+
+def _cell(name: str, value: float) -> str:
+    shown = value / _SCALES.get(name, 1.0)
+    return f"{shown:.1f}" if shown < 100.0 else f"{shown:.0f}"
+
+
+def _change(own: Mapping[str, float] | None, other: Mapping[str, float] | None, name: str) -> str:
+    if own is None or other is None or own[name] < _ZERO:
+        return ABSENT
+    return f"{100.0 * (other[name] / own[name] - 1.0):+.1f}"

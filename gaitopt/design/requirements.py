@@ -1,0 +1,212 @@
+"""What a set of gaits requires of each motor: torque, speed, power and how they go together.
+
+A motor serves its joint in the stance leg in one step and in the swing leg in the next, and the
+motor of the mirrored joint does the same one step later: a requirement is that of one motor over a
+whole stride, two steps.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, fields
+from operator import attrgetter
+
+import numpy as np
+from scipy.integrate import trapezoid
+
+from gaitopt.design.summary import joint_groups, pair_name
+from gaitopt.errors import InputError
+from gaitopt.gait.result import Gait
+from gaitopt.nlp import Array
+
+INSTANTS = 401
+"""Of each step, beside its samples and the knots, where accelerations have their corners."""
+_END = 1e-9  # of a step: instants this near to its end are its end
+_LOADED = 0.5  # of the peak torque, above which a motor counts as loaded
+
+
+@dataclass(frozen=True, eq=False)
+class MotorLoop:
+    """Torque and speed of one motor over a stride.
+
+    Attributes:
+        motor: the name that the joints of both sides share.
+        time: from 0 to the end of the second step [s], shape (N,).
+        torque: of the motor [N·m], shape (N,).
+        rate: [rad/s], shape (N,).
+        acceleration: [rad/s²], shape (N,).
+    """
+
+    motor: str
+    time: Array
+    torque: Array
+    rate: Array
+    acceleration: Array
+
+    @property
+    def power(self) -> Array:
+        """Mechanical power [W], shape (N,): above zero where the motor drives."""
+        return self.torque * self.rate
+
+    def mean(self, values: Array) -> float:
+        """Return the mean over the stride of values at `time`, shape (N,)."""
+        return float(trapezoid(values, self.time) / self.time[-1])
+
+
+@dataclass(frozen=True)
+class Requirement:
+    """What one motor must deliver in one gait, sizes without sign.
+
+    Attributes:
+        motor: as of `MotorLoop`.
+        gait: label of the gait.
+        peak_torque: largest torque [N·m].
+        speed_at_peak_torque: [rad/s].
+        peak_speed: largest speed [rad/s].
+        torque_at_peak_speed: [N·m].
+        rms_torque: root of the mean square over the stride [N·m], which heats the motor.
+        peak_power: largest power that the motor gives [W].
+        regenerated_power: largest power that it takes back [W].
+        duty: share of the time in which the torque is above half of its peak.
+    """
+
+    motor: str
+    gait: str
+    peak_torque: float
+    speed_at_peak_torque: float
+    peak_speed: float
+    torque_at_peak_speed: float
+    rms_torque: float
+    peak_power: float
+    regenerated_power: float
+    duty: float
+
+
+FIGURES = tuple(one.name for one in fields(Requirement) if one.name not in ("motor", "gait"))
+"""Names of the numbers of a `Requirement`."""
+
+UNITS = {
+    "peak_torque": "N·m",
+    "speed_at_peak_torque": "rad/s",
+    "peak_speed": "rad/s",
+    "torque_at_peak_speed": "N·m",
+    "rms_torque": "N·m",
+    "peak_power": "W",
+    "regenerated_power": "W",
+    "duty": "",
+}
+
+_DECIDING = {"speed_at_peak_torque": "peak_torque", "torque_at_peak_speed": "peak_speed"}
+"""Figures that go with another one: they are of the gait in which that is largest."""
+
+
+@dataclass(frozen=True)
+class MotorRequirement:
+    """What one motor must deliver in a set of gaits.
+
+    Attributes:
+        motor: as of `MotorLoop`.
+        values: by the names of `FIGURES`, the largest over the gaits; speed at peak torque and
+            torque at peak speed are of the gait that has the peak.
+        gaits: label of the gait that decides each of them.
+    """
+
+    motor: str
+    values: Mapping[str, float]
+    gaits: Mapping[str, str]
+
+
+def motor_loops(gait: Gait) -> list[MotorLoop]:
+    """Return the loops of the motors of a side over a stride, legs from hip to ankle first.
+
+    Args:
+        gait: of any robot; its splines are evaluated between its samples too.
+
+    Raises:
+        RobotError: the gait's URDF is not its robot.
+    """
+    trajectory = gait.trajectory
+    step = trajectory.step_duration
+    inner = np.concatenate([np.linspace(0.0, step, INSTANTS), gait.knots, gait.time])
+    inner = np.append(np.unique(inner[inner < step * (1.0 - _END)]), step)
+    changes = [gait.turns_at] * 2 if gait.turning else []  # torques jump there
+    times = np.concatenate([inner, changes])
+    before = np.concatenate([inner == step, np.arange(len(changes)) == 0])
+    order = np.lexsort((~before, times))
+    samples = trajectory.at(times[order], before=before[order])
+    columns = [trajectory.joint_names.index(name) for name in gait.joint_names]
+    first = np.stack([part[:, columns] for part in (samples.torque, samples.dq, samples.ddq)])
+    both = np.concatenate([first, first @ gait.mirror.T], axis=1)
+    time = np.concatenate([samples.time, step + samples.time])
+    return [
+        MotorLoop(pair_name(gait, group[0]), time, *both[:, :, group[0]])
+        for group in joint_groups(gait)
+    ]
+
+
+def requirement(loop: MotorLoop, gait: str) -> Requirement:
+    """Return what a motor must deliver in a gait.
+
+    Args:
+        loop: of the motor.
+        gait: label of the gait.
+    """
+    torque, rate, power = np.abs(loop.torque), np.abs(loop.rate), loop.power
+    strongest, fastest = int(np.argmax(torque)), int(np.argmax(rate))
+    return Requirement(
+        motor=loop.motor,
+        gait=gait,
+        peak_torque=float(torque[strongest]),
+        speed_at_peak_torque=float(rate[strongest]),
+        peak_speed=float(rate[fastest]),
+        torque_at_peak_speed=float(torque[fastest]),
+        rms_torque=float(np.sqrt(loop.mean(torque**2))),
+        peak_power=float(max(power.max(), 0.0)),
+        regenerated_power=float(max(-power.min(), 0.0)),
+        duty=loop.mean((torque > _LOADED * torque[strongest]).astype(float)),
+    )
+
+
+def requirements(gaits: Mapping[str, Gait]) -> list[Requirement]:
+    """Return what every motor must deliver in every gait, motor by motor.
+
+    Args:
+        gaits: by label, of robots with the same joints.
+
+    Raises:
+        InputError: there are no gaits, or their joints differ.
+        RobotError: a gait's URDF is not its robot.
+    """
+    return requirements_of({label: motor_loops(gait) for label, gait in gaits.items()})
+
+
+def requirements_of(loops: Mapping[str, Sequence[MotorLoop]]) -> list[Requirement]:
+    """Return what every motor must deliver, given the loops of gaits by label.
+
+    Raises:
+        InputError: there are no gaits, or their motors differ.
+    """
+    if not loops:
+        raise InputError("there is no gait to take requirements from; give one at least")
+    (first, own), *others = ((label, [one.motor for one in of]) for label, of in loops.items())
+    for label, motors in others:
+        if motors != own:
+            raise InputError(
+                f"the gaits '{first}' and '{label}' move different joints ({', '.join(own)}; "
+                f"{', '.join(motors)}); give gaits of one robot, or another design by --against"
+            )
+    return [requirement(of[k], label) for k in range(len(own)) for label, of in loops.items()]
+
+
+def worst_case(found: Iterable[Requirement]) -> list[MotorRequirement]:
+    """Return for every motor the largest of each figure, and the gait that asks for it."""
+    by_motor: dict[str, list[Requirement]] = {}
+    for one in found:
+        by_motor.setdefault(one.motor, []).append(one)
+    return [_worst(motor, of) for motor, of in by_motor.items()]
+
+
+def _worst(motor: str, of: Sequence[Requirement]) -> MotorRequirement:
+    deciding = {name: max(of, key=attrgetter(_DECIDING.get(name, name))) for name in FIGURES}
+    values = {name: float(getattr(one, name)) for name, one in deciding.items()}
+    return MotorRequirement(motor, values, {name: one.gait for name, one in deciding.items()})

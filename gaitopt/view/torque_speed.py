@@ -1,0 +1,76 @@
+"""The figure of torque over speed: the loop that each motor runs through in a stride."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from gaitopt.atomic import write_atomically
+from gaitopt.design.requirements import MotorLoop
+from gaitopt.errors import InputError
+from gaitopt.units import UNITS
+from gaitopt.view.figure_style import GREY, label_axes, name_on_figure, new_figure, styled
+from gaitopt.view.figures import rendered
+
+KINDS = ("png", "svg", "pdf")
+MOST = 8  # gaits that are told apart in a legend
+_COLUMNS = 3
+_WIDTH, _HEIGHT = 3.2, 2.6  # inch, of a panel
+_RPM = UNITS["rad/s"]["rpm"]
+
+
+def check_kind(path: Path) -> None:
+    """Check that a figure can be written in the form that a file's suffix names.
+
+    Raises:
+        InputError: it cannot.
+    """
+    if path.suffix.removeprefix(".").lower() not in KINDS:
+        raise InputError(f"'{path}' is no figure; give a name that ends in .png, .svg or .pdf")
+
+
+def write_torque_speed_figure(loops: Mapping[str, Sequence[MotorLoop]], path: Path) -> Path:
+    """Draw the loops of every motor, a panel each, a line for each gait.
+
+    Args:
+        loops: of the motors, by label of the gait; the same motors in each.
+        path: of the figure; its suffix chooses the form.
+
+    Returns:
+        The path written.
+
+    Raises:
+        InputError: the file cannot be written.
+    """
+    check_kind(path)
+    with styled():
+        figure = torque_speed_figure(loops)
+    return write_atomically(path, rendered(figure, path.suffix.removeprefix(".").lower()))
+
+
+def torque_speed_figure(loops: Mapping[str, Sequence[MotorLoop]]) -> Figure:
+    """Return the figure; see `write_torque_speed_figure`."""
+    motors = [one.motor for one in next(iter(loops.values()))]
+    columns = min(_COLUMNS, len(motors))
+    rows = -(-len(motors) // columns)
+    figure = new_figure(_WIDTH * columns, _HEIGHT * rows + 0.3)
+    panels = figure.subplots(rows, columns, squeeze=False).ravel()
+    for k, (motor, panel) in enumerate(zip(motors, panels, strict=False)):
+        for label, of in loops.items():
+            closed = np.append(np.arange(len(of[k].time)), 0)  # the stride repeats itself
+            panel.plot(
+                of[k].rate[closed] / _RPM, of[k].torque[closed], linewidth=1.1,
+                label=name_on_figure(label),
+            )  # fmt: skip
+        panel.axhline(0.0, color=GREY, linewidth=0.6)
+        panel.axvline(0.0, color=GREY, linewidth=0.6)
+        label_axes(panel, "speed [rpm]", "torque [N·m]", name_on_figure(motor))
+    for panel in panels[len(motors) :]:
+        panel.set_axis_off()
+    if 1 < len(loops) <= MOST:
+        handles, labels = panels[0].get_legend_handles_labels()
+        figure.legend(handles, labels, loc="outside lower center", ncols=4)
+    return figure
