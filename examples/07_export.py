@@ -2,8 +2,6 @@
 
 from pathlib import Path
 
-import numpy as np
-
 from gaitopt import Robot, Task, biped13, design_gait, export, urdf_text
 
 RESULTS = Path(__file__).parent / "results"
@@ -14,15 +12,6 @@ gait = design_gait(robot, Task(speed=1.0)).gait
 
 walk = gait.trajectory
 samples = walk.at(walk.times(rate=500.0, strides=2))  # four steps at 500 Hz
-np.savez(
-    RESULTS / "motion.npz",
-    time=samples.time,
-    qpos=samples.configuration,  # base position, quaternion x y z w, joints
-    qvel=samples.velocity,
-    torque=samples.torque,
-    contact=samples.contact,
-    joint_names=np.array(walk.joint_names),
-)
 ahead = samples.base_position[-1, 0] - samples.base_position[0, 0]
 speed = ahead / (samples.time[-1] - samples.time[0])
 print(f"{len(samples.time)} instants, mean speed {speed:.2f} m/s")
@@ -31,4 +20,7 @@ print(
     f"{samples.force[:, :, 2].sum(axis=1).max():.0f} N"
 )
 
-print(export(gait, RESULTS / "walk.csv", both_legs=True))
+print(export(gait, RESULTS / "walk.csv", both_legs=True))  # the samples of the gait file
+# motions in a reader's own form and order of joints: docs/motions.md
+print(export(gait, RESULTS / "mujoco.npz", format="mujoco", rate=500.0, strides=2))
+print(export(gait, RESULTS / "tracker.npz", format="motion", strides=20, joints="isaac"))

@@ -27,6 +27,7 @@ from gaitopt.nlp import Array
 _SNAP = 1e-9  # of a step: instants this near to its end are its end
 _STRAIGHT = 1e-9  # rad: feet turned by less point along the walk
 _FEET = 2
+_RESTING = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0])  # base at the origin: x y z, quaternion
 
 
 @dataclass(frozen=True, eq=False)
@@ -342,20 +343,13 @@ class Trajectory:
         keys = zip(step.tolist(), phase.tolist(), strict=True)
         standing = [(self._standing(*key), places[key]) for key in keys]
         dynamics = _Dynamics(body)
-        found = [
-            dynamics.at(q, dq, ddq, foot, place, turn)
-            for (q, dq, ddq), (foot, place), turn in zip(
-                motion.swapaxes(0, 1), standing, foot_motion.swapaxes(0, 1), strict=True
-            )
-        ]
-        base, twist, acceleration, torque, sole, wrench = (
-            np.array(column).reshape(count, *shape)
-            for column, shape in zip(
-                zip(*found, strict=True) if found else [()] * 6,
-                ((7,), (6,), (6,), (joints,), (_FEET, 4, 4), (6,)),
-                strict=True,
-            )
-        )
+        q, v, a = (np.zeros((count, size + joints)) for size in (7, 6, 6))
+        q[:, 7:], v[:, 6:], a[:, 6:] = motion
+        torque, wrench = np.empty((count, joints)), np.empty((count, 6))
+        sole = np.empty((count, _FEET, 4, 4))
+        for k, stance in enumerate(standing):
+            instant = q[k], v[k], a[k], torque[k], sole[k]
+            wrench[k] = dynamics.complete(*instant, *stance, foot_motion[:, k])
         foot = np.array([s for s, _ in standing], dtype=np.int64)
         each = np.arange(count)
         contact, on_feet = np.zeros((count, _FEET), dtype=bool), np.zeros((count, _FEET, 6))
@@ -364,10 +358,10 @@ class Trajectory:
             time=times,
             step=step,
             phase=phase,
-            base_position=base[:, :3],
-            base_quaternion=base[:, 3:],
-            base_twist=twist,
-            base_acceleration=acceleration,
+            base_position=q[:, :3],
+            base_quaternion=q[:, 3:7],
+            base_twist=v[:, :6],
+            base_acceleration=a[:, :6],
             q=motion[0],
             dq=motion[1],
             ddq=motion[2],
@@ -439,28 +433,36 @@ class _Dynamics:
         self._forces = pin.StdVec_Force()
         self._forces.extend([pin.Force.Zero()] * self._model.njoints)
 
-    def at(
-        self, q: Array, dq: Array, ddq: Array, foot: int, place: pin.SE3, turn: Array
-    ) -> tuple[Array, Array, Array, Array, list[Array], Array]:
-        """Return base pose, twist, acceleration, torques, soles and the wrench on the foot.
+    def complete(
+        self,
+        q: Array,
+        v: Array,
+        a: Array,
+        torque: Array,
+        soles: Array,
+        foot: int,
+        place: pin.SE3,
+        turn: Array,
+    ) -> Array:
+        """Write what follows from the motion of the joints, and return the wrench on the foot.
 
         Args:
-            q, dq, ddq: of all joints, shape (M,).
+            q, v, a: of `Multibody.model`; joints are given, base pose, twist and acceleration
+                written, shapes (7 + M,), (6 + M,), (6 + M,).
+            torque: of all joints, written, shape (M,).
+            soles: placements of the sole frames, written, shape (2, 4, 4).
             foot: which stands.
             place: of its footprint in the world.
             turn: of its sole from there, see `TrajectoryPhase.foot_motion`, shape (3, 6).
         """
         model, data, frame = self._model, self._data, self._frames[foot]
-        rest = np.zeros(6)
-        relative = np.concatenate([[0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0], q])
-        J = pin.computeFrameJacobian(model, data, relative, frame, pin.WORLD)[:, 6:].copy()
-        pin.forwardKinematics(
-            model, data, relative, np.concatenate([rest, dq]), np.concatenate([rest, ddq])
-        )
-        pin.updateFramePlacements(model, data)
+        other = self._frames[1 - foot]
+        q[:7], v[:6], a[:6] = _RESTING, 0.0, 0.0
+        J = pin.computeFrameJacobian(model, data, q, frame, pin.WORLD)[:, 6:]
+        pin.forwardKinematics(model, data, q, v, a)
+        sole = pin.updateFramePlacement(model, data, frame).copy()
         twist = -pin.getFrameVelocity(model, data, frame, pin.WORLD).vector
         acceleration = -pin.getFrameAcceleration(model, data, frame, pin.WORLD).vector
-        sole = data.oMf[frame].copy()
         if turn.any():
             # in the sole frame: V = X V_base + v and A = X A_base - v x (X V_base) + a
             moved, rate = pin.Motion(turn[1]), pin.getFrameVelocity(model, data, frame, pin.LOCAL)
@@ -468,22 +470,17 @@ class _Dynamics:
             acceleration += sole.act(pin.Motion(turn[2]) + rate.cross(moved)).vector
             place = place * pin.exp6(turn[0])
         base = place * sole.inverse()
-        soles = [place.homogeneous] * _FEET
-        soles[1 - foot] = (base * data.oMf[self._frames[1 - foot]]).homogeneous
-        pose = pin.SE3ToXYZQUAT(base)
-        motion = (
-            np.concatenate([pose, q]),
-            np.concatenate([twist, dq]),
-            np.concatenate([acceleration, ddq]),
-        )
+        soles[foot] = place.homogeneous
+        soles[1 - foot] = (base * pin.updateFramePlacement(model, data, other)).homogeneous
+        q[:7], v[:6], a[:6] = pin.SE3ToXYZQUAT(base), twist, acceleration
         if self._carried is None:
-            effort = pin.rnea(model, data, *motion)
+            effort = pin.rnea(model, data, q, v, a)
         else:
             self._carry(base)
-            effort = pin.rnea(model, data, *motion, self._forces)
-        on_base = pin.Force(effort[:6].copy())
-        torque = effort[6:] - J.T @ on_base.vector
-        return pose, twist, acceleration, torque, soles, sole.actInv(on_base).vector
+            effort = pin.rnea(model, data, q, v, a, self._forces)
+        on_base = effort[:6]
+        torque[:] = effort[6:] - on_base @ J
+        return np.asarray(sole.actInv(pin.Force(on_base)).vector)
 
     def _carry(self, base: pin.SE3) -> None:
         """Set the forces that carry weight from outside."""

@@ -12,7 +12,6 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from gaitopt.bounds import INSTANTS_OF_MOTION, RATE, STRIDES, at_most
@@ -219,9 +218,9 @@ def _moving_bodies(motion: Motion) -> BodyMotion:
     linear, angular = [motion.base_velocity[:, :3]], [motion.base_velocity[:, 3:]]
     for row, parent in enumerate(body.parent):
         own = 0 if parent == BASE else int(parent) + 1
-        rotation = turns[own] @ body.placement[row, :3, :3]
-        axis = rotation @ body.axis[row]
-        arm = turns[own] @ body.placement[row, :3, 3]
+        rotation = _times(turns[own], body.placement[row, :3, :3])
+        axis = _times(rotation, body.axis[row])
+        arm = _times(turns[own], body.placement[row, :3, 3])
         fixed = Rotation.from_matrix(body.placement[row, :3, :3]).as_quat()
         attitude = _product(attitudes[own], fixed)
         w, slide = angular[own], np.zeros(1)
@@ -229,7 +228,7 @@ def _moving_bodies(motion: Motion) -> BodyMotion:
             half = q[:, row, None] / 2.0
             spin = np.hstack([body.axis[row] * np.sin(half), np.cos(half)])
             attitude = _product(attitude, spin)
-            rotation = rotation @ _rotations(body.axis[row], q[:, row])
+            rotation = _turned_about(rotation, body.axis[row], q[:, row])
             angular.append(w + axis * dq[:, row, None])
         else:
             arm = arm + axis * q[:, row, None]
@@ -243,7 +242,7 @@ def _moving_bodies(motion: Motion) -> BodyMotion:
     position, velocity, rate = np.empty((*shape, 3)), np.empty((*shape, 3)), np.empty((*shape, 3))
     quaternion = np.empty((*shape, 4))
     for column, (index, anchor) in enumerate(zip(motion.bodies, motion.anchors, strict=True)):
-        shift = turns[index] @ -anchor  # from the joint to the body's own frame
+        shift = _times(turns[index], -anchor)  # from the joint to the body's own frame
         position[:, column] = places[index] + shift
         velocity[:, column] = linear[index] + np.cross(angular[index], shift)
         rate[:, column] = angular[index]
@@ -258,8 +257,15 @@ def _product(first: Array, second: Array) -> Array:
     return np.concatenate([s * v + t * u + np.cross(u, v), real], axis=-1)
 
 
-def _rotations(axis: Array, angles: Array) -> NDArray[np.float64]:
-    """Return the rotations about a unit axis, shape (T, 3, 3), by Rodrigues' formula."""
+def _times(rotations: Array, constant: Array) -> Array:
+    """Return rotations (T, 3, 3) times a matrix (3, 3) or a vector (3,), all in one product."""
+    found = rotations.reshape(-1, 3) @ constant
+    return np.asarray(found.reshape(-1, 3, *constant.shape[1:]))
+
+
+def _turned_about(rotations: Array, axis: Array, angles: Array) -> Array:
+    """Return rotations (T, 3, 3) followed by turns about a unit axis, by Rodrigues' formula."""
     K = np.array([[0.0, -axis[2], axis[1]], [axis[2], 0.0, -axis[0]], [-axis[1], axis[0], 0.0]])
+    first = _times(rotations, K)
     sine, rest = np.sin(angles)[:, None, None], (1.0 - np.cos(angles))[:, None, None]
-    return np.asarray(np.eye(3) + sine * K + rest * (K @ K))
+    return np.asarray(rotations + sine * first + rest * _times(first, K))

@@ -140,10 +140,14 @@ class RobotOrder:
         return names
 
     def _breadth_first(self) -> list[str]:
-        """Return the joints as Isaac numbers them: level by level, brothers as in the file."""
-        rank = {name: k for k, name in enumerate(self._depth_first())}
+        """Return the joints as Isaac numbers them: level by level.
+
+        Its importer of URDF files sorts joints by name; that of MJCF keeps the order of the file.
+        """
+        names = self._depth_first()
+        rank = {name: k for k, name in enumerate(names if self._is_mjcf else sorted(names))}
         children: dict[int, list[int]] = {}
-        for row in sorted(range(len(self._known)), key=lambda r: rank[self.body.joint_names[r]]):
+        for row in sorted(range(len(names)), key=lambda row: rank[self.body.joint_names[row]]):
             children.setdefault(int(self.body.parent[row]), []).append(row)
         rows, waiting = [], deque([BASE])
         while waiting:
@@ -165,13 +169,22 @@ class RobotOrder:
         return {joint.name: joint for joint in self._file}
 
     @cached_property
+    def _root(self) -> ET.Element | None:
+        try:
+            return ET.fromstring(self.text)
+        except (ET.ParseError, ValueError):
+            return None  # a file that no order is asked of needs none
+
+    @property
+    def _is_mjcf(self) -> bool:
+        return self._root is not None and self._root.tag == "mujoco"
+
+    @cached_property
     def _file(self) -> list[FileJoint]:
         """The joints of the file depth first, brothers in its order."""
-        try:
-            root = ET.fromstring(self.text)
-        except (ET.ParseError, ValueError):
-            return []  # a file that no order is asked of needs none
-        return _mjcf_joints(root) if root.tag == "mujoco" else _urdf_joints(root)
+        if self._root is None:
+            return []
+        return _mjcf_joints(self._root) if self._is_mjcf else _urdf_joints(self._root)
 
 
 def _urdf_joints(root: ET.Element) -> list[FileJoint]:

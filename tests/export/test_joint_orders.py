@@ -49,7 +49,7 @@ def test_bodies_of_isaac_go_with_its_joints(g1):
 
 
 def test_brothers_stand_in_the_order_of_the_file():
-    """Pinocchio sorts them by name, MuJoCo and Isaac do not."""
+    """Pinocchio and Isaac sort a URDF's by name, MuJoCo does not, nor Isaac those of MJCF."""
     text = (
         '<robot name="r">'
         '<joint name="b" type="revolute"><parent link="p"/><child link="c"/></joint>'
@@ -66,8 +66,16 @@ def test_brothers_stand_in_the_order_of_the_file():
     order = RobotOrder(Body(), text)
     assert order.rows("gait") == (0, 1, 2)
     assert order.rows("mujoco") == (1, 2, 0)
-    assert order.rows("isaac") == (1, 0, 2)
+    assert order.rows("isaac") == (0, 1, 2)
     assert order.link_names(order.bodies((1, 2, 0))) == ("p", "c", "d", "e")
+    nested = (
+        '<mujoco><worldbody><body name="p"><freejoint/><body name="c"><joint name="b"/>'
+        '<body name="d"><joint name="c"/></body></body><frame><body name="e"><joint name="a"/>'
+        "</body></frame></body></worldbody></mujoco>"
+    )
+    order = RobotOrder(Body(), nested)
+    assert order.rows("mujoco") == (1, 2, 0)
+    assert order.rows("isaac") == (1, 0, 2)
     for lost in (text.replace('name="a"', 'name="z"'), "no XML"):
         with pytest.raises(InputError, match="does not tell where 'a'"):
             RobotOrder(Body(), lost).rows("mujoco")
