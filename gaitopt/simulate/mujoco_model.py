@@ -1,0 +1,291 @@
+"""The MuJoCo model of the robot of a gait: bodies, joints, motors, soles and the ground.
+
+Joints that the walk does not move are welded at the angle at which they stand. The world is that of
+`gaitopt.gait.trajectory`: the ground is the plane z = 0, gravity is that of the gait.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+import pinocchio as pin
+from numpy.typing import NDArray
+
+from gaitopt.errors import InputError
+from gaitopt.model.multibody import BASE, Multibody
+from gaitopt.nlp import Array
+
+_SOLE_THICKNESS = 0.02  # m, of the boxes that touch the ground
+_LEAST_MASS = 1e-12  # kg and kg·m²: MuJoCo refuses moving bodies without any
+_FEET_BIT, _GROUND_BIT = 1, 2  # of contype and conaffinity: feet touch the ground, nothing else
+
+
+@dataclass(frozen=True)
+class ContactOptions:
+    """Ground and integrator of a simulation.
+
+    Attributes:
+        friction: sliding coefficient of soles on the ground.
+        stiffness_time: time constant of the contact [s], MuJoCo's `solref`.
+        timestep: of the integrator [s].
+    """
+
+    friction: float = 0.8
+    stiffness_time: float = 0.004
+    timestep: float = 0.001
+
+
+@dataclass(frozen=True, eq=False)
+class SimulatedRobot:
+    """A compiled model and where the gait's joints and soles are in it.
+
+    Attributes:
+        model: MuJoCo's; treat it as read-only.
+        body: the robot that it was made of.
+        qpos: addresses of the moving joints in `qpos`, in the order of `body.moving`, shape (n,).
+        dof: their addresses in `qvel`, shape (n,).
+        site: sole frames, in the order of `body.sole_names`.
+        geom: boxes of the soles, likewise.
+        base: number of the base's body.
+    """
+
+    model: mujoco.MjModel
+    body: Multibody
+    qpos: NDArray[np.int64]
+    dof: NDArray[np.int64]
+    site: tuple[int, int]
+    geom: tuple[int, int]
+    base: int
+
+    @property
+    def mass(self) -> float:
+        """Mass of the robot [kg]."""
+        return float(self.model.body_mass.sum())
+
+    @property
+    def weight(self) -> float:
+        """Weight of the robot [N]."""
+        return self.mass * float(np.linalg.norm(self.body.gravity))
+
+    def position(self, configuration: Array) -> Array:
+        """Return `qpos` of a configuration of `Multibody.model`, shape (7 + n,)."""
+        q = np.empty(self.model.nq)
+        q[:3], q[3], q[4:7] = configuration[:3], configuration[6], configuration[3:6]
+        q[self.qpos] = configuration[7 + self.body.moving]
+        return q
+
+    def velocity(self, configuration: Array, velocity: Array) -> Array:
+        """Return `qvel` of a configuration and a velocity of `Multibody.model`, shape (6 + n,).
+
+        MuJoCo has the linear velocity of the base in the world, the angular one in its own axes.
+        """
+        v = np.empty(self.model.nv)
+        v[:3] = _rotation(configuration) @ velocity[:3]
+        v[3:6] = velocity[3:6]
+        v[self.dof] = velocity[6 + self.body.moving]
+        return v
+
+    def acceleration(self, configuration: Array, velocity: Array, acceleration: Array) -> Array:
+        """Return `qacc` of a motion of `Multibody.model`, shape (6 + n,)."""
+        a = np.empty(self.model.nv)
+        turning = np.cross(velocity[3:6], velocity[:3])  # the axes of the base turn
+        a[:3] = _rotation(configuration) @ (acceleration[:3] + turning)
+        a[3:6] = acceleration[3:6]
+        a[self.dof] = acceleration[6 + self.body.moving]
+        return a
+
+
+def simulated_robot(
+    body: Multibody, torque_limit: Array | None = None, contact: ContactOptions | None = None
+) -> SimulatedRobot:
+    """Return the MuJoCo model of a robot.
+
+    Args:
+        body: the robot of a gait.
+        torque_limit: of the motors of the moving joints [N·m], shape (n,); NaN or None: unlimited.
+        contact: ground and integrator.
+
+    Raises:
+        InputError: it cannot be simulated: part of its weight is carried from outside, a passive
+            joint torque has no form in MuJoCo, or MuJoCo refuses the model.
+    """
+    if body.carried is not None:
+        raise InputError(
+            "part of the robot's weight is carried from outside (gravity compensation); such a "
+            "robot cannot be simulated yet"
+        )
+    contact = ContactOptions() if contact is None else contact
+    limit = np.full(len(body.moving), np.nan) if torque_limit is None else torque_limit
+    spec = _empty_world(body, contact)
+    parents, inertias = _welded(body)
+    bodies = {BASE: spec.worldbody.add_body(name=f"base {body.base}")}
+    bodies[BASE].add_freejoint()
+    for joint in range(len(body.joint_names)):
+        if joint not in body.moving:
+            continue
+        parent, inside = parents[joint]
+        place = inside * pin.SE3(body.placement[joint])
+        bodies[joint] = bodies[parent].add_body(
+            name=f"body {body.joint_names[joint]}", pos=place.translation, quat=_wxyz(place)
+        )
+        _add_joint(bodies[joint], body, joint)
+    for joint, inertia in inertias.items():
+        _set_inertia(bodies[joint], inertia)
+    for joint, most in zip(body.moving, limit, strict=True):
+        name = body.joint_names[joint]
+        motor = spec.add_actuator(name=name, target=name, trntype=mujoco.mjtTrn.mjTRN_JOINT)
+        if np.isfinite(most):
+            motor.forcelimited, motor.forcerange = True, [-most, most]
+    for foot in (0, 1):
+        _add_sole(bodies, parents, body, foot, contact)
+    try:
+        model = spec.compile()
+    except ValueError as error:
+        raise InputError(f"MuJoCo refuses the robot of the gait: {error}") from error
+    names = [body.joint_names[joint] for joint in body.moving]
+    return SimulatedRobot(
+        model=model,
+        body=body,
+        qpos=np.array([int(model.joint(name).qposadr[0]) for name in names], dtype=np.int64),
+        dof=np.array([int(model.joint(name).dofadr[0]) for name in names], dtype=np.int64),
+        site=(model.site("sole 0").id, model.site("sole 1").id),
+        geom=(model.geom("sole 0").id, model.geom("sole 1").id),
+        base=int(model.jnt_bodyid[0]),
+    )
+
+
+def _empty_world(body: Multibody, contact: ContactOptions) -> mujoco.MjSpec:
+    spec = mujoco.MjSpec()
+    spec.modelname = body.name
+    spec.compiler.degree = False
+    option = spec.option
+    option.gravity = body.gravity
+    option.timestep = contact.timestep
+    option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC  # with pyramids a box slides at 0.7 of friction
+    option.impratio = 10.0  # a box below its friction limit creeps 20 times less than with 1
+    option.jacobian = mujoco.mjtJacobian.mjJAC_DENSE  # the sparse factorisation of 4.0.0 is wrong
+    option.iterations = 50
+    spec.worldbody.add_geom(
+        name="ground",
+        type=mujoco.mjtGeom.mjGEOM_PLANE,
+        size=[0.0, 0.0, 1.0],
+        contype=_GROUND_BIT,
+        conaffinity=_FEET_BIT,
+        **_surface(contact),
+    )
+    return spec
+
+
+def _surface(contact: ContactOptions) -> dict[str, object]:
+    return {
+        "friction": [contact.friction, 0.005, 1e-4],
+        "solref": [contact.stiffness_time, 1.0],
+        "condim": 3,
+    }
+
+
+def _welded(
+    body: Multibody,
+) -> tuple[dict[int, tuple[int, pin.SE3]], dict[int, pin.Inertia]]:
+    """Return where the bodies sit once the joints that stand still are welded.
+
+    Returns:
+        For each joint the moving joint, or the base, to which its placement refers, with the frame
+        in that body; the whole inertia of each moving body and of the base in its own frame.
+    """
+    carrier = {BASE: (BASE, pin.SE3.Identity())}
+    parents: dict[int, tuple[int, pin.SE3]] = {}
+    inertias = {BASE: _inertia(body, BASE)}
+    moving = set(body.moving.tolist())
+    for joint in range(len(body.joint_names)):
+        on, inside = parents[joint] = carrier[int(body.parent[joint])]
+        if joint in moving:
+            carrier[joint] = joint, pin.SE3.Identity()
+            inertias[joint] = _inertia(body, joint)
+            continue
+        twist = np.zeros(6)
+        twist[3 * int(body.revolute[joint]) :][:3] = body.axis[joint] * body.posture[joint]
+        place = inside * pin.SE3(body.placement[joint]) * pin.exp6(pin.Motion(twist))
+        carrier[joint] = on, place
+        inertias[on] += place.act(_inertia(body, joint))
+    parents |= {-2 - foot: carrier[int(joint)] for foot, joint in enumerate(body.sole_joint)}
+    return parents, inertias
+
+
+def _inertia(body: Multibody, joint: int) -> pin.Inertia:
+    row = joint + 1
+    return pin.Inertia(float(body.mass[row]), body.centre[row], body.inertia[row])
+
+
+def _add_joint(owner: mujoco.MjsBody, body: Multibody, joint: int) -> None:
+    """Add a joint with its rotor, friction, damping and spring."""
+    kind = mujoco.mjtJoint.mjJNT_HINGE if body.revolute[joint] else mujoco.mjtJoint.mjJNT_SLIDE
+    made = owner.add_joint(name=body.joint_names[joint], type=kind, axis=body.axis[joint])
+    made.armature, made.frictionloss = float(body.armature[joint]), float(body.friction[joint])
+    made.damping = _coefficients(made.damping, body.damping[joint], "damping")
+    made.stiffness = _coefficients(made.stiffness, body.stiffness[joint], "a spring")
+    made.springref = float(body.rest[joint])
+
+
+def _coefficients(old: float | Array, values: Array, what: str) -> float | Array:
+    """Return the coefficients of a polynomial in the form of this MuJoCo: 1 before 4.0, then 3."""
+    form = np.atleast_1d(np.asarray(old, dtype=np.float64))
+    if values[len(form) :].any():
+        raise InputError(
+            f"the robot has {what} of degree {len(values)}; MuJoCo {mujoco.__version__} has "
+            f"{len(form)} at most"
+        )
+    form[: len(values)] = values[: len(form)]
+    return form if np.ndim(old) else float(form[0])
+
+
+def _set_inertia(made: mujoco.MjsBody, inertia: pin.Inertia) -> None:
+    """Give a body its mass and its principal moments of inertia."""
+    moments, axes = np.linalg.eigh(inertia.inertia)
+    if np.linalg.det(axes) < 0.0:
+        axes[:, 0] *= -1.0
+    made.mass = max(float(inertia.mass), _LEAST_MASS)
+    made.ipos = inertia.lever if inertia.mass else np.zeros(3)
+    made.iquat = _wxyz(pin.SE3(axes, np.zeros(3)))
+    made.inertia = np.maximum(moments, _LEAST_MASS)
+    made.explicitinertial = True
+
+
+def _add_sole(
+    bodies: dict[int, mujoco.MjsBody],
+    parents: dict[int, tuple[int, pin.SE3]],
+    body: Multibody,
+    foot: int,
+    contact: ContactOptions,
+) -> None:
+    """Add the frame of a sole and the box that touches the ground."""
+    on, inside = parents[-2 - foot]
+    place = inside * pin.SE3(body.sole_placement[foot])
+    toe, heel, left, right = body.sole_rectangle[foot]
+    centre = np.array([(toe + heel) / 2.0, (left + right) / 2.0, _SOLE_THICKNESS / 2.0])
+    bodies[on].add_site(name=f"sole {foot}", pos=place.translation, quat=_wxyz(place))
+    bodies[on].add_geom(
+        name=f"sole {foot}",
+        type=mujoco.mjtGeom.mjGEOM_BOX,
+        size=[(toe - heel) / 2.0, (left - right) / 2.0, _SOLE_THICKNESS / 2.0],
+        pos=place.act(centre),
+        quat=_wxyz(place),
+        mass=0.0,
+        contype=_FEET_BIT,
+        conaffinity=_GROUND_BIT,
+        **_surface(contact),
+    )
+
+
+def _rotation(configuration: Array) -> Array:
+    x, y, z, w = configuration[3:7]
+    return np.asarray(pin.Quaternion(w, x, y, z).matrix())
+
+
+def _wxyz(place: pin.SE3) -> Array:
+    """Return the rotation of a placement as MuJoCo's quaternion."""
+    x, y, z, w = pin.Quaternion(place.rotation).coeffs()
+    return np.array([w, x, y, z])

@@ -1,0 +1,143 @@
+"""A second engine signs: MuJoCo's inverse dynamics along a gait against the gait's own numbers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+
+from gaitopt.gait.result import Gait
+from gaitopt.gait.trajectory import Trajectory
+from gaitopt.mechanics.single_support import passive_torque
+from gaitopt.model.chain_physics import PassiveJoints
+from gaitopt.nlp import Array
+from gaitopt.simulate.mujoco_model import SimulatedRobot, simulated_robot
+
+INSTANTS = 601
+"""Of the step at which both engines are compared: 20 in each of the 30 intervals of a default."""
+AGREED = 1e-9
+"""Relative difference up to which both engines say the same."""
+_SLIGHT = 0.01  # of the momentum of the walk: impulses of a foot set down softly are nearly none
+
+
+@dataclass(frozen=True)
+class SecondEngine:
+    """Largest differences of MuJoCo from a gait, each relative to the largest of its kind.
+
+    An impulse is compared with a hundredth of the walk's momentum where it is less.
+
+    Attributes:
+        engine: name and version.
+        instants: number of them.
+        torque, force, moment: of the motors, and of the ground on the standing foot.
+        rate_after, impulse: joint rates after the impact, and the impulse of the ground.
+    """
+
+    engine: str
+    instants: int
+    torque: float
+    force: float
+    moment: float
+    rate_after: float
+    impulse: float
+
+    @property
+    def largest(self) -> float:
+        """The largest of all differences."""
+        return max(self.torque, self.force, self.moment, self.rate_after, self.impulse)
+
+    @property
+    def agrees(self) -> bool:
+        """Whether both engines say the same."""
+        return self.largest <= AGREED
+
+    def __str__(self) -> str:
+        """Return it as a sentence."""
+        verdict = "agrees" if self.agrees else f"DIFFERS (more than {AGREED:g})"
+        return (
+            f"{self.engine} {verdict} at {self.instants} instants: torque {self.torque:.0e}, "
+            f"force {self.force:.0e}, moment {self.moment:.0e}, impact {self.rate_after:.0e} and "
+            f"{self.impulse:.0e}"
+        )
+
+
+def second_engine(gait: Gait, instants: int = INSTANTS) -> SecondEngine:
+    """Compute torques, ground wrench and impact of a gait again, with `mj_inverse`.
+
+    Motion comes from the splines of the gait, the robot from its `Multibody`.
+
+    Raises:
+        InputError: the robot cannot be simulated.
+        RobotError: the gait has no robot of its own, and its URDF is not its robot.
+    """
+    trajectory = gait.trajectory
+    robot = simulated_robot(trajectory.body)
+    robot.model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONSTRAINT)
+    data = mujoco.MjData(robot.model)
+    times = np.linspace(0.0, trajectory.step_duration, instants)
+    samples = trajectory.at(times, before=times > 0.0)
+    friction = _coulomb_friction(trajectory, samples.q, samples.dq)
+    torque, wrench = np.empty((instants, len(robot.dof))), np.empty((instants, 6))
+    for row in range(instants):
+        q, v = samples.configuration[row], samples.velocity[row]
+        data.qpos[:] = robot.position(q)
+        data.qvel[:] = robot.velocity(q, v)
+        data.qacc[:] = robot.acceleration(q, v, samples.acceleration[row])
+        mujoco.mj_inverse(robot.model, data)
+        foot = int(np.flatnonzero(samples.contact[row])[0])
+        J = sole_jacobian(robot, data, foot)
+        ground = np.linalg.solve(J[:, :6].T, data.qfrc_inverse[:6])
+        torque[row] = data.qfrc_inverse[robot.dof] - J[:, robot.dof].T @ ground
+        wrench[row] = _in_sole(robot, data, foot, ground)
+    stated = samples.torque[:, trajectory.body.moving] - friction
+    on_foot = samples.wrench[samples.contact]
+    rate_after, impulse = _impact(robot, data, 1)
+    return SecondEngine(
+        engine=f"MuJoCo {mujoco.__version__}",
+        instants=instants,
+        torque=_difference(torque, stated),
+        force=_difference(wrench[:, :3], on_foot[:, :3]),
+        moment=_difference(wrench[:, 3:], on_foot[:, 3:]),
+        rate_after=_difference(rate_after, gait.rate_after),
+        impulse=_difference(impulse, gait.impulse, _SLIGHT * robot.mass * gait.speed),
+    )
+
+
+def sole_jacobian(robot: SimulatedRobot, data: mujoco.MjData, foot: int) -> Array:
+    """Return the Jacobian of a sole frame, linear rows first, in the world's axes, (6, 6 + n)."""
+    J = np.zeros((6, robot.model.nv))
+    mujoco.mj_jacSite(robot.model, data, J[:3], J[3:], robot.site[foot])
+    return J
+
+
+def _impact(robot: SimulatedRobot, data: mujoco.MjData, foot: int) -> tuple[Array, Array]:
+    """Return joint rates after a sole stops at once, and the impulse on it, in its frame."""
+    mass = np.zeros((robot.model.nv, robot.model.nv))
+    mujoco.mj_fullM(robot.model, data, mass)
+    J = sole_jacobian(robot, data, foot)
+    by_impulse = np.linalg.solve(mass, J.T)
+    impulse = np.linalg.solve(J @ by_impulse, -J @ data.qvel)
+    after = data.qvel + by_impulse @ impulse
+    return after[robot.dof], _in_sole(robot, data, foot, impulse)
+
+
+def _in_sole(robot: SimulatedRobot, data: mujoco.MjData, foot: int, wrench: Array) -> Array:
+    R = data.site_xmat[robot.site[foot]].reshape(3, 3)
+    return np.concatenate([R.T @ wrench[:3], R.T @ wrench[3:]])
+
+
+def _coulomb_friction(trajectory: Trajectory, q: Array, dq: Array) -> Array:
+    """Return the part of the motors' torques against dry friction, shape (N, n).
+
+    MuJoCo makes a constraint of it, which inverse dynamics without contacts does not have.
+    """
+    body = trajectory.body
+    none = np.zeros((len(body.joint_names), 1))
+    joints = PassiveJoints(none, body.friction, none, body.rest)
+    return passive_torque(joints, q, dq).value[:, body.moving]
+
+
+def _difference(found: Array, stated: Array, least: float = 0.0) -> float:
+    largest = max(float(np.abs(stated).max()), least)
+    return float(np.abs(found - stated).max()) / (largest or 1.0)
