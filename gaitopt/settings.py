@@ -223,13 +223,12 @@ def named_values(
         return dict(texts)
     values: dict[str, float] = {}
     for text in texts if isinstance(texts, list | tuple) else []:
-        name, _, number = (part.strip() for part in str(text).partition("="))
+        name, equals, number = (part.strip() for part in str(text).partition("="))
         if name in values:
             raise InputError(f"{option} gives {name} twice; give its value once")
         try:
             values[name] = read_quantity(number, unit(name))
         except ValueError as error:
-            raise InputError(
-                f"{option} {text}: give a name and a number, as in {option} {example}"
-            ) from error
+            wanted = str(error) if equals and number else "give a name and a number"
+            raise InputError(f"{option} {text}: {wanted}, as in {option} {example}") from error
     return values

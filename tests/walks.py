@@ -14,7 +14,7 @@ from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.model.robot import Robot
 
-FAMILIES = (
+ALWAYS = (
     "torque",
     "speed",
     "load",
@@ -31,6 +31,8 @@ FAMILIES = (
     "impulse cop",
     "walking speed",
     "closure",
+)
+SWITCHED = (  # constraints that are off unless asked for, as by `UPRIGHT`
     "trunk roll",
     "trunk pitch",
     "trunk yaw",
@@ -39,11 +41,9 @@ FAMILIES = (
     "leg gap",
     "swing tilt",
     "swing height",
-    "foot angle",
-    "foot lift",
 )
-OF_TURN = FAMILIES[-2:]  # of a stance foot that turns
-SWITCHED = FAMILIES[-10:-2]  # constraints that are off unless asked for
+OF_TURN = ("foot angle", "foot lift")  # of a stance foot that turns
+FAMILIES = (*ALWAYS, *SWITCHED, *OF_TURN)  # in the order of `CONSTRAINTS`
 UPRIGHT = {
     "trunk_roll": 0.1,
     "trunk_pitch": 0.12,

@@ -6,10 +6,12 @@ inertias that were given.
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, fields, replace
 from difflib import get_close_matches
+from functools import reduce
 from pathlib import Path
 from typing import Any
 
@@ -30,7 +32,10 @@ _HEADER = """\
 # A biped for gaitopt. SI units. Values are those of the left leg, the right one is its mirror.
 # An entry left out takes its value from the biped13 preset; numbers may have units, "30cm".
 # Lengths and masses have names, too, that stand before the tables: shin=0.42, "hip width"="20cm";
-# lengths take boxes and centres of mass along (docs/cli.md lists them).
+# lengths take boxes and centres of mass along (docs/cli.md lists them). Take the entries that a
+# name sets out of the tables then, or write the table anew: gaitopt urdf --set shin=0.42 ...
+# In [geometry], l1 is from the toe edge to the ankle (negative), d1 the ankle above the sole, d3
+# the shin, d4 the thigh, l4 the leg's plane outboard of the hip centre, d7 between the hip centres.
 # A link without `inertia` (3 x 3, about the centre of mass) has that of a homogeneous box of its
 # `size`.
 """
@@ -157,15 +162,21 @@ def parameter_name(text: str) -> str | None:
 
 
 def parameter_unit(text: str) -> str:
-    """Return the unit of a parameter or of an entry of the table; empty where it has none."""
+    """Return the unit of a parameter or of an entry of the table; empty where it has none.
+
+    Raises:
+        SpecError: there is none of that name.
+    """
     if (name := parameter_name(text)) is not None:
         return PARAMETERS[name].unit
     part: Any = BipedSpec
     allowed = None
     for step in text.split("."):
-        entry = next((e for e in fields(part) if e.name == step), None) if part else None
-        allowed = None if entry is None else allowed_of(entry)
-        part = None if entry is None else entry.metadata.get("part")
+        entries = {entry.name: entry for entry in fields(part)} if part else {}
+        if step not in entries:
+            names = PARAMETERS if part is BipedSpec else ()
+            raise SpecError(_unknown(text, step, [*entries, *names]))
+        allowed, part = allowed_of(entries[step]), entries[step].metadata.get("part")
     return allowed.unit if allowed is not None else ""
 
 
@@ -200,16 +211,41 @@ def merged(spec: BipedSpec, table: Mapping[str, Any]) -> BipedSpec:
             the specification's fields.
 
     Raises:
-        SpecError: an unknown key, a value of the wrong type, or one that is not physical.
+        SpecError: an unknown key, a value of the wrong type, or one that is not physical; or the
+            tables undo what a parameter sets.
     """
     rest: dict[str, Any] = {}
+    changes: dict[str, tuple[BipedSpec, BipedSpec]] = {}  # the biped before and after each name
     for key, value in _check_table(table, "").items():
         if (name := parameter_name(str(key))) is None:
             rest[key] = value
         else:
-            spec = _set(spec, name, value)
+            changes[name] = (spec, _set(spec, name, value))
+            spec = changes[name][1]
     biped: BipedSpec = _merged(spec, rest, "")
+    for name, (before, after) in changes.items():
+        parameter = PARAMETERS[name]
+        asked, found = parameter.value(spec), parameter.value(biped)
+        if not math.isclose(asked, found, rel_tol=1e-9):
+            undone = [p for p in _paths(rest) if _at(before, p) != _at(after, p)]
+            raise SpecError(
+                f"{name} is {asked:.6g} {parameter.unit}, but the tables make it {found:.6g} "
+                f"{parameter.unit}; take {', '.join('.'.join(p) for p in undone)} out of them, "
+                f"or leave {name} out"
+            )
     return biped
+
+
+def _paths(table: Mapping[str, Any]) -> Iterator[tuple[str, ...]]:
+    """Yield the path of every entry of a nested table."""
+    for key, value in table.items():
+        inner = _paths(value) if isinstance(value, Mapping) else [()]
+        yield from ((key, *path) for path in inner)
+
+
+def _at(part: Any, path: tuple[str, ...]) -> Any:
+    """Return the entry of a biped that a path leads to."""
+    return reduce(getattr, path, part)
 
 
 def _set(spec: BipedSpec, name: str, value: object) -> BipedSpec:
@@ -308,5 +344,7 @@ def _read_table(path: Path) -> dict[str, Any]:
             f"cannot read {path}: {reason}; give the path of a TOML file, for example one that "
             "'gaitopt urdf --write-spec FILE' made (in Python, write_spec)"
         ) from None
+    if not text.strip():
+        raise SpecError(f"cannot read {path}: the file is empty; without --spec it is biped13")
     advice = "write a correct one by 'gaitopt urdf --write-spec FILE' (in Python, write_spec)"
     return parse_toml(text, str(path), f"{advice} and edit that", SpecError)

@@ -15,7 +15,7 @@ from gaitopt.design.options import COUNT, SIGMA, DesignOptions
 from gaitopt.errors import InputError
 from gaitopt.gait.constraints import Margins
 from gaitopt.gait.costs import COSTS, Cost
-from gaitopt.gait.parameters import GEOMETRY, GEOMETRY_NAMES
+from gaitopt.gait.parameters import GEOMETRY_NAMES, geometric_unit
 from gaitopt.gait.plugin import Plugin, load_plugin
 from gaitopt.gait.task import Task
 from gaitopt.importers.physics import PARTS
@@ -31,8 +31,6 @@ default."""
 
 Kind = TypeVar("Kind")
 
-_UNITS = {quantity.name: quantity.unit for quantity in GEOMETRY}
-
 
 @dataclass(frozen=True)
 class GeometrySettings:
@@ -43,7 +41,7 @@ class GeometrySettings:
         choices=GEOMETRY_NAMES, common=True,
     )  # fmt: skip
     fix: Mapping[str, float] = entry(
-        {}, "Hold a geometric quantity at a value.", entry_unit=lambda name: _UNITS.get(name, ""),
+        {}, "Hold a geometric quantity at a value.", entry_unit=geometric_unit,
         example="pelvis_roll=0.05",
     )  # fmt: skip
 
@@ -73,7 +71,7 @@ class RobotSettings:
     )  # fmt: skip
     limit: tuple[str, ...] = entry(
         (), "Torque, speed, range or armature of the joints whose names match: knee.speed=8rpm, "
-        "'left_*.torque=80', knee.range=0deg:120deg; none for no limit.",
+        "'*hip*.torque=80', knee.range=0deg:120deg; none for no limit.",
         metavar="JOINTS.WHAT=VALUE", common=True,
     )  # fmt: skip
     payload: tuple[str, ...] = entry(
@@ -222,8 +220,13 @@ def sections(words: Sequence[str] = ()) -> dict[str, dict[str, Setting]]:
     Raises:
         InputError: the plugin cannot be imported, or takes a name that is gaitopt's own.
     """
-    word, config = _word_after("--plugin", words), _word_after("--config", words)
-    plugin = None if word is None else Path(word)
+    given, config = _words_after("--plugin", words), next(_words_after("--config", words), None)
+    plugin = None if (word := next(given, None)) is None else Path(word)
+    if next(given, None) is not None:
+        raise InputError(
+            "--plugin is given twice, and one file is taken; put all constraints and the cost into "
+            "one"
+        )
     if plugin is None and config is not None:
         with suppress(InputError):  # the command will say what is wrong with it
             plugin = _named_plugin(_table(Path(config)), Path(config))
@@ -237,13 +240,13 @@ def _named_plugin(table: Mapping[str, object], path: Path) -> Path | None:
     return path.parent / name if isinstance(name, str) else None
 
 
-def _word_after(option: str, words: Sequence[str]) -> str | None:
+def _words_after(option: str, words: Sequence[str]) -> Iterator[str]:
+    """Yield what is given to an option, each time that it is given."""
     for k, word in enumerate(words):
         if word == option and k + 1 < len(words):
-            return words[k + 1]
+            yield words[k + 1]
         if word.startswith(f"{option}="):
-            return word.partition("=")[2]
-    return None
+            yield word.partition("=")[2]
 
 
 def with_plugin(plugin: Plugin) -> dict[str, dict[str, Setting]]:
@@ -347,6 +350,8 @@ def _table(path: Path) -> dict[str, object]:
         raise InputError(
             f"cannot read the configuration '{path}': {reason}; give the path of a TOML file"
         ) from error
+    if not text.strip():
+        raise InputError(f"cannot read the configuration '{path}': the file is empty")
     return parse_toml(text, f"the configuration '{path}'")
 
 

@@ -39,6 +39,10 @@ from gaitopt.nlp import Array, Status
 from gaitopt.sweep.speed_search import Fastest, fastest
 from gaitopt.view.figure_worker import figure_worker
 
+_ADVICE = (
+    "; the solver stopped before an optimum was proven: try other starts (--starts {}), or another "
+    "--speed or --duration"
+)
 _MOST = 8  # constraints at their limits that are told
 
 
@@ -96,7 +100,8 @@ def run(
     code = exit_code(found)
     if code is not ExitCode.OK:
         if not found.certificate.certified:
-            warn(errors, "warning", found.certificate.verdict)
+            advice = "" if found.certificate.optimal else _ADVICE.format(2 * request.starts)
+            warn(errors, "warning", f"{found.certificate.verdict}{advice}")
         raise typer.Exit(code)
 
 

@@ -8,7 +8,7 @@ import secrets
 import tempfile
 from collections.abc import Iterator
 from contextlib import suppress
-from dataclasses import fields, is_dataclass
+from dataclasses import is_dataclass
 from pathlib import Path
 
 import tomli_w
@@ -22,6 +22,7 @@ from gaitopt.gait.costs import Cost
 from gaitopt.gait.gait_file import save_gait
 from gaitopt.gait.result import Gait
 from gaitopt.gait.task import Task
+from gaitopt.settings import declared
 from gaitopt.view.figure_worker import FigureWorker
 
 GAIT, PAGE, FIGURES, SUMMARY = "gait.npz", "gait.html", "figures", "summary.json"
@@ -101,8 +102,8 @@ def _relative(path: object, directory: Path) -> str:
 
 
 def _fields(cost: Cost) -> Settings:
-    """Return the values of a cost's fields that say something."""
-    names: list[str] = [one.name for one in fields(cost)] if is_dataclass(cost) else []
+    """Return the values of a cost's settings that say something; other fields are a plugin's."""
+    names: list[str] = [one.name for one in declared(type(cost))] if is_dataclass(cost) else []
     return {name: value for name in names if (value := getattr(cost, name)) not in (None, {}, ())}
 
 

@@ -170,7 +170,7 @@ def write_biped(settings: Settings, output: Path | None, new_spec: Path | None) 
     spec = biped_spec(settings) or biped13()
     if new_spec is not None:
         write_spec(spec, new_spec)
-        typer.echo(f"wrote {new_spec}; edit it, then: gaitopt urdf --spec {new_spec}")
+        typer.echo(f"wrote {new_spec}; edit it, then: gaitopt optimise --spec {new_spec}")
     text = urdf_text(spec)
     Robot.from_urdf(text)  # refuse what could not be used afterwards
     if output is not None:

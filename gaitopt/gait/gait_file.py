@@ -386,6 +386,9 @@ def _check_statements(gait: Gait, members: _Arrays) -> None:
 
 def _read(source: Path) -> tuple[_Arrays, dict[str, str]]:
     """Return the arrays of a file, and the digest of each."""
+    if source.is_dir():
+        inside = f"; there is '{source / 'gait.npz'}'" if (source / "gait.npz").is_file() else ""
+        raise _bad(source, f"is a directory{inside}")
     if not source.is_file():
         raise _bad(source, "there is no such file")
     # Damaged archives raise a dozen unrelated exceptions: zip, zlib, header parser, decoder.

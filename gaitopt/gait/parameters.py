@@ -195,6 +195,19 @@ class Layout:
         return scale
 
 
+def geometric_unit(name: str) -> str:
+    """Return the SI unit of a geometric quantity.
+
+    Raises:
+        InputError: there is none of that name.
+    """
+    if name not in GEOMETRY_NAMES:
+        raise InputError(
+            f"there is no geometric quantity '{name}'; there are {', '.join(GEOMETRY_NAMES)}"
+        )
+    return GEOMETRY[GEOMETRY_NAMES.index(name)].unit
+
+
 def set_geometry(
     table: tuple[GeometricParameter, ...], changes: dict[str, dict[str, float | bool]]
 ) -> tuple[GeometricParameter, ...]:
@@ -205,10 +218,7 @@ def set_geometry(
     """
     known = {f.name for f in fields(GeometricParameter)} - {"name", "unit"}
     for name, change in changes.items():
-        if name not in GEOMETRY_NAMES:
-            raise InputError(
-                f"there is no geometric quantity '{name}'; there are {', '.join(GEOMETRY_NAMES)}"
-            )
+        geometric_unit(name)
         if unknown := set(change) - known:
             raise InputError(
                 f"{name} has no field {', '.join(sorted(unknown))}; "

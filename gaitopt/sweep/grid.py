@@ -5,13 +5,14 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sized
+from contextlib import suppress
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from itertools import islice, pairwise
 
 from gaitopt.bounds import POINTS, at_most
 from gaitopt.catalogue.parameters import PARAMETERS, parameter_unit
-from gaitopt.errors import InputError
+from gaitopt.errors import InputError, SpecError
 from gaitopt.gait.constraint import declared_margins
 from gaitopt.gait.constraints import Margins
 from gaitopt.gait.parameters import DURATION, GEOMETRY, GEOMETRY_NAMES, set_geometry
@@ -85,7 +86,11 @@ class Axis:
 
 def quantity_unit(name: str) -> str:
     """Return the SI unit of a quantity that can be swept, empty where it has none."""
-    return _UNITS.get(name) or parameter_unit(name)
+    if unit := _UNITS.get(name):
+        return unit
+    with suppress(SpecError):  # what there is to sweep over is told where the quantity is set
+        return parameter_unit(name)
+    return ""
 
 
 def _numbers(name: str, values: Iterable[float]) -> tuple[float, ...]:

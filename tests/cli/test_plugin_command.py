@@ -1,6 +1,7 @@
 """Constraints and costs of one's own on the command line and in configuration files."""
 
 import json
+import pickle
 import shutil
 from pathlib import Path
 
@@ -10,8 +11,29 @@ from gaitopt.cli.config import read_config
 from gaitopt.cli.request import make_request
 from gaitopt.errors import InputError
 from gaitopt.gait.costs import TorqueCost
+from gaitopt.gait.plugin import extension_record, load_plugin
 
 PLUGIN = Path(__file__).parents[1] / "data" / "plugins" / "swing_height.py"
+SUM = """
+from dataclasses import dataclass
+
+import numpy as np
+from gaitopt import RunningCost, SquaredNorm, TorqueCost, WeightedSum
+from gaitopt.gait import quantities
+
+
+@dataclass(frozen=True)
+class Calm(RunningCost):
+    name, unit, words = "calm", "rad²/(m·s)", "squared joint rates per metre"
+    reads = (quantities.RATES,)
+    weight: float = 2.0
+
+    def integrand(self, robot):
+        return SquaredNorm(np.full(len(robot.joint_names), self.weight))
+
+
+cost = WeightedSum(((TorqueCost(), 1.0), (Calm(), 10.0)))
+"""
 QUICK = ("--starts", "1", "--no-page", "--no-figures", "--quiet")
 
 
@@ -88,6 +110,26 @@ def test_weights_of_joints_come_from_options_and_files(tmp_path, cli):
     assert "the cost weighs 'wheel', but no joint is called so" in refused.stderr
     refused = cli("optimise", "--cost", "effort", *QUICK)
     assert "there is no cost 'effort'; there are torque" in refused.stderr
+
+
+def test_a_plugin_offers_a_sum_of_costs(tmp_path, cli):
+    """Its gait, its task.toml and the processes of a sweep know the terms, too."""
+    plugin, out = tmp_path / "mine.py", tmp_path / "out"
+    plugin.write_text(SUM)
+    found = cli("optimise", "--plugin", plugin, *QUICK, "--output", out)
+    assert found.exit_code == 0, found.stderr
+    cost, again = load_plugin(plugin).cost, make_request({}, out / "task.toml").task.cost
+    assert extension_record(again) == extension_record(cost)
+    assert cli("check", out / "gait.npz", "--plugin", plugin).exit_code == 0
+    without = cli("check", out / "gait.npz")
+    assert "has the cost 'calm', which is not gaitopt's own" in without.stderr
+    assert pickle.loads(pickle.dumps(cost)) == cost
+
+
+def test_of_two_plugins_neither_is_dropped(cli):
+    refused = cli("optimise", "--plugin", PLUGIN, f"--plugin={PLUGIN}")
+    assert refused.exit_code == 2
+    assert "--plugin is given twice" in refused.stderr
 
 
 def test_a_plugin_may_not_take_the_name_of_an_option(tmp_path, cli):

@@ -153,7 +153,7 @@ def test_a_quantity_is_held_at_a_value_with_its_unit(quick):
     assert held["foot_spacing"] == pytest.approx(-0.15)
     refused = quick("--fix", "pelvis_roll=3mm")
     assert refused.exit_code == 2
-    assert "--fix pelvis_roll=3mm: give a name and a number" in refused.stderr
+    assert "--fix pelvis_roll=3mm: give a number in rad, if you like" in refused.stderr
 
 
 def test_the_command_takes_them(quick, cli, tmp_path):

@@ -148,7 +148,10 @@ def test_a_foreign_file_is_refused(tmp_path, content, reason):
 def test_a_missing_file_is_refused(tmp_path):
     with pytest.raises(GaitFileError, match="there is no such file"):
         load_gait(tmp_path / "nothing.npz")
-    with pytest.raises(GaitFileError, match="there is no such file"):
+    with pytest.raises(GaitFileError, match="is a directory; give one that"):
+        load_gait(tmp_path)
+    (tmp_path / "gait.npz").touch()
+    with pytest.raises(GaitFileError, match=r"is a directory; there is '.*gait\.npz'"):
         load_gait(tmp_path)
 
 

@@ -12,6 +12,7 @@ from gaitopt.catalogue.biped_spec import BipedSpec, biped13, box_inertia
 from gaitopt.catalogue.parameters import (
     PARAMETERS,
     changed,
+    merged,
     parameter_name,
     parameter_unit,
     read_spec,
@@ -76,12 +77,26 @@ def test_an_entry_of_the_table_stands_for_itself() -> None:
 def test_units_and_names() -> None:
     assert parameter_name("Hip width") == parameter_name("hip-width") == "hip_width"
     assert parameter_name("hips") is None
-    units = [parameter_unit(n) for n in ("hip width", "mass", "joints.knee.torque", "links.shin",
-                                         "name", "geometry.d3.x", "nonsense")]  # fmt: skip
-    assert units == ["m", "kg", "N·m", "", "", "", ""]
+    names = ("hip width", "mass", "joints.knee.torque", "links.shin", "name")
+    assert [parameter_unit(n) for n in names] == ["m", "kg", "N·m", "", ""]
+    for wrong in ("geometry.d3.x", "shinn"):
+        with pytest.raises(SpecError, match=f"unknown entry {wrong}"):
+            parameter_unit(wrong)
     assert changed(SPEC, {"shin": "42cm", "joints.knee.speed": "60rpm"}) == changed(
         SPEC, {"shin": 0.42, "joints.knee.speed": 2.0 * np.pi}
     )
+
+
+def test_tables_that_undo_a_parameter_are_refused() -> None:
+    written = {"shin": 0.42, "geometry": {"d3": 0.3}, "links": {"shin": {"size": [0.1, 0.1, 0.3]}}}
+    with pytest.raises(SpecError, match=r"shin is 0\.42 m, but the tables make it 0\.3 m; take "
+                       r"geometry\.d3, links\.shin\.size out of them"):  # fmt: skip
+        merged(SPEC, written)
+    with pytest.raises(SpecError, match=r"mass is 20 kg.*take links\.torso\.mass out"):
+        changed(SPEC, {"mass": 20.0, "links.torso.mass": 12.0})
+    own = changed(SPEC, {"shin": 0.42, "links.shin.com": (0.0, 0.0, -0.2)})
+    assert own.links.shin.com == (0.0, 0.0, -0.2)  # the length is the one asked for
+    assert changed(SPEC, {"leg": 0.7, "shin": 0.3}).geometry.d3 == 0.3  # names go in order
 
 
 @pytest.mark.parametrize(

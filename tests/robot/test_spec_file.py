@@ -45,6 +45,7 @@ def test_every_value_is_written_with_its_unit() -> None:
 
 
 REFUSED = [
+    (" \n", "the file is empty"),
     ("[geometry\n", "not TOML"),
     ("name = 'a'\nname = 'b'\n", "not TOML"),
     ("[geometri]\nd3 = 0.3\n", "unknown entry geometri; did you mean geometry"),

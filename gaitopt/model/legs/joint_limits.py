@@ -277,7 +277,7 @@ def _difference_fault(differ: list[str], broken: list[str], shared: bool, legs: 
         return ""
     return (
         f"the limits of the two {legs} differ by more than {100 * _ALIKE:g} %: "
-        f"{'; '.join(differ)}; make them mirror images in the file, or choose unequal_limits = "
+        f"{'; '.join(differ)}; give both legs the same, or choose unequal_limits = "
         f'"tighter", "right" or "left" {_HINT}'
     )
 
