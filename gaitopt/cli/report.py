@@ -164,7 +164,7 @@ def _walk(facts: Any) -> Table:
         table.add_row("ground", walk["ground"], "load", printable(walk["load"]))
     if (begins := facts["contact"]["foot_turns_from_s"]) is not None:
         table.add_row(
-            "stance foot", f"turns about its edge from {begins:.3f} s",
+            "stance foot", f"turns from {begins:.3f} s",
             "angle at impact", f"{number(facts['contact']['foot_angle_rad'], 'rad')}",
         )  # fmt: skip
     return table

@@ -86,7 +86,7 @@ def _walk(gait: Gait) -> Facts:
 def _contact(gait: Gait) -> Facts:
     force = gait.ground_wrench[:, :3]
     return {
-        "cop_to_edge_mm": _edge_distances(gait, gait.cop),
+        "cop_to_edge_mm": _edge_distances(gait, gait.cop[gait.flat]),
         "friction_used": _friction(force),
         "friction_limit": gait.number("task", "margins", "friction"),
         "least_vertical_force_N": float(force[:, 2].min()),

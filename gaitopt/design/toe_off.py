@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 from gaitopt.design.options import DesignOptions
@@ -17,6 +17,8 @@ from gaitopt.nlp import Array, Solution, Status, Stop, never
 STEPS = (0.08, 0.04, 0.02)
 """Shares of the step by which the beginning is moved, one after the other: at 1 m/s the cost of the
 thirteen-link biped changes by 1 to 2 % from one beginning to another 0.02 later."""
+SLOWER = 0.75
+"""Of the speed: a walk at it leads to another optimum than the first guess, often a cheaper one."""
 _DIGITS = 3  # of a beginning
 
 Designer = Callable[[Task, Array | None, DesignOptions], Design]
@@ -75,17 +77,20 @@ def best_toe_off(
         pass  # there may be one that turns
     if flat is None or flat.solution.status is not Status.INTERRUPTED:
         try:
-            begin, x = best_beginning(robot, task, options, start, stop)
-            turning = designed(replace(task, toe_off=begin), x, quiet)
+            for begin, x in best_beginnings(robot, task, options, start, stop):
+                found = designed(replace(task, toe_off=begin), x, quiet)
+                turning = found if turning is None else min(turning, found, key=_rank)
+                if found.proven or stop():
+                    break
         except StoppedError:
             if flat is None:
                 raise
         except GaitoptError:
             pass  # the flat one may do
-    found = [one for one in (flat, turning) if one is not None]
-    if not found:
+    walks = [one for one in (flat, turning) if one is not None]
+    if not walks:
         return ToeOffChoice(designed(flat_task, flat_start, options), "")  # tells why
-    kept = min(found, key=lambda one: (not one.proven, one.solution.cost))
+    kept = min(walks, key=_rank)
     if stop():
         kept = replace(kept, solution=replace(kept.solution, status=Status.INTERRUPTED))
     record = {
@@ -99,18 +104,19 @@ def best_toe_off(
     return ToeOffChoice(replace(kept, gait=gait), _sentence(flat, turning, kept))
 
 
-def best_beginning(
+def best_beginnings(
     robot: Robot,
     task: Task,
     options: DesignOptions,
     start: Array | None = None,
     stop: Stop = never,
-) -> tuple[float, Array | None]:
-    """Return the share of the step at which the turn costs least, and the walk that has it.
+) -> list[tuple[float, Array | None]]:
+    """Return shares of the step at which the turn costs least, each with its walk; best first.
 
     The beginning sets instants and knots of the program and is no parameter of it. It is searched
-    at the samples, by steps that get shorter, each walk from the optimum beside it. Without a walk
-    at the share that the task asks for, that share and the start are returned.
+    at the samples, by steps that get shorter, each walk from the optimum beside it: once from the
+    first guess and once from a slower walk, which lead to different optima. Without a walk at the
+    share that the task asks for, that share and the start are returned.
 
     Args:
         robot, task, options, start, stop: as of `best_toe_off`.
@@ -118,24 +124,55 @@ def best_beginning(
     Raises:
         UnreachableError: the step asked for is longer than the legs.
     """
-    begin = EARLIEST if task.toe_off is None else task.toe_off
-    problem = WalkProblem(robot, replace(task, toe_off=begin))
-    first = attempt(problem, options, first_guess(problem) if start is None else start, None, stop)
-    if not is_walk(first):
-        return begin, start
+    asked = EARLIEST if task.toe_off is None else task.toe_off
     near = replace(options, approach="direct", differences="none")
-    tried: dict[float, Solution] = {begin: first}
+    problem = WalkProblem(robot, replace(task, toe_off=asked))
+    walks = filter(is_walk, _first_walks(problem, options, near, start, stop))
+    found = sorted((_moved(problem, walk, near, stop) for walk in walks), key=lambda f: f[1].cost)
+    return [(begin, walk.x) for begin, walk in found] or [(asked, start)]
+
+
+def _moved(
+    problem: WalkProblem, walk: Solution, options: DesignOptions, stop: Stop
+) -> tuple[float, Solution]:
+    """Move the beginning of a walk's turn as long as its cost falls."""
+    task = problem.task
+    assert task.toe_off is not None
+    begin, tried = task.toe_off, {task.toe_off: walk}
     for way in (sign * step for step in STEPS for sign in (1.0, -1.0)):
         while not stop():
             trial = round(begin + way, _DIGITS)
             if trial in tried or not EARLIEST <= trial <= LATEST:
                 break
-            moved = WalkProblem(robot, replace(task, toe_off=trial))
-            tried[trial] = attempt(moved, near, tried[begin].x, None, stop)
+            moved = WalkProblem(problem.robot, replace(task, toe_off=trial))
+            tried[trial] = attempt(moved, options, tried[begin].x, None, stop)
             if not (is_walk(tried[trial]) and tried[trial].cost < tried[begin].cost):
                 break
             begin = trial
-    return begin, tried[begin].x
+    return begin, tried[begin]
+
+
+def _first_walks(
+    problem: WalkProblem,
+    options: DesignOptions,
+    near: DesignOptions,
+    start: Array | None,
+    stop: Stop,
+) -> Iterator[Solution]:
+    """Yield walks from the start, or from the usual guess and from a slower walk."""
+    x = first_guess(problem) if start is None else start
+    yield attempt(problem, options, x, None, stop)
+    if start is not None or stop():
+        return
+    slower = WalkProblem(problem.robot, replace(problem.task, speed=SLOWER * problem.task.speed))
+    found = attempt(slower, options, first_guess(slower), None, stop)
+    if is_walk(found):
+        yield attempt(problem, near, found.x, None, stop)
+
+
+def _rank(found: Design) -> tuple[bool, float]:
+    """Proven walks before others, then by cost."""
+    return not found.proven, found.solution.cost
 
 
 def _sentence(flat: Design | None, turning: Design | None, kept: Design) -> str:

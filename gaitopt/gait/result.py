@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gaitopt.bounds import INSTANTS, at_most
 from gaitopt.errors import InputError
@@ -184,6 +185,11 @@ class Gait:
     def turns_at(self) -> float:
         """Time at which the stance foot begins to turn [s]; the duration where it does not."""
         return float(self.foot_knots[0]) if self.turning else self.duration
+
+    @property
+    def flat(self) -> NDArray[np.bool_]:
+        """Which samples are of a stance foot that stands flat, shape (N,)."""
+        return np.asarray(self.time <= self.turns_at)
 
     @property
     def foot_angle(self) -> float:

@@ -290,7 +290,7 @@ def cop_figure(gait: Gait) -> Figure:
     colours = figure.colorbar(path, ax=axes, pad=0.02)
     colours.set_label("time [s]")
     colours.outline.set_visible(False)
-    margin = _margin(gait.cop, corners)
+    margin = _margin(gait.cop[gait.flat], corners)  # beyond, it is at an edge by intent
     label_axes(axes, "forward x [m]", "left y [m]")
     axes.set_aspect("equal")
     axes.grid(False)

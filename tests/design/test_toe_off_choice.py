@@ -9,7 +9,7 @@ from gaitopt.design.audit import audit
 from gaitopt.design.design import design
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.starts import design_gait
-from gaitopt.design.toe_off import best_beginning, best_toe_off
+from gaitopt.design.toe_off import best_beginnings, best_toe_off
 from gaitopt.errors import InputError, NoGaitFoundError, StoppedError
 from gaitopt.gait.gait_file import load_gait, save_gait
 from gaitopt.gait.initial_guess import first_guess, perturbed
@@ -77,13 +77,14 @@ def test_walks_of_1_m_s_cost_less_from_nearly_every_start(robot):
 
 def test_the_best_beginning_costs_less_than_those_beside_it(robot):
     task = preset_task(toe_off=0.7, speed=1.0, duration=0.5)
-    begin, x = best_beginning(robot, task, OPTIONS)
+    (begin, x), *others = best_beginnings(robot, task, OPTIONS)
 
     def cost(share):
         problem = WalkProblem(robot, task.with_changes(toe_off=share))
         return SQP().solve(problem, Start(x)).cost
 
     best = cost(begin)
+    assert len(others) == 1  # from the slower walk, or from the first guess
     assert best < cost(0.7)
     assert best <= min(cost(begin - toe_off.STEPS[-1]), cost(begin + toe_off.STEPS[-1]))
 

@@ -9,6 +9,7 @@ from numerics import relative_error
 from walks import walk
 
 from gaitopt.contact.schedule import AFTER
+from gaitopt.design.summary import summarise
 from gaitopt.errors import GaitFileError, InputError
 from gaitopt.gait import quantities
 from gaitopt.gait.assemble import gait_at
@@ -164,3 +165,13 @@ def test_splines_have_a_knot_where_the_foot_begins_to_turn(robot):
     assert 0.65 in problem.model.basis.knots
     assert problem.model.basis.knots.size == 5
     assert set(problem.breaks) == {*problem.model.basis.knots, *problem.model.foot_turn.knots}
+
+
+def test_margins_of_the_centre_of_pressure_are_told_of_the_flat_foot(gait):
+    assert gait.flat.sum() == np.sum(gait.time <= 0.65 * 0.5)
+    assert 0 < gait.flat.sum() < len(gait.time)
+    contact = summarise(gait)["contact"]
+    front = gait.number("sole", "toe") - gait.cop[gait.flat, 0].max()
+    assert contact["cop_to_edge_mm"]["front"] == pytest.approx(1e3 * front)
+    assert contact["foot_turns_from_s"] == gait.turns_at == pytest.approx(0.325)
+    assert contact["foot_angle_rad"] == pytest.approx(0.15)
