@@ -122,6 +122,12 @@ _MAKERS = {
     "lifted, everything free": lambda: _everything_free(boundary="lifted"),
     "upright": lambda: _guess(1, sigma=0.05, **UPRIGHT),
     "upright, uphill": lambda: _guess(1, sigma=0.05, slope=0.12, **UPRIGHT),
+    "upright, upstairs": lambda: _guess(
+        1, sigma=0.05, stairs=0.12, speed=0.6, duration=0.6, **UPRIGHT
+    ),
+    "upright, downstairs": lambda: _guess(
+        2, sigma=0.05, stairs=-0.1, speed=0.6, duration=0.6, **UPRIGHT
+    ),
     "upright, everything free": lambda: _everything_free(**UPRIGHT),
     "upright, lifted, seven joints, waist, arms": lambda: _synthetic("seven, waist and arms"),
     "upright, lifted, five joints": lambda: _synthetic("five"),

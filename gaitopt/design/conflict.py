@@ -123,6 +123,7 @@ def easier_guess(problem: WalkProblem) -> Array:
     """
     task, legs = problem.task, problem.robot.legs
     slow = min(task.speed, EASIER_STEP * 2.0 * legs.reach / task.duration)
+    slow = task.speed if task.stairs else slow  # treads must hold a foot
     narrow = replace(task.margins, lateral_gap=min(task.margins.lateral_gap, 0.0))
     for easier in (task, replace(task, speed=slow), replace(task, speed=slow, margins=narrow)):
         try:

@@ -269,7 +269,7 @@ class _Search:
         """Give what asks for more than is usual its usual value: alone, then all together."""
         width = step_width_adjustment(self.problem)
         settings = [*limit_adjustments(self.problem), *([] if width is None else [width])]
-        if self.problem.layout.index("duration") is None:
+        if _may_change_duration(self.problem):
             settings += [duration_adjustment(self.problem, shorter) for shorter in (True, False)]
         asked = [one for one in settings if usual_value(self.problem, one) is not None]
         self._alone([(setting, partial(self._usual, setting)) for setting in asked])
@@ -442,11 +442,16 @@ def _loosened(problem: WalkProblem, relaxed: LeastRelaxation, least: float) -> s
     return {family.name for family, amount in pairs if amount > least}
 
 
+def _may_change_duration(problem: WalkProblem) -> bool:
+    """Whether the task gives the step duration, and no treads are as long as the step."""
+    return problem.layout.index("duration") is None and problem.task.stairs == 0.0
+
+
 def _promising_duration(
     problem: WalkProblem, relaxed: LeastRelaxation
 ) -> list[tuple[Adjustment, float]]:
     """The step duration: where it is unusual, or in the direction that the multipliers ask for."""
-    if problem.layout.index("duration") is not None:
+    if not _may_change_duration(problem):
         return []
     for shorter in (True, False):
         setting = duration_adjustment(problem, shorter)

@@ -33,6 +33,8 @@ from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array, ProgressCallback, Solution, Status, Stop, never
 
 MakeProgress = Callable[[WalkProblem], ProgressCallback]
+RISE_STEP = 0.04
+"""Of stairs, between a walk and the next that starts from it [m]; measured in docs/ground.md."""
 SLOWER = 0.75  # of the speed: where the second start comes from; measured
 SECOND = 1  # number of the start that comes from there
 SAME_COST = 1e-4  # relative
@@ -376,7 +378,8 @@ class StartJob:
             stop: asked at every iteration.
         """
         problem = WalkProblem(self.robot, self.task)
-        slower = self._slower(on_progress, stop) if number == SECOND else None
+        easier = self._lower if self.task.stairs else self._slower
+        slower = easier(on_progress, stop) if number == SECOND else None
         if slower is not None and slower.status is Status.INTERRUPTED:
             return Outcome(number, replace(slower, cost=np.nan, violation=np.inf))  # another walk
         callback = None if on_progress is None else on_progress(problem)
@@ -402,6 +405,27 @@ class StartJob:
             return None
         interrupted = solution.status is Status.INTERRUPTED
         return solution if interrupted or is_walk(solution) else None
+
+    def _lower(self, on_progress: MakeProgress | None, stop: Stop) -> Solution | None:
+        """Return the walk on stairs that rise less, each from the last; None if there is none."""
+        found: Solution | None = None
+        count = int(np.ceil(abs(self.task.stairs) / RISE_STEP))
+        for share in np.arange(count) / count:
+            task = replace(self.task, stairs=float(share) * self.task.stairs)
+            problem = WalkProblem(self.robot, task)
+            callback = None if on_progress is None else on_progress(problem)
+            options = self.options if found is None else replace(self.options, approach="direct")
+            try:
+                start = first_guess(problem) if found is None else found.x
+                solution = attempt(problem, options, start, callback, stop)
+            except UnreachableError:
+                return None
+            if solution.status is Status.INTERRUPTED:
+                return solution
+            if not is_walk(solution):
+                return None
+            found = solution if found is None else with_work(solution, found)
+        return found
 
 
 def outcomes_of(

@@ -76,6 +76,7 @@ def _walk(gait: Gait) -> Facts:
         "step_duration_s": gait.duration,
         "steps_per_minute": 60.0 / gait.duration,
         "slope_rad": gait.number("task", "slope") or 0.0,
+        "stairs_m": gait.number("task", "stairs") or 0.0,
         "ground": ground_words(gait) or "level",
         "load": payload_words(gait) or "none",
         "mechanical_work_per_step_J": work,

@@ -183,6 +183,7 @@ class ConstraintContext:
         speed_as: "constraint" or "penalty".
         boundary: "closed" or "lifted".
         schedule: phases and symmetry of the step.
+        stairs: rise of every step, zero on ground without [m].
     """
 
     robot: Robot
@@ -193,6 +194,7 @@ class ConstraintContext:
     speed_as: str = "constraint"
     boundary: str = "closed"
     schedule: Schedule = field(default_factory=Schedule)
+    stairs: float = 0.0
 
     @property
     def phases(self) -> NDArray[np.int_]:

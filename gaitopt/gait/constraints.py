@@ -24,7 +24,15 @@ from gaitopt.gait.constraint import (
     check_margins,
     margin,
 )
-from gaitopt.gait.functions import Entries, FrictionCone, Length, Linear, Torsion
+from gaitopt.gait.functions import (
+    Entries,
+    FrictionCone,
+    Length,
+    Linear,
+    QuantityFunction,
+    Torsion,
+)
+from gaitopt.gait.stairs import AboveStairs, sole_points, stairs_of
 from gaitopt.mechanics.forward_kinematics import sole_edge_speeds, sole_tilt
 from gaitopt.mechanics.leg_distance import leg_pairs
 from gaitopt.nlp import Array
@@ -52,6 +60,32 @@ def _corner_entries(axis: int, factor: float = 1.0) -> Entries:
     """Return one coordinate of the four corners of the swing sole: 0 forward, 1 left, 2 up."""
     count = len(quantities.CORNERS.entries)
     return Entries(slice(axis, count, 3), count, factor)
+
+
+def _above_ground(context: ConstraintContext) -> tuple[QuantityFunction, tuple[str, ...]]:
+    """Return heights of the swing sole above the ground, and the names of its points.
+
+    They are its corners; on stairs, whose edges may lie between them, more along both sides.
+    """
+    if context.stairs == 0.0:
+        return _corner_entries(2), CORNERS
+    sole = context.robot.sole
+    tread = context.speed * context.duration
+    stairs = stairs_of(context.stairs, tread, context.margins.nosing, sole)
+    points = sole_points(stairs.rounding / _POINTS, sole)
+    between = tuple(
+        f"{side} edge, {k + 1} of {len(points) // 2 - 2} from the toe,"
+        for k in range(len(points) // 2 - 2)
+        for side in ("left", "right")
+    )
+    return AboveStairs(stairs, points), (*CORNERS, *between)
+
+
+_BETWEEN_CORNERS = 1e-3
+"""How much nearer to stairs than the corners the points between them may come [m]: above a level
+tread their rows would else be held where those of the corners are, and say the same."""
+_POINTS = 3.0
+"""Of the sole's sides in the length over which the height of stairs is rounded."""
 
 
 @dataclass(frozen=True)
@@ -84,6 +118,9 @@ class Margins:
         leg_gap: least distance between the capsules around the bodies of the two legs [m]; less
             where the robot has less when it stands.
         swing_height: largest height of the swing foot's corners over the whole step [m].
+        nosing: on stairs, length over which the height that the swing foot must pass is rounded at
+            every edge, on the side of the lower tread [m]; None: all that lies between the toe of a
+            foot that stands and the heel on the next tread.
 
     Raises:
         InputError: a value is no finite number, or out of range.
@@ -160,6 +197,10 @@ class Margins:
     swing_height: float | None = margin(
         None, "Largest height of the swing foot.", "the largest height of the swing foot", "m",
         above=0.0, relax=(0.5, 0.1),  # nobody lifts a foot higher to walk on level ground
+    )  # fmt: skip
+    nosing: float | None = margin(
+        None, "On stairs, length before the edges over which the swing foot keeps away.",
+        "the distance of the swing foot from the edges of the stairs", "m", above=0.0,
     )  # fmt: skip
 
     def __post_init__(self) -> None:
@@ -317,11 +358,13 @@ class Clearance(Constraint):
         profile = margins.clearance * np.sin(np.pi * s) ** 2
         if margins.liftoff_speed < 0.0:
             profile += margins.liftoff_speed * context.duration * s * (1.0 - s) ** _SINKING
-        labels = tuple(f"swing foot {c} height" for c in CORNERS)
+        function, points = _above_ground(context)
+        labels = tuple(f"swing foot {point} height" for point in points)
+        lower = np.repeat(profile[:, None], len(points), axis=1)
+        lower[:, len(CORNERS) :] -= _BETWEEN_CORNERS
         return self.over_step(
-            context, _corner_entries(2), labels, lower=profile[:, None],
-            scale=LENGTH_SCALE, instants=inside,
-        )  # fmt: skip
+            context, function, labels, lower=lower, scale=LENGTH_SCALE, instants=inside
+        )
 
 
 class Lateral(Constraint):
@@ -524,11 +567,10 @@ class SwingHeight(Constraint):
     reads, margins = (quantities.CORNERS,), ("swing_height",)
 
     def block(self, context: ConstraintContext) -> ConstraintBlock:
-        labels = tuple(f"swing foot {c} height above ground" for c in CORNERS)
-        return self.over_step(
-            context, _corner_entries(2), labels,
-            upper=context.margins.swing_height or 0.0, scale=LENGTH_SCALE,
-        )  # fmt: skip
+        function, points = _above_ground(context)
+        labels = tuple(f"swing foot {point} height above ground" for point in points)
+        limit = context.margins.swing_height or 0.0
+        return self.over_step(context, function, labels, upper=limit, scale=LENGTH_SCALE)
 
 
 CONSTRAINTS: tuple[Constraint, ...] = (

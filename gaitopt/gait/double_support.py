@@ -60,14 +60,14 @@ class Displacement:
     Attributes:
         axis: unit vector, shape (3,).
         turns: True for a rotation.
-        quantity: row of the geometry table that drives it.
-        factor: amount of displacement per unit of that quantity.
+        quantity: row of the geometry table that drives it; None: it stays as it is.
+        factor: amount of displacement per unit of that quantity, or altogether.
         point: on the axis of a rotation, shape (3,); None: the origin.
     """
 
     axis: Array
     turns: bool
-    quantity: int
+    quantity: int | None
     factor: float = 1.0
     point: Array | None = None
 
@@ -103,6 +103,13 @@ the two feet, so that step length and spacing keep their meaning with feet turne
 """
 
 
+def swing_sole_chain(rise: float) -> tuple[Displacement, ...]:
+    """Return `SWING_SOLE_CHAIN` for a front foot that stands higher than the rear one by a rise."""
+    if rise == 0.0:
+        return SWING_SOLE_CHAIN
+    return (*SWING_SOLE_CHAIN[:-1], Displacement(_Z, False, None, -rise), SWING_SOLE_CHAIN[-1])
+
+
 def place(chain: tuple[Displacement, ...], geometry: Array) -> tuple[pin.SE3, Array]:
     """Return the placement and the world axes of its displacements, shape (k, 6).
 
@@ -114,7 +121,8 @@ def place(chain: tuple[Displacement, ...], geometry: Array) -> tuple[pin.SE3, Ar
     axes = np.empty((len(chain), 6))
     for row, joint in zip(axes, chain, strict=True):
         row[:] = placement.toActionMatrix() @ joint.twist
-        amount = joint.factor * float(geometry[joint.quantity])
+        driven = 1.0 if joint.quantity is None else float(geometry[joint.quantity])
+        amount = joint.factor * driven
         placement = placement * pin.exp6(amount * joint.twist)
     return placement, axes
 
@@ -123,7 +131,8 @@ def drive(chain: tuple[Displacement, ...], count: int = len(GEOMETRY)) -> Array:
     """Return the matrix from geometric quantities, `count` of them, to displacements."""
     matrix = np.zeros((len(chain), count))
     for row, joint in enumerate(chain):
-        matrix[row, joint.quantity] = joint.factor
+        if joint.quantity is not None:
+            matrix[row, joint.quantity] = joint.factor
     return matrix
 
 
@@ -191,19 +200,20 @@ class PostureDerivatives:
 class DoubleSupport(ABC):
     """Two feet on the ground and a pelvis, placed by the G geometric quantities."""
 
-    def __init__(self, robot: Robot, hinge: Hinge | None = None) -> None:
+    def __init__(self, robot: Robot, hinge: Hinge | None = None, rise: float = 0.0) -> None:
         """Prepare what does not depend on the quantities.
 
         Args:
             robot: the biped.
             hinge: about which the rear foot has turned, by the quantity `FOOT_TURN`; None: flat.
+            rise: of the front foot over the rear one [m].
         """
         self.robot = robot
-        self.sole_chain: tuple[Displacement, ...] = SWING_SOLE_CHAIN
+        self.sole_chain = swing_sole_chain(rise)
         self.count = len(GEOMETRY)
         if hinge is not None:
             turn = Displacement(hinge.axis, True, FOOT_TURN, point=hinge.point)
-            self.sole_chain, self.count = (*SWING_SOLE_CHAIN, turn), len(GEOMETRY) + 1
+            self.sole_chain, self.count = (*self.sole_chain, turn), len(GEOMETRY) + 1
         self.drives = drive(PELVIS_CHAIN, self.count), drive(self.sole_chain, self.count)
         self.kinematics = LegKinematics(robot)
 
@@ -387,8 +397,8 @@ def _loop_drive(count: int, joints: int, displacements: Array) -> Array:
 class JointAngleSupport(DoubleSupport):
     """q_start is a parameter; the gaps of both loops must vanish; B = n + G."""
 
-    def __init__(self, robot: Robot, hinge: Hinge | None = None) -> None:
-        super().__init__(robot, hinge)
+    def __init__(self, robot: Robot, hinge: Hinge | None = None, rise: float = 0.0) -> None:
+        super().__init__(robot, hinge, rise)
         tree = robot.tree
         self._counts = tree.stance, tree.legs.stop  # joints from the stance foot to either target
         self._loop_drives = tuple(

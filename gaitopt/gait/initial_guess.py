@@ -12,9 +12,9 @@ from gaitopt.contact.mode import Hinge
 from gaitopt.errors import UnreachableError
 from gaitopt.gait.double_support import (
     PELVIS_CHAIN,
-    SWING_SOLE_CHAIN,
     JointAngleSupport,
     place,
+    swing_sole_chain,
 )
 from gaitopt.gait.foot_turn import FootTurn
 from gaitopt.gait.parameters import (
@@ -51,12 +51,12 @@ def first_guess(problem: WalkProblem) -> Array:
     kinematics = LegKinematics(problem.robot)
     pelvis, _ = place(PELVIS_CHAIN, geometry)
     turn = _turn(problem, geometry)
-    rear = place(SWING_SOLE_CHAIN, geometry)[0] * turn.place(1.0)
+    rear = place(swing_sole_chain(problem.layout.rise), geometry)[0] * turn.place(1.0)
     q_start = kinematics.solve(pelvis, rear)
     q_end = problem.model.exchange @ q_start
     pelvis_end, front = (turn.place(1.0) * at for at in kinematics.placements(q_end))
     count = problem.layout.postures
-    lift = problem.task.margins.clearance + _EXTRA_LIFT
+    lift = problem.task.margins.clearance + _EXTRA_LIFT + abs(problem.task.stairs)
     knots = []
     inner = problem.model.basis.knots[1:-1]
     for s in inner if problem.model.hinge else np.arange(1, count + 1) / (count + 1):
@@ -117,7 +117,7 @@ def flat_feet_gap(problem: WalkProblem) -> float:
     robot, layout = problem.robot, problem.layout
     if robot.tree.stance >= TWIST:
         return 0.0
-    support = JointAngleSupport(robot)
+    support = JointAngleSupport(robot, rise=layout.rise)
     geometry, count = _geometry(problem), robot.tree.size
     fixed_step = not layout.geometry[DURATION].free and problem.task.speed_as == "constraint"
     rows = [row for row in layout.free if not (row == STEP_LENGTH and fixed_step)]
@@ -137,7 +137,9 @@ def flat_feet_gap(problem: WalkProblem) -> float:
         return np.concatenate([loop_gap(loop) for loop in support.posture(at, y[:count]).loops])
 
     kinematics = LegKinematics(robot)
-    q = kinematics.solve(place(PELVIS_CHAIN, geometry)[0], place(SWING_SOLE_CHAIN, geometry)[0])
+    q = kinematics.solve(
+        place(PELVIS_CHAIN, geometry)[0], place(swing_sole_chain(problem.layout.rise), geometry)[0]
+    )
     start = np.clip(np.r_[q, geometry[rows]], lower, upper)
     found = least_squares(gaps, start, bounds=(lower, upper + _HAIR), x_scale="jac")
     return float(np.abs(found.fun).max())
@@ -176,6 +178,7 @@ def _geometry(problem: WalkProblem) -> Array:
     half, sine, longest = step / 2.0, abs(np.sin(task.slope)), _LONGEST * legs.reach
     root = np.sqrt((half * sine) ** 2 + (1.0 + sine**2) * (longest**2 - half**2))
     height = min(_CROUCH * legs.reach, (root - half * sine) / (1.0 + sine**2))
+    height -= max(task.stairs, 0.0)  # the rear leg reaches down
     ankle, middle = legs.ankles.mean(axis=0), legs.hips.mean(axis=0)
     values = {
         PELVIS_HEIGHT: ankle[2] + height - middle[2],

@@ -70,6 +70,7 @@ class Layout:
         lifted: whether the posture at the start is in x as well, tied to the geometry by equalities
             instead of inverse kinematics.
         turning: whether the stance foot turns at the end of the step, see `foot_turn`.
+        rise: of every step of stairs over the one before [m].
     """
 
     joint_names: tuple[str, ...]
@@ -77,6 +78,7 @@ class Layout:
     geometry: tuple[GeometricParameter, ...] = GEOMETRY
     lifted: bool = False
     turning: bool = False
+    rise: float = 0.0
 
     @cached_property
     def free(self) -> list[int]:

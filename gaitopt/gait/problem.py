@@ -176,7 +176,7 @@ def constraint_blocks(robot: Robot, task: Task, grid: Grid) -> tuple[ConstraintB
     """
     context = ConstraintContext(
         robot, grid, task.margins, task.speed, task.duration, task.speed_as, task.boundary,
-        task.schedule,
+        task.schedule, task.stairs,
     )  # fmt: skip
     built_in = [one.block(context) for one in CONSTRAINTS if one.asked(context)]
     own = [_checked(one, context) for one in task.constraints if one.asked(context)]
@@ -216,8 +216,9 @@ def walk_layout(robot: Robot, task: Task) -> Layout:
     table = _within_step_width(table, robot, task.margins.step_width)
     hinge = task.schedule.last.contact.hinge(robot.sole)
     return Layout(
-        robot.joint_names, task.postures, table, task.boundary == "lifted", hinge is not None
-    )
+        robot.joint_names, task.postures, table, task.boundary == "lifted", hinge is not None,
+        task.stairs,
+    )  # fmt: skip
 
 
 def _within_step_width(

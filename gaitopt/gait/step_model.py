@@ -82,7 +82,8 @@ class StepModel:
         self._support = SingleSupport(standing, grid.count)
         self._optional = PostureQuantities(robot, optional, standing)
         form = JointAngleSupport if layout.lifted else InverseKinematicsSupport
-        self._boundary = form if self.hinge is None else form(robot, self.hinge)
+        plain = self.hinge is None and layout.rise == 0.0
+        self._boundary = form if plain else form(robot, self.hinge, layout.rise)
 
     @property
     def boundary(self) -> DoubleSupport:

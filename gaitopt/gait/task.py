@@ -49,6 +49,8 @@ EARLIEST, LATEST = 0.1, 0.95
 """Shares of the step between which the foot may begin to turn about its toe."""
 WIDEST = 0.1
 """Strip behind the toe that bears while it turns [m]: a longer one is a sole of its own."""
+HIGHEST = 0.5
+"""Of a tread over the one before [m]: no leg of a walk lifts its foot higher."""
 STEEPEST = 1.0
 """Of a slope up or down [rad]: friction of rubber on stone holds a foot to about 45 degrees."""
 
@@ -71,6 +73,8 @@ class Task:
             the heel rising (section 7); None: it stands flat until the impact.
         toe_strip: within which the centre of pressure then is, behind that edge [m].
         slope: of the ground, uphill above zero [rad]; the speed is along it.
+        stairs: height of every tread over the one before, down below zero; the treads are as long
+            as the steps, on which the speed is level [m].
         margins: limits of section 3.2.
         geometry: table of the geometric quantities, free and fixed.
         cost: what the walk is optimised for.
@@ -102,6 +106,10 @@ class Task:
         0.0, "Slope of the ground ahead, uphill above zero: 0.1 (rad), 6deg or 10%.", SLOPE,
         common=True, metavar="RAD",
     )  # fmt: skip
+    stairs: float = entry(
+        0.0, "Rise of each step of stairs, down below zero; treads are as long as the steps.", "m",
+        common=True,
+    )  # fmt: skip
     margins: Margins = field(default_factory=Margins)
     geometry: tuple[GeometricParameter, ...] = GEOMETRY
     cost: Cost = field(default_factory=TorqueCost)
@@ -123,6 +131,7 @@ class Task:
                 f"slope is {shown(self.slope)} rad; it must be between {-STEEPEST:g} and "
                 f"{STEEPEST:g} rad"
             )
+        self._check_stairs()
         yaw = self.geometry[FOOT_YAW]
         if self.slope != 0.0 and (yaw.free or yaw.value != 0.0):
             raise InputError(
@@ -163,6 +172,27 @@ class Task:
         _check_toe_off(self.toe_off, self.toe_strip)
         if not self.geometry[STEP_LENGTH].free and self.speed_as == "constraint":
             raise InputError("step_length is fixed; free it, or take the speed as a penalty")
+
+    def _check_stairs(self) -> None:
+        if not (is_finite(self.stairs) and abs(self.stairs) <= HIGHEST):
+            raise InputError(
+                f"stairs is {shown(self.stairs)} m; it must be between {-HIGHEST:g} and "
+                f"{HIGHEST:g} m"
+            )
+        if self.stairs == 0.0:
+            return
+        time, yaw = self.geometry[DURATION], self.geometry[FOOT_YAW]
+        if time.free or self.speed_as != "constraint":
+            raise InputError(
+                "treads are as long as the steps, speed times duration, but here that is free; "
+                "fix the duration, and take the speed as a constraint"
+            )
+        if yaw.free or yaw.value != 0.0:
+            raise InputError("on stairs the feet point ahead; fix foot_yaw at 0 (--fix foot_yaw=0)")
+        if self.toe_off is not None:
+            raise InputError("on stairs the foot stands flat; give toe_off or stairs, not both")
+        if self.slope != 0.0:
+            raise InputError("treads are level; give a slope or stairs, not both")
 
     @property
     def step_length(self) -> float:

@@ -22,7 +22,7 @@ from gaitopt.units import read_quantity
 
 DIGITS = 10  # of grid values: 0.4 + 3 * 0.05 is 0.55, not 0.55000000000000004
 
-_TASK = ("speed", "duration", "slope", "penalty_weight")
+_TASK = ("speed", "duration", "slope", "stairs", "penalty_weight")
 _MARGINS = tuple(f.name for f in fields(Margins) if f.name not in ("joint_range", "impulse_cop"))
 _GEOMETRY = {
     f"hold.{name}" if name in _MARGINS else name: name

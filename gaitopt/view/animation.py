@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 
 from gaitopt.bounds import FRAMES, STEPS, at_most, shown
 from gaitopt.errors import InputError
-from gaitopt.gait.ground import upright
+from gaitopt.gait.ground import edge_before, upright
 from gaitopt.gait.result import Gait
 from gaitopt.gait.trajectory import TrajectorySamples
 from gaitopt.model.multibody import Multibody
@@ -26,6 +26,10 @@ from gaitopt.view.viewer import animation, geometry, meshcat
 
 DEFAULT_STEPS = 6
 _WORLD = "world"
+_LEVEL = 1e-6  # m: rounding over a walk
+_TREADS = (0xD9DEE3, 0xC9D0D7)
+_STAIRS_WIDTH, _BLOCK, _UNDER, _MORE_TREADS = 1.6, 0.1, 0.002, 3
+"""Of stairs [m], below the lowest tread [m], below the soles [m]; treads before and behind."""
 CAMERA = (1.9, 0.6, 2.05)  # from what it looks at, in heights of the hips: ahead, up, right
 TARGET_HEIGHT = 0.92  # of the point the camera looks at, in heights of the hips
 _ARROW = 0.9  # the weight's arrow, about, in heights of the hips
@@ -133,7 +137,11 @@ def build_scene(
     if body.gravity[0] != 0.0:  # on a slope x runs along the ground
         world.set_transform(_turn(upright(body)))
         world = world["slope"]
-    _draw_ground(world["ground"])
+    edge = edge_before(gait)
+    if edge is None:
+        _draw_ground(world["ground"])
+    else:
+        _draw_stairs(world["ground"], gait, edge, steps)
     _draw_footprints(world["footprints"], body, samples)
     draw_robot(world["robot"], moves, body, shapes, samples.configuration, times)
     _draw_standing_sole(world["standing_sole"], moves, body, samples, times)
@@ -222,6 +230,30 @@ def _draw_ground(node: meshcat.Visualizer) -> None:
     points = geometry.PointsGeometry(lines.astype(np.float32))
     material = _painted(node["grid"], geometry.LineBasicMaterial, _LINE, layer=-2)
     node["grid"].set_object(geometry.LineSegments(points, material))
+
+
+def _draw_stairs(node: meshcat.Visualizer, gait: Gait, edge: float, steps: int) -> None:
+    """Draw a block for each tread, those that the walk does not reach too.
+
+    Args:
+        node: of the ground.
+        gait: one step.
+        edge: x of the edge of the tread on which the walk begins [m].
+        steps: of the walk.
+    """
+    rise, tread = gait.number("task", "stairs") or 0.0, gait.step_length
+    numbers = range(-_MORE_TREADS, steps + _MORE_TREADS + 1)
+    bottom = min(rise * numbers[0], rise * numbers[-1]) - _BLOCK
+    for number in numbers:
+        height = rise * number - bottom
+        block = node[f"tread_{number - numbers[0]}"]
+        colour = _TREADS[number % len(_TREADS)]
+        block.set_object(
+            geometry.Box([tread, _STAIRS_WIDTH, height]), geometry.MeshLambertMaterial(color=colour)
+        )
+        middle = [edge + (number - 0.5) * tread, 0.0, rise * number - height / 2.0 - _UNDER]
+        block.set_transform(_shift(middle))
+        block.set_property("renderOrder", -2)  # before the footprints
 
 
 def _painted(
@@ -313,7 +345,9 @@ def _follow(
     share = samples.time / samples.time[-1]
     x = root[0, 0] + share * (root[-1, 0] - root[0, 0])
     y = np.full_like(x, root[:, 1].mean())
-    path = np.column_stack([x, y, np.full_like(x, height)])
+    climb = samples.base_position[-1, 2] - samples.base_position[0, 2]  # a whole walk's, as x
+    z = height + share * (climb if abs(climb) > _LEVEL else 0.0)
+    path = np.column_stack([x, y, z])
     world.set_transform(_shift(-path[0]))
     moves.place(world, times, -path)
 

@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike
 from gaitopt.atomic import write_atomically
 from gaitopt.design.summary import pair_name, partner
 from gaitopt.errors import InputError
-from gaitopt.gait.ground import ground_words, upright
+from gaitopt.gait.ground import edge_before, ground_words, upright
 from gaitopt.gait.result import Gait
 from gaitopt.importers.physics import STANDARD_GRAVITY
 from gaitopt.model.physics_report import GRAVITY_KEY
@@ -43,6 +43,7 @@ from gaitopt.view.stick_figures import StickFigures, stick_figures, trunk_top
 
 _SIDE, _FRONT = 0, 1  # the horizontal axis of each view: x forward, y left
 _FAINT = 0.22  # opacity of the first of the superposed figures; the last is solid
+_GROUND_DEPTH = 0.02  # m, drawn
 _BESIDE = 0.1  # m of ground ahead and behind
 _EDGES = ([[0, 1], [2, 3]], [[0, 2], [1, 3]])  # ends of a sole seen from the side: toe, heel; front
 _AROUND = 0.012  # m, shown around the sole
@@ -73,7 +74,7 @@ def step_figure(gait: Gait, count: int = 9) -> Figure:
     side, front = figure.subplots(1, 2, sharey=True, width_ratios=spans)
     opacity = np.linspace(_FAINT, 1.0, count)
     for axes, view in ((side, _SIDE), (front, _FRONT)):
-        _draw_ground(axes, seen[view], view, _rise(gait) if view == _SIDE else 0.0)
+        _draw_ground(axes, seen[view], view, gait)
         for index in range(count):
             _draw(axes, seen[view], index, view, float(opacity[index]))
     toes = whole.soles[:, 1, :2].mean(axis=1)
@@ -104,7 +105,7 @@ def walking_figure(gait: Gait, steps: int = 3, per_step: int = 6) -> Figure:
     sticks = along.turned(upright(gait.trajectory.body))
     figure = new_figure(7.4, 5.2)
     axes = figure.subplots()
-    _draw_ground(axes, sticks, _SIDE, _rise(gait))
+    _draw_ground(axes, sticks, _SIDE, gait)
     for index in range(len(sticks.legs)):
         _draw(axes, sticks, index, _SIDE, 0.95 if index % per_step == 0 else 0.4)
     label_axes(axes, "forward x [m]", "height z [m]")
@@ -141,16 +142,21 @@ def _draw_foot(
     axes.plot(outline[:, view], outline[:, 2], linewidth=1.1, color=colour, alpha=opacity)
 
 
-def _rise(gait: Gait) -> float:
-    """Return how far the ground rises over a metre ahead [m]."""
-    ahead = upright(gait.trajectory.body)[:, 0]
-    return float(ahead[2] / ahead[0])
-
-
-def _draw_ground(axes: Axes, sticks: StickFigures, view: int, rise: float) -> None:
-    reach = _reach(sticks, view)
-    top = rise * reach
-    axes.fill_between(reach, top - 0.02, top, color=GROUND, linewidth=0)
+def _draw_ground(axes: Axes, sticks: StickFigures, view: int, gait: Gait) -> None:
+    """Draw the ground: from the side with its slope or its steps."""
+    x = _reach(sticks, view)
+    z = np.zeros(2)
+    edge, rise = edge_before(gait), gait.number("task", "stairs") or 0.0
+    if view == _SIDE and edge is not None:
+        tread = gait.step_length
+        first, last = np.floor((x - edge) / tread).astype(int) + 1
+        edges = edge + tread * np.arange(first, last)
+        x = np.concatenate([x[:1], np.repeat(edges, 2), x[1:]])
+        z = np.repeat(rise * np.arange(first, last + 1), 2)
+    elif view == _SIDE:
+        ahead = upright(gait.trajectory.body)[:, 0]
+        z = x * ahead[2] / ahead[0]
+    axes.fill_between(x, z - _GROUND_DEPTH, z, color=GROUND, linewidth=0)
     axes.set_aspect("equal", adjustable="box")
     axes.grid(False)
 

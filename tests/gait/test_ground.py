@@ -1,4 +1,4 @@
-"""Walks on slopes: level walks whose gravity is turned, judged by laws that know no walk."""
+"""Walks on slopes and stairs, judged by laws that know no walk."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -17,11 +17,12 @@ from gaitopt.errors import InputError
 from gaitopt.gait import quantities
 from gaitopt.gait.assemble import gait_at
 from gaitopt.gait.gait_file import load_gait, save_gait
-from gaitopt.gait.ground import ground_words, upright
+from gaitopt.gait.ground import edge_before, ground_words, upright
 from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.parameters import set_geometry
 from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
+from gaitopt.gait.stairs import stairs_of
 from gaitopt.importers.physics import PassiveJoint, Physics
 from gaitopt.importers.source import read_source
 from gaitopt.mechanics.forward_kinematics import ForwardKinematics
@@ -33,6 +34,8 @@ from gaitopt.tolerances import MOMENTUM, REFEREE
 
 CASES = Path(__file__).parents[1] / "data" / "cases"
 SLOPES = (0.1, -0.17)
+STAIRS = (0.12, -0.1)
+GROUNDS = (*({"slope": angle} for angle in SLOPES), *({"stairs": rise} for rise in STAIRS))
 LOAD = Payload("torso", 6.0, (0.05, 0.0, 0.2), (0.2, 0.3, 0.2))
 
 
@@ -48,9 +51,10 @@ def loaded(robot):
     return Robot.from_urdf(robot.urdf, choices=ImportOptions(payloads=(LOAD,)))
 
 
-def proven(robot, slope, speed=0.6):
+def proven(robot, **ground):
     """A walk at its first guess, seen at the instants of the proof."""
-    problem = WalkProblem(robot, preset_task("standard", speed=speed, slope=slope))
+    task = preset_task("standard", speed=0.5, duration=0.6, **ground)
+    problem = WalkProblem(robot, task)
     problem = problem.with_grid(fine_grid(problem))
     return problem, problem.step(first_guess(problem))
 
@@ -69,11 +73,11 @@ def test_a_slope_is_the_level_with_gravity_turned(robot, slope):
     assert np.array_equal(own.impact.impulse, other.impact.impulse)
 
 
-@pytest.mark.parametrize("slope", SLOPES)
-@pytest.mark.parametrize("make", [loaded, lambda _: damped()])
-def test_the_motors_raise_the_weight_and_pay_for_what_is_lost(robot, make, slope):
+@pytest.mark.parametrize("ground", GROUNDS, ids=str)
+@pytest.mark.parametrize("make", [loaded, lambda _: damped()], ids=["loaded", "damped"])
+def test_the_motors_raise_the_weight_and_pay_for_what_is_lost(robot, make, ground):
     """Work of the motors over a step = m g h + loss of the impact + losses of the joints."""
-    problem, step = proven(make(robot), slope)
+    problem, step = proven(make(robot), **ground)
     robot, (q, dq, _) = problem.robot, step.motion
     weights = step.duration * problem.grid.weights
     work = weights @ (step.read(quantities.TORQUE) * dq).sum(axis=1)
@@ -85,27 +89,29 @@ def test_the_motors_raise_the_weight_and_pay_for_what_is_lost(robot, make, slope
     start = np.concatenate([pin.neutral(robot.model)[:7], q[0]])
     M = pin.crba(robot.model, data, start)[6:, 6:]
     after = dq[0] @ M @ dq[0] / 2.0  # the next step begins like this one
-    raised = robot.weight * step.step_length * np.sin(slope)
+    task = problem.task
+    raised = robot.weight * (step.step_length * np.sin(task.slope) + task.stairs)
     assert min(before - after, abs(raised)) > 0.1
     assert abs(work - (raised + before - after + lost)) < 1e-9 * abs(raised)
 
 
-@pytest.mark.parametrize("slope", SLOPES)
-@pytest.mark.parametrize("make", [loaded, lambda _: damped()])
-def test_newton_and_euler_agree(robot, make, slope):
-    problem, step = proven(make(robot), slope)
+@pytest.mark.parametrize("ground", GROUNDS, ids=str)
+@pytest.mark.parametrize("make", [loaded, lambda _: damped()], ids=["loaded", "damped"])
+def test_newton_and_euler_agree(robot, make, ground):
+    problem, step = proven(make(robot), **ground)
     verdict = cross_check(problem.robot, step, problem.grid)
     assert 0.0 < verdict.worst < REFEREE
     assert 0.0 < verdict.momentum < MOMENTUM
-    level = cross_check(problem.robot.on_slope(0.0), step, problem.grid)
-    assert level.torque > REFEREE  # a referee on level ground objects
+    other = cross_check(problem.robot.on_slope(0.01), step, problem.grid)
+    assert other.torque > REFEREE  # a referee on other ground objects
 
 
-@pytest.mark.parametrize("slope", SLOPES)
-def test_mujoco_asks_for_the_same(robot, slope):
+@pytest.mark.parametrize("ground", GROUNDS, ids=str)
+def test_mujoco_asks_for_the_same(robot, ground):
     """MuJoCo's inverse dynamics: what it asks for at the base is the ground's wrench."""
     robot = loaded(robot)
-    problem = WalkProblem(robot, preset_task("standard", speed=0.6, slope=slope))
+    task = preset_task("standard", speed=0.5, duration=0.6, **ground)
+    problem = WalkProblem(robot, task)
     gait = gait_at(problem, first_guess(problem), {})
     body = gait.trajectory.body
     model = mujoco.MjModel.from_xml_string(mjcf(body))
@@ -178,7 +184,7 @@ def mjcf(body):
 
 def test_the_trunk_leans_against_the_vertical(robot):
     """On a slope the same posture leans by the slope's angle less, seen from the vertical."""
-    problem, step = proven(robot, 0.1)
+    problem, step = proven(robot, slope=0.1)
     kinematics = [Trunk(one) for one in (problem.robot, robot)]
     placed = ForwardKinematics(robot.model).placed(step.motion[0])
     own, level = (trunk.value(placed)[:, 1] for trunk in kinematics)
@@ -227,3 +233,93 @@ def test_feet_that_turn_out_are_refused_on_a_slope():
     geometry = set_geometry(task.geometry, {"foot_yaw": {"value": 0.1}})
     with pytest.raises(InputError, match="feet point uphill or downhill"):
         replace(task, slope=0.1, geometry=geometry)
+
+
+def actual_height(x, rise, tread, edge):
+    """Height of stairs with sharp edges [m]; at an edge the higher of both treads."""
+    number = np.floor((x - edge) / tread) + 1.0
+    return np.maximum(rise * number, rise * np.where((x - edge) % tread == 0.0, number - 1, number))
+
+
+@pytest.mark.parametrize("rise", STAIRS)
+@pytest.mark.parametrize("nosing", [None, 0.03])
+def test_the_height_that_is_kept_is_never_below_the_stairs(robot, rise, nosing):
+    stairs = stairs_of(rise, 0.3, nosing, robot.sole)
+    x = np.linspace(-0.6, 0.55, 4001)
+    value = stairs.height(x)[0]
+    actual = actual_height(x, rise, 0.3, stairs.edge)
+    assert (value >= actual - 1e-12).all()
+    standing = np.linspace(robot.sole.heel, robot.sole.toe, 50)
+    for number in (-1, 0, 1):  # feet stand on level treads
+        assert stairs.height(standing + 0.3 * number)[0] == pytest.approx(rise * number, abs=1e-12)
+
+
+@pytest.mark.parametrize("rise", STAIRS)
+def test_derivatives_of_the_height(robot, rise):
+    stairs = stairs_of(rise, 0.32, 0.05, robot.sole)
+    x = np.linspace(-0.35, 0.35, 23) + 1e-3
+    step = 1e-6
+    (low, slope_low, _), (high, slope_high, _) = (stairs.height(x + d) for d in (-step, step))
+    _, slope, curvature = stairs.height(x)
+    assert slope == pytest.approx((high - low) / (2 * step), abs=1e-6)
+    assert curvature == pytest.approx((slope_high - slope_low) / (2 * step), abs=1e-4)
+    assert np.abs(curvature).max() > 1.0
+
+
+@pytest.fixture(scope="module")
+def upstairs(robot):
+    return design(robot, preset_task("standard", speed=0.5, duration=0.7, stairs=0.17))
+
+
+def test_a_walk_upstairs_is_certified_and_checked_again(upstairs, tmp_path):
+    gait = load_gait(save_gait(upstairs.gait, tmp_path / "upstairs.npz"))
+    assert upstairs.certificate.certified
+    assert audit(gait).passed
+    assert ground_words(gait) == "upstairs, 170 mm for 350 mm"
+
+
+def test_steps_upstairs_rise_by_that_of_the_stairs(upstairs):
+    trajectory = upstairs.gait.trajectory
+    at = trajectory.at(np.arange(5) * trajectory.step_duration)
+    feet = at.sole[np.arange(5), at.contact.argmax(axis=1)]
+    assert np.diff(feet[:, :3, 3], axis=0)[:, [0, 2]] == pytest.approx(
+        np.tile([0.35, 0.17], (4, 1)), abs=1e-9
+    )
+    assert np.diff(at.base_position[::2, 2]) == pytest.approx(0.34, abs=1e-9)
+
+
+def test_the_whole_swing_sole_stays_above_the_stairs(upstairs, robot):
+    """Against stairs with sharp edges, at instants and points that nothing was held at."""
+    gait, task = upstairs.gait, upstairs.problem.task
+    edge = edge_before(gait)
+    assert edge == stairs_of(0.17, task.step_length, None, robot.sole).edge
+    samples = gait.trajectory.at(np.linspace(0.01, 0.99, 301) * gait.duration)
+    sole = samples.sole[:, 1]
+    share = np.linspace(robot.sole.heel, robot.sole.toe, 120)
+    for side in (robot.sole.left, robot.sole.right):
+        along = np.stack([share, np.full(120, side), np.zeros(120)])
+        points = sole[:, :3, :3] @ along + sole[:, :3, 3:]
+        ground = actual_height(points[:, 0], 0.17, 0.35, edge)
+        assert (points[:, 2] - ground).min() > -1.1e-3  # points between corners give a millimetre
+    assert task.margins.clearance == 0.03
+
+
+@pytest.mark.parametrize(
+    ("changes", "reason"),
+    [
+        ({"stairs": 0.8}, "must be between -0.5 and 0.5 m"),
+        ({"stairs": np.nan}, "stairs is nan m"),
+        ({"stairs": 0.1, "slope": 0.1}, "give a slope or stairs, not both"),
+        ({"stairs": 0.1, "toe_off": 0.7}, "give toe_off or stairs, not both"),
+        ({"stairs": 0.1, "speed_as": "penalty"}, "fix the duration, and take the speed"),
+    ],
+)
+def test_no_stairs_are_told(changes, reason):
+    with pytest.raises(InputError, match=reason):
+        preset_task("standard", **changes)
+
+
+def test_treads_shorter_than_the_sole_are_refused(robot):
+    task = preset_task("standard", speed=0.5, duration=0.4, stairs=0.1)
+    with pytest.raises(InputError, match=r"too short for a sole of 0.214 m .* at least 0.234 m"):
+        WalkProblem(robot, task)
