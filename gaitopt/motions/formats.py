@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import csv
 import io
 import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -303,10 +304,12 @@ def _npz(arrays: Callable[[Motion], Mapping[str, Array]]) -> Callable[[Motion], 
 
 
 def _table_text(header: Sequence[str], rows: Array, digits: int) -> bytes:
-    """Return a table as comma-separated values; names with commas are quoted."""
+    """Return a table as comma-separated values, with a header unless it is empty."""
     form = ",".join([f"%.{digits}g"] * rows.shape[1]) + "\n"
-    named = [f'"{name}"' if "," in name else name for name in header]
-    lines = [",".join(named) + "\n"] if header else []
+    head = io.StringIO()
+    if header:
+        csv.writer(head, lineterminator="\n").writerow(header)
+    lines = [head.getvalue()]
     lines += [form % tuple(row) for row in rows.tolist()]
     return "".join(lines).encode()
 
@@ -358,7 +361,7 @@ def _flow(value: object) -> str:
     if isinstance(value, float):
         text = repr(value)
         return text.replace("e", ".0e") if "e" in text and "." not in text else text
-    return json.dumps(value, ensure_ascii=False)
+    return json.dumps(value)
 
 
 _FEET = (

@@ -33,10 +33,12 @@ def compiled(gait: Gait) -> mujoco.MjModel:
 
 
 def weigh_as_designed(model: mujoco.MjModel, motion: Motion) -> None:
-    """Give the bodies the masses and inertias of the walk's robot, averaged between the sides."""
+    """Give bodies the inertias, and springs the rest, to which the sides were averaged."""
     body = motion.body
     for index, name in zip(motion.bodies, motion.body_names, strict=True):
         row = model.body(name).id
+        if not body.mass[index]:  # a root without mass: MuJoCo needs the speck that it gave it
+            continue
         moments, axes = np.linalg.eigh(body.inertia[index])
         axes[:, 0] *= np.sign(np.linalg.det(axes))
         model.body_mass[row] = body.mass[index]
@@ -44,6 +46,7 @@ def weigh_as_designed(model: mujoco.MjModel, motion: Motion) -> None:
         model.body_inertia[row] = moments
         mujoco.mju_mat2Quat(model.body_iquat[row], np.ascontiguousarray(axes).ravel())
     model.dof_armature[6:] = body.armature[list(motion.rows)]
+    model.qpos_spring[7:] = body.rest[list(motion.rows)]
     mujoco.mj_setConst(model, mujoco.MjData(model))
 
 

@@ -4,6 +4,7 @@ import io
 import json
 import time
 from dataclasses import replace
+from pathlib import Path
 
 import mujoco
 import numpy as np
@@ -23,6 +24,8 @@ from gaitopt.model.robot import Robot
 from gaitopt.motions.formats import FORMATS
 from gaitopt.motions.motion import motion, upright
 from gaitopt.motions.orders import G1_JOINTS
+
+CASES = Path(__file__).parents[1] / "data" / "cases"
 
 
 def exported(gait, folder, name, **asked):
@@ -102,6 +105,18 @@ def test_bodies_are_where_mujoco_has_them(armed, tmp_path):
 
 def test_mujocos_inverse_dynamics_gives_the_torques(armed, tmp_path):
     assert_torques_are_mujocos(armed, tmp_path)
+
+
+@pytest.mark.parametrize(
+    "name", ["base_mini", "mjcf_damping_stiffness", "mjcf_gravity", "mjcf_joint_ref", "mjcf_frame"]
+)
+def test_robots_of_mjcf_files_move_as_in_mujoco(tmp_path, name):
+    text = (CASES / f"{name}.xml").read_text()
+    gait = first_walk(Robot.from_urdf(text), speed=0.3)
+    assert_poses_are_mujocos(gait, tmp_path)
+    body = gait.trajectory.body  # Coulomb friction is a constraint of MuJoCo's, which are off
+    smooth = replace(gait, multibody=replace(body, friction=np.zeros_like(body.friction)))
+    assert_torques_are_mujocos(smooth, tmp_path)
 
 
 @needs_example_robots
@@ -337,3 +352,23 @@ def test_a_whole_file_is_read_from_memory(armed, tmp_path):
     assert set(np.load(io.BytesIO(path.read_bytes()))) == {
         one.name for one in FORMATS["motion"].arrays
     }
+
+
+def test_odd_names_stay_what_they_are(tmp_path):
+    gait = sample_gait()
+    names = {"left_knee": 'left, "knee"', "right_knee": "right\u0085knee: é"}
+    body = replace(
+        gait.trajectory.body,
+        joint_names=tuple(names.get(n, n) for n in gait.trajectory.joint_names),
+    )
+    odd = replace(
+        gait, multibody=body, joint_names=tuple(names.get(n, n) for n in gait.joint_names)
+    )
+    table = pandas.read_csv(exported(odd, tmp_path, "csv"))
+    for name in names.values():
+        assert f"{name} q [rad]" in table.columns
+    curves = yaml.safe_load(exported(odd, tmp_path, "bezier").read_text())
+    assert curves["joint_names"] == list(body.joint_names)
+    assert json.loads(exported(odd, tmp_path, "json").read_text())["joint_names"] == (
+        list(body.joint_names)
+    )
