@@ -227,6 +227,7 @@ class RequirementsOptions:
     against: tuple[Path, ...] = entry(
         (), "Gait or library of another design, to compare.", metavar="GAIT|LIBRARY"
     )
+    motors: Path | None = entry(None, "Motors and gears, TOML: shares of their limits.")
     output: Path | None = entry(None, "Write the table: .csv, .toml or .xlsx.", short="-o")
     figure: Path | None = entry(None, "Draw torque over speed: .png, .svg or .pdf.")
 
@@ -236,7 +237,7 @@ def requirements(options: RequirementsOptions) -> None:
     """Say what each motor must deliver over a set of gaits, and in which of them."""
     from gaitopt.cli import requirements as work
 
-    work.run(options.gait, options.against, options.output, options.figure)
+    work.run(options.gait, options.against, options.output, options.figure, options.motors)
 
 
 @dataclass(frozen=True)

@@ -99,6 +99,10 @@ class RobotSettings:
         (), "Joints beside the legs' to move: arms, waist, patterns of names; a list with commas.",
         metavar="JOINTS",
     )  # fmt: skip
+    motors: Path | None = entry(
+        None,
+        "Motors and gears of the joints, TOML: envelope, rotor inertia (docs/motors.md).",
+    )
     armature: Mapping[str, float] = entry(
         {}, "Rotor inertia times gear ratio squared of the joints of that name, kg·m²: "
         "'*knee*=0.02'.", metavar="PATTERN=VALUE", entry_unit=lambda _: "kg·m²",

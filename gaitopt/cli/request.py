@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import tomli_w
 
+from gaitopt.actuators.motors import joint_motors, read_motors
 from gaitopt.bounds import STARTS, at_most, shown
 from gaitopt.catalogue.biped_spec import BipedSpec, biped13
 from gaitopt.catalogue.entries import biped_of, description, entry_by_name
@@ -32,6 +33,7 @@ from gaitopt.errors import InputError
 from gaitopt.gait.costs import COSTS, cost_by_name
 from gaitopt.gait.gait_file import load_gait
 from gaitopt.gait.initial_guess import first_guess, perturbed
+from gaitopt.gait.motor_envelope import MotorEnvelope
 from gaitopt.gait.parameters import set_geometry
 from gaitopt.gait.plugin import load_plugin
 from gaitopt.gait.presets import HUMANOID, PRESETS, preset_task
@@ -103,7 +105,12 @@ def robot_source(settings: Settings) -> tuple[str | Path, ImportOptions]:
         own = choices_from_record({**choices_record(choices), **choices_record(more)})
         choices = replace(own, limits=(*before, *more.limits))
     choices = choices.over(**_single(asked))
-    limits = (*choices.limits, *_armatures(asked, choices), *map(limit_of, asked.limit))
+    limits = (
+        *choices.limits,
+        *_rotors(asked, choices),
+        *_armatures(asked, choices),
+        *map(limit_of, asked.limit),
+    )
     payloads = (*choices.payloads, *map(payload_of, asked.payload))
     return source, replace(choices, limits=limits, payloads=payloads)
 
@@ -141,6 +148,16 @@ def require_directories(directories: Iterable[Path]) -> None:
                 f"--package-dir {directory}: there is no such directory; give the one that holds "
                 "the packages which the mesh paths name"
             )
+
+
+def _rotors(asked: RobotSettings, choices: ImportOptions) -> Iterator[LimitOverride]:
+    """Yield the rotor inertias of the motors as seen from their joints."""
+    if asked.motors is None or "armature" in choices.without:
+        return
+    for drive in read_motors(asked.motors).drives:
+        own = LimitOverride(drive.joints, armature=drive.armature, source=str(asked.motors))
+        if replace(own, source="") not in (replace(one, source="") for one in choices.limits):
+            yield own
 
 
 def _armatures(asked: RobotSettings, choices: ImportOptions) -> Iterator[LimitOverride]:
@@ -332,8 +349,11 @@ def make_task(settings: Settings, robot: Robot) -> Task:
     schema = SCHEMA if plugin is None else with_plugin(plugin)
     names = [n for n in (*schema["task"], *schema["margins"]) if n in settings and n != "preset"]
     changes: dict[str, Any] = {name: settings[name] for name in names}
-    if plugin is not None:
-        changes["constraints"] = plugin.constraints
+    changes["constraints"] = () if plugin is None else plugin.constraints
+    if (table := settings.get("motors")) is not None:
+        motors = read_motors(table).at_joints
+        joint_motors(motors, robot.joint_names, robot.mirror)
+        changes["constraints"] = (*changes["constraints"], MotorEnvelope(motors=motors))
     own = () if plugin is None or plugin.cost is None else (plugin.cost,)
     of_cost = {n: settings[n] for n in schema["cost"] if n in settings and n != "cost"}
     cost = cost_by_name(settings.get("cost", (*own, *COSTS)[0].name), own, **of_cost)

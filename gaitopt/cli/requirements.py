@@ -7,14 +7,17 @@ from pathlib import Path
 
 from rich.table import Table
 
+from gaitopt.actuators.motors import MotorTable, read_motors
 from gaitopt.cli.display import ABSENT, new_table, screen
 from gaitopt.cli.report import print_findings_of
 from gaitopt.cli.results import require_files
 from gaitopt.design.requirements import (
     FIGURES,
+    USES,
     MotorLoop,
     MotorRequirement,
     motor_loops,
+    motor_uses,
     requirements_of,
     worst_case,
 )
@@ -35,13 +38,27 @@ _HEADERS = {
     "regenerated_power": "regen.\nW",
     "duty": "duty\n%",
 }
+_USES = {
+    "ratio": "gear\nratio",
+    "peak_torque": "peak\nN·m",
+    "peak_share": "of peak\n%",
+    "rms_torque": "RMS\nN·m",
+    "rms_share": "of cont.\n%",
+    "peak_speed": "peak\nrpm",
+    "voltage_share": "voltage\n%",
+    "copper_loss": "loss\nW",
+}
 _SCALES = {"speed_at_peak_torque": RPM, "peak_speed": RPM, "duty": 0.01}
 _TITLE = "What each motor must deliver at its joint over a stride"
 _ZERO = 1e-9  # of any unit: nothing to compare with
 
 
 def run(
-    paths: Sequence[Path], against: Sequence[Path], output: Path | None, figure: Path | None
+    paths: Sequence[Path],
+    against: Sequence[Path],
+    output: Path | None,
+    figure: Path | None,
+    motors: Path | None,
 ) -> None:
     """Print requirements on motors, compare those of two designs, write and draw them.
 
@@ -50,6 +67,7 @@ def run(
         against: those of another one, if any.
         output: file for the table, if any.
         figure: file for the picture, if any.
+        motors: table of motors and gears, if any.
 
     Raises:
         GaitoptError: a gait cannot be read, gaits do not belong together, or a file cannot be
@@ -62,12 +80,16 @@ def run(
         from gaitopt.view.torque_speed import check_kind
 
         check_kind(figure)
-    loops, other = _loops(paths), _loops(against)
+    table = None if motors is None else read_motors(motors)
+    loops, other = _loops(paths, table), _loops(against, table)
     out = screen()
     width = min(out.width, WIDTH)
     each = requirements_of(loops)
     worst = worst_case(each)
     out.print(requirements_table(worst, _TITLE), width=width)
+    uses = [] if table is None else motor_uses(loops, table)
+    if uses:
+        out.print(use_table(worst_case(uses, USES)), width=width)
     if len(loops) > 1:
         numbers = {label: str(number) for number, label in enumerate(loops, 1)}
         out.print(deciding_table(worst, numbers), width=width)
@@ -78,14 +100,14 @@ def run(
         out.print(requirements_table(theirs, "The other design"), width=width)
         out.print(difference_table(worst, theirs), width=width)
     if output is not None:
-        out.print(f"wrote {write_requirements(each, worst, output)}", soft_wrap=True)
+        out.print(f"wrote {write_requirements(each, worst, output, uses)}", soft_wrap=True)
     if figure is not None:
         from gaitopt.view.torque_speed import write_torque_speed_figure
 
-        out.print(f"wrote {write_torque_speed_figure(loops, figure)}", soft_wrap=True)
+        out.print(f"wrote {write_torque_speed_figure(loops, figure, table)}", soft_wrap=True)
 
 
-def _loops(paths: Sequence[Path]) -> dict[str, list[MotorLoop]]:
+def _loops(paths: Sequence[Path], table: MotorTable | None) -> dict[str, list[MotorLoop]]:
     """Return the loops of all gaits in files and libraries, by label."""
     gaits: dict[str, Gait] = {}
     for path in paths:
@@ -95,7 +117,7 @@ def _loops(paths: Sequence[Path]) -> dict[str, list[MotorLoop]]:
             gaits[label] = gait
     for gait in list(gaits.values())[:1]:
         print_findings_of(screen(stderr=True), gait)
-    return {label: motor_loops(gait) for label, gait in gaits.items()}
+    return {label: motor_loops(gait, table) for label, gait in gaits.items()}
 
 
 def gaits_of(path: Path) -> dict[str, Gait]:
@@ -119,6 +141,23 @@ def requirements_table(worst: Sequence[MotorRequirement], title: str) -> Table:
     for one in worst:
         table.add_row(one.motor, *(_cell(name, one.values[name]) for name in FIGURES))
     return table
+
+
+def use_table(worst: Sequence[MotorRequirement]) -> Table:
+    """Return the table of what motors must deliver before their gears, and of their limits."""
+    table = new_table(
+        "Before the gear, and shares of the motor's limits", "motor",
+        *(f">{header}" for header in _USES.values()),
+    )  # fmt: skip
+    for one in worst:
+        table.add_row(one.motor, *(_use(name, one.values[name]) for name in _USES))
+    return table
+
+
+def _use(name: str, value: float) -> str:
+    if name.endswith("_share"):
+        return f"{100.0 * value:.0f}"
+    return f"{value / RPM:.0f}" if name == "peak_speed" else f"{value:.3g}"
 
 
 def deciding_table(worst: Sequence[MotorRequirement], numbers: Mapping[str, str]) -> Table:

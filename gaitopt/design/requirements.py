@@ -14,6 +14,7 @@ from operator import attrgetter
 import numpy as np
 from scipy.integrate import trapezoid
 
+from gaitopt.actuators.motors import Drive, MotorTable
 from gaitopt.design.summary import joint_groups, pair_name
 from gaitopt.errors import InputError
 from gaitopt.gait.result import Gait
@@ -31,6 +32,7 @@ class MotorLoop:
 
     Attributes:
         motor: the name that the joints of both sides share.
+        joint: one of these joints.
         time: from 0 to the end of the second step [s], shape (N,).
         torque: of the motor [N·m], shape (N,).
         rate: [rad/s], shape (N,).
@@ -38,6 +40,7 @@ class MotorLoop:
     """
 
     motor: str
+    joint: str
     time: Array
     torque: Array
     rate: Array
@@ -101,13 +104,46 @@ _DECIDING = {"speed_at_peak_torque": "peak_torque", "torque_at_peak_speed": "pea
 
 
 @dataclass(frozen=True)
+class MotorUse:
+    """What a gait asks of a motor before its gear, and which share of its limits that is.
+
+    Attributes:
+        motor: as of `MotorLoop`.
+        gait: label of the gait.
+        ratio: of the gear.
+        peak_torque: largest torque of the motor, gear losses included [N·m].
+        peak_share: of the torque at its peak current.
+        rms_torque: root of the mean square over the stride [N·m].
+        rms_share: of the torque at its continuous current.
+        peak_speed: of the motor [rad/s].
+        voltage_share: largest share of the supply's voltage, |torque / stall + speed / no-load|.
+        copper_loss: mean over the stride [W].
+    """
+
+    motor: str
+    gait: str
+    ratio: float
+    peak_torque: float
+    peak_share: float
+    rms_torque: float
+    rms_share: float
+    peak_speed: float
+    voltage_share: float
+    copper_loss: float
+
+
+USES = tuple(one.name for one in fields(MotorUse) if one.name not in ("motor", "gait"))
+"""Names of the numbers of a `MotorUse`."""
+
+
+@dataclass(frozen=True)
 class MotorRequirement:
     """What one motor must deliver in a set of gaits.
 
     Attributes:
         motor: as of `MotorLoop`.
-        values: by the names of `FIGURES`, the largest over the gaits; speed at peak torque and
-            torque at peak speed are of the gait that has the peak.
+        values: by the names of `FIGURES` or `USES`, the largest over the gaits; speed at peak
+            torque and torque at peak speed are of the gait that has the peak.
         gaits: label of the gait that decides each of them.
     """
 
@@ -116,14 +152,16 @@ class MotorRequirement:
     gaits: Mapping[str, str]
 
 
-def motor_loops(gait: Gait) -> list[MotorLoop]:
+def motor_loops(gait: Gait, table: MotorTable | None = None) -> list[MotorLoop]:
     """Return the loops of the motors of a side over a stride, legs from hip to ankle first.
 
     Args:
         gait: of any robot; its splines are evaluated between its samples too.
+        table: motors whose rotors are to be accelerated in place of those of the gait's robot.
 
     Raises:
         RobotError: the gait's URDF is not its robot.
+        SpecError: the motors do not fit the joints.
     """
     trajectory = gait.trajectory
     step = trajectory.step_duration
@@ -136,10 +174,20 @@ def motor_loops(gait: Gait) -> list[MotorLoop]:
     samples = trajectory.at(times[order], before=before[order])
     columns = [trajectory.joint_names.index(name) for name in gait.joint_names]
     first = np.stack([part[:, columns] for part in (samples.torque, samples.dq, samples.ddq)])
+    if table is not None:
+        table.check(gait.joint_names, gait.mirror)
+        drives = [table.drive(name) for name in gait.joint_names]
+        there = trajectory.body.armature[columns]
+        own = [
+            have if one is None else one.armature for one, have in zip(drives, there, strict=True)
+        ]
+        first[0] += (np.array(own) - there) * first[2]
     both = np.concatenate([first, first @ gait.mirror.T], axis=1)
     time = np.concatenate([samples.time, step + samples.time])
     return [
-        MotorLoop(pair_name(gait, group[0]), time, *both[:, :, group[0]])
+        MotorLoop(
+            pair_name(gait, group[0]), gait.joint_names[group[0]], time, *both[:, :, group[0]]
+        )
         for group in joint_groups(gait)
     ]
 
@@ -198,15 +246,62 @@ def requirements_of(loops: Mapping[str, Sequence[MotorLoop]]) -> list[Requiremen
     return [requirement(of[k], label) for k in range(len(own)) for label, of in loops.items()]
 
 
-def worst_case(found: Iterable[Requirement]) -> list[MotorRequirement]:
-    """Return for every motor the largest of each figure, and the gait that asks for it."""
-    by_motor: dict[str, list[Requirement]] = {}
+def motor_use(loop: MotorLoop, gait: str, drive: Drive) -> MotorUse:
+    """Return what a gait asks of a motor, and which share of its limits that is.
+
+    Args:
+        loop: of the motor at its joint.
+        gait: label of the gait.
+        drive: motor and gear.
+    """
+    motor, able = drive.motor, drive.at_joint()
+    torque = (np.abs(loop.torque) + drive.friction) / (drive.ratio * drive.efficiency)
+    current = torque / motor.torque_constant
+    rms = float(np.sqrt(loop.mean(torque**2)))
+    voltage = np.abs(loop.torque / able.stall_torque + loop.rate / able.no_load_speed)
+    return MotorUse(
+        motor=loop.motor,
+        gait=gait,
+        ratio=drive.ratio,
+        peak_torque=float(torque.max()),
+        peak_share=float(current.max()) / motor.peak_current,
+        rms_torque=rms,
+        rms_share=rms / (motor.torque_constant * motor.continuous_current),
+        peak_speed=drive.ratio * float(np.abs(loop.rate).max()),
+        voltage_share=float(voltage.max()),
+        copper_loss=motor.resistance * loop.mean(current**2),
+    )
+
+
+def motor_uses(loops: Mapping[str, Sequence[MotorLoop]], table: MotorTable) -> list[MotorUse]:
+    """Return what every gait asks of every motor that the table has, motor by motor."""
+    found = [
+        (k, motor_use(loop, label, drive))
+        for label, of in loops.items()
+        for k, loop in enumerate(of)
+        if (drive := table.drive(loop.joint)) is not None
+    ]
+    return [use for _, use in sorted(found, key=lambda one: one[0])]
+
+
+def worst_case(
+    found: Iterable[Requirement | MotorUse], names: Sequence[str] = FIGURES
+) -> list[MotorRequirement]:
+    """Return for every motor the largest of each figure, and the gait that asks for it.
+
+    Args:
+        found: of motors in gaits.
+        names: of the figures, `FIGURES` or `USES`.
+    """
+    by_motor: dict[str, list[Requirement | MotorUse]] = {}
     for one in found:
         by_motor.setdefault(one.motor, []).append(one)
-    return [_worst(motor, of) for motor, of in by_motor.items()]
+    return [_worst(motor, of, names) for motor, of in by_motor.items()]
 
 
-def _worst(motor: str, of: Sequence[Requirement]) -> MotorRequirement:
-    deciding = {name: max(of, key=attrgetter(_DECIDING.get(name, name))) for name in FIGURES}
+def _worst(
+    motor: str, of: Sequence[Requirement | MotorUse], names: Sequence[str]
+) -> MotorRequirement:
+    deciding = {name: max(of, key=attrgetter(_DECIDING.get(name, name))) for name in names}
     values = {name: float(getattr(one, name)) for name, one in deciding.items()}
     return MotorRequirement(motor, values, {name: one.gait for name, one in deciding.items()})

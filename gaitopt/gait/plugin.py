@@ -24,6 +24,7 @@ from gaitopt.bounds import TABLE, read_bounded, shown
 from gaitopt.errors import InputError
 from gaitopt.gait.constraint import Constraint
 from gaitopt.gait.costs import COSTS, Cost, WeightedSum
+from gaitopt.gait.motor_envelope import MotorEnvelope
 
 Extension = Constraint | Cost
 _Kind = TypeVar("_Kind", Constraint, Cost)
@@ -188,7 +189,8 @@ def constraint_from_record(record: object, known: Iterable[Extension]) -> Constr
     Raises:
         InputError: it is not among those known: who reads the record has to give it.
     """
-    return _found(record, [one for one in known if isinstance(one, Constraint)], "constraint")
+    constraints = [MotorEnvelope(), *(one for one in known if isinstance(one, Constraint))]
+    return _found(record, constraints, "constraint")
 
 
 def cost_from_record(record: object, known: Iterable[Extension]) -> Cost:

@@ -15,7 +15,15 @@ from typing import Any
 import tomli_w
 
 from gaitopt.atomic import write_atomically
-from gaitopt.design.requirements import FIGURES, UNITS, MotorRequirement, Requirement
+from gaitopt.design.requirements import (
+    FIGURES,
+    UNITS,
+    USES,
+    MotorRequirement,
+    MotorUse,
+    Requirement,
+    worst_case,
+)
 from gaitopt.errors import InputError, MissingExtraError
 from gaitopt.units import UNITS as KNOWN_UNITS
 
@@ -23,6 +31,16 @@ RPM = KNOWN_UNITS["rad/s"]["rpm"]
 """One turn a minute [rad/s]."""
 ALL = "all"
 """In place of a gait: over all of them."""
+_UNIT_OF_USE = {
+    "ratio": "",
+    "peak_torque": "N·m",
+    "peak_share": "",
+    "rms_torque": "N·m",
+    "rms_share": "",
+    "peak_speed": "rad/s",
+    "voltage_share": "",
+    "copper_loss": "W",
+}
 SUFFIXES = (".csv", ".toml", ".xlsx")
 
 Cell = str | float
@@ -50,6 +68,25 @@ def table_rows(each: Sequence[Requirement], worst: Sequence[MotorRequirement]) -
     return rows
 
 
+def _table(
+    each: Sequence[Requirement], worst: Sequence[MotorRequirement], uses: Sequence[MotorUse]
+) -> list[list[Cell]]:
+    """Return header and lines; figures before the gear at the end of each, where there are any."""
+    rows: list[list[Cell]] = [[*column_names()], *table_rows(each, worst)]
+    if not uses:
+        return rows
+    known = {(one.motor, one.gait): [float(getattr(one, n)) for n in USES] for one in uses}
+    known |= {(o.motor, ALL): [o.values[n] for n in USES] for o in worst_case(uses, USES)}
+    header = [f"{name} before gear" for name in _UNIT_OF_USE]
+    rows[0] += [
+        f"{name} [{unit}]" if unit else name
+        for name, unit in zip(header, _UNIT_OF_USE.values(), strict=True)
+    ]
+    for row in rows[1:]:
+        row += known.get((str(row[0]), str(row[1])), [""] * len(USES))
+    return rows
+
+
 def _with_rpm(values: Sequence[float]) -> list[Cell]:
     cells: list[Cell] = []
     for name, value in zip(FIGURES, values, strict=True):
@@ -58,7 +95,10 @@ def _with_rpm(values: Sequence[float]) -> list[Cell]:
 
 
 def write_requirements(
-    each: Sequence[Requirement], worst: Sequence[MotorRequirement], path: Path
+    each: Sequence[Requirement],
+    worst: Sequence[MotorRequirement],
+    path: Path,
+    uses: Sequence[MotorUse] = (),
 ) -> Path:
     """Write requirements, atomically.
 
@@ -66,6 +106,7 @@ def write_requirements(
         each: of every motor in every gait.
         worst: of every motor over all gaits.
         path: file; its suffix chooses the form.
+        uses: what every gait asks of every motor before its gear.
 
     Returns:
         The path written.
@@ -77,10 +118,10 @@ def write_requirements(
     check_suffix(path)
     suffix = path.suffix.lower()
     if suffix == ".csv":
-        return write_atomically(path, _csv(each, worst).encode())
+        return write_atomically(path, _csv(each, worst, uses).encode())
     if suffix == ".toml":
-        return write_atomically(path, tomli_w.dumps(_record(each, worst)).encode())
-    return write_atomically(path, _xlsx(each, worst))
+        return write_atomically(path, tomli_w.dumps(_record(each, worst, uses)).encode())
+    return write_atomically(path, _xlsx(each, worst, uses))
 
 
 def check_suffix(path: Path) -> None:
@@ -96,16 +137,17 @@ def check_suffix(path: Path) -> None:
         )
 
 
-def _csv(each: Sequence[Requirement], worst: Sequence[MotorRequirement]) -> str:
+def _csv(
+    each: Sequence[Requirement], worst: Sequence[MotorRequirement], uses: Sequence[MotorUse]
+) -> str:
     buffer = io.StringIO()
     writer = csv.writer(buffer, lineterminator="\n")
-    writer.writerow(column_names())
-    writer.writerows(table_rows(each, worst))
+    writer.writerows(_table(each, worst, uses))
     return buffer.getvalue()
 
 
 def _record(
-    each: Sequence[Requirement], worst: Sequence[MotorRequirement]
+    each: Sequence[Requirement], worst: Sequence[MotorRequirement], uses: Sequence[MotorUse]
 ) -> dict[str, dict[str, Any]]:
     record: dict[str, dict[str, Any]] = {}
     for motor in worst:
@@ -118,10 +160,17 @@ def _record(
                 if one.motor == motor.motor
             },
         }
+        before = [use for use in uses if use.motor == motor.motor]
+        if before:
+            record[motor.motor]["before_gear"] = {
+                use.gait: {name: getattr(use, name) for name in USES} for use in before
+            }
     return {"units": {name: unit or "1" for name, unit in UNITS.items()}, "motors": record}
 
 
-def _xlsx(each: Sequence[Requirement], worst: Sequence[MotorRequirement]) -> bytes:
+def _xlsx(
+    each: Sequence[Requirement], worst: Sequence[MotorRequirement], uses: Sequence[MotorUse]
+) -> bytes:
     try:
         from openpyxl import Workbook
     except ImportError as error:
@@ -129,8 +178,7 @@ def _xlsx(each: Sequence[Requirement], worst: Sequence[MotorRequirement]) -> byt
     book = Workbook()
     sheet = book.active
     sheet.title = "requirements"
-    rows: list[Sequence[Cell]] = [column_names(), *table_rows(each, worst)]
-    for row in rows:
+    for row in _table(each, worst, uses):
         sheet.append([_text(cell) for cell in row])
     sheet.freeze_panes = "C2"
     buffer = io.BytesIO()

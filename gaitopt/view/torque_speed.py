@@ -6,19 +6,22 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from gaitopt.actuators.motors import JointMotor, MotorTable
 from gaitopt.atomic import write_atomically
 from gaitopt.design.requirements import MotorLoop
 from gaitopt.errors import InputError
 from gaitopt.units import UNITS
-from gaitopt.view.figure_style import GREY, label_axes, name_on_figure, new_figure, styled
+from gaitopt.view.figure_style import GREY, LIMIT, label_axes, name_on_figure, new_figure, styled
 from gaitopt.view.figures import rendered
 
 KINDS = ("png", "svg", "pdf")
 MOST = 8  # gaits that are told apart in a legend
 _COLUMNS = 3
 _WIDTH, _HEIGHT = 3.2, 2.6  # inch, of a panel
+_LINE = 201  # points of a line of the envelope
 _RPM = UNITS["rad/s"]["rpm"]
 
 
@@ -32,12 +35,15 @@ def check_kind(path: Path) -> None:
         raise InputError(f"'{path}' is no figure; give a name that ends in .png, .svg or .pdf")
 
 
-def write_torque_speed_figure(loops: Mapping[str, Sequence[MotorLoop]], path: Path) -> Path:
+def write_torque_speed_figure(
+    loops: Mapping[str, Sequence[MotorLoop]], path: Path, table: MotorTable | None = None
+) -> Path:
     """Draw the loops of every motor, a panel each, a line for each gait.
 
     Args:
         loops: of the motors, by label of the gait; the same motors in each.
         path: of the figure; its suffix chooses the form.
+        table: motors whose envelopes are drawn around the loops.
 
     Returns:
         The path written.
@@ -47,13 +53,16 @@ def write_torque_speed_figure(loops: Mapping[str, Sequence[MotorLoop]], path: Pa
     """
     check_kind(path)
     with styled():
-        figure = torque_speed_figure(loops)
+        figure = torque_speed_figure(loops, table)
     return write_atomically(path, rendered(figure, path.suffix.removeprefix(".").lower()))
 
 
-def torque_speed_figure(loops: Mapping[str, Sequence[MotorLoop]]) -> Figure:
+def torque_speed_figure(
+    loops: Mapping[str, Sequence[MotorLoop]], table: MotorTable | None = None
+) -> Figure:
     """Return the figure; see `write_torque_speed_figure`."""
-    motors = [one.motor for one in next(iter(loops.values()))]
+    first = next(iter(loops.values()))
+    motors = [one.motor for one in first]
     columns = min(_COLUMNS, len(motors))
     rows = -(-len(motors) // columns)
     figure = new_figure(_WIDTH * columns, _HEIGHT * rows + 0.3)
@@ -65,12 +74,27 @@ def torque_speed_figure(loops: Mapping[str, Sequence[MotorLoop]]) -> Figure:
                 of[k].rate[closed] / _RPM, of[k].torque[closed], linewidth=1.1,
                 label=name_on_figure(label),
             )  # fmt: skip
+        drive = None if table is None else table.drive(first[k].joint)
+        if drive is not None:
+            _draw_envelope(panel, drive.at_joint())
         panel.axhline(0.0, color=GREY, linewidth=0.6)
         panel.axvline(0.0, color=GREY, linewidth=0.6)
         label_axes(panel, "speed [rpm]", "torque [N·m]", name_on_figure(motor))
     for panel in panels[len(motors) :]:
         panel.set_axis_off()
-    if 1 < len(loops) <= MOST:
+    if 1 < len(loops) <= MOST or (table is not None and len(loops) <= MOST):
         handles, labels = panels[0].get_legend_handles_labels()
         figure.legend(handles, labels, loc="outside lower center", ncols=4)
     return figure
+
+
+def _draw_envelope(panel: Axes, motor: JointMotor) -> None:
+    """Draw peak torque and voltage line in all quadrants, and the continuous torque."""
+    drives = np.linspace(0.0, motor.no_load_speed, _LINE)
+    brakes = np.full(_LINE, motor.peak_torque)
+    speed = np.concatenate([-drives[::-1], drives]) / _RPM
+    torque = np.concatenate([brakes, motor.torque_at(drives)])
+    panel.plot(speed, torque, color=LIMIT, linewidth=1.0, label="envelope of the motor")
+    panel.plot(-speed, -torque, color=LIMIT, linewidth=1.0)
+    for sign in (-1.0, 1.0):
+        panel.axhline(sign * motor.continuous_torque, color=LIMIT, linestyle=":", linewidth=1.0)

@@ -3,9 +3,12 @@
 import csv
 import sys
 
+import numpy as np
 import openpyxl
 import pytest
+from scipy.integrate import trapezoid
 
+from gaitopt.actuators.motors import read_motors
 from gaitopt.design.requirements import FIGURES, motor_loops, requirement
 from gaitopt.gait.gait_file import load_gait, save_gait
 from gaitopt.view.torque_speed import torque_speed_figure
@@ -113,3 +116,97 @@ def test_a_gait_whose_name_a_spreadsheet_would_compute(cli, gait_file, tmp_path,
     save_gait(load_gait(gait_file), "=1+1.npz")
     assert cli("requirements", "=1+1.npz", "-o", "r.xlsx").exit_code == 0
     assert openpyxl.load_workbook("r.xlsx").active["B2"].value == "'=1+1.npz"
+
+
+TABLE = """
+[motors.example]
+torque_constant = 0.1
+resistance = 0.1
+inertia = 1e-4
+peak_current = 60.0
+continuous_current = 20.0
+voltage = 48.0
+no_load_speed = "4400rpm"
+mass = 0.6
+
+[[drives]]
+joints = "*"
+motor = "example"
+ratio = 6
+efficiency = 0.9
+"""
+
+
+@pytest.fixture(scope="module")
+def motors(tmp_path_factory):
+    """A table of motors that the walk of 0.7 m/s just does with."""
+    path = tmp_path_factory.mktemp("motors") / "motors.toml"
+    path.write_text(TABLE)
+    return path
+
+
+@pytest.fixture(scope="module")
+def driven(cli, motors, tmp_path_factory):
+    """A certified walk within the envelope of its motors; its directory."""
+    directory = tmp_path_factory.mktemp("driven") / "walk"
+    words = ("--solver", "sqp", "--starts", "1", "--speed", "0.9", "--no-page", "--no-figures")
+    result = cli("optimise", *words, "--motors", motors, "-o", directory, "-q")
+    assert result.exit_code == 0, result.stderr
+    return directory
+
+
+def test_a_walk_keeps_to_the_envelope_of_its_motors(cli, motors, driven):
+    gait = load_gait(driven / "gait.npz")
+    table = read_motors(motors)
+    peak = 0.1 * 6 * 0.9 * 60.0
+    torque = np.abs(np.concatenate([one.torque for one in motor_loops(gait)]))
+    assert torque.max() == pytest.approx(peak, rel=1e-4)  # it decides
+    assert gait.trajectory.body.armature == pytest.approx(36e-4)
+    plain, again = motor_loops(gait), motor_loops(gait, table)  # the rotors are there already
+    assert again[3].torque == pytest.approx(plain[3].torque)
+    assert cli("check", driven / "gait.npz").exit_code == 0
+    more = ("--no-page", "--no-figures", "-q", "-o", driven.parent / "again")
+    assert cli("optimise", "--config", driven / "task.toml", *more).exit_code == 0
+    assert load_gait(driven.parent / "again" / "gait.npz").cost == pytest.approx(gait.cost)
+
+
+def test_the_motors_side_of_the_gear(cli, motors, driven, gait_file, tmp_path):
+    path, picture = tmp_path / "r.toml", tmp_path / "loops.svg"
+    words = ("--motors", motors, "-o", path, "--figure", picture)
+    result = cli("requirements", driven / "gait.npz", *words)
+    assert result.exit_code == 0, result.stderr
+    assert max(map(len, result.stdout.splitlines()[:20])) <= 80
+    use = tomllib.loads(path.read_text())["motors"]["knee"]["before_gear"]
+    use = use[str(driven / "gait.npz")]
+    knee = motor_loops(load_gait(driven / "gait.npz"))[3]
+    current = np.abs(knee.torque) / (0.1 * 6 * 0.9)
+    assert use["peak_torque"] == pytest.approx(0.1 * current.max())
+    assert use["peak_share"] == pytest.approx(current.max() / 60.0)
+    assert use["copper_loss"] == pytest.approx(
+        0.1 * trapezoid(current**2, knee.time) / knee.time[-1]
+    )
+    assert use["rms_share"] == pytest.approx(np.sqrt(use["copper_loss"] / 0.1) / 20.0)
+    assert use["peak_speed"] == pytest.approx(6.0 * np.abs(knee.rate).max())
+    line = knee.torque / (0.1 * 6 * 0.9 * 480.0) + knee.rate / (4400 * np.pi / 30 / 6)
+    assert use["voltage_share"] == pytest.approx(np.abs(line).max())
+    assert "envelope of the motor" in picture.read_text()
+    # of a gait that was designed without rotors, those of the table are accelerated too
+    bare, with_rotors = (
+        motor_loops(load_gait(gait_file), t)[3] for t in (None, read_motors(motors))
+    )
+    added = with_rotors.torque - bare.torque
+    assert added == pytest.approx(36e-4 * bare.acceleration)
+    table = tmp_path / "r.csv"
+    assert cli("requirements", gait_file, "--motors", motors, "-o", table).exit_code == 0
+    with table.open(newline="") as stream:
+        row = next(csv.DictReader(stream))
+    assert float(row["ratio before gear"]) == 6.0
+
+
+def test_motors_that_do_not_fit(cli, motors, gait_file, tmp_path):
+    other = tmp_path / "other.toml"
+    other.write_text(TABLE.replace('joints = "*"', 'joints = "elbow"'))
+    for words in (("requirements", gait_file), ("optimise", "--speed", "0.7")):
+        result = cli(*words, "--motors", other)
+        assert result.exit_code == 2
+        assert "elbow" in result.stderr

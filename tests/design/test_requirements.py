@@ -22,7 +22,12 @@ def loop(torque=40.0, rate=3.0, name="knee"):
     time = np.linspace(0.0, 1.0, 100_001)
     phase = 2.0 * np.pi * time
     return MotorLoop(
-        name, time, torque * np.cos(phase), rate * np.sin(phase + 0.5), np.zeros_like(time)
+        name,
+        f"right_{name}",
+        time,
+        torque * np.cos(phase),
+        rate * np.sin(phase + 0.5),
+        np.zeros_like(time),
     )
 
 

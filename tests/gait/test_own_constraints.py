@@ -12,11 +12,13 @@ import pytest
 from numerics import check_differences, jacobian_difference, steps
 from walks import walk
 
+from gaitopt.actuators.motors import JointMotor
 from gaitopt.errors import InputError
 from gaitopt.gait import quantities
 from gaitopt.gait.constraint import Constraint, margin
 from gaitopt.gait.costs import RunningCost, TorqueCost, WeightedSum
 from gaitopt.gait.functions import ComplexStep, Linear
+from gaitopt.gait.motor_envelope import MotorEnvelope
 from gaitopt.gait.plugin import load_plugin
 from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
@@ -60,8 +62,10 @@ def changed(name: str, **changes):
     return WalkProblem(known.problem.robot, replace(known.problem.task, **changes)), known.x
 
 
+KNEE = JointMotor("*knee*", 40.0, 15.0, 160.0, 20.0, 0.03, 0.9, 0.5)
 OWN = (
     {"constraints": (MotorPower(),)},
+    {"constraints": (MotorEnvelope(motors=(KNEE,)),)},
     {"cost": Smoothness()},
     {"cost": TorqueCost({"*_knee": 3.0, "right_hip_*": 0.5})},
     {"cost": WeightedSum(((TorqueCost(), 0.3), (Smoothness(), 2.0)))},

@@ -1,0 +1,351 @@
+"""Motors and their gears as data: `motors.toml`, and what follows for the joints they drive.
+
+A motor is its direct-current equivalent: torque kt I, voltage R I + kt w. A gear of ratio N turns
+the motor N times as fast as the joint; of the torque it passes on the share that its efficiency
+says, and its friction takes a constant torque at the joint.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import MISSING, dataclass, field, fields
+from difflib import get_close_matches
+from functools import cache
+from importlib.resources import files
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from gaitopt.errors import SpecError
+from gaitopt.importers.text_files import parse_toml, read_text
+from gaitopt.model.import_options import matching
+from gaitopt.nlp import Array
+from gaitopt.units import read_quantity
+
+_INDUCED = (0.5, 1.05)
+"""Range of kt * no-load speed over the voltage: beyond it no current flows or units are wrong."""
+_KEY = "unit"
+
+
+def _number(unit: str, default: Any = MISSING) -> Any:
+    """Return a dataclass field that is a number with a unit."""
+    if default is MISSING:
+        return field(metadata={_KEY: unit})
+    return field(default=default, metadata={_KEY: unit})
+
+
+@dataclass(frozen=True)
+class Motor:
+    """A motor without its gear.
+
+    Attributes:
+        name: of the motor.
+        torque_constant: torque per current, kt [N·m/A].
+        resistance: such that resistance * current² is the copper loss [Ω].
+        inertia: of the rotor [kg·m²].
+        peak_current: largest current for moments [A].
+        continuous_current: largest root mean square of the current [A].
+        voltage: of the supply [V].
+        no_load_speed: at that voltage [rad/s].
+        mass: [kg].
+        source: where the figures are from.
+
+    Raises:
+        SpecError: a figure is not above zero, or they contradict each other.
+    """
+
+    name: str
+    torque_constant: float = _number("N·m/A")
+    resistance: float = _number("Ω")
+    inertia: float = _number("kg·m²")
+    peak_current: float = _number("A")
+    continuous_current: float = _number("A")
+    voltage: float = _number("V")
+    no_load_speed: float = _number("rad/s")
+    mass: float = _number("kg")
+    source: str = ""
+
+    def __post_init__(self) -> None:
+        where = f"motor '{self.name}'"
+        for name, unit in _units(Motor).items():
+            _check_number(where, name, getattr(self, name), unit)
+        if self.continuous_current > self.peak_current:
+            raise SpecError(
+                f"{where}: the continuous current is {self.continuous_current:g} A, above the peak "
+                f"of {self.peak_current:g} A; swap them if they are mixed up"
+            )
+        if self.peak_current > self.stall_current:
+            raise SpecError(
+                f"{where}: a peak current of {self.peak_current:g} A cannot flow: {self.voltage:g} "
+                f"V drive {self.stall_current:.4g} A through {self.resistance:g} Ω; give at most "
+                "that, a higher voltage or a lower resistance"
+            )
+        induced = self.torque_constant * self.no_load_speed
+        least, most = (share * self.voltage for share in _INDUCED)
+        if not least <= induced <= most:
+            what = "above" if induced > most else "far below"
+            raise SpecError(
+                f"{where}: at the no-load speed of {self.no_load_speed:.4g} rad/s it induces "
+                f"{induced:.4g} V ({self.torque_constant:g} N·m/A are as many V·s), {what} its "
+                f"supply of {self.voltage:g} V; give {least / self.torque_constant:.4g} to "
+                f"{most / self.torque_constant:.4g} rad/s, and check the units, as in "
+                f'no_load_speed = "2400rpm" or torque_constant = "91mNm/A"'
+            )
+
+    @property
+    def stall_current(self) -> float:
+        """Current that the supply drives through the motor at rest [A]."""
+        return self.voltage / self.resistance
+
+
+@dataclass(frozen=True)
+class Drive:
+    """A motor with its gear, and the joints that have it.
+
+    Attributes:
+        joints: pattern of joint names, `*knee*`, or a word in them.
+        motor: of each of them.
+        ratio: turns of the motor per turn of the joint.
+        efficiency: share of the torque (and of the power) that the gear passes on.
+        friction: torque at the joint that the gear takes [N·m].
+
+    Raises:
+        SpecError: a number is out of range, or the friction eats all torque.
+    """
+
+    joints: str
+    motor: Motor
+    ratio: float = _number("", 1.0)
+    efficiency: float = _number("", 1.0)
+    friction: float = _number("N·m", 0.0)
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.joints, str) or not self.joints:
+            raise SpecError(f"joints must be a pattern of joint names, got {self.joints!r}")
+        where = f"drive of '{self.joints}'"
+        _check_number(where, "ratio", self.ratio, "")
+        _check_number(where, "efficiency", self.efficiency, "")
+        if self.efficiency > 1.0:
+            raise SpecError(
+                f"{where}: the efficiency is {self.efficiency:g}; it must be a share, at most 1 "
+                "(0.9 for 90 %)"
+            )
+        _check_number(where, "friction", self.friction, "N·m", zero=True)
+        most = self.torque_per_current * self.motor.continuous_current
+        if self.friction >= most:
+            raise SpecError(
+                f"{where}: the friction is {self.friction:g} N·m, but the motor delivers no more "
+                f"than {most:.4g} N·m at the joint continuously; no torque is left"
+            )
+
+    @property
+    def torque_per_current(self) -> float:
+        """Torque at the joint per current [N·m/A], before friction."""
+        return self.ratio * self.efficiency * self.motor.torque_constant
+
+    @property
+    def armature(self) -> float:
+        """Inertia of the rotor as seen from the joint, ratio² times its own [kg·m²]."""
+        return self.ratio**2 * self.motor.inertia
+
+    def at_joint(self) -> JointMotor:
+        """Return what it can do at its joints."""
+        torque = self.torque_per_current
+        return JointMotor(
+            joints=self.joints,
+            peak_torque=torque * self.motor.peak_current - self.friction,
+            continuous_torque=torque * self.motor.continuous_current - self.friction,
+            stall_torque=torque * self.motor.stall_current - self.friction,
+            no_load_speed=self.motor.no_load_speed / self.ratio,
+            loss=self.motor.resistance / torque**2,
+            efficiency=self.efficiency,
+            friction=self.friction,
+        )
+
+
+class JointMotor(NamedTuple):
+    """What a motor with its gear can do at a joint, as numbers that gait files keep.
+
+    Attributes:
+        joints: pattern of joint names.
+        peak_torque: [N·m].
+        continuous_torque: [N·m], of the root mean square over a stride.
+        stall_torque: what the supply's voltage would allow at rest [N·m]; above the peak.
+        no_load_speed: [rad/s].
+        loss: copper loss per squared torque [W/(N·m)²].
+        efficiency: of the gear.
+        friction: of the gear [N·m].
+    """
+
+    joints: str
+    peak_torque: float
+    continuous_torque: float
+    stall_torque: float
+    no_load_speed: float
+    loss: float
+    efficiency: float
+    friction: float
+
+    def torque_at(self, speed: Array) -> Array:
+        """Return the largest driving torque at speeds [rad/s], [N·m]: peak, or voltage line."""
+        line = self.stall_torque * (1.0 - np.abs(speed) / self.no_load_speed)
+        return np.asarray(np.clip(line, 0.0, self.peak_torque))
+
+
+@dataclass(frozen=True)
+class MotorTable:
+    """The drives of a robot.
+
+    Attributes:
+        drives: where two patterns fit a joint, the later one counts.
+    """
+
+    drives: tuple[Drive, ...]
+
+    @property
+    def at_joints(self) -> tuple[JointMotor, ...]:
+        """What they can do at their joints."""
+        return tuple(drive.at_joint() for drive in self.drives)
+
+    def check(self, names: Sequence[str], mirror: Array) -> None:
+        """Check that the drives fit the joints of a robot; see `joint_motors`."""
+        joint_motors(self.at_joints, names, mirror)
+
+    def drive(self, joint: str) -> Drive | None:
+        """Return the drive of a joint, None where it has none."""
+        found = [one for one in self.drives if matching(one.joints, [joint])]
+        return found[-1] if found else None
+
+
+def joint_motors(
+    motors: Sequence[JointMotor], names: Sequence[str], mirror: Array
+) -> list[JointMotor | None]:
+    """Return the motor of each joint, None for joints that have none.
+
+    Args:
+        motors: where two patterns fit a joint, the later one counts.
+        names: of the joints.
+        mirror: exchange of left and right, shape (joints, joints).
+
+    Raises:
+        SpecError: a pattern fits no joint, or the two joints of a pair have different motors.
+    """
+    found: list[JointMotor | None] = [None] * len(names)
+    for one in motors:
+        fits = matching(one.joints, names)
+        if not fits:
+            raise SpecError(
+                f"motors are given for '{one.joints}', but no joint that moves is called so; there "
+                f"are {', '.join(names)}, and patterns as '*knee*'"
+            )
+        for name in fits:
+            found[list(names).index(name)] = one
+    for k, own in enumerate(found):
+        other = int(np.argmax(np.abs(mirror[:, k])))
+        theirs = found[other]
+        if (own and own[1:]) != (theirs and theirs[1:]):
+            raise SpecError(
+                f"'{names[k]}' and '{names[other]}' have different motors; give the joints of a "
+                "pair the same, for each is in the stance leg in one step and in the swing leg in "
+                "the next"
+            )
+    return found
+
+
+def read_motors(path: str | Path) -> MotorTable:
+    """Read `motors.toml`: [motors.NAME] tables, and a [[drives]] entry for joints with a motor.
+
+    Raises:
+        SpecError: it cannot be used; the message says what is wrong and what is allowed.
+        RobotError: it cannot be read.
+    """
+    return motors_of(read_text(Path(path), "motor table"), str(path))
+
+
+def motors_of(text: str, where: str = "motor table") -> MotorTable:
+    """Return the drives of a TOML text; motors of `known_motors` need no table of their own."""
+    table = parse_toml(text, where, kind=SpecError)
+    _check_keys(where, table, ("motors", "drives"))
+    own = table.get("motors", {})
+    if not isinstance(own, Mapping):
+        raise SpecError(f"{where}: 'motors' must hold tables, [motors.NAME]")
+    motors = {**known_motors(), **{n: _motor(where, n, one) for n, one in own.items()}}
+    entries = table.get("drives", [])
+    if not isinstance(entries, list) or not entries:
+        raise SpecError(
+            f"{where}: there are no drives; say which joints have which motor, as in\n"
+            '[[drives]]\njoints = "*knee*"\nmotor = "ak80-6"\nratio = 6'
+        )
+    return MotorTable(tuple(_drive(where, one, motors) for one in entries))
+
+
+@cache
+def known_motors() -> dict[str, Motor]:
+    """Return the motors that come with gaitopt, by name, each with its source."""
+    text = (files("gaitopt.actuators") / "known_motors.toml").read_text("utf-8")
+    table = parse_toml(text, "known_motors.toml")["motors"]
+    return {name: _motor("known_motors.toml", name, one) for name, one in table.items()}
+
+
+def _motor(where: str, name: str, entry: object) -> Motor:
+    return Motor(name=name, **_numbers(f"{where}: motor '{name}'", entry, Motor, ("source",)))
+
+
+def _drive(where: str, entry: object, motors: Mapping[str, Motor]) -> Drive:
+    joints = entry.get("joints") if isinstance(entry, Mapping) else None
+    what = f"{where}: drive of '{joints}'"
+    values = _numbers(what, entry, Drive, ("joints", "motor"))
+    if values["motor"] not in motors:
+        raise SpecError(f"{what}: there is no motor '{values['motor']}'; {_there_are(motors)}")
+    return Drive(**{**values, "motor": motors[values["motor"]]})
+
+
+def _numbers(where: str, entry: object, kind: type, texts: tuple[str, ...]) -> dict[str, Any]:
+    """Return the values of a table for a dataclass, numbers in SI units."""
+    units = _units(kind)
+    if not isinstance(entry, Mapping):
+        raise SpecError(f"{where}: give a table with {', '.join((*texts, *units))}")
+    _check_keys(where, entry, (*texts, *units))
+    needed = {one.name for one in fields(kind) if one.default is MISSING} - {"name"}
+    if missing := [name for name in (*texts, *units) if name in needed - set(entry)]:
+        raise SpecError(f"{where}: {', '.join(missing)} is missing; give every figure of the motor")
+    values: dict[str, Any] = {}
+    for name, value in entry.items():
+        if name in texts:
+            if not isinstance(value, str):
+                raise SpecError(f"{where}: {name} must be a text, got {value!r}")
+            values[name] = value
+            continue
+        try:
+            values[name] = read_quantity(value, units[name])
+        except ValueError as error:
+            raise SpecError(f"{where}: {name} = {str(value)[:60]!r} is wrong; {error}") from None
+    return values
+
+
+def _check_keys(where: str, entry: Mapping[str, object], known: Sequence[str]) -> None:
+    for name in entry:
+        if name not in known:
+            close = get_close_matches(str(name), known, n=1)
+            hint = f"did you mean '{close[0]}'? " if close else ""
+            raise SpecError(f"{where}: unknown entry '{name}'; {hint}{_there_are(known)}")
+
+
+def _there_are(names: Sequence[str] | Mapping[str, object]) -> str:
+    return f"there are {', '.join(names)}"
+
+
+def _units(kind: type) -> dict[str, str]:
+    return {one.name: one.metadata[_KEY] for one in fields(kind) if _KEY in one.metadata}
+
+
+def _check_number(where: str, name: str, value: object, unit: str, zero: bool = False) -> None:
+    words = name.replace("_", " ")
+    if isinstance(value, bool) or not isinstance(value, int | float) or not np.isfinite(value):
+        raise SpecError(f"{where}: the {words} is {value!r}; it must be a finite number")
+    if value < 0.0 or (value == 0.0 and not zero):
+        allowed = "0 or more" if zero else "above 0"
+        raise SpecError(
+            f"{where}: the {words} is {f'{value:g} {unit}'.strip()}; it must be {allowed}"
+        )

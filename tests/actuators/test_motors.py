@@ -1,0 +1,122 @@
+"""Motor tables: hand-computed figures at the joint, and refusals of what cannot be."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from gaitopt.actuators.motors import joint_motors, known_motors, motors_of, read_motors
+from gaitopt.errors import InputError, RobotError, SpecError
+
+TABLE = """
+[motors.example]
+torque_constant = 0.1
+resistance = "100mOhm"
+inertia = 1e-4
+peak_current = 60.0
+continuous_current = 20.0
+voltage = 48.0
+no_load_speed = "4400rpm"
+mass = 0.6
+
+[[drives]]
+joints = "*"
+motor = "example"
+ratio = 20
+efficiency = 0.9
+friction = 1.5
+
+[[drives]]
+joints = "knee"
+motor = "ak80-6"
+ratio = 6
+"""
+
+
+def changed(old, new):
+    assert old in TABLE
+    return TABLE.replace(old, new, 1)
+
+
+def test_figures_at_the_joint_by_hand():
+    table = motors_of(TABLE)
+    hip, knee = table.at_joints
+    assert hip.peak_torque == pytest.approx(0.1 * 20 * 0.9 * 60 - 1.5)
+    assert hip.continuous_torque == pytest.approx(0.1 * 20 * 0.9 * 20 - 1.5)
+    assert hip.stall_torque == pytest.approx(0.1 * 20 * 0.9 * 480 - 1.5)
+    assert hip.no_load_speed == pytest.approx(4400 * 2 * np.pi / 60 / 20)
+    assert hip.loss == pytest.approx(0.1 / 1.8**2)  # 1 A is 1.8 N·m and 0.1 W
+    assert table.drives[0].armature == pytest.approx(0.04)
+    assert knee.peak_torque == pytest.approx(13.104)
+    assert table.drive("left_knee").motor.mass == 0.485
+    assert table.drive("left_hip_yaw").motor.name == "example"
+    half = 0.5 * hip.no_load_speed
+    assert hip.torque_at(np.array([0.0, -half, hip.no_load_speed, 99.0])) == pytest.approx(
+        [hip.peak_torque, hip.peak_torque, 0.0, 0.0]
+    )
+    near = 0.9 * hip.no_load_speed
+    assert hip.torque_at(np.array([near])) == pytest.approx([0.1 * hip.stall_torque])
+
+
+def test_known_motors_have_a_source_and_agree_with_their_published_peaks():
+    motor = known_motors()["ak80-6"]
+    assert all(one.source for one in known_motors().values())
+    assert motor.torque_constant * motor.peak_current == pytest.approx(2.184)
+    assert motor.torque_constant / np.sqrt(motor.resistance) == pytest.approx(0.2206, rel=1e-3)
+    assert motor.no_load_speed == pytest.approx(251.2, rel=1e-3)
+
+
+def test_motors_of_pairs():
+    names, mirror = ("right_knee", "left_knee", "waist"), np.eye(3)[[1, 0, 2]]
+    motors = motors_of(TABLE).at_joints
+    found = joint_motors(motors, names, mirror)
+    assert [one.joints for one in found] == ["knee", "knee", "*"]
+    assert joint_motors(motors[1:], names, mirror)[2] is None
+    uneven = (motors[0], motors[1]._replace(joints="left_knee"))
+    with pytest.raises(SpecError, match="'right_knee' and 'left_knee' have different motors"):
+        joint_motors(uneven, names, mirror)
+    with pytest.raises(SpecError, match=r"'elbow', but no joint that moves.*right_knee"):
+        joint_motors((motors[0]._replace(joints="elbow"),), names, mirror)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ('"4400rpm"', "4400", r"induces 440 V .* above its supply of 48 V.*\"2400rpm\""),
+        ("torque_constant = 0.1", "torque_constant = 0.0001", "far below its supply of 48 V"),
+        ("peak_current = 60.0", "peak_current = 600.0", "600 A cannot flow: 48 V drive 480 A"),
+        ("continuous_current = 20.0", "continuous_current = 80", "80 A, above the peak of 60 A"),
+        ("inertia = 1e-4", "inertia = -1e-4", r"inertia is -0.0001 kg·m²; it must be above 0"),
+        ('"100mOhm"', '"100mW"', "resistance = '100mW' is wrong; give a number in Ω"),
+        ("mass = 0.6", "", "mass is missing; give every figure"),
+        ("mass = 0.6", "mas = 0.6", "unknown entry 'mas'; did you mean 'mass'"),
+        ("mass = 0.6", "mass = nan", "mass is nan; it must be a finite number"),
+        ("efficiency = 0.9", "efficiency = 90", "efficiency is 90; it must be a share, at most 1"),
+        ("ratio = 20", "ratio = 0", "ratio is 0; it must be above 0"),
+        ("friction = 1.5", "friction = -1", "friction is -1 N·m; it must be 0 or more"),
+        ("friction = 1.5", "friction = 40", r"40 N·m, but .* 36 N·m .* no torque is left"),
+        ('motor = "example"', 'motor = "exmple"', "there is no motor 'exmple'; there are ak80-6"),
+        ('joints = "*"\n', "", "joints is missing"),
+        ("[motors.example]", "[motor.example]", "unknown entry 'motor'; did you mean 'motors'"),
+        ("ratio = 20", "ratio = ", "not TOML"),
+    ],
+)  # fmt: skip
+def test_tables_that_cannot_be_are_refused_with_words(old, new, said):
+    with pytest.raises(SpecError, match=said):
+        motors_of(changed(old, new))
+
+
+def test_the_example_is_a_table_that_says_it_is_one():
+    table = read_motors(Path(__file__).parents[2] / "examples" / "motors.toml")
+    assert {one.motor.name for one in table.drives} == {"example"}
+    assert "no product" in table.drives[0].motor.source
+
+
+def test_a_table_without_drives_or_without_a_file(tmp_path):
+    with pytest.raises(SpecError, match="there are no drives"):
+        motors_of(TABLE.split("[[drives]]")[0])
+    with pytest.raises(RobotError, match="cannot read the motor table"):
+        read_motors(tmp_path / "none.toml")
+    (tmp_path / "motors.toml").write_text(TABLE)
+    assert len(read_motors(tmp_path / "motors.toml").drives) == 2
+    assert issubclass(SpecError, InputError)
