@@ -129,7 +129,7 @@ class Task:
         if not (is_finite(self.slope) and abs(self.slope) <= STEEPEST):
             raise InputError(
                 f"slope is {shown(self.slope)} rad; it must be between {-STEEPEST:g} and "
-                f"{STEEPEST:g} rad"
+                f"{STEEPEST:g} rad; other units stand behind the number, 10% or 6deg"
             )
         self._check_stairs()
         yaw = self.geometry[FOOT_YAW]
