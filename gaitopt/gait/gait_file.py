@@ -440,7 +440,10 @@ def _altered(members: _Arrays, digests: Mapping[str, str]) -> tuple[str, ...]:
 
 def _meta(source: Path, members: _Arrays) -> dict[str, object]:
     if "meta" not in members:
-        raise _bad(source, "it is not a complete gait file, 'meta' is missing")
+        reason = "it is not a complete gait file, 'meta' is missing"
+        if "joint_names" in members and "parameters" not in members:
+            reason += " (it is a motion that gaitopt export wrote)"
+        raise _bad(source, reason)
     try:
         meta = json.loads(str(members["meta"]))
     except (ValueError, RecursionError) as error:

@@ -155,6 +155,16 @@ def test_a_missing_file_is_refused(tmp_path):
         load_gait(tmp_path)
 
 
+def test_a_motion_is_told_from_a_damaged_gait(tmp_path):
+    path = tmp_path / "walk-motion.npz"
+    np.savez(path, fps=[50.0], joint_names=["knee"])
+    with pytest.raises(GaitFileError, match="is a motion that gaitopt export wrote"):
+        load_gait(path)
+    np.savez(path, parameters=[0.0], joint_names=["knee"])
+    with pytest.raises(GaitFileError, match="'meta' is missing; give one"):
+        load_gait(path)
+
+
 def test_another_zip_is_refused(tmp_path):
     path = tmp_path / "other.npz"
     np.savez(path, a=np.arange(3))
