@@ -14,7 +14,8 @@ from functools import cached_property
 
 import numpy as np
 
-from gaitopt.errors import InputError
+from gaitopt.errors import InputError, RobotError
+from gaitopt.importers.xml_document import as_numbers, parse_xml
 from gaitopt.model.multibody import BASE, Multibody
 from gaitopt.nlp import Array
 
@@ -37,6 +38,7 @@ G1_JOINTS = tuple(
 """Joints of Unitree's G1 of 29 degrees of freedom, in the order of its motors."""
 
 _CONTAINERS = ("frame", "replicate", "worldbody")  # of MJCF, whose bodies are those of the parent
+_SPACE, _ORIGIN = 3, (0.0, 0.0, 0.0)
 _SHOWN = 6  # names of joints in a message
 
 
@@ -53,7 +55,7 @@ class FileJoint:
 
     name: str
     link: str
-    anchor: tuple[float, ...] = (0.0, 0.0, 0.0)
+    anchor: tuple[float, ...] = _ORIGIN
     last: bool = True
 
 
@@ -109,7 +111,7 @@ class RobotOrder:
 
     def anchors(self, bodies: Sequence[int]) -> Array:
         """Return where the joints of bodies sit in the frames of the file [m], (bodies, 3)."""
-        return np.array([self._joint(b - 1).anchor if b else (0.0, 0.0, 0.0) for b in bodies])
+        return np.array([self._joint(b - 1).anchor if b else _ORIGIN for b in bodies])
 
     def _names(self, order: str | Sequence[str]) -> list[str]:
         if not isinstance(order, str):
@@ -171,8 +173,8 @@ class RobotOrder:
     @cached_property
     def _root(self) -> ET.Element | None:
         try:
-            return ET.fromstring(self.text)
-        except (ET.ParseError, ValueError):
+            return parse_xml(self.text).root
+        except RobotError:
             return None  # a file that no order is asked of needs none
 
     @property
@@ -217,7 +219,8 @@ def _mjcf_joints(root: ET.Element) -> list[FileJoint]:
         body = waiting.pop()
         own = [] if body.tag in _CONTAINERS else body.findall("joint")
         for joint in own:
-            anchor = tuple(float(x) for x in joint.get("pos", "0 0 0").split())
+            given = as_numbers(joint.get("pos", ""))
+            anchor = given if len(given) == _SPACE and np.isfinite(given).all() else _ORIGIN
             link = body.get("name", joint.get("name", ""))
             found.append(FileJoint(joint.get("name", ""), link, anchor, joint is own[-1]))
         waiting += reversed([part for part in body if part.tag in ("body", *_CONTAINERS)])
