@@ -51,12 +51,10 @@ class Symmetry(ABC):
 
     Attributes:
         name: in records.
-        exchanges: whether the feet change roles.
         reflection: signs of a vector (forward, left, up) of this step in the next, shape (3,).
     """
 
     name: ClassVar[str]
-    exchanges: ClassVar[bool]
     reflection: ClassVar[tuple[float, float, float]]
 
     @abstractmethod
@@ -68,7 +66,6 @@ class LegExchange(Symmetry):
     """The next step is the mirror image of this one: the legs change roles, Eqs. (26)-(27)."""
 
     name = "leg exchange"
-    exchanges = True
     reflection = (1.0, -1.0, 1.0)
 
     def joint_map(self, robot: Robot) -> Array:
@@ -101,6 +98,12 @@ class Schedule:
         kinds = [phase.transition for phase in self.phases]
         if kinds != [*[Transition.SMOOTH] * (len(kinds) - 1), Transition.IMPACT]:
             raise InputError("the last phase of a step, and no other, ends with an impact")
+        flat = [bool(phase.contact.resting().all()) for phase in self.phases]
+        if not all(flat[:-1]) or flat == [False]:
+            raise InputError(
+                "the stance foot turns about a line of its sole in a phase that is not the last of "
+                "several; let it stand flat before, from the impact on"
+            )
 
     @property
     def last(self) -> Phase:

@@ -5,6 +5,7 @@ import pytest
 
 from gaitopt.contact.flat_foot import FlatFoot
 from gaitopt.contact.schedule import AFTER, LegExchange, Phase, Schedule, Transition
+from gaitopt.contact.toe_line import ToeLine
 from gaitopt.errors import InputError
 from gaitopt.gait.grid import phase_grid, uniform_grid
 from gaitopt.gait.task import Task
@@ -24,7 +25,6 @@ def test_paper_walk_is_one_phase_on_the_flat_foot(robot):
 
 
 def test_exchange_reflects_vectors_as_it_does_legs():
-    assert LegExchange.exchanges
     assert LegExchange.reflection == (1.0, -1.0, 1.0)
 
 
@@ -41,6 +41,8 @@ def test_instant_of_a_change_belongs_to_the_phase_before_it():
         (Phase(FlatFoot(), 0.0, SMOOTH), Phase(FlatFoot())),
         (Phase(FlatFoot(), 1.0, SMOOTH),),
         (Phase(FlatFoot(), 0.5, IMPACT), Phase(FlatFoot())),
+        (Phase(ToeLine(0.01)),),
+        (Phase(ToeLine(0.01), 0.5, SMOOTH), Phase(FlatFoot())),
     ],
 )
 def test_phases_that_make_no_step_are_refused(phases):

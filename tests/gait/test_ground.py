@@ -106,7 +106,9 @@ def test_newton_and_euler_agree(robot, make, ground):
     assert other.torque > REFEREE  # a referee on other ground objects
 
 
-@pytest.mark.parametrize("ground", GROUNDS, ids=str)
+@pytest.mark.parametrize(
+    "ground", [*GROUNDS, *({"slope": angle, "toe_off": 0.7} for angle in SLOPES)], ids=str
+)
 def test_mujoco_asks_for_the_same(robot, ground):
     """MuJoCo's inverse dynamics: what it asks for at the base is the ground's wrench."""
     robot = loaded(robot)
@@ -116,6 +118,7 @@ def test_mujoco_asks_for_the_same(robot, ground):
     body = gait.trajectory.body
     model = mujoco.MjModel.from_xml_string(mjcf(body))
     at = mujoco.MjData(model)
+    # the last one in the turn of the stance foot, where there is one
     samples = gait.trajectory.at(np.array([0.1, 0.45, 0.8]) * gait.duration)
     for row in range(3):
         base = pin.XYZQUATToSE3(samples.configuration[row, :7])

@@ -15,6 +15,7 @@ from gaitopt.gait import quantities
 from gaitopt.gait.assemble import gait_at
 from gaitopt.gait.foot_turn import FootTurn
 from gaitopt.gait.gait_file import TURNING, load_gait, save_gait
+from gaitopt.gait.grid import proof_grid
 from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
@@ -175,3 +176,23 @@ def test_margins_of_the_centre_of_pressure_are_told_of_the_flat_foot(gait):
     assert contact["cop_to_edge_mm"]["front"] == pytest.approx(1e3 * front)
     assert contact["foot_turns_from_s"] == gait.turns_at == pytest.approx(0.325)
     assert contact["foot_angle_rad"] == pytest.approx(0.15)
+
+
+def test_motors_and_the_strip_do_the_work_that_the_impact_takes():
+    """On level ground nothing else does: the strip by the moment of the ground about the line."""
+    found = walk(NAMES[0])
+    problem = found.problem.with_grid(proof_grid(found.problem.breaks))
+    step, model = problem.step(found.x), problem.robot.model
+    weights = step.duration * problem.grid.weights
+    work = weights @ (step.read(quantities.TORQUE) * step.motion[1]).sum(axis=1)
+    wrench, (_, turn, _) = step.read(quantities.WRENCH), step.foot_motion[:, :, 0]
+    strip = weights @ (wrench @ step.turn.hinge.twist * turn)
+    assert abs(strip) > 1.0  # J; of this guess, whose pressure is far from the line
+    data, q = model.createData(), pin.neutral(model)
+    q[7:] = step.q_end
+    M = pin.crba(model, data, q)
+    before = np.concatenate([step.turn.twist, step.rate_before])
+    after = step.impact.velocity
+    lost = (before @ M @ before - after @ M @ after) / 2.0
+    assert lost > 1.0  # J
+    assert work + strip == pytest.approx(lost, rel=1e-9)

@@ -10,7 +10,9 @@ import pytest
 from motions import random_motion
 from numerics import check_jacobian, relative_error
 
+from gaitopt.contact.toe_line import ToeLine
 from gaitopt.mechanics.chain_build import chain_of_robot, loads_of_robot
+from gaitopt.mechanics.hinged import standing_robot
 from gaitopt.mechanics.mdh_chain import turned
 from gaitopt.mechanics.newton_euler import motor_effort, sole_axes
 from gaitopt.mechanics.single_support import (
@@ -201,3 +203,30 @@ def test_a_robot_without_physics_takes_the_short_road(robot):
     assert robot.physics.carried is None
     slope = support.derivatives(*(np.zeros((COUNT, 12)),) * 3)[1]
     assert (slope.passive, slope.carried) == (None, None)
+
+
+def test_a_foot_tilted_on_its_hinge_feels_another_gravity(loaded, slow_motion):
+    """Passive joints and carried weight of the foot included: the hinge held at an angle."""
+    contact, angle = ToeLine(0.01), 0.3
+    still = np.zeros((COUNT, 1))
+    tilted = [np.hstack([still + angle * (k == 0), part]) for k, part in enumerate(slow_motion)]
+    effort = SingleSupport(standing_robot(loaded, contact), COUNT).state(*tilted).effort
+    place = pin.exp6(angle * contact.hinge(loaded.sole).twist)
+    model = loaded.model.copy()
+    model.gravity.linear = place.rotation.T @ loaded.model.gravity.linear
+    flat = SingleSupport(replace(loaded, model=model), COUNT).state(*slow_motion).effort
+    assert relative_error(effort[:, 7:], flat[:, 6:]) < 1e-12
+    wrench = np.array([place.act(pin.Force(one)).vector for one in flat[:, :6]])
+    assert relative_error(effort[:, :6], wrench) < 1e-12
+
+
+def test_the_referee_knows_the_load_of_a_hinged_foot(loaded, slow_motion, rng):
+    hinged = standing_robot(loaded, ToeLine(0.01))
+    turn = rng.normal(0.0, [[[0.3]], [[1.0]], [[10.0]]], (3, COUNT, 1))
+    motion = [np.hstack(parts) for parts in zip(turn, slow_motion, strict=True)]
+    effort = SingleSupport(hinged, COUNT).state(*motion).effort
+    chain = chain_of_robot(hinged)
+    loads, gravity = loads_of_robot(hinged, chain), np.array(loaded.model.gravity.linear)
+    R0, torque = motor_effort(chain, loads, *motion, gravity=turned(gravity))
+    assert relative_error(effort[:, 6:], torque) < 1e-10
+    assert relative_error(effort[:, :6], sole_axes(R0)) < 1e-10
