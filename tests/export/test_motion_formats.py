@@ -141,15 +141,24 @@ def test_on_a_slope_the_world_stands_upright(armed, tmp_path, ahead, across):
 
 
 @pytest.mark.parametrize(
-    "asked", [{"slope": 0.1}, {"slope": -0.15}, {"toe_off": 0.7, "boundary": "lifted"}]
+    "asked",
+    [
+        {"slope": 0.1},
+        {"slope": -0.15},
+        {"toe_off": 0.7, "boundary": "lifted"},
+        {"stairs": 0.1},
+        {"stairs": -0.08},
+    ],
 )
-def test_designed_slopes_and_toe_off_have_mujocos_torques(armed, tmp_path, asked):
+def test_designed_slopes_stairs_and_toe_off_have_mujocos_torques(armed, tmp_path, asked):
     gait = first_walk(Robot.from_urdf(armed.urdf), speed=0.6, **asked)
     gait = gaitopt.load_gait(gaitopt.save_gait(gait, tmp_path / "gait.npz"))
     assert_torques_are_mujocos(gait, tmp_path)
     sampled = motion(gait, 50.0, 4.0)
     travel = sampled.samples.base_position[-1] - sampled.samples.base_position[0]
-    assert travel[2] / travel[0] == pytest.approx(np.tan(asked.get("slope", 0.0)), abs=0.02)
+    rise = asked.get("stairs", gait.step_length * np.sin(asked.get("slope", 0.0)))
+    steps = sampled.samples.time[-1] / gait.trajectory.step_duration
+    assert travel[2] / steps == pytest.approx(rise, abs=0.02)
     assert sampled.foot_wrench[..., 2].min() > -1e-9
 
 
