@@ -75,13 +75,17 @@ def design_gait(
         UserWarning: the robot is not the thirteen-link biped, but the margins of the task are its.
 
     Raises:
-        InputError: starts below 1, or the start has another shape than the parameters, or is not
-            finite.
+        InputError: the robot is no `Robot`, starts below 1, or the start has another shape than
+            the parameters, or is not finite.
         NoGaitFoundError: no feasible gait was found; the message says what stands in the way, and
             `diagnosis` why and what would help.
         UnreachableError: the step asked for is longer than the legs; with a `diagnosis` too.
         StoppedError: `stop` said so before there was a walk.
     """
+    if not isinstance(robot, Robot):
+        raise InputError(
+            f"the robot is {shown(robot)}; give a Robot, as Robot.from_urdf('robot.urdf')"
+        )
     task = task or Task()
     foreign = foreign_margins(robot, task)
     if foreign is not None:

@@ -8,10 +8,13 @@ names in messages, the diagnosis and the refinement between the samples follow f
 from __future__ import annotations
 
 import math
+import sys
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import Field, dataclass, field, fields, is_dataclass
 from functools import cached_property
+from pathlib import Path
+from traceback import extract_tb
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
@@ -143,13 +146,19 @@ def check_declaration(one: object, *names: str) -> None:
         names: what it has to declare.
 
     Raises:
-        InputError: a name is missing, or it keeps values without being a frozen dataclass.
+        InputError: a name is missing, `reads` is no tuple of quantities, or it keeps values without
+            being a frozen dataclass.
     """
     kind = type(one).__name__
     if missing := [name for name in names if not hasattr(one, name)]:
         raise InputError(
             f"{kind} declares no {' and no '.join(missing)}; its class says what it is "
             "(docs/extending.md)"
+        )
+    reads = getattr(one, "reads", ())
+    if not (isinstance(reads, tuple) and all(isinstance(entry, Quantity) for entry in reads)):
+        raise InputError(
+            f"{kind} reads {shown(reads)}; give a tuple of quantities: reads = (quantities.TORQUE,)"
         )
     fields_left = any(isinstance(value, Field) for value in vars(type(one)).values())
     mutable = type(one).__hash__ is None  # of a dataclass that is not frozen
@@ -158,6 +167,19 @@ def check_declaration(one: object, *names: str) -> None:
             f"{kind} keeps values but is no frozen dataclass; write @dataclass(frozen=True) above "
             "its class, so that gait files can record them"
         )
+
+
+def failure(error: Exception, one: object) -> str:
+    """Return an exception in words, with the line of the file of a constraint or a cost, if any.
+
+    Args:
+        error: that a method of it raised.
+        one: the constraint or the cost.
+    """
+    file = getattr(sys.modules.get(type(one).__module__), "__file__", None)
+    lines = [at.lineno for at in extract_tb(error.__traceback__) if at.filename == file]
+    where = f" (line {lines[-1]} of {Path(str(file)).name})" if lines else ""
+    return f"{type(error).__name__}: {error}{where}"
 
 
 def is_finite(value: object) -> bool:

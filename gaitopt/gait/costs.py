@@ -19,7 +19,7 @@ import numpy as np
 from gaitopt.bounds import shown
 from gaitopt.errors import GaitoptError, InputError
 from gaitopt.gait import quantities
-from gaitopt.gait.constraint import check_margins, is_finite, margin
+from gaitopt.gait.constraint import check_declaration, check_margins, failure, is_finite, margin
 from gaitopt.gait.functions import QuantityFunction, SquaredNorm, check_function
 from gaitopt.gait.quantities import TRAVEL, Quantity, typical_entries
 from gaitopt.gait.step import Step
@@ -140,7 +140,7 @@ class RunningCost(Cost):
             raise
         except Exception as error:
             raise InputError(
-                f"the cost '{self.name}' cannot make its integrand: {type(error).__name__}: {error}"
+                f"the cost '{self.name}' cannot make its integrand: {failure(error, self)}"
             ) from error
         check_function(
             integrand, self._typical_entries(context.robot), 1, f"the cost '{self.name}'"
@@ -316,6 +316,8 @@ class WeightedSum(Cost):
     def __post_init__(self) -> None:
         if not self.terms or not all(is_finite(w) and w > 0.0 for _, w in self.terms):
             raise InputError("a weighted sum needs costs, with weights above 0")
+        for cost, _ in self.terms:
+            check_declaration(cost)
 
     @property
     def name(self) -> str:

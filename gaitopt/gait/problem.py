@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from gaitopt.errors import GaitoptError, InputError
-from gaitopt.gait.constraint import Constraint, ConstraintBlock, ConstraintContext
+from gaitopt.gait.constraint import Constraint, ConstraintBlock, ConstraintContext, failure
 from gaitopt.gait.constraints import CONSTRAINTS
 from gaitopt.gait.costs import CostContext, cost_function
 from gaitopt.gait.functions import check_function
@@ -191,9 +191,7 @@ def _checked(constraint: Constraint, context: ConstraintContext) -> ConstraintBl
     except GaitoptError:
         raise
     except Exception as error:
-        raise InputError(
-            f"{where} cannot make its rows: {type(error).__name__}: {error}"
-        ) from error
+        raise InputError(f"{where} cannot make its rows: {failure(error, constraint)}") from error
     if not isinstance(block, ConstraintBlock):
         raise InputError(f"{where} returns no ConstraintBlock; return self.over_step(...)")
     if len({one.rows for one in block.reads}) != 1:

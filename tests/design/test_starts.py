@@ -8,7 +8,7 @@ from liftoff_limits import watched_liftoff_limits
 from gaitopt.design.design import design
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.pipeline import RELAXED_LIFTOFF
-from gaitopt.design.starts import SLOWER, Outcome, _distinct, many_starts
+from gaitopt.design.starts import SLOWER, Outcome, _distinct, design_gait, many_starts
 from gaitopt.design.summary import motor_summaries, summarise
 from gaitopt.errors import InputError, NoGaitFoundError, StoppedError
 from gaitopt.gait.initial_guess import first_guess
@@ -228,3 +228,8 @@ def test_the_report_can_be_read(report):
 def test_bad_options_are_refused(robot, options, message):
     with pytest.raises(InputError, match=message):
         many_starts(robot, **options)
+
+
+def test_a_path_in_place_of_the_robot_is_refused(standard_task):
+    with pytest.raises(InputError, match=r"the robot is 'robot\.urdf'; give a Robot, as Robot"):
+        design_gait("robot.urdf", standard_task)

@@ -192,6 +192,22 @@ def test_what_is_not_declared_is_asked_for():
         Task(constraints=(Nameless(),))
 
 
+def test_one_quantity_without_a_comma_is_told():
+    class Comma(Nameless):
+        name, unit, words, reads = "comma", "N", "nothing", quantities.WRENCH
+
+    with pytest.raises(InputError, match=r"give a tuple of quantities: reads = \(quantities"):
+        Task(constraints=(Comma(),))
+
+
+def test_a_failure_in_a_plugin_has_its_line(robot, tmp_path):
+    path = tmp_path / "mine.py"
+    path.write_text(PLUGIN.read_text().replace("self.over_step", "self.over_stp"))
+    (line,) = [k for k, one in enumerate(path.read_text().split("\n"), 1) if "over_stp(" in one]
+    with pytest.raises(InputError, match=rf"'over_stp' \(line {line} of mine\.py\)"):
+        WalkProblem(robot, preset_task(constraints=load_plugin(path).constraints))
+
+
 class Plain(MotorPower):
     """Not decorated: its field would stay a declaration."""
 
