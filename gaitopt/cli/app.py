@@ -305,6 +305,29 @@ def check(options: CheckOptions) -> None:
 
 
 @dataclass(frozen=True)
+class SimulateOptions:
+    """Of `gaitopt simulate`."""
+
+    gait: Path = entry(..., "A gait file, .npz.", argument=True, metavar="GAIT")
+    steps: int = entry(20, "How many steps to walk.")
+    controller: str = entry("whole-body", "Feedback: whole-body or joint-pd.", metavar="NAME")
+    friction: float = entry(0.8, "Coefficient of the simulated ground.", metavar="MU")
+    output: Path | None = entry(None, "Write the numbers: .json.", short="-o", metavar="FILE")
+    quiet: bool = entry(False, _QUIET, short="-q")
+
+
+@command(app)
+def simulate(options: SimulateOptions) -> None:
+    """Walk a gait in MuJoCo under feedback, and let MuJoCo check its numbers."""
+    from gaitopt.cli import simulate as work
+
+    work.run(
+        options.gait, options.steps, options.controller, options.friction, options.output,
+        options.quiet,
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
 class PlayOptions:
     """Of `gaitopt play`."""
 

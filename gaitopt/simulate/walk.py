@@ -1,0 +1,254 @@
+"""A gait walked in MuJoCo under a controller, and what is measured of it."""
+
+from __future__ import annotations
+
+import time as clock
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from enum import Enum
+
+import mujoco
+import numpy as np
+
+from gaitopt.errors import InputError
+from gaitopt.gait.result import Gait
+from gaitopt.gait.trajectory import Trajectory
+from gaitopt.nlp import Array
+from gaitopt.simulate.controller import Controller
+from gaitopt.simulate.mujoco_model import ContactOptions, SimulatedRobot, simulated_robot
+from gaitopt.simulate.whole_body import WholeBodyController
+
+STEPS = 20
+MOST_STEPS = 10000
+_LOW = 0.7  # of the mean height of the centre of mass: below, the robot has fallen
+_TILTED = 0.5  # cosine of the trunk's tilt: 60 degrees
+_LATE = 2.0  # of a step's duration: the swing foot should have landed
+_SUNK = 2e-4  # m, by which the first sole begins in the ground, where it bears about the weight
+_SETTLED = 2  # first steps that are left out of means
+_INSTANTS = 1201  # of the step for its designed cost
+
+
+class Ending(Enum):
+    """How a simulated walk ended."""
+
+    WALKED = "walked all steps"
+    FELL = "sank to the ground"
+    TIPPED = "tipped over"
+    NO_LANDING = "the swing foot did not land"
+
+
+@dataclass(frozen=True)
+class WalkOptions:
+    """Of a simulated walk.
+
+    Attributes:
+        steps: how many to walk.
+        contact: ground and integrator.
+        touch_down: normal force on the swing sole at which it has landed, of the weight.
+        earliest: share of a step's designed duration before which it cannot.
+    """
+
+    steps: int = STEPS
+    contact: ContactOptions = field(default_factory=ContactOptions)
+    touch_down: float = 0.05
+    earliest: float = 0.6
+
+
+@dataclass(frozen=True, eq=False)
+class SimulatedWalk:
+    """What was measured of a simulated walk.
+
+    Means leave out the first two steps; NaN where there were no more.
+
+    Attributes:
+        ending: how it ended.
+        asked: number of steps.
+        lengths: of the steps along the walk [m], shape (steps,).
+        times: between touch-downs [s], shape (steps,).
+        drift: of the last standing foot from its designed line [m], to the left.
+        efforts: integral of the squared torques over each step [N²·m²·s], shape (steps,).
+        designed_cost: squared torque per metre of the gait [N²·m·s].
+        torque: largest of each joint [N·m], shape (n,).
+        rate: largest of each joint [rad/s], shape (n,).
+        force: largest of the ground on one foot [N].
+        simulated: time that passed in the simulation [s].
+        seconds: time that the computation took [s].
+    """
+
+    ending: Ending
+    asked: int
+    lengths: Array
+    times: Array
+    drift: float
+    efforts: Array
+    designed_cost: float
+    torque: Array
+    rate: Array
+    force: float
+    simulated: float
+    seconds: float
+
+    @property
+    def steps(self) -> int:
+        """Number of steps that ended with a touch-down."""
+        return len(self.times)
+
+    @property
+    def settled(self) -> tuple[Array, Array]:
+        """Lengths [m] and times [s] of the steps after the first two."""
+        return self.lengths[_SETTLED:], self.times[_SETTLED:]
+
+    @property
+    def speed(self) -> float:
+        """Mean speed along the walk [m/s]."""
+        lengths, times = self.settled
+        return _ratio(lengths.sum(), times.sum())
+
+    @property
+    def cost(self) -> float:
+        """Squared torque per metre under feedback [N²·m·s]."""
+        return _ratio(self.efforts[_SETTLED:].sum(), self.lengths[_SETTLED:].sum())
+
+
+def simulate(
+    gait: Gait,
+    options: WalkOptions | None = None,
+    controller: Callable[[SimulatedRobot, Trajectory, Array | None], Controller] | None = None,
+) -> SimulatedWalk:
+    """Walk a gait in MuJoCo, from exactly its start.
+
+    Args:
+        gait: what to walk.
+        options: how long, and on what ground.
+        controller: makes the controller of the model, the walk and the torque limits; the
+            whole-body controller by default.
+
+    Raises:
+        InputError: the gait cannot be simulated, or an option is out of range.
+        RobotError: the gait has no robot of its own, and its URDF is not its robot.
+    """
+    options = WalkOptions() if options is None else options
+    if not 1 <= options.steps <= MOST_STEPS:
+        raise InputError(
+            f"{options.steps} steps cannot be simulated; ask for 1 to {MOST_STEPS} of them"
+        )
+    if gait.turning:
+        raise InputError(
+            "the stance foot of this gait turns before the impact (toe-off); only gaits with flat "
+            "feet can be simulated yet: optimise it without --toe-off"
+        )
+    trajectory, limit = gait.trajectory, gait.joint_limit("torque")
+    robot = simulated_robot(trajectory.body, limit, options.contact)
+    make = WholeBodyController if controller is None else controller
+    return _Run(robot, trajectory, make(robot, trajectory, limit), options).walk()
+
+
+def designed_cost(trajectory: Trajectory) -> float:
+    """Return the squared torque per metre of a walk [N²·m·s]."""
+    times = np.linspace(0.0, trajectory.step_duration, _INSTANTS)
+    torque = trajectory.at(times, before=times > 0.0).torque[:, trajectory.body.moving]
+    effort = float(np.trapezoid((torque**2).sum(axis=1), times))
+    travel = trajectory.advance(2).translation - trajectory.advance(0).translation
+    return effort / (float(np.hypot(travel[0], travel[1])) / 2.0)
+
+
+class _Run:
+    """One simulation."""
+
+    def __init__(
+        self,
+        robot: SimulatedRobot,
+        trajectory: Trajectory,
+        controller: Controller,
+        options: WalkOptions,
+    ) -> None:
+        self._robot, self._trajectory = robot, trajectory
+        self._controller, self._options = controller, options
+        start = trajectory.at(0.0)
+        q, v = start.configuration[0], start.velocity[0]
+        self._data = mujoco.MjData(robot.model)
+        self._data.qpos[:], self._data.qvel[:] = robot.position(q), robot.velocity(q, v)
+        self._data.qpos[2] -= _SUNK
+        mujoco.mj_forward(robot.model, self._data)
+        self._height = float(self._data.subtree_com[robot.base][2])
+        self._torque = self._rate = np.zeros(len(robot.dof))
+        self._force = 0.0
+
+    def walk(self) -> SimulatedWalk:
+        """Walk until the steps are done or the robot is down."""
+        robot, data, options = self._robot, self._data, self._options
+        begun, duration = clock.perf_counter(), self._trajectory.step_duration
+        foot, landed, time, effort = 0, 0.0, 0.0, 0.0
+        start = self._place(0)
+        places = [start]
+        times: list[float] = []
+        efforts: list[float] = []
+        ending = Ending.WALKED
+        ticks = max(1, round(self._controller.interval / robot.model.opt.timestep))
+        while len(times) < options.steps:
+            data.ctrl[:] = self._controller.torque(time, data.qpos.copy(), data.qvel.copy())
+            for _ in range(ticks):
+                mujoco.mj_step(robot.model, data)
+            passed = ticks * robot.model.opt.timestep
+            time += passed
+            torque = np.abs(data.actuator_force)
+            effort += float(torque @ torque) * passed
+            self._torque = np.maximum(self._torque, torque)
+            self._rate = np.maximum(self._rate, np.abs(data.qvel[robot.dof]))
+            forces = self._forces()
+            self._force = max(self._force, *forces)
+            since = time - landed
+            if since > options.earliest * duration:
+                if forces[1 - foot] > options.touch_down * robot.weight:
+                    foot, landed = 1 - foot, time
+                    self._controller.touch_down(foot, time)
+                    places.append(self._place(foot))
+                    times.append(since)
+                    efforts.append(effort)
+                    effort = 0.0
+                elif since > _LATE * duration:
+                    ending = Ending.NO_LANDING
+                    break
+            if (down := self._down()) is not None:
+                ending = down
+                break
+        line = np.array(places)
+        return SimulatedWalk(
+            ending=ending,
+            asked=options.steps,
+            lengths=np.diff(line[:, 0]),
+            times=np.array(times),
+            drift=float(line[-1, 1] - self._trajectory.advance(len(times)).translation[1]),
+            efforts=np.array(efforts),
+            designed_cost=designed_cost(self._trajectory),
+            torque=self._torque,
+            rate=self._rate,
+            force=self._force,
+            simulated=time,
+            seconds=clock.perf_counter() - begun,
+        )
+
+    def _place(self, foot: int) -> Array:
+        return np.array(self._data.site_xpos[self._robot.site[foot]])
+
+    def _forces(self) -> tuple[float, float]:
+        """Return the normal forces of the ground on both soles [N]."""
+        data, total, one = self._data, [0.0, 0.0], np.zeros(6)
+        for index in range(data.ncon):
+            touching = data.contact[index].geom
+            mujoco.mj_contactForce(self._robot.model, data, index, one)
+            for foot, geom in enumerate(self._robot.geom):
+                total[foot] += float(one[0]) * (geom in touching)
+        return total[0], total[1]
+
+    def _down(self) -> Ending | None:
+        """Return how the robot is down, None if it is up."""
+        data, base = self._data, self._robot.base
+        if not np.isfinite(data.qpos).all() or data.subtree_com[base][2] < _LOW * self._height:
+            return Ending.FELL
+        up = data.xmat[base].reshape(3, 3)[2] @ self._robot.body.heading[:, 2]
+        return Ending.TIPPED if up < _TILTED else None
+
+
+def _ratio(a: float, b: float) -> float:
+    return float(a) / float(b) if b > 0.0 else float("nan")

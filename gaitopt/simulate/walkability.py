@@ -1,0 +1,137 @@
+"""What in a gait makes it hard to walk under feedback, and the option that changes it.
+
+Bounds are those beyond which the whole-body controller was seen to fail or to pay
+(docs/simulation.md); they judge the designed motion alone.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pinocchio as pin
+
+from gaitopt.gait.result import Gait
+from gaitopt.gait.trajectory import Trajectory, TrajectorySamples
+from gaitopt.mechanics.forward_kinematics import turning_arm
+from gaitopt.nlp import Array
+
+_INSTANTS = 301
+_RESERVE = 3e-3  # m of leg length: a centre of mass that lags leaves the landing leg too short
+_LANDING = 0.1  # m/s, of the slowest corner: one that grazes makes the landing time undefined
+_IMPULSE = 0.3  # m/s, vertical impulse over mass
+_FRICTION = 0.53  # half-width of the pyramid that the controller keeps
+_PRESSURE = 2e-3  # m, strip of the sole that the controller does not use
+
+
+@dataclass(frozen=True)
+class WeakPoint:
+    """A number of a designed gait beside what walks.
+
+    Attributes:
+        name: what it is, in words.
+        value: of the gait.
+        bound: beyond which walks were seen to fail.
+        unit: of both.
+        least: whether the bound is a least value, not a largest.
+        option: that changes it.
+    """
+
+    name: str
+    value: float
+    bound: float
+    unit: str
+    least: bool
+    option: str
+
+    @property
+    def severity(self) -> float:
+        """How far beyond the bound it is: 0 at the bound, 1 as far again, below 0 inside."""
+        excess = (self.bound - self.value) if self.least else (self.value - self.bound)
+        return excess / self.bound
+
+    @property
+    def weak(self) -> bool:
+        """Whether it is beyond the bound."""
+        return self.severity > 0.0
+
+    def __str__(self) -> str:
+        """Return it as a clause."""
+        scale, unit = (1000.0, "mm") if self.unit == "m" and self.bound < 0.02 else (1.0, self.unit)
+        side = "least" if self.least else "most"
+        value = f"{scale * self.value:.3g} {unit}".rstrip()
+        return (
+            f"{self.name} {value}, where {scale * self.bound:.3g} at {side} walks well: "
+            f"{self.option}"
+        )
+
+
+def weak_points(gait: Gait) -> tuple[WeakPoint, ...]:
+    """Return what was measured of a designed gait, the worst first."""
+    trajectory = gait.trajectory
+    times = np.linspace(0.0, trajectory.step_duration, _INSTANTS)
+    samples = trajectory.at(times, before=times > 0.0)
+    wrench, pressure = samples.wrench[samples.contact], samples.pressure[samples.contact]
+    load = wrench[:, 2]
+    across = pressure[:, 0] * wrench[:, 1] - pressure[:, 1] * wrench[:, 0]
+    toe, heel, left, right = trajectory.body.sole_rectangle[0]
+    x, y = pressure.T
+    room = np.minimum.reduce([toe - x, x - heel, left - y, y - right])
+    mass = float(trajectory.body.mass.sum())
+    arm = turning_arm(toe - heel, left - right)
+    found = (
+        WeakPoint(
+            "shortest reserve of leg length", float(_reserve(trajectory, samples).min()), _RESERVE,
+            "m", True, "raise --knee-flexion, lower --leg-extension",
+        ),
+        WeakPoint(
+            "landing speed of the slowest corner", float(_landing_speeds(trajectory).min()),
+            _LANDING, "m/s", True, "raise --landing-speed",
+        ),
+        WeakPoint(
+            "vertical impulse at landing over mass", float(gait.impulse[2]) / mass, _IMPULSE,
+            "m/s", False, "lower --landing-impulse",
+        ),
+        WeakPoint(
+            "turning moment over load", float((np.abs(wrench[:, 5] - across) / load).max()),
+            _FRICTION * arm, "m", False, "lower --torsional-friction",
+        ),
+        WeakPoint(
+            "friction used", float((np.hypot(wrench[:, 0], wrench[:, 1]) / load).max()),
+            _FRICTION, "", False, "lower --friction",
+        ),
+        WeakPoint(
+            "room of the centre of pressure", float(room.min()), _PRESSURE, "m", True,
+            "raise --cop-margin",
+        ),
+    )  # fmt: skip
+    return tuple(sorted(found, key=lambda point: -point.severity))
+
+
+def _landing_speeds(trajectory: Trajectory) -> Array:
+    """Return how fast the corners of the landing sole come down [m/s], shape (4,)."""
+    body, end = trajectory.body, trajectory.at(trajectory.step_duration, before=True)
+    model, data = body.model, body.model.createData()
+    pin.forwardKinematics(model, data, end.configuration[0], end.velocity[0])
+    frame = model.getFrameId(body.sole_names[1])
+    pin.updateFramePlacement(model, data, frame)
+    twist = pin.getFrameVelocity(model, data, frame, pin.LOCAL_WORLD_ALIGNED)
+    corners = body.sole_corners[1] @ data.oMf[frame].rotation.T
+    return np.asarray(-(twist.linear + np.cross(twist.angular, corners))[:, 2])
+
+
+def _reserve(trajectory: Trajectory, samples: TrajectorySamples) -> Array:
+    """Return by how much either leg is shorter than when it is straight [m], shape (N, 2).
+
+    A leg is straight where its knee, the joint farthest from the line between hip and ankle joint,
+    is on it.
+    """
+    body = trajectory.body
+    places = body.placements(samples.configuration)[:, 1:, :3, 3]
+    reserves = []
+    for foot in (0, 1):
+        joints = places[:, list(body.leg(foot))]
+        ankle, hip = joints[:, :1], joints[:, -1:]
+        detour = np.linalg.norm(joints - ankle, axis=2) + np.linalg.norm(joints - hip, axis=2)
+        reserves.append(detour.max(axis=1) - np.linalg.norm(ankle - hip, axis=2)[:, 0])
+    return np.array(reserves).T
