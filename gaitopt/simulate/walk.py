@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import time as clock
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from enum import Enum
 
@@ -140,7 +141,8 @@ def simulate(
     trajectory, limit = gait.trajectory, gait.joint_limit("torque")
     robot = simulated_robot(trajectory.body, limit, options.contact)
     make = WholeBodyController if controller is None else controller
-    return _Run(robot, trajectory, make(robot, trajectory, limit), options).walk()
+    with _without_log():
+        return _Run(robot, trajectory, make(robot, trajectory, limit), options).walk()
 
 
 def designed_cost(trajectory: Trajectory) -> float:
@@ -150,6 +152,17 @@ def designed_cost(trajectory: Trajectory) -> float:
     effort = float(np.trapezoid((torque**2).sum(axis=1), times))
     travel = trajectory.advance(2).translation - trajectory.advance(0).translation
     return effort / (float(np.hypot(travel[0], travel[1])) / 2.0)
+
+
+@contextmanager
+def _without_log() -> Iterator[None]:
+    """Keep MuJoCo from writing MUJOCO_LOG.TXT where a robot that has fallen is shaken to pieces."""
+    before = mujoco.get_mju_user_warning()
+    mujoco.set_mju_user_warning(lambda _: None)
+    try:
+        yield
+    finally:
+        mujoco.set_mju_user_warning(before)
 
 
 class _Run:
