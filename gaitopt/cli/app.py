@@ -31,8 +31,8 @@ app = typer.Typer(
     context_settings=CONTEXT,
     help="Optimal walking gaits for bipeds: how does this robot walk at this speed for the least "
     "effort, and what must its motors deliver?",
-    epilog="Exit codes: 0 done (and certified), 1 a gait that is not certified or a robot that fell, "
-    "2 bad usage or input, 3 no gait found, 130 interrupted.",
+    epilog="Exit codes: 0 done (and certified), 1 a gait that is not certified or a robot that "
+    "fell, 2 bad usage or input, 3 no gait found, 130 interrupted.",
 )
 
 
