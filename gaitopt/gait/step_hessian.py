@@ -99,8 +99,8 @@ def step_hessian(
     of_hinge = np.zeros((len(torque), step.hinges))  # its torque is part of the wrench
     effort = np.concatenate([wrench, of_hinge, torque] if step.hinges else [wrench, torque], axis=1)
     gradient = _local_gradient(derivatives, weights, effort, step.hinges)
-    of_foot, of_joints = np.split(gradient.reshape(len(effort), 3, -1), [step.hinges], axis=2)
-    by_sample = of_joints.reshape(-1, model.layout.joints)
+    by_order = gradient.reshape(len(effort), 3, -1)
+    by_sample = by_order[:, :, step.hinges :].reshape(-1, model.layout.joints)
     q_weights, impact = _coefficient_vjp(model, step, derivatives, weights, by_sample)
     if step.hinges:
         dynamics = derivatives.support.hessian(effort)
@@ -132,7 +132,7 @@ def step_hessian(
     if column is not None:
         H += _duration_hessian(model, step, derivatives, by_sample, column)
         if model.foot_turn is not None:
-            H += _foot_duration_hessian(model, step, of_foot[:, :, 0], column)
+            H += _foot_duration_hessian(model, step, by_order[:, :, 0], column)
     return (H + H.T) / 2.0
 
 
