@@ -34,7 +34,7 @@ from gaitopt.nlp import Array, ProgressCallback, Solution, Status, Stop, never
 
 MakeProgress = Callable[[WalkProblem], ProgressCallback]
 RISE_STEP = 0.04
-"""Of stairs, between a walk and the next that starts from it [m]; measured in docs/ground.md."""
+"""Of stairs, largest between a walk and the next that starts from it [m]."""
 SLOWER = 0.75  # of the speed: where the second start comes from; measured
 SECOND = 1  # number of the start that comes from there
 SAME_COST = 1e-4  # relative

@@ -9,6 +9,7 @@ import pinocchio as pin
 import pytest
 from numerics import relative_error
 
+from gaitopt.cli.request import make_request
 from gaitopt.design.audit import audit
 from gaitopt.design.certificate import fine_grid
 from gaitopt.design.cross_check import cross_check
@@ -30,6 +31,7 @@ from gaitopt.mechanics.trunk import Trunk
 from gaitopt.model.import_options import ImportOptions, Payload
 from gaitopt.model.importer import import_robot
 from gaitopt.model.robot import Robot
+from gaitopt.sweep.grid import parse_axis
 from gaitopt.tolerances import MOMENTUM, REFEREE
 
 CASES = Path(__file__).parents[1] / "data" / "cases"
@@ -326,3 +328,22 @@ def test_treads_shorter_than_the_sole_are_refused(robot):
     task = preset_task("standard", speed=0.5, duration=0.4, stairs=0.1)
     with pytest.raises(InputError, match=r"too short for a sole of 0.214 m .* at least 0.234 m"):
         WalkProblem(robot, task)
+
+
+@pytest.mark.parametrize(
+    ("text", "angle"),
+    [
+        ("10%", np.arctan(0.1)),
+        ("-10 %", -np.arctan(0.1)),
+        ("6deg", np.pi / 30.0),
+        ("-0.1", -0.1),
+        ("0.1 rad", 0.1),
+    ],
+)
+def test_slopes_are_read_as_people_write_them(text, angle, tmp_path):
+    config = tmp_path / "walk.toml"
+    config.write_text(f'[task]\nslope = "{text}"\n[robot]\npayload = ["2kg@torso"]\n')
+    request = make_request({}, config)
+    assert request.task.slope == pytest.approx(angle, rel=1e-15)
+    assert request.robot.choices.payloads[0].mass == 2.0
+    assert parse_axis("slope", text).values == pytest.approx((angle,), abs=1e-10)
