@@ -160,6 +160,12 @@ def _walk(facts: Any) -> Table:
         "robot", f"{number(robot['mass_kg'], 'kg', 4)}, legs {number(robot['leg_length_m'], 'm')}",
         "cadence", f"{walk['steps_per_minute']:.0f} steps/min",
     )  # fmt: skip
+    transport = walk["costs_of_transport"]
+    electrical = transport["electrical"]
+    table.add_row(
+        "transport cost", f"{number(transport['positive_work'], '')} positive work",
+        *(() if electrical is None else ("transport cost", f"{number(electrical, '')} electrical")),
+    )  # fmt: skip
     if (walk["ground"], walk["load"]) != ("level", "none"):
         table.add_row("ground", walk["ground"], "load", printable(walk["load"]))
     if (begins := facts["contact"]["foot_turns_from_s"]) is not None:

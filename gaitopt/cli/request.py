@@ -30,7 +30,7 @@ from gaitopt.cli.config import (
 )
 from gaitopt.design.options import DesignOptions
 from gaitopt.errors import InputError
-from gaitopt.gait.costs import COSTS, cost_by_name
+from gaitopt.gait.costs import COSTS, ElectricalEnergy, cost_by_name
 from gaitopt.gait.gait_file import load_gait
 from gaitopt.gait.initial_guess import first_guess, perturbed
 from gaitopt.gait.motor_envelope import MotorEnvelope
@@ -350,13 +350,18 @@ def make_task(settings: Settings, robot: Robot) -> Task:
     names = [n for n in (*schema["task"], *schema["margins"]) if n in settings and n != "preset"]
     changes: dict[str, Any] = {name: settings[name] for name in names}
     changes["constraints"] = () if plugin is None else plugin.constraints
+    motors_of_cost: dict[str, Any] = {}
     if (table := settings.get("motors")) is not None:
         motors = read_motors(table).at_joints
         joint_motors(motors, robot.joint_names, robot.mirror)
         changes["constraints"] = (*changes["constraints"], MotorEnvelope(motors=motors))
+        if settings.get("cost") == ElectricalEnergy.name:
+            motors_of_cost = {"motors": motors}
     own = () if plugin is None or plugin.cost is None else (plugin.cost,)
     of_cost = {n: settings[n] for n in schema["cost"] if n in settings and n != "cost"}
-    cost = cost_by_name(settings.get("cost", (*own, *COSTS)[0].name), own, **of_cost)
+    cost = cost_by_name(
+        settings.get("cost", (*own, *COSTS)[0].name), own, **of_cost, **motors_of_cost
+    )
     geometry = set_geometry(preset_task(preset, robot).geometry, _geometry(settings))
     return preset_task(preset, robot, geometry=geometry, cost=cost, **changes)
 

@@ -9,16 +9,19 @@ from itertools import takewhile
 import numpy as np
 from scipy.integrate import trapezoid
 
-from gaitopt.gait.costs import TorqueCost
+from gaitopt.actuators.motors import JointMotor, joint_motors
+from gaitopt.gait.costs import ElectricalEnergy, TorqueCost
 from gaitopt.gait.ground import ground_words
+from gaitopt.gait.motor_envelope import MotorEnvelope
 from gaitopt.gait.recorded_robot import recorded_choices
-from gaitopt.gait.result import Gait
+from gaitopt.gait.result import LARGEST, Gait
 from gaitopt.importers.physics import STANDARD_GRAVITY
 from gaitopt.importers.report import findings_of
 from gaitopt.model.physics_report import GRAVITY_KEY
 from gaitopt.nlp import Array
 
 Facts = dict[str, object]
+_ENVELOPE, _ENERGY = MotorEnvelope.name, ElectricalEnergy.name
 _BETWEEN = r"([_\-./ ])"  # what separates the words of a name
 _LEAST = 3  # letters: a shorter common end of two words belongs to both
 _SIDE = re.compile("left|right", re.IGNORECASE)
@@ -61,11 +64,14 @@ def payload_words(gait: Gait) -> str:
 
 def _walk(gait: Gait) -> Facts:
     """Speed, step and cost; the cost of transport is that of |torque * rate|, Eq. (46) is J."""
-    power = np.abs(gait.torque * gait.dq).sum(axis=1)
-    work = float(trapezoid(power, gait.time))
-    mass = gait.number("mass")
+    energies = energies_per_step(gait)
+    work, mass = energies["absolute_work"], gait.number("mass")
     gravity = gait.number("physics", GRAVITY_KEY) or STANDARD_GRAVITY
-    transport = None if mass is None else work / (mass * gravity * gait.step_length)
+    lift = None if mass is None else mass * gravity * gait.step_length
+    transport = {
+        name: None if lift is None or energy is None else energy / lift
+        for name, energy in energies.items()
+    }
     return {
         "cost": gait.cost,
         "cost_unit": gait.cost_unit,
@@ -80,8 +86,60 @@ def _walk(gait: Gait) -> Facts:
         "ground": ground_words(gait) or "level",
         "load": payload_words(gait) or "none",
         "mechanical_work_per_step_J": work,
-        "mechanical_cost_of_transport": transport,
+        "mechanical_cost_of_transport": transport["absolute_work"],
+        "costs_of_transport": transport,
     }
+
+
+def energies_per_step(gait: Gait) -> dict[str, float | None]:
+    """Return what the motors take in a step [J], whatever was minimised, by what is counted.
+
+    Absolute and positive mechanical work; electrical energy, without regeneration and with that of
+    all braking power, None where the gait has no motors or a joint has none.
+    """
+    power = gait.torque * gait.dq
+    found: dict[str, float | None] = {
+        "absolute_work": float(trapezoid(np.abs(power).sum(axis=1), gait.time)),
+        "positive_work": float(trapezoid(np.maximum(power, 0.0).sum(axis=1), gait.time)),
+        "electrical": None,
+        "electrical_regenerated": None,
+    }
+    motors = joint_motors(recorded_motors(gait), gait.joint_names, gait.mirror)
+    if all(one is not None for one in motors):
+        loss, efficiency, friction = (
+            np.array([getattr(one, name) for one in motors])
+            for name in ("loss", "efficiency", "friction")
+        )
+        drawn = loss * gait.torque**2 + np.maximum(power, 0.0) / efficiency
+        drawn += friction * np.abs(gait.dq)
+        back = efficiency * np.maximum(-power, 0.0)
+        found["electrical"] = float(trapezoid(drawn.sum(axis=1), gait.time))
+        found["electrical_regenerated"] = float(trapezoid((drawn - back).sum(axis=1), gait.time))
+    return found
+
+
+def recorded_motors(gait: Gait) -> tuple[JointMotor, ...]:
+    """Return the motors that a gait was designed with; none where it records none."""
+    constraints = gait.fact("task", "constraints")
+    records = [gait.fact("task", "cost"), *(constraints if isinstance(constraints, list) else ())]
+    for record in records:
+        fields = record.get("fields") if isinstance(record, Mapping) else None
+        rows = fields.get("motors") if isinstance(fields, Mapping) else None
+        ours = isinstance(record, Mapping) and record.get("name") in (_ENVELOPE, _ENERGY)
+        if ours and isinstance(rows, list) and rows and all(map(_is_motor, rows)):
+            return tuple(JointMotor(*row) for row in rows)
+    return ()
+
+
+def _is_motor(row: object) -> bool:
+    """Whether a row of a record is a `JointMotor`: a pattern, then numbers."""
+    return (
+        isinstance(row, list)
+        and len(row) == len(JointMotor._fields)
+        and isinstance(row[0], str)
+        and all(isinstance(one, float | int) and 0.0 <= one <= LARGEST for one in row[1:])
+        and min(row[1:7]) >= 1.0 / LARGEST
+    )
 
 
 def _contact(gait: Gait) -> Facts:

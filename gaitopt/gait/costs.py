@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 
+from gaitopt.actuators.motors import JointMotor, joint_motors
 from gaitopt.bounds import shown
 from gaitopt.errors import GaitoptError, InputError
 from gaitopt.gait import quantities
@@ -229,49 +230,165 @@ class MechanicalWork(RunningCost):
 
     def integrand(self, robot: Robot) -> QuantityFunction:
         """Return the weighted sum of powers."""
-        return _AbsolutePower(joint_weights(robot, self.weights), self.power_smoothing)
+        weights = joint_weights(robot, self.weights)
+        return MotorPower(curved=weights, power_smoothing=self.power_smoothing)
 
 
 @dataclass(frozen=True)
-class _AbsolutePower(QuantityFunction):
-    """Sum of w_i (sqrt(p_i² + s²) - s), p_i = Gamma_i dq_i, of torques and rates side by side."""
+class PositiveWork(RunningCost):
+    """J = (1 / d) integral of the positive mechanical power of the motors, rounded off at zero.
 
-    weights: Array
-    smoothing: float
+    What motors take whose braking is free: sum of (p_i + sqrt(p_i² + s²) - s) / 2 over the joints.
+
+    Attributes:
+        power_smoothing, weights: as those of `MechanicalWork`.
+
+    Raises:
+        InputError: as `MechanicalWork`.
+    """
+
+    name, unit, words = "positive-work", "J/m", "positive mechanical work per metre"
+    reads = (quantities.TORQUE, quantities.RATES)
+    power_smoothing: float = margin(
+        2.0, "Power around which its absolute value is rounded off.", unit="W", above=0.0
+    )
+    weights: Mapping[str, float] = joint_weights_field()
+
+    def __post_init__(self) -> None:
+        check_margins(self)
+        check_weights(self.weights)
+
+    def integrand(self, robot: Robot) -> QuantityFunction:
+        """Return the weighted sum of powers."""
+        half = 0.5 * joint_weights(robot, self.weights)
+        return MotorPower(linear=half, curved=half, power_smoothing=self.power_smoothing)
+
+
+@dataclass(frozen=True)
+class ElectricalEnergy(RunningCost):
+    """J = (1 / d) integral of the electrical power of the motors: copper loss and what they give.
+
+    A motor whose joint takes the mechanical power p draws loss * torque² + p / efficiency where it
+    drives; where it brakes, regeneration * efficiency * p comes back. Both are joined smoothly.
+
+    Attributes:
+        regeneration: share of the braking power behind the gear that the supply takes back.
+        power_smoothing: s, the power around which drawing turns into giving back [W].
+        motors: of every joint, `gaitopt.actuators.motors.MotorTable.at_joints`.
+
+    Raises:
+        InputError: a number is out of range; when the walk is made, a joint has no motor.
+    """
+
+    name, unit, words = "energy", "J/m", "electrical energy per metre"
+    reads = (quantities.TORQUE, quantities.RATES)
+    regeneration: float = margin(
+        0.0, "Share of the braking power that the supply takes back.", least=0.0, most=1.0
+    )
+    power_smoothing: float = margin(
+        2.0, "Power around which its absolute value is rounded off.", unit="W", above=0.0
+    )
+    motors: tuple[JointMotor, ...] = ()
+
+    def __post_init__(self) -> None:
+        check_margins(self)
+        object.__setattr__(self, "motors", tuple(JointMotor(*one) for one in self.motors))
+
+    def integrand(self, robot: Robot) -> QuantityFunction:
+        """Return the sum of electrical powers."""
+        if not self.motors:
+            raise InputError(
+                f"the cost '{self.name}' needs the motors of the joints: give --motors FILE "
+                "(in Python ElectricalEnergy(motors=read_motors(FILE).at_joints))"
+            )
+        found = joint_motors(self.motors, robot.joint_names, robot.mirror)
+        motors = [one for one in found if one is not None]
+        if len(motors) < len(found):
+            bare = [n for n, one in zip(robot.joint_names, found, strict=True) if one is None]
+            raise InputError(
+                f"the cost '{self.name}' needs the motor of every joint that moves, but "
+                f"{', '.join(bare)} has none; add [[drives]] for it to the table of motors"
+            )
+        loss, efficiency, friction = (
+            np.array([getattr(one, name) for one in motors])
+            for name in ("loss", "efficiency", "friction")
+        )
+        drawn, returned = 1.0 / efficiency, self.regeneration * efficiency
+        return MotorPower(
+            loss=loss,
+            linear=0.5 * (drawn + returned),
+            curved=0.5 * (drawn - returned),
+            friction=friction,
+            power_smoothing=self.power_smoothing,
+        )
+
+
+RATE_SMOOTHING = 0.05
+"""Rate around which the power of friction is rounded off [rad/s]; walks turn joints at 1 to 10."""
+
+
+@dataclass(frozen=True)
+class MotorPower(QuantityFunction):
+    """Power of motors, of torques and rates side by side; p_i = Gamma_i dq_i.
+
+    Sum over the joints of loss Gamma² + linear p + curved (sqrt(p² + s²) - s)
+    + friction (sqrt(dq² + r²) - r), r being `RATE_SMOOTHING`.
+
+    Attributes:
+        curved: of each joint, shape (n,).
+        power_smoothing: s [W].
+        loss: [W/(N·m)²], shape (n,) or a number for all.
+        linear: likewise.
+        friction: [N·m], likewise.
+    """
+
+    curved: Array
+    power_smoothing: float
+    loss: Array | float = 0.0
+    linear: Array | float = 0.0
+    friction: Array | float = 0.0
 
     def value(self, quantity: Array) -> Array:
         """Return the sums, shape (K, 1)."""
-        size = self._power(quantity)[1]
-        return np.asarray(((size - self.smoothing) @ self.weights)[:, None])
+        torque, rate, power, size = self._parts(quantity)
+        rubbing = np.hypot(rate, RATE_SMOOTHING) - RATE_SMOOTHING
+        each = self.curved * (size - self.power_smoothing) + self.linear * power
+        each += self.loss * torque**2 + self.friction * rubbing
+        return np.asarray(each.sum(axis=1, keepdims=True))
 
     def jacobian(self, quantity: Array) -> Array:
-        """Return w p (dq, Gamma) / sqrt(p² + s²), shape (K, 1, 2 n)."""
-        power, size = self._power(quantity)
-        sign = self.weights * power / size
-        torque, rate = np.split(quantity, 2, axis=1)
-        return np.concatenate([sign * rate, sign * torque], axis=1)[:, None]
+        """Return the derivatives, shape (K, 1, 2 n)."""
+        torque, rate, power, size = self._parts(quantity)
+        of_power = self.curved * power / size + self.linear
+        rubbing = self.friction * rate / np.hypot(rate, RATE_SMOOTHING)
+        by_torque = of_power * rate + 2.0 * self.loss * torque
+        by_rate = of_power * torque + rubbing
+        return np.concatenate([by_torque, by_rate], axis=1)[:, None]
 
     def hessian(self, quantity: Array, weights: Array) -> Array:
         """Return the second derivatives, shape (K, 2 n, 2 n)."""
-        power, size = self._power(quantity)
-        torque, rate = np.split(quantity, 2, axis=1)
-        scale = weights * self.weights
-        second = scale * self.smoothing**2 / size**3
-        mixed = second * power + scale * power / size
-        blocks = [[second * rate**2, mixed], [mixed, second * torque**2]]
+        torque, rate, power, size = self._parts(quantity)
+        second = self.curved * self.power_smoothing**2 / size**3
+        rubbing = self.friction * RATE_SMOOTHING**2 / np.hypot(rate, RATE_SMOOTHING) ** 3
+        mixed = second * power + self.curved * power / size + self.linear
+        blocks = [
+            [second * rate**2 + 2.0 * self.loss, mixed],
+            [mixed, second * torque**2 + rubbing],
+        ]
         diagonals = [
-            [entry[:, :, None] * np.eye(len(self.weights)) for entry in row] for row in blocks
+            [(weights * entry)[:, :, None] * np.eye(len(self.curved)) for entry in row]
+            for row in blocks
         ]
         return np.block(diagonals)
 
-    def _power(self, quantity: Array) -> tuple[Array, Array]:
-        """P and sqrt(p² + s²), shape (K, n) each."""
+    def _parts(self, quantity: Array) -> tuple[Array, Array, Array, Array]:
+        """Torque, rate, p and sqrt(p² + s²), shape (K, n) each."""
         torque, rate = np.split(quantity, 2, axis=1)
         power = torque * rate
-        return power, np.hypot(power, self.smoothing)
+        return torque, rate, power, np.hypot(power, self.power_smoothing)
 
 
-COSTS: tuple[Cost, ...] = (TorqueCost(), MechanicalWork())
+COSTS: tuple[Cost, ...] = (TorqueCost(), MechanicalWork(), PositiveWork(), ElectricalEnergy())
 """The costs that are known by name."""
 
 

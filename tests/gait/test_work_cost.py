@@ -8,6 +8,7 @@ from numerics import check_differences, check_jacobian, jacobian_difference, rel
 from scipy.integrate import simpson
 from walks import walk
 
+from gaitopt.actuators.motors import JointMotor
 from gaitopt.cli.config import SCHEMA
 from gaitopt.cli.request import make_request
 from gaitopt.design.audit import audit
@@ -15,7 +16,13 @@ from gaitopt.design.options import DesignOptions
 from gaitopt.design.starts import design_gait
 from gaitopt.errors import InputError
 from gaitopt.gait import quantities
-from gaitopt.gait.costs import MechanicalWork, TorqueCost, cost_by_name
+from gaitopt.gait.costs import (
+    ElectricalEnergy,
+    MechanicalWork,
+    PositiveWork,
+    TorqueCost,
+    cost_by_name,
+)
 from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.solvers import SQP
@@ -43,11 +50,16 @@ def test_its_integrand_has_exact_derivatives(robot, rng):
     check_jacobian(lambda d: function.vjp(entries + d, weights), H, move, step=1e-4)
 
 
+MOTOR = JointMotor("*", 80.0, 30.0, 300.0, 30.0, 0.05, 0.7, 0.9)
+COSTS = (MechanicalWork(), PositiveWork(), ElectricalEnergy(0.4, motors=(MOTOR,)))
+
+
+@pytest.mark.parametrize("cost", COSTS, ids=lambda cost: cost.name)
 @pytest.mark.parametrize("name", ["guess", "everything free", "everything free, penalty, Euler"])
-def test_the_hessian_of_the_walk_is_exact(name):
+def test_the_hessian_of_the_walk_is_exact(name, cost):
     known = walk(name)
     problem = WalkProblem(
-        known.problem.robot, replace(known.problem.task, cost=MechanicalWork()), known.problem.grid
+        known.problem.robot, replace(known.problem.task, cost=cost), known.problem.grid
     )
     scale, rows = problem.variables.scale, problem.rows.lower.size
     H = problem.hessian(known.x, np.zeros(rows), 1.0)
@@ -78,7 +90,7 @@ def test_a_walk_of_least_work_works_less(robot, lazy):
 def test_it_is_known_by_name_with_its_fields():
     assert cost_by_name("work", power_smoothing=3.0) == MechanicalWork(3.0)
     assert (MechanicalWork().unit, TorqueCost().unit) == ("J/m", "N²·m·s")
-    assert {"cost", "weights", "power_smoothing"} == set(SCHEMA["cost"])
+    assert {"cost", "weights", "power_smoothing", "regeneration"} == set(SCHEMA["cost"])
     assert make_request({"cost": "work"}, None).task.cost == MechanicalWork()
     with pytest.raises(InputError, match="'torque' has no power_smoothing; it has weights"):
         make_request({"power_smoothing": 3.0}, None)
