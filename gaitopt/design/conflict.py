@@ -225,6 +225,7 @@ def contradictions(problem: WalkProblem) -> tuple[Contradiction, ...]:
     return (
         *_step(problem), *_flat_feet(problem), *_extension(problem), *_sole(problem),
         *_load(problem), *_knees(problem), *_width(problem), *_clearance(problem), *_trunk(problem),
+        *_slope(problem),
     )  # fmt: skip
 
 
@@ -325,6 +326,21 @@ def _clearance(problem: WalkProblem) -> list[Contradiction]:
             f"a clearance of {clearance:g} m lifts the whole swing foot to where the hips are, "
             f"{highest:.3g} m above the ground with straight legs; the leg is {legs.reach:.3g} m "
             "long",
+        )
+    ]
+
+
+def _slope(problem: WalkProblem) -> list[Contradiction]:
+    """Over a step the ground's force and impulse bear the weight, which friction must hold."""
+    friction, slope = problem.task.margins.friction, problem.task.slope
+    needed = float(np.tan(abs(slope)))
+    if friction >= needed:
+        return []
+    return [
+        (
+            "friction",
+            f"a slope of {100.0 * needed:.3g} % asks for a coefficient of friction of at least "
+            f"{needed:.3g} on the mean of a step; it is {friction:g} (friction)",
         )
     ]
 

@@ -12,6 +12,7 @@ from numerics import relative_error
 from gaitopt.cli.request import make_request
 from gaitopt.design.audit import audit
 from gaitopt.design.certificate import fine_grid
+from gaitopt.design.conflict import contradictions
 from gaitopt.design.cross_check import cross_check
 from gaitopt.design.design import design
 from gaitopt.errors import InputError
@@ -347,3 +348,12 @@ def test_slopes_are_read_as_people_write_them(text, angle, tmp_path):
     assert request.task.slope == pytest.approx(angle, rel=1e-15)
     assert request.robot.choices.payloads[0].mass == 2.0
     assert parse_axis("slope", text).values == pytest.approx((angle,), abs=1e-10)
+
+
+def test_a_slope_steeper_than_friction_holds_is_told(robot):
+    task = preset_task("standard", speed=0.5, slope=-0.3, friction=0.3)
+    ((family, said),) = contradictions(WalkProblem(robot, task))
+    assert family == "friction"
+    assert said.startswith("a slope of 30.9 % asks for a coefficient of friction of at least 0.309")
+    enough = replace(task, margins=replace(task.margins, friction=0.31))
+    assert contradictions(WalkProblem(robot, enough)) == ()
