@@ -41,6 +41,8 @@ SWITCHED = (  # constraints that are off unless asked for, as by `UPRIGHT`
     "leg gap",
     "swing tilt",
     "swing height",
+    "landing speed",
+    "landing impulse",
 )
 OF_TURN = ("foot angle", "foot lift")  # of a stance foot that turns
 FAMILIES = (*ALWAYS, *SWITCHED, *OF_TURN)  # in the order of `CONSTRAINTS`
@@ -53,6 +55,8 @@ UPRIGHT = {
     "leg_gap": 0.012,
     "swing_tilt": 0.15,
     "swing_height": 0.05,
+    "landing_speed": 0.2,
+    "landing_impulse": 0.15,
 }
 TOE_OFF = {"toe_off": 0.65, "toe_strip": 0.008}
 _ALL = {"joint_range": True, "impulse_cop": True}

@@ -53,6 +53,7 @@ LEAST_IMPULSE = 1e-3  # N.s, the same
 EDGES = ("front", "rear", "left", "right")
 CORNERS = ("toe left", "toe right", "heel left", "heel right")
 _SINKING = 29  # a foot that may sink does so for about a thirtieth of the step
+_LANDING = 12  # power that leaves the profile of the landing to the last fifth of the step
 _TILTED = 1.0  # rad: no trunk is asked to lean or turn farther, no foot to tilt
 
 
@@ -118,6 +119,9 @@ class Margins:
         leg_gap: least distance between the capsules around the bodies of the two legs [m]; less
             where the robot has less when it stands.
         swing_height: largest height of the swing foot's corners over the whole step [m].
+        landing_speed: least speed at which every corner of the swing foot comes down [m/s]: they
+            stay above landing_speed * (T - t) * (t / T)^12.
+        landing_impulse: largest vertical impulse of the impact over the robot's mass [m/s].
         nosing: on stairs, length over which the height that the swing foot must pass is rounded at
             every edge, on the side of the lower tread [m]; None: all that lies between the toe of a
             foot that stands and the heel on the next tread.
@@ -197,6 +201,16 @@ class Margins:
     swing_height: float | None = margin(
         None, "Largest height of the swing foot.", "the largest height of the swing foot", "m",
         above=0.0, relax=(0.5, 0.1),  # nobody lifts a foot higher to walk on level ground
+    )  # fmt: skip
+    landing_speed: float | None = margin(
+        None, "Least speed of the landing foot's corners.",
+        "the least speed at which the corners of the foot land", "m/s", least=0.0,
+        relax=(0.0, -0.3),
+    )  # fmt: skip
+    landing_impulse: float | None = margin(
+        None, "Largest vertical impulse over the mass.",
+        "the largest vertical impulse at the impact over the mass", "m/s", above=0.0,
+        relax=(2.0, 0.3),  # of a foot slammed down
     )  # fmt: skip
     nosing: float | None = margin(
         None, "On stairs, length before the edges over which the swing foot keeps away.",
@@ -573,12 +587,49 @@ class SwingHeight(Constraint):
         return self.over_step(context, function, labels, upper=limit, scale=LENGTH_SCALE)
 
 
+class LandingSpeed(Constraint):
+    """Beyond 3.2.3: all corners of the swing foot come down at some speed, none grazes the ground.
+
+    A corner that grazes lands at any time. With the duration free, the profile is that of the
+    duration given.
+    """
+
+    name, equation, unit, words = "landing speed", "3.2", "m", "landing of the swing foot"
+    reads, margins = (quantities.CORNERS,), ("landing_speed",)
+
+    def block(self, context: ConstraintContext) -> ConstraintBlock:
+        instants = context.grid.instants
+        inside = np.flatnonzero((instants > 0.0) & (instants < 1.0))
+        s = instants[inside]
+        speed = context.margins.landing_speed or 0.0
+        profile = speed * context.duration * (1.0 - s) * s**_LANDING
+        function, points = _above_ground(context)
+        labels = tuple(f"swing foot {point} height before landing" for point in points)
+        lower = np.repeat(profile[:, None], len(points), axis=1)
+        lower[:, len(CORNERS) :] -= _BETWEEN_CORNERS
+        return self.over_step(
+            context, function, labels, lower=lower, scale=LENGTH_SCALE, instants=inside
+        )
+
+
+class LandingImpulse(Constraint):
+    """Beyond (36): the ground does not push the landing foot harder than a limit."""
+
+    name, equation, unit, words = "landing impulse", "3.2", "N·s", "hardness of the landing"
+    reads, margins = (quantities.IMPULSE,), ("landing_impulse",)
+
+    def block(self, context: ConstraintContext) -> ConstraintBlock:
+        most = (context.margins.landing_impulse or 0.0) * context.robot.mass
+        labels = ("vertical impact impulse over its limit",)
+        return self.once(Entries(slice(2, 3), 6), labels, upper=most, scale=IMPULSE_SCALE)
+
+
 CONSTRAINTS: tuple[Constraint, ...] = (
     JointTorque(), JointSpeed(), Load(), Friction(), CentreOfPressure(), ImpulseUp(),
     ImpulseFriction(), LiftOff(), Clearance(), Lateral(), KneeFlexion(), LegLength(), JointRange(),
     ImpulseCentreOfPressure(), WalkingSpeed(), Closure(), TrunkRoll(), TrunkPitch(), TrunkYaw(),
-    TorsionalFriction(), ImpulseTorsion(), LegGap(), SwingTilt(), SwingHeight(), FootAngle(),
-    FootLift(),
+    TorsionalFriction(), ImpulseTorsion(), LegGap(), SwingTilt(), SwingHeight(), LandingSpeed(),
+    LandingImpulse(), FootAngle(), FootLift(),
 )  # fmt: skip
 """All built-in constraints, in the order of their rows."""
 

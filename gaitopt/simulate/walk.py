@@ -26,6 +26,7 @@ _TILTED = 0.5  # cosine of the trunk's tilt: 60 degrees
 _LATE = 2.0  # of a step's duration: the swing foot should have landed
 _SUNK = 2e-4  # m, by which the first sole begins in the ground, where it bears about the weight
 _SETTLED = 2  # first steps that are left out of means
+_LEVEL = 1e-6  # m: a step that rises more is on stairs
 _INSTANTS = 1201  # of the step for its designed cost
 
 
@@ -139,6 +140,11 @@ def simulate(
             "feet can be simulated yet: optimise it without --toe-off"
         )
     trajectory, limit = gait.trajectory, gait.joint_limit("torque")
+    if abs(trajectory.advance(1).translation[2]) > _LEVEL:
+        raise InputError(
+            "this gait climbs stairs; the simulated ground is a plane yet: optimise it without "
+            "--stairs"
+        )
     robot = simulated_robot(trajectory.body, limit, options.contact)
     make = WholeBodyController if controller is None else controller
     with _without_log():

@@ -86,11 +86,11 @@ def weak_points(gait: Gait) -> tuple[WeakPoint, ...]:
         ),
         WeakPoint(
             "landing speed of the slowest corner", float(_landing_speeds(trajectory).min()),
-            _LANDING, "m/s", True, "no option bounds it yet",
+            _LANDING, "m/s", True, "raise --landing-speed",
         ),
         WeakPoint(
             "vertical impulse at landing over mass", float(gait.impulse[2]) / mass, _IMPULSE,
-            "m/s", False, "no option bounds it yet",
+            "m/s", False, "lower --landing-impulse",
         ),
         WeakPoint(
             "turning moment over load", float((np.abs(wrench[:, 5] - across) / load).max()),

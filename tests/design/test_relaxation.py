@@ -44,7 +44,7 @@ SETTINGS_TRIED = (
 )
 SWITCHED = (
     "trunk_roll", "trunk_pitch", "trunk_yaw", "torsional_friction", "leg_gap", "swing_tilt",
-    "swing_height",
+    "swing_height", "landing_speed", "landing_impulse",
 )  # fmt: skip
 
 

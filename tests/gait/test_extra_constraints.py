@@ -66,6 +66,8 @@ def test_each_margin_switches_its_own(robot):
     assert names(leg_gap=0.0) - off == {"leg gap"}
     assert names(swing_tilt=0.1) - off == {"swing tilt"}
     assert names(swing_height=0.1) - off == {"swing height"}
+    assert names(landing_speed=0.1) - off == {"landing speed"}
+    assert names(landing_impulse=0.1) - off == {"landing impulse"}
 
 
 def test_nothing_is_computed_unless_it_is_asked_for(robot, monkeypatch):
@@ -180,6 +182,24 @@ def test_swing_height(rows, step):
     value, lower, upper = rows("swing height")
     assert relative_error(value, step.support.corners[:, :, 2]) < 1e-13
     assert (upper == 0.05).all()
+    assert np.isinf(lower).all()
+
+
+def test_landing_speed(problem, rows, step):
+    """Heights of the corners above a profile that ends with the speed asked for."""
+    value, lower, upper = rows("landing speed")
+    instants = problem.grid.instants
+    inside = (instants > 0.0) & (instants < 1.0)
+    assert relative_error(value, step.support.corners[inside, :, 2]) < 1e-13
+    late, duration = instants[inside], problem.task.duration
+    np.testing.assert_allclose(lower[:, 0], 0.2 * duration * (1.0 - late) * late**12)
+    assert np.isinf(upper).all()
+
+
+def test_landing_impulse(robot, rows, step):
+    value, lower, upper = rows("landing impulse")
+    assert relative_error(value, step.read(quantities.IMPULSE)[:, 2:3]) < 1e-13
+    assert upper == pytest.approx(0.15 * robot.multibody.mass.sum())
     assert np.isinf(lower).all()
 
 

@@ -13,7 +13,14 @@ from gaitopt.gait.step_hessian import StepWeights, step_hessian
 STEPS = steps(4e-4, 6)  # of variables.scale; friction cones need small ones, impacts large ones
 DIRECTIONS = ("joints", "geometry", "all")
 LINEAR = "walking speed"
-AT_IMPACT = ("impulse", "impulse friction", "lift-off", "impulse cop", "impulse torsion")
+AT_IMPACT = (
+    "impulse",
+    "impulse friction",
+    "lift-off",
+    "impulse cop",
+    "impulse torsion",
+    "landing impulse",
+)
 
 
 def parts(name: str, family: str) -> tuple[str, ...]:

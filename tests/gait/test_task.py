@@ -13,7 +13,7 @@ NUMBERS = (
     "friction", "minimum_load", "cop_margin", "clearance", "lateral_gap", "knee_flexion",
     "leg_extension", "liftoff_speed", "torque_limit", "speed_limit", "trunk_roll", "trunk_pitch",
     "trunk_yaw", "torsional_friction", "step_width", "leg_gap",
-    "swing_tilt", "swing_height",
+    "swing_tilt", "swing_height", "landing_speed", "landing_impulse",
 )  # fmt: skip
 
 
@@ -51,6 +51,8 @@ def test_switches_are_no_numbers(name, value):
         ("trunk_yaw", -0.1, "trunk_yaw is -0.1 rad; it must be above 0"),
         ("torsional_friction", 0.0, "torsional_friction is 0.0 m; it must be above 0"),
         ("swing_height", 0.0, "swing_height is 0.0 m; it must be above 0"),
+        ("landing_speed", -0.1, "landing_speed is -0.1 m/s; it must not be negative"),
+        ("landing_impulse", 0.0, "landing_impulse is 0.0 m/s; it must be above 0"),
         ("step_width", -0.2, "step_width is -0.2 m; it must be above 0"),
         ("minimum_load", -1.0, "minimum_load is -1.0 N; it must not be negative"),
         ("clearance", -0.01, "clearance is -0.01 m; it must not be negative"),

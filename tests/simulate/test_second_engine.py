@@ -24,6 +24,7 @@ from gaitopt.model.importer import import_robot
 from gaitopt.model.robot import Robot
 from gaitopt.simulate.mujoco_model import simulated_robot
 from gaitopt.simulate.second_engine import second_engine
+from gaitopt.simulate.walk import simulate
 
 CASES = Path(__file__).parents[1] / "data" / "cases"
 
@@ -111,3 +112,16 @@ def test_a_robot_whose_weight_is_carried_is_refused(robot):
     body = replace(robot.multibody, carried_mass=carried)
     with pytest.raises(InputError, match="carried from outside"):
         simulated_robot(body)
+
+
+@pytest.mark.parametrize(
+    ("task", "message"), [({"stairs": 0.1}, "stairs"), ({"toe_off": 0.7}, "toe-off")]
+)
+def test_what_needs_another_ground_or_controller_is_refused(robot, task, message):
+    """Both have their inverse dynamics checked all the same."""
+    problem = WalkProblem(robot, preset_task("standard", speed=0.6, **task))
+    gait = gait_at(problem, first_guess(problem), {})
+    with pytest.raises(InputError, match=message):
+        simulate(gait)
+    found = second_engine(gait, instants=31)
+    assert max(found.torque, found.force, found.moment) < 1e-11
