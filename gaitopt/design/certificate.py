@@ -127,6 +127,12 @@ class Certificate:
             return f"not certified: momentum is off by {self.referee.momentum:.2e} of m g T"
         if not self.optimal:
             return f"not certified: KKT residual {self.kkt.worst:.2e}, allowed {OPTIMALITY:.0e}"
+        if self.worst.violation <= LIMITS:
+            return (
+                f"not certified: limits hold to {self.worst.violation:.1e}, but between the "
+                f"samples that is known to {self.resolution:.1e} only, together more than "
+                f"{LIMITS:.0e}"
+            )
         return f"optimal at the given samples only; between them {self.worst.sentence}"
 
     def record(self) -> dict[str, object]:

@@ -1,4 +1,5 @@
 import json
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -172,3 +173,13 @@ def test_the_record_is_plain_data(refined_design):
     assert record["kkt"]["stationarity"] == refined_design.certificate.kkt.stationarity
     assert record["worst"] == record["families"][0]
     assert record["referee"]["weight"] == pytest.approx(56.87 * 9.81 * 0.4)
+
+
+def test_limits_that_are_not_known_well_enough_are_told_so(refined_design):
+    certificate = replace(refined_design.certificate, resolution=2e-6)
+    assert not certificate.certified
+    assert re.fullmatch(
+        r"not certified: limits hold to \d\.\de-\d+, but between the samples that is known to "
+        r"2\.0e-06 only, together more than 1e-06",
+        certificate.verdict,
+    )
