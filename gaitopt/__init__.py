@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 from gaitopt.version import __version__
 
 if TYPE_CHECKING:
+    from gaitopt.actuators.motors import MotorTable, read_motors
     from gaitopt.catalogue.biped_spec import BipedSpec, biped13
     from gaitopt.catalogue.parameters import read_spec, write_spec
     from gaitopt.catalogue.urdf_writer import urdf_text
@@ -35,9 +36,18 @@ if TYPE_CHECKING:
     )
     from gaitopt.gait.constraint import Constraint, ConstraintContext, margin
     from gaitopt.gait.constraints import Margins
-    from gaitopt.gait.costs import Cost, MechanicalWork, RunningCost, TorqueCost, WeightedSum
+    from gaitopt.gait.costs import (
+        Cost,
+        ElectricalEnergy,
+        MechanicalWork,
+        PositiveWork,
+        RunningCost,
+        TorqueCost,
+        WeightedSum,
+    )
     from gaitopt.gait.functions import ComplexStep, Entries, Linear, QuantityFunction, SquaredNorm
     from gaitopt.gait.gait_file import load_gait, save_gait
+    from gaitopt.gait.motor_envelope import MotorEnvelope
     from gaitopt.gait.plugin import load_plugin
     from gaitopt.gait.presets import preset_task
     from gaitopt.gait.problem import WalkProblem
@@ -60,8 +70,10 @@ _HOMES = {
     "ImportOptions": "gaitopt.model.import_options",
     "Robot": "gaitopt.model.robot",
     "Sole": "gaitopt.model.feet.sole",
+    "MotorTable": "gaitopt.actuators.motors",
     "biped13": "gaitopt.catalogue.biped_spec",
     "choices_from_toml": "gaitopt.model.import_options",
+    "read_motors": "gaitopt.actuators.motors",
     "read_spec": "gaitopt.catalogue.parameters",
     "urdf_text": "gaitopt.catalogue.urdf_writer",
     "write_spec": "gaitopt.catalogue.parameters",
@@ -75,11 +87,14 @@ _HOMES = {
     "Constraint": "gaitopt.gait.constraint",
     "ConstraintContext": "gaitopt.gait.constraint",
     "Cost": "gaitopt.gait.costs",
+    "ElectricalEnergy": "gaitopt.gait.costs",
     "Entries": "gaitopt.gait.functions",
     "Linear": "gaitopt.gait.functions",
     "load_plugin": "gaitopt.gait.plugin",
     "margin": "gaitopt.gait.constraint",
     "MechanicalWork": "gaitopt.gait.costs",
+    "MotorEnvelope": "gaitopt.gait.motor_envelope",
+    "PositiveWork": "gaitopt.gait.costs",
     "QuantityFunction": "gaitopt.gait.functions",
     "RunningCost": "gaitopt.gait.costs",
     "SquaredNorm": "gaitopt.gait.functions",
@@ -147,6 +162,7 @@ __all__ = [
     "Cost",
     "Design",
     "DesignOptions",
+    "ElectricalEnergy",
     "Entries",
     "EvaluationError",
     "Gait",
@@ -158,7 +174,10 @@ __all__ = [
     "Margins",
     "MechanicalWork",
     "MissingExtraError",
+    "MotorEnvelope",
+    "MotorTable",
     "NoGaitFoundError",
+    "PositiveWork",
     "QuantityFunction",
     "Robot",
     "RobotError",
@@ -188,6 +207,7 @@ __all__ = [
     "margin",
     "play",
     "preset_task",
+    "read_motors",
     "read_spec",
     "save_gait",
     "solver_by_name",

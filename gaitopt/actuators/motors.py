@@ -25,6 +25,8 @@ from gaitopt.units import read_quantity
 
 _INDUCED = (0.5, 1.05)
 """Range of kt * no-load speed over the voltage: beyond it no current flows or units are wrong."""
+_LARGEST = 1e50
+"""Of any number of a motor, in SI units: squares and quotients still have a value."""
 _KEY = "unit"
 
 
@@ -191,6 +193,29 @@ class JointMotor(NamedTuple):
         """Return the largest driving torque at speeds [rad/s], [N·m]: peak, or voltage line."""
         line = self.stall_torque * (1.0 - np.abs(speed) / self.no_load_speed)
         return np.asarray(np.clip(line, 0.0, self.peak_torque))
+
+
+def joint_motors_of(rows: object) -> tuple[JointMotor, ...]:
+    """Return motors at joints from rows of plain values, as a gait file keeps them.
+
+    Raises:
+        SpecError: a row is none, or a number of it is out of range.
+    """
+    if not isinstance(rows, list | tuple):
+        raise SpecError(f"motors must be rows of {', '.join(JointMotor._fields)}")
+    return tuple(map(_joint_motor, rows))
+
+
+def _joint_motor(row: object) -> JointMotor:
+    names = JointMotor._fields
+    if not isinstance(row, list | tuple) or len(row) != len(names) or not isinstance(row[0], str):
+        raise SpecError(f"a motor at a joint must be a row of {', '.join(names)}")
+    where = f"motor at '{row[0][:40]}'"
+    for name, value in zip(names[1:], row[1:], strict=True):
+        _check_number(where, name, value, "", zero=name == "friction")
+        if not (value == 0.0 or 1.0 / _LARGEST <= value <= _LARGEST):
+            raise SpecError(f"{where}: the {name.replace('_', ' ')} is {value:g}, no SI value")
+    return JointMotor(*row)
 
 
 @dataclass(frozen=True)

@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from contextlib import suppress
 from itertools import takewhile
 
 import numpy as np
 from scipy.integrate import trapezoid
 
-from gaitopt.actuators.motors import JointMotor, joint_motors
+from gaitopt.actuators.motors import JointMotor, joint_motors, joint_motors_of
+from gaitopt.errors import SpecError
 from gaitopt.gait.costs import ElectricalEnergy, TorqueCost
 from gaitopt.gait.ground import ground_words
 from gaitopt.gait.motor_envelope import MotorEnvelope
 from gaitopt.gait.recorded_robot import recorded_choices
-from gaitopt.gait.result import LARGEST, Gait
+from gaitopt.gait.result import Gait
 from gaitopt.importers.physics import STANDARD_GRAVITY
 from gaitopt.importers.report import findings_of
 from gaitopt.model.physics_report import GRAVITY_KEY
@@ -125,21 +127,10 @@ def recorded_motors(gait: Gait) -> tuple[JointMotor, ...]:
     for record in records:
         fields = record.get("fields") if isinstance(record, Mapping) else None
         rows = fields.get("motors") if isinstance(fields, Mapping) else None
-        ours = isinstance(record, Mapping) and record.get("name") in (_ENVELOPE, _ENERGY)
-        if ours and isinstance(rows, list) and rows and all(map(_is_motor, rows)):
-            return tuple(JointMotor(*row) for row in rows)
+        if rows and isinstance(record, Mapping) and record.get("name") in (_ENVELOPE, _ENERGY):
+            with suppress(SpecError):
+                return joint_motors_of(rows)
     return ()
-
-
-def _is_motor(row: object) -> bool:
-    """Whether a row of a record is a `JointMotor`: a pattern, then numbers."""
-    return (
-        isinstance(row, list)
-        and len(row) == len(JointMotor._fields)
-        and isinstance(row[0], str)
-        and all(isinstance(one, float | int) and 0.0 <= one <= LARGEST for one in row[1:])
-        and min(row[1:7]) >= 1.0 / LARGEST
-    )
 
 
 def _contact(gait: Gait) -> Facts:

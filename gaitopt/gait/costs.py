@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from gaitopt.actuators.motors import JointMotor, joint_motors
+from gaitopt.actuators.motors import JointMotor, joint_motors, joint_motors_of
 from gaitopt.bounds import shown
 from gaitopt.errors import GaitoptError, InputError
 from gaitopt.gait import quantities
@@ -292,7 +292,7 @@ class ElectricalEnergy(RunningCost):
 
     def __post_init__(self) -> None:
         check_margins(self)
-        object.__setattr__(self, "motors", tuple(JointMotor(*one) for one in self.motors))
+        object.__setattr__(self, "motors", joint_motors_of(self.motors))
 
     def integrand(self, robot: Robot) -> QuantityFunction:
         """Return the sum of electrical powers."""

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gaitopt.actuators.motors import JointMotor, joint_motors
+from gaitopt.actuators.motors import JointMotor, joint_motors, joint_motors_of
 from gaitopt.gait import quantities
 from gaitopt.gait.constraint import Constraint, ConstraintBlock, ConstraintContext
 from gaitopt.gait.functions import Linear
@@ -28,7 +28,7 @@ class MotorEnvelope(Constraint):
     motors: tuple[JointMotor, ...] = ()
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "motors", tuple(JointMotor(*one) for one in self.motors))
+        object.__setattr__(self, "motors", joint_motors_of(self.motors))
 
     def asked(self, context: ConstraintContext) -> bool:
         """Return whether there are motors."""

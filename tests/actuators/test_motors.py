@@ -1,5 +1,6 @@
 """Motor tables: hand-computed figures at the joint, and refusals of what cannot be."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -8,6 +9,7 @@ import pytest
 from gaitopt.actuators.motors import joint_motors, known_motors, motors_of, read_motors
 from gaitopt.errors import InputError, RobotError, SpecError
 
+ROOT = Path(__file__).parents[2]
 TABLE = """
 [motors.example]
 torque_constant = 0.1
@@ -107,9 +109,21 @@ def test_tables_that_cannot_be_are_refused_with_words(old, new, said):
 
 
 def test_the_example_is_a_table_that_says_it_is_one():
-    table = read_motors(Path(__file__).parents[2] / "examples" / "motors.toml")
+    table = read_motors(ROOT / "examples" / "motors.toml")
     assert {one.motor.name for one in table.drives} == {"example"}
     assert "no product" in table.drives[0].motor.source
+
+
+def test_what_the_page_shows_runs(tmp_path, monkeypatch):
+    text = (ROOT / "docs" / "motors.md").read_text("utf-8")
+    ((kind, table), (language, code)) = re.findall(r"```(toml|python)\n(.*?)```", text, re.S)
+    assert (kind, language) == ("toml", "python")
+    assert (ROOT / "examples" / "motors.toml").read_text("utf-8").endswith(table)
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "motors.toml").write_text(table, "utf-8")
+    names: dict[str, object] = {}
+    exec(compile(code, "docs/motors.md", "exec"), names)
+    assert names["task"].cost.motors == names["task"].constraints[0].motors == names["motors"]
 
 
 def test_a_table_without_drives_or_without_a_file(tmp_path):

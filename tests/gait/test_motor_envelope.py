@@ -7,7 +7,7 @@ import pytest
 from walks import walk
 
 from gaitopt.actuators.motors import JointMotor
-from gaitopt.errors import SpecError
+from gaitopt.errors import InputError, SpecError
 from gaitopt.gait import quantities
 from gaitopt.gait.motor_envelope import MotorEnvelope
 from gaitopt.gait.problem import WalkProblem
@@ -53,3 +53,21 @@ def test_a_pair_with_two_motors_is_refused():
 def test_it_is_recorded_and_read_again():
     problem, _ = problem_with(KNEE)
     assert task_from_record(task_record(problem.task)) == problem.task
+
+
+@pytest.mark.parametrize(
+    ("rows", "said"),
+    [
+        ([["*", 1.0]], "must be a row of joints, peak_torque"),
+        ([["*", "40", 1.0, 1.0, 1.0, 1.0, 1.0, 0.0]], "peak torque is '40'; it must be a finite"),
+        ([["*", 1.0, 1.0, 1.0, 1e99, 1.0, 1.0, 0.0]], "no load speed is 1e\\+99, no SI value"),
+        ([["*", 1.0, 1.0, 1.0, 1.0, 1.0, 0.0, 0.0]], "efficiency is 0; it must be above 0"),
+        (7, "motors must be rows"),
+    ],
+)
+def test_damaged_records_are_refused_with_words(rows, said):
+    problem, _ = problem_with(KNEE)
+    record = task_record(problem.task)
+    record["constraints"][-1]["fields"]["motors"] = rows
+    with pytest.raises(InputError, match=said):
+        task_from_record(record)
