@@ -175,7 +175,8 @@ COMPARISON = tuple(declared(ComparisonSettings))
 
 _PRESET = Setting(
     "preset", "text", "A task for the biped, its paper's constraints only, or sized by any robot.",
-    default="standard", metavar="NAME", choices=("standard", "paper", "humanoid"), common=True,
+    default="standard", metavar="NAME", choices=("standard", "paper", "humanoid", "robust"),
+    common=True,
 )  # fmt: skip
 
 

@@ -18,7 +18,7 @@ from gaitopt.importers.physics import is_generated
 from gaitopt.mechanics.forward_kinematics import turning_arm
 from gaitopt.model.robot import Robot
 
-PRESETS = STANDARD, PAPER, HUMANOID = "standard", "paper", "humanoid"
+PRESETS = STANDARD, PAPER, HUMANOID, ROBUST = "standard", "paper", "humanoid", "robust"
 
 FROUDE = 0.05  # V² / (g h) of a stroll; people change to a run near 0.5 (Alexander, 1989)
 ROLL = 0.25  # rad; the trunk's, where ankles do not roll: 0.15 stops H1 at 0.6 m/s
@@ -27,6 +27,11 @@ KNEE_FLEXION = 0.1  # rad
 LEG_GAP = 0.01  # m
 WIDER = 0.03  # m by which the feet may stand farther apart than the hips
 LEAST_LOAD = 0.05  # of the weight
+ROBUST_KNEE_FLEXION = 0.3  # rad; leaves the leg 1 % longer than it is, 0.1 rad leave 0.1 %
+ROBUST_FRICTION = 0.5  # what a foot that lands 2 ms early still finds
+ROBUST_COP = 0.1  # margin of the centre of pressure over the width of the sole
+ROBUST_LANDING = 0.07  # speed of the landing corners over sqrt(g h): 0.2 m/s of a man
+ROBUST_IMPULSE = 0.07  # vertical impulse over mass and sqrt(g h)
 _SIZED = (*TRUNK, "minimum_load", "torsional_friction", "step_width", "leg_gap")
 
 
@@ -36,16 +41,18 @@ def preset_task(preset: str = STANDARD, robot: Robot | None = None, **changes: o
     `standard`: for the thirteen-link biped, 43 parameters and every constraint. `paper`: the
     constraints of section 3.2 only, the six geometric parameters of section 4.2, speed as the
     constraint (39). `humanoid`: for any other robot; speed, duration, load, step width and
-    friction under the foot follow from its size and weight, the trunk keeps upright.
+    friction under the foot follow from its size and weight, the trunk keeps upright. `robust`: the
+    same with margins for feedback; see `robust_task`.
 
     Args:
         preset: its name.
-        robot: the biped, which `humanoid` is sized by; the others do without.
+        robot: the biped, which `humanoid` and `robust` are sized by; the others do without.
         changes: fields of `Task`, and margins of it and of its own constraints, as `speed=0.6`
             [m/s].
 
     Raises:
-        InputError: unknown preset or field, a value out of range, or no robot for `humanoid`.
+        InputError: unknown preset or field, a value out of range, or no robot for `humanoid`
+            or `robust`.
     """
     if preset not in PRESETS:
         raise InputError(f"preset '{preset}' is unknown; choose one of {', '.join(PRESETS)}")
@@ -56,10 +63,10 @@ def preset_task(preset: str = STANDARD, robot: Robot | None = None, **changes: o
         return Task(geometry=geometry, margins=Margins(impulse_cop=False)).with_changes(**changes)
     if not isinstance(robot, Robot):
         raise InputError(
-            f"the preset '{HUMANOID}' is sized by the robot; give it, as in "
-            f'preset_task("{HUMANOID}", robot, speed=0.6)'
+            f"the preset '{preset}' is sized by the robot; give it, as in "
+            f'preset_task("{preset}", robot, speed=0.6)'
         )
-    return humanoid_task(robot, **changes)
+    return (humanoid_task if preset == HUMANOID else robust_task)(robot, **changes)
 
 
 def humanoid_task(robot: Robot, **changes: object) -> Task:
@@ -91,6 +98,31 @@ def humanoid_task(robot: Robot, **changes: object) -> Task:
     if isinstance(gap, float | int):
         defaults["step_width"] = widest(robot, gap)
     return Task().with_changes(**{**defaults, **changes})
+
+
+def robust_task(robot: Robot, **changes: object) -> Task:
+    """Return a task whose walks leave feedback something to work with, some fields changed.
+
+    Beyond `humanoid_task` the knees keep bent, the feet need less friction and keep the centre of
+    pressure farther inside, and they land neither grazing nor hard; see docs/simulation.md.
+
+    Args:
+        robot: the biped.
+        changes: fields of `Task` and of `Margins`.
+
+    Raises:
+        InputError: an unknown field, or a value out of range.
+    """
+    gravity = float(np.linalg.norm(robot.model.gravity.linear))
+    pace = math.sqrt(gravity * robot.legs.height)
+    margins: dict[str, object] = {
+        "friction": ROBUST_FRICTION,
+        "knee_flexion": ROBUST_KNEE_FLEXION,
+        "cop_margin": round(ROBUST_COP * (robot.sole.left - robot.sole.right), 4),
+        "landing_speed": round(ROBUST_LANDING * pace, 3),
+        "landing_impulse": round(ROBUST_IMPULSE * pace, 3),
+    }
+    return humanoid_task(robot, **{**margins, **changes})
 
 
 def stroll(robot: Robot) -> float:

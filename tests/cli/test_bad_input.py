@@ -35,7 +35,10 @@ CASES = [
     (["--samples", "1"], "1 samples are too few"),
     (["--postures", "0"], "postures is 0"),
     (["--friction", "0"], "friction is 0.0"),
-    (["--preset", "standart"], "'standart' is unknown; choose one of standard, paper, humanoid"),
+    (
+        ["--preset", "standart"],
+        "'standart' is unknown; choose one of standard, paper, humanoid, robust",
+    ),
     (["--solver", "sqpp"], "no solver 'sqpp'; choose one of .*sqp"),
     (["--qp-solver", "cvx"], "qp_solver is 'cvx'; choose one of"),
     (["--differences", "some"], "'some' is unknown; choose none, constraints, all"),

@@ -7,10 +7,9 @@ import pytest
 
 @pytest.fixture(scope="module")
 def robust(quick, tmp_path_factory):
-    """A gait of 0.8 m/s with room in knees and soles."""
+    """A gait of 1.0 m/s with margins for feedback."""
     directory = tmp_path_factory.mktemp("robust")
-    margins = ("--torsional-friction", "0.035", "--knee-flexion", "0.3", "--leg-extension", "0.99")
-    assert quick("--speed", "0.8", *margins, "-o", directory).exit_code == 0
+    assert quick("--preset", "robust", "--speed", "1.0", "-o", directory).exit_code == 0
     return directory / "gait.npz"
 
 
@@ -21,7 +20,7 @@ def test_a_robust_gait_walks_twenty_steps(cli, robust, tmp_path):
     record = json.loads(report.read_text())
     assert record["ending"] == "walked all steps"
     assert record["steps"] == record["asked_steps"] == 20
-    assert record["speed_m_s"] == pytest.approx(0.8, rel=0.02)
+    assert record["speed_m_s"] == pytest.approx(1.0, rel=0.02)
     assert record["step_time_s"]["mean"] == pytest.approx(record["designed_step_time_s"], rel=0.02)
     assert 1.0 < record["cost_N2ms"] / record["designed_cost_N2ms"] < 1.1
     assert record["second_engine"]["agrees"]

@@ -3,7 +3,7 @@ import math
 import pytest
 
 from gaitopt.errors import InputError
-from gaitopt.gait.presets import humanoid_task, preset_task, stroll, widest
+from gaitopt.gait.presets import humanoid_task, preset_task, robust_task, stroll, widest
 
 
 def test_numbers_follow_from_the_robot(robot):
@@ -58,3 +58,17 @@ def test_wrong_speeds_are_refused(robot, speed):
 
 def test_a_stroll_is_a_round_number(robot):
     assert stroll(robot) == round(stroll(robot), 2)
+
+
+def test_robust_margins_follow_from_the_robot(robot):
+    """The humanoid's task with room for feedback; what is given still wins."""
+    task, plain = preset_task("robust", robot, speed=0.8), humanoid_task(robot, speed=0.8)
+    pace = math.sqrt(9.81 * robot.legs.height)
+    assert task.margins.landing_speed == pytest.approx(0.07 * pace, abs=1e-3)
+    assert task.margins.landing_impulse == pytest.approx(0.07 * pace, abs=1e-3)
+    assert task.margins.cop_margin == pytest.approx(0.1 * 0.136, abs=1e-4)
+    assert task.margins.torsional_friction == pytest.approx(
+        plain.margins.torsional_friction * 5.0 / 7.0, abs=1e-4
+    )
+    assert (task.duration, task.margins.step_width) == (plain.duration, plain.margins.step_width)
+    assert robust_task(robot, knee_flexion=0.2, friction=0.6).margins.knee_flexion == 0.2
