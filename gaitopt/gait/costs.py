@@ -283,8 +283,9 @@ class ElectricalEnergy(RunningCost):
     name, unit, words = "energy", "J/m", "electrical energy per metre"
     reads = (quantities.TORQUE, quantities.RATES)
     regeneration: float = margin(
-        0.0, "Share of the braking power that the supply takes back.", least=0.0, most=1.0
-    )
+        0.0, "Share of the braking power that the supply takes back.", least=0.0, most=1.0,
+        metavar="SHARE",
+    )  # fmt: skip
     power_smoothing: float = margin(
         2.0, "Power around which its absolute value is rounded off.", unit="W", above=0.0
     )

@@ -199,11 +199,11 @@ DAMAGE = {
     ),
     "torques differ": (
         set_limit("left_knee", effort=140.0),
-        r"the torque limits of 'right_knee' and 'left_knee', 150 and 140 N·m; make them mirror im",
+        r"the torque limits of 'right_knee' and 'left_knee', 150 and 140 N·m; give both legs ",
     ),
     "ranges differ": (
         set_limit("left_knee", upper=2.0),
-        r"the ranges of 'right_knee' and 'left_knee', 0 to 2.6 rad and 0 to 2 rad \(mirrored\); ma",
+        r"the ranges of 'right_knee' and 'left_knee', 0 to 2.6 rad and 0 to 2 rad \(mirrored\); give",
     ),
     "lengths differ": (
         on("joint", "left_ankle_pitch", "origin", xyz="0.019 0.03 -0.29"),
