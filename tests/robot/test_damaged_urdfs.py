@@ -203,7 +203,7 @@ DAMAGE = {
     ),
     "ranges differ": (
         set_limit("left_knee", upper=2.0),
-        r"the ranges of 'right_knee' and 'left_knee', 0 to 2.6 rad and 0 to 2 rad \(mirrored\); give",
+        r"the ranges of 'right_knee' and 'left_knee', 0 to 2.6 rad and 0 to 2 rad \(mirrored\); ",
     ),
     "lengths differ": (
         on("joint", "left_ankle_pitch", "origin", xyz="0.019 0.03 -0.29"),
