@@ -6,7 +6,7 @@
 # Guess:    a mesh has the triangles that its file lists, whatever their colours.
 # Means:    links of two colours look shredded, and what is made from the triangles (hulls, distances,
 #           soles) is of another body. Read such files another way, or give every material a geometry of
-#           its own. Many iCub links have two.
+#           its own. Links of iCub have two.
 # Seen:     one material: 4 triangles, those of the file; two materials: 4 triangles, the first two twice,
 #           nothing of the second square; trimesh reads both files alike
 set -euo pipefail
