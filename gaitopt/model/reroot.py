@@ -196,8 +196,9 @@ def _joint_named(model: pin.Model, name: str) -> int:
 
 
 def _joint_of(model: pin.Model, frame: str) -> int:
-    if not model.existFrame(frame):
-        names = sorted(f.name for f in model.frames if "sole" in f.name or "foot" in f.name)
+    others = [f for f in model.frames if f.type != pin.FrameType.JOINT]  # joints have no place
+    if not any(f.name == frame for f in others):
+        names = sorted(f.name for f in others if "sole" in f.name or "foot" in f.name)
         raise RobotError(
             f"the URDF has no frame named '{frame}'; frames that look like feet: "
             f"{', '.join(names) or 'none'}. Name the sole frames, or add them to the URDF"

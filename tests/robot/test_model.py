@@ -164,3 +164,10 @@ def test_a_binary_file_is_refused(tmp_path):
     path.write_bytes(b"\xff\xfe\x00\x81")
     with pytest.raises(RobotError, match="it is not UTF-8 text"):
         Robot.from_urdf(path)
+
+
+def test_a_joint_is_no_sole_frame():
+    with pytest.raises(RobotError, match="no frame named 'left_ankle_roll'.*a joint's name"):
+        Robot.from_urdf(
+            urdf_text(biped13()), stance_sole="right_sole", swing_sole="left_ankle_roll"
+        )
