@@ -200,7 +200,7 @@ def _joint_of(model: pin.Model, frame: str) -> int:
     if not any(f.name == frame for f in others):
         names = sorted(f.name for f in others if "sole" in f.name or "foot" in f.name)
         raise RobotError(
-            f"the URDF has no frame named '{frame}'; frames that look like feet: "
-            f"{', '.join(names) or 'none'}. Name the sole frames, or add them to the URDF"
+            f"the URDF has no frame named '{frame}', a joint being none; those that look like "
+            f"feet: {', '.join(names) or 'none'}. Name the sole frames, or add them to the URDF"
         )
     return int(model.frames[model.getFrameId(frame)].parentJoint)
