@@ -35,6 +35,8 @@ def compared(path: Path, seed: int, postures: int) -> dict[str, Any]:
         worst = compare(path, seed, postures).worst
     except GaitoptError as error:
         return {"refused": str(error)}
+    except ValueError as error:  # a part of a scene, say, that does not stand alone
+        return {"refused": f"by MuJoCo: {' '.join(str(error).split())}"}
     return {"worst": worst, "seconds": time.perf_counter() - began}
 
 
