@@ -81,6 +81,12 @@ def run(command: str) -> tuple[int, float, str]:
     return code, spent, said
 
 
+def _failure(command: str, said: str, folder: str) -> dict[str, str]:
+    """Return what to record of a command that failed, without the places of this machine."""
+    last = said.strip().splitlines()[-1:] or [""]
+    return {"command": command.replace(folder, "DIR"), "said": last[0].replace(folder, "DIR")}
+
+
 def one(seed: int) -> dict[str, Any]:
     """Ask for one random walk and follow what is advised if it does not exist."""
     words = options(seed)
@@ -105,7 +111,7 @@ def one(seed: int) -> dict[str, Any]:
         "diagnosis seconds": diagnosis.get("cpu_seconds"),
         "impossible": len(diagnosis.get("impossible", [])),
         "followed": [
-            {"code": code, "cpu": spent} | ({"command": command, "said": why} if code else {})
+            {"code": code, "cpu": spent} | (_failure(command, why, folder) if code else {})
             for command, code, spent, why in followed
         ],
     }

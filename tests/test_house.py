@@ -104,6 +104,13 @@ def test_how_it_works_names_what_there_is():
         assert re.search(rf"(class {name}\b|^{name} = )", source, re.M), name
 
 
+def test_results_hold_no_place_of_a_machine():
+    results = [*(ROOT / "benchmarks" / "results").glob("*.json"), *(ROOT / "docs").rglob("*.json")]
+    assert results
+    place = re.compile(r"(?<![\w.])/(?:tmp|home|root|work|Users|usr|opt)/")
+    assert [p.name for p in results if place.search(p.read_text("utf-8"))] == []
+
+
 def test_what_is_cited_is_this_version():
     lines = (ROOT / "CITATION.cff").read_text().splitlines()
     assert f"version: {gaitopt.__version__}" in lines
