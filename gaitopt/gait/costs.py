@@ -204,7 +204,22 @@ class TorqueCost(RunningCost):
 
 
 @dataclass(frozen=True)
-class MechanicalWork(RunningCost):
+class _Work(RunningCost):
+    """What costs of the motors' power, rounded off at zero, have in common."""
+
+    reads = (quantities.TORQUE, quantities.RATES)
+    power_smoothing: float = margin(
+        2.0, "Power around which its absolute value is rounded off.", unit="W", above=0.0
+    )
+    weights: Mapping[str, float] = joint_weights_field()
+
+    def __post_init__(self) -> None:
+        check_margins(self)
+        check_weights(self.weights)
+
+
+@dataclass(frozen=True)
+class MechanicalWork(_Work):
     """J = (1 / d) integral of the absolute mechanical power of the motors, rounded off at zero.
 
     What motors take that cannot give back: sum of sqrt((Gamma_i dq_i)² + s²) - s over the joints.
@@ -218,15 +233,6 @@ class MechanicalWork(RunningCost):
     """
 
     name, unit, words = "work", "J/m", "absolute mechanical work per metre"
-    reads = (quantities.TORQUE, quantities.RATES)
-    power_smoothing: float = margin(
-        2.0, "Power around which its absolute value is rounded off.", unit="W", above=0.0
-    )
-    weights: Mapping[str, float] = joint_weights_field()
-
-    def __post_init__(self) -> None:
-        check_margins(self)
-        check_weights(self.weights)
 
     def integrand(self, robot: Robot) -> QuantityFunction:
         """Return the weighted sum of powers."""
@@ -235,7 +241,7 @@ class MechanicalWork(RunningCost):
 
 
 @dataclass(frozen=True)
-class PositiveWork(RunningCost):
+class PositiveWork(_Work):
     """J = (1 / d) integral of the positive mechanical power of the motors, rounded off at zero.
 
     What motors take whose braking is free: sum of (p_i + sqrt(p_i² + s²) - s) / 2 over the joints.
@@ -248,15 +254,6 @@ class PositiveWork(RunningCost):
     """
 
     name, unit, words = "positive-work", "J/m", "positive mechanical work per metre"
-    reads = (quantities.TORQUE, quantities.RATES)
-    power_smoothing: float = margin(
-        2.0, "Power around which its absolute value is rounded off.", unit="W", above=0.0
-    )
-    weights: Mapping[str, float] = joint_weights_field()
-
-    def __post_init__(self) -> None:
-        check_margins(self)
-        check_weights(self.weights)
 
     def integrand(self, robot: Robot) -> QuantityFunction:
         """Return the weighted sum of powers."""

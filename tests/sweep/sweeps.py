@@ -81,3 +81,22 @@ class Counting:
             raise KeyboardInterrupt
         self.done.append(job)
         return run_job(job)
+
+
+def damage(record, chance):
+    """Put another value in place of one somewhere in a record, or leave out an entry."""
+    place = record
+    while True:
+        keys = list(place) if isinstance(place, dict) else list(range(len(place)))
+        if not keys:
+            return
+        key = chance.choice(keys)
+        inner = place[key]
+        if isinstance(inner, dict | list) and inner and chance.random() < 0.7:
+            place = inner
+            continue
+        if chance.random() < 0.3:
+            del place[key]
+        else:
+            place[key] = chance.choice([None, 3, -1, "text", [], {}, [[1]], 1e300, True])
+        return

@@ -4,7 +4,7 @@ import random
 import shutil
 
 import pytest
-from sweeps import rewrite
+from sweeps import damage, rewrite
 from typer.testing import CliRunner
 
 from gaitopt.cli.app import app
@@ -96,7 +96,7 @@ def test_random_damage_of_a_record_ends_in_words(library, tmp_path):
     chance = random.Random(20)
     for attempt in range(60):
         copied = shutil.copytree(library, tmp_path / str(attempt))
-        rewrite(copied, lambda name, record: _damage(record, chance))
+        rewrite(copied, lambda name, record: damage(record, chance))
         opened = open_library(copied)
         assert len(opened.rows) == 2
         if attempt < 4:
@@ -120,22 +120,3 @@ def test_random_damage_of_the_file_ends_in_words(library):
             refused += 1
     assert opened
     assert refused
-
-
-def _damage(record, chance):
-    """Put another value in place of one somewhere in a record, or leave out an entry."""
-    place = record
-    while True:
-        keys = list(place) if isinstance(place, dict) else list(range(len(place)))
-        if not keys:
-            return
-        key = chance.choice(keys)
-        inner = place[key]
-        if isinstance(inner, dict | list) and inner and chance.random() < 0.7:
-            place = inner
-            continue
-        if chance.random() < 0.3:
-            del place[key]
-        else:
-            place[key] = chance.choice([None, 3, -1, "text", [], {}, [[1]], 1e300, True])
-        return

@@ -6,7 +6,7 @@ import shutil
 from pathlib import Path
 
 import pytest
-from sweeps import QUICK, Counting, quick_task
+from sweeps import QUICK, Counting, damage, quick_task
 from typer.testing import CliRunner
 
 from gaitopt.cli.app import app
@@ -184,20 +184,6 @@ def _damaged(text, chance):
         record = json.loads(lines[at])
     except ValueError:
         return text[: chance.randrange(len(text))]
-    place = record
-    while True:
-        keys = list(place) if isinstance(place, dict) else list(range(len(place)))
-        if not keys:
-            break
-        key = chance.choice(keys)
-        inner = place[key]
-        if isinstance(inner, dict | list) and inner and chance.random() < 0.7:
-            place = inner
-            continue
-        if chance.random() < 0.3:
-            del place[key]
-        else:
-            place[key] = chance.choice([None, 3, -1, "text", [], {}, [[1]], 1e300, True])
-        break
+    damage(record, chance)
     lines[at] = json.dumps(record)
     return "\n".join(lines)
