@@ -16,11 +16,12 @@ from gaitopt.gait.costs import ElectricalEnergy, TorqueCost
 from gaitopt.gait.ground import ground_words
 from gaitopt.gait.motor_envelope import MotorEnvelope
 from gaitopt.gait.recorded_robot import recorded_choices
-from gaitopt.gait.result import Gait
+from gaitopt.gait.result import ContactPhase, Gait
 from gaitopt.importers.physics import STANDARD_GRAVITY
 from gaitopt.importers.report import findings_of
 from gaitopt.model.physics_report import GRAVITY_KEY
 from gaitopt.nlp import Array
+from gaitopt.tolerances import SAME
 
 Facts = dict[str, object]
 _ENVELOPE, _ENERGY = MotorEnvelope.name, ElectricalEnergy.name
@@ -141,9 +142,25 @@ def _contact(gait: Gait) -> Facts:
         "friction_limit": gait.number("task", "margins", "friction"),
         "least_vertical_force_N": float(force[:, 2].min()),
         "largest_vertical_force_N": float(force[:, 2].max()),
+        "phases": [_phase(gait, phase) for phase in gait.phases],
         "foot_turns_from_s": gait.turns_at if gait.turning else None,
         "foot_angle_rad": gait.foot_angle,
         "highest_swing_toe_mm": 1e3 * float(gait.swing_sole[:, :2, 2].max()),
+    }
+
+
+def _phase(gait: Gait, phase: ContactPhase) -> Facts:
+    """Return what the stance foot does in a phase of the step, from one change to the next."""
+    inside = (gait.time >= phase.begin - SAME * gait.duration) & (gait.time <= phase.end)
+    force = gait.ground_wrench[inside, :3]
+    return {
+        "contact": phase.contact,
+        "begin_s": phase.begin,
+        "end_s": phase.end,
+        "share_of_step": (phase.end - phase.begin) / gait.duration,
+        "friction_used": _friction(force),
+        "least_vertical_force_N": float(force[:, 2].min()),
+        "largest_vertical_force_N": float(force[:, 2].max()),
     }
 
 

@@ -11,7 +11,7 @@ import math
 import sys
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from dataclasses import Field, dataclass, field, fields, is_dataclass
+from dataclasses import Field, dataclass, field, fields, is_dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from traceback import extract_tb
@@ -237,6 +237,7 @@ class ConstraintBlock:
         scale: a change of the value that matters, shape (r,).
         instants: rows of the quantities it looks at, shape (K,).
         times: s = t / T of each of the K, or None where time means nothing.
+        contacts: of the stance foot at each of the K, by name; empty where it never changes.
     """
 
     name: str
@@ -252,6 +253,7 @@ class ConstraintBlock:
     scale: Array
     instants: NDArray[np.int_]
     times: Array | None
+    contacts: tuple[str, ...] = ()
 
     @property
     def size(self) -> int:
@@ -277,10 +279,11 @@ class ConstraintBlock:
         return slice(int(self.instants[0]), int(self.instants[-1]) + 1)
 
     def describe(self, instant: int, entry: int) -> str:
-        """Name a row: "right_knee torque at 80.0 % of the step"."""
+        """Name a row: "right_knee torque at 80.0 % of the step (toe line)"."""
         label = self.labels[entry]
         if self.times is not None:
-            return f"{label} at {100.0 * self.times[instant]:.1f} % of the step"
+            contact = f" ({self.contacts[instant]})" if self.contacts else ""
+            return f"{label} at {100.0 * self.times[instant]:.1f} % of the step{contact}"
         return f"{self.reads[0].rows[self.instants[instant]]} {label}".strip()
 
 
@@ -347,8 +350,12 @@ class Constraint(ABC):
         """
         if instants is None:
             instants = np.arange(context.grid.count)
-        times = context.grid.instants[instants]
-        return self._block(function, labels, lower, upper, scale, instants, times)
+        times, phases = context.grid.instants[instants], context.schedule.phases
+        block = self._block(function, labels, lower, upper, scale, instants, times)
+        if len(phases) == 1:
+            return block
+        contacts = tuple(phases[phase].contact.name for phase in context.phases[instants])
+        return replace(block, contacts=contacts)
 
     def once(
         self,

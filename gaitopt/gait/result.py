@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitopt.bounds import INSTANTS, at_most
+from gaitopt.contact.flat_foot import FlatFoot
 from gaitopt.errors import InputError
 from gaitopt.gait.costs import TorqueCost
 from gaitopt.gait.trajectory import FootTurning, Trajectory, TrajectoryPhase, fitted_coefficients
@@ -53,6 +54,20 @@ _MULTIPLIERS: dict[str, tuple[int | str, ...]] = {
     "multipliers": ("R",),
     "bound_multipliers": ("P",),
 }
+
+
+@dataclass(frozen=True)
+class ContactPhase:
+    """A part of the step in which the stance foot keeps one contact.
+
+    Attributes:
+        contact: its name, "flat", "toe line".
+        begin, end: times [s].
+    """
+
+    contact: str
+    begin: float
+    end: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -185,6 +200,14 @@ class Gait:
     def turns_at(self) -> float:
         """Time at which the stance foot begins to turn [s]; the duration where it does not."""
         return float(self.foot_knots[0]) if self.turning else self.duration
+
+    @property
+    def phases(self) -> tuple[ContactPhase, ...]:
+        """The parts of the step, in order, each with the contact of the stance foot."""
+        flat = ContactPhase(FlatFoot.name, 0.0, self.turns_at)
+        if not self.turning:
+            return (flat,)
+        return (flat, ContactPhase(self.foot_contact, self.turns_at, self.duration))
 
     @property
     def flat(self) -> NDArray[np.bool_]:

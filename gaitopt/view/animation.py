@@ -14,6 +14,8 @@ import pinocchio as pin
 from numpy.typing import ArrayLike
 
 from gaitopt.bounds import FRAMES, STEPS, at_most, shown
+from gaitopt.contact.heel_line import HeelLine
+from gaitopt.contact.toe_line import ToeLine
 from gaitopt.errors import InputError
 from gaitopt.gait.ground import edge_before, upright
 from gaitopt.gait.result import Gait
@@ -21,6 +23,7 @@ from gaitopt.gait.trajectory import TrajectorySamples
 from gaitopt.model.multibody import Multibody
 from gaitopt.nlp import Array
 from gaitopt.tolerances import SAME
+from gaitopt.view.contacts import contact_colour
 from gaitopt.view.robot_shapes import UPRIGHT, RobotShapes, draw_shape, robot_shapes
 from gaitopt.view.viewer import animation, geometry, meshcat
 
@@ -36,10 +39,12 @@ _ARROW = 0.9  # the weight's arrow, about, in heights of the hips
 _SWITCH = 1e-4  # s: marks leave the old foot this long before they are on the new one
 _PRINT = 0.004  # m: thickness of the marks on the ground
 _BORDER = 0.05  # m: by how much the mark of the standing foot is larger than its sole
+_LINE_WIDTH = 0.03  # m: of the mark of a foot that stands on a line
+_HIDDEN = 1e-4  # size of a mark that is not to be seen
 _GROUND_SIZE = 20.0  # m, square
 _GRID = 0.5  # m between the lines on the ground
 _GROUND, _LINE, _FOOTPRINT = 0xEDF0F2, 0xC9D1D8, 0x9DB4C8
-_STANDING, _COP, _FORCE = 0x2E9E5B, 0xB00020, 0xE07A10
+_COP, _FORCE = 0xB00020, 0xE07A10
 
 
 class Animation:
@@ -144,7 +149,9 @@ def build_scene(
         _draw_stairs(world["ground"], gait, edge, steps)
     _draw_footprints(world["footprints"], body, samples)
     draw_robot(world["robot"], moves, body, shapes, samples.configuration, times)
-    _draw_standing_sole(world["standing_sole"], moves, body, samples, times)
+    for index, phase in enumerate(gait.phases):
+        node = world[f"standing_sole/{index}"]
+        _draw_standing_sole(node, moves, body, (samples, times), (index, phase.contact))
     _draw_force(world["ground_force"], moves, samples, times, force_scale)
     _follow(world, moves, samples, times, TARGET_HEIGHT * hips)
     moves.show(viewer)
@@ -282,17 +289,42 @@ def _draw_standing_sole(
     node: meshcat.Visualizer,
     moves: Animation,
     body: Multibody,
-    samples: TrajectorySamples,
-    times: Array,
+    walk: tuple[TrajectorySamples, Array],
+    phase: tuple[int, str],
 ) -> None:
-    size = np.ptp(body.sole_corners[0], axis=0)[:2] + _BORDER
-    material = geometry.MeshBasicMaterial(color=_STANDING)
-    node.set_object(geometry.Box([*size, _PRINT]), material)
+    """Mark what of the standing foot rests in one phase of the steps, in the contact's colour.
+
+    Args:
+        node: of the mark.
+        moves: collects the motion.
+        body: the robot.
+        walk: its samples, and the times of the frames.
+        phase: its number, and the contact.
+    """
+    (samples, times), (index, contact) = walk, phase
+    corners = body.sole_corners[0]
+    size = np.ptp(corners, axis=0)[:2]
+    ends = {ToeLine.name: corners[:, 0].max(), HeelLine.name: corners[:, 0].min()}
+    line = contact in ends
+    length = _LINE_WIDTH if line else size[0] + _BORDER
+    material = geometry.MeshBasicMaterial(color=int(contact_colour(contact).lstrip("#"), 16))
+    node.set_object(geometry.Box([length, size[1] + _BORDER, _PRINT]), material)
+    centres = np.array([_centre(body, foot, 0.0) for foot in (0, 1)])
+    if line:
+        centres[:, 0] = ends[contact]
     places = _standing(samples)
-    centres = np.array([_centre(body, foot, -0.49 * _PRINT) for foot in (0, 1)])
     own = centres[samples.contact.argmax(axis=1)][..., None]
-    moves.place(node, times, (places[:, :3, :3] @ own)[..., 0] + places[:, :3, 3])
-    moves.turn(node, times, places[:, :3, :3])
+    at = (places[:, :3, :3] @ own)[..., 0] + places[:, :3, 3]
+    moves.place(node, times, at - [0.0, 0.0, 0.49 * _PRINT])
+    moves.turn(node, times, np.array([_level(place[:3, :3]) for place in places]))
+    if samples.phase.any():
+        shown = np.where(samples.phase == index, 1.0, _HIDDEN)
+        moves.stretch(node, times, np.tile(shown[:, None], (1, 3)))
+
+
+def _level(rotation: Array) -> Array:
+    """Return the part of a rotation about the ground's normal."""
+    return np.asarray(pin.utils.rotate("z", float(np.arctan2(rotation[1, 0], rotation[0, 0]))))
 
 
 def _draw_force(

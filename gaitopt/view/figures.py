@@ -25,6 +25,7 @@ from gaitopt.gait.result import Gait
 from gaitopt.importers.physics import STANDARD_GRAVITY
 from gaitopt.model.physics_report import GRAVITY_KEY
 from gaitopt.nlp import Array
+from gaitopt.view.contacts import contact_colour, contact_words, contacts
 from gaitopt.view.figure_style import (
     GROUND,
     INSIDE,
@@ -53,9 +54,11 @@ _ROW, _COLUMNS = 2.5, 3  # panels of joints: inch, number
 # Six panels are laid out by measuring each of their labels twice, which takes longer than drawing.
 _PLACE = {"left": 0.075, "right": 0.99, "wspace": 0.16, "hspace": 0.17}
 _BELOW, _ABOVE, _TITLE = 0.9, 0.475, 0.1  # inch: legend; title with its space, and above it
+_LEGEND_ROW = 0.2  # inch
 _FAR = 1.5  # a limit this many times the panel's own largest value would flatten its curves
 _FLAT = 0.02  # of the figure's largest value: a panel shows no less, lest rounding looks like waves
 _SPACE = 0.08  # free above and below the curves, in their heights
+_PHASES = 0.035  # of a panel's height: the band of the phases at its foot
 
 
 def step_figure(gait: Gait, count: int = 9) -> Figure:
@@ -66,7 +69,7 @@ def step_figure(gait: Gait, count: int = 9) -> Figure:
         count: number of stick figures, at equal times.
     """
     indices = np.linspace(0, len(gait.time) - 1, count).round().astype(int)
-    along = _sticks(gait, gait.time, before=gait.time > 0.0)
+    along, standing = _sticks(gait, gait.time, before=gait.time > 0.0)
     whole = along.turned(upright(gait.trajectory.body))
     seen = {_SIDE: whole.at(indices), _FRONT: along.at(indices)}  # along the ground from behind
     figure = new_figure(6.6, 4.9)
@@ -76,7 +79,7 @@ def step_figure(gait: Gait, count: int = 9) -> Figure:
     for axes, view in ((side, _SIDE), (front, _FRONT)):
         _draw_ground(axes, seen[view], view, gait)
         for index in range(count):
-            _draw(axes, seen[view], index, view, float(opacity[index]))
+            _draw(axes, seen[view], index, view, float(opacity[index]), standing[indices[index]])
     toes = whole.soles[:, 1, :2].mean(axis=1)
     side.plot(
         toes[:, 0], toes[:, 2], color=SWING, linewidth=0.9, linestyle=":",
@@ -85,7 +88,7 @@ def step_figure(gait: Gait, count: int = 9) -> Figure:
     label_axes(side, "forward x [m]", "height z [m]", "from the right")
     label_axes(front, "left y [m]", "", "from behind")
     front.invert_xaxis()
-    _name_legs(figure, side)
+    _name_legs(figure, side, gait)
     where = f", {words}" if (words := ground_words(gait)) else ""
     figure.suptitle(f"One step: {gait.step_length:.3f} m in {gait.duration:.3f} s{where}")
     return figure
@@ -101,32 +104,49 @@ def walking_figure(gait: Gait, steps: int = 3, per_step: int = 6) -> Figure:
     """
     inside = np.linspace(0, len(gait.time) - 1, per_step + 1).round().astype(int)[:-1]
     times = [gait.time[inside] + k * gait.duration for k in range(steps)]
-    along = _sticks(gait, np.append(np.concatenate(times), steps * gait.duration))
+    along, standing = _sticks(gait, np.append(np.concatenate(times), steps * gait.duration))
     sticks = along.turned(upright(gait.trajectory.body))
     figure = new_figure(7.4, 5.2)
     axes = figure.subplots()
     _draw_ground(axes, sticks, _SIDE, gait)
     for index in range(len(sticks.legs)):
-        _draw(axes, sticks, index, _SIDE, 0.95 if index % per_step == 0 else 0.4)
+        opacity = 0.95 if index % per_step == 0 else 0.4
+        _draw(axes, sticks, index, _SIDE, opacity, standing[index])
     label_axes(axes, "forward x [m]", "height z [m]")
-    _name_legs(figure, axes, (gait.stance_sole, gait.swing_sole_frame))
+    _name_legs(figure, axes, gait, (gait.stance_sole, gait.swing_sole_frame))
     where = f" {words}" if (words := ground_words(gait)) else ""
     figure.suptitle(f"{steps} steps at {gait.speed:.3g} m/s{where}; solid: the landings")
     return figure
 
 
-def _sticks(gait: Gait, times: Array, before: ArrayLike = False) -> StickFigures:
-    """Return stick figures of a walk at times [s]."""
+_Standing = tuple[int, str]
+"""The foot that stands, and the colour of its contact; empty where that never changes."""
+
+
+def _sticks(
+    gait: Gait, times: Array, before: ArrayLike = False
+) -> tuple[StickFigures, list[_Standing]]:
+    """Return stick figures of a walk at times [s], and how it stands in each."""
     samples = gait.trajectory.at(times, before=before)
-    return stick_figures(gait.trajectory.body, samples.configuration, trunk_top(gait))
+    sticks = stick_figures(gait.trajectory.body, samples.configuration, trunk_top(gait))
+    feet, several = samples.contact.argmax(axis=1), len(gait.phases) > 1
+    standing = [
+        (int(foot), contact_colour(gait.phases[phase].contact) if several else "")
+        for foot, phase in zip(feet, samples.phase, strict=True)
+    ]
+    return sticks, standing
 
 
-def _draw(axes: Axes, sticks: StickFigures, index: int, view: int, opacity: float) -> None:
+def _draw(
+    axes: Axes, sticks: StickFigures, index: int, view: int, opacity: float, standing: _Standing
+) -> None:
     """Draw one stick figure: far leg, trunk, near leg."""
+    foot, contact = standing
     for leg, colour in ((1, SWING), (0, STANCE)):
         points = sticks.legs[index, leg]
         axes.plot(points[:, view], points[:, 2], "o-", markersize=2.4, color=colour, alpha=opacity)
-        _draw_foot(axes, points[0], sticks.soles[index, leg], view, colour, opacity)
+        own = contact if contact and leg == foot else colour
+        _draw_foot(axes, points[0], sticks.soles[index, leg], view, own, opacity)
     hips = sticks.legs[index, :, -1]
     axes.plot(hips[:, view], hips[:, 2], color=TRUNK, alpha=opacity, linewidth=1.7)
     trunk = sticks.trunk[index]
@@ -169,11 +189,32 @@ def _reach(sticks: StickFigures, view: int) -> Array:
 
 
 def _name_legs(
-    figure: Figure, axes: Axes, names: tuple[str, str] = ("stance leg", "swing leg")
+    figure: Figure, axes: Axes, gait: Gait, names: tuple[str, str] = ("stance leg", "swing leg")
 ) -> None:
     for name, colour in zip((*names, "trunk"), (STANCE, SWING, TRUNK), strict=True):
         axes.plot([], [], color=colour, label=name.replace("_sole", " leg").replace("_", " "))
+    if len(gait.phases) > 1:
+        for contact in contacts(gait):
+            axes.plot([], [], color=contact_colour(contact), label=f"foot {_words(contact)}")
     figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=4)
+
+
+def _words(contact: str) -> str:
+    """Return how a foot stands: "standing on the toe line"."""
+    return name_on_figure(contact_words(contact))
+
+
+def _mark_phases(axes: Axes, gait: Gait) -> None:
+    """Draw the phases of a step of several at the foot of a panel over time."""
+    if len(gait.phases) == 1:
+        return
+    for phase in gait.phases:
+        axes.axvspan(
+            phase.begin, phase.end, ymax=_PHASES, color=contact_colour(phase.contact), linewidth=0,
+            label=f"foot {_words(phase.contact)}",
+        )  # fmt: skip
+    for phase in gait.phases[1:]:
+        axes.axvline(phase.begin, color="#C8C8C8", linewidth=0.8, linestyle=":")
 
 
 def torque_figure(gait: Gait) -> Figure:
@@ -197,7 +238,8 @@ def _grid(gait: Gait, values: Array, limits: Array | None, unit: str, title: str
     rows = -(-len(joints) // _COLUMNS)
     height = rows * _ROW
     figure = new_figure(9.0, height, layout=None)
-    place = {**_PLACE, "bottom": _BELOW / height, "top": 1.0 - _ABOVE / height}
+    below = _BELOW + (_LEGEND_ROW if len(gait.phases) > 1 else 0.0)
+    place = {**_PLACE, "bottom": below / height, "top": 1.0 - _ABOVE / height}
     panels = figure.subplots(rows, _COLUMNS, sharex=True, squeeze=False, gridspec_kw=place)
     for axes in panels.flat[len(joints) :]:
         axes.set_visible(False)
@@ -210,6 +252,7 @@ def _grid(gait: Gait, values: Array, limits: Array | None, unit: str, title: str
         axes.plot(gait.time, values[:, both[1]], color=SWING, label="swing leg")
         drawn = [] if limits is None else _draw_limit(axes, values[:, both], limits[both])
         _scale(axes, np.append(values[:, both], drawn), least)
+        _mark_phases(axes, gait)
         axes.xaxis.set_tick_params(labelbottom=panel >= len(joints) - _COLUMNS)
         label_axes(
             axes,
@@ -320,6 +363,7 @@ def _draw_force(axes: Axes, gait: Gait) -> None:
             weight, color=TRUNK, linewidth=1.0, linestyle=":", label=f"weight {weight:.1f} N"
         )
     label_axes(axes, "", "force [N]")
+    _mark_phases(axes, gait)
     axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
 
 

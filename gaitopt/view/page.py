@@ -15,6 +15,7 @@ from gaitopt.gait.ground import ground_words
 from gaitopt.gait.result import Gait
 from gaitopt.importers.report import findings_of
 from gaitopt.view.animation import DEFAULT_STEPS, build_scene
+from gaitopt.view.contacts import contact_colour, contact_words, contacts
 from gaitopt.view.viewer import Recorder, meshcat, page_file, viewer_script
 
 
@@ -61,6 +62,9 @@ def page_text(gait: Gait, steps: int = DEFAULT_STEPS, package_dirs: tuple[str, .
         "@STEP@": json.dumps(gait.duration),
         "@NOTE@": f"<p>{html_text(scene.note)}</p>" if scene.note else "",
         "@ROBOT@": _robot(gait),
+        "@STANDING@": "<br>\n     ".join(_mark(contact) for contact in contacts(gait)),
+        "@PHASES@": json.dumps(_phases(gait)),
+        "@FEET@": json.dumps([html_text(foot) for foot in _feet(gait)]),
         "@SCALE@": f"{0.1 / scene.force_scale:.4g}",
         "@FIT@": page_file("fit.js"),
         "@COMMANDS@": recorder.text(),
@@ -84,6 +88,29 @@ def facts(gait: Gait) -> list[tuple[str, str]]:
         ("certificate", gait.fact("certificate", "verdict")),
     ]
     return [(name, str(value)) for name, value in known if value is not None]
+
+
+def _mark(contact: str) -> str:
+    """Return the line that explains the colour of a contact."""
+    colour = f'<span class="mark" style="background:{contact_colour(contact)}"></span>'
+    return f"{colour} foot {html_text(contact_words(contact))}"
+
+
+def _phases(gait: Gait) -> list[dict[str, object]]:
+    """Return the phases of a step for the bar under the time: words, colour, end as a share."""
+    return [
+        {
+            "words": html_text(contact_words(phase.contact)),
+            "colour": contact_colour(phase.contact),
+            "end": phase.end / gait.duration,
+        }
+        for phase in gait.phases
+    ]
+
+
+def _feet(gait: Gait) -> list[str]:
+    """Return what the feet are called, the one that stands first before the other."""
+    return [name.replace("_", " ") for name in (gait.stance_sole, gait.swing_sole_frame)]
 
 
 def _stance(gait: Gait) -> str | None:

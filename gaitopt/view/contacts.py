@@ -1,0 +1,33 @@
+"""How the contacts of a foot look in figures and on pages, and what its phases are called."""
+
+from __future__ import annotations
+
+from gaitopt.contact.flat_foot import FlatFoot
+from gaitopt.contact.heel_line import HeelLine
+from gaitopt.contact.toe_line import ToeLine
+from gaitopt.gait.result import ContactPhase, Gait
+
+COLOURS = {FlatFoot.name: "#009E73", ToeLine.name: "#CC79A7", HeelLine.name: "#56B4E9"}
+"""By the name of the contact; of Okabe & Ito, as those of figures."""
+OTHER = "#8A8A8A"
+"""Of a contact that is none of these."""
+
+
+def contact_colour(contact: str) -> str:
+    """Return the colour of a contact, "#rrggbb"."""
+    return COLOURS.get(contact, OTHER)
+
+
+def contact_words(contact: str) -> str:
+    """Return what a person calls a standing foot: "standing flat", "standing on the toe line"."""
+    return "standing flat" if contact == FlatFoot.name else f"standing on the {contact}"
+
+
+def contacts(gait: Gait) -> list[str]:
+    """Return the contacts of a step, each once, in their order."""
+    return list(dict.fromkeys(phase.contact for phase in gait.phases))
+
+
+def phase_at(gait: Gait, time: float) -> ContactPhase:
+    """Return the phase of a step at a time [s]; the instant of a change is before it."""
+    return next((one for one in gait.phases if time <= one.end), gait.phases[-1])
