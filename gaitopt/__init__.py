@@ -53,6 +53,7 @@ if TYPE_CHECKING:
     from gaitopt.gait.problem import WalkProblem
     from gaitopt.gait.result import Gait
     from gaitopt.gait.task import Task
+    from gaitopt.gait.terrain import Profile, Terrain
     from gaitopt.gait.trajectory import Trajectory
     from gaitopt.model.feet.sole import Sole
     from gaitopt.model.import_options import ImportOptions, choices_from_toml
@@ -82,7 +83,7 @@ _HOMES = {
     "Task": "gaitopt.gait.task",
     "WalkProblem": "gaitopt.gait.problem",
     "preset_task": "gaitopt.gait.presets",
-    # constraints and costs of one's own
+    # constraints, costs and grounds of one's own
     "ComplexStep": "gaitopt.gait.functions",
     "Constraint": "gaitopt.gait.constraint",
     "ConstraintContext": "gaitopt.gait.constraint",
@@ -95,9 +96,11 @@ _HOMES = {
     "MechanicalWork": "gaitopt.gait.costs",
     "MotorEnvelope": "gaitopt.gait.motor_envelope",
     "PositiveWork": "gaitopt.gait.costs",
+    "Profile": "gaitopt.gait.terrain",
     "QuantityFunction": "gaitopt.gait.functions",
     "RunningCost": "gaitopt.gait.costs",
     "SquaredNorm": "gaitopt.gait.functions",
+    "Terrain": "gaitopt.gait.terrain",
     "TorqueCost": "gaitopt.gait.costs",
     "WeightedSum": "gaitopt.gait.costs",
     # the answer
@@ -178,6 +181,7 @@ __all__ = [
     "MotorTable",
     "NoGaitFoundError",
     "PositiveWork",
+    "Profile",
     "QuantityFunction",
     "Robot",
     "RobotError",
@@ -187,6 +191,7 @@ __all__ = [
     "SquaredNorm",
     "Status",
     "Task",
+    "Terrain",
     "TorqueCost",
     "Trajectory",
     "UnreachableError",

@@ -157,7 +157,7 @@ class OwnSettings:
         COSTS[0].name, "What is minimised.", metavar="NAME", choices=[one.name for one in COSTS]
     )
     plugin: Path | None = entry(
-        None, "Python file with constraints and a cost of your own; it is run."
+        None, "Python file with constraints, a cost or a terrain of your own; it is run."
     )
 
 
@@ -261,7 +261,8 @@ def with_plugin(plugin: Plugin) -> dict[str, dict[str, Setting]]:
         InputError: one of its names is taken, or a field is of a kind that people cannot write.
     """
     costs = [] if plugin.cost is None else [plugin.cost]
-    owners = [*plugin.constraints, *costs]
+    terrains = [] if plugin.terrain is None else [plugin.terrain]
+    owners = [*plugin.constraints, *costs, *terrains]
     try:
         own = {type(one): list(declared(type(one))) for one in owners if is_dataclass(one)}
     except TypeError as error:
@@ -277,9 +278,11 @@ def with_plugin(plugin: Plugin) -> dict[str, dict[str, Setting]]:
             )
     margins = [one for owner in plugin.constraints for one in own.get(type(owner), [])]
     of_cost = [one for owner in costs for one in own.get(type(owner), [])]
+    of_terrain = [one for owner in terrains for one in own.get(type(owner), [])]
     named = SCHEMA["cost"]["cost"]
     choices = (*named.names, *(one.name for one in costs))
     return SCHEMA | {
+        "task": SCHEMA["task"] | _by_name(*of_terrain),
         "margins": SCHEMA["margins"] | _by_name(*margins),
         "cost": SCHEMA["cost"] | _by_name(replace(named, choices=choices), *of_cost),
     }
@@ -290,7 +293,7 @@ def read_config(path: Path, plugin: Path | None = None) -> Settings:
 
     Args:
         path: of the file.
-        plugin: whose constraints and cost it may set, unless it names one itself.
+        plugin: whose constraints, cost and terrain it may set, unless it names one itself.
 
     Raises:
         InputError: the file cannot be read, is not TOML, has an unknown section or name, or a

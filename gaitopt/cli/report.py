@@ -33,7 +33,7 @@ from gaitopt.design.shadow_prices import SETTING
 from gaitopt.design.summary import summarise
 from gaitopt.escape import printable
 from gaitopt.gait.gait_file import altered_members, load_gait
-from gaitopt.gait.ground import ground_words
+from gaitopt.gait.ground import ground_of
 from gaitopt.gait.plugin import load_plugin
 from gaitopt.gait.result import Gait
 from gaitopt.importers.report import Finding, findings_of
@@ -255,7 +255,7 @@ def check(path: Path, plugin: Path | None = None) -> None:
     print_findings_of(screen(stderr=True), gait)
     found = audit(gait, () if plugin is None else load_plugin(plugin).extensions)
     out = screen()
-    where = f" {words}" if (words := ground_words(gait)) else ""
+    where = f" {words}" if (words := ground_of(gait).words) else ""
     out.print(
         f"{path}: {gait.text('robot')} at {gait.speed:.3g} m/s{where}, computed again from its "
         "parameters",

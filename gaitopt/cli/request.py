@@ -7,7 +7,7 @@ import re
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import tomli_w
@@ -347,9 +347,13 @@ def make_task(settings: Settings, robot: Robot) -> Task:
     preset, path = str(settings["preset"]), settings.get("plugin")
     plugin = None if path is None else load_plugin(path)
     schema = SCHEMA if plugin is None else with_plugin(plugin)
-    names = [n for n in (*schema["task"], *schema["margins"]) if n in settings and n != "preset"]
+    names = [n for n in (*SCHEMA["task"], *schema["margins"]) if n in settings and n != "preset"]
     changes: dict[str, Any] = {name: settings[name] for name in names}
     changes["constraints"] = () if plugin is None else plugin.constraints
+    if plugin is not None and plugin.terrain is not None:
+        names = [n for n in schema["task"] if n in settings and n not in SCHEMA["task"]]
+        of_terrain, terrain = {n: settings[n] for n in names}, cast(Any, plugin.terrain)
+        changes["terrain"] = replace(terrain, **of_terrain) if of_terrain else terrain
     motors_of_cost: dict[str, Any] = {}
     if (table := settings.get("motors")) is not None:
         motors = read_motors(table).at_joints

@@ -22,6 +22,7 @@ from gaitopt.gait.costs import Cost
 from gaitopt.gait.gait_file import save_gait
 from gaitopt.gait.result import Gait
 from gaitopt.gait.task import Task
+from gaitopt.gait.terrain import Terrain
 from gaitopt.settings import declared
 from gaitopt.view.figure_worker import FigureWorker
 
@@ -81,7 +82,11 @@ def task_text(request: Request, directory: Path) -> str:
     """Return a configuration that asks for the same again, defaults written out."""
     task = request.task
     sections: dict[str, Settings] = {
-        "task": {"preset": request.settings["preset"], **_known(task, "task")},
+        "task": {
+            "preset": request.settings["preset"],
+            **_known(task, "task"),
+            **_fields(task.terrain),
+        },
         "margins": {n: v for n in task.declared if (v := task.margin(n)) is not None},
         "cost": {"cost": task.cost.name, **_fields(task.cost)},
         "geometry": _geometry(task),
@@ -103,8 +108,8 @@ def _relative(path: object, directory: Path) -> str:
     return Path(os.path.relpath(Path(str(path)).absolute(), directory.absolute())).as_posix()
 
 
-def _fields(cost: Cost) -> Settings:
-    """Return the values of a cost's settings that say something; other fields are a plugin's."""
+def _fields(cost: Cost | Terrain | None) -> Settings:
+    """Return the values of settings that say something, of a cost or a terrain, if any."""
     names: list[str] = [one.name for one in declared(type(cost))] if is_dataclass(cost) else []
     return {name: value for name in names if (value := getattr(cost, name)) not in (None, {}, ())}
 

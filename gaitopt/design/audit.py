@@ -156,13 +156,15 @@ def imposed(problem: WalkProblem) -> tuple[str, ...]:
     found += [
         f"constraint '{one.name}'{_from(extension_record(one))}" for one in problem.task.constraints
     ]
+    if (terrain := problem.task.terrain) is not None:
+        found.append(f"terrain '{terrain.name}'{_from(extension_record(terrain))}")
     choices = choices_record(problem.robot.choices)
     found += [f"choice {name}: {_short(value)}" for name, value in choices.items()]
     return tuple(found)
 
 
 def _from(record: Mapping[str, Any]) -> str:
-    """Where a constraint or a cost comes from, and the values of its fields."""
+    """Where a constraint, a cost or a terrain comes from, and the values of its fields."""
     plugin, values = record.get("plugin"), record["fields"]
     said = "" if plugin is None else f" of the plugin {plugin['file']}"
     return said + "".join(f", {name} {_short(value)}" for name, value in values.items())
@@ -184,7 +186,7 @@ def _changed_plugins(gait: Gait, problem: WalkProblem) -> Iterator[str]:
 def _plugins(task: Mapping[str, Any]) -> dict[str, str]:
     """Digests of a task's plugins by file name."""
     own = task.get("constraints")
-    records = [task.get("cost"), *(own if isinstance(own, list) else [])]
+    records = [task.get("cost"), task.get("terrain"), *(own if isinstance(own, list) else [])]
     plugins = [one.get("plugin") for one in records if isinstance(one, Mapping)]
     return {str(p.get("file")): str(p.get("sha256")) for p in plugins if isinstance(p, Mapping)}
 

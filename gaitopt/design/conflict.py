@@ -123,7 +123,7 @@ def easier_guess(problem: WalkProblem) -> Array:
     """
     task, legs = problem.task, problem.robot.legs
     slow = min(task.speed, EASIER_STEP * 2.0 * legs.reach / task.duration)
-    slow = task.speed if task.stairs else slow  # treads must hold a foot
+    slow = task.speed if task.ground.shaped else slow  # treads must hold a foot
     narrow = replace(task.margins, lateral_gap=min(task.margins.lateral_gap, 0.0))
     for easier in (task, replace(task, speed=slow), replace(task, speed=slow, margins=narrow)):
         try:
@@ -332,8 +332,8 @@ def _clearance(problem: WalkProblem) -> list[Contradiction]:
 
 def _slope(problem: WalkProblem) -> list[Contradiction]:
     """Over a step the ground's force and impulse bear the weight, which friction must hold."""
-    friction, slope = problem.task.margins.friction, problem.task.slope
-    needed = float(np.tan(abs(slope)))
+    friction, down = problem.task.margins.friction, problem.task.ground.down
+    needed = float(np.hypot(down[0], down[1]) / -down[2])
     if friction >= needed:
         return []
     return [

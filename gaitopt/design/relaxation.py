@@ -467,7 +467,7 @@ def limit_adjustments(problem: WalkProblem) -> tuple[LimitAdjustment, ...]:
         settings.append(
             LimitAdjustment("robot joint ranges", words, "rad", 0.0, WIDEST, 0.3, ("range",))
         )
-    if task.speed_as == "constraint" and task.stairs == 0.0:  # whose treads are V T long
+    if task.speed_as == "constraint" and not task.ground.shaped:  # else steps are V T long
         words, relaxed = "the walking speed", ("walking speed",)
         settings.append(LimitAdjustment("speed", words, "m/s", task.speed, SLOWEST, -0.2, relaxed))
     return tuple(k for k in settings if (k.bound - k.before) / k.step > 1e-9)

@@ -443,8 +443,8 @@ def _loosened(problem: WalkProblem, relaxed: LeastRelaxation, least: float) -> s
 
 
 def _may_change_duration(problem: WalkProblem) -> bool:
-    """Whether the task gives the step duration, and no treads are as long as the step."""
-    return problem.layout.index("duration") is None and problem.task.stairs == 0.0
+    """Whether the task gives the step duration, and the ground has no shape as long as the step."""
+    return problem.layout.index("duration") is None and not problem.task.ground.shaped
 
 
 def _promising_duration(

@@ -33,8 +33,6 @@ from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array, ProgressCallback, Solution, Status, Stop, never
 
 MakeProgress = Callable[[WalkProblem], ProgressCallback]
-RISE_STEP = 0.04
-"""Of stairs, largest between a walk and the next that starts from it [m]."""
 SLOWER = 0.75  # of the speed: where the second start comes from; measured
 SECOND = 1  # number of the start that comes from there
 SAME_COST = 1e-4  # relative
@@ -382,7 +380,7 @@ class StartJob:
             stop: asked at every iteration.
         """
         problem = WalkProblem(self.robot, self.task)
-        easier = self._lower if self.task.stairs else self._slower
+        easier = self._on_easier_ground if self.task.ground.easier() else self._slower
         slower = easier(on_progress, stop) if number == SECOND else None
         if slower is not None and slower.status is Status.INTERRUPTED:
             return Outcome(number, replace(slower, cost=np.nan, violation=np.inf))  # another walk
@@ -410,13 +408,11 @@ class StartJob:
         interrupted = solution.status is Status.INTERRUPTED
         return solution if interrupted or is_walk(solution) else None
 
-    def _lower(self, on_progress: MakeProgress | None, stop: Stop) -> Solution | None:
-        """Return the walk on stairs that rise less, each from the last; None if there is none."""
+    def _on_easier_ground(self, on_progress: MakeProgress | None, stop: Stop) -> Solution | None:
+        """Return the walk on the last of the easier grounds, each from the one before, or None."""
         found: Solution | None = None
-        count = int(np.ceil(abs(self.task.stairs) / RISE_STEP))
-        for share in np.arange(count) / count:
-            task = replace(self.task, stairs=float(share) * self.task.stairs)
-            problem = WalkProblem(self.robot, task)
+        for terrain in self.task.ground.easier():
+            problem = WalkProblem(self.robot, self.task.on(terrain))
             callback = None if on_progress is None else on_progress(problem)
             options = self.options if found is None else replace(self.options, approach="direct")
             try:

@@ -13,7 +13,7 @@ from scipy.integrate import trapezoid
 from gaitopt.actuators.motors import JointMotor, joint_motors, joint_motors_of
 from gaitopt.errors import SpecError
 from gaitopt.gait.costs import ElectricalEnergy, TorqueCost
-from gaitopt.gait.ground import ground_words
+from gaitopt.gait.ground import ground_of
 from gaitopt.gait.motor_envelope import MotorEnvelope
 from gaitopt.gait.recorded_robot import recorded_choices
 from gaitopt.gait.result import ContactPhase, Gait
@@ -86,7 +86,7 @@ def _walk(gait: Gait) -> Facts:
         "steps_per_minute": 60.0 / gait.duration,
         "slope_rad": gait.number("task", "slope") or 0.0,
         "stairs_m": gait.number("task", "stairs") or 0.0,
-        "ground": ground_words(gait) or "level",
+        "ground": ground_of(gait).words or "level",
         "load": payload_words(gait) or "none",
         "mechanical_work_per_step_J": work,
         "mechanical_cost_of_transport": transport["absolute_work"],

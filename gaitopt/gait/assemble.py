@@ -13,6 +13,7 @@ from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.result import Gait
 from gaitopt.gait.step import Step
 from gaitopt.gait.task import task_record
+from gaitopt.gait.terrain import Level, ground_record
 from gaitopt.model.import_options import ImportOptions, choices_record
 from gaitopt.model.leg_capsules import capsule_rows
 from gaitopt.model.physics_report import physics_record
@@ -45,6 +46,7 @@ def gait_at(
         "choices": choices_record(_choices(problem)),
         "limits": limits_record(problem),
         "task": task_record(problem.task),
+        **_ground(problem),
         "instants": problem.grid.instants[problem.grid.nodes :].tolist(),
         "cost": problem.cost.value(step),
         "step_length": step.step_length,
@@ -77,6 +79,14 @@ def gait_at(
         multibody=robot.multibody,
         **_foot(problem, step),
     )
+
+
+def _ground(problem: WalkProblem) -> dict[str, object]:
+    """Return the record of the ground, nothing on that of the paper."""
+    task, sole = problem.task, problem.robot.sole
+    if task.ground == Level():
+        return {}
+    return {"ground": ground_record(task.ground, sole, task.step_length, task.margins.nosing)}
 
 
 def _foot(problem: WalkProblem, step: Step) -> dict[str, Any]:

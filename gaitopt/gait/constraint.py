@@ -26,6 +26,7 @@ from gaitopt.errors import InputError
 from gaitopt.gait.functions import QuantityFunction
 from gaitopt.gait.grid import Grid
 from gaitopt.gait.quantities import Quantity
+from gaitopt.gait.terrain import Level, Terrain
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array
 from gaitopt.settings import setting
@@ -205,7 +206,7 @@ class ConstraintContext:
         speed_as: "constraint" or "penalty".
         boundary: "closed" or "lifted".
         schedule: phases and symmetry of the step.
-        stairs: rise of every step, zero on ground without [m].
+        terrain: under the walk.
     """
 
     robot: Robot
@@ -216,7 +217,7 @@ class ConstraintContext:
     speed_as: str = "constraint"
     boundary: str = "closed"
     schedule: Schedule = field(default_factory=Schedule)
-    stairs: float = 0.0
+    terrain: Terrain = field(default_factory=Level)
 
     @property
     def phases(self) -> NDArray[np.int_]:

@@ -32,7 +32,7 @@ from gaitopt.gait.functions import (
     QuantityFunction,
     Torsion,
 )
-from gaitopt.gait.stairs import AboveStairs, sole_points, stairs_of
+from gaitopt.gait.terrain import AboveProfile
 from gaitopt.mechanics.forward_kinematics import sole_edge_speeds, sole_tilt
 from gaitopt.mechanics.leg_distance import leg_pairs
 from gaitopt.nlp import Array
@@ -66,27 +66,24 @@ def _corner_entries(axis: int, factor: float = 1.0) -> Entries:
 def _above_ground(context: ConstraintContext) -> tuple[QuantityFunction, tuple[str, ...]]:
     """Return heights of the swing sole above the ground, and the names of its points.
 
-    They are its corners; on stairs, whose edges may lie between them, more along both sides.
+    They are its corners; where the ground is no plane, more along both sides.
     """
-    if context.stairs == 0.0:
+    sole, step = context.robot.sole, context.speed * context.duration
+    profile = context.terrain.profile(sole, step, context.margins.nosing)
+    if profile is None:
         return _corner_entries(2), CORNERS
-    sole = context.robot.sole
-    tread = context.speed * context.duration
-    stairs = stairs_of(context.stairs, tread, context.margins.nosing, sole)
-    points = sole_points(stairs.rounding / _POINTS, sole)
+    above = AboveProfile.of_sole(profile, sole)
     between = tuple(
-        f"{side} edge, {k + 1} of {len(points) // 2 - 2} from the toe,"
-        for k in range(len(points) // 2 - 2)
+        f"{side} edge, {k + 1} of {len(above.points) // 2 - 2} from the toe,"
+        for k in range(len(above.points) // 2 - 2)
         for side in ("left", "right")
     )
-    return AboveStairs(stairs, points), (*CORNERS, *between)
+    return above, (*CORNERS, *between)
 
 
 _BETWEEN_CORNERS = 1e-3
-"""How much nearer to stairs than the corners the points between them may come [m]: above a level
-tread their rows would else be held where those of the corners are, and say the same."""
-_POINTS = 3.0
-"""Of the sole's sides in the length over which the height of stairs is rounded."""
+"""How much nearer to the ground than the corners the points between them may come [m]: above level
+ground their rows would else be held where those of the corners are, and say the same."""
 
 
 @dataclass(frozen=True)

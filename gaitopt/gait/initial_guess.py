@@ -56,7 +56,7 @@ def first_guess(problem: WalkProblem) -> Array:
     q_end = problem.model.exchange @ q_start
     pelvis_end, front = (turn.place(1.0) * at for at in kinematics.placements(q_end))
     count = problem.layout.postures
-    lift = problem.task.margins.clearance + _EXTRA_LIFT + abs(problem.task.stairs)
+    lift = problem.task.margins.clearance + _EXTRA_LIFT + problem.task.ground.lift
     knots = []
     inner = problem.model.basis.knots[1:-1]
     for s in inner if problem.model.hinge else np.arange(1, count + 1) / (count + 1):
@@ -163,7 +163,7 @@ def perturbed(problem: WalkProblem, x: Array, sigma: float, seed: int) -> Array:
 def _geometry(problem: WalkProblem) -> Array:
     """Geometric quantities of the guess: fixed ones keep their value."""
     robot, task = problem.robot, problem.task
-    legs = robot.legs
+    legs, ground = robot.legs, task.ground
     guess = problem.layout.fixed_values.copy()
     step = guess[STEP_LENGTH]
     narrowest = robot.sole.left - robot.sole.right + task.margins.lateral_gap
@@ -175,16 +175,16 @@ def _geometry(problem: WalkProblem) -> Array:
             "ask for a lower speed or a shorter step duration"
         )
     # On a slope the hips stand over the middle, further from one of the feet.
-    half, sine, longest = step / 2.0, abs(np.sin(task.slope)), _LONGEST * legs.reach
+    half, sine, longest = step / 2.0, abs(np.sin(ground.incline)), _LONGEST * legs.reach
     root = np.sqrt((half * sine) ** 2 + (1.0 + sine**2) * (longest**2 - half**2))
     height = min(_CROUCH * legs.reach, (root - half * sine) / (1.0 + sine**2))
-    height -= max(task.stairs, 0.0)  # the rear leg reaches down
+    height -= max(ground.rise, 0.0)  # the rear leg reaches down
     ankle, middle = legs.ankles.mean(axis=0), legs.hips.mean(axis=0)
     values = {
         PELVIS_HEIGHT: ankle[2] + height - middle[2],
         PELVIS_LATERAL: spacing / 2.0,
-        PELVIS_FORWARD: ankle[0] - step / 2.0 - middle[0] + height * np.sin(task.slope),
-        TRUNK_PITCH: _TRUNK_PITCH + task.slope,
+        PELVIS_FORWARD: ankle[0] - step / 2.0 - middle[0] + height * np.sin(ground.incline),
+        TRUNK_PITCH: _TRUNK_PITCH + ground.incline,
         FOOT_SPACING: spacing,
     }
     for row, value in values.items():

@@ -70,7 +70,7 @@ class Layout:
         lifted: whether the posture at the start is in x as well, tied to the geometry by equalities
             instead of inverse kinematics.
         turning: whether the stance foot turns at the end of the step, see `foot_turn`.
-        rise: of every step of stairs over the one before [m].
+        rise: of the footprint ahead over that of the stance foot [m].
     """
 
     joint_names: tuple[str, ...]

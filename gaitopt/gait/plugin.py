@@ -1,10 +1,10 @@
-"""Constraints and costs of one's own from a Python file.
+"""Constraints, costs and terrains of one's own from a Python file.
 
 The file is imported; it offers, at module level, `constraints`, instances of subclasses of
-`Constraint` (one, a tuple or a list), and `cost`, an instance of a subclass of `Cost`; one of both
-will do. Nothing else in it is looked at. A gait file records the names, the values of their fields,
-and the plugin's file name and digest; it never makes gaitopt run a plugin: who checks such a gait
-gives the file again.
+`Constraint` (one, a tuple or a list), `cost`, an instance of a subclass of `Cost`, and `terrain`,
+one of a subclass of `Terrain`; any of them will do. Nothing else in it is looked at. A gait file
+records the names, the values of their fields, and the plugin's file name and digest; it never makes
+gaitopt run a plugin: who checks such a gait gives the file again.
 """
 
 from __future__ import annotations
@@ -25,9 +25,10 @@ from gaitopt.errors import InputError
 from gaitopt.gait.constraint import Constraint
 from gaitopt.gait.costs import COSTS, Cost, WeightedSum
 from gaitopt.gait.motor_envelope import MotorEnvelope
+from gaitopt.gait.terrain import Level, Slope, Stairs, Terrain
 
-Extension = Constraint | Cost
-_Kind = TypeVar("_Kind", Constraint, Cost)
+Extension = Constraint | Cost | Terrain
+_Kind = TypeVar("_Kind", Constraint, Cost, Terrain)
 _PREFIX = "gaitopt_plugin_"
 _LONGEST = 80  # characters of a name in a message
 _PLAIN = (str, int, float, bool, type(None))
@@ -41,18 +42,20 @@ class Plugin:
         path: of the file.
         digest: SHA-256 of its contents, the first 16 hexadecimal digits.
         constraints: with the values of their fields that the file gives them.
-        cost: None where it offers none.
+        cost, terrain: None where it offers none.
     """
 
     path: Path
     digest: str
     constraints: tuple[Constraint, ...] = ()
     cost: Cost | None = None
+    terrain: Terrain | None = None
 
     @property
     def extensions(self) -> tuple[Extension, ...]:
         """Everything that it offers; of a sum of costs, its terms too."""
-        return (*self.constraints, *(() if self.cost is None else _costs_of(self.cost)))
+        costs = () if self.cost is None else _costs_of(self.cost)
+        return (*self.constraints, *costs, *(() if self.terrain is None else (self.terrain,)))
 
 
 def _costs_of(cost: Cost) -> tuple[Cost, ...]:
@@ -108,12 +111,17 @@ def _offered(module: ModuleType, path: Path, digest: str) -> Plugin:
             )
     if cost is not None and not isinstance(cost, Cost):
         raise InputError(f"`cost` of the plugin '{path}' is {cost!r}; give an instance of a Cost")
-    if not constraints and cost is None:
+    terrain = getattr(module, "terrain", None)
+    if terrain is not None and not isinstance(terrain, Terrain):
+        raise InputError(
+            f"`terrain` of the plugin '{path}' is {terrain!r}; give an instance of a Terrain"
+        )
+    if not constraints and cost is None and terrain is None:
         raise InputError(
             f"the plugin '{path}' offers nothing; at module level, let `constraints` be a tuple of "
-            "constraints, or `cost` a cost"
+            "constraints, `cost` a cost, or `terrain` a terrain"
         )
-    found = Plugin(path, digest, constraints, cost)
+    found = Plugin(path, digest, constraints, cost, terrain)
     for kind in {type(one) for one in found.extensions}:
         if kind.__module__ == module.__name__:
             copyreg.pickle(kind, _reduced(path))  # type: ignore[arg-type]
@@ -139,7 +147,7 @@ def _restored(path: Path, name: str, values: dict[str, object]) -> object:
 
 
 def extension_record(one: Extension) -> dict[str, object]:
-    """Return a constraint or a cost as JSON-able data: name, fields, and where it comes from.
+    """Return a constraint, a cost or a terrain as JSON-able data: name, fields, where it is from.
 
     A cost has its unit and its words besides, for those who show the gait without it.
 
@@ -204,6 +212,12 @@ def cost_from_record(record: object, known: Iterable[Extension]) -> Cost:
     if not all(isinstance(term, list) and len(term) == 2 for term in terms):
         raise InputError("the record of a sum of costs has no pairs of a cost and its weight")
     return WeightedSum(tuple((cost_from_record(one, costs), weight) for one, weight in terms))
+
+
+def terrain_from_record(record: object, known: Iterable[Extension]) -> Terrain:
+    """Return the terrain of a record made by `extension_record`; see `constraint_from_record`."""
+    terrains = [Level(), Slope(0.0), Stairs(0.0), *(t for t in known if isinstance(t, Terrain))]
+    return _found(record, terrains, "terrain")
 
 
 def _found(record: object, known: list[_Kind], kind: str) -> _Kind:

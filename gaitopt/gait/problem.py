@@ -25,6 +25,7 @@ from gaitopt.gait.step import Step, StepDerivatives
 from gaitopt.gait.step_hessian import StepWeights, step_hessian
 from gaitopt.gait.step_model import StepModel
 from gaitopt.gait.task import Task
+from gaitopt.gait.terrain import check_profile
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import NLP, Array, Point, Rows, Values, Variables
 
@@ -52,7 +53,7 @@ class WalkProblem(NLP):
     """
 
     def __init__(self, robot: Robot, task: Task, grid: Grid | None = None) -> None:
-        robot = robot.on_slope(task.slope)
+        robot = robot.on_ground(task.ground.down)
         self.robot, self.task = robot, task
         self.schedule = task.schedule
         self.grid = grid or task.grid
@@ -172,11 +173,14 @@ def constraint_blocks(robot: Robot, task: Task, grid: Grid) -> tuple[ConstraintB
     """Return the rows of every constraint that a task asks for, its own ones last.
 
     Raises:
-        InputError: the rows of a constraint of the task's own do not fit together.
+        InputError: the rows of a constraint of the task's own do not fit together, or a terrain of
+            its own is not what it says.
     """
+    if task.terrain is not None:
+        check_profile(task.terrain, robot.sole, task.step_length, task.margins.nosing)
     context = ConstraintContext(
         robot, grid, task.margins, task.speed, task.duration, task.speed_as, task.boundary,
-        task.schedule, task.stairs,
+        task.schedule, task.ground,
     )  # fmt: skip
     built_in = [one.block(context) for one in CONSTRAINTS if one.asked(context)]
     own = [_checked(one, context) for one in task.constraints if one.asked(context)]
@@ -215,7 +219,7 @@ def walk_layout(robot: Robot, task: Task) -> Layout:
     hinge = task.schedule.last.contact.hinge(robot.sole)
     return Layout(
         robot.joint_names, task.postures, table, task.boundary == "lifted", hinge is not None,
-        task.stairs,
+        task.ground.rise,
     )  # fmt: skip
 
 

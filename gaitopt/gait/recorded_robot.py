@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from gaitopt.errors import GaitFileError, RobotError
+from gaitopt.gait.ground import ground_of
 from gaitopt.gait.result import Gait
 from gaitopt.importers.physics import PARTS
 from gaitopt.model.feet.sole import Sole
@@ -32,7 +33,7 @@ def robot_of(gait: Gait) -> Robot:
     choices = gait.fact("choices")
     if isinstance(choices, Mapping):
         robot = Robot.from_urdf(gait.urdf, choices=_of_its_time(gait, choices_from_record(choices)))
-        return robot.on_slope(gait.number("task", "slope") or 0.0)
+        return robot.on_ground(ground_of(gait).down)
     edges = {name: gait.number("sole", name) for name in ("toe", "heel", "left", "right")}
     missing = [name for name, value in edges.items() if value is None]
     if missing:

@@ -282,7 +282,7 @@ class Gait:
     def number(self, *keys: str) -> float | None:
         """Return a number of `meta`, None if it is absent or not a number."""
         value = self.fact(*keys)
-        return float(value) if _is_number(value) else None  # type: ignore[arg-type]
+        return float(value) if is_number(value) else None  # type: ignore[arg-type]
 
     def text(self, *keys: str) -> str | None:
         """Return a text of `meta`, None if it is absent or not a text."""
@@ -303,7 +303,7 @@ class Gait:
         value = self.fact("limits", kind)
         if not isinstance(value, list) or len(value) != len(self.joint_names):
             return None
-        if not all(v is None or _is_number(v) for v in value):
+        if not all(v is None or is_number(v) for v in value):
             return None
         return np.array([np.nan if v is None else v for v in value], dtype=np.float64)
 
@@ -313,7 +313,7 @@ def array_names() -> tuple[str, ...]:
     return tuple(f.name for f in fields(Gait) if f.name in SHAPES)
 
 
-def _is_number(value: object) -> bool:
+def is_number(value: object) -> bool:
     """Whether a value of JSON is a number whose square has a value."""
     return (
         isinstance(value, int | float)

@@ -39,7 +39,9 @@ from gaitopt.gait.plugin import (
     constraint_from_record,
     cost_from_record,
     extension_record,
+    terrain_from_record,
 )
+from gaitopt.gait.terrain import Level, Slope, Stairs, Terrain
 from gaitopt.settings import entry
 from gaitopt.units import SLOPE
 
@@ -72,13 +74,15 @@ class Task:
         toe_off: share of the step at which the stance foot begins to turn about its front edge,
             the heel rising (section 7); None: it stands flat until the impact.
         toe_strip: within which the centre of pressure then is, behind that edge [m].
-        slope: of the ground, uphill above zero [rad]; the speed is along it.
+        slope: of the ground, uphill above zero [rad]; the speed is along it, and is level over
+            stairs and terrains that are no planes.
         stairs: height of every tread over the one before, down below zero; the treads are as long
-            as the steps, on which the speed is level [m].
+            as the steps [m].
         margins: limits of section 3.2.
         geometry: table of the geometric quantities, free and fixed.
         cost: what the walk is optimised for.
         constraints: of one's own, on top of those of section 3.2.
+        terrain: of one's own, in place of slope and stairs.
     """
 
     speed: float = entry(1.0, "Walking speed.", "m/s", common=True)
@@ -114,6 +118,7 @@ class Task:
     geometry: tuple[GeometricParameter, ...] = GEOMETRY
     cost: Cost = field(default_factory=TorqueCost)
     constraints: tuple[Constraint, ...] = ()
+    terrain: Terrain | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "constraints", _own(self.constraints))
@@ -131,12 +136,7 @@ class Task:
                 f"slope is {shown(self.slope)} rad; it must be between {-STEEPEST:g} and "
                 f"{STEEPEST:g} rad; other units stand behind the number, 10% or 6deg"
             )
-        self._check_stairs()
-        yaw = self.geometry[FOOT_YAW]
-        if self.slope != 0.0 and (yaw.free or yaw.value != 0.0):
-            raise InputError(
-                "on a slope the feet point uphill or downhill; fix foot_yaw at 0 (--fix foot_yaw=0)"
-            )
+        self._check_ground()
         for name in ("postures", "samples"):
             value = getattr(self, name)
             if not isinstance(value, int) or isinstance(value, bool):
@@ -173,26 +173,47 @@ class Task:
         if not self.geometry[STEP_LENGTH].free and self.speed_as == "constraint":
             raise InputError("step_length is fixed; free it, or take the speed as a penalty")
 
-    def _check_stairs(self) -> None:
+    def _check_ground(self) -> None:
         if not (is_finite(self.stairs) and abs(self.stairs) <= HIGHEST):
             raise InputError(
                 f"stairs is {shown(self.stairs)} m; it must be between {-HIGHEST:g} and "
                 f"{HIGHEST:g} m"
             )
-        if self.stairs == 0.0:
-            return
-        time, yaw = self.geometry[DURATION], self.geometry[FOOT_YAW]
-        if time.free or self.speed_as != "constraint":
+        if self.terrain is not None:
+            if not isinstance(self.terrain, Terrain):
+                raise InputError(f"terrain is {shown(self.terrain)}; give one, as Stairs(0.1)")
+            check_declaration(self.terrain, "name")
+        if sum((self.slope != 0.0, self.stairs != 0.0, self.terrain is not None)) > 1:
             raise InputError(
-                "treads are as long as the steps, speed times duration, but here that is free; "
-                "fix the duration, and take the speed as a constraint"
+                "a walk has one ground: give a slope or stairs (whose treads are level) or a "
+                "terrain, not two of them"
             )
-        if yaw.free or yaw.value != 0.0:
-            raise InputError("on stairs the feet point ahead; fix foot_yaw at 0 (--fix foot_yaw=0)")
-        if self.toe_off is not None:
-            raise InputError("on stairs the foot stands flat; give toe_off or stairs, not both")
-        if self.slope != 0.0:
-            raise InputError("treads are level; give a slope or stairs, not both")
+        ground, time, yaw = self.ground, self.geometry[DURATION], self.geometry[FOOT_YAW]
+        where = "on a slope" if ground.name == Slope.name else f"on {ground.name}"
+        if ground != Level() and (yaw.free or yaw.value != 0.0):
+            raise InputError(f"{where} the feet point ahead; fix foot_yaw at 0 (--fix foot_yaw=0)")
+        if ground.shaped and (time.free or self.speed_as != "constraint"):
+            raise InputError(
+                f"{where} the ground repeats with the steps, speed times duration, but here that "
+                "is free; fix the duration, and take the speed as a constraint"
+            )
+        if ground.shaped and self.toe_off is not None:
+            raise InputError(
+                f"{where} the foot stands flat; give toe_off or {ground.name}, not both"
+            )
+
+    @property
+    def ground(self) -> Terrain:
+        """The terrain that it is walked on."""
+        if self.terrain is not None:
+            return self.terrain
+        if self.stairs != 0.0:
+            return Stairs(self.stairs)
+        return Level() if self.slope == 0.0 else Slope(self.slope)
+
+    def on(self, terrain: Terrain) -> Task:
+        """Return the same walk on another ground."""
+        return replace(self, slope=0.0, stairs=0.0, terrain=terrain)
 
     @property
     def step_length(self) -> float:
@@ -322,9 +343,9 @@ _NO_BOUND = {"lower": -INFINITY, "upper": INFINITY}
 def task_record(task: Task) -> dict[str, object]:
     """Return a task as JSON-able data; an infinite bound is None, or left out by default.
 
-    A cost other than the paper's and constraints of its own stand there if it has any.
+    A cost other than the paper's, constraints and a terrain of its own stand there if it has any.
     """
-    apart = ("margins", "geometry", "cost", "constraints")
+    apart = ("margins", "geometry", "cost", "constraints", "terrain")
     record: dict[str, object] = {
         entry.name: getattr(task, entry.name) for entry in fields(task) if entry.name not in apart
     }
@@ -333,6 +354,8 @@ def task_record(task: Task) -> dict[str, object]:
         record["cost"] = extension_record(task.cost)
     if task.constraints:
         record["constraints"] = [extension_record(one) for one in task.constraints]
+    if task.terrain is not None:
+        record["terrain"] = extension_record(task.terrain)
     record["geometry"] = {
         q.name: _parameter_record(q, usual)
         for q, usual in zip(task.geometry, GEOMETRY, strict=True)
@@ -358,7 +381,7 @@ def task_from_record(record: object, known: Iterable[Extension] = ()) -> Task:
 
     Args:
         record: of it.
-        known: constraints and costs that are not gaitopt's own, as of a plugin.
+        known: constraints, costs and terrains that are not gaitopt's own, as of a plugin.
 
     Raises:
         InputError: the record is not that of a task, or names what is not known.
@@ -368,6 +391,7 @@ def task_from_record(record: object, known: Iterable[Extension] = ()) -> Task:
     values = dict(record)
     margins, geometry = values.pop("margins", {}), values.pop("geometry", {})
     cost, own = values.pop("cost", None), values.pop("constraints", [])
+    terrain = values.pop("terrain", None)
     known = tuple(known)
     try:
         return Task(
@@ -376,6 +400,7 @@ def task_from_record(record: object, known: Iterable[Extension] = ()) -> Task:
             geometry=set_geometry(GEOMETRY, _parameters(geometry)),
             cost=TorqueCost() if cost is None else cost_from_record(cost, known),
             constraints=tuple(constraint_from_record(one, known) for one in own),
+            terrain=None if terrain is None else terrain_from_record(terrain, known),
         )
     except (TypeError, RecursionError) as error:
         raise InputError(f"the record of the task cannot be read: {error}") from error

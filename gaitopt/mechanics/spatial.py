@@ -118,6 +118,27 @@ def joined(upper: Array, lower: Array) -> Array:
     return np.where(_on_or_above(upper.shape[-1]), upper, lower)
 
 
+def upright(gravity: Array) -> Array:
+    """Return the rotation from the axes of the ground to axes whose z is against gravity.
+
+    Args:
+        gravity: in the axes of the ground [m/s²], or its direction, shape (3,).
+
+    Returns:
+        R, shape (3, 3): its rows are the new axes. x stays in the plane of the old x and the new z.
+        Without gravity, or where gravity is along x, it is the identity.
+    """
+    size = float(np.linalg.norm(gravity))
+    if size == 0.0 or (gravity[0] == 0.0 and gravity[1] == 0.0 and gravity[2] < 0.0):
+        return np.eye(3)
+    up = -gravity / size
+    ahead = np.eye(3)[0] - up[0] * up
+    length = float(np.linalg.norm(ahead))
+    if length == 0.0:
+        return np.eye(3)
+    return np.stack([ahead / length, np.cross(up, ahead / length), up])
+
+
 def symmetric(upper: Array) -> Array:
     """Return the symmetric matrices with this upper triangle, shape (..., n, n)."""
     return joined(upper, np.swapaxes(upper, -1, -2))

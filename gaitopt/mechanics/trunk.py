@@ -20,15 +20,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from pinocchio.utils import rotate
 
 from gaitopt.mechanics.forward_kinematics import (
     Placements,
     PostureQuantity,
     PostureQuantityDerivatives,
 )
-from gaitopt.mechanics.spatial import symmetric
-from gaitopt.model.robot import Robot
+from gaitopt.mechanics.spatial import symmetric, upright
+from gaitopt.model.robot import LEVEL, Robot
 from gaitopt.nlp import Array
 
 ROLL, PITCH, YAW = range(3)
@@ -68,7 +67,7 @@ class Trunk(PostureQuantity):
         self._body = robot.tree.pelvis
         self._below = robot.tree.path(self._body)
         self._turn = np.array(frame.placement.rotation)
-        self._upright = None if robot.slope == 0.0 else rotate("y", -robot.slope)
+        self._upright = None if robot.down == LEVEL else upright(np.array(robot.down))
 
     def value(self, placed: Placements) -> Array:
         """Return roll, pitch, yaw [rad], shape (N, 3)."""

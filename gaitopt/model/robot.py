@@ -26,6 +26,9 @@ from gaitopt.model.multibody import Multibody, multibody
 from gaitopt.model.sizes import size_doubts
 from gaitopt.nlp import Array
 
+LEVEL = (0.0, 0.0, -1.0)
+"""Direction of gravity in the axes of soles on level ground."""
+
 
 @dataclass(frozen=True, eq=False)
 class Robot:
@@ -49,7 +52,7 @@ class Robot:
             any mesh.
         findings: what was found, guessed and changed, for a person.
         multibody: the same robot on a floating base, with every joint of the file, as arrays.
-        slope: angle of the ground on which it stands, uphill above zero [rad]; see `on_slope`.
+        down: direction of gravity in the axes of its soles, of unit length; see `on_ground`.
     """
 
     name: str
@@ -67,7 +70,7 @@ class Robot:
     choices: ImportOptions
     findings: tuple[Finding, ...]
     multibody: Multibody
-    slope: float = 0.0
+    down: tuple[float, float, float] = LEVEL
 
     @classmethod
     def from_urdf(
@@ -166,14 +169,14 @@ class Robot:
         mass = self.mass - (0.0 if carried is None else float(carried.mass.sum()))
         return mass * float(np.linalg.norm(self.model.gravity.linear))
 
-    def on_slope(self, slope: float) -> Robot:
-        """Return the robot on ground that rises ahead: in the axes of its soles gravity is turned.
+    def on_ground(self, down: tuple[float, float, float]) -> Robot:
+        """Return the robot on ground where gravity is turned in the axes of its soles.
 
         Args:
-            slope: angle of the ground, uphill above zero [rad]; from the level, whatever the ground
-                of this robot is.
+            down: direction of gravity there, of unit length; from the level, whatever the ground of
+                this robot is.
         """
-        return self if slope == self.slope else _on_slope(self, slope)
+        return self if down == self.down else _on_ground(self, down)
 
     @cached_property
     def tree(self) -> JointTree:
@@ -193,9 +196,8 @@ class Robot:
 
 
 @lru_cache(maxsize=8)  # so that the walks of a robot share what is made of it once
-def _on_slope(robot: Robot, slope: float) -> Robot:
-    size = float(np.linalg.norm(robot.physics.gravity))
-    gravity = size * np.array([-np.sin(slope), 0.0, -np.cos(slope)])
+def _on_ground(robot: Robot, down: tuple[float, float, float]) -> Robot:
+    gravity = float(np.linalg.norm(robot.physics.gravity)) * np.array(down)
     model = pin.Model(robot.model)
     model.gravity = pin.Motion(gravity, np.zeros(3))
     return replace(
@@ -203,7 +205,7 @@ def _on_slope(robot: Robot, slope: float) -> Robot:
         model=model,
         physics=replace(robot.physics, gravity=gravity),
         multibody=replace(robot.multibody, gravity=gravity),
-        slope=slope,
+        down=down,
     )
 
 

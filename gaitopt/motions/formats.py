@@ -16,7 +16,8 @@ from scipy.interpolate import BPoly
 from scipy.spatial.transform import Rotation
 
 from gaitopt.errors import InputError
-from gaitopt.motions.motion import SCALAR_FIRST, Motion, upright
+from gaitopt.mechanics.spatial import upright
+from gaitopt.motions.motion import SCALAR_FIRST, Motion
 from gaitopt.nlp import Array
 
 _AXES = ("x", "y", "z")

@@ -18,6 +18,7 @@ from gaitopt.bounds import INSTANTS_OF_MOTION, RATE, STRIDES, at_most
 from gaitopt.errors import InputError
 from gaitopt.gait.result import Gait
 from gaitopt.gait.trajectory import TrajectorySamples
+from gaitopt.mechanics.spatial import upright
 from gaitopt.model.multibody import BASE, Multibody
 from gaitopt.motions.orders import RobotOrder
 from gaitopt.nlp import Array
@@ -158,27 +159,6 @@ def motion(
         anchors=order.anchors(bodies),
         whole=whole,
     )
-
-
-def upright(gravity: Array) -> Array:
-    """Return the rotation from the world of a trajectory to one whose z is against gravity.
-
-    Args:
-        gravity: in the axes of the ground [m/s²], shape (3,).
-
-    Returns:
-        R, shape (3, 3): its rows are the new axes. x stays in the plane of the old x and the new z.
-        Without gravity, or where gravity is along x, it is the identity.
-    """
-    size = float(np.linalg.norm(gravity))
-    if size == 0.0 or (gravity[0] == 0.0 and gravity[1] == 0.0 and gravity[2] < 0.0):
-        return np.eye(3)
-    up = -gravity / size
-    ahead = np.eye(3)[0] - up[0] * up
-    length = float(np.linalg.norm(ahead))
-    if length == 0.0:
-        return np.eye(3)
-    return np.stack([ahead / length, np.cross(up, ahead / length), up])
 
 
 def _upright(samples: TrajectorySamples, gravity: Array) -> TrajectorySamples:

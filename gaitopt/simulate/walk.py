@@ -12,6 +12,7 @@ import mujoco
 import numpy as np
 
 from gaitopt.errors import InputError
+from gaitopt.gait.ground import ground_of
 from gaitopt.gait.result import Gait
 from gaitopt.gait.trajectory import Trajectory
 from gaitopt.nlp import Array
@@ -140,10 +141,10 @@ def simulate(
             "feet can be simulated yet: optimise it without --toe-off"
         )
     trajectory, limit = gait.trajectory, gait.joint_limit("torque")
-    if abs(trajectory.advance(1).translation[2]) > _LEVEL:
+    if (ground := ground_of(gait)).shaped or abs(trajectory.advance(1).translation[2]) > _LEVEL:
         raise InputError(
-            "this gait climbs stairs; the simulated ground is a plane yet: optimise it without "
-            "--stairs"
+            f"this gait walks {ground.words or 'on ground that is no plane'}; the simulated ground "
+            "is a plane yet: optimise it without --stairs"
         )
     robot = simulated_robot(trajectory.body, limit, options.contact)
     make = WholeBodyController if controller is None else controller

@@ -17,22 +17,24 @@ from gaitopt.bounds import FRAMES, STEPS, at_most, shown
 from gaitopt.contact.heel_line import HeelLine
 from gaitopt.contact.toe_line import ToeLine
 from gaitopt.errors import InputError
-from gaitopt.gait.ground import edge_before, upright
+from gaitopt.gait.ground import Ground, ground_of
 from gaitopt.gait.result import Gait
 from gaitopt.gait.trajectory import TrajectorySamples
+from gaitopt.mechanics.spatial import upright
 from gaitopt.model.multibody import Multibody
 from gaitopt.nlp import Array
 from gaitopt.tolerances import SAME
 from gaitopt.view.contacts import contact_colour
-from gaitopt.view.robot_shapes import UPRIGHT, RobotShapes, draw_shape, robot_shapes
+from gaitopt.view.robot_shapes import UPRIGHT, RobotShapes, Triangles, draw_shape, robot_shapes
 from gaitopt.view.viewer import animation, geometry, meshcat
 
 DEFAULT_STEPS = 6
 _WORLD = "world"
 _LEVEL = 1e-6  # m: rounding over a walk
-_TREADS = (0xD9DEE3, 0xC9D0D7)
-_STAIRS_WIDTH, _BLOCK, _UNDER, _MORE_TREADS = 1.6, 0.1, 0.002, 3
-"""Of stairs [m], below the lowest tread [m], below the soles [m]; treads before and behind."""
+_BLOCKS = (0xD9DEE3, 0xC9D0D7)
+_WIDTH, _BLOCK, _UNDER, _MORE_STEPS = 1.6, 0.1, 0.002, 3
+"""Of ground that is no plane [m], below its lowest point [m], below the soles [m]; steps of it
+before and behind the walk."""
 CAMERA = (1.9, 0.6, 2.05)  # from what it looks at, in heights of the hips: ahead, up, right
 TARGET_HEIGHT = 0.92  # of the point the camera looks at, in heights of the hips
 _ARROW = 0.9  # the weight's arrow, about, in heights of the hips
@@ -139,14 +141,14 @@ def build_scene(
     force_scale = _force_scale(gait, hips)
     _prepare(viewer, hips)
     world = viewer[_WORLD]
-    if body.gravity[0] != 0.0:  # on a slope x runs along the ground
-        world.set_transform(_turn(upright(body)))
+    if body.gravity[:2].any():  # on a slope x runs along the ground
+        world.set_transform(_turn(upright(body.gravity)))
         world = world["slope"]
-    edge = edge_before(gait)
-    if edge is None:
-        _draw_ground(world["ground"])
+    ground = ground_of(gait)
+    if ground.shaped:
+        _draw_profile(world["ground"], ground, gait.step_length, steps)
     else:
-        _draw_stairs(world["ground"], gait, edge, steps)
+        _draw_ground(world["ground"])
     _draw_footprints(world["footprints"], body, samples)
     draw_robot(world["robot"], moves, body, shapes, samples.configuration, times)
     for index, phase in enumerate(gait.phases):
@@ -239,28 +241,46 @@ def _draw_ground(node: meshcat.Visualizer) -> None:
     node["grid"].set_object(geometry.LineSegments(points, material))
 
 
-def _draw_stairs(node: meshcat.Visualizer, gait: Gait, edge: float, steps: int) -> None:
-    """Draw a block for each tread, those that the walk does not reach too.
+def _draw_profile(node: meshcat.Visualizer, ground: Ground, step: float, steps: int) -> None:
+    """Draw a block for the ground of each step, of those that the walk does not reach too.
 
     Args:
         node: of the ground.
-        gait: one step.
-        edge: x of the edge of the tread on which the walk begins [m].
+        ground: no plane.
+        step: length of a step [m].
         steps: of the walk.
     """
-    rise, tread = gait.number("task", "stairs") or 0.0, gait.step_length
-    numbers = range(-_MORE_TREADS, steps + _MORE_TREADS + 1)
-    bottom = min(rise * numbers[0], rise * numbers[-1]) - _BLOCK
+    numbers = range(-_MORE_STEPS, steps + _MORE_STEPS + 1)
+    heights = ground.outline[:, 1]
+    bottom = min(ground.rise * numbers[0], ground.rise * numbers[-1]) + heights.min() - _BLOCK
     for number in numbers:
-        height = rise * number - bottom
-        block = node[f"tread_{number - numbers[0]}"]
-        colour = _TREADS[number % len(_TREADS)]
+        block = node[f"step_{number - numbers[0]}"]
         block.set_object(
-            geometry.Box([tread, _STAIRS_WIDTH, height]), geometry.MeshLambertMaterial(color=colour)
+            _block(ground, number, step, bottom),
+            geometry.MeshLambertMaterial(color=_BLOCKS[number % len(_BLOCKS)]),
         )
-        middle = [edge + (number - 0.5) * tread, 0.0, rise * number - height / 2.0 - _UNDER]
-        block.set_transform(_shift(middle))
         block.set_property("renderOrder", -2)  # before the footprints
+
+
+def _block(ground: Ground, number: int, step: float, bottom: float) -> Triangles:
+    """Return the ground of one step from its outline down to a height [m].
+
+    It ends where that of the next step begins, or at its own edge.
+    """
+    x, z = ground.along(number, number + 1, step).T
+    ahead, height = ground.along(number + 1, number + 2, step)[0]
+    if ahead - x[-1] > SAME * step:
+        x, z = np.append(x, ahead), np.append(z, height)
+    rings = np.empty((len(x), 4, 3))  # left and right at the top, right and left at the bottom
+    rings[:, :, 0] = x[:, None]
+    rings[:, :, 1] = np.array([0.5, -0.5, -0.5, 0.5]) * _WIDTH
+    rings[:, :2, 2], rings[:, 2:, 2] = z[:, None] - _UNDER, bottom
+    near, far = rings[:-1], rings[1:]
+    other, beyond = np.roll(near, -1, axis=1), np.roll(far, -1, axis=1)
+    quads = [
+        *np.stack([near, other, beyond, far], axis=2).reshape(-1, 4, 3), rings[0, ::-1], rings[-1],
+    ]  # fmt: skip
+    return Triangles(np.array([quad[k] for quad in quads for k in ([0, 1, 2], [0, 2, 3])]), None)
 
 
 def _painted(

@@ -20,9 +20,10 @@ from numpy.typing import ArrayLike
 from gaitopt.atomic import write_atomically
 from gaitopt.design.summary import pair_name, partner
 from gaitopt.errors import InputError
-from gaitopt.gait.ground import edge_before, ground_words, upright
+from gaitopt.gait.ground import ground_of
 from gaitopt.gait.result import Gait
 from gaitopt.importers.physics import STANDARD_GRAVITY
+from gaitopt.mechanics.spatial import upright
 from gaitopt.model.physics_report import GRAVITY_KEY
 from gaitopt.nlp import Array
 from gaitopt.view.contacts import contact_colour, contact_words, contacts
@@ -70,7 +71,7 @@ def step_figure(gait: Gait, count: int = 9) -> Figure:
     """
     indices = np.linspace(0, len(gait.time) - 1, count).round().astype(int)
     along, standing = _sticks(gait, gait.time, before=gait.time > 0.0)
-    whole = along.turned(upright(gait.trajectory.body))
+    whole = along.turned(upright(gait.trajectory.body.gravity))
     seen = {_SIDE: whole.at(indices), _FRONT: along.at(indices)}  # along the ground from behind
     figure = new_figure(6.6, 4.9)
     spans = [np.ptp(_reach(sticks, view)) for view, sticks in seen.items()]  # for both to one scale
@@ -89,7 +90,7 @@ def step_figure(gait: Gait, count: int = 9) -> Figure:
     label_axes(front, "left y [m]", "", "from behind")
     front.invert_xaxis()
     _name_legs(figure, side, gait)
-    where = f", {words}" if (words := ground_words(gait)) else ""
+    where = f", {words}" if (words := _ground_words(gait)) else ""
     figure.suptitle(f"One step: {gait.step_length:.3f} m in {gait.duration:.3f} s{where}")
     return figure
 
@@ -105,7 +106,7 @@ def walking_figure(gait: Gait, steps: int = 3, per_step: int = 6) -> Figure:
     inside = np.linspace(0, len(gait.time) - 1, per_step + 1).round().astype(int)[:-1]
     times = [gait.time[inside] + k * gait.duration for k in range(steps)]
     along, standing = _sticks(gait, np.append(np.concatenate(times), steps * gait.duration))
-    sticks = along.turned(upright(gait.trajectory.body))
+    sticks = along.turned(upright(gait.trajectory.body.gravity))
     figure = new_figure(7.4, 5.2)
     axes = figure.subplots()
     _draw_ground(axes, sticks, _SIDE, gait)
@@ -114,7 +115,7 @@ def walking_figure(gait: Gait, steps: int = 3, per_step: int = 6) -> Figure:
         _draw(axes, sticks, index, _SIDE, opacity, standing[index])
     label_axes(axes, "forward x [m]", "height z [m]")
     _name_legs(figure, axes, gait, (gait.stance_sole, gait.swing_sole_frame))
-    where = f" {words}" if (words := ground_words(gait)) else ""
+    where = f" {words}" if (words := _ground_words(gait)) else ""
     figure.suptitle(f"{steps} steps at {gait.speed:.3g} m/s{where}; solid: the landings")
     return figure
 
@@ -162,20 +163,24 @@ def _draw_foot(
     axes.plot(outline[:, view], outline[:, 2], linewidth=1.1, color=colour, alpha=opacity)
 
 
+def _ground_words(gait: Gait) -> str:
+    """Return the words of the ground, in which a dollar begins no formula."""
+    return ground_of(gait).words.replace("$", r"\$")
+
+
 def _draw_ground(axes: Axes, sticks: StickFigures, view: int, gait: Gait) -> None:
-    """Draw the ground: from the side with its slope or its steps."""
+    """Draw the ground: from the side with its slope or its shape."""
     x = _reach(sticks, view)
     z = np.zeros(2)
-    edge, rise = edge_before(gait), gait.number("task", "stairs") or 0.0
-    if view == _SIDE and edge is not None:
-        tread = gait.step_length
-        first, last = np.floor((x - edge) / tread).astype(int) + 1
-        edges = edge + tread * np.arange(first, last)
-        x = np.concatenate([x[:1], np.repeat(edges, 2), x[1:]])
-        z = np.repeat(rise * np.arange(first, last + 1), 2)
-    elif view == _SIDE:
-        ahead = upright(gait.trajectory.body)[:, 0]
-        z = x * ahead[2] / ahead[0]
+    if view == _SIDE:
+        step = gait.step_length
+        first, last = (int(k) for k in np.floor(x / step) + np.array([-1.0, 2.0]))
+        along, height = ground_of(gait).along(first, last + 1, step).T
+        R = upright(gait.trajectory.body.gravity)
+        along, height = R[[0, 2]][:, [0, 2]] @ np.stack([along, height])
+        inside = (along > x[0]) & (along < x[1])
+        z = np.interp(x, along, height)
+        x, z = np.r_[x[0], along[inside], x[1]], np.r_[z[0], height[inside], z[1]]
     axes.fill_between(x, z - _GROUND_DEPTH, z, color=GROUND, linewidth=0)
     axes.set_aspect("equal", adjustable="box")
     axes.grid(False)

@@ -11,7 +11,7 @@ import numpy as np
 from gaitopt.atomic import write_atomically
 from gaitopt.design.summary import payload_words
 from gaitopt.escape import filled_template, html_text
-from gaitopt.gait.ground import ground_words
+from gaitopt.gait.ground import ground_of
 from gaitopt.gait.result import Gait
 from gaitopt.importers.report import findings_of
 from gaitopt.view.animation import DEFAULT_STEPS, build_scene
@@ -79,7 +79,7 @@ def facts(gait: Gait) -> list[tuple[str, str]]:
     known = [
         ("speed", f"{gait.speed:.3g} m/s"),
         ("step", f"{gait.step_length:.3f} m in {gait.duration:.3f} s"),
-        ("ground", ground_words(gait) or None),
+        ("ground", ground_of(gait).words or None),
         ("load", payload_words(gait) or None),
         ("mass", None if mass is None else f"{mass:.2f} kg"),
         ("cost", None if cost is None else f"{cost:.6g} {gait.cost_unit}"),

@@ -257,17 +257,17 @@ def _loaded(solid: object, scale: Array) -> MeshData | None:
 def _draw_mesh(node: meshcat.Visualizer, mesh: MeshData, item: pin.GeometryObject) -> None:
     """Draw triangles: those of one colour together, as the node or as one node each below it."""
     if mesh.colours is None:
-        node.set_object(_Triangles(mesh.corners, mesh.normals), _material(item))
+        node.set_object(Triangles(mesh.corners, mesh.normals), _material(item))
         return
     colours, which = np.unique(mesh.colours, axis=0, return_inverse=True)
     for number, colour in enumerate(colours):
         rows = which.reshape(-1) == number
         normals = None if mesh.normals is None else mesh.normals[rows]
         part = node if len(colours) == 1 else node[str(number)]
-        part.set_object(_Triangles(mesh.corners[rows], normals), _painted(colour))
+        part.set_object(Triangles(mesh.corners[rows], normals), _painted(colour))
 
 
-class _Triangles(geometry.TriangularMeshGeometry):  # type: ignore[misc]
+class Triangles(geometry.TriangularMeshGeometry):  # type: ignore[misc]
     """Triangles no two of which share a corner; facets are flat unless there are normals."""
 
     def __init__(self, corners: Array, normals: Array | None) -> None:

@@ -20,9 +20,10 @@ from sample_gait import sample_gait
 
 import gaitopt
 from gaitopt.errors import InputError
+from gaitopt.mechanics.spatial import upright
 from gaitopt.model.robot import Robot
 from gaitopt.motions.formats import FORMATS
-from gaitopt.motions.motion import motion, upright
+from gaitopt.motions.motion import motion
 from gaitopt.motions.orders import G1_JOINTS
 
 CASES = Path(__file__).parents[1] / "data" / "cases"

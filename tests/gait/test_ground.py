@@ -19,15 +19,16 @@ from gaitopt.errors import InputError
 from gaitopt.gait import quantities
 from gaitopt.gait.assemble import gait_at
 from gaitopt.gait.gait_file import load_gait, save_gait
-from gaitopt.gait.ground import edge_before, ground_words, upright
+from gaitopt.gait.ground import ground_of
 from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.parameters import set_geometry
 from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.gait.stairs import stairs_of
+from gaitopt.gait.terrain import Slope, Stairs
 from gaitopt.importers.physics import PassiveJoint, Physics
 from gaitopt.importers.source import read_source
 from gaitopt.mechanics.forward_kinematics import ForwardKinematics
+from gaitopt.mechanics.spatial import upright
 from gaitopt.mechanics.trunk import Trunk
 from gaitopt.model.import_options import ImportOptions, Payload
 from gaitopt.model.importer import import_robot
@@ -105,7 +106,7 @@ def test_newton_and_euler_agree(robot, make, ground):
     verdict = cross_check(problem.robot, step, problem.grid)
     assert 0.0 < verdict.worst < REFEREE
     assert 0.0 < verdict.momentum < MOMENTUM
-    other = cross_check(problem.robot.on_slope(0.01), step, problem.grid)
+    other = cross_check(problem.robot.on_ground(Slope(0.01).down), step, problem.grid)
     assert other.torque > REFEREE  # a referee on other ground objects
 
 
@@ -212,13 +213,13 @@ def test_a_walk_uphill_is_certified_and_checked_again(uphill, tmp_path):
 
 def test_steps_along_the_slope_rise(uphill):
     trajectory = uphill.gait.trajectory
-    lifted = upright(trajectory.body)
+    lifted = upright(trajectory.body.gravity)
     samples = trajectory.at(np.array([0.0, 2.0 * trajectory.step_duration]))
     way = lifted @ (samples.base_position[1] - samples.base_position[0])
     length = 2.0 * uphill.gait.step_length
     assert way == pytest.approx([length * np.cos(0.1), 0.0, length * np.sin(0.1)], abs=1e-9)
     assert lifted @ trajectory.body.gravity == pytest.approx([0.0, 0.0, -9.81], abs=1e-12)
-    assert ground_words(uphill.gait) == "uphill, 10 % (5.73°)"
+    assert ground_of(uphill.gait).words == "uphill, 10 % (5.73°)"
 
 
 @pytest.mark.parametrize(
@@ -237,7 +238,7 @@ def test_no_slope_is_told(changes, reason):
 def test_feet_that_turn_out_are_refused_on_a_slope():
     task = preset_task("standard")
     geometry = set_geometry(task.geometry, {"foot_yaw": {"value": 0.1}})
-    with pytest.raises(InputError, match="feet point uphill or downhill"):
+    with pytest.raises(InputError, match="on a slope the feet point ahead"):
         replace(task, slope=0.1, geometry=geometry)
 
 
@@ -250,7 +251,7 @@ def actual_height(x, rise, tread, edge):
 @pytest.mark.parametrize("rise", STAIRS)
 @pytest.mark.parametrize("nosing", [None, 0.03])
 def test_the_height_that_is_kept_is_never_below_the_stairs(robot, rise, nosing):
-    stairs = stairs_of(rise, 0.3, nosing, robot.sole)
+    stairs = Stairs(rise).profile(robot.sole, 0.3, nosing)
     x = np.linspace(-0.6, 0.55, 4001)
     value = stairs.height(x)[0]
     actual = actual_height(x, rise, 0.3, stairs.edge)
@@ -262,7 +263,7 @@ def test_the_height_that_is_kept_is_never_below_the_stairs(robot, rise, nosing):
 
 @pytest.mark.parametrize("rise", STAIRS)
 def test_derivatives_of_the_height(robot, rise):
-    stairs = stairs_of(rise, 0.32, 0.05, robot.sole)
+    stairs = Stairs(rise).profile(robot.sole, 0.32, 0.05)
     x = np.linspace(-0.35, 0.35, 23) + 1e-3
     step = 1e-6
     (low, slope_low, _), (high, slope_high, _) = (stairs.height(x + d) for d in (-step, step))
@@ -281,7 +282,7 @@ def test_a_walk_upstairs_is_certified_and_checked_again(upstairs, tmp_path):
     gait = load_gait(save_gait(upstairs.gait, tmp_path / "upstairs.npz"))
     assert upstairs.certificate.certified
     assert audit(gait).passed
-    assert ground_words(gait) == "upstairs, 170 mm for 350 mm"
+    assert ground_of(gait).words == "upstairs, 170 mm for 350 mm"
 
 
 def test_steps_upstairs_rise_by_that_of_the_stairs(upstairs):
@@ -297,8 +298,8 @@ def test_steps_upstairs_rise_by_that_of_the_stairs(upstairs):
 def test_the_whole_swing_sole_stays_above_the_stairs(upstairs, robot):
     """Against stairs with sharp edges, at instants and points that nothing was held at."""
     gait, task = upstairs.gait, upstairs.problem.task
-    edge = edge_before(gait)
-    assert edge == stairs_of(0.17, task.step_length, None, robot.sole).edge
+    edge = ground_of(gait).outline[-1, 0]
+    assert edge == Stairs(0.17).profile(robot.sole, task.step_length, None).edge
     samples = gait.trajectory.at(np.linspace(0.01, 0.99, 301) * gait.duration)
     sole = samples.sole[:, 1]
     share = np.linspace(robot.sole.heel, robot.sole.toe, 120)
@@ -315,7 +316,7 @@ def test_the_whole_swing_sole_stays_above_the_stairs(upstairs, robot):
     [
         ({"stairs": 0.8}, "must be between -0.5 and 0.5 m"),
         ({"stairs": np.nan}, "stairs is nan m"),
-        ({"stairs": 0.1, "slope": 0.1}, "give a slope or stairs, not both"),
+        ({"stairs": 0.1, "slope": 0.1}, "a walk has one ground: give a slope or stairs"),
         ({"stairs": 0.1, "toe_off": 0.7}, "give toe_off or stairs, not both"),
         ({"stairs": 0.1, "speed_as": "penalty"}, "fix the duration, and take the speed"),
     ],

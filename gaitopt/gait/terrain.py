@@ -1,0 +1,353 @@
+"""Terrain: the ground under a walk, which every step finds the same.
+
+Its axes are those of the sole that stands, flat on it: x ahead, y left, z normal to the ground. A
+terrain says where gravity points in them, how much higher the next foot stands, and how high the
+ground is between the footprints. Gravity, the double support, the clearance, the first guess, the
+refusals, pictures and gait files ask it: a new one is one class, here or in a plugin.
+"""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from gaitopt.errors import InputError
+from gaitopt.gait.functions import QuantityFunction
+from gaitopt.model.feet.sole import Sole
+from gaitopt.model.robot import LEVEL
+from gaitopt.nlp import Array
+
+LEAST_ROUNDING = 0.02
+"""Length before an edge [m] from which on the sole's sides need few points."""
+RISE_STEP = 0.04
+"""Of stairs, largest between a walk and the next that starts from it [m]."""
+_SPACING = 1.0 / 3.0
+"""Between points of the sole's sides, of the length over which the ground changes."""
+_EDGES = (-2.0, -1.0, 0.0, 1.0)  # in treads from the edge before the stance foot
+_OUTLINE = 48  # points of the ground of a step, for pictures
+_CORNERS = 4
+_CHECKED, _MOVE, _APART = 401, 1e-5, 1e-3
+"""Places at which a profile is checked; step of the differences, over that of the walk; largest
+disagreement, over the largest derivative (where the third derivative jumps, 1e-4 is usual)."""
+_LEVEL = 1e-9  # m: rounding of a height
+
+
+class Profile(ABC):
+    """How high the ground is along x in the axes of the stance sole; the same for every y.
+
+    Over the footprints, the one ahead and the one behind too, it is level.
+
+    Attributes:
+        length: over which the ground changes [m]; points of the swing sole stand closer than that.
+    """
+
+    length: float
+
+    @abstractmethod
+    def height(self, x: Array) -> tuple[Array, Array, Array]:
+        """Return the height at x [m] and its first two derivatives, each of the shape of x.
+
+        The swing foot passes from one step behind the stance foot to one step ahead of it.
+        """
+
+    def outline(self, step: float) -> Array:
+        """Return points (x, z) of the ground of one step for pictures [m], shape (m, 2).
+
+        Args:
+            step: length of a step [m].
+        """
+        x = step * np.linspace(-0.5, 0.5, _OUTLINE, endpoint=False)
+        return np.stack([x, self.height(x)[0]], axis=1)
+
+
+class Terrain(ABC):
+    """A ground; subclasses are frozen dataclasses, whose fields are what people say of it.
+
+    Attributes:
+        name: in gait files.
+        shaped: whether the ground between the footprints is no plane. Steps then are as long as
+            speed and duration say, both of them given, and the foot stands flat.
+    """
+
+    name: ClassVar[str]
+    shaped: ClassVar[bool] = False
+
+    @abstractmethod
+    def words(self, step: float) -> str:
+        """Return what a person calls it, for steps of a length [m]: "uphill, 10 %"."""
+
+    @property
+    def down(self) -> tuple[float, float, float]:
+        """Direction of gravity, of unit length."""
+        return LEVEL
+
+    @property
+    def rise(self) -> float:
+        """Height of the footprint ahead over that of the stance foot, along z [m]."""
+        return 0.0
+
+    @property
+    def lift(self) -> float:
+        """By how much more than on a plane the first guess lifts the swing foot [m]."""
+        return abs(self.rise)
+
+    @property
+    def incline(self) -> float:
+        """Angle of the ground ahead, uphill above zero [rad]."""
+        return math.atan2(-self.down[0], -self.down[2])
+
+    def profile(self, sole: Sole, step: float, nosing: float | None) -> Profile | None:
+        """Return the height between the footprints, None for a plane.
+
+        Args:
+            sole: the rectangle that stands on it.
+            step: length of a step [m].
+            nosing: the margin of that name, length over which edges are rounded [m].
+
+        Raises:
+            InputError: there is no room for the sole.
+        """
+        del sole, step, nosing
+        return None
+
+    def easier(self) -> tuple[Terrain, ...]:
+        """Return terrains to walk on first, the easiest first; none: slower walks are tried."""
+        return ()
+
+
+@dataclass(frozen=True)
+class Level(Terrain):
+    """Level ground, that of the paper."""
+
+    name = "level"
+
+    def words(self, step: float) -> str:
+        """Return nothing: it is what nobody mentions."""
+        del step
+        return ""
+
+
+@dataclass(frozen=True)
+class Slope(Terrain):
+    """A plane that rises or falls ahead.
+
+    Attributes:
+        angle: uphill above zero [rad].
+    """
+
+    name = "slope"
+    angle: float
+
+    @property
+    def down(self) -> tuple[float, float, float]:
+        """Direction of gravity, of unit length."""
+        return -math.sin(self.angle), 0.0, -math.cos(self.angle)
+
+    def words(self, step: float) -> str:
+        """Return the way and how steep it is."""
+        del step
+        way = "uphill" if self.angle > 0.0 else "downhill"
+        rise = 100.0 * math.tan(abs(self.angle))
+        return f"{way}, {rise:.3g} % ({math.degrees(abs(self.angle)):.3g}°)"
+
+
+@dataclass(frozen=True)
+class Stairs(Terrain):
+    """Level treads, as long as the steps: every foot stands on one of its own.
+
+    Attributes:
+        height: of each tread over the one before, down below zero [m].
+    """
+
+    name = "stairs"
+    shaped = True
+    height: float
+
+    @property
+    def rise(self) -> float:
+        """Height of the next tread [m]."""
+        return self.height
+
+    def words(self, step: float) -> str:
+        """Return the way, height and depth of the treads."""
+        way = "upstairs" if self.height > 0.0 else "downstairs"
+        return f"{way}, {1e3 * abs(self.height):.4g} mm for {1e3 * step:.4g} mm"
+
+    def easier(self) -> tuple[Terrain, ...]:
+        """Return the level, then stairs that rise by `RISE_STEP` more at the most."""
+        count = int(np.ceil(abs(self.height) / RISE_STEP))
+        shares = (float(share) for share in np.arange(1, count) / count)
+        return (Level(), *(Stairs(share * self.height) for share in shares))
+
+    def profile(self, sole: Sole, step: float, nosing: float | None) -> Treads:
+        """Return the treads that a sole can stand on; see `Terrain.profile`."""
+        length = sole.toe - sole.heel
+        room = step - length
+        wanted = LEAST_ROUNDING if nosing is None else nosing
+        if room < wanted:
+            raise InputError(
+                f"a tread as long as a step, {step:.3f} m, is too short for a sole of "
+                f"{length:.3f} m and {wanted:g} m to the edges (nosing): at least "
+                f"{length + wanted:.3f} m; take longer steps (speed times duration), or a smaller "
+                "nosing"
+            )
+        rounding = room if nosing is None else nosing
+        return Treads(self.height, step, sole.toe + (room - rounding) / 2.0, rounding)
+
+
+@dataclass(frozen=True)
+class Treads(Profile):
+    """Stairs under a sole.
+
+    Between the toe of a foot and the heel on the next tread the ground rises or falls at an edge;
+    the height is rounded there, before the edge upstairs and behind it downstairs. So it is never
+    lower than the stairs, and has two continuous derivatives.
+
+    Attributes:
+        rise: of each tread over the one before, down below zero [m].
+        tread: depth of a tread [m].
+        begin: x at which the height begins to change before the stance foot [m].
+        length: over which it changes [m].
+    """
+
+    rise: float
+    tread: float
+    begin: float
+    length: float
+
+    @property
+    def edge(self) -> float:
+        """X of the edge before the stance foot [m]."""
+        return self.begin + (self.length if self.rise > 0.0 else 0.0)
+
+    def height(self, x: Array) -> tuple[Array, Array, Array]:
+        """Return the height at x and its first and second derivatives, each of the shape of x."""
+        total, first, second = (
+            np.full(x.shape, -2.0 * self.rise),
+            np.zeros(x.shape),
+            np.zeros(x.shape),
+        )
+        for count in _EDGES:
+            t = np.clip((x - self.begin - count * self.tread) / self.length, 0.0, 1.0)
+            total += self.rise * t**3 * (10.0 + t * (6.0 * t - 15.0))
+            first += self.rise / self.length * 30.0 * t**2 * (1.0 - t) ** 2
+            second += self.rise / self.length**2 * 60.0 * t * (1.0 - t) * (1.0 - 2.0 * t)
+        return total, first, second
+
+    def outline(self, step: float) -> Array:
+        """Return the two ends of a tread with its sharp edges."""
+        return np.array([[self.edge - step, 0.0], [self.edge, 0.0]])
+
+
+def check_profile(terrain: Terrain, sole: Sole, step: float, nosing: float | None) -> None:
+    """Check the profile of a terrain of one's own.
+
+    Args:
+        terrain, sole, step, nosing: as in `Terrain.profile`.
+
+    Raises:
+        InputError: its height is not finite, a derivative is wrong, or the footprints are not level
+            or not where `rise` says.
+    """
+    profile = terrain.profile(sole, step, nosing)
+    if profile is None:
+        return
+    what = f"the profile of the terrain '{terrain.name}'"
+    x = step * np.linspace(-1.0, 1.0, _CHECKED)
+    move = _MOVE * step
+    before, here, after = (profile.height(x + d) for d in (-move, 0.0, move))
+    if any(np.shape(part) != x.shape or not np.isfinite(part).all() for part in here):
+        raise InputError(f"{what} returns no finite height and two derivatives for every x")
+    for k, name in enumerate(("first", "second")):
+        found = (after[k] - before[k]) / (2.0 * move)
+        if np.abs(found - here[k + 1]).max() > _APART * max(np.abs(found).max(), 1e-9):
+            raise InputError(
+                f"{what} has a {name} derivative that disagrees with differences; correct it (the "
+                "height has two continuous derivatives)"
+            )
+    for number in (-1, 0, 1):
+        under = np.linspace(sole.heel, sole.toe, _CHECKED) + number * step
+        if np.abs(profile.height(under)[0] - number * terrain.rise).max() > _LEVEL:
+            raise InputError(
+                f"{what} is not level at {number * terrain.rise:g} m where the foot of step "
+                f"{number} stands, x from {under[0]:.3f} to {under[-1]:.3f} m"
+            )
+
+
+def sole_points(spacing: float, sole: Sole) -> Array:
+    """Return the shares of the corners in points along both sides of a sole, shape (p, 4).
+
+    Args:
+        spacing: largest distance between two of them [m].
+        sole: its rectangle.
+    """
+    count = int(np.ceil((sole.toe - sole.heel) / spacing))
+    points = np.eye(_CORNERS)
+    for share in np.arange(1, count) / count:
+        points = np.vstack([points, [[1 - share, 0, share, 0], [0, 1 - share, 0, share]]])
+    return points
+
+
+@dataclass(frozen=True)
+class AboveProfile(QuantityFunction):
+    """Heights of points of the swing sole above a profile, from its corners, shape (K, p).
+
+    Attributes:
+        profile: below them.
+        points: shares of the four corners in each point, shape (p, 4): the corners, then points
+            between them, for what the ground rises to may lie between the corners.
+    """
+
+    profile: Profile
+    points: Array
+
+    @classmethod
+    def of_sole(cls, profile: Profile, sole: Sole) -> AboveProfile:
+        """Return it for the corners of a sole and as many points of its sides as it needs."""
+        return cls(profile, sole_points(_SPACING * profile.length, sole))
+
+    def value(self, quantity: Array) -> Array:
+        """Return the heights [m], shape (K, p)."""
+        x, z = self._placed(quantity)
+        return np.asarray(z - self.profile.height(x)[0])
+
+    def jacobian(self, quantity: Array) -> Array:
+        """Return the derivative, shape (K, p, 12)."""
+        x, _ = self._placed(quantity)
+        jacobian = np.zeros((*x.shape, _CORNERS, 3))
+        jacobian[..., 0] = -self.profile.height(x)[1][..., None] * self.points
+        jacobian[..., 2] = self.points
+        return jacobian.reshape(*x.shape, -1)
+
+    def hessian(self, quantity: Array, weights: Array) -> Array:
+        """Return the Hessian, shape (K, 12, 12)."""
+        x, _ = self._placed(quantity)
+        bent = -weights * self.profile.height(x)[2]
+        hessian = np.zeros((len(x), _CORNERS, 3, _CORNERS, 3))
+        hessian[:, :, 0, :, 0] = np.einsum("kp,pi,pj->kij", bent, self.points, self.points)
+        return hessian.reshape(len(x), 3 * _CORNERS, 3 * _CORNERS)
+
+    def _placed(self, quantity: Array) -> tuple[Array, Array]:
+        corners = quantity.reshape(-1, _CORNERS, 3)
+        return corners[..., 0] @ self.points.T, corners[..., 2] @ self.points.T
+
+
+def ground_record(
+    terrain: Terrain, sole: Sole, step: float, nosing: float | None
+) -> dict[str, object]:
+    """Return what a gait file says of its ground, so that no plugin is needed to draw it.
+
+    Args:
+        terrain, sole, step, nosing: as in `Terrain.profile`.
+    """
+    profile = terrain.profile(sole, step, nosing)
+    return {
+        "words": terrain.words(step),
+        "down": list(terrain.down),
+        "rise": terrain.rise,
+        "outline": [] if profile is None else profile.outline(step).tolist(),
+    }
