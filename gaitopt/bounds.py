@@ -11,6 +11,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from gaitopt.errors import InputError
+from gaitopt.tolerances import LIMITS
 
 SAMPLES = 1001
 """Instants of a step. Results change by less than 1e-4 beyond 101; a solve with 1001 takes some ten
@@ -81,6 +82,11 @@ def shown(value: object) -> str:
     if isinstance(value, int) and abs(value) >= _READABLE:
         return "more than 1e15" if value > 0 else "less than -1e15"
     return repr(value)[:_LONGEST]
+
+
+def rounded(value: float) -> str:
+    """Return a number with four digits; one that is zero but for the solver's tolerance as 0."""
+    return "0" if abs(value) < LIMITS else f"{value:.4g}"
 
 
 def read_bounded(path: Path, most: int) -> bytes:

@@ -195,7 +195,6 @@ BAR = 6
 """Characters of a full bar."""
 _AT_LIMIT, _NEAR_LIMIT = 0.999, 0.8
 ABSENT = "-"
-ZERO = 1e-6  # of any unit: the tolerance of the certificate on a scaled limit
 
 
 def new_table(title: str, *columns: str) -> Table:
@@ -226,11 +225,6 @@ def number(value: float | None, unit: str, digits: int = 3) -> str:
 def fixed(value: float | None, decimals: int) -> str:
     """Return a number with a fixed number of decimals, or a dash."""
     return ABSENT if value is None else f"{value:.{decimals}f}"
-
-
-def rounded(value: float) -> str:
-    """Return a number with four digits; one that is zero but for the solver's tolerance as 0."""
-    return "0" if abs(value) < ZERO else f"{value:.4g}"
 
 
 def bar(used: float | None, limit: float | None, length: int = BAR) -> Text:

@@ -11,8 +11,9 @@ from pathlib import Path
 import typer
 from rich.console import Console
 
+from gaitopt.bounds import rounded
 from gaitopt.cli.config import Settings
-from gaitopt.cli.display import ProgressDisplay, rounded, screen, warn
+from gaitopt.cli.display import ProgressDisplay, screen, warn
 from gaitopt.cli.process import ExitCode, StopRequest, print_advice, print_error, stop_on_interrupt
 from gaitopt.cli.remedies import Asked, remedies
 from gaitopt.cli.report import inspect_command, print_findings, print_gait

@@ -6,12 +6,15 @@ import re
 from collections.abc import Mapping
 from contextlib import suppress
 from itertools import takewhile
+from typing import Any
 
 import numpy as np
 from scipy.integrate import trapezoid
 
 from gaitopt.actuators.motors import JointMotor, joint_motors, joint_motors_of
+from gaitopt.bounds import rounded
 from gaitopt.errors import SpecError
+from gaitopt.escape import printable
 from gaitopt.gait.costs import ElectricalEnergy, TorqueCost
 from gaitopt.gait.ground import ground_of
 from gaitopt.gait.motor_envelope import MotorEnvelope
@@ -21,13 +24,17 @@ from gaitopt.importers.physics import STANDARD_GRAVITY
 from gaitopt.importers.report import findings_of
 from gaitopt.model.physics_report import GRAVITY_KEY
 from gaitopt.nlp import Array
-from gaitopt.tolerances import SAME
+from gaitopt.solvers.two_stage import UNCONFIRMED
+from gaitopt.tolerances import LIMITS, MOMENTUM, OPTIMALITY, REFEREE, SAME
 
 Facts = dict[str, object]
 _ENVELOPE, _ENERGY = MotorEnvelope.name, ElectricalEnergy.name
 _BETWEEN = r"([_\-./ ])"  # what separates the words of a name
 _LEAST = 3  # letters: a shorter common end of two words belongs to both
 _SIDE = re.compile("left|right", re.IGNORECASE)
+_NOT_NEEDED = "the second solver did not reach the same; the certificate does not need it"
+_DAMAGED = "the file's record of them is damaged; gaitopt check computes them again"
+_REFEREE = ("torque", "wrench", "impulse", "rate_after", "sole_twist", "posture", "rate")
 
 
 def summarise(gait: Gait) -> Facts:
@@ -191,6 +198,74 @@ def _certificate(gait: Gait) -> Facts:
     names = ("certified", "verdict", "optimal", "kkt", "kkt_tolerance", "fine_samples")
     more = ("fine_violation", "fine_tolerance", "worst", "referee", "rear_foot_lifts")
     return {name: whole.get(name) for name in (*names, *more, "rear_foot_speed")}
+
+
+def proof_rows(
+    solver: Mapping[str, Any], certificate: Mapping[str, Any]
+) -> list[tuple[str, str, str]]:
+    """Return what was checked, what came out, and what is allowed, in words for people.
+
+    Args:
+        solver: its record in `summarise`.
+        certificate: likewise.
+    """
+    try:
+        rows = [("solver", _solver_words(solver), "")] if solver["name"] is not None else []
+        return rows + (_checks(certificate) if certificate["kkt"] is not None else [])
+    except (KeyError, TypeError, ValueError, OverflowError):  # a file says whatever it likes
+        return [("checks", _DAMAGED, "")]
+
+
+def _solver_words(solver: Mapping[str, Any]) -> str:
+    text = (
+        f"{solver['name']}: {solver['iterations']} iterations, "
+        f"{solver['evaluations']} evaluations, {solver['seconds']:.2f} s in the solver\n"
+        f"{solver['sentence']}"
+    )
+    return f"{text}\n{_NOT_NEEDED}" if solver["name"] == UNCONFIRMED else text
+
+
+def _checks(certificate: Mapping[str, Any]) -> list[tuple[str, str, str]]:
+    """Return what was checked, what came out, and what is allowed."""
+    kkt, referee, worst = certificate["kkt"], certificate["referee"], certificate["worst"]
+    speed = certificate["rear_foot_speed"]
+    sinks = "-" if speed is None else f"sinks at {-speed:.3g} m/s"
+    return [
+        (
+            "optimal at the samples (KKT)",
+            f"gradient {kkt['stationarity']:.1e}, limits {kkt['feasibility']:.1e}, "
+            f"complementarity {kkt['complementarity']:.1e}",
+            f"{OPTIMALITY:.0e}",
+        ),
+        (
+            "limits at every instant",
+            f"worst violation {certificate['fine_violation']:.1e}\nworst row: {_named(worst)}",
+            f"{LIMITS:.0e}",
+        ),
+        (
+            "Newton-Euler referee",
+            f"disagrees by {max(referee[name] for name in _REFEREE):.1e}",
+            f"{REFEREE:.0e}",
+        ),
+        (
+            "momentum over a step",
+            f"ground {referee['vertical']:.3f} = weight {referee['weight']:.3f} N·s, "
+            f"apart by {referee['momentum']:.1e}",
+            f"{MOMENTUM:.0e}",
+        ),
+        (
+            "rear foot after the impact",
+            "lifts off" if certificate["rear_foot_lifts"] else sinks,
+            "lifts off",
+        ),
+    ]
+
+
+def _named(row: Mapping[str, Any]) -> str:
+    """Return a row of the certificate in words."""
+    when = "" if row["time"] is None else f" at {row['time']:.4f} s"
+    value, limit = rounded(row["value"]), rounded(row["limit"])
+    return f"{printable(row['row'])}{when}: {value} {row['unit']}, limit {limit}"
 
 
 def centre_of_pressure(wrench: Array) -> Array:

@@ -25,7 +25,7 @@ from gaitopt.model.multibody import Multibody
 from gaitopt.nlp import Array
 from gaitopt.tolerances import SAME
 from gaitopt.view.contacts import contact_colour
-from gaitopt.view.robot_shapes import UPRIGHT, RobotShapes, Triangles, draw_shape, robot_shapes
+from gaitopt.view.robot_shapes import UPRIGHT, RobotShapes, draw_shape, robot_shapes, surface
 from gaitopt.view.viewer import animation, geometry, meshcat
 
 DEFAULT_STEPS = 6
@@ -87,10 +87,12 @@ class Scene:
     Attributes:
         force_scale: metres of arrow for 1 N.
         note: what of the robot is missing and how to get it, or empty.
+        robot: path of the robot's node in the viewer's tree.
     """
 
     force_scale: float
     note: str
+    robot: tuple[str, ...]
 
 
 def frames(gait: Gait, steps: int = DEFAULT_STEPS) -> TrajectorySamples:
@@ -157,7 +159,7 @@ def build_scene(
     _draw_force(world["ground_force"], moves, samples, times, force_scale)
     _follow(world, moves, samples, times, TARGET_HEIGHT * hips)
     moves.show(viewer)
-    return Scene(force_scale, shapes.note)
+    return Scene(force_scale, shapes.note, tuple(world["robot"].path.lower().strip("/").split("/")))
 
 
 def draw_robot(
@@ -262,7 +264,7 @@ def _draw_profile(node: meshcat.Visualizer, ground: Ground, step: float, steps: 
         block.set_property("renderOrder", -2)  # before the footprints
 
 
-def _block(ground: Ground, number: int, step: float, bottom: float) -> Triangles:
+def _block(ground: Ground, number: int, step: float, bottom: float) -> geometry.Geometry:
     """Return the ground of one step from its outline down to a height [m].
 
     It ends where that of the next step begins, or at its own edge.
@@ -280,7 +282,7 @@ def _block(ground: Ground, number: int, step: float, bottom: float) -> Triangles
     quads = [
         *np.stack([near, other, beyond, far], axis=2).reshape(-1, 4, 3), rings[0, ::-1], rings[-1],
     ]  # fmt: skip
-    return Triangles(np.array([quad[k] for quad in quads for k in ([0, 1, 2], [0, 2, 3])]), None)
+    return surface(np.array([quad[k] for quad in quads for k in ([0, 1, 2], [0, 2, 3])]))
 
 
 def _painted(

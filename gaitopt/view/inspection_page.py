@@ -18,7 +18,7 @@ from gaitopt.model.legs.kinematic_tree import pose
 from gaitopt.nlp import Array
 from gaitopt.view.inspection import Inspection, Section, sections
 from gaitopt.view.robot_shapes import draw_shape, unloaded
-from gaitopt.view.viewer import Recorder, geometry, meshcat, page_file, viewer_script
+from gaitopt.view.viewer import Recorder, geometry, meshcat, packed_viewer, page_file
 
 _ARROW = 0.14  # length of an axis, in heights of the robot
 _THICK = 0.006  # its radius, likewise
@@ -168,15 +168,17 @@ def inspection_text(inspection: Inspection) -> str:
     parts = {
         "@TITLE@": html_text(inspection.title),
         "@REFUSAL@": f'<p class="refusal">{refusal}</p>' if refusal else "",
-        "@TABLES@": "".join(map(_table, sections(inspection))),
+        "@TABLES@": "".join(map(table_text, sections(inspection))),
         "@FIT@": page_file("fit.js"),
+        "@LOAD@": page_file("load.js"),
         "@COMMANDS@": recorder.text(),
-        "@MESHCAT@": viewer_script(),
+        "@MESHCAT@": packed_viewer(),
     }
     return filled_template(page_file("inspection.html"), parts)
 
 
-def _table(section: Section) -> str:
+def table_text(section: Section) -> str:
+    """Return a section as a heading and a table of a page."""
     classes = [' class="number"' if name.startswith(">") else "" for name in section.columns]
     heads = "".join(
         f"<th{kind}>{'<br>'.join(map(html_text, name.removeprefix('>').splitlines()))}</th>"

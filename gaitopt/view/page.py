@@ -4,19 +4,25 @@ from __future__ import annotations
 
 import json
 from collections import Counter
+from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from gaitopt.atomic import write_atomically
-from gaitopt.design.summary import payload_words
+from gaitopt.design.summary import payload_words, proof_rows, summarise
 from gaitopt.escape import filled_template, html_text
 from gaitopt.gait.ground import ground_of
 from gaitopt.gait.result import Gait
 from gaitopt.importers.report import findings_of
 from gaitopt.view.animation import DEFAULT_STEPS, build_scene
 from gaitopt.view.contacts import contact_colour, contact_words, contacts
-from gaitopt.view.viewer import Recorder, meshcat, page_file, viewer_script
+from gaitopt.view.curves import curves
+from gaitopt.view.inspection import Section
+from gaitopt.view.inspection_page import table_text
+from gaitopt.view.viewer import Recorder, meshcat, packed_viewer, page_file
 
 
 def write_page(
@@ -27,8 +33,9 @@ def write_page(
 ) -> Path:
     """Write a page with the robot walking, complete in one file.
 
-    The page has buttons for play, pause, slow motion and time; `page.html#t=0.35&paused` opens
-    it at an instant.
+    The robot walks beside the curves of its joints and of the ground, the motors, and the proof; a
+    cursor in the curves moves with the walk, and moves the walk when it is dragged.
+    `page.html#t=0.35&paused&tab=power&theme=dark` opens it at an instant.
 
     Args:
         gait: one step.
@@ -55,22 +62,83 @@ def page_text(gait: Gait, steps: int = DEFAULT_STEPS, package_dirs: tuple[str, .
     """
     recorder = Recorder()
     scene = build_scene(meshcat.Visualizer(window=recorder), gait, steps, package_dirs)
+    right, left = (foot.replace(" sole", " leg") for foot in _feet(gait))
     parts = {
         "@TITLE@": html_text(_title(gait)),
-        "@FACTS@": "".join(f"<dt>{k}</dt><dd>{html_text(v)}</dd>" for k, v in facts(gait)),
+        "@VERDICT@": html_text(gait.fact("certificate", "verdict") or "no certificate"),
+        "@FACTS@": "".join(
+            f"<div><dt>{k}</dt><dd>{html_text(v)}</dd></div>" for k, v in facts(gait)
+        ),
+        "@TABLES@": "".join(map(table_text, _sections(gait))),
         "@DURATION@": json.dumps(gait.duration * steps),
         "@STEP@": json.dumps(gait.duration),
         "@NOTE@": f"<p>{html_text(scene.note)}</p>" if scene.note else "",
         "@ROBOT@": _robot(gait),
-        "@STANDING@": "<br>\n     ".join(_mark(contact) for contact in contacts(gait)),
-        "@PHASES@": json.dumps(_phases(gait)),
-        "@FEET@": json.dumps([html_text(foot) for foot in _feet(gait)]),
+        "@STANDING@": ";\n     ".join(_mark(contact) for contact in contacts(gait)),
+        "@PHASES@": _script(_phases(gait)),
+        "@FEET@": _script(_feet(gait)),
+        "@RIGHT@": html_text(right),
+        "@LEFT@": html_text(left),
         "@SCALE@": f"{0.1 / scene.force_scale:.4g}",
+        "@CURVES@": _script(curves(gait)),
+        "@PATH@": _script(scene.robot),
+        "@LOAD@": page_file("load.js"),
+        "@CHART@": page_file("chart.js"),
         "@FIT@": page_file("fit.js"),
         "@COMMANDS@": recorder.text(),
-        "@MESHCAT@": viewer_script(),
+        "@MESHCAT@": packed_viewer(),
     }
     return filled_template(page_file("page.html"), parts)
+
+
+def _script(data: object) -> str:
+    """Return data as JSON that ends no script."""
+    return json.dumps(data, separators=(",", ":")).replace("<", "\\u003c")
+
+
+def _sections(gait: Gait) -> Iterator[Section]:
+    """Yield the tables of the page: motors, ground, proof, and what limits cost."""
+    known: Any = summarise(gait)
+    yield Section(
+        "Motors",
+        ("joint", "leg", ">peak\nN·m", ">RMS\nN·m", ">of limit", ">peak\nrad/s", ">of limit",
+         ">peak\nW"),
+        tuple(
+            (
+                one["joint"], one["leg"], f"{one['peak_torque_Nm']:.1f}",
+                f"{one['rms_torque_Nm']:.1f}", _share(one["torque_used"]),
+                f"{one['peak_speed_rad_per_s']:.2f}", _share(one["speed_used"]),
+                f"{one['peak_power_W']:.0f}",
+            )
+            for one in known["joints"]
+        ),
+    )  # fmt: skip
+    yield Section("Proof", ("check", "result", ">allowed"), tuple(_proof(known)))
+    prices = tuple(_prices(known["shadow_prices"]))
+    if prices:
+        columns = ("number", ">value", ">one unit more changes the cost by")
+        yield Section("What limits cost", columns, prices)
+
+
+def _proof(known: Any) -> Iterator[tuple[str, str, str]]:
+    yield from proof_rows(known["solver"], known["certificate"])
+    yield "verdict", str(known["certificate"]["verdict"] or "no certificate"), ""
+
+
+def _prices(records: Any) -> Iterator[tuple[str, str, str]]:
+    """Yield what the numbers that the walk presses on are worth; nothing of a damaged record."""
+    with suppress(KeyError, TypeError, ValueError):
+        for one in records or ():
+            per = f"{one['cost_unit']} per {one['unit'] or 'unit'}"
+            yield (
+                f"{one['words']} ({one['name']})",
+                f"{float(one['value']):.4g} {one['unit']}",
+                f"{float(one['cost_per_unit']):+.3g} {per}",
+            )
+
+
+def _share(used: float | None) -> str:
+    return "no limit" if used is None else f"{100.0 * used:.0f} %"
 
 
 def facts(gait: Gait) -> list[tuple[str, str]]:
@@ -85,7 +153,6 @@ def facts(gait: Gait) -> list[tuple[str, str]]:
         ("cost", None if cost is None else f"{cost:.6g} {gait.cost_unit}"),
         ("stance foot", _stance(gait)),
         ("solver", gait.fact("status")),
-        ("certificate", gait.fact("certificate", "verdict")),
     ]
     return [(name, str(value)) for name, value in known if value is not None]
 

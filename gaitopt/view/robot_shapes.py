@@ -23,6 +23,7 @@ from gaitopt.importers.source import Source, load_mesh, read_source
 from gaitopt.model.multibody import Multibody
 from gaitopt.nlp import Array
 from gaitopt.view.mesh_data import MeshData, read_mesh
+from gaitopt.view.simplify import Rows, simplified
 from gaitopt.view.stick_figures import at_reference, stick_figures, trunk_top
 from gaitopt.view.viewer import geometry, meshcat
 
@@ -257,22 +258,30 @@ def _loaded(solid: object, scale: Array) -> MeshData | None:
 def _draw_mesh(node: meshcat.Visualizer, mesh: MeshData, item: pin.GeometryObject) -> None:
     """Draw triangles: those of one colour together, as the node or as one node each below it."""
     if mesh.colours is None:
-        node.set_object(Triangles(mesh.corners, mesh.normals), _material(item))
+        node.set_object(surface(mesh.corners, mesh.normals), _material(item))
         return
     colours, which = np.unique(mesh.colours, axis=0, return_inverse=True)
     for number, colour in enumerate(colours):
         rows = which.reshape(-1) == number
         normals = None if mesh.normals is None else mesh.normals[rows]
         part = node if len(colours) == 1 else node[str(number)]
-        part.set_object(Triangles(mesh.corners[rows], normals), _painted(colour))
+        part.set_object(surface(mesh.corners[rows], normals), _painted(colour))
 
 
-class Triangles(geometry.TriangularMeshGeometry):  # type: ignore[misc]
-    """Triangles no two of which share a corner; facets are flat unless there are normals."""
+def surface(corners: Array, normals: Array | None = None) -> geometry.Geometry:
+    """Return triangles (M, 3, 3) as MeshCat's, simplified where they are many."""
+    few = simplified(corners)
+    if few is not None:
+        return _Triangles(few.corners, few.faces, few.normals)
+    flat = corners.reshape(-1, 3)
+    return _Triangles(flat, np.arange(len(flat)).reshape(-1, 3), normals)
 
-    def __init__(self, corners: Array, normals: Array | None) -> None:
-        count = 3 * len(corners)
-        super().__init__(corners.reshape(-1, 3), np.arange(count).reshape(-1, 3))
+
+class _Triangles(geometry.TriangularMeshGeometry):  # type: ignore[misc]
+    """Triangles with normals at their corners; where there are none, facets are flat."""
+
+    def __init__(self, corners: Array, faces: Rows, normals: Array | None) -> None:
+        super().__init__(corners, faces)
         self.normals = normals
 
     def lower(self, object_data: object) -> dict[str, object]:

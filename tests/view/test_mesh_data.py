@@ -1,8 +1,6 @@
 """Of mesh files pages hold shapes and colours only; names from files are shown, not obeyed."""
 
-import base64
 import html
-import json
 import re
 from dataclasses import replace
 from pathlib import Path
@@ -12,6 +10,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from example_robots import DIRECTORY, needs_example_robots
+from page_scene import scene_of
 from sample_gait import sample_gait
 
 from gaitopt.escape import filled_template, html_text, printable
@@ -261,9 +260,7 @@ def test_marks_are_replaced_once():
     text = page_text(replace(gait, meta={**gait.meta, "robot": title}), 1)
     head = text.partition("<script>")[0]
     assert "@COMMANDS@ @MESHCAT@ &lt;b&gt;\\x1b[31m\\u202e walks" in head
-    commands = re.search(r"const commands = (\[.*?\]);", text)
-    assert commands is not None
-    assert base64.b64decode(json.loads(commands[1])[0])
+    assert len(scene_of(text)) > 50
 
 
 def test_names_with_control_characters_are_shown():

@@ -1,4 +1,3 @@
-import base64
 import html
 import json
 import re
@@ -9,17 +8,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from matplotlib.image import imread
+from page_scene import scene_of
 from sample_gait import bare_gait, sample_gait
 from synthetic_bipeds import synthetic
 
+from gaitopt.catalogue.entries import robot_by_name
 from gaitopt.errors import InputError
 from gaitopt.gait.assemble import gait_at
 from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
+from gaitopt.view.curves import curves
 from gaitopt.view.figures import FIGURES, write_figures
 from gaitopt.view.page import page_text, write_page
-from gaitopt.view.viewer import umsgpack
 
 BROWSER = next(
     filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None
@@ -39,8 +40,7 @@ def text():
 
 @pytest.fixture(scope="module")
 def commands(text):
-    packed = json.loads(re.search(r"const commands = (\[.*?\]);</script>", text)[1])
-    return [umsgpack.unpackb(base64.b64decode(c)) for c in packed]
+    return scene_of(text)
 
 
 def tracks(commands, end):
@@ -60,20 +60,18 @@ def tracks(commands, end):
 def test_the_page_needs_no_network(text):
     markup = text.replace(re.search(r"<script>(.*?)</script>", text, re.DOTALL)[0], "")
     assert not re.search(r"<(script|link|img)[^>]*(src|href)=", markup)
-    assert "@TITLE@" not in text
-    assert "@MESHCAT@" not in text
-    assert "@FIT@" not in text
+    assert not re.search(r"@[A-Z]+@", text)
 
 
 def test_the_page_tells_what_is_known(text):
     facts = dict(re.findall(r"<dt>(.*?)</dt><dd>(.*?)</dd>", text))
+    assert '<p class="verdict">optimal to first order, verified</p>' in text
     assert facts == {
         "speed": "1 m/s",
         "step": "0.400 m in 0.400 s",
         "mass": "56.87 kg",
         "cost": "3346.48 N²·m·s",
         "solver": "optimal: the first-order conditions hold",
-        "certificate": "optimal to first order, verified",
     }
     bare = dict(re.findall(r"<dt>(.*?)</dt><dd>(.*?)</dd>", page_text(bare_gait(), steps=1)))
     assert set(bare) == {"speed", "step"}
@@ -150,35 +148,117 @@ def test_a_browser_draws_the_robot_and_it_moves(tmp_path):
 
 
 # no requestAnimationFrame: a busy machine draws no frame within the virtual time
-PROBE = """<script>
+PROBE = """
 function tell() {
   const box = name => document.getElementById(name).getBoundingClientRect();
-  const bar = box("controls"), play = box("play"), zoom = viewer.camera.zoom;
-  const edge = share => innerHeight * (1 - zoom * share) / 2;
+  const bar = box("controls"), play = box("play"), pane = box("pane"), zoom = viewer.camera.zoom;
+  const edge = share => pane.top + pane.height * (1 - zoom * share) / 2;
   document.title = JSON.stringify({
     bar: [bar.left, bar.right], play: [play.left, play.right], wide: innerWidth,
-    head: edge(reach.top), card: box("facts").bottom, feet: edge(-reach.bottom), low: bar.top,
-    side: zoom * reach.side * innerHeight / innerWidth,
+    pane: [pane.top, pane.bottom], head: edge(reach.top), feet: edge(-reach.bottom), low: bar.top,
+    side: zoom * reach.side * pane.height / pane.width, report: box("report").top,
+    full: document.documentElement.scrollWidth,
   });
 }
 tell();
 addEventListener("resize", tell);  // after the page's own listener
-</script></body>"""
+"""
+# what a person does: open a tab, point at a panel, drag in it
+HAND = """
+setPlaying(false);
+const told = () => [...document.querySelectorAll(".told")].map(t => t.textContent);
+const seen = { tabs: [...document.querySelectorAll("#tabs button")].map(b => b.textContent) };
+document.querySelector("#tabs button").click();
+seek(0.1);
+seen.before = told();
+const panel = document.querySelector(".panel"), svg = panel.querySelector("svg");
+const box = svg.getBoundingClientRect();
+const at = share => ({ clientX: box.left + box.width * (46 + share * 246) / 300, buttons: 1,
+                       pointerId: 1, bubbles: true });
+svg.setPointerCapture = () => {};
+svg.dispatchEvent(new PointerEvent("pointerdown", at(0.5)));
+seen.middle = animator.time;
+svg.dispatchEvent(new PointerEvent("pointermove", at(0.75)));
+seen.later = animator.time;
+seen.after = told();
+panel.dispatchEvent(new PointerEvent("pointerenter"));
+seen.lit = lit.length;
+panel.dispatchEvent(new PointerEvent("pointerleave"));
+seen.unlit = lit.length;
+window.dispatchEvent(new KeyboardEvent("keydown", { key: "ArrowRight" }));
+seen.nudged = animator.time;
+document.getElementById("theme").click();
+seen.dark = document.documentElement.classList.contains("dark");
+seen.stands = document.querySelectorAll(".foot span").length;
+document.title = JSON.stringify(seen);
+"""
+
+
+def browsed(text, script, folder, size):
+    """What a script at the end of the page's own writes into the title."""
+    page = folder / "probe.html"
+    page.write_text(text.replace("(function tick()", f"{{{script}}}\n(function tick()"))
+    command = [BROWSER, *FLAGS, f"--user-data-dir={folder / 'profile'}", "--dump-dom"]
+    command += [f"--window-size={size}", page.as_uri()]
+    done = subprocess.run(command, check=True, capture_output=True, timeout=120)
+    return json.loads(html.unescape(re.search(r"<title>({.*?})</title>", done.stdout.decode())[1]))
 
 
 @pytest.mark.browser
 @pytest.mark.skipif(BROWSER is None, reason="no Chromium browser found")
 def test_a_narrow_window_has_room_for_the_robot_and_the_buttons(tmp_path):
-    page = tmp_path / "narrow.html"
-    page.write_text(page_text(sample_gait(), steps=2).replace("</body>", PROBE))
-    command = [BROWSER, *FLAGS, f"--user-data-dir={tmp_path / 'profile'}", "--dump-dom"]
-    command += ["--window-size=500,640", page.as_uri()]
-    done = subprocess.run(command, check=True, capture_output=True, timeout=120)
-    seen = json.loads(html.unescape(re.search(r"<title>({.*?})</title>", done.stdout.decode())[1]))
+    seen = browsed(page_text(sample_gait(), steps=2), PROBE, tmp_path, "500,640")
     assert seen["wide"] <= 500
-    assert 0.0 < seen["bar"][0] < seen["play"][0] < seen["play"][1] < seen["bar"][1] < seen["wide"]
-    assert seen["card"] < seen["head"] < seen["feet"] < seen["low"]
+    assert seen["full"] <= seen["wide"]
+    assert 0.0 <= seen["bar"][0] < seen["play"][0] < seen["play"][1] < seen["bar"][1]
+    assert seen["bar"][1] <= seen["wide"]
+    assert seen["pane"][0] < seen["head"] < seen["feet"] < seen["pane"][1] <= seen["low"]
+    assert seen["low"] < seen["report"]
     assert 0.05 < seen["side"] < 1.0
+
+
+@pytest.mark.browser
+@pytest.mark.skipif(BROWSER is None, reason="no Chromium browser found")
+def test_curves_and_walk_move_together(text, tmp_path):
+    gait = sample_gait()
+    seen = browsed(text, HAND, tmp_path, "1200,800")
+    assert seen["tabs"] == ["torque", "speed", "power", "angle", "torque over speed", "ground"]
+    assert (seen["middle"], seen["later"]) == pytest.approx((0.4, 0.6), abs=0.003)
+    assert seen["nudged"] == pytest.approx(seen["later"] + gait.duration / 30.0)
+    assert len(seen["before"]) == len(seen["after"]) == 6
+    (index,) = [gait.joint_names.index("right_hip_yaw")]
+    told = float(seen["before"][0].split(" / ")[0].replace("\u2212", "-"))
+    assert told == pytest.approx(np.interp(0.1, gait.time, gait.torque[:, index]), rel=0.02)
+    assert seen["before"] != seen["after"]
+    assert seen["lit"] > 0
+    assert seen["unlit"] == 0
+    assert seen["dark"] is True
+    assert seen["stands"] == 2
+
+
+def test_curves_are_those_of_the_trajectory():
+    gait = sample_gait()
+    found = curves(gait)
+    time = np.array(found["time"])
+    assert len(time) >= 301
+    assert np.all(np.diff(time) >= 0.0)
+    assert found["period"] == pytest.approx(2.0 * gait.duration)
+    first = time <= gait.duration
+    for tab, stored in (("torque", gait.torque), ("angle", gait.q), ("speed", gait.dq)):
+        (panels,) = [t["panels"] for t in found["tabs"] if t["name"] == tab]
+        for line in [line for panel in panels for line in panel["lines"]]:
+            own = stored[:, gait.joint_names.index(line["name"])]
+            near = np.interp(gait.time[1:-1], time[first][:-1], np.array(line["y"])[first][:-1])
+            assert near == pytest.approx(own[1:-1], abs=0.02 * np.abs(stored).max())
+
+
+def test_a_page_of_meshes_is_small():
+    robot = robot_by_name("g1")
+    problem = WalkProblem(robot, preset_task("humanoid", robot, speed=0.6))
+    text = page_text(gait_at(problem, first_guess(problem), {}))
+    shapes = [c for c in scene_of(text) if c["type"] == "set_object" and "link" in c["path"]]
+    assert len(shapes) > 20
+    assert 1e6 < len(text) < 5e6
 
 
 @pytest.mark.parametrize("name", ["five and arms", "seven, torso first"])

@@ -1,10 +1,11 @@
-import json
+import re
 import socket
 import urllib.request
 from contextlib import closing
 from pathlib import Path
 
 import pytest
+from page_scene import commands_of, unpacked
 from sample_gait import sample_gait
 
 from gaitopt.errors import InputError
@@ -21,8 +22,8 @@ def test_the_server_shows_the_walk_and_stops(capfd):
             assert len(script.read()) > 100_000
         scene = player.viewer.static_html()
         assert len(player.server.scene()) > 50
-        commands = scene.rpartition("const command of ")[2].partition(")")[0]
-        assert len(json.loads(commands)) == len(player.server.scene())
+        packed = re.findall(r'"([^"]*)"\);</script>', scene)[-1]
+        assert len(commands_of(unpacked(packed))) == len(player.server.scene())
     assert player.server.closed
     with pytest.raises(OSError, match="refused"):
         socket.create_connection(("127.0.0.1", player.server.port), timeout=5)

@@ -1,12 +1,12 @@
 """A gait whose stance foot turns about its toe: what page, animation, table and export show."""
 
-import base64
 import io
 import json
 import re
 
 import numpy as np
 import pytest
+from page_scene import scene_of
 from rich.console import Console
 
 from gaitopt.cli.report import print_gait
@@ -20,7 +20,6 @@ from gaitopt.view.animation import frames
 from gaitopt.view.contacts import COLOURS, contact_colour
 from gaitopt.view.figures import make_figure
 from gaitopt.view.page import facts, page_text
-from gaitopt.view.viewer import umsgpack
 
 
 @pytest.fixture(scope="module")
@@ -105,9 +104,7 @@ def test_the_page_has_a_bar_of_phases_in_the_colours_it_explains(page):
 
 
 def test_the_mark_of_the_standing_foot_changes_with_its_contact(page):
-    packed = json.loads(re.search(r"const commands = (\[.*?\]);</script>", page)[1])
-    commands = [umsgpack.unpackb(base64.b64decode(c)) for c in packed]
-    (clips,) = [c["animations"] for c in commands if c["type"] == "set_animation"]
+    (clips,) = [c["animations"] for c in scene_of(page) if c["type"] == "set_animation"]
     shown = []
     for index in (0, 1):
         (clip,) = [c["clip"] for c in clips if c["path"].endswith(f"standing_sole/{index}")]

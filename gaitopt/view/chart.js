@@ -1,0 +1,166 @@
+const SVG = "http://www.w3.org/2000/svg";
+const WIDE = 300, HIGH = 150, LEFT = 46, RIGHT = 8, TOP = 8, BOTTOM = 20;  // of a panel, in units
+const FAR = 1.5;  // a limit this many times the largest value would flatten the curves
+function element(parent, name, attributes = {}, text = "") {
+  const svg = ["svg", "path", "line", "rect", "text", "circle", "g"].includes(name);
+  const made = svg ? document.createElementNS(SVG, name) : document.createElement(name);
+  for (const [key, value] of Object.entries(attributes)) made.setAttribute(key, value);
+  if (text) made.textContent = text;
+  parent.append(made);
+  return made;
+}
+function ticks(low, high) {  // three to six round numbers between
+  const rough = (high - low) / 6, power = 10 ** Math.floor(Math.log10(rough));
+  const step = [1, 2, 5, 10].map(n => n * power).find(s => s >= rough);
+  const found = [];
+  for (let n = Math.ceil(low / step); n * step <= high + 1e-9 * step; n++) found.push(n * step);
+  return found;
+}
+function brief(value) { return String(Number(value.toPrecision(4))).replace("-", "\u2212"); }
+function span(values, least) {
+  const low = Math.min(...values), high = Math.max(...values);
+  const room = 0.08 * Math.max(high - low, least);
+  return [low - room, high + room];
+}
+// One panel: lines over time, or y over x where a line has x; a cursor that follows the walk.
+class Panel {
+  constructor(parent, panel, time, period, on) {
+    this.panel = panel; this.time = time; this.period = period;
+    this.points = Boolean(panel.lines[0].x);
+    const box = element(parent, "figure", { class: "panel", tabindex: 0 });
+    const head = element(box, "figcaption");
+    element(head, "b", {}, panel.title);
+    element(head, "span", {}, " " + panel.unit);
+    this.told = element(head, "span", { class: "told" });
+    const svg = this.svg = element(box, "svg", {
+      viewBox: `0 0 ${WIDE} ${HIGH}`, role: "img",
+      "aria-label": `${panel.title} in ${panel.unit}` });
+    this.scales();
+    this.axes();
+    this.limits();
+    for (const line of panel.lines) {
+      element(svg, "path", { class: "curve " + line.side, d: this.path(line) });
+    }
+    if (this.points) {
+      this.dots = panel.lines.map(line => element(svg, "circle",
+        { class: "dot " + line.side, r: 3.5 }));
+    } else {
+      this.cursor = element(svg, "line", { class: "cursor", y1: TOP, y2: HIGH - BOTTOM });
+      const seek = event => {
+        const at = svg.getBoundingClientRect();
+        const x = (event.clientX - at.left) / at.width * WIDE;
+        on.seek(Math.max(0, Math.min(1, (x - LEFT) / (WIDE - LEFT - RIGHT))) * period);
+      };
+      svg.style.cursor = "ew-resize";
+      svg.onpointerdown = event => { svg.setPointerCapture(event.pointerId); seek(event); };
+      svg.onpointermove = event => { if (event.buttons) seek(event); };
+    }
+    box.onpointerenter = box.onfocus = () => on.highlight(panel.joints);
+    box.onpointerleave = box.onblur = () => on.highlight([]);
+  }
+  scales() {
+    const values = this.panel.lines.flatMap(line => line.y).filter(v => v !== null);
+    const largest = Math.max(...values.map(Math.abs), 1e-9);
+    const near = this.panel.limits.filter(l => Math.abs(l) < FAR * largest);
+    const box = this.panel.box;
+    [this.low, this.high] = span(
+      box ? [box[1], box[3]] : [...values, 0, ...(this.points ? near : near.filter(
+        l => l < 0 ? Math.min(...values) < l / FAR : Math.max(...values) > l / FAR))],
+      0.02 * largest);
+    [this.from, this.to] = this.points
+      ? span(box ? [box[0], box[2]] : this.panel.lines.flatMap(l => l.x), 1e-9)
+      : [0, this.period];
+    this.right = x => LEFT + (x - this.from) / (this.to - this.from) * (WIDE - LEFT - RIGHT);
+    this.up = y => HIGH - BOTTOM - (y - this.low) / (this.high - this.low) * (HIGH - TOP - BOTTOM);
+  }
+  axes() {
+    for (const y of ticks(this.low, this.high)) {
+      element(this.svg, "line", { class: y === 0 ? "zero" : "grid",
+        x1: LEFT, x2: WIDE - RIGHT, y1: this.up(y), y2: this.up(y) });
+      element(this.svg, "text", { x: LEFT - 5, y: this.up(y) + 3, "text-anchor": "end" }, brief(y));
+    }
+    for (const x of ticks(this.from, this.to)) {
+      element(this.svg, "text", { x: this.right(x), y: HIGH - 6, "text-anchor": "middle" },
+        brief(x));
+    }
+  }
+  limits() {
+    const bottom = HIGH - BOTTOM;
+    for (const limit of this.panel.limits) {
+      const y = this.up(limit);
+      if (y < TOP || y > bottom) continue;
+      const beyond = limit > 0 ? [TOP, y - TOP] : [y, bottom - y];
+      element(this.svg, "rect", { class: "beyond", x: LEFT, width: WIDE - LEFT - RIGHT,
+        y: beyond[0], height: Math.max(0, beyond[1]) });
+      element(this.svg, "line", { class: "limit", x1: LEFT, x2: WIDE - RIGHT, y1: y, y2: y });
+    }
+    if (this.panel.box) {
+      const [x1, y1, x2, y2] = this.panel.box;
+      element(this.svg, "rect", { class: "sole", x: this.right(x1), y: this.up(y2),
+        width: this.right(x2) - this.right(x1), height: this.up(y1) - this.up(y2) });
+    }
+  }
+  path(line) {
+    let text = "", open = false;
+    line.y.forEach((y, i) => {
+      const x = line.x ? line.x[i] : this.time[i];
+      if (y === null || x === null) { open = false; return; }
+      text += `${open ? "L" : "M"}${this.right(x).toFixed(1)} ${this.up(y).toFixed(1)}`;
+      open = true;
+    });
+    return text;
+  }
+  show(index, time) {  // of the curves' instants; the time within the period
+    const words = [];
+    this.panel.lines.forEach((line, k) => {
+      const y = line.y[index];
+      if (y !== null && !this.points) words.push(brief(y));
+      if (!this.dots) return;
+      const gone = y === null || line.x[index] === null;
+      this.dots[k].style.display = gone ? "none" : "";
+      if (gone) return;
+      this.dots[k].setAttribute("cx", this.right(line.x[index]));
+      this.dots[k].setAttribute("cy", this.up(y));
+    });
+    this.told.textContent = words.join(" / ");
+    if (this.cursor) {
+      this.cursor.setAttribute("x1", this.right(time));
+      this.cursor.setAttribute("x2", this.right(time));
+    }
+  }
+}
+// The curves of a walk in tabs; `on.seek(time)` and `on.highlight(joints)` tell what was wanted.
+class Curves {
+  constructor(tabs, place, curves, on) {
+    this.curves = curves; this.place = place; this.on = on;
+    this.buttons = curves.tabs.map(tab => {
+      const button = element(tabs, "button", { role: "tab" }, tab.name);
+      button.onclick = () => { this.open(tab.name); button.blur(); };
+      return button;
+    });
+    this.open(curves.tabs[0].name);
+  }
+  open(name) {
+    const tab = this.curves.tabs.find(t => t.name === name);
+    if (!tab) return;
+    this.buttons.forEach(b => b.classList.toggle("on", b.textContent === name));
+    this.place.replaceChildren();
+    this.panels = tab.panels.map(panel =>
+      new Panel(this.place, panel, this.curves.time, this.curves.period, this.on));
+    this.index = -1;
+    this.show(this.at || 0);
+  }
+  show(time) {
+    const { time: times, period } = this.curves;
+    this.at = time;
+    const inside = time - Math.floor(time / period + 1e-9) * period;
+    let low = 0, high = times.length - 1;
+    while (low < high) {  // the last instant not after it
+      const middle = (low + high + 1) >> 1;
+      if (times[middle] <= inside + 1e-9) low = middle; else high = middle - 1;
+    }
+    if (low === this.index && Math.abs(inside - this.inside) < 1e-6) return;
+    this.index = low; this.inside = inside;
+    for (const panel of this.panels) panel.show(low, inside);
+  }
+}

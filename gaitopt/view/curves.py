@@ -1,0 +1,161 @@
+"""The curves of the page: what every joint and foot does over a period of the walk.
+
+Unlike the figures, which compare the stance leg with the swing leg over one step, they follow the
+joints of the robot, so that a cursor can move with the walk.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from gaitopt.design.summary import joint_groups, pair_name
+from gaitopt.gait.result import Gait
+from gaitopt.gait.trajectory import TrajectorySamples
+from gaitopt.nlp import Array
+
+POINTS = 301  # of a period
+_DIGITS = 5  # of a number on the page
+Record = dict[str, object]
+
+
+def curves(gait: Gait) -> Record:
+    """Return the curves of a gait over its period, as data for the page's charts.
+
+    Returns:
+        `period` [s], `time` (N,) [s], and `tabs`: for each a name and its panels. A panel has a
+        title, a unit, lines (name, side, values; points x and y where it is no curve over time),
+        limits, and the joints that it is about.
+    """
+    trajectory = gait.trajectory
+    times, before = _instants(gait)
+    samples = trajectory.at(times, before=before)
+    rows = [trajectory.joint_names.index(name) for name in gait.joint_names]
+    torque, rate, angle = (values[:, rows] for values in (samples.torque, samples.dq, samples.q))
+    tabs = [
+        _joints(gait, "torque", "N·m", torque, gait.joint_limit("torque")),
+        _joints(gait, "speed", "rad/s", rate, gait.joint_limit("speed")),
+        _joints(gait, "power", "W", torque * rate, None),
+        _joints(gait, "angle", "rad", angle, None),
+        _loops(gait, torque, rate),
+        {"name": "ground", "panels": list(_ground(gait, samples))},
+    ]
+    return {
+        "period": trajectory.period,
+        "time": _list(times),
+        "tabs": tabs,
+    }
+
+
+def _instants(gait: Gait) -> tuple[Array, Array]:
+    """Return times [s] of a period, and whether each is the end of the phase before.
+
+    Where the walk jumps there are two instants, before and after.
+    """
+    trajectory = gait.trajectory
+    ends = np.cumsum([phase.duration for phase in trajectory.phases])
+    steps = round(trajectory.period / trajectory.step_duration)
+    jumps = np.add.outer(np.arange(steps) * trajectory.step_duration, ends).ravel()
+    inner = np.linspace(0.0, trajectory.period, POINTS)
+    inner = inner[np.abs(inner[:, None] - jumps).min(axis=1) > 1e-9]
+    times = np.concatenate([inner, jumps, jumps[:-1]])
+    before = np.concatenate(
+        [np.zeros(len(inner)), np.ones(len(jumps)), np.zeros(len(jumps) - 1)]
+    ).astype(bool)
+    order = np.lexsort([~before, times])
+    return times[order], before[order]
+
+
+def _sides(gait: Gait, group: tuple[int, ...]) -> Iterable[tuple[int, str, str]]:
+    """Yield joint, name and side of the joints of a panel; a lone joint has no side."""
+    sides = ("stance", "swing") if len(group) > 1 else ("",)
+    for joint, side in zip(group, sides, strict=True):
+        yield joint, gait.joint_names[joint], side
+
+
+def _joints(gait: Gait, name: str, unit: str, values: Array, limits: Array | None) -> Record:
+    panels = []
+    for group in joint_groups(gait):
+        limit = None if limits is None else float(np.min(limits[list(group)]))
+        panels.append({
+            "title": pair_name(gait, group[0]), "unit": unit,
+            "joints": [gait.joint_names[j] for j in group],
+            "limits": _bounds(limit),
+            "lines": [
+                {"name": joint_name, "side": side, "y": _list(values[:, joint])}
+                for joint, joint_name, side in _sides(gait, group)
+            ],
+        })  # fmt: skip
+    return {"name": name, "panels": panels}
+
+
+def _loops(gait: Gait, torque: Array, rate: Array) -> Record:
+    limits = gait.joint_limit("torque")
+    panels = []
+    for group in joint_groups(gait):
+        limit = None if limits is None else float(np.min(limits[list(group)]))
+        panels.append({
+            "title": pair_name(gait, group[0]), "unit": "N·m over rad/s",
+            "joints": [gait.joint_names[j] for j in group],
+            "limits": _bounds(limit),
+            "lines": [
+                {"name": joint_name, "side": side,
+                 "x": _list(rate[:, joint]), "y": _list(torque[:, joint])}
+                for joint, joint_name, side in _sides(gait, group)
+            ],
+        })  # fmt: skip
+    return {"name": "torque over speed", "panels": panels}
+
+
+def _ground(gait: Gait, samples: TrajectorySamples) -> Iterable[Record]:
+    """Yield panels of force, friction and centre of pressure of both feet."""
+    force = samples.force
+    for axis, title in ((2, "vertical force"), (0, "forward force"), (1, "force to the left")):
+        yield {
+            "title": title, "unit": "N", "joints": [], "limits": [],
+            "lines": [
+                {"name": foot, "side": side, "y": _list(force[:, k, axis])}
+                for k, foot, side in _feet(gait)
+            ],
+        }  # fmt: skip
+    normal = samples.wrench[..., 2]
+    tangential = np.hypot(samples.wrench[..., 0], samples.wrench[..., 1])
+    used = np.where(samples.contact & (normal > 0.0), tangential / np.where(normal, normal, 1), 0.0)
+    yield {
+        "title": "friction used", "unit": "-", "joints": [],
+        "limits": _bounds(gait.number("task", "margins", "friction")),
+        "lines": [
+            {"name": foot, "side": side, "y": _list(used[:, k])} for k, foot, side in _feet(gait)
+        ],
+    }  # fmt: skip
+    for k, foot, side in _feet(gait):
+        toe, heel, left, right = gait.trajectory.body.sole_rectangle[k]
+        yield {
+            "title": f"centre of pressure, {foot}", "unit": "m", "joints": [], "limits": [],
+            "box": [_short(v) for v in (heel, right, toe, left)],
+            "lines": [
+                {"name": foot, "side": side, "x": _list(samples.pressure[:, k, 0]),
+                 "y": _list(samples.pressure[:, k, 1])}
+            ],
+        }  # fmt: skip
+
+
+def _feet(gait: Gait) -> Iterable[tuple[int, str, str]]:
+    names = (gait.stance_sole, gait.swing_sole_frame)
+    for k, side in enumerate(("stance", "swing")):
+        yield k, names[k].replace("_sole", " foot").replace("_", " "), side
+
+
+def _bounds(limit: float | None) -> list[float]:
+    """Return the values of a symmetric limit, none where there is none."""
+    return [-limit, limit] if limit is not None and np.isfinite(limit) and limit > 0.0 else []
+
+
+def _list(values: Array) -> list[float | None]:
+    return [_short(v) for v in np.asarray(values).tolist()]
+
+
+def _short(value: float) -> float | None:
+    """Return a number of five digits; None where it is none."""
+    return float(f"{value:.{_DIGITS}g}") if np.isfinite(value) else None
