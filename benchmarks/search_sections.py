@@ -61,26 +61,22 @@ def diagnosis(data: list[Record]) -> str:
 
 def infeasible(data: Record) -> str:
     """What became of the commands that diagnoses print."""
-    parts = [
+    return (
         "Random limits that are hard for the biped or for a robot of the catalogue, one to three "
         "at a time. Every command that was printed was run as printed, through a shell. A hundred "
         f"tasks without a gait were meant to be run; {len(data['records'])} were.\n\n"
-        + table(("", ""), _followed(data["records"], data["walked"]))
-    ]
-    for again in data.get("again", []):
-        parts.append(
-            f"{again['why']}\n\n" + table(("", ""), _followed(again["records"], again["walked"]))
-        )
-    return "\n\n".join(parts)
+        + table(("", ""), _followed(data["records"], data["walked"], len(data["failed"])))
+    )
 
 
-def _followed(records: list[Record], walked: int) -> list[tuple[object, ...]]:
+def _followed(records: list[Record], walked: int, failed: int) -> list[tuple[object, ...]]:
     codes = [followed["code"] for line in records for followed in line["followed"]]
     advised = sum(bool(line["followed"]) for line in records)
     seconds = [line["diagnosis seconds"] for line in records if line["diagnosis seconds"]]
     return [
         ("random tasks without a gait", len(records)),
         ("random tasks with one, proven or not, left out", walked),
+        ("random tasks that ended in another way", failed),
         ("diagnoses with a suggestion", advised),
         ("diagnoses without", len(records) - advised),
         ("suggestions printed", len(codes)),

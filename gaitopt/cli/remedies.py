@@ -22,9 +22,7 @@ from gaitopt.design.diagnosis import Diagnosis
 from gaitopt.design.pipeline import begins_relaxed
 from gaitopt.design.remedies import Suggestion
 from gaitopt.errors import InputError
-from gaitopt.gait.assemble import gait_at
 from gaitopt.gait.gait_file import save_gait
-from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.task import Task
 from gaitopt.model.robot import Robot
 from gaitopt.solvers.sqp import SQP
@@ -95,7 +93,7 @@ def remedies(diagnosis: object, request: Request, asked: Asked) -> Iterator[str]
         yield f"- {suggestion.sentence}:"
         try:
             command = asked.command(_changes(suggestion, request, asked, folder))
-            kept = _keep(suggestion, folder)
+            kept = save_gait(suggestion.found.gait, _gait_file(suggestion, folder))
         except (InputError, OSError) as error:
             yield f"  (no command for it: {error})"
             continue
@@ -133,7 +131,7 @@ def _changes(
         changes[name] = settings[name] = value
     if make_task(settings, robot) != suggestion.task or not _same_limits(robot, suggestion.robot):
         raise InputError("no option of the command line says this; change the task in Python")
-    return {**changes, "start": _start_file(suggestion, folder)}
+    return {**changes, "start": _gait_file(suggestion, folder)}
 
 
 def _method(suggestion: Suggestion, request: Request, asked: Asked) -> dict[str, object]:
@@ -180,16 +178,9 @@ def _write_choices(suggestion: Suggestion, request: Request, folder: Path) -> Pa
     return write_atomically(path, text.encode())
 
 
-def _start_file(suggestion: Suggestion, folder: Path) -> Path:
-    return folder / f"{_file_name(suggestion)}_start.npz"
-
-
-def _keep(suggestion: Suggestion, folder: Path) -> Path:
-    """Write the walk of a suggestion, and the one from which it is found; return the first."""
-    problem = WalkProblem(suggestion.robot, suggestion.task)
-    status = {"status": "first guess for a suggestion: near the limits, not optimal"}
-    save_gait(gait_at(problem, suggestion.start, status), _start_file(suggestion, folder))
-    return save_gait(suggestion.found.gait, folder / f"{_file_name(suggestion)}.npz")
+def _gait_file(suggestion: Suggestion, folder: Path) -> Path:
+    """Where the walk is kept, from which the command goes on."""
+    return folder / f"{_file_name(suggestion)}.npz"
 
 
 def _file_name(suggestion: Suggestion) -> str:

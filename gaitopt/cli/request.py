@@ -9,7 +9,6 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, cast
 
-import numpy as np
 import tomli_w
 
 from gaitopt.actuators.motors import joint_motors, read_motors
@@ -28,6 +27,7 @@ from gaitopt.cli.config import (
     settings_of,
     with_plugin,
 )
+from gaitopt.design.known_walk import parameters_of
 from gaitopt.design.options import DesignOptions
 from gaitopt.errors import InputError
 from gaitopt.gait.costs import COSTS, ElectricalEnergy, cost_by_name
@@ -288,7 +288,7 @@ class Request:
 
     Attributes:
         robot, task, options: as `design` takes them.
-        start: first guess, None for the usual one.
+        start: first guess of the parameters or a gait, None for the usual one.
         starts: how many guesses to try; with more than one, `noise` makes the others.
         noise: standard deviation [rad] and seed.
         settings: what was given, for the record.
@@ -297,7 +297,7 @@ class Request:
     robot: Robot
     task: Task
     options: DesignOptions
-    start: Array | None
+    start: Array | Gait | None
     starts: int
     noise: tuple[float, int]
     settings: Settings
@@ -333,7 +333,7 @@ def make_request(given: Settings, config: Path | None) -> Request:
         raise InputError(
             f"sigma {noise[0]} rad or seed {noise[1]} is wrong; neither may be negative"
         )
-    disturbed = starts == 1 and ("seed" in settings or "sigma" in settings)
+    disturbed = starts == 1 and noise[0] > 0.0 and ("seed" in settings or "sigma" in settings)
     start = _start(WalkProblem(robot, task), asked.start, noise if disturbed else None)
     return Request(robot, task, options, start, starts, noise, settings)
 
@@ -424,31 +424,10 @@ def _merged(config: Settings, given: Settings) -> Settings:
 
 def _start(
     problem: WalkProblem, file: Path | None, noise: tuple[float, int] | None
-) -> Array | None:
-    """Return the first guess: of a gait, disturbed, or None for the usual one."""
-    if file is None and noise is None:
+) -> Array | Gait | None:
+    """Return the first guess: a gait, one disturbed, or None for the usual one."""
+    gait = None if file is None else load_gait(file)
+    if gait is None and noise is None:
         return None
-    x = first_guess(problem) if file is None else parameters_of(load_gait(file), problem)
-    return x if noise is None else perturbed(problem, x, *noise)
-
-
-def parameters_of(gait: Gait, problem: WalkProblem) -> Array:
-    """Return the parameters of a gait for a walk; those it does not know are first guesses.
-
-    Raises:
-        InputError: the gait moves other joints or has another number of postures.
-        UnreachableError: there is no first guess for what the gait does not know.
-    """
-    at_start = {f"{j}_at_start": q for j, q in zip(gait.joint_names, gait.q[0], strict=True)}
-    known = at_start | dict(zip(gait.parameter_names, gait.parameters, strict=True))
-    names = problem.layout.names
-    joints = names[: problem.layout.rates.stop]
-    if set(joints) != {n for n in known if "_at_knot_" in n or n.endswith("_rate_before_impact")}:
-        raise InputError(
-            "the gait given as start moves other joints or has another number of intermediate "
-            "postures; take one of the same robot and --postures"
-        )
-    if all(name in known for name in names):
-        return np.array([known[name] for name in names])
-    guessed = zip(names, first_guess(problem), strict=True)
-    return np.array([known.get(name, value) for name, value in guessed])
+    x = first_guess(problem) if gait is None else parameters_of(gait, problem)
+    return gait if noise is None else perturbed(problem, x, *noise)

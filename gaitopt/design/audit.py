@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from gaitopt.bounds import INSTANTS, at_most
 from gaitopt.design.certificate import Certificate, certify
+from gaitopt.design.known_walk import with_instants_of
 from gaitopt.errors import EvaluationError, GaitFileError, InputError
 from gaitopt.gait.assemble import gait_at
 from gaitopt.gait.constraints import Margins
@@ -211,10 +211,7 @@ def problem_of(gait: Gait, known: Iterable[Extension] = ()) -> WalkProblem:
     robot = robot_of(gait)
     try:
         task = task_from_record(gait.fact("task"), known)
-        grid = task.grid
-        for instant in _instants(gait):  # one by one: multipliers are in their order
-            grid = grid.with_instants(np.array([instant]))
-        problem = WalkProblem(robot, task, grid)
+        problem = WalkProblem(robot, task, with_instants_of(task.grid, gait))
     except InputError as error:
         raise GaitFileError(f"the gait's task cannot be used: {error}") from error
     if gait.joint_names != robot.joint_names or gait.parameter_names != problem.layout.names:
@@ -223,20 +220,6 @@ def problem_of(gait: Gait, known: Iterable[Extension] = ()) -> WalkProblem:
             "it was not designed by gaitopt, or its URDF or task has been changed"
         )
     return problem
-
-
-def _instants(gait: Gait) -> Array:
-    """Return the instants that refinement added to the task's grid."""
-    recorded = gait.fact("instants") or []
-    if isinstance(recorded, list):
-        at_most(len(recorded), INSTANTS, "recorded instants")
-    try:
-        instants = np.asarray(recorded, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise InputError("its 'instants' are not numbers") from error
-    if instants.ndim != 1 or not ((instants >= 0.0) & (instants <= 1.0)).all():
-        raise InputError("its 'instants' are not numbers from 0 to 1")
-    return instants
 
 
 def _difference(stored: Array, computed: Array) -> float:

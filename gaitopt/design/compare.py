@@ -11,6 +11,7 @@ from gaitopt.design.design import checked_start
 from gaitopt.errors import EvaluationError, InputError
 from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.problem import WalkProblem
+from gaitopt.gait.result import Gait
 from gaitopt.gait.task import Task
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import (
@@ -73,7 +74,7 @@ def compare_solvers(
     task: Task | None = None,
     solvers: Sequence[str | Solver] = COMPARED,
     *,
-    start: Array | None = None,
+    start: Array | Gait | None = None,
     on_progress: Callable[[WalkProblem], ProgressCallback] | None = None,
     stop: Stop = never,
 ) -> tuple[SolverRun, ...]:
@@ -83,7 +84,7 @@ def compare_solvers(
         robot: the biped.
         task: by default 1 m/s with steps of 0.4 s.
         solvers: names of `gaitopt.solvers.SOLVERS`, or solvers with options.
-        start: parameters to begin with, shape (P,); by default `first_guess`.
+        start: parameters to begin with, shape (P,), or those of a gait; by default `first_guess`.
         on_progress: makes the progress callback of a walk.
         stop: asked at every iteration; where it says True, the run ends and no other begins.
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from gaitopt.design.certificate import worst_rows
 from gaitopt.design.diagnosis import Diagnosis, diagnose
+from gaitopt.design.known_walk import gone_on, parameters_of
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.pipeline import Design, attempt, complete, finished, is_walk, versions
 from gaitopt.design.remedies import Suggestion, followed, following
@@ -24,6 +25,7 @@ from gaitopt.errors import (
 )
 from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.problem import WalkProblem
+from gaitopt.gait.result import Gait
 from gaitopt.gait.task import Task
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array, ProgressCallback, Solution, Status, Stop, never
@@ -36,7 +38,7 @@ def design(
     task: Task | None = None,
     options: DesignOptions | None = None,
     *,
-    start: Array | None = None,
+    start: Array | Gait | None = None,
     on_progress: Callable[[WalkProblem], ProgressCallback] | None = None,
     stop: Stop = never,
 ) -> Design:
@@ -53,19 +55,24 @@ def design(
         StoppedError: `stop` said so before there was a walk.
     """
     task, options = task or Task(), options or DesignOptions()
-    problem = WalkProblem(robot, task)
+    problem, multipliers = WalkProblem(robot, task), None
     x = guess(problem, options, stop) if start is None else checked_start(problem, start)
+    if isinstance(start, Gait):
+        problem, multipliers = gone_on(problem, start)
     callback = None if on_progress is None else on_progress(problem)
-    solution = search(problem, options, x, callback, stop)
+    solution = search(problem, options, x, callback, stop, multipliers)
     return complete(problem, solution, options, on_progress, stop)
 
 
-def checked_start(problem: WalkProblem, start: Array) -> Array:
-    """Return a copy of a first guess of the parameters, shape (P,).
+def checked_start(problem: WalkProblem, start: Array | Gait) -> Array:
+    """Return a copy of a first guess of the parameters, shape (P,), or the parameters of a gait.
 
     Raises:
-        InputError: it has another shape, or entries that are not finite numbers.
+        InputError: it has another shape, or entries that are not finite numbers; the gait moves
+            other joints or has another number of postures.
     """
+    if isinstance(start, Gait):
+        return parameters_of(start, problem)
     wanted = (
         f"give {problem.layout.size} finite numbers, in the order of "
         "WalkProblem(robot, task).layout.names"
@@ -99,9 +106,10 @@ def search(
     x: Array,
     callback: ProgressCallback | None,
     stop: Stop = never,
+    multipliers: Array | None = None,
 ) -> Solution:
     """Solve, once more from the walk that a diagnosis finds; raise if there is none."""
-    solution = attempt(problem, options, x, callback, stop)
+    solution = attempt(problem, options, x, callback, stop, multipliers)
     if is_walk(solution):
         return solution
     return walk_after_diagnosis(problem, [solution], options, callback, stop)
@@ -163,7 +171,7 @@ def _with_another_solver(
     if x is None or found is None:
         return diagnosis
     words = "the default solver, started from the walk that the diagnosis found,"
-    told = Suggestion("", words, 0.0, 0.0, "", problem.robot, problem.task, usual, x, found)
+    told = Suggestion("", words, 0.0, 0.0, "", problem.robot, problem.task, usual, found)
     return replace(diagnosis, suggestions=(told,))
 
 

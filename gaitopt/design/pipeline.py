@@ -72,11 +72,15 @@ def attempt(
     x: Array,
     callback: ProgressCallback | None = None,
     stop: Stop = never,
+    multipliers: Array | None = None,
 ) -> Solution:
-    """Solve from a first guess by the approach of the options, walk or not."""
+    """Solve from a first guess by the approach of the options, walk or not.
+
+    With multipliers (m,) it is no guess but a walk that is known, and solved directly.
+    """
     solver, nlp = options.solver.first_stage, derived(problem, options)
-    if not begins_relaxed(problem.task, options):
-        return solver.solve(nlp, Start(x), callback, stopping(stop))
+    if multipliers is not None or not begins_relaxed(problem.task, options):
+        return solver.solve(nlp, Start(x, multipliers), callback, stopping(stop))
     start, spent = _relaxed_walk(problem, options, x, callback, stop)
     if spent.status is Status.INTERRUPTED:
         return replace(spent, cost=np.nan, violation=np.inf)  # of another walk

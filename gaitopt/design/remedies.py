@@ -21,6 +21,7 @@ from gaitopt.design.conflict import (
     solve_unless_stopped,
 )
 from gaitopt.design.early_stopping import EarlyStopping
+from gaitopt.design.known_walk import gone_on
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.pipeline import Design, attempt, begins_relaxed, complete, is_walk
 from gaitopt.design.relaxation import (
@@ -35,6 +36,7 @@ from gaitopt.design.relaxation import (
 from gaitopt.errors import EvaluationError, InputError, StoppedError, UnreachableError
 from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.problem import WalkProblem
+from gaitopt.gait.result import Gait
 from gaitopt.gait.task import Task
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array, Start, Status, Stop, never
@@ -99,7 +101,6 @@ class Suggestion:
         before, after: its value in the task, and the one with which a walk was found.
         unit: of both, empty where there is none.
         robot, task, options: as changed.
-        start: parameters of a walk that nearly keeps the limits, shape (P,): where to start.
         found: the design that following it gives, `design(robot, task, options, start=start)`.
         also: what must be changed as well; nothing where one change suffices.
     """
@@ -112,7 +113,6 @@ class Suggestion:
     robot: Robot
     task: Task
     options: DesignOptions
-    start: Array
     found: Design
     also: tuple[Change, ...] = ()
 
@@ -121,6 +121,11 @@ class Suggestion:
         """All that is changed; nothing where only the way to the walk is."""
         first = Change(self.setting, self.words, self.before, self.after, self.unit)
         return (first, *self.also) if self.setting else ()
+
+    @property
+    def start(self) -> Gait:
+        """The gait found: a design that starts from it ends with it."""
+        return self.found.gait
 
     @property
     def gait(self) -> Array:
@@ -150,7 +155,6 @@ class Suggestion:
         return {
             **{name: getattr(self, name) for name in told},
             "also": [asdict(change) for change in self.also],
-            "start": self.start.tolist(),
             "gait": self.gait.tolist(),
         }
 
@@ -190,10 +194,11 @@ def following(options: DesignOptions) -> DesignOptions:
 def followed(
     robot: Robot, task: Task, x: Array, options: DesignOptions, stop: Stop = never
 ) -> Design | None:
-    """Return the proven design from x, or None.
+    """Return the proven design that going on from a proven walk gives, which x leads to, or None.
 
-    A search that is not done after `MAX_ITERATIONS` is given up; one that is done went the same way
-    as without that limit.
+    That is what `design(robot, task, options, start=gait)` computes from the gait returned, be it
+    in this process or in another. A search that is not done after `MAX_ITERATIONS` is given up; one
+    that is done went the same way as without that limit.
 
     Args:
         robot, task: as changed.
@@ -204,10 +209,30 @@ def followed(
     Raises:
         StoppedError: `stop` said so.
     """
-    problem = WalkProblem(robot, task)
     options = replace(options, solver=options.solver.limited(MAX_ITERATIONS))
+    first = _proven(WalkProblem(robot, task), x, options, stop)
+    if first is None:
+        return None
+    # Another process that went this way again might go astray by rounding. What a person runs goes
+    # on from the proven walk, so that is what must end in one.
+    problem, multipliers = gone_on(WalkProblem(robot, task), first.gait)
+    return _proven(problem, first.gait.parameters, options, stop, multipliers)
+
+
+def _proven(
+    problem: WalkProblem,
+    x: Array,
+    options: DesignOptions,
+    stop: Stop,
+    multipliers: Array | None = None,
+) -> Design | None:
+    """Return the design from x if it is proven.
+
+    Raises:
+        StoppedError: `stop` said so.
+    """
     try:
-        solution = attempt(problem, options, x, stop=stop)
+        solution = attempt(problem, options, x, None, stop, multipliers)
         if stop():
             raise StoppedError(solution)
         if not is_walk(solution) or solution.status is Status.ITERATION_LIMIT:
@@ -380,7 +405,7 @@ class _Search:
         first, *also = (Change(k.name, k.words, k.before, value, k.unit) for k, value in changes)
         return Suggestion(
             first.setting, first.words, first.before, first.after, first.unit,
-            robot, task, options, x, found, tuple(also),
+            robot, task, options, found, tuple(also),
         )  # fmt: skip
 
     def _changed(self, changes: Changes) -> tuple[Robot, Task]:
@@ -403,7 +428,7 @@ class _Search:
             return
         words = "the limit on the centre of pressure at the impact"
         self.found.append(
-            Suggestion("impulse_cop", words, 1.0, 0.0, "", robot, task, self.options, x, found)
+            Suggestion("impulse_cop", words, 1.0, 0.0, "", robot, task, self.options, found)
         )
 
 

@@ -28,6 +28,7 @@ from gaitopt.gait.assemble import gait_at
 from gaitopt.gait.initial_guess import first_guess, perturbed
 from gaitopt.gait.presets import foreign_margins
 from gaitopt.gait.problem import WalkProblem
+from gaitopt.gait.result import Gait
 from gaitopt.gait.task import Task
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array, ProgressCallback, Solution, Status, Stop, never
@@ -48,7 +49,7 @@ def design_gait(
     task: Task | None = None,
     options: DesignOptions | None = None,
     *,
-    start: Array | None = None,
+    start: Array | Gait | None = None,
     starts: int | None = None,
     on_progress: Callable[[WalkProblem], ProgressCallback] | None = None,
     stop: Stop = never,
@@ -62,7 +63,8 @@ def design_gait(
         robot: the biped.
         task: speed, duration, margins; by default 1 m/s with steps of 0.4 s.
         options: solver, refinement, kind of derivatives.
-        start: first guess of the parameters, shape (P,); by default `first_guess`.
+        start: first guess of the parameters, shape (P,), or a gait, which is gone on from at its
+            instants if it is an optimum of this very walk; by default `first_guess`.
         starts: number of first guesses to try, of which the best walk is kept; by default 2, or 1
             from a start that is given. One takes half the time; `many_starts` tells all it found.
         on_progress: makes the progress callback of a walk (it can name the walk's rows).
@@ -89,7 +91,7 @@ def design_gait(
     if foreign is not None:
         warnings.warn(foreign, stacklevel=2)
 
-    def designed(task: Task, start: Array | None, options: DesignOptions | None) -> Design:
+    def designed(task: Task, start: Array | Gait | None, options: DesignOptions | None) -> Design:
         count = starts if starts is not None else COUNT if start is None else 1
         if count == 1:
             return design(robot, task, options, start=start, on_progress=on_progress, stop=stop)
@@ -112,7 +114,7 @@ def many_starts(
     seed: int = 0,
     sigma: float = SIGMA,
     workers: int = 1,
-    start: Array | None = None,
+    start: Array | Gait | None = None,
     on_outcome: Callable[[Outcome], None] | None = None,
     on_progress: Callable[[WalkProblem], ProgressCallback] | None = None,
     stop: Stop = never,
@@ -130,7 +132,8 @@ def many_starts(
         sigma: their standard deviation [rad], and [rad/s] for the rates before impact.
         workers: processes; with more than one, a script must start its work under
             `if __name__ == "__main__":`, because each process imports it.
-        start: first guess of the parameters, shape (P,); by default `first_guess`.
+        start: first guess of the parameters, shape (P,), or a gait, of which only these count; by
+            default `first_guess`.
         on_outcome: called with every outcome, in order.
         on_progress: makes the progress callback of a walk; starts in other processes tell none.
         stop: asked at every iteration; where it says True, the best walk until then is returned,

@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
+from gaitopt.design.design import checked_start
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.pipeline import Design, attempt, is_walk
 from gaitopt.errors import GaitoptError, StoppedError
 from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.problem import WalkProblem
+from gaitopt.gait.result import Gait
 from gaitopt.gait.task import EARLIEST, LATEST, Task
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array, Solution, Status, Stop, never
@@ -48,7 +50,7 @@ def best_toe_off(
     task: Task,
     options: DesignOptions,
     designed: Designer,
-    start: Array | None = None,
+    start: Array | Gait | None = None,
     stop: Stop = never,
 ) -> ToeOffChoice:
     """Design the flat walk and the one that turns about its toe; keep the cheaper.
@@ -57,7 +59,8 @@ def best_toe_off(
         robot, task: with `toe_off`, from which the search for the best beginning sets out.
         options: how walks are searched for.
         designed: designs the gait of a task, refined and certified.
-        start: first guess of the parameters of the task, shape (P,); by default `first_guess`.
+        start: first guess of the parameters of the task, shape (P,), or a gait; by default
+            `first_guess`.
         stop: asked at every iteration; where it says True, the best walk until then is returned,
             with the status INTERRUPTED.
 
@@ -67,7 +70,9 @@ def best_toe_off(
         StoppedError: `stop` said so before there was a walk.
     """
     flat_task, quiet = replace(task, toe_off=None), replace(options, diagnose=False)
-    flat_start = None if start is None else start[: WalkProblem(robot, task).layout.turn.start]
+    problem = WalkProblem(robot, task)
+    start = None if start is None else checked_start(problem, start)
+    flat_start = None if start is None else start[: problem.layout.turn.start]
     flat = turning = None
     try:
         flat = designed(flat_task, flat_start, quiet)

@@ -45,12 +45,14 @@ def test_a_suggestion_run_as_printed_gives_a_certified_walk(cli, tmp_path, monke
     assert result.exit_code == 3
     command, *_ = advised(result.stderr)
     assert "--output 'my walk'" in command
-    assert "'my walk/suggestions/torque_limit_start.npz'" in command
+    assert "--start 'my walk/suggestions/torque_limit.npz'" in command
     done = run_as_printed(command, tmp_path)
     assert done.returncode == 0, done.stderr
     kept = load_gait(tmp_path / "my walk" / "suggestions" / "torque_limit.npz")
     found = load_gait(tmp_path / "my walk" / "gait.npz")
     assert found.cost == pytest.approx(kept.cost, rel=1e-9)
+    assert found.meta["instants"] == kept.meta["instants"]  # it was gone on from, not found anew
+    assert found.meta["solver"]["iterations"] <= kept.meta["solver"]["iterations"]
     record = json.loads((tmp_path / "my walk" / "suggestions" / "diagnosis.json").read_text())
     assert record["commands"] == advised(result.stderr)
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from reference_cases import biped
 
-from gaitopt.cli.request import parameters_of
+from gaitopt.design.known_walk import parameters_of
 from gaitopt.errors import InputError
 from gaitopt.gait.assemble import gait_at
 from gaitopt.gait.initial_guess import first_guess, perturbed
