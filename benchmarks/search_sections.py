@@ -65,7 +65,7 @@ def infeasible(data: Record) -> str:
         "Random limits that are hard for the biped or for a robot of the catalogue, one to three "
         "at a time. Every command that was printed was run as printed, through a shell. A hundred "
         f"tasks without a gait were meant to be run; {len(data['records'])} were.\n\n"
-        + table(("", ""), _followed(data["records"], data["walked"], len(data["failed"])))
+        + table(("", ""), _followed(data["records"], data["walked"], len(data.get("failed", []))))
     )
 
 
@@ -76,7 +76,7 @@ def _followed(records: list[Record], walked: int, failed: int) -> list[tuple[obj
     return [
         ("random tasks without a gait", len(records)),
         ("random tasks with one, proven or not, left out", walked),
-        ("random tasks that ended in another way", failed),
+        *([("random tasks that ended in another way", failed)] if failed else []),
         ("diagnoses with a suggestion", advised),
         ("diagnoses without", len(records) - advised),
         ("suggestions printed", len(codes)),
