@@ -135,6 +135,8 @@ _MAKERS = {
     "upright, everything free": lambda: _everything_free(**UPRIGHT),
     "upright, lifted, seven joints, waist, arms": lambda: _synthetic("seven, waist and arms"),
     "upright, lifted, five joints": lambda: _synthetic("five"),
+    "upright, backward, everything free": lambda: _everything_free(speed=-0.5, **UPRIGHT),
+    "upright, in place, everything free": lambda: _everything_free(speed=0.0, **UPRIGHT),
     "upright, toe off, everything free": lambda: _everything_free(**UPRIGHT, **TOE_OFF),
     "upright, lifted, toe off, seven joints, waist, arms": lambda: _synthetic(
         "seven, waist and arms", **TOE_OFF

@@ -63,7 +63,7 @@ def run(given: Settings, config: Path | None, output: Path | None, quiet: bool) 
     if output is not None:
         _write(runs, output)
     if not quiet:
-        out.print(comparison_table(runs, request.task.cost.unit), width=min(out.width, WIDTH))
+        out.print(comparison_table(runs, request.task.cost_unit), width=min(out.width, WIDTH))
         if output is not None:
             out.print(f"wrote to {output}: {RECORD}, {FIGURE}", soft_wrap=True)
     if stop.asked:

@@ -194,7 +194,7 @@ def _search(request: Request, errors: Console, quiet: bool) -> Design:
         ProgressDisplay(errors, stop, quiet) as progress,
     ):
         found, said = _designed(request, progress, stop)
-        progress.finish(found.solution, request.task.cost.unit)
+        progress.finish(found.solution, request.task.cost_unit)
     if not quiet:
         gap = request.task.margins.leg_gap
         narrowed = "" if gap is None else leg_pairs(request.robot).narrowed(gap)
@@ -230,7 +230,7 @@ def fastest_walk(request: Request, console: Console, quiet: bool) -> tuple[Reque
         return make_task({**request.settings, "speed": speed}, request.robot)
 
     def tell(speed: float, found: Design | None) -> None:
-        unit = request.task.cost.unit
+        unit = request.task.cost_unit
         result = "no walk" if found is None else f"J = {found.solution.cost:.1f} {unit}"
         if not quiet:
             console.print(f"{speed:.3f} m/s: {result}")

@@ -104,7 +104,7 @@ def simulation_record(
         "designed_step_time_s": gait.duration,
         "drift_m": walk.drift,
         "cost_N2ms": _finite(walk.cost),
-        "designed_cost_N2ms": walk.designed_cost,
+        "designed_cost_N2ms": _finite(walk.designed_cost),
         "joints": {
             name: {"torque_Nm": float(torque), "speed_rad_s": float(rate)}
             for name, torque, rate in zip(gait.joint_names, walk.torque, walk.rate, strict=True)

@@ -122,7 +122,8 @@ def easier_guess(problem: WalkProblem) -> Array:
         UnreachableError: there is none either.
     """
     task, legs = problem.task, problem.robot.legs
-    slow = min(task.speed, EASIER_STEP * 2.0 * legs.reach / task.duration)
+    slowest = EASIER_STEP * 2.0 * legs.reach / task.duration
+    slow = float(np.clip(task.speed, -slowest, slowest))
     slow = task.speed if task.ground.shaped else slow  # treads must hold a foot
     narrow = replace(task.margins, lateral_gap=min(task.margins.lateral_gap, 0.0))
     for easier in (task, replace(task, speed=slow), replace(task, speed=slow, margins=narrow)):
@@ -302,13 +303,13 @@ def _extension(problem: WalkProblem) -> list[Contradiction]:
         return []
     hips = float(np.linalg.norm(legs.hips[0] - legs.hips[1]))
     longest = 2.0 * most * legs.reach + hips
-    if task.step_length <= longest:
+    if abs(task.step_length) <= longest:
         return []
     return [
         (
             "leg length",
-            f"a step of {task.step_length:.3f} m ({task.speed:g} m/s for {task.duration:g} s) is "
-            f"longer than legs span that extend to {most:g} of their length (leg_extension): at "
+            f"a step of {abs(task.step_length):.3f} m ({task.speed:g} m/s for {task.duration:g} s) "
+            f"is longer than legs span that extend to {most:g} of their length (leg_extension): at "
             f"most {longest:.3f} m",
         )
     ]

@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 from gaitopt.gait.constraint import declared_margins
 from gaitopt.gait.constraints import CONSTRAINTS
 from gaitopt.gait.parameters import FOOT_SPACING, set_geometry
-from gaitopt.gait.presets import humanoid_task, preset_task, widest
+from gaitopt.gait.presets import humanoid_task, natural_duration, preset_task, widest
 from gaitopt.gait.problem import WalkProblem, constraint_blocks
 from gaitopt.gait.task import Task
 from gaitopt.model.import_options import LimitOverride
@@ -322,7 +322,8 @@ class LimitAdjustment(Adjustment):
         size = problem.rows.lower.size
         lower, upper = np.zeros(size), np.zeros(size)
         if self.name == "speed":
-            upper[problem.rows_of("walking speed")] = -self.step * problem.task.duration
+            given = upper if self.step < 0.0 else lower
+            given[problem.rows_of("walking speed")] = abs(self.step) * problem.task.duration
         else:
             robot, task = self.changed(problem.robot, problem.task, self.bound)
             share = self.step / (self.bound - self.before)
@@ -468,9 +469,12 @@ def limit_adjustments(problem: WalkProblem) -> tuple[LimitAdjustment, ...]:
             LimitAdjustment("robot joint ranges", words, "rad", 0.0, WIDEST, 0.3, ("range",))
         )
     if task.speed_as == "constraint" and not task.ground.shaped:  # else steps are V T long
-        words, relaxed = "the walking speed", ("walking speed",)
-        settings.append(LimitAdjustment("speed", words, "m/s", task.speed, SLOWEST, -0.2, relaxed))
-    return tuple(k for k in settings if (k.bound - k.before) / k.step > 1e-9)
+        words, relaxed, way = "the walking speed", ("walking speed",), float(np.sign(task.speed))
+        slowest = way * SLOWEST
+        settings.append(
+            LimitAdjustment("speed", words, "m/s", task.speed, slowest, -0.2 * way, relaxed)
+        )
+    return tuple(k for k in settings if k.step and (k.bound - k.before) / k.step > 1e-9)
 
 
 def constraints_of(task: Task, margin: str) -> tuple[str, ...]:
@@ -513,10 +517,9 @@ def usual_value(problem: WalkProblem, setting: Adjustment) -> float | None:
         return None
     if setting.name == "duration":
         natural = task.boundary == "lifted"
-        value = robot.legs.natural_step(task.speed) / task.speed if natural else usual.duration
-        value = round(value, 2)
+        value = natural_duration(robot, task.speed) if natural else usual.duration
     elif setting.name == "speed":
-        value = min(usual.speed, setting.before)
+        value = float(np.clip(setting.before, -usual.speed, usual.speed))
     else:
         given = getattr(usual.margins, setting.name, None)
         if setting.name == "step_width" and given is not None:

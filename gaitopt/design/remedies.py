@@ -141,7 +141,7 @@ class Suggestion:
     def sentence(self) -> str:
         """In words."""
         proven = "certified" if self.options.refine else "optimal (at its samples)"
-        walk = f"a {proven} walk of cost {self.cost:.5g} {self.task.cost.unit}"
+        walk = f"a {proven} walk of cost {self.cost:.5g} {self.task.cost_unit}"
         if not self.setting:
             return f"{self.words} leads to {walk}"
         if self.setting == "impulse_cop":

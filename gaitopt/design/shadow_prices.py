@@ -92,7 +92,7 @@ def _of_settings(
                 setting.unit,
                 rate / setting.step,
                 rate,
-                problem.task.cost.unit,
+                problem.task.cost_unit,
             )
     width = step_width_adjustment(problem)
     if width is not None and abs(bound_multipliers[width.index]) > ACTIVE_MULTIPLIER:
@@ -105,7 +105,7 @@ def _of_settings(
             width.unit,
             rate,
             rate * width.step,
-            problem.task.cost.unit,
+            problem.task.cost_unit,
         )
 
 
@@ -121,5 +121,5 @@ def _of_limits(problem: WalkProblem, multipliers: Array) -> Iterator[ShadowPrice
                 sign = 1.0 if side == "upper" else -1.0
                 yield ShadowPrice(
                     LIMIT, block.labels[entry], side, float(limits[at, entry]), block.unit,
-                    sign * effect / scale, effect, problem.task.cost.unit,
+                    sign * effect / scale, effect, problem.task.cost_unit,
                 )  # fmt: skip

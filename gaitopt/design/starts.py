@@ -402,6 +402,8 @@ class StartJob:
 
     def _slower(self, on_progress: MakeProgress | None, stop: Stop) -> Solution | None:
         """Return the walk at a lower speed, None if there is none."""
+        if self.task.in_place:
+            return None
         problem = WalkProblem(self.robot, replace(self.task, speed=SLOWER * self.task.speed))
         callback = None if on_progress is None else on_progress(problem)
         try:

@@ -77,7 +77,7 @@ def _walk(gait: Gait) -> Facts:
     energies = energies_per_step(gait)
     work, mass = energies["absolute_work"], gait.number("mass")
     gravity = gait.number("physics", GRAVITY_KEY) or STANDARD_GRAVITY
-    lift = None if mass is None else mass * gravity * gait.step_length
+    lift = None if mass is None or gait.in_place else mass * gravity * abs(gait.step_length)
     transport = {
         name: None if lift is None or energy is None else energy / lift
         for name, energy in energies.items()

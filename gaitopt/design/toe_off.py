@@ -167,7 +167,7 @@ def _first_walks(
     """Yield walks from the start, or from the usual guess and from a slower walk."""
     x = first_guess(problem) if start is None else start
     yield attempt(problem, options, x, None, stop)
-    if start is not None or stop():
+    if start is not None or stop() or problem.task.in_place:
         return
     slower = WalkProblem(problem.robot, replace(problem.task, speed=SLOWER * problem.task.speed))
     found = attempt(slower, options, first_guess(slower), None, stop)
@@ -183,7 +183,7 @@ def _rank(found: Design) -> tuple[bool, float]:
 def _sentence(flat: Design | None, turning: Design | None, kept: Design) -> str:
     if turning is None:
         return "no walk was found whose foot turns about its toe; the flat walk is kept"
-    share, unit = turning.problem.task.toe_off, kept.problem.task.cost.unit
+    share, unit = turning.problem.task.toe_off, kept.problem.task.cost_unit
     told = f"turning about the toe from {share:.3g} of the step costs {turning.solution.cost:.6g}"
     if flat is None:
         return f"{told} {unit}; no walk was found whose foot stands flat"

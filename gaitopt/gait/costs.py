@@ -1,7 +1,8 @@
 """What a walk is optimised for: the cost of Eqs. (46) and (47), and others that may take its place.
 
 A `Cost` is declared once, with name, unit and words. Nearly every cost is an integral over the step
-per metre walked: subclass `RunningCost` and give the integrand. To add one to those known by name,
+per metre walked, forward or backward, and per second of a walk in place: subclass `RunningCost` and
+give the integrand. To add one to those known by name,
 write a class here and list it in `COSTS`; costs of one's own need not stand here: see
 docs/extending.md.
 """
@@ -18,7 +19,7 @@ import numpy as np
 
 from gaitopt.actuators.motors import JointMotor, joint_motors, joint_motors_of
 from gaitopt.bounds import shown
-from gaitopt.errors import GaitoptError, InputError
+from gaitopt.errors import EvaluationError, GaitoptError, InputError
 from gaitopt.gait import quantities
 from gaitopt.gait.constraint import check_declaration, check_margins, failure, is_finite, margin
 from gaitopt.gait.functions import QuantityFunction, SquaredNorm, check_function
@@ -38,12 +39,17 @@ class CostContext:
     Attributes:
         robot: the biped.
         weights: of the quadrature over the step for T = 1, shape (N,).
-        speed: V asked for [m/s].
+        speed: V asked for [m/s]; below zero backward, zero in place.
     """
 
     robot: Robot
     weights: Array
     speed: float
+
+    @property
+    def pace(self) -> float:
+        """Metres per second over which a running cost is told: |V|, or 1 in place."""
+        return abs(self.speed) or 1.0
 
 
 class CostFunction(ABC):
@@ -80,7 +86,7 @@ class Cost(ABC):
     @property
     @abstractmethod
     def unit(self) -> str:
-        """Unit of its value; this is the one place where it stands."""
+        """Unit of its value per metre; this is the one place where it stands."""
 
     @property
     @abstractmethod
@@ -118,7 +124,10 @@ class Cost(ABC):
 
 
 class RunningCost(Cost):
-    """J = (1 / d) integral of l dt over a step of length d; a subclass gives the integrand l."""
+    """J = (1 / |d|) integral of l dt over a step of length d; a subclass gives the integrand l.
+
+    In place the integral is divided by the duration of the step instead.
+    """
 
     @abstractmethod
     def integrand(self, robot: Robot) -> QuantityFunction:
@@ -126,12 +135,13 @@ class RunningCost(Cost):
 
     def function(self, context: CostContext) -> CostFunction:
         """Return the integral."""
-        return _Integral(self.integrand(context.robot), self.reads, context.weights)
+        way = int(np.sign(context.speed))
+        return _Integral(self.integrand(context.robot), self.reads, context.weights, way)
 
     def typical(self, context: CostContext) -> float:
         """Return the cost of typical values of the quantities, see `typical_entries`."""
         entries, integrand = self._typical_entries(context.robot), self.integrand(context.robot)
-        return float(integrand.value(entries[None])[0, 0]) / context.speed
+        return float(integrand.value(entries[None])[0, 0]) / context.pace
 
     def check(self, context: CostContext) -> None:
         """Check the integrand near typical values of the quantities, and the cost there."""
@@ -469,6 +479,14 @@ class WeightedSum(Cost):
             cost.check(context)
 
 
+def per_second(unit: str) -> str:
+    """Return the unit of a cost per second, from that of it per metre."""
+    return _PER_SECOND.get(unit, f"{unit}·m/s")
+
+
+_PER_SECOND = {TorqueCost.unit: "N²·m²", MechanicalWork.unit: "W", "weighted": "weighted"}
+
+
 def cost_function(cost: Cost, context: CostContext, penalty: float) -> CostFunction:
     """Return a cost with the second term of Eq. (47), penalty * (V T - d)², unless that is zero.
 
@@ -537,41 +555,61 @@ class SpeedPenalty(CostFunction):
 
 @dataclass(frozen=True)
 class _Integral(CostFunction):
-    """(T / d) sum of weights_k l(quantities at instant k)."""
+    """(T / |d|) sum of weights_k l(quantities at instant k); in place the mean of l over time.
+
+    Attributes:
+        way: sign of d, 0 in place.
+    """
 
     integrand: QuantityFunction
     reads: tuple[Quantity, ...]
     weights: Array
+    way: int
 
     def value(self, step: Step) -> float:
-        """Return the integral over d."""
-        return step.duration / step.step_length * self._sum(self._entries(step))
+        """Return the integral over |d|, or over T."""
+        d, T = self._travel(step)
+        return T / d * self._sum(self._entries(step))
 
     def gradient(self, step: Step) -> dict[Quantity, Array]:
         """Return the derivatives in the quantities and in (d, T), Eqs. (50)-(57)."""
-        d, T, entries = step.step_length, step.duration, self._entries(step)
-        total = self._sum(entries)
+        (d, T), entries = self._travel(step), self._entries(step)
         by_entry = self.integrand.vjp(entries, (T / d * self.weights)[:, None])
         found = {one: by_entry[:, part] for one, part in self._parts(step)}
-        return found | {TRAVEL: np.array([[-T / d**2 * total, total / d]])}
+        if self.way == 0:
+            return found
+        total = self._sum(entries)
+        return found | {TRAVEL: np.array([[-self.way * T / d**2 * total, total / d]])}
 
     def hessian(self, step: Step) -> dict[Pair, Array]:
         """Return the second derivatives in the quantities, in (d, T), and mixed."""
-        d, T, entries = step.step_length, step.duration, self._entries(step)
-        total = self._sum(entries)
-        corner = -total / d**2
-        found: dict[Pair, Array] = {
-            (TRAVEL, TRAVEL): np.array([[[2.0 * T / d**3 * total, corner], [corner, 0.0]]])
-        }
-        by_entry = self.integrand.vjp(entries, self.weights[:, None])
-        mixed = by_entry[:, :, None] * np.array([-T / d**2, 1.0 / d])
+        (d, T), entries = self._travel(step), self._entries(step)
+        found: dict[Pair, Array] = {}
         second = self.integrand.hessian(entries, (T / d * self.weights)[:, None])
         parts = self._parts(step)
+        if self.way != 0:
+            total, way = self._sum(entries), self.way
+            corner = -way * total / d**2
+            bent = [[2.0 * T / d**3 * total, corner], [corner, 0.0]]
+            by_entry = self.integrand.vjp(entries, self.weights[:, None])
+            mixed = by_entry[:, :, None] * np.array([-way * T / d**2, 1.0 / d])
+            found[TRAVEL, TRAVEL] = np.array([bent])
+            found |= {(one, TRAVEL): mixed[:, rows] for one, rows in parts}
         for i, (one, rows) in enumerate(parts):
-            found[one, TRAVEL] = mixed[:, rows]
             if second is not None:
                 found |= {(one, other): second[:, rows, columns] for other, columns in parts[i:]}
         return found
+
+    def _travel(self, step: Step) -> tuple[float, float]:
+        """Return |d| and T; (T, T) in place.
+
+        Raises:
+            EvaluationError: the step goes the other way.
+        """
+        d, T = self.way * step.step_length, step.duration
+        if self.way != 0 and not d > 0.0:
+            raise EvaluationError(f"a step of {step.step_length} m does not go where it should")
+        return (d, T) if self.way != 0 else (T, T)
 
     def _sum(self, entries: Array) -> float:
         return float(self.weights @ self.integrand.value(entries)[:, 0])

@@ -170,8 +170,8 @@ def _geometry(problem: WalkProblem) -> Array:
     spacing = legs.side * max(abs(legs.stance_width), narrowest + _CLEAR_OF_GAP)
     if abs(step) / 2.0 >= _LONGEST * legs.reach:
         raise UnreachableError(
-            f"a step of {step:.3f} m ({task.speed:g} m/s for {task.duration:g} s) is longer than "
-            f"the legs can span: at most {2.0 * _LONGEST * legs.reach:.3f} m; "
+            f"a step of {abs(step):.3f} m ({task.speed:g} m/s for {task.duration:g} s) is longer "
+            f"than the legs can span: at most {2.0 * _LONGEST * legs.reach:.3f} m; "
             "ask for a lower speed or a shorter step duration"
         )
     # On a slope the hips stand over the middle, further from one of the feet.

@@ -11,6 +11,7 @@ import math
 import numpy as np
 
 from gaitopt.errors import InputError
+from gaitopt.gait.constraint import is_finite
 from gaitopt.gait.constraints import Margins
 from gaitopt.gait.parameters import GEOMETRY, set_geometry
 from gaitopt.gait.task import Task
@@ -21,6 +22,7 @@ from gaitopt.model.robot import Robot
 PRESETS = STANDARD, PAPER, HUMANOID, ROBUST = "standard", "paper", "humanoid", "robust"
 
 FROUDE = 0.05  # V² / (g h) of a stroll; people change to a run near 0.5 (Alexander, 1989)
+SLOW = 0.25  # of the speed of a stroll: below, steps take no longer
 ROLL = 0.25  # rad; the trunk's, where ankles do not roll: 0.15 stops H1 at 0.6 m/s
 TRUNK = {"trunk_roll": 0.15, "trunk_pitch": 0.2, "trunk_yaw": 0.2}  # rad; people stay within
 KNEE_FLEXION = 0.1  # rad
@@ -82,10 +84,10 @@ def humanoid_task(robot: Robot, **changes: object) -> Task:
     Raises:
         InputError: an unknown field, or a value out of range.
     """
-    speed = changes.get("speed") or stroll(robot)
+    speed = changes.get("speed", stroll(robot))
     defaults: dict[str, object] = {"boundary": "lifted", "leg_extension": None, "speed": speed}
-    if isinstance(speed, float | int) and speed > 0.0:
-        defaults["duration"] = round(robot.legs.natural_step(float(speed)) / float(speed), 2)
+    if is_finite(speed):
+        defaults["duration"] = natural_duration(robot, float(str(speed)))
     friction = changes.get("friction", Margins().friction)
     if isinstance(friction, float | int):
         sole = robot.sole
@@ -123,6 +125,16 @@ def robust_task(robot: Robot, **changes: object) -> Task:
         "landing_impulse": round(ROBUST_IMPULSE * pace, 3),
     }
     return humanoid_task(robot, **{**margins, **changes})
+
+
+def natural_duration(robot: Robot, speed: float) -> float:
+    """Return how long a step naturally takes at a speed [m/s], to two digits [s].
+
+    The steps of very slow walks get short, not slow: below a quarter of the speed of an easy walk,
+    in either direction and in place, they last as long as at that.
+    """
+    pace = max(abs(speed), SLOW * stroll(robot))
+    return round(robot.legs.natural_step(pace) / pace, 2)
 
 
 def stroll(robot: Robot) -> float:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from gaitopt.bounds import INSTANTS, at_most
 from gaitopt.contact.flat_foot import FlatFoot
 from gaitopt.errors import InputError
-from gaitopt.gait.costs import TorqueCost
+from gaitopt.gait.costs import TorqueCost, per_second
 from gaitopt.gait.trajectory import FootTurning, Trajectory, TrajectoryPhase, fitted_coefficients
 from gaitopt.model.multibody import Multibody
 from gaitopt.nlp import Array
@@ -23,6 +23,7 @@ LARGEST = 1e50
 """Of any number in a gait, in SI units: sums of squares and products still have a value."""
 _SHORTEST = 1e-50
 """Duration of a step [s]: what is divided by it still has a value."""
+_NOWHERE = 1e-12  # m: rounding in a step in place
 _LEG_JOINTS = 6  # of each leg of gaits that do not record it
 _EXCHANGE_TOLERANCE = 1e-9  # on E E = 1, whose entries are 0 and +-1
 
@@ -186,10 +187,14 @@ class Gait:
 
     @property
     def step_length(self) -> float:
-        """Distance the robot advances in one step [m]: half the travel of the swing sole."""
+        """Distance the robot advances in one step [m]: half the travel of the swing sole.
+
+        Below zero where it goes backward.
+        """
         centre = self.swing_sole[:, self._resting].mean(axis=1)
         forward, left, _ = centre[-1] - centre[0]  # with feet turned out, travel is not along x
-        return float(np.hypot(forward, left)) / 2.0
+        length = float(np.hypot(forward, left)) / 2.0
+        return 0.0 if length < _NOWHERE else float(np.copysign(length, forward))
 
     @property
     def turning(self) -> bool:
@@ -228,8 +233,13 @@ class Gait:
 
     @property
     def speed(self) -> float:
-        """Walking speed [m/s]."""
+        """Walking speed [m/s]; below zero backward."""
         return self.step_length / self.duration
+
+    @property
+    def in_place(self) -> bool:
+        """Whether the gait was asked to get nowhere, so that its cost is told per second."""
+        return self.number("task", "speed") == 0.0
 
     @property
     def cost(self) -> float | None:
@@ -239,12 +249,14 @@ class Gait:
     @property
     def cost_unit(self) -> str:
         """Unit of the cost; that of the paper's where none was recorded."""
-        return self.text("task", "cost", "unit") or TorqueCost().unit
+        unit = self.text("task", "cost", "unit") or TorqueCost().unit
+        return per_second(unit) if self.in_place else unit
 
     @property
     def cost_words(self) -> str:
-        """What the cost is: "squared torque per metre"."""
-        return self.text("task", "cost", "words") or TorqueCost().words
+        """What the cost is: "squared torque per metre", or per second where it is in place."""
+        words = self.text("task", "cost", "words") or TorqueCost().words
+        return words.replace(" per metre", " per second") if self.in_place else words
 
     @cached_property
     def trajectory(self) -> Trajectory:

@@ -25,7 +25,7 @@ from gaitopt.gait.double_support import (
 )
 from gaitopt.gait.foot_turn import foot_turn
 from gaitopt.gait.grid import Grid
-from gaitopt.gait.parameters import DURATION, STEP_LENGTH, Layout
+from gaitopt.gait.parameters import DURATION, Layout
 from gaitopt.gait.quantities import Quantity
 from gaitopt.gait.spline import spline_basis
 from gaitopt.gait.step import (
@@ -155,10 +155,8 @@ class StepModel:
         if not np.all(np.isfinite(x)):
             raise EvaluationError("a parameter is not finite")
         geometry = self.layout.geometry_of(x)
-        if geometry[DURATION] <= 0.0 or geometry[STEP_LENGTH] <= 0.0:
-            raise EvaluationError(
-                f"a step of {geometry[DURATION]} s and {geometry[STEP_LENGTH]} m is not a step"
-            )
+        if geometry[DURATION] <= 0.0:
+            raise EvaluationError(f"a step of {geometry[DURATION]} s is not a step")
         return geometry, self.boundary.posture(geometry, x[self.layout.start])
 
     def _end(self, x: Array, posture: Posture) -> tuple[Array, Array]:

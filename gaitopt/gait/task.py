@@ -22,7 +22,7 @@ from gaitopt.gait.constraint import (
     is_finite,
 )
 from gaitopt.gait.constraints import CONSTRAINTS, Margins
-from gaitopt.gait.costs import Cost, TorqueCost
+from gaitopt.gait.costs import Cost, TorqueCost, per_second
 from gaitopt.gait.grid import QUADRATURES, Grid, phase_grid, uniform_grid
 from gaitopt.gait.parameters import (
     DURATION,
@@ -62,7 +62,7 @@ class Task:
     """One walking problem.
 
     Attributes:
-        speed: walking speed V of Eq. (39) [m/s].
+        speed: walking speed V of Eq. (39) [m/s]; below zero backward, zero in place.
         duration: of one step, T [s]; free if the geometry table says so, then the first guess.
         postures: intermediate postures of the splines, n - 2 of section 4.1.
         samples: equidistant instants of the step.
@@ -85,7 +85,7 @@ class Task:
         terrain: of one's own, in place of slope and stairs.
     """
 
-    speed: float = entry(1.0, "Walking speed.", "m/s", common=True)
+    speed: float = entry(1.0, "Walking speed; below zero backward, 0 in place.", "m/s", common=True)
     duration: float = entry(0.4, "Duration of a step.", "s", common=True)
     postures: int = entry(2, "Intermediate postures of the splines.")
     samples: int = entry(31, "Instants of the step.")
@@ -125,7 +125,11 @@ class Task:
         if not isinstance(self.cost, Cost):
             raise InputError(f"cost is {shown(self.cost)}; give a Cost, as TorqueCost()")
         check_declaration(self.cost)
-        for name, unit in (("speed", "m/s"), ("duration", "s"), ("penalty_weight", "cost/m²")):
+        if not is_finite(self.speed):
+            raise InputError(
+                f"speed is {shown(self.speed)} m/s; it must be a finite number, below zero backward"
+            )
+        for name, unit in (("duration", "s"), ("penalty_weight", "cost/m²")):
             value = getattr(self, name)
             if not (is_finite(value) and value > 0.0):
                 raise InputError(
@@ -192,6 +196,11 @@ class Task:
         where = "on a slope" if ground.name == Slope.name else f"on {ground.name}"
         if ground != Level() and (yaw.free or yaw.value != 0.0):
             raise InputError(f"{where} the feet point ahead; fix foot_yaw at 0 (--fix foot_yaw=0)")
+        if ground.shaped and self.speed <= 0.0:
+            raise InputError(
+                f"speed is {self.speed:g} m/s; {where} it must be above 0, since the ground "
+                "repeats with the steps (downstairs is a negative rise, --stairs=-0.17)"
+            )
         if ground.shaped and (time.free or self.speed_as != "constraint"):
             raise InputError(
                 f"{where} the ground repeats with the steps, speed times duration, but here that "
@@ -219,6 +228,16 @@ class Task:
     def step_length(self) -> float:
         """Step length that the speed asks for, V T [m]."""
         return self.speed * self.duration
+
+    @property
+    def in_place(self) -> bool:
+        """Whether the walk gets nowhere, so that its cost is told per second."""
+        return self.speed == 0.0
+
+    @property
+    def cost_unit(self) -> str:
+        """Unit of the cost: of its cost per metre, or of that per second in place."""
+        return per_second(self.cost.unit) if self.in_place else self.cost.unit
 
     @property
     def schedule(self) -> Schedule:

@@ -26,6 +26,7 @@ _LOW = 0.7  # of the mean height of the centre of mass: below, the robot has fal
 _TILTED = 0.5  # cosine of the trunk's tilt: 60 degrees
 _LATE = 2.0  # of a step's duration: the swing foot should have landed
 _SUNK = 2e-4  # m, by which the first sole begins in the ground, where it bears about the weight
+_NOWHERE = 1e-9  # m: rounding of steps in place
 _SETTLED = 2  # first steps that are left out of means
 _LEVEL = 1e-6  # m: a step that rises more is on stairs
 _INSTANTS = 1201  # of the step for its designed cost
@@ -70,7 +71,7 @@ class SimulatedWalk:
         times: between touch-downs [s], shape (steps,).
         drift: of the last standing foot from its designed line [m], to the left.
         efforts: integral of the squared torques over each step [N²·m²·s], shape (steps,).
-        designed_cost: squared torque per metre of the gait [N²·m·s].
+        designed_cost: squared torque per metre of the gait [N²·m·s]; NaN in place.
         torque: largest of each joint [N·m], shape (n,).
         rate: largest of each joint [rad/s], shape (n,).
         force: largest of the ground on one foot [N].
@@ -109,8 +110,10 @@ class SimulatedWalk:
 
     @property
     def cost(self) -> float:
-        """Squared torque per metre under feedback [N²·m·s]."""
-        return _ratio(self.efforts[_SETTLED:].sum(), self.lengths[_SETTLED:].sum())
+        """Squared torque per metre under feedback [N²·m·s]; NaN in place."""
+        if not np.isfinite(self.designed_cost):
+            return float("nan")
+        return _ratio(self.efforts[_SETTLED:].sum(), abs(self.lengths[_SETTLED:].sum()))
 
 
 def simulate(
@@ -153,12 +156,13 @@ def simulate(
 
 
 def designed_cost(trajectory: Trajectory) -> float:
-    """Return the squared torque per metre of a walk [N²·m·s]."""
+    """Return the squared torque per metre of a walk [N²·m·s], NaN if it gets nowhere."""
     times = np.linspace(0.0, trajectory.step_duration, _INSTANTS)
     torque = trajectory.at(times, before=times > 0.0).torque[:, trajectory.body.moving]
     effort = float(np.trapezoid((torque**2).sum(axis=1), times))
     travel = trajectory.advance(2).translation - trajectory.advance(0).translation
-    return effort / (float(np.hypot(travel[0], travel[1])) / 2.0)
+    path = float(np.hypot(travel[0], travel[1])) / 2.0
+    return _ratio(effort, path) if path > _NOWHERE else float("nan")
 
 
 @contextmanager

@@ -75,7 +75,8 @@ def fastest(
         stop: asked at every iteration; where it says True, the search ends.
 
     Raises:
-        InputError: the resolution is finer than speeds are told apart.
+        InputError: the resolution is finer than speeds are told apart, or the speed to begin with
+            is not above 0.
         NoGaitFoundError: there is no gait at the speed to begin with.
         UnreachableError: its step is longer than the legs.
         StoppedError: `stop` said so before there was a walk.
@@ -83,6 +84,11 @@ def fastest(
     if not resolution >= 10.0**-DIGITS:
         raise InputError(
             f"the resolution is {resolution} m/s; speeds are told apart from {10.0**-DIGITS} m/s on"
+        )
+    if not speed > 0.0:
+        raise InputError(
+            f"the speed to begin with is {speed:g} m/s; the fastest walk is searched forward, so "
+            "give one above 0"
         )
     options = options or DesignOptions()
     first = many_starts(robot, task_at(speed), options, stop=stop).design

@@ -26,7 +26,7 @@ FILES = {
 
 CASES = [
     (["--bogus"], "No such option"),
-    (["--speed", "-1"], "speed is -1.0 m/s"),
+    (["--speed", "nan"], "speed is nan m/s"),
     (["--speed", "nan"], "speed is nan m/s"),
     (["--speed", "inf"], "speed is inf m/s"),
     (["--speed", "quick"], "--speed"),

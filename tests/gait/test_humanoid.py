@@ -50,7 +50,7 @@ def test_the_lines_of_footsteps_leave_room_for_the_gap_asked_for(robot):
     assert humanoid_task(robot, lateral_gap=0.15, step_width=0.3).margins.step_width == 0.3
 
 
-@pytest.mark.parametrize("speed", [-1.0, math.nan])
+@pytest.mark.parametrize("speed", [-math.inf, math.nan])
 def test_wrong_speeds_are_refused(robot, speed):
     with pytest.raises(InputError, match="speed"):
         humanoid_task(robot, speed=speed)

@@ -168,7 +168,6 @@ def test_the_slope_carries_the_step():
     [
         ("everything free", "duration", 0.0),
         ("everything free", "duration", -0.4),
-        ("guess", "step_length", 0.0),
     ],
 )
 def test_a_step_that_is_none_is_refused(name, quantity, value):

@@ -67,12 +67,12 @@ def test_margins_out_of_range_are_refused(name, value, message):
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"speed": 0.0}, "speed is 0.0 m/s; it must be a finite number above 0"),
         ({"speed": math.nan}, "speed is nan m/s"),
         ({"duration": -0.4}, "duration is -0.4 s; it must be"),
         ({"duration": 1e-9}, "duration is 1e-09 s; it must be 0.05 s or more"),
         ({"penalty_weight": math.inf}, "penalty_weight is inf cost/m²"),
-        ({"speed": True}, "speed is True m/s; it must be a finite number above 0"),
+        ({"speed": True}, "speed is True m/s; it must be a finite number"),
+        ({"speed": -0.5, "stairs": 0.1}, "speed is -0.5 m/s; on stairs it must be above 0"),
         ({"samples": True}, "samples is True; it must be a whole number"),
         ({"postures": 1.5}, "postures is 1.5; it must be a whole number"),
         ({"postures": 0}, "postures is 0; at least 1 intermediate posture"),

@@ -79,7 +79,7 @@ def test_a_record_says_what_is_free_and_where():
         ("speed", "record of the task is missing"),
         ({"sped": 1.0}, r"record of the task cannot be read: .*'sped'"),
         ({"margins": {"frction": 0.5}}, r"cannot be read: .*'frction'"),
-        ({"speed": -1.0}, "speed is -1.0 m/s"),
+        ({"duration": -1.0}, "duration is -1.0 s"),
         ({"geometry": {"width": {}}}, "no geometric quantity 'width'"),
         ({"geometry": 5.0}, "cannot be read: its geometry is no table of tables"),
         ({"geometry": {"foot_yaw": 0.1}}, "cannot be read: its geometry is no table of tables"),
