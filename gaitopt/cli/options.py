@@ -95,7 +95,7 @@ def command(
         def complete(words: Sequence[str]) -> Any:
             if panels is None:
                 return _complete(function, None)
-            with errors_reported():
+            with errors_reported(robots=False):
                 return _complete(function, panels(words))
 
         kind = type("LateCommand", (_LateCommand,), {"complete": staticmethod(complete)})

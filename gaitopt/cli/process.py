@@ -41,13 +41,17 @@ class ExitCode(IntEnum):
 
 
 @contextmanager
-def errors_reported() -> Iterator[None]:
+def errors_reported(*, robots: bool = True) -> Iterator[None]:
     """Turn errors the user can mend into a message on stderr and an exit code; no traceback.
 
     An unexpected exception is left to Python: it is a bug of gaitopt and its traceback is wanted.
+
+    Args:
+        robots: whether the block needs Pinocchio, which takes half a second to import.
     """
     try:
-        require_pinocchio()
+        if robots:
+            require_pinocchio()
         yield
         sys.stdout.flush()  # a full disk is told here, not after the last exit
     except GaitoptError as error:

@@ -6,7 +6,7 @@ from abc import ABC, abstractmethod
 from dataclasses import dataclass, field
 from enum import Enum
 from functools import cached_property
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,8 +14,10 @@ from numpy.typing import NDArray
 from gaitopt.contact.flat_foot import FlatFoot
 from gaitopt.contact.mode import ContactMode
 from gaitopt.errors import InputError
-from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array
+
+if TYPE_CHECKING:
+    from gaitopt.model.robot import Robot
 
 AFTER = 1e-12
 """Share of the step by which the instant just after a change of phase follows the one before it."""

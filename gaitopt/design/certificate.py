@@ -10,7 +10,7 @@ from gaitopt.design.cross_check import CrossCheck, cross_check
 from gaitopt.design.extremes import Extreme, located
 from gaitopt.gait.grid import Grid, proof_grid
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.mechanics.forward_kinematics import sole_edge_speeds
+from gaitopt.model.feet.sole import sole_edge_speeds
 from gaitopt.nlp import Array, Residual, kkt_residual
 from gaitopt.solvers.multipliers import least_squares_multipliers
 from gaitopt.tolerances import LIMITS, MOMENTUM, OPTIMALITY, REFEREE

@@ -27,13 +27,13 @@ from gaitopt.gait.functions import QuantityFunction
 from gaitopt.gait.grid import Grid
 from gaitopt.gait.quantities import Quantity
 from gaitopt.gait.terrain import Level, Terrain
-from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array
 from gaitopt.settings import setting
 from gaitopt.units import SINE
 
 if TYPE_CHECKING:
     from gaitopt.gait.constraints import Margins
+    from gaitopt.model.robot import Robot
 
 _SMALLEST = 1e-50
 """Size of a margin that is not 0: what is divided by it, or its square, still has a value."""

@@ -33,8 +33,7 @@ from gaitopt.gait.functions import (
     Torsion,
 )
 from gaitopt.gait.terrain import AboveProfile
-from gaitopt.mechanics.forward_kinematics import sole_edge_speeds, sole_tilt
-from gaitopt.mechanics.leg_distance import leg_pairs
+from gaitopt.model.feet.sole import sole_edge_speeds, sole_tilt
 from gaitopt.nlp import Array
 
 FORCE_SCALE = 500.0  # N
@@ -541,6 +540,8 @@ class LegGap(Constraint):
     reads, margins = (quantities.LEG_GAPS,), ("leg_gap",)
 
     def block(self, context: ConstraintContext) -> ConstraintBlock:
+        from gaitopt.mechanics.leg_distance import leg_pairs
+
         pairs = leg_pairs(context.robot)
         return self.over_step(
             context, Entries(slice(0, len(pairs.names)), len(pairs.names)),

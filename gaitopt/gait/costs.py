@@ -13,7 +13,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, fields, is_dataclass, replace
 from fnmatch import fnmatchcase
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -24,10 +24,12 @@ from gaitopt.gait import quantities
 from gaitopt.gait.constraint import check_declaration, check_margins, failure, is_finite, margin
 from gaitopt.gait.functions import QuantityFunction, SquaredNorm, check_function
 from gaitopt.gait.quantities import TRAVEL, Quantity, typical_entries
-from gaitopt.gait.step import Step
-from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array
 from gaitopt.settings import setting
+
+if TYPE_CHECKING:
+    from gaitopt.gait.step import Step
+    from gaitopt.model.robot import Robot
 
 Pair = tuple[Quantity, Quantity]
 

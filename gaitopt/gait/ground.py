@@ -8,7 +8,7 @@ import numpy as np
 
 from gaitopt.escape import printable
 from gaitopt.gait.result import Gait, is_number
-from gaitopt.model.robot import LEVEL
+from gaitopt.model.feet.sole import LEVEL
 from gaitopt.nlp import Array
 
 _LONGEST = 80  # characters of words

@@ -16,7 +16,7 @@ from gaitopt.gait.constraints import Margins
 from gaitopt.gait.parameters import GEOMETRY, set_geometry
 from gaitopt.gait.task import Task
 from gaitopt.importers.physics import is_generated
-from gaitopt.mechanics.forward_kinematics import turning_arm
+from gaitopt.model.feet.sole import turning_arm
 from gaitopt.model.robot import Robot
 
 PRESETS = STANDARD, PAPER, HUMANOID, ROBUST = "standard", "paper", "humanoid", "robust"

@@ -7,13 +7,15 @@ entry: `step.read(quantities.TORQUE)` has shape (instants, joints).
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from gaitopt.errors import InputError
-from gaitopt.mechanics.leg_distance import leg_pairs
-from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array
+
+if TYPE_CHECKING:
+    from gaitopt.model.robot import Robot
 
 _XYZ = ("x", "y", "z")
 _WRENCH = tuple(f"{kind} {axis}" for kind in ("force", "moment") for axis in _XYZ)
@@ -51,6 +53,8 @@ class Quantity:
     def labels(self, robot: Robot) -> tuple[str, ...]:
         """Return the names of its columns for a robot."""
         if self is LEG_GAPS:
+            from gaitopt.mechanics.leg_distance import leg_pairs
+
             return leg_pairs(robot).names
         return self.entries or robot.joint_names
 

@@ -17,8 +17,7 @@ import numpy as np
 
 from gaitopt.errors import InputError
 from gaitopt.gait.functions import QuantityFunction
-from gaitopt.model.feet.sole import Sole
-from gaitopt.model.robot import LEVEL
+from gaitopt.model.feet.sole import LEVEL, Sole
 from gaitopt.nlp import Array
 
 LEAST_ROUNDING = 0.02

@@ -27,7 +27,8 @@ from gaitopt.mechanics.forward_kinematics import (
     PostureQuantityDerivatives,
 )
 from gaitopt.mechanics.spatial import symmetric, upright
-from gaitopt.model.robot import LEVEL, Robot
+from gaitopt.model.feet.sole import LEVEL
+from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array
 
 ROLL, PITCH, YAW = range(3)

@@ -15,7 +15,7 @@ from gaitopt.importers.report import Finding
 from gaitopt.importers.source import Source, read_source
 from gaitopt.model.chain import build_chain
 from gaitopt.model.chain_physics import ChainPhysics
-from gaitopt.model.feet.sole import Sole
+from gaitopt.model.feet.sole import LEVEL, Sole
 from gaitopt.model.import_options import ImportOptions
 from gaitopt.model.importer import ImportedRobot, import_robot
 from gaitopt.model.joint_tree import JointTree, joint_tree
@@ -25,9 +25,6 @@ from gaitopt.model.legs.reference_posture import posture_doubts
 from gaitopt.model.multibody import Multibody, multibody
 from gaitopt.model.sizes import size_doubts
 from gaitopt.nlp import Array
-
-LEVEL = (0.0, 0.0, -1.0)
-"""Direction of gravity in the axes of soles on level ground."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -170,3 +170,27 @@ def _alive_in_session(session: int) -> list[int]:
         if int(fields[3]) == session and fields[0] != "Z":
             found.append(int(place.parent.name))
     return found
+
+
+@pytest.mark.parametrize(
+    ("words", "code"),
+    [
+        (("optimise", "--help-all"), 0),
+        (("sweep", "--help"), 0),
+        (("optimise", "--nonsense"), 2),
+        (("compare", "--speed", "fast"), 2),
+        (("inspect", "--help"), 0),
+    ],
+)
+def test_helping_and_refusing_need_no_robot(words, code):
+    """Pinocchio and SciPy take longer to import than all the rest."""
+    run = (
+        "import sys; from gaitopt.cli.app import app\n"
+        "try: app(sys.argv[1:])\n"
+        "finally: print({'pinocchio', 'coal', 'scipy'} & set(sys.modules))"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", run, *words], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == code, done.stderr
+    assert done.stdout.splitlines()[-1] == "set()"

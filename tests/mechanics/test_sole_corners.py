@@ -7,9 +7,8 @@ from gaitopt.mechanics.forward_kinematics import (
     corner_hessian,
     corner_jacobian,
     corner_positions,
-    sole_edge_speeds,
-    turning_arm,
 )
+from gaitopt.model.feet.sole import sole_edge_speeds, turning_arm
 
 
 def placed(robot, q):

@@ -1,4 +1,4 @@
-"""The rectangle of a sole that may touch the ground."""
+"""The rectangle of a sole that may touch the ground, and what its corners tell."""
 
 from __future__ import annotations
 
@@ -8,6 +8,9 @@ import numpy as np
 
 from gaitopt.errors import RobotError
 from gaitopt.nlp import Array
+
+LEVEL = (0.0, 0.0, -1.0)
+"""Direction of gravity in the axes of soles on level ground."""
 
 
 @dataclass(frozen=True)
@@ -42,3 +45,52 @@ class Sole:
 def tidy(length: float) -> float:
     """Return a length [m] without the rounding of the placements it came from (1e-12 m)."""
     return round(float(length), 12) + 0.0
+
+
+def sole_edge_speeds(corners: Array) -> Array:
+    """Return the matrix from a sole's twist to the upward speeds of its corners, shape (k, 6).
+
+    The twist is (linear velocity of the sole origin, angular velocity) in the sole frame of a flat
+    foot; a corner (x, y) rises at v_z + w_x y - w_y x.
+
+    Args:
+        corners: in the sole frame [m], shape (k, 3).
+    """
+    zero, one = np.zeros(len(corners)), np.ones(len(corners))
+    return np.stack([zero, zero, one, corners[:, 1], -corners[:, 0], zero], axis=1)
+
+
+def sole_tilt(corners: Array) -> Array:
+    """Return the matrix from a sole's corners in the world to its tilt, shape (5, 12).
+
+    Rows: how much higher the left edge is than the right, the heel than the toe (both per metre:
+    the sines of roll and pitch), how far left the toe is of the heel (the sine of yaw); and how far
+    the toe is ahead of the heel and the left edge left of the right, one where the sole is level,
+    negative where it points backwards or is upside down, which the sines do not tell.
+
+    Args:
+        corners: in the sole frame, in the order of `Sole.corners` [m], shape (4, 3).
+    """
+    x, y = corners[:, 0] - corners[:, 0].mean(), corners[:, 1] - corners[:, 1].mean()
+    rows = np.zeros((5, *corners.shape))
+    rows[0, :, 2] = y / (y @ y)
+    rows[1, :, 2] = -x / (x @ x)
+    rows[2, :, 1] = x / (x @ x)
+    rows[3, :, 0] = x / (x @ x)
+    rows[4, :, 1] = y / (y @ y)
+    return rows.reshape(5, corners.size)
+
+
+def turning_arm(length: float, width: float) -> float:
+    """Return the mean distance of a rectangle's points from its centre [m].
+
+    A sole that presses evenly resists being turned about its centre by friction * load * this arm
+    (Goyal, Ruina & Papadopoulos, Planar sliding with dry friction, Wear 143, 1991): every bit of it
+    slides across its own distance from the centre.
+
+    Args:
+        length, width: of the sole [m].
+    """
+    ahead = length**2 / width * np.arcsinh(width / length)
+    aside = width**2 / length * np.arcsinh(length / width)
+    return float(2.0 * np.hypot(length, width) + ahead + aside) / 12.0
