@@ -241,6 +241,24 @@ def requirements(options: RequirementsOptions) -> None:
 
 
 @dataclass(frozen=True)
+class SensitivityOptions:
+    """Of `gaitopt sensitivity`."""
+
+    gait: Path = entry(..., "A gait file, .npz.", argument=True, metavar="GAIT")
+    plugin: Path | None = entry(None, _PLUGIN)
+    most: int | None = entry(None, "How many lines to show; by default 20.", metavar="N")
+    output: Path | None = entry(None, "Write all of them: .csv.", short="-o", metavar="FILE")
+
+
+@command(app)
+def sensitivity(options: SensitivityOptions) -> None:
+    """Say what a centimetre, a kilogram or a limit more would do to the cost of a gait."""
+    from gaitopt.cli import sensitivity as work
+
+    work.run(options.gait, options.plugin, options.most, options.output)
+
+
+@dataclass(frozen=True)
 class InspectOptions:
     """Of `gaitopt inspect`, beside those of robots."""
 

@@ -20,7 +20,7 @@ from gaitopt.gait.parameters import (
     Layout,
     set_geometry,
 )
-from gaitopt.gait.quantities import typical_entries
+from gaitopt.gait.quantities import Quantity, typical_entries
 from gaitopt.gait.step import Step, StepDerivatives
 from gaitopt.gait.step_hessian import StepWeights, step_hessian
 from gaitopt.gait.step_model import StepModel
@@ -125,6 +125,19 @@ class WalkProblem(NLP):
             out = jacobian[rows].reshape(found.shape)
             np.multiply(found, block.per_unit, out=out)
         return Point(step.x, self.cost.value(step), self._row_values(step), gradient, jacobian)
+
+    def weights(self, x: Array, multipliers: Array, cost_weight: float) -> dict[Quantity, Array]:
+        """Return the derivatives of cost_weight * cost + multipliers . rows in the quantities."""
+        step = self.step(x)
+        weights, weighed = StepWeights.zero(step), multipliers / self._row_scales
+        for block, rows in zip(self.blocks, self._slices, strict=True):
+            y = weighed[rows].reshape(block.lower.shape)
+            if y.any():
+                first = block.function.vjp(block.take(step.values), y)
+                weights.add(block.reads, block.where, first, None)
+        for one, first in self.cost.gradient(step).items():
+            weights.first[one] += cost_weight * first
+        return weights.first
 
     def hessian(self, x: Array, multipliers: Array, cost_weight: float) -> Array:
         """Return the exact Hessian of cost_weight * cost + multipliers . rows."""

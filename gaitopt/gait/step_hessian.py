@@ -90,18 +90,53 @@ class StepWeights:
         self.second[pair][rows] += second
 
 
+@dataclass(frozen=True)
+class StepAdjoint:
+    """What a weighted sum of a step's quantities weighs on the way back to x.
+
+    Attributes:
+        effort: weights of wrench, of the hinge's torque where there is one, and of the torques,
+            shape (N, 6 + h + n).
+        by_order: derivative in (q, dq, ddq) at the instants, the foot's turn in front of each,
+            shape (N, 3, h + n).
+        q_start: weights of the posture at the start through spline and impact, shape (n,).
+        impact: the impact with its weights.
+    """
+
+    effort: Array
+    by_order: Array
+    q_start: Array
+    impact: WeightedImpact
+
+    @property
+    def by_sample(self) -> Array:
+        """Of the joints alone, instant after instant, shape (3 N, n)."""
+        joints = len(self.q_start)
+        return self.by_order[:, :, -joints:].reshape(-1, joints)
+
+
+def step_adjoint(
+    model: StepModel, step: Step, derivatives: StepDerivatives, first: dict[Quantity, Array]
+) -> StepAdjoint:
+    """Return what the weights `first` of the step's quantities weigh on the way back to x."""
+    wrench, torque = first[quantities.WRENCH], first[quantities.TORQUE]
+    of_hinge = np.zeros((len(torque), step.hinges))  # its torque is part of the wrench
+    effort = np.concatenate([wrench, of_hinge, torque] if step.hinges else [wrench, torque], axis=1)
+    gradient = _local_gradient(derivatives, first, effort, step.hinges)
+    by_order = gradient.reshape(len(effort), 3, -1)
+    by_sample = by_order[:, :, step.hinges :].reshape(-1, model.layout.joints)
+    q_start, impact = _coefficient_vjp(model, step, derivatives, first, by_sample)
+    return StepAdjoint(effort, by_order, q_start, impact)
+
+
 def step_hessian(
     model: StepModel, step: Step, derivatives: StepDerivatives, weights: StepWeights
 ) -> Array:
     """Return the Hessian in x of the function that `weights` differentiates, shape (P, P)."""
     first = weights.first
-    wrench, torque = first[quantities.WRENCH], first[quantities.TORQUE]
-    of_hinge = np.zeros((len(torque), step.hinges))  # its torque is part of the wrench
-    effort = np.concatenate([wrench, of_hinge, torque] if step.hinges else [wrench, torque], axis=1)
-    gradient = _local_gradient(derivatives, weights, effort, step.hinges)
-    by_order = gradient.reshape(len(effort), 3, -1)
-    by_sample = by_order[:, :, step.hinges :].reshape(-1, model.layout.joints)
-    q_weights, impact = _coefficient_vjp(model, step, derivatives, weights, by_sample)
+    back = step_adjoint(model, step, derivatives, first)
+    effort, by_order, by_sample = back.effort, back.by_order, back.by_sample
+    q_weights, impact = back.q_start, back.impact
     if step.hinges:
         dynamics = derivatives.support.hessian(effort)
         at_impact = _alone(model, impact)
@@ -173,10 +208,10 @@ def _foot_duration_hessian(model: StepModel, step: Step, gradient: Array, column
 
 
 def _local_gradient(
-    derivatives: StepDerivatives, weights: StepWeights, effort: Array, hinges: int
+    derivatives: StepDerivatives, first: dict[Quantity, Array], effort: Array, hinges: int
 ) -> Array:
     """Local gradient in (q, dq, ddq), the foot's turn in front of each, shape (N, 3 (h + n))."""
-    support, first = derivatives.support, weights.first
+    support = derivatives.support
     n = support.tree.size
     corners = support.corners.reshape(len(effort), -1, n)
     gradient = (effort[:, None] @ support.effort)[:, 0]
@@ -254,11 +289,11 @@ def _coefficient_vjp(
     model: StepModel,
     step: Step,
     derivatives: StepDerivatives,
-    weights: StepWeights,
+    first: dict[Quantity, Array],
     by_sample: Array,
 ) -> tuple[Array, WeightedImpact]:
     """What the weights reach through the spline coefficients: q_start (n,) and the impact."""
-    E, first = model.exchange, weights.first
+    E = model.exchange
     width = step.coefficients.shape[0]
     on_coefficients = model.basis.at(step.duration).reshape(-1, width).T @ by_sample
     of_twist, turn = first[quantities.SOLE_TWIST][0], step.turn

@@ -78,9 +78,9 @@ class StepModel:
         contact = self.schedule.last.contact
         self.hinge = contact.hinge(robot.sole)
         self.foot_turn = None if self.hinge is None else foot_turn(self.schedule, grid.instants)
-        standing = standing_robot(robot, contact)
-        self._support = SingleSupport(standing, grid.count)
-        self._optional = PostureQuantities(robot, optional, standing)
+        self.standing = standing_robot(robot, contact)  # with the hinge of a foot that turns
+        self._support = SingleSupport(self.standing, grid.count)
+        self._optional = PostureQuantities(robot, optional, self.standing)
         form = JointAngleSupport if layout.lifted else InverseKinematicsSupport
         plain = self.hinge is None and layout.rise == 0.0
         self._boundary = form if plain else form(robot, self.hinge, layout.rise)

@@ -95,3 +95,16 @@ class Trunk(PostureQuantity):
         by_pitch = np.stack([sine / cosine**2 * ahead, zero, ahead / cosine**2], axis=1)
         by_yaw = np.stack([aside / cosine, -ahead, sine / cosine * aside], axis=1)
         return TrunkDerivatives(value, rates, np.stack([by_pitch, by_yaw], axis=1))
+
+
+def slope_rates(angles: Array) -> Array:
+    """Return how roll, pitch and yaw change per radian of slope of the ground, shape (N, 3).
+
+    On ground that rises ahead the trunk, fixed to it, leans back: it turns about -y.
+
+    Args:
+        angles: roll, pitch and yaw [rad], shape (N, 3).
+    """
+    _, pitch, yaw = angles.T
+    ahead = -np.sin(yaw)
+    return np.stack([ahead / np.cos(pitch), -np.cos(yaw), np.tan(pitch) * ahead], axis=1)

@@ -1,0 +1,117 @@
+"""`gaitopt sensitivity`: what small changes of robot and task do to the cost of a gait."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Sequence
+from dataclasses import asdict, fields
+from pathlib import Path
+
+from rich.table import Table
+
+from gaitopt.atomic import write_atomically
+from gaitopt.cli.display import NARROW, new_table, screen, warn
+from gaitopt.cli.report import print_findings_of
+from gaitopt.cli.results import require_files
+from gaitopt.design.audit import problem_of
+from gaitopt.design.certificate import certify
+from gaitopt.design.sensitivity import (
+    Sensitivity,
+    SensitivityReport,
+    sensitivities,
+)
+from gaitopt.errors import EvaluationError, GaitFileError, InputError
+from gaitopt.gait.gait_file import load_gait
+from gaitopt.gait.plugin import load_plugin
+from gaitopt.gait.result import Gait
+
+SHOWN = 20
+_READABLE = {"m": (100.0, "cm"), "rad": (57.29577951308232, "°"), "s": (1000.0, "ms"),
+             "of itself": (100.0, "%"), "kg·m²": (1e4, "kg·cm²")}  # fmt: skip
+_NONE = 5e-6  # share of the cost that is shown as 0.00 %
+
+
+def run(gait: Path, plugin: Path | None, most: int | None, output: Path | None) -> None:
+    """Print the sensitivities of a gait, and write all of them.
+
+    Args:
+        gait: its file.
+        plugin: with its own constraints or cost, if any.
+        most: lines of the table.
+        output: .csv for all of them, if any.
+
+    Raises:
+        GaitoptError: the gait cannot be read or is not optimal, or the file cannot be written.
+    """
+    if most is not None and most < 1:
+        raise InputError(f"--most is {most}; show at least 1 line")
+    require_files((output, "--output"))
+    if output is not None and output.suffix.lower() != ".csv":
+        raise InputError(f"'{output}' is no table; give a name that ends in .csv")
+    known = () if plugin is None else load_plugin(plugin).extensions
+    loaded = load_gait(gait)
+    report = report_of(loaded, known)
+    out = screen()
+    print_findings_of(screen(stderr=True), loaded)
+    width = min(out.width, NARROW)
+    shown = report.found[: SHOWN if most is None else most]
+    out.print(sensitivity_table(shown, report), width=width)
+    hidden = len(report.found) - len(shown)
+    if hidden:
+        out.print(f"{hidden} more change it less; --most shows them, --output writes all")
+    for text in report.doubts:
+        warn(out, "note", text)
+    if output is not None:
+        out.print(f"wrote {write_sensitivities(report, output)}", soft_wrap=True)
+
+
+def report_of(gait: Gait, known: Sequence[object] = ()) -> SensitivityReport:
+    """Return the sensitivities of a gait.
+
+    Args:
+        gait: as read from its file.
+        known: constraints and costs of a plugin.
+
+    Raises:
+        GaitFileError: its walk cannot be made again, or is not optimal.
+    """
+    problem = problem_of(gait, known)  # type: ignore[arg-type]
+    try:
+        certificate = certify(problem, gait.parameters)
+        if not certificate.optimal:
+            raise GaitFileError(
+                "the gait is not optimal, so that its cost has no derivatives; design it again, "
+                "without --no-refine and with more --starts or --max-iterations"
+            )
+        return sensitivities(problem, gait.parameters, certificate.multipliers)
+    except EvaluationError as error:
+        raise GaitFileError(f"the gait's parameters do not make a walk: {error}") from error
+
+
+def sensitivity_table(shown: Sequence[Sensitivity], report: SensitivityReport) -> Table:
+    """Return the table of what changes the cost most."""
+    title = f"What changes the cost of {report.cost:.6g} {report.unit} most"
+    table = new_table(title, "change", ">of", ">cost\n%", ">or speed, at\nequal cost, m/s")
+    for one in shown:
+        share = 0.0 if abs(one.share) < _NONE else 100.0 * one.share
+        table.add_row(one.name, _step(one), f"{share:+.2f}", f"{one.speed:+.4f}")
+    return table
+
+
+def _step(one: Sensitivity) -> str:
+    scale, unit = _READABLE.get(one.unit, (1.0, one.unit))
+    return f"{scale * one.step:+.3g} {unit}".strip()
+
+
+def write_sensitivities(report: SensitivityReport, path: Path) -> Path:
+    """Write all sensitivities as CSV, atomically.
+
+    Raises:
+        InputError: the file cannot be written.
+    """
+    text = io.StringIO(newline="")
+    writer = csv.DictWriter(text, [one.name for one in fields(Sensitivity)])
+    writer.writeheader()
+    writer.writerows(asdict(one) for one in report.found)
+    return write_atomically(path, text.getvalue().encode())

@@ -1,0 +1,224 @@
+"""How a weighted sum of a step's quantities changes with the robot, at fixed parameters x.
+
+The way back of `step_hessian`, one stage further: from the weights of efforts, places, impact and
+double support to the masses, places and rotors that they come from.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from gaitopt.contact.mode import Hinge
+from gaitopt.gait import quantities
+from gaitopt.gait.double_support import Posture, PostureDerivatives
+from gaitopt.gait.quantities import Quantity
+from gaitopt.gait.step import Step, StepDerivatives
+from gaitopt.gait.step_hessian import StepAdjoint, step_adjoint
+from gaitopt.gait.step_model import StepModel
+from gaitopt.mechanics.cached_workspace import cached_workspace
+from gaitopt.mechanics.inverse_dynamics_hessian import WeightedDynamics
+from gaitopt.mechanics.inverse_kinematics import closure_forces, loop_gap_jacobian
+from gaitopt.mechanics.model_gradient import (
+    BodyModel,
+    DynamicsGradient,
+    dynamics_gradient,
+    landing_gradient,
+)
+from gaitopt.mechanics.single_support import FRICTION_RATE
+from gaitopt.mechanics.spatial import cross
+from gaitopt.model.robot import Robot
+from gaitopt.nlp import Array
+
+
+@dataclass(frozen=True)
+class ModelGradient:
+    """Derivatives with respect to a robot rooted at its stance sole, and to the step's duration.
+
+    Bodies are the n + 1 of the rooted model, the stance foot first, each with the axes and the
+    origin of its joint's frame (the stance foot's: of its sole).
+
+    Attributes:
+        mass, first, second: in the moments of mass of each body about that origin: sum m, sum m r,
+            sum m r r'; shapes (n + 1,), (n + 1, 3), (n + 1, 3, 3).
+        joints: in displacements of each joint with all beyond it, in the axes of the body that it
+            sits on, shape (n, 3).
+        swing_sole, pelvis: in displacements of these frames in the axes of their bodies, (3,).
+        corners: of the swing sole, in its axes, shape (4, 3).
+        hips, ankles: in the centres as `Legs` has them, shape (2, 3).
+        armature, damping, friction: of each joint, shape (n,).
+        gravity: in the axes of the stance sole, shape (3,).
+        duration: in the duration of the step.
+    """
+
+    mass: Array
+    first: Array
+    second: Array
+    joints: Array
+    swing_sole: Array
+    pelvis: Array
+    corners: Array
+    hips: Array
+    ankles: Array
+    armature: Array
+    damping: Array
+    friction: Array
+    gravity: Array
+    duration: float
+
+    @cached_property
+    def flat(self) -> Array:
+        """All that is a property of the robot, `OF_ROBOT`, one after another."""
+        return np.concatenate([np.ravel(getattr(self, name)) for name in OF_ROBOT])
+
+
+OF_ROBOT = (
+    "mass", "first", "second", "joints", "swing_sole", "pelvis", "corners", "hips", "ankles",
+    "armature", "damping", "friction",
+)  # fmt: skip
+"""Names of the parts of a `ModelGradient` that changes of a robot move."""
+
+
+def body_model(robot: Robot) -> BodyModel:
+    """Return the bodies of a robot."""
+    return BodyModel(robot.model, robot.tree)
+
+
+def model_gradient(
+    model: StepModel, step: Step, derivatives: StepDerivatives, first: dict[Quantity, Array]
+) -> ModelGradient:
+    """Return the derivatives of the sum of `first` times the quantities in the robot.
+
+    Args:
+        model, step, derivatives: the step.
+        first: weights of every quantity, of its shape; those of `LEG_GAPS` are left out.
+    """
+    back = step_adjoint(model, step, derivatives, first)
+    robot, standing, h = model.robot, model.standing, step.hinges
+    swing, pelvis = robot.tree.swing_foot, robot.tree.pelvis
+    supported, on_sole, on_corners = _support(standing, derivatives, back, first, step)
+    bodies = cached_workspace(robot, body_model)
+    landing = bodies.at(step.q_end[None])
+    at_impact = dynamics_gradient(landing, back.impact.dynamics)
+    landed, on_landing = landing_gradient(landing, back.impact)
+    start = bodies.at(step.posture.q_start[None])
+    at_pelvis, at_sole = _double_support(
+        step.posture, derivatives.posture, back.q_start, first[quantities.GAPS]
+    )
+    between = robot.tree.path(swing)[:, None] * at_sole
+    between = between + robot.tree.path(pelvis)[:, None] * at_pelvis
+    carriers = landing.carriers
+    joints = supported.displaced.sum(axis=0)[h:, :3]
+    joints += landing.forces_in(carriers, at_impact.displaced + landed)[0, :, :3]
+    joints += start.forces_in(carriers, between[None])[0, :, :3]
+    on_sole = on_sole + landing.forces_in(swing, on_landing)[0, :3]
+    on_sole += start.forces_in(swing, at_sole[None])[0, :3]
+    hips, ankles = _centres(step.posture, first[quantities.LEGS])
+    damping, friction = _passive(derivatives, back, h)
+    return ModelGradient(
+        mass=supported.mass[h:] + at_impact.mass,
+        first=supported.first[h:] + at_impact.first,
+        second=supported.second[h:] + at_impact.second,
+        joints=joints,
+        swing_sole=on_sole,
+        pelvis=start.forces_in(pelvis, at_pelvis[None])[0, :3],
+        corners=on_corners,
+        hips=hips,
+        ankles=ankles,
+        armature=supported.armature[h:] + at_impact.armature,
+        damping=damping,
+        friction=friction,
+        gravity=-supported.base[:3],
+        duration=_of_duration(model, step, back, first),
+    )
+
+
+def _support(
+    standing: Robot,
+    derivatives: StepDerivatives,
+    back: StepAdjoint,
+    first: dict[Quantity, Array],
+    step: Step,
+) -> tuple[DynamicsGradient, Array, Array]:
+    """Single support: dynamics and swing foot; forces on the swing sole and on its corners.
+
+    `displaced` is turned into the axes of the bodies that the joints sit on.
+    """
+    support, tree = derivatives.support, standing.tree
+    bodies = cached_workspace(standing, body_model).at(support.motion[0])
+    base = np.broadcast_to(-support.gravity, (len(back.effort), 6))
+    at = WeightedDynamics(support.axes, *support.motion, base, back.effort)
+    found = dynamics_gradient(bodies, at)
+    corners = first[quantities.CORNERS].reshape(-1, 4, 3)
+    moment = cross(step.support.corners, corners).sum(axis=1)
+    wrench = np.concatenate([corners.sum(axis=1), moment], axis=1)
+    displaced = found.displaced + tree.path(tree.swing_foot)[:, None] * wrench[:, None]
+    in_bodies = bodies.forces_in(bodies.carriers, displaced)
+    frame = standing.model.frames[standing.swing_frame].placement.rotation
+    axes = bodies.placed.rotation[:, tree.swing_foot] @ frame
+    on_sole = bodies.forces_in(tree.swing_foot, wrench)[:, :3].sum(axis=0)
+    on_corners = np.einsum("kij,kci->cj", axes, corners)
+    if step.turn is not None:
+        found = _about_sole(found, step.turn.hinge)
+    return replace(found, displaced=in_bodies), on_sole, on_corners
+
+
+def _about_sole(found: DynamicsGradient, hinge: Hinge) -> DynamicsGradient:
+    """The moments of the stance foot about its sole's origin instead of a point of the hinge."""
+    p, mass, first = hinge.point, found.mass.copy(), found.first.copy()
+    by_second = found.second[1] @ p
+    mass[1] += by_second @ p - first[1] @ p
+    first[1] -= 2.0 * by_second
+    return replace(found, mass=mass, first=first)
+
+
+def _double_support(
+    posture: Posture, at: PostureDerivatives, q_start: Array, gaps: Array
+) -> tuple[Array, Array]:
+    """Forces in the world, (6,) each, that displacements of pelvis and swing sole pair with.
+
+    Args:
+        posture, at: the double support.
+        q_start: weights of the posture, which follows the pelvis and the sole in the closed form.
+        gaps: weights of the gaps, which open in the lifted one.
+    """
+    if not posture.loops:
+        pelvis, sole = closure_forces(at.joint_axes, q_start)
+        return -pelvis, -sole
+    forces = []
+    targets = (posture.pelvis, posture.sole)
+    for loop, target, weight in zip(posture.loops, targets, gaps, strict=True):
+        body = target * loop.inverse()
+        away = -body.toActionMatrixInverse().T  # rows: what unit displacements do to the loop
+        forces.append(loop_gap_jacobian(loop, away).T @ weight)
+    return forces[0], forces[1]
+
+
+def _centres(posture: Posture, weights: Array) -> tuple[Array, Array]:
+    """Derivatives in the centres of hips and ankles from those in the legs' vectors, (2, 3)."""
+    hips = weights @ posture.pelvis.rotation
+    return hips, np.stack([-weights[0], -posture.sole.rotation.T @ weights[1]])
+
+
+def _passive(derivatives: StepDerivatives, back: StepAdjoint, hinges: int) -> tuple[Array, Array]:
+    """Derivatives in viscous damping and Coulomb friction of the joints, shape (n,) each."""
+    rates = derivatives.support.motion[1][:, hinges:]
+    weights = back.effort[:, 6 + hinges :]
+    turned = np.tanh(rates / FRICTION_RATE)
+    return (weights * rates).sum(axis=0), (weights * turned).sum(axis=0)
+
+
+def _of_duration(
+    model: StepModel, step: Step, back: StepAdjoint, first: dict[Quantity, Array]
+) -> float:
+    """Derivative in the duration T of the step."""
+    T, width = step.duration, step.coefficients.shape[0]
+    stretched = model.basis.at(T, 1).reshape(-1, width) @ step.coefficients
+    found = float(np.sum(back.by_sample * stretched)) + float(first[quantities.TRAVEL][0, 1])
+    if model.foot_turn is not None:
+        turn = model.foot_turn
+        moved = turn.basis.at(T, 1) @ (turn.coefficients @ step.x[model.layout.turn])
+        found += float(np.sum(back.by_order[:, :, 0] * moved))
+    return found
