@@ -197,6 +197,28 @@ class Layout:
         return scale
 
 
+@dataclass(frozen=True)
+class Chart:
+    """Parameters z of a step as an affine function of those of the walk, z = matrix x + offset.
+
+    Attributes:
+        matrix: shape (p, P).
+        offset: shape (p,); None: z is x itself.
+    """
+
+    matrix: Array
+    offset: Array | None = None
+
+    def of(self, x: Array) -> Array:
+        """Return z at x (P,)."""
+        return x if self.offset is None else self.matrix @ x + self.offset
+
+
+def identity_chart(size: int) -> Chart:
+    """Return the chart of a walk of one step, whose parameters are those of that step."""
+    return Chart(np.eye(size))
+
+
 def geometric_unit(name: str) -> str:
     """Return the SI unit of a geometric quantity.
 

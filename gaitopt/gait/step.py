@@ -7,7 +7,7 @@ that not every walk needs are computed only if a constraint reads them.
 from __future__ import annotations
 
 from collections.abc import Collection
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -15,7 +15,7 @@ import numpy as np
 from gaitopt.errors import EvaluationError
 from gaitopt.gait import quantities
 from gaitopt.gait.double_support import Posture, PostureDerivatives
-from gaitopt.gait.parameters import DURATION, FOOT_YAW, STEP_LENGTH
+from gaitopt.gait.parameters import DURATION, STEP_LENGTH
 from gaitopt.gait.quantities import Quantity
 from gaitopt.mechanics.forward_kinematics import (
     ForwardKinematics,
@@ -36,7 +36,7 @@ class Step:
     """Everything about one step at x.
 
     Attributes:
-        x: parameters (P,).
+        x: parameters of the step (p,).
         geometry: geometric quantities, free and fixed (10,).
         posture: double support at the start.
         q_end: posture at the end, E q_start, (n,).
@@ -125,15 +125,17 @@ class StepDerivatives:
         motion: of (q, dq, ddq) at each instant, each of them with the foot's turn in front, shape
             (N, 3 (h + n), P).
         jacobians: of each quantity, shape (K, entries, P).
+
+    The last three are empty until the local ones are chained.
     """
 
     posture: PostureDerivatives
     impact: ImpactDerivatives
     support: SupportDerivatives
     optional: dict[Quantity, PostureQuantityDerivatives]
-    coefficients: Array
-    motion: Array
-    jacobians: dict[Quantity, Array]
+    coefficients: Array = field(default_factory=lambda: np.zeros((0, 0, 0)))
+    motion: Array = field(default_factory=lambda: np.zeros((0, 0, 0)))
+    jacobians: dict[Quantity, Array] = field(default_factory=dict)
 
 
 def foot_turn_rows(turned: Array) -> Array:
@@ -199,12 +201,13 @@ class PostureQuantities:
         return {what: reading.derivatives(placed, axes) for what, reading in self._read.items()}
 
 
-def completed(values: dict[Quantity, Array], geometry: Array, count: int) -> dict[Quantity, Array]:
+def completed(values: dict[Quantity, Array], foot_yaw: Array, count: int) -> dict[Quantity, Array]:
     """Return the optional quantities, shape (N, entries), entries = 0 unless asked for.
 
     Args:
         values: what was read off the bodies.
-        geometry: geometric quantities (10,).
+        foot_yaw: that the direction of travel bisects at each instant, from that at the start of
+            the step to that at its end [rad], shape (N,).
         count: N.
 
     Raises:
@@ -216,22 +219,22 @@ def completed(values: dict[Quantity, Array], geometry: Array, count: int) -> dic
     found = {what: np.zeros((count, 0)) for what in OPTIONAL} | values
     if quantities.TRUNK in values:
         found[quantities.TRUNK] = values[quantities.TRUNK].copy()
-        found[quantities.TRUNK][:, YAW] -= _HEADING * geometry[FOOT_YAW]
+        found[quantities.TRUNK][:, YAW] -= _HEADING * foot_yaw
     return found
 
 
 def chained(
-    jacobian: dict[Quantity, PostureQuantityDerivatives], motion: Array, foot_yaw: int | None
+    jacobian: dict[Quantity, PostureQuantityDerivatives], motion: Array, foot_yaw: Array | None
 ) -> dict[Quantity, Array]:
     """Return the derivatives of the optional quantities in x, shape (N, entries, P).
 
     Args:
         jacobian: local derivatives.
         motion: derivatives of the joint angles, shape (N, n, P).
-        foot_yaw: its place in x, if it is free.
+        foot_yaw: derivatives of `completed`'s, if it is free, shape (N, P).
     """
     found = {what: np.zeros((len(motion), 0, motion.shape[2])) for what in OPTIONAL}
     found |= {what: derivatives.jacobian @ motion for what, derivatives in jacobian.items()}
     if foot_yaw is not None and quantities.TRUNK in jacobian:
-        found[quantities.TRUNK][:, YAW, foot_yaw] -= _HEADING
+        found[quantities.TRUNK][:, YAW] -= _HEADING * foot_yaw
     return found

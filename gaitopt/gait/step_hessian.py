@@ -7,6 +7,7 @@ coefficients, which the weights reach through the impact and through the inverse
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -119,24 +120,104 @@ def step_adjoint(
     model: StepModel, step: Step, derivatives: StepDerivatives, first: dict[Quantity, Array]
 ) -> StepAdjoint:
     """Return what the weights `first` of the step's quantities weigh on the way back to x."""
+    return cycle_adjoint((model,), (step,), (derivatives,), (first,))[0]
+
+
+def cycle_adjoint(
+    models: Sequence[StepModel],
+    steps: Sequence[Step],
+    derivatives: Sequence[StepDerivatives],
+    weights: Sequence[dict[Quantity, Array]],
+) -> list[StepAdjoint]:
+    """Return what weights of steps that follow each other weigh on the way back to x.
+
+    Args:
+        models, steps, derivatives: as of `gaitopt.gait.step_model.cycle_derivatives`.
+        weights: of the quantities of each step.
+    """
+    count, each = len(models), list(zip(models, steps, derivatives, weights, strict=True))
+    gradients = [_step_gradient(*one) for one in each]
+    maps = [gradient[2] for gradient in gradients]
+    ends = [_impact_vjp(*one, maps[(k + 1) % count][-2]) for k, one in enumerate(each)]
+    found = []
+    for k, (effort, by_order, on_coefficients) in enumerate(gradients):
+        at_end = maps[(k - 1) % count][-3] + ends[(k - 1) % count][0]
+        q_start = on_coefficients[0] + models[k].exchange.T @ at_end
+        found.append(StepAdjoint(effort, by_order, q_start, ends[k][1]))
+    return found
+
+
+def _step_gradient(
+    model: StepModel, step: Step, derivatives: StepDerivatives, first: dict[Quantity, Array]
+) -> tuple[Array, Array, Array]:
+    """Weights of the effort, of (q, dq, ddq) and of the spline's coefficients, (k + 4, n)."""
     wrench, torque = first[quantities.WRENCH], first[quantities.TORQUE]
     of_hinge = np.zeros((len(torque), step.hinges))  # its torque is part of the wrench
     effort = np.concatenate([wrench, of_hinge, torque] if step.hinges else [wrench, torque], axis=1)
     gradient = _local_gradient(derivatives, first, effort, step.hinges)
     by_order = gradient.reshape(len(effort), 3, -1)
     by_sample = by_order[:, :, step.hinges :].reshape(-1, model.layout.joints)
-    q_start, impact = _coefficient_vjp(model, step, derivatives, first, by_sample)
-    return StepAdjoint(effort, by_order, q_start, impact)
+    width = step.coefficients.shape[0]
+    on_coefficients = model.basis.at(step.duration).reshape(-1, width).T @ by_sample
+    return effort, by_order, on_coefficients
 
 
 def step_hessian(
     model: StepModel, step: Step, derivatives: StepDerivatives, weights: StepWeights
 ) -> Array:
     """Return the Hessian in x of the function that `weights` differentiates, shape (P, P)."""
-    first = weights.first
-    back = step_adjoint(model, step, derivatives, first)
-    effort, by_order, by_sample = back.effort, back.by_order, back.by_sample
-    q_weights, impact = back.q_start, back.impact
+    H = cycle_hessian((model,), (step,), (derivatives,), (weights,))
+    return pairs_added(H, weights, derivatives.jacobians)
+
+
+def pairs_added(H: Array, weights: StepWeights, jacobians: dict[Quantity, Array]) -> Array:
+    """Return H with the second derivatives in pairs of quantities, those of the effort apart.
+
+    Args:
+        H: the rest of the Hessian, shape (P, P).
+        weights: of the quantities.
+        jacobians: of the quantities in x, shape (K, entries, P).
+    """
+    for (a, b), second in weights.second.items():
+        if a is b and a in _EFFORT:
+            continue
+        left, right = jacobians[a].swapaxes(1, 2) @ second, jacobians[b]
+        by_b = left.sum(axis=0) @ right[0] if len(right) == 1 else (left @ right).sum(axis=0)
+        H = H + (by_b if a is b else by_b + by_b.T)
+    return (H + H.T) / 2.0
+
+
+def cycle_hessian(
+    models: Sequence[StepModel],
+    steps: Sequence[Step],
+    derivatives: Sequence[StepDerivatives],
+    weights: Sequence[StepWeights],
+) -> Array:
+    """Return the Hessian in x of a function of steps that follow each other, shape (P, P).
+
+    Of the second derivatives in pairs of quantities those of the effort are in it, see
+    `pairs_added`.
+
+    Args:
+        models, steps, derivatives: as of `gaitopt.gait.step_model.cycle_derivatives`.
+        weights: of the quantities of each step.
+    """
+    backs = cycle_adjoint(models, steps, derivatives, [one.first for one in weights])
+    each = zip(models, steps, derivatives, weights, backs, strict=True)
+    H = np.sum([_own_hessian(*one) for one in each], axis=0)
+    return np.asarray((H + H.T) / 2.0)
+
+
+def _own_hessian(
+    model: StepModel,
+    step: Step,
+    derivatives: StepDerivatives,
+    weights: StepWeights,
+    back: StepAdjoint,
+) -> Array:
+    """What a step, its impact and its double support bend, shape (P, P)."""
+    first, matrix = weights.first, model.chart.matrix
+    effort, impact = back.effort, back.impact
     if step.hinges:
         dynamics = derivatives.support.hessian(effort)
         at_impact = _alone(model, impact)
@@ -145,30 +226,24 @@ def step_hessian(
         dynamics, at_impact = both.at(slice(-1)), both.at(slice(-1, None))
     local = _local_hessian(derivatives, weights, dynamics, step.hinges)
     H = _motion_hessian(model, step, derivatives, local)
-    for (a, b), second in weights.second.items():
-        if a is b and a in _EFFORT:
-            continue
-        left, right = derivatives.jacobians[a].swapaxes(1, 2) @ second, derivatives.jacobians[b]
-        by_b = left.sum(axis=0) @ right[0] if len(right) == 1 else (left @ right).sum(axis=0)
-        H += by_b if a is b else by_b + by_b.T
     inputs = np.concatenate([derivatives.coefficients[-3], derivatives.coefficients[-1]])
     if step.turn is not None:
-        twist = np.zeros((6, model.layout.size))
-        twist[:, model.layout.turn.stop - 1] = step.turn.hinge.twist
-        inputs = np.concatenate([inputs, twist])
+        rate = matrix[model.layout.turn.stop - 1]
+        inputs = np.concatenate([inputs, np.outer(step.turn.hinge.twist, rate)])
         H += _sole_twist_hessian(model, step, derivatives, first[quantities.SOLE_TWIST][0])
     H += inputs.T @ impact.hessian(at_impact) @ inputs
     posture = model.boundary.hessian(
-        step.posture, derivatives.posture, q_weights, first[quantities.LEGS], first[quantities.GAPS]
-    )
-    own, boundary = model.layout.boundary_columns, model.layout.boundary
-    H[boundary, boundary] += posture[np.ix_(own, own)]
-    column = model.layout.index("duration")
-    if column is not None:
-        H += _duration_hessian(model, step, derivatives, by_sample, column)
+        step.posture, derivatives.posture, back.q_start,
+        first[quantities.LEGS], first[quantities.GAPS],
+    )  # fmt: skip
+    own, boundary = model.layout.boundary_columns, matrix[model.layout.boundary]
+    H += boundary.T @ posture[np.ix_(own, own)] @ boundary
+    lasts = model.along("duration")
+    if lasts is not None:
+        H += _duration_hessian(model, step, derivatives, back.by_sample, lasts)
         if model.foot_turn is not None:
-            H += _foot_duration_hessian(model, step, by_order[:, :, 0], column)
-    return (H + H.T) / 2.0
+            H += _foot_duration_hessian(model, step, back.by_order[:, :, 0], lasts)
+    return H
 
 
 def _alone(model: StepModel, impact: WeightedImpact) -> InverseDynamicsHessian:
@@ -187,24 +262,20 @@ def _sole_twist_hessian(
     """
     assert step.turn is not None
     across = motion_cross_matrix(step.turn.hinge.twist)
-    H, column = np.zeros((model.layout.size, model.layout.size)), model.layout.turn.start
-    H[column] = weights @ across @ derivatives.jacobians[quantities.SOLE_TWIST][0]
+    angle = model.chart.matrix[model.layout.turn.start]
+    H = np.outer(angle, weights @ across @ derivatives.jacobians[quantities.SOLE_TWIST][0])
     twice = float(weights @ across @ across @ step.sole_twist)
-    H += H.T
-    H[column, column] -= twice  # it is in either of the two
-    return H
+    return H + H.T - twice * np.outer(angle, angle)  # which is in either of the two
 
 
-def _foot_duration_hessian(model: StepModel, step: Step, gradient: Array, column: int) -> Array:
+def _foot_duration_hessian(model: StepModel, step: Step, gradient: Array, lasts: Array) -> Array:
     """Terms of the foot's turn (its gradient (N, 3)) as it depends on the step duration T."""
     assert model.foot_turn is not None
     turn, basis, entries = model.foot_turn, model.foot_turn.basis, model.layout.turn
     first = np.tensordot(gradient, basis.at(step.duration, 1), 2) @ turn.coefficients
     second = np.tensordot(gradient, basis.at(step.duration, 2), 2) @ turn.coefficients
-    H = np.zeros((model.layout.size, model.layout.size))
-    H[column, entries] = H[entries, column] = first
-    H[column, column] = float(second @ step.x[entries])
-    return H
+    H = np.outer(lasts, first @ model.chart.matrix[entries])
+    return H + H.T + float(second @ step.x[entries]) * np.outer(lasts, lasts)
 
 
 def _local_gradient(
@@ -273,52 +344,48 @@ def _motion_hessian(
     table = table.reshape(width, width, n, n).swapaxes(1, 2).reshape(width * n, width * n)
     coefficients = derivatives.coefficients.reshape(width * n, -1)
     H = coefficients.T @ (table @ coefficients)
-    column = model.layout.index("duration")
-    if column is not None:  # the map itself depends on it
+    lasts = model.along("duration")
+    if lasts is not None:  # the map itself depends on it
         stretched = (model.basis.at(step.duration, 1) @ step.coefficients).reshape(count, -1, 1)
         felt = local @ stretched
         on_coefficients = basis.reshape(-1, width).T @ felt.reshape(-1, n)
         mixed = on_coefficients.ravel() @ coefficients
-        H[column] += mixed
-        H[:, column] += mixed
-        H[column, column] += float(np.sum(stretched * felt))
+        both = np.outer(lasts, mixed)
+        H += both + both.T + float(np.sum(stretched * felt)) * np.outer(lasts, lasts)
     return np.asarray(H)
 
 
-def _coefficient_vjp(
+def _impact_vjp(
     model: StepModel,
     step: Step,
     derivatives: StepDerivatives,
     first: dict[Quantity, Array],
-    by_sample: Array,
+    on_next_start: Array,
 ) -> tuple[Array, WeightedImpact]:
-    """What the weights reach through the spline coefficients: q_start (n,) and the impact."""
+    """What the weights reach through an impact: the posture there (n,), and the impact itself.
+
+    Args:
+        model, step, derivatives, first: of the step that it ends, and its weights.
+        on_next_start: weights of the rates at the start of the next step, shape (n,).
+    """
     E = model.exchange
-    width = step.coefficients.shape[0]
-    on_coefficients = model.basis.at(step.duration).reshape(-1, width).T @ by_sample
     of_twist, turn = first[quantities.SOLE_TWIST][0], step.turn
     if turn is not None:
         of_twist = turn.place.toActionMatrix().T @ of_twist
-    after = np.concatenate([of_twist, E.T @ on_coefficients[-2], first[quantities.IMPULSE][0]])
-    q_weights = on_coefficients[0] + E.T @ (
-        on_coefficients[-3] + derivatives.impact.posture.T @ after
-    )
+    after = np.concatenate([of_twist, E.T @ on_next_start, first[quantities.IMPULSE][0]])
     impact = model.impact.weighted(
         step.q_end, step.rate_before, step.impact, derivatives.impact, after,
         None if turn is None else turn.twist,
     )  # fmt: skip
-    return q_weights, impact
+    return derivatives.impact.posture.T @ after, impact
 
 
 def _duration_hessian(
-    model: StepModel, step: Step, derivatives: StepDerivatives, by_sample: Array, column: int
+    model: StepModel, step: Step, derivatives: StepDerivatives, by_sample: Array, lasts: Array
 ) -> Array:
     """Terms of the spline map's dependence on the step duration T."""
     width, T = step.coefficients.shape[0], step.geometry[DURATION]
     first = model.basis.at(T, 1).reshape(-1, width).T @ by_sample
     second = model.basis.at(T, 2).reshape(-1, width).T @ by_sample
-    H = np.zeros((model.layout.size, model.layout.size))
-    H[column] = first.ravel() @ derivatives.coefficients.reshape(first.size, -1)
-    H += H.T
-    H[column, column] += float(np.sum(second * step.coefficients))
-    return H
+    H = np.outer(lasts, first.ravel() @ derivatives.coefficients.reshape(first.size, -1))
+    return H + H.T + float(np.sum(second * step.coefficients)) * np.outer(lasts, lasts)

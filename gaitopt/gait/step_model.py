@@ -8,7 +8,10 @@ constant linear map to the spline's coefficients, then the coefficients' depende
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import TypeVar
 
 import numpy as np
 
@@ -25,7 +28,7 @@ from gaitopt.gait.double_support import (
 )
 from gaitopt.gait.foot_turn import foot_turn
 from gaitopt.gait.grid import Grid
-from gaitopt.gait.parameters import DURATION, Layout
+from gaitopt.gait.parameters import DURATION, FOOT_YAW, Chart, Layout, identity_chart
 from gaitopt.gait.quantities import Quantity
 from gaitopt.gait.spline import spline_basis
 from gaitopt.gait.step import (
@@ -40,11 +43,13 @@ from gaitopt.gait.step import (
 from gaitopt.mechanics.cached_workspace import cached_workspace
 from gaitopt.mechanics.forward_kinematics import PostureQuantityDerivatives
 from gaitopt.mechanics.hinged import standing_robot
-from gaitopt.mechanics.impact import Impact, ImpactDerivatives, Turning
-from gaitopt.mechanics.single_support import SingleSupport, SupportDerivatives
+from gaitopt.mechanics.impact import Impact, ImpactDerivatives, ImpactState, Turning
+from gaitopt.mechanics.single_support import SingleSupport, SupportDerivatives, SupportState
 from gaitopt.mechanics.spatial import cross_motion
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array
+
+T = TypeVar("T")
 
 
 class StepModel:
@@ -57,6 +62,7 @@ class StepModel:
         grid: Grid,
         optional: Collection[Quantity] = (),
         schedule: Schedule | None = None,
+        chart: Chart | None = None,
     ) -> None:
         """Prepare what does not depend on x.
 
@@ -64,6 +70,7 @@ class StepModel:
             robot, layout, grid: of the walk.
             optional: which of the quantities that not every walk needs are to be computed.
             schedule: of the step; by default that of the paper.
+            chart: of the layout's parameters in those of a walk of more than one step.
 
         Raises:
             InputError: the layout's form of the double support does not suit the robot.
@@ -72,6 +79,7 @@ class StepModel:
             refuse_undetermined(robot.tree)
         self.robot, self.layout, self.grid = robot, layout, grid
         self.schedule = schedule or Schedule()
+        self.chart = chart or identity_chart(layout.size)
         # Takes the joints from the end of a step to the start of the next, Eqs. (26) and (27).
         self.exchange = self.schedule.symmetry.joint_map(robot)
         self.basis = spline_basis(self.schedule.knots(layout.postures), grid.instants)
@@ -98,25 +106,12 @@ class StepModel:
         return cached_workspace(self.robot, Impact)
 
     def step(self, x: Array) -> Step:
-        """Return the step at x (P,).
+        """Return the step at x (P,), of a walk whose next step is this one again, exchanged.
 
         Raises:
             EvaluationError: a parameter is not finite, or a leg cannot reach.
         """
-        geometry, posture = self._double_support(x)
-        q_end, rate_before = self._end(x, posture)
-        turn = self._turn_before_impact(x)
-        impact = self.impact.state(q_end, rate_before, None if turn is None else turn.twist)
-        rate_start = self.exchange @ impact.rate_after
-        coefficients = self._coefficients(x, posture, q_end, rate_start, rate_before)
-        motion, foot = self._motion(coefficients, geometry), self._foot_motion(x, geometry)
-        whole = with_foot(foot, motion)
-        support = self._support.state(*whole)
-        read = self._optional.values(self._optional.placed(whole[0]))
-        return Step(
-            x, geometry, posture, q_end, rate_before, impact, coefficients, motion, support,
-            completed(read, geometry, self.grid.count), foot, turn,
-        )  # fmt: skip
+        return cycle((self,), x)[0]
 
     def derivatives(self, x: Array, posture: Posture | None = None) -> tuple[Step, StepDerivatives]:
         """Return the step at x (P,) and its exact derivatives.
@@ -128,98 +123,187 @@ class StepModel:
         Raises:
             EvaluationError: a parameter is not finite, or a leg cannot reach.
         """
+        known = None if posture is None else (posture,)
+        steps, derivatives = cycle_derivatives((self,), x, known)
+        return steps[0], derivatives[0]
+
+    def opening(self, x: Array, posture: Posture | None = None) -> Opening:
+        """Return the double support at the start of the step.
+
+        Args:
+            x: parameters of the walk, shape (P,).
+            posture: of it, if it was computed before.
+
+        Raises:
+            EvaluationError: a parameter is not finite, or a leg cannot reach.
+        """
+        if not np.all(np.isfinite(x)):
+            raise EvaluationError("a parameter is not finite")
+        z = self.chart.of(x)
+        geometry = self.layout.geometry_of(z)
+        if geometry[DURATION] <= 0.0:
+            raise EvaluationError(f"a step of {geometry[DURATION]} s is not a step")
         if posture is None:
-            geometry, posture = self._double_support(x)
-        else:
-            geometry = self.layout.geometry_of(x)
-        q_end, rate_before = self._end(x, posture)
-        turn = self._turn_before_impact(x)
+            posture = self.boundary.posture(geometry, z[self.layout.start])
+        return Opening(z, geometry, posture)
+
+    def landing(self, opening: Opening, following: Posture) -> Landing:
+        """Return the end of the step and the impact, Eqs. (26) and (16) to (20).
+
+        Args:
+            opening: its start.
+            following: double support at the start of the next step, there exchanged.
+        """
+        q_end, rate_before, turn = self._end(opening.z, following)
+        twist = None if turn is None else turn.twist
+        return Landing(q_end, rate_before, turn, self.impact.state(q_end, rate_before, twist))
+
+    def landing_derivatives(
+        self, opening: Opening, following: Posture
+    ) -> tuple[Landing, ImpactDerivatives]:
+        """Return the end of the step as `landing` does, and the derivatives of the impact."""
+        q_end, rate_before, turn = self._end(opening.z, following)
         impact, at_impact = self.impact.derivatives(
             q_end, rate_before, None if turn is None else turn.twist
         )
-        rate_start = self.exchange @ impact.rate_after
-        coefficients = self._coefficients(x, posture, q_end, rate_start, rate_before)
-        motion, foot = self._motion(coefficients, geometry), self._foot_motion(x, geometry)
-        whole = with_foot(foot, motion)
+        return Landing(q_end, rate_before, turn, impact), at_impact
+
+    def course(
+        self, opening: Opening, landing: Landing, before: ImpactState, yaw_end: float
+    ) -> Step:
+        """Return the whole step.
+
+        Args:
+            opening, landing: its start and its end.
+            before: the impact that it begins with, there exchanged.
+            yaw_end: foot yaw at the start of the next step [rad].
+        """
+        course = self._course(opening, landing, before)
+        support = self._support.state(*course.whole)
+        read = self._optional.values(self._optional.placed(course.whole[0]))
+        return self._step(opening, landing, course, support, read, yaw_end)
+
+    def course_derivatives(
+        self, opening: Opening, landing: Landing, before: ImpactState, yaw_end: float
+    ) -> tuple[Step, SupportDerivatives, dict[Quantity, PostureQuantityDerivatives]]:
+        """Return the step as `course` does, and the local derivatives at its instants."""
+        course = self._course(opening, landing, before)
+        whole = course.whole
         support, at_support = self._support.derivatives(*whole)
         optional = self._optional.derivatives(self._optional.placed(whole[0]), at_support.axes)
         read = {what: reading.value for what, reading in optional.items()}
-        step = Step(
-            x, geometry, posture, q_end, rate_before, impact, coefficients, motion, support,
-            completed(read, geometry, self.grid.count), foot, turn,
+        return self._step(opening, landing, course, support, read, yaw_end), at_support, optional
+
+    def _end(self, z: Array, following: Posture) -> tuple[Array, Array, Turning | None]:
+        """Posture (26) and rates at the end of the step, and how the stance foot turns there."""
+        turn = None
+        if self.hinge is not None:
+            of_turn = z[self.layout.turn]
+            turn = Turning(self.hinge, float(of_turn[0]), float(of_turn[-1]))
+        return self.exchange @ following.q_start, z[self.layout.rates], turn
+
+    def _course(self, opening: Opening, landing: Landing, before: ImpactState) -> _Course:
+        z, geometry = opening.z, opening.geometry
+        coefficients = np.vstack(
+            [
+                opening.posture.q_start,
+                z[self.layout.knots].reshape(-1, self.layout.joints),
+                landing.q_end,
+                self.exchange @ before.rate_after,
+                landing.rate_before,
+            ]
+        )
+        motion = self._motion(coefficients, geometry)
+        return _Course(coefficients, motion, self._foot_motion(z, geometry))
+
+    def _step(
+        self,
+        opening: Opening,
+        landing: Landing,
+        course: _Course,
+        support: SupportState,
+        read: dict[Quantity, Array],
+        yaw_end: float,
+    ) -> Step:
+        start = opening.geometry[FOOT_YAW]
+        yaw = start + self.grid.instants * (yaw_end - start)
+        return Step(
+            opening.z, opening.geometry, opening.posture, landing.q_end, landing.rate_before,
+            landing.impact, course.coefficients, course.motion, support,
+            completed(read, yaw, self.grid.count), course.foot, landing.turn,
         )  # fmt: skip
-        at_start = self.boundary.derivatives(posture)
-        return step, self._chain(step, at_start, at_impact, at_support, optional)
-
-    def _double_support(self, x: Array) -> tuple[Array, Posture]:
-        if not np.all(np.isfinite(x)):
-            raise EvaluationError("a parameter is not finite")
-        geometry = self.layout.geometry_of(x)
-        if geometry[DURATION] <= 0.0:
-            raise EvaluationError(f"a step of {geometry[DURATION]} s is not a step")
-        return geometry, self.boundary.posture(geometry, x[self.layout.start])
-
-    def _end(self, x: Array, posture: Posture) -> tuple[Array, Array]:
-        """Posture (26) and rates at the end of the step."""
-        return self.exchange @ posture.q_start, x[self.layout.rates]
-
-    def _coefficients(
-        self, x: Array, posture: Posture, q_end: Array, rate_start: Array, rate_before: Array
-    ) -> Array:
-        knots = x[self.layout.knots].reshape(-1, self.layout.joints)
-        return np.vstack([posture.q_start, knots, q_end, rate_start, rate_before])
 
     def _motion(self, coefficients: Array, geometry: Array) -> Array:
         """q, dq, ddq at the instants, shape (3, N, n), Eqs. (42)-(44)."""
         motion = self.basis.at(geometry[DURATION]) @ coefficients
         return np.ascontiguousarray(motion.swapaxes(0, 1))
 
-    def _foot_motion(self, x: Array, geometry: Array) -> Array:
+    def _foot_motion(self, z: Array, geometry: Array) -> Array:
         """Angle of the stance foot, rate and acceleration at the instants, shape (3, N, h)."""
         if self.foot_turn is None:
             return np.zeros((3, self.grid.count, 0))
-        coefficients = self.foot_turn.coefficients @ x[self.layout.turn]
+        coefficients = self.foot_turn.coefficients @ z[self.layout.turn]
         motion = self.foot_turn.basis.at(geometry[DURATION]) @ coefficients
         return np.ascontiguousarray(motion.T[:, :, None])
 
-    def _turn_before_impact(self, x: Array) -> Turning | None:
-        if self.hinge is None:
-            return None
-        turn = x[self.layout.turn]
-        return Turning(self.hinge, float(turn[0]), float(turn[-1]))
+    def opening_derivatives(self, opening: Opening) -> tuple[PostureDerivatives, Array]:
+        """Return those of the double support, and of q_start in x, shape (n, P)."""
+        found, own = self.boundary.derivatives(opening.posture), self.layout.boundary_columns
+        return found, found.q_start[:, own] @ self.chart.matrix[self.layout.boundary]
 
-    def _chain(
+    def impact_jacobian(self, step: Landing, impact: ImpactDerivatives, q_end: Array) -> Array:
+        """Return the derivatives of an impact in x, shape (12 + n, P).
+
+        Args:
+            step: the end of the step.
+            impact: local derivatives.
+            q_end: derivatives of the posture there, shape (n, P).
+        """
+        matrix = self.chart.matrix
+        after = impact.posture @ q_end + impact.rate @ matrix[self.layout.rates]
+        if impact.sole is not None and step.turn is not None:
+            rate = matrix[self.layout.turn.stop - 1]
+            after += np.outer(impact.sole @ step.turn.hinge.twist, rate)
+        return np.asarray(after)
+
+    def chain(
         self,
         step: Step,
-        posture: PostureDerivatives,
-        impact: ImpactDerivatives,
-        support: SupportDerivatives,
-        optional: dict[Quantity, PostureQuantityDerivatives],
+        local: StepDerivatives,
+        q_start: Array,
+        q_end: Array,
+        after: Array,
+        rate_start: Array,
+        yaw_end: Array | None,
     ) -> StepDerivatives:
-        size, own, n = self.layout.size, self.layout.boundary_columns, self.layout.joints
-        q_start = np.zeros((n, size))
-        q_start[:, self.layout.boundary] = posture.q_start[:, own]
-        rate_before = np.zeros((n, size))
-        rate_before[:, self.layout.rates] = np.eye(n)
-        q_end = self.exchange @ q_start
-        after = impact.posture @ q_end + impact.rate @ rate_before
-        if impact.sole is not None and step.turn is not None:
-            after[:, self.layout.turn.stop - 1] += impact.sole @ step.turn.hinge.twist
-        coefficients = self._coefficient_jacobian(q_start, q_end, after[6:-6], rate_before)
+        """Return the derivatives of a step in x, from the local ones.
+
+        Args:
+            step: the step.
+            local: its local derivatives.
+            q_start, q_end: derivatives of the postures at its ends, shape (n, P).
+            after: of its impact, shape (12 + n, P).
+            rate_start: of the rates at its start, shape (n, P).
+            yaw_end: of the foot yaw at the start of the next step, shape (P,); None where fixed.
+        """
+        posture, support = local.posture, local.support
+        matrix, own, n = self.chart.matrix, self.layout.boundary_columns, self.layout.joints
+        boundary = matrix[self.layout.boundary]
+        knots = matrix[self.layout.knots].reshape(self.layout.postures, n, -1)
+        coefficients = np.concatenate(
+            [q_start[None], knots, [q_end, rate_start, matrix[self.layout.rates]]]
+        )
         motion = self._motion_jacobian(step, coefficients)
-        legs = np.zeros((2, 3, size))
-        legs[:, :, self.layout.boundary] = posture.legs[:, :, own]
-        gaps = np.zeros((len(posture.gaps), 6, size))
-        gaps[:, :, self.layout.boundary] = posture.gaps[:, :, own]
-        travel = np.zeros((1, 2, size))
+        travel = np.zeros((1, 2, matrix.shape[1]))
         for row, name in enumerate(("step_length", "duration")):
-            column = self.layout.index(name)
-            if column is not None:
-                travel[0, row, column] = 1.0
+            rate = self.along(name)
+            if rate is not None:
+                travel[0, row] = rate
         effort = support.effort @ motion
         h, m = step.hinges, step.hinges + n
         angles = motion[:, :m]
         corners = support.corners.reshape(len(motion), -1, m) @ angles
+        turns = motion.reshape(len(motion), 3, m, -1)[:, :, :h]
         reads = {
             quantities.TORQUE: effort[:, 6 + h :],
             quantities.WRENCH: effort[:, :6],
@@ -229,35 +313,34 @@ class StepModel:
             quantities.ACCELERATIONS: motion[:, 2 * m + h :],
             quantities.IMPULSE: after[None, -6:],
             quantities.SOLE_TWIST: self._sole_twist_jacobian(step, after[:6])[None],
-            quantities.LEGS: legs,
-            quantities.GAPS: gaps,
+            quantities.LEGS: posture.legs[:, :, own] @ boundary,
+            quantities.GAPS: posture.gaps[:, :, own] @ boundary,
             quantities.TRAVEL: travel,
-            quantities.FOOT_TURN: foot_turn_rows(motion.reshape(len(motion), 3, m, size)[:, :, :h]),
-            **chained(optional, angles, self.layout.index("foot_yaw")),
+            quantities.FOOT_TURN: foot_turn_rows(turns),
+            **chained(local.optional, angles, self._yaw_jacobian(yaw_end)),
         }
-        return StepDerivatives(posture, impact, support, optional, coefficients, motion, reads)
+        return replace(local, coefficients=coefficients, motion=motion, jacobians=reads)
+
+    def along(self, name: str) -> Array | None:
+        """Return the derivatives of a geometric quantity in x, shape (P,); None where fixed."""
+        column = self.layout.index(name)
+        return None if column is None else self.chart.matrix[column]
+
+    def _yaw_jacobian(self, yaw_end: Array | None) -> Array | None:
+        """Derivatives of the foot yaw that the heading follows, at the instants, (N, P)."""
+        start = self.along("foot_yaw")
+        if start is None or yaw_end is None:
+            return None
+        return np.asarray(start + self.grid.instants[:, None] * (yaw_end - start))
 
     def _sole_twist_jacobian(self, step: Step, in_sole: Array) -> Array:
         """Derivatives of the twist in the footprint, from those in the sole's frame, (6, P)."""
         if step.turn is None:
             return in_sole
         found = step.turn.place.toActionMatrix() @ in_sole
-        found[:, self.layout.turn.start] += cross_motion(step.turn.hinge.twist, step.sole_twist)
+        by_angle = cross_motion(step.turn.hinge.twist, step.sole_twist)
+        found += np.outer(by_angle, self.chart.matrix[self.layout.turn.start])
         return np.asarray(found)
-
-    def _coefficient_jacobian(
-        self, q_start: Array, q_end: Array, rate_after: Array, rate_before: Array
-    ) -> Array:
-        postures, n = self.layout.postures, self.layout.joints
-        jacobian = np.zeros((postures + 4, n, self.layout.size))
-        jacobian[0] = q_start
-        jacobian[1 : postures + 1, :, self.layout.knots] = np.eye(n * postures).reshape(
-            postures, n, -1
-        )
-        jacobian[postures + 1] = q_end
-        jacobian[postures + 2] = self.exchange @ rate_after
-        jacobian[postures + 3] = rate_before
-        return jacobian
 
     def _motion_jacobian(self, step: Step, coefficients: Array) -> Array:
         """Derivatives of (q, dq, ddq), with the foot's turn, at the instants, (N, 3 (h + n), P)."""
@@ -265,17 +348,145 @@ class StepModel:
         basis = self.basis.at(step.duration).reshape(3 * count, width)
         jacobian = basis @ coefficients.reshape(width, -1)
         jacobian = jacobian.reshape(count, 3 * self.layout.joints, -1)
-        column = self.layout.index("duration")
-        if column is not None:
+        lasts = self.along("duration")
+        if lasts is not None:
             stretched = self.basis.at(step.duration, 1) @ step.coefficients
-            jacobian[:, :, column] += stretched.reshape(count, -1)
+            for column in np.flatnonzero(lasts):
+                jacobian[:, :, column] += lasts[column] * stretched.reshape(count, -1)
         if self.foot_turn is None:
             return jacobian
-        foot = np.zeros((count, 3, 1, self.layout.size))
         of_turn, duration = self.foot_turn, step.duration
-        foot[:, :, 0, self.layout.turn] = of_turn.basis.at(duration) @ of_turn.coefficients
-        if column is not None:
-            coefficients = of_turn.coefficients @ step.x[self.layout.turn]
-            foot[:, :, 0, column] = of_turn.basis.at(duration, 1) @ coefficients
+        own = of_turn.basis.at(duration) @ of_turn.coefficients
+        foot = (own @ self.chart.matrix[self.layout.turn])[:, :, None]
+        if lasts is not None:
+            stretched = of_turn.basis.at(duration, 1) @ of_turn.coefficients
+            foot[:, :, 0] += (stretched @ step.x[self.layout.turn])[:, :, None] * lasts
         joints = jacobian.reshape(count, 3, self.layout.joints, -1)
-        return np.concatenate([foot, joints], axis=2).reshape(count, -1, self.layout.size)
+        return np.concatenate([foot, joints], axis=2).reshape(count, -1, jacobian.shape[2])
+
+
+@dataclass(frozen=True)
+class Opening:
+    """The double support at the start of a step.
+
+    Attributes:
+        z: parameters of the step, shape (p,).
+        geometry: geometric quantities, free and fixed (G,).
+        posture: of the robot.
+    """
+
+    z: Array
+    geometry: Array
+    posture: Posture
+
+
+@dataclass(frozen=True)
+class Landing:
+    """The end of a step and its impact; as of `Step`."""
+
+    q_end: Array
+    rate_before: Array
+    turn: Turning | None
+    impact: ImpactState
+
+
+@dataclass(frozen=True)
+class _Course:
+    """The motion of a step; as of `Step`."""
+
+    coefficients: Array
+    motion: Array
+    foot: Array
+
+    @cached_property
+    def whole(self) -> Array:
+        """The stance foot's motion, then the joints', shape (3, N, h + n)."""
+        return with_foot(self.foot, self.motion)
+
+
+def cycle(models: Sequence[StepModel], x: Array) -> tuple[Step, ...]:
+    """Return the steps of a walk that follow each other, the first again after the last.
+
+    Each is seen from its own stance foot, as its mirror image where that is the other foot.
+
+    Args:
+        models: of the steps.
+        x: parameters of the walk, shape (P,).
+
+    Raises:
+        EvaluationError: a parameter is not finite, or a leg cannot reach.
+    """
+    openings = [model.opening(x) for model in models]
+    landings = [
+        model.landing(opening, after.posture)
+        for model, opening, after in zip(models, openings, _next(openings), strict=True)
+    ]
+    yaws = [float(one.geometry[FOOT_YAW]) for one in _next(openings)]
+    befores = [one.impact for one in _before(landings)]
+    return tuple(
+        model.course(opening, landing, before, yaw)
+        for model, opening, landing, before, yaw in zip(
+            models, openings, landings, befores, yaws, strict=True
+        )
+    )
+
+
+def cycle_derivatives(
+    models: Sequence[StepModel], x: Array, known: Sequence[Posture] | None = None
+) -> tuple[tuple[Step, ...], tuple[StepDerivatives, ...]]:
+    """Return the steps as `cycle` does, and their exact derivatives in x.
+
+    Args:
+        models: of the steps.
+        x: parameters of the walk, shape (P,).
+        known: the double supports at x, if they were computed before.
+
+    Raises:
+        EvaluationError: a parameter is not finite, or a leg cannot reach.
+    """
+    postures = [None] * len(models) if known is None else known
+    openings = [model.opening(x, known) for model, known in zip(models, postures, strict=True)]
+    ends = [
+        model.landing_derivatives(opening, after.posture)
+        for model, opening, after in zip(models, openings, _next(openings), strict=True)
+    ]
+    landings = [landing for landing, _ in ends]
+    yaws = [float(one.geometry[FOOT_YAW]) for one in _next(openings)]
+    befores = [one.impact for one in _before(landings)]
+    courses = [
+        model.course_derivatives(opening, landing, before, yaw)
+        for model, opening, landing, before, yaw in zip(
+            models, openings, landings, befores, yaws, strict=True
+        )
+    ]
+    starts = [
+        model.opening_derivatives(opening) for model, opening in zip(models, openings, strict=True)
+    ]
+    q_ends = [model.exchange @ q for model, (_, q) in zip(models, _next(starts), strict=True)]
+    afters = [
+        model.impact_jacobian(landing, impact, q_end)
+        for model, (landing, impact), q_end in zip(models, ends, q_ends, strict=True)
+    ]
+    rates = [
+        model.exchange @ after[6:-6] for model, after in zip(models, _before(afters), strict=True)
+    ]
+    turned = _next([model.along("foot_yaw") for model in models])
+    derivatives = []
+    for k, model in enumerate(models):
+        step, support, optional = courses[k]
+        posture, q_start = starts[k]
+        local = StepDerivatives(posture, ends[k][1], support, optional)
+        derivatives.append(
+            model.chain(step, local, q_start, q_ends[k], afters[k], rates[k], turned[k])
+        )
+    return tuple(step for step, _, _ in courses), tuple(derivatives)
+
+
+def _next(each: Sequence[T]) -> list[T]:
+    """Return what belongs to the step after each."""
+    return [*each[1:], each[0]]
+
+
+def _before(each: Sequence[T]) -> list[T]:
+    """Return what belongs to the step before each."""
+    return [each[-1], *each[:-1]]
