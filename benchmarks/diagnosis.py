@@ -27,13 +27,13 @@ def run(name: str) -> dict[str, Any]:
     """Ask for one walk that does not exist; the time is that of design and diagnosis."""
     robot, task = robot_of(), preset_task("standard", **TASKS[name])
     started = time.process_time()
-    record: dict[str, Any] = {"task": name, "families": [], "suggestions": []}
+    record: dict[str, Any] = {"task": name, "constraints": [], "suggestions": []}
     try:
         design(robot, task)
     except (NoGaitFoundError, UnreachableError) as error:
         found = error.diagnosis
         if found is not None:
-            record["families"] = [c.family for c in found.conflict]
+            record["constraints"] = [c.constraint for c in found.conflict]
             record["suggestions"] = [f"{s.setting} {s.after:g}" for s in found.suggestions]
     return record | {"cpu seconds": time.process_time() - started}
 

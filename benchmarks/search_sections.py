@@ -46,12 +46,12 @@ def diagnosis(data: list[Record]) -> str:
     """What is said about walks that do not exist."""
     rows = [
         (
-            line["task"], ", ".join(line["families"]), "; ".join(line["suggestions"]),
+            line["task"], ", ".join(line["constraints"]), "; ".join(line["suggestions"]),
             f"{line['cpu seconds']:.1f}",
         )
         for line in data
     ]  # fmt: skip
-    head = ("task at 1.0 m/s", "families in the way", "each makes it feasible", "CPU s")
+    head = ("task at 1.0 m/s", "constraints in the way", "each makes it feasible", "CPU s")
     return (
         "Walks of the thirteen-link biped that do not exist. Every suggestion was followed, and "
         "its walk keeps all limits between the samples too. The time is of design and "

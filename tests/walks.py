@@ -45,7 +45,7 @@ SWITCHED = (  # constraints that are off unless asked for, as by `UPRIGHT`
     "landing impulse",
 )
 OF_TURN = ("foot angle", "foot lift")  # of a stance foot that turns
-FAMILIES = (*ALWAYS, *SWITCHED, *OF_TURN)  # in the order of `CONSTRAINTS`
+NAMES = (*ALWAYS, *SWITCHED, *OF_TURN)  # in the order of `CONSTRAINTS`
 UPRIGHT = {
     "trunk_roll": 0.1,
     "trunk_pitch": 0.12,
@@ -144,13 +144,13 @@ _MAKERS = {
 }
 WALKS = tuple(_MAKERS)
 PAIRS = tuple(
-    (walk, family)
+    (walk, constraint)
     for walk in WALKS
-    for family in FAMILIES
-    if not (family == "walking speed" and "penalty" in walk)
-    and not (family == "closure" and "lifted" not in walk)
-    and not (family in SWITCHED and "upright" not in walk)
-    and not (family in OF_TURN and "toe off" not in walk)
+    for constraint in NAMES
+    if not (constraint == "walking speed" and "penalty" in walk)
+    and not (constraint == "closure" and "lifted" not in walk)
+    and not (constraint in SWITCHED and "upright" not in walk)
+    and not (constraint in OF_TURN and "toe off" not in walk)
 )
 
 

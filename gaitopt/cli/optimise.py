@@ -15,10 +15,10 @@ from gaitopt.bounds import rounded
 from gaitopt.cli.config import Settings
 from gaitopt.cli.display import ProgressDisplay, screen, warn
 from gaitopt.cli.process import ExitCode, StopRequest, print_advice, print_error, stop_on_interrupt
-from gaitopt.cli.remedies import Asked, remedies
 from gaitopt.cli.report import inspect_command, print_findings, print_gait
 from gaitopt.cli.request import Request, make_request, make_task
 from gaitopt.cli.results import require_writable, save_elsewhere, write_results
+from gaitopt.cli.suggestions import Asked, suggestion_lines
 from gaitopt.design.certificate import WorstRow
 from gaitopt.design.design import Design, design
 from gaitopt.design.options import DesignOptions
@@ -84,7 +84,7 @@ def run(
         except (NoGaitFoundError, UnreachableError) as error:
             print_error(str(error))
             asked = Asked(given, config, output, page=page, figures=figures, quiet=quiet)
-            print_advice(remedies(error.diagnosis, request, asked))
+            print_advice(suggestion_lines(error.diagnosis, request, asked))
             raise typer.Exit(error.exit_code) from error
         written: list[Path] = []
         try:  # first the files: whoever reads the tables may close the pipe
@@ -257,7 +257,7 @@ def fastest_walk(request: Request, console: Console, quiet: bool) -> tuple[Reque
 
 def limit_lines(best: Fastest) -> list[str]:
     """Return what ended the search, and a line for each constraint at its limit."""
-    rows = [row for row in best.design.certificate.families if row.sentence in best.binding]
+    rows = [row for row in best.design.certificate.constraints if row.sentence in best.binding]
     lines = [f"no walk was found at {best.refused:.3f} m/s"] if isfinite(best.refused) else []
     lines += [f"at their limits at {best.speed:.3f} m/s:"] if rows else []
     lines += [f"- {_at_limit(row)}" for row in rows[:_MOST]]

@@ -26,13 +26,13 @@ class ViolatedRow:
     """Where a limit is exceeded most.
 
     Attributes:
-        family, entry: which constraint.
+        constraint, entry: which constraint.
         instant: s = t / T.
         excess: scaled violation there.
         held: instant at which to hold the row, so that it keeps its limit all about the peak.
     """
 
-    family: str
+    constraint: str
     entry: int
     instant: float
     excess: float
@@ -44,12 +44,12 @@ class ActiveRow:
     """One active row.
 
     Attributes:
-        family, entry: which constraint.
-        instant: s = t / T, or the row's number where the family is not one of instants.
+        constraint, entry: which constraint.
+        instant: s = t / T, or the row's number where the constraint is not one of instants.
         multiplier: scaled, sign as in `gaitopt.nlp`.
     """
 
-    family: str
+    constraint: str
     entry: int
     instant: float
     multiplier: float
@@ -58,14 +58,14 @@ class ActiveRow:
 def active_rows(problem: WalkProblem, multipliers: Array) -> tuple[ActiveRow, ...]:
     """Return the active rows of a walk from the multipliers of its rows (m,)."""
     found = []
-    for family in problem.blocks:
-        block = multipliers[problem.rows_of(family.name)].reshape(family.lower.shape)
+    for constraint in problem.blocks:
+        block = multipliers[problem.rows_of(constraint.name)].reshape(constraint.lower.shape)
         for instant, entry in np.argwhere(np.abs(block) > ACTIVE_MULTIPLIER):
             found.append(
                 ActiveRow(
-                    family.name,
+                    constraint.name,
                     int(entry),
-                    _instant(family, int(instant)),
+                    _instant(constraint, int(instant)),
                     float(block[instant, entry]),
                 )
             )
@@ -77,20 +77,20 @@ def placed(problem: WalkProblem, active: Iterable[ActiveRow]) -> Array:
     multipliers = np.zeros(problem.rows.lower.size)
     rows = {f.name: (f, _rows_of(f)) for f in problem.blocks}
     for one in active:
-        if one.family not in rows:
+        if one.constraint not in rows:
             continue
-        family, known = rows[one.family]
+        constraint, known = rows[one.constraint]
         row = known.get(round(one.instant, DIGITS))
-        if row is not None and one.entry < family.lower.shape[1]:
-            block = multipliers[problem.rows_of(one.family)].reshape(family.lower.shape)
+        if row is not None and one.entry < constraint.lower.shape[1]:
+            block = multipliers[problem.rows_of(one.constraint)].reshape(constraint.lower.shape)
             block[row, one.entry] += one.multiplier
     return multipliers
 
 
 def instants_of(problem: WalkProblem, active: Iterable[ActiveRow]) -> Array:
-    """Return the instants of active rows of the families that are looked at over the step."""
+    """Return the instants of active rows of the constraints that are looked at over the step."""
     timed = {f.name for f in problem.blocks if f.times is not None}
-    return np.unique([one.instant for one in active if one.family in timed])
+    return np.unique([one.instant for one in active if one.constraint in timed])
 
 
 def violated_rows(fine: WalkProblem, x: Array) -> tuple[ViolatedRow, ...]:
@@ -106,7 +106,7 @@ def violated_rows(fine: WalkProblem, x: Array) -> tuple[ViolatedRow, ...]:
         EvaluationError: the walk is not defined at x.
     """
     return tuple(
-        ViolatedRow(one.family, one.entry, round(one.instant, DIGITS), -one.margin, _held(one))
+        ViolatedRow(one.constraint, one.entry, round(one.instant, DIGITS), -one.margin, _held(one))
         for one in located(fine, x)
         if one.margin < -REFINED
     )
@@ -141,20 +141,20 @@ def moved(active: Iterable[ActiveRow], peaks: Iterable[ViolatedRow]) -> tuple[Ac
         near = [
             i
             for i, one in enumerate(kept)
-            if (one.family, one.entry) == (peak.family, peak.entry)
+            if (one.constraint, one.entry) == (peak.constraint, peak.entry)
             and abs(one.instant - peak.held) <= SAME_PEAK
         ]
         size = 0.0
         if near:
             index = min(near, key=lambda i: abs(kept[i].instant - peak.held))
             size = kept.pop(index).multiplier
-        kept.append(ActiveRow(peak.family, peak.entry, peak.held, size))
+        kept.append(ActiveRow(peak.constraint, peak.entry, peak.held, size))
     return tuple(kept)
 
 
-def _instant(family: ConstraintBlock, row: int) -> float:
-    return float(row) if family.times is None else round(float(family.times[row]), DIGITS)
+def _instant(constraint: ConstraintBlock, row: int) -> float:
+    return float(row) if constraint.times is None else round(float(constraint.times[row]), DIGITS)
 
 
-def _rows_of(family: ConstraintBlock) -> dict[float, int]:
-    return {_instant(family, row): row for row in range(family.lower.shape[0])}
+def _rows_of(constraint: ConstraintBlock) -> dict[float, int]:
+    return {_instant(constraint, row): row for row in range(constraint.lower.shape[0])}

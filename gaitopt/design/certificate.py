@@ -6,8 +6,9 @@ from dataclasses import asdict, dataclass, field, replace
 
 import numpy as np
 
-from gaitopt.design.cross_check import CrossCheck, cross_check
+from gaitopt.deprecation import Renamed
 from gaitopt.design.extremes import Extreme, located
+from gaitopt.design.referee import RefereeVerdict, ask_referee
 from gaitopt.gait.grid import Grid, proof_grid
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.model.feet.sole import sole_edge_speeds
@@ -15,15 +16,15 @@ from gaitopt.nlp import Array, Residual, kkt_residual
 from gaitopt.solvers.multipliers import least_squares_multipliers
 from gaitopt.tolerances import LIMITS, MOMENTUM, OPTIMALITY, REFEREE
 
-_INSIDE = 1e-6  # of the step: nearest to its ends that a family which leaves them out is told
+_INSIDE = 1e-6  # of the step: nearest to its ends that a constraint which leaves them out is told
 
 
 @dataclass(frozen=True)
 class WorstRow:
-    """The row of a family that comes nearest to its limit, or exceeds it most.
+    """The row of a constraint that comes nearest to its limit, or exceeds it most.
 
     Attributes:
-        family, equation: which constraint.
+        constraint, equation: which constraint.
         row: joint, corner or edge it speaks of.
         time: instant [s], None where the constraint is not one of an instant.
         value, limit, unit: measured and allowed.
@@ -31,7 +32,7 @@ class WorstRow:
         margin: scaled distance to the limit; negative if it is exceeded.
     """
 
-    family: str
+    constraint: str
     equation: str
     row: str
     time: float | None
@@ -40,6 +41,8 @@ class WorstRow:
     unit: str
     violation: float
     margin: float
+
+    family = Renamed("constraint")
 
     @property
     def sentence(self) -> str:
@@ -56,7 +59,7 @@ class Certificate:
         kkt: residuals at the samples that were optimised, from least-squares multipliers.
         samples: instants at which the whole step was evaluated; extremes are located between them.
         cost: with the quadrature of the proof's grid, in the unit of the task's cost.
-        families: worst row of every family over the whole step, worst first.
+        constraints: worst row of every constraint over the whole step, worst first.
         resolution: estimated error of the located extremes near their limits, scaled.
         referee: disagreement with the Newton-Euler referee on the proof's grid.
         rear_foot_speed: least upward speed of a corner of the rear sole after the impact [m/s].
@@ -67,12 +70,14 @@ class Certificate:
     kkt: Residual
     samples: int
     cost: float
-    families: tuple[WorstRow, ...]
+    constraints: tuple[WorstRow, ...]
     resolution: float
-    referee: CrossCheck
+    referee: RefereeVerdict
     rear_foot_speed: float
     both_feet_stay: bool
     multipliers: tuple[Array, Array] = field(compare=False, repr=False)
+
+    families = Renamed("constraints")
 
     def __repr__(self) -> str:
         """Return it in one line: the whole of it is pages long."""
@@ -84,7 +89,7 @@ class Certificate:
     @property
     def worst(self) -> WorstRow:
         """Worst row of all."""
-        return self.families[0]
+        return self.constraints[0]
 
     @property
     def optimal(self) -> bool:
@@ -149,7 +154,7 @@ class Certificate:
             "fine_tolerance": LIMITS,
             "fine_resolution": self.resolution,
             "worst": asdict(self.worst),
-            "families": [asdict(row) for row in self.families],
+            "constraints": [asdict(row) for row in self.constraints],
             "referee": asdict(self.referee),
             "rear_foot_lifts": self.rear_foot_lifts,
             "rear_foot_speed": self.rear_foot_speed,
@@ -180,9 +185,9 @@ def certify(problem: WalkProblem, x: Array, fine: WalkProblem | None = None) -> 
         kkt=kkt_residual(problem, point, *multipliers),
         samples=fine.grid.count,
         cost=fine.cost.value(step),
-        families=_worst_of_all(fine, x, extremes),
+        constraints=_worst_of_all(fine, x, extremes),
         resolution=max((e.error for e in extremes if e.margin < e.error), default=0.0),
-        referee=cross_check(problem.robot, step, fine.grid, problem.schedule),
+        referee=ask_referee(problem.robot, step, fine.grid, problem.schedule),
         rear_foot_speed=float(rear_corners.min()),
         both_feet_stay=locked.valid,
         multipliers=multipliers,
@@ -200,7 +205,7 @@ def on_fine_grid(problem: WalkProblem) -> WalkProblem:
 
 
 def worst_between(fine: WalkProblem, x: Array) -> tuple[WorstRow, ...]:
-    """Return the worst row of every family over the whole step, the one that fares worst first.
+    """Return the worst row of every constraint over the whole step, the one that fares worst first.
 
     Args:
         fine: the walk on the proof's grid.
@@ -215,43 +220,43 @@ def worst_between(fine: WalkProblem, x: Array) -> tuple[WorstRow, ...]:
 def _worst_of_all(
     fine: WalkProblem, x: Array, extremes: tuple[Extreme, ...]
 ) -> tuple[WorstRow, ...]:
-    """The located extremes of families over the step, computed again there; the rows of others."""
+    """The located extremes over the step, computed again there; the rows of other constraints."""
     worst = _worst_extremes(fine, extremes)
     instants = np.unique([one.instant for one in worst.values()])
     at = fine.with_grid(Grid(instants, np.ones(instants.size), instants.size))
     values = at.values(x).rows
     rows = [_worst_extreme(at, one, values, x) for one in worst.values()]
-    rows += [row for row in worst_rows(fine, x) if row.family not in worst]
+    rows += [row for row in worst_rows(fine, x) if row.constraint not in worst]
     return tuple(sorted(rows, key=lambda row: row.margin))
 
 
 def _worst_extremes(fine: WalkProblem, extremes: tuple[Extreme, ...]) -> dict[str, Extreme]:
-    """The worst extreme of each family; at an end only where the family looks there."""
+    """The worst extreme of each constraint; at an end only where the constraint looks there."""
     ends = {f.name: f.times is not None and 0.0 in f.times for f in fine.blocks}
     worst: dict[str, Extreme] = {}
     extremes = tuple(one for one in extremes if np.isfinite(one.margin))  # a robot may lack limits
     for one in sorted(extremes, key=lambda one: one.margin):
-        if ends[one.family] or _INSIDE <= one.instant <= 1.0 - _INSIDE:
-            worst.setdefault(one.family, one)
+        if ends[one.constraint] or _INSIDE <= one.instant <= 1.0 - _INSIDE:
+            worst.setdefault(one.constraint, one)
     for one in extremes:
         inside = replace(one, instant=min(max(one.instant, _INSIDE), 1.0 - _INSIDE))
-        worst.setdefault(one.family, inside)
+        worst.setdefault(one.constraint, inside)
     return worst
 
 
 def _worst_extreme(at: WalkProblem, extreme: Extreme, values: Array, x: Array) -> WorstRow:
-    rows = at.rows_of(extreme.family)
-    family = at.address(rows.start).block
-    assert family.times is not None
-    instant = int(np.argmin(np.abs(family.times - extreme.instant)))
-    return _row(at, rows.start + instant * family.lower.shape[1] + extreme.entry, values, x)
+    rows = at.rows_of(extreme.constraint)
+    constraint = at.address(rows.start).block
+    assert constraint.times is not None
+    instant = int(np.argmin(np.abs(constraint.times - extreme.instant)))
+    return _row(at, rows.start + instant * constraint.lower.shape[1] + extreme.entry, values, x)
 
 
 def worst_rows(problem: WalkProblem, x: Array) -> tuple[WorstRow, ...]:
-    """Return the worst row of every family that has limits, the one that fares worst first."""
+    """Return the worst row of every constraint that has limits, the one that fares worst first."""
     values = problem.values(x).rows
     limited = [f for f in problem.blocks if np.isfinite([f.lower, f.upper]).any()]
-    rows = [_worst_of(problem, family.name, values, x) for family in limited]
+    rows = [_worst_of(problem, constraint.name, values, x) for constraint in limited]
     return tuple(sorted(rows, key=lambda row: row.margin))
 
 
@@ -272,7 +277,7 @@ def _row(problem: WalkProblem, index: int, values: Array, x: Array) -> WorstRow:
     if at.block.times is not None:
         time = float(at.block.times[at.instant]) * problem.step(x).duration
     return WorstRow(
-        family=at.block.name,
+        constraint=at.block.name,
         equation=at.block.equation,
         row=at.block.labels[at.entry],
         time=time,

@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from gaitopt.deprecation import Renamed
 from gaitopt.design.early_stopping import EarlyStopping
 from gaitopt.design.relaxation import Relaxation, RelaxedProgram
 from gaitopt.errors import StoppedError, UnreachableError
@@ -31,9 +32,9 @@ from gaitopt.tolerances import FEASIBLE
 RELAXATION_SOLVER = SQP(max_iterations=80, tolerance=1e-3, feasibility=0.9 * FEASIBLE)
 """For relaxations: they need few digits (measured: half the time of 1e-4). The tip of a smoothed
 friction cone is out of reach by 6e-7; asked for more, the solver would insist on it."""
-FAMILY_SOLVER = replace(RELAXATION_SOLVER, max_iterations=60)
-"""For the relaxation of all families."""
-PATIENT_FAMILY_SOLVER = replace(RELAXATION_SOLVER, max_iterations=300)
+CONFLICT_SOLVER = replace(RELAXATION_SOLVER, max_iterations=60)
+"""For the relaxation of all constraints."""
+PATIENT_CONFLICT_SOLVER = replace(RELAXATION_SOLVER, max_iterations=300)
 """For the same, where that found none (benchmarks/infeasible.py: they take 60 to 200)."""
 SECOND_START_SOLVER = SQP(max_iterations=40)
 """For a second opinion: another start."""
@@ -44,36 +45,38 @@ EASIER_STEP = 0.8
 SHARE_LOOSENED = 1e-2
 """A relaxation below this part of all is left out."""
 SHARE_PUSHING = 0.05
-"""Share of the push from which a family that holds belongs to the conflict."""
+"""Share of the push from which a constraint that holds belongs to the conflict."""
 FLAT = 1e-4
 """Gap of the double support below which the feet lie flat [m, rad]."""
 
 
 @dataclass(frozen=True)
 class Conflict:
-    """A constraint family that stands in the way.
+    """A constraint that stands in the way.
 
     Attributes:
-        family, words: its name, and what a person calls it.
-        amount, unit: by how much its limits give in the smallest relaxation; zero for a family
+        constraint, words: its name, and what a person calls it.
+        amount, unit: by how much its limits give in the smallest relaxation; zero for a constraint
             that holds but pushes the others.
         row: joint and instant where it pushes most.
         share: of all push (multipliers of the smallest relaxation), from 0 to 1.
     """
 
-    family: str
+    constraint: str
     words: str
     amount: float
     unit: str
     row: str
     share: float
 
+    family = Renamed("constraint")
+
     @property
     def sentence(self) -> str:
         """In words."""
-        where = " in every step" if self.family == "walking speed" else f" ({self.row})"
+        where = " in every step" if self.constraint == "walking speed" else f" ({self.row})"
         if self.amount == 0.0:
-            return self.words if self.family == "walking speed" else self.words + where
+            return self.words if self.constraint == "walking speed" else self.words + where
         return f"{self.words} by {self.amount:.2g} {self.unit}{where}"
 
 
@@ -83,7 +86,7 @@ class LeastRelaxation:
 
     Attributes:
         x: parameters of that walk, shape (P,).
-        amounts: by how much each family gives, in changes that matter, shape (families,).
+        amounts: by how much each constraint gives, in changes that matter, shape (constraints,).
         multipliers: of the walk's rows, shape (m,).
     """
 
@@ -135,9 +138,9 @@ def easier_guess(problem: WalkProblem) -> Array:
 
 
 def find_least_relaxation(
-    problem: WalkProblem, points: Sequence[Array], stop: Stop = never, solver: SQP = FAMILY_SOLVER
+    problem: WalkProblem, points: Sequence[Array], stop: Stop = never, solver: SQP = CONFLICT_SOLVER
 ) -> LeastRelaxation | None:
-    """Return the smallest relaxation of all families that is found from several points.
+    """Return the smallest relaxation of all constraints that is found from several points.
 
     Args:
         problem: the walk.
@@ -149,7 +152,7 @@ def find_least_relaxation(
         StoppedError: `stop` said so.
     """
     best: LeastRelaxation | None = None
-    relaxations = _family_relaxations(problem)
+    relaxations = _relaxations(problem)
     for x in points:
         program = RelaxedProgram(problem, relaxations, x)
         solution = solve_unless_stopped(solver, program, Start(program.needed(x)), stop)
@@ -165,7 +168,7 @@ def find_least_relaxation(
 
 
 def conflicts(problem: WalkProblem, relaxed: LeastRelaxation) -> tuple[Conflict, ...]:
-    """Return the families in conflict: those that give, most first, then those that push most."""
+    """Return those in conflict: constraints that give, most first, then those that push most."""
     matter = np.array([f.change for f in problem.blocks])
     rows = [problem.rows_of(f.name) for f in problem.blocks]
     push = matter * np.array([np.abs(relaxed.multipliers[r]).sum() for r in rows])
@@ -175,16 +178,16 @@ def conflicts(problem: WalkProblem, relaxed: LeastRelaxation) -> tuple[Conflict,
     order = np.lexsort((-share, -given))
     found = []
     for i in order[(gives | (share >= SHARE_PUSHING))[order]]:
-        family = problem.blocks[i]
+        constraint = problem.blocks[i]
         row = rows[i].start + int(np.argmax(np.abs(relaxed.multipliers[rows[i]])))
-        unit = matter[i] * float(family.scale[problem.address(row).entry])
+        unit = matter[i] * float(constraint.scale[problem.address(row).entry])
         amount = float(relaxed.amounts[i]) * unit if gives[i] else 0.0
         found.append(
             Conflict(
-                family.name,
-                family.words,
+                constraint.name,
+                constraint.words,
                 amount,
-                family.unit,
+                constraint.unit,
                 problem.describe(row),
                 float(share[i]),
             )
@@ -206,23 +209,23 @@ def solve_unless_stopped(
     return solution
 
 
-def _family_relaxations(problem: WalkProblem) -> tuple[Relaxation, ...]:
-    """One per family; the walking speed may only fall."""
+def _relaxations(problem: WalkProblem) -> tuple[Relaxation, ...]:
+    """One per constraint; the walking speed may only fall."""
     found = []
-    for family in problem.blocks:
+    for constraint in problem.blocks:
         gives = np.zeros(problem.rows.lower.size)
-        gives[problem.rows_of(family.name)] = family.change
-        slower = family.name == "walking speed"
-        found.append(Relaxation(family.name, 0.0 * gives if slower else gives, gives))
+        gives[problem.rows_of(constraint.name)] = constraint.change
+        slower = constraint.name == "walking speed"
+        found.append(Relaxation(constraint.name, 0.0 * gives if slower else gives, gives))
     return tuple(found)
 
 
 Contradiction = tuple[str, str]
-"""Family and sentence."""
+"""Constraint and sentence."""
 
 
 def contradictions(problem: WalkProblem) -> tuple[Contradiction, ...]:
-    """Return what is impossible whatever the motion, as pairs of family and sentence."""
+    """Return what is impossible whatever the motion, as pairs of constraint and sentence."""
     return (
         *_step(problem), *_flat_feet(problem), *_extension(problem), *_sole(problem),
         *_load(problem), *_knees(problem), *_width(problem), *_clearance(problem), *_trunk(problem),

@@ -15,7 +15,7 @@ from gaitopt.design.diagnosis import Diagnosis, diagnose
 from gaitopt.design.known_walk import gone_on, parameters_of
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.pipeline import Design, attempt, complete, finished, is_walk, versions
-from gaitopt.design.remedies import Suggestion, followed, following
+from gaitopt.design.suggestions import Suggestion, followed, following
 from gaitopt.errors import (
     EvaluationError,
     InputError,

@@ -8,9 +8,10 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 
+from gaitopt.deprecation import Renamed
 from gaitopt.design.certificate import WorstRow, worst_rows
 from gaitopt.design.conflict import (
-    PATIENT_FAMILY_SOLVER,
+    PATIENT_CONFLICT_SOLVER,
     SECOND_START_SOLVER,
     Conflict,
     conflicts,
@@ -21,7 +22,7 @@ from gaitopt.design.conflict import (
     solve_unless_stopped,
 )
 from gaitopt.design.options import DesignOptions
-from gaitopt.design.remedies import Suggestion, find_suggestions
+from gaitopt.design.suggestions import Suggestion, find_suggestions
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.nlp import Array, Solution, Start, Stop, never
 from gaitopt.tolerances import FEASIBLE
@@ -38,7 +39,7 @@ class Diagnosis:
         impossible: sentences on what no motion can meet, if that was seen at once.
         violation: least violation found, scaled.
         worst: the row that has it; None where nothing could be evaluated.
-        conflict: families in the way, most first; empty if a gait was found after all.
+        conflict: constraints in the way, most first; empty if a gait was found after all.
         suggestions: single changes that suffice, most promising first; if none does, several
             changes that do together.
         tried: what was changed in vain, by the names of `Suggestion.setting`.
@@ -55,10 +56,12 @@ class Diagnosis:
     gait: Array | None
     seconds: float
 
+    families = Renamed("constraints")
+
     @property
-    def families(self) -> tuple[str, ...]:
-        """Names of the families in conflict."""
-        return tuple(c.family for c in self.conflict)
+    def constraints(self) -> tuple[str, ...]:
+        """Names of the constraints in conflict."""
+        return tuple(c.constraint for c in self.conflict)
 
     @property
     def sentences(self) -> tuple[str, ...]:
@@ -105,7 +108,7 @@ class Diagnosis:
 
 
 def _worst_sentence(row: WorstRow) -> str:
-    if row.family != "walking speed":
+    if row.constraint != "walking speed":
         return row.sentence
     return f"a step that is {abs(row.value):.3g} m too {'short' if row.value > 0.0 else 'long'}"
 
@@ -137,7 +140,7 @@ def diagnose(
         relaxed = find_least_relaxation(problem, places, stop)
         if relaxed is None:
             places.append(easier_guess(problem))
-            relaxed = find_least_relaxation(problem, places, stop, PATIENT_FAMILY_SOLVER)
+            relaxed = find_least_relaxation(problem, places, stop, PATIENT_CONFLICT_SOLVER)
         if relaxed is not None and relaxed.amount <= FEASIBLE:
             least = solve_unless_stopped(SECOND_START_SOLVER, problem, Start(relaxed.x), stop)
     if least is not None and least.violation <= FEASIBLE:
@@ -148,7 +151,7 @@ def diagnose(
     return Diagnosis(
         impossible=impossible,
         violation=np.inf if least is None else least.violation,
-        worst=None if least is None else _worst(problem, least.x, [c.family for c in conflict]),
+        worst=None if least is None else _worst(problem, least.x, [c.constraint for c in conflict]),
         conflict=conflict,
         suggestions=suggestions,
         tried=vain,
@@ -158,10 +161,12 @@ def diagnose(
 
 
 def _worst(problem: WalkProblem, x: Array, ranked: list[str]) -> WorstRow:
-    """Return the worst row; of equals, the one of the family that gives first."""
+    """Return the worst row; of equals, the one of the constraint that gives first."""
     rows = worst_rows(problem, x)
     equal = [row for row in rows if row.violation >= NEARLY_WORST * rows[0].violation]
-    return min(equal, key=lambda r: ranked.index(r.family) if r.family in ranked else len(ranked))
+    return min(
+        equal, key=lambda r: ranked.index(r.constraint) if r.constraint in ranked else len(ranked)
+    )
 
 
 def _since(started: float) -> float:

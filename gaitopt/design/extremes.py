@@ -42,7 +42,7 @@ class Extreme:
     """A row at an instant where it comes nearest to one of its limits, or exceeds it most.
 
     Attributes:
-        family, entry: which constraint.
+        constraint, entry: which constraint.
         instant: s = t / T.
         margin: scaled distance to the limit there, negative if it is exceeded.
         error: estimate of how far the margin may be off.
@@ -51,7 +51,7 @@ class Extreme:
         at_end: margin at the nearer end of the step, infinite where that is in another piece.
     """
 
-    family: str
+    constraint: str
     entry: int
     instant: float
     margin: float
@@ -66,8 +66,8 @@ class _Sides:
     """Limits that are looked at over the whole step, one per column of a table of margins.
 
     Attributes:
-        names: of the families, (C).
-        entry: index of the row in its family, shape (C,).
+        names: of the constraints, (C).
+        entry: index of the row in its constraint, shape (C,).
         upper: whether it is the upper limit, shape (C,).
         rows: of the program, at the instants inside the step, shape (instants, C).
         limits: shape (instants, C).
@@ -215,23 +215,23 @@ def _dense_points() -> Array:
 
 
 def _sides(problem: WalkProblem) -> _Sides:
-    """Return the limits of the families that look at every instant inside the step."""
+    """Return the limits of the constraints that look at every instant inside the step."""
     instants = problem.grid.instants
     count = int(((instants > 0.0) & (instants < 1.0)).sum())
     names: list[str] = []
     entries, uppers, rows, limits = [], [], [], []
-    for family in problem.blocks:
-        if family.times is None:
+    for constraint in problem.blocks:
+        if constraint.times is None:
             continue
-        inside = (family.times > 0.0) & (family.times < 1.0)
+        inside = (constraint.times > 0.0) & (constraint.times < 1.0)
         if int(inside.sum()) != count:
             continue
-        block = problem.rows_of(family.name)
-        numbers = np.arange(block.start, block.stop).reshape(family.lower.shape)[inside]
+        block = problem.rows_of(constraint.name)
+        numbers = np.arange(block.start, block.stop).reshape(constraint.lower.shape)[inside]
         for upper, limit in ((False, problem.rows.lower), (True, problem.rows.upper)):
-            bounds = limit[block].reshape(family.lower.shape)[inside]
+            bounds = limit[block].reshape(constraint.lower.shape)[inside]
             kept = np.flatnonzero(np.isfinite(bounds).all(axis=0))
-            names += [family.name] * kept.size
+            names += [constraint.name] * kept.size
             entries.append(kept)
             uppers.append(np.full(kept.size, upper))
             rows.append(numbers[:, kept])
@@ -246,12 +246,12 @@ def _sides(problem: WalkProblem) -> _Sides:
 
 
 def _at_instants(fine: WalkProblem, x: Array, over_step: set[str]) -> Iterator[Extreme]:
-    """Yield the worst of each row of families that look at chosen instants only: at those."""
+    """Yield the worst of each row of constraints that look at chosen instants only: at those."""
     values = fine.values(x).rows
-    for family in fine.blocks:
-        if family.times is None or family.name in over_step or family.size == 0:
+    for constraint in fine.blocks:
+        if constraint.times is None or constraint.name in over_step or constraint.size == 0:
             continue
-        block, shape = fine.rows_of(family.name), family.lower.shape
+        block, shape = fine.rows_of(constraint.name), constraint.lower.shape
         below = (values[block] - fine.rows.lower[block]).reshape(shape)
         above = (fine.rows.upper[block] - values[block]).reshape(shape)
         margins = np.minimum(below, above)
@@ -259,9 +259,9 @@ def _at_instants(fine: WalkProblem, x: Array, over_step: set[str]) -> Iterator[E
             if np.isinf(margins[row, entry]):
                 continue  # it has no limit
             yield Extreme(
-                family=family.name,
+                constraint=constraint.name,
                 entry=entry,
-                instant=float(family.times[row]),
+                instant=float(constraint.times[row]),
                 margin=float(margins[row, entry]),
                 error=0.0,
                 upper=bool(above[row, entry] < below[row, entry]),
@@ -336,7 +336,7 @@ def _polished(
         piece = pieces[number]
         ends = [piece.dense[k, column] for k in (0, -1) if piece.instant(at[k]) in (0.0, 1.0)]
         yield Extreme(
-            family=sides.names[column],
+            constraint=sides.names[column],
             entry=int(sides.entry[column]),
             instant=float(piece.instant(place)),
             margin=float(margin),

@@ -248,7 +248,7 @@ class Adjustment(ABC):
         before: its value in the task.
         bound: the farthest value that makes sense.
         step: a change of it that matters.
-        families: constraint families that it relaxes.
+        constraints: constraints that it relaxes.
     """
 
     name: str
@@ -257,7 +257,7 @@ class Adjustment(ABC):
     before: float
     bound: float
     step: float
-    families: tuple[str, ...]
+    constraints: tuple[str, ...]
 
     @abstractmethod
     def changed(self, robot: Robot, task: Task, value: float) -> tuple[Robot, Task]:
@@ -303,7 +303,7 @@ class LimitAdjustment(Adjustment):
     before: float
     bound: float
     step: float
-    families: tuple[str, ...]
+    constraints: tuple[str, ...]
 
     def changed(self, robot: Robot, task: Task, value: float) -> tuple[Robot, Task]:
         """Return robot and task with another value."""
@@ -370,7 +370,7 @@ class DurationAdjustment(Adjustment):
     name: str = "duration"
     words: str = "the duration of a step"
     unit: str = "s"
-    families: tuple[str, ...] = ("walking speed",)
+    constraints: tuple[str, ...] = ("walking speed",)
 
     def changed(self, robot: Robot, task: Task, value: float) -> tuple[Robot, Task]:
         """Return robot and task with another duration."""
@@ -413,7 +413,7 @@ class StepWidthAdjustment(Adjustment):
     name: str = "step_width"
     words: str = "the largest step width"
     unit: str = "m"
-    families: tuple[str, ...] = ("lateral", "leg gap")
+    constraints: tuple[str, ...] = ("lateral", "leg gap")
 
     def changed(self, robot: Robot, task: Task, value: float) -> tuple[Robot, Task]:
         """Return robot and task with another step width."""

@@ -80,7 +80,7 @@ def _of_settings(
         if (np.abs(multipliers[problem.rows_of(block.name)]) > ACTIVE_MULTIPLIER).any()
     }
     for setting in limit_adjustments(problem):
-        if pressed.isdisjoint(setting.families):
+        if pressed.isdisjoint(setting.constraints):
             continue
         rate = -setting.relaxation(problem).relief(rows, multipliers) / problem.cost_scale
         if rate != 0.0:

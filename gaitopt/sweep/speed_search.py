@@ -192,6 +192,6 @@ _EQUALITIES = ("walking speed", "closure")
 
 
 def binding(found: Design) -> tuple[str, ...]:
-    """Return the inequality constraints that are at their limits, in words, one per family."""
-    rows = (row for row in found.certificate.families if row.family not in _EQUALITIES)
+    """Return the inequality constraints that are at their limits, in words, one per constraint."""
+    rows = (row for row in found.certificate.constraints if row.constraint not in _EQUALITIES)
     return tuple(row.sentence for row in rows if row.margin <= AT_LIMIT)

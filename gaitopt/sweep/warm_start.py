@@ -61,7 +61,7 @@ class WarmStart:
         return {
             **asdict(self),
             "x": self.x.tolist(),
-            "active": [[p.family, p.entry, p.instant, p.multiplier] for p in self.active],
+            "active": [[p.constraint, p.entry, p.instant, p.multiplier] for p in self.active],
         }
 
 
@@ -87,10 +87,10 @@ def warm_start_of(record: Mapping[str, Any]) -> WarmStart:
     )
 
 
-def _active(family: object, entry: object, instant: Any, multiplier: Any) -> ActiveRow:
-    if not isinstance(family, str) or not isinstance(entry, int):
+def _active(constraint: object, entry: object, instant: Any, multiplier: Any) -> ActiveRow:
+    if not isinstance(constraint, str) or not isinstance(entry, int):
         raise TypeError("an active limit has no name or no number")
-    return ActiveRow(family, entry, float(instant), float(multiplier))
+    return ActiveRow(constraint, entry, float(instant), float(multiplier))
 
 
 def promising(

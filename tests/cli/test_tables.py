@@ -36,7 +36,7 @@ def test_numbers_that_are_zero_but_for_rounding_are_shown_as_zero(value, text):
 
 def fastest_with(rows, refused=1.25):
     design = SimpleNamespace(
-        certificate=SimpleNamespace(families=rows),
+        certificate=SimpleNamespace(constraints=rows),
         problem=SimpleNamespace(task=SimpleNamespace(speed=1.2)),
     )
     return Fastest(design, refused, tuple(row.sentence for row in rows[1:]))

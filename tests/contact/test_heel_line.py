@@ -11,7 +11,7 @@ from gaitopt.contact.flat_foot import FlatFoot
 from gaitopt.contact.heel_line import HeelLine
 from gaitopt.contact.schedule import Phase, Schedule, Transition
 from gaitopt.design.certificate import fine_grid
-from gaitopt.design.cross_check import cross_check
+from gaitopt.design.referee import ask_referee
 from gaitopt.gait.assemble import gait_at
 from gaitopt.gait.gait_file import load_gait, save_gait
 from gaitopt.gait.initial_guess import first_guess, perturbed
@@ -89,7 +89,7 @@ def test_derivatives_are_exact(walk):
 def test_the_referee_agrees(walk):
     problem, x = walk
     grid = fine_grid(problem)
-    verdict = cross_check(problem.robot, problem.with_grid(grid).step(x), grid, problem.schedule)
+    verdict = ask_referee(problem.robot, problem.with_grid(grid).step(x), grid, problem.schedule)
     assert 0.0 < verdict.worst < REFEREE
     assert 0.0 < verdict.momentum < MOMENTUM
 

@@ -44,10 +44,10 @@ def test_on_another_grid_they_stand_at_the_same_instants(sampled):
 def test_rows_that_a_grid_lacks_are_left_out(sampled):
     problem, _ = sampled
     assert not placed(problem, [ActiveRow("torque", 0, 0.12345, 1.0)]).any()
-    assert not placed(problem, [ActiveRow("no such family", 0, 0.0, 1.0)]).any()
+    assert not placed(problem, [ActiveRow("no such constraint", 0, 0.0, 1.0)]).any()
 
 
-def test_only_families_of_instants_have_instants(sampled):
+def test_only_constraints_of_instants_have_instants(sampled):
     problem, _ = sampled
     active = [ActiveRow("torque", 0, 0.3, 1.0), ActiveRow("leg length", 0, 1.0, 1.0)]
     assert instants_of(problem, active).tolist() == [0.3]
@@ -56,7 +56,7 @@ def test_only_families_of_instants_have_instants(sampled):
 def margins(problem: WalkProblem, x, peak: ViolatedRow, instants):
     """Margins of a peak's row at instants, straight from its definition."""
     at = problem.with_grid(Grid(instants, np.ones(instants.size), instants.size))
-    block = at.rows_of(peak.family)
+    block = at.rows_of(peak.constraint)
     shape = at.address(block.start).block.lower.shape
     value, low, high = (
         part[block].reshape(shape)[:, peak.entry]
@@ -80,7 +80,7 @@ def test_a_landing_foot_is_held_near_the_end(sampled):
     """It has no height at the end: held at the peak it would sink between peak and end again."""
     problem, solution = sampled
     peaks = violated_rows(on_fine_grid(problem), solution.x)
-    (peak,) = (one for one in peaks if one.family == "clearance" and one.instant > 0.97)
+    (peak,) = (one for one in peaks if one.constraint == "clearance" and one.instant > 0.97)
     assert peak.instant < peak.held < 1.0
     assert 1.0 - peak.held == pytest.approx((1.0 - peak.instant) / END_APPROACH, rel=1e-6)
 

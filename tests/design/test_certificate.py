@@ -52,7 +52,7 @@ def test_an_infeasible_point_is_told_by_its_worst_row():
     certificate = certify(case.problem(biped()), case.x)
     assert not certificate.optimal
     assert certificate.verdict.startswith("not certified: KKT residual")
-    assert certificate.worst.family == "cop"
+    assert certificate.worst.constraint == "cop"
     assert certificate.worst.violation >= -case["slack"].min()
     assert not certificate.rear_foot_lifts  # its lift-off rows are negative
 
@@ -103,7 +103,11 @@ def test_the_proof_does_not_depend_on_the_samples(refined_design, samples):
         certify(other, refined_design.solution.x),
     )
     np.testing.assert_array_equal(fine_grid(problem).instants, fine_grid(other).instants)
-    assert (one.families, one.resolution, one.cost) == (two.families, two.resolution, two.cost)
+    assert (one.constraints, one.resolution, one.cost) == (
+        two.constraints,
+        two.resolution,
+        two.cost,
+    )
 
 
 def test_the_fine_cost_is_close_to_that_of_the_samples(refined_design):
@@ -112,17 +116,17 @@ def test_the_fine_cost_is_close_to_that_of_the_samples(refined_design):
     assert certificate.cost != refined_design.solution.cost
 
 
-def test_worst_rows_are_in_order_and_of_every_family(refined_design):
-    rows = refined_design.certificate.families
+def test_worst_rows_are_in_order_and_of_every_constraint(refined_design):
+    rows = refined_design.certificate.constraints
     margins = [row.margin for row in rows]
     assert margins == sorted(margins)
-    assert {r.family for r in rows} == {f.name for f in refined_design.problem.blocks}
+    assert {r.constraint for r in rows} == {f.name for f in refined_design.problem.blocks}
     assert all(row.violation == pytest.approx(max(0.0, -row.margin)) for row in rows)
 
 
 def test_a_worst_row_says_what_where_and_when(sampled_design):
     problem, x = sampled_design.problem, sampled_design.solution.x
-    torque = next(r for r in worst_rows(problem, x) if r.family == "torque")
+    torque = next(r for r in worst_rows(problem, x) if r.constraint == "torque")
     sampled = np.abs(problem.step(x).read(quantities.TORQUE))
     instant, joint = np.unravel_index(np.argmax(sampled), sampled.shape)
     assert torque.row == f"{problem.robot.joint_names[joint]} torque"
@@ -137,7 +141,7 @@ def test_a_worst_row_says_what_where_and_when(sampled_design):
 
 def test_a_row_without_an_instant_has_no_time(sampled_design):
     rows = worst_rows(sampled_design.problem, sampled_design.solution.x)
-    lift = next(r for r in rows if r.family == "lift-off")
+    lift = next(r for r in rows if r.constraint == "lift-off")
     assert lift.time is None
     assert "t =" not in lift.sentence
 
@@ -171,7 +175,7 @@ def test_the_record_is_plain_data(refined_design):
     assert record["certified"] is True
     assert record["fine_samples"] == refined_design.certificate.samples
     assert record["kkt"]["stationarity"] == refined_design.certificate.kkt.stationarity
-    assert record["worst"] == record["families"][0]
+    assert record["worst"] == record["constraints"][0]
     assert record["referee"]["weight"] == pytest.approx(56.87 * 9.81 * 0.4)
 
 

@@ -8,7 +8,7 @@ import pytest
 from reference_cases import biped
 
 from gaitopt.design import design as search
-from gaitopt.design import remedies as suggestions
+from gaitopt.design import suggestions
 from gaitopt.design.certificate import on_fine_grid
 from gaitopt.design.conflict import contradictions
 from gaitopt.design.design import design
@@ -55,8 +55,8 @@ def refusal(name):
 @pytest.fixture(params=INFEASIBLE, scope="module")
 def case(request):
     """One infeasible task; the scope makes pytest run all its tests in one go."""
-    changes, family, setting = INFEASIBLE[request.param]
-    return preset_task(**changes), family, setting, refusal(request.param).diagnosis
+    changes, constraint, setting = INFEASIBLE[request.param]
+    return preset_task(**changes), constraint, setting, refusal(request.param).diagnosis
 
 
 def changed_problem(robot, task, suggestion):
@@ -72,12 +72,12 @@ def changed_problem(robot, task, suggestion):
     return WalkProblem(robot, replace(task, margins=margins))
 
 
-def test_the_family_in_the_way_is_named(case):
-    _, family, _, diagnosis = case
-    assert family in diagnosis.families
-    named = {c.family: c for c in diagnosis.conflict}
-    assert named[family].amount > 0.0
-    assert named[family].row
+def test_the_constraint_in_the_way_is_named(case):
+    _, constraint, _, diagnosis = case
+    assert constraint in diagnosis.constraints
+    named = {c.constraint: c for c in diagnosis.conflict}
+    assert named[constraint].amount > 0.0
+    assert named[constraint].row
     assert diagnosis.violation > 1e-4
     assert sum(c.share for c in diagnosis.conflict) <= 1.0 + 1e-9
 
@@ -217,7 +217,7 @@ def test_machines_can_read_it(case):
     record = json.loads(json.dumps(diagnosis.record(), allow_nan=False))
     assert record["sentences"] == list(diagnosis.sentences)
     assert [s["after"] for s in record["suggestions"]] == [s.after for s in diagnosis.suggestions]
-    assert [c["family"] for c in record["conflict"]] == list(diagnosis.families)
+    assert [c["constraint"] for c in record["conflict"]] == list(diagnosis.constraints)
     assert len(record["suggestions"][0]["gait"]) == 43
 
 
@@ -233,7 +233,7 @@ def test_the_error_carries_what_is_known():
 
 
 @pytest.mark.parametrize(
-    ("changes", "family", "sentence"),
+    ("changes", "constraint", "sentence"),
     [
         ({"cop_margin": 0.07}, "cop", "0.07 m from every edge .* sole 0.136 m wide"),
         ({"minimum_load": 600.0}, "load", "600 N .* weight of the robot, 557.9 N"),
@@ -244,9 +244,9 @@ def test_the_error_carries_what_is_known():
         ({"clearance": 0.9}, "clearance", r"clearance of 0.9 m .* to where the hips are, 0\.\d+ m"),
     ],
 )
-def test_what_no_motion_can_meet_is_seen_at_once(robot, changes, family, sentence):
+def test_what_no_motion_can_meet_is_seen_at_once(robot, changes, constraint, sentence):
     found = contradictions(WalkProblem(robot, preset_task(**changes)))
-    assert {name for name, _ in found} == {family}
+    assert {name for name, _ in found} == {constraint}
     assert all(re.search(sentence, said) for _, said in found)
 
 

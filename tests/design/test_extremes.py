@@ -20,7 +20,7 @@ INSTANTS = 5001
 
 
 def dense_margins(problem: WalkProblem, x, count: int = INSTANTS):
-    """The least margin of every row over the step at equidistant instants, by family."""
+    """The least margin of every row over the step at equidistant instants, by constraint."""
     s = np.linspace(0.0, 1.0, count)
     dense = problem.with_grid(Grid(s, np.ones(count), count))
     values = dense.values(x).rows
@@ -43,9 +43,9 @@ def test_no_row_comes_nearer_to_its_limit_than_was_located(robot, seed, postures
     """Wild walks that exceed most limits: kinks of leg gaps and tips of friction cones included."""
     problem, x = random_walk(robot, seed, postures=postures, speed=0.9, **UPRIGHT)
     found = located(on_fine_grid(problem), x, everywhere=True)
-    for family, least in dense_margins(problem, x).items():
+    for constraint, least in dense_margins(problem, x).items():
         for row, margin in enumerate(least):
-            worst = min(e.margin for e in found if (e.family, e.entry) == (family, row))
+            worst = min(e.margin for e in found if (e.constraint, e.entry) == (constraint, row))
             enough = 1e-6 + 0.1 * abs(margin)  # exact near the limit, roughly beyond it
             assert worst <= margin + enough or margin > 1e-2
 
@@ -59,7 +59,7 @@ def test_a_located_extreme_is_there(robot, seed):
     at = problem.with_grid(Grid(s, np.ones(s.size), s.size))
     values = at.values(x).rows
     for one in found:
-        block = at.rows_of(one.family)
+        block = at.rows_of(one.constraint)
         shape = at.address(block.start).block.lower.shape
         bound = (at.rows.upper if one.upper else at.rows.lower)[block].reshape(shape)
         value = values[block].reshape(shape)
@@ -98,7 +98,7 @@ def test_a_jump_of_the_slope_is_closed_in_upon(robot):
     limit = problem.task.margins.leg_gap + 0.1 * gap  # exactly at the nearest approach
     task = replace(problem.task, margins=replace(problem.task.margins, leg_gap=limit))
     touching = WalkProblem(robot, task)
-    found = [e for e in located(on_fine_grid(touching), x) if e.family == "leg gap"]
+    found = [e for e in located(on_fine_grid(touching), x) if e.constraint == "leg gap"]
     worst = min(found, key=lambda e: e.margin)
     assert worst.margin == pytest.approx(0.0, abs=1e-4)
     assert worst.margin <= dense_margins(touching, x)["leg gap"].min() + 1e-7
@@ -134,9 +134,9 @@ def test_rows_without_limits_have_no_extremes(robot):
         problem = WalkProblem(weak, preset_task())
         x = first_guess(problem)
         found = located(on_fine_grid(problem), x, everywhere=True)
-        assert {e.entry for e in found if e.family == "torque"} == expected
+        assert {e.entry for e in found if e.constraint == "torque"} == expected
         assert np.isfinite([e.margin for e in found]).all()
-        rows = certify(problem, x).families
+        rows = certify(problem, x).constraints
         assert np.isfinite([(row.limit, row.margin) for row in rows]).all()
 
 

@@ -10,9 +10,9 @@ from numerics import relative_error
 
 from gaitopt.design.audit import audit
 from gaitopt.design.certificate import fine_grid
-from gaitopt.design.cross_check import cross_check
 from gaitopt.design.design import Design, design
 from gaitopt.design.options import DesignOptions
+from gaitopt.design.referee import ask_referee
 from gaitopt.design.summary import summarise
 from gaitopt.gait import quantities
 from gaitopt.gait.gait_file import load_gait, save_gait
@@ -94,7 +94,7 @@ def test_energy_is_balanced_along_a_walk(stepped):
 
 def test_referee_and_momentum_agree(stepped):
     robot, step, grid = stepped
-    verdict = cross_check(robot, step, grid)
+    verdict = ask_referee(robot, step, grid)
     assert 0.0 < verdict.worst < REFEREE
     assert 0.0 < verdict.momentum < MOMENTUM
     assert verdict.weight == pytest.approx((robot.mass - 10.0) * 6.0 * step.duration)
@@ -106,7 +106,7 @@ def test_a_changed_joint_is_found(stepped, what):
     passive = robot.physics.passive
     other = replace(passive, **{what: 1.001 * getattr(passive, what)})
     wrong = replace(robot, physics=replace(robot.physics, passive=other))
-    assert cross_check(wrong, step, grid).torque > REFEREE > cross_check(wrong, step, grid).wrench
+    assert ask_referee(wrong, step, grid).torque > REFEREE > ask_referee(wrong, step, grid).wrench
 
 
 def test_changed_carried_weight_is_found(stepped):
@@ -114,7 +114,7 @@ def test_changed_carried_weight_is_found(stepped):
     carried = robot.physics.carried
     other = replace(carried, mass=1.001 * carried.mass)
     wrong = replace(robot, physics=replace(robot.physics, carried=other))
-    verdict = cross_check(wrong, step, grid)
+    verdict = ask_referee(wrong, step, grid)
     assert min(verdict.torque, verdict.wrench) > REFEREE
     assert verdict.impulse < REFEREE  # the impact knows no weight
 

@@ -16,7 +16,7 @@ from gaitopt.design.relaxation import (
     step_width_adjustment,
     usual_value,
 )
-from gaitopt.design.remedies import _outward
+from gaitopt.design.suggestions import _outward
 from gaitopt.gait import quantities
 from gaitopt.gait.constraint import Constraint, margin
 from gaitopt.gait.functions import FrictionCone
@@ -64,7 +64,7 @@ def room(program, x):
 
 
 def per_row(problem, values):
-    """Scaled values, shape (2, m), in the units of the families."""
+    """Scaled values, shape (2, m), in the units of the constraints."""
     scales = [np.tile(f.scale, len(f.instants)) for f in problem.blocks]
     return values * np.concatenate(scales)
 
@@ -105,7 +105,7 @@ class Grip(Constraint):
 def test_margins_of_ones_own_are_turned_like_the_others(robot, name):
     problem = WalkProblem(robot, preset_task(constraints=(Grip(),)))
     setting = setting_of(problem, name)
-    assert setting.families == ("grip",)
+    assert setting.constraints == ("grip",)
     assert setting.words in ("the grip of the ground", "the least margin")
     check_room(problem, walk("guess").x, name)
 

@@ -21,7 +21,7 @@ def low(robot):
 
 
 def test_it_holds_between_the_samples_too(low):
-    worst = next(row for row in low.certificate.families if row.family == "swing height")
+    worst = next(row for row in low.certificate.constraints if row.constraint == "swing height")
     assert low.certificate.certified
     assert (worst.equation, worst.unit, worst.limit) == ("3.2", "m", pytest.approx(0.05))
     assert worst.value == pytest.approx(0.05, abs=1e-7)  # it is active: refinement held it there
@@ -53,7 +53,7 @@ def test_the_diagnosis_names_it_and_turns_it(robot):
     with pytest.raises(NoGaitFoundError) as found:
         design_gait(robot, preset_task(swing_height=0.02), DesignOptions(SQP()), starts=1)
     diagnosis = found.value.diagnosis
-    assert {"swing height", "clearance"} & set(diagnosis.families)
+    assert {"swing height", "clearance"} & set(diagnosis.constraints)
     settings = {suggestion.setting: suggestion for suggestion in diagnosis.suggestions}
     assert "the largest height of the swing foot (swing_height) from 0.02 to" in (
         settings["swing_height"].sentence

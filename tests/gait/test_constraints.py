@@ -33,12 +33,16 @@ def step(problem):
 
 @pytest.fixture(scope="module")
 def rows(problem, step):
-    """Value, lower and upper limit of a family's rows in its unit, shape (K, r)."""
+    """Value, lower and upper limit of a constraint's rows in its unit, shape (K, r)."""
 
     def of(name):
-        family = next(f for f in problem.blocks if f.name == name)
+        constraint = next(f for f in problem.blocks if f.name == name)
         value = problem.values(step.x).rows[problem.rows_of(name)]
-        return value.reshape(family.lower.shape) * family.scale, family.lower, family.upper
+        return (
+            value.reshape(constraint.lower.shape) * constraint.scale,
+            constraint.lower,
+            constraint.upper,
+        )
 
     return of
 
@@ -134,10 +138,10 @@ active_rows = st.tuples(st.floats(-0.3, 0.1), st.floats(-0.15, 0.15))
 def test_edge_moments_hold_where_the_centre_of_pressure_is_inside(point, load):
     robot = biped()
     context = ConstraintContext(robot, uniform_grid(3), Margins(), 1.0, 0.4)
-    family = CentreOfPressure().block(context)
+    constraint = CentreOfPressure().block(context)
     x, y = point
     wrench = np.array([[3.0, -7.0, load, y * load, -x * load, 0.4]])
-    value = family.function.value(wrench)[0]
+    value = constraint.function.value(wrench)[0]
     # Moment about an edge: load times distance to it, front, rear, left, right.
     margin = 0.005
     distance = [-margin - x, x + 0.214 - margin, 0.068 - margin - y, y + 0.068 - margin]
@@ -162,11 +166,11 @@ def test_impulsive_centre_of_pressure(rows, step):
 
 
 def limits(name: str, robot=None, **margins):
-    """Lower and upper limits of a family with other margins."""
+    """Lower and upper limits of a constraint with other margins."""
     task = replace(preset_task(), margins=Margins(**margins))
     found = constraint_blocks(robot or biped(), task, uniform_grid(31))
-    family = next(f for f in found if f.name == name)
-    return family.lower, family.upper, family
+    constraint = next(f for f in found if f.name == name)
+    return constraint.lower, constraint.upper, constraint
 
 
 def test_given_limits_replace_the_robots():
@@ -191,10 +195,10 @@ def test_margins_move_the_limits():
 def test_the_swing_foot_stays_on_its_own_side():
     """On the left foot the swing foot is on the right: the same gap, the other way."""
     left = biped("left")
-    _, _, family = limits("lateral", robot=left)
+    _, _, constraint = limits("lateral", robot=left)
     outside = np.tile([0.0, -0.16, 0.0], 4)[None]
-    assert (family.function.value(outside) > family.lower[:1]).all()
-    assert (family.function.value(-outside) < family.lower[:1]).all()
+    assert (constraint.function.value(outside) > constraint.lower[:1]).all()
+    assert (constraint.function.value(-outside) < constraint.lower[:1]).all()
 
 
 def test_the_edge_beside_the_swing_foot_counts():
@@ -214,7 +218,7 @@ def test_rounding_the_tips_of_the_cones_costs_next_to_nothing():
     assert 0.7 - impulse == pytest.approx(1e-9**0.5)  # N.s
 
 
-def test_switches_and_speed_choose_the_families():
+def test_switches_and_speed_choose_the_constraints():
     def names(**changes):
         return {
             f.name for f in constraint_blocks(biped(), preset_task(**changes), uniform_grid(31))
@@ -226,13 +230,13 @@ def test_switches_and_speed_choose_the_families():
     assert everything - names(speed_as="penalty") == {"walking speed"}
 
 
-def test_every_family_cites_its_equation_and_names_its_rows(problem):
-    for family in problem.blocks:
-        assert any(c.isdigit() for c in family.equation)
-        assert len(family.labels) == family.lower.shape[1] == family.scale.size
-        assert len(set(family.labels)) == len(family.labels)
-        assert (family.scale > 0.0).all()
-        assert family.unit
+def test_every_constraint_cites_its_equation_and_names_its_rows(problem):
+    for constraint in problem.blocks:
+        assert any(c.isdigit() for c in constraint.equation)
+        assert len(constraint.labels) == constraint.lower.shape[1] == constraint.scale.size
+        assert len(set(constraint.labels)) == len(constraint.labels)
+        assert (constraint.scale > 0.0).all()
+        assert constraint.unit
 
 
 def test_every_quantity_but_one_is_constrained_somewhere(robot, problem):

@@ -36,12 +36,16 @@ def step(problem):
 
 @pytest.fixture(scope="module")
 def rows(problem, step):
-    """Value, lower and upper limit of a family's rows in its unit, shape (K, r)."""
+    """Value, lower and upper limit of a constraint's rows in its unit, shape (K, r)."""
 
     def of(name):
-        family = next(f for f in problem.blocks if f.name == name)
+        constraint = next(f for f in problem.blocks if f.name == name)
         value = problem.values(step.x).rows[problem.rows_of(name)]
-        return value.reshape(family.lower.shape) * family.scale, family.lower, family.upper
+        return (
+            value.reshape(constraint.lower.shape) * constraint.scale,
+            constraint.lower,
+            constraint.upper,
+        )
 
     return of
 
@@ -84,9 +88,9 @@ def test_they_change_no_other_row(robot, problem, step):
     """Up to rounding: torques come with their derivatives from another routine than without."""
     plain = WalkProblem(robot, preset_task(), problem.grid)
     at = plain.values(step.x)
-    for family in plain.blocks:
-        here = problem.values(step.x).rows[problem.rows_of(family.name)]
-        there = at.rows[plain.rows_of(family.name)]
+    for constraint in plain.blocks:
+        here = problem.values(step.x).rows[problem.rows_of(constraint.name)]
+        there = at.rows[plain.rows_of(constraint.name)]
         np.testing.assert_allclose(here, there, rtol=0.0, atol=1e-13)
 
 
@@ -149,8 +153,8 @@ def test_leg_gap(robot, problem, rows, step):
     """A pair of shins by hand: nearest points of two bars, sought on a fine grid."""
     value, lower, _ = rows("leg gap")
     names = leg_pairs(robot).names
-    family = next(f for f in problem.blocks if f.name == "leg gap")
-    assert family.labels == tuple(f"gap between {name}" for name in names)
+    constraint = next(f for f in problem.blocks if f.name == "leg gap")
+    assert constraint.labels == tuple(f"gap between {name}" for name in names)
     assert (lower == 0.012).all()
     index = names.index("right_shin and left_shin")
     pair, share = leg_pairs(robot).kept[index], np.linspace(0.0, 1.0, 400)[:, None]
@@ -254,14 +258,16 @@ def test_knees_that_bend_to_negative_angles_are_the_same_knees(robot):
 def test_a_sole_turned_by_half_a_turn_is_not_level(turn):
     """About each axis: the sines of its tilt vanish as if it were level."""
     problem = WalkProblem(biped(), preset_task(swing_tilt=0.3))
-    family = next(f for f in problem.blocks if f.name == "swing tilt")
+    constraint = next(f for f in problem.blocks if f.name == "swing tilt")
     corners = problem.robot.sole.corners
     level, turned = (
-        family.function.value((corners @ R.T).reshape(1, 12)) for R in (np.eye(3), turn)
+        constraint.function.value((corners @ R.T).reshape(1, 12)) for R in (np.eye(3), turn)
     )
-    assert violations(family.lower[:1], family.upper[:1], level).max() == 0.0
+    assert violations(constraint.lower[:1], constraint.upper[:1], level).max() == 0.0
     np.testing.assert_allclose(turned[0, :3], 0.0, atol=1e-12)
-    assert violations(family.lower[:1], family.upper[:1], turned).max() == pytest.approx(1.0)
+    assert violations(constraint.lower[:1], constraint.upper[:1], turned).max() == pytest.approx(
+        1.0
+    )
 
 
 def test_a_trunk_upside_down_is_no_walk():

@@ -116,7 +116,7 @@ def test_lengths():
     assert relative_error(Length().value(LEGS)[:, 0], np.sqrt((LEGS**2).sum(axis=1))) < 1e-15
 
 
-def family(instants: np.ndarray) -> ConstraintBlock:
+def constraint(instants: np.ndarray) -> ConstraintBlock:
     shape = (instants.size, 2)
     return ConstraintBlock(
         name="example", equation="(1)", unit="N", words="an example", change=1.0,
@@ -126,12 +126,12 @@ def family(instants: np.ndarray) -> ConstraintBlock:
     )  # fmt: skip
 
 
-def test_a_family_takes_its_instants():
+def test_a_constraint_takes_its_instants():
     quantity = np.arange(15.0).reshape(5, 3)
     values = {quantities.WRENCH: quantity}
-    np.testing.assert_array_equal(family(np.array([1, 4])).take(values), quantity[[1, 4]])
-    np.testing.assert_array_equal(family(np.arange(5)).take(values), quantity)
-    assert family(np.array([1, 4])).size == 4
+    np.testing.assert_array_equal(constraint(np.array([1, 4])).take(values), quantity[[1, 4]])
+    np.testing.assert_array_equal(constraint(np.arange(5)).take(values), quantity)
+    assert constraint(np.array([1, 4])).size == 4
 
 
 def test_complex_steps_are_as_good_as_formulas():

@@ -13,8 +13,8 @@ from gaitopt.cli.request import make_request
 from gaitopt.design.audit import audit
 from gaitopt.design.certificate import fine_grid
 from gaitopt.design.conflict import contradictions
-from gaitopt.design.cross_check import cross_check
 from gaitopt.design.design import design
+from gaitopt.design.referee import ask_referee
 from gaitopt.errors import InputError
 from gaitopt.gait import quantities
 from gaitopt.gait.assemble import gait_at
@@ -103,10 +103,10 @@ def test_the_motors_raise_the_weight_and_pay_for_what_is_lost(robot, make, groun
 @pytest.mark.parametrize("make", [loaded, lambda _: damped()], ids=["loaded", "damped"])
 def test_newton_and_euler_agree(robot, make, ground):
     problem, step = proven(make(robot), **ground)
-    verdict = cross_check(problem.robot, step, problem.grid)
+    verdict = ask_referee(problem.robot, step, problem.grid)
     assert 0.0 < verdict.worst < REFEREE
     assert 0.0 < verdict.momentum < MOMENTUM
-    other = cross_check(problem.robot.on_ground(Slope(0.01).down), step, problem.grid)
+    other = ask_referee(problem.robot.on_ground(Slope(0.01).down), step, problem.grid)
     assert other.torque > REFEREE  # a referee on other ground objects
 
 
@@ -353,8 +353,8 @@ def test_slopes_are_read_as_people_write_them(text, angle, tmp_path):
 
 def test_a_slope_steeper_than_friction_holds_is_told(robot):
     task = preset_task("standard", speed=0.5, slope=-0.3, friction=0.3)
-    ((family, said),) = contradictions(WalkProblem(robot, task))
-    assert family == "friction"
+    ((constraint, said),) = contradictions(WalkProblem(robot, task))
+    assert constraint == "friction"
     assert said.startswith("a slope of 30.9 % asks for a coefficient of friction of at least 0.309")
     enough = replace(task, margins=replace(task.margins, friction=0.31))
     assert contradictions(WalkProblem(robot, enough)) == ()

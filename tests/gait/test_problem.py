@@ -3,7 +3,7 @@ import functools
 import numpy as np
 import pytest
 from numerics import check_differences, jacobian_difference, relative_error, steps
-from walks import FAMILIES, PAIRS, WALKS, walk
+from walks import NAMES, PAIRS, WALKS, walk
 
 from gaitopt.errors import EvaluationError, UnreachableError
 from gaitopt.gait import quantities
@@ -36,18 +36,18 @@ def test_gradient_of_the_cost(name):
     check_differences(exact, [d[0] for d in differences(name)])
 
 
-@pytest.mark.parametrize(("name", "family"), PAIRS)
-def test_jacobian_of_every_family(name, family):
+@pytest.mark.parametrize(("name", "constraint"), PAIRS)
+def test_jacobian_of_every_constraint(name, constraint):
     problem, x = walk(name).problem, walk(name).x
-    rows = problem.rows_of(family)
+    rows = problem.rows_of(constraint)
     exact = problem.point(x).jacobian[rows] * problem.variables.scale
     check_differences(exact, [d[1:][rows] for d in differences(name)])
 
 
 @pytest.mark.parametrize("name", WALKS)
-def test_every_family_is_checked(name):
+def test_every_constraint_is_checked(name):
     names = [f.name for f in walk(name).problem.blocks]
-    assert names == [f for f in FAMILIES if (name, f) in PAIRS]
+    assert names == [f for f in NAMES if (name, f) in PAIRS]
 
 
 @pytest.mark.parametrize("name", WALKS)
@@ -103,7 +103,7 @@ def test_variables_are_those_of_the_layout(problem):
     assert (problem.variables.scale > 0.0).all()
 
 
-def test_rows_are_the_families_one_after_another(problem, guess):
+def test_rows_are_the_constraints_one_after_another(problem, guess):
     stops = [problem.rows_of(f.name).stop for f in problem.blocks]
     starts = [problem.rows_of(f.name).start for f in problem.blocks]
     assert starts == [0, *stops[:-1]]
@@ -129,9 +129,9 @@ def test_walking_speed_row_is_the_gap_of_the_step_length(problem, guess):
 
 
 def test_rows_are_named_to_people(problem):
-    def named(family, instant, entry):
-        width = next(f for f in problem.blocks if f.name == family).lower.shape[1]
-        return problem.describe(problem.rows_of(family).start + instant * width + entry)
+    def named(constraint, instant, entry):
+        width = next(f for f in problem.blocks if f.name == constraint).lower.shape[1]
+        return problem.describe(problem.rows_of(constraint).start + instant * width + entry)
 
     knee = problem.robot.joint_names.index("left_knee")
     assert named("torque", 24, knee) == "left_knee torque at 80.0 % of the step"
@@ -144,7 +144,7 @@ def test_rows_are_named_to_people(problem):
     )
 
 
-def test_address_leads_back_to_the_family(problem):
+def test_address_leads_back_to_the_constraint(problem):
     row = problem.rows_of("cop").start + 4 * 7 + 3
     at = problem.address(row)
     assert (at.block.name, at.instant, at.entry) == ("cop", 7, 3)

@@ -1,11 +1,11 @@
-"""Exact Hessians of the cost and of every family against differences of exact gradients."""
+"""Exact Hessians of the cost and of every constraint against differences of exact gradients."""
 
 import functools
 
 import numpy as np
 import pytest
 from numerics import check_differences, steps
-from walks import FAMILIES, OF_TURN, PAIRS, WALKS, walk
+from walks import NAMES, OF_TURN, PAIRS, WALKS, walk
 
 from gaitopt.gait import quantities
 from gaitopt.gait.step_hessian import StepWeights, step_hessian
@@ -23,13 +23,13 @@ AT_IMPACT = (
 )
 
 
-def parts(name: str, family: str) -> tuple[str, ...]:
-    """Directions on which a family's gradient depends."""
-    if family == "leg length":
+def parts(name: str, constraint: str) -> tuple[str, ...]:
+    """Directions on which a constraint's gradient depends."""
+    if constraint == "leg length":
         return ("geometry",)
-    if family in OF_TURN:
+    if constraint in OF_TURN:
         return ("geometry", "all")  # with them the duration; else they are linear
-    lifted = "lifted" in name and family in AT_IMPACT
+    lifted = "lifted" in name and constraint in AT_IMPACT
     return ("joints", "all") if lifted else DIRECTIONS
 
 
@@ -59,18 +59,18 @@ def slope_differences(name: str, part: str) -> list[np.ndarray]:
 
 
 @functools.cache
-def weights(name: str, family: str) -> np.ndarray:
-    """Random multipliers of the rows of one family, zero elsewhere."""
+def weights(name: str, constraint: str) -> np.ndarray:
+    """Random multipliers of the rows of one constraint, zero elsewhere."""
     problem = walk(name).problem
     y = np.zeros(problem.rows.lower.size)
-    rows = problem.rows_of(family)
+    rows = problem.rows_of(constraint)
     y[rows] = np.random.default_rng(11).normal(size=rows.stop - rows.start)
     return y
 
 
 @functools.cache
-def family_hessian(name: str, family: str) -> np.ndarray:
-    return walk(name).problem.hessian(walk(name).x, weights(name, family), 0.0)
+def constraint_hessian(name: str, constraint: str) -> np.ndarray:
+    return walk(name).problem.hessian(walk(name).x, weights(name, constraint), 0.0)
 
 
 def check(name: str, part: str, H: np.ndarray, w: np.ndarray) -> None:
@@ -88,11 +88,11 @@ def test_hessian_of_the_cost(name, part):
     check(name, part, problem.hessian(x, np.zeros(m), 1.0), np.eye(1, m + 1)[0])
 
 
-@pytest.mark.parametrize(("name", "family"), [p for p in PAIRS if p[1] != LINEAR])
-def test_hessian_of_every_family(name, family):
-    weight = np.concatenate([[0.0], weights(name, family)])
-    for part in parts(name, family):
-        check(name, part, family_hessian(name, family), weight)
+@pytest.mark.parametrize(("name", "constraint"), [p for p in PAIRS if p[1] != LINEAR])
+def test_hessian_of_every_constraint(name, constraint):
+    weight = np.concatenate([[0.0], weights(name, constraint)])
+    for part in parts(name, constraint):
+        check(name, part, constraint_hessian(name, constraint), weight)
 
 
 CURVED = [
@@ -132,7 +132,7 @@ def test_hessian_of_a_curved_function_of_every_quantity(name, what):
 def test_the_walking_speed_is_linear(name):
     problem, x = walk(name).problem, walk(name).x
     assert np.abs(weights(name, LINEAR)).max() > 0.0
-    assert np.abs(family_hessian(name, LINEAR)).max() == 0.0
+    assert np.abs(constraint_hessian(name, LINEAR)).max() == 0.0
     assert np.abs(problem.point(x).jacobian[problem.rows_of(LINEAR)]).max() == 1.0
 
 
@@ -140,10 +140,10 @@ def test_the_walking_speed_is_linear(name):
 def test_hessians_add_up_and_are_symmetric(name):
     """That of the Lagrangian is the weighted sum of the parts."""
     problem, x = walk(name).problem, walk(name).x
-    families = [f for f in FAMILIES if (name, f) in PAIRS]
-    total = sum(weights(name, f) for f in families)
+    constraints = [f for f in NAMES if (name, f) in PAIRS]
+    total = sum(weights(name, f) for f in constraints)
     H = problem.hessian(x, total, 3.0)
-    parts = [family_hessian(name, f) for f in families]
+    parts = [constraint_hessian(name, f) for f in constraints]
     expected = 3.0 * problem.hessian(x, np.zeros_like(total), 1.0) + sum(parts)
     np.testing.assert_allclose(H, expected, atol=1e-10 * np.abs(expected).max())
     np.testing.assert_array_equal(H, H.T)

@@ -150,8 +150,8 @@ def test_a_step_that_does_not_put_the_feet_flat_is_told_with_the_missing_joint()
     assert contradictions(well) == ()
     narrow = WalkProblem(robot, preset_task("humanoid", robot, speed=0.5, step_width=0.3))
     assert flat_feet_gap(narrow) > 0.01
-    ((family, sentence),) = contradictions(narrow)
-    assert family == "closure"
+    ((constraint, sentence),) = contradictions(narrow)
+    assert constraint == "closure"
     assert sentence.startswith("the legs cannot put both feet flat at a step of 0.3")
     assert sentence.endswith("as the legs have no ankle roll joint")
 

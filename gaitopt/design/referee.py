@@ -33,7 +33,7 @@ LEAST = 1e-3  # share of a quantity's natural size below which differences are r
 
 
 @dataclass(frozen=True)
-class CrossCheck:
+class RefereeVerdict:
     """Disagreements; relative ones to the largest entry of what is compared.
 
     Attributes:
@@ -69,9 +69,9 @@ class CrossCheck:
         )  # fmt: skip
 
 
-def cross_check(
+def ask_referee(
     robot: Robot, step: Step, grid: Grid, schedule: Schedule | None = None
-) -> CrossCheck:
+) -> RefereeVerdict:
     """Compare a step with the referee's own computation.
 
     Args:
@@ -101,7 +101,7 @@ def cross_check(
     rate = float(np.sqrt(np.linalg.norm(gravity) / length))
     ground = _Ground(wrench, impulse, weight * step.duration)
     balance, vertical = _momentum_balance(chain, step, grid, ground, schedule.symmetry)
-    return CrossCheck(
+    return RefereeVerdict(
         torque=_apart(step.read(quantities.TORQUE), torque[:, step.hinges :], force * length),
         wrench=_apart(step.read(quantities.WRENCH), wrench, force),
         impulse=_apart(step.impact.impulse, impulse, force * step.duration),

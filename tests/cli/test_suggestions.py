@@ -11,8 +11,8 @@ from pathlib import Path
 
 import pytest
 
-from gaitopt.cli import remedies
-from gaitopt.cli.remedies import Asked
+from gaitopt.cli import suggestions
+from gaitopt.cli.suggestions import Asked
 from gaitopt.gait.gait_file import load_gait
 
 ROOT = Path(__file__).parents[2]
@@ -100,4 +100,4 @@ def test_a_robot_with_unequal_motors_gets_its_new_limits_by_a_file(cli, tmp_path
 
 
 def test_nothing_is_said_where_nothing_was_diagnosed():
-    assert list(remedies.remedies(None, None, Asked({}, None, None))) == []  # type: ignore[arg-type]
+    assert list(suggestions.suggestion_lines(None, None, Asked({}, None, None))) == []  # type: ignore[arg-type]

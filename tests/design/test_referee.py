@@ -9,7 +9,7 @@ import pytest
 from walks import WALKS, walk
 
 from gaitopt.design.certificate import fine_grid
-from gaitopt.design.cross_check import cross_check
+from gaitopt.design.referee import ask_referee
 from gaitopt.gait.grid import proof_grid
 from gaitopt.model.robot import Robot
 from gaitopt.tolerances import MOMENTUM, REFEREE
@@ -31,17 +31,17 @@ def judged():
 
 @pytest.mark.parametrize("name", WALKS)
 def test_it_agrees_with_every_step(name):
-    assert 0.0 < cross_check(*fine_step(name)).worst < REFEREE
+    assert 0.0 < ask_referee(*fine_step(name)).worst < REFEREE
 
 
 @pytest.mark.parametrize("name", WALKS)
 def test_momentum_is_balanced(name):
-    assert 0.0 < cross_check(*fine_step(name)).momentum < MOMENTUM
+    assert 0.0 < ask_referee(*fine_step(name)).momentum < MOMENTUM
 
 
 def test_the_ground_carries_the_weight(judged):
     robot, step = judged
-    verdict = cross_check(robot, step, GRID)
+    verdict = ask_referee(robot, step, GRID)
     assert verdict.weight == pytest.approx(56.87 * 9.81 * step.duration)
     assert verdict.vertical == pytest.approx(verdict.weight, rel=1e-9)
 
@@ -58,7 +58,7 @@ def heavier(robot: Robot, joint: int) -> Robot:
 def test_a_changed_mass_is_found(judged, joint):
     """A body that is 2 % heavier than the one the step was evaluated with."""
     robot, step = judged
-    verdict = cross_check(heavier(robot, joint), step, GRID)
+    verdict = ask_referee(heavier(robot, joint), step, GRID)
     assert verdict.wrench > 1e-5
     assert verdict.impulse > 1e-6
     assert verdict.worst > REFEREE
@@ -68,7 +68,7 @@ def test_changed_gravity_is_found(judged):
     robot, step = judged
     model = robot.model.copy()
     model.gravity.linear = np.array([0.0, 0.0, -9.80665])
-    verdict = cross_check(replace(robot, model=model), step, GRID)
+    verdict = ask_referee(replace(robot, model=model), step, GRID)
     assert verdict.torque > REFEREE
     assert verdict.impulse < REFEREE  # the impact knows no weight
 
@@ -78,17 +78,17 @@ def test_changed_loads_are_found(judged):
     effort = step.support.effort.copy()
     effort[20, 9] += 1e-3
     wrong = replace(step, support=replace(step.support, effort=effort))
-    verdict = cross_check(robot, wrong, GRID)
+    verdict = ask_referee(robot, wrong, GRID)
     assert verdict.torque > REFEREE > verdict.wrench
 
 
 def test_a_changed_impact_is_found(judged):
     robot, step = judged
     wrong = replace(step, impact=replace(step.impact, impulse=1.001 * step.impact.impulse))
-    verdict = cross_check(robot, wrong, GRID)
+    verdict = ask_referee(robot, wrong, GRID)
     assert verdict.impulse == pytest.approx(1e-3, rel=1e-3)
     velocity = step.impact.velocity + 1e-5
-    verdict = cross_check(
+    verdict = ask_referee(
         robot, replace(step, impact=replace(step.impact, velocity=velocity)), GRID
     )
     assert min(verdict.rate_after, verdict.sole_twist) > REFEREE
@@ -98,22 +98,22 @@ def test_a_step_that_is_not_periodic_is_found(judged):
     robot, step = judged
     motion = step.motion.copy()
     motion[0, 0, 4] += 1e-4
-    verdict = cross_check(robot, replace(step, motion=motion), GRID)
+    verdict = ask_referee(robot, replace(step, motion=motion), GRID)
     assert verdict.posture == pytest.approx(1e-4, rel=1e-6)
     motion = step.motion.copy()
     motion[1, 0, 4] += 1e-3
-    assert cross_check(robot, replace(step, motion=motion), GRID).rate > 1e-5
+    assert ask_referee(robot, replace(step, motion=motion), GRID).rate > 1e-5
 
 
 def test_momentum_that_comes_from_nowhere_is_found(judged):
     robot, step = judged
     motion = step.motion.copy()
     motion[2] *= 1.01  # accelerations that do not belong to the rates
-    assert cross_check(robot, replace(step, motion=motion), GRID).momentum > MOMENTUM
+    assert ask_referee(robot, replace(step, motion=motion), GRID).momentum > MOMENTUM
 
 
 def test_worst_is_the_largest_but_for_the_momentum(judged):
-    verdict = replace(cross_check(*judged, GRID), momentum=1.0, sole_twist=0.02)
+    verdict = replace(ask_referee(*judged, GRID), momentum=1.0, sole_twist=0.02)
     assert verdict.worst == 0.02
 
 
@@ -125,8 +125,8 @@ def test_a_zero_impulse_is_no_disagreement(judged):
     still = replace(step, rate_before=rest, impact=model.impact.state(step.q_end, rest))
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        verdict = cross_check(robot, still, GRID)
+        verdict = ask_referee(robot, still, GRID)
     assert verdict.impulse < REFEREE
     assert verdict.rate_after < REFEREE
     wrong = replace(still, impact=replace(still.impact, impulse=np.full(6, 1e-3)))
-    assert cross_check(robot, wrong, GRID).impulse > REFEREE
+    assert ask_referee(robot, wrong, GRID).impulse > REFEREE

@@ -20,7 +20,7 @@ from gaitopt.cli.config import SCHEMA, Settings, option_words
 from gaitopt.cli.request import Request, choices_text, make_robot, make_task, robot_source
 from gaitopt.design.diagnosis import Diagnosis
 from gaitopt.design.pipeline import begins_relaxed
-from gaitopt.design.remedies import Suggestion
+from gaitopt.design.suggestions import Suggestion
 from gaitopt.errors import InputError
 from gaitopt.gait.gait_file import save_gait
 from gaitopt.gait.task import Task
@@ -71,7 +71,7 @@ class Asked:
         return shlex.join([*words, "--quiet"] if self.quiet else words)
 
 
-def remedies(diagnosis: object, request: Request, asked: Asked) -> Iterator[str]:
+def suggestion_lines(diagnosis: object, request: Request, asked: Asked) -> Iterator[str]:
     """Yield the lines of a diagnosis; keep the walks of its suggestions.
 
     Args:

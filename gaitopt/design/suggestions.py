@@ -50,7 +50,7 @@ ENOUGH_EVALUATIONS, MAX_EVALUATIONS = 200, 900
 PAIRED_SETTINGS, PAIR_EVALUATIONS = 3, 400
 """Settings that are turned in pairs where none suffices alone, and evaluations for that."""
 MAIN_SHARE = 0.25
-"""Share of the relaxation from which a family is a main one. Its setting is turned a second time,
+"""Share of the relaxation from which a constraint is a main one. Its setting is tried once more,
 wide open from the first guess, where the first did not lead to a walk: what is asked may be so far
 from anything that the relaxed walk is no good place to begin."""
 LEAST_CHANGE = 0.05
@@ -276,7 +276,7 @@ class _Search:
             trials.append((setting, partial(self._least, setting, start)))
             trials.append((setting, partial(self._usual, setting)))
         for setting, _ in promising:
-            if not main.isdisjoint(setting.families):
+            if not main.isdisjoint(setting.constraints):
                 trials.append((setting, partial(self._least_from_afar, setting)))
         self._alone(trials)
         if not self.found and _pushes(self.problem, relaxed, "impulse cop"):
@@ -435,9 +435,9 @@ class _Search:
 def _promising(problem: WalkProblem, relaxed: LeastRelaxation) -> list[tuple[Adjustment, float]]:
     """Return the settings to try, with how far they should have to be turned by the multipliers.
 
-    Those that ask for more than is usual come first, then those of the main families, whatever the
-    multipliers say; then settings that may suffice, of these the ones of families that give, then
-    those that have to be turned less.
+    Those that ask for more than is usual come first, then those of the main constraints, whatever
+    the multipliers say; then settings that may suffice, of these the ones of constraints that give,
+    then those that have to be turned less.
     """
     rows = problem.values(relaxed.x).rows
     gives, main = (
@@ -448,13 +448,15 @@ def _promising(problem: WalkProblem, relaxed: LeastRelaxation) -> list[tuple[Adj
         relaxation = setting.relaxation(problem)
         relief = relaxation.relief(rows, relaxed.multipliers)
         short = relief * relaxation.largest <= relaxed.amount
-        stands, aside = gives.isdisjoint(setting.families), main.isdisjoint(setting.families)
+        stands, aside = gives.isdisjoint(setting.constraints), main.isdisjoint(setting.constraints)
         far = relaxed.amount / relief if relief > 0.0 else np.inf
         easy = usual_value(problem, setting) is None
         if not easy or not aside or (np.isfinite(far) and not (short and stands)):
             found.append((easy, aside, short, stands, far, setting))
     others = [(True, *entry) for entry in _promising_duration(problem, relaxed)]
-    others += [(main.isdisjoint(k.families), k, n) for k, n in _promising_width(problem, relaxed)]
+    others += [
+        (main.isdisjoint(k.constraints), k, n) for k, n in _promising_width(problem, relaxed)
+    ]
     for aside, other, far in others:
         found.append((usual_value(problem, other) is None, aside, False, True, far, other))
     found.sort(key=lambda entry: entry[:5])
@@ -462,9 +464,9 @@ def _promising(problem: WalkProblem, relaxed: LeastRelaxation) -> list[tuple[Adj
 
 
 def _loosened(problem: WalkProblem, relaxed: LeastRelaxation, least: float) -> set[str]:
-    """Return the families that give more than an amount."""
+    """Return the constraints that give more than an amount."""
     pairs = zip(problem.blocks, relaxed.amounts, strict=True)
-    return {family.name for family, amount in pairs if amount > least}
+    return {constraint.name for constraint, amount in pairs if amount > least}
 
 
 def _may_change_duration(problem: WalkProblem) -> bool:
