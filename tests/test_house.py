@@ -10,9 +10,12 @@ from pathlib import Path
 import pytest
 
 import gaitopt
+from gaitopt.cli import app
+from gaitopt.cli.config import COMPARISON, SCHEMA, SWEEP
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.starts import many_starts
 from gaitopt.gait.presets import preset_task
+from gaitopt.settings import declared
 from gaitopt.solvers import SQP
 
 if sys.version_info >= (3, 11):
@@ -132,3 +135,14 @@ def test_scripts_are_sound(name):
     assert script.stat().st_mode & 0o111 == 0o111
     assert "set -euo pipefail" in script.read_text()
     assert run("bash", "-n", str(script)).returncode == 0
+
+
+def test_the_help_of_every_option_is_a_sentence():
+    settings = [one for section in SCHEMA.values() for one in section.values()]
+    settings += [*SWEEP, *COMPARISON]
+    own = [value for name, value in vars(app).items() if name.endswith("Options")]
+    settings += [one for options in own for one in declared(options)]
+    assert len(own) > 10
+    for one in settings:
+        assert len(one.help.split()) >= 4, (one.name, one.help)
+        assert one.help.endswith("."), (one.name, one.help)

@@ -63,7 +63,7 @@ def options_before_a_command(version: Annotated[bool, _VERSION] = False) -> None
 
 
 _CONFIG = "TOML file with any of these options; the command line wins."
-_PLUGIN = "Python file with its own constraints or cost; it is run."
+_PLUGIN = "Python file with its own constraints, cost or terrain; it is run."
 _QUIET = "Print nothing but errors."
 
 
@@ -128,7 +128,7 @@ class OptimiseOptions:
         panel=RESULTS,
     )
     page: bool = entry(True, "Write the walking robot.", panel=RESULTS)
-    figures: bool = entry(True, "Write the figures.", panel=RESULTS)
+    figures: bool = entry(True, "Write the figures of the gait.", panel=RESULTS)
     quiet: bool = entry(False, _QUIET, short="-q", panel=RESULTS)
 
 
@@ -193,17 +193,21 @@ class LibraryOptions:
         ..., "A gait library, made by gaitopt sweep, or two to compare.", argument=True,
         metavar="DIR",
     )  # fmt: skip
-    where: tuple[str, ...] = entry((), 'Only gaits with, as "speed>0.8".', metavar="TEST")
+    where: tuple[str, ...] = entry(
+        (), 'Only gaits of which this is true, as "speed>0.8".', metavar="TEST"
+    )
     columns: str | None = entry(
         None, "What to show of the index beside what was swept, as cost,friction_used; 'list' "
         "tells what there is.", metavar="NAMES",
     )  # fmt: skip
-    plot: Path | None = entry(None, "Draw cost and peak torques: .png, .svg or .pdf.")
+    plot: Path | None = entry(
+        None, "Draw cost and peak torques over what was swept: .png, .svg or .pdf."
+    )
     at: tuple[str, ...] = entry(
         (), "Design the gait between the stored ones, as speed=0.83.", metavar="NAME=VALUE"
     )
     plugin: Path | None = entry(None, _PLUGIN)
-    output: Path | None = entry(None, "Where to write that gait.", short="-o")
+    output: Path | None = entry(None, "Gait file to write the gait of --at to.", short="-o")
 
 
 @command(app)
@@ -227,9 +231,13 @@ class RequirementsOptions:
     against: tuple[Path, ...] = entry(
         (), "Gait or library of another design, to compare.", metavar="GAIT|LIBRARY"
     )
-    motors: Path | None = entry(None, "Motors and gears, TOML: shares of their limits.")
-    output: Path | None = entry(None, "Write the table: .csv, .toml or .xlsx.", short="-o")
-    figure: Path | None = entry(None, "Draw torque over speed: .png, .svg or .pdf.")
+    motors: Path | None = entry(
+        None, "Motors and gears of the joints, TOML; the table tells the shares of their limits."
+    )
+    output: Path | None = entry(
+        None, "File to write the table to: .csv, .toml or .xlsx.", short="-o"
+    )
+    figure: Path | None = entry(None, "File to draw torque over speed into: .png, .svg or .pdf.")
 
 
 @command(app)
@@ -291,10 +299,10 @@ class UrdfOptions:
     """Of `gaitopt urdf`, beside those of bipeds."""
 
     output: Path | None = entry(
-        None, "Where to write it; by default to the terminal.", short="-o", panel=RESULTS
+        None, "File to write the URDF to; by default the terminal.", short="-o", panel=RESULTS
     )
     write_spec: Path | None = entry(
-        None, "Write the parameter table instead, to edit.", panel=RESULTS
+        None, "File to write the parameter table to instead, to edit.", panel=RESULTS
     )
 
 
@@ -328,9 +336,13 @@ class SimulateOptions:
 
     gait: Path = entry(..., "A gait file, .npz.", argument=True, metavar="GAIT")
     steps: int = entry(20, "How many steps to walk.")
-    controller: str = entry("whole-body", "Feedback: whole-body or joint-pd.", metavar="NAME")
-    friction: float = entry(0.8, "Coefficient of the simulated ground.", metavar="MU")
-    output: Path | None = entry(None, "Write the numbers: .json.", short="-o", metavar="FILE")
+    controller: str = entry(
+        "whole-body", "Feedback that keeps it on its feet: whole-body or joint-pd.", metavar="NAME"
+    )
+    friction: float = entry(0.8, "Coefficient of friction of the simulated ground.", metavar="MU")
+    output: Path | None = entry(
+        None, "File to write the numbers to: .json.", short="-o", metavar="FILE"
+    )
     quiet: bool = entry(False, _QUIET, short="-q")
 
 
@@ -376,9 +388,14 @@ class PlotOptions:
 
     gait: Path = entry(..., "A gait file, .npz.", argument=True, metavar="GAIT")
     output: Path | None = entry(
-        None, "Where to; by default 'figures' next to the gait.", metavar="DIR", short="-o"
+        None,
+        "Directory for the figures; by default 'figures' next to the gait.",
+        metavar="DIR",
+        short="-o",
     )
-    format: tuple[str, ...] = entry((), "png (default), svg or pdf.", metavar="KIND")
+    format: tuple[str, ...] = entry(
+        (), "Form of the figures: png (default), svg or pdf.", metavar="KIND"
+    )
 
 
 @command(app)
@@ -433,7 +450,9 @@ def export(options: ExportOptions) -> None:
 class ReproduceOptions:
     """Of `gaitopt reproduce`."""
 
-    output: Path = entry(..., "For reproduction.md, figures, numbers.", metavar="DIR", short="-o")
+    output: Path = entry(
+        ..., "Directory for reproduction.md, figures and numbers.", metavar="DIR", short="-o"
+    )
     only: str | None = entry(None, "Only some tables and figures, as table3,fig7.", metavar="PARTS")
     quiet: bool = entry(False, _QUIET, short="-q")
 

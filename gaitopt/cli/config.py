@@ -37,11 +37,12 @@ class GeometrySettings:
     """Which geometric quantities of the double support are free, and which are held."""
 
     free: tuple[str, ...] = entry(
-        (), "Let the optimiser choose a geometric quantity.", metavar="NAME",
+        (), "Let the optimiser choose a geometric quantity of the double support.", metavar="NAME",
         choices=GEOMETRY_NAMES, common=True,
     )  # fmt: skip
     fix: Mapping[str, float] = entry(
-        {}, "Hold a geometric quantity at a value.", entry_unit=geometric_unit,
+        {}, "Hold a geometric quantity of the double support at a value: pelvis_roll=0.05.",
+        entry_unit=geometric_unit,
         example="pelvis_roll=0.05",
     )  # fmt: skip
 
@@ -57,9 +58,13 @@ class RobotSettings:
     """Which robot, and what not to guess about it."""
 
     robot: str | None = entry(
-        None, "Name in the catalogue.", metavar="NAME", choices=_robot_names, common=True
+        None,
+        "Robot of the catalogue, by its name; gaitopt robots tells more.",
+        metavar="NAME",
+        choices=_robot_names,
+        common=True,
     )
-    urdf: Path | None = entry(None, "URDF or MJCF of any humanoid.", common=True)
+    urdf: Path | None = entry(None, "File of any humanoid, URDF or MJCF.", common=True)
     spec: Path | None = entry(None, "Parameter table of a biped, TOML.", common=True)
     choices: Path | None = entry(
         None, "What not to guess about it, TOML: inspect --write-choices.", common=True
@@ -79,18 +84,28 @@ class RobotSettings:
         "centre and its box in the link's axes, 10kg@torso:0.1,0,0.2:0.3x0.2x0.2.",
         metavar="MASS@LINK", common=True,
     )  # fmt: skip
-    gravity: float | None = entry(None, "Free fall in place of that of its file.", "m/s²")
-    package_dir: tuple[Path, ...] = entry((), "Directory with the packages of its meshes.")
+    gravity: float | None = entry(
+        None, "Acceleration of free fall, in place of that of the robot's file.", "m/s²"
+    )
+    package_dir: tuple[Path, ...] = entry(
+        (), "Directory with the packages that the paths of its meshes name."
+    )
     forward: str | None = entry(
-        None, "Where it looks: x, -x, y, ... of its root link.", metavar="AXIS"
+        None, "Axis of its root link along which the robot looks: x, -x, y, ...", metavar="AXIS"
     )
-    posture: str | None = entry(None, "Pose of the SRDF in which it stands.", metavar="NAME")
-    srdf: Path | None = entry(None, "SRDF with that pose.")
+    posture: str | None = entry(
+        None, "Name of the pose of the SRDF in which the robot stands.", metavar="NAME"
+    )
+    srdf: Path | None = entry(None, "SRDF file that holds the pose of --posture.")
     sole: str | None = entry(
-        None, "Rectangle in the sole frame: toe,heel,left,right.", metavar="M,M,M,M"
+        None, "Rectangle of both soles in their frames: toe,heel,left,right.", metavar="M,M,M,M"
     )
-    stance_sole: str | None = entry(None, "Frame of the standing sole.", metavar="FRAME")
-    swing_sole: str | None = entry(None, "Frame of the other sole.", metavar="FRAME")
+    stance_sole: str | None = entry(
+        None, "Frame of the sole that stands, in the robot's file.", metavar="FRAME"
+    )
+    swing_sole: str | None = entry(
+        None, "Frame of the sole that swings, in the robot's file.", metavar="FRAME"
+    )
     without: tuple[str, ...] = entry(
         (), f"Physics of its file to leave out: {', '.join(PARTS)}; a list with commas.",
         metavar="PARTS",
@@ -115,12 +130,20 @@ class SearchSettings:
     """With which solver, and from where."""
 
     solver: str = entry(
-        "default", "Which solver.", metavar="NAME", choices=tuple(SOLVERS), common=True
+        "default",
+        "Solver of the nonlinear program.",
+        metavar="NAME",
+        choices=tuple(SOLVERS),
+        common=True,
     )
-    start: Path | None = entry(None, "Gait whose parameters are the first guess.", metavar="GAIT")
-    starts: int = entry(COUNT, "First guesses to try; 1 with --start or --seed.", common=True)
-    seed: int | None = entry(None, "Disturb the first guess; number of the noise.")
-    sigma: float = entry(SIGMA, "Standard deviation of that noise.", "rad")
+    start: Path | None = entry(
+        None, "Gait file whose parameters are the first guess.", metavar="GAIT"
+    )
+    starts: int = entry(
+        COUNT, "How many first guesses to try; 1 with --start or --seed.", common=True
+    )
+    seed: int | None = entry(None, "Number of the random noise that disturbs the first guess.")
+    sigma: float = entry(SIGMA, "Standard deviation of the noise of --seed.", "rad")
 
 
 @dataclass(frozen=True)
@@ -136,10 +159,16 @@ class SweepSettings:
         "lean, hold.trunk_pitch the lean at double support.", metavar="NAME=RANGE", common=True,
     )  # fmt: skip
     begin: tuple[str, ...] = entry(
-        (), "Where to begin, by default in the middle.", metavar="NAME=VALUE"
+        (),
+        "Value at which the sweep begins, by default the middle of each range.",
+        metavar="NAME=VALUE",
     )
-    workers: int | None = entry(None, "Processes on this machine (extra 'cluster').", common=True)
-    scheduler: str | None = entry(None, "Dask scheduler to use instead.", metavar="ADDRESS")
+    workers: int | None = entry(
+        None, "How many processes on this machine work (extra 'cluster').", common=True
+    )
+    scheduler: str | None = entry(
+        None, "Address of a Dask scheduler whose workers work instead.", metavar="ADDRESS"
+    )
 
 
 SWEEP = tuple(declared(SweepSettings))
@@ -154,7 +183,10 @@ class OwnSettings:
     """What is minimised, and what is not gaitopt's own."""
 
     cost: str | None = entry(
-        COSTS[0].name, "What is minimised.", metavar="NAME", choices=[one.name for one in COSTS]
+        COSTS[0].name,
+        "Cost per metre that is minimised.",
+        metavar="NAME",
+        choices=[one.name for one in COSTS],
     )
     plugin: Path | None = entry(
         None, "Python file with constraints, a cost or a terrain of your own; it is run."

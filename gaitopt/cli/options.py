@@ -32,6 +32,8 @@ def _parameter(setting: Setting, panel: str, own: bool) -> inspect.Parameter:
             where they are not given, so that a file may say something else.
     """
     said = f"{setting.help}{' Repeatable.' if setting.repeatable and not setting.argument else ''}"
+    if own and setting.kind != FLAG and setting.default not in (None, ()):
+        said += f" By default {setting.default}."
     how: dict[str, Any] = {"help": said, "show_default": False}
     how["rich_help_panel"] = setting.panel or panel or None
     names: list[str] = [setting.option]

@@ -36,16 +36,18 @@ class DesignOptions:
     """
 
     solver: Solver = field(default_factory=lambda: solver_by_name("default"))
-    refine: bool = entry(True, "Keep the limits between the instants too.", common=True)
+    refine: bool = entry(
+        True, "Keep the limits between the instants too, and prove it.", common=True
+    )
     differences: str = entry(
         "none",
-        "Finite differences in place of derivatives of nothing, the constraints, or all.",
+        "Which derivatives to replace by finite differences: none, the constraints', or all.",
         choices=DIFFERENCES,
         metavar="WHICH",
     )
     approach: str = entry(
         "automatic",
-        "First with a lift-off that may fail a little, or directly.",
+        "Search first with a rear foot that may sink a little (relaxed), or directly.",
         choices=APPROACHES,
         metavar="HOW",
     )

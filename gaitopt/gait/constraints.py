@@ -127,44 +127,61 @@ class Margins:
     """
 
     friction: float = margin(
-        0.7, "Coefficient.", "the coefficient of friction", above=0.0, metavar="mu", common=True,
+        0.7, "Coefficient of friction of the ground.",
+        "the coefficient of friction", above=0.0, metavar="mu", common=True,
         relax=(2.0, 0.1),  # rubber on rough concrete
     )  # fmt: skip
     minimum_load: float = margin(
-        25.0, "Least vertical ground force.", "the least vertical ground force", "N", least=0.0,
+        25.0, "Least vertical force of the ground on the stance foot.",
+        "the least vertical ground force", "N", least=0.0,
         relax=(0.0, -100.0),
     )  # fmt: skip
     cop_margin: float = margin(
-        0.005, "Centre of pressure to the edge of the sole.",
+        0.005, "Least distance of the centre of pressure from the edges of the sole.",
         "the margin of the centre of pressure", "m", least=0.0, relax=(0.0, -0.01),
     )  # fmt: skip
     clearance: float = margin(
-        0.03, "Height of the swing foot at mid-step.", "the clearance of the swing foot", "m",
+        0.03, "Least height of the swing foot above the ground at mid-step.",
+        "the clearance of the swing foot", "m",
         least=0.0, relax=(0.0, -0.1), common=True,
     )  # fmt: skip
     lateral_gap: float = margin(
-        0.01, "Between swing and stance sole.", "the gap between the feet", "m", relax=(0.0, -0.1)
+        0.01,
+        "Least gap between swing and stance sole, sideways.",
+        "the gap between the feet",
+        "m",
+        relax=(0.0, -0.1),
     )
     knee_flexion: float = margin(
-        0.1, "Least bend of the knees.", "the least bend of the knees", "rad", relax=(0.0, -0.3)
+        0.1,
+        "Least bend of the knees from straight.",
+        "the least bend of the knees",
+        "rad",
+        relax=(0.0, -0.3),
     )
     leg_extension: float | None = margin(
-        0.9995, "Longest leg over the straight one.", "the largest extension of the legs",
+        0.9995,
+        "Longest distance from hip to ankle in double support, over that of the straight leg.",
+        "the largest extension of the legs",
         above=0.0, most=1.0, relax=(1.0, 0.01), metavar="ratio",
     )  # fmt: skip
     liftoff_speed: float = margin(
-        0.0, "Least speed of the rear foot as it leaves.",
+        0.0, "Least speed upward of the rear foot as it leaves; below zero it may sink first.",
         "the least lift-off speed of the rear foot", "m/s",
         relax=(-0.05, -0.1),  # a rear foot that sinks faster has not lifted off
     )  # fmt: skip
-    joint_range: bool = margin(True, "Impose joint ranges.")
-    impulse_cop: bool = margin(True, "Landing foot must not tip.")
+    joint_range: bool = margin(True, "Keep every joint within its range.")
+    impulse_cop: bool = margin(
+        True, "Keep the impulse of the impact inside the landing sole, which then does not tip."
+    )
     torque_limit: float | None = margin(
-        None, "Of every joint, in place of the robot's.", "the torque limit of every joint", "N·m",
+        None, "Largest torque of every joint, in place of the robot's limits.",
+        "the torque limit of every joint", "N·m",
         above=0.0, common=True,
     )  # fmt: skip
     speed_limit: float | None = margin(
-        None, "Of every joint, in place of the robot's.", "the speed limit of every joint",
+        None, "Largest speed of every joint, in place of the robot's limits.",
+        "the speed limit of every joint",
         "rad/s", above=0.0, common=True,
     )  # fmt: skip
     trunk_roll: float | None = margin(
@@ -172,22 +189,26 @@ class Margins:
         "rad", above=0.0, relax=(_TILTED, 0.3),
     )  # fmt: skip
     trunk_pitch: float | None = margin(
-        None, "Largest lean forward or back.", "the largest lean of the trunk forward or back",
+        None, "Largest lean of the trunk forward or back.",
+        "the largest lean of the trunk forward or back",
         "rad", above=0.0, relax=(_TILTED, 0.3), common=True,
     )  # fmt: skip
     trunk_yaw: float | None = margin(
-        None, "Largest turn of the trunk.", "the largest turn of the trunk", "rad", above=0.0,
+        None, "Largest turn of the trunk from the direction of travel.",
+        "the largest turn of the trunk", "rad", above=0.0,
         relax=(_TILTED, 0.3),
     )  # fmt: skip
     torsional_friction: float | None = margin(
-        None, "Turning moment over load a foot bears.", "the coefficient of torsional friction",
+        None, "Largest moment about the vertical that a foot bears, over its load.",
+        "the coefficient of torsional friction",
         "m", above=0.0, relax=(0.5, 0.01),  # of a foot far larger than any biped's
     )  # fmt: skip
     step_width: float | None = margin(
         None, "Largest distance of the feet sideways.", "the largest step width", "m", above=0.0
     )
     swing_tilt: float | None = margin(
-        None, "Largest tilt of the swing foot.", "the largest tilt of the swing foot", "rad",
+        None, "Largest roll, pitch and yaw of the swing foot, as sines.",
+        "the largest tilt of the swing foot", "rad",
         above=0.0, relax=(_TILTED, 0.3), sine=True,
     )  # fmt: skip
     leg_gap: float | None = margin(
@@ -199,12 +220,12 @@ class Margins:
         above=0.0, relax=(0.5, 0.1),  # nobody lifts a foot higher to walk on level ground
     )  # fmt: skip
     landing_speed: float | None = margin(
-        None, "Least speed of the landing foot's corners.",
+        None, "Least speed downward at which every corner of the landing foot comes down.",
         "the least speed at which the corners of the foot land", "m/s", least=0.0,
         relax=(0.0, -0.3),
     )  # fmt: skip
     landing_impulse: float | None = margin(
-        None, "Largest vertical impulse over the mass.",
+        None, "Largest vertical impulse of the impact over the robot's mass.",
         "the largest vertical impulse at the impact over the mass", "m/s", above=0.0,
         relax=(2.0, 0.3),  # of a foot slammed down
     )  # fmt: skip

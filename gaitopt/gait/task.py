@@ -87,17 +87,27 @@ class Task:
 
     speed: float = entry(1.0, "Walking speed; below zero backward, 0 in place.", "m/s", common=True)
     duration: float = entry(0.4, "Duration of a step.", "s", common=True)
-    postures: int = entry(2, "Intermediate postures of the splines.")
-    samples: int = entry(31, "Instants of the step.")
-    quadrature: str = entry("simpson", "Rule for the cost.", choices=QUADRATURES, metavar="RULE")
-    speed_as: str = entry(
-        "constraint", "Speed as a constraint or a penalty.", choices=SPEED_AS, metavar="KIND"
+    postures: int = entry(
+        2, "Postures inside the step that the splines of the joints pass through."
     )
-    penalty_weight: float = entry(1e6, "Weight of that penalty.", "cost/m²")
+    samples: int = entry(31, "Instants of the step at which it is looked at first.")
+    quadrature: str = entry(
+        "simpson",
+        "Rule by which the cost is integrated over the step.",
+        choices=QUADRATURES,
+        metavar="RULE",
+    )
+    speed_as: str = entry(
+        "constraint",
+        "Hold the speed by a constraint, or by a penalty beside the cost.",
+        choices=SPEED_AS,
+        metavar="KIND",
+    )
+    penalty_weight: float = entry(1e6, "Weight of the penalty of --speed-as penalty.", "cost/m²")
     boundary: str = entry(
         "closed",
-        "Double support by inverse kinematics, closed, or with its joint angles as parameters, "
-        "lifted.",
+        "Form of the double support: closed, by inverse kinematics, or lifted, its joint angles "
+        "being parameters.",
         choices=BOUNDARIES,
         metavar="FORM",
     )

@@ -99,12 +99,15 @@ class SQP(Solver):
     """
 
     name: ClassVar[str] = "sqp"
-    tolerance: float = entry(OPTIMALITY, "Of the optimality conditions.")
+    tolerance: float = entry(OPTIMALITY, "Largest residual of the optimality conditions.")
     feasibility: float = FEASIBILITY
-    max_iterations: int = entry(300, "Of one run of the solver.")
+    max_iterations: int = entry(300, "Most iterations of one run of the solver.")
     hessian: str = "exact"
     qp_solver: str = entry(
-        "daqp", "Quadratic solver of the SQP.", choices=tuple(BACKENDS), metavar="NAME"
+        "daqp",
+        "Solver of the quadratic subproblems of the SQP.",
+        choices=tuple(BACKENDS),
+        metavar="NAME",
     )
     initial_radius: float = 0.1
     max_radius: float = 2.0

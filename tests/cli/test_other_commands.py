@@ -103,7 +103,7 @@ def test_the_short_help_names_the_long_one_and_all_names(cli):
 
 
 def test_every_task_and_margin_field_is_an_option():
-    given_otherwise = {"margins", "geometry", "cost", "constraints"}
+    given_otherwise = {"margins", "geometry", "cost", "constraints", "terrain"}
     assert set(SCHEMA["task"]) - {"preset"} == {f.name for f in fields(Task)} - given_otherwise
     assert set(SCHEMA["margins"]) == {f.name for f in fields(Margins)}
 
