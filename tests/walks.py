@@ -45,7 +45,16 @@ SWITCHED = (  # constraints that are off unless asked for, as by `UPRIGHT`
     "landing impulse",
 )
 OF_TURN = ("foot angle", "foot lift")  # of a stance foot that turns
-NAMES = (*ALWAYS, *SWITCHED, *OF_TURN)  # in the order of `CONSTRAINTS`
+SOFT = ("soft landing",)  # of a landing at zero speed, which has none of `AT_IMPACT`
+AT_IMPACT = (
+    "impulse",
+    "impulse friction",
+    "lift-off",
+    "impulse cop",
+    "impulse torsion",
+    "landing impulse",
+)
+NAMES = (*ALWAYS, *SWITCHED, *OF_TURN, *SOFT)  # in the order of `CONSTRAINTS`
 UPRIGHT = {
     "trunk_roll": 0.1,
     "trunk_pitch": 0.12,
@@ -59,6 +68,7 @@ UPRIGHT = {
     "landing_impulse": 0.15,
 }
 TOE_OFF = {"toe_off": 0.65, "toe_strip": 0.008}
+HEEL_STRIKE = {"heel_strike": 0.15, "heel_strip": 0.012}
 _ALL = {"joint_range": True, "impulse_cop": True}
 _EVERYTHING_FREE = {
     "pelvis_roll": {"free": True, "value": 0.03},
@@ -99,9 +109,9 @@ def _synthetic(name: str, **changes: object) -> Walk:
     )  # fmt: skip
 
 
-def _everything_free(**changes: object) -> Walk:
+def _everything_free(seed: int = 4, sigma: float = 0.1, **changes: object) -> Walk:
     geometry = set_geometry(GEOMETRY, _EVERYTHING_FREE)
-    return _guess(4, geometry=geometry, **changes)
+    return _guess(seed, sigma=sigma, geometry=geometry, **changes)
 
 
 def _added_instants() -> Walk:
@@ -141,6 +151,12 @@ _MAKERS = {
     "upright, lifted, toe off, seven joints, waist, arms": lambda: _synthetic(
         "seven, waist and arms", **TOE_OFF
     ),
+    "upright, heel strike, toe off, everything free": lambda: _everything_free(
+        seed=9, sigma=0.03, duration=0.5, **UPRIGHT, **TOE_OFF, **HEEL_STRIKE
+    ),
+    "upright, lifted, heel strike, five joints, soft": lambda: _synthetic(
+        "five", soft_landing=True, **HEEL_STRIKE
+    ),
 }
 WALKS = tuple(_MAKERS)
 PAIRS = tuple(
@@ -150,7 +166,8 @@ PAIRS = tuple(
     if not (constraint == "walking speed" and "penalty" in walk)
     and not (constraint == "closure" and "lifted" not in walk)
     and not (constraint in SWITCHED and "upright" not in walk)
-    and not (constraint in OF_TURN and "toe off" not in walk)
+    and not (constraint in OF_TURN and "toe off" not in walk and "heel strike" not in walk)
+    and constraint not in (SOFT if "soft" not in walk else AT_IMPACT)
 )
 
 

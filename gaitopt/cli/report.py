@@ -111,6 +111,9 @@ def _walk(facts: Any) -> Table:
             "stance foot", f"turns from {begins:.3f} s",
             "angle at impact", f"{number(facts['contact']['foot_angle_rad'], 'rad')}",
         )  # fmt: skip
+    if (flat := facts["contact"]["flat_from_s"]) is not None:
+        angle = number(facts["contact"]["landing_angle_rad"], "rad")
+        table.add_row("landing", f"on the heel, flat at {flat:.3f} s", "angle at landing", angle)
     return table
 
 

@@ -30,7 +30,7 @@ class Transition(Enum):
     """The contact changes; no velocity jumps."""
 
     IMPACT = "impact"
-    """The swing foot lands flat and stops at once; the stance foot may leave."""
+    """The swing foot lands on the contact of the first phase; the stance foot may leave."""
 
 
 @dataclass(frozen=True)
@@ -101,11 +101,21 @@ class Schedule:
         if kinds != [*[Transition.SMOOTH] * (len(kinds) - 1), Transition.IMPACT]:
             raise InputError("the last phase of a step, and no other, ends with an impact")
         flat = [bool(phase.contact.resting().all()) for phase in self.phases]
-        if not all(flat[:-1]) or flat == [False]:
+        if not all(flat[1:-1]) or not any(flat):
             raise InputError(
-                "the stance foot turns about a line of its sole in a phase that is not the last of "
-                "several; let it stand flat before, from the impact on"
+                "the stance foot turns about a line of its sole in a phase that is neither the "
+                "first nor the last, or in all of them; let it stand flat between"
             )
+
+    @property
+    def first(self) -> Phase:
+        """The phase that the impact begins; on its contact the swing foot lands."""
+        return self.phases[0]
+
+    @property
+    def contacts(self) -> tuple[ContactMode, ...]:
+        """The contacts on which the stance foot may turn: of the landing, before the next one."""
+        return (self.first.contact, self.last.contact) if len(self.phases) > 1 else ()
 
     @property
     def last(self) -> Phase:

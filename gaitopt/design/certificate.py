@@ -177,7 +177,7 @@ def certify(problem: WalkProblem, x: Array, fine: WalkProblem | None = None) -> 
     multipliers = least_squares_multipliers(problem, point)
     fine = fine or on_fine_grid(problem)
     step = fine.step(x)
-    locked = problem.model.impact.locked(step.q_end, step.rate_before, step.turn)
+    locked = problem.model.impact.locked(step.q_end, step.rate_before, step.turn, step.landed)
     resting = problem.robot.sole.corners[problem.schedule.last.contact.resting()]
     rear_corners = sole_edge_speeds(resting) @ step.sole_twist
     extremes = located(fine, x, everywhere=True)

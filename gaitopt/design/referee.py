@@ -20,11 +20,13 @@ from gaitopt.mechanics.mdh_chain import Chain, sole_placement, turned
 from gaitopt.mechanics.newton_euler import (
     at_rest,
     base_in_sole_axes,
+    foot_twist,
     impact,
     impulse_on_foot,
     momentum,
     motor_effort,
     sole_axes,
+    swing_jacobian,
 )
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array
@@ -41,7 +43,8 @@ class RefereeVerdict:
         impulse, rate_after: impact, relative.
         sole_twist: twist of the old stance foot after the impact [m/s, rad/s].
         posture: q(0) and E q(T), Eq. (26) [rad].
-        rate: dq(0) and E times the rates after impact, Eq. (27), relative.
+        rate: dq(0) and E times the rates after impact, Eq. (27), relative; with them the rate at
+            which a foot that landed on a line turns about it.
         momentum: ground force over the step plus impact impulse against the weight's impulse
             m g T and the change of the robot's momentum, largest component over m g T.
         vertical: integral of the vertical ground force plus the vertical impulse [N·s].
@@ -81,7 +84,7 @@ def ask_referee(
         schedule: of the step; by default that of the paper.
     """
     schedule = schedule or Schedule()
-    standing = standing_robot(robot, schedule.last.contact)
+    standing = standing_robot(robot, *schedule.contacts)
     chain = chain_of_robot(standing)
     loads = loads_of_robot(standing, chain)
     gravity: Array = np.array(robot.model.gravity.linear)
@@ -91,7 +94,8 @@ def ask_referee(
     before = at_rest(own, step.rate_before)
     if step.turn is not None:
         before[:6] = sole_axes(step.turn.twist)
-    velocity, I13 = impact(own, step.q_end, before)
+    line = None if step.landed is None else step.landed.hinge.twist
+    velocity, I13 = impact(own, step.q_end, before, line)
     impulse = impulse_on_foot(own, I13)
     twist = base_in_sole_axes(velocity)[:6]
     E = schedule.symmetry.joint_map(robot)
@@ -99,7 +103,14 @@ def ask_referee(
     weight = (chain.mass - carried) * gravity
     force, length = float(np.linalg.norm(weight)), robot.legs.reach
     rate = float(np.sqrt(np.linalg.norm(gravity) / length))
-    ground = _Ground(wrench, impulse, weight * step.duration)
+    start, landed = step.motion[1, 0], E @ velocity[6:]
+    push = impulse
+    if step.landed is not None and line is not None:
+        push = step.landed.on_ground @ impulse
+        free = foot_twist(own, line)
+        turn_rate = free @ swing_jacobian(own, step.q_end) @ velocity / (free @ free)
+        start, landed = np.r_[start, step.foot_motion[1, 0, 0]], np.r_[landed, turn_rate]
+    ground = _Ground(wrench, push, weight * step.duration)
     balance, vertical = _momentum_balance(chain, step, grid, ground, schedule.symmetry)
     return RefereeVerdict(
         torque=_apart(step.read(quantities.TORQUE), torque[:, step.hinges :], force * length),
@@ -108,7 +119,7 @@ def ask_referee(
         rate_after=_apart(step.impact.rate_after, velocity[6:], rate),
         sole_twist=float(np.abs(step.impact.sole_twist - twist).max()),
         posture=float(np.abs(step.motion[0, 0] - E @ step.q_end).max()),
-        rate=_apart(step.motion[1, 0], E @ velocity[6:], rate),
+        rate=_apart(start, landed, rate),
         momentum=balance,
         vertical=vertical,
         weight=-float(ground.weight[2]),
@@ -121,7 +132,7 @@ class _Ground:
 
     Attributes:
         wrench: ground on stance foot at the instants, shape (N, 6) [N, N·m].
-        impulse: ground on landing foot, in its sole frame, shape (6,) [N·s, N·m·s].
+        impulse: ground on landing foot, in its footprint, shape (6,) [N·s, N·m·s].
         weight: impulse over the step of the weight that nothing else carries, shape (3,) [N·s].
     """
 
@@ -142,8 +153,11 @@ def _momentum_balance(
         The largest component of what is left, over m g T, and the ground's vertical impulse [N·s].
     """
     force = step.duration * grid.weights @ ground.wrench[:, :3]
-    turned_by = [] if step.turn is None else [step.turn.angle]
+    turned_by = [] if step.landed is None else [0.0]
+    turned_by += [] if step.turn is None else [step.turn.angle]
     landed, _ = sole_placement(chain, np.r_[turned_by, step.q_end])
+    if step.landed is not None:  # of the sole; from here on of its footprint
+        landed = landed @ step.landed.place.rotation.T
     push = landed @ ground.impulse[:3]
     start = momentum(chain, *step.whole_motion[:2, 0])[:3]
     change = landed @ (np.array(symmetry.reflection) * start) - start

@@ -167,9 +167,9 @@ def motor_loops(gait: Gait, table: MotorTable | None = None) -> list[MotorLoop]:
     step = trajectory.step_duration
     inner = np.concatenate([np.linspace(0.0, step, INSTANTS), gait.knots, gait.time])
     inner = np.append(np.unique(inner[inner < step * (1.0 - _END)]), step)
-    changes = [gait.turns_at] * 2 if gait.turning else []  # torques jump there
-    times = np.concatenate([inner, changes])
-    before = np.concatenate([inner == step, np.arange(len(changes)) == 0])
+    changes = [phase.begin for phase in gait.phases[1:]]  # torques jump there
+    times = np.concatenate([inner, changes, changes])
+    before = np.concatenate([inner == step, np.arange(2 * len(changes)) < len(changes)])
     order = np.lexsort((~before, times))
     samples = trajectory.at(times[order], before=before[order])
     columns = [trajectory.joint_names.index(name) for name in gait.joint_names]

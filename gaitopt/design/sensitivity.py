@@ -342,7 +342,7 @@ def _of_motors(at: Envelope) -> Iterator[tuple[str, str, str, float, float]]:
 
 def robot_changes(at: Envelope) -> Iterator[RobotChange]:
     """Yield the changes of a walk's robot of which the derivative is known."""
-    robot, turning = at.problem.robot, at.problem.model.hinge is not None
+    robot, turning = at.problem.robot, at.problem.model.turns_foot
     if robot.physics.carried is not None:
         return
     for change in cached_workspace(robot, Anatomy).changes:
@@ -363,9 +363,9 @@ def _untold(at: Envelope) -> Iterator[str]:
             "nothing is told of most lengths: the legs' bodies press on each other, and their "
             "shapes do not follow the lengths"
         )
-    if at.problem.model.hinge is not None:
+    if at.problem.model.turns_foot:
         yield (
-            "nothing is told of the length and the place of the sole: the foot turns about its toe"
+            "nothing is told of the length and the place of the sole: the foot turns about its edge"
         )
     extensions: list[Any] = [at.problem.task.cost, *at.problem.task.constraints]
     for one in extensions:

@@ -152,6 +152,8 @@ def _contact(gait: Gait) -> Facts:
         "phases": [_phase(gait, phase) for phase in gait.phases],
         "foot_turns_from_s": gait.turns_at if gait.turning else None,
         "foot_angle_rad": gait.foot_angle,
+        "flat_from_s": gait.flat_from if gait.lands_on_line else None,
+        "landing_angle_rad": gait.landing_angle,
         "highest_swing_toe_mm": 1e3 * float(gait.swing_sole[:, :2, 2].max()),
     }
 
@@ -180,6 +182,7 @@ def _impact(gait: Gait) -> Facts:
         "horizontal_impulse_Ns": float(np.hypot(impulse[0, 0], impulse[0, 1])),
         "friction_used": _friction(impulse[:, :3]),
         "friction_limit": gait.number("task", "margins", "friction"),
+        "at_zero_speed": bool(gait.fact("task", "margins", "soft_landing")),
         "cop_to_edge_mm": _edge_distances(gait, centre_of_pressure(impulse)) if pushes else None,
         "largest_rate_jump_rad_per_s": float(np.abs(gait.rate_after - gait.rate_before).max()),
     }

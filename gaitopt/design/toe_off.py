@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from gaitopt.design.design import checked_start
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.pipeline import Design, attempt, is_walk
@@ -72,7 +74,7 @@ def best_toe_off(
     flat_task, quiet = replace(task, toe_off=None), replace(options, diagnose=False)
     problem = WalkProblem(robot, task)
     start = None if start is None else checked_start(problem, start)
-    flat_start = None if start is None else start[: problem.layout.turn.start]
+    flat_start = None if start is None else np.delete(start, problem.layout.turn)
     flat = turning = None
     try:
         flat = designed(flat_task, flat_start, quiet)

@@ -62,7 +62,7 @@ def gait_at(
         cop=np.stack([-wrench[:, 4], wrench[:, 3]], axis=1) / wrench[:, 2:3],
         swing_sole=step.support.corners[nodes],
         knots=problem.model.basis.knots * step.duration,
-        impulse=step.impact.impulse,
+        impulse=step.impulse,
         rate_before=step.rate_before,
         rate_after=step.impact.rate_after,
         parameters=step.x,
@@ -90,20 +90,28 @@ def _ground(problem: WalkProblem) -> dict[str, object]:
 
 
 def _foot(problem: WalkProblem, step: Step) -> dict[str, Any]:
-    """Return the turn of the stance foot, nothing where it stands flat."""
-    model = problem.model
-    if model.hinge is None or model.foot_turn is None:
-        return {}
-    turn = model.foot_turn
-    knots = turn.knots * step.duration
-    near = np.argmin(np.abs(model.basis.knots - turn.begin))
-    knots[0] = model.basis.knots[near] * step.duration
-    return {
-        "foot_hinge": model.hinge.twist,
-        "foot_knots": knots,
-        "foot_contact": problem.schedule.last.contact.name,
-        "foot_coefficients": turn.coefficients @ step.x[problem.layout.turn],
-    }
+    """Return the turns of the stance foot, nothing where it stands flat."""
+    model, found = problem.model, dict[str, Any]()
+    schedule = problem.schedule
+    asked = (
+        ("foot", model.hinge, schedule.last, model.foot_turn),
+        ("landing", model.line, schedule.first, model.landing_turn),
+    )
+    shapes = {turn.landed: shape for turn, shape in model.turns(step.x, step.impact.turn_rate)}
+    for part, hinge, phase, turn in asked:
+        if hinge is None or turn is None:
+            continue
+        knots = turn.knots * step.duration
+        change = -1 if turn.landed else 0  # the same number as the joints' knot
+        near = np.argmin(np.abs(model.basis.knots - turn.knots[change]))
+        knots[change] = model.basis.knots[near] * step.duration
+        found |= {
+            f"{part}_hinge": hinge.twist,
+            f"{part}_knots": knots,
+            f"{part}_contact": phase.contact.name,
+            f"{part}_coefficients": turn.coefficients @ shapes[turn.landed],
+        }
+    return found
 
 
 def robot_record(robot: Robot) -> dict[str, object]:

@@ -12,7 +12,6 @@ from typing import ClassVar
 
 import numpy as np
 
-from gaitopt.contact.flat_foot import FlatFoot
 from gaitopt.contact.mode import ContactMode
 from gaitopt.contact.schedule import AFTER
 from gaitopt.gait import quantities
@@ -118,6 +117,8 @@ class Margins:
         landing_speed: least speed at which every corner of the swing foot comes down [m/s]: they
             stay above landing_speed * (T - t) * (t / T)^12.
         landing_impulse: largest vertical impulse of the impact over the robot's mass [m/s].
+        soft_landing: whether the swing foot lands at zero speed: there is no impact then, and what
+            limits an impact and what the rear foot does after it has no meaning.
         nosing: on stairs, length over which the height that the swing foot must pass is rounded at
             every edge, on the side of the lower tread [m]; None: all that lies between the toe of a
             foot that stands and the heel on the next tread.
@@ -229,6 +230,7 @@ class Margins:
         "the largest vertical impulse at the impact over the mass", "m/s", above=0.0,
         relax=(2.0, 0.3),  # of a foot slammed down
     )  # fmt: skip
+    soft_landing: bool = margin(False, "The foot lands at zero speed, without an impact.")
     nosing: float | None = margin(
         None, "On stairs, length before the edges over which the swing foot keeps away.",
         "the distance of the swing foot from the edges of the stairs", "m", above=0.0,
@@ -307,19 +309,21 @@ class FootAngle(Constraint):
     reads = (quantities.FOOT_TURN,)
 
     def asked(self, context: ConstraintContext) -> bool:
-        return context.schedule.last.contact.hinge(context.robot.sole) is not None
+        return any(_turning(context))
 
     def block(self, context: ConstraintContext) -> ConstraintBlock:
-        schedule, instants = context.schedule, context.grid.instants
-        begin = schedule.changes[-1] if schedule.changes.size else 0.0
-        inside = instants > begin + 2.0 * AFTER  # where it begins it is 0 whatever x
+        changes, instants = context.schedule.changes, context.grid.instants
+        landed, leaving = _turning(context)
+        # where it begins to turn, or ends to, it is 0 whatever x, and at the landing a parameter
+        inside = landed & (instants > 0.0) & (instants < changes[0])
+        inside |= leaving & (instants > changes[-1] + 2.0 * AFTER)
         lower = np.where(inside, 0.0, -_TILTED)
         labels = ("angle of the stance foot",)
         return self.over_step(context, Entries(slice(0, 1), 3), labels, lower=lower[:, None])
 
 
 class FootLift(FootAngle):
-    """The stance foot does not turn into the ground where it begins to turn.
+    """The stance foot does not turn into the ground where it begins to turn, or ends to.
 
     Angle and rate vanish there, so that its angular acceleration tells.
     """
@@ -327,8 +331,9 @@ class FootLift(FootAngle):
     name, unit, words, change = "foot lift", "rad/s²", "start of the stance foot's turn", 10.0
 
     def block(self, context: ConstraintContext) -> ConstraintBlock:
-        begin = context.schedule.changes[-1:]
-        instants = np.flatnonzero(np.isin(context.grid.instants, begin + AFTER))
+        changes, (landed, leaving) = context.schedule.changes, _turning(context)
+        at = np.concatenate([changes[:landed], changes[-1:][: int(leaving)] + AFTER])
+        instants = np.flatnonzero(np.isin(context.grid.instants, at))
         labels = ("angular acceleration of the stance foot",)
         rows = Entries(slice(2, 3), 3)
         return self.over_step(
@@ -336,7 +341,28 @@ class FootLift(FootAngle):
         )
 
 
-class ImpulseUp(Constraint):
+class SoftLanding(Constraint):
+    """Section 2.4.1: a foot that lands at zero speed; there is no impact, the impulse is zero."""
+
+    name, equation, unit, words = "soft landing", "2.4.1", "N·s, N·m·s", "landing at zero speed"
+    reads, margins = (quantities.IMPULSE,), ("soft_landing",)
+
+    def block(self, context: ConstraintContext) -> ConstraintBlock:
+        flat = context.schedule.first.contact.resting().all()
+        held = list(range(6)) if flat else [0, 1, 2, 3, 5]  # about a line there is none anyway
+        labels = tuple(f"impulse, {quantities.IMPULSE.entries[k]}" for k in held)
+        scale = np.where(np.array(held) < 3, IMPULSE_SCALE, IMPULSE_MOMENT_SCALE)
+        return self.once(Linear(np.eye(6)[held]), labels, lower=0.0, upper=0.0, scale=scale)
+
+
+class _OfImpact(Constraint):
+    """A constraint on an impact, which says nothing of a landing at zero speed."""
+
+    def asked(self, context: ConstraintContext) -> bool:
+        return not context.margins.soft_landing and super().asked(context)
+
+
+class ImpulseUp(_OfImpact):
     """Eq. (36): the ground pushes the landing foot up."""
 
     name, equation, unit, words = "impulse", "(36)", "N·s", "vertical impulse at the impact"
@@ -347,7 +373,7 @@ class ImpulseUp(Constraint):
         return self.once(Entries(slice(2, 3), 6), labels, lower=0.0, scale=IMPULSE_SCALE)
 
 
-class ImpulseFriction(Constraint):
+class ImpulseFriction(_OfImpact):
     """Eq. (34): the impulse stays inside the friction cone."""
 
     name, equation, unit, words = "impulse friction", "(34)", "N·s", "friction at the impact"
@@ -359,7 +385,7 @@ class ImpulseFriction(Constraint):
         return self.once(cone, ("impulse friction cone margin",), lower=0.0, scale=IMPULSE_SCALE)
 
 
-class LiftOff(Constraint):
+class LiftOff(_OfImpact):
     """Section 2.4.1, first case: the resting corners of the old stance foot leave the ground."""
 
     name, equation, unit, words = "lift-off", "2.4.1", "m/s", "lift-off of the rear foot"
@@ -453,7 +479,7 @@ class JointRange(Constraint):
         return _joints(self, context, limits.lower, limits.upper, np.ones(limits.lower.size))
 
 
-class ImpulseCentreOfPressure(Constraint):
+class ImpulseCentreOfPressure(_OfImpact):
     """The landing foot does not tip: impulsive centre of pressure inside the landing sole."""
 
     name, equation, unit = "impulse cop", "3.2.3", "N·m·s"
@@ -463,8 +489,11 @@ class ImpulseCentreOfPressure(Constraint):
 
     def block(self, context: ConstraintContext) -> ConstraintBlock:
         labels = tuple(f"impulsive centre of pressure, moment about the {e} edge" for e in EDGES)
-        moments = Linear(_edge_moments(context, FlatFoot()))
-        return self.once(moments, labels, lower=0.0, scale=IMPULSE_MOMENT_SCALE)
+        contact = context.schedule.first.contact
+        moments = Linear(_edge_moments(context, contact))
+        along = [-FREE, -FREE, 0.0, 0.0]  # on a line it is there ahead and behind, whatever x
+        lower = np.zeros(4) if contact.resting().all() else np.array(along)
+        return self.once(moments, labels, lower=lower, scale=IMPULSE_MOMENT_SCALE)
 
 
 class WalkingSpeed(Constraint):
@@ -540,7 +569,7 @@ class TorsionalFriction(Constraint):
         return self.over_step(context, torsion, labels, lower=0.0, scale=TORSION_SCALE)
 
 
-class ImpulseTorsion(Constraint):
+class ImpulseTorsion(_OfImpact):
     """Beyond (34): the same of the impulse on the landing foot."""
 
     name, equation, unit = "impulse torsion", "3.2", "N·m·s"
@@ -631,7 +660,7 @@ class LandingSpeed(Constraint):
         )
 
 
-class LandingImpulse(Constraint):
+class LandingImpulse(_OfImpact):
     """Beyond (36): the ground does not push the landing foot harder than a limit."""
 
     name, equation, unit, words = "landing impulse", "3.2", "N·s", "hardness of the landing"
@@ -648,7 +677,7 @@ CONSTRAINTS: tuple[Constraint, ...] = (
     ImpulseFriction(), LiftOff(), Clearance(), Lateral(), KneeFlexion(), LegLength(), JointRange(),
     ImpulseCentreOfPressure(), WalkingSpeed(), Closure(), TrunkRoll(), TrunkPitch(), TrunkYaw(),
     TorsionalFriction(), ImpulseTorsion(), LegGap(), SwingTilt(), SwingHeight(), LandingSpeed(),
-    LandingImpulse(), FootAngle(), FootLift(),
+    LandingImpulse(), FootAngle(), FootLift(), SoftLanding(),
 )  # fmt: skip
 """All built-in constraints, in the order of their rows."""
 
@@ -671,6 +700,15 @@ def _joints(
 def _size(limits: Array) -> Array:
     """Limits as scales of their rows; a row without a limit may have any scale."""
     return np.where(np.isfinite(limits), limits, 1.0)
+
+
+def _turning(context: ConstraintContext) -> tuple[bool, bool]:
+    """Return whether the stance foot turns about a line after its landing, and before it leaves."""
+    schedule, sole = context.schedule, context.robot.sole
+    landed, leaving = (
+        phase.contact.hinge(sole) is not None for phase in (schedule.first, schedule.last)
+    )
+    return landed, leaving
 
 
 def _edge_moments(context: ConstraintContext, contact: ContactMode) -> Array:

@@ -136,9 +136,9 @@ def drive(chain: tuple[Displacement, ...], count: int = len(GEOMETRY)) -> Array:
     return matrix
 
 
-FOOT_TURN = len(GEOMETRY)
-"""Place of a further geometric quantity: the angle of a rear foot that has turned about a line of
-its sole [rad]."""
+FEET = len(GEOMETRY)
+"""Place of further geometric quantities, the angles of feet that have turned about a line of their
+sole [rad]: of the rear foot, then of the front one, as far as they do."""
 
 
 @dataclass(frozen=True)
@@ -179,8 +179,8 @@ class Posture:
 class PostureDerivatives:
     """Derivatives of a Posture with respect to the boundary's coordinates, B of them.
 
-    The coordinates are the G geometric quantities, ten and the turn of the rear foot if it has one;
-    in the lifted form the n joint angles come before them.
+    The coordinates are the G geometric quantities, ten and the turns of the feet that have one; in
+    the lifted form the n joint angles come before them.
 
     Attributes:
         q_start: shape (n, B).
@@ -200,21 +200,34 @@ class PostureDerivatives:
 class DoubleSupport(ABC):
     """Two feet on the ground and a pelvis, placed by the G geometric quantities."""
 
-    def __init__(self, robot: Robot, hinge: Hinge | None = None, rise: float = 0.0) -> None:
+    def __init__(
+        self,
+        robot: Robot,
+        hinge: Hinge | None = None,
+        rise: float = 0.0,
+        landing: Hinge | None = None,
+    ) -> None:
         """Prepare what does not depend on the quantities.
 
         Args:
             robot: the biped.
-            hinge: about which the rear foot has turned, by the quantity `FOOT_TURN`; None: flat.
+            hinge: about which the rear foot has turned; None: flat.
             rise: of the front foot over the rear one [m].
+            landing: line of the front foot, the stance foot, on which it has landed; None: flat.
         """
         self.robot = robot
+        self.pelvis_chain: tuple[Displacement, ...] = PELVIS_CHAIN
         self.sole_chain = swing_sole_chain(rise)
-        self.count = len(GEOMETRY)
+        self.count = FEET
         if hinge is not None:
-            turn = Displacement(hinge.axis, True, FOOT_TURN, point=hinge.point)
-            self.sole_chain, self.count = (*self.sole_chain, turn), len(GEOMETRY) + 1
-        self.drives = drive(PELVIS_CHAIN, self.count), drive(self.sole_chain, self.count)
+            turn = Displacement(hinge.axis, True, self.count, point=hinge.point)
+            self.sole_chain, self.count = (*self.sole_chain, turn), self.count + 1
+        if landing is not None:  # both chains begin at the sole, the quantities at its footprint
+            back = Displacement(landing.axis, True, self.count, -1.0, landing.point)
+            self.count += 1
+            self.pelvis_chain = (back, *self.pelvis_chain)
+            self.sole_chain = (back, *self.sole_chain)
+        self.drives = drive(self.pelvis_chain, self.count), drive(self.sole_chain, self.count)
         self.kinematics = LegKinematics(robot)
 
     @abstractmethod
@@ -249,7 +262,7 @@ class DoubleSupport(ABC):
         """Return placement and displacement axes of pelvis and of swing sole."""
         if not np.all(np.isfinite(geometry)):
             raise EvaluationError("a geometric quantity is not finite")
-        return place(PELVIS_CHAIN, geometry), place(self.sole_chain, geometry)
+        return place(self.pelvis_chain, geometry), place(self.sole_chain, geometry)
 
     def leg_vectors(self, pelvis: pin.SE3, sole: pin.SE3) -> Array:
         """Return the vectors from ankle to hip centres, shape (2, 3)."""
@@ -397,8 +410,14 @@ def _loop_drive(count: int, joints: int, displacements: Array) -> Array:
 class JointAngleSupport(DoubleSupport):
     """q_start is a parameter; the gaps of both loops must vanish; B = n + G."""
 
-    def __init__(self, robot: Robot, hinge: Hinge | None = None, rise: float = 0.0) -> None:
-        super().__init__(robot, hinge, rise)
+    def __init__(
+        self,
+        robot: Robot,
+        hinge: Hinge | None = None,
+        rise: float = 0.0,
+        landing: Hinge | None = None,
+    ) -> None:
+        super().__init__(robot, hinge, rise, landing)
         tree = robot.tree
         self._counts = tree.stance, tree.legs.stop  # joints from the stance foot to either target
         self._loop_drives = tuple(

@@ -1,8 +1,12 @@
-"""How the stance foot turns about a line of its sole at the end of a step.
+"""How the stance foot turns about a line of its sole: after it landed on it, before it leaves.
 
-The angle is 0 until the last phase begins; from there it is a clamped cubic spline of time that
-leaves 0 with rate 0, linear in its parameters: angle at the end, at the inner knots, rate at the
-end. Its second derivative jumps where it begins, and with it torques and wrench.
+Before it leaves, the angle is 0 until the last phase begins; from there it is a clamped cubic
+spline of time that leaves 0 with rate 0, linear in its parameters: angle at the end, at the inner
+knots, rate at the end. Its second derivative jumps where it begins, and with it torques and wrench.
+
+A foot that landed on a line starts with an angle that is a parameter and with the rate that the
+impact leaves it; a spline of the first phase brings both to 0 at its end: the foot meets the ground
+flat without a second impact.
 """
 
 from __future__ import annotations
@@ -17,12 +21,11 @@ from gaitopt.gait.spline import SplineBasis, spline_basis
 from gaitopt.nlp import Array
 
 INNER_KNOTS = 1
-NAMES = (
-    "foot_angle_at_end",
-    *(f"foot_angle_inside_{k + 1}" for k in range(INNER_KNOTS)),
-    "foot_rate_at_end",
-)
+_INSIDE = tuple(f"inside_{k + 1}" for k in range(INNER_KNOTS))
+NAMES = ("foot_angle_at_end", *(f"foot_angle_{k}" for k in _INSIDE), "foot_rate_at_end")
 """Parameters [rad, ..., rad/s]; the first is also the angle of the rear foot at the next start."""
+LANDING_NAMES = ("landing_angle", *(f"landing_angle_{k}" for k in _INSIDE))
+"""Parameters of a foot that lands on a line [rad, ...], the angle of the landing first."""
 LARGEST_ANGLE = 0.8  # rad: what of a foot turned farther rests on the ground is no line of its sole
 LARGEST_RATE = 15.0  # rad/s
 ANGLE_SCALE, RATE_SCALE = 0.3, 4.0  # rad, rad/s: sensible sizes of an optimisation step
@@ -30,46 +33,56 @@ ANGLE_SCALE, RATE_SCALE = 0.3, 4.0  # rad, rad/s: sensible sizes of an optimisat
 
 @dataclass(frozen=True)
 class FootTurn:
-    """The angle of the hinge as a function of the parameters.
+    """The angle of the hinge as a function of what shapes it, p numbers.
+
+    They are the parameters before the foot leaves; after a landing the parameters, then the rate
+    that the impact leaves [rad/s].
 
     Attributes:
-        begin: share of the step at which the last phase begins.
+        begin: share of the step at which the foot begins to turn.
         instants: s of the instants, shape (N,).
+        end: share of the step at which it stops.
+        landed: whether it turns after its landing.
     """
 
     begin: float
     instants: Array
+    end: float = 1.0
+    landed: bool = False
 
     @cached_property
     def knots(self) -> Array:
         """Share of the step of the spline's knots, shape (m,)."""
-        return np.linspace(self.begin, 1.0, INNER_KNOTS + 2)
+        return np.linspace(self.begin, self.end, INNER_KNOTS + 2)
 
     @cached_property
     def basis(self) -> SplineBasis:
-        """From spline coefficients (m + 2,) to angle, rate and acceleration; 0 before it begins."""
-        basis = spline_basis(self.knots, np.maximum(self.instants, self.begin))
-        turning = self.instants > self.begin
+        """From spline coefficients (m + 2,) to angle, rate and acceleration; 0 beyond its ends."""
+        basis = spline_basis(self.knots, np.clip(self.instants, self.begin, self.end))
+        turning = (self.instants > self.begin) | self.landed
+        turning &= self.instants <= self.end
         return replace(basis, instants=self.instants, unit=basis.unit * turning[:, None, None])
 
     @cached_property
     def coefficients(self) -> Array:
-        """Matrix from parameters to spline coefficients, shape (m + 2, p)."""
-        matrix = np.zeros((INNER_KNOTS + 4, len(NAMES)))
-        matrix[INNER_KNOTS + 1, 0] = 1.0
+        """Matrix from what shapes it to spline coefficients, shape (m + 2, p)."""
+        matrix = np.zeros((INNER_KNOTS + 4, INNER_KNOTS + 2))
+        angle, rate = (0, -2) if self.landed else (INNER_KNOTS + 1, -1)
+        matrix[angle, 0] = matrix[rate, -1] = 1.0
         matrix[1 : INNER_KNOTS + 1, 1:-1] = np.eye(INNER_KNOTS)
-        matrix[-1, -1] = 1.0
         return matrix
 
     def guess(self, angle: float, duration: float) -> Array:
-        """Return parameters of an angle that grows as the square of time, shape (p,).
+        """Return what shapes an angle that grows or falls as the square of time, shape (p,).
 
         Args:
-            angle: at the end [rad].
+            angle: at the end, or at the landing [rad].
             duration: of the step [s].
         """
-        inner = angle * (np.arange(1, INNER_KNOTS + 1) / (INNER_KNOTS + 1)) ** 2
-        found: Array = np.r_[angle, inner, 2.0 * angle / ((1.0 - self.begin) * duration)]
+        share = np.arange(1, INNER_KNOTS + 1) / (INNER_KNOTS + 1)
+        inner = angle * (1.0 - share if self.landed else share) ** 2
+        rate = 2.0 * angle / ((self.end - self.begin) * duration)
+        found: Array = np.r_[angle, inner, -rate if self.landed else rate]
         return found
 
 
@@ -77,3 +90,8 @@ def foot_turn(schedule: Schedule, instants: Array) -> FootTurn:
     """Return the turn of a schedule whose last phase has a hinge."""
     begin = float(schedule.changes[-1]) if schedule.changes.size else 0.0
     return FootTurn(begin, instants)
+
+
+def landing_turn(schedule: Schedule, instants: Array) -> FootTurn:
+    """Return the turn of a schedule whose first phase has a hinge."""
+    return FootTurn(0.0, instants, schedule.first.end, landed=True)

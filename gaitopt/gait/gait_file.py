@@ -17,10 +17,9 @@ from numpy.typing import NDArray
 
 from gaitopt.atomic import write_atomically
 from gaitopt.bounds import GAIT, too_large
-from gaitopt.contact.flat_foot import FlatFoot
 from gaitopt.contact.schedule import LegExchange, Transition
 from gaitopt.errors import GaitFileError, InputError, RobotError
-from gaitopt.gait.result import FOOT, LARGEST, SHAPES, Gait, array_names
+from gaitopt.gait.result import FOOT, LANDING, LARGEST, SHAPES, Gait, array_names
 from gaitopt.model.multibody import Multibody, checked_multibody
 from gaitopt.tolerances import SAME
 from gaitopt.version import __version__
@@ -125,14 +124,30 @@ _OF_ROBOT = {
 _OF_FOOT = tuple(name.removeprefix("foot_") for name in FOOT)
 _BASE = ("base_position", "base_quaternion", "base_twist", "base_acceleration")
 
-TURNING = (
-    Member("knots_1", "float64", ("l",), "s"),
-    Member("coefficients_1", "float64", ("l + 2", "J"), "rad, rad/s", "joint"),
-    Member("foot_hinge_1", "float64", (6,), "m, 1", _SOLE),
-    Member("foot_knots_1", "float64", ("k",), "s"),
-    Member("foot_coefficients_1", "float64", ("k + 2",), "rad, rad/s"),
-)
-"""Further arrays, of a gait whose stance foot turns in a second phase."""
+
+def _splines(phase: int) -> tuple[Member, ...]:
+    """Return the arrays of the joints' splines in a phase after the first."""
+    m = f"m{phase}"
+    return (
+        Member(f"knots_{phase}", "float64", (m,), "s"),
+        Member(f"coefficients_{phase}", "float64", (f"{m} + 2", "J"), "rad, rad/s", "joint"),
+    )
+
+
+def _turn(phase: int) -> tuple[Member, ...]:
+    """Return the arrays of the turn of the stance foot in a phase."""
+    k = f"k{phase}"
+    return (
+        Member(f"foot_hinge_{phase}", "float64", (6,), "m, 1", _SOLE),
+        Member(f"foot_knots_{phase}", "float64", (k,), "s"),
+        Member(f"foot_coefficients_{phase}", "float64", (f"{k} + 2",), "rad, rad/s"),
+    )
+
+
+_MOST = 3  # phases: the foot turns having landed, stands flat, turns before it leaves
+PHASES = tuple(part for k in range(_MOST) for part in (_splines(k) if k else (), _turn(k)) if part)
+"""Groups of further arrays, each of which is in the file as a whole or not at all: those of the
+splines of a second and a third phase, and of the phases in which the stance foot turns."""
 
 
 def save_gait(gait: Gait, path: str | Path) -> Path:
@@ -234,27 +249,31 @@ def gait_members(gait: Gait) -> _Arrays:
     found["schedule"] = _json(_schedule(gait))
     found["meta"] = _json({**gait.meta, "format": FORMAT, _WRITTEN_BY: __version__})
     kinds: dict[str, Any] = {m.name: np.str_ if m.kind == "str" else m.kind for m in MEMBERS}
-    kinds |= {m.name: m.kind for m in TURNING}
+    kinds |= {m.name: m.kind for part in PHASES for m in part}
     written = [m.name for m in _of_format_2(found) if m.name != "digest"]
     return {name: np.array(found[name], kinds[name]) for name in written}
 
 
 def _of_format_2(names: Container[str]) -> tuple[Member, ...]:
     """Return the arrays that a file of format 2 has, given those of it, or some of them."""
-    return (*MEMBERS, *TURNING) if TURNING[0].name in names else MEMBERS
+    parts = (part for part in PHASES if any(member.name in names for member in part))
+    return (*MEMBERS, *(member for part in parts for member in part))
 
 
 def _ends_phase(gait: Gait) -> NDArray[np.bool_]:
     """Return which samples belong to what ends at their instant, shape (N,)."""
-    if not gait.turning:
+    if len(gait.phases) == 1:
         return np.asarray(gait.time > gait.duration / 2.0)
-    begun = gait.time - gait.turns_at
-    return np.asarray((gait.time > 0.0) & ~((begun > 0.0) & (begun < SAME * gait.duration)))
+    ends = gait.time > 0.0
+    for phase in gait.phases[1:]:
+        begun = gait.time - phase.begin
+        ends &= ~((begun > 0.0) & (begun < SAME * gait.duration))
+    return np.asarray(ends)
 
 
 def _schedule(gait: Gait) -> dict[str, object]:
     """Return what happens when: the phases of a step, and how the next one follows."""
-    contacts = [FlatFoot.name, *([gait.foot_contact] if gait.turning else [])]
+    contacts = [phase.contact for phase in gait.phases]
     ends = [Transition.SMOOTH] * (len(contacts) - 1) + [Transition.IMPACT]
     phases = [
         {"contacts": {gait.stance_sole: contact}, "duration": phase.duration, "end": end.value}
@@ -274,7 +293,8 @@ def _bytes(array: NDArray[Any]) -> bytes:
 
 
 def _gait(members: _Arrays, meta: Mapping[str, object], more: Mapping[str, Any]) -> Gait:
-    arrays: dict[str, Any] = {n: members[n] for n in (*array_names(), *FOOT) if n in members}
+    names = (*array_names(), *FOOT, *LANDING)
+    arrays: dict[str, Any] = {n: members[n] for n in names if n in members}
     return Gait(
         **arrays,
         urdf=str(members["urdf"]),
@@ -303,35 +323,54 @@ def _new_gait(members: _Arrays, meta: dict[str, object]) -> Gait:
     more = {name: members[name] for name in ("multipliers", "bound_multipliers")}
     more = {name: values for name, values in more.items() if values.size}
     named = {name: members[key] for name, key in _RENAMED.items()}
-    if TURNING[0].name in members:
+    contacts: dict[str, str] = {}
+    if _has_phases(members):
         named |= _joined(members)
-    contact = _last_contact(members) if TURNING[0].name in members else ""
-    own = {**more, "multibody": body, "foot_contact": contact}
-    gait = _gait({**members, **named}, meta, own)
+        first, last = _contacts(members)
+        if "landing_hinge" in named:
+            contacts["landing_contact"] = first
+        if "foot_hinge" in named:
+            contacts["foot_contact"] = last
+    gait = _gait({**members, **named}, meta, {**more, **contacts, "multibody": body})
     _check_statements(gait, members)
     return gait
 
 
-def _last_contact(members: _Arrays) -> str:
-    """Return the contact of the last phase; what is none is found by the check of the schedule."""
+def _has_phases(members: _Arrays) -> bool:
+    """Whether a file has arrays of several phases, or of a foot that turns."""
+    return any(member.name in members for part in PHASES for member in part)
+
+
+def _contacts(members: _Arrays) -> tuple[str, str]:
+    """Return those of the first and the last phase, "?" where the schedule names none."""
     try:
         phases = json.loads(str(members["schedule"]))["phases"]
-        return str(next(iter(phases[-1]["contacts"].values())))
+        first, last = (str(next(iter(phases[k]["contacts"].values()))) for k in (0, -1))
+        return first, last
     except (ValueError, RecursionError, LookupError, TypeError, AttributeError, StopIteration):
-        return "?"
+        return "?", "?"
 
 
 def _joined(members: _Arrays) -> _Arrays:
-    """Return the splines over a step of two phases, and the turn of the foot in the second."""
-    first, second = members["coefficients_0"], members["coefficients_1"]
-    begin = members["knots_0"][-1]
-    return {
-        "knots": np.concatenate([members["knots_0"], begin + members["knots_1"][1:]]),
-        "coefficients": np.concatenate([first[:-2], second[1:-2], first[-2:-1], second[-1:]]),
-        "foot_hinge": members["foot_hinge_1"],
-        "foot_knots": begin + members["foot_knots_1"],
-        "foot_coefficients": members["foot_coefficients_1"],
+    """Return the splines over a step of several phases, and the turns of the foot in it."""
+    count = sum(f"knots_{k}" in members for k in range(_MOST))
+    if count > 1 and "knots_1" not in members:
+        raise InputError("its 'knots_1' is missing")
+    splines = [members[f"coefficients_{k}"] for k in range(count)]
+    pieces = [members[f"knots_{k}"] for k in range(count)]
+    begins = np.concatenate([[0.0], np.cumsum([knots[-1] for knots in pieces])])
+    inner = [begin + knots[1:] for begin, knots in zip(begins, pieces, strict=False)]
+    values = [splines[0][:1], *(part[1:-2] for part in splines)]
+    found = {
+        "knots": np.concatenate([[0.0], *inner]),
+        "coefficients": np.concatenate([*values, splines[0][-2:-1], splines[-1][-1:]]),
     }
+    for k in range(count):
+        if f"foot_hinge_{k}" in members:
+            part = "foot" if k else "landing"
+            found |= {f"{part}_{name}": members[f"foot_{name}_{k}"] for name in _OF_FOOT}
+            found[f"{part}_knots"] = begins[k] + found[f"{part}_knots"]
+    return found
 
 
 def _check_members(members: _Arrays) -> None:
@@ -343,8 +382,8 @@ def _check_members(members: _Arrays) -> None:
         if array.dtype.kind != kind:
             raise InputError(f"its '{member.name}' is of {array.dtype}, not {member.kind}")
         known = dict(sizes)
-        for letter, more in (("m", 2), ("l", 2), ("k", 2), ("M", 1)):
-            known[f"{letter} + {more}"] = sizes.get(letter, 0) + more
+        for letter in [size for size in sizes if isinstance(size, str)]:
+            known |= {f"{letter} + {more}": sizes[letter] + more for more in (1, 2)}
         if array.ndim == len(member.shape):
             for size, found in zip(member.shape, array.shape, strict=True):
                 if isinstance(size, str) and size not in known:
@@ -361,9 +400,9 @@ def _check_members(members: _Arrays) -> None:
 def _check_statements(gait: Gait, members: _Arrays) -> None:
     """Refuse a base track, a schedule or a ground that are not those of the gait itself."""
     found = gait_members(gait)
-    splines = [m.name for m in TURNING if m.name in members]
+    splines = [m.name for part in PHASES for m in part if m.name in members]
     if splines and found.keys() != {*members} - {"digest"}:
-        raise InputError("its arrays of two phases are not those of a gait")
+        raise InputError("its arrays of several phases are not those of a gait")
     for name in (*_BASE, *splines, *(_RENAMED.values() if splines else ())):
         if found[name].shape != members[name].shape:
             raise InputError(f"its '{name}' is not that of its splines and its robot")
@@ -378,9 +417,9 @@ def _check_statements(gait: Gait, members: _Arrays) -> None:
         raise InputError("its 'schedule' is not JSON") from error
     if schedule != _schedule(gait):
         raise InputError(
-            "its 'schedule' is not that of its arrays: a phase on the flat foot that stands, then "
-            "at most one in which it turns about a line, ended by the impact of the other; this "
-            "gaitopt reads no other"
+            "its 'schedule' is not that of its arrays: a phase on the flat foot that stands, at "
+            "most one before and one after it in which it turns about a line, ended by the impact "
+            "of the other; this gaitopt reads no other"
         )
 
 

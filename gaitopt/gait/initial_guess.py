@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pinocchio as pin
@@ -37,6 +37,7 @@ _TRUNK_PITCH = 0.05  # rad
 _CLEAR_OF_GAP = 0.014  # m: the guess keeps this much off the lateral constraint
 _EXTRA_LIFT = 0.02  # m above the clearance profile
 _FOOT_ANGLE = 0.15  # rad at the end, where the stance foot turns; from less a heel may never rise
+_LANDING_ANGLE = 0.15  # rad, where the foot lands on its heel
 _HAIR = 1e-12  # between bounds that are equal: least squares wants room
 _RATE_FRACTION = 0.5  # of the last secant: the foot slows down before it lands
 
@@ -50,61 +51,68 @@ def first_guess(problem: WalkProblem) -> Array:
     geometry = _geometry(problem)
     kinematics = LegKinematics(problem.robot)
     pelvis, _ = place(PELVIS_CHAIN, geometry)
-    turn = _turn(problem, geometry)
-    rear = place(swing_sole_chain(problem.layout.rise), geometry)[0] * turn.place(1.0)
-    q_start = kinematics.solve(pelvis, rear)
+    turns = _turns(problem, geometry)
+    rear = place(swing_sole_chain(problem.layout.rise), geometry)[0] * turns.place(1.0)
+    landed = turns.place(0.0).inverse()
+    q_start = kinematics.solve(landed * pelvis, landed * rear)
     q_end = problem.model.exchange @ q_start
-    pelvis_end, front = (turn.place(1.0) * at for at in kinematics.placements(q_end))
+    pelvis_end, front = (turns.place(1.0) * at for at in kinematics.placements(q_end))
     count = problem.layout.postures
     lift = problem.task.margins.clearance + _EXTRA_LIFT + problem.task.ground.lift
     knots = []
     inner = problem.model.basis.knots[1:-1]
-    for s in inner if problem.model.hinge else np.arange(1, count + 1) / (count + 1):
+    for s in inner if turns.turns else np.arange(1, count + 1) / (count + 1):
         sole = pin.SE3.Interpolate(rear, front, float(s))
         sole.translation = sole.translation + np.array([0.0, 0.0, lift * np.sin(np.pi * s)])
-        foot = turn.place(float(s)).inverse()
+        foot = turns.place(float(s)).inverse()
         at_pelvis = foot * pin.SE3.Interpolate(pelvis, pelvis_end, float(s))
         knots.append(kinematics.solve(at_pelvis, foot * sole))
     last = (
-        geometry[DURATION] * (1.0 - inner[-1])
-        if problem.model.hinge
-        else geometry[DURATION] / (count + 1)
+        geometry[DURATION] * (1.0 - inner[-1]) if turns.turns else geometry[DURATION] / (count + 1)
     )
     rate_before = _RATE_FRACTION * (q_end - knots[-1]) / last
-    return problem.layout.pack(np.array(knots), rate_before, q_start, geometry, turn.parameters)
+    return problem.layout.pack(np.array(knots), rate_before, q_start, geometry, turns.parameters)
 
 
 @dataclass(frozen=True)
-class _Turn:
-    """The turn of the stance foot in the guess, if it turns.
+class _Turns:
+    """The turns of the stance foot in the guess.
 
     Attributes:
-        hinge: the line that rests; None: it stands flat.
-        parameters: of the turn, shape (p,) or (0,).
+        turns: line, angle as a function of time and what shapes it, of each of them.
         duration: of the step [s].
-        begin: share of the step.
     """
 
-    hinge: Hinge | None
-    parameters: Array
+    turns: tuple[tuple[Hinge, FootTurn, Array], ...]
     duration: float
-    begin: float
+
+    @property
+    def parameters(self) -> Array:
+        """Parameters of the turns, before the foot leaves, then after it landed."""
+        leaving = [shape for _, turn, shape in self.turns if not turn.landed]
+        landed = [shape[:-1] for _, turn, shape in self.turns if turn.landed]
+        return np.concatenate([np.zeros(0), *leaving, *landed])
 
     def place(self, s: float) -> pin.SE3:
         """Return the placement of the stance sole in its footprint at s = t / T."""
-        if self.hinge is None:
-            return pin.SE3.Identity()
-        at = FootTurn(self.begin, np.array([s]))
-        angle = at.basis.at(self.duration)[0, 0] @ at.coefficients @ self.parameters
-        return pin.exp6(float(angle) * self.hinge.twist)
+        place = pin.SE3.Identity()
+        for hinge, turn, shape in self.turns:
+            at = replace(turn, instants=np.array([s]))
+            angle = at.basis.at(self.duration)[0, 0] @ at.coefficients @ shape
+            place = place * pin.exp6(float(angle) * hinge.twist)
+        return place
 
 
-def _turn(problem: WalkProblem, geometry: Array) -> _Turn:
+def _turns(problem: WalkProblem, geometry: Array) -> _Turns:
     model, duration = problem.model, float(geometry[DURATION])
-    if model.foot_turn is None:
-        return _Turn(None, np.zeros(0), duration, 1.0)
-    parameters = model.foot_turn.guess(_FOOT_ANGLE, duration)
-    return _Turn(model.hinge, parameters, duration, model.foot_turn.begin)
+    asked = ((model.line, model.landing_turn), (model.hinge, model.foot_turn))
+    angles = (_LANDING_ANGLE, _FOOT_ANGLE)
+    turns = tuple(
+        (hinge, turn, turn.guess(angle, duration))
+        for (hinge, turn), angle in zip(asked, angles, strict=True)
+        if hinge is not None and turn is not None
+    )
+    return _Turns(turns, duration)
 
 
 def flat_feet_gap(problem: WalkProblem) -> float:

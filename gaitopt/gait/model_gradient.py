@@ -131,7 +131,7 @@ def model_gradient(
         damping=damping,
         friction=friction,
         gravity=-supported.base[:3],
-        duration=_of_duration(model, step, back, first),
+        duration=_of_duration(model, step, derivatives, back, first),
     )
 
 
@@ -160,17 +160,18 @@ def _support(
     axes = bodies.placed.rotation[:, tree.swing_foot] @ frame
     on_sole = bodies.forces_in(tree.swing_foot, wrench)[:, :3].sum(axis=0)
     on_corners = np.einsum("kij,kci->cj", axes, corners)
-    if step.turn is not None:
-        found = _about_sole(found, step.turn.hinge)
+    last = step.turn or step.landed  # its hinge is the nearest to the foot
+    if last is not None:
+        found = _about_sole(found, last.hinge, step.hinges)
     return replace(found, displaced=in_bodies), on_sole, on_corners
 
 
-def _about_sole(found: DynamicsGradient, hinge: Hinge) -> DynamicsGradient:
+def _about_sole(found: DynamicsGradient, hinge: Hinge, foot: int) -> DynamicsGradient:
     """The moments of the stance foot about its sole's origin instead of a point of the hinge."""
     p, mass, first = hinge.point, found.mass.copy(), found.first.copy()
-    by_second = found.second[1] @ p
-    mass[1] += by_second @ p - first[1] @ p
-    first[1] -= 2.0 * by_second
+    by_second = found.second[foot] @ p
+    mass[foot] += by_second @ p - first[foot] @ p
+    first[foot] -= 2.0 * by_second
     return replace(found, mass=mass, first=first)
 
 
@@ -211,14 +212,17 @@ def _passive(derivatives: StepDerivatives, back: StepAdjoint, hinges: int) -> tu
 
 
 def _of_duration(
-    model: StepModel, step: Step, back: StepAdjoint, first: dict[Quantity, Array]
+    model: StepModel,
+    step: Step,
+    derivatives: StepDerivatives,
+    back: StepAdjoint,
+    first: dict[Quantity, Array],
 ) -> float:
     """Derivative in the duration T of the step."""
     T, width = step.duration, step.coefficients.shape[0]
     stretched = model.basis.at(T, 1).reshape(-1, width) @ step.coefficients
     found = float(np.sum(back.by_sample * stretched)) + float(first[quantities.TRAVEL][0, 1])
-    if model.foot_turn is not None:
-        turn = model.foot_turn
-        moved = turn.basis.at(T, 1) @ (turn.coefficients @ step.x[model.layout.turn])
-        found += float(np.sum(back.by_order[:, :, 0] * moved))
+    for number, one in enumerate(derivatives.turns):
+        moved = one.turn.basis.at(T, 1) @ (one.turn.coefficients @ one.shape)
+        found += float(np.sum(back.by_order[:, :, number] * moved))
     return found

@@ -7,6 +7,7 @@ from functools import cached_property
 from math import isfinite
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gaitopt.errors import InputError
 from gaitopt.gait import foot_turn
@@ -70,6 +71,7 @@ class Layout:
         lifted: whether the posture at the start is in x as well, tied to the geometry by equalities
             instead of inverse kinematics.
         turning: whether the stance foot turns at the end of the step, see `foot_turn`.
+        landing: whether it lands on a line of its sole and turns at the start of the step.
         rise: of the footprint ahead over that of the stance foot [m].
     """
 
@@ -79,6 +81,7 @@ class Layout:
     lifted: bool = False
     turning: bool = False
     rise: float = 0.0
+    landing: bool = False
 
     @cached_property
     def free(self) -> list[int]:
@@ -122,20 +125,27 @@ class Layout:
         return slice(self.shape.stop, self.shape.stop + len(foot_turn.NAMES) * self.turning)
 
     @cached_property
-    def boundary(self) -> slice:
-        """Entries that shape the double support: posture at the start, geometry, rear foot."""
-        return slice(self.start.start, self.shape.stop + self.turning)
+    def landed(self) -> slice:
+        """Entries of the foot's turn after its landing, the angle at the landing first; or none."""
+        return slice(self.turn.stop, self.turn.stop + len(foot_turn.LANDING_NAMES) * self.landing)
+
+    @cached_property
+    def boundary(self) -> NDArray[np.int_]:
+        """Entries that shape the double support: posture at the start, geometry, both feet."""
+        feet = [self.turn.start] * self.turning + [self.landed.start] * self.landing
+        return np.array([*range(self.start.start, self.shape.stop), *feet], dtype=np.int_)
 
     @cached_property
     def boundary_columns(self) -> list[int]:
         """Which of the boundary's own coordinates (n angles if lifted, G quantities) are in x."""
-        angles, rear = self.joints * self.lifted, [len(self.geometry)] * self.turning
-        return [*range(angles), *(angles + row for row in [*self.free, *rear])]
+        angles, feet = self.joints * self.lifted, range(self.turning + self.landing)
+        rows = [*self.free, *(len(self.geometry) + foot for foot in feet)]
+        return [*range(angles), *(angles + row for row in rows)]
 
     @cached_property
     def size(self) -> int:
         """Length of x."""
-        return int(self.turn.stop)
+        return int(self.landed.stop)
 
     @cached_property
     def names(self) -> tuple[str, ...]:
@@ -144,6 +154,7 @@ class Layout:
         rates = [f"{j}_rate_before_impact" for j in self.joint_names]
         start = [f"{j}_at_start" for j in self.joint_names] if self.lifted else []
         turn = foot_turn.NAMES if self.turning else ()
+        turn = (*turn, *(foot_turn.LANDING_NAMES if self.landing else ()))
         return (*knots, *rates, *start, *(self.geometry[i].name for i in self.free), *turn)
 
     def index(self, name: str) -> int | None:
@@ -154,11 +165,13 @@ class Layout:
     def geometry_of(self, x: Array) -> Array:
         """Return the geometric quantities at x, shape (G,).
 
-        The ten, free and fixed, and the angle of the rear foot where the stance foot turns.
+        The ten, free and fixed; the angle of the rear foot where the stance foot turns before it
+        leaves; that of the front foot where it lands on a line.
         """
         values = self.fixed_values.copy()
         values[self.free] = x[self.shape]
-        return np.append(values, x[self.turn][0]) if self.turning else values
+        feet = [*x[self.turn][:1], *x[self.landed][:1]]
+        return np.append(values, feet) if feet else values
 
     def pack(
         self,
@@ -168,12 +181,13 @@ class Layout:
         geometry: Array,
         turn: Array | None = None,
     ) -> Array:
-        """Return x from postures (k, n), rates (n,), start (n,), all geometry (10,), turn (p,).
+        """Return x from postures (k, n), rates (n,), start (n,), all geometry (10,), turns (p,).
 
-        The posture at the start goes in only in the lifted form, the turn where there is one.
+        The posture at the start goes in only in the lifted form; the turns, that before the foot
+        leaves and that after it landed side by side, where there are any.
         """
         start = q_start if self.lifted else q_start[:0]
-        turn = np.zeros(self.turn.stop - self.turn.start) if turn is None else turn
+        turn = np.zeros(self.landed.stop - self.turn.start) if turn is None else turn
         return np.concatenate([knots.ravel(), rate_before, start, geometry[self.free], turn])
 
     def bounds(self) -> tuple[Array, Array]:
@@ -184,6 +198,7 @@ class Layout:
         if self.turning:
             lower[self.turn], upper[self.turn] = 0.0, foot_turn.LARGEST_ANGLE
             upper[self.turn.stop - 1] = foot_turn.LARGEST_RATE
+        lower[self.landed], upper[self.landed] = 0.0, foot_turn.LARGEST_ANGLE
         return lower, upper
 
     def scale(self) -> Array:
@@ -194,6 +209,7 @@ class Layout:
         if self.turning:
             scale[self.turn] = foot_turn.ANGLE_SCALE
             scale[self.turn.stop - 1] = foot_turn.RATE_SCALE
+        scale[self.landed] = foot_turn.ANGLE_SCALE
         return scale
 
 

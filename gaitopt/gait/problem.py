@@ -83,8 +83,9 @@ class WalkProblem(NLP):
     @cached_property
     def breaks(self) -> Array:
         """Shares of the step, from 0 to 1, between which every quantity is smooth."""
-        turn, knots = self.model.foot_turn, self.model.basis.knots
-        return knots if turn is None else np.union1d(knots, turn.knots)
+        model, knots = self.model, self.model.basis.knots
+        turns = [turn for turn in (model.landing_turn, model.foot_turn) if turn is not None]
+        return np.unique(np.concatenate([knots, *(turn.knots for turn in turns)]))
 
     def with_grid(self, grid: Grid) -> WalkProblem:
         """Return the same walk looked at on another grid."""
@@ -229,10 +230,13 @@ def walk_layout(robot: Robot, task: Task) -> Layout:
     if table[STEP_LENGTH].free:
         table = set_geometry(table, {"step_length": {"value": task.step_length}})
     table = _within_step_width(table, robot, task.margins.step_width)
-    hinge = task.schedule.last.contact.hinge(robot.sole)
+    schedule = task.schedule
+    landing, leaving = (
+        phase.contact.hinge(robot.sole) is not None for phase in (schedule.first, schedule.last)
+    )
     return Layout(
-        robot.joint_names, task.postures, table, task.boundary == "lifted", hinge is not None,
-        task.ground.rise,
+        robot.joint_names, task.postures, table, task.boundary == "lifted", leaving,
+        task.ground.rise, landing,
     )  # fmt: skip
 
 

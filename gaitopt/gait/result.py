@@ -51,6 +51,10 @@ FOOT: dict[str, tuple[int | str, ...]] = {
     "foot_coefficients": ("k + 2",),
 }
 """Arrays of the turn of the stance foot, empty where it stands flat until the impact."""
+LANDING: dict[str, tuple[int | str, ...]] = {
+    name.replace("foot", "landing"): shape for name, shape in FOOT.items()
+}
+"""The same of its turn after it landed, empty where it lands flat."""
 _MULTIPLIERS: dict[str, tuple[int | str, ...]] = {
     "multipliers": ("R",),
     "bound_multipliers": ("P",),
@@ -88,7 +92,8 @@ class Gait:
         swing_sole: corners (toe left, toe right, heel left, heel right) of the swing sole in the
             stance sole frame [m], shape (N, 4, 3).
         knots: knots of the joint splines [s], shape (m,).
-        impulse: of the ground on the landing foot, in its sole frame [N·s, N·m·s], shape (6,).
+        impulse: of the ground on the landing foot, in the frame of its sole laid flat [N·s, N·m·s],
+            shape (6,).
         rate_before, rate_after: joint rates around the impact, same joints [rad/s], shape (J,).
         parameters: the optimum, shape (P,); units as the parameter names say.
         parameter_names: P names.
@@ -110,6 +115,9 @@ class Gait:
             [s], shape (k,) or (0,); the first is one of `knots`.
         foot_coefficients: angle at these knots [rad], rates at both ends [rad/s], (k + 2,) or (0,).
         foot_contact: name of the contact in which it turns, "toe line"; empty where it does not.
+        landing_hinge, landing_knots, landing_coefficients, landing_contact: the same of its turn
+            from the start of the step, on the line on which it landed, "heel line", to the instant
+            at which it is flat, one of `knots`; empty where it lands flat.
         meta: JSON-able record (task, limits, sole, mass, cost, solver, status, certificate,
             versions); every key is optional.
 
@@ -146,12 +154,16 @@ class Gait:
     foot_knots: Array = field(default_factory=lambda: np.zeros(0))
     foot_coefficients: Array = field(default_factory=lambda: np.zeros(0))
     foot_contact: str = ""
+    landing_hinge: Array = field(default_factory=lambda: np.zeros(0))
+    landing_knots: Array = field(default_factory=lambda: np.zeros(0))
+    landing_coefficients: Array = field(default_factory=lambda: np.zeros(0))
+    landing_contact: str = ""
 
     def __post_init__(self) -> None:
         for name in SHAPES:
             if name != "coefficients" or self.coefficients is not None:
                 object.__setattr__(self, name, _frozen(name, getattr(self, name)))
-        for name in FOOT:
+        for name in (*FOOT, *LANDING):
             object.__setattr__(self, name, _frozen(name, getattr(self, name)))
         for name in _MULTIPLIERS:
             if getattr(self, name) is not None:
@@ -191,8 +203,9 @@ class Gait:
 
         Below zero where it goes backward.
         """
-        centre = self.swing_sole[:, self._resting].mean(axis=1)
-        forward, left, _ = centre[-1] - centre[0]  # with feet turned out, travel is not along x
+        start, end = self.swing_sole[[0, -1]].reshape(2, 2, 2, 3).mean(axis=2)  # toe, heel of each
+        start, end = _laid_flat(start, self.foot_hinge), _laid_flat(end, self.landing_hinge)
+        forward, left, _ = (end - start).mean(axis=0)  # with feet turned out it is not along x
         length = float(np.hypot(forward, left)) / 2.0
         return 0.0 if length < _NOWHERE else float(np.copysign(length, forward))
 
@@ -207,29 +220,41 @@ class Gait:
         return float(self.foot_knots[0]) if self.turning else self.duration
 
     @property
+    def lands_on_line(self) -> bool:
+        """Whether the foot lands on a line of its sole and turns about it until it is flat."""
+        return bool(self.landing_knots.size)
+
+    @property
+    def flat_from(self) -> float:
+        """Time at which the foot that landed is flat [s]; 0 where it lands flat."""
+        return float(self.landing_knots[-1]) if self.lands_on_line else 0.0
+
+    @property
+    def landing_angle(self) -> float:
+        """Angle of the landing foot at the impact [rad], 0 where it lands flat."""
+        return float(self.landing_coefficients[0]) if self.lands_on_line else 0.0
+
+    @property
     def phases(self) -> tuple[ContactPhase, ...]:
         """The parts of the step, in order, each with the contact of the stance foot."""
-        flat = ContactPhase(FlatFoot.name, 0.0, self.turns_at)
-        if not self.turning:
-            return (flat,)
-        return (flat, ContactPhase(self.foot_contact, self.turns_at, self.duration))
+        phases = [ContactPhase(FlatFoot.name, self.flat_from, self.turns_at)]
+        if self.lands_on_line:
+            phases = [ContactPhase(self.landing_contact, 0.0, self.flat_from), *phases]
+        if self.turning:
+            phases = [*phases, ContactPhase(self.foot_contact, self.turns_at, self.duration)]
+        return tuple(phases)
 
     @property
     def flat(self) -> NDArray[np.bool_]:
         """Which samples are of a stance foot that stands flat, shape (N,)."""
-        return np.asarray(self.time <= self.turns_at)
+        if not self.lands_on_line:
+            return np.asarray(self.time <= self.turns_at)
+        return np.asarray((self.time > self.flat_from) & (self.time <= self.turns_at))
 
     @property
     def foot_angle(self) -> float:
         """Angle of the stance foot at the impact [rad], 0 where it stands flat."""
         return float(self.foot_coefficients[-3]) if self.turning else 0.0
-
-    @property
-    def _resting(self) -> slice:
-        """Corners of a sole on the ground when it leaves: all, those of the toe or of the heel."""
-        if not self.turning:
-            return slice(None)
-        return slice(0, 2) if self.foot_hinge[4] > 0.0 else slice(2, 4)
 
     @property
     def speed(self) -> float:
@@ -276,13 +301,18 @@ class Gait:
                 f"the gait moves {', '.join(self.joint_names)}, but its robot "
                 f"{', '.join(body.moving_names)}; give the robot that it was designed for"
             )
-        phase = TrajectoryPhase(0, self.knots, self.coefficients)
-        if not self.turning:
-            return Trajectory(body, (phase,), self.mirror)
-        flat, last = phase.split(float(self.foot_knots[0]))
-        knots = self.foot_knots - self.foot_knots[0]
-        turning = FootTurning(self.foot_hinge, knots, self.foot_coefficients)
-        return Trajectory(body, (flat, replace(last, turning=turning)), self.mirror)
+        phases = [TrajectoryPhase(0, self.knots, self.coefficients)]
+        if self.lands_on_line:
+            first, rest = phases[0].split(self.flat_from)
+            landed = FootTurning(self.landing_hinge, self.landing_knots, self.landing_coefficients)
+            phases = [replace(first, turning=landed), rest]
+        if self.turning:
+            *before, rest = phases
+            flat, last = rest.split(self.turns_at - self.flat_from)
+            knots = self.foot_knots - self.foot_knots[0]
+            turning = FootTurning(self.foot_hinge, knots, self.foot_coefficients)
+            phases = [*before, flat, replace(last, turning=turning)]
+        return Trajectory(body, tuple(phases), self.mirror)
 
     def fact(self, *keys: str) -> object | None:
         """Return `meta[key][key]...`, None if any of the keys is absent."""
@@ -320,6 +350,19 @@ class Gait:
         return np.array([np.nan if v is None else v for v in value], dtype=np.float64)
 
 
+def _laid_flat(ends: Array, hinge: Array) -> Array:
+    """Return toe and heel (2, 3) of a sole as if it had turned back to flat about its line."""
+    if hinge.size == 0:
+        return ends
+    rests, other = (0, 1) if hinge[4] > 0.0 else (1, 0)
+    across = ends[other] - ends[rests]
+    level = across * [1.0, 1.0, 0.0]
+    level *= np.linalg.norm(across) / np.linalg.norm(level)
+    flat = ends.copy()
+    flat[other] = ends[rests] + level
+    return flat
+
+
 def array_names() -> tuple[str, ...]:
     """Return the names of the numeric arrays of a gait, in their order."""
     return tuple(f.name for f in fields(Gait) if f.name in SHAPES)
@@ -343,7 +386,7 @@ def _fitted(gait: Gait) -> Array:
 
 
 def _frozen(name: str, value: object) -> Array:
-    shape = {**SHAPES, **FOOT, **_MULTIPLIERS}[name]
+    shape = {**SHAPES, **FOOT, **LANDING, **_MULTIPLIERS}[name]
     if isinstance(value, Sized) and shape[0] == "N":
         at_most(len(value), INSTANTS, f"instants in the gait's '{name}'")
     try:
@@ -406,23 +449,40 @@ def _check_sizes(gait: Gait) -> None:
 
 
 def _check_foot(gait: Gait) -> None:
-    """Refuse a turn of the stance foot that does not fit the step."""
-    knots, sizes = gait.foot_knots, (gait.foot_hinge.size, gait.foot_coefficients.size)
-    if knots.size == 0 and sizes == (0, 0) and gait.foot_contact == "":
-        return
-    if not (isinstance(gait.foot_contact, str) and gait.foot_contact):
-        raise InputError("the gait's foot_contact must name the contact in which the foot turns")
+    """Refuse turns of the stance foot that do not fit the step."""
+    near, inner = 1e-9 * gait.duration, gait.knots[1:-1]
+    if _turns(gait, "foot"):
+        begins = inner.size and np.abs(inner - gait.foot_knots[0]).min() <= near
+        if not begins or abs(gait.foot_knots[-1] - gait.duration) > near:
+            raise InputError(
+                "the gait's stance foot must turn from one of its knots until the end of the step"
+            )
+    if _turns(gait, "landing"):
+        ends = inner.size and np.abs(inner - gait.landing_knots[-1]).min() <= near
+        if not ends or gait.landing_knots[0] != 0.0 or gait.turns_at <= gait.flat_from + near:
+            raise InputError(
+                "the gait's landing foot must turn from the start of the step until one of its "
+                "knots, before the foot turns again"
+            )
+
+
+def _turns(gait: Gait, part: str) -> bool:
+    """Whether there is a turn of the stance foot; refuse one that is none."""
+    hinge, knots, coefficients = (getattr(gait, f"{part}_{n}") for n in _OF_TURN)
+    contact, sizes = getattr(gait, f"{part}_contact"), (hinge.size, coefficients.size)
+    if knots.size == 0 and sizes == (0, 0) and contact == "":
+        return False
+    if not (isinstance(contact, str) and contact):
+        raise InputError(f"the gait's {part}_contact must name the contact in which the foot turns")
     if knots.size < 2 or sizes != (6, knots.size + 2) or not (np.diff(knots) > 0.0).all():
         raise InputError(
-            "the gait's foot_knots must increase, two values at least, with foot_coefficients two "
-            "more, and foot_hinge must be six numbers"
+            f"the gait's {part}_knots must increase, two values at least, with {part}_coefficients "
+            f"two more, and {part}_hinge must be six numbers"
         )
-    inner, near = gait.knots[1:-1], 1e-9 * gait.duration
-    begins = inner.size and np.abs(inner - knots[0]).min() <= near
-    if not begins or abs(knots[-1] - gait.duration) > near:
-        raise InputError(
-            "the gait's stance foot must turn from one of its knots until the end of the step"
-        )
+    return True
+
+
+_OF_TURN = ("hinge", "knots", "coefficients")
 
 
 def _check_times(gait: Gait) -> None:

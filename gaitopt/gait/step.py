@@ -15,6 +15,7 @@ import numpy as np
 from gaitopt.errors import EvaluationError
 from gaitopt.gait import quantities
 from gaitopt.gait.double_support import Posture, PostureDerivatives
+from gaitopt.gait.foot_turn import FootTurn
 from gaitopt.gait.parameters import DURATION, STEP_LENGTH
 from gaitopt.gait.quantities import Quantity
 from gaitopt.mechanics.forward_kinematics import (
@@ -45,8 +46,10 @@ class Step:
         coefficients: of the spline (k + 4, n): knots, rate at start, rate at end.
         motion: q, dq, ddq at the instants, shape (3, N, n).
         turn: the stance foot before the impact; None where it stands flat.
-        foot_motion: angle of the stance foot about the line that rests, its rate and acceleration
-            at the instants, shape (3, N, h): h = 1 where the foot turns, else 0.
+        landed: the landing foot after it; None where it lands flat.
+        foot_motion: angles of the stance foot about the lines of it that rest, their rates and
+            accelerations at the instants, shape (3, N, h): that on which it landed, then that on
+            which it leaves, as far as it turns about them.
         support: single support at the instants.
         optional: quantities that only some constraints look at; without entries unless they do.
     """
@@ -63,10 +66,11 @@ class Step:
     optional: dict[Quantity, Array]
     foot_motion: Array
     turn: Turning | None = None
+    landed: Turning | None = None
 
     @property
     def hinges(self) -> int:
-        """Joints between the ground and the stance foot: 1 where it turns, else 0."""
+        """Joints between the ground and the stance foot: one for each line about which it turns."""
         return int(self.foot_motion.shape[2])
 
     @property
@@ -79,6 +83,12 @@ class Step:
         """Twist of the old stance sole after the impact, in its footprint, (6,)."""
         twist = self.impact.sole_twist
         return twist if self.turn is None else self.turn.place.toActionMatrix() @ twist
+
+    @property
+    def impulse(self) -> Array:
+        """Impulse of the ground on the landing foot, in its footprint, shape (6,)."""
+        impulse = self.impact.impulse
+        return impulse if self.landed is None else self.landed.on_ground @ impulse
 
     @property
     def duration(self) -> float:
@@ -105,7 +115,7 @@ class Step:
             quantities.ANGLES: self.motion[0],
             quantities.RATES: self.motion[1],
             quantities.ACCELERATIONS: self.motion[2],
-            quantities.IMPULSE: self.impact.impulse[None],
+            quantities.IMPULSE: self.impulse[None],
             quantities.SOLE_TWIST: self.sole_twist[None],
             quantities.LEGS: self.posture.legs,
             quantities.GAPS: self.posture.gaps,
@@ -122,11 +132,13 @@ class StepDerivatives:
     Attributes:
         posture, impact, support, optional: the local derivatives they are made of.
         coefficients: of the spline coefficients, shape (k + 4, n, P).
-        motion: of (q, dq, ddq) at each instant, each of them with the foot's turn in front, shape
+        motion: of (q, dq, ddq) at each instant, each of them with the foot's turns in front, shape
             (N, 3 (h + n), P).
+        turns: of the stance foot.
+        landing_angle: of the foot that lands, shape (P,); empty where it lands flat.
         jacobians: of each quantity, shape (K, entries, P).
 
-    The last three are empty until the local ones are chained.
+    Those from `coefficients` on are empty until the local ones are chained.
     """
 
     posture: PostureDerivatives
@@ -135,16 +147,35 @@ class StepDerivatives:
     optional: dict[Quantity, PostureQuantityDerivatives]
     coefficients: Array = field(default_factory=lambda: np.zeros((0, 0, 0)))
     motion: Array = field(default_factory=lambda: np.zeros((0, 0, 0)))
+    turns: tuple[ShapedTurn, ...] = ()
+    landing_angle: Array = field(default_factory=lambda: np.zeros(0))
     jacobians: dict[Quantity, Array] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class ShapedTurn:
+    """A turn of the stance foot and what shapes it, p numbers.
+
+    Attributes:
+        turn: linear in them.
+        shape: their values, shape (p,).
+        jacobian: their derivatives, shape (p, P).
+    """
+
+    turn: FootTurn
+    shape: Array
+    jacobian: Array
 
 
 def foot_turn_rows(turned: Array) -> Array:
     """Return the stance foot's turn (N, 3), without entries where it has no hinge.
 
     Args:
-        turned: angle, rate and acceleration of the hinges, or their derivatives, (N, 3, h, ...).
+        turned: angle, rate and acceleration of the hinges, or their derivatives, (N, 3, h, ...);
+            at most one of them is not at 0.
     """
-    return turned.reshape(len(turned), 3 * turned.shape[2], *turned.shape[3:])
+    count, _, hinges, *more = turned.shape
+    return turned.sum(axis=2) if hinges else np.zeros((count, 0, *more))
 
 
 def with_foot(foot: Array, joints: Array) -> Array:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from gaitopt.gait import quantities
 from gaitopt.gait.parameters import DURATION
 from gaitopt.gait.quantities import Quantity
-from gaitopt.gait.step import Step, StepDerivatives
+from gaitopt.gait.step import ShapedTurn, Step, StepDerivatives
 from gaitopt.gait.step_model import StepModel
 from gaitopt.mechanics.cached_workspace import cached_workspace
 from gaitopt.mechanics.forward_kinematics import body_inertias, corner_hessian
@@ -25,7 +25,7 @@ from gaitopt.mechanics.inverse_dynamics_hessian import (
     InverseDynamicsHessian,
     inverse_dynamics_hessian,
 )
-from gaitopt.mechanics.spatial import motion_cross_matrix
+from gaitopt.mechanics.spatial import force_cross_matrix, motion_cross_matrix
 from gaitopt.nlp import Array
 
 Indices = NDArray[np.int_]
@@ -137,10 +137,13 @@ def cycle_adjoint(
     """
     count, each = len(models), list(zip(models, steps, derivatives, weights, strict=True))
     gradients = [_step_gradient(*one) for one in each]
-    maps = [gradient[2] for gradient in gradients]
-    ends = [_impact_vjp(*one, maps[(k + 1) % count][-2]) for k, one in enumerate(each)]
+    maps, turns = [gradient[2] for gradient in gradients], [gradient[3] for gradient in gradients]
+    ends = [
+        _impact_vjp(*one, maps[(k + 1) % count][-2], turns[(k + 1) % count])
+        for k, one in enumerate(each)
+    ]
     found = []
-    for k, (effort, by_order, on_coefficients) in enumerate(gradients):
+    for k, (effort, by_order, on_coefficients, _) in enumerate(gradients):
         at_end = maps[(k - 1) % count][-3] + ends[(k - 1) % count][0]
         q_start = on_coefficients[0] + models[k].exchange.T @ at_end
         found.append(StepAdjoint(effort, by_order, q_start, ends[k][1]))
@@ -149,8 +152,8 @@ def cycle_adjoint(
 
 def _step_gradient(
     model: StepModel, step: Step, derivatives: StepDerivatives, first: dict[Quantity, Array]
-) -> tuple[Array, Array, Array]:
-    """Weights of the effort, of (q, dq, ddq) and of the spline's coefficients, (k + 4, n)."""
+) -> tuple[Array, Array, Array, list[Array]]:
+    """Weights of effort, (q, dq, ddq), the spline's coefficients (k + 4, n), and turns."""
     wrench, torque = first[quantities.WRENCH], first[quantities.TORQUE]
     of_hinge = np.zeros((len(torque), step.hinges))  # its torque is part of the wrench
     effort = np.concatenate([wrench, of_hinge, torque] if step.hinges else [wrench, torque], axis=1)
@@ -159,7 +162,7 @@ def _step_gradient(
     by_sample = by_order[:, :, step.hinges :].reshape(-1, model.layout.joints)
     width = step.coefficients.shape[0]
     on_coefficients = model.basis.at(step.duration).reshape(-1, width).T @ by_sample
-    return effort, by_order, on_coefficients
+    return effort, by_order, on_coefficients, _turn_weights(step, derivatives, by_order)
 
 
 def step_hessian(
@@ -231,6 +234,8 @@ def _own_hessian(
         rate = matrix[model.layout.turn.stop - 1]
         inputs = np.concatenate([inputs, np.outer(step.turn.hinge.twist, rate)])
         H += _sole_twist_hessian(model, step, derivatives, first[quantities.SOLE_TWIST][0])
+    if step.landed is not None:
+        H += _impulse_hessian(step, derivatives, first[quantities.IMPULSE][0])
     H += inputs.T @ impact.hessian(at_impact) @ inputs
     posture = model.boundary.hessian(
         step.posture, derivatives.posture, back.q_start,
@@ -241,8 +246,8 @@ def _own_hessian(
     lasts = model.along("duration")
     if lasts is not None:
         H += _duration_hessian(model, step, derivatives, back.by_sample, lasts)
-        if model.foot_turn is not None:
-            H += _foot_duration_hessian(model, step, back.by_order[:, :, 0], lasts)
+        for number, one in enumerate(derivatives.turns):
+            H += _foot_duration_hessian(one, back.by_order[:, :, number], step.duration, lasts)
     return H
 
 
@@ -268,14 +273,36 @@ def _sole_twist_hessian(
     return H + H.T - twice * np.outer(angle, angle)  # which is in either of the two
 
 
-def _foot_duration_hessian(model: StepModel, step: Step, gradient: Array, lasts: Array) -> Array:
-    """Terms of the foot's turn (its gradient (N, 3)) as it depends on the step duration T."""
-    assert model.foot_turn is not None
-    turn, basis, entries = model.foot_turn, model.foot_turn.basis, model.layout.turn
-    first = np.tensordot(gradient, basis.at(step.duration, 1), 2) @ turn.coefficients
-    second = np.tensordot(gradient, basis.at(step.duration, 2), 2) @ turn.coefficients
-    H = np.outer(lasts, first @ model.chart.matrix[entries])
-    return H + H.T + float(second @ step.x[entries]) * np.outer(lasts, lasts)
+def _impulse_hessian(step: Step, derivatives: StepDerivatives, weights: Array) -> Array:
+    """What the turn of the sole's axes adds to weights . (impulse in the footprint), shape (P, P).
+
+    As for the twist, with S x* of forces.
+    """
+    assert step.landed is not None
+    across, angle = force_cross_matrix(step.landed.hinge.twist), derivatives.landing_angle
+    H = np.outer(angle, weights @ across @ derivatives.jacobians[quantities.IMPULSE][0])
+    twice = float(weights @ across @ across @ step.impulse)
+    return H + H.T - twice * np.outer(angle, angle)  # which is in either of the two
+
+
+def _turn_weights(step: Step, derivatives: StepDerivatives, by_order: Array) -> list[Array]:
+    """What the local gradient (N, 3, h + n) is worth in what shapes each turn, shape (p,)."""
+    return [
+        np.tensordot(by_order[:, :, number], one.turn.basis.at(step.duration), 2)
+        @ one.turn.coefficients
+        for number, one in enumerate(derivatives.turns)
+    ]
+
+
+def _foot_duration_hessian(
+    turned: ShapedTurn, gradient: Array, duration: float, lasts: Array
+) -> Array:
+    """Terms of a turn of the foot (its gradient (N, 3)) as it depends on the step duration T."""
+    turn, basis = turned.turn, turned.turn.basis
+    first = np.tensordot(gradient, basis.at(duration, 1), 2) @ turn.coefficients
+    second = np.tensordot(gradient, basis.at(duration, 2), 2) @ turn.coefficients
+    H = np.outer(lasts, first @ turned.jacobian)
+    return H + H.T + float(second @ turned.shape) * np.outer(lasts, lasts)
 
 
 def _local_gradient(
@@ -288,8 +315,8 @@ def _local_gradient(
     gradient = (effort[:, None] @ support.effort)[:, 0]
     gradient[:, :n] += (first[quantities.CORNERS][:, None] @ corners)[:, 0]
     gradient[:, hinges:n] += first[quantities.ANGLES]
-    if hinges:
-        gradient[:, ::n] += first[quantities.FOOT_TURN]
+    for hinge in range(hinges):
+        gradient[:, hinge::n] += first[quantities.FOOT_TURN]
     gradient[:, n + hinges : 2 * n] += first[quantities.RATES]
     gradient[:, 2 * n + hinges :] += first[quantities.ACCELERATIONS]
     for what, reading in derivatives.optional.items():
@@ -361,18 +388,25 @@ def _impact_vjp(
     derivatives: StepDerivatives,
     first: dict[Quantity, Array],
     on_next_start: Array,
+    on_next_turns: list[Array],
 ) -> tuple[Array, WeightedImpact]:
     """What the weights reach through an impact: the posture there (n,), and the impact itself.
 
     Args:
         model, step, derivatives, first: of the step that it ends, and its weights.
         on_next_start: weights of the rates at the start of the next step, shape (n,).
+        on_next_turns: of what shapes its turns; the last of the first is the rate after a landing
+            on a line.
     """
     E = model.exchange
     of_twist, turn = first[quantities.SOLE_TWIST][0], step.turn
     if turn is not None:
         of_twist = turn.place.toActionMatrix().T @ of_twist
-    after = np.concatenate([of_twist, E.T @ on_next_start, first[quantities.IMPULSE][0]])
+    of_impulse = first[quantities.IMPULSE][0]
+    parts = [of_twist, E.T @ on_next_start, of_impulse]
+    if step.landed is not None:
+        parts = [*parts[:2], step.landed.on_ground.T @ of_impulse, on_next_turns[0][-1:]]
+    after = np.concatenate(parts)
     impact = model.impact.weighted(
         step.q_end, step.rate_before, step.impact, derivatives.impact, after,
         None if turn is None else turn.twist,

@@ -26,13 +26,14 @@ from gaitopt.gait.double_support import (
     PostureDerivatives,
     refuse_undetermined,
 )
-from gaitopt.gait.foot_turn import foot_turn
+from gaitopt.gait.foot_turn import FootTurn, foot_turn, landing_turn
 from gaitopt.gait.grid import Grid
 from gaitopt.gait.parameters import DURATION, FOOT_YAW, Chart, Layout, identity_chart
 from gaitopt.gait.quantities import Quantity
 from gaitopt.gait.spline import spline_basis
 from gaitopt.gait.step import (
     PostureQuantities,
+    ShapedTurn,
     Step,
     StepDerivatives,
     chained,
@@ -45,7 +46,7 @@ from gaitopt.mechanics.forward_kinematics import PostureQuantityDerivatives
 from gaitopt.mechanics.hinged import standing_robot
 from gaitopt.mechanics.impact import Impact, ImpactDerivatives, ImpactState, Turning
 from gaitopt.mechanics.single_support import SingleSupport, SupportDerivatives, SupportState
-from gaitopt.mechanics.spatial import cross_motion
+from gaitopt.mechanics.spatial import cross_force, cross_motion
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array
 
@@ -83,15 +84,25 @@ class StepModel:
         # Takes the joints from the end of a step to the start of the next, Eqs. (26) and (27).
         self.exchange = self.schedule.symmetry.joint_map(robot)
         self.basis = spline_basis(self.schedule.knots(layout.postures), grid.instants)
-        contact = self.schedule.last.contact
-        self.hinge = contact.hinge(robot.sole)
+        one, last = self.schedule.first.contact, self.schedule.last.contact
+        self.line, self.hinge = one.hinge(robot.sole), last.hinge(robot.sole)
+        self.landing_turn = (
+            None if self.line is None else landing_turn(self.schedule, grid.instants)
+        )
         self.foot_turn = None if self.hinge is None else foot_turn(self.schedule, grid.instants)
-        self.standing = standing_robot(robot, contact)  # with the hinge of a foot that turns
+        # with the hinges of a foot that turns
+        self.standing = standing_robot(robot, *self.schedule.contacts)
         self._support = SingleSupport(self.standing, grid.count)
         self._optional = PostureQuantities(robot, optional, self.standing)
         form = JointAngleSupport if layout.lifted else InverseKinematicsSupport
-        plain = self.hinge is None and layout.rise == 0.0
-        self._boundary = form if plain else form(robot, self.hinge, layout.rise)
+        plain = not self.turns_foot and layout.rise == 0.0
+        self._boundary = form if plain else form(robot, self.hinge, layout.rise, self.line)
+        self._impact = Impact if self.line is None else Impact(robot, self.line)
+
+    @property
+    def turns_foot(self) -> bool:
+        """Whether the stance foot turns about a line of its sole."""
+        return self.hinge is not None or self.line is not None
 
     @property
     def boundary(self) -> DoubleSupport:
@@ -103,7 +114,9 @@ class StepModel:
     @property
     def impact(self) -> Impact:
         """The impact of the robot."""
-        return cached_workspace(self.robot, Impact)
+        if isinstance(self._impact, Impact):
+            return self._impact
+        return cached_workspace(self.robot, self._impact)
 
     def step(self, x: Array) -> Step:
         """Return the step at x (P,), of a walk whose next step is this one again, exchanged.
@@ -147,26 +160,28 @@ class StepModel:
             posture = self.boundary.posture(geometry, z[self.layout.start])
         return Opening(z, geometry, posture)
 
-    def landing(self, opening: Opening, following: Posture) -> Landing:
+    def landing(self, opening: Opening, following: Opening) -> Landing:
         """Return the end of the step and the impact, Eqs. (26) and (16) to (20).
 
         Args:
             opening: its start.
-            following: double support at the start of the next step, there exchanged.
+            following: start of the next step, there exchanged.
         """
-        q_end, rate_before, turn = self._end(opening.z, following)
+        q_end, rate_before, turn = self._end(opening.z, following.posture)
         twist = None if turn is None else turn.twist
-        return Landing(q_end, rate_before, turn, self.impact.state(q_end, rate_before, twist))
+        impact = self.impact.state(q_end, rate_before, twist)
+        return Landing(q_end, rate_before, turn, impact, self._landed(following, impact))
 
     def landing_derivatives(
-        self, opening: Opening, following: Posture
+        self, opening: Opening, following: Opening
     ) -> tuple[Landing, ImpactDerivatives]:
         """Return the end of the step as `landing` does, and the derivatives of the impact."""
-        q_end, rate_before, turn = self._end(opening.z, following)
+        q_end, rate_before, turn = self._end(opening.z, following.posture)
         impact, at_impact = self.impact.derivatives(
             q_end, rate_before, None if turn is None else turn.twist
         )
-        return Landing(q_end, rate_before, turn, impact), at_impact
+        landed = self._landed(following, impact)
+        return Landing(q_end, rate_before, turn, impact, landed), at_impact
 
     def course(
         self, opening: Opening, landing: Landing, before: ImpactState, yaw_end: float
@@ -202,6 +217,13 @@ class StepModel:
             turn = Turning(self.hinge, float(of_turn[0]), float(of_turn[-1]))
         return self.exchange @ following.q_start, z[self.layout.rates], turn
 
+    def _landed(self, following: Opening, impact: ImpactState) -> Turning | None:
+        """How the foot that has landed turns about the line on which it did."""
+        if self.line is None:
+            return None
+        angle = float(following.z[self.layout.landed][0])
+        return Turning(self.line, angle, impact.turn_rate)
+
     def _course(self, opening: Opening, landing: Landing, before: ImpactState) -> _Course:
         z, geometry = opening.z, opening.geometry
         coefficients = np.vstack(
@@ -214,7 +236,7 @@ class StepModel:
             ]
         )
         motion = self._motion(coefficients, geometry)
-        return _Course(coefficients, motion, self._foot_motion(z, geometry))
+        return _Course(coefficients, motion, self._foot_motion(z, before.turn_rate, geometry))
 
     def _step(
         self,
@@ -230,7 +252,7 @@ class StepModel:
         return Step(
             opening.z, opening.geometry, opening.posture, landing.q_end, landing.rate_before,
             landing.impact, course.coefficients, course.motion, support,
-            completed(read, yaw, self.grid.count), course.foot, landing.turn,
+            completed(read, yaw, self.grid.count), course.foot, landing.turn, landing.landed,
         )  # fmt: skip
 
     def _motion(self, coefficients: Array, geometry: Array) -> Array:
@@ -238,13 +260,27 @@ class StepModel:
         motion = self.basis.at(geometry[DURATION]) @ coefficients
         return np.ascontiguousarray(motion.swapaxes(0, 1))
 
-    def _foot_motion(self, z: Array, geometry: Array) -> Array:
-        """Angle of the stance foot, rate and acceleration at the instants, shape (3, N, h)."""
-        if self.foot_turn is None:
-            return np.zeros((3, self.grid.count, 0))
-        coefficients = self.foot_turn.coefficients @ z[self.layout.turn]
-        motion = self.foot_turn.basis.at(geometry[DURATION]) @ coefficients
-        return np.ascontiguousarray(motion.T[:, :, None])
+    def turns(self, z: Array, turn_rate: float) -> list[tuple[FootTurn, Array]]:
+        """Return the turns of the stance foot and what shapes each of them.
+
+        Args:
+            z: parameters of the step, shape (p,).
+            turn_rate: that the impact before it leaves [rad/s].
+        """
+        turns = []
+        if self.landing_turn is not None:
+            turns.append((self.landing_turn, np.append(z[self.layout.landed], turn_rate)))
+        if self.foot_turn is not None:
+            turns.append((self.foot_turn, z[self.layout.turn]))
+        return turns
+
+    def _foot_motion(self, z: Array, turn_rate: float, geometry: Array) -> Array:
+        """Angles of the stance foot, rates and accelerations at the instants, shape (3, N, h)."""
+        turns = self.turns(z, turn_rate)
+        foot = np.zeros((3, self.grid.count, len(turns)))
+        for column, (turn, shape) in enumerate(turns):
+            foot[:, :, column] = (turn.basis.at(geometry[DURATION]) @ turn.coefficients @ shape).T
+        return foot
 
     def opening_derivatives(self, opening: Opening) -> tuple[PostureDerivatives, Array]:
         """Return those of the double support, and of q_start in x, shape (n, P)."""
@@ -252,7 +288,7 @@ class StepModel:
         return found, found.q_start[:, own] @ self.chart.matrix[self.layout.boundary]
 
     def impact_jacobian(self, step: Landing, impact: ImpactDerivatives, q_end: Array) -> Array:
-        """Return the derivatives of an impact in x, shape (12 + n, P).
+        """Return the derivatives of an impact in x, shape (12 + n, P), or (13 + n, P) on a line.
 
         Args:
             step: the end of the step.
@@ -273,7 +309,9 @@ class StepModel:
         q_start: Array,
         q_end: Array,
         after: Array,
-        rate_start: Array,
+        before: Array,
+        turn_rate: float,
+        landing_angle: Array | None,
         yaw_end: Array | None,
     ) -> StepDerivatives:
         """Return the derivatives of a step in x, from the local ones.
@@ -282,18 +320,21 @@ class StepModel:
             step: the step.
             local: its local derivatives.
             q_start, q_end: derivatives of the postures at its ends, shape (n, P).
-            after: of its impact, shape (12 + n, P).
-            rate_start: of the rates at its start, shape (n, P).
+            after, before: of its impact, and of that before it, there exchanged, (12 + n, P).
+            turn_rate: that the impact before it leaves [rad/s].
+            landing_angle: of the foot that lands, shape (P,); None where it lands flat.
             yaw_end: of the foot yaw at the start of the next step, shape (P,); None where fixed.
         """
         posture, support = local.posture, local.support
         matrix, own, n = self.chart.matrix, self.layout.boundary_columns, self.layout.joints
         boundary = matrix[self.layout.boundary]
         knots = matrix[self.layout.knots].reshape(self.layout.postures, n, -1)
+        rate_start = self.exchange @ before[6 : 6 + n]
         coefficients = np.concatenate(
             [q_start[None], knots, [q_end, rate_start, matrix[self.layout.rates]]]
         )
-        motion = self._motion_jacobian(step, coefficients)
+        turns = self._shaped(step, turn_rate, before)
+        motion = self._motion_jacobian(step, coefficients, turns)
         travel = np.zeros((1, 2, matrix.shape[1]))
         for row, name in enumerate(("step_length", "duration")):
             rate = self.along(name)
@@ -303,7 +344,8 @@ class StepModel:
         h, m = step.hinges, step.hinges + n
         angles = motion[:, :m]
         corners = support.corners.reshape(len(motion), -1, m) @ angles
-        turns = motion.reshape(len(motion), 3, m, -1)[:, :, :h]
+        hinges = motion.reshape(len(motion), 3, m, -1)[:, :, :h]
+        impulse = self._impulse_jacobian(step, after[6 + n : 12 + n], landing_angle)
         reads = {
             quantities.TORQUE: effort[:, 6 + h :],
             quantities.WRENCH: effort[:, :6],
@@ -311,15 +353,36 @@ class StepModel:
             quantities.ANGLES: angles[:, h:],
             quantities.RATES: motion[:, m + h : 2 * m],
             quantities.ACCELERATIONS: motion[:, 2 * m + h :],
-            quantities.IMPULSE: after[None, -6:],
+            quantities.IMPULSE: impulse[None],
             quantities.SOLE_TWIST: self._sole_twist_jacobian(step, after[:6])[None],
             quantities.LEGS: posture.legs[:, :, own] @ boundary,
             quantities.GAPS: posture.gaps[:, :, own] @ boundary,
             quantities.TRAVEL: travel,
-            quantities.FOOT_TURN: foot_turn_rows(turns),
+            quantities.FOOT_TURN: foot_turn_rows(hinges),
             **chained(local.optional, angles, self._yaw_jacobian(yaw_end)),
         }
-        return replace(local, coefficients=coefficients, motion=motion, jacobians=reads)
+        angle = np.zeros(0) if landing_angle is None else landing_angle
+        return replace(
+            local, coefficients=coefficients, motion=motion, turns=turns, landing_angle=angle,
+            jacobians=reads,
+        )  # fmt: skip
+
+    def _shaped(self, step: Step, turn_rate: float, before: Array) -> tuple[ShapedTurn, ...]:
+        """The turns of the stance foot, with the derivatives of what shapes them."""
+        found, matrix = [], self.chart.matrix
+        for turn, shape in self.turns(step.x, turn_rate):
+            jacobian = matrix[self.layout.landed if turn.landed else self.layout.turn]
+            if turn.landed:
+                jacobian = np.concatenate([jacobian, before[-1:]])
+            found.append(ShapedTurn(turn, shape, jacobian))
+        return tuple(found)
+
+    def _impulse_jacobian(self, step: Step, in_sole: Array, angle: Array | None) -> Array:
+        """Derivatives of the impulse in the footprint, from those in the sole's frame, (6, P)."""
+        if step.landed is None or angle is None:
+            return in_sole
+        by_angle = cross_force(step.landed.hinge.twist, step.impulse)
+        return np.asarray(step.landed.on_ground @ in_sole + np.outer(by_angle, angle))
 
     def along(self, name: str) -> Array | None:
         """Return the derivatives of a geometric quantity in x, shape (P,); None where fixed."""
@@ -342,8 +405,10 @@ class StepModel:
         found += np.outer(by_angle, self.chart.matrix[self.layout.turn.start])
         return np.asarray(found)
 
-    def _motion_jacobian(self, step: Step, coefficients: Array) -> Array:
-        """Derivatives of (q, dq, ddq), with the foot's turn, at the instants, (N, 3 (h + n), P)."""
+    def _motion_jacobian(
+        self, step: Step, coefficients: Array, turns: tuple[ShapedTurn, ...]
+    ) -> Array:
+        """Derivatives of (q, dq, ddq), the foot's turns in front of each, (N, 3 (h + n), P)."""
         count, width = self.grid.count, coefficients.shape[0]
         basis = self.basis.at(step.duration).reshape(3 * count, width)
         jacobian = basis @ coefficients.reshape(width, -1)
@@ -353,14 +418,15 @@ class StepModel:
             stretched = self.basis.at(step.duration, 1) @ step.coefficients
             for column in np.flatnonzero(lasts):
                 jacobian[:, :, column] += lasts[column] * stretched.reshape(count, -1)
-        if self.foot_turn is None:
+        if not turns:
             return jacobian
-        of_turn, duration = self.foot_turn, step.duration
-        own = of_turn.basis.at(duration) @ of_turn.coefficients
-        foot = (own @ self.chart.matrix[self.layout.turn])[:, :, None]
-        if lasts is not None:
-            stretched = of_turn.basis.at(duration, 1) @ of_turn.coefficients
-            foot[:, :, 0] += (stretched @ step.x[self.layout.turn])[:, :, None] * lasts
+        foot = np.zeros((count, 3, len(turns), jacobian.shape[2]))
+        for number, one in enumerate(turns):
+            linear, spline = one.turn.coefficients, one.turn.basis
+            foot[:, :, number] = spline.at(step.duration) @ (linear @ one.jacobian)
+            if lasts is not None:
+                stretched = spline.at(step.duration, 1) @ (linear @ one.shape)
+                foot[:, :, number] += stretched[:, :, None] * lasts
         joints = jacobian.reshape(count, 3, self.layout.joints, -1)
         return np.concatenate([foot, joints], axis=2).reshape(count, -1, jacobian.shape[2])
 
@@ -388,6 +454,7 @@ class Landing:
     rate_before: Array
     turn: Turning | None
     impact: ImpactState
+    landed: Turning | None
 
 
 @dataclass(frozen=True)
@@ -418,7 +485,7 @@ def cycle(models: Sequence[StepModel], x: Array) -> tuple[Step, ...]:
     """
     openings = [model.opening(x) for model in models]
     landings = [
-        model.landing(opening, after.posture)
+        model.landing(opening, after)
         for model, opening, after in zip(models, openings, _next(openings), strict=True)
     ]
     yaws = [float(one.geometry[FOOT_YAW]) for one in _next(openings)]
@@ -447,7 +514,7 @@ def cycle_derivatives(
     postures = [None] * len(models) if known is None else known
     openings = [model.opening(x, known) for model, known in zip(models, postures, strict=True)]
     ends = [
-        model.landing_derivatives(opening, after.posture)
+        model.landing_derivatives(opening, after)
         for model, opening, after in zip(models, openings, _next(openings), strict=True)
     ]
     landings = [landing for landing, _ in ends]
@@ -467,9 +534,7 @@ def cycle_derivatives(
         model.impact_jacobian(landing, impact, q_end)
         for model, (landing, impact), q_end in zip(models, ends, q_ends, strict=True)
     ]
-    rates = [
-        model.exchange @ after[6:-6] for model, after in zip(models, _before(afters), strict=True)
-    ]
+    angles = [None if m.line is None else m.chart.matrix[m.layout.landed.start] for m in models]
     turned = _next([model.along("foot_yaw") for model in models])
     derivatives = []
     for k, model in enumerate(models):
@@ -477,8 +542,11 @@ def cycle_derivatives(
         posture, q_start = starts[k]
         local = StepDerivatives(posture, ends[k][1], support, optional)
         derivatives.append(
-            model.chain(step, local, q_start, q_ends[k], afters[k], rates[k], turned[k])
-        )
+            model.chain(
+                step, local, q_start, q_ends[k], afters[k], _before(afters)[k],
+                befores[k].turn_rate, _next(angles)[k], turned[k],
+            )
+        )  # fmt: skip
     return tuple(step for step, _, _ in courses), tuple(derivatives)
 
 

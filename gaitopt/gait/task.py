@@ -11,6 +11,7 @@ from typing import Any
 
 from gaitopt.bounds import POSTURES, at_most, shown
 from gaitopt.contact.flat_foot import FlatFoot
+from gaitopt.contact.heel_line import HeelLine
 from gaitopt.contact.schedule import Phase, Schedule, Transition
 from gaitopt.contact.toe_line import ToeLine
 from gaitopt.errors import InputError
@@ -49,8 +50,10 @@ SPEED_AS = ("constraint", "penalty")
 BOUNDARIES = ("closed", "lifted")
 EARLIEST, LATEST = 0.1, 0.95
 """Shares of the step between which the foot may begin to turn about its toe."""
+SOONEST, FLAT_BY = 0.05, 0.5
+"""Shares of the step between which a foot that landed on its heel may meet the ground flat."""
 WIDEST = 0.1
-"""Strip behind the toe that bears while it turns [m]: a longer one is a sole of its own."""
+"""Strip at the toe or heel that bears while it turns [m]: a longer one is a sole of its own."""
 HIGHEST = 0.5
 """Of a tread over the one before [m]: no leg of a walk lifts its foot higher."""
 STEEPEST = 1.0
@@ -74,6 +77,9 @@ class Task:
         toe_off: share of the step at which the stance foot begins to turn about its front edge,
             the heel rising (section 7); None: it stands flat until the impact.
         toe_strip: within which the centre of pressure then is, behind that edge [m].
+        heel_strike: share of the step until which the foot that landed on its rear edge rolls flat;
+            None: it lands flat.
+        heel_strip: within which the centre of pressure then is, ahead of that edge [m].
         slope: of the ground, uphill above zero [rad]; the speed is along it, and is level over
             stairs and terrains that are no planes.
         stairs: height of every tread over the one before, down below zero; the treads are as long
@@ -116,6 +122,11 @@ class Task:
         metavar="SHARE",
     )  # fmt: skip
     toe_strip: float = entry(0.01, "Strip behind the toe that bears while the foot turns.", "m")
+    heel_strike: float | None = entry(
+        None, "Share of the step until which the foot, landed on its heel, rolls flat.",
+        metavar="SHARE",
+    )  # fmt: skip
+    heel_strip: float = entry(0.01, "Strip at the heel that bears while the foot rolls.", "m")
     slope: float = entry(
         0.0, "Slope of the ground ahead, uphill above zero: 0.1 (rad), 6deg or 10%.", SLOPE,
         common=True, metavar="RAD",
@@ -184,6 +195,7 @@ class Task:
                 "free it or give a larger step_width"
             )
         _check_toe_off(self.toe_off, self.toe_strip)
+        _check_heel_strike(self.heel_strike, self.heel_strip, self.toe_off)
         if not self.geometry[STEP_LENGTH].free and self.speed_as == "constraint":
             raise InputError("step_length is fixed; free it, or take the speed as a penalty")
 
@@ -216,10 +228,11 @@ class Task:
                 f"{where} the ground repeats with the steps, speed times duration, but here that "
                 "is free; fix the duration, and take the speed as a constraint"
             )
-        if ground.shaped and self.toe_off is not None:
-            raise InputError(
-                f"{where} the foot stands flat; give toe_off or {ground.name}, not both"
-            )
+        for name in ("toe_off", "heel_strike"):
+            if ground.shaped and getattr(self, name) is not None:
+                raise InputError(
+                    f"{where} the foot stands flat; give {name} or {ground.name}, not both"
+                )
 
     @property
     def ground(self) -> Terrain:
@@ -252,10 +265,14 @@ class Task:
     @property
     def schedule(self) -> Schedule:
         """Phases and symmetry of the step."""
-        if self.toe_off is None:
-            return Schedule()
-        flat = Phase(FlatFoot(), self.toe_off, Transition.SMOOTH)
-        return Schedule((flat, Phase(ToeLine(self.toe_strip))))
+        landing, leaving = self.heel_strike, self.toe_off
+        phases = [Phase(FlatFoot())]
+        if landing is not None:
+            phases = [Phase(HeelLine(self.heel_strip), landing, Transition.SMOOTH), *phases]
+        if leaving is not None:
+            flat = Phase(FlatFoot(), leaving, Transition.SMOOTH)
+            phases = [*phases[:-1], flat, Phase(ToeLine(self.toe_strip))]
+        return Schedule(tuple(phases))
 
     @property
     def grid(self) -> Grid:
@@ -342,6 +359,21 @@ def _check_toe_off(share: float | None, strip: float) -> None:
         )
     if not (is_finite(strip) and 0.0 < strip <= WIDEST):
         raise InputError(f"toe_strip is {shown(strip)} m; it must be above 0, at most {WIDEST} m")
+
+
+def _check_heel_strike(share: float | None, strip: float, toe_off: float | None) -> None:
+    if share is not None and not (is_finite(share) and SOONEST <= share <= FLAT_BY):
+        raise InputError(
+            f"heel_strike is {shown(share)}; it must be a share of the step from {SOONEST} to "
+            f"{FLAT_BY}"
+        )
+    if share is not None and toe_off is not None and toe_off < share + SOONEST:
+        raise InputError(
+            f"the foot rolls flat until {share} of the step (heel_strike) and turns about its toe "
+            f"from {toe_off} on (toe_off); let it stand flat for {SOONEST} of the step between"
+        )
+    if not (is_finite(strip) and 0.0 < strip <= WIDEST):
+        raise InputError(f"heel_strip is {shown(strip)} m; it must be above 0, at most {WIDEST} m")
 
 
 def _check_postures(postures: int, samples: int) -> None:

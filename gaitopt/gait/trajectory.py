@@ -279,7 +279,7 @@ class Trajectory:
 
     @cached_property
     def _stances(self) -> tuple[tuple[tuple[pin.SE3, ...], ...], pin.SE3]:
-        """Placement of the standing sole in each phase of each step of a period, and the stride.
+        """Placement of the footprint in each phase of each step of a period, and the stride.
 
         The stride moves the world so that the next period looks like this one.
         """
@@ -296,6 +296,8 @@ class Trajectory:
                     soles = kinematics.soles(end)
                     turned = phase.foot_motion(np.array([phase.duration]))[0, 0]
                     place = place * pin.exp6(turned) * soles[standing].inverse() * soles[following]
+                    landed = self.phases[(index + 1) % len(self.phases)].foot_motion(np.zeros(1))
+                    place = place * pin.exp6(-landed[0, 0])  # where it will be flat
                     standing = following
             stances.append(tuple(own))
         line = _heading(stances)

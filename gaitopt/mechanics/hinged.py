@@ -1,6 +1,6 @@
-"""A robot on a hinge: the stance foot turns about a line of its sole that rests on the ground.
+"""A robot on hinges: the stance foot turns about a line of its sole that rests on the ground.
 
-The hinge is one more joint, between the ground and the stance foot. The model is then rooted at the
+A hinge is one more joint, between the ground and the stance foot. The model is then rooted at the
 footprint, the place of the sole where it stood flat, a body without mass; the stance foot is the
 first body that moves. Inverse dynamics, placements and all their derivatives need nothing new, and
 the torque of the hinge is the moment of the ground about the line.
@@ -22,7 +22,7 @@ from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array
 
 HINGE = "stance foot on the ground"
-"""Name of the joint."""
+"""Name of the joint, with that of its contact."""
 
 FOOTPRINT = "footprint"
 """Name of the frame where the stance sole stood flat."""
@@ -31,24 +31,34 @@ FOOTPRINT = "footprint"
 _KEPT = 8  # hinged robots, one for each robot and contact
 
 
-@lru_cache(maxsize=_KEPT)
-def standing_robot(robot: Robot, contact: ContactMode) -> Robot:
-    """Return a robot whose joints are the hinge of a contact, then its own; itself without a hinge.
+def standing_robot(robot: Robot, *contacts: ContactMode) -> Robot:
+    """Return a robot whose joints are the hinges of contacts, then its own; itself without any.
 
+    Of several hinges, one after the other from the ground, one at most is not at 0: a foot turns
+    about one line at a time, and the others do nothing.
     What is measured of the legs (limits, mirror, geometry) is still that of the robot's own joints.
 
     Args:
         robot: rooted at its stance sole.
-        contact: of its stance foot.
+        contacts: of its stance foot; those without a hinge add none.
     """
+    for contact in reversed(contacts):  # each comes between the ground and those before
+        if contact.hinge(robot.sole) is not None:
+            robot = _hinged(robot, contact)
+    return robot
+
+
+@lru_cache(maxsize=_KEPT)
+def _hinged(robot: Robot, contact: ContactMode) -> Robot:
+    """Return a robot with one more hinge under its first body."""
     hinge, model = contact.hinge(robot.sole), robot.model
-    if hinge is None:
-        return robot
+    assert hinge is not None
+    name = f"{HINGE}, {contact.name}"
     line = pin.SE3(np.eye(3), hinge.point)
     rooted = pin.Model()
     rooted.name, rooted.gravity = model.name, model.gravity
     base = rooted.addJoint(0, pin.JointModelFreeFlyer(), model.jointPlacements[1], model.names[1])
-    foot = rooted.addJoint(base, pin.JointModelRevoluteUnaligned(hinge.axis), line, HINGE)
+    foot = rooted.addJoint(base, pin.JointModelRevoluteUnaligned(hinge.axis), line, name)
     new = {0: 0, 1: foot}
     for joint in range(FIRST, model.njoints):
         place = model.jointPlacements[joint]
@@ -67,7 +77,7 @@ def standing_robot(robot: Robot, contact: ContactMode) -> Robot:
     armature[-robot.tree.size :] = np.array(model.armature)[-robot.tree.size :]
     rooted.armature = armature
     for frame in model.frames:
-        if frame.type == pin.FrameType.OP_FRAME:
+        if frame.type == pin.FrameType.OP_FRAME and frame.name != FOOTPRINT:
             joint = int(frame.parentJoint)
             place = line.inverse() * frame.placement if joint == 1 else frame.placement
             rooted.addFrame(pin.Frame(frame.name, new[joint], place, frame.type), False)
@@ -76,7 +86,7 @@ def standing_robot(robot: Robot, contact: ContactMode) -> Robot:
     return replace(
         robot,
         model=rooted,
-        joint_names=(HINGE, *robot.joint_names),
+        joint_names=(name, *robot.joint_names),
         stance_sole=FOOTPRINT,
         physics=_physics(robot.physics, line),
     )

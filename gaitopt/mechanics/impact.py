@@ -5,6 +5,13 @@ The landing sole stops at once, flat on the ground; the old stance foot is free 
     [ D  -J' ] [ V+ ]   [ D V- ]
     [ J   0  ] [ I  ] = [  0   ]
 
+A foot that lands on a line of its sole, of unit twist t in its frame, keeps turning about it, at a
+rate w that is one more unknown, and the ground gives no moment about it:
+
+    [ D  -J'  0 ] [ V+ ]   [ D V- ]
+    [ J   0  -t ] [ I  ] = [  0   ]
+    [ 0   t'  0 ] [ w  ]   [  0   ]
+
 with V = (twist of the old stance sole, n joint rates), J the Jacobian of the landing sole in its
 own frame (D12' of Eq. 24 at the sole) and I the impulse of the ground on the landing foot, upward
 positive (-I13 of the paper). First derivatives: Eqs. (58)-(62); second ones: docs/derivations.md.
@@ -42,10 +49,12 @@ class ImpactState:
             [m/s, rad/s], then the joint rates [rad/s], shape (6 + n,).
         impulse: of the ground on the landing foot, force then moment, in the landing sole frame
             [N.s, N.m.s], shape (6,).
+        turn_rate: w, about the line on which the foot landed [rad/s]; 0 where it landed flat.
     """
 
     velocity: Array
     impulse: Array
+    turn_rate: float = 0.0
 
     @property
     def sole_twist(self) -> Array:
@@ -60,12 +69,12 @@ class ImpactState:
 
 @dataclass(frozen=True)
 class ImpactDerivatives:
-    """Derivatives of (V+, I), shape (12 + n, n) each.
+    """Derivatives of (V+, I), shape (12 + n, n) each; with w 13 + n where the foot lands on a line.
 
     Attributes:
         posture: with respect to the joint angles at the impact.
         rate: with respect to the joint rates before the impact.
-        kkt: the matrix of the linear system, shape (12 + n, 12 + n).
+        kkt: the matrix of the linear system, square.
         sole: with respect to the twist of the old stance sole before, shape (12 + n, 6); None where
             that foot stands still.
     """
@@ -127,16 +136,27 @@ class Turning:
         return pin.exp6(self.angle * self.hinge.twist)
 
     @property
-    def held(self) -> Array:
-        """Rows of the sole's twist that the line keeps at zero, in its frame, shape (5, 6)."""
-        return np.asarray(np.linalg.svd(self.hinge.twist[None])[2][1:])
+    def on_ground(self) -> Array:
+        """Matrix that takes forces from the sole's frame to that of its footprint, (6, 6)."""
+        return np.asarray(self.place.toDualActionMatrix())
+
+
+def held_rows(hinge: Hinge) -> Array:
+    """Return rows of a sole's twist that a line keeps at zero, in the sole frame, (5, 6)."""
+    return np.asarray(np.linalg.svd(hinge.twist[None])[2][1:])
 
 
 class Impact:
     """Evaluates the impact of one robot and its derivatives."""
 
-    def __init__(self, robot: Robot) -> None:
-        self.robot = robot
+    def __init__(self, robot: Robot, landing: Hinge | None = None) -> None:
+        """Prepare what does not depend on the posture.
+
+        Args:
+            robot: rooted at its old stance sole.
+            landing: line of the sole on which the foot lands; None: it lands flat.
+        """
+        self.robot, self.landing = robot, landing
         self._weightless = robot.model.copy()
         self._weightless.gravity = pin.Motion.Zero()
         self._data = self._weightless.createData()
@@ -162,12 +182,23 @@ class Impact:
         return D, J
 
     def _kkt(self, D: Array, J: Array) -> Array:
-        nv = self._nv
-        K = np.zeros((nv + BASE, nv + BASE))
+        nv, stop = self._nv, self._nv + BASE
+        K = np.zeros((self._size, self._size))
         K[:nv, :nv] = D
-        K[:nv, nv:] = -J.T
-        K[nv:, :nv] = J
+        K[:nv, nv:stop] = -J.T
+        K[nv:stop, :nv] = J
+        if self.landing is not None:
+            K[nv:stop, stop], K[stop, nv:stop] = -self.landing.twist, self.landing.twist
         return K
+
+    @property
+    def _size(self) -> int:
+        """Unknowns: V+, I and, on a line, w."""
+        return int(self._nv) + BASE + (self.landing is not None)
+
+    def _state(self, y: Array) -> ImpactState:
+        turn_rate = 0.0 if self.landing is None else float(y[-1])
+        return ImpactState(y[: self._nv], y[self._nv : self._nv + BASE], turn_rate)
 
     def state(
         self, posture: Array, rate_before: Array, sole_before: Array | None = None
@@ -180,9 +211,9 @@ class Impact:
             sole_before: twist of the stance sole before it, in its frame, shape (6,); None at rest.
         """
         D, J = self._matrices(posture)
-        rhs = np.concatenate([_momentum(D, rate_before, sole_before), np.zeros(BASE)])
-        y = solve(self._kkt(D, J), rhs)
-        return ImpactState(y[: self._nv], y[self._nv :])
+        rhs = np.zeros(self._size)
+        rhs[: self._nv] = _momentum(D, rate_before, sole_before)
+        return self._state(solve(self._kkt(D, J), rhs))
 
     def derivatives(
         self, posture: Array, rate_before: Array, sole_before: Array | None = None
@@ -190,12 +221,12 @@ class Impact:
         """Return the state and its exact derivatives, Eqs. (58)-(62); arguments as of `state`."""
         D, J = self._matrices(posture)
         K, nv, n = self._kkt(D, J), self._nv, len(posture)
-        rhs = np.concatenate([_momentum(D, rate_before, sole_before), np.zeros(BASE)])
-        y = solve(K, rhs)
-        state = ImpactState(y[:nv], y[nv:])
-        sides = np.zeros((nv + BASE, 2 * n + (0 if sole_before is None else BASE)))
+        rhs = np.zeros(self._size)
+        rhs[:nv] = _momentum(D, rate_before, sole_before)
+        state = self._state(solve(K, rhs))
+        sides = np.zeros((self._size, 2 * n + (0 if sole_before is None else BASE)))
         momentum, landing = self._residual_jacobians(posture, rate_before, sole_before, state)
-        sides[:nv, :n], sides[nv:, :n] = -momentum, -landing
+        sides[:nv, :n], sides[nv : nv + BASE, :n] = -momentum, -landing
         sides[:nv, n : 2 * n] = D[:, BASE:]
         if sole_before is not None:
             sides[:nv, 2 * n :] = D[:, :BASE]
@@ -229,19 +260,25 @@ class Impact:
         return momentum, landing[:, BASE:]
 
     def locked(
-        self, posture: Array, rate_before: Array, turning: Turning | None = None
+        self,
+        posture: Array,
+        rate_before: Array,
+        turning: Turning | None = None,
+        landed: Turning | None = None,
     ) -> LockedImpact:
         """Return the outcome in which both feet stay on the ground (section 2.4.1, case two).
 
         Args:
             posture, rate_before: as of `state`.
             turning: how the rear foot turns about its line, on which it then stays; None: flat.
+            landed: the landing foot on its line; None: flat.
         """
         D, J = self._matrices(posture)
         nv, sole, held = self._nv, None, np.eye(BASE)
+        stops = np.eye(BASE) if self.landing is None else held_rows(self.landing)
         if turning is not None:
-            sole, held = turning.twist, turning.held
-        both = np.vstack([np.pad(held, ((0, 0), (0, nv - BASE))), J])
+            sole, held = turning.twist, held_rows(turning.hinge)
+        both = np.vstack([np.pad(held, ((0, 0), (0, nv - BASE))), stops @ J])
         K = np.block([[D, -both.T], [both, np.zeros((len(both), len(both)))]])
         rhs = np.concatenate([_momentum(D, rate_before, sole), np.zeros(len(both))])
         y = solve(K, rhs)
@@ -251,7 +288,10 @@ class Impact:
         rear = held.T @ y[nv : nv + len(held)]
         if turning is not None:
             rear = turning.place.act(pin.Force(rear)).vector
-        return LockedImpact(velocity, y[nv + len(held) :], rear)
+        push = stops.T @ y[nv + len(held) :]
+        if landed is not None:
+            push = landed.on_ground @ push
+        return LockedImpact(velocity, push, rear)
 
     def weighted(
         self,
@@ -266,7 +306,7 @@ class Impact:
 
         Args:
             posture, rate_before, state, derivatives: the impact and its derivatives.
-            weights: shape (12 + n,).
+            weights: of (V+, I), or of (V+, I, w), shape (12 + n,) or (13 + n,).
             sole_before: as of `state`.
         """
         base = state.sole_twist if sole_before is None else state.sole_twist - sole_before
@@ -296,7 +336,7 @@ class WeightedImpact:
         dynamics: D (V+ - V-) as the inverse dynamics of one instant at rest, weighted by l.
         state, derivatives: the impact and its derivatives.
         foot: placement of the landing sole.
-        adjoint: l, shape (12 + n,).
+        adjoint: l, shape (12 + n,), or (13 + n,) on a line.
         tree: of the joints.
     """
 
@@ -338,16 +378,16 @@ class WeightedImpact:
         """
         n, legs = self.tree.size, self.tree.legs
         axes, state = self.dynamics.axes[0, legs], self.state
-        momentum, landing = np.split(self.adjoint, [BASE + n])
+        momentum, landing, _ = np.split(self.adjoint, [BASE + n, 2 * BASE + n])  # linear in w
         base, rates = momentum[:BASE], momentum[BASE:][legs]
         impulse = self.foot.act(pin.Force(state.impulse)).vector
         push = self.foot.act(pin.Force(landing)).vector
-        qq, by_result = np.zeros((n, n)), np.zeros((n, n + 2 * BASE))
+        qq, by_result = np.zeros((n, n)), np.zeros((n, len(self.adjoint)))
         qq[legs, legs] = velocity_hessian(axes, state.rate_after[legs], state.sole_twist, push)
         qq[legs, legs] -= velocity_hessian(axes, rates, base, impulse)
         by_rate, by_result[legs, :BASE] = velocity_rate_hessian(axes, push)
         by_result[legs, BASE : BASE + len(axes)] = by_rate
-        by_result[legs, -BASE:] = -_landing_jacobian(axes, base, rates, self.foot)
+        by_result[legs, BASE + n : 2 * BASE + n] = -_landing_jacobian(axes, base, rates, self.foot)
         return qq, by_result
 
 

@@ -183,7 +183,8 @@ def landing_gradient(bodies: Bodies, impact: WeightedImpact) -> tuple[Array, Arr
         For each joint with all beyond it, shape (1, n, 6); for the landing sole, shape (1, 6).
     """
     tree, axes = bodies.tree, impact.dynamics.axes
-    momentum, landing = np.split(impact.adjoint, [-BASE])
+    rates = BASE + tree.size
+    momentum, landing, _ = np.split(impact.adjoint, [rates, rates + BASE])
     impulse = impact.foot.act(pin.Force(impact.state.impulse)).vector
     push = impact.foot.act(pin.Force(landing)).vector
     W, V = (

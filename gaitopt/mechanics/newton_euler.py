@@ -314,7 +314,9 @@ def _joint_columns(chain: Chain, A: Array, P: Array) -> Array:
     return np.swapaxes(columns, -1, -2)
 
 
-def impact(chain: Chain, q: ArrayLike, v_minus: ArrayLike) -> tuple[Array, Array]:
+def impact(
+    chain: Chain, q: ArrayLike, v_minus: ArrayLike, free: ArrayLike | None = None
+) -> tuple[Array, Array]:
     """Return the velocity after the impact and the impulse, Eqs. (19) and (20).
 
     The former stance foot is free to leave the ground, I_0 = 0.
@@ -323,6 +325,8 @@ def impact(chain: Chain, q: ArrayLike, v_minus: ArrayLike) -> tuple[Array, Array
         chain: the chain.
         q: joint values, shape (..., n) [rad, m].
         v_minus: V before the impact, shape (..., 6 + n) [m/s, rad/s].
+        free: twist that the swing foot keeps, about the line of it that lands, in its sole frame,
+            shape (6,): the ground then gives no moment about it, and (17) holds across it.
 
     Returns:
         V after the impact, shape (..., 6 + n), and I13, the impulse of the swing foot ON THE
@@ -338,9 +342,21 @@ def impact(chain: Chain, q: ArrayLike, v_minus: ArrayLike) -> tuple[Array, Array
             "and angular velocity of link 0 in R0, then the joint rates"
         )
     D, D12_t = inertia_matrix(chain, q), swing_jacobian(chain, q)
+    across: Array = np.eye(6)
+    if free is not None:
+        across = np.linalg.qr(foot_twist(chain, free)[:, None], mode="complete")[0][:, 1:]
+        D12_t = across.T @ D12_t
     compliance = _solved(D, np.swapaxes(D12_t, -1, -2))
     I13 = _solved(D12_t @ compliance, times(D12_t, before)[..., None])[..., 0]
-    return before - times(compliance, I13), I13
+    return before - times(compliance, I13), I13 @ across.T
+
+
+def foot_twist(chain: Chain, twist: ArrayLike) -> Array:
+    """Return a twist (6,) of the swing foot given in its sole frame, at O_n in R_n."""
+    linear, angular = np.split(np.asarray(twist, dtype=np.float64), 2)
+    R = chain.tool_rotation
+    turn = R @ angular
+    return np.concatenate([R @ linear + np.cross(chain.tool_position, turn), turn])
 
 
 def _solved(matrix: Array, right: Array) -> Array:

@@ -108,7 +108,8 @@ def record(gait: Gait, samples: Mapping[str, Array]) -> dict[str, object]:
         "ground_wrench_in_standing_sole": _columns(samples["ground_wrench"], _WRENCH),
         "cop_in_standing_sole": _columns(samples["cop"], ("x", "y")),
         "splines": _splines(gait, samples),
-        "standing_foot_turn": _foot_turn(gait),
+        "standing_foot_turn": _foot_turn(gait, "foot") if gait.turning else None,
+        "landed_foot_turn": _foot_turn(gait, "landing") if gait.lands_on_line else None,
         "impact": _impact(gait),
         "parameters": dict(zip(gait.parameter_names, gait.parameters.tolist(), strict=True)),
         "meta": dict(gait.meta),
@@ -175,16 +176,14 @@ def _splines(gait: Gait, samples: Mapping[str, Array]) -> dict[str, object]:
     }
 
 
-def _foot_turn(gait: Gait) -> dict[str, object] | None:
-    """Return how the standing foot turns before it leaves, the same in every step."""
-    if not gait.turning:
-        return None
+def _foot_turn(gait: Gait, part: str) -> dict[str, object]:
+    """Return how the standing foot turns, "foot" before it leaves, "landing" after it landed."""
     return {
-        "contact": gait.foot_contact,
-        "hinge": gait.foot_hinge.tolist(),
+        "contact": getattr(gait, f"{part}_contact"),
+        "hinge": getattr(gait, f"{part}_hinge").tolist(),
         "formula": "clamped cubic spline: angles at the knots, then rates at both ends",
-        "knots": gait.foot_knots.tolist(),
-        "coefficients": gait.foot_coefficients.tolist(),
+        "knots": getattr(gait, f"{part}_knots").tolist(),
+        "coefficients": getattr(gait, f"{part}_coefficients").tolist(),
     }
 
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import mujoco
 import numpy as np
+import pinocchio as pin
 
 from gaitopt.gait.result import Gait
 from gaitopt.gait.trajectory import Trajectory
@@ -92,7 +93,7 @@ def second_engine(gait: Gait, instants: int = INSTANTS) -> SecondEngine:
         wrench[row] = _in_sole(robot, data, foot, ground)
     stated = samples.torque[:, trajectory.body.moving] - friction
     on_foot = samples.wrench[samples.contact]
-    rate_after, impulse = _impact(robot, data, 1)
+    rate_after, impulse = _impact(robot, data, 1, gait)
     pace = float(np.linalg.norm(samples.base_twist[:, :3], axis=1).max())
     return SecondEngine(
         engine=f"MuJoCo {mujoco.__version__}",
@@ -112,15 +113,27 @@ def sole_jacobian(robot: SimulatedRobot, data: mujoco.MjData, foot: int) -> Arra
     return J
 
 
-def _impact(robot: SimulatedRobot, data: mujoco.MjData, foot: int) -> tuple[Array, Array]:
-    """Return joint rates after a sole stops at once, and the impulse on it, in its frame."""
+def _impact(
+    robot: SimulatedRobot, data: mujoco.MjData, foot: int, gait: Gait
+) -> tuple[Array, Array]:
+    """Return joint rates after a sole stops at once, and the impulse on it, in its footprint.
+
+    Where the gait lands on a line of the sole, only what the line holds stops.
+    """
     mass = np.zeros((robot.model.nv, robot.model.nv))
     mujoco.mj_fullM(robot.model, data, mass)
-    J = sole_jacobian(robot, data, foot)
+    J, flat = sole_jacobian(robot, data, foot), np.eye(6)
+    if gait.lands_on_line:
+        twist = gait.landing_hinge
+        R = data.site_xmat[robot.site[foot]].reshape(3, 3)
+        across = np.linalg.qr(twist[:, None], mode="complete")[0][:, 1:]
+        J = across.T @ np.concatenate([R.T @ J[:3], R.T @ J[3:]])
+        flat = pin.exp6(gait.landing_angle * twist).toDualActionMatrix() @ across
     by_impulse = np.linalg.solve(mass, J.T)
     impulse = np.linalg.solve(J @ by_impulse, -J @ data.qvel)
     after = data.qvel + by_impulse @ impulse
-    return after[robot.dof], _in_sole(robot, data, foot, impulse)
+    found = flat @ impulse if gait.lands_on_line else _in_sole(robot, data, foot, impulse)
+    return after[robot.dof], np.asarray(found)
 
 
 def _in_sole(robot: SimulatedRobot, data: mujoco.MjData, foot: int, wrench: Array) -> Array:

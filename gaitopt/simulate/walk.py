@@ -143,6 +143,11 @@ def simulate(
             "the stance foot of this gait turns before the impact (toe-off); only gaits with flat "
             "feet can be simulated yet: optimise it without --toe-off"
         )
+    if gait.lands_on_line:
+        raise InputError(
+            "the foot of this gait lands on its heel; only gaits with flat feet can be simulated "
+            "yet: optimise it without --heel-strike"
+        )
     trajectory, limit = gait.trajectory, gait.joint_limit("torque")
     if (ground := ground_of(gait)).shaped or abs(trajectory.advance(1).translation[2]) > _LEVEL:
         raise InputError(

@@ -151,7 +151,7 @@ def build_scene(
         _draw_profile(world["ground"], ground, gait.step_length, steps)
     else:
         _draw_ground(world["ground"])
-    _draw_footprints(world["footprints"], body, samples)
+    _draw_footprints(world["footprints"], gait, samples)
     draw_robot(world["robot"], moves, body, shapes, samples.configuration, times)
     for index, phase in enumerate(gait.phases):
         node = world[f"standing_sole/{index}"]
@@ -296,9 +296,11 @@ def _painted(
     return kind(color=colour, depthWrite=False)
 
 
-def _draw_footprints(node: meshcat.Visualizer, body: Multibody, samples: TrajectorySamples) -> None:
+def _draw_footprints(node: meshcat.Visualizer, gait: Gait, samples: TrajectorySamples) -> None:
+    body, trajectory = gait.trajectory.body, gait.trajectory
     firsts = np.flatnonzero(np.diff(samples.step, prepend=-1))
-    for number, place in enumerate(_standing(samples)[firsts]):
+    for number in range(len(firsts)):
+        place = trajectory.advance(number).homogeneous
         foot = int(samples.contact[firsts[number]].argmax())
         size = [*np.ptp(body.sole_corners[foot], axis=0)[:2], _PRINT]
         print_ = node[str(number)]

@@ -19,8 +19,8 @@ def contact_colour(contact: str) -> str:
 
 
 def contact_words(contact: str) -> str:
-    """Return what a person calls a standing foot: "standing flat", "standing on the toe line"."""
-    return "standing flat" if contact == FlatFoot.name else f"standing on the {contact}"
+    """Return how a foot stands in words: "flat", "on the toe line"."""
+    return contact if contact == FlatFoot.name else f"on the {contact}"
 
 
 def contacts(gait: Gait) -> list[str]:

@@ -205,7 +205,7 @@ def _name_legs(
 
 
 def _words(contact: str) -> str:
-    """Return how a foot stands: "standing on the toe line"."""
+    """Return how a foot stands: "on the toe line"."""
     return name_on_figure(contact_words(contact))
 
 

@@ -151,6 +151,7 @@ def facts(gait: Gait) -> list[tuple[str, str]]:
         ("load", payload_words(gait) or None),
         ("mass", None if mass is None else f"{mass:.2f} kg"),
         ("cost", None if cost is None else f"{cost:.6g} {gait.cost_unit}"),
+        ("landing", _landing(gait)),
         ("stance foot", _stance(gait)),
         ("solver", gait.fact("status")),
     ]
@@ -186,6 +187,14 @@ def _stance(gait: Gait) -> str | None:
         return None
     angle = np.degrees(gait.foot_angle)
     return f"{gait.foot_contact} from {gait.turns_at:.3f} s, {angle:.1f}° at the impact"
+
+
+def _landing(gait: Gait) -> str | None:
+    """Return how the foot lands, None where it does flat."""
+    if not gait.lands_on_line:
+        return None
+    angle = np.degrees(gait.landing_angle)
+    return f"{gait.landing_contact}, {angle:.1f}° at the impact, flat at {gait.flat_from:.3f} s"
 
 
 def _robot(gait: Gait) -> str:

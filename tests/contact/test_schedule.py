@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from gaitopt.contact.flat_foot import FlatFoot
+from gaitopt.contact.heel_line import HeelLine
 from gaitopt.contact.schedule import AFTER, LegExchange, Phase, Schedule, Transition
 from gaitopt.contact.toe_line import ToeLine
 from gaitopt.errors import InputError
@@ -42,12 +43,21 @@ def test_instant_of_a_change_belongs_to_the_phase_before_it():
         (Phase(FlatFoot(), 1.0, SMOOTH),),
         (Phase(FlatFoot(), 0.5, IMPACT), Phase(FlatFoot())),
         (Phase(ToeLine(0.01)),),
-        (Phase(ToeLine(0.01), 0.5, SMOOTH), Phase(FlatFoot())),
+        (Phase(ToeLine(0.01), 0.5, SMOOTH), Phase(ToeLine(0.01))),
+        (Phase(FlatFoot(), 0.3, SMOOTH), Phase(ToeLine(0.01), 0.5, SMOOTH), Phase(FlatFoot())),
     ],
 )
 def test_phases_that_make_no_step_are_refused(phases):
     with pytest.raises(InputError, match="phase"):
         Schedule(phases)
+
+
+def test_a_foot_may_turn_after_its_landing_and_before_it_leaves():
+    heel, toe = HeelLine(0.01), ToeLine(0.01)
+    both = Schedule((Phase(heel, 0.2, SMOOTH), Phase(FlatFoot(), 0.7, SMOOTH), Phase(toe)))
+    assert both.contacts == (both.first.contact, both.last.contact) == (heel, toe)
+    assert Schedule((Phase(heel, 0.2, SMOOTH), Phase(FlatFoot()))).first.contact is heel
+    assert Schedule().contacts == ()
 
 
 def test_grid_of_one_phase_is_the_uniform_one():

@@ -23,6 +23,8 @@ WALKS = (
     "upright, toe off, everything free",
     "upright, lifted, toe off, seven joints, waist, arms",
     "upright, lifted, five joints",
+    "upright, heel strike, toe off, everything free",
+    "upright, lifted, heel strike, five joints, soft",
 )
 LENGTHS = ("joints", "swing_sole", "pelvis", "hips", "ankles")
 MASSES = ("mass", "first", "second")

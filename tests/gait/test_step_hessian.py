@@ -5,7 +5,7 @@ import functools
 import numpy as np
 import pytest
 from numerics import check_differences, steps
-from walks import NAMES, OF_TURN, PAIRS, WALKS, walk
+from walks import AT_IMPACT, NAMES, OF_TURN, PAIRS, SOFT, WALKS, walk
 
 from gaitopt.gait import quantities
 from gaitopt.gait.step_hessian import StepWeights, step_hessian
@@ -13,14 +13,6 @@ from gaitopt.gait.step_hessian import StepWeights, step_hessian
 STEPS = steps(4e-4, 6)  # of variables.scale; friction cones need small ones, impacts large ones
 DIRECTIONS = ("joints", "geometry", "all")
 LINEAR = "walking speed"
-AT_IMPACT = (
-    "impulse",
-    "impulse friction",
-    "lift-off",
-    "impulse cop",
-    "impulse torsion",
-    "landing impulse",
-)
 
 
 def parts(name: str, constraint: str) -> tuple[str, ...]:
@@ -29,7 +21,7 @@ def parts(name: str, constraint: str) -> tuple[str, ...]:
         return ("geometry",)
     if constraint in OF_TURN:
         return ("geometry", "all")  # with them the duration; else they are linear
-    lifted = "lifted" in name and constraint in AT_IMPACT
+    lifted = "lifted" in name and constraint in (*AT_IMPACT, *SOFT)
     return ("joints", "all") if lifted else DIRECTIONS
 
 

@@ -18,6 +18,8 @@ CHECKED = ("guess", "one posture", "everything free", "infeasible 43", "upright,
 TURNING = (
     "upright, toe off, everything free",
     "upright, lifted, toe off, seven joints, waist, arms",
+    "upright, heel strike, toe off, everything free",
+    "upright, lifted, heel strike, five joints, soft",
 )
 at_walks = pytest.mark.parametrize("name", CHECKED)
 LEFT_TO_RIGHT = np.array([1.0, -1.0, 1.0])
@@ -40,7 +42,8 @@ def test_every_quantity_has_its_slope(name):
     for what in quantities.ALL:
         exact = slopes[what].reshape(-1, x.size)
         rows = slice(start, start + len(exact))
-        read = {one for b in problem.blocks for one in b.reads} | {quantities.ACCELERATIONS}
+        read = {one for b in problem.blocks for one in b.reads}
+        read |= {quantities.ACCELERATIONS, quantities.SOLE_TWIST}
         if what not in read:
             assert exact.size == 0
             continue

@@ -1,0 +1,211 @@
+"""Walks whose foot lands on its heel or turns about its toe, against those that stand flat.
+
+python benchmarks/phases.py [--quick] [SECTION...]
+
+The tables of docs/phases.md are those that it prints, its figure is made of what it saves; sections
+that are not run keep their results.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from typing import Any
+
+from common import RESULTS, arguments, robot_of, save
+from tables import table
+
+from gaitopt.catalogue.entries import description, entry_by_name
+from gaitopt.design.design import design
+from gaitopt.design.options import DesignOptions
+from gaitopt.design.pipeline import Design
+from gaitopt.design.process import small_matrices
+from gaitopt.design.starts import design_gait
+from gaitopt.errors import GaitoptError
+from gaitopt.gait.initial_guess import first_guess, perturbed
+from gaitopt.gait.parameters import set_geometry
+from gaitopt.gait.presets import preset_task
+from gaitopt.gait.problem import WalkProblem
+from gaitopt.gait.task import Task
+from gaitopt.model.robot import Robot
+
+SPEEDS = (0.6, 0.8, 1.0, 1.2, 1.4, 1.6)
+DURATIONS = (0.4, 0.5)
+"""Speeds of the biped [m/s], and first guesses of the duration of its steps, which is free [s]."""
+BEGIN = 0.7
+STARTS, SIGMA = 10, 0.1
+ROBOTS = {"g1": ((0.8, 0.5), (1.0, 0.5)), "talos": ((0.8, 0.7), (1.0, 0.6))}
+"""Speeds [m/s] and durations of steps [s] of other robots."""
+
+
+def free_duration(quick: bool) -> Iterator[dict[str, Any]]:
+    """Yield the best walks of the biped, flat and turning, over its speeds."""
+    robot = robot_of()
+    for speed in SPEEDS[2:3] if quick else SPEEDS:
+        best: dict[str, Design] = {}
+        for duration in DURATIONS[1:] if quick else DURATIONS:
+            task = preset_task("standard", robot, speed=speed, duration=duration)
+            task = task.with_changes(geometry=set_geometry(task.geometry, {"duration": FREE}))
+            for kind, changes in (("flat", {}), ("toe", {"toe_off": BEGIN})):
+                found = attempted(robot, task.with_changes(**changes))
+                for one in found if kind == "toe" else found[:1]:
+                    own = "flat" if one.problem.task.toe_off is None else "toe"
+                    if own not in best or rank(one) < rank(best[own]):
+                        best[own] = one
+        yield {"speed": speed, **{kind: record(one) for kind, one in best.items()}}
+
+
+FREE: dict[str, float | bool] = {"free": True}
+
+
+def attempted(robot: Robot, task: Task) -> list[Design]:
+    """Return the walk of a task, if there is one."""
+    try:
+        return [design_gait(robot, task, DesignOptions(diagnose=False))]
+    except GaitoptError:
+        return []
+
+
+def rank(one: Design) -> tuple[bool, float]:
+    """Proven walks before others, then by cost."""
+    return not one.proven, one.solution.cost
+
+
+def record(one: Design) -> dict[str, Any]:
+    """Return what is told of a walk."""
+    gait = one.gait
+    return {
+        "cost": gait.cost,
+        "duration": gait.duration,
+        "begin": one.problem.task.toe_off,
+        "angle": gait.foot_angle,
+        "verdict": one.certificate.verdict,
+        "iterations": one.solution.iterations,
+    }
+
+
+def disturbed(quick: bool) -> Iterator[dict[str, Any]]:
+    """Yield the walks of the biped at 1 m/s from disturbed first guesses."""
+    robot = robot_of()
+    task = preset_task("standard", robot, speed=1.0, duration=0.5, toe_off=BEGIN)
+    problem = WalkProblem(robot, task)
+    options = DesignOptions(toe_begin="given", diagnose=False)
+    for seed in range(2 if quick else STARTS):
+        x = perturbed(problem, first_guess(problem), SIGMA, seed)
+        try:
+            found = design(robot, task, options, start=x)
+        except GaitoptError as error:
+            yield {"seed": seed, "verdict": str(error)}
+            continue
+        yield {"seed": seed, **record(found)}
+
+
+def others(quick: bool) -> Iterator[dict[str, Any]]:
+    """Yield walks of other robots, flat and turning."""
+    for name, walks in ROBOTS.items():
+        source, choices = description(entry_by_name(name))
+        robot = Robot.from_urdf(source, choices=choices)
+        for speed, duration in walks[: 1 if quick else None]:
+            task = preset_task("humanoid", robot, speed=speed, duration=duration, toe_off=BEGIN)
+            for found in attempted(robot, task):
+                choice = found.gait.meta["toe_off"]
+                row = {"robot": name, "speed": speed, "choice": choice}
+                yield {**row, "kept": record(found)}
+
+
+def heel_strike(quick: bool) -> Iterator[dict[str, Any]]:
+    """Yield walks of the biped that land on their heels, alone and with a turn about the toe."""
+    robot, options = robot_of(), DesignOptions(toe_begin="given", diagnose=False)
+    for speed, name in ((s, n) for s in ((1.0,) if quick else (1.0, 1.2)) for n in HEELS):
+        task = preset_task("standard", robot, speed=speed, duration=0.5).with_changes(**HEELS[name])
+        try:
+            found = design_gait(robot, task, options)
+        except GaitoptError as error:
+            yield {"speed": speed, "walk": name, "verdict": str(error)}
+            continue
+        softly = found.problem.task.margins.soft_landing
+        impulse = 0.0 if softly else float(found.gait.impulse[2])
+        row = {"speed": speed, "walk": name, "landing": found.gait.landing_angle}
+        yield {**row, "impulse": impulse, "softly": softly, **record(found)}
+
+
+HEELS: dict[str, dict[str, Any]] = {
+    "flat": {},
+    "flat, at zero speed": {"soft_landing": True},
+    "heel until 0.1": {"heel_strike": 0.1},
+    "heel until 0.2": {"heel_strike": 0.2},
+    "heel until 0.3": {"heel_strike": 0.3},
+    "toe from 0.7": {"toe_off": 0.7},
+    "heel until 0.15, toe from 0.7": {"heel_strike": 0.15, "toe_off": 0.7},
+}
+
+
+def heel_table(rows: list[dict[str, Any]]) -> str:
+    """Return the table of walks that land on their heels."""
+    lines = []
+    for row in rows:
+        known = "cost" in row
+        lines.append([
+            f"{row['speed']:g} m/s", row["walk"], f"{row['cost']:.0f}" if known else "–",
+            f"{row['landing']:.3f}" if known else "–",
+            ("none" if row["softly"] else f"{row['impulse']:.2f}") if known else "–",
+            str(row["iterations"]) if known else "–", row["verdict"],
+        ])  # fmt: skip
+    head = ("speed", "walk", "N²·m·s", "landing, rad", "impulse, N·s", "iterations", "verdict")
+    return table(head, lines)
+
+
+def text(data: dict[str, Any]) -> str:
+    """Return the tables."""
+    rows = []
+    for row in data["free duration"]:
+        cells = []
+        for kind in ("flat", "toe"):
+            one = row.get(kind)
+            cells += ["–", "–"] if one is None else [f"{one['cost']:.0f}", f"{one['duration']:.3f}"]
+        begin = f"{row['toe']['begin']:.3g}" if "toe" in row else "–"
+        rows.append([f"{row['speed']:g} m/s", *cells, begin])
+    head = ("speed", "flat, N²·m·s", "its step, s", "turning, N²·m·s", "its step, s", "begins at")
+    parts = [table(head, rows)]
+    rows = [
+        [
+            one["robot"], f"{one['speed']:g} m/s, {one['kept']['duration']:g} s",
+            f"{one['choice']['flat_cost'] or float('nan'):.0f}", f"{one['choice']['cost']:.0f}",
+            f"{one['choice']['begin']:.3g}", one["kept"]["verdict"],
+        ]
+        for one in data["others"]
+    ]  # fmt: skip
+    head = ("robot", "walk", "flat, N²·m·s", "turning, N²·m·s", "begins at", "the cheaper one")
+    parts.append(table(head, rows))
+    good = [one for one in data["disturbed"] if one["verdict"].startswith("certified")]
+    costs = ", ".join(f"{one['cost']:.0f}" for one in good)
+    parts.append(f"Certified from {len(good)} of {len(data['disturbed'])} starts: {costs} N²·m·s.")
+    parts.append(heel_table(data["heel strike"]))
+    return "\n\n".join(parts)
+
+
+SECTIONS = {
+    "free duration": free_duration,
+    "disturbed": disturbed,
+    "others": others,
+    "heel strike": heel_strike,
+}
+
+
+def main() -> None:
+    """Design the walks, print their tables and save them."""
+    parser = arguments(__doc__)
+    parser.add_argument("sections", nargs="*", metavar="SECTION", help=", ".join(SECTIONS))
+    asked = parser.parse_args()
+    saved = RESULTS / "phases.json"
+    data = json.loads(saved.read_text())["data"] if saved.exists() and not asked.quick else {}
+    with small_matrices():
+        for name in asked.sections or SECTIONS:
+            data[name] = list(SECTIONS[name](asked.quick))
+    if data.keys() == SECTIONS.keys():
+        print(text(data))
+    save("phases", data, asked.quick)
+
+
+if __name__ == "__main__":
+    main()
