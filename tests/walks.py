@@ -152,7 +152,7 @@ _MAKERS = {
         "seven, waist and arms", **TOE_OFF
     ),
     "upright, heel strike, toe off, everything free": lambda: _everything_free(
-        seed=9, sigma=0.03, duration=0.5, **UPRIGHT, **TOE_OFF, **HEEL_STRIKE
+        seed=1, sigma=0.02, duration=0.5, **UPRIGHT, **TOE_OFF, **HEEL_STRIKE
     ),
     "upright, lifted, heel strike, five joints, soft": lambda: _synthetic(
         "five", soft_landing=True, **HEEL_STRIKE
