@@ -159,9 +159,11 @@ def _ground(contact: Mapping[str, Any], impact: Mapping[str, Any]) -> Table:
         "friction\nused", "vertical\npush",
     )  # fmt: skip
     low, high = contact["least_vertical_force_N"], contact["largest_vertical_force_N"]
+    push = f"{impact['vertical_impulse_Ns']:.2f} N·s"
+    push = "none, at zero speed" if impact["at_zero_speed"] else push
     rows = (
         ("stance foot", contact, f"{low:.0f} to {high:.0f} N"),
-        ("landing foot", impact, f"{impact['vertical_impulse_Ns']:.2f} N·s"),
+        ("landing foot", impact, push),
     )
     for name, facts, vertical in rows:
         edges = facts["cop_to_edge_mm"] or {}
