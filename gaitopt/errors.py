@@ -18,6 +18,10 @@ class InputError(GaitoptError):
     """A value, option or file given by the user cannot be used."""
 
 
+class OptionError(InputError, TypeError):
+    """A dataclass of options was given a name it does not have, or a value of another kind."""
+
+
 class SpecError(InputError):
     """A biped parameter table is not physical or not complete."""
 

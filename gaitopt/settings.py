@@ -6,14 +6,19 @@ Options of the command line, entries of TOML files, their help, units and checks
 
 from __future__ import annotations
 
+import inspect
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import MISSING, dataclass, field, fields
-from functools import cached_property
+from difflib import get_close_matches
+from functools import cached_property, lru_cache, wraps
+from numbers import Integral, Real
 from pathlib import Path
-from typing import Any
+from types import NoneType, UnionType
+from typing import Any, TypeVar, Union, get_args, get_origin, get_type_hints
 
-from gaitopt.errors import InputError
+from gaitopt.bounds import shown
+from gaitopt.errors import InputError, OptionError
 from gaitopt.units import read_quantity
 
 KEY = "setting"
@@ -232,3 +237,86 @@ def named_values(
             wanted = str(error) if equals and number else "give a name and a number"
             raise InputError(f"{option} {text}: {wanted}, as in {option} {example}") from error
     return values
+
+
+Kind = TypeVar("Kind", bound=type)
+
+
+def checked(kind: Kind, elsewhere: Callable[[str], str] = _none, *, kinds: bool = True) -> Kind:
+    """Let a dataclass of options refuse names and kinds of values in words; return it.
+
+    What the dataclass checks itself goes first. The error is an `OptionError`, a TypeError too.
+
+    Args:
+        kind: the dataclass.
+        elsewhere: returns where an option is to be given that is none of its own, else nothing.
+        kinds: whether the kinds of values are checked too, not the names alone.
+    """
+    made: Any = vars(kind)["__init__"]
+
+    @wraps(made)
+    def init(self: Any, *args: Any, **values: Any) -> None:
+        try:
+            made(self, *args, **values)
+        except (TypeError, AttributeError, ValueError) as error:
+            _check_names(kind, made, args, values, elsewhere)
+            if kinds:
+                _check_kinds(kind, self)
+            raise error
+        if kinds:
+            _check_kinds(kind, self)
+
+    type.__setattr__(kind, "__init__", init)
+    return kind
+
+
+def _check_names(
+    kind: type, made: Any, args: Any, values: Mapping[str, Any], elsewhere: Callable[[str], str]
+) -> None:
+    names = [one.name for one in fields(kind) if one.init]
+    for name in values:
+        if name not in names:
+            close = get_close_matches(name, names, n=1)
+            hint = elsewhere(name) or (f"did you mean {close[0]}? " if close else "")
+            raise OptionError(
+                f"{kind.__name__} has no option {name}; {hint}its options are {', '.join(names)}"
+            )
+    try:
+        inspect.signature(made).bind(None, *args, **values)
+    except TypeError as error:
+        raise OptionError(f"{kind.__name__}: {error}; its options are {', '.join(names)}") from None
+
+
+def _check_kinds(kind: type, one: object) -> None:
+    for name, wanted in _hints(kind).items():
+        value = getattr(one, name, None)
+        if not any(_is_a(value, allowed) for allowed in wanted):
+            said = " or ".join(_SAID.get(allowed, allowed.__name__) for allowed in wanted)
+            raise OptionError(f"{kind.__name__}: {name} is {shown(value)}; give {said}")
+
+
+_SAID: dict[type, str] = {
+    float: "a number", int: "a whole number", bool: "True or False", str: "a text",
+    NoneType: "None", tuple: "a tuple or a list", Mapping: "a table by name",
+}  # fmt: skip
+
+
+@lru_cache(maxsize=64)
+def _hints(kind: type) -> dict[str, tuple[type, ...]]:
+    """Return the classes that the values of the fields may be of; of fields of any kind nothing."""
+    found: dict[str, tuple[type, ...]] = {}
+    hints = get_type_hints(kind)
+    for one in fields(kind):
+        hint = hints[one.name]
+        parts = get_args(hint) if get_origin(hint) in (Union, UnionType) else (hint,)
+        classes = tuple(get_origin(part) or part for part in parts)
+        if all(isinstance(part, type) for part in classes) and object not in classes:
+            found[one.name] = classes
+    return found
+
+
+def _is_a(value: object, allowed: type) -> bool:
+    if allowed in (float, int):
+        kind = Real if allowed is float else Integral
+        return isinstance(value, kind) and not isinstance(value, bool)
+    return isinstance(value, (tuple, list) if allowed is tuple else allowed)

@@ -10,12 +10,14 @@ import math
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import Field, dataclass, field, fields, is_dataclass, replace
+from functools import partial
 from numbers import Real
 from typing import Any, TypeVar
 
 import numpy as np
 
 from gaitopt.errors import SpecError
+from gaitopt.settings import checked
 from gaitopt.units import in_si
 
 Vector3 = tuple[float, float, float]
@@ -93,6 +95,10 @@ def mirrored_inertia(inertia: Matrix3) -> Matrix3:
     return ((xx, -xy, xz), (-xy, yy, -yz), (xz, -yz, zz))
 
 
+_named = partial(checked, kinds=False)  # values are checked with their ranges, all at once
+
+
+@_named
 @dataclass(frozen=True)
 class Geometry:
     """Lengths of the paper's Tables 1 and 2 [m].
@@ -124,6 +130,7 @@ class Geometry:
         return self.d1 + self.d3 + self.d4
 
 
+@_named
 @dataclass(frozen=True)
 class LinkSpec:
     """One rigid link.
@@ -150,6 +157,7 @@ class LinkSpec:
 _LINK = {"part": LinkSpec}
 
 
+@_named
 @dataclass(frozen=True)
 class Links:
     """The links: the torso and those of one leg from hip to foot.
@@ -182,6 +190,7 @@ class Links:
         return (self.hip_yaw, self.hip_roll, self.thigh, self.shin, self.ankle, self.foot)
 
 
+@_named
 @dataclass(frozen=True)
 class JointSpec:
     """One joint of a leg: what its motor can do, and how far it turns.
@@ -201,6 +210,7 @@ class JointSpec:
 _JOINT = {"part": JointSpec}
 
 
+@_named
 @dataclass(frozen=True)
 class Joints:
     """The six joints of a leg, from hip to foot: yaw about z, roll about x, pitch about y."""
@@ -217,6 +227,7 @@ class Joints:
         return ((entry.name, getattr(self, entry.name)) for entry in fields(self))
 
 
+@_named
 @dataclass(frozen=True)
 class BipedSpec:
     """A thirteen-link biped, checked when made; change one with `parameters.changed`.

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from gaitopt.bounds import shown
 from gaitopt.errors import InputError
-from gaitopt.settings import entry
+from gaitopt.settings import checked, entry
 from gaitopt.solvers import Solver, solver_by_name
 
 TOE_BEGIN = ("best", "given")
@@ -16,6 +17,7 @@ SIGMA = 0.1  # rad and rad/s: 20 of 20 such starts reach a walk, some another on
 COUNT = 2  # starts; measured: finds the best known optimum at all speeds, docs/diagnosis.md
 
 
+@checked
 @dataclass(frozen=True)
 class DesignOptions:
     """How a gait is searched for.
@@ -63,8 +65,12 @@ class DesignOptions:
         """Check the options.
 
         Raises:
-            InputError: an unknown kind of derivatives or approach.
+            InputError: no solver, or an unknown kind of derivatives or approach.
         """
+        if not isinstance(self.solver, Solver):
+            raise InputError(
+                f"solver is {shown(self.solver)}; give a Solver, as solver_by_name('sqp')"
+            )
         if self.approach not in APPROACHES:
             raise InputError(
                 f"approach '{self.approach}' is unknown; choose {', '.join(APPROACHES)}"

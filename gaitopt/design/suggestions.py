@@ -14,6 +14,7 @@ from itertools import combinations
 
 import numpy as np
 
+from gaitopt.deprecation import Renamed
 from gaitopt.design.conflict import (
     RELAXATION_SOLVER,
     LeastRelaxation,
@@ -115,6 +116,8 @@ class Suggestion:
     options: DesignOptions
     found: Design
     also: tuple[Change, ...] = ()
+
+    knob = Renamed("setting")
 
     @property
     def changes(self) -> tuple[Change, ...]:

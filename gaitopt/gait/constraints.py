@@ -34,6 +34,7 @@ from gaitopt.gait.functions import (
 from gaitopt.gait.terrain import AboveProfile
 from gaitopt.model.feet.sole import sole_edge_speeds, sole_tilt
 from gaitopt.nlp import Array
+from gaitopt.settings import checked
 
 FORCE_SCALE = 500.0  # N
 MOMENT_SCALE = 100.0  # N.m
@@ -84,6 +85,7 @@ _BETWEEN_CORNERS = 1e-3
 ground their rows would else be held where those of the corners are, and say the same."""
 
 
+@checked
 @dataclass(frozen=True)
 class Margins:
     """The limits of section 3.2 that are not facts of the robot.

@@ -25,7 +25,7 @@ from gaitopt.gait.constraint import check_declaration, check_margins, failure, i
 from gaitopt.gait.functions import QuantityFunction, SquaredNorm, check_function
 from gaitopt.gait.quantities import TRAVEL, Quantity, typical_entries
 from gaitopt.nlp import Array
-from gaitopt.settings import setting
+from gaitopt.settings import checked, setting
 
 if TYPE_CHECKING:
     from gaitopt.gait.step import Step
@@ -189,6 +189,7 @@ def check_weights(weights: Mapping[str, float]) -> None:
             )
 
 
+@checked
 @dataclass(frozen=True)
 class TorqueCost(RunningCost):
     """J = (1 / d) integral of Gamma' W Gamma dt, Eq. (46); W is one in the paper.
@@ -230,6 +231,7 @@ class _Work(RunningCost):
         check_weights(self.weights)
 
 
+@checked
 @dataclass(frozen=True)
 class MechanicalWork(_Work):
     """J = (1 / d) integral of the absolute mechanical power of the motors, rounded off at zero.
@@ -252,6 +254,7 @@ class MechanicalWork(_Work):
         return MotorPower(curved=weights, power_smoothing=self.power_smoothing)
 
 
+@checked
 @dataclass(frozen=True)
 class PositiveWork(_Work):
     """J = (1 / d) integral of the positive mechanical power of the motors, rounded off at zero.
@@ -273,6 +276,7 @@ class PositiveWork(_Work):
         return MotorPower(linear=half, curved=half, power_smoothing=self.power_smoothing)
 
 
+@checked
 @dataclass(frozen=True)
 class ElectricalEnergy(RunningCost):
     """J = (1 / d) integral of the electrical power of the motors: copper loss and what they give.
@@ -427,6 +431,7 @@ def cost_by_name(name: str, known: Iterable[Cost] = (), **changes: object) -> Co
     return changed
 
 
+@checked
 @dataclass(frozen=True)
 class WeightedSum(Cost):
     """A weighted sum of costs.

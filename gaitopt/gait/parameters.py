@@ -12,10 +12,12 @@ from numpy.typing import NDArray
 from gaitopt.errors import InputError
 from gaitopt.gait import foot_turn
 from gaitopt.nlp import Array
+from gaitopt.settings import checked
 
 INFINITY = float("inf")
 
 
+@checked
 @dataclass(frozen=True)
 class GeometricParameter:
     """One geometric parameter of the double support, or the duration of the step.

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, field, fields, replace
+from functools import partial
 from typing import Any
 
 from gaitopt.bounds import POSTURES, at_most, shown
@@ -43,7 +44,7 @@ from gaitopt.gait.plugin import (
     terrain_from_record,
 )
 from gaitopt.gait.terrain import Level, Slope, Stairs, Terrain
-from gaitopt.settings import entry
+from gaitopt.settings import checked, entry
 from gaitopt.units import SLOPE
 
 SPEED_AS = ("constraint", "penalty")
@@ -60,6 +61,14 @@ STEEPEST = 1.0
 """Of a slope up or down [rad]: friction of rubber on stone holds a foot to about 45 degrees."""
 
 
+def _elsewhere(name: str) -> str:
+    """Say where a margin is given; nothing of other names."""
+    if name not in declared_margins(Margins):
+        return ""
+    return f"{name} is a margin: preset_task({name}=...), or Task(margins=Margins({name}=...)); "
+
+
+@partial(checked, elsewhere=_elsewhere)
 @dataclass(frozen=True)
 class Task:
     """One walking problem.

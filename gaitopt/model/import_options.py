@@ -17,6 +17,7 @@ from gaitopt.errors import RobotError
 from gaitopt.importers.physics import PARTS
 from gaitopt.importers.text_files import parse_toml, read_text
 from gaitopt.model.feet.sole import Sole
+from gaitopt.settings import checked
 from gaitopt.units import read_quantity
 
 Axis = str | tuple[float, float, float]
@@ -59,6 +60,7 @@ UNUSED_SRDF = (
 )
 
 
+@checked
 @dataclass(frozen=True)
 class LimitOverride:
     """Limits of the joints whose name matches a pattern; None leaves what the URDF says.
@@ -126,6 +128,7 @@ def matching(pattern: str, names: Iterable[str]) -> list[str]:
     return [name for name in known if pattern in name]
 
 
+@checked
 @dataclass(frozen=True)
 class InertiaOverride:
     """The body of the links whose name matches a pattern; None leaves what the file says.
@@ -164,6 +167,7 @@ class InertiaOverride:
             raise RobotError(f"{where}: nothing is replaced; give mass, com or inertia")
 
 
+@checked
 @dataclass(frozen=True)
 class Payload:
     """A load fixed to a link.
@@ -198,6 +202,7 @@ class Payload:
             raise RobotError(f"{where}: box is {self.box} m; no length may be negative")
 
 
+@checked
 @dataclass(frozen=True)
 class ImportOptions:
     """How to read a robot; whatever is left None is found from its model.

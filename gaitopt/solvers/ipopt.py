@@ -14,6 +14,7 @@ import numpy as np
 
 from gaitopt.errors import MissingExtraError
 from gaitopt.nlp import NLP, Array, ProgressCallback, Solution, Start, Status, StopCallback
+from gaitopt.settings import checked
 from gaitopt.solvers.adapters import ScaledProgram
 from gaitopt.solvers.multipliers import one_sided
 from gaitopt.solvers.solver import (
@@ -36,6 +37,7 @@ STATUS = {
 """IPOPT's return codes that say more than the point itself."""
 
 
+@checked
 @dataclass(frozen=True)
 class Ipopt(Solver):
     """Interior point method of IPOPT.

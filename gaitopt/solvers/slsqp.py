@@ -14,6 +14,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from gaitopt.nlp import NLP, Array, ProgressCallback, Solution, Start, Status, StopCallback
+from gaitopt.settings import checked
 from gaitopt.solvers.adapters import ScaledProgram
 from gaitopt.solvers.solver import (
     Iterate,
@@ -38,6 +39,7 @@ RESTART_GAIN = 0.9
 """... as long as the KKT residual falls to this share."""
 
 
+@checked
 @dataclass(frozen=True)
 class SLSQP(Solver):
     """Quasi-Newton SQP of SciPy, on one-sided rows and scaled variables.

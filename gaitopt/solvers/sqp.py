@@ -18,7 +18,7 @@ import numpy as np
 
 from gaitopt.errors import EvaluationError
 from gaitopt.nlp import NLP, Point, ProgressCallback, Solution, Start, Status, StopCallback
-from gaitopt.settings import entry
+from gaitopt.settings import checked, entry
 from gaitopt.solvers.globalization import (
     CEILING,
     FILTER_RESETS,
@@ -78,6 +78,7 @@ limit held at two instants close together): the run then goes to and fro about a
 does not recognise."""
 
 
+@checked
 @dataclass(frozen=True)
 class SQP(Solver):
     """Filter trust-region SQP: few evaluations, from far away too.

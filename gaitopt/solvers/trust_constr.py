@@ -30,6 +30,7 @@ from gaitopt.nlp import (
     StopCallback,
     violations,
 )
+from gaitopt.settings import checked
 from gaitopt.solvers.adapters import ScaledProgram
 from gaitopt.solvers.multipliers import least_squares_multipliers, one_sided
 from gaitopt.solvers.solver import (
@@ -73,6 +74,7 @@ SHORTEST = 1e-12
 """Trust radius at which the method gives up, in units of the variables' scale."""
 
 
+@checked
 @dataclass(frozen=True)
 class TrustConstr(Solver):
     """Interior point method of SciPy with exact Hessian: slow from afar, sure at the end.

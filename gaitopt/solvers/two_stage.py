@@ -20,6 +20,7 @@ from gaitopt.nlp import (
     StopCallback,
     kkt_residual,
 )
+from gaitopt.settings import checked
 from gaitopt.solvers.solver import Solver
 from gaitopt.solvers.sqp import SQP
 from gaitopt.solvers.trust_constr import TrustConstr
@@ -32,6 +33,7 @@ NOT_WORTH = (Status.UNBOUNDED, Status.INFEASIBLE, Status.NUMERICAL, Status.INTER
 UNCONFIRMED = "sqp (not confirmed by trust-constr)"
 
 
+@checked
 @dataclass(frozen=True)
 class TwoStageSQP(Solver):
     """SQP followed by trust-constr from its answer; the default.

@@ -7,7 +7,8 @@ import pytest
 from rich.console import Console
 
 from gaitopt import load_gait
-from gaitopt.cli.display import ProgressDisplay, rounded
+from gaitopt.bounds import rounded
+from gaitopt.cli.display import ProgressDisplay
 from gaitopt.cli.optimise import limit_lines
 from gaitopt.cli.process import StopRequest
 from gaitopt.cli.report import certificate_table, print_gait

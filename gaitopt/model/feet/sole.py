@@ -8,11 +8,13 @@ import numpy as np
 
 from gaitopt.errors import RobotError
 from gaitopt.nlp import Array
+from gaitopt.settings import checked
 
 LEVEL = (0.0, 0.0, -1.0)
 """Direction of gravity in the axes of soles on level ground."""
 
 
+@checked
 @dataclass(frozen=True)
 class Sole:
     """A rectangle in the plane z = 0 of the sole frame [m]: x forward, y left."""
