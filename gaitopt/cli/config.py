@@ -184,7 +184,7 @@ class OwnSettings:
 
     cost: str | None = entry(
         COSTS[0].name,
-        "Cost per metre that is minimised.",
+        "What is minimised; a sum is 'torque + 0.5 energy'.",
         metavar="NAME",
         choices=[one.name for one in COSTS],
     )

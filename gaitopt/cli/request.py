@@ -30,7 +30,7 @@ from gaitopt.cli.config import (
 from gaitopt.design.known_walk import parameters_of
 from gaitopt.design.options import DesignOptions
 from gaitopt.errors import InputError
-from gaitopt.gait.costs import COSTS, ElectricalEnergy, cost_by_name
+from gaitopt.gait.costs import COSTS, ElectricalEnergy, cost_of_text
 from gaitopt.gait.gait_file import load_gait
 from gaitopt.gait.initial_guess import first_guess, perturbed
 from gaitopt.gait.motor_envelope import MotorEnvelope
@@ -359,11 +359,11 @@ def make_task(settings: Settings, robot: Robot) -> Task:
         motors = read_motors(table).at_joints
         joint_motors(motors, robot.joint_names, robot.mirror)
         changes["constraints"] = (*changes["constraints"], MotorEnvelope(motors=motors))
-        if settings.get("cost") == ElectricalEnergy.name:
+        if ElectricalEnergy.name in str(settings.get("cost", "")).split():
             motors_of_cost = {"motors": motors}
     own = () if plugin is None or plugin.cost is None else (plugin.cost,)
     of_cost = {n: settings[n] for n in schema["cost"] if n in settings and n != "cost"}
-    cost = cost_by_name(
+    cost = cost_of_text(
         settings.get("cost", (*own, *COSTS)[0].name), own, **of_cost, **motors_of_cost
     )
     geometry = set_geometry(preset_task(preset, robot).geometry, _geometry(settings))

@@ -219,7 +219,7 @@ class Envelope:
         """Scaled cost, unless only some rows are asked for, and multipliers . (rows - limits)."""
         problem, total = self.problem, 0.0
         if not only:
-            context = CostContext(robot, problem.grid.weights, task.speed)
+            context = CostContext(robot, problem.grid, task.speed)
             penalty = task.penalty_weight if task.speed_as == "penalty" else 0.0
             cost = cost_function(task.cost, context, penalty)
             total += problem.cost_scale * cost.value(step)
@@ -228,7 +228,7 @@ class Envelope:
             task.boundary, task.schedule, task.ground,
         )  # fmt: skip
         own = {block.name: block for block in problem.blocks}
-        for one in (*CONSTRAINTS, *task.constraints):
+        for one in (*CONSTRAINTS, *task.cost.constraints, *task.constraints):
             if one.name in self._pressed and (not only or one.name in only):
                 block = one.block(context_of)
                 total += _pressing(block, own[one.name], self._pressed[one.name], step)

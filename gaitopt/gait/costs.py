@@ -16,13 +16,24 @@ from fnmatch import fnmatchcase
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gaitopt.actuators.motors import JointMotor, joint_motors, joint_motors_of
 from gaitopt.bounds import shown
 from gaitopt.errors import EvaluationError, GaitoptError, InputError
 from gaitopt.gait import quantities
-from gaitopt.gait.constraint import check_declaration, check_margins, failure, is_finite, margin
-from gaitopt.gait.functions import QuantityFunction, SquaredNorm, check_function
+from gaitopt.gait.constraint import (
+    Constraint,
+    ConstraintBlock,
+    ConstraintContext,
+    check_declaration,
+    check_margins,
+    failure,
+    is_finite,
+    margin,
+)
+from gaitopt.gait.functions import Linear, QuantityFunction, SquaredNorm, check_function
+from gaitopt.gait.grid import Grid
 from gaitopt.gait.quantities import TRAVEL, Quantity, typical_entries
 from gaitopt.nlp import Array
 from gaitopt.settings import checked, setting
@@ -32,6 +43,8 @@ if TYPE_CHECKING:
     from gaitopt.model.robot import Robot
 
 Pair = tuple[Quantity, Quantity]
+RowPairs = NDArray[np.int_]
+Neighbours = dict[Quantity, tuple[RowPairs, Array]]
 
 
 @dataclass(frozen=True)
@@ -40,13 +53,23 @@ class CostContext:
 
     Attributes:
         robot: the biped.
-        weights: of the quadrature over the step for T = 1, shape (N,).
+        grid: the instants of the step.
         speed: V asked for [m/s]; below zero backward, zero in place.
     """
 
     robot: Robot
-    weights: Array
+    grid: Grid
     speed: float
+
+    @property
+    def weights(self) -> Array:
+        """Of the quadrature over the step for T = 1, shape (N,)."""
+        return self.grid.weights
+
+    @property
+    def way(self) -> int:
+        """Sign of the speed, 0 in place."""
+        return int(np.sign(self.speed))
 
     @property
     def pace(self) -> float:
@@ -72,6 +95,15 @@ class CostFunction(ABC):
         Rows of different instants do not mix: that of a pair has shape (K, entries of a, entries of
         b). Where b has a single row (`TRAVEL`), it goes with each of the K rows of a.
         """
+
+    def neighbours(self, step: Step) -> Neighbours:
+        """Return second derivatives between two rows of a quantity, where a cost mixes instants.
+
+        For each quantity the pairs of rows, shape (K, 2), and the second derivatives between the
+        same entry of both, shape (K, entries).
+        """
+        del step
+        return {}
 
 
 class Cost(ABC):
@@ -99,6 +131,11 @@ class Cost(ABC):
     @abstractmethod
     def reads(self) -> tuple[Quantity, ...]:
         """The quantities it depends on, without `TRAVEL`."""
+
+    @property
+    def constraints(self) -> tuple[Constraint, ...]:
+        """What a walk of this cost has to keep, for the cost to be what it says."""
+        return ()
 
     def __post_init__(self) -> None:
         check_margins(self)
@@ -137,8 +174,8 @@ class RunningCost(Cost):
 
     def function(self, context: CostContext) -> CostFunction:
         """Return the integral."""
-        way = int(np.sign(context.speed))
-        return _Integral(self.integrand(context.robot), self.reads, context.weights, way)
+        integrand = self.integrand(context.robot)
+        return _Integral(integrand, self.reads, context.weights, context.way)
 
     def typical(self, context: CostContext) -> float:
         """Return the cost of typical values of the quantities, see `typical_entries`."""
@@ -402,7 +439,212 @@ class MotorPower(QuantityFunction):
         return torque, rate, power, np.hypot(power, self.power_smoothing)
 
 
-COSTS: tuple[Cost, ...] = (TorqueCost(), MechanicalWork(), PositiveWork(), ElectricalEnergy())
+@checked
+@dataclass(frozen=True)
+class PeakTorque(Cost):
+    """J = p, the largest |torque| of any joint at any instant, weighed: a minimax.
+
+    p is a parameter of the walk, below which all torques stay; the constraint holds between the
+    samples too. Only the joints at their peaks decide: a sum with a little of another cost settles
+    the rest of the walk.
+
+    Attributes:
+        weights: of joints, as those of `TorqueCost`; the torques are multiplied by them.
+
+    Raises:
+        InputError: a weight is no number, or negative.
+    """
+
+    name, unit, words = "peak-torque", "N·m", "largest torque"
+    reads = (quantities.PEAK,)
+    weights: Mapping[str, float] = joint_weights_field()
+
+    def __post_init__(self) -> None:
+        check_weights(self.weights)
+
+    @property
+    def constraints(self) -> tuple[Constraint, ...]:
+        """That no torque is larger."""
+        return (BelowPeak(weights=self.weights),)
+
+    def function(self, context: CostContext) -> CostFunction:
+        """Return the parameter."""
+        del context
+        return _Peak()
+
+    def typical(self, context: CostContext) -> float:
+        """Return about the largest torque of a good walk."""
+        return float(typical_entries(quantities.PEAK, context.robot)[0])
+
+
+@checked
+@dataclass(frozen=True)
+class BelowPeak(Constraint):
+    """-p <= weighed torques <= p, with p the largest one, which a cost minimises.
+
+    Attributes:
+        weights: of joints by patterns of their names.
+    """
+
+    name, unit, words = "peak torque", "N·m", "largest torque"
+    reads = (quantities.TORQUE, quantities.PEAK)
+    weights: Mapping[str, float] = field(default_factory=dict, hash=False)
+
+    def block(self, context: ConstraintContext) -> ConstraintBlock:
+        """Return two rows for each joint that has a weight."""
+        names = context.robot.joint_names
+        weights = joint_weights(context.robot, self.weights)
+        kept = np.flatnonzero(weights)
+        weighed, own = np.diag(weights)[kept], np.ones((len(kept), 1))
+        rows = [np.hstack([weighed, side * own]) for side in (-1.0, 1.0)]
+        labels = [f"{names[k]} torque {side} peak" for side in ("and", "and minus") for k in kept]
+        upper = np.repeat([0.0, np.inf], len(kept))
+        scale = float(typical_entries(quantities.PEAK, context.robot)[0])
+        return self.over_step(
+            context, Linear(np.vstack(rows)), tuple(labels), lower=-upper[::-1], upper=upper,
+            scale=scale,
+        )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class _Peak(CostFunction):
+    """p, which is the same at every instant."""
+
+    def value(self, step: Step) -> float:
+        """Return p [N·m]."""
+        return float(step.read(quantities.PEAK)[0, 0])
+
+    def gradient(self, step: Step) -> dict[Quantity, Array]:
+        """Return one, at the first of the instants."""
+        first = np.zeros(step.read(quantities.PEAK).shape)
+        first[0] = 1.0
+        return {quantities.PEAK: first}
+
+    def hessian(self, step: Step) -> dict[Pair, Array]:
+        """Return nothing."""
+        del step
+        return {}
+
+
+@checked
+@dataclass(frozen=True)
+class TorqueRate(Cost):
+    """J = (1 / |d|) integral of the squared rates of the torques: how jerky the motors pull.
+
+    Rates are those between consecutive samples, within the step: at the impact the torques jump,
+    as they do where the phase changes. In place the integral is divided by the duration instead.
+
+    Attributes:
+        weights: of joints, as those of `TorqueCost`.
+
+    Raises:
+        InputError: a weight is no number, or negative.
+    """
+
+    name, unit, words = "torque-rate", "N²·m/s", "squared torque rate per metre"
+    reads = (quantities.TORQUE,)
+    weights: Mapping[str, float] = joint_weights_field()
+
+    def __post_init__(self) -> None:
+        check_weights(self.weights)
+
+    def function(self, context: CostContext) -> CostFunction:
+        """Return the sum over the intervals of the grid."""
+        instants = context.grid.instants[: context.grid.nodes]
+        lengths = np.diff(instants)
+        whole = np.flatnonzero(lengths > _SAME_INSTANT)
+        weights = joint_weights(context.robot, self.weights) / lengths[whole, None]
+        return _RateSum(np.stack([whole, whole + 1], axis=1), weights, context.way)
+
+    def typical(self, context: CostContext) -> float:
+        """Return the cost of torques that turn round once in a typical step."""
+        torque = typical_entries(quantities.TORQUE, context.robot)
+        weights = joint_weights(context.robot, self.weights)
+        return float(_TYPICAL_TURN**2 * weights @ torque**2) / context.pace
+
+
+_SAME_INSTANT = 1e-6  # of the step: both sides of a change of phase
+_TYPICAL_TURN = 10.0  # 1/s: rate of a torque over the torque
+
+
+@dataclass(frozen=True)
+class _RateSum(CostFunction):
+    """(1 / (|d| T)) sum of weights (change of the torques)² over the intervals; in place / T².
+
+    Attributes:
+        rows: of both ends of each interval, shape (K, 2).
+        weights: of the joints over the length of the interval for T = 1, shape (K, n).
+        way: sign of d, 0 in place.
+    """
+
+    rows: RowPairs
+    weights: Array
+    way: int
+
+    def value(self, step: Step) -> float:
+        """Return the cost."""
+        return self._factors(step)[0] * self._sum(step)
+
+    def gradient(self, step: Step) -> dict[Quantity, Array]:
+        """Return the derivatives in the torques and in (d, T)."""
+        factor, of_factor, _ = self._factors(step)
+        total = self._sum(step)
+        return {
+            quantities.TORQUE: factor * self._slope(step),
+            TRAVEL: total * of_factor[None],
+        }
+
+    def hessian(self, step: Step) -> dict[Pair, Array]:
+        """Return the second derivatives within rows; those between them are `neighbours`."""
+        factor, of_factor, bent = self._factors(step)
+        torque = quantities.TORQUE
+        own = np.zeros(step.read(torque).shape)
+        for end in (0, 1):
+            np.add.at(own, self.rows[:, end], 2.0 * factor * self.weights)
+        return {
+            (torque, torque): own[:, :, None] * np.eye(self.weights.shape[1]),
+            (torque, TRAVEL): self._slope(step)[:, :, None] * of_factor,
+            (TRAVEL, TRAVEL): self._sum(step) * bent[None],
+        }
+
+    def neighbours(self, step: Step) -> Neighbours:
+        """Return the second derivatives between the ends of the intervals."""
+        return {quantities.TORQUE: (self.rows, -2.0 * self._factors(step)[0] * self.weights)}
+
+    def _changes(self, step: Step) -> Array:
+        torque = step.read(quantities.TORQUE)
+        return np.asarray(torque[self.rows[:, 1]] - torque[self.rows[:, 0]])
+
+    def _sum(self, step: Step) -> float:
+        return float(np.sum(self.weights * self._changes(step) ** 2))
+
+    def _slope(self, step: Step) -> Array:
+        """Derivative of the sum in the torques, shape (N, n)."""
+        slope = np.zeros(step.read(quantities.TORQUE).shape)
+        moved = 2.0 * self.weights * self._changes(step)
+        np.add.at(slope, self.rows[:, 0], -moved)
+        np.add.at(slope, self.rows[:, 1], moved)
+        return slope
+
+    def _factors(self, step: Step) -> tuple[float, Array, Array]:
+        """1 / (|d| T), or 1 / T² in place, with its derivatives in (d, T), (2,) and (2, 2)."""
+        d, T = step.step_length, step.duration
+        if self.way == 0:
+            return 1.0 / T**2, np.array([0.0, -2.0 / T**3]), np.diag([0.0, 6.0 / T**4])
+        if not self.way * d > 0.0:
+            raise EvaluationError(f"a step of {d} m does not go where it should")
+        factor = 1.0 / (self.way * d * T)
+        mixed = factor / (d * T)
+        return (
+            factor,
+            np.array([-factor / d, -factor / T]),
+            np.array([[2.0 * factor / d**2, mixed], [mixed, 2.0 * factor / T**2]]),
+        )
+
+
+COSTS: tuple[Cost, ...] = (
+    TorqueCost(), MechanicalWork(), PositiveWork(), ElectricalEnergy(), PeakTorque(), TorqueRate(),
+)  # fmt: skip
 """The costs that are known by name."""
 
 
@@ -431,6 +673,44 @@ def cost_by_name(name: str, known: Iterable[Cost] = (), **changes: object) -> Co
     return changed
 
 
+def cost_of_text(text: str, known: Iterable[Cost] = (), **changes: object) -> Cost:
+    """Return a cost by its name, or a sum of some: "torque + 0.5 energy".
+
+    Args:
+        text: names joined by +, each with its weight before it if that is not 1.
+        known: costs there are besides the built-in ones.
+        changes: fields; of a sum, of every term that has them.
+
+    Raises:
+        InputError: a name or a weight cannot be used, or no term has one of the fields.
+    """
+    parts, known = [part.split() for part in text.split("+")], tuple(known)
+    if parts == [[text.strip()]] or text in (one.name for one in known):
+        return cost_by_name(text.strip(), known, **changes)
+    terms, taken = [], set[str]()
+    for part in parts:
+        *weight, name = part or [""]
+        if not name or len(weight) > 1 or not is_finite(value := _weight_of(weight)):
+            raise InputError(
+                f"the sum of costs '{text[:80]}' cannot be read; join names by +, each with its "
+                "weight before it, as in 'torque + 0.5 energy'"
+            )
+        plain: Any = cost_by_name(name, known)
+        own = {one.name for one in fields(plain)} & set(changes) if is_dataclass(plain) else set()
+        taken |= own
+        terms.append((cost_by_name(name, known, **{n: changes[n] for n in own}), value))
+    if unknown := set(changes) - taken:
+        raise InputError(f"no cost of '{text}' has {', '.join(sorted(unknown))}")
+    return WeightedSum(tuple(terms))
+
+
+def _weight_of(words: list[str]) -> float:
+    try:
+        return float(words[0]) if words else 1.0
+    except ValueError:
+        return float("nan")
+
+
 @checked
 @dataclass(frozen=True)
 class WeightedSum(Cost):
@@ -450,6 +730,8 @@ class WeightedSum(Cost):
             raise InputError("a weighted sum needs costs, with weights above 0")
         for cost, _ in self.terms:
             check_declaration(cost)
+        if sum(quantities.PEAK in cost.reads for cost, _ in self.terms) > 1:
+            raise InputError("a weighted sum has one largest torque; give peak-torque once")
 
     @property
     def name(self) -> str:
@@ -471,6 +753,11 @@ class WeightedSum(Cost):
     def reads(self) -> tuple[Quantity, ...]:
         """What its terms read."""
         return tuple(dict.fromkeys(one for cost, _ in self.terms for one in cost.reads))
+
+    @property
+    def constraints(self) -> tuple[Constraint, ...]:
+        """Those of its terms."""
+        return tuple(one for cost, _ in self.terms for one in cost.constraints)
 
     def function(self, context: CostContext) -> CostFunction:
         """Return the sum."""
@@ -660,4 +947,17 @@ class _Sum(CostFunction):
                 if (b, a) in found and a is not b:
                     pair, hessian = (b, a), hessian.swapaxes(1, 2)
                 found[pair] = found.get(pair, 0.0) + weight * hessian
+        return found
+
+    def neighbours(self, step: Step) -> Neighbours:
+        """Return all pairs of rows, one term's after the other's."""
+        found: Neighbours = {}
+        for term, weight in self.terms:
+            for one, (pairs, bent) in term.neighbours(step).items():
+                before = [found[one]] if one in found else []
+                parts = [*before, (pairs, weight * bent)]
+                found[one] = (
+                    np.concatenate([part[0] for part in parts]),
+                    np.concatenate([part[1] for part in parts]),
+                )
         return found

@@ -10,6 +10,7 @@ from scipy.optimize import least_squares
 
 from gaitopt.contact.mode import Hinge
 from gaitopt.errors import UnreachableError
+from gaitopt.gait import quantities
 from gaitopt.gait.double_support import (
     PELVIS_CHAIN,
     JointAngleSupport,
@@ -71,7 +72,16 @@ def first_guess(problem: WalkProblem) -> Array:
         geometry[DURATION] * (1.0 - inner[-1]) if turns.turns else geometry[DURATION] / (count + 1)
     )
     rate_before = _RATE_FRACTION * (q_end - knots[-1]) / last
-    return problem.layout.pack(np.array(knots), rate_before, q_start, geometry, turns.parameters)
+    x = problem.layout.pack(np.array(knots), rate_before, q_start, geometry, turns.parameters)
+    return with_peak(problem, x)
+
+
+def with_peak(problem: WalkProblem, x: Array) -> Array:
+    """Return x with its largest torque, if that is a parameter, as large as its torques are."""
+    if problem.layout.peak:
+        x = x.copy()
+        x[problem.layout.largest] = np.abs(problem.step(x).read(quantities.TORQUE)).max()
+    return x
 
 
 @dataclass(frozen=True)

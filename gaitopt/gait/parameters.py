@@ -60,6 +60,8 @@ STEP_LENGTH, PELVIS_YAW, PELVIS_ROLL, FOOT_YAW, DURATION = range(5, 10)
 
 KNOT_SCALE = 1.0  # rad; measured to be the main lever of the solvers, with the next
 RATE_SCALE = 4.0  # rad/s
+_PEAK_SCALE = 10.0  # N·m
+PEAK_NAME = "peak_torque"
 
 
 @dataclass(frozen=True)
@@ -84,6 +86,7 @@ class Layout:
     turning: bool = False
     rise: float = 0.0
     landing: bool = False
+    peak: bool = False
 
     @cached_property
     def free(self) -> list[int]:
@@ -132,6 +135,11 @@ class Layout:
         return slice(self.turn.stop, self.turn.stop + len(foot_turn.LANDING_NAMES) * self.landing)
 
     @cached_property
+    def largest(self) -> slice:
+        """Entry of the largest torque, the last one; or none."""
+        return slice(self.landed.stop, self.landed.stop + self.peak)
+
+    @cached_property
     def boundary(self) -> NDArray[np.int_]:
         """Entries that shape the double support: posture at the start, geometry, both feet."""
         feet = [self.turn.start] * self.turning + [self.landed.start] * self.landing
@@ -147,7 +155,7 @@ class Layout:
     @cached_property
     def size(self) -> int:
         """Length of x."""
-        return int(self.landed.stop)
+        return int(self.largest.stop)
 
     @cached_property
     def names(self) -> tuple[str, ...]:
@@ -157,7 +165,8 @@ class Layout:
         start = [f"{j}_at_start" for j in self.joint_names] if self.lifted else []
         turn = foot_turn.NAMES if self.turning else ()
         turn = (*turn, *(foot_turn.LANDING_NAMES if self.landing else ()))
-        return (*knots, *rates, *start, *(self.geometry[i].name for i in self.free), *turn)
+        peak = (PEAK_NAME,) if self.peak else ()
+        return (*knots, *rates, *start, *(self.geometry[i].name for i in self.free), *turn, *peak)
 
     def index(self, name: str) -> int | None:
         """Return where a geometric quantity stands in x, or None if it is fixed."""
@@ -186,11 +195,13 @@ class Layout:
         """Return x from postures (k, n), rates (n,), start (n,), all geometry (10,), turns (p,).
 
         The posture at the start goes in only in the lifted form; the turns, that before the foot
-        leaves and that after it landed side by side, where there are any.
+        leaves and that after it landed side by side, where there are any. The largest torque, where
+        it is in x, is left 0.
         """
         start = q_start if self.lifted else q_start[:0]
         turn = np.zeros(self.landed.stop - self.turn.start) if turn is None else turn
-        return np.concatenate([knots.ravel(), rate_before, start, geometry[self.free], turn])
+        peak = np.zeros(int(self.peak))
+        return np.concatenate([knots.ravel(), rate_before, start, geometry[self.free], turn, peak])
 
     def bounds(self) -> tuple[Array, Array]:
         """Return lower and upper bounds of x."""
@@ -201,6 +212,7 @@ class Layout:
             lower[self.turn], upper[self.turn] = 0.0, foot_turn.LARGEST_ANGLE
             upper[self.turn.stop - 1] = foot_turn.LARGEST_RATE
         lower[self.landed], upper[self.landed] = 0.0, foot_turn.LARGEST_ANGLE
+        lower[self.largest] = 0.0
         return lower, upper
 
     def scale(self) -> Array:
@@ -212,6 +224,7 @@ class Layout:
             scale[self.turn] = foot_turn.ANGLE_SCALE
             scale[self.turn.stop - 1] = foot_turn.RATE_SCALE
         scale[self.landed] = foot_turn.ANGLE_SCALE
+        scale[self.largest] = _PEAK_SCALE
         return scale
 
 

@@ -20,7 +20,7 @@ from gaitopt.gait.parameters import (
     Layout,
     set_geometry,
 )
-from gaitopt.gait.quantities import Quantity, typical_entries
+from gaitopt.gait.quantities import PEAK, Quantity, typical_entries
 from gaitopt.gait.step import Step, StepDerivatives
 from gaitopt.gait.step_hessian import StepWeights, step_hessian
 from gaitopt.gait.step_model import StepModel
@@ -59,7 +59,7 @@ class WalkProblem(NLP):
         self.grid = grid or task.grid
         self.layout = walk_layout(robot, task)
         self.blocks = constraint_blocks(robot, task, self.grid)
-        context = CostContext(robot, self.grid.weights, task.speed)
+        context = CostContext(robot, self.grid, task.speed)
         penalty = task.penalty_weight if task.speed_as == "penalty" else 0.0
         self.cost = cost_function(task.cost, context, penalty)
         self.cost_scale = 1.0 / task.cost.typical(context)
@@ -158,7 +158,14 @@ class WalkProblem(NLP):
                 weights.first[one] += cost_weight * first
             for pair, second in self.cost.hessian(step).items():
                 weights.add_second(pair, slice(None), cost_weight * second)
-        return step_hessian(self.model, step, derivatives, weights)
+        H = step_hessian(self.model, step, derivatives, weights)
+        if cost_weight != 0.0:
+            for one, (pairs, bent) in self.cost.neighbours(step).items():
+                first, second = (derivatives.jacobians[one][pairs[:, end]] for end in (0, 1))
+                weighed = (cost_weight * bent)[:, :, None] * second
+                mixed = np.tensordot(first, weighed, ((0, 1), (0, 1)))
+                H += mixed + mixed.T
+        return H
 
     def describe(self, row: int) -> str:
         """Name a row: "right_knee torque at 80.0 % of the step"."""
@@ -197,7 +204,8 @@ def constraint_blocks(robot: Robot, task: Task, grid: Grid) -> tuple[ConstraintB
         task.schedule, task.ground,
     )  # fmt: skip
     built_in = [one.block(context) for one in CONSTRAINTS if one.asked(context)]
-    own = [_checked(one, context) for one in task.constraints if one.asked(context)]
+    others = (*task.cost.constraints, *task.constraints)
+    own = [_checked(one, context) for one in others if one.asked(context)]
     return (*built_in, *own)
 
 
@@ -236,7 +244,7 @@ def walk_layout(robot: Robot, task: Task) -> Layout:
     )
     return Layout(
         robot.joint_names, task.postures, table, task.boundary == "lifted", leaving,
-        task.ground.rise, landing,
+        task.ground.rise, landing, PEAK in task.cost.reads,
     )  # fmt: skip
 
 

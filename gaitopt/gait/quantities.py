@@ -80,6 +80,10 @@ FOOT_TURN = Quantity(
     ("angle", "rate", "acceleration"),
 )  # fmt: skip
 LEG_GAPS = Quantity("leg_gaps", "m", "distances of the capsules of the legs", optional=True)
+PEAK = Quantity(
+    "peak", "N·m", "what the torques stay below at every instant, a parameter; see `PeakTorque`",
+    ("peak torque",), optional=True,
+)  # fmt: skip
 IMPULSE = Quantity(
     "impulse", "N·s, N·m·s", "landing sole: of the ground on the foot", _WRENCH, ("",)
 )
@@ -97,7 +101,7 @@ TRAVEL = Quantity("travel", "m, s", "the step", ("step length", "duration"), (""
 
 ALL = (
     TORQUE, WRENCH, CORNERS, ANGLES, RATES, ACCELERATIONS, IMPULSE, SOLE_TWIST, LEGS, GAPS, TRAVEL,
-    TRUNK, LEG_GAPS, FOOT_TURN,
+    TRUNK, LEG_GAPS, FOOT_TURN, PEAK,
 )  # fmt: skip
 
 
@@ -127,7 +131,10 @@ def typical_entries(one: Quantity, robot: Robot) -> Array:
         return np.full(count, weight * robot.legs.reach / np.sqrt(_TYPICAL_EFFORT * count))
     if one is WRENCH:
         return np.full(count, robot.weight)
+    if one is PEAK:
+        return np.full(count, _TYPICAL_PEAK * robot.weight * robot.legs.reach)
     return np.full(count, robot.legs.reach if one.unit == "m" else 1.0)
 
 
+_TYPICAL_PEAK = 0.1  # of m g L; the largest torque of a good walk
 _TYPICAL_EFFORT = 200.0  # cost of a good walk in units of (m g L)² T / d / 200; measured

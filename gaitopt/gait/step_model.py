@@ -249,10 +249,12 @@ class StepModel:
     ) -> Step:
         start = opening.geometry[FOOT_YAW]
         yaw = start + self.grid.instants * (yaw_end - start)
+        optional = completed(read, yaw, self.grid.count)
+        optional[quantities.PEAK] = np.tile(opening.z[self.layout.largest], (self.grid.count, 1))
         return Step(
             opening.z, opening.geometry, opening.posture, landing.q_end, landing.rate_before,
             landing.impact, course.coefficients, course.motion, support,
-            completed(read, yaw, self.grid.count), course.foot, landing.turn, landing.landed,
+            optional, course.foot, landing.turn, landing.landed,
         )  # fmt: skip
 
     def _motion(self, coefficients: Array, geometry: Array) -> Array:
@@ -359,6 +361,7 @@ class StepModel:
             quantities.GAPS: posture.gaps[:, :, own] @ boundary,
             quantities.TRAVEL: travel,
             quantities.FOOT_TURN: foot_turn_rows(hinges),
+            quantities.PEAK: np.tile(matrix[self.layout.largest], (len(motion), 1, 1)),
             **chained(local.optional, angles, self._yaw_jacobian(yaw_end)),
         }
         angle = np.zeros(0) if landing_angle is None else landing_angle
