@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from gaitopt.design.compare import compare_solvers
     from gaitopt.design.design import Design
     from gaitopt.design.options import DesignOptions
+    from gaitopt.design.replanner import Plan, Replanner
     from gaitopt.design.starts import design_gait, many_starts
     from gaitopt.design.summary import summarise
     from gaitopt.errors import (
@@ -109,6 +110,8 @@ _HOMES = {
     "Design": "gaitopt.design.design",
     "DesignOptions": "gaitopt.design.options",
     "Gait": "gaitopt.gait.result",
+    "Plan": "gaitopt.design.replanner",
+    "Replanner": "gaitopt.design.replanner",
     "Status": "gaitopt.nlp",
     "Trajectory": "gaitopt.gait.trajectory",
     "audit": "gaitopt.design.audit",
@@ -180,9 +183,11 @@ __all__ = [
     "MotorEnvelope",
     "MotorTable",
     "NoGaitFoundError",
+    "Plan",
     "PositiveWork",
     "Profile",
     "QuantityFunction",
+    "Replanner",
     "Robot",
     "RobotError",
     "RunningCost",

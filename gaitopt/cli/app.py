@@ -383,6 +383,34 @@ def play(options: PlayOptions) -> None:
 
 
 @dataclass(frozen=True)
+class LiveOptions:
+    """Of `gaitopt live`, beside all settings."""
+
+    config: Path | None = entry(None, _CONFIG, panel=METHOD)
+    output: Path = entry(
+        Path("live"), "Directory for walks that are kept.", metavar="DIR", short="-o", panel=RESULTS
+    )
+    host: str | None = entry(
+        None, "Address to listen on; by default 127.0.0.1: this machine alone.",
+        metavar="ADDRESS", panel=RESULTS,
+    )  # fmt: skip
+    port: int | None = entry(
+        None, "Port to listen on; by default a free one from 7000 on.", panel=RESULTS
+    )
+    stay: bool = entry(False, "Go on when the page is closed.", panel=RESULTS)
+
+
+@command(app, _all_settings)
+def live(options: LiveOptions, settings: Settings) -> None:
+    """Serve a page whose sliders are answered with the walk of their settings, at once."""
+    from gaitopt.cli import live as work
+
+    work.run_live(
+        settings, options.config, options.output, options.host, options.port, options.stay
+    )
+
+
+@dataclass(frozen=True)
 class PlotOptions:
     """Of `gaitopt plot`."""
 

@@ -86,12 +86,12 @@ class Scene:
 
     Attributes:
         force_scale: metres of arrow for 1 N.
-        note: what of the robot is missing and how to get it, or empty.
+        shapes: what the robot is drawn with.
         robot: path of the robot's node in the viewer's tree.
     """
 
     force_scale: float
-    note: str
+    shapes: RobotShapes
     robot: tuple[str, ...]
 
 
@@ -119,7 +119,11 @@ def frames(gait: Gait, steps: int = DEFAULT_STEPS) -> TrajectorySamples:
 
 
 def build_scene(
-    viewer: meshcat.Visualizer, gait: Gait, steps: int, package_dirs: tuple[str, ...] = ()
+    viewer: meshcat.Visualizer,
+    gait: Gait,
+    steps: int,
+    package_dirs: tuple[str, ...] = (),
+    drawn: RobotShapes | None = None,
 ) -> Scene:
     """Put the walking robot into a MeshCat viewer and set it in motion.
 
@@ -128,6 +132,7 @@ def build_scene(
         gait: one step.
         steps: how many to show; then the animation starts again.
         package_dirs: where to look for meshes.
+        drawn: what the viewer shows already of this robot; it is only moved then.
 
     Returns:
         What is shown.
@@ -137,29 +142,29 @@ def build_scene(
         RobotError: the robot cannot be drawn.
     """
     moves, samples, body = Animation(), frames(gait, steps), gait.trajectory.body
-    shapes = robot_shapes(gait, package_dirs)
+    shapes = robot_shapes(gait, package_dirs) if drawn is None else drawn
     times = _key_times(samples)
     hips = hip_height(body, samples)
     force_scale = _force_scale(gait, hips)
-    _prepare(viewer, hips)
-    world = viewer[_WORLD]
-    if body.gravity[:2].any():  # on a slope x runs along the ground
-        world.set_transform(_turn(upright(body.gravity)))
-        world = world["slope"]
+    if drawn is None:
+        _prepare(viewer, hips)
+    viewer[_WORLD].set_transform(_turn(upright(body.gravity)))
+    world = viewer[_WORLD]["along"]  # x runs along the ground, on a slope too
     ground = ground_of(gait)
     if ground.shaped:
         _draw_profile(world["ground"], ground, gait.step_length, steps)
     else:
         _draw_ground(world["ground"])
     _draw_footprints(world["footprints"], gait, samples)
-    draw_robot(world["robot"], moves, body, shapes, samples.configuration, times)
+    robot = world["robot"]
+    draw_robot(robot, moves, body, shapes, samples.configuration, times, drawn is None)
     for index, phase in enumerate(gait.phases):
         node = world[f"standing_sole/{index}"]
         _draw_standing_sole(node, moves, body, (samples, times), (index, phase.contact))
     _draw_force(world["ground_force"], moves, samples, times, force_scale)
     _follow(world, moves, samples, times, TARGET_HEIGHT * hips)
     moves.show(viewer)
-    return Scene(force_scale, shapes.note, tuple(world["robot"].path.lower().strip("/").split("/")))
+    return Scene(force_scale, shapes, tuple(robot.path.lower().strip("/").split("/")))
 
 
 def draw_robot(
@@ -169,6 +174,7 @@ def draw_robot(
     shapes: RobotShapes,
     configurations: Array,
     times: Array,
+    new: bool = True,
 ) -> None:
     """Put a robot into a viewer and move it, with one node for each body that carries shapes.
 
@@ -179,9 +185,10 @@ def draw_robot(
         shapes: what is drawn.
         configurations: of its model, shape (N, 7 + M).
         times: of these, increasing [s].
+        new: whether its shapes are still to be put there.
     """
     groups = [name.replace("/", "_") for name in ("root_joint", *body.joint_names)]
-    for carrier, item, place in shapes.shapes:
+    for carrier, item, place in shapes.shapes if new else ():
         draw_shape(robot, groups[carrier], item, place)
     places = body.placements(configurations)
     for carrier in shapes.carriers:

@@ -150,6 +150,11 @@ class Curves {
     this.index = -1;
     this.show(this.at || 0);
   }
+  replace(curves) {  // by those of another walk; the tab stays
+    const open = this.buttons.find(b => b.classList.contains("on")).textContent;
+    this.curves = curves;
+    this.open(open);
+  }
   show(time) {
     const { time: times, period } = this.curves;
     this.at = time;

@@ -133,7 +133,7 @@ def _ground(gait: Gait, samples: TrajectorySamples) -> Iterable[Record]:
         toe, heel, left, right = gait.trajectory.body.sole_rectangle[k]
         yield {
             "title": f"centre of pressure, {foot}", "unit": "m", "joints": [], "limits": [],
-            "box": [_short(v) for v in (heel, right, toe, left)],
+            "box": _list(np.array([heel, right, toe, left])),
             "lines": [
                 {"name": foot, "side": side, "x": _list(samples.pressure[:, k, 0]),
                  "y": _list(samples.pressure[:, k, 1])}
@@ -153,9 +153,9 @@ def _bounds(limit: float | None) -> list[float]:
 
 
 def _list(values: Array) -> list[float | None]:
-    return [_short(v) for v in np.asarray(values).tolist()]
-
-
-def _short(value: float) -> float | None:
-    """Return a number of five digits; None where it is none."""
-    return float(f"{value:.{_DIGITS}g}") if np.isfinite(value) else None
+    """Return numbers with five digits of the largest of them; None where there is none."""
+    known = np.isfinite(values)
+    largest = float(np.abs(values[known]).max(initial=0.0))
+    decimals = _DIGITS - int(np.ceil(np.log10(largest))) if largest > 0.0 else _DIGITS
+    short = np.round(values, decimals).tolist()
+    return short if known.all() else [v if k else None for v, k in zip(short, known, strict=True)]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -17,7 +17,7 @@ from gaitopt.escape import filled_template, html_text
 from gaitopt.gait.ground import ground_of
 from gaitopt.gait.result import Gait
 from gaitopt.importers.report import findings_of
-from gaitopt.view.animation import DEFAULT_STEPS, build_scene
+from gaitopt.view.animation import DEFAULT_STEPS, Scene, build_scene
 from gaitopt.view.contacts import contact_colour, contact_words, contacts
 from gaitopt.view.curves import curves
 from gaitopt.view.inspection import Section
@@ -62,33 +62,63 @@ def page_text(gait: Gait, steps: int = DEFAULT_STEPS, package_dirs: tuple[str, .
     """
     recorder = Recorder()
     scene = build_scene(meshcat.Visualizer(window=recorder), gait, steps, package_dirs)
-    right, left = (foot.replace(" sole", " leg") for foot in _feet(gait))
+    return page_of(gait, scene, recorder.text(), steps)
+
+
+def page_of(
+    gait: Gait, scene: Scene, commands: str, steps: int, extra: Mapping[str, str] | None = None
+) -> str:
+    """Return the text of the page of a scene.
+
+    Args:
+        gait: one step.
+        scene: what is drawn.
+        commands: that draw it, packed.
+        steps: that it shows.
+        extra: more parts of the page, by their marks.
+    """
+    data = facts_and_curves(gait, scene, steps)
+    words = {f"@{name.upper()}@": text for name, text in data.pop("words").items()}
     parts = {
-        "@TITLE@": html_text(_title(gait)),
-        "@VERDICT@": html_text(gait.fact("certificate", "verdict") or "no certificate"),
-        "@FACTS@": "".join(
-            f"<div><dt>{k}</dt><dd>{html_text(v)}</dd></div>" for k, v in facts(gait)
-        ),
-        "@TABLES@": "".join(map(table_text, _sections(gait))),
-        "@DURATION@": json.dumps(gait.duration * steps),
-        "@STEP@": json.dumps(gait.duration),
-        "@NOTE@": f"<p>{html_text(scene.note)}</p>" if scene.note else "",
-        "@ROBOT@": _robot(gait),
-        "@STANDING@": ";\n     ".join(_mark(contact) for contact in contacts(gait)),
-        "@PHASES@": _script(_phases(gait)),
-        "@FEET@": _script(_feet(gait)),
-        "@RIGHT@": html_text(right),
-        "@LEFT@": html_text(left),
-        "@SCALE@": f"{0.1 / scene.force_scale:.4g}",
-        "@CURVES@": _script(curves(gait)),
-        "@PATH@": _script(scene.robot),
+        **words,
+        "@DATA@": _script(data),
         "@LOAD@": page_file("load.js"),
         "@CHART@": page_file("chart.js"),
         "@FIT@": page_file("fit.js"),
-        "@COMMANDS@": recorder.text(),
+        "@COMMANDS@": commands,
         "@MESHCAT@": packed_viewer(),
+        "@SLIDERS@": "",
+        "@WIRE@": "",
+        **(extra or {}),
     }
     return filled_template(page_file("page.html"), parts)
+
+
+def facts_and_curves(gait: Gait, scene: Scene, steps: int) -> dict[str, Any]:
+    """Return what a page says of a gait: `words`, HTML by name of its place, and the curves."""
+    right, left = (foot.replace(" sole", " leg") for foot in _feet(gait))
+    note = f"<p>{html_text(scene.shapes.note)}</p>" if scene.shapes.note else ""
+    return {
+        "words": {
+            "title": html_text(_title(gait)),
+            "verdict": html_text(gait.fact("certificate", "verdict") or "no certificate"),
+            "facts": "".join(
+                f"<div><dt>{k}</dt><dd>{html_text(v)}</dd></div>" for k, v in facts(gait)
+            ),
+            "tables": "".join(map(table_text, _sections(gait))),
+            "notes": note + _robot(gait),
+            "standing": ";\n     ".join(_mark(contact) for contact in contacts(gait)),
+            "right": html_text(right),
+            "left": html_text(left),
+            "scale": f"{0.1 / scene.force_scale:.4g}",
+        },
+        "duration": gait.duration * steps,
+        "step": gait.duration,
+        "phases": _phases(gait),
+        "feet": _feet(gait),
+        "curves": curves(gait),
+        "robot": scene.robot,
+    }
 
 
 def _script(data: object) -> str:

@@ -82,7 +82,7 @@ def play(
     """
     player = Player(SceneServer(host, port))
     try:
-        player.note = build_scene(player.viewer, gait, steps, package_dirs).note
+        player.note = build_scene(player.viewer, gait, steps, package_dirs).shapes.note
     except BaseException:
         player.close()
         raise

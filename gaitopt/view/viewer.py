@@ -123,7 +123,7 @@ class SceneServer:
         Raises:
             InputError: it cannot listen there.
         """
-        listening = _listening(host, port)
+        listening = listening_socket(host, port)
         self.host, self.port = host, int(listening.getsockname()[1])
         self.web_url = f"http://{f'[{host}]' if ':' in host else host}:{self.port}/static/"
         self._commands: dict[tuple[str, ...], bytes] = {}
@@ -243,7 +243,7 @@ def _keep(kept: dict[tuple[str, ...], bytes], record: Mapping[str, Any], packed:
     kept[key] = packed
 
 
-def _listening(host: str, port: int | None) -> socket.socket:
+def listening_socket(host: str, port: int | None) -> socket.socket:
     """Return a socket that listens at an address.
 
     Raises:

@@ -65,7 +65,7 @@ def test_the_page_needs_no_network(text):
 
 def test_the_page_tells_what_is_known(text):
     facts = dict(re.findall(r"<dt>(.*?)</dt><dd>(.*?)</dd>", text))
-    assert '<p class="verdict">optimal to first order, verified</p>' in text
+    assert '<p class="verdict" id="verdict">optimal to first order, verified</p>' in text
     assert facts == {
         "speed": "1 m/s",
         "step": "0.400 m in 0.400 s",
@@ -103,7 +103,7 @@ def test_the_arrow_is_as_long_as_the_force_and_starts_at_the_pressure(commands):
 
 
 def test_the_world_moves_back_at_walking_speed(commands):
-    times, place = tracks(commands, "/world")[".position"]
+    times, place = tracks(commands, "/world/along")[".position"]
     assert (place[-1, 0] - place[0, 0]) / times[-1] == pytest.approx(-1.0, rel=1e-9)
 
 

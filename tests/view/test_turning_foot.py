@@ -94,13 +94,14 @@ def page(gait):
 
 
 def test_the_page_has_a_bar_of_phases_in_the_colours_it_explains(page):
-    phases = json.loads(re.search(r"const PHASES = (\[.*?\]),", page)[1])
+    data = json.loads(re.search(r"let data = (\{.*\});", page)[1])
+    phases = data["phases"]
     assert [one["colour"] for one in phases] == [COLOURS["flat"], COLOURS["toe line"]]
     assert [one["end"] for one in phases] == pytest.approx([0.65, 1.0])
     for one in phases:
         mark = f'style="background:{one["colour"]}"></span> foot {one["words"]}'
         assert mark in page
-    assert json.loads(re.search(r"FEET = (\[.*?\]),", page)[1]) == ["right sole", "left sole"]
+    assert data["feet"] == ["right sole", "left sole"]
 
 
 def test_the_mark_of_the_standing_foot_changes_with_its_contact(page):

@@ -1,0 +1,182 @@
+"""Replanning: the next walk from the last one, within a deadline.
+
+A walk whose task changes a little is a few iterations from the one before. So a controller, or a
+person with a slider, is answered in tens of milliseconds. What is answered is optimal at its
+samples; `complete` refines and certifies it between them when there is time.
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+
+from gaitopt.design.options import DesignOptions
+from gaitopt.design.pipeline import Design, attempt, complete, derived, is_walk
+from gaitopt.errors import EvaluationError, InputError, UnreachableError
+from gaitopt.gait.assemble import gait_at
+from gaitopt.gait.initial_guess import first_guess, resized
+from gaitopt.gait.problem import WalkProblem
+from gaitopt.gait.result import Gait
+from gaitopt.gait.task import Task
+from gaitopt.model.robot import Robot
+from gaitopt.nlp import Array, Solution, Start, Status, Stop, never, stopping
+
+ANSWERED, LATE, NONE = "optimal at the samples", "late", "no walk"
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """What came of replanning.
+
+    Attributes:
+        problem: the walk that was asked for.
+        outcome: "optimal at the samples"; "late": the deadline came first; "no walk": none was
+            found, from the last walk or from a first guess.
+        solution: of the problem; None where not even a first guess exists. Only where the outcome
+            is "optimal at the samples" is it a walk to be used.
+        seconds: that it took, of the clock.
+        reason: why there is no walk; empty if there is one.
+    """
+
+    problem: WalkProblem
+    outcome: str
+    solution: Solution | None
+    seconds: float
+    reason: str = ""
+
+    @property
+    def answered(self) -> bool:
+        """Whether there is a walk of the task asked for."""
+        return self.outcome == ANSWERED
+
+    def gait(self) -> Gait:
+        """Return the walk as a gait that claims no certificate.
+
+        Raises:
+            InputError: there is none.
+        """
+        meta = {"status": ANSWERED, "refined": False}
+        return gait_at(self.problem, self._walk().x, meta)
+
+    def complete(self, options: DesignOptions | None = None, stop: Stop = never) -> Design:
+        """Return the walk refined between its samples, confirmed and certified.
+
+        Args:
+            options: solver and refinement.
+            stop: where it says True, the best walk until then is returned.
+
+        Raises:
+            InputError: there is none.
+            EvaluationError: the walk is not defined between its samples.
+        """
+        return complete(self.problem, self._walk(), options or DesignOptions(), stop=stop)
+
+    def _walk(self) -> Solution:
+        if self.solution is None or not self.answered:
+            raise InputError(f"there is no walk to use: {self.reason or self.outcome}")
+        return self.solution
+
+
+class Replanner:
+    """Goes from walk to walk as its task, or its robot, changes.
+
+    Not for several threads at once.
+
+    Attributes:
+        options: solver and kind of derivatives.
+        last: the last plan with a walk, from which the next begins; None before the first.
+    """
+
+    def __init__(self, options: DesignOptions | None = None) -> None:
+        self.options = options or DesignOptions()
+        self.last: Plan | None = None
+        self._unfinished: Plan | None = None
+
+    def replan(
+        self,
+        robot: Robot,
+        task: Task,
+        *,
+        deadline: float | None = None,
+        stop: Stop = never,
+        search: bool = True,
+    ) -> Plan:
+        """Return the walk of a task: from the last one, else from a first guess.
+
+        A plan that was late goes on where it ended if the same task is asked for again.
+
+        Args:
+            robot: who walks, the same object as before unless it has changed.
+            task: how.
+            deadline: seconds from now after which the answer is "late"; it is looked at in every
+                iteration, of some milliseconds.
+            stop: asked as often; where it says True, the answer is "late" too.
+            search: whether to try a first guess where no walk is found from the last one.
+
+        Raises:
+            InputError: the task or the robot cannot be.
+        """
+        began = time.perf_counter()
+
+        def ends() -> bool:
+            return stop() or (deadline is not None and time.perf_counter() - began >= deadline)
+
+        problem = WalkProblem(robot, task)
+        solution, reason = None, ""
+        for x, multipliers in self._starts(problem, search):
+            if x is None:
+                reason = "the step asked for is longer than the legs"
+                continue
+            solution = self._solved(problem, x, multipliers, ends)
+            if solution.status is Status.INTERRUPTED or _walks(solution):
+                break
+        outcome = NONE
+        if solution is not None and _walks(solution):
+            outcome, reason = ANSWERED, ""
+        elif solution is not None:
+            outcome = LATE if solution.status is Status.INTERRUPTED else NONE
+            reason = solution.status.value if outcome == NONE else ""
+        seconds = time.perf_counter() - began
+        plan = Plan(problem, outcome, solution, seconds, reason)
+        if plan.answered:
+            self.last = plan
+        self._unfinished = plan if outcome == LATE else None
+        return plan
+
+    def _starts(
+        self, problem: WalkProblem, search: bool
+    ) -> list[tuple[Array | None, Array | None]]:
+        """Return parameters and multipliers to begin with, the most promising first."""
+        starts: list[tuple[Array | None, Array | None]] = []
+        for plan in (self._unfinished, self.last):
+            same = plan is not None and plan.problem.task == problem.task
+            if plan is None or plan.solution is None or (plan is self._unfinished and not same):
+                continue
+            x, multipliers = plan.solution.x, plan.solution.multipliers
+            if plan.problem.robot is not problem.robot:
+                try:
+                    x = resized(x, plan.problem, problem)
+                except (InputError, UnreachableError, EvaluationError):
+                    continue
+            if x.shape == (problem.layout.size,):
+                fits = multipliers.shape == problem.rows.lower.shape
+                starts.append((x, multipliers if fits else None))
+        if search:
+            try:
+                starts.append((first_guess(problem), None))
+            except UnreachableError:
+                starts.append((None, None))
+        return starts
+
+    def _solved(
+        self, problem: WalkProblem, x: Array, multipliers: Array | None, ends: Stop
+    ) -> Solution:
+        if multipliers is None and self.last is None:
+            return attempt(problem, self.options, x, stop=ends)
+        solver = self.options.solver.first_stage.near_solution()
+        nlp = derived(problem, self.options)
+        return solver.solve(nlp, Start(x, multipliers), stop=stopping(ends))
+
+
+def _walks(solution: Solution) -> bool:
+    return is_walk(solution) and solution.status is Status.OPTIMAL

@@ -1,0 +1,183 @@
+"""`gaitopt live`: sliders are answered with walks, refusals with what would walk."""
+
+import asyncio
+import json
+import re
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "view"))
+
+from browser import BROWSER, close, opened
+from tornado.httpclient import HTTPClientError, HTTPRequest
+from tornado.websocket import websocket_connect
+
+from gaitopt.cli.live import FOLLOWS, LiveWalk
+from gaitopt.design.pipeline import is_walk
+from gaitopt.gait.gait_file import load_gait
+from gaitopt.view.live_server import LONELY
+
+
+def never():
+    return False
+
+
+@pytest.fixture(scope="module")
+def session(tmp_path_factory):
+    return LiveWalk({"speed": 0.8}, None, tmp_path_factory.mktemp("kept"))
+
+
+@pytest.fixture
+def settings(session):
+    return {one.name: one.value for one in session.sliders}
+
+
+def last(messages):
+    *_, message = messages
+    return message
+
+
+def test_a_slider_is_answered_with_a_walk_and_then_its_certificate(session, settings):
+    first, proof = session.answers({**settings, "speed": 0.82}, never)
+    assert first["kind"] == proof["kind"] == "walk"
+    assert first["words"]["verdict"] == FOLLOWS
+    assert proof["words"]["verdict"] == "certified"
+    for message in (first, proof):
+        assert "0.82 m/s" in message["words"]["title"]
+        assert message["text"].endswith("gaitopt optimise --preset standard --speed 0.82")
+        assert len(message["data"]["curves"]["tabs"]) == 6
+
+
+def test_every_slider_moves_what_it_says(session, settings):
+    for slider in session.sliders:
+        value = slider.value + 3.0 * slider.step * (-1.0 if slider.value >= slider.high else 1.0)
+        next(session.answers({**settings, slider.name: value}, never))
+        problem, task = session._planner.last.problem, session._planner.last.problem.task
+        if slider.name == "load":
+            assert problem.robot.mass == pytest.approx(session._request.robot.mass + value)
+            continue
+        found = (
+            getattr(task, slider.name) if hasattr(task, slider.name) else task.margin(slider.name)
+        )
+        assert found == pytest.approx(value)
+        assert is_walk(session._planner.last.solution)
+    last(session.answers(settings, never))
+
+
+def test_settings_without_a_walk_say_what_stops_them_and_where_it_walks(session, settings):
+    last(session.answers(settings, never))
+    told = list(session.answers({**settings, "torque_limit": 15.0}, never))
+    assert [one["kind"] for one in told] == ["none", "none"]
+    assert told[0]["text"].startswith("no walk: ")
+    could = float(re.search(r"torque limit can be (\S+) N·m", told[1]["text"])[1])
+    assert 15.0 < could <= 150.0
+    assert last(session.answers({**settings, "torque_limit": could}, never))["kind"] == "walk"
+
+
+def test_newer_settings_end_what_is_of_no_use(session, settings):
+    wanted = session.answers({**settings, "speed": 0.84}, lambda: True)
+    (only,) = wanted  # the walk, and no certificate
+    assert only["words"]["verdict"] == FOLLOWS
+
+
+def test_a_kept_walk_is_the_certified_one(session, settings):
+    shown = last(session.answers({**settings, "clearance": 0.04}, never))
+    told = session.save()
+    folder = re.search(r"kept in (\S+);", told["text"])[1]
+    gait = load_gait(f"{folder}/gait.npz")
+    assert gait.fact("certificate", "certified") is True
+    assert f"{gait.cost:.6g}" in shown["words"]["facts"]
+    assert "--clearance 0.04" in told["text"]
+    before = json.loads((Path(folder) / "summary.json").read_text())["walk"]["cost"]
+    assert before == pytest.approx(gait.cost)
+
+
+@pytest.fixture
+def served(tmp_path):
+    command = [sys.executable, "-m", "gaitopt", "live", "--port", "0", "--starts", "1", "-o", "k"]
+    process = subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, cwd=tmp_path
+    )
+    try:
+        line = process.stdout.readline()
+        yield process, re.search(r"http://127\.0\.0\.1:\d+/", line)[0]
+    finally:
+        process.kill()
+        process.wait()
+        process.stdout.close()
+
+
+async def _nonsense(url):
+    """Send what is no wish, then a wish; return the first answer to it."""
+    socket = await websocket_connect(f"{url.replace('http', 'ws')}socket")
+    for text in ("", "{", "[1]", "7", '{"settings": 3}', '{"settings": {"speed": "fast"}}',
+                 '{"settings": {"speed": 1e400, "load": true}}', "[" * 5000):  # fmt: skip
+        await socket.write_message(text)
+    await socket.write_message(json.dumps({"number": 9, "settings": {"speed": 1.01}}))
+    while True:
+        answer = json.loads(await asyncio.wait_for(socket.read_message(), 60.0))
+        if answer.get("number") == 9:
+            await close(socket)
+            return answer
+
+
+async def _of_another_site(url):
+    address = f"{url.replace('http', 'ws')}socket"
+    await websocket_connect(HTTPRequest(address, headers={"Origin": "http://example.org"}))
+
+
+def test_nonsense_is_passed_over_other_sites_are_refused_and_a_signal_ends_it(served):
+    process, url = served
+    answer = asyncio.run(_nonsense(url))
+    assert answer["kind"] == "walk"
+    assert "1.01 m/s" in answer["words"]["title"]
+    with pytest.raises(HTTPClientError, match="403"):
+        asyncio.run(_of_another_site(url))
+    process.send_signal(signal.SIGINT)
+    assert process.wait(20) == 0
+
+
+MOVE = """(() => {{
+  const input = document.querySelector('#sliders input[name={name}]');
+  input.value = {value}; input.oninput();
+}})()"""
+
+
+async def _driven(url, folder):
+    async with opened(url, folder) as page:
+        await page.wait_for(
+            "!!window.gaitoptLive && document.querySelectorAll('.foot span').length"
+        )
+        seen = []
+        for number, value in enumerate((1.02, 1.04, 0.97), 1):
+            await page.value(MOVE.format(name="speed", value=value))
+            await page.wait_for(f"gaitoptLive.seen >= {number}")
+            seen.append(await page.value("document.getElementById('title').textContent"))
+        await page.wait_for("document.getElementById('verdict').textContent === 'certified'")
+        seen.append(await page.value("document.getElementById('title').textContent"))
+        await page.value("document.getElementById('save').click()")
+        seen.append(
+            await page.wait_for(
+                "(t => t.startsWith('kept') && t)(document.getElementById('told').textContent)"
+            )
+        )
+        return seen
+
+
+@pytest.mark.browser
+@pytest.mark.skipif(BROWSER is None, reason="no Chromium browser found")
+def test_a_browser_moves_the_slider_and_closing_it_ends_everything(served, tmp_path):
+    process, url = served
+    seen = asyncio.run(_driven(url, tmp_path))
+    assert [title.split(" at ")[1] for title in seen[:4]] == [
+        "1.02 m/s", "1.04 m/s", "0.97 m/s", "0.97 m/s",
+    ]  # fmt: skip
+    assert (tmp_path / "k" / "walk-1" / "gait.npz").exists()
+    began = time.monotonic()
+    assert process.wait(30) == 0
+    assert time.monotonic() - began < LONELY + 20.0
