@@ -340,8 +340,11 @@ class SimulateOptions:
         "whole-body", "Feedback that keeps it on its feet: whole-body or joint-pd.", metavar="NAME"
     )
     friction: float = entry(0.8, "Coefficient of friction of the simulated ground.", metavar="MU")
+    thorough: bool = entry(
+        False, "Try pushes, masses, ground, friction, delay, rotors, noise and starts."
+    )
     output: Path | None = entry(
-        None, "File to write the numbers to: .json.", short="-o", metavar="FILE"
+        None, "Directory to write summary.json to.", short="-o", metavar="DIR"
     )
     quiet: bool = entry(False, _QUIET, short="-q")
 
@@ -352,8 +355,8 @@ def simulate(options: SimulateOptions) -> None:
     from gaitopt.cli import simulate as work
 
     work.run(
-        options.gait, options.steps, options.controller, options.friction, options.output,
-        options.quiet,
+        options.gait, options.steps, options.controller, options.friction, options.thorough,
+        options.output, options.quiet,
     )  # fmt: skip
 
 

@@ -45,10 +45,7 @@ def write_results(
     Raises:
         InputError: the directory cannot be written.
     """
-    try:
-        directory.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"cannot make the directory '{directory}': {error.strerror}") from error
+    make_directory(directory)
     yield save_gait(gait, directory / GAIT)
     yield write_atomically(directory / SUMMARY, summary_text(gait).encode())
     yield write_atomically(directory / URDF, gait.urdf.encode())
@@ -62,6 +59,18 @@ def write_results(
     if drawn is not None:
         drawn()
         yield directory / FIGURES
+
+
+def make_directory(directory: Path) -> None:
+    """Make a directory for results, and those above it.
+
+    Raises:
+        InputError: it cannot be made.
+    """
+    try:
+        directory.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"cannot make the directory '{directory}': {error.strerror}") from error
 
 
 def save_elsewhere(gait: Gait) -> Path | None:

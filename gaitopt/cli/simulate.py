@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -15,28 +16,36 @@ from gaitopt.atomic import write_atomically
 from gaitopt.cli.display import ABSENT, new_table, screen, warn
 from gaitopt.cli.process import ExitCode
 from gaitopt.cli.report import print_findings_of
-from gaitopt.cli.results import require_files
+from gaitopt.cli.results import SUMMARY, make_directory, require_writable
+from gaitopt.design.summary import summarise
 from gaitopt.errors import InputError
 from gaitopt.gait.gait_file import load_gait
 from gaitopt.gait.result import Gait
-from gaitopt.gait.trajectory import Trajectory
 from gaitopt.nlp import Array
-from gaitopt.simulate.controller import Controller, JointPD
-from gaitopt.simulate.mujoco_model import ContactOptions, SimulatedRobot
+from gaitopt.simulate.battery import Battery, Checked, battery, suspect
+from gaitopt.simulate.controller import JointPD
+from gaitopt.simulate.disturbance import StartError
+from gaitopt.simulate.mujoco_model import ContactOptions
 from gaitopt.simulate.second_engine import SecondEngine, second_engine
-from gaitopt.simulate.walk import Ending, SimulatedWalk, WalkOptions, simulate
+from gaitopt.simulate.walk import MakeController, SimulatedWalk, WalkOptions, simulate
 from gaitopt.simulate.walkability import WeakPoint, weak_points
-from gaitopt.simulate.whole_body import WholeBodyController
+from gaitopt.simulate.whole_body import whole_body_walks
 
-CONTROLLERS: dict[str, Callable[[SimulatedRobot, Trajectory, Array | None], Controller]] = {
-    "whole-body": WholeBodyController,
-    "joint-pd": lambda robot, trajectory, _: JointPD(robot, trajectory),
+CONTROLLERS: dict[str, Callable[[], MakeController]] = {
+    "whole-body": whole_body_walks,
+    "joint-pd": lambda: lambda robot, trajectory, _: JointPD(robot, trajectory),
 }
-"""Makers of the controllers that can be asked for, by name."""
+"""What returns the makers of the controllers that can be asked for, by name."""
 
 
 def run(
-    path: Path, steps: int, controller: str, friction: float, output: Path | None, quiet: bool
+    path: Path,
+    steps: int,
+    controller: str,
+    friction: float,
+    thorough: bool,
+    output: Path | None,
+    quiet: bool,
 ) -> None:
     """Walk a gait, print the report, write its numbers.
 
@@ -45,14 +54,16 @@ def run(
         steps: how many to walk.
         controller: one of `CONTROLLERS`.
         friction: coefficient of the ground.
-        output: file for the numbers as JSON, if any.
+        thorough: whether to try all disturbances, not four of them.
+        output: directory for the numbers as JSON, if any.
         quiet: whether to print errors only.
 
     Raises:
         GaitoptError: the gait cannot be read or simulated, or the file not be written.
         typer.Exit: the robot fell, or the second engine differs.
     """
-    require_files((output, "--output"))
+    if output is not None:
+        require_writable(output)
     if controller not in CONTROLLERS:
         raise InputError(
             f"--controller {controller} is unknown; choose one of {', '.join(CONTROLLERS)}"
@@ -62,35 +73,68 @@ def run(
     gait = load_gait(path)
     print_findings_of(screen(stderr=True), gait)
     options = WalkOptions(steps=steps, contact=ContactOptions(friction=friction))
-    walk = simulate(gait, options, CONTROLLERS[controller])
+    make = CONTROLLERS[controller]()
+    walk = simulate(gait, options, make)
     engine, points = second_engine(gait), weak_points(gait)
+    tried = None
+    if walk.walked:
+        tell = _progress(quiet)
+        tried = battery(gait, options, make, thorough=thorough, on_progress=tell)
+        tell("")
+    report = Report(gait, walk, engine, points, tried, controller, options)
     if output is not None:
-        record = simulation_record(gait, walk, engine, points, controller, options)
+        record = {**summarise(gait), "simulation": simulation_record(report)}
         text = json.dumps(record, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
-        write_atomically(output, text.encode())
+        make_directory(output)
+        write_atomically(output / SUMMARY, text.encode())
     if not quiet:
-        _print_report(gait, walk, engine, points, controller, options)
+        _print_report(report)
         if output is not None:
-            typer.echo(f"wrote {output}")
-    if walk.ending is not Ending.WALKED or not engine.agrees:
+            typer.echo(f"wrote {output / SUMMARY}")
+    if not walk.walked or not engine.agrees:
         raise typer.Exit(ExitCode.NOT_CERTIFIED)
 
 
-def simulation_record(
-    gait: Gait,
-    walk: SimulatedWalk,
-    engine: SecondEngine,
-    points: tuple[WeakPoint, ...],
-    controller: str,
-    options: WalkOptions,
-) -> dict[str, object]:
-    """Return a simulated walk as JSON-able data, None where there is no number."""
+@dataclass(frozen=True, eq=False)
+class Report:
+    """Everything that was found out about a gait in simulation.
+
+    Attributes:
+        gait: what was walked.
+        walk: undisturbed.
+        engine: the second one's opinion of the gait.
+        points: what was measured of its design.
+        tried: disturbed walks; None if it fell undisturbed.
+        controller: name of the controller.
+        options: of the walk.
+    """
+
+    gait: Gait
+    walk: SimulatedWalk
+    engine: SecondEngine
+    points: tuple[WeakPoint, ...]
+    tried: Battery | None
+    controller: str
+    options: WalkOptions
+
+
+def _progress(quiet: bool) -> Callable[[str], None]:
+    """Return what shows the name of what is tried on a terminal, in one line."""
+    console = screen(stderr=True)
+    if quiet or not console.is_terminal:
+        return lambda _: None
+    return lambda name: console.print(f"{name:40}", end="\r")
+
+
+def simulation_record(report: Report) -> dict[str, object]:
+    """Return what was found out as JSON-able data, None where there is no number."""
+    gait, walk, engine, options = report.gait, report.walk, report.engine, report.options
     lengths, times = walk.settled
     return {
         "ending": walk.ending.value,
         "steps": walk.steps,
         "asked_steps": walk.asked,
-        "controller": controller,
+        "controller": report.controller,
         "contact": {
             "friction": options.contact.friction,
             "stiffness_time_s": options.contact.stiffness_time,
@@ -131,30 +175,63 @@ def simulation_record(
                 "weak": point.weak,
                 "option": point.option,
             }
-            for point in points
+            for point in report.points
         ],
+        **({} if report.tried is None else _battery_record(report.tried, report.points)),
     }
 
 
-def _print_report(
-    gait: Gait,
-    walk: SimulatedWalk,
-    engine: SecondEngine,
-    points: tuple[WeakPoint, ...],
-    controller: str,
-    options: WalkOptions,
-) -> None:
-    out = screen()
-    out.print(_table(gait, walk, options))
-    out.print(f"second engine: {engine}", soft_wrap=True)
+def _battery_record(tried: Battery, points: tuple[WeakPoint, ...]) -> dict[str, object]:
+    return {
+        "checks": [_checked_record(one, points) for one in tried.checks],
+        "pushes": [
+            {
+                "direction": push.direction,
+                "impulse_Ns": push.impulse,
+                "impulse_over_mass_m_s": push.over_mass,
+                "speed_after_m_s": _finite(push.speed),
+                "harder_not_tried": push.unbounded,
+            }
+            for push in tried.pushes
+        ],
+        "starts": [_checked_record(one, points) for one in tried.starts],
+    }
+
+
+def _checked_record(one: Checked, points: tuple[WeakPoint, ...]) -> dict[str, object]:
+    walk = one.walk
+    record: dict[str, object] = {
+        "name": one.check.name,
+        "passed": one.passed,
+        "ending": walk.ending.value,
+        "steps": walk.steps,
+        "asked_steps": walk.asked,
+        "speed_after_m_s": _finite(walk.last_speed),
+        "cost_N2ms": _finite(walk.cost),
+    }
+    if not one.passed:
+        cause = suspect(one.check.tries, points)
+        record |= {"cause": cause.name, "option": cause.option}
+    return record
+
+
+def _print_report(report: Report) -> None:
+    walk, points, out = report.walk, report.points, screen()
+    out.print(_table(report.gait, walk, report.options))
+    if report.tried is not None:
+        out.print(_battery_table(report.tried, report.gait, walk.designed_cost))
+    out.print(f"second engine: {report.engine}", soft_wrap=True)
     out.print(
-        f"controller {controller}; {walk.simulated:.1f} s simulated in {walk.seconds:.1f} s",
+        f"controller {report.controller}; {walk.simulated:.1f} s simulated in {walk.seconds:.1f} s",
         soft_wrap=True,
     )
     weak = [point for point in points if point.weak]
-    if walk.ending is Ending.WALKED:
+    if walk.walked:
         for point in weak:
             warn(out, "fragile", str(point))
+    if report.tried is not None:
+        for cause, names in _causes(report.tried, points).items():
+            warn(out, "cause", f"{', '.join(names)}: most likely the {cause}")
         return
     warn(out, "fell", f"{walk.ending.value} in step {walk.steps + 1} of {walk.asked}")
     for point in weak[:1]:
@@ -163,6 +240,38 @@ def _print_report(
         warn(out, "also", str(point))
     if not weak:
         warn(out, "cause", "none that is known in the gait; try another --controller or --friction")
+
+
+def _causes(tried: Battery, points: tuple[WeakPoint, ...]) -> dict[str, list[str]]:
+    """Return the names of the checks that failed by what in the gait they point to."""
+    causes: dict[str, list[str]] = {}
+    for one in (*tried.checks, *tried.starts):
+        if not one.passed:
+            names = causes.setdefault(str(suspect(one.check.tries, points)), [])
+            if one.check.name not in names:
+                names.append(one.check.name)
+    return causes
+
+
+def _battery_table(tried: Battery, gait: Gait, designed_cost: float) -> Table:
+    """Return what was survived."""
+    table = new_table("Disturbed, without the controller's knowledge", "disturbance", ">result",
+                      ">speed afterwards", ">cost / designed")  # fmt: skip
+    for one in tried.checks:
+        walk = one.walk
+        result = f"{walk.steps} steps" if walk.walked else f"fell in step {walk.steps + 1}"
+        slow = " (stumbles)" if walk.walked and not one.passed else ""
+        cost = f"{walk.cost / designed_cost:.2f}" if one.passed else ABSENT
+        table.add_row(one.check.name, result + slow, _number(walk.last_speed, "m/s"), cost)
+    for push in tried.pushes:
+        more = "at least " if push.unbounded else ""
+        size = f"{more}{push.impulse:.0f} N·s, {push.over_mass:.2f} m/s"
+        table.add_row(f"push {push.direction}", size, _number(push.speed, "m/s"), ABSENT)
+    if tried.starts:
+        error = StartError()
+        name = f"starts, sd {error.angle:g} rad, {error.rate:g} rad/s"
+        table.add_row(name, f"{tried.starts_walked} of {len(tried.starts)}", ABSENT, ABSENT)
+    return table
 
 
 def _table(gait: Gait, walk: SimulatedWalk, options: WalkOptions) -> Table:

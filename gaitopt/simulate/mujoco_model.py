@@ -19,7 +19,7 @@ from gaitopt.nlp import Array
 
 _SOLE_THICKNESS = 0.02  # m, of the boxes that touch the ground
 _LEAST_MASS = 1e-12  # kg and kg·m²: MuJoCo refuses moving bodies without any
-_FEET_BIT, _GROUND_BIT = 1, 2  # of contype and conaffinity: feet touch the ground, nothing else
+_FEET_BITS, _GROUND_BITS = (1, 4), (2, 8)  # each foot touches the ground under it, nothing else
 
 
 @dataclass(frozen=True)
@@ -48,6 +48,7 @@ class SimulatedRobot:
         dof: their addresses in `qvel`, shape (n,).
         site: sole frames, in the order of `body.sole_names`.
         geom: boxes of the soles, likewise.
+        ground: mocap bodies of the planes under the soles, likewise; each foot has its own.
         base: number of the base's body.
     """
 
@@ -57,6 +58,7 @@ class SimulatedRobot:
     dof: NDArray[np.int64]
     site: tuple[int, int]
     geom: tuple[int, int]
+    ground: tuple[int, int]
     base: int
 
     @property
@@ -152,6 +154,7 @@ def simulated_robot(
         dof=np.array([int(model.joint(name).dofadr[0]) for name in names], dtype=np.int64),
         site=(model.site("sole 0").id, model.site("sole 1").id),
         geom=(model.geom("sole 0").id, model.geom("sole 1").id),
+        ground=(_mocap(model, "ground 0"), _mocap(model, "ground 1")),
         base=int(model.jnt_bodyid[0]),
     )
 
@@ -168,15 +171,21 @@ def _empty_world(body: Multibody, contact: ContactOptions) -> mujoco.MjSpec:
     option.impratio = 10.0  # a box below its friction limit creeps 20 times less than with 1
     option.jacobian = mujoco.mjtJacobian.mjJAC_DENSE  # the sparse factorisation of 4.0.0 is wrong
     option.iterations = 50
-    spec.worldbody.add_geom(
-        name="ground",
-        type=mujoco.mjtGeom.mjGEOM_PLANE,
-        size=[0.0, 0.0, 1.0],
-        contype=_GROUND_BIT,
-        conaffinity=_FEET_BIT,
-        **_surface(contact),
-    )
+    for foot in (0, 1):
+        ground = spec.worldbody.add_body(name=f"ground {foot}", mocap=True)
+        ground.add_geom(
+            name=f"ground {foot}",
+            type=mujoco.mjtGeom.mjGEOM_PLANE,
+            size=[0.0, 0.0, 1.0],
+            contype=_GROUND_BITS[foot],
+            conaffinity=_FEET_BITS[foot],
+            **_surface(contact),
+        )
     return spec
+
+
+def _mocap(model: mujoco.MjModel, name: str) -> int:
+    return int(model.body(name).mocapid[0])
 
 
 def _surface(contact: ContactOptions) -> dict[str, object]:
@@ -274,8 +283,8 @@ def _add_sole(
         pos=place.act(centre),
         quat=_wxyz(place),
         mass=0.0,
-        contype=_FEET_BIT,
-        conaffinity=_GROUND_BIT,
+        contype=_FEET_BITS[foot],
+        conaffinity=_GROUND_BITS[foot],
         **_surface(contact),
     )
 

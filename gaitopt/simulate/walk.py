@@ -17,6 +17,15 @@ from gaitopt.gait.result import Gait
 from gaitopt.gait.trajectory import Trajectory
 from gaitopt.nlp import Array
 from gaitopt.simulate.controller import Controller
+from gaitopt.simulate.disturbance import (
+    NONE,
+    Delay,
+    Disturbance,
+    disturbed_robot,
+    disturbed_start,
+    measured,
+    pelvis,
+)
 from gaitopt.simulate.mujoco_model import ContactOptions, SimulatedRobot, simulated_robot
 from gaitopt.simulate.whole_body import WholeBodyController
 
@@ -28,8 +37,14 @@ _LATE = 2.0  # of a step's duration: the swing foot should have landed
 _SUNK = 2e-4  # m, by which the first sole begins in the ground, where it bears about the weight
 _NOWHERE = 1e-9  # m: rounding of steps in place
 _SETTLED = 2  # first steps that are left out of means
-_LEVEL = 1e-6  # m: a step that rises more is on stairs
-_INSTANTS = 1201  # of the step for its designed cost
+_LAST = 5  # steps whose speed is told after a disturbance
+_LIFTED = 0.002  # m, by which a sole is above the ground before that is moved
+_EXCHANGED = 0.3  # of the step, before which the ground under the foot that left stays
+_INSTANTS = 601  # of the step for its designed cost
+
+
+MakeController = Callable[[SimulatedRobot, Trajectory, "Array | None"], Controller]
+"""Makes the controller of a walk: of the model, the walk and the limits of the torques."""
 
 
 class Ending(Enum):
@@ -50,12 +65,14 @@ class WalkOptions:
         contact: ground and integrator.
         touch_down: normal force on the swing sole at which it has landed, of the weight.
         earliest: share of a step's designed duration before which it cannot.
+        frames: postures that are recorded [Hz]; 0 for none.
     """
 
     steps: int = STEPS
     contact: ContactOptions = field(default_factory=ContactOptions)
     touch_down: float = 0.05
     earliest: float = 0.6
+    frames: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,6 +94,7 @@ class SimulatedWalk:
         force: largest of the ground on one foot [N].
         simulated: time that passed in the simulation [s].
         seconds: time that the computation took [s].
+        motion: time and `qpos` of the recorded postures, shape (N, 1 + 7 + n).
     """
 
     ending: Ending
@@ -91,6 +109,17 @@ class SimulatedWalk:
     force: float
     simulated: float
     seconds: float
+    motion: Array
+
+    @property
+    def walked(self) -> bool:
+        """Whether all steps were walked."""
+        return self.ending is Ending.WALKED
+
+    @property
+    def last_speed(self) -> float:
+        """Mean speed of the last five steps [m/s]."""
+        return _ratio(self.lengths[-_LAST:].sum(), self.times[-_LAST:].sum())
 
     @property
     def steps(self) -> int:
@@ -119,15 +148,17 @@ class SimulatedWalk:
 def simulate(
     gait: Gait,
     options: WalkOptions | None = None,
-    controller: Callable[[SimulatedRobot, Trajectory, Array | None], Controller] | None = None,
+    controller: MakeController | None = None,
+    disturbance: Disturbance = NONE,
 ) -> SimulatedWalk:
-    """Walk a gait in MuJoCo, from exactly its start.
+    """Walk a gait in MuJoCo, from its start.
 
     Args:
         gait: what to walk.
         options: how long, and on what ground.
         controller: makes the controller of the model, the walk and the torque limits; the
             whole-body controller by default.
+        disturbance: what the controller is not told; none by default.
 
     Raises:
         InputError: the gait cannot be simulated, or an option is out of range.
@@ -148,16 +179,17 @@ def simulate(
             "the foot of this gait lands on its heel; only gaits with flat feet can be simulated "
             "yet: optimise it without --heel-strike"
         )
-    trajectory, limit = gait.trajectory, gait.joint_limit("torque")
-    if (ground := ground_of(gait)).shaped or abs(trajectory.advance(1).translation[2]) > _LEVEL:
+    if (ground := ground_of(gait)).shaped and not ground.rise:
         raise InputError(
-            f"this gait walks {ground.words or 'on ground that is no plane'}; the simulated ground "
-            "is a plane yet: optimise it without --stairs"
+            f"this gait walks {ground.words}; what stands on the ground cannot be simulated yet: "
+            "optimise it without"
         )
+    trajectory, limit = gait.trajectory, gait.joint_limit("torque")
     robot = simulated_robot(trajectory.body, limit, options.contact)
     make = WholeBodyController if controller is None else controller
     with _without_log():
-        return _Run(robot, trajectory, make(robot, trajectory, limit), options).walk()
+        made = make(robot, trajectory, limit)
+        return _Run(robot, trajectory, made, options, disturbance).walk()
 
 
 def designed_cost(trajectory: Trajectory) -> float:
@@ -190,15 +222,24 @@ class _Run:
         trajectory: Trajectory,
         controller: Controller,
         options: WalkOptions,
+        disturbance: Disturbance,
     ) -> None:
-        self._robot, self._trajectory = robot, trajectory
+        self._robot, self._trajectory = disturbed_robot(robot, disturbance), trajectory
         self._controller, self._options = controller, options
-        start = trajectory.at(0.0)
-        q, v = start.configuration[0], start.velocity[0]
-        self._data = mujoco.MjData(robot.model)
-        self._data.qpos[:], self._data.qvel[:] = robot.position(q), robot.velocity(q, v)
+        self._disturbance = disturbance
+        self._rng = np.random.default_rng(disturbance.seed)
+        self._data = mujoco.MjData(self._robot.model)
+        if disturbance.start is None:
+            start = trajectory.at(0.0)
+            q, v = start.configuration[0], start.velocity[0]
+            self._data.qpos[:], self._data.qvel[:] = robot.position(q), robot.velocity(q, v)
+        else:
+            self._data.qpos[:], self._data.qvel[:] = disturbed_start(
+                robot, trajectory, disturbance.start, self._rng
+            )
         self._data.qpos[2] -= _SUNK
-        mujoco.mj_forward(robot.model, self._data)
+        self._data.mocap_pos[robot.ground[1], 2] = self._ground(1)
+        mujoco.mj_forward(self._robot.model, self._data)
         self._height = float(self._data.subtree_com[robot.base][2])
         self._torque = self._rate = np.zeros(len(robot.dof))
         self._force = 0.0
@@ -208,20 +249,28 @@ class _Run:
         robot, data, options = self._robot, self._data, self._options
         begun, duration = clock.perf_counter(), self._trajectory.step_duration
         foot, landed, time, effort = 0, 0.0, 0.0, 0.0
-        start = self._place(0)
-        places = [start]
+        places = [self._place(0)]
         times: list[float] = []
         efforts: list[float] = []
-        ending = Ending.WALKED
-        ticks = max(1, round(self._controller.interval / robot.model.opt.timestep))
+        frames: list[Array] = []
+        ending, timestep = Ending.WALKED, robot.model.opt.timestep
+        ticks = max(1, round(self._controller.interval / timestep))
+        way = Delay(self._disturbance.delay)
         while len(times) < options.steps:
-            data.ctrl[:] = self._controller.torque(time, data.qpos.copy(), data.qvel.copy())
-            for _ in range(ticks):
+            if options.frames and time * options.frames >= len(frames):
+                frames.append(np.concatenate([[time], data.qpos]))
+            since = time - landed
+            self._push(len(times), since)
+            if since > _EXCHANGED * duration:
+                self._prepare_ground(1 - foot, len(times) + 1)
+            seen = measured(robot, data, self._disturbance.noise, self._rng)
+            way.send(time, self._controller.torque(time, *seen))
+            for tick in range(ticks):
+                data.ctrl[:] = way.arrived(time + tick * timestep)
                 mujoco.mj_step(robot.model, data)
-            passed = ticks * robot.model.opt.timestep
-            time += passed
+            time += ticks * timestep
             torque = np.abs(data.actuator_force)
-            effort += float(torque @ torque) * passed
+            effort += float(torque @ torque) * ticks * timestep
             self._torque = np.maximum(self._torque, torque)
             self._rate = np.maximum(self._rate, np.abs(data.qvel[robot.dof]))
             forces = self._forces()
@@ -238,7 +287,7 @@ class _Run:
                 elif since > _LATE * duration:
                     ending = Ending.NO_LANDING
                     break
-            if (down := self._down()) is not None:
+            if (down := self._down(len(times))) is not None:
                 ending = down
                 break
         line = np.array(places)
@@ -255,7 +304,39 @@ class _Run:
             force=self._force,
             simulated=time,
             seconds=clock.perf_counter() - begun,
+            motion=np.array(frames).reshape(-1, 1 + robot.model.nq),
         )
+
+    def _ground(self, step: int) -> float:
+        """Return the height of the ground under a step [m]."""
+        height = float(self._trajectory.advance(step).translation[2])
+        return height + self._disturbance.ground * (step % 2)
+
+    def _prepare_ground(self, foot: int, step: int) -> None:
+        """Put the ground on which a foot will land where it is, once the foot is above it."""
+        place, height = self._data.mocap_pos[self._robot.ground[foot]], self._ground(step)
+        if place[2] == height:
+            return
+        sole = self._data.geom_xpos[self._robot.geom[foot]]
+        turned = self._data.geom_xmat[self._robot.geom[foot]].reshape(3, 3)
+        lowest = sole[2] - np.abs(turned[2]) @ self._robot.model.geom_size[self._robot.geom[foot]]
+        if lowest > max(height, place[2]) + _LIFTED:
+            place[2] = height
+
+    def _push(self, step: int, since: float) -> None:
+        """Set the force of the push that is due, at the pelvis."""
+        push = self._disturbance.push
+        if push is None:
+            return
+        begins = push.phase * self._trajectory.step_duration
+        applied = self._data.xfrc_applied[self._robot.base]
+        applied[:] = 0.0
+        # the push lasts an interval of the controller at least
+        lasts = max(push.duration, self._controller.interval)
+        if step == push.step and begins <= since < begins + lasts - 1e-9:
+            force = np.array(push.impulse) / lasts
+            arm = pelvis(self._robot, self._data) - self._data.xipos[self._robot.base]
+            applied[:3], applied[3:] = force, np.cross(arm, force)
 
     def _place(self, foot: int) -> Array:
         return np.array(self._data.site_xpos[self._robot.site[foot]])
@@ -270,10 +351,11 @@ class _Run:
                 total[foot] += float(one[0]) * (geom in touching)
         return total[0], total[1]
 
-    def _down(self) -> Ending | None:
+    def _down(self, step: int) -> Ending | None:
         """Return how the robot is down, None if it is up."""
         data, base = self._data, self._robot.base
-        if not np.isfinite(data.qpos).all() or data.subtree_com[base][2] < _LOW * self._height:
+        height = data.subtree_com[base][2] - self._trajectory.advance(step).translation[2]
+        if not np.isfinite(data.qpos).all() or height < _LOW * self._height:
             return Ending.FELL
         up = data.xmat[base].reshape(3, 3)[2] @ self._robot.body.heading[:, 2]
         return Ending.TIPPED if up < _TILTED else None

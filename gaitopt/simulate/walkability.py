@@ -16,6 +16,13 @@ from gaitopt.gait.trajectory import Trajectory, TrajectorySamples
 from gaitopt.model.feet.sole import turning_arm
 from gaitopt.nlp import Array
 
+RESERVE = "shortest reserve of leg length"
+LANDING = "landing speed of the slowest corner"
+IMPULSE = "vertical impulse at landing over mass"
+TURNING = "turning moment over load"
+FRICTION = "friction used"
+PRESSURE = "room of the centre of pressure"
+
 _INSTANTS = 301
 _RESERVE = 3e-3  # m of leg length: a centre of mass that lags leaves the landing leg too short
 _LANDING = 0.1  # m/s, of the slowest corner: one that grazes makes the landing time undefined
@@ -81,27 +88,27 @@ def weak_points(gait: Gait) -> tuple[WeakPoint, ...]:
     arm = turning_arm(toe - heel, left - right)
     found = (
         WeakPoint(
-            "shortest reserve of leg length", float(_reserve(trajectory, samples).min()), _RESERVE,
+            RESERVE, float(_reserve(trajectory, samples).min()), _RESERVE,
             "m", True, "raise --knee-flexion, lower --leg-extension",
         ),
         WeakPoint(
-            "landing speed of the slowest corner", float(_landing_speeds(trajectory).min()),
+            LANDING, float(_landing_speeds(trajectory).min()),
             _LANDING, "m/s", True, "raise --landing-speed",
         ),
         WeakPoint(
-            "vertical impulse at landing over mass", float(gait.impulse[2]) / mass, _IMPULSE,
+            IMPULSE, float(gait.impulse[2]) / mass, _IMPULSE,
             "m/s", False, "lower --landing-impulse",
         ),
         WeakPoint(
-            "turning moment over load", float((np.abs(wrench[:, 5] - across) / load).max()),
+            TURNING, float((np.abs(wrench[:, 5] - across) / load).max()),
             _FRICTION * arm, "m", False, "lower --torsional-friction",
         ),
         WeakPoint(
-            "friction used", float((np.hypot(wrench[:, 0], wrench[:, 1]) / load).max()),
+            FRICTION, float((np.hypot(wrench[:, 0], wrench[:, 1]) / load).max()),
             _FRICTION, "", False, "lower --friction",
         ),
         WeakPoint(
-            "room of the centre of pressure", float(room.min()), _PRESSURE, "m", True,
+            PRESSURE, float(room.min()), _PRESSURE, "m", True,
             "raise --cop-margin",
         ),
     )  # fmt: skip

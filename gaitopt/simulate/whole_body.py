@@ -10,6 +10,7 @@ Transactions on Robotics 31(2), 2015.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import daqp
@@ -24,7 +25,7 @@ from gaitopt.simulate.controller import step_samples
 from gaitopt.simulate.mujoco_model import SimulatedRobot
 
 _UNLIMITED = 1e30  # daqp's infinity
-_INTERVAL = 0.0005  # s, between instants of the reference
+_INTERVAL = 0.001  # s, between instants of the reference
 _FORWARD, _LEFT = 0, 1
 
 
@@ -52,6 +53,11 @@ class WholeBodyOptions:
         frozen: share of the step after which it is no longer moved.
         gap: between the soles, sideways [m].
         descent: speed at which a sole that is late goes on down [m/s].
+        observe: gain on what the joints of the swing leg lag behind the rates that follow from
+            the accelerations asked for [1/s]: it finds rotors that the model does not know.
+        forget: rate at which that lag is forgotten [1/s].
+        catch_up: share of the step in which a foot that was left elsewhere gets to where it
+            should be; asked for at once, it takes the friction that the robot needs.
     """
 
     interval: float = 0.002
@@ -65,12 +71,15 @@ class WholeBodyOptions:
     friction: float = 0.53
     edge: float = 0.002
     least_force: float = 20.0
-    catch: float = 0.75
+    catch: float = 0.85
     reach: tuple[float, float] = (0.25, 0.2)
     filter: float = 30.0
     frozen: float = 0.9
     gap: float = 0.01
     descent: float = 0.15
+    observe: float = 50.0
+    forget: float = 10.0
+    catch_up: float = 0.6
 
 
 @dataclass(eq=False)
@@ -92,20 +101,22 @@ class _Target:
     com_acceleration: Array
 
 
-class _Reference:
+class Reference:
     """Tasks of the designed walk at equidistant instants, for each standing foot."""
 
-    def __init__(self, robot: SimulatedRobot, trajectory: Trajectory, interval: float) -> None:
-        count = round(trajectory.step_duration / interval) + 1
+    def __init__(self, robot: SimulatedRobot, trajectory: Trajectory) -> None:
+        """Evaluate the walk every millisecond."""
+        count = round(trajectory.step_duration / _INTERVAL) + 1
         self.duration = trajectory.step_duration
         self.interval = self.duration / (count - 1)
+        data = mujoco.MjData(robot.model)
         self.targets: list[list[_Target]] = []
         self.room: list[Array] = []
         for foot in (0, 1):
             samples = step_samples(trajectory, foot, count)
             self.targets.append(
                 [
-                    _target(robot, foot, q, v, a, force)
+                    _target(robot, data, foot, q, v, a, force)
                     for q, v, a, force in zip(
                         samples.configuration,
                         samples.velocity,
@@ -124,6 +135,7 @@ class _Reference:
         self.rate = float(np.sqrt(-trajectory.body.gravity[2] / height))
 
     def row(self, time: float) -> int:
+        """Return the instant nearest to a time since touch-down [s]; the last one stays."""
         return min(max(round(time / self.interval), 0), len(self.targets[0]) - 1)
 
     def at(self, foot: int, time: float, descent: float) -> _Target:
@@ -150,11 +162,16 @@ class _Reference:
 
 
 def _target(
-    robot: SimulatedRobot, foot: int, q: Array, v: Array, a: Array, force: Array
+    robot: SimulatedRobot,
+    data: mujoco.MjData,
+    foot: int,
+    q: Array,
+    v: Array,
+    a: Array,
+    force: Array,
 ) -> _Target:
     """Return the tasks of a motion of `Multibody.model` and the ground's force in the world."""
     model = robot.model
-    data = mujoco.MjData(model)
     data.qpos[:], data.qvel[:] = robot.position(q), robot.velocity(q, v)
     mujoco.mj_fwdPosition(model, data)
     mujoco.mj_fwdVelocity(model, data)
@@ -215,6 +232,19 @@ def wrench_cone(friction: float, half_length: float, half_width: float) -> Array
     return np.array(rows)
 
 
+def fading(time: float, duration: float) -> tuple[float, float, float]:
+    """Return what goes smoothly from 1 to 0, with its first two derivatives in time.
+
+    Args:
+        time: since its begin [s].
+        duration: after which it is 0 [s].
+    """
+    s = min(time / duration, 1.0)
+    value = 1.0 - s**3 * (10.0 - 15.0 * s + 6.0 * s**2)
+    rate = -30.0 * s**2 * (1.0 - s) ** 2 / duration
+    return value, rate, -60.0 * s * (1.0 - s) * (1.0 - 2.0 * s) / duration**2
+
+
 class WholeBodyController:
     """Walks a gait by a quadratic program over the joint accelerations, with step adjustment."""
 
@@ -224,6 +254,7 @@ class WholeBodyController:
         trajectory: Trajectory,
         torque_limit: Array | None = None,
         options: WholeBodyOptions | None = None,
+        reference: Reference | None = None,
     ) -> None:
         """Take the tasks from the designed walk.
 
@@ -232,10 +263,11 @@ class WholeBodyController:
             trajectory: the walk.
             torque_limit: of the motors [N·m], shape (n,); NaN or None: unlimited.
             options: gains, weights and limits.
+            reference: of the walk, where it is made already.
         """
         self._robot, self._options = robot, options or WholeBodyOptions()
         self.interval = self._options.interval
-        self._reference = _Reference(robot, trajectory, _INTERVAL)
+        self._reference = Reference(robot, trajectory) if reference is None else reference
         self._data, nv = mujoco.MjData(robot.model), robot.model.nv
         self._mass, self._task = np.zeros((nv, nv)), np.zeros((12, nv))
         limit = np.full(len(robot.dof), np.nan) if torque_limit is None else torque_limit
@@ -247,6 +279,11 @@ class WholeBodyController:
             edge = self._options.edge
             sizes = (toe - heel) / 2.0 - edge, (left - right) / 2.0 - edge
             self._cones.append(wrench_cone(self._options.friction, *sizes))
+        moving = robot.body.moving
+        self._swinging = [
+            np.isin(moving, robot.body.leg(1 - foot)).astype(float) for foot in (0, 1)
+        ]
+        self._trajectory, self._step, self._level = trajectory, -1, 0.0
         self.unsolved = 0
         """Ticks whose program had no solution: torques were then cut at their limits alone."""
         self.touch_down(0, 0.0)
@@ -254,6 +291,10 @@ class WholeBodyController:
     def touch_down(self, foot: int, time: float) -> None:
         """Begin the next step where it should be."""
         self._foot, self._landed = foot, time
+        self._believed: Array | None = None
+        self._left: Array | None = None
+        self._step += 1
+        self._level = float(self._trajectory.advance(self._step).translation[2])
         self._move, self._move_rate, self._goal = np.zeros(2), np.zeros(2), np.zeros(2)
 
     def torque(self, time: float, qpos: Array, qvel: Array) -> Array:
@@ -289,7 +330,12 @@ class WholeBodyController:
         own += kd * (target.dq - data.qvel[robot.dof])
         slight = options.weights[5]
         H = weighted @ A + slight * np.eye(count)
-        f = -weighted @ (wanted - task @ n) - slight * own
+        # the tasks ask the swing leg for what it lags behind, too; the same in the stance leg
+        # winds up while the sole rocks, and falls
+        dq = data.qvel[robot.dof]
+        believed = dq if self._believed is None else self._believed
+        lag = options.observe * (believed - dq) * self._swinging[foot]
+        f = -weighted @ (wanted - task @ n + A @ lag) - slight * (own + lag)
         cone = self._cones[foot] @ self._about_centre(foot)
         least = -cone @ wrench_0
         least[0] += options.least_force
@@ -300,6 +346,7 @@ class WholeBodyController:
         if flag < 1:
             self.unsolved += 1
             x = np.linalg.solve(H, -f)
+        self._believed = believed + options.interval * (x - lag - options.forget * (believed - dq))
         return np.asarray(np.clip(torque @ x + torque_0, -self._limit, self._limit))
 
     def _tasks(self, since: float, target: _Target, bias: Array) -> tuple[Array, Array]:
@@ -315,11 +362,17 @@ class WholeBodyController:
         J, drift = _sole_motion(robot, data, 1 - foot)
         twist = J @ data.qvel
         place = standing + target.sole
-        place[2] = target.sole[2]
+        place[2] = self._level + target.sole[2]
         place[:2] += self._move
         self._keep_apart(place, standing)
         rate = target.sole_twist.copy()
         rate[:2] += self._move_rate
+        if self._left is None:
+            self._left = (data.site_xpos[swinging] - place)[:2]
+        faded, faded_rate, faded_push = fading(since, options.catch_up * self._reference.duration)
+        place[:2] += faded * self._left
+        rate[:2] += faded_rate * self._left
+        push = push + faded_push * self._left
         turn = _rotation_to(target.sole_rotation, data.site_xmat[swinging].reshape(3, 3))
         kp, kd = options.swing
         error = np.concatenate([place - data.site_xpos[swinging], turn])
@@ -336,7 +389,8 @@ class WholeBodyController:
         kp, kd = options.height
         stiffness, damping = np.array([k * w, k * w, kp]), np.array([w + k, w + k, kd])
         height = late[0].copy()
-        height[2] -= standing[2]  # above the ground, not above a sole that sinks in
+        # above the ground as designed, not above a sole that sinks in
+        height[2] += self._level - standing[2]
         wanted[9:] = target.com_acceleration + stiffness * height + damping * late[1]
         wanted[9:] -= bias[:3] / robot.mass + robot.body.gravity
         task = self._task
@@ -386,6 +440,20 @@ class WholeBodyController:
         moved[:3, :3] = moved[3:, 3:] = turn
         moved[3:, :3] = -pin.skew(centre) @ turn
         return moved
+
+
+def whole_body_walks() -> Callable[[SimulatedRobot, Trajectory, Array | None], WholeBodyController]:
+    """Return a maker of whole-body controllers; those of the same walk share its reference."""
+    known: list[tuple[Trajectory, Reference]] = []
+
+    def make(
+        robot: SimulatedRobot, trajectory: Trajectory, torque_limit: Array | None
+    ) -> WholeBodyController:
+        if not known or known[0][0] is not trajectory:
+            known[:] = [(trajectory, Reference(robot, trajectory))]
+        return WholeBodyController(robot, trajectory, torque_limit, reference=known[0][1])
+
+    return make
 
 
 def _rotation_to(wanted: Array, found: Array) -> Array:

@@ -1,8 +1,12 @@
 """`gaitopt simulate`: a gait that walks, one that falls, and what is said of either."""
 
 import json
+from dataclasses import replace
 
 import pytest
+
+from gaitopt.simulate import battery as trials
+from gaitopt.simulate.battery import CHECKS
 
 
 @pytest.fixture(scope="module")
@@ -13,11 +17,15 @@ def robust(quick, tmp_path_factory):
     return directory / "gait.npz"
 
 
-def test_a_robust_gait_walks_twenty_steps(cli, robust, tmp_path):
-    report = tmp_path / "walk.json"
-    result = cli("simulate", robust, "-o", report)
+def test_a_robust_gait_walks_twenty_steps(cli, robust, tmp_path, monkeypatch):
+    monkeypatch.setattr(trials, "STEPS", 5)
+    result = cli("simulate", robust, "-o", tmp_path / "new")
     assert result.exit_code == 0, result.stdout + result.stderr
-    record = json.loads(report.read_text())
+    summary = json.loads((tmp_path / "new" / "summary.json").read_text())
+    assert summary["walk"]["speed_m_per_s"] == pytest.approx(
+        1.0
+    )  # what `optimise` writes is there too
+    record = summary["simulation"]
     assert record["ending"] == "walked all steps"
     assert record["steps"] == record["asked_steps"] == 20
     assert record["speed_m_s"] == pytest.approx(1.0, rel=0.02)
@@ -26,8 +34,11 @@ def test_a_robust_gait_walks_twenty_steps(cli, robust, tmp_path):
     assert record["second_engine"]["agrees"]
     assert not any(point["weak"] for point in record["weak_points"])
     assert max(joint["torque_Nm"] for joint in record["joints"].values()) <= 150.0
+    assert [check["name"] for check in record["checks"]] == [check.name for check in CHECKS]
+    assert all(check["passed"] for check in record["checks"])
+    assert record["pushes"] == record["starts"] == []
     for words in (
-        "20",
+        "mass +5 %",
         "second engine: MuJoCo",
         "agrees at 601 instants",
         "closed loop / designed",
@@ -50,6 +61,29 @@ def test_a_fragile_gait_names_the_options(cli, designed):
     assert "--torsional-friction" in result.stdout
 
 
+def test_thorough_tries_everything_and_names_causes(cli, robust, tmp_path, monkeypatch):
+    """Every trial cut to its shortest; a check that nobody passes points to the gait."""
+    for name, value in {"STEPS": 1, "RECOVERED": 0, "BISECTIONS": 1, "STARTS": 2}.items():
+        monkeypatch.setattr(trials, name, value)
+    monkeypatch.setattr(trials, "START_STEPS", 1)
+    ice = replace(CHECKS[2], name="ice", friction=0.02)
+    monkeypatch.setattr(trials, "CHECKS", (CHECKS[0], ice))
+    words = ("--steps", "1", "--thorough", "-o", tmp_path)
+    result = cli("simulate", robust, *words)
+    assert result.exit_code == 0  # the walk as such is what is judged
+    record = json.loads((tmp_path / "summary.json").read_text())["simulation"]
+    assert len(record["checks"]) == 2 + len(trials.THOROUGH)
+    assert [push["direction"] for push in record["pushes"]] == [
+        "forward", "backward", "to the swing side", "to the stance side",
+    ]  # fmt: skip
+    assert [start["passed"] for start in record["starts"]] == [True, True]
+    assert record["checks"][0]["passed"]
+    assert not record["checks"][1]["passed"]
+    assert record["checks"][1]["cause"] in ("friction used", "turning moment over load")
+    assert "2 of 2" in result.stdout
+    assert "cause: ice: most likely the" in result.stdout
+
+
 @pytest.mark.parametrize(
     ("words", "message"),
     [
@@ -59,7 +93,7 @@ def test_a_fragile_gait_names_the_options(cli, designed):
             "--controller mpc is unknown; choose one of whole-body, joint-pd",
         ),
         (("--friction", "-1"), "--friction -1: it must be above 0"),
-        (("-o", "no/such/walk.json"), "there is no directory"),
+        (("-o", __file__), "is a file; give another --output directory"),
     ],
 )
 def test_bad_words_are_refused(cli, designed, words, message):

@@ -1,0 +1,203 @@
+"""Disturbed walks: each disturbance is in the simulation, and of the size that is asked for."""
+
+from dataclasses import replace
+
+import mujoco
+import numpy as np
+import pytest
+from sample_gait import sample_gait
+
+from gaitopt.errors import InputError
+from gaitopt.simulate.battery import directions, largest_push, suspect
+from gaitopt.simulate.disturbance import (
+    NONE,
+    Delay,
+    Disturbance,
+    Push,
+    SensorNoise,
+    StartError,
+    disturbed_robot,
+    disturbed_start,
+    measured,
+    pelvis,
+)
+from gaitopt.simulate.mujoco_model import simulated_robot
+from gaitopt.simulate.walk import WalkOptions, simulate
+from gaitopt.simulate.walkability import WeakPoint
+
+
+@pytest.fixture(scope="module")
+def gait():
+    return sample_gait()
+
+
+@pytest.fixture(scope="module")
+def walking(gait):
+    return simulated_robot(gait.trajectory.body)
+
+
+class Limp:
+    """Motors without torque; notes what is measured."""
+
+    interval = 0.002
+
+    def __init__(self, robot, *_):
+        self.robot, self.seen = robot, []
+
+    def touch_down(self, foot, time):
+        pass
+
+    def torque(self, time, qpos, qvel):
+        self.seen.append((time, qpos, qvel))
+        return np.zeros(len(self.robot.dof))
+
+
+def fall(gait, disturbance):
+    """Return what a limp robot's controller saw over a step."""
+    made = []
+    simulate(
+        gait,
+        WalkOptions(steps=1),
+        lambda *about: made.append(Limp(*about)) or made[0],
+        disturbance,
+    )
+    return made[0].seen
+
+
+def test_masses_and_rotors_are_those_of_the_disturbance(walking):
+    at = mujoco.MjData(walking.model)
+    mujoco.mj_forward(walking.model, at)
+    heavy = disturbed_robot(walking, Disturbance(mass=0.05, armature=0.02))
+    assert heavy.mass == pytest.approx(1.05 * walking.mass, rel=1e-14)
+    found = mujoco.MjData(heavy.model)
+    mujoco.mj_forward(heavy.model, found)
+    matrices = []
+    for model, data in ((walking.model, at), (heavy.model, found)):
+        matrices.append(np.zeros((model.nv, model.nv)))
+        mujoco.mj_fullM(model, data, matrices[-1])
+    rotors = np.zeros(walking.model.nv)
+    rotors[walking.dof] = 0.02
+    assert matrices[1] == pytest.approx(1.05 * matrices[0] + np.diag(rotors), rel=1e-12)
+    assert disturbed_robot(walking, NONE) is walking
+
+
+def test_a_start_off_the_cycle_stands_on_its_flat_sole(gait, walking, rng):
+    data = mujoco.MjData(walking.model)
+    error = StartError(angle=0.02, rate=0.2)
+    data.qpos[:], data.qvel[:] = disturbed_start(walking, gait.trajectory, error, rng)
+    mujoco.mj_forward(walking.model, data)
+    place, site = gait.trajectory.advance(0), walking.site[0]
+    assert data.site_xpos[site] == pytest.approx(place.translation, abs=1e-12)
+    assert data.site_xmat[site] == pytest.approx(place.rotation.ravel(), abs=1e-12)
+    J = np.zeros((6, walking.model.nv))
+    mujoco.mj_jacSite(walking.model, data, J[:3], J[3:], site)
+    assert J @ data.qvel == pytest.approx(np.zeros(6), abs=1e-12)
+    start = gait.trajectory.at(0.0)
+    off = data.qpos[walking.qpos] - start.q[0, walking.body.moving]
+    assert 0.005 < np.std(off) < 0.05
+
+
+def test_a_push_gives_its_momentum_and_turns_about_the_pelvis(gait, walking):
+    """A limp robot with and without it: after a push at once, before anything else differs."""
+    push = Push((9.0, -4.0, 3.0), step=0, phase=0.0, duration=0.002)
+    (_, q, v), (_, _, pushed) = fall(gait, NONE)[1], fall(gait, Disturbance(push=push))[1]
+    data = mujoco.MjData(walking.model)
+    data.qpos[:], data.qvel[:] = q, v
+    mujoco.mj_fwdPosition(walking.model, data)
+    mass = np.zeros((walking.model.nv, walking.model.nv))
+    mujoco.mj_fullM(walking.model, data, mass)
+    J = np.zeros((3, walking.model.nv))
+    mujoco.mj_jac(walking.model, data, J, None, pelvis(walking, data), walking.base)
+    # the standing sole pushes back; along what moves without it the impulse is all there is
+    standing = np.zeros((6, walking.model.nv))
+    mujoco.mj_jacSite(walking.model, data, standing[:3], standing[3:], walking.site[0])
+    free = np.linalg.svd(standing)[2][6:].T
+    found = free.T @ mass @ (pushed - v)
+    assert found == pytest.approx(free.T @ J.T @ push.impulse, abs=0.05)
+
+
+def test_torques_arrive_late():
+    way = Delay(0.005)
+    for tick in range(5):
+        way.send(0.002 * tick, np.array([float(tick)]))
+        assert way.arrived(0.002 * tick)[0] == max(0.0, np.floor(tick - 2.5))
+    assert way.arrived(0.009)[0] == 2.0
+    at_once = Delay(0.0)
+    at_once.send(0.0, np.array([1.0]))
+    at_once.send(0.002, np.array([2.0]))
+    assert at_once.arrived(0.002)[0] == 2.0
+
+
+def test_sensors_err_by_their_noise(gait, walking, rng):
+    data = mujoco.MjData(walking.model)
+    data.qpos[:] = walking.position(gait.trajectory.at(0.0).configuration[0])
+    noise = SensorNoise()
+    seen = [measured(walking, data, noise, rng) for _ in range(400)]
+    q, v = (np.array(part) for part in zip(*seen, strict=True))
+    spread = {
+        "angle": (q[:, walking.qpos] - data.qpos[walking.qpos]).std(),
+        "rate": v[:, walking.dof].std(),
+        "position": (q[:, :3] - data.qpos[:3]).std(),
+        "velocity": v[:, :3].std(),
+        "turning": v[:, 3:6].std(),
+        "attitude": 2.0 * np.sqrt(np.mean(1.0 - (q[:, 3:7] @ data.qpos[3:7]) ** 2) / 3.0),
+    }
+    for name, found in spread.items():
+        assert found == pytest.approx(getattr(noise, name), rel=0.1), name
+    assert np.linalg.norm(q[:, 3:7], axis=1) == pytest.approx(1.0, abs=1e-12)
+
+
+def test_seeds_make_walks_again(gait):
+    noisy = Disturbance(noise=SensorNoise(), start=StartError(), seed=3)
+    one, two, other = (fall(gait, d)[-1] for d in (noisy, noisy, replace(noisy, seed=4)))
+    assert np.array_equal(one[1], two[1])
+    assert not np.array_equal(one[1], other[1])
+
+
+def test_every_second_step_is_higher(gait):
+    """The first landing comes earlier by what a foot needs for the last 2 cm."""
+    even, raised = (
+        simulate(gait, WalkOptions(steps=1), disturbance=Disturbance(ground=h)) for h in (0.0, 0.01)
+    )
+    assert even.walked
+    assert raised.times[0] < even.times[0] - 0.004
+
+
+def test_pushes_that_cannot_be_survived_count_as_none(gait):
+    """A controller without torque survives none, at any size."""
+    forward = directions(gait)["forward"]
+    found = largest_push(gait, "forward", forward, None, lambda *about: Limp(*about), 1)
+    assert found.impulse == 0.0
+    assert found.walk is None
+    assert np.isnan(found.speed)
+    assert not found.unbounded
+
+
+def test_directions_know_where_the_other_foot_is(gait):
+    step, swing = gait.trajectory.advance(4), gait.trajectory.advance(5)
+    across = (swing.translation - step.translation)[1]
+    assert directions(gait)["to the swing side"][1] * across > 0.0
+    assert directions(gait)["to the stance side"][1] * across < 0.0
+
+
+def test_a_fall_points_to_what_was_tried():
+    points = [
+        WeakPoint("a", 3.0, 1.0, "", False, "lower --a"),
+        WeakPoint("b", 1.5, 1.0, "", False, "lower --b"),
+        WeakPoint("c", 1.1, 1.0, "", False, "lower --c"),
+    ]
+    assert suspect(("c", "b"), tuple(points)).name == "b"
+
+
+@pytest.mark.parametrize(
+    ("what", "message"),
+    [
+        ({"mass": -1.0}, "must be above -1"),
+        ({"delay": -0.001}, "delay -0.001 s must not be below 0"),
+        ({"armature": float("nan")}, "armature nan"),
+        ({"ground": float("inf")}, "must be finite"),
+    ],
+)
+def test_disturbances_without_a_meaning_are_refused(what, message):
+    with pytest.raises(InputError, match=message):
+        Disturbance(**what)
