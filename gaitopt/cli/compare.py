@@ -16,7 +16,7 @@ from gaitopt.atomic import write_atomically
 from gaitopt.cli.config import Settings
 from gaitopt.cli.display import ABSENT, WIDTH, ProgressDisplay, new_table, screen, warn
 from gaitopt.cli.process import ExitCode, stop_on_interrupt
-from gaitopt.cli.report import inspect_command, print_findings
+from gaitopt.cli.report import print_doubts
 from gaitopt.cli.request import make_request
 from gaitopt.cli.results import require_writable
 from gaitopt.design.compare import COMPARED, SolverRun, compare_solvers
@@ -50,7 +50,7 @@ def run(given: Settings, config: Path | None, output: Path | None, quiet: bool) 
     solvers = [_solver(name, request.settings) for name in _names(given.get("solvers"))]
     errors, out = screen(stderr=True), screen()
     if not quiet:
-        print_findings(errors, request.robot.findings, inspect_command(request.settings))
+        print_doubts(errors, request)
     with (
         small_matrices(),
         stop_on_interrupt(announce=not errors.is_terminal) as stop,

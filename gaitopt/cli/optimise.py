@@ -15,7 +15,7 @@ from gaitopt.bounds import rounded
 from gaitopt.cli.config import Settings
 from gaitopt.cli.display import ProgressDisplay, screen, warn
 from gaitopt.cli.process import ExitCode, StopRequest, print_advice, print_error, stop_on_interrupt
-from gaitopt.cli.report import inspect_command, print_findings, print_gait
+from gaitopt.cli.report import print_doubts, print_gait
 from gaitopt.cli.request import Request, make_request, make_task
 from gaitopt.cli.results import require_writable, save_elsewhere, write_results
 from gaitopt.cli.suggestions import Asked, suggestion_lines
@@ -32,7 +32,6 @@ from gaitopt.errors import (
     StoppedError,
     UnreachableError,
 )
-from gaitopt.gait.presets import foreign_margins
 from gaitopt.gait.result import Gait
 from gaitopt.gait.task import Task
 from gaitopt.mechanics.leg_distance import leg_pairs
@@ -68,9 +67,7 @@ def run(
     request = make_request(given, config)
     errors, out = screen(stderr=True), screen()
     if not quiet:
-        print_findings(errors, request.robot.findings, inspect_command(request.settings))
-        if foreign := foreign_margins(request.robot, request.task, "--preset humanoid"):
-            warn(errors, "warning", foreign)
+        print_doubts(errors, request)
     with figure_worker(output is not None and figures) as worker:
         try:
             with small_matrices():

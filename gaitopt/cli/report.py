@@ -25,8 +25,10 @@ from gaitopt.cli.display import (
     number,
     screen,
     share,
+    warn,
 )
 from gaitopt.cli.process import ExitCode, print_error
+from gaitopt.cli.request import Request
 from gaitopt.design.audit import Audit, audit
 from gaitopt.design.shadow_prices import SETTING
 from gaitopt.design.summary import proof_rows, summarise
@@ -34,6 +36,7 @@ from gaitopt.escape import printable
 from gaitopt.gait.gait_file import altered_members, load_gait
 from gaitopt.gait.ground import ground_of
 from gaitopt.gait.plugin import load_plugin
+from gaitopt.gait.presets import foreign_margins
 from gaitopt.gait.result import Gait
 from gaitopt.importers.report import Finding, findings_of
 from gaitopt.tolerances import SAME
@@ -275,6 +278,13 @@ def _gathered(findings: Iterable[Finding]) -> list[tuple[str, str]]:
         same = f"; the same at {', '.join(f.subject for f in others)}" if others else ""
         told.append((first.subject, first.text + same))
     return told
+
+
+def print_doubts(console: Console, request: Request) -> None:
+    """Print what is odd, guessed and changed about the robot asked for, and margins not its own."""
+    print_findings(console, request.robot.findings, inspect_command(request.settings))
+    if foreign := foreign_margins(request.robot, request.task, "--preset humanoid"):
+        warn(console, "warning", foreign)
 
 
 def print_findings_of(console: Console, gait: Gait) -> None:

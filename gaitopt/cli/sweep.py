@@ -21,7 +21,7 @@ from gaitopt.cli.config import SCHEMA, SWEEP, Settings, read_config
 from gaitopt.cli.display import screen
 from gaitopt.cli.library import library_table
 from gaitopt.cli.process import ExitCode, print_error
-from gaitopt.cli.report import inspect_command, print_findings
+from gaitopt.cli.report import print_doubts
 from gaitopt.cli.request import Request, biped_spec, make_request, make_task
 from gaitopt.cli.results import require_writable
 from gaitopt.design.process import small_matrices
@@ -63,7 +63,7 @@ def run(given: Settings, directory: Path, config: Path | None, quiet: bool) -> N
     begin = _begin(given, axes)
     errors = screen(stderr=True)
     if not quiet:
-        print_findings(errors, request.robot.findings, inspect_command(request.settings))
+        print_doubts(errors, request)
     executor = make_executor(given, axes, errors, quiet)
     try:
         with small_matrices(), executor or nullcontext(), SweepDisplay(errors, quiet) as display:

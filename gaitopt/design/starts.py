@@ -127,7 +127,8 @@ def many_starts(
         robot: the biped.
         task: by default 1 m/s with steps of 0.4 s.
         options: as of `design`; the starts always have exact derivatives.
-        count: number of starts; the first is the guess itself, the second a slower walk.
+        count: number of starts; the first is the guess itself, the second a slower walk. Where
+            the best of several is no optimum, one more is made.
         seed: of the perturbations.
         sigma: their standard deviation [rad], and [rad/s] for the rates before impact.
         workers: processes; with more than one, a script must start its work under
@@ -168,6 +169,12 @@ def many_starts(
         found = finished(problem, replace(best.solution, status=Status.INTERRUPTED), False)
     elif best is not None and walks:
         found = _completed(problem, best.solution, options, on_progress, stop)
+        if count > 1 and not (found.certificate.optimal or stop()):
+            another = job.run(count, on_progress, stop)
+            outcomes.append(another)
+            if on_outcome is not None:
+                on_outcome(another)
+            found = _better(found, problem, another, options, on_progress, stop)
     else:
         tried = [outcome.solution for outcome in outcomes]
         solution = walk_after_diagnosis(problem, tried, options, None, stop)
@@ -303,6 +310,21 @@ def _completed(
         problem.robot, problem.task, direct,
         start=solution.x, on_progress=on_progress, stop=stop,
     )  # fmt: skip
+
+
+def _better(
+    found: Design,
+    problem: WalkProblem,
+    another: Outcome,
+    options: DesignOptions,
+    on_progress: Callable[[WalkProblem], ProgressCallback] | None,
+    stop: Stop,
+) -> Design:
+    """Return the design of one more start if it is optimal, where the one found is not."""
+    if not another.walks:
+        return found
+    other = _completed(problem, another.solution, options, on_progress, stop)
+    return other if other.certificate.optimal else found
 
 
 def _gathered(

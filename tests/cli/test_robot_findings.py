@@ -42,6 +42,12 @@ def test_margins_of_the_biped_for_another_robot_are_warned_of(quick):
     assert "the margins of this task" not in quick("--samples", "15").stderr
 
 
+def test_a_sweep_warns_of_the_margins_too(cli, tmp_path):
+    asked = ("--preset", "standard", "--speeds", "0.5", "--samples", "15", "--no-refine")
+    said = cli("sweep", "--urdf", str(CASE), *asked, "--solver", "sqp", "-o", str(tmp_path / "s"))
+    assert "the margins of this task are those of the thirteen-link biped" in said.stderr
+
+
 def test_summary_page_and_python_have_it(walk):
     directory, _ = walk
     summary = json.loads((directory / "summary.json").read_text())
