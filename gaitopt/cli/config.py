@@ -16,7 +16,7 @@ from gaitopt.errors import InputError
 from gaitopt.gait.constraints import Margins
 from gaitopt.gait.costs import COSTS, Cost
 from gaitopt.gait.parameters import GEOMETRY_NAMES, geometric_unit
-from gaitopt.gait.plugin import Plugin, load_plugin
+from gaitopt.gait.plugin import Plugin, costs_of, load_plugin
 from gaitopt.gait.task import Task
 from gaitopt.importers.physics import PARTS
 from gaitopt.importers.text_files import parse_toml
@@ -293,8 +293,9 @@ def with_plugin(plugin: Plugin) -> dict[str, dict[str, Setting]]:
         InputError: one of its names is taken, or a field is of a kind that people cannot write.
     """
     costs = [] if plugin.cost is None else [plugin.cost]
+    terms = [one for cost in costs for one in costs_of(cost) if type(one) not in map(type, COSTS)]
     terrains = [] if plugin.terrain is None else [plugin.terrain]
-    owners = [*plugin.constraints, *costs, *terrains]
+    owners = [*plugin.constraints, *terms, *terrains]
     try:
         own = {type(one): list(declared(type(one))) for one in owners if is_dataclass(one)}
     except TypeError as error:
@@ -309,7 +310,7 @@ def with_plugin(plugin: Plugin) -> dict[str, dict[str, Setting]]:
                 "option of gaitopt; rename it"
             )
     margins = [one for owner in plugin.constraints for one in own.get(type(owner), [])]
-    of_cost = [one for owner in costs for one in own.get(type(owner), [])]
+    of_cost = [one for owner in terms for one in own.get(type(owner), [])]
     of_terrain = [one for owner in terrains for one in own.get(type(owner), [])]
     named = SCHEMA["cost"]["cost"]
     choices = (*named.names, *(one.name for one in costs))

@@ -18,7 +18,7 @@ from gaitopt.cli.config import SCHEMA, Settings
 from gaitopt.cli.request import Request, choices_text
 from gaitopt.design.summary import summarise
 from gaitopt.errors import InputError
-from gaitopt.gait.costs import Cost
+from gaitopt.gait.costs import Cost, WeightedSum
 from gaitopt.gait.gait_file import save_gait
 from gaitopt.gait.result import Gait
 from gaitopt.gait.task import Task
@@ -119,6 +119,8 @@ def _relative(path: object, directory: Path) -> str:
 
 def _fields(cost: Cost | Terrain | None) -> Settings:
     """Return the values of settings that say something, of a cost or a terrain, if any."""
+    if isinstance(cost, WeightedSum):
+        return {name: value for term, _ in cost.terms for name, value in _fields(term).items()}
     names: list[str] = [one.name for one in declared(type(cost))] if is_dataclass(cost) else []
     return {name: value for name in names if (value := getattr(cost, name)) not in (None, {}, ())}
 

@@ -13,7 +13,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, fields, is_dataclass, replace
 from fnmatch import fnmatchcase
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -662,15 +662,29 @@ def cost_by_name(name: str, known: Iterable[Cost] = (), **changes: object) -> Co
     costs = {one.name: one for one in (*COSTS, *known)}
     if name not in costs:
         raise InputError(f"there is no cost '{name}'; there are {', '.join(costs)}")
-    found: Any = costs[name]
-    names = [one.name for one in fields(found)] if is_dataclass(found) else []
+    names = _fields_of(costs[name])
     if unknown := set(changes) - set(names):
         raise InputError(
             f"the cost '{name}' has no {', '.join(sorted(unknown))}; it has "
             f"{', '.join(names) or 'no fields'}"
         )
-    changed: Cost = replace(found, **changes) if changes else found
-    return changed
+    return _changed(costs[name], changes)
+
+
+def _fields_of(cost: Cost) -> list[str]:
+    """Return the names of the fields of a cost, of a sum those of its terms."""
+    if isinstance(cost, WeightedSum):
+        return list(dict.fromkeys(name for term, _ in cost.terms for name in _fields_of(term)))
+    return [one.name for one in fields(cost)] if is_dataclass(cost) else []
+
+
+def _changed(cost: Cost, changes: Mapping[str, object]) -> Cost:
+    """Return a cost with other values of its fields; of a sum, of every term that has them."""
+    if isinstance(cost, WeightedSum):
+        return WeightedSum(tuple((_changed(term, changes), weight) for term, weight in cost.terms))
+    own: Any = {name: changes[name] for name in _fields_of(cost) if name in changes}
+    changed: Any = cost
+    return cast(Cost, replace(changed, **own)) if own else cost
 
 
 def cost_of_text(text: str, known: Iterable[Cost] = (), **changes: object) -> Cost:
@@ -695,10 +709,9 @@ def cost_of_text(text: str, known: Iterable[Cost] = (), **changes: object) -> Co
                 f"the sum of costs '{text[:80]}' cannot be read; join names by +, each with its "
                 "weight before it, as in 'torque + 0.5 energy'"
             )
-        plain: Any = cost_by_name(name, known)
-        own = {one.name for one in fields(plain)} & set(changes) if is_dataclass(plain) else set()
-        taken |= own
-        terms.append((cost_by_name(name, known, **{n: changes[n] for n in own}), value))
+        plain = cost_by_name(name, known)
+        taken |= set(_fields_of(plain)) & set(changes)
+        terms.append((_changed(plain, changes), value))
     if unknown := set(changes) - taken:
         raise InputError(f"no cost of '{text}' has {', '.join(sorted(unknown))}")
     return WeightedSum(tuple(terms))

@@ -54,14 +54,14 @@ class Plugin:
     @property
     def extensions(self) -> tuple[Extension, ...]:
         """Everything that it offers; of a sum of costs, its terms too."""
-        costs = () if self.cost is None else _costs_of(self.cost)
+        costs = () if self.cost is None else costs_of(self.cost)
         return (*self.constraints, *costs, *(() if self.terrain is None else (self.terrain,)))
 
 
-def _costs_of(cost: Cost) -> tuple[Cost, ...]:
+def costs_of(cost: Cost) -> tuple[Cost, ...]:
     """Return a cost and, of a sum, its terms at any depth."""
     terms = cost.terms if isinstance(cost, WeightedSum) else ()
-    return (cost, *(one for term, _ in terms for one in _costs_of(term)))
+    return (cost, *(one for term, _ in terms for one in costs_of(term)))
 
 
 def load_plugin(path: str | Path) -> Plugin:
@@ -203,7 +203,7 @@ def constraint_from_record(record: object, known: Iterable[Extension]) -> Constr
 
 def cost_from_record(record: object, known: Iterable[Extension]) -> Cost:
     """Return the cost of a record made by `extension_record`; see `constraint_from_record`."""
-    own = (_costs_of(one) for one in known if isinstance(one, Cost))
+    own = (costs_of(one) for one in known if isinstance(one, Cost))
     costs = [*COSTS, *(one for group in own for one in group)]
     fields = record.get("fields") if isinstance(record, Mapping) else None
     terms = fields.get("terms") if isinstance(fields, Mapping) else None

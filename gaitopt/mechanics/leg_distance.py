@@ -35,6 +35,7 @@ _POINT = 1e-12  # m²: a shorter segment is a point
 _PARALLEL = 1e-12  # squared sine of the angle: where the nearest points are becomes rounding
 _HELD = 1e-6  # squared sine of the angle: below it (0.06 degrees) s is held in the Hessian
 _TOUCHING = 1e-9  # m: a shorter distance has no direction
+_TOLD = 3  # pairs that are named, the narrowest first
 
 
 @dataclass(frozen=True)
@@ -174,13 +175,16 @@ class LegPairs:
 
     def narrowed(self, asked: float) -> str:
         """Return what a person should know of gaps that are asked for and cannot be, or ""."""
-        narrow = np.flatnonzero(self.standing < asked)
-        if len(narrow) == 0:
+        narrow = [k for k in np.argsort(self.standing) if self.standing[k] < asked]
+        if not narrow:
             return ""
-        named = [f"{pair_name(self.kept[k])} {self.standing[k] * 1e3:.1f} mm" for k in narrow]
+        named = [
+            f"{pair_name(self.kept[k])} {self.standing[k] * 1e3:.1f} mm" for k in narrow[:_TOLD]
+        ]
+        rest = f", and {len(narrow) - _TOLD} wider pairs" if len(narrow) > _TOLD else ""
         return (
             f"leg_gap asks for {asked * 1e3:.1f} mm between the legs, but the robot has less when "
-            f"it stands; kept is what it has there: {', '.join(named)}"
+            f"it stands; kept is what it has there: {', '.join(named)}{rest}"
         )
 
     @property

@@ -126,6 +126,24 @@ def test_a_plugin_offers_a_sum_of_costs(tmp_path, cli):
     assert pickle.loads(pickle.dumps(cost)) == cost
 
 
+def test_fields_of_the_terms_of_a_sum_are_options(tmp_path, cli):
+    plugin, out = tmp_path / "mine.py", tmp_path / "out"
+    declared = 'weight: float = entry(2.0, "Weight of the squared rates.", "s")'
+    plugin.write_text(
+        "from gaitopt.settings import entry\n"
+        + SUM.replace("weight: float = 2.0", declared).replace("weight", "calmness")
+    )
+    asked = ("--calmness", "3", "--weights", "*_knee=2")
+    found = cli("optimise", "--plugin", plugin, *asked, *QUICK, "--output", out)
+    assert found.exit_code == 0, found.stderr
+    again = make_request({}, out / "task.toml").task.cost
+    (torque, _), (calm, share) = again.terms
+    assert (calm.calmness, share) == (3.0, 10.0)
+    assert torque == TorqueCost({"*_knee": 2.0})
+    assert load_plugin(plugin).cost.terms[1][0].calmness == 2.0
+    assert "--calmness" in cli("optimise", "--plugin", plugin, "--help-all").stdout
+
+
 def test_of_two_plugins_neither_is_dropped(cli):
     refused = cli("optimise", "--plugin", PLUGIN, f"--plugin={PLUGIN}")
     assert refused.exit_code == 2
