@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from reference_cases import biped, reference_case
 from synthetic_bipeds import synthetic
+from tied_bipeds import TIED, tied
 
 from gaitopt.gait.grid import uniform_grid
 from gaitopt.gait.initial_guess import first_guess, perturbed
@@ -103,8 +104,9 @@ def _guess(seed: int, sigma: float = 0.1, robot: Robot | None = None, **changes:
 def _synthetic(name: str, **changes: object) -> Walk:
     """Everything there is, of a robot with other joints than two times six."""
     geometry = set_geometry(GEOMETRY, _EVERYTHING_FREE)
+    robot = tied(name) if name in TIED else synthetic(name)
     return _guess(
-        6, sigma=0.05, robot=synthetic(name), geometry=geometry, boundary="lifted", speed=0.6,
+        6, sigma=0.05, robot=robot, geometry=geometry, boundary="lifted", speed=0.6,
         duration=0.5, **UPRIGHT, **changes,
     )  # fmt: skip
 
@@ -147,6 +149,10 @@ _MAKERS = {
     "upright, lifted, five joints": lambda: _synthetic("five"),
     "upright, backward, everything free": lambda: _everything_free(speed=-0.5, **UPRIGHT),
     "upright, in place, everything free": lambda: _everything_free(speed=0.0, **UPRIGHT),
+    "upright, lifted, joints that follow others": lambda: _synthetic("elbows and shanks"),
+    "upright, lifted, heel strike, toe off, NAO's hips": lambda: _synthetic(
+        "NAO's hips", **TOE_OFF, **HEEL_STRIKE
+    ),
     "upright, toe off, everything free": lambda: _everything_free(**UPRIGHT, **TOE_OFF),
     "upright, lifted, toe off, seven joints, waist, arms": lambda: _synthetic(
         "seven, waist and arms", **TOE_OFF

@@ -387,14 +387,14 @@ def _knees(problem: WalkProblem) -> list[Contradiction]:
     robot, margins = problem.robot, problem.task.margins
     found: list[Contradiction] = []
     for index, knee in enumerate(robot.legs.knees):
-        limits = (robot.limits.lower[knee], robot.limits.upper[knee])
+        limits = robot.coupling.reach(knee, robot.limits)
         sign, straight = robot.legs.flexion[index], robot.legs.straight[index]
         most = float(max(sign * (limit - straight) for limit in limits))
         if margins.joint_range and margins.knee_flexion > most:
             found.append(
                 (
                     "knee",
-                    f"{robot.joint_names[knee]} bends by at most {most:.3g} rad; asked for are "
+                    f"{robot.coupling.names[knee]} bends by at most {most:.3g} rad; asked for are "
                     f"always at least {margins.knee_flexion:g} rad",
                 )
             )

@@ -88,14 +88,19 @@ def ask_referee(
     chain = chain_of_robot(standing)
     loads = loads_of_robot(standing, chain)
     gravity: Array = np.array(robot.model.gravity.linear)
-    R0, torque = motor_effort(chain, loads, *step.whole_motion, gravity=turned(gravity))
+    motion = standing.coupling.motion(step.whole_motion)
+    R0, torque = motor_effort(chain, loads, *motion, gravity=turned(gravity))
+    torque = standing.coupling.reduced(torque)
     wrench = sole_axes(R0)
     own = chain if standing is robot else chain_of_robot(robot)
-    before = at_rest(own, step.rate_before)
+    tied = robot.coupling
+    q_end, before = tied.angles(step.q_end), at_rest(own, tied.rates(step.rate_before))
     if step.turn is not None:
         before[:6] = sole_axes(step.turn.twist)
     line = None if step.landed is None else step.landed.hinge.twist
-    velocity, I13 = impact(own, step.q_end, before, line)
+    ties = None if tied.none else tied.constraints
+    velocity, I13 = impact(own, q_end, before, line, ties)
+    rate_after = velocity[6:][tied.free]
     impulse = impulse_on_foot(own, I13)
     twist = base_in_sole_axes(velocity)[:6]
     E = schedule.symmetry.joint_map(robot)
@@ -103,20 +108,23 @@ def ask_referee(
     weight = (chain.mass - carried) * gravity
     force, length = float(np.linalg.norm(weight)), robot.legs.reach
     rate = float(np.sqrt(np.linalg.norm(gravity) / length))
-    start, landed = step.motion[1, 0], E @ velocity[6:]
+    start, landed = step.motion[1, 0], E @ rate_after
     push = impulse
     if step.landed is not None and line is not None:
         push = step.landed.on_ground @ impulse
         free = foot_twist(own, line)
-        turn_rate = free @ swing_jacobian(own, step.q_end) @ velocity / (free @ free)
+        turn_rate = free @ swing_jacobian(own, q_end) @ velocity / (free @ free)
         start, landed = np.r_[start, step.foot_motion[1, 0, 0]], np.r_[landed, turn_rate]
     ground = _Ground(wrench, push, weight * step.duration)
-    balance, vertical = _momentum_balance(chain, step, grid, ground, schedule.symmetry)
+    turned_by = [] if step.landed is None else [0.0]
+    turned_by += [] if step.turn is None else [step.turn.angle]
+    ends = motion[:2, 0], np.r_[turned_by, q_end]
+    balance, vertical = _momentum_balance(chain, step, grid, ground, schedule.symmetry, ends)
     return RefereeVerdict(
         torque=_apart(step.read(quantities.TORQUE), torque[:, step.hinges :], force * length),
         wrench=_apart(step.read(quantities.WRENCH), wrench, force),
         impulse=_apart(step.impact.impulse, impulse, force * step.duration),
-        rate_after=_apart(step.impact.rate_after, velocity[6:], rate),
+        rate_after=_apart(step.impact.rate_after, rate_after, rate),
         sole_twist=float(np.abs(step.impact.sole_twist - twist).max()),
         posture=float(np.abs(step.motion[0, 0] - E @ step.q_end).max()),
         rate=_apart(start, landed, rate),
@@ -142,24 +150,29 @@ class _Ground:
 
 
 def _momentum_balance(
-    chain: Chain, step: Step, grid: Grid, ground: _Ground, symmetry: Symmetry
+    chain: Chain,
+    step: Step,
+    grid: Grid,
+    ground: _Ground,
+    symmetry: Symmetry,
+    ends: tuple[Array, Array],
 ) -> tuple[float, float]:
     """Over a step the impulses of ground and weight are the change of momentum.
 
     From just after one impact to just after the next; there the symmetry of the walk
-    makes it what it was, seen from the foot that has landed.
+    makes it what it was, seen from the foot that has landed. `ends` are angles and rates of all
+    joints of the chain at the start, and angles at the end.
 
     Returns:
         The largest component of what is left, over m g T, and the ground's vertical impulse [N·s].
     """
+    begin, end = ends
     force = step.duration * grid.weights @ ground.wrench[:, :3]
-    turned_by = [] if step.landed is None else [0.0]
-    turned_by += [] if step.turn is None else [step.turn.angle]
-    landed, _ = sole_placement(chain, np.r_[turned_by, step.q_end])
+    landed, _ = sole_placement(chain, end)
     if step.landed is not None:  # of the sole; from here on of its footprint
         landed = landed @ step.landed.place.rotation.T
     push = landed @ ground.impulse[:3]
-    start = momentum(chain, *step.whole_motion[:2, 0])[:3]
+    start = momentum(chain, *begin)[:3]
     change = landed @ (np.array(symmetry.reflection) * start) - start
     gap = force + push + ground.weight - change
     size = float(np.linalg.norm(ground.weight))

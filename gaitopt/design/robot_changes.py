@@ -120,7 +120,7 @@ class Anatomy:
         self._second = self._own + self.mass[:, None, None] * (
             levers[:, :, None] * levers[:, None, :]
         )
-        self._partner = np.abs(robot.mirror).argmax(axis=0)
+        self._partner = np.abs(robot.coupling.mirror).argmax(axis=0)
         self._axes = self._joint_axes()
 
     def _joint_axes(self) -> Array:
@@ -150,7 +150,7 @@ class Anatomy:
 
     def joint_name(self, pair: tuple[int, ...]) -> str:
         """Return what a pair of joints is called: "hip yaw"."""
-        names = [self.robot.joint_names[j] for j in pair]
+        names = [self.robot.tree.names[j] for j in pair]
         if len(names) == 1:
             return names[0]
         return shared_name(names[0], names[1]) or brace(*sorted(names))
@@ -349,7 +349,7 @@ class Anatomy:
     def joint_properties(self) -> Iterator[RobotChange]:
         """Yield rotor inertia, viscous damping and Coulomb friction of each pair of joints."""
         for pair in self.pairs():
-            name, group = self.joint_name(pair), tuple(self.robot.joint_names[j] for j in pair)
+            name, group = self.joint_name(pair), tuple(self.robot.tree.names[j] for j in pair)
             for what, words, unit, step in _OF_JOINTS:
                 change = self.nothing(f"{name} {words}", JOINT, unit, step)
                 getattr(change, what)[list(pair)] = 1.0

@@ -202,7 +202,7 @@ class Envelope:
             for side in (-1.0, 1.0)
         )
         rate = self._difference((robot, before), (robot, after)) / (2.0 * _RELATIVE_STEP)
-        rate += 2.0 * float(self.gradient.armature @ armature)
+        rate += 2.0 * float(self.gradient.armature[robot.coupling.free] @ armature)
         return rate / self.problem.cost_scale
 
     def _whole(self, task: Task) -> float:
@@ -329,7 +329,7 @@ def _of_task(at: Envelope) -> Iterator[tuple[str, str, str, float, float]]:
 
 def _of_motors(at: Envelope) -> Iterator[tuple[str, str, str, float, float]]:
     robot = at.problem.robot
-    own = np.array(robot.model.armature)[-robot.tree.size :]
+    own = np.array(robot.model.armature)[-robot.tree.size :][robot.coupling.free]
     motors = motors_of(at.problem.task)
     of_joints = joint_motors(motors, robot.joint_names, robot.mirror) if motors else []
     for motor in motors:

@@ -449,13 +449,17 @@ class KneeFlexion(Constraint):
     reads, margins, change = (quantities.ANGLES,), ("knee_flexion",), 0.3
 
     def block(self, context: ConstraintContext) -> ConstraintBlock:
-        legs, joints = context.robot.legs, context.robot.joint_names
+        legs, coupling = context.robot.legs, context.robot.coupling
         first, second = legs.knees
-        knees = slice(first, second + 1, second - first)
+        pair = slice(first, second + 1, second - first)
+        bends: QuantityFunction = Entries(pair, len(coupling.names), legs.flexion)
+        if not coupling.none:
+            bends = Linear(legs.flexion[:, None] * coupling.matrix[pair])
+        straight = legs.straight - coupling.offset[pair]
         return self.over_step(
-            context, Entries(knees, len(joints), legs.flexion),
-            tuple(f"{joints[k]} flexion" for k in legs.knees),
-            lower=legs.flexion * legs.straight + context.margins.knee_flexion,
+            context, bends,
+            tuple(f"{coupling.names[k]} flexion" for k in legs.knees),
+            lower=legs.flexion * straight + context.margins.knee_flexion,
         )  # fmt: skip
 
 

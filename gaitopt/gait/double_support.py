@@ -45,7 +45,7 @@ from gaitopt.mechanics.inverse_kinematics import (
     loop_gap_jacobian,
 )
 from gaitopt.mechanics.spatial import cross, skew
-from gaitopt.model.joint_tree import JointTree
+from gaitopt.model.coupling import Coupling
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array
 
@@ -185,7 +185,7 @@ class PostureDerivatives:
     Attributes:
         q_start: shape (n, B).
         legs: shape (2, 3, B).
-        joint_axes: joint motion axes at q_start, shape (n, 6).
+        joint_axes: motion axes of all joints at q_start, shape (all, 6).
         gaps: shape (0 or 2, 6, B).
         loop_axes: lifted form only: axes of each loop's chain in its base.
     """
@@ -332,15 +332,18 @@ def _centripetal(point: Array, twists: Array, weight: Array) -> Array:
     return (matrix + matrix.T) / 2.0
 
 
-def refuse_undetermined(tree: JointTree) -> None:
+def refuse_undetermined(robot: Robot) -> None:
     """Refuse the closed form for a robot whose joint angles pelvis and feet do not determine.
 
-    Args:
-        tree: of the robot's joints.
-
     Raises:
-        InputError: the robot has other joints than two legs of six.
+        InputError: the robot has other joints than two legs of six, or joints follow others.
     """
+    tree = robot.tree
+    if not robot.coupling.none:
+        raise InputError(
+            "boundary 'closed' solves for two legs of six joints that all have motors; in this "
+            f"robot {tree.size - len(robot.joint_names)} follow others: take boundary 'lifted'"
+        )
     if not tree.determined:
         raise InputError(
             "boundary 'closed' solves for two legs of six joints and nothing else; this robot has "
@@ -396,13 +399,14 @@ class InverseKinematicsSupport(DoubleSupport):
         return np.asarray(H - derivatives.q_start.T @ own @ derivatives.q_start)
 
 
-def _loop_drive(count: int, joints: int, displacements: Array) -> Array:
+def _loop_drive(count: int, coupling: Coupling, displacements: Array) -> Array:
     """Matrix from (q_start, geometric quantities) to a loop's coordinates, shape (m, n + G).
 
-    The loop runs back through the first `count` of n joints, then out along the displacements.
+    The loop runs back through the first `count` joints, then out along the displacements.
     """
+    joints = len(coupling.free)
     matrix = np.zeros((count + len(displacements), joints + displacements.shape[1]))
-    matrix[np.arange(count), np.arange(count)[::-1]] = 1.0
+    matrix[:count, :joints] = coupling.matrix[:count][::-1]
     matrix[count:, joints:] = displacements
     return matrix
 
@@ -421,7 +425,7 @@ class JointAngleSupport(DoubleSupport):
         tree = robot.tree
         self._counts = tree.stance, tree.legs.stop  # joints from the stance foot to either target
         self._loop_drives = tuple(
-            _loop_drive(count, tree.size, drive)
+            _loop_drive(count, robot.coupling, drive)
             for count, drive in zip(self._counts, self.drives, strict=True)
         )
 
@@ -444,7 +448,7 @@ class JointAngleSupport(DoubleSupport):
             loop_gap_jacobian(loop, chain) @ drive
             for loop, chain, drive in zip(posture.loops, chains, self._loop_drives, strict=True)
         ]
-        n = len(axes)
+        n = len(posture.q_start)
         legs = np.concatenate([np.zeros((2, 3, n)), self.leg_jacobian(posture)], axis=2)
         return PostureDerivatives(np.eye(n, legs.shape[2]), legs, axes, np.stack(gaps), chains)
 

@@ -149,6 +149,14 @@ PHASES = tuple(part for k in range(_MOST) for part in (_splines(k) if k else (),
 """Groups of further arrays, each of which is in the file as a whole or not at all: those of the
 splines of a second and a third phase, and of the phases in which the stance foot turns."""
 
+TIED = (
+    Member("robot_tied", "int64", ("t",)),
+    Member("robot_tied_to", "int64", ("t",)),
+    Member("robot_tie", "float64", ("t", 2), "1, rad", "joint"),
+)
+"""Further arrays, of a robot with joints that follow others."""
+_TIED = tuple(member.name for member in TIED)
+
 
 def save_gait(gait: Gait, path: str | Path) -> Path:
     """Write a gait file, atomically; equal gaits give equal bytes.
@@ -249,14 +257,17 @@ def gait_members(gait: Gait) -> _Arrays:
     found["schedule"] = _json(_schedule(gait))
     found["meta"] = _json({**gait.meta, "format": FORMAT, _WRITTEN_BY: __version__})
     kinds: dict[str, Any] = {m.name: np.str_ if m.kind == "str" else m.kind for m in MEMBERS}
-    kinds |= {m.name: m.kind for part in PHASES for m in part}
+    kinds |= {m.name: m.kind for part in (*PHASES, TIED) for m in part}
+    if not len(trajectory.body.tied):
+        found = {name: value for name, value in found.items() if name not in _TIED}
     written = [m.name for m in _of_format_2(found) if m.name != "digest"]
     return {name: np.array(found[name], kinds[name]) for name in written}
 
 
 def _of_format_2(names: Container[str]) -> tuple[Member, ...]:
     """Return the arrays that a file of format 2 has, given those of it, or some of them."""
-    parts = (part for part in PHASES if any(member.name in names for member in part))
+    groups = (*PHASES, TIED)
+    parts = (part for part in groups if any(member.name in names for member in part))
     return (*MEMBERS, *(member for part in parts for member in part))
 
 

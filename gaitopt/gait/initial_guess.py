@@ -130,13 +130,13 @@ def flat_feet_gap(problem: WalkProblem) -> float:
 
     The largest entry of both loops' gaps in the posture nearest to a double support, by least
     squares over the joint angles within their ranges and the free geometric quantities. Legs of
-    six joints and more can take any posture within reach: 0.
+    six motors and more can take any posture within reach: 0.
     """
     robot, layout = problem.robot, problem.layout
-    if robot.tree.stance >= TWIST:
+    if robot.tree.stance >= TWIST and robot.coupling.none:
         return 0.0
     support = JointAngleSupport(robot, rise=layout.rise)
-    geometry, count = _geometry(problem), robot.tree.size
+    geometry, count = _geometry(problem), len(robot.joint_names)
     fixed_step = not layout.geometry[DURATION].free and problem.task.speed_as == "constraint"
     rows = [row for row in layout.free if not (row == STEP_LENGTH and fixed_step)]
     table = [layout.geometry[row] for row in rows]

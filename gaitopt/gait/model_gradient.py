@@ -19,6 +19,7 @@ from gaitopt.gait.step import Step, StepDerivatives
 from gaitopt.gait.step_hessian import StepAdjoint, step_adjoint
 from gaitopt.gait.step_model import StepModel
 from gaitopt.mechanics.cached_workspace import cached_workspace
+from gaitopt.mechanics.impact import BASE
 from gaitopt.mechanics.inverse_dynamics_hessian import WeightedDynamics
 from gaitopt.mechanics.inverse_kinematics import closure_forces, loop_gap_jacobian
 from gaitopt.mechanics.model_gradient import (
@@ -48,7 +49,7 @@ class ModelGradient:
         swing_sole, pelvis: in displacements of these frames in the axes of their bodies, (3,).
         corners: of the swing sole, in its axes, shape (4, 3).
         hips, ankles: in the centres as `Legs` has them, shape (2, 3).
-        armature, damping, friction: of each joint, shape (n,).
+        armature, damping, friction: of each joint, those that follow others too, shape (n,).
         gravity: in the axes of the stance sole, shape (3,).
         duration: in the duration of the step.
     """
@@ -96,14 +97,15 @@ def model_gradient(
         first: weights of every quantity, of its shape; those of `LEG_GAPS` are left out.
     """
     back = step_adjoint(model, step, derivatives, first)
+    effort = back.effort @ model.standing.coupling.padded(BASE).T  # of all joints
     robot, standing, h = model.robot, model.standing, step.hinges
     swing, pelvis = robot.tree.swing_foot, robot.tree.pelvis
-    supported, on_sole, on_corners = _support(standing, derivatives, back, first, step)
+    supported, on_sole, on_corners = _support(standing, derivatives, effort, first, step)
     bodies = cached_workspace(robot, body_model)
-    landing = bodies.at(step.q_end[None])
+    landing = bodies.at(robot.coupling.angles(step.q_end)[None])
     at_impact = dynamics_gradient(landing, back.impact.dynamics)
     landed, on_landing = landing_gradient(landing, back.impact)
-    start = bodies.at(step.posture.q_start[None])
+    start = bodies.at(robot.coupling.angles(step.posture.q_start)[None])
     at_pelvis, at_sole = _double_support(
         step.posture, derivatives.posture, back.q_start, first[quantities.GAPS]
     )
@@ -116,7 +118,7 @@ def model_gradient(
     on_sole = on_sole + landing.forces_in(swing, on_landing)[0, :3]
     on_sole += start.forces_in(swing, at_sole[None])[0, :3]
     hips, ankles = _centres(step.posture, first[quantities.LEGS])
-    damping, friction = _passive(derivatives, back, h)
+    damping, friction = _passive(derivatives, effort, h)
     return ModelGradient(
         mass=supported.mass[h:] + at_impact.mass,
         first=supported.first[h:] + at_impact.first,
@@ -138,7 +140,7 @@ def model_gradient(
 def _support(
     standing: Robot,
     derivatives: StepDerivatives,
-    back: StepAdjoint,
+    effort: Array,
     first: dict[Quantity, Array],
     step: Step,
 ) -> tuple[DynamicsGradient, Array, Array]:
@@ -148,8 +150,9 @@ def _support(
     """
     support, tree = derivatives.support, standing.tree
     bodies = cached_workspace(standing, body_model).at(support.motion[0])
-    base = np.broadcast_to(-support.gravity, (len(back.effort), 6))
-    at = WeightedDynamics(support.axes, *support.motion, base, back.effort)
+    base = np.broadcast_to(-support.gravity, (len(effort), 6))
+    q, dq, ddq = support.motion
+    at = WeightedDynamics(support.axes, q, dq, ddq, base, effort)
     found = dynamics_gradient(bodies, at)
     corners = first[quantities.CORNERS].reshape(-1, 4, 3)
     moment = cross(step.support.corners, corners).sum(axis=1)
@@ -203,10 +206,10 @@ def _centres(posture: Posture, weights: Array) -> tuple[Array, Array]:
     return hips, np.stack([-weights[0], -posture.sole.rotation.T @ weights[1]])
 
 
-def _passive(derivatives: StepDerivatives, back: StepAdjoint, hinges: int) -> tuple[Array, Array]:
+def _passive(derivatives: StepDerivatives, effort: Array, hinges: int) -> tuple[Array, Array]:
     """Derivatives in viscous damping and Coulomb friction of the joints, shape (n,) each."""
     rates = derivatives.support.motion[1][:, hinges:]
-    weights = back.effort[:, 6 + hinges :]
+    weights = effort[:, 6 + hinges :]
     turned = np.tanh(rates / FRICTION_RATE)
     return (weights * rates).sum(axis=0), (weights * turned).sum(axis=0)
 

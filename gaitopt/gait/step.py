@@ -28,6 +28,7 @@ from gaitopt.mechanics.impact import ImpactDerivatives, ImpactState, Turning
 from gaitopt.mechanics.leg_distance import LegGaps, leg_pairs
 from gaitopt.mechanics.single_support import SupportDerivatives, SupportState
 from gaitopt.mechanics.trunk import ROLL, YAW, Trunk
+from gaitopt.model.coupling import Coupling
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array
 
@@ -183,6 +184,19 @@ def with_foot(foot: Array, joints: Array) -> Array:
     return np.concatenate([foot, joints], axis=-1) if foot.shape[-1] else joints
 
 
+class ReducedDerivatives(PostureQuantityDerivatives):
+    """Derivatives of a quantity of the posture in the joints that follow no other."""
+
+    def __init__(self, of_all: PostureQuantityDerivatives, coupling: Coupling) -> None:
+        """Reduce derivatives in all joints."""
+        self._of_all, self._coupling = of_all, coupling
+        self.value, self.jacobian = of_all.value, coupling.reduced(of_all.jacobian)
+
+    def hessian(self, weights: Array) -> Array:
+        """Return the Hessian of sum(weights * value), weights (N, entries), (N, n, n)."""
+        return self._coupling.reduced_twice(self._of_all.hessian(weights))
+
+
 OPTIONAL = (quantities.TRUNK, quantities.LEG_GAPS)
 _HEADING = 0.5  # of the foot yaw: the direction of travel in the stance sole's axes
 
@@ -212,10 +226,11 @@ class PostureQuantities:
             )
             self._read[quantities.LEG_GAPS] = LegGaps(standing.tree, pairs)
         self._bodies = ForwardKinematics(standing.model) if self._read else None
+        self._coupling = standing.coupling
 
     def placed(self, q: Array) -> Placements | None:
         """Return the bodies at postures q (N, n), if anything is read off them."""
-        return None if self._bodies is None else self._bodies.placed(q)
+        return None if self._bodies is None else self._bodies.placed(self._coupling.angles(q))
 
     def values(self, placed: Placements | None) -> dict[Quantity, Array]:
         """Return what is read off the bodies, of those asked for, shape (N, entries)."""
@@ -226,10 +241,13 @@ class PostureQuantities:
     def derivatives(
         self, placed: Placements | None, axes: Array
     ) -> dict[Quantity, PostureQuantityDerivatives]:
-        """Return the local derivatives of those asked for, from joint axes (N, n, 6)."""
+        """Return the local derivatives of those asked for, from axes of all joints (N, all, 6)."""
         if placed is None:
             return {}
-        return {what: reading.derivatives(placed, axes) for what, reading in self._read.items()}
+        found = {what: reading.derivatives(placed, axes) for what, reading in self._read.items()}
+        if self._coupling.none:
+            return found
+        return {what: ReducedDerivatives(at, self._coupling) for what, at in found.items()}
 
 
 def completed(values: dict[Quantity, Array], foot_yaw: Array, count: int) -> dict[Quantity, Array]:

@@ -19,7 +19,7 @@ from gaitopt.gait.quantities import Quantity
 from gaitopt.gait.step import ShapedTurn, Step, StepDerivatives
 from gaitopt.gait.step_model import StepModel
 from gaitopt.mechanics.cached_workspace import cached_workspace
-from gaitopt.mechanics.forward_kinematics import body_inertias, corner_hessian
+from gaitopt.mechanics.forward_kinematics import body_inertias
 from gaitopt.mechanics.impact import WeightedImpact
 from gaitopt.mechanics.inverse_dynamics_hessian import (
     InverseDynamicsHessian,
@@ -255,7 +255,8 @@ def _alone(model: StepModel, impact: WeightedImpact) -> InverseDynamicsHessian:
     """Second derivatives of the impact's dynamics: the robot's own, which has no hinge."""
     bodies = cached_workspace(model.robot, body_inertias)
     inertias = bodies.in_world(impact.dynamics.posture)
-    return inverse_dynamics_hessian(inertias, impact.dynamics, model.robot.tree)
+    found = inverse_dynamics_hessian(inertias, impact.dynamics, model.robot.tree)
+    return found.reduced(model.robot.coupling)
 
 
 def _sole_twist_hessian(
@@ -310,7 +311,7 @@ def _local_gradient(
 ) -> Array:
     """Local gradient in (q, dq, ddq), the foot's turn in front of each, shape (N, 3 (h + n))."""
     support = derivatives.support
-    n = support.tree.size
+    n = support.corners.shape[-1]
     corners = support.corners.reshape(len(effort), -1, n)
     gradient = (effort[:, None] @ support.effort)[:, 0]
     gradient[:, :n] += (first[quantities.CORNERS][:, None] @ corners)[:, 0]
@@ -332,7 +333,7 @@ def _local_hessian(
 ) -> Array:
     """Local Hessian in (q, dq, ddq), the foot's turn in front of each: N matrices of 3 (h + n)."""
     support, first, second = derivatives.support, weights.first, weights.second
-    count, n = len(support.effort), support.tree.size
+    count, n = len(support.effort), support.corners.shape[-1]
     q, dq, ddq = slice(n), slice(n, 2 * n), slice(2 * n, None)
     bent = np.zeros(support.effort.shape)
     for one, rows in zip(_EFFORT, (slice(6), slice(6 + hinges, None)), strict=True):
@@ -340,7 +341,7 @@ def _local_hessian(
             np.matmul(second[one, one], support.effort[:, rows], out=bent[:, rows])
     local = support.effort.swapaxes(1, 2) @ bent
     corners = first[quantities.CORNERS].reshape(count, 4, 3)
-    local[:, q, q] += torque.qq + corner_hessian(support.axes, support.corners, corners)
+    local[:, q, q] += torque.qq + support.corner_hessian(corners)
     local[:, q, dq] += torque.qv
     local[:, dq, q] += torque.qv.swapaxes(1, 2)
     local[:, dq, dq] += torque.vv

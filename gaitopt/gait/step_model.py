@@ -77,7 +77,7 @@ class StepModel:
             InputError: the layout's form of the double support does not suit the robot.
         """
         if not layout.lifted:
-            refuse_undetermined(robot.tree)
+            refuse_undetermined(robot)
         self.robot, self.layout, self.grid = robot, layout, grid
         self.schedule = schedule or Schedule()
         self.chart = chart or identity_chart(layout.size)

@@ -127,7 +127,8 @@ class TrajectorySamples:
         base_twist: linear [m/s] and angular velocity [rad/s], shape (N, 6).
         base_acceleration: time derivative of the twist's components, shape (N, 6).
         q, dq, ddq: joint coordinates [rad or m], rates and accelerations, shape (N, M).
-        torque: of the motors [N·m or N]; of joints that do not move what holds them, (N, M).
+        torque: of the motors [N·m or N]; of joints that do not move what holds them, and 0 of those
+            that follow others, whose motors move them, (N, M).
         contact: which feet stand, in the order of `Multibody.sole_names`, shape (N, 2).
         sole: placements of the sole frames in the world, shape (N, 2, 4, 4).
         wrench: of the ground on the feet, force [N] and moment about the sole frame's origin
@@ -339,6 +340,7 @@ class Trajectory:
                 values[:, odd] = values[:, odd] @ self.exchange.T
             motion[:, rows[:, None], body.moving] = values
             foot_motion[:, rows] = part.foot_motion(local[rows])
+        body.follow(motion)
         places = {
             key: self._place(*key) for key in set(zip(step.tolist(), phase.tolist(), strict=True))
         }
@@ -367,7 +369,7 @@ class Trajectory:
             q=motion[0],
             dq=motion[1],
             ddq=motion[2],
-            torque=torque + self._passive(motion),
+            torque=body.by_motors(torque + self._passive(motion)),
             contact=contact,
             sole=sole,
             wrench=on_feet,
@@ -414,8 +416,10 @@ class _Kinematics:
 
     def soles(self, joints: Array) -> tuple[pin.SE3, ...]:
         """Return the placements of both sole frames for angles (n,) of the moving joints."""
-        q = np.concatenate([pin.neutral(self._model)[:7], self._body.posture])
-        q[7 + self._body.moving] = joints
+        angles = self._body.posture.copy()
+        angles[self._body.moving] = joints
+        self._body.follow(angles[None])
+        q = np.concatenate([pin.neutral(self._model)[:7], angles])
         pin.framesForwardKinematics(self._model, self._data, q)
         return tuple(self._data.oMf[frame].copy() for frame in self._frames)
 

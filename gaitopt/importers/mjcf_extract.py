@@ -14,7 +14,13 @@ import numpy as np
 
 from gaitopt.errors import RobotError
 from gaitopt.importers.mjcf_compile import Compilation, element_named, refusal_of
-from gaitopt.importers.mjcf_joints import FREE, PassiveJoints, active_equalities, actuator_forces
+from gaitopt.importers.mjcf_joints import (
+    FREE,
+    Equality,
+    PassiveJoints,
+    active_equalities,
+    actuator_forces,
+)
 from gaitopt.importers.mjcf_robot import (
     GEOM_KINDS,
     CompiledBody,
@@ -22,6 +28,7 @@ from gaitopt.importers.mjcf_robot import (
     CompiledJoint,
     CompiledRobot,
     CompiledSite,
+    CompiledTie,
     fault_of,
     pose,
     pose_of,
@@ -30,6 +37,7 @@ from gaitopt.importers.mjcf_robot import (
 )
 from gaitopt.importers.pinocchio_model import MOST_JOINTS
 from gaitopt.importers.report import Finding, How, listed
+from gaitopt.importers.ties import Tie, fault_of_tie, resolved
 from gaitopt.importers.xml_document import FileProblem, XmlTree
 
 _CARRIER_MASS_SHARE = 0.01  # of the robot's mass: a body that only carries a joint of the root
@@ -78,6 +86,7 @@ class _Tree:
         self.compiled, self.model = compiled, compiled.model
         kinds = compiled.mujoco.mjtJoint
         self.free, self.slide = int(kinds.mjJNT_FREE), int(kinds.mjJNT_SLIDE)
+        self.hinge = int(kinds.mjJNT_HINGE)
         self.children: dict[int, list[int]] = {body: [] for body in range(self.model.nbody)}
         for body in range(1, self.model.nbody):
             self.children[int(self.model.body_parentid[body])].append(body)
@@ -172,7 +181,9 @@ class _Extraction:
         bodies = tuple(self._body(body, place) for body in kept)
         shown = {geom.mesh for body in bodies for geom in body.geoms}
         gravity = (0.0, 0.0, 0.0) if self.compiled.off("GRAVITY") else self.model.opt.gravity
+        ties, tied = self._ties(moving)
         robot = CompiledRobot(
+            ties=ties,
             name=str(self.model.names[: self.model.names.index(b"\0")].decode("utf-8", "replace")),
             gravity=vector(gravity),
             bodies=_with_some_drawn(bodies),
@@ -185,7 +196,7 @@ class _Extraction:
         self._tell_joints(robot, joints)
         self._tell_actuators(moving)
         self._tell_rest(joints)
-        problems = [*self._equalities(moving), *self._force_problems(joints)]
+        problems = [*tied, *self._force_problems(joints)]
         problems.sort(key=lambda problem: problem.line)
         return robot, tuple(problems), tuple(self.findings)
 
@@ -426,20 +437,60 @@ class _Extraction:
                 self._announce("limits", name, text, "changed")
         return problems
 
-    def _equalities(self, joints: set[int]) -> list[FileProblem]:
+    def _ties(self, joints: set[int]) -> tuple[tuple[CompiledTie, ...], list[FileProblem]]:
+        """Return which joints follow others, and all that ties joints as problems."""
         elements = [e for section in self.tree.root.findall("equality") for e in section]
-        problems = []
-        for tie in active_equalities(self.compiled):
-            element = elements[tie.index] if len(elements) == self.model.neq else None
-            for name in sorted(self.joint_names[j] for j in tie.joints & joints):
-                text = (
-                    f"joint '{name}': <{tie.tag}> of {tie.ends} in <equality> ties it, which is "
-                    "not supported in a leg: every leg joint has its own motor; remove that "
-                    f"<{tie.tag}>"
+        slides = {j for j in joints if int(self.model.jnt_type[j]) != self.bodies.hinge}
+        hinges = [self.joint_names[j] for j in joints - slides]
+        ties, told, others = dict[str, CompiledTie](), dict[str, Equality](), []
+        for equality in active_equalities(self.compiled):
+            fault = ""
+            if equality.pair is not None:
+                joint, master = (self.joint_names[j] for j in equality.pair)
+                constant, slope, *_ = equality.coefficients
+                tie = CompiledTie(joint, master, (constant, slope))
+                fault = "a joint can follow one other only; remove that <joint>"
+                if joint not in told:
+                    ties[joint], told[joint] = tie, equality
+                    continue
+            others.append((equality, fault))
+        for joint, equality in told.items():
+            constant, slope, *higher = equality.coefficients
+            fault = fault_of_tie(Tie(joint, ties[joint].master, slope, constant), hinges)
+            if any(higher):
+                fault = (
+                    "its polycoef has powers beyond the first, which is not supported; give two "
+                    "numbers and zeros, or remove that <joint>"
                 )
-                kind = "free" if tie.loop else "mimic"
-                problems.append(self._problem(kind, name, text, element))
-        return problems
+            elif joint not in hinges:
+                fault = "it slides or is a ball; remove that <joint>"
+            if fault:
+                others.append((equality, fault))
+                del ties[joint]
+        sound = {name: Tie(name, t.master, t.coefficients[1]) for name, t in ties.items()}
+        for joint, fault in resolved(sound)[1].items():
+            others.append((told[joint], fault))
+            del ties[joint]
+        problems = []
+        for joint, tie in ties.items():
+            text = f"joint '{joint}': it follows '{tie.master}', by <joint> in <equality>"
+            element = self._element(elements, told[joint])
+            problems.append(self._problem("tied", joint, text, element))
+        for equality, fault in others:
+            why = f": {fault}"
+            if not fault:
+                why = (
+                    ", which is not supported in a leg: every leg joint has its own motor; remove "
+                    f"that <{equality.tag}>"
+                )
+            words = f"<{equality.tag}> of {equality.ends} in <equality> ties it{why}"
+            kind, element = "free" if equality.loop else "mimic", self._element(elements, equality)
+            for name in sorted(self.joint_names[j] for j in equality.joints & joints):
+                problems.append(self._problem(kind, name, f"joint '{name}': {words}", element))
+        return tuple(ties.values()), problems
+
+    def _element(self, elements: list[Element], equality: Equality) -> Element | None:
+        return elements[equality.index] if len(elements) == self.model.neq else None
 
     def _problem(self, kind: str, name: str, text: str, element: Element | None) -> FileProblem:
         line = 0 if element is None else self.tree.line(element)

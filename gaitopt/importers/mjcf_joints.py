@@ -145,6 +145,9 @@ def _clamped(force: Range, limits: Iterable[float]) -> Range:
     return least, most
 
 
+_POLYNOMIAL = 5  # coefficients of a joint equality
+
+
 @dataclass(frozen=True)
 class Equality:
     """An equality that holds from the start.
@@ -155,6 +158,8 @@ class Equality:
         ends: what it ties, in words.
         joints: of those it ties.
         loop: whether it closes a loop of bodies; else it makes joints follow each other.
+        pair: the joint that follows and the one that it follows; None for anything else.
+        coefficients: of the polynomial in how far the other is from its `ref`, shape (5,).
     """
 
     index: int
@@ -162,6 +167,8 @@ class Equality:
     ends: str
     joints: frozenset[int]
     loop: bool
+    pair: tuple[int, int] | None = None
+    coefficients: tuple[float, ...] = ()
 
 
 def active_equalities(compiled: Compilation) -> list[Equality]:
@@ -190,9 +197,12 @@ def active_equalities(compiled: Compilation) -> list[Equality]:
             joints = _between(compiled, (model.site_bodyid[e] if site else e for e in ends))
         else:
             continue
+        pair = (ends[0], ends[1]) if kind == kinds.mjEQ_JOINT and min(ends) >= 0 else None
         names = [str(getattr(model, what)(end).name) for end in known]
         words = " and ".join(f"'{name}'" for name in names if what != "body" or name != "world")
-        found.append(Equality(index, tag, words, joints, tag in ("connect", "weld")))
+        numbers = tuple(float(value) for value in model.eq_data[index][:_POLYNOMIAL])
+        loop = tag in ("connect", "weld")
+        found.append(Equality(index, tag, words, joints, loop, pair, numbers))
     return found
 
 

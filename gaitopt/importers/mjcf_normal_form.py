@@ -24,11 +24,13 @@ from gaitopt.importers.mjcf_robot import (
     CompiledMesh,
     CompiledRobot,
     CompiledSite,
+    CompiledTie,
     Pose,
     fault_of,
     quaternion,
     vector,
 )
+from gaitopt.importers.ties import Tie, fault_of_tie, resolved
 
 MARK, VERSION = "gaitopt_normal_form", "1"
 """Name and value of the <text> in <custom> that says that a document is in normal form."""
@@ -113,6 +115,11 @@ _GEOM = (
 )
 _SIZE = (_vector("size", "size"),)
 _SITE = (_NAME, *_pose("place"))
+_TIE = (
+    _Attribute("joint1", "joint", str, str),
+    _Attribute("joint2", "master", str, str),
+    _Attribute("polycoef", "coefficients", _words, _numbers),
+)
 _MESH_FILE = (
     _NAME,
     _Attribute("file", "file", str, str),
@@ -143,9 +150,10 @@ _KNOWN: Mapping[str, set[str]] = {
     "body": _known(*_BODY),
     "freejoint": {"name"},
     "inertial": _known(*_INERTIAL),
-    "joint": _known(*_JOINT) | {name for flag, ends, *_ in _RANGES for name in (flag, ends)},
+    "joint": _known(*_JOINT, *_TIE) | {name for flag, ends, *_ in _RANGES for name in (flag, ends)},
     "geom": _known(*_GEOM, *_SIZE) | {"contype", "conaffinity", "group"},
     "site": _known(*_SITE),
+    "equality": set(),
     "keyframe": set(),
     "key": {"name", "qpos"},
 }
@@ -188,6 +196,10 @@ def normal_text(robot: CompiledRobot) -> str:
     for body in robot.bodies:
         parent = world if body.parent < 0 else written[body.parent]
         written.append(_write_body(parent, body))
+    if robot.ties:
+        equality = SubElement(root, "equality")
+        for tie in robot.ties:
+            _write(equality, "joint", tie, _TIE)
     if robot.keyframes:
         keyframe = SubElement(root, "keyframe")
         for name, angles in robot.keyframes:
@@ -227,12 +239,14 @@ def read_normal(root: Element) -> CompiledRobot:
                 for m in meshes
             ),
         )
+        ties = tuple(_read_tie(tie) for tie in root.findall("equality/joint"))
         keys = root.findall("keyframe/key")
         frames = tuple((key.attrib["name"], _angles(robot, key)) for key in keys)
     except (KeyError, ValueError, TypeError) as error:
         raise NotNormalError(str(error)) from None
+    robot = replace(robot, keyframes=frames, ties=ties)
     _check_whole(robot)
-    return replace(robot, keyframes=frames)
+    return robot
 
 
 def _check_whole(robot: CompiledRobot) -> None:
@@ -248,6 +262,7 @@ def _check_whole(robot: CompiledRobot) -> None:
         or any(geom.mesh not in meshes or geom.kind not in GEOM_KINDS for geom in geoms)
         or any(abs(length - 1.0) > _ROUNDING for length in lengths)
         or any(not _possible(body) for body in robot.bodies)
+        or not _sound(robot)
     ):
         raise NotNormalError("it was changed")
 
@@ -256,6 +271,20 @@ def _possible(body: CompiledBody) -> bool:
     """Whether a body can have the mass and the moments that it has, which may all be zero."""
     a, b, c = sorted(body.moments)
     return body.mass >= 0.0 and a >= 0.0 and c <= (a + b) * (1.0 + _ROUNDING)
+
+
+def _sound(robot: CompiledRobot) -> bool:
+    """Whether every tie is one that `mjcf_extract` lets pass."""
+    hinges = [joint.name for joint in robot.joints if joint.kind == "hinge"]
+    ties = {tie.joint: Tie(tie.joint, tie.master, *tie.coefficients[::-1]) for tie in robot.ties}
+    alone = len(ties) == len(robot.ties) and {*ties} <= {*hinges}
+    return alone and not (any(fault_of_tie(t, hinges) for t in ties.values()) or resolved(ties)[1])
+
+
+def _read_tie(element: Element) -> CompiledTie:
+    found = _read(element, _TIE)
+    constant, slope = found.pop("coefficients")
+    return CompiledTie(**found, coefficients=(constant, slope))
 
 
 def _write_body(parent: Element, body: CompiledBody) -> Element:

@@ -9,6 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
+from gaitopt.importers.ties import Tie
+
 Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
 """Scalar part first, as in MuJoCo; of unit length."""
@@ -154,6 +156,20 @@ class CompiledBody:
 
 
 @dataclass(frozen=True)
+class CompiledTie:
+    """A joint that follows another: from its `ref` it is as far as MuJoCo's `polycoef` says.
+
+    Attributes:
+        joint, master: names of the joint that follows and of the one that it follows.
+        coefficients: constant, then per distance of the master from its `ref` [rad or m].
+    """
+
+    joint: str
+    master: str
+    coefficients: tuple[float, float]
+
+
+@dataclass(frozen=True)
 class CompiledRobot:
     """One robot.
 
@@ -163,6 +179,7 @@ class CompiledRobot:
         bodies: parents before children, depth first; the first is the root.
         meshes: that geoms show.
         keyframes: name and joint coordinates [rad or m] by joint name, balls left out.
+        ties: of joints that follow others, each sound.
     """
 
     name: str
@@ -170,6 +187,7 @@ class CompiledRobot:
     bodies: tuple[CompiledBody, ...]
     meshes: tuple[CompiledMesh, ...] = ()
     keyframes: tuple[tuple[str, tuple[tuple[str, float], ...]], ...] = ()
+    ties: tuple[CompiledTie, ...] = ()
 
     @property
     def joints(self) -> tuple[CompiledJoint, ...]:
@@ -180,6 +198,20 @@ class CompiledRobot:
     def drawn_posture(self) -> dict[str, float]:
         """Joint coordinates of the posture that the file draws, where they are not 0."""
         return {joint.name: joint.ref for joint in self.joints if joint.ref}
+
+    @property
+    def followers(self) -> dict[str, Tie]:
+        """Joints that follow others, in their coordinates."""
+        ref = {joint.name: joint.ref for joint in self.joints}
+        return {
+            tie.joint: Tie(
+                tie.joint,
+                tie.master,
+                tie.coefficients[1],
+                ref[tie.joint] + tie.coefficients[0] - tie.coefficients[1] * ref[tie.master],
+            )
+            for tie in self.ties
+        }
 
 
 def fault_of(robot: CompiledRobot) -> tuple[str, str, str]:

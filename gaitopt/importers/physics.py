@@ -8,7 +8,10 @@ from dataclasses import dataclass, field, replace
 STANDARD_GRAVITY = 9.81
 """Acceleration of free fall where a description gives none [m/s²]."""
 
-PARTS = ("friction", "damping", "springs", "armature", "gravity-compensation", "gravity")
+TIES = "ties"
+"""That joints follow others, among `PARTS`."""
+
+PARTS = ("friction", "damping", "springs", "armature", "gravity-compensation", "gravity", TIES)
 """Parts of a description's physics that can be left out, each by itself."""
 
 GENERATED = "<!-- Made by gaitopt: links without rotors. -->"

@@ -43,7 +43,8 @@ from gaitopt.importers.physics import Physics
 from gaitopt.importers.pinocchio_model import mark_joint_frames
 from gaitopt.importers.report import Finding
 from gaitopt.importers.text_files import read_text
-from gaitopt.importers.urdf_check import check_urdf, passive_joints, urdf_findings
+from gaitopt.importers.ties import Tie, resolved
+from gaitopt.importers.urdf_check import check_urdf, passive_joints, read_ties, urdf_findings
 from gaitopt.importers.urdf_document import Description, describe
 from gaitopt.importers.urdf_geometry import (
     Kind,
@@ -96,6 +97,11 @@ class Source(ABC):
     def drawn_posture(self) -> Mapping[str, float]:
         """Joint coordinates of the posture that the file draws, where they are not 0 [rad or m]."""
         return {}
+
+    @property
+    @abstractmethod
+    def ties(self) -> Mapping[str, Tie]:
+        """Joints that follow others, each to one that follows none."""
 
     @abstractmethod
     def mesh_problems(self) -> list[MeshProblem]:
@@ -209,6 +215,11 @@ class UrdfSource(Source):
         """Damping and friction of the joints."""
         return Physics(passive_joints(self._description))
 
+    @cached_property
+    def ties(self) -> Mapping[str, Tie]:
+        """Joints that mimic others."""
+        return read_ties(self._description)[0]
+
     def mesh_problems(self) -> list[MeshProblem]:
         """Return the meshes that are missing, empty, were not fetched, or could not be read."""
         found = mesh_problems(self._read_shapes.shapes, self._paths)
@@ -276,6 +287,11 @@ class MjcfSource(Source):
     def drawn_posture(self) -> Mapping[str, float]:
         """Joint coordinates at their `ref`, where that is not 0 [rad or m]."""
         return self.compiled.drawn_posture
+
+    @cached_property
+    def ties(self) -> Mapping[str, Tie]:
+        """Joints that an equality ties to others."""
+        return resolved(self.compiled.followers)[0]
 
     def mesh_problems(self) -> list[MeshProblem]:
         """Return the meshes that are missing, empty or were not fetched."""

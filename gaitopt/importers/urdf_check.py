@@ -18,6 +18,7 @@ from gaitopt.escape import printable
 from gaitopt.importers.physics import PassiveJoint
 from gaitopt.importers.pinocchio_model import MOST_JOINTS, inertia_fault
 from gaitopt.importers.report import Faults, Finding, How, fault_error, faults_of, listed
+from gaitopt.importers.ties import Tie, fault_of_tie, resolved
 from gaitopt.importers.urdf_document import (
     FREE_TYPES,
     LIMITED_TYPES,
@@ -35,6 +36,7 @@ from gaitopt.importers.urdf_model import Rotor, read_rotors, refuse_taken
 from gaitopt.importers.xml_document import FileProblem, XmlTree, as_number
 from gaitopt.nlp import Array
 
+_FOLLOWING = ("revolute", "continuous", "prismatic")  # joints that <mimic> can lead
 _SPRINGS = ("spring_stiffness", "spring_reference")  # of <dynamics>, as SDF has them
 _PLACEHOLDER_LINKS = 4  # links of one inertia that may be a placeholder
 _PLACEHOLDER_MASSES = 3  # different masses among them: parts of both legs come in pairs
@@ -80,6 +82,7 @@ def check_urdf(tree: XmlTree) -> tuple[FileProblem, ...]:
         problems += _inertial_problems(link)
     for joint in robot.joints.values():
         problems += [*_joint_problems(joint), *_unread_problems(joint)]
+    problems += read_ties(robot)[1]
     problems += [*_massless(robot), *_placeholders(robot), *name_problems(tree), *rotors]
     problems += read_shapes(tree).problems
     return tuple(sorted(problems, key=lambda problem: problem.line))
@@ -91,16 +94,18 @@ def _place(fault: str) -> str:
 
 
 def locked_mimics(
-    problems: Iterable[FileProblem], legs: Collection[str]
+    problems: Iterable[FileProblem], moving: Collection[str]
 ) -> tuple[FileProblem, ...]:
-    """Return the problems of a robot with all joints that mimic others, not the legs', in one.
+    """Return the problems of a robot with all joints that follow others and stand still in one.
+
+    That a joint follows another is no problem where both move.
 
     Args:
         problems: that were found in its file.
-        legs: names of the joints of its legs.
+        moving: names of the joints that move.
     """
-    problems = tuple(problems)
-    others = [p for p in problems if p.kind == "mimic" and p.name not in legs]
+    problems = tuple(p for p in problems if p.kind != "tied" or p.name not in moving)
+    others = [p for p in problems if p.kind in ("mimic", "tied") and p.name not in moving]
     if not others:
         return problems
     subject = "one joint" if len(others) == 1 else f"{len(others)} joints"
@@ -109,6 +114,40 @@ def locked_mimics(
     text = f"{subject} outside the legs {verbs} locked, as every joint there is: {names}"
     told = replace(others[0], text=text)
     return tuple(told if p is others[0] else p for p in problems if p not in others[1:])
+
+
+def read_ties(robot: Description) -> tuple[dict[str, Tie], list[FileProblem]]:
+    """Return the joints of a URDF that follow others, and every <mimic> as a problem.
+
+    Its kind is "tied" where the joint can follow, which matters where the other does not move, and
+    "mimic" where it cannot, which matters if the joint is to move.
+    """
+    joints = {name: joint for name, joint in robot.joints.items() if joint.kind in _FOLLOWING}
+    ties, faults = dict[str, Tie](), dict[str, str]()
+    for name, joint in robot.joints.items():
+        if (mimic := joint.entry.element.find("mimic")) is None or joint.kind == "fixed":
+            continue
+        values = [
+            as_number(mimic.get(attribute, default))
+            for attribute, default in (("multiplier", "1"), ("offset", "0"))
+        ]
+        tie = Tie(name, mimic.get("joint", ""), *values)
+        fault = fault_of_tie(tie, joints) if name in joints else f"its type is {joint.kind}"
+        if fault:
+            faults[name] = fault
+        else:
+            ties[name] = tie
+    ties, circles = resolved(ties)
+    problems = []
+    for name, joint in robot.joints.items():
+        if (mimic := joint.entry.element.find("mimic")) is None:
+            continue
+        if name in ties:
+            problems.append(joint.entry.problem("tied", f"it {ties[name]}", mimic))
+        elif fault := (faults | circles).get(name, ""):
+            text = f"its <mimic> cannot be followed: {fault}, or remove <mimic> there"
+            problems.append(joint.entry.problem("mimic", text, mimic))
+    return ties, problems
 
 
 def _joint_problems(joint: Joint) -> list[FileProblem]:
@@ -126,12 +165,6 @@ def _joint_problems(joint: Joint) -> list[FileProblem]:
     if joint.kind == "fixed":
         return []
     problems = []
-    if (mimic := entry.element.find("mimic")) is not None:
-        text = (
-            f"it mimics joint '{mimic.get('joint')}', which is not supported in a leg: every leg "
-            "joint has its own motor; remove <mimic> there"
-        )
-        problems.append(entry.problem("mimic", text, mimic))
     if entry.element.find("axis") is None:
         text = 'it has no <axis>: taken as 1 0 0, as the format has it; write <axis xyz="1 0 0"/>'
         problems.append(entry.problem("axis", text))

@@ -87,6 +87,7 @@ def _hinged(robot: Robot, contact: ContactMode) -> Robot:
         robot,
         model=rooted,
         joint_names=(name, *robot.joint_names),
+        coupling=robot.coupling.led(name),
         stance_sole=FOOTPRINT,
         physics=_physics(robot.physics, line),
     )

@@ -32,6 +32,7 @@ from gaitopt.mechanics.inverse_dynamics_hessian import (
     velocity_rate_hessian,
 )
 from gaitopt.mechanics.spatial import cross_motion, solve
+from gaitopt.model.coupling import Coupling
 from gaitopt.model.joint_tree import JointTree
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array
@@ -167,10 +168,15 @@ class Impact:
         self._q = pin.neutral(robot.model)
         self._forces = pin.StdVec_Force()
         self._forces.extend([pin.Force.Zero()] * robot.model.njoints)
-        self._nv = robot.model.nv
+        self._coupling = robot.coupling
+        self._nv = BASE + len(robot.joint_names)
+
+    def _all(self, velocity: Array) -> Array:
+        """Twist of the foot and rates of all joints, from the free joints' rates, (6 + all,)."""
+        return np.concatenate([velocity[:BASE], self._coupling.rates(velocity[BASE:])])
 
     def _configuration(self, posture: Array) -> Array:
-        self._q[BASE + 1 :] = posture
+        self._q[BASE + 1 :] = self._coupling.angles(posture)
         q: Array = self._q
         return q
 
@@ -179,7 +185,10 @@ class Impact:
         q = self._configuration(posture)
         D = np.array(pin.crba(self._weightless, self._data, q))
         J = pin.computeFrameJacobian(self._weightless, self._data, q, self._frame, pin.LOCAL)
-        return D, J
+        if self._coupling.none:
+            return D, J
+        G = self._coupling.padded(BASE)
+        return G.T @ D @ G, J @ G
 
     def _kkt(self, D: Array, J: Array) -> Array:
         nv, stop = self._nv, self._nv + BASE
@@ -248,16 +257,19 @@ class Impact:
         if sole_before is not None:
             jump[:BASE] -= sole_before
         self._forces[self._last] = self._to_last.act(pin.Force(state.impulse))
-        rest = np.zeros(self._nv)
+        rest, jump = np.zeros(self._weightless.nv), self._all(jump)
         pin.computeRNEADerivatives(self._weightless, self._data, q, rest, jump, self._forces)
         momentum = self._data.dtau_dq[:, BASE:].copy()
         pin.computeForwardKinematicsDerivatives(
-            self._weightless, self._data, q, state.velocity, rest
+            self._weightless, self._data, q, self._all(state.velocity), rest
         )
         landing, _ = pin.getFrameVelocityDerivatives(
             self._weightless, self._data, self._frame, pin.LOCAL
         )
-        return momentum, landing[:, BASE:]
+        momentum, landing = map(self._coupling.reduced, (momentum, landing[:, BASE:]))
+        if not self._coupling.none:
+            momentum = self._coupling.padded(BASE).T @ momentum
+        return momentum, landing
 
     def locked(
         self,
@@ -313,16 +325,18 @@ class Impact:
         adjoint = -solve(derivatives.kkt.T, weights)
         q = self._configuration(posture)
         J = pin.computeJointJacobians(self._weightless, self._data, q)
+        coupling = self._coupling
         dynamics = WeightedDynamics(
             axes=J[:, BASE:].T.copy()[None],
-            posture=posture[None],
-            rate=np.zeros((1, len(posture))),
-            acceleration=(state.rate_after - rate_before)[None],
+            posture=coupling.angles(posture)[None],
+            rate=np.zeros((1, self.robot.tree.size)),
+            acceleration=coupling.rates(state.rate_after - rate_before)[None],
             base_acceleration=base[None],
-            weights=adjoint[None, : self._nv],
+            weights=self._all(adjoint[: self._nv])[None],
         )
         foot = self._data.oMi[self._last] * self._to_last
-        return WeightedImpact(dynamics, state, derivatives, foot, adjoint, self.robot.tree)
+        tree = self.robot.tree
+        return WeightedImpact(dynamics, state, derivatives, foot, adjoint, tree, coupling)
 
 
 @dataclass(frozen=True)
@@ -333,11 +347,13 @@ class WeightedImpact:
     K' l = -weights, the Hessian is that of l . F along (dz, dy/dz dz).
 
     Attributes:
-        dynamics: D (V+ - V-) as the inverse dynamics of one instant at rest, weighted by l.
+        dynamics: D (V+ - V-) as the inverse dynamics of one instant at rest, weighted by l, of all
+            joints.
         state, derivatives: the impact and its derivatives.
         foot: placement of the landing sole.
         adjoint: l, shape (12 + n,), or (13 + n,) on a line.
-        tree: of the joints.
+        tree: of all joints.
+        coupling: of all joints to the n that follow no other.
     """
 
     dynamics: WeightedDynamics
@@ -346,6 +362,7 @@ class WeightedImpact:
     foot: pin.SE3
     adjoint: Array
     tree: JointTree
+    coupling: Coupling
 
     def hessian(self, inertial: InverseDynamicsHessian) -> Array:
         """Return the Hessian in (posture, rate before), shape (2 n, 2 n).
@@ -353,10 +370,21 @@ class WeightedImpact:
         Where the stance sole moves before the impact its twist comes third: (2 n + 6, 2 n + 6).
 
         Args:
-            inertial: second derivatives of `dynamics`.
+            inertial: second derivatives of `dynamics`, in the joints that follow no other.
         """
-        n = self.tree.size
+        n = len(self.coupling.free)
         qq, by_result = self._landing()
+        if not self.coupling.none:
+            qq = self.coupling.reduced_twice(qq)
+            rates = slice(BASE, BASE + self.tree.size)
+            by_result = self.coupling.matrix.T @ np.concatenate(
+                [
+                    by_result[:, :BASE],
+                    self.coupling.reduced(by_result[:, rates]),
+                    by_result[:, rates.stop :],
+                ],
+                axis=1,
+            )
         qq += inertial.qq[0]
         by_result[:, :BASE] += inertial.base[0]
         by_result[:, BASE : BASE + n] += inertial.qa[0]
@@ -374,16 +402,19 @@ class WeightedImpact:
         """Second derivatives of l . (-J' I, J V+), to which the legs alone contribute.
 
         Returns:
-            In the posture twice (n, n); in the posture and (V+, I) (n, 12 + n).
+            Of all joints: in the posture twice; in the posture and (V+, I).
         """
         n, legs = self.tree.size, self.tree.legs
         axes, state = self.dynamics.axes[0, legs], self.state
-        momentum, landing, _ = np.split(self.adjoint, [BASE + n, 2 * BASE + n])  # linear in w
-        base, rates = momentum[:BASE], momentum[BASE:][legs]
+        after = self.coupling.rates(state.rate_after)[legs]
+        own = BASE + len(self.coupling.free)
+        _, landing, rest = np.split(self.adjoint, [own, own + BASE])  # linear in w
+        base, rates = np.split(self.dynamics.weights[0], [BASE])
+        rates = rates[legs]
         impulse = self.foot.act(pin.Force(state.impulse)).vector
         push = self.foot.act(pin.Force(landing)).vector
-        qq, by_result = np.zeros((n, n)), np.zeros((n, len(self.adjoint)))
-        qq[legs, legs] = velocity_hessian(axes, state.rate_after[legs], state.sole_twist, push)
+        qq, by_result = np.zeros((n, n)), np.zeros((n, n + 2 * BASE + len(rest)))
+        qq[legs, legs] = velocity_hessian(axes, after, state.sole_twist, push)
         qq[legs, legs] -= velocity_hessian(axes, rates, base, impulse)
         by_rate, by_result[legs, :BASE] = velocity_rate_hessian(axes, push)
         by_result[legs, BASE : BASE + len(axes)] = by_rate

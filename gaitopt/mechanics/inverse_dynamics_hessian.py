@@ -29,6 +29,7 @@ from gaitopt.mechanics.spatial import (
     motion_cross_matrix,
     symmetric,
 )
+from gaitopt.model.coupling import Coupling
 from gaitopt.model.joint_tree import JointTree
 from gaitopt.nlp import Array
 
@@ -76,6 +77,14 @@ class InverseDynamicsHessian:
     vv: Array
     qa: Array
     base: Array
+
+    def reduced(self, coupling: Coupling) -> InverseDynamicsHessian:
+        """Return those of the joints that follow no other."""
+        if coupling.none:
+            return self
+        pairs = (self.qq, self.qv, self.vv, self.qa)
+        qq, qv, vv, qa = map(coupling.reduced_twice, pairs)
+        return InverseDynamicsHessian(qq, qv, vv, qa, coupling.matrix.T @ self.base)
 
     def at(self, instants: slice) -> InverseDynamicsHessian:
         """Return some of the instants."""

@@ -61,25 +61,31 @@ class LegKinematics:
         q = self._seed.copy()
         for _ in range(_BRANCHES):
             q = self._newton(q, pelvis, sole)
-            bend = legs.flexion * (q[knees] - legs.straight)
+            bend = legs.flexion * (self.robot.coupling.angles(q)[knees] - legs.straight)
             if bend.min() >= 0.0:
                 return q
-            q[knees] = legs.straight + legs.flexion * np.abs(bend)  # the leg's other branch
+            self._bend(q, np.abs(bend))  # the leg's other branch
         raise UnreachableError(
             f"the search ended with a knee bent backwards by {-bend.min():.3f} rad; "
             "lower the pelvis or shorten the step"
         )
 
+    def _bend(self, q: Array, bend: Array | float) -> None:
+        """Bend the knees of a posture (n,) by angles from the straight legs [rad]."""
+        legs = self.robot.legs
+        for knee, angle in zip(legs.knees, legs.straight + legs.flexion * bend, strict=True):
+            self.robot.coupling.put(q, knee, angle)
+
     def placements(self, q: Array) -> tuple[pin.SE3, pin.SE3]:
         """Return the placements of pelvis and swing sole at joint angles q (n,)."""
-        self._q[7:] = q
+        self._q[7:] = self.robot.coupling.angles(q)
         pin.framesForwardKinematics(self._model, self._data, self._q)
         frames = self._data.oMf
         return frames[self.robot.pelvis_frame].copy(), frames[self.robot.swing_frame].copy()
 
     def axes(self, q: Array) -> Array:
-        """Return the joint motion axes in the stance sole frame at q (n,), shape (n, 6)."""
-        self._q[7:] = q
+        """Return the motion axes of all joints in the stance sole frame at q (n,), (all, 6)."""
+        self._q[7:] = self.robot.coupling.angles(q)
         J = pin.computeJointJacobians(self._model, self._data, self._q)
         return np.asarray(J[:, 6:].T).copy()
 
@@ -100,9 +106,12 @@ class LegKinematics:
         model, data, robot = self._model, self._data, self.robot
         legs, stance = robot.tree.legs, robot.tree.stance
         matrix, gap = np.zeros((2 * TWIST, legs.stop)), np.empty(2 * TWIST)
-        square = matrix.shape[0] == matrix.shape[1]
+        # Free joints that turn those of the legs, and how they turn these.
+        free = np.unique(robot.coupling.motor[legs])
+        driven = robot.coupling.matrix[legs][:, free]
+        square = matrix.shape[0] == matrix.shape[1] == len(free)
         for _ in range(_MAX_ITERATIONS):
-            self._q[7:] = q
+            self._q[7:] = robot.coupling.angles(q)
             J = pin.computeJointJacobians(model, data, self._q)
             at_pelvis = pin.updateFramePlacement(model, data, robot.pelvis_frame)
             gap[:TWIST] = pin.log6(pelvis * at_pelvis.inverse()).vector
@@ -110,15 +119,19 @@ class LegKinematics:
             gap[TWIST:] = pin.log6(sole * at_sole.inverse()).vector
             columns = J[:, 6 : 6 + legs.stop]
             matrix[:TWIST, :stance], matrix[TWIST:] = columns[:, :stance], columns
-            step = _solve(matrix, gap) if square else np.linalg.lstsq(matrix, gap, rcond=_RANK)[0]
+            step = (
+                _solve(matrix, gap)
+                if square
+                else np.linalg.lstsq(matrix @ driven, gap, rcond=_RANK)[0]
+            )
             largest = float(np.abs(step).max())
             if not np.isfinite(largest):
                 break
             q = q.copy()
-            q[legs] += step * min(1.0, _MAX_STEP / max(largest, _MAX_STEP))
+            q[free] += step * min(1.0, _MAX_STEP / max(largest, _MAX_STEP))
             if largest < _LAST_STEP:
                 return q
-        if legs.stop < 2 * TWIST and np.isfinite(q).all():
+        if len(free) < 2 * TWIST and np.isfinite(q).all():
             return q  # the nearest posture; too few joints to meet both targets
         raise UnreachableError(
             "the legs found no posture for this double support; lower the pelvis, shorten the step "
@@ -129,8 +142,8 @@ class LegKinematics:
     def _seed(self) -> Array:
         """In double support, soles flat, trunk upright, knees bent: the seed of every search."""
         legs = self.robot.legs
-        q = np.zeros(self.robot.tree.size)
-        q[list(legs.knees)] = legs.straight + legs.flexion * _SEED_KNEE
+        q = np.zeros(len(self.robot.joint_names))
+        self._bend(q, _SEED_KNEE)
         for step in (0.0, _SEED_STEP * legs.reach):
             q = self._newton(q, *self.flat_feet(step, legs.stance_width))
         return q

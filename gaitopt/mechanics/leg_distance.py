@@ -27,7 +27,7 @@ from gaitopt.mechanics.forward_kinematics import (
 from gaitopt.mechanics.inverse_kinematics import LegKinematics
 from gaitopt.mechanics.spatial import cross, skew, symmetric
 from gaitopt.model.joint_tree import JointTree
-from gaitopt.model.leg_capsules import DEFAULT_RADIUS, Capsule, leg_capsules
+from gaitopt.model.leg_capsules import Capsule, leg_capsules
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array
 
@@ -200,12 +200,12 @@ class LegPairs:
             names = ", ".join(map(pair_name, self.dropped))
             said.append(f"not kept apart, for their capsules overlap when standing: {names}")
         bodies = {c.body: c for pair in (*self.kept, *self.dropped) for c in pair}
-        guessed = [c.name for _, c in sorted(bodies.items()) if c.source == "joints"]
+        guessed = [c for _, c in sorted(bodies.items()) if c.source == "joints"]
         if guessed:
             said.append(
-                f"taken as bars of {DEFAULT_RADIUS:g} m radius between their joints, for no shape "
-                "of them was found (are the meshes in --package-dir, package_dirs in Python?): "
-                + ", ".join(guessed)
+                f"taken as bars of {guessed[0].radius:.3g} m radius between their joints, for no "
+                "shape of them was found (are the meshes in --package-dir, package_dirs in "
+                f"Python?): {', '.join(c.name for c in guessed)}"
             )
         return tuple(said)
 
@@ -227,7 +227,7 @@ def leg_pairs(robot: Robot) -> LegPairs:
     stance = [c for c in capsules if c.body < pelvis]
     swing = [c for c in capsules if pelvis < c.body <= robot.tree.swing_foot]
     pairs = [(a, b) for a in stance for b in swing]
-    standing = ForwardKinematics(robot.model).placed(_standing(robot)[None])
+    standing = ForwardKinematics(robot.model).placed(robot.coupling.angles(_standing(robot))[None])
     gaps = LegGaps(robot.tree, tuple(pairs)).value(standing)[0]
     apart = gaps > 0.0
     return LegPairs(

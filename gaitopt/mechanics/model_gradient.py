@@ -183,13 +183,14 @@ def landing_gradient(bodies: Bodies, impact: WeightedImpact) -> tuple[Array, Arr
         For each joint with all beyond it, shape (1, n, 6); for the landing sole, shape (1, 6).
     """
     tree, axes = bodies.tree, impact.dynamics.axes
-    rates = BASE + tree.size
-    momentum, landing, _ = np.split(impact.adjoint, [rates, rates + BASE])
+    first = BASE + len(impact.coupling.free)
+    momentum, landing = impact.dynamics.weights[0], impact.adjoint[first : first + BASE]
+    after = impact.state.sole_twist, impact.coupling.rates(impact.state.rate_after)
     impulse = impact.foot.act(pin.Force(impact.state.impulse)).vector
     push = impact.foot.act(pin.Force(landing)).vector
     W, V = (
         _from_base(motion[None, :BASE], tree.up_to(axes * motion[None, BASE:, None]))
-        for motion in (momentum, impact.state.velocity)
+        for motion in (momentum, np.concatenate(after))
     )
     of_body = cross_force(W, np.broadcast_to(impulse, W.shape))
     of_body -= cross_force(V, np.broadcast_to(push, V.shape))

@@ -315,11 +315,16 @@ def _joint_columns(chain: Chain, A: Array, P: Array) -> Array:
 
 
 def impact(
-    chain: Chain, q: ArrayLike, v_minus: ArrayLike, free: ArrayLike | None = None
+    chain: Chain,
+    q: ArrayLike,
+    v_minus: ArrayLike,
+    free: ArrayLike | None = None,
+    ties: ArrayLike | None = None,
 ) -> tuple[Array, Array]:
     """Return the velocity after the impact and the impulse, Eqs. (19) and (20).
 
-    The former stance foot is free to leave the ground, I_0 = 0.
+    The former stance foot is free to leave the ground, I_0 = 0. Ties of joints keep holding by
+    impulses of their own.
 
     Args:
         chain: the chain.
@@ -327,6 +332,7 @@ def impact(
         v_minus: V before the impact, shape (..., 6 + n) [m/s, rad/s].
         free: twist that the swing foot keeps, about the line of it that lands, in its sole frame,
             shape (6,): the ground then gives no moment about it, and (17) holds across it.
+        ties: C, the joint rates before and after keep C rates = 0, shape (c, n); None: none.
 
     Returns:
         V after the impact, shape (..., 6 + n), and I13, the impulse of the swing foot ON THE
@@ -346,9 +352,14 @@ def impact(
     if free is not None:
         across = np.linalg.qr(foot_twist(chain, free)[:, None], mode="complete")[0][:, 1:]
         D12_t = across.T @ D12_t
-    compliance = _solved(D, np.swapaxes(D12_t, -1, -2))
-    I13 = _solved(D12_t @ compliance, times(D12_t, before)[..., None])[..., 0]
-    return before - times(compliance, I13), I13 @ across.T
+    held, count = D12_t, D12_t.shape[-2]
+    if ties is not None:
+        rows = np.pad(np.asarray(ties, dtype=np.float64), ((0, 0), (6, 0)))
+        rows = np.broadcast_to(rows, (*D12_t.shape[:-2], *rows.shape))
+        held = np.concatenate([D12_t, rows], axis=-2)
+    compliance = _solved(D, np.swapaxes(held, -1, -2))
+    impulses = _solved(held @ compliance, times(held, before)[..., None])[..., 0]
+    return before - times(compliance, impulses), impulses[..., :count] @ across.T
 
 
 def foot_twist(chain: Chain, twist: ArrayLike) -> Array:

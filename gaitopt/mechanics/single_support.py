@@ -2,6 +2,7 @@
 
 The effort is [R0; Gamma] of Eq. (1) for the rigid bodies, plus what the joints take themselves
 (damping, Coulomb friction, springs; docs/physics.md), less the weight that is carried from outside.
+Motion and torques are those of the n joints that follow no other (see `Coupling`).
 
 One `pin.Data` serves all instants, and its results are live views that are copied out after each:
 faster than a Data per instant, whose 0.4 MB each leave the processor's caches (measured: a third at
@@ -20,6 +21,7 @@ from gaitopt.mechanics.forward_kinematics import (
     BodyInertias,
     ForwardKinematics,
     body_inertias,
+    corner_hessian,
     corner_jacobian,
     corner_positions,
 )
@@ -30,7 +32,8 @@ from gaitopt.mechanics.inverse_dynamics_hessian import (
 )
 from gaitopt.mechanics.spatial import apply, cross_force, cross_motion, skew
 from gaitopt.model.chain_physics import PassiveJoints
-from gaitopt.model.joint_tree import FIRST, JointTree
+from gaitopt.model.coupling import Coupling
+from gaitopt.model.joint_tree import FIRST, TWIST, JointTree
 from gaitopt.model.reroot import joint_axis
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array
@@ -63,10 +66,12 @@ class SupportDerivatives:
     Attributes:
         effort: with respect to (q, dq, ddq) side by side, shape (N, 6 + n, 3 n).
         corners: with respect to q, shape (N, 4, 3, n).
-        axes: joint motion axes in the world, shape (N, n, 6).
-        motion: q, dq, ddq it was taken at, shape (N, n) each.
+        corners_by_all: likewise, of all joints, those that follow others too, (N, 4, 3, all).
+        axes: motion axes of all joints in the world, shape (N, all, 6).
+        motion: q, dq, ddq of all joints, shape (3, N, all).
         bodies: of the robot, for the second derivatives.
         tree: of its joints.
+        coupling: of its joints.
         gravity: spatial acceleration of gravity, shape (6,).
         passive: what the joints do by themselves; None if they do nothing.
         carried: weight that is carried from outside; None if there is none.
@@ -74,10 +79,12 @@ class SupportDerivatives:
 
     effort: Array
     corners: Array
+    corners_by_all: Array
     axes: Array
-    motion: tuple[Array, Array, Array]
+    motion: Array
     bodies: BodyInertias
     tree: JointTree
+    coupling: Coupling
     gravity: Array
     passive: PassiveTorque | None = None
     carried: GravityCompensation | None = None
@@ -91,8 +98,11 @@ class SupportDerivatives:
             weights: of the effort.
             then: further instants to follow the N; cheaper than on their own.
         """
+        if not self.coupling.none:
+            weights = weights @ self.coupling.padded(TWIST).T
         base = np.broadcast_to(-self.gravity, (len(weights), 6))
-        at = WeightedDynamics(self.axes, *self.motion, base, weights)
+        q, dq, ddq = self.motion
+        at = WeightedDynamics(self.axes, q, dq, ddq, base, weights)
         if then is not None:
             at = at.followed_by(then)
         found = inverse_dynamics_hessian(self.bodies.in_world(at.posture), at, self.tree)
@@ -103,7 +113,12 @@ class SupportDerivatives:
             each = np.arange(self.tree.size)
             found.qq[own, each, each] += weights[:, 6:] * self.passive.by_angle_twice
             found.vv[own, each, each] += weights[:, 6:] * self.passive.by_rate_twice
-        return found
+        return found.reduced(self.coupling)
+
+    def corner_hessian(self, weights: Array) -> Array:
+        """Return the second derivatives in q of sum(weights * corners), weights (N, 4, 3)."""
+        by_all = corner_hessian(self.axes, self.corners_by_all, weights)
+        return self.coupling.reduced_twice(by_all)
 
 
 class SingleSupport:
@@ -142,12 +157,15 @@ class SingleSupport:
             else cached_workspace(self.robot, GravityCompensation)
         )
 
-    def _load(self, q: Array, dq: Array, ddq: Array) -> None:
-        self._q[:, 7:], self._v[:, 6:], self._a[:, 6:] = q, dq, ddq
+    def _load(self, q: Array, dq: Array, ddq: Array) -> Array:
+        """Take a motion of free joints; return that of all, shape (3, N, all)."""
+        motion = self.robot.coupling.motion(np.stack([q, dq, ddq]))
+        self._q[:, 7:], self._v[:, 6:], self._a[:, 6:] = motion
+        return motion
 
     def state(self, q: Array, dq: Array, ddq: Array) -> SupportState:
         """Return wrench, torques and swing foot at the motion q, dq, ddq, shape (N, n) each."""
-        self._load(q, dq, ddq)
+        q, dq, _ = self._load(q, dq, ddq)
         model, data = self.robot.model, self._data
         effort = np.empty((self.count, model.nv))
         rotation, origin = np.empty((self.count, 3, 3)), np.empty((self.count, 3))
@@ -159,13 +177,20 @@ class SingleSupport:
             effort -= carried.effort(q)
         if self._joints is not None:
             effort[:, 6:] += passive_torque(self._joints, q, dq).value
+        effort = self._by_motors(effort)
         return SupportState(effort, corner_positions(rotation, origin, self._corners_in_last))
+
+    def _by_motors(self, effort: Array) -> Array:
+        """Return ground wrench and torques of free joints, from those of all, (..., 6 + all)."""
+        coupling = self.robot.coupling
+        return effort if coupling.none else effort @ coupling.padded(TWIST)
 
     def derivatives(
         self, q: Array, dq: Array, ddq: Array
     ) -> tuple[SupportState, SupportDerivatives]:
         """Return the state and its exact derivatives at the motion q, dq, ddq, (N, n) each."""
-        self._load(q, dq, ddq)
+        motion = self._load(q, dq, ddq)
+        q, dq, _ = motion
         model, data = self.robot.model, self._data
         by_position, by_rate, by_acceleration = self._slopes
         tree, n = self.robot.tree, self.robot.tree.size
@@ -174,8 +199,8 @@ class SingleSupport:
         rotation, origin = np.empty((self.count, 3, 3)), np.empty((self.count, 3))
         axes = np.empty((self.count, n, 6))
         of_q, of_dq, of_ddq = np.split(jacobian, 3, axis=2)
-        for k, motion in enumerate(zip(self._q, self._v, self._a, strict=True)):
-            pin.computeRNEADerivatives(model, data, *motion)
+        for k, instant in enumerate(zip(self._q, self._v, self._a, strict=True)):
+            pin.computeRNEADerivatives(model, data, *instant)
             effort[k], rotation[k], origin[k] = self._effort, self._rotation, self._origin
             of_q[k], of_dq[k], of_ddq[k] = by_position, by_rate, by_acceleration
             axes[k] = self._axes
@@ -190,13 +215,22 @@ class SingleSupport:
             of_q[:, 6 + each, each] += passive.by_angle
             of_dq[:, 6 + each, each] += passive.by_rate
         corners = corner_positions(rotation, origin, self._corners_in_last)
+        coupling = self.robot.coupling
+        if not coupling.none:
+            effort = self._by_motors(effort)
+            by_all = coupling.reduced(jacobian.reshape(self.count, 6 + n, 3, n))
+            by_all = by_all.reshape(self.count, 6 + n, -1)
+            jacobian = coupling.padded(TWIST).T @ by_all
+        corners_by_all = tree.from_legs(corner_jacobian(axes[:, tree.legs], corners))
         derivatives = SupportDerivatives(
             effort=jacobian,
-            corners=tree.from_legs(corner_jacobian(axes[:, tree.legs], corners)),
+            corners=coupling.reduced(corners_by_all),
+            corners_by_all=corners_by_all,
             axes=axes,
-            motion=(q, dq, ddq),
+            motion=motion,
             bodies=self._bodies,
             tree=tree,
+            coupling=coupling,
             gravity=model.gravity.vector,
             passive=passive,
             carried=carried,

@@ -14,11 +14,13 @@ import numpy as np
 import pinocchio as pin
 
 from gaitopt.errors import RobotError
-from gaitopt.importers.physics import Physics, is_generated
+from gaitopt.importers.physics import TIES, Physics, is_generated
 from gaitopt.importers.report import Finding, fault_error, faults_of
 from gaitopt.importers.source import Source
+from gaitopt.importers.ties import Tie, among, tied_to
 from gaitopt.importers.urdf_check import locked_mimics
 from gaitopt.importers.xml_document import FileProblem
+from gaitopt.model.coupling import couple
 from gaitopt.model.feet.foot_shape import FootShape, foot_points
 from gaitopt.model.feet.sole_detection import FoundSole, find_sole
 from gaitopt.model.feet.sole_frames import Soles, choose_soles, placement_numbers
@@ -36,6 +38,7 @@ from gaitopt.model.legs.leg_detection import (
 from gaitopt.model.legs.leg_geometry import missing_joints
 from gaitopt.model.legs.overrides import override, override_bodies, without_armature, without_mended
 from gaitopt.model.legs.reference_posture import (
+    followed,
     reference_angles,
     reference_configuration,
     rotor_armatures,
@@ -185,6 +188,7 @@ class ImportedRobot:
         problems: what was suspicious in the file.
         drawn_unequally: joints of the legs whose `ref` of an MJCF file is not the mirror image of
             their partner's, in words.
+        ties: of joints that move and follow others that do.
     """
 
     model: pin.Model
@@ -202,6 +206,7 @@ class ImportedRobot:
     faults: tuple[str, ...]
     problems: tuple[FileProblem, ...]
     drawn_unequally: tuple[str, ...]
+    ties: Mapping[str, Tie]
 
     @property
     def joints(self) -> tuple[int, ...]:
@@ -222,7 +227,9 @@ def import_robot(source: Source, choices: ImportOptions) -> ImportedRobot:
     """
     folder = Path() if source.path is None else source.path.parent
     whole, bodies, mended = override_bodies(source.model(), choices.inertias)
-    problems = without_mended(source.problems, mended)
+    ties, problems = source.ties, without_mended(source.problems, mended)
+    if TIES in choices.without:
+        ties, problems = {}, tuple(p for p in problems if p.kind not in ("mimic", "tied"))
     angles = {**source.drawn_posture, **reference_angles(choices, whole, folder)}
     overrides = (*_rotors(choices, whole, folder), *choices.limits)
     if "armature" in choices.without:
@@ -230,7 +237,8 @@ def import_robot(source: Source, choices: ImportOptions) -> ImportedRobot:
     model, notes = override(whole, overrides)
     if "armature" in choices.without:
         model.armature = np.zeros(model.nv)
-    posed = pose(model, reference_configuration(model, angles), source.problems)
+    stands, apart = followed(model, reference_configuration(model, angles), ties, angles)
+    posed = pose(model, stands, problems)
     pair = standing_legs(source, posed, choices)
     payloads, carried = add_payloads(model, choices.payloads, pair.legs)
     faults = _empty_ranges(model, pair.legs, problems)
@@ -242,16 +250,20 @@ def import_robot(source: Source, choices: ImportOptions) -> ImportedRobot:
         pair, lines, shapes = _swapped(pair), lines[::-1], shapes[::-1]
     side = standing_side(model, pair.legs, choices)
     straight = legs_at_zero(posed, pair.legs)
-    others = moving_pairs(posed, pair.legs, heading.rotation, choices.moving)
+    others = moving_pairs(posed, pair.legs, heading.rotation, choices.moving, ties)
     chain, partners = moving_joints(pair.legs, side, others)
+    names = [str(model.names[joint]) for joint in chain]
+    moving_ties, tied = _moving_ties(ties, names, apart)
     axes = straight.axes[list(chain)] @ heading.rotation
     mirror = leg_exchange(axes, np.ones(len(chain)), partners)
     right = np.isin(chain, [*pair.legs[0], *(first for first, _ in others)])
-    limits, odd, wrong = joint_limits(model, chain, mirror, choices.unequal_limits, right)
+    complete = couple(names, moving_ties, mirror).complete
+    unequal = choices.unequal_limits
+    limits, odd, wrong = joint_limits(model, chain, mirror, unequal, right, complete)
     drawn_unequally = _drawn_unequally(source.drawn_posture, model, chain, mirror)
     faults += () if faults else tuple(wrong)
-    names = (choices.stance_sole, choices.swing_sole)
-    sides = (names[side], names[1 - side])
+    asked = (choices.stance_sole, choices.swing_sole)
+    sides = (asked[side], asked[1 - side])
     try:
         stood = flat_stance(posed, straight, pair.legs, heading.rotation, shapes)
         stance, tilted = level_feet(stood, shapes, sides, heading.rotation)
@@ -268,6 +280,7 @@ def import_robot(source: Source, choices: ImportOptions) -> ImportedRobot:
     rotors = armature_findings(whole, model, pair.legs, resolved, is_generated(source.text))
     findings = (
         *told,
+        *tied,
         *_missing(straight, pair.legs[side], heading.rotation),
         *tilted,
         *soles.findings,
@@ -292,9 +305,33 @@ def import_robot(source: Source, choices: ImportOptions) -> ImportedRobot:
         resolved,
         findings,
         faults,
-        locked_mimics(problems, [str(model.names[j]) for leg in pair.legs for j in leg]),
+        locked_mimics(problems, names),
         drawn_unequally,
+        moving_ties,
     )
+
+
+def _moving_ties(
+    ties: Mapping[str, Tie], names: Sequence[str], apart: Mapping[str, str]
+) -> tuple[dict[str, Tie], list[Finding]]:
+    """Return the ties of joints that move, and what is to be said of ties.
+
+    Args:
+        ties: of the file.
+        names: of the joints that move.
+        apart: joints that a posture puts where they cannot be, in words.
+
+    Raises:
+        RobotError: one of these moves.
+    """
+    found = among(ties, names)
+    if wrong := [apart[name] for name in found if name in apart]:
+        raise RobotError(f"posture: {'; '.join(wrong)}; leave the joints that follow out of it")
+    findings = [Finding("ties", n, f"{tie}; one motor turns both") for n, tie in found.items()]
+    for name in tied_to(ties, names):
+        text = f"{ties[name]}, which moves; it cannot move itself and is locked"
+        findings.append(Finding("ties", name, text, "warning"))
+    return found, findings
 
 
 def _counted(physics: Physics, choices: ImportOptions, rotation: Array) -> Physics:

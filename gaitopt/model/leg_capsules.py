@@ -25,6 +25,7 @@ from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array
 
 DEFAULT_RADIUS = 0.05
+_OF_SPACING = 0.42  # of the distance between the hips: the largest radius of such capsules
 """Radius of a body whose shape is unknown [m]."""
 
 _SHORT = 1e-3  # m: a body without shapes between joints this near is part of its neighbours
@@ -112,8 +113,17 @@ def _capsules(key: _CapsuleKey) -> tuple[Capsule, ...]:
             add(body, bounding_capsule(points, end - start, towards[body]), kind.name.lower())
     for body, (start, end) in bars.items():
         if body not in found and np.linalg.norm(end - start) > _SHORT:
-            add(body, BoundingCapsule(start, end, DEFAULT_RADIUS), "joints")
+            add(body, BoundingCapsule(start, end, bar_radius(robot)), "joints")
     return tuple(found[body] for body in sorted(found))
+
+
+def bar_radius(robot: Robot) -> float:
+    """Return the radius of the capsules of bodies without shapes [m].
+
+    As usual, but with a sixth of the hips' distance between two of them side by side: the hips of
+    NAO are 0.1 m apart.
+    """
+    return min(DEFAULT_RADIUS, _OF_SPACING * abs(robot.legs.spacing))
 
 
 def _bars(robot: Robot) -> dict[int, Array]:

@@ -7,7 +7,7 @@ they stand.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from functools import cached_property
 
 import numpy as np
@@ -16,8 +16,10 @@ from numpy.typing import NDArray
 
 from gaitopt.errors import RobotError
 from gaitopt.importers.pinocchio_model import reduced
+from gaitopt.importers.ties import LARGEST, LEAST
 from gaitopt.model.chain import Chain
 from gaitopt.model.chain_physics import CarriedWeight
+from gaitopt.model.coupling import Coupling
 from gaitopt.model.feet.sole import Sole
 from gaitopt.nlp import Array
 
@@ -46,7 +48,8 @@ class Multibody:
         placement: of the joint's frame in that body at joint coordinate 0, shape (M, 4, 4).
         axis: unit axis in the joint's frame, shape (M, 3).
         posture: coordinate at which a joint stands that the walk does not move [rad or m], (M,).
-        moving: the joints that the walk moves, in the order of a gait's columns, shape (n,).
+        moving: the joints that the walk moves, in the order of a gait's columns, shape (n,):
+            each has a motor.
         mass: of the bodies [kg], shape (M + 1,).
         centre: their centres of mass in the body's frame [m], shape (M + 1, 3).
         inertia: about the centre of mass, in the body's axes [kg·m²], shape (M + 1, 3, 3).
@@ -63,6 +66,10 @@ class Multibody:
         sole_placement: sole frames (x forward, y left, z up) in the feet's bodies, (2, 4, 4).
         sole_rectangle: toe, heel (x), left, right (y) of each sole in its frame [m], shape (2, 4).
         heading: forward, left and up of the robot in the axes of the base, columns, shape (3, 3).
+        tied: joints that follow others, shape (t,); they move too.
+        tied_to: of the moving joints, the one that each of them follows, shape (t,).
+        tie: rate of each over that of the one it follows, and its coordinate where that of the
+            other is 0 [rad], shape (t, 2).
     """
 
     name: str
@@ -90,6 +97,9 @@ class Multibody:
     sole_placement: Array
     sole_rectangle: Array
     heading: Array
+    tied: Index = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    tied_to: Index = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    tie: Array = field(default_factory=lambda: np.zeros((0, 2)))
 
     def __repr__(self) -> str:
         """Return it in one line: the whole of it is pages long."""
@@ -102,6 +112,35 @@ class Multibody:
     def moving_names(self) -> tuple[str, ...]:
         """Names of the joints that the walk moves, in the order of a gait's columns."""
         return tuple(self.joint_names[row] for row in self.moving)
+
+    @cached_property
+    def driven(self) -> Index:
+        """All joints that move, those of `moving` first, shape (n + t,)."""
+        return np.concatenate([self.moving, self.tied])
+
+    @property
+    def driven_names(self) -> tuple[str, ...]:
+        """Names of all joints that move, those with motors first."""
+        return tuple(self.joint_names[row] for row in self.driven)
+
+    @cached_property
+    def coupling(self) -> Array:
+        """Rates of the joints of `driven` per rate of those of `moving`, shape (n + t, n)."""
+        follows = (self.tied_to[:, None] == self.moving) * self.tie[:, :1]
+        return np.concatenate([np.eye(len(self.moving)), follows])
+
+    def follow(self, motion: Array) -> None:
+        """Write into coordinates, rates and accelerations (3, ..., M) those of tied joints."""
+        motion[..., self.tied] = motion[..., self.tied_to] * self.tie[:, 0]
+        motion[0][..., self.tied] += self.tie[:, 1]
+
+    def by_motors(self, torque: Array) -> Array:
+        """Return torques (..., M) of joints as those of motors, which tied joints do not have."""
+        found = torque.copy()
+        for row, master, (multiplier, _) in zip(self.tied, self.tied_to, self.tie, strict=True):
+            found[..., master] += multiplier * torque[..., row]
+            found[..., row] = 0.0
+        return found
 
     @cached_property
     def sole_corners(self) -> Array:
@@ -157,13 +196,13 @@ class Multibody:
         return places
 
     def leg(self, foot: int) -> tuple[int, ...]:
-        """Return the moving joints of a foot's own leg, from the sole up to the hip.
+        """Return the joints of a foot's own leg that move, from the sole up to the hip.
 
         Args:
             foot: index into `sole_names`.
         """
         own, other = (self._above(joint) for joint in self.sole_joint[[foot, 1 - foot]])
-        moving = set(self.moving.tolist())
+        moving = set(self.driven.tolist())
         return tuple(row for row in own if row not in other and row in moving)
 
     def _above(self, joint: int) -> list[int]:
@@ -183,7 +222,12 @@ class Multibody:
 
 
 def multibody(
-    model: pin.Model, posture: Array, chain: Chain, sole_names: tuple[str, str], sole: Sole
+    model: pin.Model,
+    posture: Array,
+    chain: Chain,
+    coupling: Coupling,
+    sole_names: tuple[str, str],
+    sole: Sole,
 ) -> Multibody:
     """Return the arrays of a robot that was read.
 
@@ -195,6 +239,7 @@ def multibody(
         model: every joint of the file.
         posture: its reference posture, in which joints that do not move are locked, shape (nq,).
         chain: the same robot made symmetric; see `build_chain`.
+        coupling: of the joints of the chain.
         sole_names: names of the stance and the swing sole frame.
         sole: rectangle of either sole.
     """
@@ -206,20 +251,22 @@ def multibody(
     for joint in whole.joints[2:]:
         old = model.joints[model.getJointId(whole.names[joint.id])]
         q[joint.idx_q : joint.idx_q + joint.nq] = posture[old.idx_q : old.idx_q + old.nq]
-    moving = [names.index(name) for name in chain.names]
+    driven = np.array([names.index(name) for name in chain.names], dtype=np.int64)
+    moving = driven[coupling.free]
+    tied = np.setdiff1d(np.arange(len(driven)), coupling.free)
     placement, carried_by = _placements(whole, even, q, set(chain.names))
     bodies = _bodies(whole, even, carried_by)
     axis, revolute = _axes(whole)
     count, passive = len(names), chain.physics.passive
     armature = np.array(whole.armature[6:])
-    for row, name in zip(moving, chain.names, strict=True):
+    for row, name in zip(driven, chain.names, strict=True):
         armature[row] = even.armature[even.joints[even.getJointId(name)].idx_v]
 
     def of_joints(values: Array | None) -> Array:
         shape = (count, 1) if values is None else (count, *values.shape[1:])
         out = np.zeros(shape)
         if values is not None:
-            out[moving] = values
+            out[driven] = values
         return out
 
     carried_mass, carried_moment = _carried(chain, even, names)
@@ -233,7 +280,10 @@ def multibody(
         placement=placement,
         axis=axis,
         posture=np.array([_coordinate(joint, q) for joint in whole.joints[2:]]),
-        moving=np.array(moving, dtype=np.int64),
+        moving=moving,
+        tied=driven[tied],
+        tied_to=moving[coupling.motor[tied]],
+        tie=np.stack([coupling.multiplier[tied], coupling.offset[tied]], axis=1),
         mass=np.array([body.mass for body in bodies]),
         centre=np.array([body.lever if body.mass else np.zeros(3) for body in bodies]),
         inertia=np.array([body.inertia for body in bodies]),
@@ -270,12 +320,12 @@ def checked_multibody(body: Multibody) -> Multibody:
     """
     count = len(body.joint_names)
     rows = np.arange(count)
-    for field in fields(body):
-        value = getattr(body, field.name)
+    for entry in fields(body):
+        value = getattr(body, entry.name)
         numbers = isinstance(value, np.ndarray) and value.dtype.kind == "f"
         if numbers and np.abs(value).max(initial=0.0) > _LARGEST:
             raise RobotError(
-                f"the robot of the gait is not one: its {field.name} holds a number beyond "
+                f"the robot of the gait is not one: its {entry.name} holds a number beyond "
                 f"{_LARGEST:g}"
             )
 
@@ -292,7 +342,14 @@ def checked_multibody(body: Multibody) -> Multibody:
     )
     for rows_of, what in ((body.moving, "moving joint"), (body.sole_joint, "joint of a sole")):
         refuse(f"a {what} is not in its list", (rows_of < 0) | (rows_of >= count))
-    refuse("a joint moves twice", np.bincount(body.moving, minlength=count) > 1)
+    for rows_of, what in ((body.tied, "tied joint"), (body.tied_to, "joint that leads another")):
+        refuse(f"a {what} is not in its list", (rows_of < 0) | (rows_of >= count))
+    refuse("a joint moves twice", np.bincount(body.driven, minlength=count) > 1)
+    refuse("a tied joint follows one that does not move", ~np.isin(body.tied_to, body.moving))
+    refuse(
+        "the rate of a tied joint is not a usual part of the other's",
+        ~((np.abs(body.tie) <= LARGEST).all(axis=1) & (np.abs(body.tie[:, 0]) >= LEAST)),
+    )
     length = np.linalg.norm(body.axis, axis=1)
     refuse("the axis of a joint has not the length 1", np.abs(length - 1.0) > _RIGID)
     for places in (body.placement, body.sole_placement):

@@ -249,7 +249,7 @@ def physics_record(robot: Robot) -> dict[str, object]:
     """
     physics, carried = robot.physics, robot.physics.carried
     gravity = float(np.linalg.norm(physics.gravity))
-    joints = {name: _joint(robot, row) for row, name in enumerate(robot.joint_names)}
+    joints = {name: _joint(robot, row) for row, name in enumerate(robot.tree.names)}
     return {
         GRAVITY_KEY: gravity,
         "gravity_from": "chosen"
@@ -268,7 +268,7 @@ def _joint(robot: Robot, row: int) -> dict[str, object]:
     armature = float(robot.model.armature[6 + row])
     if armature:
         facts["armature_kg_m2"] = armature
-        facts["armature_from"] = _origin(robot, robot.joint_names[row])
+        facts["armature_from"] = _origin(robot, robot.tree.names[row])
     if passive is not None:
         if passive.damping[row].any():
             facts["damping"] = passive.damping[row].tolist()
@@ -285,6 +285,6 @@ def _origin(robot: Robot, joint: str) -> str:
     given = [
         entry
         for entry in robot.choices.limits
-        if entry.armature is not None and joint in matching(entry.joints, robot.joint_names)
+        if entry.armature is not None and joint in matching(entry.joints, robot.tree.names)
     ]
     return (given[-1].source or "chosen") if given else "file"

@@ -15,6 +15,7 @@ from gaitopt.importers.report import Finding
 from gaitopt.importers.source import Source, read_source
 from gaitopt.model.chain import build_chain
 from gaitopt.model.chain_physics import ChainPhysics
+from gaitopt.model.coupling import Coupling, couple
 from gaitopt.model.feet.sole import LEVEL, Sole
 from gaitopt.model.import_options import ImportOptions
 from gaitopt.model.importer import ImportedRobot, import_robot
@@ -36,11 +37,12 @@ class Robot:
         urdf: text of its URDF.
         model: free-flyer at the stance sole (held still), then the stance leg from ankle to hip,
             the swing leg from hip to ankle, and other branches that move. Never modified.
-        joint_names: URDF names of the n joints in that order; signs are the URDF's.
-        mirror: the leg exchange E, shape (n, n).
+        joint_names: URDF names of the m joints in that order that follow no other; signs are the
+            URDF's. Without ties these are all n of `model`.
+        mirror: the leg exchange E, shape (m, m).
         stance_sole, swing_sole: names of the sole frames.
         sole: the rectangle of either sole.
-        limits: of the joints.
+        limits: of the m joints, tied ones reflected to that which they follow.
         legs: hip and ankle centres, knees, reach.
         pelvis: name of the pelvis frame.
         physics: passive joints and carried weight, beside the rigid bodies; gravity, as `model` has
@@ -49,6 +51,7 @@ class Robot:
             any mesh.
         findings: what was found, guessed and changed, for a person.
         multibody: the same robot on a floating base, with every joint of the file, as arrays.
+        coupling: how all joints of `model` follow from those of `joint_names`.
         down: direction of gravity in the axes of its soles, of unit length; see `on_ground`.
     """
 
@@ -67,6 +70,7 @@ class Robot:
     choices: ImportOptions
     findings: tuple[Finding, ...]
     multibody: Multibody
+    coupling: Coupling
     down: tuple[float, float, float] = LEVEL
 
     @classmethod
@@ -120,6 +124,7 @@ class Robot:
         chain = build_chain(reading)
         names = [str(reading.model.names[j]) for j in reading.joints]
         limits = reading.limits.ordered([names.index(name) for name in chain.names])
+        coupling = couple(chain.names, reading.ties, chain.mirror)
         legs = measure_legs(chain.lines, reading.sole_names, limits)
         doubts = (
             *knee_doubts(legs, limits, chain.names),
@@ -131,20 +136,21 @@ class Robot:
             name=chain.model.name,
             urdf=source.text,
             model=chain.model,
-            joint_names=chain.names,
-            mirror=chain.mirror,
+            joint_names=coupling.free_names,
+            mirror=coupling.exchange(),
             stance_sole=reading.sole_names[0],
             swing_sole=reading.sole_names[1],
             sole=reading.soles.sole,
-            limits=limits,
+            limits=coupling.limits(limits),
             legs=legs,
             pelvis=chain.pelvis,
             physics=chain.physics,
             choices=reading.choices.over(package_dirs=source.mesh_directories()),
             findings=(*reading.findings, *chain.findings, *stands, *doubts, *_odd(reading)),
             multibody=multibody(
-                reading.model, reading.q, chain, reading.sole_names, reading.soles.sole
+                reading.model, reading.q, chain, coupling, reading.sole_names, reading.soles.sole
             ),
+            coupling=coupling,
         )
 
     def __repr__(self) -> str:

@@ -94,7 +94,7 @@ class RobotOrder:
         if len(set(names)) < len(names):
             twice = [name for name in dict.fromkeys(names) if names.count(name) > 1]
             raise InputError(f"the order has {_listed(twice)} twice; give each joint once")
-        if missing := [name for name in self.body.moving_names if name not in names]:
+        if missing := [name for name in self.body.driven_names if name not in names]:
             raise InputError(
                 f"the order lacks {_listed(missing)}, which the gait moves; only joints that stand "
                 "still may be left out"

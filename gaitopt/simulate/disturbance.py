@@ -125,6 +125,7 @@ def disturbed_start(
     data.qpos[:], data.qvel[:] = robot.position(q), robot.velocity(q, v)
     data.qpos[robot.qpos] += rng.normal(0.0, error.angle, len(robot.qpos))
     data.qvel[robot.dof] += rng.normal(0.0, error.rate, len(robot.dof))
+    robot.follow(data.qpos, data.qvel)
     stand(robot, data, 0, trajectory.advance(0))
     return data.qpos.copy(), data.qvel.copy()
 
@@ -140,7 +141,7 @@ def stand(robot: SimulatedRobot, data: mujoco.MjData, foot: int, place: pin.SE3)
     mujoco.mj_fwdPosition(model, data)
     J = np.zeros((6, model.nv))
     mujoco.mj_jacSite(model, data, J[:3], J[3:], site)
-    data.qvel[:6] = np.linalg.solve(J[:, :6], -J[:, robot.dof] @ data.qvel[robot.dof])
+    data.qvel[:6] = np.linalg.solve(J[:, :6], -J[:, 6:] @ data.qvel[6:])
 
 
 @dataclass(eq=False)
@@ -177,6 +178,7 @@ def measured(
         return qpos, qvel
     qpos[robot.qpos] += rng.normal(0.0, noise.angle, len(robot.qpos))
     qvel[robot.dof] += rng.normal(0.0, noise.rate, len(robot.dof))
+    robot.follow(qpos, qvel)
     qpos[:3] += rng.normal(0.0, noise.position, 3)
     qvel[:3] += rng.normal(0.0, noise.velocity, 3)
     mujoco.mju_quatIntegrate(qpos[3:7], rng.normal(0.0, noise.attitude, 3), 1.0)

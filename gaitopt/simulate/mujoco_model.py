@@ -1,12 +1,14 @@
 """The MuJoCo model of the robot of a gait: bodies, joints, motors, soles and the ground.
 
-Joints that the walk does not move are welded at the angle at which they stand. The world is that of
-`gaitopt.gait.trajectory`: the ground is the plane z = 0, gravity is that of the gait.
+Joints that the walk does not move are welded at the angle at which they stand; those that follow
+others are held to them by an equality. The world is that of `gaitopt.gait.trajectory`: the ground
+is the plane z = 0, gravity is that of the gait.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import mujoco
 import numpy as np
@@ -19,6 +21,7 @@ from gaitopt.nlp import Array
 
 _SOLE_THICKNESS = 0.02  # m, of the boxes that touch the ground
 _LEAST_MASS = 1e-12  # kg and kg·m²: MuJoCo refuses moving bodies without any
+_STIFF = [0.999, 0.9999, 1e-4, 0.5, 2.0]  # MuJoCo's `solimp`: ties of joints hardly give way
 _FEET_BITS, _GROUND_BITS = (1, 4), (2, 8)  # each foot touches the ground under it, nothing else
 
 
@@ -46,6 +49,8 @@ class SimulatedRobot:
         body: the robot that it was made of.
         qpos: addresses of the moving joints in `qpos`, in the order of `body.moving`, shape (n,).
         dof: their addresses in `qvel`, shape (n,).
+        tied: addresses of the joints that follow others in `qpos` and in `qvel`, in the order of
+            `body.tied`, shape (2, t).
         site: sole frames, in the order of `body.sole_names`.
         geom: boxes of the soles, likewise.
         ground: mocap bodies of the planes under the soles, likewise; each foot has its own.
@@ -56,6 +61,7 @@ class SimulatedRobot:
     body: Multibody
     qpos: NDArray[np.int64]
     dof: NDArray[np.int64]
+    tied: NDArray[np.int64]
     site: tuple[int, int]
     geom: tuple[int, int]
     ground: tuple[int, int]
@@ -71,11 +77,32 @@ class SimulatedRobot:
         """Weight of the robot [N]."""
         return self.mass * float(np.linalg.norm(self.body.gravity))
 
+    @property
+    def driven(self) -> NDArray[np.int64]:
+        """Addresses in `qvel` of all joints, in the order of `body.driven`, shape (n + t,)."""
+        return np.concatenate([self.dof, self.tied[1]])
+
+    @cached_property
+    def free(self) -> Array:
+        """Velocities `qvel` per velocity of the base and of the motors, shape (nv, 6 + n)."""
+        count = len(self.dof)
+        found = np.zeros((self.model.nv, 6 + count))
+        found[:6, :6], found[self.driven, 6:] = np.eye(6), self.body.coupling
+        return found
+
+    def follow(self, qpos: Array, qvel: Array) -> None:
+        """Write into a state where the joints that follow others are, and their rates."""
+        multipliers, offsets = self.body.tie.T
+        led = [int(np.flatnonzero(self.body.moving == row)[0]) for row in self.body.tied_to]
+        qpos[self.tied[0]] = multipliers * qpos[self.qpos[led]] + offsets
+        qvel[self.tied[1]] = multipliers * qvel[self.dof[led]]
+
     def position(self, configuration: Array) -> Array:
         """Return `qpos` of a configuration of `Multibody.model`, shape (7 + n,)."""
         q = np.empty(self.model.nq)
         q[:3], q[3], q[4:7] = configuration[:3], configuration[6], configuration[3:6]
         q[self.qpos] = configuration[7 + self.body.moving]
+        q[self.tied[0]] = configuration[7 + self.body.tied]
         return q
 
     def velocity(self, configuration: Array, velocity: Array) -> Array:
@@ -86,7 +113,7 @@ class SimulatedRobot:
         v = np.empty(self.model.nv)
         v[:3] = _rotation(configuration) @ velocity[:3]
         v[3:6] = velocity[3:6]
-        v[self.dof] = velocity[6 + self.body.moving]
+        v[self.driven] = velocity[6 + self.body.driven]
         return v
 
     def acceleration(self, configuration: Array, velocity: Array, acceleration: Array) -> Array:
@@ -95,7 +122,7 @@ class SimulatedRobot:
         turning = np.cross(velocity[3:6], velocity[:3])  # the axes of the base turn
         a[:3] = _rotation(configuration) @ (acceleration[:3] + turning)
         a[3:6] = acceleration[3:6]
-        a[self.dof] = acceleration[6 + self.body.moving]
+        a[self.driven] = acceleration[6 + self.body.driven]
         return a
 
 
@@ -125,7 +152,7 @@ def simulated_robot(
     bodies = {BASE: spec.worldbody.add_body(name=f"base {body.base}")}
     bodies[BASE].add_freejoint()
     for joint in range(len(body.joint_names)):
-        if joint not in body.moving:
+        if joint not in body.driven:
             continue
         parent, inside = parents[joint]
         place = inside * pin.SE3(body.placement[joint])
@@ -140,18 +167,29 @@ def simulated_robot(
         motor = spec.add_actuator(name=name, target=name, trntype=mujoco.mjtTrn.mjTRN_JOINT)
         if np.isfinite(most):
             motor.forcelimited, motor.forcerange = True, [-most, most]
+    for joint, master, (multiplier, offset) in zip(body.tied, body.tied_to, body.tie, strict=True):
+        tie = spec.add_equality(type=mujoco.mjtEq.mjEQ_JOINT, objtype=mujoco.mjtObj.mjOBJ_JOINT)
+        tie.name1, tie.name2 = body.joint_names[joint], body.joint_names[master]
+        tie.data[:2] = offset, multiplier
+        tie.solref, tie.solimp = [2.0 * contact.timestep, 1.0], _STIFF
     for foot in (0, 1):
         _add_sole(bodies, parents, body, foot, contact)
     try:
         model = spec.compile()
     except ValueError as error:
         raise InputError(f"MuJoCo refuses the robot of the gait: {error}") from error
-    names = [body.joint_names[joint] for joint in body.moving]
+    places = [model.joint(body.joint_names[joint]) for joint in body.driven]
+    qpos, dof = (
+        np.array([int(getattr(place, name)[0]) for place in places], dtype=np.int64)
+        for name in ("qposadr", "dofadr")
+    )
+    count = len(body.moving)
     return SimulatedRobot(
         model=model,
         body=body,
-        qpos=np.array([int(model.joint(name).qposadr[0]) for name in names], dtype=np.int64),
-        dof=np.array([int(model.joint(name).dofadr[0]) for name in names], dtype=np.int64),
+        qpos=qpos[:count],
+        dof=dof[:count],
+        tied=np.stack([qpos[count:], dof[count:]]),
         site=(model.site("sole 0").id, model.site("sole 1").id),
         geom=(model.geom("sole 0").id, model.geom("sole 1").id),
         ground=(_mocap(model, "ground 0"), _mocap(model, "ground 1")),
@@ -208,7 +246,7 @@ def _welded(
     carrier = {BASE: (BASE, pin.SE3.Identity())}
     parents: dict[int, tuple[int, pin.SE3]] = {}
     inertias = {BASE: _inertia(body, BASE)}
-    moving = set(body.moving.tolist())
+    moving = set(body.driven.tolist())
     for joint in range(len(body.joint_names)):
         on, inside = parents[joint] = carrier[int(body.parent[joint])]
         if joint in moving:

@@ -89,7 +89,7 @@ def second_engine(gait: Gait, instants: int = INSTANTS) -> SecondEngine:
         foot = int(np.flatnonzero(samples.contact[row])[0])
         J = sole_jacobian(robot, data, foot)
         ground = np.linalg.solve(J[:, :6].T, data.qfrc_inverse[:6])
-        torque[row] = data.qfrc_inverse[robot.dof] - J[:, robot.dof].T @ ground
+        torque[row] = (data.qfrc_inverse - J.T @ ground) @ robot.free[:, 6:]
         wrench[row] = _in_sole(robot, data, foot, ground)
     stated = samples.torque[:, trajectory.body.moving] - friction
     on_foot = samples.wrench[samples.contact]
@@ -116,24 +116,26 @@ def sole_jacobian(robot: SimulatedRobot, data: mujoco.MjData, foot: int) -> Arra
 def _impact(
     robot: SimulatedRobot, data: mujoco.MjData, foot: int, gait: Gait
 ) -> tuple[Array, Array]:
-    """Return joint rates after a sole stops at once, and the impulse on it, in its footprint.
+    """Return the motors' rates after a sole stops at once, and the impulse, in its footprint.
 
     Where the gait lands on a line of the sole, only what the line holds stops.
     """
     mass = np.zeros((robot.model.nv, robot.model.nv))
     mujoco.mj_fullM(robot.model, data, mass)
-    J, flat = sole_jacobian(robot, data, foot), np.eye(6)
+    J, flat, free = sole_jacobian(robot, data, foot), np.eye(6), robot.free
     if gait.lands_on_line:
         twist = gait.landing_hinge
         R = data.site_xmat[robot.site[foot]].reshape(3, 3)
         across = np.linalg.qr(twist[:, None], mode="complete")[0][:, 1:]
         J = across.T @ np.concatenate([R.T @ J[:3], R.T @ J[3:]])
         flat = pin.exp6(gait.landing_angle * twist).toDualActionMatrix() @ across
-    by_impulse = np.linalg.solve(mass, J.T)
-    impulse = np.linalg.solve(J @ by_impulse, -J @ data.qvel)
-    after = data.qvel + by_impulse @ impulse
+    J = J @ free
+    by_impulse = np.linalg.solve(free.T @ mass @ free, J.T)
+    before = np.concatenate([data.qvel[:6], data.qvel[robot.dof]])
+    impulse = np.linalg.solve(J @ by_impulse, -J @ before)
+    after = before + by_impulse @ impulse
     found = flat @ impulse if gait.lands_on_line else _in_sole(robot, data, foot, impulse)
-    return after[robot.dof], np.asarray(found)
+    return after[6:], np.asarray(found)
 
 
 def _in_sole(robot: SimulatedRobot, data: mujoco.MjData, foot: int, wrench: Array) -> Array:
@@ -149,7 +151,7 @@ def _coulomb_friction(trajectory: Trajectory, q: Array, dq: Array) -> Array:
     body = trajectory.body
     none = np.zeros((len(body.joint_names), 1))
     joints = PassiveJoints(none, body.friction, none, body.rest)
-    return passive_torque(joints, q, dq).value[:, body.moving]
+    return body.by_motors(passive_torque(joints, q, dq).value)[:, body.moving]
 
 
 def _difference(found: Array, stated: Array, least: float = 0.0) -> float:

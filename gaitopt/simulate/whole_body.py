@@ -307,16 +307,16 @@ class WholeBodyController:
         mujoco.mj_fullM(model, data, self._mass)
         target = self._reference.at(foot, since, options.descent)
         bias = data.qfrc_bias - data.qfrc_passive
-        bias[robot.dof] += robot.body.friction[robot.body.moving] * np.tanh(
-            target.dq / FRICTION_RATE
+        turning = robot.body.coupling @ target.dq
+        bias[robot.driven] += robot.body.friction[robot.body.driven] * np.tanh(
+            turning / FRICTION_RATE
         )
         # all accelerations are N x + n with those of the joints x: the standing sole is held
         J, drift = _sole_motion(robot, data, foot)
         inverse = np.linalg.inv(J[:, :6])
         count = len(robot.dof)
-        N = np.zeros((model.nv, count))
-        N[robot.dof, np.arange(count)] = 1.0
-        N[:6] = -inverse @ J[:, robot.dof]
+        N = robot.free[:, 6:].copy()
+        N[:6] = -inverse @ J @ N
         n = np.zeros(model.nv)
         n[:6] = inverse @ (-options.hold * (J @ data.qvel) - drift)
         MN, rest = self._mass @ N, self._mass @ n + bias

@@ -18,7 +18,7 @@ from matplotlib.patches import Rectangle
 from numpy.typing import ArrayLike
 
 from gaitopt.atomic import write_atomically
-from gaitopt.design.summary import pair_name, partner
+from gaitopt.design.summary import joint_groups, pair_name, partner
 from gaitopt.errors import InputError
 from gaitopt.gait.ground import ground_of
 from gaitopt.gait.result import Gait
@@ -271,11 +271,7 @@ def _grid(gait: Gait, values: Array, limits: Array | None, unit: str, title: str
 
 def _panels(gait: Gait) -> list[int]:
     """Return one joint of each pair: the stance leg's from the hip down, then all others."""
-    others = range(2 * gait.leg_joints, len(gait.joint_names))
-    return [
-        *reversed(range(gait.leg_joints)),
-        *(joint for joint in others if joint <= partner(gait, joint)),
-    ]
+    return [group[0] for group in joint_groups(gait)]
 
 
 def _draw_limit(axes: Axes, values: Array, limits: Array) -> list[float]:

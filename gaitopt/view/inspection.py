@@ -155,14 +155,14 @@ def _size(robot: Robot) -> Iterator[Row]:
 def _knees(robot: Robot) -> str:
     row, straight = robot.legs.knees[0], float(robot.legs.straight[0])
     side = "increasing" if robot.legs.flexion[0] > 0.0 else "decreasing"
-    low, high = float(robot.limits.lower[row]), float(robot.limits.upper[row])
+    low, high = robot.coupling.reach(row, robot.limits)
     end = (low - straight) if robot.legs.flexion[0] > 0.0 else (straight - high)
     note = ""
     if end > _STRAIGHT:
         note = f"; its range keeps it {end:.3f} rad from straight"
     elif np.isfinite(end) and end < -_STRAIGHT:
         note = f"; its range goes {-end:.3f} rad beyond straight, the walk does not"
-    name = robot.joint_names[row]
+    name = robot.coupling.names[row]
     return f"'{name}' is straight at {_tidy(straight):+.3f} rad and bends with {side} angle{note}"
 
 
@@ -198,6 +198,9 @@ def _sign(robot: Robot | None, name: str) -> str:
     """Return how the angle of a joint and that of its partner go together."""
     if robot is None:
         return ""
+    if name not in robot.joint_names:
+        row = robot.coupling.names.index(name)
+        return f"follows {robot.joint_names[robot.coupling.motor[row]]}"
     row = robot.mirror[robot.joint_names.index(name)]
     return "equal" if row.sum() > 0.0 else "opposite"
 

@@ -180,7 +180,7 @@ def _carried(
 ) -> Iterator[tuple[int, pin.GeometryObject, pin.SE3]]:
     """Yield each shape with the nearest body towards the base that moves, and its place there."""
     model, data = at_reference(gait, source)
-    rows = {name: body.joint_names.index(name) + 1 for name in body.moving_names}
+    rows = {body.joint_names[row]: int(row) + 1 for row in body.driven}
     for item in shapes.geometryObjects:
         joint = item.parentJoint
         while joint > 1 and str(model.names[joint]) not in rows:

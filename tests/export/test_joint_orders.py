@@ -60,7 +60,7 @@ def test_brothers_stand_in_the_order_of_the_file():
 
     class Body:
         name, base = "r", "p"
-        joint_names, moving_names = ("a", "b", "c"), ("a", "b", "c")
+        joint_names, driven_names = ("a", "b", "c"), ("a", "b", "c")
         parent = (-1, -1, 1)
 
     order = RobotOrder(Body(), text)

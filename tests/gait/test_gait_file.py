@@ -22,6 +22,7 @@ from gaitopt.gait.assemble import gait_at
 from gaitopt.gait.gait_file import (
     MEMBERS,
     PHASES,
+    TIED,
     altered_members,
     gait_members,
     load_gait,
@@ -378,7 +379,7 @@ def documented():
 def test_the_document_lists_what_is_written():
     expected = [
         (m.name, m.kind, " × ".join(map(str, m.shape)) or "scalar", m.unit or "–", m.frame or "–")
-        for m in (*MEMBERS, *(member for part in PHASES for member in part))
+        for m in (*MEMBERS, *(member for part in (*PHASES, TIED) for member in part))
     ]
     assert [row[:5] for row in documented()] == expected
     assert all(row[5] for row in documented())

@@ -25,6 +25,8 @@ WALKS = (
     "upright, lifted, five joints",
     "upright, heel strike, toe off, everything free",
     "upright, lifted, heel strike, five joints, soft",
+    "upright, lifted, joints that follow others",
+    "upright, lifted, heel strike, toe off, NAO's hips",
 )
 LENGTHS = ("joints", "swing_sole", "pelvis", "hips", "ankles")
 MASSES = ("mass", "first", "second")

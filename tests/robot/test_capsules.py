@@ -9,7 +9,7 @@ from urdf_edits import edited_urdf
 
 from gaitopt.model.feet.foot_shape import points_of
 from gaitopt.model.feet.sole import Sole
-from gaitopt.model.leg_capsules import DEFAULT_RADIUS, leg_capsules
+from gaitopt.model.leg_capsules import DEFAULT_RADIUS, bar_radius, leg_capsules
 from gaitopt.model.robot import Robot
 
 SOLE = Sole(toe=0.0, heel=-0.214, left=0.068, right=-0.068)
@@ -85,6 +85,14 @@ def test_capsules_are_tight_on_the_side_of_the_other_leg(robot):
             c = capsules[f"{side}_{name}"]
             reach = (c.ends @ [0.0, inwards, 0.0]).max() + c.radius
             assert half <= reach < half + 0.006
+
+
+def test_bars_of_small_robots_leave_room_between_the_legs(robot):
+    """As between NAO's, whose hips are 0.1 m apart: bars of 5 cm would touch as it stands."""
+    assert abs(robot.legs.spacing) == pytest.approx(0.12)
+    assert bar_radius(robot) == DEFAULT_RADIUS
+    narrow = replace(robot, legs=replace(robot.legs, hips=robot.legs.hips / 2.0))
+    assert bar_radius(narrow) == pytest.approx(0.42 * 0.06)
 
 
 def test_a_robot_that_shows_nothing_has_capsules_between_its_joints(robot):

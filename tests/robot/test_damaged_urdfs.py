@@ -67,7 +67,7 @@ def appended(*texts):
 
 
 def mimic(side):
-    return lambda root: ET.SubElement(joint(root, f"{side}_knee"), "mimic", joint="right_hip_pitch")
+    return lambda root: ET.SubElement(joint(root, f"{side}_knee"), "mimic", joint="no_hip_pitch")
 
 
 def stiff(side, *names):
@@ -165,7 +165,7 @@ DAMAGE = {
         on("joint", HIP, "limit", lower="1", upper="-1"),
         rf"line \d+: joint '{HIP}': the range is from 1 to -1 rad; lower must be below upper",
     ),
-    "mimic in a leg": (both(mimic), r"line \d+: joint '(left|right)_knee': it mimics joint"),
+    "mimic in a leg": (both(mimic), r"line \d+: joint '(left|right)_knee': its <mimic> cannot be"),
     "floating joint in a leg": (
         both(lambda side: on("joint", f"{side}_knee", ".", type="floating")),
         r"line \d+: joint '(left|right)_knee': its type is floating; only revolute",

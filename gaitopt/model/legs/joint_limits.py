@@ -6,7 +6,7 @@ kept by either side. Where they differ by more, someone has to say which is righ
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -63,6 +63,7 @@ def joint_limits(
     mirror: Array,
     unequal: str = "refuse",
     right: NDArray[np.bool_] | None = None,
+    complete: Callable[[Array], Array] = lambda torque: torque,
 ) -> tuple[JointLimits, list[Finding], list[str]]:
     """Read the limits of the joints that move.
 
@@ -72,6 +73,7 @@ def joint_limits(
         mirror: the exchange E of left and right, shape (n, n).
         unequal: what to do where the sides differ, one of `choices.UNEQUAL`.
         right: which joints are on the right side, shape (n,); asked for "right" and "left".
+        complete: gives torques (n,) to joints without any, which others have that lead them.
 
     Returns:
         The limits, what was found about them, and what is wrong with them: limits below zero, or
@@ -80,7 +82,7 @@ def joint_limits(
     names = tuple(str(model.names[j]) for j in joints)
     rows, angles = ([getattr(model.joints[j], i) for j in joints] for i in ("idx_v", "idx_q"))
     raw = JointLimits(
-        torque=np.array(model.effortLimit)[rows],
+        torque=complete(np.array(model.effortLimit)[rows]),
         speed=np.array(model.velocityLimit)[rows],
         lower=np.array(model.lowerPositionLimit)[angles],
         upper=np.array(model.upperPositionLimit)[angles],

@@ -103,6 +103,13 @@ class PosedModel:
         name = self.model.names[joint]
         return next((p for p in self.problems if p.name == name and p.kind in kinds), None)
 
+    def finger(self, joint: int) -> bool:
+        """Whether a joint follows another beside one that does so too, as fingers on a hand do."""
+        model = self.model
+        beside = [int(j) for j in model.children[int(model.parents[joint])]]
+        followers = [j for j in beside if self.problem(j, ("tied",)) is not None]
+        return joint in followers and len(followers) > 1 and len(model.children[joint]) == 0
+
     def angle(self, joint: int) -> float:
         """Return the angle of a revolute joint [rad]."""
         return float(self.q[self.model.joints[joint].idx_q])

@@ -300,8 +300,8 @@ def _leg_like(posed: PosedModel, but: Collection[int] = ()) -> list[tuple[list[i
     for pair in combinations([j for j in posed.leaves if j not in but], 2):
         first, other = own_chains(posed.model, pair)
         both = [*first, *other]
-        driven = all_revolute(posed.model, both) and not any(
-            posed.problem(j, UNDRIVEN) for j in both
+        driven = all_revolute(posed.model, both) and not (
+            any(posed.problem(j, UNDRIVEN) for j in both) or any(map(posed.finger, pair))
         )
         if len(first) == len(other) and driven:
             found.setdefault(len(first), []).append((first, other))
@@ -448,6 +448,8 @@ def _check_leg(posed: PosedModel, leg: list[int], toes: list[int], up: Array) ->
         raise RobotError(_chain_words(posed.model, leg, toes))
     for joint in leg:
         problem = posed.problem(joint, UNDRIVEN)
+        if posed.finger(joint):
+            problem = posed.problem(joint, ("tied",))
         if problem is not None:
             raise RobotError(f"{problem}; gaitopt needs {_LEGS}")
         kind = joint_kind(posed.model.joints[joint])
@@ -525,7 +527,7 @@ def _no_legs(posed: PosedModel, ends: tuple[int, int], fault: RobotError) -> Rob
 
 def _as_fingers(posed: PosedModel, ends: tuple[int, int]) -> str:
     """Return what the ends of two chains have in common with fingers, empty if nothing."""
-    if any(posed.problem(j, ("mimic",)) is not None for j in ends):
+    if any(posed.problem(j, ("mimic", "tied")) is not None for j in ends):
         return "follow other joints (<mimic>)"
     shared = _shared(posed, ends)
     return f"share {shared} joints" if shared > _MOST_SHARED else ""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from difflib import get_close_matches
 from pathlib import Path
 from xml.etree import ElementTree
@@ -13,6 +13,7 @@ import pinocchio as pin
 from gaitopt.errors import RobotError
 from gaitopt.importers.report import Finding, How
 from gaitopt.importers.text_files import read_text
+from gaitopt.importers.ties import Tie
 from gaitopt.model.import_options import UNUSED_SRDF, ImportOptions
 from gaitopt.model.legs.overrides import override
 from gaitopt.nlp import Array
@@ -25,6 +26,7 @@ _SHOWN = 20  # names
 
 _NEAR = 0.1  # rad, m: poses are rounded, and a stop gives way; what is further out is a mistake
 _ROUNDING = 1e-6  # rad, m: of the digits of a file
+_TIED = 0.01  # rad, m: angles of a pose are rounded, those of joints that follow others too
 
 
 def reference_angles(choices: ImportOptions, model: pin.Model, folder: Path) -> Angles:
@@ -88,6 +90,13 @@ def _names(found: Iterable[str]) -> str:
     names = list(found)
     close = ", ".join(names[:_SHOWN])
     return (close + (f" and {len(names) - _SHOWN} more" if len(names) > _SHOWN else "")) or "none"
+
+
+def _angle(model: pin.Model, q: Array, name: str) -> float:
+    """Return the coordinate of a joint; Pinocchio has cosine and sine of one without limits."""
+    at = model.joints[model.getJointId(name)]
+    values = q[at.idx_q : at.idx_q + at.nq]
+    return float(values[0]) if at.nq == 1 else float(np.arctan2(values[1], values[0]))
 
 
 def _angles_of(model: pin.Model, q: Array) -> Angles:
@@ -166,6 +175,37 @@ def reference_configuration(model: pin.Model, angles: Angles) -> Array:
         else:
             raise RobotError(f"posture: joint '{name}' has {joint.nv} angles; give single ones")
     return q
+
+
+def followed(
+    model: pin.Model, q: Array, ties: Mapping[str, Tie], given: Collection[str]
+) -> tuple[Array, dict[str, str]]:
+    """Return a configuration with the joints that follow others where those put them.
+
+    Args:
+        model: of the robot.
+        q: its configuration.
+        ties: by the joint that follows.
+        given: joints that a person, or the file, put where they are; these stay there.
+
+    Returns:
+        The configuration, and in words, by joint, which of the given are where they cannot be.
+    """
+    found, apart = q.copy(), dict[str, str]()
+    for name, tie in ties.items():
+        joint = model.joints[model.getJointId(name)]
+        angle, where = (_angle(model, q, joint_name) for joint_name in (name, tie.master))
+        follows = tie.multiplier * where + tie.offset
+        if name in given and abs(angle - follows) > _TIED:
+            apart[name] = (
+                f"joint '{name}' is put at {angle:.4g} rad, but it follows '{tie.master}' at "
+                f"{where:.4g} rad, which puts it at {follows:.4g} rad"
+            )
+        elif joint.nq == 1:
+            found[joint.idx_q] = follows
+        else:
+            found[joint.idx_q : joint.idx_q + 2] = np.cos(follows), np.sin(follows)
+    return found, apart
 
 
 def _check_angles(model: pin.Model, widened: pin.Model, angles: Angles) -> None:

@@ -6,12 +6,13 @@ line and moves the mirror image of what it moves. A joint in the middle is its o
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from gaitopt.errors import RobotError
+from gaitopt.importers.ties import Tie, tied_to
 from gaitopt.model.import_options import matching
 from gaitopt.model.legs.kinematic_tree import (
     UNDRIVEN,
@@ -79,9 +80,16 @@ def find_upper_body(posed: PosedModel, legs: LegJoints, rotation: Array) -> Uppe
 
 
 def moving_pairs(
-    posed: PosedModel, legs: LegJoints, rotation: Array, patterns: Sequence[str]
+    posed: PosedModel,
+    legs: LegJoints,
+    rotation: Array,
+    patterns: Sequence[str],
+    ties: Mapping[str, Tie],
 ) -> Pairs:
     """Return the joints beside the legs that are to move, those that move others first.
+
+    What leads a joint that moves, or follows one, moves too. What follows but cannot move is left
+    out.
 
     Each pair is the right and the left one, or one in the middle twice.
 
@@ -91,28 +99,63 @@ def moving_pairs(
         rotation: columns forward, left, up in the root link, shape (3, 3).
         patterns: "arms", "waist", or patterns of joint names as in a shell; a joint's partner moves
             with it.
+        ties: of joints that follow others.
 
     Raises:
         RobotError: nothing matches, or a joint has no mirror image or no motor.
     """
-    asked = _asked(posed, legs, rotation, patterns)
+    model, asked = posed.model, _asked(posed, legs, rotation, patterns)
     q = posed.q.copy()
-    q[[posed.model.joints[j].idx_q for j in asked if posed.model.joints[j].nq == 1]] = 0.0
-    partners = _partners(pose(posed.model, q, posed.problems), legs, rotation)
+    q[[model.joints[j].idx_q for j in asked if model.joints[j].nq == 1]] = 0.0
+    partners = _partners(pose(model, q, posed.problems), legs, rotation)
     pairs = set()
     for joint in asked:
-        name = posed.model.names[joint]
-        if (problem := posed.problem(joint, UNDRIVEN)) is not None:
-            raise RobotError(f"joint '{name}' cannot be moved: {problem}")
-        if (kind := joint_kind(posed.model.joints[joint])) != "revolute":
-            raise RobotError(f"joint '{name}' cannot be moved: it is {kind}")
-        if joint not in partners:
+        if fault := _fault(posed, joint, partners):
             raise RobotError(
-                f"joint '{name}' cannot be moved: no joint mirrors it on the other side, and it is "
-                "not its own mirror image; leave it locked, or make the robot symmetric"
+                f"joint '{model.names[joint]}' cannot be moved: {fault}; leave it locked, or make "
+                "the robot symmetric"
+                if joint not in partners
+                else f"joint '{model.names[joint]}' cannot be moved: {fault}"
             )
-        pairs.add(_right_first(posed, rotation, (joint, partners[joint])))
-    return tuple(sorted(pairs, key=lambda pair: (len(posed.model.supports[pair[0]]), pair)))
+        pairs.add((joint, partners[joint]))
+    left = set[str]()
+    while more := {
+        name: how
+        for name, how in tied_to(ties, _moving_names(posed, legs, pairs)).items()
+        if name not in left
+    }:
+        for name, how in more.items():
+            joint = int(model.getJointId(name))
+            if not (fault := _fault(posed, joint, partners)):
+                pairs.add((joint, partners[joint]))
+            elif how == "follows":
+                left.add(name)
+            else:
+                follower = next(n for n, tie in ties.items() if tie.master == name)
+                raise RobotError(
+                    f"joint '{follower}' follows '{name}', which cannot be moved: {fault}; leave "
+                    "the ties out, so that every joint has its own motor: --without ties (in "
+                    'Python and in the file for --choices without = ["ties"])'
+                )
+    found = {_right_first(posed, rotation, pair) for pair in pairs}
+    return tuple(sorted(found, key=lambda pair: (len(model.supports[pair[0]]), pair)))
+
+
+def _fault(posed: PosedModel, joint: int, partners: Mapping[int, int]) -> str:
+    """Return why a joint cannot be moved, empty if it can."""
+    if (problem := posed.problem(joint, UNDRIVEN)) is not None:
+        return str(problem)
+    if (kind := joint_kind(posed.model.joints[joint])) != "revolute":
+        return f"it is {kind}"
+    if joint not in partners:
+        return "no joint mirrors it on the other side, and it is not its own mirror image"
+    return ""
+
+
+def _moving_names(
+    posed: PosedModel, legs: LegJoints, pairs: Collection[tuple[int, int]]
+) -> set[str]:
+    return {str(posed.model.names[j]) for joints in (*legs, *pairs) for j in joints}
 
 
 def moving_joints(
