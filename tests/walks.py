@@ -101,12 +101,12 @@ def _guess(seed: int, sigma: float = 0.1, robot: Robot | None = None, **changes:
     return Walk(problem, x)
 
 
-def _synthetic(name: str, **changes: object) -> Walk:
+def _synthetic(name: str, sigma: float = 0.05, **changes: object) -> Walk:
     """Everything there is, of a robot with other joints than two times six."""
     geometry = set_geometry(GEOMETRY, _EVERYTHING_FREE)
     robot = tied(name) if name in TIED else synthetic(name)
     return _guess(
-        6, sigma=0.05, robot=robot, geometry=geometry, boundary="lifted", speed=0.6,
+        6, sigma=sigma, robot=robot, geometry=geometry, boundary="lifted", speed=0.6,
         duration=0.5, **UPRIGHT, **changes,
     )  # fmt: skip
 
@@ -151,7 +151,7 @@ _MAKERS = {
     "upright, in place, everything free": lambda: _everything_free(speed=0.0, **UPRIGHT),
     "upright, lifted, joints that follow others": lambda: _synthetic("elbows and shanks"),
     "upright, lifted, heel strike, toe off, NAO's hips": lambda: _synthetic(
-        "NAO's hips", **TOE_OFF, **HEEL_STRIKE
+        "NAO's hips", sigma=0.02, **TOE_OFF, **HEEL_STRIKE
     ),
     "upright, toe off, everything free": lambda: _everything_free(**UPRIGHT, **TOE_OFF),
     "upright, lifted, toe off, seven joints, waist, arms": lambda: _synthetic(
