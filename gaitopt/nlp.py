@@ -42,7 +42,11 @@ class Variables:
 
 @dataclass(frozen=True)
 class Rows:
-    """The limits of the constraint rows, shape (m,), scaled; equal where a row is an equality."""
+    """The limits of the constraint rows, shape (m,), scaled; equal where a row is an equality.
+
+    Attributes:
+        lower, upper: limits, infinite where there is none.
+    """
 
     lower: Array
     upper: Array
@@ -50,7 +54,13 @@ class Rows:
 
 @dataclass(frozen=True)
 class Values:
-    """Cost and scaled rows (m,) at x (n,)."""
+    """Cost and scaled rows (m,) at x (n,).
+
+    Attributes:
+        x: parameters.
+        cost: in its own unit.
+        rows: scaled.
+    """
 
     x: Array
     cost: float

@@ -1,5 +1,6 @@
 """What holds for the whole house: layers, public names, the README, generated files."""
 
+import ast
 import importlib
 import json
 import re
@@ -10,6 +11,7 @@ from pathlib import Path
 import pytest
 
 import gaitopt
+from gaitopt import errors
 from gaitopt.cli import app
 from gaitopt.cli.config import COMPARISON, SCHEMA, SWEEP
 from gaitopt.design.options import DesignOptions
@@ -146,3 +148,66 @@ def test_the_help_of_every_option_is_a_sentence():
     for one in settings:
         assert len(one.help.split()) >= 4, (one.name, one.help)
         assert one.help.endswith("."), (one.name, one.help)
+
+
+def raised(node):
+    """The errors of gaitopt that a function itself raises, not those of functions inside it."""
+    found, left = set(), list(ast.iter_child_nodes(node))
+    while left:
+        one = left.pop()
+        if isinstance(one, ast.FunctionDef | ast.Lambda):
+            continue
+        if isinstance(one, ast.Raise) and isinstance(one.exc, ast.Call):
+            found.add(ast.unparse(one.exc.func))
+        left += ast.iter_child_nodes(one)
+    return {name for name in found if hasattr(errors, name)}
+
+
+def defined():
+    """Public classes and functions of the package: file, class or None, node."""
+    for path in sorted((ROOT / "gaitopt").rglob("*.py")):
+        for node in ast.parse(path.read_text("utf-8")).body:
+            if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
+                yield path, None, node
+                for inner in node.body:
+                    if isinstance(inner, ast.FunctionDef):
+                        yield path, node, inner
+            elif isinstance(node, ast.FunctionDef):
+                yield path, None, node
+
+
+def test_every_error_is_in_a_docstring():
+    missing = []
+    for path, owner, node in defined():
+        if not isinstance(node, ast.FunctionDef):
+            continue
+        made = node.name in ("__init__", "__post_init__")
+        if node.name.startswith("_") and not made:
+            continue
+        text = (ast.get_docstring(node) or "") + (ast.get_docstring(owner) or "" if made else "")
+        told = text.partition("Raises:")[2]
+        missing += [f"{path.name}: {node.name}: {e}" for e in raised(node) if e not in told]
+    assert missing == []
+
+
+def test_every_field_is_in_a_docstring():
+    """Of public dataclasses; a field that declares itself with its help is an option."""
+    missing = []
+    for path, _, node in defined():
+        marks = [ast.unparse(mark) for mark in getattr(node, "decorator_list", ())]
+        if not isinstance(node, ast.ClassDef) or not any("dataclass" in mark for mark in marks):
+            continue
+        # what a base class or a class beside it tells is not told again
+        same = [n for n in ast.parse(path.read_text("utf-8")).body if isinstance(n, ast.ClassDef)]
+        known = {node.name, *(ast.unparse(base) for base in node.bases)}
+        text = "".join(ast.get_docstring(n) or "" for n in same if n.name in known)
+        for one in node.body:
+            if not isinstance(one, ast.AnnAssign) or "ClassVar" in ast.unparse(one.annotation):
+                continue
+            name = ast.unparse(one.target)
+            declares = one.value is not None and re.match(
+                r"(entry|margin|joint_weights_field)\(", ast.unparse(one.value)
+            )
+            if not (name.startswith("_") or declares or re.search(rf"\b{name}\b", text)):
+                missing.append(f"{path.name}: {node.name}.{name}")
+    assert missing == []

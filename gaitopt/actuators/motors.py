@@ -289,7 +289,11 @@ def read_motors(path: str | Path) -> MotorTable:
 
 
 def motors_of(text: str, where: str = "motor table") -> MotorTable:
-    """Return the drives of a TOML text; motors of `known_motors` need no table of their own."""
+    """Return the drives of a TOML text; motors of `known_motors` need no table of their own.
+
+    Raises:
+        SpecError: the text is no TOML, a table or a value in it is wrong, or there are no drives.
+    """
     table = parse_toml(text, where, kind=SpecError)
     _check_keys(where, table, ("motors", "drives"))
     own = table.get("motors", {})

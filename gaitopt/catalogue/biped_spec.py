@@ -213,7 +213,11 @@ _JOINT = {"part": JointSpec}
 @_named
 @dataclass(frozen=True)
 class Joints:
-    """The six joints of a leg, from hip to foot: yaw about z, roll about x, pitch about y."""
+    """The six joints of a leg, from hip to foot: yaw about z, roll about x, pitch about y.
+
+    Attributes:
+        hip_yaw, hip_roll, hip_pitch, knee, ankle_pitch, ankle_roll: their limits.
+    """
 
     hip_yaw: JointSpec = field(metadata=_JOINT)
     hip_roll: JointSpec = field(metadata=_JOINT)

@@ -182,6 +182,7 @@ def description(entry: CatalogueEntry) -> tuple[str | Path, ImportOptions]:
 
     Raises:
         MissingExtraError: the package that has it is not installed.
+        InputError: the package that is installed does not have its file.
     """
     choices = choices_from_record(entry.choices)
     published = (

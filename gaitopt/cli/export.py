@@ -34,6 +34,7 @@ def run(
 
     Raises:
         GaitoptError: the gait cannot be read, what is asked cannot be had, or not be written.
+        InputError: the options contradict each other, or one is missing.
     """
     form = None if name is None else format_named(name)
     if form is None and output is None:

@@ -96,7 +96,11 @@ _LIKE_CTRL_C = ("SIGTERM", "SIGHUP")  # the second is not on every system
 
 @dataclass
 class StopRequest:
-    """Whether Ctrl-C was pressed; called, it says so, as the `stop` of a search."""
+    """Whether Ctrl-C was pressed; called, it says so, as the `stop` of a search.
+
+    Attributes:
+        asked: whether it was.
+    """
 
     asked: bool = False
 

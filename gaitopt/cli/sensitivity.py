@@ -43,6 +43,7 @@ def run(gait: Path, plugin: Path | None, most: int | None, output: Path | None) 
 
     Raises:
         GaitoptError: the gait cannot be read or is not optimal, or the file cannot be written.
+        InputError: fewer than one line, or an output that is no table.
     """
     if most is not None and most < 1:
         raise InputError(f"--most is {most}; show at least 1 line")

@@ -28,6 +28,7 @@ def run_play(
 
     Raises:
         GaitoptError: the gait cannot be read or shown.
+        InputError: a page and an address are both asked for.
     """
     from gaitopt.view.page import write_page
     from gaitopt.view.player import play

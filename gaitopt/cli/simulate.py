@@ -61,6 +61,7 @@ def run(
     Raises:
         GaitoptError: the gait cannot be read or simulated, or the file not be written.
         typer.Exit: the robot fell, or the second engine differs.
+        InputError: an unknown controller, or a friction that is not above 0.
     """
     if output is not None:
         require_writable(output)

@@ -90,7 +90,11 @@ def checked_start(problem: WalkProblem, start: Array | Gait) -> Array:
 
 
 def guess(problem: WalkProblem, options: DesignOptions, stop: Stop = never) -> Array:
-    """Return the first guess, or the walk that a diagnosis finds where there is none."""
+    """Return the first guess, or the walk that a diagnosis finds where there is none.
+
+    Raises:
+        UnreachableError: there is none either; with the diagnosis.
+    """
     try:
         return first_guess(problem)
     except UnreachableError as error:

@@ -183,7 +183,11 @@ class RunningCost(Cost):
         return float(integrand.value(entries[None])[0, 0]) / context.pace
 
     def check(self, context: CostContext) -> None:
-        """Check the integrand near typical values of the quantities, and the cost there."""
+        """Check the integrand near typical values of the quantities, and the cost there.
+
+        Raises:
+            InputError: the integrand cannot be made, or is wrong; see `Cost.check`.
+        """
         try:
             integrand = self.integrand(context.robot)
         except GaitoptError:
@@ -346,7 +350,11 @@ class ElectricalEnergy(RunningCost):
         object.__setattr__(self, "motors", joint_motors_of(self.motors))
 
     def integrand(self, robot: Robot) -> QuantityFunction:
-        """Return the sum of electrical powers."""
+        """Return the sum of electrical powers.
+
+        Raises:
+            InputError: there are no motors, or not of every joint that moves.
+        """
         if not self.motors:
             raise InputError(
                 f"the cost '{self.name}' needs the motors of the joints: give --motors FILE "

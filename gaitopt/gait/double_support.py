@@ -259,7 +259,11 @@ class DoubleSupport(ABC):
         """Return the Hessian of weights . (q_start, legs, gaps), shape (B, B)."""
 
     def place(self, geometry: Array) -> tuple[tuple[pin.SE3, Array], tuple[pin.SE3, Array]]:
-        """Return placement and displacement axes of pelvis and of swing sole."""
+        """Return placement and displacement axes of pelvis and of swing sole.
+
+        Raises:
+            EvaluationError: a geometric quantity is not finite.
+        """
         if not np.all(np.isfinite(geometry)):
             raise EvaluationError("a geometric quantity is not finite")
         return place(self.pelvis_chain, geometry), place(self.sole_chain, geometry)
@@ -355,7 +359,11 @@ class InverseKinematicsSupport(DoubleSupport):
     """The paper's form: q_start by inverse kinematics; B = G (see `refuse_undetermined`)."""
 
     def posture(self, geometry: Array, q_start: Array) -> Posture:
-        """Return the posture for geometric quantities, shape (G,)."""
+        """Return the posture for geometric quantities, shape (G,).
+
+        Raises:
+            UnreachableError: a leg cannot reach, or the feet or pelvis are misplaced.
+        """
         del q_start
         (pelvis, pelvis_axes), (sole, sole_axes) = self.place(geometry)
         try:
@@ -430,7 +438,11 @@ class JointAngleSupport(DoubleSupport):
         )
 
     def posture(self, geometry: Array, q_start: Array) -> Posture:
-        """Return the posture at the joint angles given, and its gaps."""
+        """Return the posture at the joint angles given, and its gaps.
+
+        Raises:
+            EvaluationError: pelvis or foot are turned by more than a right angle.
+        """
         (pelvis, pelvis_axes), (sole, sole_axes) = self.place(geometry)
         pelvis_is, sole_is = self.kinematics.placements(q_start)
         loops = (pelvis_is.inverse() * pelvis, sole_is.inverse() * sole)

@@ -109,6 +109,10 @@ class FrictionCone(QuantityFunction):
     """mu f_z - sqrt(f_x² + f_y² + smoothing²) of a force (or force and moment), Eqs. (33), (34).
 
     The smoothing keeps the cone differentiable where the force is vertical.
+
+    Attributes:
+        friction: mu.
+        smoothing: [N], or [N·s] of an impulse.
     """
 
     friction: float
@@ -144,6 +148,10 @@ class Torsion(QuantityFunction):
 
     M = m_z + (m_x f_x + m_y f_y) / f_z, with f_z / (f_z² + least²) for 1 / f_z, so that it stays
     smooth where the load vanishes; there M is about the origin.
+
+    Attributes:
+        coefficient: c [m].
+        least: load below which M is about the origin [N], or [N·s] of an impulse.
     """
 
     coefficient: float

@@ -194,6 +194,7 @@ def load_gait(path: str | Path, *, verify: bool = True) -> Gait:
     Raises:
         GaitFileError: the file is missing, truncated, not a gait file, of a newer format, changed,
             or what it holds is not a gait (missing arrays, kinds, shapes, NaN, times, E, JSON).
+        InputError: the file was changed after it was written.
     """
     source = Path(path)
     members, digests = _read(source)

@@ -77,6 +77,7 @@ class Layout:
         turning: whether the stance foot turns at the end of the step, see `foot_turn`.
         landing: whether it lands on a line of its sole and turns at the start of the step.
         rise: of the footprint ahead over that of the stance foot [m].
+        peak: whether the largest torque is a parameter, for a cost that minimises it.
     """
 
     joint_names: tuple[str, ...]

@@ -202,7 +202,11 @@ def constraint_from_record(record: object, known: Iterable[Extension]) -> Constr
 
 
 def cost_from_record(record: object, known: Iterable[Extension]) -> Cost:
-    """Return the cost of a record made by `extension_record`; see `constraint_from_record`."""
+    """Return the cost of a record made by `extension_record`; see `constraint_from_record`.
+
+    Raises:
+        InputError: it is not among those known, or the record of a sum is none.
+    """
     own = (costs_of(one) for one in known if isinstance(one, Cost))
     costs = [*COSTS, *(one for group in own for one in group)]
     fields = record.get("fields") if isinstance(record, Mapping) else None

@@ -451,7 +451,11 @@ class Opening:
 
 @dataclass(frozen=True)
 class Landing:
-    """The end of a step and its impact; as of `Step`."""
+    """The end of a step and its impact; as of `Step`.
+
+    Attributes:
+        q_end, rate_before, turn, impact, landed: of the end of the step.
+    """
 
     q_end: Array
     rate_before: Array

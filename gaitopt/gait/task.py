@@ -98,6 +98,9 @@ class Task:
         cost: what the walk is optimised for.
         constraints: of one's own, on top of those of section 3.2.
         terrain: of one's own, in place of slope and stairs.
+
+    Raises:
+        InputError: a value is out of range, or two of them contradict each other.
     """
 
     speed: float = entry(1.0, "Walking speed; below zero backward, 0 in place.", "m/s", common=True)

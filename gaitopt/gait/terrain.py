@@ -183,7 +183,11 @@ class Stairs(Terrain):
         return (Level(), *(Stairs(share * self.height) for share in shares))
 
     def profile(self, sole: Sole, step: float, nosing: float | None) -> Treads:
-        """Return the treads that a sole can stand on; see `Terrain.profile`."""
+        """Return the treads that a sole can stand on; see `Terrain.profile`.
+
+        Raises:
+            InputError: the treads are too short for it.
+        """
         length = sole.toe - sole.heel
         room = step - length
         wanted = LEAST_ROUNDING if nosing is None else nosing

@@ -120,7 +120,12 @@ class CompiledMesh:
 
 @dataclass(frozen=True)
 class CompiledSite:
-    """A named frame of a body."""
+    """A named frame of a body.
+
+    Attributes:
+        name: in the file.
+        place: in the frame of its body.
+    """
 
     name: str
     place: Pose

@@ -141,6 +141,9 @@ class JointTable:
         b: distance from O_{j-1} to the common normal along z_{j-1} [m]; 0 in Table 1.
         antecedent: a(j): link on which each joint sits, in place of j-1 above where the links
             branch; left out: link j-1, as in Table 1.
+
+    Raises:
+        InputError: the arrays differ in shape, or are not finite.
     """
 
     alpha: Array
@@ -176,6 +179,9 @@ class LinkTable:
         mass: M_j, shape (n + 1,) [kg].
         first_moment: MS_j, mass times centre of mass, shape (n + 1, 3) [kg·m].
         inertia: J_j about O_j, shape (n + 1, 3, 3) [kg·m²].
+
+    Raises:
+        InputError: the arrays differ in shape, or are not finite.
     """
 
     mass: Array

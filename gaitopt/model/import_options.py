@@ -72,6 +72,9 @@ class LimitOverride:
         lower, upper: joint range [rad]; infinite for none.
         armature: inertia of rotor and gear seen from the joint [kg·m²].
         source: where the numbers are from, for people.
+
+    Raises:
+        RobotError: the limits are no numbers, or out of range.
     """
 
     joints: str
@@ -139,6 +142,9 @@ class InertiaOverride:
         com: centre of mass in the frame of the link [m].
         inertia: ixx, iyy, izz, ixy, ixz, iyz about the centre of mass, along the axes of the
             link's frame [kg·m²].
+
+    Raises:
+        RobotError: the inertias are no numbers, or out of range.
     """
 
     links: str
@@ -178,6 +184,9 @@ class Payload:
         place: of its centre of mass in the frame of the link [m]; by default the link's own.
         box: lengths along the axes of the link's frame of the box that it fills evenly [m]; a point
             by default.
+
+    Raises:
+        RobotError: a value is no number, or out of range.
     """
 
     link: str

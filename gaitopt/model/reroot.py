@@ -139,7 +139,11 @@ def _outward(model: pin.Model, foot: int, swing_foot: int) -> Iterator[tuple[int
 
 
 def joint_axis(model: pin.Model, joint: int) -> np.ndarray:
-    """Return the unit axis of a revolute joint in its own frame, shape (3,)."""
+    """Return the unit axis of a revolute joint in its own frame, shape (3,).
+
+    Raises:
+        RobotError: the joint is not revolute.
+    """
     data = model.createData()
     pin.computeJointJacobians(model, data, pin.neutral(model))
     column = model.joints[joint].idx_v

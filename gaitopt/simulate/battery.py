@@ -218,6 +218,9 @@ def largest_push(
         options: ground of the walks.
         controller: as in `simulate`.
         bisections: how often the range is halved.
+
+    Raises:
+        InputError: fewer than one bisection.
     """
     if bisections < 1:
         raise InputError(f"{bisections} bisections find nothing; ask for 1 at least")

@@ -75,6 +75,9 @@ class Disturbance:
         noise: of what is measured.
         start: of the joints.
         seed: of noise and start.
+
+    Raises:
+        InputError: a value has no meaning: no mass left, or below 0.
     """
 
     push: Push | None = None

@@ -33,7 +33,11 @@ _OPTIONS: dict[str, dict[str, Any]] = {
 
 @dataclass(frozen=True)
 class QuadraticProgram:
-    """Data of the program: P (n, n) positive definite, q (n,), G (k, n), h (k,), bounds (n,)."""
+    """Data of the program: P (n, n) positive definite, q (n,), G (k, n), h (k,), bounds (n,).
+
+    Attributes:
+        P, q, G, h, lower, upper: as above.
+    """
 
     P: Array
     q: Array

@@ -181,6 +181,7 @@ class Recorder:
         stopped: whether it said so; the run ends as soon as it can.
         best: the feasible iterate of least cost, else the one of least violation.
         history: one record per iteration.
+        started: on the clock `perf_counter` [s].
     """
 
     solver: str

@@ -42,7 +42,13 @@ _ORIGINS = {0: "cold", SECOND: "slower walk"}  # by number of the start
 
 @dataclass(frozen=True, eq=False)
 class Neighbour:
-    """A point next to the one that is sought, with its walk and its name."""
+    """A point next to the one that is sought, with its walk and its name.
+
+    Attributes:
+        scenario: the point.
+        walk: its walk.
+        name: of the walk, for people.
+    """
 
     scenario: Scenario
     walk: WarmStart

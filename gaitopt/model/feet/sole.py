@@ -17,7 +17,15 @@ LEVEL = (0.0, 0.0, -1.0)
 @checked
 @dataclass(frozen=True)
 class Sole:
-    """A rectangle in the plane z = 0 of the sole frame [m]: x forward, y left."""
+    """A rectangle in the plane z = 0 of the sole frame [m]: x forward, y left.
+
+    Attributes:
+        toe, heel: x of the front and the rear edge [m].
+        left, right: y of the left and the right edge [m].
+
+    Raises:
+        RobotError: the rectangle is empty.
+    """
 
     toe: float
     heel: float

@@ -99,6 +99,9 @@ class Rectangle:
 
         Returns:
             The sole, and a warning if that took something away.
+
+        Raises:
+            RobotError: the sole frames lie beside the soles.
         """
         x, y = float(origin[0]), float(origin[1])
         half = min(self.left - y, y - self.right)
