@@ -186,8 +186,11 @@ def _unclear(piece: _Piece) -> bool:
 
     A limit that is exceeded by far more is exceeded; by how much, a later round will tell.
     """
-    errors, least = piece.errors, piece.dense.min(axis=0)
-    near = (errors > LOCATED) & (least < errors) & (-least < BEYOND * errors)
+    errors, dense = piece.errors, piece.dense
+    least = dense.min(axis=0)
+    bent = dense[:-2] - 2.0 * dense[1:-1] + dense[2:]
+    dip = np.maximum(bent, 0.0).max(axis=0) / 8.0  # of a parabola between two of its points
+    near = (errors > LOCATED) & (least - dip < errors) & (-least < BEYOND * errors)
     return piece.depth < DEPTH and bool(near.any())
 
 

@@ -158,6 +158,19 @@ def complete(
     return finished(problem, solution, options.refine, fine)
 
 
+def impulse_vanishes(problem: WalkProblem, solution: Solution) -> bool:
+    """Return whether a walk is no optimum and its impact all but vanishes.
+
+    Where no impulse within the limits lifts the rear foot, as down stairs, they leave zero alone,
+    as a point at which they have no multipliers: docs/decisions/landing.md.
+    """
+    if solution.status is Status.OPTIMAL or problem.task.margins.soft_landing:
+        return False
+    step = problem.step(solution.x)
+    momentum = problem.robot.mass * step.step_length / step.duration
+    return float(np.linalg.norm(step.impulse[:3])) <= VANISHED * momentum
+
+
 def _landed_softly(
     problem: WalkProblem, solution: Solution, options: DesignOptions, stop: Stop
 ) -> tuple[WalkProblem, Solution]:
@@ -166,11 +179,9 @@ def _landed_softly(
     At an impulse of zero its friction cone has a tip and all limits on it meet; solvers crawl
     there. Without an impact the same walk is a regular optimum.
     """
-    task, step = problem.task, problem.step(solution.x)
-    momentum = problem.robot.mass * step.step_length / step.duration
-    vanishes = float(np.linalg.norm(step.impulse[:3])) <= VANISHED * momentum
-    if solution.status is Status.OPTIMAL or task.margins.soft_landing or not vanishes:
+    if not impulse_vanishes(problem, solution):
         return problem, solution
+    task = problem.task
     margins = replace(task.margins, soft_landing=True)
     softly = WalkProblem(problem.robot, replace(task, margins=margins), problem.grid)
     found = attempt(softly, replace(options, approach="direct"), solution.x, None, stop)

@@ -29,7 +29,7 @@ from gaitopt.nlp import Array, ProgressCallback, Solution, Start, Status, Stop, 
 from gaitopt.solvers.solver import Solver
 from gaitopt.tolerances import FEASIBLE
 
-MAX_ROUNDS = 12
+MAX_ROUNDS = 20
 _WORTH_SOLVING = (Status.OPTIMAL, Status.STALLED)
 _WORTH_GOING_ON = (*_WORTH_SOLVING, Status.ITERATION_LIMIT)
 """A round that crawled is followed by another, at whose instants it often does not."""

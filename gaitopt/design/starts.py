@@ -18,7 +18,7 @@ import numpy as np
 from gaitopt.bounds import STARTS, WORKERS, at_most, shown
 from gaitopt.design.design import Design, checked_start, design, finished, walk_after_diagnosis
 from gaitopt.design.options import COUNT, SIGMA, DesignOptions
-from gaitopt.design.pipeline import attempt, complete, is_walk
+from gaitopt.design.pipeline import attempt, complete, impulse_vanishes, is_walk
 from gaitopt.design.process import serve_parent, tune_process
 from gaitopt.design.refinement import with_work
 from gaitopt.design.summary import peak_torques
@@ -303,6 +303,8 @@ def _completed(
     stop: Stop,
 ) -> Design:
     """Return the design of a start's walk; one that is not yet optimal is solved once more."""
+    if impulse_vanishes(problem, solution) and options.differences == "none":
+        return _without_impact(problem, solution, options, on_progress, stop)
     if solution.status is Status.OPTIMAL and options.differences == "none":
         return complete(problem, solution, options, on_progress, stop)
     direct = replace(options, approach="direct")
@@ -325,6 +327,29 @@ def _better(
         return found
     other = _completed(problem, another.solution, options, on_progress, stop)
     return other if other.certificate.optimal else found
+
+
+def _without_impact(
+    problem: WalkProblem,
+    solution: Solution,
+    options: DesignOptions,
+    on_progress: Callable[[WalkProblem], ProgressCallback] | None,
+    stop: Stop,
+) -> Design:
+    """Return a walk that lands at zero speed: from one that all but does, or from its own starts.
+
+    Where neither is proven, the former.
+    """
+    near = complete(problem, solution, options, on_progress, stop)
+    if near.proven or stop():
+        return near
+    task = problem.task.with_margins({"soft_landing": True})
+    quiet = replace(options, diagnose=False)
+    try:
+        found = many_starts(problem.robot, task, quiet, on_progress=on_progress, stop=stop).design
+    except GaitoptError:  # there is none, or it was stopped
+        return near
+    return found if found.proven else near
 
 
 def _gathered(

@@ -1,12 +1,14 @@
 """Named tasks: for the thirteen-link biped, for the paper, and one that is sized by the robot.
 
-Without bounds on trunk and step width the least effort is a waddle that no motor controller would
-follow; a humanoid has them by default, and the gaps that keep its legs whole.
+Without bounds on trunk, step width and swing foot the least effort is a waddle with kicks that no
+motor controller would follow; a humanoid has them by default (docs/habits.md says what each costs),
+and the gaps that keep its legs whole.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -15,6 +17,7 @@ from gaitopt.gait.constraint import is_finite
 from gaitopt.gait.constraints import Margins
 from gaitopt.gait.parameters import GEOMETRY, set_geometry
 from gaitopt.gait.task import Task
+from gaitopt.gait.terrain import Terrain
 from gaitopt.importers.physics import is_generated
 from gaitopt.model.feet.sole import turning_arm
 from gaitopt.model.robot import Robot
@@ -28,13 +31,16 @@ TRUNK = {"trunk_roll": 0.15, "trunk_pitch": 0.2, "trunk_yaw": 0.2}  # rad; peopl
 KNEE_FLEXION = 0.1  # rad
 LEG_GAP = 0.01  # m
 WIDER = 0.03  # m by which the feet may stand farther apart than the hips
+SWING_HEIGHT = 0.12  # of the hips' height; without a limit feet rise to half of it
+LIFTS = 2.0  # of the clearance asked for, which a foot may rise to in any case
+SWING_TILT = 0.26  # sine of 15 degrees; without a limit soles end upright: docs/habits.md
 LEAST_LOAD = 0.05  # of the weight
 ROBUST_KNEE_FLEXION = 0.3  # rad; leaves the leg 1 % longer than it is, 0.1 rad leave 0.1 %
 ROBUST_FRICTION = 0.5  # what a foot that lands 2 ms early still finds
 ROBUST_COP = 0.1  # margin of the centre of pressure over the width of the sole
 ROBUST_LANDING = 0.07  # speed of the landing corners over sqrt(g h): 0.2 m/s of a man
 ROBUST_IMPULSE = 0.07  # vertical impulse over mass and sqrt(g h)
-_SIZED = (*TRUNK, "minimum_load", "torsional_friction", "step_width", "leg_gap")
+_SIZED = (*TRUNK, "minimum_load", "torsional_friction", "step_width", "leg_gap", "swing_height")
 
 
 def preset_task(preset: str = STANDARD, robot: Robot | None = None, **changes: object) -> Task:
@@ -43,8 +49,8 @@ def preset_task(preset: str = STANDARD, robot: Robot | None = None, **changes: o
     `standard`: for the thirteen-link biped, 43 parameters and every constraint. `paper`: the
     constraints of section 3.2 only, the six geometric parameters of section 4.2, speed as the
     constraint (39). `humanoid`: for any other robot; speed, duration, load, step width and
-    friction under the foot follow from its size and weight, the trunk keeps upright. `robust`: the
-    same with margins for feedback; see `robust_task`.
+    friction under the foot follow from its size and weight, trunk and swing foot keep upright.
+    `robust`: the same with margins for feedback; see `robust_task`.
 
     Args:
         preset: its name.
@@ -96,10 +102,27 @@ def humanoid_task(robot: Robot, **changes: object) -> Task:
     defaults |= {**TRUNK, "trunk_roll": TRUNK["trunk_roll"] if robot.legs.ankles_roll else ROLL}
     defaults |= {"knee_flexion": KNEE_FLEXION, "leg_gap": LEG_GAP}
     defaults["minimum_load"] = round(LEAST_LOAD * robot.weight, 1)
+    if changes.get("toe_off") is None and changes.get("heel_strike") is None:
+        defaults |= _swing(robot, changes)  # a foot that turns about an edge leaves or lands tilted
     gap = changes.get("lateral_gap", Margins().lateral_gap)
     if isinstance(gap, float | int):
         defaults["step_width"] = widest(robot, gap)
     return Task().with_changes(**{**defaults, **changes})
+
+
+def _swing(robot: Robot, changes: Mapping[str, object]) -> dict[str, object]:
+    """Return how the foot swings: level, and no higher than it must."""
+    terrain, rise = changes.get("terrain"), changes.get("stairs", 0.0)
+    lift, over = changes.get("clearance", Margins().clearance), 0.0
+    if isinstance(terrain, Terrain):
+        over = terrain.lift
+    elif is_finite(rise):
+        over = abs(float(str(rise)))
+    limits: dict[str, object] = {"swing_tilt": SWING_TILT}
+    if is_finite(lift):
+        height = max(SWING_HEIGHT * robot.legs.height, LIFTS * float(str(lift))) + over
+        limits["swing_height"] = round(height, 3)
+    return limits
 
 
 def robust_task(robot: Robot, **changes: object) -> Task:

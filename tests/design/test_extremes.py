@@ -11,7 +11,7 @@ from gaitopt.design import extremes
 from gaitopt.design.certificate import certify, on_fine_grid
 from gaitopt.design.extremes import located
 from gaitopt.errors import EvaluationError
-from gaitopt.gait.grid import NODES, Grid, proof_grid
+from gaitopt.gait.grid import NODES, Grid, chebyshev_points, proof_grid
 from gaitopt.gait.initial_guess import first_guess, perturbed
 from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
@@ -153,3 +153,18 @@ def test_parameters_that_are_no_walk_are_not_resolved_without_end(robot, monkeyp
     monkeypatch.setattr(WalkProblem, "with_grid", counted)
     assert not certify(problem, x).certified
     assert NODES * 2 < max(sizes) <= NODES * extremes.HALVES
+
+
+def test_a_minimum_between_two_dense_points_is_not_overlooked():
+    """A polynomial with a narrow dip between the points at which it is looked at first."""
+    points = extremes._dense_points()
+    k = points.size // 2
+    place = 0.5 * (points[k] + points[k + 1])
+    x = chebyshev_points(NODES)
+    margins = (2e-2 * (x - place) ** 2 - 4e-7)[:, None]
+    margins[:, 0] += 3e-7 * np.cos((NODES - 1) * np.arccos(x))  # what the polynomial may be off
+    piece = extremes._piece(0.0, 1.0, margins, 0)
+    assert piece.dense.min() > piece.errors[0] > 1e-6
+    assert extremes._unclear(piece)
+    far = extremes._piece(0.0, 1.0, margins + 1e-3, 0)
+    assert not extremes._unclear(far)

@@ -32,6 +32,29 @@ def test_what_is_given_wins(robot):
     assert task.margins.torsional_friction == pytest.approx(full / 2.0, abs=1e-4)
 
 
+def test_the_foot_swings_low_and_level(robot):
+    margins = humanoid_task(robot).margins
+    assert margins.swing_height == pytest.approx(0.12 * robot.legs.height, abs=1e-3)
+    assert margins.swing_tilt == pytest.approx(math.sin(math.radians(15.0)), abs=2e-3)
+    assert humanoid_task(robot, clearance=0.08).margins.swing_height == pytest.approx(0.16)
+    free = humanoid_task(robot, swing_height=None, swing_tilt=0.5).margins
+    assert (free.swing_height, free.swing_tilt) == (None, 0.5)
+
+
+def test_on_stairs_the_foot_may_rise_by_that_of_a_tread_more(robot):
+    stairs = {"speed": 0.5, "duration": 0.7}
+    level = humanoid_task(robot, **stairs).margins.swing_height
+    for rise in (0.17, -0.17):
+        margins = humanoid_task(robot, stairs=rise, **stairs).margins
+        assert margins.swing_height == pytest.approx(level + 0.17, abs=1e-3)
+
+
+@pytest.mark.parametrize("turn", [{"toe_off": 0.7}, {"heel_strike": 0.2}])
+def test_a_foot_that_turns_about_an_edge_may_leave_or_land_tilted(robot, turn):
+    margins = humanoid_task(robot, **turn).margins
+    assert (margins.swing_height, margins.swing_tilt) == (None, None)
+
+
 def test_everything_else_is_the_standard_task(robot):
     task, standard = humanoid_task(robot), preset_task()
     assert (task.postures, task.samples, task.geometry) == (
