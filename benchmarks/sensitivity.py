@@ -17,8 +17,7 @@ from gaitopt.design.sensitivity import Envelope, robot_changes
 from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.task import Task
-from gaitopt.mechanics.cached_workspace import cached_workspace
-from gaitopt.model.robot import Robot
+from gaitopt.model.robot import Robot, cached_workspace
 from gaitopt.nlp import Start
 from gaitopt.solvers import solver_by_name
 

@@ -36,7 +36,7 @@ if TYPE_CHECKING:
         UnreachableError,
     )
     from gaitopt.gait.constraint import Constraint, ConstraintContext, margin
-    from gaitopt.gait.constraints import Margins
+    from gaitopt.gait.constraints import Margins, MotorEnvelope
     from gaitopt.gait.costs import (
         Cost,
         ElectricalEnergy,
@@ -48,7 +48,6 @@ if TYPE_CHECKING:
     )
     from gaitopt.gait.functions import ComplexStep, Entries, Linear, QuantityFunction, SquaredNorm
     from gaitopt.gait.gait_file import load_gait, save_gait
-    from gaitopt.gait.motor_envelope import MotorEnvelope
     from gaitopt.gait.plugin import load_plugin
     from gaitopt.gait.presets import preset_task
     from gaitopt.gait.problem import WalkProblem
@@ -95,7 +94,7 @@ _HOMES = {
     "load_plugin": "gaitopt.gait.plugin",
     "margin": "gaitopt.gait.constraint",
     "MechanicalWork": "gaitopt.gait.costs",
-    "MotorEnvelope": "gaitopt.gait.motor_envelope",
+    "MotorEnvelope": "gaitopt.gait.constraints",
     "PositiveWork": "gaitopt.gait.costs",
     "Profile": "gaitopt.gait.terrain",
     "QuantityFunction": "gaitopt.gait.functions",

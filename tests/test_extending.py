@@ -13,10 +13,10 @@ from gaitopt.cli.app import app
 from gaitopt.cli.request import make_request
 from gaitopt.errors import InputError
 from gaitopt.gait.gait_file import load_gait
-from gaitopt.gait.ground import ground_of
 from gaitopt.gait.plugin import load_plugin
 from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
+from gaitopt.gait.recorded import ground_of
 from gaitopt.model.feet.sole import Sole
 from gaitopt.view.figures import step_figure
 

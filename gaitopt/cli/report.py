@@ -34,9 +34,9 @@ from gaitopt.design.shadow_prices import SETTING
 from gaitopt.design.summary import proof_rows, summarise
 from gaitopt.escape import printable
 from gaitopt.gait.gait_file import altered_members, load_gait
-from gaitopt.gait.ground import ground_of
 from gaitopt.gait.plugin import load_plugin
 from gaitopt.gait.presets import foreign_margins
+from gaitopt.gait.recorded import ground_of
 from gaitopt.gait.result import Gait
 from gaitopt.importers.report import Finding, findings_of
 from gaitopt.tolerances import SAME

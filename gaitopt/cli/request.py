@@ -30,10 +30,10 @@ from gaitopt.cli.config import (
 from gaitopt.design.known_walk import parameters_of
 from gaitopt.design.options import DesignOptions
 from gaitopt.errors import InputError
+from gaitopt.gait.constraints import MotorEnvelope
 from gaitopt.gait.costs import COSTS, ElectricalEnergy, cost_of_text
 from gaitopt.gait.gait_file import load_gait
 from gaitopt.gait.initial_guess import first_guess, perturbed
-from gaitopt.gait.motor_envelope import MotorEnvelope
 from gaitopt.gait.parameters import set_geometry
 from gaitopt.gait.plugin import load_plugin
 from gaitopt.gait.presets import HUMANOID, PRESETS, preset_task

@@ -17,7 +17,7 @@ from gaitopt.gait.constraints import Margins
 from gaitopt.gait.costs import TorqueCost
 from gaitopt.gait.plugin import Extension, extension_record
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.gait.recorded_robot import robot_of
+from gaitopt.gait.recorded import robot_of
 from gaitopt.gait.result import FOOT, Gait, array_names
 from gaitopt.gait.task import task_from_record, task_record
 from gaitopt.model.import_options import choices_record

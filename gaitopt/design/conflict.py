@@ -12,8 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from gaitopt.deprecation import Renamed
-from gaitopt.design.early_stopping import EarlyStopping
-from gaitopt.design.relaxation import Relaxation, RelaxedProgram
+from gaitopt.design.relaxation import EarlyStopping, Relaxation, RelaxedProgram
 from gaitopt.errors import StoppedError, UnreachableError
 from gaitopt.gait.initial_guess import first_guess, flat_feet_gap, perturbed
 from gaitopt.gait.parameters import (

@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import glob
 from abc import ABC, abstractmethod
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,7 +31,9 @@ from gaitopt.gait.problem import WalkProblem, constraint_blocks
 from gaitopt.gait.task import Task
 from gaitopt.model.import_options import LimitOverride
 from gaitopt.model.robot import Robot
-from gaitopt.nlp import NLP, Array, Point, Rows, Values, Variables
+from gaitopt.nlp import NLP, Array, Point, Progress, Rows, Values, Variables
+from gaitopt.solvers.globalization import Patience
+from gaitopt.tolerances import FEASIBLE
 
 REGULARITY = 1e-3
 """epsilon: the distance only chooses among walks that are equally near to the limits."""
@@ -584,3 +586,28 @@ def _moved(start: Array, end: Array, scale: Array) -> Array:
     """Scaled end - start of limits, zero where there are none."""
     there = np.isfinite(start)
     return (np.subtract(end, start, out=np.zeros(start.shape), where=there) / scale).ravel()
+
+
+SUFFICIENT_DECREASE, FEASIBLE_STALL = 0.01, 8
+"""A run ends when the objective of so many feasible iterates has not fallen by this share ..."""
+INFEASIBLE_STALL = 15
+"""... and one that is far from any when its violation no longer falls in so many iterations."""
+
+
+@dataclass
+class EarlyStopping:
+    """Ends a run when it is good enough or gets nowhere; a `StopCallback`."""
+
+    _objective: float = np.inf
+    _idle: int = 0
+    _patience: Patience = field(default_factory=lambda: Patience(INFEASIBLE_STALL))
+
+    def __call__(self, progress: Progress) -> bool:
+        """Look at an iteration; return whether the run may end."""
+        stuck = self._patience.exhausted(progress.violation)
+        if progress.violation <= FEASIBLE:
+            if progress.cost < self._objective - SUFFICIENT_DECREASE * abs(progress.cost):
+                self._objective, self._idle = progress.cost, 0
+            else:
+                self._idle += 1
+        return stuck or self._idle >= FEASIBLE_STALL

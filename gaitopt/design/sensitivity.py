@@ -27,10 +27,9 @@ from gaitopt.gait.parameters import DURATION
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.step import Step
 from gaitopt.gait.task import Task
-from gaitopt.mechanics.cached_workspace import cached_workspace
 from gaitopt.mechanics.trunk import slope_rates
 from gaitopt.model.feet.sole import Sole
-from gaitopt.model.robot import Robot
+from gaitopt.model.robot import Robot, cached_workspace
 from gaitopt.nlp import Array
 
 TASK, LIMITS, GEAR = "task", "limit", "gear"

@@ -21,12 +21,12 @@ from gaitopt.design.conflict import (
     easier_guess,
     solve_unless_stopped,
 )
-from gaitopt.design.early_stopping import EarlyStopping
 from gaitopt.design.known_walk import gone_on
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.pipeline import Design, attempt, begins_relaxed, complete, is_walk
 from gaitopt.design.relaxation import (
     Adjustment,
+    EarlyStopping,
     LimitAdjustment,
     RelaxedProgram,
     duration_adjustment,

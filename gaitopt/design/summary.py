@@ -15,10 +15,9 @@ from gaitopt.actuators.motors import JointMotor, joint_motors, joint_motors_of
 from gaitopt.bounds import rounded
 from gaitopt.errors import SpecError
 from gaitopt.escape import printable
+from gaitopt.gait.constraints import MotorEnvelope
 from gaitopt.gait.costs import ElectricalEnergy, TorqueCost
-from gaitopt.gait.ground import ground_of
-from gaitopt.gait.motor_envelope import MotorEnvelope
-from gaitopt.gait.recorded_robot import recorded_choices
+from gaitopt.gait.recorded import ground_of, recorded_choices
 from gaitopt.gait.result import ContactPhase, Gait
 from gaitopt.importers.physics import STANDARD_GRAVITY
 from gaitopt.importers.report import findings_of

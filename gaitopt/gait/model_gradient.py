@@ -18,7 +18,6 @@ from gaitopt.gait.quantities import Quantity
 from gaitopt.gait.step import Step, StepDerivatives
 from gaitopt.gait.step_hessian import StepAdjoint, step_adjoint
 from gaitopt.gait.step_model import StepModel
-from gaitopt.mechanics.cached_workspace import cached_workspace
 from gaitopt.mechanics.impact import BASE
 from gaitopt.mechanics.inverse_dynamics_hessian import WeightedDynamics
 from gaitopt.mechanics.inverse_kinematics import closure_forces, loop_gap_jacobian
@@ -30,7 +29,7 @@ from gaitopt.mechanics.model_gradient import (
 )
 from gaitopt.mechanics.single_support import FRICTION_RATE
 from gaitopt.mechanics.spatial import cross
-from gaitopt.model.robot import Robot
+from gaitopt.model.robot import Robot, cached_workspace
 from gaitopt.nlp import Array
 
 

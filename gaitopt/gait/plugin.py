@@ -23,8 +23,8 @@ from typing import Any, TypeVar
 from gaitopt.bounds import TABLE, read_bounded, shown
 from gaitopt.errors import InputError
 from gaitopt.gait.constraint import Constraint
+from gaitopt.gait.constraints import MotorEnvelope
 from gaitopt.gait.costs import COSTS, Cost, WeightedSum
-from gaitopt.gait.motor_envelope import MotorEnvelope
 from gaitopt.gait.terrain import Level, Slope, Stairs, Terrain
 
 Extension = Constraint | Cost | Terrain

@@ -293,7 +293,7 @@ class Gait:
         """
         body = self.multibody
         if body is None:
-            from gaitopt.gait.recorded_robot import drawn_robot  # knows gaits
+            from gaitopt.gait.recorded import drawn_robot  # knows gaits
 
             body = drawn_robot(self).multibody
         if body.moving_names != self.joint_names:

@@ -18,7 +18,6 @@ from gaitopt.gait.parameters import DURATION
 from gaitopt.gait.quantities import Quantity
 from gaitopt.gait.step import ShapedTurn, Step, StepDerivatives
 from gaitopt.gait.step_model import StepModel
-from gaitopt.mechanics.cached_workspace import cached_workspace
 from gaitopt.mechanics.forward_kinematics import body_inertias
 from gaitopt.mechanics.impact import WeightedImpact
 from gaitopt.mechanics.inverse_dynamics_hessian import (
@@ -26,6 +25,7 @@ from gaitopt.mechanics.inverse_dynamics_hessian import (
     inverse_dynamics_hessian,
 )
 from gaitopt.mechanics.spatial import force_cross_matrix, motion_cross_matrix
+from gaitopt.model.robot import cached_workspace
 from gaitopt.nlp import Array
 
 Indices = NDArray[np.int_]

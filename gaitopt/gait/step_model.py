@@ -41,13 +41,12 @@ from gaitopt.gait.step import (
     foot_turn_rows,
     with_foot,
 )
-from gaitopt.mechanics.cached_workspace import cached_workspace
 from gaitopt.mechanics.forward_kinematics import PostureQuantityDerivatives
 from gaitopt.mechanics.hinged import standing_robot
 from gaitopt.mechanics.impact import Impact, ImpactDerivatives, ImpactState, Turning
 from gaitopt.mechanics.single_support import SingleSupport, SupportDerivatives, SupportState
 from gaitopt.mechanics.spatial import cross_force, cross_motion
-from gaitopt.model.robot import Robot
+from gaitopt.model.robot import Robot, cached_workspace
 from gaitopt.nlp import Array
 
 T = TypeVar("T")

@@ -16,7 +16,6 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
-from gaitopt.mechanics.cached_workspace import cached_workspace
 from gaitopt.mechanics.forward_kinematics import (
     BodyInertias,
     ForwardKinematics,
@@ -35,7 +34,7 @@ from gaitopt.model.chain_physics import PassiveJoints
 from gaitopt.model.coupling import Coupling
 from gaitopt.model.joint_tree import FIRST, TWIST, JointTree
 from gaitopt.model.reroot import joint_axis
-from gaitopt.model.robot import Robot
+from gaitopt.model.robot import Robot, cached_workspace
 from gaitopt.nlp import Array
 
 FRICTION_RATE = 0.1

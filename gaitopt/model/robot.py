@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+import threading
+from collections.abc import Callable, Collection
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from pathlib import Path
+from typing import TypeVar, cast
 
 import numpy as np
 import pinocchio as pin
@@ -218,3 +220,26 @@ def _odd(reading: ImportedRobot) -> list[Finding]:
         Finding("file", f"line {problem.line}", problem.text, "warning")
         for problem in reading.problems
     ]
+
+
+_ROBOTS = 8  # in as many threads, of which things are kept
+
+T = TypeVar("T")
+
+
+def cached_workspace(robot: Robot, make: Callable[[Robot], T]) -> T:
+    """Return what a function makes of a robot, the same object at every call of a thread.
+
+    Making one of Pinocchio's workspaces takes as long as forty evaluations of the torques in it,
+    and the solution of one walk takes a dozen grids. What is kept here is scratch: results are
+    copied out of it before anyone else works there. Ask for it where you use it.
+    """
+    made = _made(robot, threading.get_ident())
+    if make not in made:
+        made[make] = make(robot)
+    return cast(T, made[make])
+
+
+@lru_cache(maxsize=_ROBOTS)
+def _made(robot: Robot, thread: int) -> dict[Callable[[Robot], object], object]:
+    return {}

@@ -12,7 +12,7 @@ import mujoco
 import numpy as np
 
 from gaitopt.errors import InputError
-from gaitopt.gait.ground import ground_of
+from gaitopt.gait.recorded import ground_of
 from gaitopt.gait.result import Gait
 from gaitopt.gait.trajectory import Trajectory
 from gaitopt.nlp import Array

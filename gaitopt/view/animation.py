@@ -17,7 +17,7 @@ from gaitopt.bounds import FRAMES, STEPS, at_most, shown
 from gaitopt.contact.heel_line import HeelLine
 from gaitopt.contact.toe_line import ToeLine
 from gaitopt.errors import InputError
-from gaitopt.gait.ground import Ground, ground_of
+from gaitopt.gait.recorded import Ground, ground_of
 from gaitopt.gait.result import Gait
 from gaitopt.gait.trajectory import TrajectorySamples
 from gaitopt.mechanics.spatial import upright

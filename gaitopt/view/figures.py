@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike
 from gaitopt.atomic import write_atomically
 from gaitopt.design.summary import joint_groups, pair_name, partner
 from gaitopt.errors import InputError
-from gaitopt.gait.ground import ground_of
+from gaitopt.gait.recorded import ground_of
 from gaitopt.gait.result import Gait
 from gaitopt.importers.physics import STANDARD_GRAVITY
 from gaitopt.mechanics.spatial import upright

@@ -14,7 +14,7 @@ import numpy as np
 from gaitopt.atomic import write_atomically
 from gaitopt.design.summary import payload_words, proof_rows, summarise
 from gaitopt.escape import filled_template, html_text
-from gaitopt.gait.ground import ground_of
+from gaitopt.gait.recorded import ground_of
 from gaitopt.gait.result import Gait
 from gaitopt.importers.report import findings_of
 from gaitopt.view.animation import DEFAULT_STEPS, Scene, build_scene

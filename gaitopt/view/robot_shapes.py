@@ -16,7 +16,7 @@ import numpy as np
 import pinocchio as pin
 
 from gaitopt.errors import RobotError
-from gaitopt.gait.recorded_robot import recorded_choices
+from gaitopt.gait.recorded import recorded_choices
 from gaitopt.gait.result import Gait
 from gaitopt.importers.meshes import MeshProblem
 from gaitopt.importers.source import Source, load_mesh, read_source

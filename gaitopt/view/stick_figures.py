@@ -9,7 +9,7 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
-from gaitopt.gait.recorded_robot import recorded_choices
+from gaitopt.gait.recorded import recorded_choices
 from gaitopt.gait.result import Gait
 from gaitopt.importers.source import Source, read_source
 from gaitopt.model.legs.reference_posture import reference_configuration

@@ -1,6 +1,6 @@
 import pytest
 
-from gaitopt.design.early_stopping import FEASIBLE_STALL, INFEASIBLE_STALL, EarlyStopping
+from gaitopt.design.relaxation import FEASIBLE_STALL, INFEASIBLE_STALL, EarlyStopping
 from gaitopt.nlp import Progress
 
 

@@ -15,8 +15,8 @@ from gaitopt.catalogue.urdf_writer import urdf_text
 from gaitopt.design.design import design
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.sensitivity import sensitivities
+from gaitopt.gait.constraints import MotorEnvelope
 from gaitopt.gait.costs import ElectricalEnergy
-from gaitopt.gait.motor_envelope import MotorEnvelope
 from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.model.import_options import ImportOptions, LimitOverride

@@ -13,8 +13,8 @@ from gaitopt.design.starts import design_gait
 from gaitopt.design.summary import energies_per_step, summarise
 from gaitopt.errors import InputError, SpecError
 from gaitopt.gait import quantities
+from gaitopt.gait.constraints import MotorEnvelope
 from gaitopt.gait.costs import ElectricalEnergy, MechanicalWork, PositiveWork, TorqueCost
-from gaitopt.gait.motor_envelope import MotorEnvelope
 from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.task import task_from_record, task_record

@@ -19,11 +19,11 @@ from gaitopt.errors import InputError
 from gaitopt.gait import quantities
 from gaitopt.gait.assemble import gait_at
 from gaitopt.gait.gait_file import load_gait, save_gait
-from gaitopt.gait.ground import ground_of
 from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.parameters import set_geometry
 from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
+from gaitopt.gait.recorded import ground_of
 from gaitopt.gait.terrain import Slope, Stairs
 from gaitopt.importers.physics import PassiveJoint, Physics
 from gaitopt.importers.source import read_source

@@ -9,7 +9,7 @@ from walks import walk
 from gaitopt.actuators.motors import JointMotor
 from gaitopt.errors import InputError, SpecError
 from gaitopt.gait import quantities
-from gaitopt.gait.motor_envelope import MotorEnvelope
+from gaitopt.gait.constraints import MotorEnvelope
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.task import task_from_record, task_record
 

@@ -16,9 +16,9 @@ from gaitopt.actuators.motors import JointMotor
 from gaitopt.errors import InputError
 from gaitopt.gait import quantities
 from gaitopt.gait.constraint import Constraint, margin
+from gaitopt.gait.constraints import MotorEnvelope
 from gaitopt.gait.costs import RunningCost, TorqueCost, WeightedSum
 from gaitopt.gait.functions import ComplexStep, Linear
-from gaitopt.gait.motor_envelope import MotorEnvelope
 from gaitopt.gait.plugin import load_plugin
 from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem

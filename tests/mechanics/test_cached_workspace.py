@@ -3,9 +3,9 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 from reference_cases import biped
 
-from gaitopt.mechanics.cached_workspace import cached_workspace
 from gaitopt.mechanics.impact import Impact
 from gaitopt.mechanics.single_support import SingleSupport
+from gaitopt.model.robot import cached_workspace
 
 
 def test_a_robot_has_one_of_each_kind(robot):
