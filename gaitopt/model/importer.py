@@ -15,9 +15,9 @@ import pinocchio as pin
 
 from gaitopt.errors import RobotError
 from gaitopt.importers.physics import TIES, Physics, is_generated
-from gaitopt.importers.report import Finding, fault_error, faults_of
+from gaitopt.importers.report import Finding, How, fault_error, faults_of
 from gaitopt.importers.source import Source
-from gaitopt.importers.ties import Tie, among, tied_to
+from gaitopt.importers.ties import Tie, among
 from gaitopt.importers.urdf_check import locked_mimics
 from gaitopt.importers.xml_document import FileProblem
 from gaitopt.model.coupling import couple
@@ -250,10 +250,10 @@ def import_robot(source: Source, choices: ImportOptions) -> ImportedRobot:
         pair, lines, shapes = _swapped(pair), lines[::-1], shapes[::-1]
     side = standing_side(model, pair.legs, choices)
     straight = legs_at_zero(posed, pair.legs)
-    others = moving_pairs(posed, pair.legs, heading.rotation, choices.moving, ties)
+    others, locked = moving_pairs(posed, pair.legs, heading.rotation, choices.moving, ties)
     chain, partners = moving_joints(pair.legs, side, others)
     names = [str(model.names[joint]) for joint in chain]
-    moving_ties, tied = _moving_ties(ties, names, apart)
+    moving_ties, tied = _moving_ties(ties, names, apart, locked)
     axes = straight.axes[list(chain)] @ heading.rotation
     mirror = leg_exchange(axes, np.ones(len(chain)), partners)
     right = np.isin(chain, [*pair.legs[0], *(first for first, _ in others)])
@@ -312,7 +312,10 @@ def import_robot(source: Source, choices: ImportOptions) -> ImportedRobot:
 
 
 def _moving_ties(
-    ties: Mapping[str, Tie], names: Sequence[str], apart: Mapping[str, str]
+    ties: Mapping[str, Tie],
+    names: Sequence[str],
+    apart: Mapping[str, str],
+    locked: Mapping[str, str],
 ) -> tuple[dict[str, Tie], list[Finding]]:
     """Return the ties of joints that move, and what is to be said of ties.
 
@@ -320,6 +323,7 @@ def _moving_ties(
         ties: of the file.
         names: of the joints that move.
         apart: joints that a posture puts where they cannot be, in words.
+        locked: joints that follow one that moves, but are locked, and why.
 
     Raises:
         RobotError: one of these moves.
@@ -328,9 +332,10 @@ def _moving_ties(
     if wrong := [apart[name] for name in found if name in apart]:
         raise RobotError(f"posture: {'; '.join(wrong)}; leave the joints that follow out of it")
     findings = [Finding("ties", n, f"{tie}; one motor turns both") for n, tie in found.items()]
-    for name in tied_to(ties, names):
-        text = f"{ties[name]}, which moves; it cannot move itself and is locked"
-        findings.append(Finding("ties", name, text, "warning"))
+    for name, fault in locked.items():
+        text = f"{ties[name]}, which moves, but is locked: {fault}"
+        how: How = "found" if "no mass" in fault else "warning"
+        findings.append(Finding("ties", name, text, how))
     return found, findings
 
 

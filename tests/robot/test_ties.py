@@ -9,7 +9,7 @@ from humanoids import add_arms, add_joint, add_link, edits
 from mjcf_edits import added, edited
 from mjcf_text import mjcf_text
 from tied_bipeds import mimic, nao_like, read, tied
-from urdf_edits import edited_urdf, joint, set_limit
+from urdf_edits import edited_urdf, joint, link, set_limit
 
 from gaitopt.catalogue.biped_spec import biped13
 from gaitopt.catalogue.urdf_writer import urdf_text
@@ -314,3 +314,23 @@ def test_a_motor_may_sit_at_the_joint_that_follows():
     plain = Robot.from_urdf(plain_mjcf())
     at = plain.limits.torque[plain.joint_names.index("left_ankle_roll")]
     assert robot.limits.torque[robot.joint_names.index("left_hip_roll")] == pytest.approx(0.8 * at)
+
+
+def test_what_follows_without_mass_stays_out():
+    """Rods of a linkage that only draw it, as the twin legs of some robots."""
+
+    def edit(root):
+        add_drives(root)
+        for side in ("left", "right"):
+            drive = joint(root, f"{side}_knee_drive")
+            drive.set("name", f"{side}_rod")
+            link(root, f"{side}_drive").remove(link(root, f"{side}_drive").find("inertial"))
+            tie = joint(root, f"{side}_knee").find("mimic")
+            joint(root, f"{side}_knee").remove(tie)
+            mimic(root, f"{side}_rod", f"{side}_knee", multiplier=-1.0)
+
+    robot = Robot.from_urdf(edited_urdf(edit))
+    assert robot.coupling.none
+    told = said(robot, "ties")
+    assert len(told) == 2
+    assert all("but is locked: it moves no mass" in text for text in told)

@@ -85,11 +85,11 @@ def moving_pairs(
     rotation: Array,
     patterns: Sequence[str],
     ties: Mapping[str, Tie],
-) -> Pairs:
+) -> tuple[Pairs, dict[str, str]]:
     """Return the joints beside the legs that are to move, those that move others first.
 
-    What leads a joint that moves, or follows one, moves too. What follows but cannot move is left
-    out.
+    What leads a joint that moves, or follows one, moves too, but for what follows and cannot, or
+    moves no mass: names of those come second, with the reason.
 
     Each pair is the right and the left one, or one in the middle twice.
 
@@ -118,7 +118,7 @@ def moving_pairs(
                 else f"joint '{model.names[joint]}' cannot be moved: {fault}"
             )
         pairs.add((joint, partners[joint]))
-    left = set[str]()
+    left = dict[str, str]()
     while more := {
         name: how
         for name, how in tied_to(ties, _moving_names(posed, legs, pairs)).items()
@@ -126,10 +126,13 @@ def moving_pairs(
     }:
         for name, how in more.items():
             joint = int(model.getJointId(name))
-            if not (fault := _fault(posed, joint, partners)):
+            fault = _fault(posed, joint, partners)
+            if how == "follows" and not any(model.inertias[j].mass for j in model.subtrees[joint]):
+                fault = "it moves no mass"
+            if not fault:
                 pairs.add((joint, partners[joint]))
             elif how == "follows":
-                left.add(name)
+                left[name] = fault
             else:
                 follower = next(n for n, tie in ties.items() if tie.master == name)
                 raise RobotError(
@@ -138,7 +141,7 @@ def moving_pairs(
                     'Python and in the file for --choices without = ["ties"])'
                 )
     found = {_right_first(posed, rotation, pair) for pair in pairs}
-    return tuple(sorted(found, key=lambda pair: (len(model.supports[pair[0]]), pair)))
+    return tuple(sorted(found, key=lambda pair: (len(model.supports[pair[0]]), pair))), left
 
 
 def _fault(posed: PosedModel, joint: int, partners: Mapping[int, int]) -> str:
