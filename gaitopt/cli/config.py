@@ -341,7 +341,10 @@ def read_config(path: Path, plugin: Path | None = None) -> Settings:
         if section not in schema:
             raise InputError(f"{path}: {_unknown('section', section, list(schema))}")
         if not isinstance(entries, Mapping):
-            raise InputError(f"{path}: '{section}' must be a section, [{section}], not a value")
+            other = "; [[limits]] belong into the file for --choices" if section == LIMITS else ""
+            raise InputError(
+                f"{path}: '{section}' must be a section, [{section}], not a value{other}"
+            )
         if section == LIMITS:
             settings["limit"] = list(_limit_texts(entries))
             continue

@@ -36,7 +36,8 @@ if TYPE_CHECKING:
     from gaitopt.model.robot import Robot
 
 _SMALLEST = 1e-50
-"""Size of a margin that is not 0: what is divided by it, or its square, still has a value."""
+"""Size of a number that is not 0: what is divided by it, or its square, still has a value."""
+USABLE = f"between {_SMALLEST:g} and {1.0 / _SMALLEST:g}"
 
 FREE = np.inf
 """A limit that is none."""
@@ -125,11 +126,8 @@ def _check(name: str, value: object, kind: str, declared: Margin) -> None:
     if not is_finite(value):
         raise InputError(f"{name} is {shown(value)}; it must be a finite number")
     number, unit = float(str(value)), declared.unit and f" {declared.unit}"
-    if number and not _SMALLEST <= abs(number) <= 1.0 / _SMALLEST:
-        raise InputError(
-            f"{name} is {value}{unit}; it must be 0, or between {_SMALLEST:g} and "
-            f"{1.0 / _SMALLEST:g} in size"
-        )
+    if not is_of_use(value):
+        raise InputError(f"{name} is {value}{unit}; it must be 0, or {USABLE} in size")
     if declared.above is not None and not number > declared.above:
         raise InputError(f"{name} is {value}{unit}; it must be above {declared.above:g}")
     if declared.least is not None and number < declared.least:
@@ -181,6 +179,14 @@ def failure(error: Exception, one: object) -> str:
     lines = [at.lineno for at in extract_tb(error.__traceback__) if at.filename == file]
     where = f" (line {lines[-1]} of {Path(str(file)).name})" if lines else ""
     return f"{type(error).__name__}: {error}{where}"
+
+
+def is_of_use(value: object) -> bool:
+    """Return whether a value is a finite number, 0 or of a size with which computing has sense."""
+    if not is_finite(value):
+        return False
+    number = abs(float(str(value)))
+    return number == 0.0 or _SMALLEST <= number <= 1.0 / _SMALLEST
 
 
 def is_finite(value: object) -> bool:

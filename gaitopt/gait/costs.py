@@ -23,6 +23,7 @@ from gaitopt.bounds import shown
 from gaitopt.errors import EvaluationError, GaitoptError, InputError
 from gaitopt.gait import quantities
 from gaitopt.gait.constraint import (
+    USABLE,
     Constraint,
     ConstraintBlock,
     ConstraintContext,
@@ -30,6 +31,7 @@ from gaitopt.gait.constraint import (
     check_margins,
     failure,
     is_finite,
+    is_of_use,
     margin,
 )
 from gaitopt.gait.functions import Linear, QuantityFunction, SquaredNorm, check_function
@@ -227,6 +229,10 @@ def check_weights(weights: Mapping[str, float]) -> None:
             raise InputError(
                 f"the weight of '{pattern}' in the cost is {weight}; it must be a finite number, "
                 "zero or more"
+            )
+        if not is_of_use(weight):
+            raise InputError(
+                f"the weight of '{pattern}' in the cost is {weight}; it must be 0, or {USABLE}"
             )
 
 
@@ -747,8 +753,8 @@ class WeightedSum(Cost):
     terms: tuple[tuple[Cost, float], ...]
 
     def __post_init__(self) -> None:
-        if not self.terms or not all(is_finite(w) and w > 0.0 for _, w in self.terms):
-            raise InputError("a weighted sum needs costs, with weights above 0")
+        if not self.terms or not all(is_of_use(w) and w > 0.0 for _, w in self.terms):
+            raise InputError(f"a weighted sum needs costs, with weights above 0, {USABLE}")
         for cost, _ in self.terms:
             check_declaration(cost)
         if sum(quantities.PEAK in cost.reads for cost, _ in self.terms) > 1:

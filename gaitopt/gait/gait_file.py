@@ -405,7 +405,7 @@ def _check_members(members: _Arrays) -> None:
             raise InputError(f"its '{member.name}' has shape {array.shape}; it must be {wanted}")
         if kind == "f" and not np.isfinite(array).all():
             raise InputError(f"its '{member.name}' holds NaN or infinity")
-        if kind == "f" and np.abs(array).max(initial=0.0) > LARGEST:
+        if kind == "f" and float(np.abs(array).max(initial=0.0)) > LARGEST:
             raise InputError(f"its '{member.name}' holds a number that is no SI value")
 
 

@@ -17,11 +17,13 @@ from gaitopt.contact.schedule import Phase, Schedule, Transition
 from gaitopt.contact.toe_line import ToeLine
 from gaitopt.errors import InputError
 from gaitopt.gait.constraint import (
+    USABLE,
     Constraint,
     Margin,
     check_declaration,
     declared_margins,
     is_finite,
+    is_of_use,
 )
 from gaitopt.gait.constraints import CONSTRAINTS, Margins
 from gaitopt.gait.costs import Cost, TorqueCost, per_second
@@ -162,12 +164,16 @@ class Task:
             raise InputError(
                 f"speed is {shown(self.speed)} m/s; it must be a finite number, below zero backward"
             )
+        if not is_of_use(self.speed):
+            raise InputError(f"speed is {self.speed} m/s; it must be 0, or {USABLE} in size")
         for name, unit in (("duration", "s"), ("penalty_weight", "cost/m²")):
             value = getattr(self, name)
             if not (is_finite(value) and value > 0.0):
                 raise InputError(
                     f"{name} is {shown(value)} {unit}; it must be a finite number above 0"
                 )
+            if not is_of_use(value):
+                raise InputError(f"{name} is {value} {unit}; it must be {USABLE}")
         if not (is_finite(self.slope) and abs(self.slope) <= STEEPEST):
             raise InputError(
                 f"slope is {shown(self.slope)} rad; it must be between {-STEEPEST:g} and "

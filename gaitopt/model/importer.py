@@ -382,7 +382,8 @@ def _soles(
 ) -> Soles:
     faces = _faces(stance, shapes)
     lost = source.mesh_problems() if None in faces else []
-    return choose_soles(stance.centred(), faces, names, choices, lost)
+    broken = [problem for problem in source.problems if problem.kind == "shape"]
+    return choose_soles(stance.centred(), faces, names, choices, (*broken, *lost))
 
 
 def _faces(

@@ -130,7 +130,7 @@ class Robot:
         legs = measure_legs(chain.lines, reading.sole_names, limits)
         doubts = (
             *knee_doubts(legs, limits, chain.names),
-            *size_doubts(chain, legs.reach, reading.soles.sole),
+            *size_doubts(chain, legs.reach, reading.soles.sole, float(legs.ankles[:, 2].mean())),
         )
         moved = (*reading.legs, *reading.others)
         stands = posture_doubts(reading.model, reading.q, moved, reading.choices)

@@ -18,19 +18,26 @@ _MASS = (0.5, 1000.0)  # kg
 _GYRATION = (1e-3, 3.0)
 
 
-def size_doubts(chain: Chain, reach: float, sole: Sole) -> list[Finding]:
+def size_doubts(chain: Chain, reach: float, sole: Sole, height: float) -> list[Finding]:
     """Return what is larger or smaller than in any robot that walks.
 
     Args:
         chain: the robot.
         reach: length of its legs from hip to ankle [m].
         sole: of either foot.
+        height: of the ankles above the soles [m].
 
     Raises:
         RobotError: the sole is longer or wider than the legs.
     """
     _check_sole(sole, reach)
     findings = []
+    if height < 0.0:
+        text = (
+            f"the soles lie {-1e3 * height:.1f} mm above the ankles, where no foot has its own; "
+            "has the place of their shapes the wrong sign?"
+        )
+        findings.append(Finding("sole", "both feet", text, "warning"))
     if not _REACH[0] <= reach <= _REACH[1]:
         text = (
             f"the legs are {reach:.4g} m long from hip to ankle; {_REACH[0]:g} to {_REACH[1]:g} m "

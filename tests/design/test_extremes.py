@@ -105,6 +105,24 @@ def test_a_jump_of_the_slope_is_closed_in_upon(robot):
     assert worst.error <= 1e-7
 
 
+@pytest.mark.parametrize("place", [-0.97, -0.3, 0.0, 0.41, 0.999])
+def test_a_limit_that_is_touched_between_dense_points_is_looked_at_closely(place):
+    """The margin vanishes midway between two of them, where both are farther than the error."""
+    dense = extremes._dense_points()
+    k = int(np.searchsorted(dense, place))
+    x = chebyshev_points(NODES)
+    rough = np.zeros(NODES)
+    rough[-1] = 3e-7  # makes the error 3e-6
+    touch = 5.0 * (x - 0.5 * (dense[k - 1] + dense[k])) ** 2
+    margins = (touch + chebyshev.chebval(x, rough) + 3e-7)[:, None]
+    piece = extremes._piece(0.0, 0.3, margins, 0)
+    assert piece.errors[0] == pytest.approx(3e-6)
+    assert piece.dense.min() > 10.0 * piece.errors[0] or abs(place) > 0.9
+    assert extremes._unclear(piece)
+    smooth = extremes._piece(0.0, 0.3, (touch + 1e-3)[:, None], 0)
+    assert not extremes._unclear(smooth)
+
+
 def test_a_row_that_is_no_number_is_an_error(monkeypatch):
     problem, x = walk("guess").problem, walk("guess").x
     fine = on_fine_grid(problem)

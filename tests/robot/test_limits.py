@@ -1,3 +1,5 @@
+from pathlib import Path
+
 import numpy as np
 import pytest
 from humanoids import edits
@@ -6,6 +8,8 @@ from urdf_edits import edited_urdf, joint, set_limit
 from gaitopt.errors import RobotError
 from gaitopt.model.import_options import ImportOptions, LimitOverride
 from gaitopt.model.robot import Robot
+
+CASES = Path(__file__).parents[1] / "data" / "cases"
 
 
 def both(joint: str, **values: float):
@@ -237,6 +241,18 @@ def test_ranges_in_degrees_are_told():
     assert len(told) == 1
     assert told[0].startswith("warning: 12 joints: ranges as that of 'right_ankle_roll', ")
     assert text in told[0]
+
+
+def test_ranges_in_radians_of_a_file_in_degrees_are_told():
+    """The commonest slip in MJCF: without <compiler angle="radian"/> all angles are degrees."""
+    text = (CASES / "base_mini.xml").read_text()
+    told = said(Robot.from_urdf(text.replace('angle="radian"', 'angle="degree"')))
+    (line,) = [one for one in told if "no leg walks with that" in one]
+    assert line.startswith(
+        "warning: 12 joints: the widest of the ranges, that of 'right_hip_pitch'"
+    )
+    assert "0.0419 rad or 2.4 degrees" in line
+    assert not any("no leg walks" in one for one in said(Robot.from_urdf(text)))
 
 
 def test_a_pattern_without_a_joint_is_refused(robot):

@@ -1,6 +1,7 @@
 """Robots and soles in wrong units: each is told with its value and what is plausible."""
 
 import re
+from pathlib import Path
 
 import pytest
 from urdf_edits import edited_urdf
@@ -9,6 +10,8 @@ from gaitopt.errors import RobotError
 from gaitopt.model.feet.sole import Sole
 from gaitopt.model.import_options import ImportOptions
 from gaitopt.model.robot import Robot
+
+CASES = Path(__file__).parents[1] / "data" / "cases"
 
 
 def scaled(lengths=1.0, masses=1.0, inertias=1.0):
@@ -77,3 +80,10 @@ def test_a_height_of_the_ankle_other_than_that_of_the_foot_is_told(robot):
     assert (
         warnings(Robot.from_urdf(robot.urdf, choices=ImportOptions(sole_drop=seen + 0.004))) == []
     )
+
+
+def test_soles_above_the_ankles_are_told():
+    text = (CASES / "base_mini.urdf").read_text()
+    assert warnings(Robot.from_urdf(text)) == []
+    (told,) = warnings(Robot.from_urdf(text.replace("0.03 0 -0.07", "0.03 0 0.07")))
+    assert told.startswith("sole: both feet: the soles lie 60.0 mm above the ankles, where no foot")

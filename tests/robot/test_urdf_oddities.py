@@ -325,6 +325,24 @@ def test_a_broken_shape_costs_itself_and_is_told(shape, capfd):
     assert capfd.readouterr() == ("", "")
 
 
+def test_feet_without_a_sole_are_refused_with_the_shapes_that_were_left_out():
+    text = (CASES / "base_mini.urdf").read_text().replace("0.24 0.12 0.02", "0.24 -0.12 0.02")
+    with pytest.raises(RobotError) as caught:
+        Robot.from_urdf(text)
+    said = str(caught.value)
+    assert re.search(
+        r"line \d+: link '\w+_ankle_roll_link': the size of the box of its collision", said
+    )
+    assert "'0.24 -0.12 0.02'" in said
+    assert "(line 176); correct it, or give the sole rectangle" in said
+
+
+def test_hips_that_lie_in_each_other_are_refused_with_what_to_do():
+    text = (CASES / "base_mini.urdf").read_text().replace('xyz="0 0.1 0"', 'xyz="0 -0.1 0"')
+    with pytest.raises(RobotError, match=r"less than 0\.1 mm apart to the side; correct"):
+        Robot.from_urdf(text)
+
+
 def test_a_mesh_of_an_unknown_format_is_as_a_missing_one(capfd):
     source = read_source(CASES / "wrl_mesh.urdf")
     (problem,) = source.mesh_problems()

@@ -15,6 +15,7 @@ import pinocchio as pin
 from gaitopt.errors import RobotError
 from gaitopt.importers.meshes import MeshProblem
 from gaitopt.importers.report import Finding, How
+from gaitopt.importers.xml_document import FileProblem
 from gaitopt.model.feet.sole import Sole
 from gaitopt.model.feet.sole_detection import FoundSole, Rectangle, common_rectangle
 from gaitopt.model.feet.stance import Stance
@@ -67,7 +68,7 @@ def choose_soles(
     found: tuple[FoundSole | None, FoundSole | None],
     names: tuple[str | None, str | None],
     choices: ImportOptions,
-    lost: Sequence[MeshProblem] = (),
+    lost: Sequence[FileProblem | MeshProblem] = (),
 ) -> Soles:
     """Return the sole frames and their rectangle.
 
@@ -76,7 +77,7 @@ def choose_soles(
         found: lower faces of the feet, None where the feet have no shape.
         names: frames of the right and of the left sole as the user named them.
         choices: of the user.
-        lost: meshes that cannot be used, to be told if they are missed.
+        lost: shapes and meshes that cannot be used, to be told if they are missed.
 
     Raises:
         RobotError: a named frame is not in the plane of the sole, or the feet have no shape and
@@ -283,23 +284,30 @@ def _drop_doubts(stance: Stance, face: Rectangle | None, given: float | None) ->
     return [Finding("sole", "both feet", text, "warning")]
 
 
-def _unseen_sole(lost: Sequence[MeshProblem], frame: str | None) -> RobotError:
+def _unseen_sole(lost: Sequence[FileProblem | MeshProblem], frame: str | None) -> RobotError:
     """Return the error that the feet have no shape, to be raised.
 
     Args:
-        lost: meshes of the robot that cannot be used.
+        lost: shapes and meshes of the robot that cannot be used.
         frame: of the right sole, None where the file has no sole frames either.
     """
     shows = "no collision box or visual shape of the feet shows their soles"
     where = ", and the file has no sole frames" if frame is None else f" (frame '{frame}')"
     drop = _DROP if frame is None else ""
-    if not lost:
-        return RobotError(f"{shows}{where}; give {_RECTANGLE}{drop}")
-    count = len({problem.file for problem in lost})
+    meshes = [problem for problem in lost if isinstance(problem, MeshProblem)]
+    shapes = [problem for problem in lost if isinstance(problem, FileProblem)]
+    which = ""
+    if shapes:
+        which += f"; {shapes[0]}{', and so on' if len(shapes) > 1 else ''}; correct it"
+    if not meshes:
+        return RobotError(
+            f"{shows}{where}{which}{', or' if shapes else ';'} give {_RECTANGLE}{drop}"
+        )
+    count = len({problem.file for problem in meshes})
     many = "one mesh" if count == 1 else f"{count} meshes"
-    first = f"'{lost[0].file}' of link '{lost[0].link}' {lost[0].reason}"
-    which = f"{many} cannot be used: {first}{', and so on' if count > 1 else ''}"
-    return RobotError(f"{shows}{where}; {which}; {_DIRECTORY}{_RECTANGLE}{drop}")
+    first = f"'{meshes[0].file}' of link '{meshes[0].link}' {meshes[0].reason}"
+    which += f"; {many} cannot be used: {first}{', and so on' if count > 1 else ''}"
+    return RobotError(f"{shows}{where}{which}; {_DIRECTORY}{_RECTANGLE}{drop}")
 
 
 def _described(sole: Sole) -> str:

@@ -143,7 +143,12 @@ def _hip_line(legs: tuple[LegLines, LegLines], up: Array) -> Array:
             unit = level / size
             near = [np.array(a) for a in AXES.values() if unit @ np.array(a) > np.cos(_ASKEW)]
             return near[0] if near and _squarer(legs, near[0], unit) else np.asarray(unit)
-    raise RobotError("neither the hips nor the ankles of the two legs are beside each other")
+    raise RobotError(
+        "neither the hips nor the ankles of the two legs are beside each other: at the reference "
+        f"posture both pairs lie less than {1e3 * _NARROW:g} mm apart to the side; correct the "
+        "places of the hips, or give a posture that spreads the legs (posture, in the file for "
+        "--choices)"
+    )
 
 
 def _squarer(legs: tuple[LegLines, LegLines], axis: Array, line: Array) -> bool:

@@ -23,6 +23,7 @@ _COMMON = 0.5  # of the narrower range: where two have less in common, one of th
 _MOST = {"torque": 5000.0, "speed": 50.0}  # N.m, rad/s: larger values stand for "no limit"
 _UNITS = {"torque": "N·m", "speed": "rad/s"}
 _WIDEST = 2.0 * np.pi  # rad: a range beyond a full turn to either side stands for "no limit"
+_NARROW = 0.12  # rad: a whole turn of radians taken for degrees is narrower
 _DEGREES = (10.0, 200.0)  # how far a joint of a leg turns to one side, if its range is in degrees
 _HINT = "in the file for --choices"
 _FLIPPED = (
@@ -140,7 +141,8 @@ def _without_placeholders(
     values["upper"] = np.where(raw.upper > _WIDEST, np.inf, raw.upper)
     wide = np.isinf(values["lower"]) | np.isinf(values["upper"])
     findings += _placeholders(names, "range", raw.upper - raw.lower, wide, "rad")
-    return JointLimits(**values), _in_degrees(names, raw, wide) + findings, faults
+    units = _in_degrees(names, raw, wide) or _in_radians(names, raw)
+    return JointLimits(**values), units + findings, faults
 
 
 def _in_degrees(names: tuple[str, ...], raw: JointLimits, wide: NDArray[np.bool_]) -> list[Finding]:
@@ -156,6 +158,20 @@ def _in_degrees(names: tuple[str, ...], raw: JointLimits, wide: NDArray[np.bool_
         "more than a turn; are ranges of the file in degrees? They must be in rad"
     )
     return [Finding("limits", f"{len(rows)} joints", text, "warning")]
+
+
+def _in_radians(names: tuple[str, ...], raw: JointLimits) -> list[Finding]:
+    """Warn where even the widest range is that of a leg in radians, but read in degrees."""
+    widths = raw.upper - raw.lower
+    row = int(np.argmax(widths))
+    if not 0.0 < widths[row] < _NARROW:
+        return []
+    text = (
+        f"the widest of the ranges, that of '{names[row]}', is {widths[row]:.3g} rad or "
+        f"{np.degrees(widths[row]):.3g} degrees; no leg walks with that. Are they in radians where "
+        'the file counts in degrees? MJCF does without <compiler angle="radian"/>'
+    )
+    return [Finding("limits", f"{len(names)} joints", text, "warning")]
 
 
 def _placeholders(
