@@ -68,7 +68,7 @@ class PaperProblem(NLP):
         geometry = layout.geometry_of(x)
         q_start, legs = self._legs.posture(geometry)
         q_end, rate_before = problem.robot.mirror @ q_start, x[layout.rates]
-        velocity, I13 = impact(self._chain, q_end, at_rest(self._chain, rate_before))
+        velocity, I13 = impact(self._chain, q_end, at_rest(rate_before))
         rate_start = problem.robot.mirror @ velocity[6:]
         knots = x[layout.knots].reshape(-1, 12)
         coefficients = np.vstack([q_start, knots, q_end, rate_start, rate_before])

@@ -60,7 +60,7 @@ class Part:
 PARTS = {
     "table3": Part(
         "optimal costs, iterations and times with exact derivatives and with differences",
-        (errors_table, gradient_table, lambda result: printed_table()),
+        (errors_table, gradient_table, lambda _result: printed_table()),
     ),
     "fig3": Part("convergence at 1.0 m/s", figures=("convergence",)),
     "fig4": Part("one step at 1.0 m/s", figures=("step",)),

@@ -64,7 +64,7 @@ class Reproduction:
     Every part raises NoGaitFoundError where no walk was found at a speed of Table 3.
     """
 
-    def __init__(self, on_stage: OnStage = lambda stage: None, cap: float = CAP) -> None:
+    def __init__(self, on_stage: OnStage = lambda _stage: None, cap: float = CAP) -> None:
         self._on_stage, self._cap = on_stage, cap
         self._comparisons: dict[float, Comparison] = {}
         self._started = time.perf_counter(), time.process_time()

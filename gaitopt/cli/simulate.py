@@ -220,7 +220,7 @@ def _print_report(report: Report) -> None:
     walk, points, out = report.walk, report.points, screen()
     out.print(_table(report.gait, walk, report.options))
     if report.tried is not None:
-        out.print(_battery_table(report.tried, report.gait, walk.designed_cost))
+        out.print(_battery_table(report.tried, walk.designed_cost))
     out.print(f"second engine: {report.engine}", soft_wrap=True)
     out.print(
         f"controller {report.controller}; {walk.simulated:.1f} s simulated in {walk.seconds:.1f} s",
@@ -254,7 +254,7 @@ def _causes(tried: Battery, points: tuple[WeakPoint, ...]) -> dict[str, list[str
     return causes
 
 
-def _battery_table(tried: Battery, gait: Gait, designed_cost: float) -> Table:
+def _battery_table(tried: Battery, designed_cost: float) -> Table:
     """Return what was survived."""
     table = new_table("Disturbed, without the controller's knowledge", "disturbance", ">result",
                       ">speed afterwards", ">cost / designed")  # fmt: skip

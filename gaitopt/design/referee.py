@@ -94,7 +94,7 @@ def ask_referee(
     wrench = sole_axes(R0)
     own = chain if standing is robot else chain_of_robot(robot)
     tied = robot.coupling
-    q_end, before = tied.angles(step.q_end), at_rest(own, tied.rates(step.rate_before))
+    q_end, before = tied.angles(step.q_end), at_rest(tied.rates(step.rate_before))
     if step.turn is not None:
         before[:6] = sole_axes(step.turn.twist)
     line = None if step.landed is None else step.landed.hinge.twist

@@ -49,8 +49,9 @@ class RobotChange:
         reach, straight: of the same in `Legs`.
         weight: of the mass of the whole robot.
         group: names of the joints that it is a property of, for changes of kind JOINT.
-        mass, first, second, joints, swing_sole, pelvis, hips, ankles, armature, damping,
-        friction: of what `ModelGradient` calls so.
+        mass, first, second, joints: of what `ModelGradient` calls so.
+        swing_sole, pelvis, hips, ankles: likewise.
+        armature, damping, friction: likewise.
     """
 
     name: str

@@ -372,6 +372,7 @@ class ImpulseUp(_OfImpact):
     reads = (quantities.IMPULSE,)
 
     def block(self, context: ConstraintContext) -> ConstraintBlock:
+        del context
         labels = ("vertical impact impulse",)
         return self.once(Entries(slice(2, 3), 6), labels, lower=0.0, scale=IMPULSE_SCALE)
 
@@ -527,6 +528,7 @@ class Closure(Constraint):
         return context.boundary == "lifted"
 
     def block(self, context: ConstraintContext) -> ConstraintBlock:
+        del context
         labels = tuple(f"closure {how} {axis}" for how in ("along", "about") for axis in "xyz")
         rows = Entries(slice(0, 6), 6)
         return self.once(rows, labels, lower=0.0, upper=0.0, scale=LENGTH_SCALE)

@@ -104,7 +104,7 @@ def _add_joint(model: pin.Model, joint: Joint, parent: int) -> int:
         frame = pin.Frame(name, at.parentJoint, parent, place, kind)
         return int(model.addFrame(frame, False))
     moving = _joint_model(joint)
-    new = model.addJoint(at.parentJoint, moving, place, joint.name, *_bounds(joint, moving))
+    new = model.addJoint(at.parentJoint, moving, place, joint.name, *_bounds(joint))
     return int(model.addJointFrame(new, parent))
 
 
@@ -116,7 +116,7 @@ def _joint_model(joint: Joint) -> pin.JointModel:
     return joint_model(np.array(joint.axis), joint.kind == "prismatic")
 
 
-def _bounds(joint: Joint, moving: pin.JointModel) -> tuple[Array, ...]:
+def _bounds(joint: Joint) -> tuple[Array, ...]:
     """Limits in the order of `pin.Model.addJoint`: effort, rate, range, friction, damping."""
     if joint.kind in ("floating", "planar"):
         return ()

@@ -393,7 +393,7 @@ def impulse_on_foot(chain: Chain, I13: Array) -> Array:
     return -np.concatenate([force @ R, moment @ R], axis=-1)
 
 
-def at_rest(chain: Chain, rate: ArrayLike) -> Array:
+def at_rest(rate: ArrayLike) -> Array:
     """Return V for joint rates (..., n) while the stance foot stands still, Eq. (18)."""
     rate = np.asarray(rate, dtype=np.float64)
     return np.concatenate([np.zeros((*rate.shape[:-1], 6)), rate], axis=-1)

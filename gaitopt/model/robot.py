@@ -242,4 +242,5 @@ def cached_workspace(robot: Robot, make: Callable[[Robot], T]) -> T:
 
 @lru_cache(maxsize=_ROBOTS)
 def _made(robot: Robot, thread: int) -> dict[Callable[[Robot], object], object]:
+    del robot, thread  # by which it is kept
     return {}

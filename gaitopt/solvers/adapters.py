@@ -212,6 +212,7 @@ class FiniteDifferenceNLP(NLP):
         Raises:
             EvaluationError: always.
         """
+        del x, multipliers, cost_weight
         raise EvaluationError("a program by finite differences has no second derivatives")
 
     def describe(self, row: int) -> str:

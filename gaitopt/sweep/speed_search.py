@@ -93,7 +93,7 @@ def fastest(
     options = options or DesignOptions()
     first = many_starts(robot, task_at(speed), options, stop=stop).design
     quick = replace(options, solver=options.solver.limited(MAX_ITERATIONS), diagnose=False)
-    search = _Search(robot, task_at, quick, on_try or (lambda speed, found: None), stop, first)
+    search = _Search(robot, task_at, quick, on_try or (lambda _speed, _found: None), stop, first)
     interrupted = first.solution.status is Status.INTERRUPTED
     try:
         search.on_try(speed, first)
