@@ -17,6 +17,7 @@ Settings = dict[str, Any]
 """Values that were given of the configuration's settings, by name."""
 
 ASKED, METHOD, RESULTS = "What is asked", "Method", "Results"
+DESIGN = "Design"
 PANELS = {
     "task": ASKED, "cost": ASKED, "plugin": ASKED, "geometry": ASKED, "margins": "Limits",
     "robot": "Robot", "solver": METHOD,
@@ -264,6 +265,46 @@ def sensitivity(options: SensitivityOptions) -> None:
     from gaitopt.cli import sensitivity as work
 
     work.run(options.gait, options.plugin, options.most, options.output)
+
+
+@dataclass(frozen=True)
+class CodesignOptions:
+    """Of `gaitopt codesign`, beside the settings."""
+
+    output: Path = entry(
+        ..., "Directory for robot, walks and report; trials that are there go on.", metavar="DIR",
+        short="-o", panel=DESIGN,
+    )  # fmt: skip
+    vary: tuple[str, ...] = entry(
+        (), "Number of the biped to choose, as shin=25cm:35cm; a third number is where to begin.",
+        metavar="NAME=LOWER:UPPER", panel=DESIGN,
+    )  # fmt: skip
+    keep_leg: bool = entry(False, "Thigh and shin together stay as long as they are.", panel=DESIGN)
+    speeds: str | None = entry(
+        None, "Speeds of the walks it is for, FIRST:LAST:STEP or a list.", metavar="M/S",
+        panel=DESIGN,
+    )  # fmt: skip
+    walk: tuple[str, ...] = entry(
+        (), "A further walk, as 'speed=0.6 slope=10% payload=5kg@torso weight=2'.",
+        metavar="NAME=VALUE...", panel=DESIGN,
+    )  # fmt: skip
+    config: Path | None = entry(None, _CONFIG, panel=METHOD)
+    quiet: bool = entry(False, _QUIET, short="-q", panel=RESULTS)
+
+
+def _codesign_settings(words: Sequence[str]) -> Panels:
+    return _without(_all_settings(words), ("start", "seed", "sigma", "speed"))
+
+
+@command(app, _codesign_settings)
+def codesign(options: CodesignOptions, settings: Settings) -> None:
+    """Choose lengths and masses of a biped together, for a weighted set of walks."""
+    from gaitopt.cli import codesign as work
+
+    work.run(
+        settings, config=options.config, directory=options.output, vary=options.vary,
+        keep_leg=options.keep_leg, speeds=options.speeds, walks=options.walk, quiet=options.quiet,
+    )  # fmt: skip
 
 
 @dataclass(frozen=True)

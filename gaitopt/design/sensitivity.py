@@ -131,6 +131,11 @@ class Envelope:
         """Of the walk."""
         return self.problem.cost.value(self.step)
 
+    @property
+    def changes(self) -> tuple[RobotChange, ...]:
+        """All changes of the robot of which the derivative is known."""
+        return tuple(robot_changes(self))
+
     def per_unit(self, change: RobotChange) -> float:
         """Return the derivative of the optimal cost in a number of the robot."""
         rate = float(self.gradient.flat @ change.flat)

@@ -1,0 +1,397 @@
+"""`gaitopt codesign`: lengths, masses and walks of a biped chosen together."""
+
+from __future__ import annotations
+
+import json
+import os
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import typer
+from rich.console import Console
+
+from gaitopt.atomic import write_atomically
+from gaitopt.catalogue.biped_spec import BipedSpec
+from gaitopt.catalogue.parameters import PARAMETERS, changed, parameter_name, write_spec
+from gaitopt.cli.config import SCHEMA, Settings
+from gaitopt.cli.display import screen
+from gaitopt.cli.process import ExitCode, StopRequest, stop_on_interrupt
+from gaitopt.cli.request import Request, biped_spec, make_request, make_robot
+from gaitopt.cli.results import require_writable
+from gaitopt.design.codesign import (
+    CoDesign,
+    Study,
+    Trial,
+    Variable,
+    WalkCase,
+    codesign,
+    first_walks,
+)
+from gaitopt.design.process import small_matrices
+from gaitopt.errors import GaitFileError, InputError, StoppedError
+from gaitopt.gait.gait_file import load_gait, save_gait
+from gaitopt.gait.result import Gait
+from gaitopt.nlp import Array
+from gaitopt.sweep.grid import parse_axis
+from gaitopt.units import read_quantity
+from gaitopt.view.codesign_page import write_codesign_page
+
+TRIALS, REPORT, SPEC, SUMMARY = "trials.jsonl", "report.html", "spec.toml", "codesign.json"
+MOST_WALKS = 100
+_FORMAT = 1
+
+
+def run(
+    given: Settings,
+    *,
+    config: Path | None,
+    directory: Path,
+    vary: Sequence[str],
+    keep_leg: bool,
+    speeds: str | None,
+    walks: Sequence[str],
+    quiet: bool,
+) -> None:
+    """Choose numbers of the robot, and write robot, walks and report.
+
+    Args:
+        given: options of the command line.
+        config: configuration file, if any.
+        directory: of the results; one that holds trials of the same study goes on.
+        vary: NAME=LOWER:UPPER texts.
+        keep_leg: whether shin and thigh together stay.
+        speeds: of the walks, as a range.
+        walks: "KEY=VALUE ..." texts, each a walk.
+        quiet: whether to print nothing but errors.
+
+    Raises:
+        GaitoptError: bad input, no walk, or a file cannot be written.
+    """
+    require_writable(directory)
+    study, base = study_of(given, config, vary, keep_leg, speeds, walks)
+    options, starts = base.options, base.starts
+    out = screen()
+    record = {"format": _FORMAT, **study_record(study)}
+    earlier = earlier_trials(directory / TRIALS, record)
+    started = time.monotonic()
+    with stop_on_interrupt() as stop, small_matrices():
+        before = _first(study, base, directory, earlier is not None, stop)
+        if earlier is None:
+            _append(directory / TRIALS, record)
+        elif not quiet:
+            out.print(f"goes on after {len(earlier)} designs of {directory / TRIALS}")
+        best = np.inf
+
+        def told(trial: Trial) -> None:
+            nonlocal best
+            _append(directory / TRIALS, trial_record(trial))
+            if not quiet:
+                _print_trial(out, study, trial, best, time.monotonic() - started)
+            best = min(best, trial.cost)
+
+        try:
+            found = codesign(
+                study,
+                options,
+                earlier=earlier or (),
+                before=before,
+                starts=starts,
+                on_trial=told,
+                stop=stop,
+            )
+        except StoppedError:
+            out.print("stopped; the same command goes on from here", soft_wrap=True)
+            raise typer.Exit(ExitCode.INTERRUPTED) from None
+    for name, gaits in (("before", found.before), ("after", found.after)):
+        _save(directory / name, gaits)
+    spec = replace(changed(study.spec, dict(found.values)), name=study.spec.name)
+    write_spec(spec, directory / SPEC)
+    summary = summary_of(study, found)
+    text = json.dumps(summary, indent=1, ensure_ascii=False)
+    write_atomically(directory / SUMMARY, text.encode())
+    page = write_codesign_page(summary, directory / REPORT)
+    if not quiet:
+        _print_result(out, summary)
+        out.print(f"wrote {page}, and with it {SPEC}, {SUMMARY}, before/, after/", soft_wrap=True)
+
+
+def study_of(
+    given: Settings,
+    config: Path | None,
+    vary: Sequence[str],
+    keep_leg: bool,
+    speeds: str | None,
+    walks: Sequence[str],
+) -> tuple[Study, Request]:
+    """Return the study that is asked for, and the request behind it.
+
+    Raises:
+        InputError: it cannot be read, or the robot is no biped that gaitopt makes.
+    """
+    base = make_request(given, config)
+    spec = biped_spec(base.settings)
+    if spec is None:
+        raise InputError(
+            "codesign changes a biped that gaitopt makes: the usual one, one of --spec, or --robot "
+            "biped13 or paper; of other robots 'gaitopt sensitivity' tells the derivatives"
+        )
+    cases = []
+    for label, weight, own in _asked_walks(speeds, walks):
+        settings = {**base.settings, **own}
+        task = make_request(settings, None).task
+        cases.append(WalkCase(label, weight, task, _robot_maker(settings)))
+    variables = tuple(_variable(text, spec) for text in vary)
+    return Study(spec, variables, tuple(cases), keep_leg), base
+
+
+def _robot_maker(settings: Settings) -> Any:
+    own = dict(settings.get("set", {}))
+    return lambda values: make_robot({**settings, "set": {**own, **values}})
+
+
+def _asked_walks(
+    speeds: str | None, walks: Sequence[str]
+) -> list[tuple[str, float, dict[str, Any]]]:
+    """Return label, weight and settings of each walk."""
+    found: list[tuple[str, float, dict[str, Any]]] = []
+    if speeds is not None:
+        found += [(f"{v:g} m/s", 1.0, {"speed": v}) for v in parse_axis("speed", speeds).values]
+    known = {
+        name: one for part in ("task", "margins", "robot") for name, one in SCHEMA[part].items()
+    }
+    for text in walks:
+        own, weight = {}, 1.0
+        for word in text.split():
+            name, equals, value = word.partition("=")
+            name = name.replace("-", "_")
+            try:
+                if name == "weight" and equals:
+                    weight = float(value)
+                elif name in known and equals:
+                    read = known[name].read(value)
+                    own[name] = (read,) if known[name].repeatable else read
+                else:
+                    raise ValueError("give NAME=VALUE words, of options of optimise, or weight=2")
+            except ValueError as error:
+                raise InputError(f"--walk '{text[:80]}': {word[:40]}: {error}") from None
+        if not 0.0 < weight < np.inf:
+            raise InputError(f"--walk '{text[:80]}': the weight must be above 0")
+        found.append((text, weight, own))
+    if not found:
+        raise InputError(
+            "give the walks that the robot is designed for: --speeds 0.5:1.2:0.1, or --walk "
+            "'speed=0.8 slope=10% weight=2', repeatable"
+        )
+    if len(found) > MOST_WALKS:
+        raise InputError(f"{len(found)} walks are too many; give at most {MOST_WALKS}")
+    labels = [label for label, _, _ in found]
+    if twice := {label for label in labels if labels.count(label) > 1}:
+        raise InputError(f"the walk '{min(twice)}' is given twice; give it once, with a weight")
+    return found
+
+
+def _variable(text: str, spec: BipedSpec) -> Variable:
+    name, equals, rest = text.partition("=")
+    known = parameter_name(name)
+    if known is None or not equals:
+        raise InputError(
+            f"--vary {text[:80]}: give NAME=LOWER:UPPER, as in --vary shin=25cm:35cm; there are "
+            f"{', '.join(PARAMETERS)}"
+        )
+    ends = rest.split(":")
+    try:
+        lower, upper, *start = (read_quantity(e.strip(), PARAMETERS[known].unit) for e in ends)
+    except ValueError as error:
+        raise InputError(
+            f"--vary {text[:80]}: {error}; give NAME=LOWER:UPPER or NAME=LOWER:UPPER:START"
+        ) from None
+    if len(start) > 1:
+        raise InputError(f"--vary {text[:80]}: give NAME=LOWER:UPPER or NAME=LOWER:UPPER:START")
+    own = PARAMETERS[known].value(spec)
+    return Variable(known, lower, upper, start[0] if start else float(np.clip(own, lower, upper)))
+
+
+def study_record(study: Study) -> dict[str, Any]:
+    """Return what a study asks, JSON-able: trials belong to one."""
+    return {
+        "variables": [[v.name, v.lower, v.upper, v.start] for v in study.variables],
+        "walks": [[case.label, case.weight] for case in study.walks],
+        "keep_leg": study.keep_leg,
+        "mass": study.spec.total_mass,
+        "leg": study.spec.geometry.d3 + study.spec.geometry.d4,
+    }
+
+
+def trial_record(trial: Trial) -> dict[str, Any]:
+    """Return a trial as JSON-able data."""
+    return {
+        "values": trial.values.tolist(),
+        "cost": trial.cost,
+        "gradient": trial.gradient.tolist(),
+        "costs": trial.costs.tolist(),
+        "evaluations": trial.evaluations,
+        "seconds": trial.seconds,
+        "round": trial.round,
+        "points": [
+            [x.tolist(), [[int(k), float(y[k])] for k in np.flatnonzero(y)], int(y.size)]
+            for x, y in trial.points
+        ],
+    }
+
+
+def trial_of(record: Mapping[str, Any]) -> Trial:
+    """Return the trial of a record made by `trial_record`."""
+    points = []
+    for x, pairs, size in record["points"]:
+        y: Array = np.zeros(int(size))
+        for k, value in pairs:
+            y[int(k)] = float(value)
+        points.append((np.array(x, dtype=np.float64), y))
+    return Trial(
+        values=np.array(record["values"], dtype=np.float64),
+        cost=float(record["cost"]),
+        gradient=np.array(record["gradient"], dtype=np.float64),
+        costs=np.array(record["costs"], dtype=np.float64),
+        evaluations=int(record["evaluations"]),
+        seconds=float(record["seconds"]),
+        points=tuple(points),
+        round=int(record["round"]),
+    )
+
+
+def earlier_trials(path: Path, record: Mapping[str, Any]) -> list[Trial] | None:
+    """Return the trials of a run that was interrupted, None where there was none.
+
+    A last line that was cut short is left out.
+
+    Raises:
+        InputError: the file is of another study, or cannot be read.
+    """
+    if not path.exists():
+        return None
+    try:
+        lines = path.read_text("utf-8").splitlines()
+        head = json.loads(lines[0]) if lines else {}
+    except (OSError, ValueError) as error:
+        raise InputError(f"'{path}' cannot be read: {error}; remove it to begin anew") from error
+    if head != json.loads(json.dumps(record)):
+        raise InputError(
+            f"'{path}' holds trials of another study; give another directory, or remove the file"
+        )
+    trials = []
+    for number, line in enumerate(lines[1:], 2):
+        try:
+            trials.append(trial_of(json.loads(line)))
+        except (ValueError, KeyError, TypeError, IndexError) as error:
+            if number == len(lines):
+                break
+            raise InputError(
+                f"line {number} of '{path}' is no trial: {error}; remove the file to begin anew"
+            ) from error
+    return trials
+
+
+def _append(path: Path, record: Mapping[str, Any]) -> None:
+    """Append a line, all of it on the disk before the next trial begins."""
+    try:
+        whole = path.read_bytes() if path.exists() else b""
+        if whole and not whole.endswith(b"\n"):  # of a process that was killed while it wrote
+            whole = whole[: whole.rfind(b"\n") + 1]
+            write_atomically(path, whole)
+        with path.open("ab") as stream:
+            stream.write(json.dumps(record).encode() + b"\n")
+            stream.flush()
+            os.fsync(stream.fileno())
+    except OSError as error:
+        raise InputError(f"cannot write '{path}': {error.strerror}") from error
+
+
+def _first(
+    study: Study, base: Request, directory: Path, goes_on: bool, stop: StopRequest
+) -> list[Gait]:
+    """Return the walks of the robot as it is: of the directory, if they are there."""
+    folder = directory / "before"
+    if goes_on and len(list(folder.glob("*.npz"))) == len(study.walks):
+        try:
+            return [load_gait(folder / f"{k + 1}.npz") for k in range(len(study.walks))]
+        except GaitFileError:
+            pass  # they are made again
+    gaits = list(first_walks(study, base.options, stop, base.starts))
+    _save(folder, gaits)
+    return gaits
+
+
+def _save(folder: Path, gaits: Sequence[Gait]) -> None:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"cannot make the directory '{folder}': {error.strerror}") from error
+    for number, gait in enumerate(gaits, 1):
+        save_gait(gait, folder / f"{number}.npz")
+
+
+def summary_of(study: Study, found: CoDesign) -> dict[str, Any]:
+    """Return what was found, JSON-able."""
+    weights = [case.weight for case in study.walks]
+    costs = [[float(gait.cost or 0.0) for gait in gaits] for gaits in (found.before, found.after)]
+    whole = [float(np.dot(weights, each)) for each in costs]
+    own = {name: PARAMETERS[name].value(study.spec) for name in found.values}
+    starts = study.parameters(np.array([v.start for v in study.variables]))
+    return {
+        "robot": study.spec.name,
+        "cost_unit": found.before[0].cost_unit,
+        "parameters": {
+            name: {
+                "unit": PARAMETERS[name].unit, "of_the_robot": own[name], "begun_at": starts[name],
+                "found": value,
+            }
+            for name, value in found.values.items()
+        },
+        "walks": [
+            {
+                "walk": case.label, "weight": case.weight, "before": a.cost, "after": b.cost,
+                "certified": b.fact("certificate", "certified") is True,
+            }
+            for case, a, b in zip(study.walks, found.before, found.after, strict=True)
+        ],
+        "before": whole[0],
+        "after": whole[1],
+        "trials": [
+            {"values": t.values.tolist(), "cost": t.cost, "round": t.round} for t in found.trials
+        ],
+        "variables": [v.name for v in study.variables],
+        "evaluations": found.evaluations,
+        "seconds": sum(t.seconds for t in found.trials),
+        "held": list(found.held),
+    }  # fmt: skip
+
+
+def _print_trial(out: Console, study: Study, trial: Trial, best: float, seconds: float) -> None:
+    values = ", ".join(
+        f"{v.name.replace('_', ' ')} {value:.4f} {PARAMETERS[v.name].unit}"
+        for v, value in zip(study.variables, trial.values, strict=True)
+    )
+    mark = "" if trial.cost < best else ", no better"
+    out.print(f"{seconds:6.1f} s  {values}: {trial.cost:.6g}{mark}", soft_wrap=True)
+
+
+def _print_result(out: Console, summary: Mapping[str, Any]) -> None:
+    for name, one in summary["parameters"].items():
+        out.print(
+            f"{name.replace('_', ' ')}: {one['begun_at']:.4g} -> {one['found']:.4g} {one['unit']}"
+        )
+    share = summary["after"] / summary["before"] - 1.0
+    out.print(
+        f"cost of all walks: {summary['before']:.6g} -> {summary['after']:.6g} "
+        f"{summary['cost_unit']} ({100.0 * share:+.2f} %), {len(summary['trials'])} designs, "
+        f"{summary['evaluations']} evaluations of walks",
+        soft_wrap=True,
+    )
+    certified = sum(walk["certified"] for walk in summary["walks"])
+    out.print(f"{certified} of {len(summary['walks'])} walks are certified")
+    for text in summary["held"]:
+        out.print(text, soft_wrap=True)

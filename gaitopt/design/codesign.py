@@ -1,0 +1,492 @@
+"""Co-design: numbers of a robot chosen together, for a weighted set of walks.
+
+The outer problem is small and smooth as long as the walks stay on their branches: minimise the
+weighted sum of the optimal costs over a box of lengths, masses and gear ratios. Its gradient is
+exact, by the envelope theorem (`design.sensitivity`), so that each point costs one warm solution of
+each walk. The method is a trust region with damped BFGS curvature (Nocedal & Wright, 2006,
+algorithm 4.1 and procedure 18.2). It is deterministic: a run that is given its earlier trials goes
+on where it was.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import lsq_linear
+
+from gaitopt.catalogue.biped_spec import BipedSpec
+from gaitopt.catalogue.parameters import changed
+from gaitopt.design.audit import problem_of
+from gaitopt.design.options import COUNT, DesignOptions
+from gaitopt.design.pipeline import complete
+from gaitopt.design.refinement import refine
+from gaitopt.design.sensitivity import Envelope
+from gaitopt.design.starts import many_starts
+from gaitopt.errors import EvaluationError, GaitoptError, InputError, StoppedError
+from gaitopt.gait.initial_guess import resized
+from gaitopt.gait.problem import WalkProblem
+from gaitopt.gait.result import Gait
+from gaitopt.gait.task import Task
+from gaitopt.model.robot import Robot
+from gaitopt.nlp import Array, Solution, Start, Status, Stop, never, stopping
+from gaitopt.solvers.sqp import SQP
+
+LEG, SHIN, THIGH = "leg", "shin", "thigh"
+DESIGN = (
+    SHIN, THIGH, LEG, "hip_width", "ankle_height", "foot_length", "foot_width", "mass",
+    "trunk_mass", "hip_mass", "thigh_mass", "shin_mass", "ankle_mass", "foot_mass",
+)  # fmt: skip
+"""Parameters of the biped in which the cost of its walks has derivatives."""
+
+TOLERANCE = 1e-6
+"""Of the cost, relative: a step that promises less ends the search. Generated robots have soles in
+whole micrometres, which moves costs by as much."""
+_RADIUS, _LARGEST_RADIUS, _LEAST_RADIUS = 0.15, 0.5, 1e-5  # of the ranges of the variables
+_GOOD, _BAD = 0.75, 0.1  # share of the promised reduction
+_ROUNDS = 5  # of walks held at further instants and searched anew
+_SETTLED = 1e-5  # relative change of a walk's cost by that which counts as none
+_OTHER = 1e-4  # by which a walk is cheaper that is another local optimum, relative
+_SAME = 1e-12  # between values of an earlier trial and those asked for
+_INNER = 1e-8  # tolerance of the walks: their errors are second order in it
+_CRAWLS = 80  # iterations of a warm walk that has lost its branch
+
+
+@dataclass(frozen=True)
+class Variable:
+    """A number of the robot that is chosen.
+
+    Attributes:
+        name: of a parameter of the biped, one of `DESIGN`.
+        lower, upper: of its range.
+        start: where the search begins.
+
+    Raises:
+        InputError: it is no such parameter, or the range is empty or without the start.
+    """
+
+    name: str
+    lower: float
+    upper: float
+    start: float
+
+    def __post_init__(self) -> None:
+        if self.name not in DESIGN:
+            raise InputError(f"'{self.name}' cannot be chosen; there are {', '.join(DESIGN)}")
+        if not self.lower < self.upper:
+            raise InputError(f"{self.name}: the range {self.lower:g} to {self.upper:g} is empty")
+        if not self.lower <= self.start <= self.upper:
+            raise InputError(
+                f"{self.name} begins at {self.start:g}, outside its range {self.lower:g} to "
+                f"{self.upper:g}"
+            )
+
+
+@dataclass(frozen=True)
+class WalkCase:
+    """One of the walks that the robot is designed for.
+
+    Attributes:
+        label: of it, "0.8 m/s".
+        weight: of its cost.
+        task: of it, which stays.
+        robot: makes the robot from values of parameters.
+    """
+
+    label: str
+    weight: float
+    task: Task
+    robot: Callable[[Mapping[str, float]], Robot]
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A point of the search.
+
+    Attributes:
+        values: of the variables, shape (v,).
+        cost: weighted sum of the costs of the walks.
+        gradient: of it, shape (v,).
+        costs: of each walk.
+        evaluations: of walks, values or points, that it took.
+        seconds: wall time.
+        points: parameters and multipliers of each walk.
+        round: number of the round of instants.
+    """
+
+    values: Array
+    cost: float
+    gradient: Array
+    costs: Array
+    evaluations: int
+    seconds: float
+    points: tuple[tuple[Array, Array], ...]
+    round: int = 0
+
+
+@dataclass(frozen=True)
+class CoDesign:
+    """What was found.
+
+    Attributes:
+        values: of all parameters that moved, by name: those chosen, and those that follow.
+        before, after: the walks of the robot as it was and as it is now.
+        trials: in order.
+        held: why it went no further, in words.
+    """
+
+    values: Mapping[str, float]
+    before: tuple[Gait, ...]
+    after: tuple[Gait, ...]
+    trials: tuple[Trial, ...]
+    held: tuple[str, ...]
+
+    @property
+    def evaluations(self) -> int:
+        """Evaluations of walks of all trials."""
+        return sum(trial.evaluations for trial in self.trials)
+
+
+@dataclass(frozen=True)
+class Study:
+    """The question of a co-design.
+
+    Attributes:
+        spec: the biped as it is.
+        variables: what is chosen.
+        walks: what it is chosen for.
+        keep_leg: whether thigh and shin together stay as long as they are; one of them is chosen.
+
+    Raises:
+        InputError: there is nothing to choose or no walk, or variables exclude each other.
+    """
+
+    spec: BipedSpec
+    variables: tuple[Variable, ...]
+    walks: tuple[WalkCase, ...]
+    keep_leg: bool = False
+
+    def __post_init__(self) -> None:
+        names = [one.name for one in self.variables]
+        if not names or not self.walks:
+            raise InputError("a co-design needs numbers to choose, and walks")
+        if len(set(names)) < len(names):
+            raise InputError(f"one of {', '.join(names)} is given twice")
+        if self.keep_leg and (LEG in names or len({SHIN, THIGH} & set(names)) != 1):
+            raise InputError(
+                "to keep the length of the leg, choose the shin or the thigh; the other follows"
+            )
+        if LEG in names and {SHIN, THIGH} & set(names):
+            raise InputError("leg is shin and thigh in proportion; choose it or these")
+
+    def parameters(self, values: Array) -> dict[str, float]:
+        """Return the parameters that values (v,) of the variables set."""
+        found = {one.name: float(v) for one, v in zip(self.variables, values, strict=True)}
+        if self.keep_leg:
+            chosen = SHIN if SHIN in found else THIGH
+            other = THIGH if chosen == SHIN else SHIN
+            geometry = self.spec.geometry
+            found[other] = geometry.d3 + geometry.d4 - found[chosen]
+        return found
+
+    def rates(self, at: Envelope, values: Array) -> Array:
+        """Return the derivatives of a walk's optimal cost in the variables, shape (v,)."""
+        spec = changed(self.spec, self.parameters(values))
+        known = {one.name: one for one in at.changes}
+
+        def rate(name: str) -> float:
+            return sum(
+                factor * at.per_unit(known[change]) for change, factor in parts_of(spec, name)
+            )
+
+        found = [rate(one.name) for one in self.variables]
+        if self.keep_leg:
+            for k, one in enumerate(self.variables):
+                if one.name in (SHIN, THIGH):
+                    found[k] -= rate(THIGH if one.name == SHIN else SHIN)
+        return np.array(found)
+
+
+def parts_of(spec: BipedSpec, name: str) -> list[tuple[str, float]]:
+    """Return the changes of a robot that a parameter of a biped is made of, and their factors.
+
+    Args:
+        spec: the biped.
+        name: one of `DESIGN`.
+    """
+    links = spec.links
+    masses = {
+        "trunk mass": links.torso.mass, "hip yaw link mass": links.hip_yaw.mass,
+        "hip roll link mass": links.hip_roll.mass, "thigh mass": links.thigh.mass,
+        "shin mass": links.shin.mass, "ankle pitch link mass": links.ankle.mass,
+        "foot mass": links.foot.mass,
+    }  # fmt: skip
+    if name == LEG:
+        whole = spec.geometry.d3 + spec.geometry.d4
+        return [(SHIN, spec.geometry.d3 / whole), (THIGH, spec.geometry.d4 / whole)]
+    if name == "mass":
+        return [(one, mass / spec.total_mass) for one, mass in masses.items()]
+    if name == "hip_mass":
+        hips = ("hip yaw link mass", "hip roll link mass")
+        whole = sum(masses[one] for one in hips)
+        return [(one, masses[one] / whole) for one in hips]
+    return [("ankle pitch link mass" if name == "ankle_mass" else name.replace("_", " "), 1.0)]
+
+
+class WarmWalks:
+    """The walks of a study on their grids, solved warm."""
+
+    def __init__(
+        self,
+        study: Study,
+        first: Sequence[Gait],
+        options: DesignOptions,
+        stop: Stop = never,
+        starts: int = COUNT,
+    ) -> None:
+        """Begin with walks of the robot as it is.
+
+        Args:
+            study: the question.
+            first: a walk of each of its cases, with multipliers.
+            options: how walks are searched anew.
+            stop: ends a search.
+            starts: of such a search.
+        """
+        self.study, self.options, self.stop, self.round = study, options, stop, 0
+        self.starts = starts
+        self.problems = [problem_of(gait) for gait in first]
+        self.points = [(gait.parameters, _multipliers(gait)) for gait in first]
+
+    def trial(self, values: Array, near: Trial | None) -> Trial | None:
+        """Solve all walks at values of the variables, from those of a trial near by."""
+        started, parameters = time.perf_counter(), self.study.parameters(values)
+        points, costs, evaluations = [], [], 0
+        gradient = np.zeros(values.size)
+        before = self.points if near is None or near.round != self.round else near.points
+        for case, known, (x, y) in zip(self.study.walks, self.problems, before, strict=True):
+            try:
+                problem = WalkProblem(case.robot(parameters), case.task, known.grid)
+                found = self._solved(problem, known, x, y)
+                evaluations += found.evaluations
+                if found.status is not Status.OPTIMAL:
+                    return None
+                at = Envelope(problem, found.x, found.multipliers)
+                gradient += case.weight * self.study.rates(at, values)
+            except (EvaluationError, InputError):
+                return None
+            points.append((found.x, found.multipliers))
+            costs.append(found.cost)
+        weights = [case.weight for case in self.study.walks]
+        return Trial(
+            values, float(np.dot(weights, costs)), gradient, np.array(costs), evaluations,
+            time.perf_counter() - started, tuple(points), self.round,
+        )  # fmt: skip
+
+    def _solved(self, problem: WalkProblem, known: WalkProblem, x: Array, y: Array) -> Solution:
+        solver = SQP(tolerance=_INNER, max_iterations=_CRAWLS).near_solution()
+        start = Start(resized(x, known, problem), y)
+        found = solver.solve(problem, start, None, stopping(self.stop))
+        if found.status is Status.INTERRUPTED:
+            raise StoppedError(found)
+        return found
+
+    def renewed(self, best: Trial) -> bool:
+        """Hold the walks of a trial at further instants, and search each of them anew.
+
+        A walk that was followed from design to design may have become one of several local optima;
+        the best of some starts takes its place. Returns whether a walk's cost has changed by that.
+        """
+        parameters, moved, points = self.study.parameters(best.values), 0.0, []
+        for k, (case, (x, y)) in enumerate(zip(self.study.walks, best.points, strict=True)):
+            robot, solver = case.robot(parameters), SQP(tolerance=_INNER)
+            problem = WalkProblem(robot, case.task, self.problems[k].grid)
+            found = solver.solve(problem, Start(x, y), None, stopping(self.stop))
+            problem, found = refine(problem, found, solver, stop=self.stop)
+            x, y, cost = found.x, found.multipliers, found.cost
+            other = many_starts(
+                robot, case.task, self.options, count=self.starts, stop=self.stop
+            ).design
+            if other.solution.cost < (1.0 - _OTHER) * cost:
+                problem, x, y = other.problem, other.solution.x, _multipliers(other.gait)
+                cost = other.solution.cost
+            moved = max(moved, abs(cost / best.costs[k] - 1.0))
+            self.problems[k] = problem
+            points.append((x, y))
+        self.points, self.round = points, self.round + 1
+        return moved > _SETTLED
+
+    def finished(self, values: Array) -> Iterator[Gait]:
+        """Yield the walks at values of the variables, certified."""
+        parameters = self.study.parameters(values)
+        for case, known, (x, y) in zip(self.study.walks, self.problems, self.points, strict=True):
+            problem = WalkProblem(case.robot(parameters), case.task, known.grid)
+            solver = SQP(tolerance=_INNER)
+            found = solver.solve(problem, Start(x, y), None, stopping(self.stop))
+            yield complete(problem, found, self.options, stop=self.stop).gait
+
+
+def _multipliers(gait: Gait) -> Array:
+    if gait.multipliers is None:
+        raise InputError("a walk to begin with is not optimal; give it more --starts")
+    return gait.multipliers
+
+
+def codesign(
+    study: Study,
+    options: DesignOptions,
+    *,
+    earlier: Sequence[Trial] = (),
+    before: Sequence[Gait] | None = None,
+    starts: int = COUNT,
+    on_trial: Callable[[Trial], None] | None = None,
+    stop: Stop = never,
+) -> CoDesign:
+    """Choose the variables of a study for the least weighted sum of the costs of its walks.
+
+    Args:
+        study: the question.
+        options: how walks are designed at first and at last.
+        earlier: trials of a run that was interrupted, in order.
+        before: walks of the robot as it is, if they are at hand; else they are designed.
+        starts: first guesses of each walk that is searched anew.
+        on_trial: called with every new trial.
+        stop: ends the search; the trials until then are kept by `on_trial`.
+
+    Raises:
+        NoGaitFoundError: the robot as it is cannot do one of the walks.
+        InputError: a variable is no parameter of the biped, or out of range.
+        StoppedError: `stop` said so.
+    """
+    first = (
+        tuple(before) if before is not None else tuple(first_walks(study, options, stop, starts))
+    )
+    walks, trials = WarmWalks(study, first, options, stop, starts), list[Trial]()
+    waiting = list(earlier)
+    lower, upper = (
+        np.array([getattr(v, side) for v in study.variables]) for side in ("lower", "upper")
+    )
+    width = upper - lower
+
+    def evaluate(share: Array, near: Trial | None) -> Trial | None:
+        values = lower + share * width
+        known = waiting.pop(0) if waiting else None
+        if known is not None and np.allclose(known.values, values, rtol=0.0, atol=_SAME):
+            trials.append(known)
+            return known
+        waiting.clear()
+        trial = walks.trial(values, near)
+        if trial is not None:
+            trials.append(trial)
+            if on_trial is not None:
+                on_trial(trial)
+        return trial
+
+    share = (np.array([v.start for v in study.variables]) - lower) / width
+    for _ in range(_ROUNDS):
+        best = minimised(evaluate, share, width)
+        share = (best.values - lower) / width
+        if not walks.renewed(best):
+            break
+    after = tuple(walks.finished(best.values))
+    held = tuple(_held(study, best))
+    return CoDesign(study.parameters(best.values), first, after, tuple(trials), held)
+
+
+def first_walks(
+    study: Study, options: DesignOptions, stop: Stop = never, starts: int = COUNT
+) -> Iterator[Gait]:
+    """Yield the walks of the robot with the variables where they start.
+
+    Raises:
+        NoGaitFoundError: it cannot do one of them.
+    """
+    parameters = study.parameters(np.array([v.start for v in study.variables]))
+    for case in study.walks:
+        try:
+            robot = case.robot(parameters)
+            yield many_starts(robot, case.task, options, count=starts, stop=stop).design.gait
+        except GaitoptError as error:
+            error.args = (f"the walk '{case.label}': {error}",)
+            raise
+
+
+def minimised(
+    evaluate: Callable[[Array, Trial | None], Trial | None], start: Array, width: Array
+) -> Trial:
+    """Return the best trial of a trust region with damped BFGS curvature in the unit box.
+
+    Args:
+        evaluate: at shares of the ranges (v,), from a trial near by; None where it cannot.
+        start: shares where it begins, shape (v,).
+        width: of the ranges, shape (v,).
+
+    Raises:
+        InputError: it cannot be evaluated where it begins.
+    """
+    best = evaluate(start, None)
+    if best is None:
+        raise InputError(
+            "the walks cannot be solved where the search begins; begin where the robot is"
+        )
+    x, g = start, best.gradient * width
+    B, radius, learned = np.eye(x.size) * max(np.abs(g).max(), 1e-12) / _RADIUS, _RADIUS, False
+    while radius > _LEAST_RADIUS:
+        d = box_step(B, g, np.maximum(-radius, -x), np.minimum(radius, 1.0 - x))
+        promised = -float(g @ d + 0.5 * d @ B @ d)
+        if promised <= TOLERANCE * abs(best.cost):
+            break
+        trial = evaluate(x + d, best)
+        if trial is None:
+            radius = 0.25 * float(np.abs(d).max())
+            continue
+        moved = trial.gradient * width
+        change = moved - g
+        if not learned and change @ d > 0.0:
+            B, learned = np.eye(x.size) * float(change @ change) / float(change @ d), True
+        B = damped_bfgs(B, d, change)
+        share = (best.cost - trial.cost) / promised
+        if share < _BAD:
+            radius = 0.25 * float(np.abs(d).max())
+        elif share > _GOOD and np.abs(d).max() > 0.99 * radius:
+            radius = min(2.0 * radius, _LARGEST_RADIUS)
+        if trial.cost < best.cost:
+            x, g, best = x + d, moved, trial
+    return best
+
+
+def box_step(B: Array, g: Array, lower: Array, upper: Array) -> Array:
+    """Return the minimiser of g d + d' B d / 2 in a box around 0, for positive definite B."""
+    factor = np.linalg.cholesky(B)
+    wide = upper > lower
+    d = np.zeros(g.size)
+    if wide.any():
+        target = -np.linalg.solve(factor, g)
+        found = lsq_linear(factor.T[:, wide], target, (lower[wide], upper[wide]), tol=1e-14)
+        d[wide] = np.clip(found.x, lower[wide], upper[wide])
+    return d
+
+
+def damped_bfgs(B: Array, s: Array, y: Array) -> Array:
+    """Return B updated by Powell's damped BFGS formula (Nocedal & Wright, 2006, 18.2)."""
+    Bs = B @ s
+    curved = float(s @ Bs)
+    given = float(s @ y)
+    share = 1.0 if given >= 0.2 * curved else 0.8 * curved / (curved - given)
+    r = share * y + (1.0 - share) * Bs
+    return np.asarray(B - np.outer(Bs, Bs) / curved + np.outer(r, r) / float(s @ r))
+
+
+def _held(study: Study, best: Trial) -> Iterator[str]:
+    """Say which ranges stop the variables, and what a wider one would bring."""
+    for one, value, slope in zip(study.variables, best.values, best.gradient, strict=True):
+        width = one.upper - one.lower
+        for limit, side, outward in ((one.lower, "least", -1.0), (one.upper, "largest", 1.0)):
+            if abs(value - limit) < 1e-6 * width and outward * slope < 0.0:
+                gain = -outward * slope * 0.01 * width / best.cost
+                yield (
+                    f"{one.name.replace('_', ' ')} is at the {side} value allowed, {limit:g}; a "
+                    f"hundredth of its range more would bring {100.0 * gain:.2g} %"
+                )

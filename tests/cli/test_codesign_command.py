@@ -1,0 +1,85 @@
+"""`gaitopt codesign`: results, going on, refusals."""
+
+import json
+
+import pytest
+
+from gaitopt.catalogue.parameters import PARAMETERS, read_spec
+from gaitopt.cli.codesign import TRIALS, earlier_trials, trial_of, trial_record
+from gaitopt.gait.gait_file import load_gait
+
+QUICK = ("--solver", "sqp", "--starts", "1", "--samples", "21")
+ASKED = ("--vary", "hip_width=10cm:14cm", "--speeds", "0.8")
+
+
+@pytest.fixture(scope="module")
+def finished(cli, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("codesign") / "out"
+    result = cli("codesign", *ASKED, *QUICK, "-o", folder)
+    assert result.exit_code == 0, result.stderr
+    return folder, result.stdout
+
+
+def test_robot_walks_and_report_are_written(finished):
+    folder, said = finished
+    summary = json.loads((folder / "codesign.json").read_text("utf-8"))
+    found = summary["parameters"]["hip_width"]
+    assert found["of_the_robot"] == found["begun_at"] == pytest.approx(0.12)
+    spec = read_spec(folder / "spec.toml")
+    assert PARAMETERS["hip_width"].value(spec) == pytest.approx(found["found"])
+    for name in ("before", "after"):
+        gait = load_gait(folder / name / "1.npz")
+        assert gait.cost == pytest.approx(summary[name])
+        assert gait.fact("certificate", "certified") is True
+    assert summary["after"] < summary["before"]
+    assert "1 of 1 walks are certified" in said
+    page = (folder / "report.html").read_text("utf-8")
+    assert f"{found['found']:.4g}" in page
+    assert "data:image/png;base64," in page
+    assert "What holds it" in page
+    for text in summary["held"]:
+        assert text in page
+
+
+def test_the_same_command_goes_on(cli, finished, tmp_path):
+    folder, _ = finished
+    lines = (folder / TRIALS).read_text("utf-8").splitlines()
+    other = tmp_path / "cut"
+    (other / "before").mkdir(parents=True)
+    (other / "before" / "1.npz").write_bytes((folder / "before" / "1.npz").read_bytes())
+    (other / TRIALS).write_text("\n".join([*lines[:2], lines[2][:100]]))
+    result = cli("codesign", *ASKED, *QUICK, "-o", other)
+    assert result.exit_code == 0, result.stderr
+    assert "goes on after 1 designs" in " ".join(result.stdout.split())
+    again = (other / TRIALS).read_text("utf-8").splitlines()
+    assert len(again) == len(lines)
+    assert json.loads(again[-1])["values"] == json.loads(lines[-1])["values"]
+    trials = earlier_trials(folder / TRIALS, json.loads(lines[0]))
+    assert trials is not None
+    for line, trial in zip(lines[1:], trials, strict=True):
+        assert trial_record(trial) == json.loads(line)
+        assert trial_of(json.loads(line)).cost == trial.cost
+
+
+def test_what_cannot_be_is_refused(cli, finished, tmp_path):
+    folder, _ = finished
+    for words, told in (
+        (("--speeds", "0.8"), "needs numbers to choose"),
+        (("--vary", "hip_width=0.1:0.14"), "give the walks"),
+        (("--vary", "nose=0.1:0.2", "--speeds", "0.8"), "give NAME=LOWER:UPPER"),
+        (("--vary", "trunk_height=0.5:0.7", "--speeds", "0.8"), "cannot be chosen"),
+        (("--vary", "hip_width=0.1:x", "--speeds", "0.8"), "give a number in m"),
+        (("--vary", "hip_width=0.14:0.1", "--speeds", "0.8"), "is empty"),
+        ((*ASKED, "--walk", "speed=0.8 wings=2"), "NAME=VALUE words"),
+        ((*ASKED, "--walk", "speed=0.8 weight=-1"), "weight must be above 0"),
+        ((*ASKED, "--keep-leg"), "choose the shin or the thigh"),
+        ((*ASKED, "--robot", "g1"), "a biped that gaitopt makes"),
+    ):
+        result = cli("codesign", *words, *QUICK, "-o", tmp_path / "none")
+        assert result.exit_code == 2, words
+        assert told in " ".join(result.stderr.split()), words
+        assert not (tmp_path / "none" / TRIALS).exists()
+    other = ("--vary", "hip_width=10cm:15cm", "--speeds", "0.8")
+    result = cli("codesign", *other, *QUICK, "-o", folder)
+    assert result.exit_code == 2
+    assert "trials of another study" in " ".join(result.stderr.split())

@@ -1,0 +1,164 @@
+"""Co-design: the outer gradient, the search, resuming, refusals."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from gaitopt.catalogue.biped_spec import biped13
+from gaitopt.catalogue.parameters import PARAMETERS, changed
+from gaitopt.catalogue.urdf_writer import urdf_text
+from gaitopt.design.codesign import (
+    DESIGN,
+    Study,
+    Trial,
+    Variable,
+    WalkCase,
+    WarmWalks,
+    box_step,
+    codesign,
+    damped_bfgs,
+    first_walks,
+    minimised,
+)
+from gaitopt.design.options import DesignOptions
+from gaitopt.errors import InputError
+from gaitopt.gait.presets import preset_task
+from gaitopt.model.robot import Robot
+from gaitopt.solvers import solver_by_name
+
+QUICK = DesignOptions(solver=solver_by_name("sqp", tolerance=1e-9))
+
+
+def robot(values):
+    return Robot.from_urdf(urdf_text(changed(biped13(), values)))
+
+
+def walks(*speeds):
+    return tuple(
+        WalkCase(f"{v:g} m/s", weight, preset_task(speed=v, samples=21), robot)
+        for weight, v in enumerate(speeds, 1)
+    )
+
+
+LEGS = Study(
+    biped13(),
+    (Variable("shin", 0.29, 0.31, 0.3), Variable("hip_width", 0.11, 0.13, 0.12)),
+    walks(0.7), keep_leg=True,
+)  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def first():
+    return list(first_walks(LEGS, QUICK, starts=1))
+
+
+def test_the_outer_gradient_is_that_of_walks_solved_again(first):
+    held = WarmWalks(LEGS, first, QUICK)
+    at = np.array([0.302, 0.118])
+    trial = held.trial(at, None)
+    twice = WarmWalks(replace(LEGS, walks=walks(0.7, 0.7)), [*first, *first], QUICK)
+    both = twice.trial(at, None)
+    assert both.cost == pytest.approx(3.0 * trial.cost)
+    np.testing.assert_allclose(both.gradient, 3.0 * trial.gradient, rtol=1e-6)
+    for k, h in enumerate((2e-5, 2e-5)):
+        move = h * np.eye(2)[k]
+        ends = [held.trial(at + side * move, trial).cost for side in (1.0, -1.0)]
+        assert trial.gradient[k] == pytest.approx((ends[0] - ends[1]) / (2.0 * h), rel=1e-5)
+
+
+@pytest.mark.parametrize("name", [n for n in DESIGN if not n.startswith("foot_l")])
+def test_every_parameter_has_its_derivative(name, first):
+    value = PARAMETERS[name].value(biped13())
+    study = Study(biped13(), (Variable(name, 0.9 * value, 1.1 * value, value),), walks(0.7))
+    held = WarmWalks(study, first, QUICK)
+    trial = held.trial(np.array([value]), None)
+    h = 1e-3 * value if name == "foot_width" else 1e-4 * value
+    ends = [held.trial(np.array([value + side * h]), trial).cost for side in (1.0, -1.0)]
+    # what a parameter is made of; how exact derivatives are is seen in test_sensitivity.py
+    assert trial.gradient[0] == pytest.approx((ends[0] - ends[1]) / (2.0 * h), rel=3e-3)
+
+
+def test_a_search_that_is_interrupted_goes_on_to_the_same_end(first):
+    told: list[Trial] = []
+    whole = codesign(LEGS, QUICK, before=first, starts=1, on_trial=told.append)
+    assert len(told) == len(whole.trials) > 3
+    more: list[Trial] = []
+    again = codesign(LEGS, QUICK, before=first, earlier=told[:3], starts=1, on_trial=more.append)
+    assert len(more) == len(told) - 3
+    np.testing.assert_array_equal(again.trials[-1].values, whole.trials[-1].values)
+    assert [g.cost for g in again.after] == [g.cost for g in whole.after]
+    before, after = (sum(g.cost for g in gaits) for gaits in (whole.before, whole.after))
+    assert after < 0.97 * before
+    assert all(gait.fact("certificate", "certified") for gait in whole.after)
+    assert whole.values["shin"] + whole.values["thigh"] == pytest.approx(0.6)
+    assert any(text.startswith("shin is at the largest") for text in whole.held)
+
+
+def trial_of(function):
+    """A function of shares with its gradient as what a search evaluates."""
+
+    def evaluate(x, near):
+        del near
+        value, slope = function(x)
+        return Trial(x, value, slope, np.array([value]), 1, 0.0, ())
+
+    return evaluate
+
+
+def test_the_search_finds_minima_inside_and_at_the_edge():
+    centre, bent = np.array([0.3, 0.8, 1.4]), np.array([[3.0, 1.0, 0.0], [1.0, 2.0, 0.5],
+                                                        [0.0, 0.5, 1.0]])  # fmt: skip
+    count = [0]
+
+    def function(x):
+        count[0] += 1
+        away = x - centre
+        return 100.0 + 50.0 * away @ bent @ away, 100.0 * bent @ away
+
+    best = minimised(trial_of(function), np.array([0.9, 0.1, 0.2]), np.ones(3))
+    inside = np.linalg.solve(bent[:2, :2], bent[:2, 2] * 0.4)
+    np.testing.assert_allclose(best.values, [*(centre[:2] + inside), 1.0], atol=2e-3)
+    assert count[0] < 20
+
+
+def test_a_point_that_cannot_be_is_left():
+    def evaluate(x, near):
+        if near is not None and x[0] > 0.6:
+            return None
+        return Trial(x, 10.0 + (x[0] - 0.9) ** 2, np.array([2.0 * (x[0] - 0.9)]), x, 1, 0.0, ())
+
+    best = minimised(evaluate, np.array([0.1]), np.ones(1))
+    assert 0.55 < best.values[0] <= 0.6
+    with pytest.raises(InputError, match="begin where the robot is"):
+        minimised(lambda x, near: None, np.array([0.1]), np.ones(1))
+
+
+def test_the_steps_of_the_search():
+    B, g = np.array([[2.0, 0.5], [0.5, 1.0]]), np.array([-1.0, 3.0])
+    wide = box_step(B, g, np.full(2, -9.0), np.full(2, 9.0))
+    np.testing.assert_allclose(wide, -np.linalg.solve(B, g), rtol=1e-10)
+    narrow = box_step(B, g, np.array([-1.0, 0.0]), np.array([1.0, 0.0]))
+    np.testing.assert_allclose(narrow, [0.5, 0.0], atol=1e-12)
+    s, y = np.array([0.3, -0.2]), np.array([0.8, 0.1])
+    np.testing.assert_allclose(damped_bfgs(B, s, y) @ s, y, rtol=1e-12)
+    curved_down = damped_bfgs(B, s, -y)
+    assert np.linalg.eigvalsh(curved_down).min() > 0.0
+
+
+def test_what_cannot_be_studied_is_refused():
+    shin, thigh = Variable("shin", 0.2, 0.4, 0.3), Variable("thigh", 0.2, 0.4, 0.3)
+    leg, one = Variable("leg", 0.5, 0.7, 0.6), walks(0.7)
+    for variables, cases, keep, told in (
+        ((), one, False, "needs numbers"), ((shin,), (), False, "and walks"),
+        ((shin, shin), one, False, "given twice"), ((shin, thigh), one, True, "the other follows"),
+        ((leg, shin), one, False, "choose it or these"),
+    ):  # fmt: skip
+        with pytest.raises(InputError, match=told):
+            Study(biped13(), variables, cases, keep)
+    for name, lower, upper, start, told in (
+        ("nose", 0.1, 0.2, 0.1, "cannot be chosen"), ("shin", 0.3, 0.2, 0.25, "empty"),
+        ("shin", 0.3, 0.4, 0.25, "outside its range"),
+    ):  # fmt: skip
+        with pytest.raises(InputError, match=told):
+            Variable(name, lower, upper, start)
