@@ -38,7 +38,8 @@ def stride_samples(gait: Gait, both_legs: bool = False) -> dict[str, Array]:
 
     Returns:
         `time`, `step` (0 or 1), `q`, `dq`, `ddq`, `torque`, and `ground_wrench` and `cop` in the
-        sole frame of the standing foot; shapes and units as in `Gait`.
+        sole frame of the standing foot; shapes and units as in `Gait`, the joints those of
+        `joint_names`.
     """
     mirrors = dict.fromkeys(_JOINTS, gait.mirror) | _GROUND
     steps = [
@@ -49,7 +50,32 @@ def stride_samples(gait: Gait, both_legs: bool = False) -> dict[str, Array]:
         }
         for k in range(2 if both_legs else 1)
     ]
-    return {name: np.concatenate([step[name] for step in steps]) for name in steps[0]}
+    found = {name: np.concatenate([step[name] for step in steps]) for name in steps[0]}
+    for name in _JOINTS:
+        found[name] = with_followers(gait, found[name].T).T
+    rows = len(gait.joint_names)
+    found["q"][:, rows:] += _offsets(gait)
+    found["torque"][:, rows:] = 0.0  # the motors of those that they follow have it
+    return found
+
+
+def joint_names(gait: Gait) -> tuple[str, ...]:
+    """Return the names of the joints of a gait, then of those that follow them."""
+    body = gait.multibody
+    return gait.joint_names if body is None else body.driven_names
+
+
+def with_followers(gait: Gait, rates: Array) -> Array:
+    """Return rates of a gait's joints (J, ...), then of those that follow them, (J + t, ...)."""
+    body = gait.multibody
+    if body is None or not body.tied.size:
+        return rates
+    return np.asarray(np.tensordot(body.coupling, rates, 1))
+
+
+def _offsets(gait: Gait) -> Array:
+    """Return where joints stand that follow others at 0 [rad], shape (t,)."""
+    return np.zeros(0) if gait.multibody is None else gait.multibody.tie[:, 1]
 
 
 def cubic_pieces(gait: Gait) -> Array:
@@ -71,7 +97,7 @@ def csv_text(gait: Gait, samples: Mapping[str, Array]) -> str:
     blocks = [samples["time"][:, None], samples["step"][:, None]]
     header = ["time [s]", "step"]
     for name, unit in (("q", "rad"), ("dq", "rad/s"), ("ddq", "rad/s2"), ("torque", "N.m")):
-        header += [f"{joint} {name} [{unit}]" for joint in gait.joint_names]
+        header += [f"{joint} {name} [{unit}]" for joint in joint_names(gait)]
         blocks.append(samples[name])
     header += [f"{name} [{'N' if 'force' in name else 'N.m'}]" for name in _WRENCH]
     header += ["cop_x [m]", "cop_y [m]"]
@@ -92,7 +118,7 @@ def json_text(gait: Gait, samples: Mapping[str, Array]) -> str:
 
 def record(gait: Gait, samples: Mapping[str, Array]) -> dict[str, object]:
     """Return samples, splines, impact and origin of a gait for a controller."""
-    joints = gait.joint_names
+    joints = joint_names(gait)
     return {
         "units": "SI: s, m, kg, rad, N, N.m; signs of the joints as in the URDF",
         "duration": gait.duration,
@@ -164,14 +190,18 @@ def _columns(values: Array, names: tuple[str, ...]) -> dict[str, list[float]]:
 def _splines(gait: Gait, samples: Mapping[str, Array]) -> dict[str, object]:
     """Return for each joint, step and piece the coefficients a0 to a3 of Eq. (40)."""
     pieces = cubic_pieces(gait)
-    steps = [pieces, np.einsum("ij,kjc->kic", gait.mirror, pieces)]
+    own = [pieces, np.einsum("ij,kjc->kic", gait.mirror, pieces)]
+    steps = [with_followers(gait, step.swapaxes(0, 1)).swapaxes(0, 1) for step in own]
+    for step in steps:
+        step[:, len(gait.joint_names) :, 0] += _offsets(gait)
     steps = steps[: len(_standing(gait, samples))]
     return {
         "formula": "angle = a0 + a1 s + a2 s^2 + a3 s^3, s = time in the step - knots[piece]",
         "order": "[step][piece][a0, a1, a2, a3]",
         "knots": gait.knots.tolist(),
         "coefficients": {
-            name: [step[:, i].tolist() for step in steps] for i, name in enumerate(gait.joint_names)
+            name: [step[:, i].tolist() for step in steps]
+            for i, name in enumerate(joint_names(gait))
         },
     }
 
@@ -194,7 +224,7 @@ def _impact(gait: Gait) -> dict[str, object]:
     return {
         "impulse_in_landing_sole": dict(zip(_IMPULSE, gait.impulse.tolist(), strict=True)),
         "rates": {
-            name: dict(zip(gait.joint_names, values.tolist(), strict=True))
+            name: dict(zip(joint_names(gait), with_followers(gait, values).tolist(), strict=True))
             for name, values in rates.items()
         },
     }

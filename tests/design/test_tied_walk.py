@@ -22,6 +22,7 @@ from gaitopt.gait.problem import WalkProblem
 from gaitopt.mechanics.hinged import standing_robot
 from gaitopt.model.robot import Robot
 from gaitopt.motions.motion import motion
+from gaitopt.motions.stride import csv_text, joint_names, record, stride_samples
 from gaitopt.simulate.disturbance import SensorNoise, StartError, disturbed_start, measured
 from gaitopt.simulate.mujoco_model import simulated_robot
 from gaitopt.simulate.second_engine import second_engine, sole_jacobian
@@ -193,3 +194,25 @@ def test_it_walks_in_mujoco_with_errors_at_the_start(name):
     assert np.abs(sole_jacobian(robot, data, 0) @ v).max() < 1e-12  # the sole is at rest
     walk = simulate(gait, WalkOptions(steps=4))
     assert walk.ending is Ending.WALKED
+
+
+@pytest.mark.parametrize("name", TIED)
+def test_tables_and_records_of_a_stride_have_every_joint(name):
+    """The same as the trajectory at its samples, in both steps; splines evaluate to it."""
+    gait = walked(name).gait
+    found = stride_samples(gait, both_legs=True)
+    names, body = joint_names(gait), gait.multibody
+    assert names == body.driven_names
+    count = len(gait.time)
+    inner = np.r_[1 : count - 1, count + 1 : 2 * count - 1]  # off the impacts
+    at = gait.trajectory.at(found["time"][inner])
+    for what in ("q", "dq", "ddq", "torque"):
+        expected = getattr(at, what)[:, body.driven]
+        assert found[what][inner] == pytest.approx(expected, abs=1e-9 * np.abs(expected).max())
+    told = record(gait, found)
+    follower = body.joint_names[body.tied[0]]
+    pieces = told["splines"]["coefficients"][follower]
+    starts = gait.trajectory.at(gait.knots[:-1]).q[:, body.tied[0]]
+    assert [piece[0] for piece in pieces[0]] == pytest.approx(starts, abs=1e-12)
+    assert set(told["impact"]["rates"]["after"]) == set(names)
+    assert f"{follower} q [rad]" in csv_text(gait, found).splitlines()[0]

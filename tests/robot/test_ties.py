@@ -5,6 +5,7 @@ import re
 
 import numpy as np
 import pytest
+from example_robots import example_robot, needs_example_robots
 from humanoids import add_arms, add_joint, add_link, edits
 from mjcf_edits import added, edited
 from mjcf_text import mjcf_text
@@ -314,6 +315,16 @@ def test_a_motor_may_sit_at_the_joint_that_follows():
     plain = Robot.from_urdf(plain_mjcf())
     at = plain.limits.torque[plain.joint_names.index("left_ankle_roll")]
     assert robot.limits.torque[robot.joint_names.index("left_hip_roll")] == pytest.approx(0.8 * at)
+
+
+@needs_example_robots
+def test_the_fingers_of_talos_follow_its_grippers():
+    """The right gripper moves along as the partner of the left one, and six fingers with each."""
+    path = example_robot("talos_data/robots/talos_full_v2.urdf")
+    robot = Robot.from_urdf(path, choices=ImportOptions(moving=("gripper_left_joint",)))
+    assert len(robot.joint_names) == 14
+    assert robot.tree.size == 26
+    assert sorted(set(robot.multibody.tie[:, 0])) == [-1.0, 1.0]
 
 
 def test_what_follows_without_mass_stays_out():
