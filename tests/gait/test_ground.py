@@ -8,6 +8,7 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from numerics import relative_error
+from synthetic_bipeds import MOVING, SOLE, synthetic
 
 from gaitopt.cli.request import make_request
 from gaitopt.design.audit import audit
@@ -19,7 +20,7 @@ from gaitopt.errors import InputError
 from gaitopt.gait import quantities
 from gaitopt.gait.assemble import gait_at
 from gaitopt.gait.gait_file import load_gait, save_gait
-from gaitopt.gait.initial_guess import first_guess
+from gaitopt.gait.initial_guess import first_guess, perturbed
 from gaitopt.gait.parameters import set_geometry
 from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
@@ -115,10 +116,27 @@ def test_newton_and_euler_agree(robot, make, ground):
 )
 def test_mujoco_asks_for_the_same(robot, ground):
     """MuJoCo's inverse dynamics: what it asks for at the base is the ground's wrench."""
-    robot = loaded(robot)
+    agrees_with_mujoco(loaded(robot), ground)
+
+
+@pytest.mark.parametrize("ground", GROUNDS, ids=str)
+def test_mujoco_asks_for_the_same_of_arms_and_a_waist_with_a_load(ground):
+    bare = synthetic("seven, waist and arms")
+    load = replace(LOAD, place=(0.05, 0.01, 0.2))
+    choices = ImportOptions(
+        payloads=(load,), moving=("waist", *MOVING), stance_sole="right_sole",
+        swing_sole="left_sole", sole=SOLE, asymmetry=0.1,
+    )  # fmt: skip
+    robot = Robot.from_urdf(bare.urdf, choices=choices)
+    assert robot.mass == pytest.approx(bare.mass + LOAD.mass)
+    assert robot.tree.size > 2 * 7
+    agrees_with_mujoco(robot, {**ground, "boundary": "lifted"})
+
+
+def agrees_with_mujoco(robot, ground):
     task = preset_task("standard", speed=0.5, duration=0.6, **ground)
     problem = WalkProblem(robot, task)
-    gait = gait_at(problem, first_guess(problem), {})
+    gait = gait_at(problem, perturbed(problem, first_guess(problem), 0.05, 4), {})
     body = gait.trajectory.body
     model = mujoco.MjModel.from_xml_string(mjcf(body))
     at = mujoco.MjData(model)
