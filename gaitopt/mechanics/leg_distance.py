@@ -269,10 +269,14 @@ class LegGapsDerivatives(PostureQuantityDerivatives):
         """
         instants, pairs = np.nonzero(weights)
         near = self.near.pick(instants * weights.shape[1] + pairs)
-        axes = self.axes[instants] * self.between[pairs][:, :, None]
-        H = np.zeros((len(weights), *axes.shape[1:2] * 2))
-        of_pairs = distance_hessian(near, axes) * weights[instants, pairs][:, None, None]
-        np.add.at(H, instants, of_pairs)
+        moving = np.flatnonzero(self.between.any(axis=0))  # joints of the legs, not of arms
+        between = self.between[np.ix_(pairs, moving)]
+        axes = self.axes[np.ix_(instants, moving)] * between[:, :, None]
+        H = np.zeros((len(weights), *self.axes.shape[1:2] * 2))
+        if instants.size:
+            of_pairs = distance_hessian(near, axes) * weights[instants, pairs][:, None, None]
+            first = np.flatnonzero(np.diff(instants, prepend=-1))
+            H[np.ix_(instants[first], moving, moving)] = np.add.reduceat(of_pairs, first, axis=0)
         return H
 
 
