@@ -143,8 +143,8 @@ class Suggestion:
     @property
     def sentence(self) -> str:
         """In words."""
-        proven = "certified" if self.options.refine else "optimal (at its samples)"
-        walk = f"a {proven} walk of cost {self.cost:.5g} {self.task.cost_unit}"
+        proven = "a certified" if self.options.refine else "an optimal (at its samples)"
+        walk = f"{proven} walk of cost {self.cost:.5g} {self.task.cost_unit}"
         if not self.setting:
             return f"{self.words} leads to {walk}"
         if self.setting == "impulse_cop":
