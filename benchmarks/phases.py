@@ -12,6 +12,7 @@ import json
 from collections.abc import Iterator
 from typing import Any
 
+import numpy as np
 from common import RESULTS, arguments, robot_of, save
 from tables import table
 
@@ -129,6 +130,47 @@ def heel_strike(quick: bool) -> Iterator[dict[str, Any]]:
         yield {**row, "impulse": impulse, "softly": softly, **record(found)}
 
 
+def double_support(quick: bool) -> Iterator[dict[str, Any]]:
+    """Yield walks of the biped at 1 m/s over the time for which both feet stand."""
+    robot, options = robot_of(), DesignOptions(diagnose=False)
+    for duration in (0.5,) if quick else (0.4, 0.5, 0.6):
+        walks: list[tuple[str, dict[str, Any]]] = [
+            ("impact", {}),
+            ("zero speed", {"soft_landing": True}),
+        ]
+        walks += [("both", {"double_support": t}) for t in (TIMES[5:6] if quick else TIMES)]
+        for kind, changes in walks:
+            task = preset_task("standard", robot, speed=1.0, duration=duration)
+            row = {"duration": duration, "kind": kind, "time": changes.get("double_support", 0.0)}
+            try:
+                found = design_gait(robot, task.with_changes(**changes), options)
+            except GaitoptError as error:
+                yield {**row, "verdict": str(error)}
+                continue
+            yield {**row, **record(found), "peak": float(np.abs(found.gait.torque).max())}
+
+
+TIMES = (0.0006, 0.001, 0.002, 0.004, 0.01, 0.02, 0.03, 0.05, 0.075, 0.1, 0.15)
+"""For which both feet stand [s]."""
+
+
+def double_table(rows: list[dict[str, Any]]) -> str:
+    """Return the table of walks with a double support."""
+    lines = []
+    for time in dict.fromkeys((row["kind"], row["time"]) for row in rows):
+        cells = []
+        for duration in dict.fromkeys(row["duration"] for row in rows):
+            own = [r for r in rows if (r["kind"], r["time"]) == time and r["duration"] == duration]
+            one = own[0] if own and "cost" in own[0] else None
+            mark = "" if one is None or one["verdict"].startswith("certified") else "*"
+            cells.append("–" if one is None else f"{one['cost']:.0f}{mark}")
+        kind, span = time
+        name = {"impact": "impact", "zero speed": "landing at zero speed"}.get(kind)
+        lines.append([name or f"{1e3 * span:g} ms", *cells])
+    durations = dict.fromkeys(row["duration"] for row in rows)
+    return table(("both feet stand", *(f"steps of {d:g} s" for d in durations)), lines)
+
+
 HEELS: dict[str, dict[str, Any]] = {
     "flat": {},
     "flat, at zero speed": {"soft_landing": True},
@@ -181,6 +223,7 @@ def text(data: dict[str, Any]) -> str:
     costs = ", ".join(f"{one['cost']:.0f}" for one in good)
     parts.append(f"Certified from {len(good)} of {len(data['disturbed'])} starts: {costs} N²·m·s.")
     parts.append(heel_table(data["heel strike"]))
+    parts.append(double_table(data["double support"]))
     return "\n\n".join(parts)
 
 
@@ -189,6 +232,7 @@ SECTIONS = {
     "disturbed": disturbed,
     "others": others,
     "heel strike": heel_strike,
+    "double support": double_support,
 }
 
 

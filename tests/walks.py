@@ -55,7 +55,8 @@ AT_IMPACT = (
     "impulse torsion",
     "landing impulse",
 )
-NAMES = (*ALWAYS, *SWITCHED, *OF_TURN, *SOFT)  # in the order of `CONSTRAINTS`
+OF_FRONT = ("front load", "front friction", "front cop", "front torsion")  # while both feet stand
+NAMES = (*ALWAYS, *SWITCHED, *OF_TURN, *SOFT, *OF_FRONT)  # in the order of `CONSTRAINTS`
 UPRIGHT = {
     "trunk_roll": 0.1,
     "trunk_pitch": 0.12,
@@ -71,11 +72,11 @@ UPRIGHT = {
 TOE_OFF = {"toe_off": 0.65, "toe_strip": 0.008}
 HEEL_STRIKE = {"heel_strike": 0.15, "heel_strip": 0.012}
 _ALL = {"joint_range": True, "impulse_cop": True}
-_EVERYTHING_FREE = {
+_PLACES_FREE = {
     "pelvis_roll": {"free": True, "value": 0.03},
     "foot_yaw": {"free": True, "value": -0.1},
-    "duration": {"free": True},
 }
+_EVERYTHING_FREE = {**_PLACES_FREE, "duration": {"free": True}}
 
 
 @dataclass(frozen=True)
@@ -122,6 +123,16 @@ def _added_instants() -> Walk:
     return Walk(walk.problem.with_grid(grid), walk.x)
 
 
+def _double_support() -> Walk:
+    """Both feet flat at the end of the step, the front one pushed in all directions."""
+    geometry = set_geometry(GEOMETRY, _PLACES_FREE)
+    found = _guess(1, sigma=0.03, duration=0.5, double_support=0.1, geometry=geometry, **UPRIGHT)
+    front, x = found.problem.layout.front, found.x.copy()
+    push = np.random.default_rng(2).normal(0.0, 0.3, front.stop - front.start)
+    x[front] += push * found.problem.layout.scale()[front]
+    return Walk(found.problem, x)
+
+
 _MAKERS = {
     "optimum 43": lambda: _reference("p43_v1.0_optimum"),
     "optimum 42": lambda: _reference("p42_v0.8_optimum"),
@@ -160,6 +171,7 @@ _MAKERS = {
     "upright, heel strike, toe off, everything free": lambda: _everything_free(
         seed=1, sigma=0.02, duration=0.5, **UPRIGHT, **TOE_OFF, **HEEL_STRIKE
     ),
+    "upright, double support": lambda: _double_support(),
     "upright, lifted, heel strike, five joints, soft": lambda: _synthetic(
         "five", soft_landing=True, **HEEL_STRIKE
     ),
@@ -173,7 +185,9 @@ PAIRS = tuple(
     and not (constraint == "closure" and "lifted" not in walk)
     and not (constraint in SWITCHED and "upright" not in walk)
     and not (constraint in OF_TURN and "toe off" not in walk and "heel strike" not in walk)
-    and constraint not in (SOFT if "soft" not in walk else AT_IMPACT)
+    and not (constraint in SOFT and "soft" not in walk)
+    and not (constraint in AT_IMPACT and ("soft" in walk or "double" in walk))
+    and not (constraint in OF_FRONT and "double" not in walk)
 )
 
 

@@ -164,10 +164,10 @@ def _ground(contact: Mapping[str, Any], impact: Mapping[str, Any]) -> Table:
     low, high = contact["least_vertical_force_N"], contact["largest_vertical_force_N"]
     push = f"{impact['vertical_impulse_Ns']:.2f} N·s"
     push = "none, at zero speed" if impact["at_zero_speed"] else push
-    rows = (
-        ("stance foot", contact, f"{low:.0f} to {high:.0f} N"),
-        ("landing foot", impact, push),
-    )
+    rows = [("stance foot", contact, f"{low:.0f} to {high:.0f} N"), ("landing foot", impact, push)]
+    if (front := contact["front_foot"]) is not None:
+        low, high = front["least_vertical_force_N"], front["largest_vertical_force_N"]
+        rows.append(("front foot, both stand", front, f"{low:.0f} to {high:.0f} N"))
     for name, facts, vertical in rows:
         edges = facts["cop_to_edge_mm"] or {}
         distances = [fixed(edges.get(edge), 1) for edge in ("front", "rear", "left", "right")]

@@ -29,6 +29,12 @@ class Transition(Enum):
     SMOOTH = "smooth"
     """The contact changes; no velocity jumps."""
 
+    TOUCH_DOWN = "touch-down"
+    """The swing foot lands flat at zero speed; both feet stand from then on."""
+
+    LIFT_OFF = "lift-off"
+    """The stance foot leaves at rest; the foot that has landed stands in the next step."""
+
     IMPACT = "impact"
     """The swing foot lands on the contact of the first phase; the stance foot may leave."""
 
@@ -41,11 +47,13 @@ class Phase:
         contact: of the stance foot.
         end: share of the step at which it ends, s = t / T.
         transition: how it ends.
+        both: whether the other foot stands too, flat.
     """
 
     contact: ContactMode
     end: float = 1.0
     transition: Transition = Transition.IMPACT
+    both: bool = False
 
 
 class Symmetry(ABC):
@@ -80,7 +88,8 @@ class Schedule:
     """What happens in a step, and what comes after it.
 
     Attributes:
-        phases: in order; the last one ends with the step, by an impact.
+        phases: in order; the last one ends with the step, by an impact, or by lift-off after a
+            phase in which both feet stand.
         symmetry: how the next step follows.
 
     Raises:
@@ -98,8 +107,15 @@ class Schedule:
                 "above 0 and the last must be 1"
             )
         kinds = [phase.transition for phase in self.phases]
-        if kinds != [*[Transition.SMOOTH] * (len(kinds) - 1), Transition.IMPACT]:
-            raise InputError("the last phase of a step, and no other, ends with an impact")
+        gentle = [Transition.TOUCH_DOWN, Transition.LIFT_OFF]
+        impact = [*[Transition.SMOOTH] * (len(kinds) - 1), Transition.IMPACT]
+        if kinds not in (impact, gentle):
+            raise InputError(
+                "the last phase of a step, and no other, ends with an impact; or the first of two "
+                "with a touch-down and the second with a lift-off"
+            )
+        if [phase.both for phase in self.phases] != [one is gentle[1] for one in kinds]:
+            raise InputError("both feet stand from the touch-down to the lift-off, and else never")
         flat = [bool(phase.contact.resting().all()) for phase in self.phases]
         if not all(flat[1:-1]) or not any(flat):
             raise InputError(
@@ -116,6 +132,11 @@ class Schedule:
     def contacts(self) -> tuple[ContactMode, ...]:
         """The contacts on which the stance foot may turn: of the landing, before the next one."""
         return (self.first.contact, self.last.contact) if len(self.phases) > 1 else ()
+
+    @property
+    def closing(self) -> bool:
+        """Whether both feet stand at the end of the step."""
+        return self.last.both
 
     @property
     def last(self) -> Phase:

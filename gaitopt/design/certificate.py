@@ -189,7 +189,7 @@ def certify(problem: WalkProblem, x: Array, fine: WalkProblem | None = None) -> 
         resolution=max((e.error for e in extremes if e.margin < e.error), default=0.0),
         referee=ask_referee(problem.robot, step, fine.grid, problem.schedule),
         rear_foot_speed=float(rear_corners.min()),
-        both_feet_stay=locked.valid,
+        both_feet_stay=problem.schedule.closing or locked.valid,
         multipliers=multipliers,
     )
 

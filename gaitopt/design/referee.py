@@ -27,6 +27,7 @@ from gaitopt.mechanics.newton_euler import (
     motor_effort,
     sole_axes,
     swing_jacobian,
+    wrench_on_ground,
 )
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array
@@ -41,8 +42,9 @@ class RefereeVerdict:
     Attributes:
         torque, wrench: inverse dynamics at every instant, relative.
         impulse, rate_after: impact, relative.
-        sole_twist: twist of the old stance foot after the impact [m/s, rad/s].
-        posture: q(0) and E q(T), Eq. (26) [rad].
+        sole_twist: twist of the old stance foot after the impact, and of a front foot that stands
+            [m/s, rad/s].
+        posture: q(0) and E q(T), Eq. (26) [rad]; with it the place of a front foot that stands [m].
         rate: dq(0) and E times the rates after impact, Eq. (27), relative; with them the rate at
             which a foot that landed on a line turns about it.
         momentum: ground force over the step plus impact impulse against the weight's impulse
@@ -89,10 +91,11 @@ def ask_referee(
     loads = loads_of_robot(standing, chain)
     gravity: Array = np.array(robot.model.gravity.linear)
     motion = standing.coupling.motion(step.whole_motion)
-    R0, torque = motor_effort(chain, loads, *motion, gravity=turned(gravity))
+    own = chain if standing is robot else chain_of_robot(robot)
+    front = None if step.double is None else wrench_on_ground(own, step.double.front)
+    R0, torque = motor_effort(chain, loads, *motion, gravity=turned(gravity), end_wrench=front)
     torque = standing.coupling.reduced(torque)
     wrench = sole_axes(R0)
-    own = chain if standing is robot else chain_of_robot(robot)
     tied = robot.coupling
     q_end, before = tied.angles(step.q_end), at_rest(tied.rates(step.rate_before))
     if step.turn is not None:
@@ -115,6 +118,7 @@ def ask_referee(
         free = foot_twist(own, line)
         turn_rate = free @ swing_jacobian(own, q_end) @ velocity / (free @ free)
         start, landed = np.r_[start, step.foot_motion[1, 0, 0]], np.r_[landed, turn_rate]
+    moved, displaced = _front_foot(own, step)
     ground = _Ground(wrench, push, weight * step.duration)
     turned_by = [] if step.landed is None else [0.0]
     turned_by += [] if step.turn is None else [step.turn.angle]
@@ -125,13 +129,25 @@ def ask_referee(
         wrench=_apart(step.read(quantities.WRENCH), wrench, force),
         impulse=_apart(step.impact.impulse, impulse, force * step.duration),
         rate_after=_apart(step.impact.rate_after, rate_after, rate),
-        sole_twist=float(np.abs(step.impact.sole_twist - twist).max()),
-        posture=float(np.abs(step.motion[0, 0] - E @ step.q_end).max()),
+        sole_twist=max(float(np.abs(step.impact.sole_twist - twist).max()), moved),
+        posture=max(float(np.abs(step.motion[0, 0] - E @ step.q_end).max()), displaced),
         rate=_apart(start, landed, rate),
         momentum=balance,
         vertical=vertical,
         weight=-float(ground.weight[2]),
     )
+
+
+def _front_foot(chain: Chain, step: Step) -> tuple[float, float]:
+    """How fast the front foot moves while both stand [m/s, rad/s], and how far it is away [m]."""
+    if step.double is None:
+        return 0.0, 0.0
+    q, dq, _ = step.double.motion.motion
+    twist = (swing_jacobian(chain, q)[..., 6:] @ dq[..., None])[..., 0]
+    rotation, origin = sole_placement(chain, q)
+    away = np.abs(origin - step.double.sole.translation).max()
+    turned_by = np.abs(rotation - step.double.sole.rotation).max()
+    return float(np.abs(twist).max()), float(max(away, turned_by))
 
 
 @dataclass(frozen=True)
@@ -167,7 +183,10 @@ def _momentum_balance(
         The largest component of what is left, over m g T, and the ground's vertical impulse [N·s].
     """
     begin, end = ends
-    force = step.duration * grid.weights @ ground.wrench[:, :3]
+    pushed = ground.wrench[:, :3]
+    if step.double is not None:
+        pushed = pushed + step.double.front[:, :3] @ step.double.sole.rotation.T
+    force = step.duration * grid.weights @ pushed
     landed, _ = sole_placement(chain, end)
     if step.landed is not None:  # of the sole; from here on of its footprint
         landed = landed @ step.landed.place.rotation.T

@@ -18,10 +18,12 @@ from gaitopt.actuators.motors import JointMotor, joint_motors
 from gaitopt.design.active_set import ACTIVE_MULTIPLIER
 from gaitopt.design.robot_changes import LENGTH, Anatomy, RobotChange
 from gaitopt.design.shadow_prices import SETTING, shadow_prices
+from gaitopt.errors import InputError
 from gaitopt.gait import quantities
 from gaitopt.gait.constraint import ConstraintBlock, ConstraintContext
 from gaitopt.gait.constraints import CONSTRAINTS
 from gaitopt.gait.costs import CostContext, cost_function
+from gaitopt.gait.double_step import DoubleStepModel
 from gaitopt.gait.model_gradient import ModelGradient, model_gradient
 from gaitopt.gait.parameters import DURATION
 from gaitopt.gait.problem import WalkProblem
@@ -112,7 +114,13 @@ class Envelope:
 
         Raises:
             EvaluationError: the walk is not defined at x.
+            InputError: it has a double support.
         """
+        if isinstance(problem.model, DoubleStepModel):
+            raise InputError(
+                "what a robot's numbers are worth is not told of walks with a double support yet; "
+                "leave out --double-support"
+            )
         self.problem, self.x, self.multipliers = problem, x, multipliers
         self.step, derivatives = problem.derivatives(x)
         first = problem.weights(x, multipliers, problem.cost_scale)

@@ -474,7 +474,8 @@ def _loosened(problem: WalkProblem, relaxed: LeastRelaxation, least: float) -> s
 
 def _may_change_duration(problem: WalkProblem) -> bool:
     """Whether the task gives the step duration, and the ground has no shape as long as the step."""
-    return problem.layout.index("duration") is None and not problem.task.ground.shaped
+    given = problem.layout.index("duration") is None and problem.task.double_support is None
+    return given and not problem.task.ground.shaped
 
 
 def _promising_duration(

@@ -149,11 +149,25 @@ def _contact(gait: Gait) -> Facts:
         "least_vertical_force_N": float(force[:, 2].min()),
         "largest_vertical_force_N": float(force[:, 2].max()),
         "phases": [_phase(gait, phase) for phase in gait.phases],
+        "front_foot": _front_foot(gait) if gait.closing else None,
         "foot_turns_from_s": gait.turns_at if gait.turning else None,
         "foot_angle_rad": gait.foot_angle,
         "flat_from_s": gait.flat_from if gait.lands_on_line else None,
         "landing_angle_rad": gait.landing_angle,
         "highest_swing_toe_mm": 1e3 * float(gait.swing_sole[:, :2, 2].max()),
+    }
+
+
+def _front_foot(gait: Gait) -> Facts:
+    """Return what the front foot bears while both stand."""
+    times = gait.time[gait.time > gait.knots[-1]]
+    wrench = gait.front_wrench_at(times)
+    return {
+        "cop_to_edge_mm": _edge_distances(gait, centre_of_pressure(wrench)),
+        "friction_used": _friction(wrench[:, :3]),
+        "friction_limit": gait.number("task", "margins", "friction"),
+        "least_vertical_force_N": float(wrench[:, 2].min()),
+        "largest_vertical_force_N": float(wrench[:, 2].max()),
     }
 
 
@@ -181,7 +195,7 @@ def _impact(gait: Gait) -> Facts:
         "horizontal_impulse_Ns": float(np.hypot(impulse[0, 0], impulse[0, 1])),
         "friction_used": _friction(impulse[:, :3]),
         "friction_limit": gait.number("task", "margins", "friction"),
-        "at_zero_speed": bool(gait.fact("task", "margins", "soft_landing")),
+        "at_zero_speed": gait.closing or bool(gait.fact("task", "margins", "soft_landing")),
         "cop_to_edge_mm": _edge_distances(gait, centre_of_pressure(impulse)) if pushes else None,
         "largest_rate_jump_rad_per_s": float(np.abs(gait.rate_after - gait.rate_before).max()),
     }

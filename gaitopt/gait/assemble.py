@@ -9,6 +9,7 @@ import numpy as np
 
 from gaitopt.gait import quantities
 from gaitopt.gait.constraints import imposed_limit
+from gaitopt.gait.double_step import DoubleStepModel
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.result import Gait
 from gaitopt.gait.step import Step
@@ -61,7 +62,6 @@ def gait_at(
         ground_wrench=wrench,
         cop=np.stack([-wrench[:, 4], wrench[:, 3]], axis=1) / wrench[:, 2:3],
         swing_sole=step.support.corners[nodes],
-        knots=problem.model.basis.knots * step.duration,
         impulse=step.impulse,
         rate_before=step.rate_before,
         rate_after=step.impact.rate_after,
@@ -73,10 +73,10 @@ def gait_at(
         stance_sole=robot.stance_sole,
         swing_sole_frame=robot.swing_sole,
         meta={**facts, **meta},
-        coefficients=step.coefficients,
         multipliers=None if multipliers is None else multipliers[0],
         bound_multipliers=None if multipliers is None else multipliers[1],
         multibody=robot.multibody,
+        **_splines(problem, step),
         **_foot(problem, step),
     )
 
@@ -87,6 +87,14 @@ def _ground(problem: WalkProblem) -> dict[str, object]:
     if task.ground == Level():
         return {}
     return {"ground": ground_record(task.ground, sole, task.step_length, task.margins.nosing)}
+
+
+def _splines(problem: WalkProblem, step: Step) -> dict[str, Any]:
+    """Return the splines of the joints, in two parts where both feet stand at the end."""
+    model = problem.model
+    if isinstance(model, DoubleStepModel):
+        return model.splines(step)
+    return {"knots": model.basis.knots * step.duration, "coefficients": step.coefficients}
 
 
 def _foot(problem: WalkProblem, step: Step) -> dict[str, Any]:

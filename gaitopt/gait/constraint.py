@@ -226,6 +226,17 @@ class ConstraintContext:
     terrain: Terrain = field(default_factory=Level)
 
     @property
+    def swinging(self) -> NDArray[np.bool_]:
+        """At which instants one foot swings, shape (N,)."""
+        both = np.array([phase.both for phase in self.schedule.phases])
+        return np.asarray(~both[self.phases])
+
+    @property
+    def touch_down(self) -> float:
+        """Share of the step at which the swing foot lands."""
+        return float(self.schedule.changes[-1]) if self.schedule.closing else 1.0
+
+    @property
     def phases(self) -> NDArray[np.int_]:
         """Number of the phase at each instant, shape (N,)."""
         return self.schedule.phase_at(self.grid.instants)

@@ -272,9 +272,10 @@ class Load(Constraint):
     reads, margins = (quantities.WRENCH,), ("minimum_load",)
 
     def block(self, context: ConstraintContext) -> ConstraintBlock:
+        lower = np.where(context.swinging, context.margins.minimum_load, LEAST_FORCE)
         return self.over_step(
-            context, Entries(slice(2, 3), 6), ("vertical ground force",),
-            lower=context.margins.minimum_load, scale=FORCE_SCALE,
+            context, Entries(slice(2, 3), 6), ("vertical ground force",), lower=lower[:, None],
+            scale=FORCE_SCALE,
         )  # fmt: skip
 
 
@@ -350,6 +351,9 @@ class SoftLanding(Constraint):
     name, equation, unit, words = "soft landing", "2.4.1", "N·s, N·m·s", "landing at zero speed"
     reads, margins = (quantities.IMPULSE,), ("soft_landing",)
 
+    def asked(self, context: ConstraintContext) -> bool:
+        return not context.schedule.closing and super().asked(context)
+
     def block(self, context: ConstraintContext) -> ConstraintBlock:
         flat = context.schedule.first.contact.resting().all()
         held = list(range(6)) if flat else [0, 1, 2, 3, 5]  # about a line there is none anyway
@@ -358,11 +362,82 @@ class SoftLanding(Constraint):
         return self.once(Linear(np.eye(6)[held]), labels, lower=0.0, upper=0.0, scale=scale)
 
 
+class _OfFront(Constraint):
+    """A constraint on the front foot, while both stand."""
+
+    reads = (quantities.FRONT_WRENCH,)
+
+    def asked(self, context: ConstraintContext) -> bool:
+        return context.schedule.closing and super().asked(context)
+
+    def while_both(
+        self,
+        context: ConstraintContext,
+        function: QuantityFunction,
+        labels: tuple[str, ...],
+        lower: float,
+        scale: float,
+    ) -> ConstraintBlock:
+        """Return rows at the instants at which both feet stand."""
+        instants = np.flatnonzero(~context.swinging)
+        named = tuple(f"front foot, {label}" for label in labels)
+        return self.over_step(context, function, named, lower=lower, scale=scale, instants=instants)
+
+
+class FrontLoad(_OfFront):
+    """Eq. (35) of the front foot: it presses on the ground while both feet stand."""
+
+    name, equation, unit, words = "front load", "(35)", "N", "load on the front foot"
+
+    def block(self, context: ConstraintContext) -> ConstraintBlock:
+        rows, labels = Entries(slice(2, 3), 6), ("vertical ground force",)
+        return self.while_both(context, rows, labels, LEAST_FORCE, FORCE_SCALE)
+
+
+class FrontFriction(_OfFront):
+    """Eq. (33) of the front foot: its force stays inside the friction cone."""
+
+    name, equation, unit, words = "front friction", "(33)", "N", "friction under the front foot"
+    margins = ("friction",)
+    couplings: ClassVar = {"friction": ("front load", 1.0)}
+
+    def block(self, context: ConstraintContext) -> ConstraintBlock:
+        cone = FrictionCone(context.margins.friction, FORCE_SMOOTHING)
+        return self.while_both(context, cone, ("friction cone margin",), 0.0, FORCE_SCALE)
+
+
+class FrontCentreOfPressure(_OfFront):
+    """Eqs. (37)-(38) of the front foot."""
+
+    name, equation, unit = "front cop", "(37)-(38)", "N·m"
+    words, margins = "centre of pressure of the front foot", ("cop_margin",)
+    couplings: ClassVar = {"cop_margin": ("front load", -1.0)}
+
+    def block(self, context: ConstraintContext) -> ConstraintBlock:
+        labels = tuple(f"centre of pressure, moment about the {e} edge" for e in EDGES)
+        moments = Linear(_edge_moments(context, context.schedule.last.contact))
+        return self.while_both(context, moments, labels, 0.0, MOMENT_SCALE)
+
+
+class FrontTorsion(_OfFront):
+    """Beyond (33): the torsional friction of the front foot."""
+
+    name, equation, unit = "front torsion", "3.2", "N·m"
+    words, margins = "torsional friction under the front foot", ("torsional_friction",)
+    couplings: ClassVar = {"torsional_friction": ("front load", 1.0)}
+
+    def block(self, context: ConstraintContext) -> ConstraintBlock:
+        torsion = Torsion(context.margins.torsional_friction or 0.0, LEAST_FORCE)
+        labels = tuple(f"torsional friction margin to the {side}" for side in ("left", "right"))
+        return self.while_both(context, torsion, labels, 0.0, TORSION_SCALE)
+
+
 class _OfImpact(Constraint):
     """A constraint on an impact, which says nothing of a landing at zero speed."""
 
     def asked(self, context: ConstraintContext) -> bool:
-        return not context.margins.soft_landing and super().asked(context)
+        gentle = context.margins.soft_landing or context.schedule.closing
+        return not gentle and super().asked(context)
 
 
 class ImpulseUp(_OfImpact):
@@ -414,8 +489,8 @@ class Clearance(Constraint):
 
     def block(self, context: ConstraintContext) -> ConstraintBlock:
         margins, instants = context.margins, context.grid.instants
-        inside = np.flatnonzero((instants > 0.0) & (instants < 1.0))
-        s = instants[inside]
+        inside = np.flatnonzero((instants > 0.0) & (instants < context.touch_down))
+        s = instants[inside] / context.touch_down
         profile = margins.clearance * np.sin(np.pi * s) ** 2
         if margins.liftoff_speed < 0.0:
             profile += margins.liftoff_speed * context.duration * s * (1.0 - s) ** _SINKING
@@ -656,8 +731,8 @@ class LandingSpeed(Constraint):
 
     def block(self, context: ConstraintContext) -> ConstraintBlock:
         instants = context.grid.instants
-        inside = np.flatnonzero((instants > 0.0) & (instants < 1.0))
-        s = instants[inside]
+        inside = np.flatnonzero((instants > 0.0) & (instants < context.touch_down))
+        s = instants[inside] / context.touch_down
         speed = context.margins.landing_speed or 0.0
         profile = speed * context.duration * (1.0 - s) * s**_LANDING
         function, points = _above_ground(context)
@@ -687,6 +762,7 @@ CONSTRAINTS: tuple[Constraint, ...] = (
     ImpulseCentreOfPressure(), WalkingSpeed(), Closure(), TrunkRoll(), TrunkPitch(), TrunkYaw(),
     TorsionalFriction(), ImpulseTorsion(), LegGap(), SwingTilt(), SwingHeight(), LandingSpeed(),
     LandingImpulse(), FootAngle(), FootLift(), SoftLanding(),
+    FrontLoad(), FrontFriction(), FrontCentreOfPressure(), FrontTorsion(),
 )  # fmt: skip
 """All built-in constraints, in the order of their rows."""
 

@@ -110,6 +110,18 @@ def swing_sole_chain(rise: float) -> tuple[Displacement, ...]:
     return (*SWING_SOLE_CHAIN[:-1], Displacement(_Z, False, None, -rise), SWING_SOLE_CHAIN[-1])
 
 
+def landing_sole_chain(rise: float) -> tuple[Displacement, ...]:
+    """Return the displacements of the front sole from the rear one at the end of a step.
+
+    The mirror image of `swing_sole_chain`, seen from its other end.
+    """
+    up = () if rise == 0.0 else (Displacement(_Z, False, None, rise),)
+    return (
+        Displacement(_Z, True, FOOT_YAW, 0.5), *up, Displacement(_Y, False, FOOT_SPACING),
+        Displacement(_X, False, STEP_LENGTH), Displacement(_Z, True, FOOT_YAW, 0.5),
+    )  # fmt: skip
+
+
 def place(chain: tuple[Displacement, ...], geometry: Array) -> tuple[pin.SE3, Array]:
     """Return the placement and the world axes of its displacements, shape (k, 6).
 

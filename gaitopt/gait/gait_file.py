@@ -17,9 +17,10 @@ from numpy.typing import NDArray
 
 from gaitopt.atomic import write_atomically
 from gaitopt.bounds import GAIT, too_large
+from gaitopt.contact.flat_foot import FlatFoot
 from gaitopt.contact.schedule import LegExchange, Transition
 from gaitopt.errors import GaitFileError, InputError, RobotError
-from gaitopt.gait.result import FOOT, LANDING, LARGEST, SHAPES, Gait, array_names
+from gaitopt.gait.result import DOUBLE, FOOT, LANDING, LARGEST, SHAPES, Gait, array_names
 from gaitopt.model.multibody import Multibody, checked_multibody
 from gaitopt.tolerances import SAME
 from gaitopt.version import __version__
@@ -145,9 +146,14 @@ def _turn(phase: int) -> tuple[Member, ...]:
 
 
 _MOST = 3  # phases: the foot turns having landed, stands flat, turns before it leaves
-PHASES = tuple(part for k in range(_MOST) for part in (_splines(k) if k else (), _turn(k)) if part)
+_FRONT = (Member("front_wrench_1", "float64", (4, 6), "N, N·m", "front sole"),)
+PHASES = (
+    *(part for k in range(_MOST) for part in (_splines(k) if k else (), _turn(k)) if part),
+    _FRONT,
+)
 """Groups of further arrays, each of which is in the file as a whole or not at all: those of the
-splines of a second and a third phase, and of the phases in which the stance foot turns."""
+splines of a second and a third phase, of the phases in which the stance foot turns, and of a second
+one in which both feet stand."""
 
 TIED = (
     Member("robot_tied", "int64", ("t",)),
@@ -246,6 +252,8 @@ def gait_members(gait: Gait) -> _Arrays:
     found: dict[str, object] = {_RENAMED.get(n, n): getattr(gait, n) for n in array_names()}
     for number, phase in enumerate(trajectory.phases):
         found |= {f"knots_{number}": phase.knots, f"coefficients_{number}": phase.coefficients}
+        if phase.front is not None:
+            found[f"front_wrench_{number}"] = phase.front
         if phase.turning is not None:
             found |= {f"foot_{n}_{number}": getattr(phase.turning, n) for n in _OF_FOOT}
     found |= {name: getattr(at, name) for name in _BASE}
@@ -285,11 +293,14 @@ def _ends_phase(gait: Gait) -> NDArray[np.bool_]:
 
 def _schedule(gait: Gait) -> dict[str, object]:
     """Return what happens when: the phases of a step, and how the next one follows."""
-    contacts = [phase.contact for phase in gait.phases]
-    ends = [Transition.SMOOTH] * (len(contacts) - 1) + [Transition.IMPACT]
+    feet: list[dict[str, str]] = [{gait.stance_sole: phase.contact} for phase in gait.phases]
+    ends = [Transition.SMOOTH] * (len(feet) - 1) + [Transition.IMPACT]
+    if gait.closing:
+        feet[-1] = dict.fromkeys((gait.stance_sole, gait.swing_sole_frame), FlatFoot.name)
+        ends = [Transition.TOUCH_DOWN, Transition.LIFT_OFF]
     phases = [
-        {"contacts": {gait.stance_sole: contact}, "duration": phase.duration, "end": end.value}
-        for contact, phase, end in zip(contacts, gait.trajectory.phases, ends, strict=True)
+        {"contacts": contacts, "duration": phase.duration, "end": end.value}
+        for contacts, phase, end in zip(feet, gait.trajectory.phases, ends, strict=True)
     ]
     return {"phases": phases, "symmetry": LegExchange.name}
 
@@ -305,7 +316,7 @@ def _bytes(array: NDArray[Any]) -> bytes:
 
 
 def _gait(members: _Arrays, meta: Mapping[str, object], more: Mapping[str, Any]) -> Gait:
-    names = (*array_names(), *FOOT, *LANDING)
+    names = (*array_names(), *FOOT, *LANDING, *DOUBLE)
     arrays: dict[str, Any] = {n: members[n] for n in names if n in members}
     return Gait(
         **arrays,
@@ -365,6 +376,13 @@ def _contacts(members: _Arrays) -> tuple[str, str]:
 
 def _joined(members: _Arrays) -> _Arrays:
     """Return the splines over a step of several phases, and the turns of the foot in it."""
+    if _FRONT[0].name in members:
+        begin = members["knots_0"][-1]
+        return {
+            "double_knots": begin + members["knots_1"],
+            "double_coefficients": members["coefficients_1"],
+            "front_wrench": members[_FRONT[0].name],
+        }
     count = sum(f"knots_{k}" in members for k in range(_MOST))
     if count > 1 and "knots_1" not in members:
         raise InputError("its 'knots_1' is missing")
@@ -431,7 +449,7 @@ def _check_statements(gait: Gait, members: _Arrays) -> None:
         raise InputError(
             "its 'schedule' is not that of its arrays: a phase on the flat foot that stands, at "
             "most one before and one after it in which it turns about a line, ended by the impact "
-            "of the other; this gaitopt reads no other"
+            "of the other, or one after it in which both feet stand; this gaitopt reads no other"
         )
 
 

@@ -11,6 +11,7 @@ from scipy.optimize import least_squares
 from gaitopt.contact.mode import Hinge
 from gaitopt.errors import UnreachableError
 from gaitopt.gait import quantities
+from gaitopt.gait.double_step import DoubleStepModel
 from gaitopt.gait.double_support import (
     PELVIS_CHAIN,
     JointAngleSupport,
@@ -49,6 +50,8 @@ def first_guess(problem: WalkProblem) -> Array:
     Raises:
         UnreachableError: the step is too long for the legs.
     """
+    if isinstance(problem.model, DoubleStepModel):
+        return _closing_guess(problem, problem.model)
     geometry = _geometry(problem)
     kinematics = LegKinematics(problem.robot)
     pelvis, _ = place(PELVIS_CHAIN, geometry)
@@ -82,6 +85,39 @@ def with_peak(problem: WalkProblem, x: Array) -> Array:
         x = x.copy()
         x[problem.layout.largest] = np.abs(problem.step(x).read(quantities.TORQUE)).max()
     return x
+
+
+def _closing_guess(problem: WalkProblem, model: DoubleStepModel) -> Array:
+    """The guess of a walk whose feet both stand at the end: the pelvis moves evenly all the time.
+
+    The load passes from the rear foot to the front one in between.
+    """
+    geometry, kinematics = _geometry(problem), LegKinematics(problem.robot)
+    pelvis, _ = place(PELVIS_CHAIN, geometry)
+    rear = place(swing_sole_chain(problem.layout.rise), geometry)[0]
+    q_start = kinematics.solve(pelvis, rear)
+    q_end = model.exchange @ q_start
+    pelvis_end, front = kinematics.placements(q_end)
+    lift = problem.task.margins.clearance + _EXTRA_LIFT
+
+    def posture(s: float) -> Array:
+        share = min(s / model.touch, 1.0)
+        sole = pin.SE3.Interpolate(rear, front, share)
+        sole.translation = sole.translation + np.array([0.0, 0.0, lift * np.sin(np.pi * share)])
+        return kinematics.solve(pin.SE3.Interpolate(pelvis, pelvis_end, s), sole)
+
+    *early, touch, middle = (posture(float(s)) for s in model.basis.knots[1:-1])
+    # the secant as rate at lift-off: nothing bends at touch-down, and midway what is left
+    span = float(geometry[DURATION]) * (1.0 - model.touch)
+    rate = (q_end - touch) / span
+    bend = 8.0 * (middle - q_end + 0.5 * span * rate) / span**2
+    weight = problem.robot.weight
+    wrench = np.zeros((4, TWIST))
+    wrench[:, 2] = weight * np.array([0.1, 0.3, 0.7, 0.9])
+    wrench[:, 4] = -wrench[:, 2] * 0.5 * (problem.robot.sole.toe + problem.robot.sole.heel)
+    leg = slice(TWIST)
+    more = np.concatenate([np.zeros(TWIST), bend[leg], wrench.ravel()])
+    return problem.layout.pack(np.array(early), rate[leg], q_start, geometry, more)
 
 
 @dataclass(frozen=True)
@@ -186,14 +222,19 @@ def _geometry(problem: WalkProblem) -> Array:
     step = guess[STEP_LENGTH]
     narrowest = robot.sole.left - robot.sole.right + task.margins.lateral_gap
     spacing = legs.side * max(abs(legs.stance_width), narrowest + _CLEAR_OF_GAP)
-    if abs(step) / 2.0 >= _LONGEST * legs.reach:
+    share = 0.0 if task.double_support is None else task.double_support / task.duration
+    if (1.0 + share) * abs(step) / 2.0 >= _LONGEST * legs.reach:
         raise UnreachableError(
             f"a step of {abs(step):.3f} m ({task.speed:g} m/s for {task.duration:g} s) is longer "
-            f"than the legs can span: at most {2.0 * _LONGEST * legs.reach:.3f} m; "
+            f"than the legs can span: at most {2.0 * _LONGEST * legs.reach / (1.0 + share):.3f} m; "
             "ask for a lower speed or a shorter step duration"
         )
     # On a slope the hips stand over the middle, further from one of the feet.
-    half, sine, longest = step / 2.0, abs(np.sin(ground.incline)), _LONGEST * legs.reach
+    half, sine, longest = (
+        (1.0 + share) * step / 2.0,
+        abs(np.sin(ground.incline)),
+        _LONGEST * legs.reach,
+    )
     root = np.sqrt((half * sine) ** 2 + (1.0 + sine**2) * (longest**2 - half**2))
     height = min(_CROUCH * legs.reach, (root - half * sine) / (1.0 + sine**2))
     height -= max(ground.rise, 0.0)  # the rear leg reaches down
@@ -201,7 +242,10 @@ def _geometry(problem: WalkProblem) -> Array:
     values = {
         PELVIS_HEIGHT: ankle[2] + height - middle[2],
         PELVIS_LATERAL: spacing / 2.0,
-        PELVIS_FORWARD: ankle[0] - step / 2.0 - middle[0] + height * np.sin(ground.incline),
+        PELVIS_FORWARD: ankle[0]
+        - (1.0 - share) * step / 2.0
+        - middle[0]
+        + height * np.sin(ground.incline),
         TRUNK_PITCH: _TRUNK_PITCH + ground.incline,
         FOOT_SPACING: spacing,
     }

@@ -60,6 +60,10 @@ STEP_LENGTH, PELVIS_YAW, PELVIS_ROLL, FOOT_YAW, DURATION = range(5, 10)
 
 KNOT_SCALE = 1.0  # rad; measured to be the main lever of the solvers, with the next
 RATE_SCALE = 4.0  # rad/s
+BEND_SCALE = 50.0  # rad/s²
+FORCE_SCALE, MOMENT_SCALE = 200.0, 20.0  # N, N·m: of the front foot
+_LEG = 6  # joints of a leg that follows from where its ends are
+_WRENCH = tuple(f"{kind}_{axis}" for kind in ("force", "moment") for axis in "xyz")
 _PEAK_SCALE = 10.0  # N·m
 PEAK_NAME = "peak_torque"
 
@@ -76,6 +80,8 @@ class Layout:
             instead of inverse kinematics.
         turning: whether the stance foot turns at the end of the step, see `foot_turn`.
         landing: whether it lands on a line of its sole and turns at the start of the step.
+        closing: whether both feet stand at the end of the step, see `double_step`: then the stance
+            leg of six joints has two more postures, and the front foot a wrench.
         rise: of the footprint ahead over that of the stance foot [m].
         peak: whether the largest torque is a parameter, for a cost that minimises it.
     """
@@ -88,6 +94,7 @@ class Layout:
     rise: float = 0.0
     landing: bool = False
     peak: bool = False
+    closing: bool = False
 
     @cached_property
     def free(self) -> list[int]:
@@ -111,8 +118,8 @@ class Layout:
 
     @cached_property
     def rates(self) -> slice:
-        """Entries of the rates before impact."""
-        return slice(self.knots.stop, self.knots.stop + self.joints)
+        """Entries of the rates before impact; of the stance leg's at lift-off if it is closing."""
+        return slice(self.knots.stop, self.knots.stop + (_LEG if self.closing else self.joints))
 
     @cached_property
     def start(self) -> slice:
@@ -136,9 +143,19 @@ class Layout:
         return slice(self.turn.stop, self.turn.stop + len(foot_turn.LANDING_NAMES) * self.landing)
 
     @cached_property
+    def late(self) -> slice:
+        """Entries that bend the stance leg to touch-down and to midway from lift-off; or none."""
+        return slice(self.landed.stop, self.landed.stop + 2 * _LEG * self.closing)
+
+    @cached_property
+    def front(self) -> slice:
+        """Entries of the wrench on the front foot, four times six; or none."""
+        return slice(self.late.stop, self.late.stop + 4 * _LEG * self.closing)
+
+    @cached_property
     def largest(self) -> slice:
         """Entry of the largest torque, the last one; or none."""
-        return slice(self.landed.stop, self.landed.stop + self.peak)
+        return slice(self.front.stop, self.front.stop + self.peak)
 
     @cached_property
     def boundary(self) -> NDArray[np.int_]:
@@ -163,9 +180,16 @@ class Layout:
         """Name of every entry of x."""
         knots = [f"{j}_at_knot_{k + 1}" for k in range(self.postures) for j in self.joint_names]
         rates = [f"{j}_rate_before_impact" for j in self.joint_names]
+        late: list[str] = []
+        if self.closing:
+            leg = self.joint_names[:_LEG]
+            rates = [f"{j}_rate_at_lift_off" for j in leg]
+            late = [f"{j}_bend_{when}" for when in ("at_touch_down", "midway") for j in leg]
+            late += [f"front_foot_{part}_{k + 1}" for k in range(4) for part in _WRENCH]
         start = [f"{j}_at_start" for j in self.joint_names] if self.lifted else []
         turn = foot_turn.NAMES if self.turning else ()
         turn = (*turn, *(foot_turn.LANDING_NAMES if self.landing else ()))
+        turn = (*turn, *late)
         peak = (PEAK_NAME,) if self.peak else ()
         return (*knots, *rates, *start, *(self.geometry[i].name for i in self.free), *turn, *peak)
 
@@ -200,7 +224,7 @@ class Layout:
         it is in x, is left 0.
         """
         start = q_start if self.lifted else q_start[:0]
-        turn = np.zeros(self.landed.stop - self.turn.start) if turn is None else turn
+        turn = np.zeros(self.front.stop - self.turn.start) if turn is None else turn
         peak = np.zeros(int(self.peak))
         return np.concatenate([knots.ravel(), rate_before, start, geometry[self.free], turn, peak])
 
@@ -225,6 +249,9 @@ class Layout:
             scale[self.turn] = foot_turn.ANGLE_SCALE
             scale[self.turn.stop - 1] = foot_turn.RATE_SCALE
         scale[self.landed] = foot_turn.ANGLE_SCALE
+        scale[self.late] = BEND_SCALE
+        wrench = np.repeat([FORCE_SCALE, MOMENT_SCALE], 3)
+        scale[self.front] = np.tile(wrench, 4 * self.closing)
         scale[self.largest] = _PEAK_SCALE
         return scale
 

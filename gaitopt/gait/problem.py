@@ -11,6 +11,7 @@ from gaitopt.errors import GaitoptError, InputError
 from gaitopt.gait.constraint import Constraint, ConstraintBlock, ConstraintContext, failure
 from gaitopt.gait.constraints import CONSTRAINTS
 from gaitopt.gait.costs import CostContext, cost_function
+from gaitopt.gait.double_step import DoubleStepModel
 from gaitopt.gait.functions import check_function
 from gaitopt.gait.grid import Grid
 from gaitopt.gait.parameters import (
@@ -22,7 +23,7 @@ from gaitopt.gait.parameters import (
 )
 from gaitopt.gait.quantities import PEAK, Quantity, typical_entries
 from gaitopt.gait.step import Step, StepDerivatives
-from gaitopt.gait.step_hessian import StepWeights, step_hessian
+from gaitopt.gait.step_hessian import StepWeights, pairs_added, step_hessian
 from gaitopt.gait.step_model import StepModel
 from gaitopt.gait.task import Task
 from gaitopt.gait.terrain import check_profile
@@ -65,7 +66,10 @@ class WalkProblem(NLP):
         self.cost_scale = 1.0 / task.cost.typical(context)
         self.has_hessian = True
         read = {one for block in self.blocks for one in block.reads} | {*task.cost.reads}
-        self.model = StepModel(robot, self.layout, self.grid, read, self.schedule)
+        evaluate = DoubleStepModel if self.schedule.closing else StepModel
+        self.model: StepModel | DoubleStepModel = evaluate(
+            robot, self.layout, self.grid, read, self.schedule
+        )
         lower, upper = self.layout.bounds()
         self.variables = Variables(self.layout.names, lower, upper, self.layout.scale())
         self.rows = Rows(
@@ -158,7 +162,7 @@ class WalkProblem(NLP):
                 weights.first[one] += cost_weight * first
             for pair, second in self.cost.hessian(step).items():
                 weights.add_second(pair, slice(None), cost_weight * second)
-        H = step_hessian(self.model, step, derivatives, weights)
+        H = self.curvature(step, derivatives, weights)
         if cost_weight != 0.0:
             for one, (pairs, bent) in self.cost.neighbours(step).items():
                 first, second = (derivatives.jacobians[one][pairs[:, end]] for end in (0, 1))
@@ -166,6 +170,13 @@ class WalkProblem(NLP):
                 mixed = np.tensordot(first, weighed, ((0, 1), (0, 1)))
                 H += mixed + mixed.T
         return H
+
+    def curvature(self, step: Step, derivatives: StepDerivatives, weights: StepWeights) -> Array:
+        """Return the Hessian in x of the function that `weights` differentiates, shape (P, P)."""
+        if isinstance(self.model, DoubleStepModel):
+            H = self.model.hessian(step, derivatives, weights)
+            return pairs_added(H, weights, derivatives.jacobians)
+        return step_hessian(self.model, step, derivatives, weights)
 
     def describe(self, row: int) -> str:
         """Name a row: "right_knee torque at 80.0 % of the step"."""
@@ -244,7 +255,7 @@ def walk_layout(robot: Robot, task: Task) -> Layout:
     )
     return Layout(
         robot.joint_names, task.postures, table, task.boundary == "lifted", leaving,
-        task.ground.rise, landing, PEAK in task.cost.reads,
+        task.ground.rise, landing, PEAK in task.cost.reads, schedule.closing,
     )  # fmt: skip
 
 

@@ -84,6 +84,11 @@ PEAK = Quantity(
     "peak", "N·m", "what the torques stay below at every instant, a parameter; see `PeakTorque`",
     ("peak torque",), optional=True,
 )  # fmt: skip
+FRONT_WRENCH = Quantity(
+    "front_wrench", "N, N·m",
+    "front sole while both feet stand: of the ground on the foot; no entries in other walks",
+    _WRENCH,
+)  # fmt: skip
 IMPULSE = Quantity(
     "impulse", "N·s, N·m·s", "landing sole: of the ground on the foot", _WRENCH, ("",)
 )
@@ -101,7 +106,7 @@ TRAVEL = Quantity("travel", "m, s", "the step", ("step length", "duration"), (""
 
 ALL = (
     TORQUE, WRENCH, CORNERS, ANGLES, RATES, ACCELERATIONS, IMPULSE, SOLE_TWIST, LEGS, GAPS, TRAVEL,
-    TRUNK, LEG_GAPS, FOOT_TURN, PEAK,
+    TRUNK, LEG_GAPS, FOOT_TURN, PEAK, FRONT_WRENCH,
 )  # fmt: skip
 
 
@@ -129,7 +134,7 @@ def typical_entries(one: Quantity, robot: Robot) -> Array:
     if one is TORQUE:
         weight = robot.mass * float(np.linalg.norm(robot.model.gravity.linear))
         return np.full(count, weight * robot.legs.reach / np.sqrt(_TYPICAL_EFFORT * count))
-    if one is WRENCH:
+    if one in (WRENCH, FRONT_WRENCH):
         return np.full(count, robot.weight)
     if one is PEAK:
         return np.full(count, _TYPICAL_PEAK * robot.weight * robot.legs.reach)

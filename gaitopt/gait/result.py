@@ -14,6 +14,7 @@ from gaitopt.bounds import INSTANTS, at_most
 from gaitopt.contact.flat_foot import FlatFoot
 from gaitopt.errors import InputError
 from gaitopt.gait.costs import TorqueCost, per_second
+from gaitopt.gait.spline import bernstein
 from gaitopt.gait.trajectory import FootTurning, Trajectory, TrajectoryPhase, fitted_coefficients
 from gaitopt.model.multibody import Multibody
 from gaitopt.nlp import Array
@@ -55,10 +56,20 @@ LANDING: dict[str, tuple[int | str, ...]] = {
     name.replace("foot", "landing"): shape for name, shape in FOOT.items()
 }
 """The same of its turn after it landed, empty where it lands flat."""
+DOUBLE: dict[str, tuple[int | str, ...]] = {
+    "double_knots": ("d",),
+    "double_coefficients": ("d + 2", "J"),
+    "front_wrench": ("4 or 0", 6),
+}
+"""Arrays of the double support, empty where an impact ends the step."""
 _MULTIPLIERS: dict[str, tuple[int | str, ...]] = {
     "multipliers": ("R",),
     "bound_multipliers": ("P",),
 }
+
+
+BOTH_FEET = "both feet"
+"""Contact of a phase in which both feet stand flat."""
 
 
 @dataclass(frozen=True)
@@ -118,6 +129,11 @@ class Gait:
         landing_hinge, landing_knots, landing_coefficients, landing_contact: the same of its turn
             from the start of the step, on the line on which it landed, "heel line", to the instant
             at which it is flat, one of `knots`; empty where it lands flat.
+        double_knots, double_coefficients: of the splines after touch-down, where both feet stand,
+            as `knots` and `coefficients`, from the last of the knots on: the leg that has landed is
+            near its splines, where its sole stays; empty where an impact ends the step.
+        front_wrench: of the ground on the front foot then, in its sole frame: control points of a
+            cubic of time in Bernstein's form, force [N] and moment [N·m], shape (4, 6) or (0, 6).
         meta: JSON-able record (task, limits, sole, mass, cost, solver, status, certificate,
             versions); every key is optional.
 
@@ -158,6 +174,9 @@ class Gait:
     landing_knots: Array = field(default_factory=lambda: np.zeros(0))
     landing_coefficients: Array = field(default_factory=lambda: np.zeros(0))
     landing_contact: str = ""
+    double_knots: Array = field(default_factory=lambda: np.zeros(0))
+    double_coefficients: Array = None  # type: ignore[assignment]  # from then on an array
+    front_wrench: Array = field(default_factory=lambda: np.zeros((0, 6)))
 
     def __post_init__(self) -> None:
         for name in SHAPES:
@@ -173,9 +192,14 @@ class Gait:
         for name in ("urdf", "stance_sole", "swing_sole_frame"):
             if not isinstance(getattr(self, name), str) or not getattr(self, name):
                 raise InputError(f"the gait's '{name}' must be a non-empty text")
+        if self.double_coefficients is None:
+            object.__setattr__(self, "double_coefficients", np.zeros((0, len(self.joint_names))))
+        for name in DOUBLE:
+            object.__setattr__(self, name, _frozen(name, getattr(self, name)))
         object.__setattr__(self, "meta", _json_copy(self.meta))
         _check_times(self)
         _check_foot(self)
+        _check_double(self)
         if self.coefficients is None:
             object.__setattr__(self, "coefficients", _frozen("coefficients", _fitted(self)))
         _check_sizes(self)
@@ -225,6 +249,17 @@ class Gait:
         return bool(self.landing_knots.size)
 
     @property
+    def closing(self) -> bool:
+        """Whether both feet stand at the end of the step, after a touch-down at zero speed."""
+        return bool(self.double_knots.size)
+
+    def front_wrench_at(self, times: Array) -> Array:
+        """Return the wrench on the front foot at times [s] of the double support, (N, 6)."""
+        begin = float(self.knots[-1])
+        share = np.clip((times - begin) / (self.duration - begin), 0.0, 1.0)
+        return np.asarray(bernstein(share) @ self.front_wrench)
+
+    @property
     def flat_from(self) -> float:
         """Time at which the foot that landed is flat [s]; 0 where it lands flat."""
         return float(self.landing_knots[-1]) if self.lands_on_line else 0.0
@@ -237,6 +272,10 @@ class Gait:
     @property
     def phases(self) -> tuple[ContactPhase, ...]:
         """The parts of the step, in order, each with the contact of the stance foot."""
+        if self.closing:
+            touch = float(self.knots[-1])
+            both = ContactPhase(BOTH_FEET, touch, self.duration)
+            return (ContactPhase(FlatFoot.name, 0.0, touch), both)
         phases = [ContactPhase(FlatFoot.name, self.flat_from, self.turns_at)]
         if self.lands_on_line:
             phases = [ContactPhase(self.landing_contact, 0.0, self.flat_from), *phases]
@@ -302,6 +341,10 @@ class Gait:
                 f"{', '.join(body.moving_names)}; give the robot that it was designed for"
             )
         phases = [TrajectoryPhase(0, self.knots, self.coefficients)]
+        if self.closing:
+            knots = self.double_knots - self.double_knots[0]
+            late = TrajectoryPhase(0, knots, self.double_coefficients, front=self.front_wrench)
+            phases = [*phases, late]
         if self.lands_on_line:
             first, rest = phases[0].split(self.flat_from)
             landed = FootTurning(self.landing_hinge, self.landing_knots, self.landing_coefficients)
@@ -386,7 +429,7 @@ def _fitted(gait: Gait) -> Array:
 
 
 def _frozen(name: str, value: object) -> Array:
-    shape = {**SHAPES, **FOOT, **LANDING, **_MULTIPLIERS}[name]
+    shape = {**SHAPES, **FOOT, **LANDING, **DOUBLE, **_MULTIPLIERS}[name]
     if isinstance(value, Sized) and shape[0] == "N":
         at_most(len(value), INSTANTS, f"instants in the gait's '{name}'")
     try:
@@ -448,6 +491,27 @@ def _check_sizes(gait: Gait) -> None:
         )
 
 
+def _check_double(gait: Gait) -> None:
+    """Refuse a double support that does not fit the step."""
+    knots = gait.double_knots
+    sizes = gait.double_coefficients.shape, gait.front_wrench.shape
+    joints = len(gait.joint_names)
+    if knots.size == 0 and sizes == ((0, joints), (0, 6)):
+        return
+    if knots.size < 2 or sizes != ((knots.size + 2, joints), (4, 6)):
+        raise InputError(
+            "the gait's double_knots must be two values at least, with double_coefficients two "
+            "more for every joint, and front_wrench four rows of six"
+        )
+    near = 1e-9 * gait.duration
+    fits = abs(knots[0] - gait.knots[-1]) <= near and abs(knots[-1] - gait.duration) <= near
+    if not ((np.diff(knots) > 0.0).all() and fits):
+        raise InputError(
+            "the gait's double_knots must increase from the last of its knots to the end of the "
+            "step"
+        )
+
+
 def _check_foot(gait: Gait) -> None:
     """Refuse turns of the stance foot that do not fit the step."""
     near, inner = 1e-9 * gait.duration, gait.knots[1:-1]
@@ -494,7 +558,8 @@ def _check_times(gait: Gait) -> None:
         raise InputError(
             f"the gait lasts {gait.duration:.3g} s; it must last {_SHORTEST:g} s or more"
         )
-    if not np.isclose(gait.knots[-1], gait.duration, rtol=1e-9, atol=0.0):
+    end = gait.double_knots[-1] if gait.double_knots.size else gait.knots[-1]
+    if not np.isclose(end, gait.duration, rtol=1e-9, atol=0.0):
         raise InputError(
             f"the gait's last knot is {gait.knots[-1]:.6g} s; "
             f"it must be the end of the step, {gait.duration:.6g} s"

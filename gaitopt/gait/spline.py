@@ -77,6 +77,12 @@ def spline_basis(knots: Array, instants: Array) -> SplineBasis:
     )
 
 
+def bernstein(share: Array) -> Array:
+    """Return the cubic Bernstein polynomials at shares of an interval, shape (N, 4)."""
+    s, r = share[:, None], 1.0 - share[:, None]
+    return np.concatenate([r**3, 3.0 * r**2 * s, 3.0 * r * s**2, s**3], axis=1)
+
+
 def _knot_second_derivatives(knots: Array) -> Array:
     """Second derivatives at the knots as a map of the coefficients, shape (n, n + 2).
 

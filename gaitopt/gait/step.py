@@ -11,6 +11,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
+import pinocchio as pin
 
 from gaitopt.errors import EvaluationError
 from gaitopt.gait import quantities
@@ -18,6 +19,7 @@ from gaitopt.gait.double_support import Posture, PostureDerivatives
 from gaitopt.gait.foot_turn import FootTurn
 from gaitopt.gait.parameters import DURATION, STEP_LENGTH
 from gaitopt.gait.quantities import Quantity
+from gaitopt.mechanics.closed_chain import ClosedMotion
 from gaitopt.mechanics.forward_kinematics import (
     ForwardKinematics,
     Placements,
@@ -53,6 +55,8 @@ class Step:
             which it leaves, as far as it turns about them.
         support: single support at the instants.
         optional: quantities that only some constraints look at; without entries unless they do.
+        double: its double support; None where an impact ends it. Then the end of the step is the
+            lift-off, and `coefficients` are the stance leg's, (k + 6, 6).
     """
 
     x: Array
@@ -68,6 +72,7 @@ class Step:
     foot_motion: Array
     turn: Turning | None = None
     landed: Turning | None = None
+    double: DoubleSupportPart | None = None
 
     @property
     def hinges(self) -> int:
@@ -122,8 +127,38 @@ class Step:
             quantities.GAPS: self.posture.gaps,
             quantities.TRAVEL: self.geometry[None, [STEP_LENGTH, DURATION]],
             quantities.FOOT_TURN: foot_turn_rows(self.foot_motion.transpose(1, 0, 2)),
+            quantities.FRONT_WRENCH: (
+                np.zeros((len(effort), 0)) if self.double is None else self.double.front
+            ),
             **self.optional,
         }
+
+
+@dataclass(frozen=True)
+class DoubleSupportPart:
+    """What of a step belongs to its double support, at M of its N instants.
+
+    Attributes:
+        motion: of the closed chain there.
+        touchdown, liftoff: of the closed chain at its ends, at one instant each.
+        sole: placement of the front sole in the stance sole frame.
+        wrench: of the ground on the front foot there, in its sole frame, shape (M, 6).
+        swing: coefficients of the swing leg's spline until touch-down, shape (k + 4, 6).
+        front: that wrench at all instants, 0 while the foot swings, shape (N, 6).
+    """
+
+    motion: ClosedMotion
+    touchdown: ClosedMotion
+    liftoff: ClosedMotion
+    sole: pin.SE3
+    wrench: Array
+    swing: Array
+    front: Array
+
+    @cached_property
+    def in_world(self) -> Array:
+        """The wrench on the front foot in the stance sole frame, shape (M, 6)."""
+        return np.asarray(self.wrench @ self.sole.toDualActionMatrix().T)
 
 
 @dataclass(frozen=True)

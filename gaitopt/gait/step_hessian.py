@@ -157,7 +157,7 @@ def _step_gradient(
     wrench, torque = first[quantities.WRENCH], first[quantities.TORQUE]
     of_hinge = np.zeros((len(torque), step.hinges))  # its torque is part of the wrench
     effort = np.concatenate([wrench, of_hinge, torque] if step.hinges else [wrench, torque], axis=1)
-    gradient = _local_gradient(derivatives, first, effort, step.hinges)
+    gradient = local_gradient(derivatives, first, effort, step.hinges)
     by_order = gradient.reshape(len(effort), 3, -1)
     by_sample = by_order[:, :, step.hinges :].reshape(-1, model.layout.joints)
     width = step.coefficients.shape[0]
@@ -227,7 +227,7 @@ def _own_hessian(
     else:  # the impact's single posture costs little more in one sweep with the others than nothing
         both = derivatives.support.hessian(effort, impact.dynamics)
         dynamics, at_impact = both.at(slice(-1)), both.at(slice(-1, None))
-    local = _local_hessian(derivatives, weights, dynamics, step.hinges)
+    local = local_hessian(derivatives, weights, dynamics, step.hinges)
     H = _motion_hessian(model, step, derivatives, local)
     inputs = np.concatenate([derivatives.coefficients[-3], derivatives.coefficients[-1]])
     if step.turn is not None:
@@ -306,10 +306,10 @@ def _foot_duration_hessian(
     return H + H.T + float(second @ turned.shape) * np.outer(lasts, lasts)
 
 
-def _local_gradient(
+def local_gradient(
     derivatives: StepDerivatives, first: dict[Quantity, Array], effort: Array, hinges: int
 ) -> Array:
-    """Local gradient in (q, dq, ddq), the foot's turn in front of each, shape (N, 3 (h + n))."""
+    """Return the gradient in (q, dq, ddq), the foot's turn before each, (N, 3 (h + n))."""
     support = derivatives.support
     n = support.corners.shape[-1]
     corners = support.corners.reshape(len(effort), -1, n)
@@ -325,13 +325,13 @@ def _local_gradient(
     return np.asarray(gradient)
 
 
-def _local_hessian(
+def local_hessian(
     derivatives: StepDerivatives,
     weights: StepWeights,
     torque: InverseDynamicsHessian,
     hinges: int,
 ) -> Array:
-    """Local Hessian in (q, dq, ddq), the foot's turn in front of each: N matrices of 3 (h + n)."""
+    """Return the Hessian in (q, dq, ddq), the foot's turn before each: N of 3 (h + n)."""
     support, first, second = derivatives.support, weights.first, weights.second
     count, n = len(support.effort), support.corners.shape[-1]
     q, dq, ddq = slice(n), slice(n, 2 * n), slice(2 * n, None)

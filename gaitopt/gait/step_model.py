@@ -360,6 +360,7 @@ class StepModel:
             quantities.GAPS: posture.gaps[:, :, own] @ boundary,
             quantities.TRAVEL: travel,
             quantities.FOOT_TURN: foot_turn_rows(hinges),
+            quantities.FRONT_WRENCH: np.zeros((len(motion), 0, matrix.shape[1])),
             quantities.PEAK: np.tile(matrix[self.layout.largest], (len(motion), 1, 1)),
             **chained(local.optional, angles, self._yaw_jacobian(yaw_end)),
         }

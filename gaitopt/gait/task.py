@@ -55,6 +55,8 @@ EARLIEST, LATEST = 0.1, 0.95
 """Shares of the step between which the foot may begin to turn about its toe."""
 SOONEST, FLAT_BY = 0.05, 0.5
 """Shares of the step between which a foot that landed on its heel may meet the ground flat."""
+SHORTEST, HALF = 0.001, 0.5
+"""Shares of the step between which both feet may stand."""
 WIDEST = 0.1
 """Strip at the toe or heel that bears while it turns [m]: a longer one is a sole of its own."""
 HIGHEST = 0.5
@@ -90,6 +92,8 @@ class Task:
         toe_strip: within which the centre of pressure then is, behind that edge [m].
         heel_strike: share of the step until which the foot that landed on its rear edge rolls flat;
             None: it lands flat.
+        double_support: time for which both feet stand at the end of the step, after a touch-down at
+            zero speed [s]; None: an impact ends it.
         heel_strip: within which the centre of pressure then is, ahead of that edge [m].
         slope: of the ground, uphill above zero [rad]; the speed is along it, and is level over
             stairs and terrains that are no planes.
@@ -140,6 +144,9 @@ class Task:
         None, "Share of the step until which the foot, landed on its heel, rolls flat.",
         metavar="SHARE",
     )  # fmt: skip
+    double_support: float | None = entry(
+        None, "Time for which both feet stand, after a touch-down at zero speed.", "s"
+    )
     heel_strip: float = entry(0.01, "Strip at the heel that bears while the foot rolls.", "m")
     slope: float = entry(
         0.0, "Slope of the ground ahead, uphill above zero: 0.1 (rad), 6deg or 10%.", SLOPE,
@@ -214,6 +221,7 @@ class Task:
             )
         _check_toe_off(self.toe_off, self.toe_strip)
         _check_heel_strike(self.heel_strike, self.heel_strip, self.toe_off)
+        self._check_double_support()
         if not self.geometry[STEP_LENGTH].free and self.speed_as == "constraint":
             raise InputError("step_length is fixed; free it, or take the speed as a penalty")
 
@@ -252,6 +260,38 @@ class Task:
                     f"{where} the foot stands flat; give {name} or {ground.name}, not both"
                 )
 
+    def _check_double_support(self) -> None:
+        span = self.double_support
+        if span is None:
+            return
+        share = span / self.duration if is_finite(span) else float("nan")
+        if not SHORTEST <= share <= HALF:
+            raise InputError(
+                f"double_support is {shown(span)} s; it must be from {SHORTEST * self.duration:g} "
+                f"to {HALF * self.duration:g} s, {SHORTEST:g} to {HALF:g} of the step"
+            )
+        for name in ("toe_off", "heel_strike"):
+            if getattr(self, name) is not None:
+                raise InputError(
+                    f"both feet stand flat in a double support; give {name} or double_support, not "
+                    "both"
+                )
+        if self.boundary != "closed":
+            raise InputError(
+                "a double support needs the swing leg to follow from the stance leg; take boundary "
+                "'closed' (--boundary closed)"
+            )
+        if self.geometry[DURATION].free:
+            raise InputError(
+                "the double support lasts a given time of a step of a given duration; fix the "
+                "duration (--fix duration)"
+            )
+        if self.ground.shaped:
+            raise InputError(
+                f"on {self.ground.name} the foot lands by an impact; give double_support or "
+                f"{self.ground.name}, not both"
+            )
+
     @property
     def ground(self) -> Terrain:
         """The terrain that it is walked on."""
@@ -284,6 +324,10 @@ class Task:
     def schedule(self) -> Schedule:
         """Phases and symmetry of the step."""
         landing, leaving = self.heel_strike, self.toe_off
+        if self.double_support is not None:
+            touch = 1.0 - self.double_support / self.duration
+            single = Phase(FlatFoot(), touch, Transition.TOUCH_DOWN)
+            return Schedule((single, Phase(FlatFoot(), 1.0, Transition.LIFT_OFF, both=True)))
         phases = [Phase(FlatFoot())]
         if landing is not None:
             phases = [Phase(HeelLine(self.heel_strip), landing, Transition.SMOOTH), *phases]

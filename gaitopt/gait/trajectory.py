@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from gaitopt.bounds import TIMES, at_most
 from gaitopt.errors import InputError
-from gaitopt.gait.spline import spline_basis
+from gaitopt.gait.spline import bernstein, spline_basis
 from gaitopt.mechanics.single_support import passive_torque
 from gaitopt.model.chain_physics import PassiveJoints
 from gaitopt.model.multibody import Multibody
@@ -27,6 +27,8 @@ from gaitopt.nlp import Array
 _SNAP = 1e-9  # of a step: instants this near to its end are its end
 _STRAIGHT = 1e-9  # rad: feet turned by less point along the walk
 _FEET = 2
+_MIRRORED = np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0])  # a wrench in the other foot's sole frame
+_ITERATIONS, _CLOSED = 20, 1e-12  # rad: of Newton's method, which is quadratic
 _RESTING = np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0])  # base at the origin: x y z, quaternion
 
 
@@ -59,12 +61,16 @@ class TrajectoryPhase:
         coefficients: joint angles at the knots [rad], rates at the start and at the end [rad/s],
             shape (m + 2, n); joints as in `Multibody.moving`.
         turning: of the standing foot; None where it stands flat.
+        front: wrench of the ground on the other foot, which stands too, in its sole frame: control
+            points of a cubic in Bernstein's form, shape (4, 6); None where that foot swings. Its
+            leg then is where its sole stays, near its splines.
     """
 
     standing: int
     knots: Array
     coefficients: Array
     turning: FootTurning | None = None
+    front: Array | None = None
 
     @property
     def duration(self) -> float:
@@ -87,6 +93,12 @@ class TrajectoryPhase:
         if self.turning is None:
             return np.zeros((3, len(times), 6))
         return np.asarray(self.turning.motion(times)[:, :, None] * self.turning.hinge)
+
+    def front_wrench(self, times: Array) -> Array:
+        """Return the wrench on the other foot at times [s] within the phase, shape (N, 6)."""
+        if self.front is None:
+            return np.zeros((len(times), 6))
+        return np.asarray(bernstein(np.clip(times / self.duration, 0.0, 1.0)) @ self.front)
 
     def split(self, at: float) -> tuple[TrajectoryPhase, TrajectoryPhase]:
         """Return its parts before and after one of its inner knots [s]."""
@@ -131,6 +143,7 @@ class TrajectorySamples:
             that follow others, whose motors move them, (N, M).
         contact: which feet stand, in the order of `Multibody.sole_names`, shape (N, 2).
         sole: placements of the sole frames in the world, shape (N, 2, 4, 4).
+        standing: foot whose footprint the step counts from, index as of `contact`, shape (N,).
         wrench: of the ground on the feet, force [N] and moment about the sole frame's origin
             [N·m] in the sole frame, shape (N, 2, 6).
     """
@@ -149,6 +162,7 @@ class TrajectorySamples:
     contact: NDArray[np.bool_]
     sole: Array
     wrench: Array
+    standing: NDArray[np.int64]
 
     @property
     def configuration(self) -> Array:
@@ -331,15 +345,18 @@ class Trajectory:
         body, count, joints = self.body, len(times), len(self.body.joint_names)
         motion = np.zeros((3, count, joints))
         motion[0] = body.posture
-        foot_motion = np.zeros((3, count, 6))
+        foot_motion, front = np.zeros((3, count, 6)), np.zeros((count, 6))
         for index, part in enumerate(self.phases):
             rows = np.flatnonzero(phase == index)
             values = part.motion(local[rows])
+            pushed = part.front_wrench(local[rows])
             if self.exchange is not None:
                 odd = step[rows] % 2 == 1
                 values[:, odd] = values[:, odd] @ self.exchange.T
+                pushed[odd] = pushed[odd] * _MIRRORED
             motion[:, rows[:, None], body.moving] = values
             foot_motion[:, rows] = part.foot_motion(local[rows])
+            front[rows] = pushed
         body.follow(motion)
         places = {
             key: self._place(*key) for key in set(zip(step.tolist(), phase.tolist(), strict=True))
@@ -347,17 +364,21 @@ class Trajectory:
         keys = zip(step.tolist(), phase.tolist(), strict=True)
         standing = [(self._standing(*key), places[key]) for key in keys]
         dynamics = _Dynamics(body)
+        both = np.array([part.front is not None for part in self.phases])[phase]
+        if both.any():
+            self._close(motion, step, phase, [foot for foot, _ in standing])
         q, v, a = (np.zeros((count, size + joints)) for size in (7, 6, 6))
         q[:, 7:], v[:, 6:], a[:, 6:] = motion
         torque, wrench = np.empty((count, joints)), np.empty((count, 6))
         sole = np.empty((count, _FEET, 4, 4))
         for k, stance in enumerate(standing):
             instant = q[k], v[k], a[k], torque[k], sole[k]
-            wrench[k] = dynamics.complete(*instant, *stance, foot_motion[:, k])
+            wrench[k] = dynamics.complete(*instant, *stance, foot_motion[:, k], front[k])
         foot = np.array([s for s, _ in standing], dtype=np.int64)
         each = np.arange(count)
         contact, on_feet = np.zeros((count, _FEET), dtype=bool), np.zeros((count, _FEET, 6))
         contact[each, foot], on_feet[each, foot] = True, wrench
+        contact[each, 1 - foot], on_feet[each, 1 - foot] = both, front
         return TrajectorySamples(
             time=times,
             step=step,
@@ -373,7 +394,28 @@ class Trajectory:
             contact=contact,
             sole=sole,
             wrench=on_feet,
+            standing=foot,
         )
+
+    def _close(
+        self,
+        motion: Array,
+        step: NDArray[np.int64],
+        phase: NDArray[np.int64],
+        standing: list[int],
+    ) -> None:
+        """Move the leg of a second foot that stands to where its sole stays, see `motion`."""
+        closing = _Closing(self.body)
+        targets: dict[tuple[int, int], pin.SE3] = {}
+        for k, foot in enumerate(standing):
+            part = self.phases[phase[k]]
+            if part.front is None:
+                continue
+            key = (int(step[k]) % self._steps, int(phase[k]))
+            if key not in targets:
+                start = self._exchanged(part.motion(np.zeros(1))[0], key[0])[0]
+                targets[key] = closing.between(start, foot)
+            closing.close(motion[:, k], foot, targets[key])
 
     def _passive(self, motion: Array) -> Array | float:
         """Return what motors need against friction, damping and springs; most files have none."""
@@ -424,6 +466,61 @@ class _Kinematics:
         return tuple(self._data.oMf[frame].copy() for frame in self._frames)
 
 
+class _Closing:
+    """Closes the legs of a robot both of whose feet stand, the base at the origin and at rest.
+
+    Two bodies that are fixed to each other have one spatial velocity and one spatial acceleration.
+    """
+
+    def __init__(self, body: Multibody) -> None:
+        self._kinematics, self._body, self._model = _Kinematics(body), body, body.model
+        self._data = self._model.createData()
+        self._frames = [self._model.getFrameId(name) for name in body.sole_names]
+
+    def between(self, joints: Array, foot: int) -> pin.SE3:
+        """Return the placement of the other sole in that of a foot, for moving joints (n,)."""
+        soles = self._kinematics.soles(joints)
+        return soles[foot].inverse() * soles[1 - foot]
+
+    def close(self, motion: Array, foot: int, target: pin.SE3) -> None:
+        """Correct the leg of the other foot in place.
+
+        Args:
+            motion: angles, rates and accelerations of all joints, shape (3, M).
+            foot: which stands, the other leg follows.
+            target: placement of the other sole in its own.
+
+        Raises:
+            InputError: the leg does not reach.
+        """
+        model, data = self._model, self._data
+        own, other = self._frames[foot], self._frames[1 - foot]
+        leg = np.array(self._body.leg(1 - foot))
+        q, v, a = np.zeros(model.nq), np.zeros(model.nv), np.zeros(model.nv)
+        q[:7] = _RESTING
+        for _ in range(_ITERATIONS):
+            q[7:] = motion[0]
+            J = pin.computeFrameJacobian(model, data, q, other, pin.WORLD)[:, 6:]
+            pin.framesForwardKinematics(model, data, q)
+            gap = pin.log6(data.oMf[own] * target * data.oMf[other].inverse()).vector
+            move = np.linalg.solve(J[:, leg], gap)
+            motion[0, leg] += move
+            if np.abs(move).max() < _CLOSED:
+                break
+        else:
+            raise InputError("the front foot of the gait does not stay where it landed")
+        q[7:] = motion[0]
+        J = pin.computeFrameJacobian(model, data, q, other, pin.WORLD)[:, 6:]
+        for order, column in ((1, v), (2, a)):
+            motion[order, leg] = 0.0
+            column[6:] = motion[order]
+            pin.forwardKinematics(model, data, q, v, a)
+            read = pin.getFrameVelocity if order == 1 else pin.getFrameAcceleration
+            apart = [read(model, data, frame, pin.WORLD).vector for frame in (own, other)]
+            motion[order, leg] = np.linalg.solve(J[:, leg], apart[0] - apart[1])
+            column[6:] = motion[order]
+
+
 class _Dynamics:
     """Inverse dynamics of a robot that stands with one foot, flat or turning about a line.
 
@@ -449,6 +546,7 @@ class _Dynamics:
         foot: int,
         place: pin.SE3,
         turn: Array,
+        front: Array,
     ) -> Array:
         """Write what follows from the motion of the joints, and return the wrench on the foot.
 
@@ -460,11 +558,13 @@ class _Dynamics:
             foot: which stands.
             place: of its footprint in the world.
             turn: of its sole from there, see `TrajectoryPhase.foot_motion`, shape (3, 6).
+            front: wrench of the ground on the other foot in its sole frame, shape (6,).
         """
         model, data, frame = self._model, self._data, self._frames[foot]
         other = self._frames[1 - foot]
         q[:7], v[:6], a[:6] = _RESTING, 0.0, 0.0
         J = pin.computeFrameJacobian(model, data, q, frame, pin.WORLD)[:, 6:]
+        J_other = pin.computeFrameJacobian(model, data, q, other, pin.WORLD)[:, 6:]
         pin.forwardKinematics(model, data, q, v, a)
         sole = pin.updateFramePlacement(model, data, frame).copy()
         twist = -pin.getFrameVelocity(model, data, frame, pin.WORLD).vector
@@ -477,13 +577,17 @@ class _Dynamics:
             place = place * pin.exp6(turn[0])
         base = place * sole.inverse()
         soles[foot] = place.homogeneous
-        soles[1 - foot] = (base * pin.updateFramePlacement(model, data, other)).homogeneous
+        at_other = pin.updateFramePlacement(model, data, other).copy()
+        soles[1 - foot] = (base * at_other).homogeneous
         q[:7], v[:6], a[:6] = pin.SE3ToXYZQUAT(base), twist, acceleration
         if self._carried is None:
             effort = pin.rnea(model, data, q, v, a)
         else:
             self._carry(base)
             effort = pin.rnea(model, data, q, v, a, self._forces)
+        if front.any():
+            push = at_other.act(pin.Force(front)).vector
+            effort = effort - np.concatenate([push, J_other.T @ push])
         on_base = effort[:6]
         torque[:] = effort[6:] - on_base @ J
         return np.asarray(sole.actInv(pin.Force(on_base)).vector)

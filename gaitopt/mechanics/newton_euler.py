@@ -250,13 +250,14 @@ def motor_effort(
     ddq: ArrayLike,
     *,
     gravity: ArrayLike = GRAVITY,
+    end_wrench: ArrayLike | None = None,
 ) -> tuple[Array, Array]:
     """Return what ground and motors give: the results of `inverse_dynamics`, and the loads.
 
     Args:
         loads: what acts on the chain beside; the other arguments and errors are the same.
     """
-    R0, torque = inverse_dynamics(chain, q, dq, ddq, gravity=gravity)
+    R0, torque = inverse_dynamics(chain, q, dq, ddq, gravity=gravity, end_wrench=end_wrench)
     angle, rate = joint_values(chain, "q", q), joint_values(chain, "dq", dq)
     torque = torque + np.sign(rate) * _powers(loads.damping, np.abs(rate))
     torque = torque + _powers(loads.stiffness, angle - loads.rest)
@@ -391,6 +392,18 @@ def impulse_on_foot(chain: Chain, I13: Array) -> Array:
     force = I13[..., :3]
     moment = I13[..., 3:] - times(hat(np.broadcast_to(chain.tool_position, force.shape)), force)
     return -np.concatenate([force @ R, moment @ R], axis=-1)
+
+
+def wrench_on_ground(chain: Chain, wrench: Array) -> Array:
+    """Return R13 (..., 6) from a wrench of the ground on the swing foot in its sole frame.
+
+    The inverse of `impulse_on_foot`.
+    """
+    R = chain.tool_rotation
+    force = -wrench[..., :3] @ R.T
+    moment = -wrench[..., 3:] @ R.T
+    moment = moment + times(hat(np.broadcast_to(chain.tool_position, force.shape)), force)
+    return np.concatenate([force, moment], axis=-1)
 
 
 def at_rest(rate: ArrayLike) -> Array:

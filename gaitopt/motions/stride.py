@@ -136,6 +136,7 @@ def record(gait: Gait, samples: Mapping[str, Array]) -> dict[str, object]:
         "splines": _splines(gait, samples),
         "standing_foot_turn": _foot_turn(gait, "foot") if gait.turning else None,
         "landed_foot_turn": _foot_turn(gait, "landing") if gait.lands_on_line else None,
+        "double_support": _double(gait) if gait.closing else None,
         "impact": _impact(gait),
         "parameters": dict(zip(gait.parameter_names, gait.parameters.tolist(), strict=True)),
         "meta": dict(gait.meta),
@@ -214,6 +215,20 @@ def _foot_turn(gait: Gait, part: str) -> dict[str, object]:
         "formula": "clamped cubic spline: angles at the knots, then rates at both ends",
         "knots": getattr(gait, f"{part}_knots").tolist(),
         "coefficients": getattr(gait, f"{part}_coefficients").tolist(),
+    }
+
+
+def _double(gait: Gait) -> dict[str, object]:
+    """Return what the splines do after touch-down, and how the feet share the load."""
+    return {
+        "note": "both feet stand; the leg that has landed is where its sole stays, near its spline",
+        "formula": "clamped cubic spline: angles at the knots, then rates at both ends",
+        "knots": gait.double_knots.tolist(),
+        "coefficients": {
+            name: gait.double_coefficients[:, i].tolist() for i, name in enumerate(gait.joint_names)
+        },
+        "front_wrench": gait.front_wrench.tolist(),
+        "front_wrench_formula": "cubic of the share of the double support, Bernstein's form",
     }
 
 

@@ -86,13 +86,15 @@ def second_engine(gait: Gait, instants: int = INSTANTS) -> SecondEngine:
         data.qvel[:] = robot.velocity(q, v)
         data.qacc[:] = robot.acceleration(q, v, samples.acceleration[row])
         mujoco.mj_inverse(robot.model, data)
-        foot = int(np.flatnonzero(samples.contact[row])[0])
-        J = sole_jacobian(robot, data, foot)
-        ground = np.linalg.solve(J[:, :6].T, data.qfrc_inverse[:6])
-        torque[row] = (data.qfrc_inverse - J.T @ ground) @ robot.free[:, 6:]
+        foot = int(samples.standing[row])
+        J, needed = sole_jacobian(robot, data, foot), data.qfrc_inverse
+        if samples.contact[row, 1 - foot]:  # how both share the load is the gait's choice
+            needed = needed - _pushed(robot, data, 1 - foot, samples.wrench[row, 1 - foot])
+        ground = np.linalg.solve(J[:, :6].T, needed[:6])
+        torque[row] = (needed - J.T @ ground) @ robot.free[:, 6:]
         wrench[row] = _in_sole(robot, data, foot, ground)
     stated = samples.torque[:, trajectory.body.moving] - friction
-    on_foot = samples.wrench[samples.contact]
+    on_foot = samples.wrench[np.arange(instants), samples.standing]
     rate_after, impulse = _impact(robot, data, 1, gait)
     pace = float(np.linalg.norm(samples.base_twist[:, :3], axis=1).max())
     return SecondEngine(
@@ -136,6 +138,13 @@ def _impact(
     after = before + by_impulse @ impulse
     found = flat @ impulse if gait.lands_on_line else _in_sole(robot, data, foot, impulse)
     return after[6:], np.asarray(found)
+
+
+def _pushed(robot: SimulatedRobot, data: mujoco.MjData, foot: int, wrench: Array) -> Array:
+    """Return the generalised force of a wrench on a foot, given in its sole frame."""
+    R = data.site_xmat[robot.site[foot]].reshape(3, 3)
+    in_world = np.concatenate([R @ wrench[:3], R @ wrench[3:]])
+    return np.asarray(sole_jacobian(robot, data, foot).T @ in_world)
 
 
 def _in_sole(robot: SimulatedRobot, data: mujoco.MjData, foot: int, wrench: Array) -> Array:

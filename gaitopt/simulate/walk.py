@@ -174,6 +174,11 @@ def simulate(
             "the stance foot of this gait turns before the impact (toe-off); only gaits with flat "
             "feet can be simulated yet: optimise it without --toe-off"
         )
+    if gait.closing:
+        raise InputError(
+            "both feet of this gait stand at the end of its step; only gaits that end with an "
+            "impact can be simulated yet: optimise it without --double-support"
+        )
     if gait.lands_on_line:
         raise InputError(
             "the foot of this gait lands on its heel; only gaits with flat feet can be simulated "

@@ -11,14 +11,14 @@ from dataclasses import dataclass
 
 import numpy as np
 import pinocchio as pin
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from gaitopt.bounds import FRAMES, STEPS, at_most, shown
 from gaitopt.contact.heel_line import HeelLine
 from gaitopt.contact.toe_line import ToeLine
 from gaitopt.errors import InputError
 from gaitopt.gait.recorded import Ground, ground_of
-from gaitopt.gait.result import Gait
+from gaitopt.gait.result import BOTH_FEET, Gait
 from gaitopt.gait.trajectory import TrajectorySamples
 from gaitopt.mechanics.spatial import upright
 from gaitopt.model.multibody import Multibody
@@ -159,8 +159,11 @@ def build_scene(
     robot = world["robot"]
     draw_robot(robot, moves, body, shapes, samples.configuration, times, drawn is None)
     for index, phase in enumerate(gait.phases):
-        node = world[f"standing_sole/{index}"]
-        _draw_standing_sole(node, moves, body, (samples, times), (index, phase.contact))
+        node, walk = world[f"standing_sole/{index}"], (samples, times)
+        _draw_standing_sole(node, moves, body, walk, (index, phase.contact), samples.standing)
+        if phase.contact == BOTH_FEET:
+            node, other = world[f"front_sole/{index}"], 1 - samples.standing
+            _draw_standing_sole(node, moves, body, walk, (index, phase.contact), other)
     _draw_force(world["ground_force"], moves, samples, times, force_scale)
     _follow(world, moves, samples, times, TARGET_HEIGHT * hips)
     moves.show(viewer)
@@ -207,7 +210,7 @@ def hip_height(body: Multibody, samples: TrajectorySamples) -> float:
 def _standing(samples: TrajectorySamples) -> Array:
     """Return the placement of the standing sole in each frame, shape (N, 4, 4)."""
     each = np.arange(len(samples.time))
-    return np.asarray(samples.sole[each, samples.contact.argmax(axis=1)])
+    return np.asarray(samples.sole[each, samples.standing])
 
 
 def _force_scale(gait: Gait, hips: float) -> float:
@@ -308,7 +311,7 @@ def _draw_footprints(node: meshcat.Visualizer, gait: Gait, samples: TrajectorySa
     firsts = np.flatnonzero(np.diff(samples.step, prepend=-1))
     for number in range(len(firsts)):
         place = trajectory.advance(number).homogeneous
-        foot = int(samples.contact[firsts[number]].argmax())
+        foot = int(samples.standing[firsts[number]])
         size = [*np.ptp(body.sole_corners[foot], axis=0)[:2], _PRINT]
         print_ = node[str(number)]
         material = _painted(print_, geometry.MeshBasicMaterial, _FOOTPRINT, layer=-1)
@@ -322,6 +325,7 @@ def _draw_standing_sole(
     body: Multibody,
     walk: tuple[TrajectorySamples, Array],
     phase: tuple[int, str],
+    feet: NDArray[np.int64],
 ) -> None:
     """Mark what of the standing foot rests in one phase of the steps, in the contact's colour.
 
@@ -331,6 +335,7 @@ def _draw_standing_sole(
         body: the robot.
         walk: its samples, and the times of the frames.
         phase: its number, and the contact.
+        feet: whose sole is marked, shape (N,).
     """
     (samples, times), (index, contact) = walk, phase
     corners = body.sole_corners[0]
@@ -343,8 +348,8 @@ def _draw_standing_sole(
     centres = np.array([_centre(body, foot, 0.0) for foot in (0, 1)])
     if line:
         centres[:, 0] = ends[contact]
-    places = _standing(samples)
-    own = centres[samples.contact.argmax(axis=1)][..., None]
+    places = samples.sole[np.arange(len(times)), feet]
+    own = centres[feet][..., None]
     at = (places[:, :3, :3] @ own)[..., 0] + places[:, :3, 3]
     moves.place(node, times, at - [0.0, 0.0, 0.49 * _PRINT])
     moves.turn(node, times, np.array([_level(place[:3, :3]) for place in places]))
@@ -382,11 +387,13 @@ def _draw_force(
 
 
 def pressure(samples: TrajectorySamples) -> Array:
-    """Return the centre of pressure of the standing foot in the world [m], shape (N, 3)."""
-    places = _standing(samples)
-    each = np.arange(len(samples.time))
-    local = samples.pressure[each, samples.contact.argmax(axis=1)][..., None]
-    return np.asarray((places[:, :3, :2] @ local)[..., 0] + places[:, :3, 3])
+    """Return the centre of pressure in the world [m], shape (N, 3): of all feet that stand."""
+    local = np.where(samples.contact[..., None], samples.pressure, 0.0)[..., None]
+    at = (samples.sole[..., :3, :2] @ local)[..., 0] + samples.sole[..., :3, 3]
+    load = np.where(samples.contact, samples.wrench[..., 2], 0.0)
+    both = np.asarray(samples.contact.all(axis=1))[:, None]
+    share = np.where(both, load / load.sum(axis=1, keepdims=True), samples.contact)
+    return np.asarray((share[..., None] * at).sum(axis=1))
 
 
 def _seen_through(colour: int) -> geometry.Material:

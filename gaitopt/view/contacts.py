@@ -5,9 +5,11 @@ from __future__ import annotations
 from gaitopt.contact.flat_foot import FlatFoot
 from gaitopt.contact.heel_line import HeelLine
 from gaitopt.contact.toe_line import ToeLine
-from gaitopt.gait.result import ContactPhase, Gait
+from gaitopt.gait.result import BOTH_FEET, ContactPhase, Gait
 
-COLOURS = {FlatFoot.name: "#009E73", ToeLine.name: "#CC79A7", HeelLine.name: "#56B4E9"}
+COLOURS = {FlatFoot.name: "#009E73", ToeLine.name: "#CC79A7", HeelLine.name: "#56B4E9"} | {
+    BOTH_FEET: "#F0E442"
+}
 """By the name of the contact; of Okabe & Ito, as those of figures."""
 OTHER = "#8A8A8A"
 """Of a contact that is none of these."""
@@ -20,6 +22,8 @@ def contact_colour(contact: str) -> str:
 
 def contact_words(contact: str) -> str:
     """Return how a foot stands in words: "flat", "on the toe line"."""
+    if contact == BOTH_FEET:
+        return "flat, beside the other"
     return contact if contact == FlatFoot.name else f"on the {contact}"
 
 

@@ -130,7 +130,7 @@ def _sticks(
     """Return stick figures of a walk at times [s], and how it stands in each."""
     samples = gait.trajectory.at(times, before=before)
     sticks = stick_figures(gait.trajectory.body, samples.configuration, trunk_top(gait))
-    feet, several = samples.contact.argmax(axis=1), len(gait.phases) > 1
+    feet, several = samples.standing, len(gait.phases) > 1
     standing = [
         (int(foot), contact_colour(gait.phases[phase].contact) if several else "")
         for foot, phase in zip(feet, samples.phase, strict=True)
@@ -354,6 +354,10 @@ def _draw_force(axes: Axes, gait: Gait) -> None:
     axes.plot(gait.time, fz, color=STANCE, label="normal $f_z$")
     axes.plot(gait.time, fx, color=SWING, linewidth=1.2, label="forward $f_x$")
     axes.plot(gait.time, fy, color=SECOND, linewidth=1.2, label="sideways $f_y$")
+    if gait.closing:
+        late = gait.time > gait.knots[-1]
+        both = gait.front_wrench_at(gait.time[late])[:, 2]
+        axes.plot(gait.time[late], both, color=STANCE, linestyle="--", label="front foot $f_z$")
     mean = float(np.diff(gait.time) @ (fz[:-1] + fz[1:])) / (2.0 * gait.duration)  # trapezoids
     axes.axhline(mean, color=MEAN, linewidth=1.2, linestyle="-.", label=f"mean $f_z$ {mean:.1f} N")
     mass = gait.number("mass")

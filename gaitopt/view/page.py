@@ -15,7 +15,7 @@ from gaitopt.atomic import write_atomically
 from gaitopt.design.summary import payload_words, proof_rows, summarise
 from gaitopt.escape import filled_template, html_text
 from gaitopt.gait.recorded import ground_of
-from gaitopt.gait.result import Gait
+from gaitopt.gait.result import BOTH_FEET, Gait
 from gaitopt.importers.report import findings_of
 from gaitopt.view.animation import DEFAULT_STEPS, Scene, build_scene
 from gaitopt.view.contacts import contact_colour, contact_words, contacts
@@ -201,6 +201,7 @@ def _phases(gait: Gait) -> list[dict[str, object]]:
             "words": html_text(contact_words(phase.contact)),
             "colour": contact_colour(phase.contact),
             "end": phase.end / gait.duration,
+            "both": phase.contact == BOTH_FEET,
         }
         for phase in gait.phases
     ]

@@ -1,0 +1,299 @@
+"""Motion with both feet flat on the ground: the swing leg follows the stance leg, exactly.
+
+Two legs of six joints between two feet that rest are one closed chain: the stance leg moves as it
+is told, u(t), and the swing leg is where its sole stays on its footprint. With S_j the joint axes
+in the world, S_i x S_j their Lie brackets, and X(g) the footprint as the geometric quantities g
+place it, for the m joints in their order from foot to foot
+
+    X(q) = X(g),     sum_j S_j dq_j = 0,     sum_j S_j ddq_j + sum_{i<j} (S_i x S_j) dq_i dq_j = 0
+
+give q, dq and ddq of the swing leg. Turning joint k moves the axes beyond it, d S_j / d q_k =
+S_k x S_j for k < j, so that all derivatives are nested brackets in the order of the joints
+(docs/derivations.md). No closure is left to constraints, at the instants or between them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+
+import numpy as np
+import pinocchio as pin
+from numpy.typing import NDArray
+
+from gaitopt.errors import InputError, UnreachableError
+from gaitopt.mechanics.inverse_kinematics import LegKinematics
+from gaitopt.mechanics.spatial import apply, motion_cross_matrix
+from gaitopt.model.joint_tree import TWIST
+from gaitopt.model.robot import Robot
+from gaitopt.nlp import Array
+
+FREE = slice(TWIST)
+"""Joints of the stance leg."""
+TIED = slice(TWIST, 2 * TWIST)
+"""Joints of the swing leg."""
+JOINTS = 2 * TWIST
+_LAST_STEP = 1e-12  # rad: Newton is quadratic, so the error left is rounding
+_MOST = 30  # iterations
+_LONGEST = 0.5  # rad, of an iteration
+
+
+def refuse_open(robot: Robot) -> None:
+    """Refuse a robot whose swing leg does not follow from its stance leg.
+
+    Raises:
+        InputError: it has other joints than two legs of six, each with a motor of its own.
+    """
+    tree = robot.tree
+    if not robot.coupling.none:
+        raise InputError(
+            "with both feet on the ground the swing leg must follow from the stance leg; joints of "
+            "this robot follow others: leave out --double-support"
+        )
+    if not tree.determined:
+        raise InputError(
+            "with both feet on the ground the swing leg must follow from the stance leg, as with "
+            f"two legs of six joints and nothing else; this robot has {tree.size} joints, "
+            f"{tree.stance} in each leg: hold the others (leave out --move), or leave out "
+            "--double-support"
+        )
+
+
+class ClosedChain:
+    """Evaluates the motion of the closed chain of one robot."""
+
+    def __init__(self, robot: Robot) -> None:
+        refuse_open(robot)
+        self._robot = robot
+        self._kinematics = LegKinematics(robot)
+        self._model, self._data = robot.model, robot.model.createData()
+        self._q = pin.neutral(robot.model)
+
+    def motion(self, free: Array, sole: pin.SE3) -> tuple[Array, Array]:
+        """Return the motion of all joints (3, N, 12) and their axes in the world (N, 12, 6).
+
+        Args:
+            free: angles, rates and accelerations of the stance leg, shape (3, N, 6).
+            sole: placement of the swing sole in the stance sole frame.
+
+        Raises:
+            UnreachableError: the swing leg does not reach its footprint.
+        """
+        found = np.zeros((3, free.shape[1], JOINTS))
+        found[:, :, FREE] = free
+        axes, near = np.empty((free.shape[1], JOINTS, TWIST)), None
+        for k in range(free.shape[1]):
+            near, axes[k] = self._posture(free[0, k], sole, near)
+            found[0, k] = near
+        A = axes[:, TIED].swapaxes(1, 2)
+        moved = (axes[:, FREE] * free[1][..., None]).sum(axis=1)
+        found[1, :, TIED] = -_solved(A, moved)
+        moved = (axes[:, FREE] * free[2][..., None]).sum(axis=1) + _bias(axes, found[1])
+        found[2, :, TIED] = -_solved(A, moved)
+        return found, axes
+
+    def _posture(self, free: Array, sole: pin.SE3, near: Array | None) -> tuple[Array, Array]:
+        """Angles (12,) and axes (12, 6), by Newton's method from a posture that is near."""
+        model, data, robot = self._model, self._data, self._robot
+        if near is None:
+            start = np.concatenate([free, np.zeros(TWIST)])
+            near = self._kinematics.solve(self._kinematics.placements(start)[0], sole)
+        q = np.concatenate([free, near[TIED]])
+        for _ in range(_MOST):
+            self._q[7:] = q
+            J = pin.computeJointJacobians(model, data, self._q)[:, 6:]
+            at = pin.updateFramePlacement(model, data, robot.swing_frame)
+            gap = pin.log6(sole * at.inverse()).vector
+            step = np.linalg.solve(J[:, TIED], gap)
+            largest = float(np.abs(step).max())
+            if not np.isfinite(largest):
+                break
+            if largest < _LAST_STEP:
+                return q, J.T.copy()
+            q[TIED] += step * min(1.0, _LONGEST / largest)
+        raise UnreachableError(
+            "the rear leg or the front leg does not reach its footprint while both feet stand; "
+            "make the double support or the step shorter"
+        )
+
+
+def _solved(matrices: Array, vectors: Array) -> Array:
+    """Solve a stack of systems (..., 6, 6) for vectors (..., 6)."""
+    try:
+        return np.asarray(np.linalg.solve(matrices, vectors[..., None])[..., 0])
+    except np.linalg.LinAlgError as error:
+        raise UnreachableError(
+            "a leg is singular (straight knee) while both feet stand; make the step shorter"
+        ) from error
+
+
+def _before(axes: Array, rates: Array) -> Array:
+    """Sums of S_i rate_i over i < k, shape (N, m, 6)."""
+    moved = axes * rates[..., None]
+    return np.asarray(np.cumsum(moved, axis=1) - moved)
+
+
+def _beyond(axes: Array, rates: Array) -> Array:
+    """Sums of S_m rate_m over m > k, shape (N, m, 6)."""
+    moved = axes * rates[..., None]
+    return np.asarray(moved.sum(axis=1, keepdims=True) - np.cumsum(moved, axis=1))
+
+
+def _bias(axes: Array, rates: Array) -> Array:
+    """Sum over i < j of (S_i x S_j) dq_i dq_j, shape (N, 6)."""
+    brackets = apply(motion_cross_matrix(_before(axes, rates)), axes)
+    return np.asarray((brackets * rates[..., None]).sum(axis=1))
+
+
+@dataclass(frozen=True)
+class ClosedMotion:
+    """The motion of a closed chain at N instants, for its derivatives.
+
+    They are with respect to (u, du, ddu) of the stance leg and the G quantities that place the
+    swing sole, shape (..., 18 + G).
+
+    Attributes:
+        motion: angles, rates and accelerations, shape (3, N, 12).
+        axes: of the joints in the world, shape (N, 12, 6).
+        targets: axes of the displacements that place the swing sole, in the world, (k, 6).
+        drive: from the quantities to the displacements, shape (k, G).
+    """
+
+    motion: Array
+    axes: Array
+    targets: Array
+    drive: Array
+
+    @cached_property
+    def _slopes(self) -> tuple[Array, Array, Array]:
+        """Derivatives of velocity and acceleration in (q, dq): V_q, A_q, A_dq, (N, 6, 12) each.
+
+        Those in the rates of the velocity and in the accelerations are the axes.
+        """
+        axes, (_, dq, ddq) = self.axes, self.motion
+        own, before = motion_cross_matrix(axes), motion_cross_matrix(_before(axes, dq))
+        by_q = apply(own, _beyond(axes, dq))
+        turned = by_q * dq[..., None]
+        inward = turned.sum(axis=1, keepdims=True) - np.cumsum(turned, axis=1) + turned
+        of_q = apply(own, _beyond(axes, ddq) + inward) + apply(before, by_q)
+        of_dq = by_q + apply(before, axes)
+        return by_q.swapaxes(1, 2), of_q.swapaxes(1, 2), of_dq.swapaxes(1, 2)
+
+    @cached_property
+    def jacobian(self) -> Array:
+        """Derivatives of (q, dq, ddq), shape (N, 36, 18 + G)."""
+        count, n, free = len(self.axes), JOINTS, TWIST
+        S = self.axes.swapaxes(1, 2)
+        A = S[:, :, TIED]
+        V_q, A_q, A_dq = self._slopes
+        found = np.zeros((count, 3 * n, 3 * free + self.drive.shape[1]))
+        for order in range(3):
+            rows = slice(n * order, n * order + free)
+            found[:, rows, free * order : free * (order + 1)] = np.eye(free)
+        q, dq, ddq = (found[:, n * order : n * (order + 1)] for order in range(3))
+        target = np.zeros((TWIST, found.shape[2]))
+        target[:, 3 * free :] = self.targets.T @ self.drive
+        q[:, TIED] = np.linalg.solve(A, target - S[:, :, FREE] @ q[:, FREE])
+        dq[:, TIED] = np.linalg.solve(A, -S[:, :, FREE] @ dq[:, FREE] - V_q @ q)
+        ddq[:, TIED] = np.linalg.solve(A, -S[:, :, FREE] @ ddq[:, FREE] - A_q @ q - A_dq @ dq)
+        return found
+
+    def hessian(self, weights: Array) -> Array:
+        """Return the Hessian of sum(weights * (q, dq, ddq)), (N, 18 + G, 18 + G).
+
+        With the forces l_0, l_1, l_2 that the weights of the tied joints are worth in the three
+        equations, it is that of -l . (their left sides) along the motion.
+
+        Args:
+            weights: shape (N, 36); those of the stance leg change nothing.
+        """
+        n, (_, dq, ddq) = JOINTS, self.motion
+        V_q, A_q, A_dq = self._slopes
+        w = weights.reshape(-1, 3, n)[:, :, TIED]
+        back = self.axes[:, TIED]  # A'
+        l2 = _solved(back, -w[:, 2])
+        l1 = _solved(back, -w[:, 1] - _vjp(l2, A_dq))
+        l0 = _solved(back, -w[:, 0] - _vjp(l1, V_q) - _vjp(l2, A_q))
+        local = np.zeros((len(w), 3 * n, 3 * n))
+        own = [local[:, n * i : n * i + n, n * j : n * j + n] for i in range(3) for j in range(3)]
+        qq, qv, qa, vq, vv, _, aq, _, _ = own
+        pair, triple, four = nested(self.axes, l2, 4)
+        single, twice, _ = nested(self.axes, l1, 3)
+        qq += 0.5 * _both(nested(self.axes, l0, 2)[0])  # what S' l_0 . ddq is along a line
+        qq += apply_last(twice, dq) + apply_last(triple, ddq)
+        qq += np.einsum("nklim,ni,nm->nkl", four, dq, dq)
+        qv += single + apply_last(triple, dq) + np.einsum("nkij,ni->nkj", triple, dq)
+        vq += qv.swapaxes(1, 2)
+        vv += _both(pair)
+        qa += pair
+        aq += pair.swapaxes(1, 2)
+        along = self.jacobian
+        H = along.swapaxes(1, 2) @ local @ along
+        count = len(w)
+        targets = np.broadcast_to(self.targets, (count, *self.targets.shape))
+        placed = 0.5 * _both(nested(targets, l0, 2)[0])
+        quantities = slice(3 * TWIST, None)
+        H[:, quantities, quantities] -= self.drive.T @ placed @ self.drive
+        return np.asarray(H)
+
+
+def apply_last(tensors: Array, vectors: Array) -> Array:
+    """Return tensors (N, ..., m) summed with vectors (N, m) over the last axis."""
+    return np.asarray(np.einsum("n...m,nm->n...", tensors, vectors))
+
+
+def _vjp(force: Array, slopes: Array) -> Array:
+    """Force . slopes of the tied joints, shape (N, 6)."""
+    return np.asarray((force[:, None] @ slopes[:, :, TIED])[:, 0])
+
+
+def _both(upper: Array) -> Array:
+    """The symmetric matrix of a form given by its part above the diagonal (N, m, m)."""
+    return np.asarray(upper + upper.swapaxes(1, 2))
+
+
+def nested(axes: Array, force: Array, depth: int) -> tuple[Array, Array, Array]:
+    """Return a force on nested brackets of axes: of two, three and four, in the joints' order.
+
+    The entry of (k, m) is force . (S_k x S_m) for k < m, that of (k, i, m) is
+    force . (S_a x (S_b x S_m)) with a <= b the sorted k and i, for b < m; (k, l, i, m) likewise;
+    all others are 0. They are the derivatives of force . S_m in q_k, (q_k, q_i), (q_k, q_l, q_i).
+
+    Args:
+        axes: in the world, shape (N, m, 6).
+        force: shape (N, 6).
+        depth: 2, 3 or 4: of more axes, nothing is returned.
+    """
+    m = axes.shape[1]
+    none = np.zeros(0)
+    across = motion_cross_matrix(axes)
+    first = np.einsum("ne,naef->naf", force, across)
+    pairs = first @ axes.swapaxes(1, 2)
+    two, three, four = _orders(m)
+    pair = pairs * two
+    if depth == 2:
+        return pair, none, none
+    second = np.einsum("nae,nbef->nabf", first, across)
+    triples = second @ axes.swapaxes(1, 2)[:, None]
+    (a, b), mask = three
+    triple = triples[:, a, b] * mask
+    if depth == 3:
+        return pair, triple, none
+    third = np.einsum("nabe,ncef->nabcf", second, across)
+    fours = third @ axes.swapaxes(1, 2)[:, None, None]
+    (a, b, c), mask = four
+    return pair, triple, fours[:, a, b, c] * mask
+
+
+_Sorted = tuple[tuple[NDArray[np.int_], ...], NDArray[np.bool_]]
+
+
+@lru_cache(maxsize=8)
+def _orders(m: int) -> tuple[NDArray[np.bool_], _Sorted, _Sorted]:
+    """Return where brackets of m axes are not 0, and the sorted numbers of their outer axes."""
+    last = np.arange(m)
+    found = []
+    for outer in (2, 3):
+        grids = np.sort(np.stack(np.meshgrid(*[last] * outer, indexing="ij")), axis=0)
+        found.append((tuple(grids), grids[-1][..., None] < last))
+    return last[:, None] < last, found[0], found[1]
