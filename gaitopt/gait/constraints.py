@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gaitopt.actuators.motors import JointMotor, joint_motors, joint_motors_of
 from gaitopt.contact.mode import ContactMode
@@ -61,6 +62,17 @@ def _corner_entries(axis: int, factor: float = 1.0) -> Entries:
     """Return one coordinate of the four corners of the swing sole: 0 forward, 1 left, 2 up."""
     count = len(quantities.CORNERS.entries)
     return Entries(slice(axis, count, 3), count, factor)
+
+
+_BELOW = -1.0  # m: no limit of a foot that has landed, whose rows are there all the same
+
+
+def _while_aloft(context: ConstraintContext) -> tuple[NDArray[np.int_], Array, NDArray[np.bool_]]:
+    """Return the instants inside the step, the share of the swing that is over, where it lasts."""
+    instants = context.grid.instants
+    inside = np.flatnonzero((instants > 0.0) & (instants < 1.0))
+    s = instants[inside] / context.touch_down
+    return inside, np.minimum(s, 1.0), s < 1.0
 
 
 def _above_ground(context: ConstraintContext) -> tuple[QuantityFunction, tuple[str, ...]]:
@@ -378,10 +390,13 @@ class _OfFront(Constraint):
         lower: float,
         scale: float,
     ) -> ConstraintBlock:
-        """Return rows at the instants at which both feet stand."""
-        instants = np.flatnonzero(~context.swinging)
+        """Return rows that hold while both feet stand; before, where all are 0, they ask nothing.
+
+        They are there all the same, so that extremes are located between the instants.
+        """
+        limits = np.where(context.swinging, -scale, lower)
         named = tuple(f"front foot, {label}" for label in labels)
-        return self.over_step(context, function, named, lower=lower, scale=scale, instants=instants)
+        return self.over_step(context, function, named, lower=limits[:, None], scale=scale)
 
 
 class FrontLoad(_OfFront):
@@ -488,15 +503,13 @@ class Clearance(Constraint):
     reads, margins = (quantities.CORNERS,), ("clearance",)
 
     def block(self, context: ConstraintContext) -> ConstraintBlock:
-        margins, instants = context.margins, context.grid.instants
-        inside = np.flatnonzero((instants > 0.0) & (instants < context.touch_down))
-        s = instants[inside] / context.touch_down
+        margins, (inside, s, aloft) = context.margins, _while_aloft(context)
         profile = margins.clearance * np.sin(np.pi * s) ** 2
         if margins.liftoff_speed < 0.0:
             profile += margins.liftoff_speed * context.duration * s * (1.0 - s) ** _SINKING
         function, points = _above_ground(context)
         labels = tuple(f"swing foot {point} height" for point in points)
-        lower = np.repeat(profile[:, None], len(points), axis=1)
+        lower = np.repeat(np.where(aloft, profile, _BELOW)[:, None], len(points), axis=1)
         lower[:, len(CORNERS) :] -= _BETWEEN_CORNERS
         return self.over_step(
             context, function, labels, lower=lower, scale=LENGTH_SCALE, instants=inside
@@ -730,14 +743,12 @@ class LandingSpeed(Constraint):
     reads, margins = (quantities.CORNERS,), ("landing_speed",)
 
     def block(self, context: ConstraintContext) -> ConstraintBlock:
-        instants = context.grid.instants
-        inside = np.flatnonzero((instants > 0.0) & (instants < context.touch_down))
-        s = instants[inside] / context.touch_down
+        inside, s, aloft = _while_aloft(context)
         speed = context.margins.landing_speed or 0.0
         profile = speed * context.duration * (1.0 - s) * s**_LANDING
         function, points = _above_ground(context)
         labels = tuple(f"swing foot {point} height before landing" for point in points)
-        lower = np.repeat(profile[:, None], len(points), axis=1)
+        lower = np.repeat(np.where(aloft, profile, _BELOW)[:, None], len(points), axis=1)
         lower[:, len(CORNERS) :] -= _BETWEEN_CORNERS
         return self.over_step(
             context, function, labels, lower=lower, scale=LENGTH_SCALE, instants=inside

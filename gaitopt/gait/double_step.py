@@ -43,7 +43,6 @@ from gaitopt.gait.step import (
     completed,
 )
 from gaitopt.gait.step_hessian import StepWeights, local_gradient, local_hessian
-from gaitopt.mechanics.cached_workspace import cached_workspace
 from gaitopt.mechanics.closed_chain import (
     FREE,
     TIED,
@@ -57,7 +56,7 @@ from gaitopt.mechanics.impact import Impact, ImpactDerivatives, ImpactState
 from gaitopt.mechanics.single_support import SingleSupport, SupportState
 from gaitopt.mechanics.spatial import apply, cross_force, force_cross_matrix, motion_cross_matrix
 from gaitopt.model.joint_tree import TWIST
-from gaitopt.model.robot import Robot
+from gaitopt.model.robot import Robot, cached_workspace
 from gaitopt.nlp import Array
 
 _TIED_RATES, _TIED_ANGLES = slice(3 * TWIST, 4 * TWIST), slice(TWIST, 2 * TWIST)
