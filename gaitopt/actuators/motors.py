@@ -309,6 +309,69 @@ def motors_of(text: str, where: str = "motor table") -> MotorTable:
     return MotorTable(tuple(_drive(where, one, motors) for one in entries))
 
 
+def catalogue_of(text: str, where: str = "catalogue") -> tuple[dict[str, Motor], dict[str, Any]]:
+    """Return the motors of a catalogue, and the values of its [gear] table.
+
+    Motors of `known_motors` count where the text lists their names: `known = ["ak80-6"]`.
+
+    Raises:
+        SpecError: it cannot be used; the message says what is wrong and what is allowed.
+    """
+    table = parse_toml(text, where, kind=SpecError)
+    _check_keys(where, table, ("motors", "known", "gear"))
+    own, names = table.get("motors", {}), table.get("known", [])
+    if not isinstance(own, Mapping) or not isinstance(names, list):
+        raise SpecError(f"{where}: 'motors' must hold tables, [motors.NAME], 'known' a list")
+    there = known_motors()
+    if unknown := [name for name in names if name not in there]:
+        raise SpecError(f"{where}: there is no motor '{unknown[0]}'; {_there_are(there)}")
+    motors = {name: there[name] for name in names}
+    motors |= {name: _motor(where, name, one) for name, one in own.items()}
+    if not motors:
+        raise SpecError(f"{where}: there are no motors; give [motors.NAME] tables")
+    gear = table.get("gear", {})
+    if not isinstance(gear, Mapping):
+        raise SpecError(f"{where}: 'gear' must be a table with ratios, efficiency and friction")
+    return motors, _gear(f"{where}: gear", gear)
+
+
+def _gear(where: str, entry: Mapping[str, object]) -> dict[str, Any]:
+    """Return ratios, efficiency and friction of a catalogue's gears, checked."""
+    _check_keys(where, entry, ("ratios", "efficiency", "friction"))
+    found = _numbers(where, {k: v for k, v in entry.items() if k != "ratios"}, _Gear, ())
+    ratios = entry.get("ratios", [])
+    if not isinstance(ratios, list) or len(ratios) > _MOST_RATIOS:
+        raise SpecError(f"{where}: ratios must be a list of at most {_MOST_RATIOS} numbers")
+    for ratio in ratios:
+        _check_number(where, "ratio", ratio, "")
+    gear = _Gear(**found)
+    return {"ratios": tuple(map(float, ratios)), "efficiency": gear.efficiency,
+            "friction": gear.friction}  # fmt: skip
+
+
+_MOST_RATIOS = 1000
+
+
+@dataclass(frozen=True)
+class _Gear:
+    """The gears of a catalogue.
+
+    Raises:
+        SpecError: a number is out of range.
+    """
+
+    efficiency: float = _number("", 1.0)
+    friction: float = _number("N·m", 0.0)
+
+    def __post_init__(self) -> None:
+        _check_number("gear", "efficiency", self.efficiency, "")
+        if self.efficiency > 1.0:
+            raise SpecError(
+                f"gear: the efficiency is {self.efficiency:g}; it must be a share, at most 1"
+            )
+        _check_number("gear", "friction", self.friction, "N·m", zero=True)
+
+
 @cache
 def known_motors() -> dict[str, Motor]:
     """Return the motors that come with gaitopt, by name, each with its source."""

@@ -268,6 +268,32 @@ def sensitivity(options: SensitivityOptions) -> None:
 
 
 @dataclass(frozen=True)
+class SizeOptions:
+    """Of `gaitopt size`."""
+
+    gait: tuple[Path, ...] = entry(
+        ..., "Gait files, .npz, or gait libraries.", argument=True, metavar="GAIT|LIBRARY"
+    )
+    catalogue: Path = entry(..., "Motors and gears to choose from, TOML.")
+    output: Path = entry(
+        ..., "Directory for motors.toml and the gaits designed again.", metavar="DIR", short="-o"
+    )
+    aim: str = entry("mass", "What is to be least.", choices=("mass", "loss"), metavar="WHAT")
+    reserve: float | None = entry(
+        None, "Of torque, heat and voltage, over what the gaits ask; by default 1.1.",
+        metavar="FACTOR",
+    )  # fmt: skip
+
+
+@command(app)
+def size(options: SizeOptions) -> None:
+    """Choose motors from a catalogue and gear ratios that serve a set of gaits."""
+    from gaitopt.cli import size as work
+
+    work.run(options.gait, options.catalogue, options.aim, options.reserve, options.output)
+
+
+@dataclass(frozen=True)
 class CodesignOptions:
     """Of `gaitopt codesign`, beside the settings."""
 

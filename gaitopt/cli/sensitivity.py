@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+import math
 from collections.abc import Sequence
 from dataclasses import asdict, fields
 from pathlib import Path
@@ -11,7 +12,7 @@ from pathlib import Path
 from rich.table import Table
 
 from gaitopt.atomic import write_atomically
-from gaitopt.cli.display import NARROW, new_table, screen, warn
+from gaitopt.cli.display import ABSENT, NARROW, new_table, screen, warn
 from gaitopt.cli.report import print_findings_of
 from gaitopt.cli.results import require_files
 from gaitopt.design.audit import problem_of
@@ -96,8 +97,12 @@ def sensitivity_table(shown: Sequence[Sensitivity], report: SensitivityReport) -
     table = new_table(title, "change", ">of", ">cost\n%", ">or speed, at\nequal cost, m/s")
     for one in shown:
         share = 0.0 if abs(one.share) < _NONE else 100.0 * one.share
-        table.add_row(one.name, _step(one), f"{share:+.2f}", f"{one.speed:+.4f}")
+        table.add_row(one.name, _step(one), f"{share:+.2f}", _speed(one))
     return table
+
+
+def _speed(one: Sensitivity) -> str:
+    return ABSENT if math.isnan(one.speed) else f"{one.speed:+.4f}"
 
 
 def _step(one: Sensitivity) -> str:

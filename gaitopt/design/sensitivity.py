@@ -305,14 +305,15 @@ def sensitivities(
         EvaluationError: the walk is not defined at x.
     """
     at = Envelope(problem, x, multipliers[0])
-    cost, by_speed = at.cost, at.task_rate("speed")
+    cost = at.cost
+    by_speed = at.task_rate("speed") if problem.task.speed else 0.0  # in place the cost is another
 
     def told(name: str, kind: str, unit: str, step: float, per_unit: float) -> Sensitivity:
         effect = per_unit * step
         speed = -effect / by_speed if by_speed else np.nan
         return Sensitivity(name, kind, unit, step, per_unit, effect / cost, speed)
 
-    found = [told("speed", TASK, "m/s", _STEPS["speed"], by_speed)]
+    found = [told("speed", TASK, "m/s", _STEPS["speed"], by_speed)] if by_speed else []
     found += [told(*one) for one in _of_task(at)]
     found += [told(*one) for one in _of_motors(at)]
     for change in robot_changes(at):

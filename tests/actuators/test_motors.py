@@ -6,7 +6,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gaitopt.actuators.motors import joint_motors, known_motors, motors_of, read_motors
+from gaitopt.actuators.motors import (
+    catalogue_of,
+    joint_motors,
+    known_motors,
+    motors_of,
+    read_motors,
+)
 from gaitopt.errors import InputError, RobotError, SpecError
 
 ROOT = Path(__file__).parents[2]
@@ -116,7 +122,12 @@ def test_the_example_is_a_table_that_says_it_is_one():
 
 def test_what_the_page_shows_runs(tmp_path, monkeypatch):
     text = (ROOT / "docs" / "motors.md").read_text("utf-8")
-    ((kind, table), (language, code)) = re.findall(r"```(toml|python)\n(.*?)```", text, re.S)
+    blocks = re.findall(r"```(toml|python)\n(.*?)```", text, re.S)
+    ((kind, table), (language, code), (_, gear)) = blocks
+    motors, gears = catalogue_of(f"{table.partition('[[drives]]')[0]}\n{gear}")
+    assert list(motors) == ["example"]
+    assert gears == {"ratios": (4, 5, 6, 8, 10, 12, 15, 20, 25, 30), "efficiency": 0.9,
+                     "friction": 0.3}  # fmt: skip
     assert (kind, language) == ("toml", "python")
     assert (ROOT / "examples" / "motors.toml").read_text("utf-8").endswith(table)
     monkeypatch.chdir(tmp_path)

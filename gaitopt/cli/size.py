@@ -1,0 +1,122 @@
+"""`gaitopt size`: motors from a catalogue and gear ratios that serve a set of gaits."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import fields
+from pathlib import Path
+from typing import Any
+
+import tomli_w
+
+from gaitopt.actuators.motors import Motor, motors_of
+from gaitopt.atomic import write_atomically
+from gaitopt.cli.display import NARROW, new_table, screen
+from gaitopt.cli.process import stop_on_interrupt
+from gaitopt.cli.requirements import gaits_of
+from gaitopt.cli.results import require_writable
+from gaitopt.design.options import DesignOptions
+from gaitopt.design.process import small_matrices
+from gaitopt.design.sizing import RESERVE, Choice, read_catalogue, size
+from gaitopt.errors import InputError
+from gaitopt.gait.gait_file import save_gait
+from gaitopt.gait.result import Gait
+
+MOTORS = "motors.toml"
+_MOST_RESERVE = 10.0
+
+
+def run(
+    paths: Sequence[Path], catalogue: Path, aim: str, reserve: float | None, directory: Path
+) -> None:
+    """Choose motors, design the gaits again with them, and write both.
+
+    Args:
+        paths: gait files and libraries.
+        catalogue: file of motors and gears.
+        aim: what is to be least, "mass" or "loss".
+        reserve: over what the gaits ask; None for the usual one.
+        directory: of the results.
+
+    Raises:
+        InputError: bad input, no motor serves, or a file cannot be written.
+        GaitFileError: a gait cannot be read.
+        SpecError: the catalogue cannot be used.
+    """
+    reserve = RESERVE if reserve is None else reserve
+    if not 1.0 <= reserve <= _MOST_RESERVE:
+        raise InputError(f"--reserve is {reserve:g}; give 1 (none) to {_MOST_RESERVE:g}")
+    require_writable(directory)
+    known = read_catalogue(catalogue)
+    gaits: dict[str, Gait] = {}
+    for path in paths:
+        for label, gait in gaits_of(path).items():
+            if label in gaits:
+                raise InputError(f"the gait '{label}' is given twice; give it once")
+            gaits[label] = gait
+    out = screen()
+
+    def told(choices: tuple[Choice, ...]) -> None:
+        names = ", ".join(
+            f"{one.motor} {one.drive.motor.name} {one.drive.ratio:.3g}" for one in choices
+        )
+        out.print(f"chosen: {names}", soft_wrap=True)
+
+    with stop_on_interrupt() as stop, small_matrices():
+        found = size(
+            gaits, known, DesignOptions(), aim=aim, reserve=reserve, on_round=told, stop=stop
+        )
+    table = new_table(
+        "Motors and gears that serve all gaits", "joints", "motor", ">ratio", ">peak\n%",
+        ">RMS\n%", ">voltage\n%", ">loss\nW",
+    )  # fmt: skip
+    for one in found.choices:
+        shares = (one.peak_share, one.rms_share, one.voltage_share)
+        table.add_row(
+            one.motor, one.drive.motor.name, f"{one.drive.ratio:.4g}",
+            *(f"{100.0 * share:.0f}" for share in shares), f"{one.loss:.1f}",
+        )  # fmt: skip
+    out.print(table, width=min(out.width, NARROW))
+    loss = sum(len(one.joints) * one.loss for one in found.choices)
+    out.print(f"motors of both sides: {found.mass:.3g} kg, {loss:.3g} W copper loss in the mean")
+    if not found.settled:
+        out.print(
+            f"after {found.rounds} rounds the gaits would still choose other motors; those in the "
+            "table serve the gaits written",
+            soft_wrap=True,
+        )
+    try:
+        directory.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"cannot make the directory '{directory}': {error.strerror}") from error
+    text = motors_text(found.choices)
+    motors_of(text)
+    write_atomically(directory / MOTORS, text.encode())
+    for number, (label, gait) in enumerate(found.gaits.items(), 1):
+        verdict = "certified" if gait.fact("certificate", "certified") is True else "not certified"
+        save_gait(gait, directory / f"{number}.npz")
+        out.print(
+            f"{directory / f'{number}.npz'}: {label}, {gait.cost:.6g} {gait.cost_unit}, {verdict}",
+            soft_wrap=True,
+        )
+    out.print(f"wrote {directory / MOTORS}", soft_wrap=True)
+
+
+def motors_text(choices: Sequence[Choice]) -> str:
+    """Return choices as a table of motors, `motors.toml`."""
+    used = {one.drive.motor.name: one.drive.motor for one in choices}
+    motors = {
+        name: {part.name: getattr(motor, part.name) for part in fields(Motor)
+               if part.name != "name"}
+        for name, motor in used.items()
+    }  # fmt: skip
+    drives: list[dict[str, Any]] = [
+        {
+            "joints": joint, "motor": one.drive.motor.name, "ratio": one.drive.ratio,
+            "efficiency": one.drive.efficiency, "friction": one.drive.friction,
+        }
+        for one in choices
+        for joint in one.joints
+    ]  # fmt: skip
+    head = "# Motors and gears that gaitopt size chose; for --motors. SI units.\n\n"
+    return head + tomli_w.dumps({"motors": motors, "drives": drives})

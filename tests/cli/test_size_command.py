@@ -1,0 +1,41 @@
+"""`gaitopt size`: motors.toml and gaits that go together, refusals."""
+
+from pathlib import Path
+
+from gaitopt.actuators.motors import read_motors
+from gaitopt.gait.gait_file import load_gait
+
+CATALOGUE = Path(__file__).parents[2] / "examples" / "catalogue.toml"
+
+
+def test_motors_and_gaits_are_written(cli, gait_file, tmp_path):
+    out = tmp_path / "sized"
+    result = cli("size", gait_file, "--catalogue", CATALOGUE, "-o", out)
+    assert result.exit_code == 0, result.stderr
+    table = read_motors(out / "motors.toml")
+    gait = load_gait(out / "1.npz")
+    assert {drive.joints for drive in table.drives} == set(gait.joint_names)
+    assert gait.fact("certificate", "certified") is True
+    knee = next(line.split() for line in result.stdout.splitlines() if line.startswith("knee"))
+    drive = table.drive("left_knee")
+    assert knee[1:3] == [drive.motor.name, f"{drive.ratio:.4g}"]
+    used = cli("requirements", out / "1.npz", "--motors", out / "motors.toml")
+    assert used.exit_code == 0, used.stderr
+    assert "Before the gear" in used.stdout
+
+
+def test_what_cannot_be_is_refused(cli, gait_file, tmp_path):
+    out = tmp_path / "none"
+    bad = tmp_path / "bad.toml"
+    bad.write_text("[motors.one]\nmass = 1.0\n")
+    for words, told in (
+        (("--catalogue", tmp_path / "no.toml"), "no.toml"),
+        (("--catalogue", bad), "is missing"),
+        (("--catalogue", CATALOGUE, "--reserve", "0.5"), "give 1"),
+        (("--catalogue", CATALOGUE, "--reserve", "9"), "no motor of the catalogue"),
+        (("--catalogue", CATALOGUE, "--aim", "price"), "price"),
+    ):
+        result = cli("size", gait_file, *words, "-o", out)
+        assert result.exit_code == 2, words
+        assert told in " ".join(result.stderr.split()), words
+        assert not out.exists()
