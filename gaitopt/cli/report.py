@@ -203,8 +203,7 @@ def check(path: Path, plugin: Path | None = None) -> None:
     out = screen()
     where = f" {words}" if (words := ground_of(gait).words) else ""
     out.print(
-        f"{path}: {gait.text('robot')} at {gait.speed:.3g} m/s{where}, computed again from its "
-        "parameters",
+        f"{path}: {gait.text('robot')} at {gait.way}{where}, computed again from its parameters",
         soft_wrap=True,
     )
     no_solver = {"name": None}

@@ -106,13 +106,19 @@ def violated_rows(fine: WalkProblem, x: Array) -> tuple[ViolatedRow, ...]:
         EvaluationError: the walk is not defined at x.
     """
     return tuple(
-        ViolatedRow(one.constraint, one.entry, round(one.instant, DIGITS), -one.margin, _held(one))
+        ViolatedRow(
+            one.constraint,
+            one.entry,
+            round(one.instant, DIGITS),
+            -one.margin,
+            _held(one, fine.ends),
+        )
         for one in located(fine, x)
         if one.margin < -REFINED
     )
 
 
-def _held(peak: Extreme) -> float:
+def _held(peak: Extreme, ends: Array) -> float:
     """Return the instant at which a row is to be held after it has exceeded its limit.
 
     That is the peak, except where the row vanishes at the end of the step (a foot that lands).
@@ -120,14 +126,19 @@ def _held(peak: Extreme) -> float:
     held at a distance d from such an end is exceeded by curvature * d² / 8 in between, so it need
     not be held nearer than where that is half of what refinement allows. It gets there by steps:
     nearer to the end its gradient vanishes too, and a solver that is sent there at once crawls.
+
+    Args:
+        peak: where the row exceeds its limit most.
+        ends: instants at which a step begins or ends.
     """
-    end = float(round(peak.instant))
+    end = float(ends[np.abs(ends - peak.instant).argmin()])
     distance = abs(end - peak.instant)
     reaches_end = peak.curvature * distance**2 < -4.0 * peak.margin
     if not (abs(peak.at_end) < REFINED and reaches_end and peak.curvature > 0.0):
         return round(peak.instant, DIGITS)
     nearest = min(distance, float(np.sqrt(4.0 * REFINED / peak.curvature)))
-    return round(abs(end - max(nearest, distance / END_APPROACH)), DIGITS)
+    away = max(nearest, distance / END_APPROACH)
+    return round(end + away if peak.instant > end else end - away, DIGITS)
 
 
 def moved(active: Iterable[ActiveRow], peaks: Iterable[ViolatedRow]) -> tuple[ActiveRow, ...]:

@@ -85,11 +85,20 @@ def audit(gait: Gait, known: Iterable[Extension] = ()) -> Audit:
         name: _difference(getattr(gait, name), getattr(again, name))
         for name in (*array_names(), *FOOT)
     }
+    if gait.second is not None and again.second is not None:
+        differences |= {
+            f"second {name}": _difference(getattr(gait.second, name), getattr(again.second, name))
+            for name in array_names()
+        }
     body = problem.robot.multibody
     if gait.multibody is not None:
         differences |= _robot_differences(gait.multibody, body)
     recorded = [name for name in _FACTS if name != "physics" or gait.fact(name) is not None]
     facts = [] if gait.foot_contact == again.foot_contact else ["foot_contact"]
+    if (gait.second is None) != (again.second is None):
+        facts.append("second step")
+    if again.second is not None and not _same(gait.fact("motion"), again.fact("motion")):
+        facts.append("motion")
     facts += [name for name in recorded if not _same(gait.fact(name), again.fact(name))]
     claimed = gait.fact("certificate", "certified") is True
     if not claimed and certificate.certified:

@@ -6,11 +6,13 @@ from dataclasses import asdict, dataclass, field, replace
 
 import numpy as np
 
+from gaitopt.contact.schedule import AFTER
 from gaitopt.deprecation import Renamed
 from gaitopt.design.extremes import Extreme, located
-from gaitopt.design.referee import RefereeVerdict, ask_referee
-from gaitopt.gait.grid import Grid, proof_grid
+from gaitopt.design.referee import RefereeVerdict, ask_referee, both
+from gaitopt.gait.grid import LANDING, Grid, proof_grid
 from gaitopt.gait.problem import WalkProblem
+from gaitopt.gait.step import Step
 from gaitopt.model.feet.sole import sole_edge_speeds
 from gaitopt.nlp import Array, Residual, kkt_residual
 from gaitopt.solvers.multipliers import least_squares_multipliers
@@ -176,21 +178,37 @@ def certify(problem: WalkProblem, x: Array, fine: WalkProblem | None = None) -> 
     point = problem.point(x)
     multipliers = least_squares_multipliers(problem, point)
     fine = fine or on_fine_grid(problem)
-    step = fine.step(x)
-    locked = problem.model.impact.locked(step.q_end, step.rate_before, step.turn, step.landed)
+    steps, impact = fine.steps(x), problem.model.impact
+    locked = [impact.locked(step.q_end, step.rate_before, step.turn, step.landed) for step in steps]
     resting = problem.robot.sole.corners[problem.schedule.last.contact.resting()]
-    rear_corners = sole_edge_speeds(resting) @ step.sole_twist
+    rear_corners = [sole_edge_speeds(resting) @ step.sole_twist for step in steps]
     extremes = located(fine, x, everywhere=True)
     return Certificate(
         kkt=kkt_residual(problem, point, *multipliers),
         samples=fine.grid.count,
-        cost=fine.cost.value(step),
+        cost=fine.cost.value(fine.whole(x)),
         constraints=_worst_of_all(fine, x, extremes),
         resolution=max((e.error for e in extremes if e.margin < e.error), default=0.0),
-        referee=ask_referee(problem.robot, step, fine.grid, problem.schedule),
-        rear_foot_speed=float(rear_corners.min()),
-        both_feet_stay=problem.schedule.closing or locked.valid,
+        referee=_refereed(fine, x, steps),
+        rear_foot_speed=float(np.min(rear_corners)),
+        both_feet_stay=problem.schedule.closing or any(one.valid for one in locked),
         multipliers=multipliers,
+    )
+
+
+def _refereed(fine: WalkProblem, x: Array, steps: tuple[Step, ...]) -> RefereeVerdict:
+    """Return the referee's word on a step, or on both steps of a stride."""
+    if len(steps) == 1:
+        return ask_referee(fine.robot, steps[0], fine.grid, fine.schedule)
+    first, second = fine.with_grid(Grid(np.array([0.0, LANDING[0] + AFTER]), np.zeros(2), 2)).steps(
+        x
+    )
+    in_turn = ((first, second), (second, first))
+    return both(
+        [
+            ask_referee(fine.robot, step, model.grid, fine.schedule, starts)
+            for step, model, starts in zip(steps, fine.models, in_turn, strict=True)
+        ]
     )
 
 
@@ -232,16 +250,21 @@ def _worst_of_all(
 
 def _worst_extremes(fine: WalkProblem, extremes: tuple[Extreme, ...]) -> dict[str, Extreme]:
     """The worst extreme of each constraint; at an end only where the constraint looks there."""
-    ends = {f.name: f.times is not None and 0.0 in f.times for f in fine.blocks}
+    at_ends = {f.name: f.times is not None and 0.0 in f.times for f in fine.blocks}
     worst: dict[str, Extreme] = {}
     extremes = tuple(one for one in extremes if np.isfinite(one.margin))  # a robot may lack limits
     for one in sorted(extremes, key=lambda one: one.margin):
-        if ends[one.constraint] or _INSIDE <= one.instant <= 1.0 - _INSIDE:
+        if at_ends[one.constraint] or _inside(one.instant, fine.ends) == one.instant:
             worst.setdefault(one.constraint, one)
     for one in extremes:
-        inside = replace(one, instant=min(max(one.instant, _INSIDE), 1.0 - _INSIDE))
-        worst.setdefault(one.constraint, inside)
+        worst.setdefault(one.constraint, replace(one, instant=_inside(one.instant, fine.ends)))
     return worst
+
+
+def _inside(instant: float, ends: Array) -> float:
+    """Return the instant, or where it is at the end of a step a little inside that."""
+    number = int(np.clip(np.searchsorted(ends, instant), 1, len(ends) - 1))
+    return float(np.clip(instant, ends[number - 1] + _INSIDE, ends[number] - _INSIDE))
 
 
 def _worst_extreme(at: WalkProblem, extreme: Extreme, values: Array, x: Array) -> WorstRow:
@@ -275,11 +298,11 @@ def _row(problem: WalkProblem, index: int, values: Array, x: Array) -> WorstRow:
     margin, low = min(value - lower, upper - value), value - lower < upper - value
     time = None
     if at.block.times is not None:
-        time = float(at.block.times[at.instant]) * problem.step(x).duration
+        time = float(at.block.times[at.instant]) * problem.whole(x).duration
     return WorstRow(
         constraint=at.block.name,
         equation=at.block.equation,
-        row=at.block.labels[at.entry],
+        row=at.block.label(at.instant, at.entry),
         time=time,
         value=float(value) * scale,
         limit=float(lower if low else upper) * scale,

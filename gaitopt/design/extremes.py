@@ -19,6 +19,7 @@ import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
+from gaitopt.contact.schedule import AFTER
 from gaitopt.errors import EvaluationError
 from gaitopt.gait.grid import NODES, Grid, chebyshev_points
 from gaitopt.gait.problem import WalkProblem
@@ -140,17 +141,19 @@ def located(fine: WalkProblem, x: Array, *, everywhere: bool = False) -> tuple[E
         return at_instants
     pieces = _resolved(fine, x, _pieces(fine, x, sides))
     return *_polished(
-        pieces, sides, *_brackets(pieces, fine.schedule.changes, everywhere)
+        pieces, sides, fine.ends, *_brackets(pieces, fine.changes, everywhere)
     ), *at_instants
 
 
 def _pieces(fine: WalkProblem, x: Array, sides: _Sides) -> list[_Piece]:
     """The intervals between knots and changes of phase."""
     margins = sides.margins(fine, x)
-    return [
-        _piece(start, end, margins[k * NODES : (k + 1) * NODES], 0)
-        for k, (start, end) in enumerate(pairwise(fine.breaks))
-    ]
+    found = []
+    for k, (start, end) in enumerate(pairwise(fine.breaks)):
+        jumps = k > 0 and np.abs(fine.changes - start).min(initial=np.inf) < AFTER
+        begin = start + AFTER if jumps else start  # what is there before it belongs to the other
+        found.append(_piece(begin, end, margins[k * NODES : (k + 1) * NODES], 0))
+    return found
 
 
 def _resolved(fine: WalkProblem, x: Array, pieces: list[_Piece]) -> list[_Piece]:
@@ -320,11 +323,18 @@ def _rate_at_start(piece: _Piece, column: int) -> float:
 def _polished(
     pieces: list[_Piece],
     sides: _Sides,
+    steps: Array,
     numbers: NDArray[np.int_],
     points: NDArray[np.int_],
     columns: NDArray[np.int_],
 ) -> Iterator[Extreme]:
-    """Find the extremes by Newton's method between the neighbours of dense points."""
+    """Find the extremes by Newton's method between the neighbours of dense points.
+
+    Args:
+        pieces, sides: of the walk.
+        steps: instants at which one begins or ends.
+        numbers, points, columns: of pieces, dense points and limits, as of `_brackets`.
+    """
     if not numbers.size:
         return
     coefficients = np.stack(
@@ -337,7 +347,11 @@ def _polished(
         numbers, columns, places, margins, bends, strict=True
     ):
         piece = pieces[number]
-        ends = [piece.dense[k, column] for k in (0, -1) if piece.instant(at[k]) in (0.0, 1.0)]
+        ends = [
+            piece.dense[k, column]
+            for k in (0, -1)
+            if np.abs(steps - piece.instant(at[k])).min() < 2.0 * AFTER
+        ]
         yield Extreme(
             constraint=sides.names[column],
             entry=int(sides.entry[column]),

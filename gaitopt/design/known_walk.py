@@ -13,6 +13,8 @@ from gaitopt.gait.result import Gait
 from gaitopt.nlp import Array, kkt_residual
 from gaitopt.tolerances import OPTIMALITY
 
+_AT_KNOT, _RATE = "_at_knot_", "_rate_before_impact"  # of names of parameters of joints
+
 
 def gone_on(problem: WalkProblem, gait: Gait) -> tuple[WalkProblem, Array | None]:
     """Return the walk at the instants of a gait that is an optimum of it, and its multipliers (m,).
@@ -72,8 +74,8 @@ def parameters_of(gait: Gait, problem: WalkProblem) -> Array:
     at_start = {f"{j}_at_start": q for j, q in zip(gait.joint_names, gait.q[0], strict=True)}
     known = at_start | dict(zip(gait.parameter_names, gait.parameters, strict=True))
     names = problem.layout.names
-    joints = names[: problem.layout.rates.stop]
-    if set(joints) != {n for n in known if "_at_knot_" in n or n.endswith("_rate_before_impact")}:
+    joints = [n for n in names if _AT_KNOT in n or n.endswith(_RATE)]
+    if set(joints) != {n for n in known if _AT_KNOT in n or n.endswith(_RATE)}:
         raise InputError(
             "the gait given as start moves other joints or has another number of intermediate "
             "postures; take one of the same robot and --postures"

@@ -166,9 +166,10 @@ def impulse_vanishes(problem: WalkProblem, solution: Solution) -> bool:
     """
     if solution.status is Status.OPTIMAL or problem.task.margins.soft_landing:
         return False
-    step = problem.step(solution.x)
-    momentum = problem.robot.mass * step.step_length / step.duration
-    return float(np.linalg.norm(step.impulse[:3])) <= VANISHED * momentum
+    whole = problem.whole(solution.x)
+    momentum = problem.robot.mass * abs(whole.step_length) / whole.duration
+    pushes = np.linalg.norm([step.impulse[:3] for step in problem.steps(solution.x)], axis=1)
+    return float(pushes.max()) <= VANISHED * momentum
 
 
 def _landed_softly(

@@ -6,7 +6,8 @@ neither was built from.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
 
 import numpy as np
 
@@ -75,7 +76,11 @@ class RefereeVerdict:
 
 
 def ask_referee(
-    robot: Robot, step: Step, grid: Grid, schedule: Schedule | None = None
+    robot: Robot,
+    step: Step,
+    grid: Grid,
+    schedule: Schedule | None = None,
+    starts: tuple[Step, Step] | None = None,
 ) -> RefereeVerdict:
     """Compare a step with the referee's own computation.
 
@@ -84,8 +89,11 @@ def ask_referee(
         step: a step evaluated on `grid`.
         grid: fine enough for the momentum balance; all its instants are quadrature nodes.
         schedule: of the step; by default that of the paper.
+        starts: this step and the one after it, there exchanged, each at instants of which its
+            start is the first; by default the step is followed by itself.
     """
-    schedule = schedule or Schedule()
+    schedule, starts = schedule or Schedule(), starts or (step, step)
+    after = starts[1]
     standing = standing_robot(robot, *schedule.contacts)
     chain = chain_of_robot(standing)
     loads = loads_of_robot(standing, chain)
@@ -111,18 +119,19 @@ def ask_referee(
     weight = (chain.mass - carried) * gravity
     force, length = float(np.linalg.norm(weight)), robot.legs.reach
     rate = float(np.sqrt(np.linalg.norm(gravity) / length))
-    start, landed = step.motion[1, 0], E @ rate_after
+    start, landed = after.motion[1, 0], E @ rate_after
     push = impulse
     if step.landed is not None and line is not None:
         push = step.landed.on_ground @ impulse
         free = foot_twist(own, line)
         turn_rate = free @ swing_jacobian(own, q_end) @ velocity / (free @ free)
-        start, landed = np.r_[start, step.foot_motion[1, 0, 0]], np.r_[landed, turn_rate]
+        start, landed = np.r_[start, after.foot_motion[1, 0, 0]], np.r_[landed, turn_rate]
     moved, displaced = _front_foot(own, step)
     ground = _Ground(wrench, push, weight * step.duration)
     turned_by = [] if step.landed is None else [0.0]
     turned_by += [] if step.turn is None else [step.turn.angle]
-    ends = motion[:2, 0], np.r_[turned_by, q_end]
+    begin, following = (standing.coupling.motion(one.whole_motion)[:2, 0] for one in starts)
+    ends = begin, np.r_[turned_by, q_end], following
     balance, vertical = _momentum_balance(chain, step, grid, ground, schedule.symmetry, ends)
     return RefereeVerdict(
         torque=_apart(step.read(quantities.TORQUE), torque[:, step.hinges :], force * length),
@@ -130,7 +139,7 @@ def ask_referee(
         impulse=_apart(step.impact.impulse, impulse, force * step.duration),
         rate_after=_apart(step.impact.rate_after, rate_after, rate),
         sole_twist=max(float(np.abs(step.impact.sole_twist - twist).max()), moved),
-        posture=max(float(np.abs(step.motion[0, 0] - E @ step.q_end).max()), displaced),
+        posture=max(float(np.abs(after.motion[0, 0] - E @ step.q_end).max()), displaced),
         rate=_apart(start, landed, rate),
         momentum=balance,
         vertical=vertical,
@@ -148,6 +157,16 @@ def _front_foot(chain: Chain, step: Step) -> tuple[float, float]:
     away = np.abs(origin - step.double.sole.translation).max()
     turned_by = np.abs(rotation - step.double.sole.rotation).max()
     return float(np.abs(twist).max()), float(max(away, turned_by))
+
+
+def both(checks: Sequence[RefereeVerdict]) -> RefereeVerdict:
+    """Return the disagreements about steps that follow each other: the largest of each kind."""
+    summed = ("vertical", "weight")  # [N·s] over all of them
+    found = {
+        one.name: (sum if one.name in summed else max)(getattr(check, one.name) for check in checks)
+        for one in fields(RefereeVerdict)
+    }
+    return RefereeVerdict(**found)
 
 
 @dataclass(frozen=True)
@@ -171,18 +190,19 @@ def _momentum_balance(
     grid: Grid,
     ground: _Ground,
     symmetry: Symmetry,
-    ends: tuple[Array, Array],
+    ends: tuple[Array, Array, Array],
 ) -> tuple[float, float]:
     """Over a step the impulses of ground and weight are the change of momentum.
 
     From just after one impact to just after the next; there the symmetry of the walk
-    makes it what it was, seen from the foot that has landed. `ends` are angles and rates of all
-    joints of the chain at the start, and angles at the end.
+    makes it what the next step begins with, seen from the foot that has landed. `ends` are angles
+    and rates of all joints of the chain at the start, angles at the end, and angles and rates at
+    the start of the next step.
 
     Returns:
         The largest component of what is left, over m g T, and the ground's vertical impulse [N·s].
     """
-    begin, end = ends
+    begin, end, following = ends
     pushed = ground.wrench[:, :3]
     if step.double is not None:
         pushed = pushed + step.double.front[:, :3] @ step.double.sole.rotation.T
@@ -191,8 +211,8 @@ def _momentum_balance(
     if step.landed is not None:  # of the sole; from here on of its footprint
         landed = landed @ step.landed.place.rotation.T
     push = landed @ ground.impulse[:3]
-    start = momentum(chain, *begin)[:3]
-    change = landed @ (np.array(symmetry.reflection) * start) - start
+    start, after = (momentum(chain, *one)[:3] for one in (begin, following))
+    change = landed @ (np.array(symmetry.reflection) * after) - start
     gap = force + push + ground.weight - change
     size = float(np.linalg.norm(ground.weight))
     balance = float(np.abs(gap).max())

@@ -325,7 +325,8 @@ class LimitAdjustment(Adjustment):
         lower, upper = np.zeros(size), np.zeros(size)
         if self.name == "speed":
             given = upper if self.step < 0.0 else lower
-            given[problem.rows_of("walking speed")] = abs(self.step) * problem.task.duration
+            ahead = problem.rows_of("walking speed").start  # a stride's second row is to the left
+            given[ahead] = abs(self.step) * problem.task.duration
         else:
             robot, task = self.changed(problem.robot, problem.task, self.bound)
             share = self.step / (self.bound - self.before)
@@ -496,7 +497,7 @@ def step_width_adjustment(problem: WalkProblem) -> StepWidthAdjustment | None:
     """Return the setting of the step width, to be made wider; None where nothing bounds it so."""
     before, legs = problem.task.margins.step_width, problem.robot.legs
     index = problem.layout.index("foot_spacing")
-    if before is None or index is None:
+    if before is None or index is None or problem.task.steps > 1:  # of which there are two widths
         return None
     side = 1.0 if legs.side > 0.0 else -1.0
     given = problem.task.geometry[FOOT_SPACING]
@@ -519,7 +520,7 @@ def usual_value(problem: WalkProblem, setting: Adjustment) -> float | None:
         return None
     if setting.name == "duration":
         natural = task.boundary == "lifted"
-        value = natural_duration(robot, task.speed) if natural else usual.duration
+        value = natural_duration(robot, task.pace) if natural else usual.duration
     elif setting.name == "speed":
         value = float(np.clip(setting.before, -usual.speed, usual.speed))
     else:

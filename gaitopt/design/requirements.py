@@ -155,6 +155,9 @@ class MotorRequirement:
 def motor_loops(gait: Gait, table: MotorTable | None = None) -> list[MotorLoop]:
     """Return the loops of the motors of a side over a stride, legs from hip to ankle first.
 
+    Of a stride of two steps that are no mirror images, over it and its mirror image: a motor must
+    serve on both sides.
+
     Args:
         gait: of any robot; its splines are evaluated between its samples too.
         table: motors whose rotors are to be accelerated in place of those of the gait's robot.
@@ -165,15 +168,20 @@ def motor_loops(gait: Gait, table: MotorTable | None = None) -> list[MotorLoop]:
     """
     trajectory = gait.trajectory
     step = trajectory.step_duration
-    inner = np.concatenate([np.linspace(0.0, step, INSTANTS), gait.knots, gait.time])
+    known = [part for one in gait.steps for part in (one.knots, one.time)]
+    inner = np.concatenate([np.linspace(0.0, step, INSTANTS), *known])
     inner = np.append(np.unique(inner[inner < step * (1.0 - _END)]), step)
     changes = [phase.begin for phase in gait.phases[1:]]  # torques jump there
     times = np.concatenate([inner, changes, changes])
     before = np.concatenate([inner == step, np.arange(2 * len(changes)) < len(changes)])
     order = np.lexsort((~before, times))
-    samples = trajectory.at(times[order], before=before[order])
     columns = [trajectory.joint_names.index(name) for name in gait.joint_names]
-    first = np.stack([part[:, columns] for part in (samples.torque, samples.dq, samples.ddq)])
+    starts = step * np.arange(len(gait.steps))
+    each = [trajectory.at(start + times[order], before=before[order]) for start in starts]
+    first = np.concatenate(
+        [np.stack([part[:, columns] for part in (at.torque, at.dq, at.ddq)]) for at in each],
+        axis=1,
+    )  # of a step, or of both of a stride
     if table is not None:
         table.check(gait.joint_names, gait.mirror)
         drives = [table.drive(name) for name in gait.joint_names]
@@ -183,7 +191,7 @@ def motor_loops(gait: Gait, table: MotorTable | None = None) -> list[MotorLoop]:
         ]
         first[0] += (np.array(own) - there) * first[2]
     both = np.concatenate([first, first @ gait.mirror.T], axis=1)
-    time = np.concatenate([samples.time, step + samples.time])
+    time = np.concatenate([start + times[order] for start in step * np.arange(2 * len(starts))])
     return [
         MotorLoop(
             pair_name(gait, group[0]), gait.joint_names[group[0]], time, *both[:, :, group[0]]

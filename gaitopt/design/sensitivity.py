@@ -114,8 +114,13 @@ class Envelope:
 
         Raises:
             EvaluationError: the walk is not defined at x.
-            InputError: it has a double support.
+            InputError: it has a double support, or is a stride of two steps.
         """
+        if problem.task.steps > 1:
+            raise InputError(
+                "sensitivities are told of walks straight ahead, not of strides of two steps; "
+                "design the walk without lateral_speed, turn_rate and stride"
+            )
         if isinstance(problem.model, DoubleStepModel):
             raise InputError(
                 "what a robot's numbers are worth is not told of walks with a double support yet; "

@@ -120,6 +120,6 @@ def _of_limits(problem: WalkProblem, multipliers: Array) -> Iterator[ShadowPrice
                 scale, at = float(block.scale[entry]), int(push[:, entry].argmax())
                 sign = 1.0 if side == "upper" else -1.0
                 yield ShadowPrice(
-                    LIMIT, block.labels[entry], side, float(limits[at, entry]), block.unit,
+                    LIMIT, block.label(at, int(entry)), side, float(limits[at, entry]), block.unit,
                     sign * effect / scale, effect, problem.task.cost_unit,
                 )  # fmt: skip

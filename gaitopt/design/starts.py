@@ -449,9 +449,9 @@ class StartJob:
 
     def _slower(self, on_progress: MakeProgress | None, stop: Stop) -> Solution | None:
         """Return the walk at a lower speed, None if there is none."""
-        if self.task.in_place:
+        if self.task.in_place and self.task.turn_rate == 0.0:
             return None
-        problem = WalkProblem(self.robot, replace(self.task, speed=SLOWER * self.task.speed))
+        problem = WalkProblem(self.robot, self.task.slower(SLOWER))
         callback = None if on_progress is None else on_progress(problem)
         try:
             solution = attempt(problem, self.options, first_guess(problem), callback, stop)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from itertools import takewhile
 from typing import Any
@@ -76,7 +76,10 @@ def _walk(gait: Gait) -> Facts:
     energies = energies_per_step(gait)
     work, mass = energies["absolute_work"], gait.number("mass")
     gravity = gait.number("physics", GRAVITY_KEY) or STANDARD_GRAVITY
-    lift = None if mass is None or gait.in_place else mass * gravity * abs(gait.step_length)
+    path = abs(gait.step_length)
+    if gait.second is not None:
+        path = float(np.hypot(gait.speed, gait.lateral_speed)) * gait.duration
+    lift = None if mass is None or gait.in_place else mass * gravity * path
     transport = {
         name: None if lift is None or energy is None else energy / lift
         for name, energy in energies.items()
@@ -87,6 +90,8 @@ def _walk(gait: Gait) -> Facts:
         "cost_words": gait.cost_words,
         "cost_N2ms": gait.cost if gait.cost_unit == TorqueCost().unit else None,
         "speed_m_per_s": gait.speed,
+        "lateral_speed_m_per_s": gait.lateral_speed,
+        "turn_rate_rad_per_s": gait.turn_rate,
         "step_length_m": gait.step_length,
         "step_duration_s": gait.duration,
         "steps_per_minute": 60.0 / gait.duration,
@@ -103,9 +108,25 @@ def _walk(gait: Gait) -> Facts:
 def energies_per_step(gait: Gait) -> dict[str, float | None]:
     """Return what the motors take in a step [J], whatever was minimised, by what is counted.
 
+    In a stride of two steps on the average.
+
     Absolute and positive mechanical work; electrical energy, without regeneration and with that of
     all braking power, None where the gait has no motors or a joint has none.
     """
+    each = [_energies(one) for one in gait.steps]
+    return {
+        name: None if any(one[name] is None for one in each) else _mean(one[name] for one in each)
+        for name in each[0]
+    }
+
+
+def _mean(values: Iterable[float | None]) -> float:
+    known = [value for value in values if value is not None]
+    return sum(known) / len(known)
+
+
+def _energies(gait: Gait) -> dict[str, float | None]:
+    """Return what the motors take in one step [J], its second apart."""
     power = gait.torque * gait.dq
     found: dict[str, float | None] = {
         "absolute_work": float(trapezoid(np.abs(power).sum(axis=1), gait.time)),
@@ -141,9 +162,10 @@ def recorded_motors(gait: Gait) -> tuple[JointMotor, ...]:
 
 
 def _contact(gait: Gait) -> Facts:
-    force = gait.ground_wrench[:, :3]
+    force = np.concatenate([one.ground_wrench[:, :3] for one in gait.steps])
+    pressure = np.concatenate([one.cop[one.flat] for one in gait.steps])
     return {
-        "cop_to_edge_mm": _edge_distances(gait, gait.cop[gait.flat]),
+        "cop_to_edge_mm": _edge_distances(gait, pressure),
         "friction_used": _friction(force),
         "friction_limit": gait.number("task", "margins", "friction"),
         "least_vertical_force_N": float(force[:, 2].min()),
@@ -154,7 +176,8 @@ def _contact(gait: Gait) -> Facts:
         "foot_angle_rad": gait.foot_angle,
         "flat_from_s": gait.flat_from if gait.lands_on_line else None,
         "landing_angle_rad": gait.landing_angle,
-        "highest_swing_toe_mm": 1e3 * float(gait.swing_sole[:, :2, 2].max()),
+        "highest_swing_toe_mm": 1e3
+        * max(float(one.swing_sole[:, :2, 2].max()) for one in gait.steps),
     }
 
 
@@ -187,17 +210,19 @@ def _phase(gait: Gait, phase: ContactPhase) -> Facts:
 
 
 def _impact(gait: Gait) -> Facts:
-    """The landing: how hard, and how near to slipping and tipping."""
-    impulse = gait.impulse[None]
-    pushes = bool(impulse[0, 2] > 0.0)
+    """The landing: how hard, and how near to slipping and tipping; the worse one of a stride's."""
+    impulse = np.stack([one.impulse for one in gait.steps])
+    pushes = bool((impulse[:, 2] > 0.0).all())
     return {
-        "vertical_impulse_Ns": float(impulse[0, 2]),
-        "horizontal_impulse_Ns": float(np.hypot(impulse[0, 0], impulse[0, 1])),
+        "vertical_impulse_Ns": float(impulse[:, 2].max()),
+        "horizontal_impulse_Ns": float(np.hypot(impulse[:, 0], impulse[:, 1]).max()),
         "friction_used": _friction(impulse[:, :3]),
         "friction_limit": gait.number("task", "margins", "friction"),
         "at_zero_speed": gait.closing or bool(gait.fact("task", "margins", "soft_landing")),
         "cop_to_edge_mm": _edge_distances(gait, centre_of_pressure(impulse)) if pushes else None,
-        "largest_rate_jump_rad_per_s": float(np.abs(gait.rate_after - gait.rate_before).max()),
+        "largest_rate_jump_rad_per_s": max(
+            float(np.abs(one.rate_after - one.rate_before).max()) for one in gait.steps
+        ),
     }
 
 
@@ -333,7 +358,9 @@ def motor_summaries(gait: Gait) -> list[dict[str, object]]:
 def peak_torques(gait: Gait) -> dict[str, float]:
     """Return the largest torque of each motor of a side [N·m], by the name both sides share."""
     return {
-        pair_name(gait, group[0]): float(np.abs(gait.torque[:, list(group)]).max())
+        pair_name(gait, group[0]): max(
+            float(np.abs(one.torque[:, list(group)]).max()) for one in gait.steps
+        )
         for group in joint_groups(gait)
     }
 
@@ -371,8 +398,12 @@ def pair_name(gait: Gait, joint: int) -> str:
 
 def _demand(gait: Gait, joints: list[int]) -> dict[str, object]:
     """Return peaks over the joints, and effective torque over as many steps."""
-    torque, rate = gait.torque[:, joints], gait.dq[:, joints]
-    mean_square = trapezoid((torque**2).mean(axis=1), gait.time) / gait.duration
+    squares = [trapezoid((one.torque[:, joints] ** 2).mean(axis=1), one.time) for one in gait.steps]
+    mean_square = float(np.mean(squares)) / gait.duration
+    torque, rate = (
+        np.concatenate([getattr(one, name)[:, joints] for one in gait.steps])
+        for name in ("torque", "dq")
+    )
     peak_torque, peak_speed = float(np.abs(torque).max()), float(np.abs(rate).max())
     torque_limit, speed_limit = (_limit(gait, kind, joints) for kind in ("torque", "speed"))
     return {

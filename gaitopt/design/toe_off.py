@@ -74,7 +74,7 @@ def best_toe_off(
     flat_task, quiet = replace(task, toe_off=None), replace(options, diagnose=False)
     problem = WalkProblem(robot, task)
     start = None if start is None else checked_start(problem, start)
-    flat_start = None if start is None else np.delete(start, problem.layout.turn)
+    flat_start = None if start is None else np.delete(start, problem.model.layout.turn)
     flat = turning = None
     try:
         flat = designed(flat_task, flat_start, quiet)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -10,9 +11,12 @@ import numpy as np
 from gaitopt.gait import quantities
 from gaitopt.gait.constraints import imposed_limit
 from gaitopt.gait.double_step import DoubleStepModel
+from gaitopt.gait.functions import StrideSpeed
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.result import Gait
 from gaitopt.gait.step import Step
+from gaitopt.gait.step_model import StepModel
+from gaitopt.gait.stride import Stride
 from gaitopt.gait.task import task_record
 from gaitopt.gait.terrain import Level, ground_record
 from gaitopt.model.import_options import ImportOptions, choices_record
@@ -20,6 +24,8 @@ from gaitopt.model.leg_capsules import capsule_rows
 from gaitopt.model.physics_report import physics_record
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array
+
+_NOWHERE = 1e-12  # m: rounding in a step that does not go that way
 
 
 def gait_at(
@@ -39,9 +45,8 @@ def gait_at(
     Raises:
         EvaluationError: the walk is not defined at x.
     """
-    step, robot = problem.step(x), problem.robot
-    nodes = slice(0, problem.grid.nodes)
-    wrench = step.read(quantities.WRENCH)[nodes]
+    whole, robot = problem.whole(x), problem.robot
+    step = problem.step(x)
     facts = {
         **robot_record(robot),
         "choices": choices_record(_choices(problem)),
@@ -49,23 +54,14 @@ def gait_at(
         "task": task_record(problem.task),
         **_ground(problem),
         "instants": problem.grid.instants[problem.grid.nodes :].tolist(),
-        "cost": problem.cost.value(step),
+        "cost": problem.cost.value(whole),
         "step_length": step.step_length,
         "duration": step.duration,
+        **_motion(problem, whole),
     }
-    return Gait(
-        time=problem.grid.instants[nodes] * step.duration,
-        q=step.motion[0, nodes],
-        dq=step.motion[1, nodes],
-        ddq=step.motion[2, nodes],
-        torque=step.read(quantities.TORQUE)[nodes],
-        ground_wrench=wrench,
-        cop=np.stack([-wrench[:, 4], wrench[:, 3]], axis=1) / wrench[:, 2:3],
-        swing_sole=step.support.corners[nodes],
-        impulse=step.impulse,
-        rate_before=step.rate_before,
-        rate_after=step.impact.rate_after,
-        parameters=step.x,
+    gait = Gait(
+        **_sampled(problem.model, step),
+        parameters=whole.x,
         parameter_names=problem.layout.names,
         joint_names=robot.joint_names,
         mirror=problem.model.exchange,
@@ -76,9 +72,42 @@ def gait_at(
         multipliers=None if multipliers is None else multipliers[0],
         bound_multipliers=None if multipliers is None else multipliers[1],
         multibody=robot.multibody,
-        **_splines(problem, step),
         **_foot(problem, step),
     )
+    if not isinstance(whole, Stride):
+        return gait
+    return replace(gait, second=replace(gait, **_sampled(problem.models[1], whole.steps[1])))
+
+
+def _sampled(model: StepModel | DoubleStepModel, step: Step) -> dict[str, Any]:
+    """Return the arrays of a gait that are of a single step."""
+    nodes = slice(0, model.grid.nodes)
+    wrench = step.read(quantities.WRENCH)[nodes]
+    return {
+        "time": model.grid.instants[nodes] * step.duration,
+        "q": step.motion[0, nodes],
+        "dq": step.motion[1, nodes],
+        "ddq": step.motion[2, nodes],
+        "torque": step.read(quantities.TORQUE)[nodes],
+        "ground_wrench": wrench,
+        "cop": np.stack([-wrench[:, 4], wrench[:, 3]], axis=1) / wrench[:, 2:3],
+        "swing_sole": step.support.corners[nodes],
+        **_splines(model, step),
+        "impulse": step.impulse,
+        "rate_before": step.rate_before,
+        "rate_after": step.impact.rate_after,
+    }
+
+
+def _motion(problem: WalkProblem, whole: Step | Stride) -> dict[str, object]:
+    """Return the screw motion of a stride, nothing of a walk straight ahead."""
+    if not isinstance(whole, Stride):
+        return {}
+    (ahead, left, duration), task = whole.read(quantities.ADVANCE)[0], problem.task
+    seconds = StrideSpeed(1.0, 0.0, task.turn_rate).value(np.array([[0.0, 0.0, duration]]))[0, 0]
+    speed, aside = (0.0 if abs(way) < _NOWHERE else way / seconds for way in (ahead, left))
+    motion = {"speed": speed, "lateral_speed": aside, "turn_rate": task.turn_rate}
+    return {"motion": motion, "step_length": speed * duration}
 
 
 def _ground(problem: WalkProblem) -> dict[str, object]:
@@ -89,9 +118,8 @@ def _ground(problem: WalkProblem) -> dict[str, object]:
     return {"ground": ground_record(task.ground, sole, task.step_length, task.margins.nosing)}
 
 
-def _splines(problem: WalkProblem, step: Step) -> dict[str, Any]:
+def _splines(model: StepModel | DoubleStepModel, step: Step) -> dict[str, Any]:
     """Return the splines of the joints, in two parts where both feet stand at the end."""
-    model = problem.model
     if isinstance(model, DoubleStepModel):
         return model.splines(step)
     return {"knots": model.basis.knots * step.duration, "coefficients": step.coefficients}

@@ -213,6 +213,9 @@ class ConstraintContext:
         boundary: "closed" or "lifted".
         schedule: phases and symmetry of the step.
         terrain: under the walk.
+        lateral_speed: to the left [m/s].
+        turn_rate: to the left [rad/s].
+        steps: of what is designed, 2 for a stride.
     """
 
     robot: Robot
@@ -224,6 +227,9 @@ class ConstraintContext:
     boundary: str = "closed"
     schedule: Schedule = field(default_factory=Schedule)
     terrain: Terrain = field(default_factory=Level)
+    lateral_speed: float = 0.0
+    turn_rate: float = 0.0
+    steps: int = 1
 
     @property
     def swinging(self) -> NDArray[np.bool_]:
@@ -256,6 +262,9 @@ class ConstraintBlock:
         instants: rows of the quantities it looks at, shape (K,).
         times: s = t / T of each of the K, or None where time means nothing.
         contacts: of the stance foot at each of the K, by name; empty where it never changes.
+        second: number of rows from which on they are of the second step of a stride, which is seen
+            as its mirror image; None where all are of one step.
+        mirrored: labels there, of joints and sides as they are.
     """
 
     name: str
@@ -272,6 +281,8 @@ class ConstraintBlock:
     instants: NDArray[np.int_]
     times: Array | None
     contacts: tuple[str, ...] = ()
+    second: int | None = None
+    mirrored: tuple[str, ...] = ()
 
     @property
     def size(self) -> int:
@@ -296,13 +307,20 @@ class ConstraintBlock:
             return self.instants
         return slice(int(self.instants[0]), int(self.instants[-1]) + 1)
 
+    def label(self, instant: int, entry: int) -> str:
+        """Return what a row speaks of: "right_knee torque"."""
+        later = self.second is not None and instant >= self.second
+        return (self.mirrored if later else self.labels)[entry]
+
     def describe(self, instant: int, entry: int) -> str:
         """Name a row: "right_knee torque at 80.0 % of the step (toe line)"."""
-        label = self.labels[entry]
+        label, period = self.label(instant, entry), "step" if self.second is None else "stride"
         if self.times is not None:
             contact = f" ({self.contacts[instant]})" if self.contacts else ""
-            return f"{label} at {100.0 * self.times[instant]:.1f} % of the step{contact}"
-        return f"{self.reads[0].rows[self.instants[instant]]} {label}".strip()
+            return f"{label} at {100.0 * self.times[instant]:.1f} % of the {period}{contact}"
+        names = self.reads[0].rows
+        later = "second step:" if self.second is not None and instant >= self.second else ""
+        return f"{later} {names[self.instants[instant] % len(names)]} {label}".strip()
 
 
 class Constraint(ABC):

@@ -7,7 +7,7 @@ not stand here: see docs/extending.md.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
@@ -31,6 +31,7 @@ from gaitopt.gait.functions import (
     Length,
     Linear,
     QuantityFunction,
+    StrideSpeed,
     Torsion,
 )
 from gaitopt.gait.terrain import AboveProfile
@@ -124,8 +125,10 @@ class Margins:
         torsional_friction: largest moment about the vertical through the centre of pressure over
             the vertical force, of the stance foot and of the impact [m]; friction * turning_arm of
             the sole is what a foot that presses evenly can bear.
-        step_width: largest distance between the two lines of footsteps, |foot_spacing| [m].
-        swing_tilt: largest roll, pitch and yaw of the swing sole over the whole step, as sines.
+        step_width: largest distance between the two lines of footsteps, |foot_spacing| [m]; by as
+            much more as a wide step sideways needs, or feet turned against each other in a turn.
+        swing_tilt: largest roll, pitch and yaw of the swing sole over the whole step, as sines;
+            its yaw in a turn by as much more as the feet are turned against each other.
         leg_gap: least distance between the capsules around the bodies of the two legs [m]; less
             where the robot has less when it stands.
         swing_height: largest height of the swing foot's corners over the whole step [m].
@@ -593,7 +596,7 @@ class ImpulseCentreOfPressure(_OfImpact):
 
 
 class WalkingSpeed(Constraint):
-    """Eq. (39): V T - d = 0."""
+    """Eq. (39): V T - d = 0; of a stride of two steps the same forward and to the left."""
 
     name, equation, unit, words = "walking speed", "(39)", "m", "walking speed"
     reads, change = (quantities.TRAVEL,), 0.1
@@ -602,8 +605,12 @@ class WalkingSpeed(Constraint):
         return context.speed_as == "constraint"
 
     def block(self, context: ConstraintContext) -> ConstraintBlock:
-        rows = Linear(np.array([[-1.0, context.speed]]))
-        return self.once(rows, ("V T - d",), lower=0.0, upper=0.0)
+        if context.steps == 1:
+            rows = Linear(np.array([[-1.0, context.speed]]))
+            return self.once(rows, ("V T - d",), lower=0.0, upper=0.0)
+        way = StrideSpeed(context.speed, context.lateral_speed, context.turn_rate)
+        labels = ("V T - d", "way to the left that the speed asks for - way")
+        return replace(self.once(way, labels, lower=0.0, upper=0.0), reads=(quantities.ADVANCE,))
 
 
 class Closure(Constraint):
@@ -708,14 +715,16 @@ class SwingTilt(Constraint):
 
     def block(self, context: ConstraintContext) -> ConstraintBlock:
         limit = context.margins.swing_tilt or 0.0
+        turned = abs(context.turn_rate) * context.duration  # of the feet in double support
+        yaw = float(np.sin(np.arcsin(min(limit, 1.0)) + turned)) if turned else limit
         labels = (
             "swing foot roll", "swing foot pitch", "swing foot yaw",
             "swing foot pointing ahead", "swing foot upright",
         )  # fmt: skip
         return self.over_step(
             context, Linear(sole_tilt(context.robot.sole.corners)), labels,
-            lower=np.array([-limit, -limit, -limit, 0.0, 0.0]),
-            upper=np.array([limit, limit, limit, FREE, FREE]),
+            lower=np.array([-limit, -limit, -yaw, 0.0, 0.0]),
+            upper=np.array([limit, limit, yaw, FREE, FREE]),
         )  # fmt: skip
 
 

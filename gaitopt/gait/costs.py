@@ -41,7 +41,7 @@ from gaitopt.nlp import Array
 from gaitopt.settings import checked, setting
 
 if TYPE_CHECKING:
-    from gaitopt.gait.step import Step
+    from gaitopt.gait.step import Period
     from gaitopt.model.robot import Robot
 
 Pair = tuple[Quantity, Quantity]
@@ -55,13 +55,15 @@ class CostContext:
 
     Attributes:
         robot: the biped.
-        grid: the instants of the step.
-        speed: V asked for [m/s]; below zero backward, zero in place.
+        grid: the instants of the step, or of the stride in the order of its rows.
+        speed: V asked for [m/s]; below zero backward, zero in place; of a stride along its path.
+        nodes: rows of a stride at which it is integrated; None: the first ones of the grid.
     """
 
     robot: Robot
     grid: Grid
     speed: float
+    nodes: NDArray[np.int_] | None = None
 
     @property
     def weights(self) -> Array:
@@ -83,22 +85,22 @@ class CostFunction(ABC):
     """A cost of one walk, and its derivatives with respect to the quantities it reads."""
 
     @abstractmethod
-    def value(self, step: Step) -> float:
+    def value(self, step: Period) -> float:
         """Return the cost."""
 
     @abstractmethod
-    def gradient(self, step: Step) -> dict[Quantity, Array]:
+    def gradient(self, step: Period) -> dict[Quantity, Array]:
         """Return the derivatives with respect to quantities, each of the quantity's shape."""
 
     @abstractmethod
-    def hessian(self, step: Step) -> dict[Pair, Array]:
+    def hessian(self, step: Period) -> dict[Pair, Array]:
         """Return second derivatives by pairs of quantities (a, b), each pair once.
 
         Rows of different instants do not mix: that of a pair has shape (K, entries of a, entries of
         b). Where b has a single row (`TRAVEL`), it goes with each of the K rows of a.
         """
 
-    def neighbours(self, step: Step) -> Neighbours:
+    def neighbours(self, step: Period) -> Neighbours:
         """Return second derivatives between two rows of a quantity, where a cost mixes instants.
 
         For each quantity the pairs of rows, shape (K, 2), and the second derivatives between the
@@ -524,17 +526,17 @@ class BelowPeak(Constraint):
 class _Peak(CostFunction):
     """p, which is the same at every instant."""
 
-    def value(self, step: Step) -> float:
+    def value(self, step: Period) -> float:
         """Return p [N·m]."""
         return float(step.read(quantities.PEAK)[0, 0])
 
-    def gradient(self, step: Step) -> dict[Quantity, Array]:
+    def gradient(self, step: Period) -> dict[Quantity, Array]:
         """Return one, at the first of the instants."""
         first = np.zeros(step.read(quantities.PEAK).shape)
         first[0] = 1.0
         return {quantities.PEAK: first}
 
-    def hessian(self, step: Step) -> dict[Pair, Array]:
+    def hessian(self, step: Period) -> dict[Pair, Array]:
         """Return nothing."""
         del step
         return {}
@@ -564,11 +566,11 @@ class TorqueRate(Cost):
 
     def function(self, context: CostContext) -> CostFunction:
         """Return the sum over the intervals of the grid."""
-        instants = context.grid.instants[: context.grid.nodes]
-        lengths = np.diff(instants)
+        nodes = np.arange(context.grid.nodes) if context.nodes is None else context.nodes
+        lengths = np.diff(context.grid.instants[nodes])
         whole = np.flatnonzero(lengths > _SAME_INSTANT)
         weights = joint_weights(context.robot, self.weights) / lengths[whole, None]
-        return _RateSum(np.stack([whole, whole + 1], axis=1), weights, context.way)
+        return _RateSum(np.stack([nodes[whole], nodes[whole + 1]], axis=1), weights, context.way)
 
     def typical(self, context: CostContext) -> float:
         """Return the cost of torques that turn round once in a typical step."""
@@ -595,11 +597,11 @@ class _RateSum(CostFunction):
     weights: Array
     way: int
 
-    def value(self, step: Step) -> float:
+    def value(self, step: Period) -> float:
         """Return the cost."""
         return self._factors(step)[0] * self._sum(step)
 
-    def gradient(self, step: Step) -> dict[Quantity, Array]:
+    def gradient(self, step: Period) -> dict[Quantity, Array]:
         """Return the derivatives in the torques and in (d, T)."""
         factor, of_factor, _ = self._factors(step)
         total = self._sum(step)
@@ -608,7 +610,7 @@ class _RateSum(CostFunction):
             TRAVEL: total * of_factor[None],
         }
 
-    def hessian(self, step: Step) -> dict[Pair, Array]:
+    def hessian(self, step: Period) -> dict[Pair, Array]:
         """Return the second derivatives within rows; those between them are `neighbours`."""
         factor, of_factor, bent = self._factors(step)
         torque = quantities.TORQUE
@@ -621,18 +623,18 @@ class _RateSum(CostFunction):
             (TRAVEL, TRAVEL): self._sum(step) * bent[None],
         }
 
-    def neighbours(self, step: Step) -> Neighbours:
+    def neighbours(self, step: Period) -> Neighbours:
         """Return the second derivatives between the ends of the intervals."""
         return {quantities.TORQUE: (self.rows, -2.0 * self._factors(step)[0] * self.weights)}
 
-    def _changes(self, step: Step) -> Array:
+    def _changes(self, step: Period) -> Array:
         torque = step.read(quantities.TORQUE)
         return np.asarray(torque[self.rows[:, 1]] - torque[self.rows[:, 0]])
 
-    def _sum(self, step: Step) -> float:
+    def _sum(self, step: Period) -> float:
         return float(np.sum(self.weights * self._changes(step) ** 2))
 
-    def _slope(self, step: Step) -> Array:
+    def _slope(self, step: Period) -> Array:
         """Derivative of the sum in the torques, shape (N, n)."""
         slope = np.zeros(step.read(quantities.TORQUE).shape)
         moved = 2.0 * self.weights * self._changes(step)
@@ -640,7 +642,7 @@ class _RateSum(CostFunction):
         np.add.at(slope, self.rows[:, 1], moved)
         return slope
 
-    def _factors(self, step: Step) -> tuple[float, Array, Array]:
+    def _factors(self, step: Period) -> tuple[float, Array, Array]:
         """1 / (|d| T), or 1 / T² in place, with its derivatives in (d, T), (2,) and (2, 2)."""
         d, T = step.step_length, step.duration
         if self.way == 0:
@@ -858,16 +860,16 @@ class SpeedPenalty(CostFunction):
 
     speed: float
 
-    def value(self, step: Step) -> float:
+    def value(self, step: Period) -> float:
         """Return the squared gap."""
         return (self.speed * step.duration - step.step_length) ** 2
 
-    def gradient(self, step: Step) -> dict[Quantity, Array]:
+    def gradient(self, step: Period) -> dict[Quantity, Array]:
         """Return its derivative in (d, T)."""
         gap = 2.0 * (self.speed * step.duration - step.step_length)
         return {TRAVEL: np.array([[-gap, self.speed * gap]])}
 
-    def hessian(self, step: Step) -> dict[Pair, Array]:
+    def hessian(self, step: Period) -> dict[Pair, Array]:
         """Return its second derivative in (d, T)."""
         del step
         away = np.array([-1.0, self.speed])
@@ -887,12 +889,12 @@ class _Integral(CostFunction):
     weights: Array
     way: int
 
-    def value(self, step: Step) -> float:
+    def value(self, step: Period) -> float:
         """Return the integral over |d|, or over T."""
         d, T = self._travel(step)
         return T / d * self._sum(self._entries(step))
 
-    def gradient(self, step: Step) -> dict[Quantity, Array]:
+    def gradient(self, step: Period) -> dict[Quantity, Array]:
         """Return the derivatives in the quantities and in (d, T), Eqs. (50)-(57)."""
         (d, T), entries = self._travel(step), self._entries(step)
         by_entry = self.integrand.vjp(entries, (T / d * self.weights)[:, None])
@@ -902,7 +904,7 @@ class _Integral(CostFunction):
         total = self._sum(entries)
         return found | {TRAVEL: np.array([[-self.way * T / d**2 * total, total / d]])}
 
-    def hessian(self, step: Step) -> dict[Pair, Array]:
+    def hessian(self, step: Period) -> dict[Pair, Array]:
         """Return the second derivatives in the quantities, in (d, T), and mixed."""
         (d, T), entries = self._travel(step), self._entries(step)
         found: dict[Pair, Array] = {}
@@ -921,7 +923,7 @@ class _Integral(CostFunction):
                 found |= {(one, other): second[:, rows, columns] for other, columns in parts[i:]}
         return found
 
-    def _travel(self, step: Step) -> tuple[float, float]:
+    def _travel(self, step: Period) -> tuple[float, float]:
         """Return |d| and T; (T, T) in place.
 
         Raises:
@@ -935,11 +937,11 @@ class _Integral(CostFunction):
     def _sum(self, entries: Array) -> float:
         return float(self.weights @ self.integrand.value(entries)[:, 0])
 
-    def _entries(self, step: Step) -> Array:
+    def _entries(self, step: Period) -> Array:
         values = [step.read(one) for one in self.reads]
         return values[0] if len(values) == 1 else np.concatenate(values, axis=1)
 
-    def _parts(self, step: Step) -> list[tuple[Quantity, slice]]:
+    def _parts(self, step: Period) -> list[tuple[Quantity, slice]]:
         ends = np.cumsum([step.read(one).shape[1] for one in self.reads])
         return [
             (one, slice(end - step.read(one).shape[1], end))
@@ -953,11 +955,11 @@ class _Sum(CostFunction):
 
     terms: tuple[tuple[CostFunction, float], ...]
 
-    def value(self, step: Step) -> float:
+    def value(self, step: Period) -> float:
         """Return the sum."""
         return sum(weight * term.value(step) for term, weight in self.terms)
 
-    def gradient(self, step: Step) -> dict[Quantity, Array]:
+    def gradient(self, step: Period) -> dict[Quantity, Array]:
         """Return the sum of the gradients."""
         found: dict[Quantity, Array] = {}
         for term, weight in self.terms:
@@ -965,7 +967,7 @@ class _Sum(CostFunction):
                 found[one] = found.get(one, 0.0) + weight * gradient
         return found
 
-    def hessian(self, step: Step) -> dict[Pair, Array]:
+    def hessian(self, step: Period) -> dict[Pair, Array]:
         """Return the sum of the second derivatives."""
         found: dict[Pair, Array] = {}
         for term, weight in self.terms:
@@ -976,7 +978,7 @@ class _Sum(CostFunction):
                 found[pair] = found.get(pair, 0.0) + weight * hessian
         return found
 
-    def neighbours(self, step: Step) -> Neighbours:
+    def neighbours(self, step: Period) -> Neighbours:
         """Return all pairs of rows, one term's after the other's."""
         found: Neighbours = {}
         for term, weight in self.terms:

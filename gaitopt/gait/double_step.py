@@ -349,6 +349,7 @@ class DoubleStepModel:
             quantities.FOOT_TURN: np.zeros((count, 0, P)),
             quantities.FRONT_WRENCH: front,
             quantities.PEAK: np.tile(np.eye(P)[layout.largest], (count, 1, 1)),
+            quantities.ADVANCE: np.zeros((1, 0, P)),
             **chained(local.optional, angles, turned),
         }
 

@@ -105,6 +105,102 @@ class Entries(QuantityFunction):
 
 
 @dataclass(frozen=True)
+class ByStep(QuantityFunction):
+    """Rows of the steps of a stride one after another, each by a function of its own.
+
+    Attributes:
+        functions: of the steps, with the same number of rows.
+        ends: number of instants up to the end of each step.
+    """
+
+    functions: tuple[QuantityFunction, ...]
+    ends: tuple[int, ...]
+
+    def value(self, quantity: Array) -> Array:
+        """Return the rows of all steps."""
+        return np.concatenate([f.value(q) for f, q in self._parts(quantity)])
+
+    def jacobian(self, quantity: Array) -> Array:
+        """Return their derivatives, shape (K, r, e)."""
+        found = []
+        for function, part in self._parts(quantity):
+            one = function.jacobian(part)
+            found.append(np.broadcast_to(one, (len(part), *one.shape[-2:])))
+        return np.concatenate(found)
+
+    def chained(self, quantity: Array, jacobian: Array) -> Array:
+        """Return the derivatives in x."""
+        parts = zip(self._parts(quantity), self._cut(jacobian), strict=True)
+        return np.concatenate([f.chained(q, slopes) for (f, q), slopes in parts])
+
+    def vjp(self, quantity: Array, weights: Array) -> Array:
+        """Return the gradient of weights . rows."""
+        parts = zip(self._parts(quantity), self._cut(weights), strict=True)
+        return np.concatenate([f.vjp(q, w) for (f, q), w in parts])
+
+    def hessian(self, quantity: Array, weights: Array) -> Array | None:
+        """Return the Hessians of weights . rows; None if all are zero."""
+        parts = zip(self._parts(quantity), self._cut(weights), strict=True)
+        found = [(q, f.hessian(q, w)) for (f, q), w in parts]
+        if all(H is None for _, H in found):
+            return None
+        none = np.zeros((1, quantity.shape[1], quantity.shape[1]))
+        return np.concatenate([none.repeat(len(q), axis=0) if H is None else H for q, H in found])
+
+    def _parts(self, quantity: Array) -> list[tuple[QuantityFunction, Array]]:
+        return list(zip(self.functions, self._cut(quantity), strict=True))
+
+    def _cut(self, rows: Array) -> list[Array]:
+        return np.split(rows, self.ends[:-1])
+
+
+@dataclass(frozen=True)
+class StrideSpeed(QuantityFunction):
+    """Rows (f V - forward, f W - left) of an average step of a stride that turns at a rate.
+
+    The footprints follow a screw motion of V, W and the rate w in the plane. With a turn of
+    phi = w T in a step, steps of d forward and to the left are then f = (2 / w) tan(phi / 2)
+    seconds of it long, T where w = 0 (docs/derivations.md).
+
+    Attributes:
+        speed, lateral_speed: V, W [m/s].
+        turn_rate: w [rad/s].
+    """
+
+    speed: float
+    lateral_speed: float
+    turn_rate: float
+
+    def value(self, quantity: Array) -> Array:
+        """Return the rows of (forward, left, T), shape (K, 2)."""
+        return np.asarray(self._seconds(quantity[:, 2])[0] * self._way - quantity[:, :2])
+
+    def jacobian(self, quantity: Array) -> Array:
+        """Return the derivatives, shape (K, 2, 3)."""
+        found = np.tile(-np.eye(2, 3), (len(quantity), 1, 1))
+        found[:, :, 2] = self._seconds(quantity[:, 2])[1] * self._way
+        return found
+
+    def hessian(self, quantity: Array, weights: Array) -> Array:
+        """Return the second derivatives, shape (K, 3, 3)."""
+        found = np.zeros((len(quantity), 3, 3))
+        found[:, 2, 2] = self._seconds(quantity[:, 2])[2][:, 0] * (weights @ self._way)
+        return found
+
+    @property
+    def _way(self) -> Array:
+        return np.array([self.speed, self.lateral_speed])
+
+    def _seconds(self, T: Array) -> tuple[Array, Array, Array]:
+        """Seconds of the screw motion that a step is long, and its derivatives, (K, 1) each."""
+        w, T = self.turn_rate, T[:, None]
+        if w == 0.0:
+            return T, np.ones(T.shape), np.zeros(T.shape)
+        t = np.tan(0.5 * w * T)
+        return 2.0 / w * t, 1.0 + t**2, w * t * (1.0 + t**2)
+
+
+@dataclass(frozen=True)
 class FrictionCone(QuantityFunction):
     """mu f_z - sqrt(f_x² + f_y² + smoothing²) of a force (or force and moment), Eqs. (33), (34).
 

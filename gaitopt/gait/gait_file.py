@@ -8,7 +8,7 @@ import json
 import math
 import zipfile
 from collections.abc import Container, Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -123,7 +123,6 @@ _OF_ROBOT = {
     **{f.name: f"robot_{f.name}" for f in fields(Multibody) if f.name != "gravity"},
 }
 _OF_FOOT = tuple(name.removeprefix("foot_") for name in FOOT)
-_BASE = ("base_position", "base_quaternion", "base_twist", "base_acceleration")
 
 
 def _splines(phase: int) -> tuple[Member, ...]:
@@ -162,6 +161,15 @@ TIED = (
 )
 """Further arrays, of a robot with joints that follow others."""
 _TIED = tuple(member.name for member in TIED)
+_BASE = ("base_position", "base_quaternion", "base_twist", "base_acceleration")
+_OF_STEP = (
+    "time", "q", "dq", "ddq", "torque", "ground_wrench", "cop", "swing_sole", *_BASE, "knots_0",
+    "coefficients_0", "impulse", "rate_before", "rate_after",
+)  # fmt: skip
+_SECOND = "second_"
+STRIDE = tuple(replace(m, name=f"{_SECOND}{m.name}") for m in MEMBERS if m.name in _OF_STEP)
+"""Further arrays, of a gait whose second step is no mirror image of the first: as those of the
+first, of the second's mirror image; where its base is, as it is."""
 
 
 def save_gait(gait: Gait, path: str | Path) -> Path:
@@ -259,6 +267,12 @@ def gait_members(gait: Gait) -> _Arrays:
     found |= {name: getattr(at, name) for name in _BASE}
     found |= {name: getattr(gait, name) for name in (*_TEXTS, *_NAMES)}
     found |= {key: getattr(trajectory.body, name) for name, key in _OF_ROBOT.items()}
+    if gait.second is not None:
+        later = {_RENAMED.get(n, n): getattr(gait.second, n) for n in array_names()}
+        times = gait.duration + gait.second.time
+        at = trajectory.at(times, before=_ends_phase(gait.second))
+        later |= {name: getattr(at, name) for name in _BASE}
+        found |= {f"{_SECOND}{name}": later[name] for name in _OF_STEP}
     for name in ("multipliers", "bound_multipliers"):
         values = getattr(gait, name)
         found[name] = np.zeros(0) if values is None else values
@@ -266,7 +280,7 @@ def gait_members(gait: Gait) -> _Arrays:
     found["schedule"] = _json(_schedule(gait))
     found["meta"] = _json({**gait.meta, "format": FORMAT, _WRITTEN_BY: __version__})
     kinds: dict[str, Any] = {m.name: np.str_ if m.kind == "str" else m.kind for m in MEMBERS}
-    kinds |= {m.name: m.kind for part in (*PHASES, TIED) for m in part}
+    kinds |= {m.name: m.kind for part in (*PHASES, STRIDE, TIED) for m in part}
     if not len(trajectory.body.tied):
         found = {name: value for name, value in found.items() if name not in _TIED}
     written = [m.name for m in _of_format_2(found) if m.name != "digest"]
@@ -275,7 +289,7 @@ def gait_members(gait: Gait) -> _Arrays:
 
 def _of_format_2(names: Container[str]) -> tuple[Member, ...]:
     """Return the arrays that a file of format 2 has, given those of it, or some of them."""
-    groups = (*PHASES, TIED)
+    groups = (*PHASES, STRIDE, TIED)
     parts = (part for part in groups if any(member.name in names for member in part))
     return (*MEMBERS, *(member for part in parts for member in part))
 
@@ -302,7 +316,16 @@ def _schedule(gait: Gait) -> dict[str, object]:
         {"contacts": contacts, "duration": phase.duration, "end": end.value}
         for contacts, phase, end in zip(feet, gait.trajectory.phases, ends, strict=True)
     ]
-    return {"phases": phases, "symmetry": LegExchange.name}
+    if gait.second is None:
+        return {"phases": phases, "symmetry": LegExchange.name}
+    phases.append(
+        {
+            "contacts": {gait.swing_sole_frame: FlatFoot.name},
+            "duration": gait.second.duration,
+            "end": Transition.IMPACT.value,
+        }
+    )
+    return {"phases": phases, "symmetry": "stride"}
 
 
 def _json(record: Mapping[str, object]) -> str:
@@ -347,6 +370,9 @@ def _new_gait(members: _Arrays, meta: dict[str, object]) -> Gait:
     more = {name: values for name, values in more.items() if values.size}
     named = {name: members[key] for name, key in _RENAMED.items()}
     contacts: dict[str, str] = {}
+    strides = STRIDE[0].name in members
+    if strides and _has_phases(members):
+        raise InputError("it has a second step and several phases; this gaitopt reads no such")
     if _has_phases(members):
         named |= _joined(members)
         first, last = _contacts(members)
@@ -355,6 +381,11 @@ def _new_gait(members: _Arrays, meta: dict[str, object]) -> Gait:
         if "foot_hinge" in named:
             contacts["foot_contact"] = last
     gait = _gait({**members, **named}, meta, {**more, **contacts, "multibody": body})
+    if strides:
+        later: dict[str, Any] = {
+            n: members[f"{_SECOND}{_RENAMED.get(n, n)}"] for n in _names_of_step()
+        }
+        gait = replace(gait, second=replace(gait, **later))
     _check_statements(gait, members)
     return gait
 
@@ -362,6 +393,11 @@ def _new_gait(members: _Arrays, meta: dict[str, object]) -> Gait:
 def _has_phases(members: _Arrays) -> bool:
     """Whether a file has arrays of several phases, or of a foot that turns."""
     return any(member.name in members for part in PHASES for member in part)
+
+
+def _names_of_step() -> list[str]:
+    """Return the names of a gait's arrays that are of one step."""
+    return [name for name in array_names() if _RENAMED.get(name, name) in _OF_STEP]
 
 
 def _contacts(members: _Arrays) -> tuple[str, str]:
@@ -430,9 +466,9 @@ def _check_members(members: _Arrays) -> None:
 def _check_statements(gait: Gait, members: _Arrays) -> None:
     """Refuse a base track, a schedule or a ground that are not those of the gait itself."""
     found = gait_members(gait)
-    splines = [m.name for part in PHASES for m in part if m.name in members]
+    splines = [m.name for part in (*PHASES, STRIDE) for m in part if m.name in members]
     if splines and found.keys() != {*members} - {"digest"}:
-        raise InputError("its arrays of several phases are not those of a gait")
+        raise InputError("its arrays of several phases or steps are not those of a gait")
     for name in (*_BASE, *splines, *(_RENAMED.values() if splines else ())):
         if found[name].shape != members[name].shape:
             raise InputError(f"its '{name}' is not that of its splines and its robot")
@@ -449,7 +485,8 @@ def _check_statements(gait: Gait, members: _Arrays) -> None:
         raise InputError(
             "its 'schedule' is not that of its arrays: a phase on the flat foot that stands, at "
             "most one before and one after it in which it turns about a line, ended by the impact "
-            "of the other, or one after it in which both feet stand; this gaitopt reads no other"
+            "of the other, or one after it in which both feet stand; or two flat steps of a "
+            "stride; this gaitopt reads no other"
         )
 
 

@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gaitopt.bounds import SAMPLES, at_most, shown
 from gaitopt.contact.schedule import AFTER
@@ -110,6 +111,28 @@ def phase_grid(samples: int, quadrature: str, changes: Array) -> Grid:
         weights.append((end - start) * _weights(count, quadrature))
     joined = np.concatenate(instants)
     return Grid(joined, np.concatenate(weights), joined.size)
+
+
+LANDING = np.array([0.5])
+"""Share of a stride of two steps at which the first ends."""
+
+
+def half(grid: Grid, second: bool) -> Grid:
+    """Return the instants of one step of a stride, as shares of that step, in their order.
+
+    Args:
+        grid: of the stride.
+        second: which of its steps.
+    """
+    kept = of_second(grid.instants) == second
+    s = 2.0 * grid.instants[kept] - second
+    s[s <= 4.0 * AFTER] = 0.0
+    return Grid(s, 2.0 * grid.weights[kept], int(kept[: grid.nodes].sum()))
+
+
+def of_second(instants: Array) -> NDArray[np.bool_]:
+    """Return which instants of a stride are of its second step; that of the landing is not."""
+    return np.asarray(instants > LANDING[0])
 
 
 def chebyshev_points(count: int) -> Array:

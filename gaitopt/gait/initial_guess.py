@@ -22,13 +22,16 @@ from gaitopt.gait.foot_turn import FootTurn
 from gaitopt.gait.parameters import (
     DURATION,
     FOOT_SPACING,
+    FOOT_YAW,
     PELVIS_FORWARD,
     PELVIS_HEIGHT,
     PELVIS_LATERAL,
     STEP_LENGTH,
     TRUNK_PITCH,
+    Layout,
 )
 from gaitopt.gait.problem import WalkProblem
+from gaitopt.gait.stride import StrideLayout
 from gaitopt.mechanics.inverse_kinematics import LegKinematics, loop_gap
 from gaitopt.model.joint_tree import TWIST
 from gaitopt.nlp import Array
@@ -52,38 +55,76 @@ def first_guess(problem: WalkProblem) -> Array:
     """
     if isinstance(problem.model, DoubleStepModel):
         return _closing_guess(problem, problem.model)
-    geometry = _geometry(problem)
-    kinematics = LegKinematics(problem.robot)
+    layouts = (
+        problem.layout.steps if isinstance(problem.layout, StrideLayout) else (problem.layout,)
+    )
+    geometries = [_geometry(problem, step) for step in range(len(layouts))]
+    starts = [_start(problem, geometry) for geometry in geometries]
+    parts = [
+        _guessed_step(problem, layout, start, geometry, after.q)
+        for layout, start, geometry, after in zip(
+            layouts, starts, geometries, [*starts[1:], starts[0]], strict=True
+        )
+    ]
+    whole = problem.layout
+    return with_peak(problem, whole.pack(parts) if isinstance(whole, StrideLayout) else parts[0])
+
+
+@dataclass(frozen=True)
+class _Start:
+    """A double support: placements of pelvis and rear foot, and joint angles q (n,)."""
+
+    pelvis: pin.SE3
+    rear: pin.SE3
+    q: Array
+
+
+def _start(problem: WalkProblem, geometry: Array) -> _Start:
+    """Return the double support of geometric quantities."""
     pelvis, _ = place(PELVIS_CHAIN, geometry)
+    rear, _ = place(swing_sole_chain(problem.layout.rise), geometry)
     turns = _turns(problem, geometry)
-    rear = place(swing_sole_chain(problem.layout.rise), geometry)[0] * turns.place(1.0)
-    landed = turns.place(0.0).inverse()
-    q_start = kinematics.solve(landed * pelvis, landed * rear)
-    q_end = problem.model.exchange @ q_start
+    rear, landed = rear * turns.place(1.0), turns.place(0.0).inverse()
+    q = LegKinematics(problem.robot).solve(landed * pelvis, landed * rear)
+    return _Start(pelvis, rear, q)
+
+
+def _guessed_step(
+    problem: WalkProblem, layout: Layout, start: _Start, geometry: Array, following: Array
+) -> Array:
+    """Return the parameters of a step (p,) whose foot swings over from one posture to the next.
+
+    Args:
+        problem: the walk.
+        layout: of the step.
+        start, geometry: its double support.
+        following: joint angles at the start of the next step, there exchanged, shape (n,).
+    """
+    kinematics, turns = LegKinematics(problem.robot), _turns(problem, geometry)
+    q_end = problem.model.exchange @ following
     pelvis_end, front = (turns.place(1.0) * at for at in kinematics.placements(q_end))
-    count = problem.layout.postures
+    count = layout.postures
     lift = problem.task.margins.clearance + _EXTRA_LIFT + problem.task.ground.lift
     knots = []
     inner = problem.model.basis.knots[1:-1]
     for s in inner if turns.turns else np.arange(1, count + 1) / (count + 1):
-        sole = pin.SE3.Interpolate(rear, front, float(s))
+        sole = pin.SE3.Interpolate(start.rear, front, float(s))
         sole.translation = sole.translation + np.array([0.0, 0.0, lift * np.sin(np.pi * s)])
         foot = turns.place(float(s)).inverse()
-        at_pelvis = foot * pin.SE3.Interpolate(pelvis, pelvis_end, float(s))
+        at_pelvis = foot * pin.SE3.Interpolate(start.pelvis, pelvis_end, float(s))
         knots.append(kinematics.solve(at_pelvis, foot * sole))
     last = (
         geometry[DURATION] * (1.0 - inner[-1]) if turns.turns else geometry[DURATION] / (count + 1)
     )
     rate_before = _RATE_FRACTION * (q_end - knots[-1]) / last
-    x = problem.layout.pack(np.array(knots), rate_before, q_start, geometry, turns.parameters)
-    return with_peak(problem, x)
+    return layout.pack(np.array(knots), rate_before, start.q, geometry, turns.parameters)
 
 
 def with_peak(problem: WalkProblem, x: Array) -> Array:
     """Return x with its largest torque, if that is a parameter, as large as its torques are."""
     if problem.layout.peak:
         x = x.copy()
-        x[problem.layout.largest] = np.abs(problem.step(x).read(quantities.TORQUE)).max()
+        x[problem.layout.largest] = np.abs(problem.whole(x).read(quantities.TORQUE)).max()
     return x
 
 
@@ -92,7 +133,7 @@ def _closing_guess(problem: WalkProblem, model: DoubleStepModel) -> Array:
 
     The load passes from the rear foot to the front one in between.
     """
-    geometry, kinematics = _geometry(problem), LegKinematics(problem.robot)
+    geometry, kinematics = _geometry(problem, 0), LegKinematics(problem.robot)
     pelvis, _ = place(PELVIS_CHAIN, geometry)
     rear = place(swing_sole_chain(problem.layout.rise), geometry)[0]
     q_start = kinematics.solve(pelvis, rear)
@@ -117,7 +158,7 @@ def _closing_guess(problem: WalkProblem, model: DoubleStepModel) -> Array:
     wrench[:, 4] = -wrench[:, 2] * 0.5 * (problem.robot.sole.toe + problem.robot.sole.heel)
     leg = slice(TWIST)
     more = np.concatenate([np.zeros(TWIST), bend[leg], wrench.ravel()])
-    return problem.layout.pack(np.array(early), rate[leg], q_start, geometry, more)
+    return model.layout.pack(np.array(early), rate[leg], q_start, geometry, more)
 
 
 @dataclass(frozen=True)
@@ -172,7 +213,7 @@ def flat_feet_gap(problem: WalkProblem) -> float:
     if robot.tree.stance >= TWIST and robot.coupling.none:
         return 0.0
     support = JointAngleSupport(robot, rise=layout.rise)
-    geometry, count = _geometry(problem), len(robot.joint_names)
+    geometry, count = _geometry(problem, 0), len(robot.joint_names)
     fixed_step = not layout.geometry[DURATION].free and problem.task.speed_as == "constraint"
     rows = [row for row in layout.free if not (row == STEP_LENGTH and fixed_step)]
     table = [layout.geometry[row] for row in rows]
@@ -209,19 +250,21 @@ def perturbed(problem: WalkProblem, x: Array, sigma: float, seed: int) -> Array:
         seed: of the random generator.
     """
     noisy = np.array(x)
-    joints = slice(0, problem.layout.start.stop)
-    noisy[joints] += np.random.default_rng(seed).normal(0.0, sigma, joints.stop)
+    joints = problem.layout.of_joints
+    noisy[joints] += np.random.default_rng(seed).normal(0.0, sigma, len(joints))
     return noisy
 
 
-def _geometry(problem: WalkProblem) -> Array:
-    """Geometric quantities of the guess: fixed ones keep their value."""
-    robot, task = problem.robot, problem.task
+def _geometry(problem: WalkProblem, number: int) -> Array:
+    """Geometric quantities of the guess at the start of a step: fixed ones keep their value."""
+    robot, task, layout = problem.robot, problem.task, _step_layout(problem, number)
     legs, ground = robot.legs, task.ground
-    guess = problem.layout.fixed_values.copy()
+    guess = layout.fixed_values.copy()
     step = guess[STEP_LENGTH]
     narrowest = robot.sole.left - robot.sole.right + task.margins.lateral_gap
     spacing = legs.side * max(abs(legs.stance_width), narrowest + _CLEAR_OF_GAP)
+    aside = (2 * number - 1) * task.lateral_speed * task.duration  # half of what a step widens
+    spacing += (aside + legs.side * abs(aside)) if task.steps > 1 else 0.0
     share = 0.0 if task.double_support is None else task.double_support / task.duration
     if (1.0 + share) * abs(step) / 2.0 >= _LONGEST * legs.reach:
         raise UnreachableError(
@@ -239,19 +282,25 @@ def _geometry(problem: WalkProblem) -> Array:
     height = min(_CROUCH * legs.reach, (root - half * sine) / (1.0 + sine**2))
     height -= max(ground.rise, 0.0)  # the rear leg reaches down
     ankle, middle = legs.ankles.mean(axis=0), legs.hips.mean(axis=0)
+    heading = 0.5 * guess[FOOT_YAW] if task.steps > 1 else 0.0
+    ahead = np.array([np.cos(heading), np.sin(heading)])
+    half_way = 0.5 * (spacing * np.array([-ahead[1], ahead[0]]) - step * ahead)
+    if task.turn_rate != 0.0:  # the pelvis points between the feet
+        half_way += (ankle[0] - middle[0]) * (ahead - [1.0, 0.0])
     values = {
         PELVIS_HEIGHT: ankle[2] + height - middle[2],
-        PELVIS_LATERAL: spacing / 2.0,
+        PELVIS_LATERAL: half_way[1],
         PELVIS_FORWARD: ankle[0]
-        - (1.0 - share) * step / 2.0
+        + half_way[0]
+        + share * step / 2.0
         - middle[0]
         + height * np.sin(ground.incline),
         TRUNK_PITCH: _TRUNK_PITCH + ground.incline,
         FOOT_SPACING: spacing,
     }
     for row, value in values.items():
-        if problem.layout.geometry[row].free:
-            quantity = problem.layout.geometry[row]
+        if layout.geometry[row].free:
+            quantity = layout.geometry[row]
             guess[row] = np.clip(value, quantity.lower, quantity.upper)
     return guess
 
@@ -266,22 +315,34 @@ def resized(x: Array, old: WalkProblem, new: WalkProblem) -> Array:
         x: parameters of a walk of the old robot, shape (P,).
         old, new: of the same layout.
     """
-    at = new.layout.index("pelvis_height")
-    if at is None:
-        return x
-    before, after = _legs(old, x), _legs(new, x)
-    share = np.linalg.norm(before, axis=1) / old.robot.legs.reach
-    reach = share * new.robot.legs.reach
-    room = reach**2 - (after[:, :2] ** 2).sum(axis=1)
-    if not (room > 0.0).all():
-        return x
     lifted = x.copy()
-    lifted[at] += float((np.sqrt(room) - after[:, 2]).min())
+    for number in range(new.task.steps):
+        at = _step_layout(new, number).index("pelvis_height")
+        if at is None:
+            return x
+        before, after = _legs(old, number, x), _legs(new, number, x)
+        share = np.linalg.norm(before, axis=1) / old.robot.legs.reach
+        reach = share * new.robot.legs.reach
+        room = reach**2 - (after[:, :2] ** 2).sum(axis=1)
+        if not (room > 0.0).all():
+            return x
+        up, layout = float((np.sqrt(room) - after[:, 2]).min()), new.layout
+        if isinstance(layout, StrideLayout):
+            lifted += layout.charts[number].matrix[at] * up
+        else:
+            lifted[at] += up
     return lifted
 
 
-def _legs(problem: WalkProblem, x: Array) -> Array:
-    """Return the vectors from ankles to hips in double support, shape (2, 3)."""
-    boundary = problem.model.boundary
-    (pelvis, _), (sole, _) = boundary.place(problem.layout.geometry_of(x))
+def _step_layout(problem: WalkProblem, number: int) -> Layout:
+    """Return the layout of the parameters of a step."""
+    layout = problem.layout
+    return layout.steps[number] if isinstance(layout, StrideLayout) else layout
+
+
+def _legs(problem: WalkProblem, number: int, x: Array) -> Array:
+    """Return the vectors from ankles to hips in the double support of a step, shape (2, 3)."""
+    layout, boundary = problem.layout, problem.model.boundary
+    z = layout.charts[number].of(x) if isinstance(layout, StrideLayout) else x
+    (pelvis, _), (sole, _) = boundary.place(_step_layout(problem, number).geometry_of(z))
     return boundary.leg_vectors(pelvis, sole)

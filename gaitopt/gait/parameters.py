@@ -132,6 +132,11 @@ class Layout:
         """Entries of the free geometric quantities."""
         return slice(self.start.stop, self.start.stop + len(self.free))
 
+    @property
+    def of_joints(self) -> list[int]:
+        """Entries that are angles or rates of joints."""
+        return list(range(self.start.stop))
+
     @cached_property
     def turn(self) -> slice:
         """Entries of the stance foot's turn, the angle of the rear foot first; or none."""

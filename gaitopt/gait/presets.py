@@ -92,8 +92,10 @@ def humanoid_task(robot: Robot, **changes: object) -> Task:
     """
     speed = changes.get("speed", stroll(robot))
     defaults: dict[str, object] = {"boundary": "lifted", "leg_extension": None, "speed": speed}
-    if is_finite(speed):
-        defaults["duration"] = natural_duration(robot, float(str(speed)))
+    aside = changes.get("lateral_speed", 0.0)
+    if is_finite(speed) and is_finite(aside):
+        pace = math.hypot(float(str(speed)), float(str(aside)))
+        defaults["duration"] = natural_duration(robot, pace)
     friction = changes.get("friction", Margins().friction)
     if isinstance(friction, float | int):
         sole = robot.sole

@@ -7,13 +7,16 @@ from functools import cached_property
 
 import numpy as np
 
+from gaitopt.contact.schedule import Schedule
 from gaitopt.errors import GaitoptError, InputError
+from gaitopt.gait import quantities
 from gaitopt.gait.constraint import Constraint, ConstraintBlock, ConstraintContext, failure
 from gaitopt.gait.constraints import CONSTRAINTS
 from gaitopt.gait.costs import CostContext, cost_function
 from gaitopt.gait.double_step import DoubleStepModel
+from gaitopt.gait.double_support import Posture
 from gaitopt.gait.functions import check_function
-from gaitopt.gait.grid import Grid
+from gaitopt.gait.grid import LANDING, Grid
 from gaitopt.gait.parameters import (
     FOOT_SPACING,
     STEP_LENGTH,
@@ -22,9 +25,19 @@ from gaitopt.gait.parameters import (
     set_geometry,
 )
 from gaitopt.gait.quantities import PEAK, Quantity, typical_entries
-from gaitopt.gait.step import Step, StepDerivatives
-from gaitopt.gait.step_hessian import StepWeights, pairs_added, step_hessian
-from gaitopt.gait.step_model import StepModel
+from gaitopt.gait.step import Period, Step, StepDerivatives
+from gaitopt.gait.step_hessian import StepWeights, cycle_hessian, pairs_added, step_hessian
+from gaitopt.gait.step_model import StepModel, cycle, cycle_derivatives
+from gaitopt.gait.stride import (
+    Stride,
+    StrideLayout,
+    by_step,
+    halves,
+    joined_blocks,
+    split_weights,
+    stride_jacobians,
+    stride_layout,
+)
 from gaitopt.gait.task import Task
 from gaitopt.gait.terrain import check_profile
 from gaitopt.model.robot import Robot
@@ -46,8 +59,29 @@ class RowAddress:
     entry: int
 
 
+@dataclass(frozen=True)
+class _Derivatives:
+    """A period of the walk with its derivatives.
+
+    Attributes:
+        x: parameters, shape (P,).
+        whole: the step, or the stride.
+        steps, derivatives: of which it consists.
+        jacobians: of the quantities of the whole.
+    """
+
+    x: Array
+    whole: Step | Stride
+    steps: tuple[Step, ...]
+    derivatives: tuple[StepDerivatives, ...]
+    jacobians: dict[Quantity, Array]
+
+
 class WalkProblem(NLP):
     """The walk of one robot for one task, on one grid of instants.
+
+    What repeats is a step, exchanged, or a stride of two (`Task.steps`), its period. Instants and
+    rows are of the whole period.
 
     It keeps the last step and works in scratch shared with the other walks of the robot in its
     thread: not to be used by two threads.
@@ -60,16 +94,21 @@ class WalkProblem(NLP):
         self.grid = grid or task.grid
         self.layout = walk_layout(robot, task)
         self.blocks = constraint_blocks(robot, task, self.grid)
-        context = CostContext(robot, self.grid, task.speed)
+        way = task.speed if task.steps == 1 else task.pace  # along the path
+        rows, nodes = (self.grid, None) if task.steps == 1 else by_step(self.grid)
+        context = CostContext(robot, rows, way, nodes)
         penalty = task.penalty_weight if task.speed_as == "penalty" else 0.0
         self.cost = cost_function(task.cost, context, penalty)
         self.cost_scale = 1.0 / task.cost.typical(context)
         self.has_hessian = True
         read = {one for block in self.blocks for one in block.reads} | {*task.cost.reads}
-        evaluate = DoubleStepModel if self.schedule.closing else StepModel
-        self.model: StepModel | DoubleStepModel = evaluate(
-            robot, self.layout, self.grid, read, self.schedule
-        )
+        self.model: StepModel | DoubleStepModel
+        self.models: tuple[StepModel, ...] = ()  # of the steps that follow each other by impacts
+        if self.schedule.closing and isinstance(self.layout, Layout):
+            self.model = DoubleStepModel(robot, self.layout, self.grid, read, self.schedule)
+        else:
+            self.models = _models(robot, self.layout, self.grid, read, self.schedule)
+            self.model = self.models[0]
         lower, upper = self.layout.bounds()
         self.variables = Variables(self.layout.names, lower, upper, self.layout.scale())
         self.rows = Rows(
@@ -81,59 +120,99 @@ class WalkProblem(NLP):
         )
         ends = np.cumsum([b.size for b in self.blocks])
         self._slices = [slice(e - b.size, e) for e, b in zip(ends, self.blocks, strict=True)]
-        self._last_step: Step | None = None
-        self._last_derivatives: tuple[Step, StepDerivatives] | None = None
+        self._last_step: Step | Stride | None = None
+        self._last_derivatives: _Derivatives | None = None
 
     @cached_property
     def breaks(self) -> Array:
-        """Shares of the step, from 0 to 1, between which every quantity is smooth."""
+        """Shares of the period, from 0 to 1, between which every quantity is smooth."""
         model, knots = self.model, self.model.basis.knots
+        if len(self.models) > 1:
+            return np.concatenate([0.5 * knots, 0.5 + 0.5 * knots[1:]])
         turns = [turn for turn in (model.landing_turn, model.foot_turn) if turn is not None]
         return np.unique(np.concatenate([knots, *(turn.knots for turn in turns)]))
+
+    @property
+    def changes(self) -> Array:
+        """Shares of the period at which quantities may jump: phases and steps follow there."""
+        return LANDING if len(self.models) > 1 else self.schedule.changes
+
+    @property
+    def ends(self) -> Array:
+        """Shares of the period at which a step begins or ends."""
+        return np.unique([0.0, *LANDING[: len(self.models) - 1], 1.0])
 
     def with_grid(self, grid: Grid) -> WalkProblem:
         """Return the same walk looked at on another grid."""
         return WalkProblem(self.robot, self.task, grid)
 
     def step(self, x: Array) -> Step:
-        """Return everything about the step at x (the last one is kept)."""
-        if self._last_derivatives is not None and np.array_equal(self._last_derivatives[0].x, x):
-            return self._last_derivatives[0]
+        """Return everything about the step at x, of a stride the first."""
+        return self.steps(x)[0]
+
+    def steps(self, x: Array) -> tuple[Step, ...]:
+        """Return the step at x, or both steps of a stride."""
+        whole = self.whole(x)
+        return whole.steps if isinstance(whole, Stride) else (whole,)
+
+    def whole(self, x: Array) -> Step | Stride:
+        """Return everything about the period at x, a step or a stride (the last is kept)."""
+        if self._last_derivatives is not None and np.array_equal(self._last_derivatives.x, x):
+            return self._last_derivatives.whole
         if self._last_step is None or not np.array_equal(self._last_step.x, x):
-            self._last_step = self.model.step(np.array(x))
+            self._last_step = self._joined(np.array(x), self._evaluated(np.array(x)))
         return self._last_step
 
     def derivatives(self, x: Array) -> tuple[Step, StepDerivatives]:
-        """Return the step at x and its derivatives (the last one is kept)."""
-        if self._last_derivatives is None or not np.array_equal(self._last_derivatives[0].x, x):
-            step = self._last_step
-            kept = step.posture if step is not None and np.array_equal(step.x, x) else None
-            self._last_derivatives = self.model.derivatives(np.array(x), kept)
+        """Return the step at x and its derivatives, of a stride the first."""
+        found = self._derivatives(x)
+        return found.steps[0], found.derivatives[0]
+
+    def _evaluated(self, x: Array) -> tuple[Step, ...]:
+        if isinstance(self.model, DoubleStepModel):
+            return (self.model.step(x),)
+        return cycle(self.models, x)
+
+    def _joined(self, x: Array, steps: tuple[Step, ...]) -> Step | Stride:
+        return steps[0] if len(steps) == 1 else Stride(x, steps, self.task.pace)
+
+    def _derivatives(self, x: Array) -> _Derivatives:
+        """Return the period at x with its derivatives (the last one is kept)."""
+        if self._last_derivatives is None or not np.array_equal(self._last_derivatives.x, x):
+            last, known = self._last_step, None
+            if last is not None and np.array_equal(last.x, x):
+                known = [one.posture for one in self.steps(x)]
+            x = np.array(x)
+            steps, derivatives = self._differentiated(x, known)
+            jacobians = derivatives[0].jacobians
+            if isinstance(self.layout, StrideLayout):
+                jacobians = stride_jacobians(self.layout, derivatives, self.task.pace)
+            whole = self._joined(x, steps)
+            self._last_derivatives = _Derivatives(x, whole, steps, derivatives, jacobians)
         return self._last_derivatives
 
     def values(self, x: Array) -> Values:
         """Return cost and scaled rows at x."""
-        step = self.step(x)
+        step = self.whole(x)
         return Values(step.x, self.cost.value(step), self._row_values(step))
 
     def point(self, x: Array) -> Point:
         """Return cost, scaled rows and their exact derivatives at x."""
-        step, derivatives = self.derivatives(x)
+        found = self._derivatives(x)
+        step, jacobians = found.whole, found.jacobians
         gradient = np.zeros(self.layout.size)
         for one, weight in self.cost.gradient(step).items():
-            gradient += (weight[:, None] @ derivatives.jacobians[one]).sum(axis=(0, 1))
+            gradient += (weight[:, None] @ jacobians[one]).sum(axis=(0, 1))
         jacobian = np.empty((self.rows.lower.size, self.layout.size))
         for block, rows in zip(self.blocks, self._slices, strict=True):
-            found = block.function.chained(
-                block.take(step.values), block.take(derivatives.jacobians)
-            )
-            out = jacobian[rows].reshape(found.shape)
-            np.multiply(found, block.per_unit, out=out)
+            slopes = block.function.chained(block.take(step.values), block.take(jacobians))
+            out = jacobian[rows].reshape(slopes.shape)
+            np.multiply(slopes, block.per_unit, out=out)
         return Point(step.x, self.cost.value(step), self._row_values(step), gradient, jacobian)
 
     def weights(self, x: Array, multipliers: Array, cost_weight: float) -> dict[Quantity, Array]:
         """Return the derivatives of cost_weight * cost + multipliers . rows in the quantities."""
-        step = self.step(x)
+        step = self.whole(x)
         weights, weighed = StepWeights.zero(step), multipliers / self._row_scales
         for block, rows in zip(self.blocks, self._slices, strict=True):
             y = weighed[rows].reshape(block.lower.shape)
@@ -146,7 +225,8 @@ class WalkProblem(NLP):
 
     def hessian(self, x: Array, multipliers: Array, cost_weight: float) -> Array:
         """Return the exact Hessian of cost_weight * cost + multipliers . rows."""
-        step, derivatives = self.derivatives(x)
+        found = self._derivatives(x)
+        step = found.whole
         weights = StepWeights.zero(step)
         weighed = multipliers / self._row_scales
         for block, rows in zip(self.blocks, self._slices, strict=True):
@@ -162,14 +242,30 @@ class WalkProblem(NLP):
                 weights.first[one] += cost_weight * first
             for pair, second in self.cost.hessian(step).items():
                 weights.add_second(pair, slice(None), cost_weight * second)
-        H = self.curvature(step, derivatives, weights)
+        H = self._bent(found, weights)
         if cost_weight != 0.0:
             for one, (pairs, bent) in self.cost.neighbours(step).items():
-                first, second = (derivatives.jacobians[one][pairs[:, end]] for end in (0, 1))
+                first, second = (found.jacobians[one][pairs[:, end]] for end in (0, 1))
                 weighed = (cost_weight * bent)[:, :, None] * second
                 mixed = np.tensordot(first, weighed, ((0, 1), (0, 1)))
                 H += mixed + mixed.T
         return H
+
+    def _differentiated(
+        self, x: Array, known: list[Posture] | None
+    ) -> tuple[tuple[Step, ...], tuple[StepDerivatives, ...]]:
+        if isinstance(self.model, DoubleStepModel):
+            step, derivatives = self.model.derivatives(x, None if known is None else known[0])
+            return (step,), (derivatives,)
+        return cycle_derivatives(self.models, x, known)
+
+    def _bent(self, found: _Derivatives, weights: StepWeights) -> Array:
+        """Return the Hessian in x of the function that `weights` differentiates, shape (P, P)."""
+        if len(found.steps) == 1:
+            return self.curvature(found.steps[0], found.derivatives[0], weights)
+        each = split_weights(weights, found.steps)
+        H = cycle_hessian(self.models, found.steps, found.derivatives, each)
+        return pairs_added(H, weights, found.jacobians)
 
     def curvature(self, step: Step, derivatives: StepDerivatives, weights: StepWeights) -> Array:
         """Return the Hessian in x of the function that `weights` differentiates, shape (P, P)."""
@@ -196,7 +292,7 @@ class WalkProblem(NLP):
         index = [b.name for b in self.blocks].index(name)
         return self._slices[index]
 
-    def _row_values(self, step: Step) -> Array:
+    def _row_values(self, step: Period) -> Array:
         values = (b.function.value(b.take(step.values)).ravel() for b in self.blocks)
         return np.asarray(np.concatenate(list(values)) / self._row_scales)
 
@@ -210,14 +306,44 @@ def constraint_blocks(robot: Robot, task: Task, grid: Grid) -> tuple[ConstraintB
     """
     if task.terrain is not None:
         check_profile(task.terrain, robot.sole, task.step_length, task.margins.nosing)
-    context = ConstraintContext(
-        robot, grid, task.margins, task.speed, task.duration, task.speed_as, task.boundary,
-        task.schedule, task.ground,
-    )  # fmt: skip
-    built_in = [one.block(context) for one in CONSTRAINTS if one.asked(context)]
-    others = (*task.cost.constraints, *task.constraints)
-    own = [_checked(one, context) for one in others if one.asked(context)]
-    return (*built_in, *own)
+    contexts = [
+        ConstraintContext(
+            robot, own, task.margins, task.speed, task.duration, task.speed_as, task.boundary,
+            task.schedule, task.ground, task.lateral_speed, task.turn_rate, task.steps,
+        )
+        for own in (halves(grid) if task.steps == 2 else (grid,))
+    ]  # fmt: skip
+    found = []
+    for make, constraints in (
+        (lambda one, context: one.block(context), CONSTRAINTS),
+        (_checked, (*task.cost.constraints, *task.constraints)),
+    ):
+        for one in constraints:
+            if one.asked(contexts[0]):
+                blocks = [make(one, context) for context in contexts]
+                found.append(_over_period(blocks, grid, robot))
+    return tuple(found)
+
+
+def _over_period(blocks: list[ConstraintBlock], grid: Grid, robot: Robot) -> ConstraintBlock:
+    """Return the rows of a constraint over a step, or over the steps of a stride."""
+    if len(blocks) == 1 or blocks[0].reads == (quantities.ADVANCE,):
+        return blocks[0]
+    return joined_blocks(blocks, grid, robot)
+
+
+def _models(
+    robot: Robot,
+    layout: Layout | StrideLayout,
+    grid: Grid,
+    read: set[Quantity],
+    schedule: Schedule,
+) -> tuple[StepModel, ...]:
+    """Return the models of the steps of a period."""
+    if not isinstance(layout, StrideLayout):
+        return (StepModel(robot, layout, grid, read, schedule),)
+    each = zip(layout.steps, halves(grid), layout.charts, strict=True)
+    return tuple(StepModel(robot, own, part, read, schedule, chart) for own, part, chart in each)
 
 
 def _checked(constraint: Constraint, context: ConstraintContext) -> ConstraintBlock:
@@ -243,7 +369,7 @@ def _checked(constraint: Constraint, context: ConstraintContext) -> ConstraintBl
     return block
 
 
-def walk_layout(robot: Robot, task: Task) -> Layout:
+def walk_layout(robot: Robot, task: Task) -> Layout | StrideLayout:
     """Return the layout of x for a task: its step duration, and its step length as first guess."""
     table = set_geometry(task.geometry, {"duration": {"value": task.duration}})
     if table[STEP_LENGTH].free:
@@ -253,10 +379,11 @@ def walk_layout(robot: Robot, task: Task) -> Layout:
     landing, leaving = (
         phase.contact.hinge(robot.sole) is not None for phase in (schedule.first, schedule.last)
     )
-    return Layout(
+    layout = Layout(
         robot.joint_names, task.postures, table, task.boundary == "lifted", leaving,
         task.ground.rise, landing, PEAK in task.cost.reads, schedule.closing,
     )  # fmt: skip
+    return layout if task.steps == 1 else stride_layout(layout, robot, task)
 
 
 def _within_step_width(

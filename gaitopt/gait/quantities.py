@@ -102,11 +102,17 @@ LEGS = Quantity(
 GAPS = Quantity(
     "gaps", "m, 1", "what the lifted form has to close", _WRENCH, ("pelvis", "swing sole")
 )
-TRAVEL = Quantity("travel", "m, s", "the step", ("step length", "duration"), ("",))
+TRAVEL = Quantity(
+    "travel", "m, s", "the step, or the path of a stride of two", ("step length", "duration"), ("",)
+)
+ADVANCE = Quantity(
+    "advance", "m, m, s", "a step of a stride, on the average; no entries where all are alike",
+    ("forward", "left", "duration"), ("",),
+)  # fmt: skip
 
 ALL = (
     TORQUE, WRENCH, CORNERS, ANGLES, RATES, ACCELERATIONS, IMPULSE, SOLE_TWIST, LEGS, GAPS, TRAVEL,
-    TRUNK, LEG_GAPS, FOOT_TURN, PEAK, FRONT_WRENCH,
+    TRUNK, LEG_GAPS, FOOT_TURN, PEAK, FRONT_WRENCH, ADVANCE,
 )  # fmt: skip
 
 

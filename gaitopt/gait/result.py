@@ -134,6 +134,8 @@ class Gait:
             near its splines, where its sole stays; empty where an impact ends the step.
         front_wrench: of the ground on the front foot then, in its sole frame: control points of a
             cubic of time in Bernstein's form, force [N] and moment [N·m], shape (4, 6) or (0, 6).
+        second: the step after this one, where that is no mirror image of it, in a stride of two:
+            seen as its own mirror image, with E like this one, so that its next step is this one.
         meta: JSON-able record (task, limits, sole, mass, cost, solver, status, certificate,
             versions); every key is optional.
 
@@ -177,6 +179,7 @@ class Gait:
     double_knots: Array = field(default_factory=lambda: np.zeros(0))
     double_coefficients: Array = None  # type: ignore[assignment]  # from then on an array
     front_wrench: Array = field(default_factory=lambda: np.zeros((0, 6)))
+    second: Gait | None = None
 
     def __post_init__(self) -> None:
         for name in SHAPES:
@@ -204,6 +207,7 @@ class Gait:
             object.__setattr__(self, "coefficients", _frozen("coefficients", _fitted(self)))
         _check_sizes(self)
         _check_mirror(self.mirror)
+        _check_second(self)
 
     def __repr__(self) -> str:
         """Return it in one line: the whole of it is pages long."""
@@ -217,6 +221,16 @@ class Gait:
         )
 
     @property
+    def following(self) -> Gait:
+        """The next step as its own mirror image: this one, or the second of a stride."""
+        return self if self.second is None else self.second
+
+    @property
+    def steps(self) -> tuple[Gait, ...]:
+        """This step, or both of a stride, the second as its mirror image."""
+        return (self,) if self.second is None else (self, self.second)
+
+    @property
     def duration(self) -> float:
         """Duration of the step [s]."""
         return float(self.time[-1])
@@ -225,8 +239,10 @@ class Gait:
     def step_length(self) -> float:
         """Distance the robot advances in one step [m]: half the travel of the swing sole.
 
-        Below zero where it goes backward.
+        Below zero where it goes backward; of a stride forward, on the average.
         """
+        if self.second is not None:
+            return self.speed * self.duration
         start, end = self.swing_sole[[0, -1]].reshape(2, 2, 2, 3).mean(axis=2)  # toe, heel of each
         start, end = _laid_flat(start, self.foot_hinge), _laid_flat(end, self.landing_hinge)
         forward, left, _ = (end - start).mean(axis=0)  # with feet turned out it is not along x
@@ -298,12 +314,39 @@ class Gait:
     @property
     def speed(self) -> float:
         """Walking speed [m/s]; below zero backward."""
+        if self.second is not None:
+            return self.number("motion", "speed") or 0.0
         return self.step_length / self.duration
+
+    @property
+    def lateral_speed(self) -> float:
+        """Speed to the left [m/s]; zero unless it is a stride."""
+        return 0.0 if self.second is None else self.number("motion", "lateral_speed") or 0.0
+
+    @property
+    def turn_rate(self) -> float:
+        """Rate of the turn about the vertical, to the left [rad/s]; zero unless it is a stride."""
+        return 0.0 if self.second is None else self.number("motion", "turn_rate") or 0.0
+
+    @property
+    def way(self) -> str:
+        """Where it goes, in words: "0.4 m/s, 0.1 m/s to the left, turning right at 0.2 rad/s"."""
+        found = [f"{self.speed:.3g} m/s"]
+        for rate, words, unit in (
+            (self.lateral_speed, "{} to the {}", "m/s"),
+            (self.turn_rate, "turning {1} at {0}", "rad/s"),
+        ):  # fmt: skip
+            if rate != 0.0:
+                found.append(
+                    words.format(f"{abs(rate):.3g} {unit}", "left" if rate > 0 else "right")
+                )
+        return ", ".join(found)
 
     @property
     def in_place(self) -> bool:
         """Whether the gait was asked to get nowhere, so that its cost is told per second."""
-        return self.number("task", "speed") == 0.0
+        aside = self.number("task", "lateral_speed") or 0.0
+        return self.number("task", "speed") == 0.0 and aside == 0.0
 
     @property
     def cost(self) -> float | None:
@@ -341,6 +384,9 @@ class Gait:
                 f"{', '.join(body.moving_names)}; give the robot that it was designed for"
             )
         phases = [TrajectoryPhase(0, self.knots, self.coefficients)]
+        if self.second is not None:
+            second = TrajectoryPhase(0, self.second.knots, self.second.coefficients)
+            return Trajectory(body, (phases[0],), self.mirror, (second,))
         if self.closing:
             knots = self.double_knots - self.double_knots[0]
             late = TrajectoryPhase(0, knots, self.double_coefficients, front=self.front_wrench)
@@ -563,6 +609,28 @@ def _check_times(gait: Gait) -> None:
         raise InputError(
             f"the gait's last knot is {gait.knots[-1]:.6g} s; "
             f"it must be the end of the step, {gait.duration:.6g} s"
+        )
+
+
+def _check_second(gait: Gait) -> None:
+    """Refuse a second step that does not fit the first."""
+    second = gait.second
+    if second is None:
+        return
+    if (
+        not isinstance(second, Gait)
+        or second.second is not None
+        or any(len(one.phases) > 1 for one in (gait, second))
+    ):
+        raise InputError(
+            "the gait's second step must be a single step on flat feet, like its first"
+        )
+    if second.joint_names != gait.joint_names or not np.array_equal(second.mirror, gait.mirror):
+        raise InputError("the gait's second step has other joints than its first")
+    if abs(second.duration - gait.duration) > _NOWHERE * gait.duration:
+        raise InputError(
+            f"the gait's second step lasts {second.duration:.6g} s; it must last as long as its "
+            f"first, {gait.duration:.6g} s"
         )
 
 

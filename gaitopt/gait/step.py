@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Collection
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Protocol
 
 import numpy as np
 import pinocchio as pin
@@ -33,6 +34,25 @@ from gaitopt.mechanics.trunk import ROLL, YAW, Trunk
 from gaitopt.model.coupling import Coupling
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array
+
+
+class Period(Protocol):
+    """What a walk repeats, as constraints and costs see it: a step, or a stride of two."""
+
+    @property
+    def duration(self) -> float:
+        """Its duration [s]."""
+
+    @property
+    def step_length(self) -> float:
+        """The way that is walked in it, of a stride along the path [m]."""
+
+    @property
+    def values(self) -> dict[Quantity, Array]:
+        """Every quantity, see `read`."""
+
+    def read(self, what: Quantity) -> Array:
+        """Return a quantity, one row per instant (or leg), shape (K, entries)."""
 
 
 @dataclass(frozen=True)
@@ -117,7 +137,7 @@ class Step:
         return {
             quantities.TORQUE: effort[:, 6 + self.hinges :],
             quantities.WRENCH: effort[:, :6],
-            quantities.CORNERS: corners.reshape(len(corners), -1),
+            quantities.CORNERS: corners.reshape(len(corners), 3 * corners.shape[1]),
             quantities.ANGLES: self.motion[0],
             quantities.RATES: self.motion[1],
             quantities.ACCELERATIONS: self.motion[2],
@@ -130,6 +150,7 @@ class Step:
             quantities.FRONT_WRENCH: (
                 np.zeros((len(effort), 0)) if self.double is None else self.double.front
             ),
+            quantities.ADVANCE: np.zeros((1, 0)),
             **self.optional,
         }
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from gaitopt.gait import quantities
 from gaitopt.gait.parameters import DURATION
 from gaitopt.gait.quantities import Quantity
-from gaitopt.gait.step import ShapedTurn, Step, StepDerivatives
+from gaitopt.gait.step import Period, ShapedTurn, Step, StepDerivatives
 from gaitopt.gait.step_model import StepModel
 from gaitopt.mechanics.forward_kinematics import body_inertias
 from gaitopt.mechanics.impact import WeightedImpact
@@ -48,7 +48,7 @@ class StepWeights:
     second: dict[tuple[Quantity, Quantity], Array]
 
     @classmethod
-    def zero(cls, step: Step) -> StepWeights:
+    def zero(cls, step: Period) -> StepWeights:
         """Return zero weights of a step; a pair without second ones has no entry there."""
         return cls({one: np.zeros(step.read(one).shape) for one in quantities.ALL}, {})
 

@@ -5,6 +5,7 @@ Also as plain data, for gait files and libraries, and back.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, field, fields, replace
 from functools import partial
@@ -27,7 +28,7 @@ from gaitopt.gait.constraint import (
 )
 from gaitopt.gait.constraints import CONSTRAINTS, Margins
 from gaitopt.gait.costs import Cost, TorqueCost, per_second
-from gaitopt.gait.grid import QUADRATURES, Grid, phase_grid, uniform_grid
+from gaitopt.gait.grid import LANDING, QUADRATURES, Grid, phase_grid, uniform_grid
 from gaitopt.gait.parameters import (
     DURATION,
     FOOT_SPACING,
@@ -61,6 +62,8 @@ WIDEST = 0.1
 """Strip at the toe or heel that bears while it turns [m]: a longer one is a sole of its own."""
 HIGHEST = 0.5
 """Of a tread over the one before [m]: no leg of a walk lifts its foot higher."""
+FARTHEST = 0.6
+"""Turn of a walk in one step [rad]: the hips of few robots turn their feet farther."""
 STEEPEST = 1.0
 """Of a slope up or down [rad]: friction of rubber on stone holds a foot to about 45 degrees."""
 
@@ -79,6 +82,10 @@ class Task:
 
     Attributes:
         speed: walking speed V of Eq. (39) [m/s]; below zero backward, zero in place.
+        lateral_speed: speed to the left [m/s].
+        turn_rate: of the walk about the vertical, to the left [rad/s].
+        stride: whether both steps of a stride are designed even where the second may be the mirror
+            image of the first; where it may not, sideways and in turns, they always are.
         duration: of one step, T [s]; free if the geometry table says so, then the first guess.
         postures: intermediate postures of the splines, n - 2 of section 4.1.
         samples: equidistant instants of the step.
@@ -110,6 +117,13 @@ class Task:
     """
 
     speed: float = entry(1.0, "Walking speed; below zero backward, 0 in place.", "m/s", common=True)
+    lateral_speed: float = entry(
+        0.0, "Walking speed sideways, to the left above zero.", "m/s", common=True
+    )
+    turn_rate: float = entry(
+        0.0, "Rate at which the walk turns, to the left above zero.", "rad/s", common=True
+    )
+    stride: bool = entry(False, "Design both steps of a stride, not one and its mirror image.")
     duration: float = entry(0.4, "Duration of a step.", "s", common=True)
     postures: int = entry(
         2, "Postures inside the step that the splines of the joints pass through."
@@ -173,6 +187,7 @@ class Task:
             )
         if not is_of_use(self.speed):
             raise InputError(f"speed is {self.speed} m/s; it must be 0, or {USABLE} in size")
+        self._check_stride()
         for name, unit in (("duration", "s"), ("penalty_weight", "cost/m²")):
             value = getattr(self, name)
             if not (is_finite(value) and value > 0.0):
@@ -225,6 +240,39 @@ class Task:
         if not self.geometry[STEP_LENGTH].free and self.speed_as == "constraint":
             raise InputError("step_length is fixed; free it, or take the speed as a penalty")
 
+    def _check_stride(self) -> None:
+        for name, unit in (("lateral_speed", "m/s"), ("turn_rate", "rad/s")):
+            if not is_finite(getattr(self, name)):
+                raise InputError(
+                    f"{name} is {shown(getattr(self, name))} {unit}; it must be a finite number, "
+                    "below zero to the right"
+                )
+            if not is_of_use(getattr(self, name)):
+                raise InputError(
+                    f"{name} is {getattr(self, name)} {unit}; it must be 0, or {USABLE} in size"
+                )
+        if not isinstance(self.stride, bool):
+            raise InputError(f"stride is {shown(self.stride)}; it must be True or False")
+        if self.steps == 1:
+            return
+        if self.speed_as != "constraint":
+            raise InputError(
+                "a stride of two steps has its speed as a constraint; leave out speed_as"
+            )
+        for name in ("toe_off", "heel_strike", "double_support"):
+            if getattr(self, name) is not None:
+                raise InputError(
+                    f"in a stride of two steps one foot stands, flat; leave out {name}, or "
+                    "lateral_speed, turn_rate and stride"
+                )
+        turn = self.turn_rate * self.duration
+        if not abs(turn) <= FARTHEST:
+            raise InputError(
+                f"turn_rate is {self.turn_rate:g} rad/s, with steps of {self.duration:g} s a turn "
+                f"of {abs(turn):.3g} rad a step; give at most {FARTHEST:g} rad, by a lower rate or "
+                "shorter steps"
+            )
+
     def _check_ground(self) -> None:
         if not (is_finite(self.stairs) and abs(self.stairs) <= HIGHEST):
             raise InputError(
@@ -244,6 +292,11 @@ class Task:
         where = "on a slope" if ground.name == Slope.name else f"on {ground.name}"
         if ground != Level() and (yaw.free or yaw.value != 0.0):
             raise InputError(f"{where} the feet point ahead; fix foot_yaw at 0 (--fix foot_yaw=0)")
+        if ground != Level() and self.steps > 1:
+            raise InputError(
+                f"{where} each step is the mirror image of the one before; leave out "
+                "lateral_speed, turn_rate and stride"
+            )
         if ground.shaped and self.speed <= 0.0:
             raise InputError(
                 f"speed is {self.speed:g} m/s; {where} it must be above 0, since the ground "
@@ -311,9 +364,28 @@ class Task:
         return self.speed * self.duration
 
     @property
+    def steps(self) -> int:
+        """Number of steps that are designed: 1 where the next is its mirror image, else 2."""
+        return 2 if self.stride or self.lateral_speed != 0.0 or self.turn_rate != 0.0 else 1
+
+    @property
+    def pace(self) -> float:
+        """Speed along the path [m/s]."""
+        return math.hypot(self.speed, self.lateral_speed)
+
+    def slower(self, share: float) -> Task:
+        """Return the same walk at a share of its speeds and of its turn rate."""
+        return replace(
+            self,
+            speed=share * self.speed,
+            lateral_speed=share * self.lateral_speed,
+            turn_rate=share * self.turn_rate,
+        )
+
+    @property
     def in_place(self) -> bool:
         """Whether the walk gets nowhere, so that its cost is told per second."""
-        return self.speed == 0.0
+        return self.pace == 0.0
 
     @property
     def cost_unit(self) -> str:
@@ -338,7 +410,9 @@ class Task:
 
     @property
     def grid(self) -> Grid:
-        """The instants at which the step is looked at first."""
+        """The instants at which the step, or the stride of two, is looked at first."""
+        if self.steps == 2:
+            return phase_grid(2 * self.samples - 1, self.quadrature, LANDING)
         return phase_grid(self.samples, self.quadrature, self.schedule.changes)
 
     @property

@@ -201,11 +201,14 @@ class Trajectory:
         phases: of one step, in order.
         exchange: E, shape (n, n): joints of the next step are E times those of this one, and the
             feet change roles, Eq. (26); None where a step is followed by the same again.
+        second: phases of the next step as its mirror image, as long as the first; by default those
+            of the first.
     """
 
     body: Multibody
     phases: tuple[TrajectoryPhase, ...]
     exchange: Array | None
+    second: tuple[TrajectoryPhase, ...] | None = None
 
     def __repr__(self) -> str:
         """Return it in one line: the whole of it is pages long."""
@@ -303,7 +306,7 @@ class Trajectory:
         standing = self._standing(0, 0)
         for step in range(self._steps):
             own = []
-            for index, phase in enumerate(self.phases):
+            for index, phase in enumerate(self._phases(step)):
                 own.append(place)
                 end = self._exchanged(phase.motion(np.array([phase.duration]))[0], step)[0]
                 following = self._next(step, index)
@@ -319,8 +322,12 @@ class Trajectory:
         stride = line * place * line.inverse()
         return tuple(tuple(line * p for p in own) for own in stances), stride
 
+    def _phases(self, step: int) -> tuple[TrajectoryPhase, ...]:
+        """Return the phases of a step, as of its mirror image where it is an odd one."""
+        return self.phases if self.second is None or step % 2 == 0 else self.second
+
     def _standing(self, step: int, phase: int) -> int:
-        foot = self.phases[phase].standing
+        foot = self._phases(step)[phase].standing
         return foot if self.exchange is None or step % 2 == 0 else 1 - foot
 
     def _next(self, step: int, phase: int) -> int:
@@ -346,17 +353,13 @@ class Trajectory:
         motion = np.zeros((3, count, joints))
         motion[0] = body.posture
         foot_motion, front = np.zeros((3, count, 6)), np.zeros((count, 6))
-        for index, part in enumerate(self.phases):
-            rows = np.flatnonzero(phase == index)
-            values = part.motion(local[rows])
-            pushed = part.front_wrench(local[rows])
-            if self.exchange is not None:
-                odd = step[rows] % 2 == 1
-                values[:, odd] = values[:, odd] @ self.exchange.T
-                pushed[odd] = pushed[odd] * _MIRRORED
-            motion[:, rows[:, None], body.moving] = values
-            foot_motion[:, rows] = part.foot_motion(local[rows])
-            front[rows] = pushed
+        for odd in range(self._steps):
+            for index, part in enumerate(self._phases(odd)):
+                rows = np.flatnonzero((phase == index) & (step % self._steps == odd))
+                values = self._exchanged(part.motion(local[rows]), odd)
+                motion[:, rows[:, None], body.moving] = values
+                foot_motion[:, rows] = part.foot_motion(local[rows])
+                front[rows] = part.front_wrench(local[rows]) * (_MIRRORED if odd else 1.0)
         body.follow(motion)
         places = {
             key: self._place(*key) for key in set(zip(step.tolist(), phase.tolist(), strict=True))

@@ -127,6 +127,7 @@ def export_library(
             content = _content(gait, form, rate, strides, joints)
             line["file"] = write_atomically(folder / names[point], content).name
             line |= {"speed": gait.speed, "duration": gait.duration}
+            line |= {"lateral_speed": gait.lateral_speed, "turn_rate": gait.turn_rate}
             line |= {"step_length": gait.step_length, "cost": gait.cost}
         rows.append({**line, "status": row.get("status")})
     return write_atomically(folder / INDEX, _index_text(rows, axes))
@@ -170,7 +171,8 @@ def _file_names(
 
 
 def _index_text(rows: list[Row], axes: list[str]) -> bytes:
-    columns = dict.fromkeys(["file", *axes, "speed", "duration", "step_length", "cost", "status"])
+    known = ["speed", "lateral_speed", "turn_rate", "duration", "step_length", "cost", "status"]
+    columns = dict.fromkeys(["file", *axes, *known])
     buffer = io.StringIO()
     writer = csv.writer(buffer, lineterminator="\n")
     writer.writerow(columns)

@@ -183,6 +183,8 @@ def record(motion: Motion) -> dict[str, object]:
         "frames": "world: z against gravity, x along the walk; quaternions x y z w",
         "robot": motion.body.name,
         "speed": gait.speed,
+        "lateral_speed": gait.lateral_speed,
+        "turn_rate": gait.turn_rate,
         "step_duration": gait.trajectory.step_duration,
         "step_length": gait.step_length,
         "rate": motion.rate,
@@ -213,6 +215,8 @@ def bezier_record(motion: Motion) -> dict[str, object]:
     gait, trajectory = motion.gait, motion.gait.trajectory
     turn = upright(motion.body.gravity)
     ahead = turn @ trajectory.advance(2).translation / trajectory.period
+    if gait.second is not None:  # a turn goes on along its circle
+        ahead = np.array([gait.speed, gait.lateral_speed, 0.0])
     found: dict[str, object] = {}
     sides = ("RightSS", "LeftSS") if _right(motion) == 0 else ("LeftSS", "RightSS")
     worst = 0.0

@@ -34,6 +34,8 @@ _TEXT_OR_EXPONENT = re.compile(r'"(?:[^"\\]|\\.)*"|(?P<digits>(?<![\d.])\d+)(?P<
 def stride_samples(gait: Gait, both_legs: bool = False) -> dict[str, Array]:
     """Return the samples of a step, or of it and its mirror image after it (Eq. 26).
 
+    Of a stride of two steps that are no mirror images it is always both.
+
     At the change of step the instant is there twice, before and after the impact.
 
     Returns:
@@ -42,13 +44,14 @@ def stride_samples(gait: Gait, both_legs: bool = False) -> dict[str, Array]:
         `joint_names`.
     """
     mirrors = dict.fromkeys(_JOINTS, gait.mirror) | _GROUND
+    each = (gait, gait.following) if both_legs or gait.second is not None else (gait,)
     steps = [
         {
-            "time": gait.time + k * gait.duration,
-            "step": np.full(len(gait.time), k),
-            **{n: getattr(gait, n) @ (np.eye(len(E)), E.T)[k] for n, E in mirrors.items()},
+            "time": one.time + k * gait.duration,
+            "step": np.full(len(one.time), k),
+            **{n: getattr(one, n) @ (np.eye(len(E)), E.T)[k] for n, E in mirrors.items()},
         }
-        for k in range(2 if both_legs else 1)
+        for k, one in enumerate(each)
     ]
     found = {name: np.concatenate([step[name] for step in steps]) for name in steps[0]}
     for name in _JOINTS:
@@ -124,6 +127,8 @@ def record(gait: Gait, samples: Mapping[str, Array]) -> dict[str, object]:
         "duration": gait.duration,
         "step_length": gait.step_length,
         "speed": gait.speed,
+        "lateral_speed": gait.lateral_speed,
+        "turn_rate": gait.turn_rate,
         "joint_names": list(joints),
         "standing_foot_of_step": _standing(gait, samples),
         "time": samples["time"].tolist(),
@@ -190,8 +195,8 @@ def _columns(values: Array, names: tuple[str, ...]) -> dict[str, list[float]]:
 
 def _splines(gait: Gait, samples: Mapping[str, Array]) -> dict[str, object]:
     """Return for each joint, step and piece the coefficients a0 to a3 of Eq. (40)."""
-    pieces = cubic_pieces(gait)
-    own = [pieces, np.einsum("ij,kjc->kic", gait.mirror, pieces)]
+    pieces, later = cubic_pieces(gait), cubic_pieces(gait.following)
+    own = [pieces, np.einsum("ij,kjc->kic", gait.mirror, later)]
     steps = [with_followers(gait, step.swapaxes(0, 1)).swapaxes(0, 1) for step in own]
     for step in steps:
         step[:, len(gait.joint_names) :, 0] += _offsets(gait)

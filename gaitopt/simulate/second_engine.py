@@ -19,6 +19,7 @@ INSTANTS = 601
 """Of the step at which both engines are compared: 20 in each of the 30 intervals of a default."""
 AGREED = 1e-9
 """Relative difference up to which both engines say the same."""
+_MIRRORED = np.array([1.0, -1.0, 1.0, -1.0, 1.0, -1.0])  # of a wrench
 _SLIGHT = 0.01  # of the largest momentum: impulses of a foot set down softly are nearly none
 
 
@@ -66,18 +67,30 @@ class SecondEngine:
 def second_engine(gait: Gait, instants: int = INSTANTS) -> SecondEngine:
     """Compute torques, ground wrench and impact of a gait again, with `mj_inverse`.
 
-    Motion comes from the splines of the gait, the robot from its `Multibody`.
+    Motion comes from the splines of the gait, the robot from its `Multibody`; of a stride both
+    steps are computed.
 
     Raises:
         InputError: the robot cannot be simulated.
         RobotError: the gait has no robot of its own, and its URDF is not its robot.
     """
-    trajectory = gait.trajectory
+    found = [_step(gait, number, instants) for number in range(len(gait.steps))]
+    return SecondEngine(
+        engine=f"MuJoCo {mujoco.__version__}",
+        instants=len(found) * instants,
+        **{name: max(one[name] for one in found) for name in found[0]},
+    )
+
+
+def _step(gait: Gait, number: int, instants: int) -> dict[str, float]:
+    """Return the largest differences in a step of a gait, 0 or 1."""
+    trajectory, own = gait.trajectory, gait.steps[number]
+    E = gait.mirror if number == 1 else np.eye(len(gait.mirror))
     robot = simulated_robot(trajectory.body)
     robot.model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONSTRAINT)
     data = mujoco.MjData(robot.model)
     times = np.linspace(0.0, trajectory.step_duration, instants)
-    samples = trajectory.at(times, before=times > 0.0)
+    samples = trajectory.at(times + number * trajectory.step_duration, before=times > 0.0)
     friction = _coulomb_friction(trajectory, samples.q, samples.dq)
     torque, wrench = np.empty((instants, len(robot.dof))), np.empty((instants, 6))
     for row in range(instants):
@@ -95,17 +108,16 @@ def second_engine(gait: Gait, instants: int = INSTANTS) -> SecondEngine:
         wrench[row] = _in_sole(robot, data, foot, ground)
     stated = samples.torque[:, trajectory.body.moving] - friction
     on_foot = samples.wrench[np.arange(instants), samples.standing]
-    rate_after, impulse = _impact(robot, data, 1, gait)
+    rate_after, impulse = _impact(robot, data, 1 - number, gait)
+    stated_impulse = own.impulse * (_MIRRORED if number == 1 else 1.0)
     pace = float(np.linalg.norm(samples.base_twist[:, :3], axis=1).max())
-    return SecondEngine(
-        engine=f"MuJoCo {mujoco.__version__}",
-        instants=instants,
-        torque=_difference(torque, stated),
-        force=_difference(wrench[:, :3], on_foot[:, :3]),
-        moment=_difference(wrench[:, 3:], on_foot[:, 3:]),
-        rate_after=_difference(rate_after, gait.rate_after),
-        impulse=_difference(impulse, gait.impulse, _SLIGHT * robot.mass * pace),
-    )
+    return {
+        "torque": _difference(torque, stated),
+        "force": _difference(wrench[:, :3], on_foot[:, :3]),
+        "moment": _difference(wrench[:, 3:], on_foot[:, 3:]),
+        "rate_after": _difference(rate_after, E @ own.rate_after),
+        "impulse": _difference(impulse, stated_impulse, _SLIGHT * robot.mass * pace),
+    }
 
 
 def sole_jacobian(robot: SimulatedRobot, data: mujoco.MjData, foot: int) -> Array:

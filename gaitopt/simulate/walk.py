@@ -174,6 +174,11 @@ def simulate(
             "the stance foot of this gait turns before the impact (toe-off); only gaits with flat "
             "feet can be simulated yet: optimise it without --toe-off"
         )
+    if gait.lateral_speed != 0.0 or gait.turn_rate != 0.0:
+        raise InputError(
+            f"the gait goes at {gait.way}; only walks straight ahead are simulated under feedback "
+            "(second_engine(gait) in Python has MuJoCo's own torques of any)"
+        )
     if gait.closing:
         raise InputError(
             "both feet of this gait stand at the end of its step; only gaits that end with an "

@@ -207,6 +207,8 @@ def _cost_slope(
     for change in (step, -step):
         try:
             other = _changed(scenario, name, value + change)
+            if other.task.in_place != scenario.task.in_place:  # whose cost is per second
+                return None
             nearby = WalkProblem(other.robot.build(), other.task, problem.grid)
             return (_lagrangian(nearby, problem, solution) - solution.cost) / change
         except (InputError, EvaluationError):

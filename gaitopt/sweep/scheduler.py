@@ -29,7 +29,7 @@ from gaitopt.gait.task import Task
 from gaitopt.model.robot import Robot
 from gaitopt.sweep.continuation import Neighbour
 from gaitopt.sweep.executor import CONTINUE, DIAGNOSE, FINISH, Job, Outcome, run_job, run_job_alone
-from gaitopt.sweep.grid import Axis, Grid, Index, with_values
+from gaitopt.sweep.grid import OF_STRIDES, Axis, Grid, Index, with_values
 from gaitopt.sweep.library import Library, Writer, open_library
 from gaitopt.sweep.manifest import manifest_record
 from gaitopt.sweep.scenario import RobotSource, Scenario
@@ -169,7 +169,10 @@ class Scenarios:
                 changed(spec, {axis.name: value})  # type: ignore[arg-type]
         self._grid = grid
         self.robot = RobotSource(robot.urdf, robot.choices, spec)
-        self.tasks: Mapping[Index, Task] = {p: task_at(grid.values(p)) for p in grid.order}
+        tasks = {p: task_at(grid.values(p)) for p in grid.order}
+        if any(axis.name in OF_STRIDES for axis in grid.axes):
+            tasks = {p: replace(task, stride=True) for p, task in tasks.items()}
+        self.tasks: Mapping[Index, Task] = tasks
 
     def at(self, point: Index) -> Scenario:
         """Return robot and task of a point."""

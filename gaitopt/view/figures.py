@@ -62,6 +62,10 @@ _SPACE = 0.08  # free above and below the curves, in their heights
 _PHASES = 0.035  # of a panel's height: the band of the phases at its foot
 
 
+_LINES = ("-", "--")  # of a step, and of the second of a stride
+_STEPS = ("", ", 2nd step mirrored")
+
+
 def step_figure(gait: Gait, count: int = 9) -> Figure:
     """Draw one step as superposed stick figures, side and front view (Fig. 4).
 
@@ -91,7 +95,7 @@ def step_figure(gait: Gait, count: int = 9) -> Figure:
     front.invert_xaxis()
     _name_legs(figure, side, gait)
     where = f", {words}" if (words := _ground_words(gait)) else ""
-    figure.suptitle(f"One step: {gait.step_length:.3f} m in {gait.duration:.3f} s{where}")
+    figure.suptitle(f"{_which(gait)}: {gait.step_length:.3f} m in {gait.duration:.3f} s{where}")
     return figure
 
 
@@ -116,7 +120,7 @@ def walking_figure(gait: Gait, steps: int = 3, per_step: int = 6) -> Figure:
     label_axes(axes, "forward x [m]", "height z [m]")
     _name_legs(figure, axes, gait, (gait.stance_sole, gait.swing_sole_frame))
     where = f" {words}" if (words := _ground_words(gait)) else ""
-    figure.suptitle(f"{steps} steps at {gait.speed:.3g} m/s{where}; solid: the landings")
+    figure.suptitle(f"{steps} steps at {gait.way}{where}; solid: the landings")
     return figure
 
 
@@ -224,26 +228,28 @@ def _mark_phases(axes: Axes, gait: Gait) -> None:
 
 def torque_figure(gait: Gait) -> Figure:
     """Draw the torques of the joints against their limits, stance leg on swing leg."""
-    return _grid(gait, gait.torque, gait.joint_limit("torque"), "torque [N·m]", "Joint torques")
+    return _grid(gait, "torque", gait.joint_limit("torque"), "torque [N·m]", "Joint torques")
 
 
 def rate_figure(gait: Gait) -> Figure:
     """Draw the rates of the joints against their limits, stance leg on swing leg."""
-    return _grid(gait, gait.dq, gait.joint_limit("speed"), "rate [rad/s]", "Joint rates")
+    return _grid(gait, "dq", gait.joint_limit("speed"), "rate [rad/s]", "Joint rates")
 
 
 def angle_figure(gait: Gait) -> Figure:
     """Draw the angles of the joints, stance leg on swing leg."""
-    return _grid(gait, gait.q, None, "angle [rad]", "Joint angles")
+    return _grid(gait, "q", None, "angle [rad]", "Joint angles")
 
 
-def _grid(gait: Gait, values: Array, limits: Array | None, unit: str, title: str) -> Figure:
+def _grid(gait: Gait, name: str, limits: Array | None, unit: str, title: str) -> Figure:
     """Draw panels from hip to ankle, in each the joint of both legs, in its own scale."""
+    values = np.concatenate([getattr(one, name) for one in gait.steps])
     joints = _panels(gait)
     rows = -(-len(joints) // _COLUMNS)
     height = rows * _ROW
     figure = new_figure(9.0, height, layout=None)
-    below = _BELOW + (_LEGEND_ROW if len(gait.phases) > 1 else 0.0)
+    wide = len(gait.phases) > 1 or gait.second is not None
+    below = _BELOW + (_LEGEND_ROW if wide else 0.0)
     place = {**_PLACE, "bottom": below / height, "top": 1.0 - _ABOVE / height}
     panels = figure.subplots(rows, _COLUMNS, sharex=True, squeeze=False, gridspec_kw=place)
     for axes in panels.flat[len(joints) :]:
@@ -253,8 +259,10 @@ def _grid(gait: Gait, values: Array, limits: Array | None, unit: str, title: str
     for panel, (axes, stance) in enumerate(zip(panels.flat, joints, strict=False)):
         both = [stance, partner(gait, stance)]
         axes.axhline(0.0, color="#C8C8C8", linewidth=0.8)
-        axes.plot(gait.time, values[:, both[0]], color=STANCE, label="stance leg")
-        axes.plot(gait.time, values[:, both[1]], color=SWING, label="swing leg")
+        for own, line, words in zip(gait.steps, _LINES, _STEPS, strict=False):
+            at, later = getattr(own, name), words if gait.second is not None else ""
+            axes.plot(own.time, at[:, both[0]], line, color=STANCE, label=f"stance leg{later}")
+            axes.plot(own.time, at[:, both[1]], line, color=SWING, label=f"swing leg{later}")
         drawn = [] if limits is None else _draw_limit(axes, values[:, both], limits[both])
         _scale(axes, np.append(values[:, both], drawn), least)
         _mark_phases(axes, gait)
@@ -267,6 +275,10 @@ def _grid(gait: Gait, values: Array, limits: Array | None, unit: str, title: str
         )
     _share_legend(figure, list(panels.flat[: len(joints)]))
     return figure
+
+
+def _which(gait: Gait) -> str:
+    return "One step" if gait.second is None else "First step of a stride"
 
 
 def _panels(gait: Gait) -> list[int]:
@@ -329,18 +341,23 @@ def force_figure(gait: Gait) -> Figure:
 
 
 def cop_figure(gait: Gait) -> Figure:
-    """Draw the path of the centre of pressure in the stance sole (Fig. 6)."""
+    """Draw the path of the centre of pressure in the stance sole (Fig. 6).
+
+    Of a stride that of the second step's mirror image is drawn too, thin.
+    """
     corners = gait.trajectory.body.sole_corners[0]
     long, wide = np.ptp(corners, axis=0)[:2] + 2.0 * _AROUND
     height = _COP_INSIDE * wide / long  # as high as the sole needs, else a band stays empty
     figure = new_figure(_COP_WIDTH, float(np.clip(height, *_COP_HEIGHTS)) + _COP_TEXT)
     axes = figure.subplots()
     _draw_sole(axes, corners)
-    path = _draw_path(axes, gait)
+    paths = [_draw_path(axes, own, line) for own, line in zip(gait.steps, _LINES, strict=False)]
+    path = paths[0]
     colours = figure.colorbar(path, ax=axes, pad=0.02)
     colours.set_label("time [s]")
     colours.outline.set_visible(False)
-    margin = _margin(gait.cop[gait.flat], corners)  # beyond, it is at an edge by intent
+    flat = np.concatenate([own.cop[own.flat] for own in gait.steps])
+    margin = _margin(flat, corners)  # beyond, it is at an edge by intent
     label_axes(axes, "forward x [m]", "left y [m]")
     axes.set_aspect("equal")
     axes.grid(False)
@@ -350,15 +367,18 @@ def cop_figure(gait: Gait) -> Figure:
 
 
 def _draw_force(axes: Axes, gait: Gait) -> None:
-    fx, fy, fz = gait.ground_wrench[:, :3].T
-    axes.plot(gait.time, fz, color=STANCE, label="normal $f_z$")
-    axes.plot(gait.time, fx, color=SWING, linewidth=1.2, label="forward $f_x$")
-    axes.plot(gait.time, fy, color=SECOND, linewidth=1.2, label="sideways $f_y$")
+    mean = 0.0
+    for own, line, words in zip(gait.steps, _LINES, _STEPS, strict=False):
+        (fx, fy, fz), later = own.ground_wrench[:, :3].T, words if gait.second is not None else ""
+        axes.plot(own.time, fz, line, color=STANCE, label=f"normal $f_z${later}")
+        axes.plot(own.time, fx, line, color=SWING, linewidth=1.2, label=f"forward $f_x${later}")
+        axes.plot(own.time, fy, line, color=SECOND, linewidth=1.2, label=f"sideways $f_y${later}")
+        total = float(np.diff(own.time) @ (fz[:-1] + fz[1:])) / 2.0  # trapezoids
+        mean += total / (own.duration * len(gait.steps))
     if gait.closing:
         late = gait.time > gait.knots[-1]
         both = gait.front_wrench_at(gait.time[late])[:, 2]
         axes.plot(gait.time[late], both, color=STANCE, linestyle="--", label="front foot $f_z$")
-    mean = float(np.diff(gait.time) @ (fz[:-1] + fz[1:])) / (2.0 * gait.duration)  # trapezoids
     axes.axhline(mean, color=MEAN, linewidth=1.2, linestyle="-.", label=f"mean $f_z$ {mean:.1f} N")
     mass = gait.number("mass")
     if mass is not None:
@@ -373,9 +393,10 @@ def _draw_force(axes: Axes, gait: Gait) -> None:
 
 
 def _draw_friction(axes: Axes, gait: Gait) -> None:
-    force = gait.ground_wrench
-    used = np.hypot(force[:, 0], force[:, 1]) / np.where(force[:, 2] > 0.0, force[:, 2], np.nan)
-    axes.plot(gait.time, used, color=TRUNK, label="used")
+    for own, line, words in zip(gait.steps, _LINES, _STEPS, strict=False):
+        force, later = own.ground_wrench, words if gait.second is not None else ""
+        used = np.hypot(force[:, 0], force[:, 1]) / np.where(force[:, 2] > 0.0, force[:, 2], np.nan)
+        axes.plot(own.time, used, line, color=TRUNK, label=f"used{later}")
     limit = gait.number("task", "margins", "friction")
     if limit is not None:
         axes.axhline(limit, color=LIMIT, linestyle="--", linewidth=1.0, label=f"allowed {limit:g}")
@@ -398,17 +419,19 @@ def _draw_sole(axes: Axes, corners: Array) -> None:
     axes.annotate("heel", (low[0], high[1]), (2, 3), textcoords="offset points", ha="left")
 
 
-def _draw_path(axes: Axes, gait: Gait) -> LineCollection:
-    """Draw the path coloured by time, with its start and end."""
+def _draw_path(axes: Axes, gait: Gait, line: str) -> LineCollection:
+    """Draw the path coloured by time, with its start and end; thin of a second step."""
     segments = np.stack([gait.cop[:-1], gait.cop[1:]], axis=1)
     middle = (gait.time[:-1] + gait.time[1:]) / 2.0
-    path = LineCollection(list(segments), array=middle, cmap="viridis", linewidth=2.2)
+    width = 2.2 if line == _LINES[0] else 1.0
+    path = LineCollection(list(segments), array=middle, cmap="viridis", linewidth=width)
     path.set_clim(0.0, gait.duration)
     axes.add_collection(path)
     for point, mark, colour, label in ((0, "o", SECOND, "start"), (-1, "s", SWING, "end")):
         (end,) = axes.plot(
-            *gait.cop[point], mark, color=colour, markersize=7, label=label, clip_on=False
-        )
+            *gait.cop[point], mark, color=colour, markersize=7, clip_on=False,
+            label=label if line == _LINES[0] else "",
+        )  # fmt: skip
         end.set_in_layout(False)  # of a walk that is none it may be far outside
     return path
 

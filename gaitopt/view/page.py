@@ -175,7 +175,7 @@ def facts(gait: Gait) -> list[tuple[str, str]]:
     """Return what is known about a gait, for people: name, and value with unit."""
     cost, mass = gait.cost, gait.number("mass")
     known = [
-        ("speed", f"{gait.speed:.3g} m/s"),
+        ("speed", gait.way),
         ("step", f"{gait.step_length:.3f} m in {gait.duration:.3f} s"),
         ("ground", ground_of(gait).words or None),
         ("load", payload_words(gait) or None),
@@ -243,4 +243,4 @@ def _robot(gait: Gait) -> str:
 
 def _title(gait: Gait) -> str:
     name = gait.text("robot")
-    return f"{name or 'Walking'}{' walks' if name else ''} at {gait.speed:.3g} m/s"
+    return f"{name or 'Walking'}{' walks' if name else ''} at {gait.way}"

@@ -243,13 +243,13 @@ def test_every_quantity_is_constrained_somewhere(robot, problem):
     """A quantity that nothing reads is computed for nobody, and no test sees its derivatives.
 
     Accelerations are there for constraints of one's own; the peak belongs to a cost, `PeakTorque`,
-    which brings its own constraint.
+    which brings its own constraint; `ADVANCE` is read in strides (test_stride.py).
     """
     task = preset_task(boundary="lifted", toe_off=0.7, **UPRIGHT)
     everything = constraint_blocks(robot, task, task.grid)
     both = preset_task(double_support=0.05)
     everything += constraint_blocks(robot, both, both.grid)
-    known = set(quantities.ALL) - {quantities.ACCELERATIONS, quantities.PEAK}
+    known = set(quantities.ALL) - {quantities.ACCELERATIONS, quantities.PEAK, quantities.ADVANCE}
     assert {one for b in everything for one in b.reads} == known
     optional = {quantities.GAPS, quantities.TRUNK, quantities.LEG_GAPS, quantities.FOOT_TURN}
     optional.add(quantities.FRONT_WRENCH)

@@ -1,0 +1,409 @@
+"""A stride of two steps: its parameters, its steps side by side, and its rows.
+
+Where a walk goes straight, the second step is the mirror image of the first and need not be
+computed. Sideways and in turns it is another one. It is seen as its own mirror image all the same,
+from its stance foot, so that the mechanics of one step serves both; what ends a step begins the
+next (`gaitopt.gait.step_model.cycle`), and only the footprints tell how the stride goes.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import accumulate
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitopt.gait import quantities
+from gaitopt.gait.constraint import ConstraintBlock
+from gaitopt.gait.functions import ByStep
+from gaitopt.gait.grid import Grid, half, of_second
+from gaitopt.gait.parameters import (
+    DURATION,
+    FOOT_SPACING,
+    FOOT_YAW,
+    GEOMETRY_NAMES,
+    PEAK_NAME,
+    PELVIS_YAW,
+    Chart,
+    GeometricParameter,
+    Layout,
+    set_geometry,
+)
+from gaitopt.gait.quantities import Quantity
+from gaitopt.gait.step import Step, StepDerivatives
+from gaitopt.gait.step_hessian import StepWeights
+from gaitopt.gait.task import Task
+from gaitopt.model.robot import Robot
+from gaitopt.nlp import Array
+
+SECOND = "second_step_"
+"""Before the name of a parameter of the second step, whose joints are those of its mirror image."""
+SHARED = (FOOT_YAW, DURATION)
+"""Rows of the geometry table that both steps share: their mean foot yaw, their duration."""
+TURN_SIGNS = (-1.0, 1.0)
+"""Foot yaw at the start of either step, less its mean, over the turn of the walk in a step."""
+
+
+@dataclass(frozen=True)
+class StrideLayout:
+    """Where each parameter stands in x: first step, second step, then what they share.
+
+    Attributes:
+        geometry: the table as it is asked for, complete.
+        steps: layouts of the steps; with tables of their own, for they begin with other foot yaws.
+        turn_rate: of the walk [rad/s].
+        yaw: mean foot yaw while that is fixed [rad].
+        duration: of a step while that is fixed [s].
+    """
+
+    geometry: tuple[GeometricParameter, ...]
+    steps: tuple[Layout, Layout]
+    turn_rate: float
+    yaw: float
+    duration: float
+
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """Names of the n joints."""
+        return self.steps[0].joint_names
+
+    @property
+    def joints(self) -> int:
+        """Number of joints n."""
+        return self.steps[0].joints
+
+    @property
+    def postures(self) -> int:
+        """Number of intermediate postures of each step."""
+        return self.steps[0].postures
+
+    @property
+    def lifted(self) -> bool:
+        """Whether the postures at the starts are in x."""
+        return self.steps[0].lifted
+
+    @property
+    def rise(self) -> float:
+        """Zero: strides are on level ground [m]."""
+        return 0.0
+
+    @property
+    def free(self) -> list[int]:
+        """Rows of the geometry table that are in x."""
+        return [i for i, quantity in enumerate(self.geometry) if quantity.free]
+
+    @cached_property
+    def own(self) -> tuple[NDArray[np.int_], NDArray[np.int_]]:
+        """Entries of either step's parameters that are its own, in their order in x."""
+        first, second = (
+            np.array(
+                [k for k, name in enumerate(layout.names) if name not in _SHARED_NAMES], dtype=int
+            )
+            for layout in self.steps
+        )
+        return first, second
+
+    @property
+    def peak(self) -> bool:
+        """Whether the largest torque of both steps is in x."""
+        return self.steps[0].peak
+
+    @property
+    def largest(self) -> slice:
+        """Entry of the largest torque; or none."""
+        first = self.size - len(self.shared)
+        return slice(first, first + self.peak)
+
+    @cached_property
+    def shared(self) -> list[str]:
+        """Names of what both steps share and x holds once; the duration is the last."""
+        names = [PEAK_NAME] if self.peak else []
+        return [*names, *(_name(row) for row in SHARED if self.geometry[row].free)]
+
+    @cached_property
+    def size(self) -> int:
+        """Length of x."""
+        return sum(len(own) for own in self.own) + len(self.shared)
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """Name of every entry of x."""
+        first, second = (
+            [layout.names[k] for k in own] for layout, own in zip(self.steps, self.own, strict=True)
+        )
+        return (*first, *(SECOND + name for name in second), *self.shared)
+
+    @cached_property
+    def charts(self) -> tuple[Chart, Chart]:
+        """Parameters of either step in x."""
+        first, second = (self._chart(step) for step in range(2))
+        return first, second
+
+    @property
+    def of_joints(self) -> list[int]:
+        """Entries of x that are angles or rates of joints."""
+        count, first = self.steps[0].start.stop, len(self.own[0])
+        return [*range(count), *range(first, first + count)]
+
+    def index(self, name: str) -> int | None:
+        """Return where a geometric quantity stands in x, of the first step, or None if fixed."""
+        row = GEOMETRY_NAMES.index(name)
+        if row in SHARED:
+            return self._shared_index(name)
+        if not self.geometry[row].free:
+            return None
+        return self.names.index(name)
+
+    def bounds(self) -> tuple[Array, Array]:
+        """Return lower and upper bounds of x."""
+        table = [layout.bounds() for layout in self.steps]
+        ends = np.array([self._of_shared(name) for name in self.shared]).reshape(-1, 3)
+        lower, upper = (
+            np.concatenate(
+                [*(b[k][own] for b, own in zip(table, self.own, strict=True)), ends[:, k]]
+            )
+            for k in range(2)
+        )
+        return lower, upper
+
+    def scale(self) -> Array:
+        """Return the size of a sensible step of each entry of x."""
+        parts = [layout.scale()[own] for layout, own in zip(self.steps, self.own, strict=True)]
+        return np.concatenate([*parts, [self._of_shared(name)[2] for name in self.shared]])
+
+    def _of_shared(self, name: str) -> tuple[float, float, float]:
+        """Return bounds and scale of what both steps share."""
+        if name == PEAK_NAME:
+            first, at = self.steps[0], self.steps[0].largest.start
+            lower, upper = first.bounds()
+            return float(lower[at]), float(upper[at]), float(first.scale()[at])
+        quantity = self.geometry[GEOMETRY_NAMES.index(name)]
+        return quantity.lower, quantity.upper, quantity.scale
+
+    def pack(self, parts: Sequence[Array]) -> Array:
+        """Return x from the parameters of both steps (p,), in which what they share agrees."""
+        first, second = (z[own] for z, own in zip(parts, self.own, strict=True))
+        names = [layout.names for layout in self.steps]
+        means = [
+            np.mean([z[own.index(name)] for z, own in zip(parts, names, strict=True)])
+            for name in self.shared
+        ]
+        return np.concatenate([first, second, means])
+
+    def _shared_index(self, name: str) -> int | None:
+        if name not in self.shared:
+            return None
+        return self.size - len(self.shared) + self.shared.index(name)
+
+    def _chart(self, step: int) -> Chart:
+        layout, own = self.steps[step], self.own[step]
+        matrix, offset = np.zeros((layout.size, self.size)), np.zeros(layout.size)
+        begin = 0 if step == 0 else len(self.own[0])
+        matrix[own, begin + np.arange(len(own))] = 1.0
+        lasts, yaw = (self._shared_index(_name(row)) for row in (DURATION, FOOT_YAW))
+        sign = TURN_SIGNS[step] * self.turn_rate
+        for name in set(layout.names) & {*_SHARED_NAMES}:
+            at = layout.names.index(name)
+            if name != _name(FOOT_YAW):
+                matrix[at, self._shared_index(name)] = 1.0
+                continue
+            if yaw is None:
+                offset[at] = self.yaw
+            else:
+                matrix[at, yaw] = 1.0
+            if lasts is None:
+                offset[at] += sign * self.duration
+            else:
+                matrix[at, lasts] = sign
+        return Chart(matrix, offset)
+
+
+def _name(row: int) -> str:
+    return GEOMETRY_NAMES[row]
+
+
+_SHARED_NAMES = (*map(_name, SHARED), PEAK_NAME)
+
+
+def stride_layout(layout: Layout, robot: Robot, task: Task) -> StrideLayout:
+    """Return the layout of a stride.
+
+    The mean foot yaw of the double supports stays what the task says; that at the start of a step
+    is by the turn in a step less than the one at its end. Pelvis yaw and step width have more room
+    by what that turns and widens.
+
+    Args:
+        layout: of one step of the walk straight ahead.
+        robot: the biped.
+        task: of the stride.
+    """
+    table = layout.geometry
+    turn, yaw = task.turn_rate * task.duration, table[FOOT_YAW]
+    wider = 2.0 * abs(task.lateral_speed) * task.duration
+    wider += (robot.sole.toe - robot.sole.heel) * abs(np.sin(turn))
+    spacing, pelvis = table[FOOT_SPACING], table[PELVIS_YAW]
+    out = {"upper": spacing.upper + wider} if robot.legs.side > 0.0 else {
+        "lower": spacing.lower - wider}  # fmt: skip
+    steps = []
+    for sign in TURN_SIGNS:
+        changes: dict[str, dict[str, float | bool]] = {"foot_yaw": {}, "pelvis_yaw": {}}
+        moves = task.turn_rate != 0.0 and table[DURATION].free
+        changes["foot_yaw"] = {"free": yaw.free or moves, "value": yaw.value + sign * turn}
+        turned = 0.5 * sign * turn
+        changes["pelvis_yaw"] = {
+            name: getattr(pelvis, name) + turned for name in ("lower", "upper", "value")
+        }
+        if spacing.free and wider > 0.0:
+            changes["foot_spacing"] = {**out}
+        own = set_geometry(table, changes)
+        steps.append(replace(layout, geometry=own))
+    return StrideLayout(table, (steps[0], steps[1]), task.turn_rate, yaw.value, task.duration)
+
+
+@dataclass(frozen=True)
+class Stride:
+    """Two steps, and the quantities of both one after another.
+
+    Attributes:
+        x: parameters, shape (P,).
+        steps: the first, and the second as its mirror image.
+        pace: speed along the path [m/s].
+    """
+
+    x: Array
+    steps: tuple[Step, ...]
+    pace: float
+
+    @property
+    def duration(self) -> float:
+        """Duration of the stride [s]."""
+        return 2.0 * self.steps[0].duration
+
+    @property
+    def step_length(self) -> float:
+        """Length of the path of the stride [m]."""
+        return self.pace * self.duration
+
+    def read(self, what: Quantity) -> Array:
+        """Return a quantity, the rows of the second step after those of the first."""
+        return self.values[what]
+
+    @cached_property
+    def values(self) -> dict[Quantity, Array]:
+        """Every quantity, see `read`."""
+        found = side_by_side([step.values for step in self.steps])
+        found[quantities.TRAVEL] = np.array([[self.step_length, self.duration]])
+        found[quantities.ADVANCE] = _advance([step.geometry for step in self.steps])
+        return found
+
+
+def side_by_side(each: Sequence[dict[Quantity, Array]]) -> dict[Quantity, Array]:
+    """Return quantities, or their Jacobians, of steps one after another."""
+    return {what: np.concatenate([one[what] for one in each]) for what in each[0]}
+
+
+def _advance(geometry: Sequence[Array]) -> Array:
+    """An average step of a stride from the geometric quantities of both, shape (1, 3)."""
+    (d, s, T), (d2, s2, _) = (one[list(_ADVANCE)] for one in geometry)
+    return np.array([[0.5 * (d + d2), 0.5 * (s2 - s), T]])
+
+
+_ADVANCE = (GEOMETRY_NAMES.index("step_length"), FOOT_SPACING, DURATION)
+
+
+def stride_jacobians(
+    layout: StrideLayout, derivatives: Sequence[StepDerivatives], pace: float
+) -> dict[Quantity, Array]:
+    """Return the derivatives of the quantities of a stride in x."""
+    found = side_by_side([one.jacobians for one in derivatives])
+    d, s, T = ([_along(layout, k, GEOMETRY_NAMES[row]) for k in range(2)] for row in _ADVANCE)
+    found[quantities.ADVANCE] = np.array([[0.5 * (d[0] + d[1]), 0.5 * (s[1] - s[0]), T[0]]])
+    found[quantities.TRAVEL] = np.array([[2.0 * pace * T[0], 2.0 * T[0]]])
+    return found
+
+
+def _along(layout: StrideLayout, step: int, name: str) -> Array:
+    at = layout.steps[step].index(name)
+    return np.zeros(layout.size) if at is None else layout.charts[step].matrix[at]
+
+
+def split_weights(weights: StepWeights, steps: Sequence[Step]) -> list[StepWeights]:
+    """Return the weights of each step, of those of the quantities of all of them.
+
+    Second derivatives in pairs of different quantities stay with the stride.
+    """
+    found = []
+    for k, step in enumerate(steps):
+        rows = {
+            what: slice(begin, begin + len(step.read(what)))
+            for what in quantities.ALL
+            for begin in [sum(len(before.read(what)) for before in steps[:k])]
+        }
+        first = {what: weights.first[what][rows[what]] for what in quantities.ALL}
+        second = {(a, b): one[rows[a]] for (a, b), one in weights.second.items() if a is b}
+        found.append(StepWeights(first, second))
+    return found
+
+
+def halves(grid: Grid) -> tuple[Grid, Grid]:
+    """Return the instants of both steps of a stride."""
+    return half(grid, False), half(grid, True)
+
+
+def by_step(grid: Grid) -> tuple[Grid, NDArray[np.int_]]:
+    """Return the instants of a stride in the order of its rows, and which of them are nodes.
+
+    Rows of the second step stand after all those of the first, those that refinement added too.
+    """
+    later = of_second(grid.instants)
+    order = np.concatenate([np.flatnonzero(~later), np.flatnonzero(later)])
+    rows = Grid(grid.instants[order], grid.weights[order], grid.nodes)
+    return rows, np.flatnonzero(order < grid.nodes)
+
+
+def joined_blocks(blocks: Sequence[ConstraintBlock], grid: Grid, robot: Robot) -> ConstraintBlock:
+    """Return the rows of a constraint over a stride, from those over its steps.
+
+    Args:
+        blocks: of the steps.
+        grid: of the stride.
+        robot: the biped.
+    """
+    first = blocks[0]
+    counts = [len(block.instants) for block in blocks]
+    later = of_second(grid.instants)
+    if first.times is None:
+        before, times = len(first.reads[0].rows), None
+    else:
+        before = int((~later).sum())
+        parts = [grid.instants[~later], grid.instants[later]]
+        times = np.concatenate(
+            [part[block.instants] for part, block in zip(parts, blocks, strict=True)]
+        )
+    other = _other_side(robot)
+    return replace(
+        first,
+        function=ByStep(tuple(b.function for b in blocks), tuple(accumulate(counts))),
+        lower=np.concatenate([b.lower for b in blocks]),
+        upper=np.concatenate([b.upper for b in blocks]),
+        instants=np.concatenate([blocks[0].instants, before + blocks[1].instants]),
+        times=times,
+        second=counts[0],
+        mirrored=tuple(map(other, first.labels)),
+    )
+
+
+def _other_side(robot: Robot) -> Callable[[str], str]:
+    """Return what names a row of a mirror image by the joints and sides that it is of."""
+    names = robot.joint_names
+    partner = {name: names[int(np.abs(robot.mirror[k]).argmax())] for k, name in enumerate(names)}
+    words = {**partner, "left": "right", "right": "left"}
+    longest: Iterable[str] = sorted(words, key=len, reverse=True)
+    pattern = re.compile(
+        "|".join(rf"(?<![A-Za-z]){re.escape(word)}(?![A-Za-z])" for word in longest)
+    )
+    return lambda label: pattern.sub(lambda found: words[found[0]], label)
