@@ -23,6 +23,10 @@ AFTER = 1e-12
 """Share of the step by which the instant just after a change of phase follows the one before it."""
 
 
+BOTH_FEET = "both feet"
+"""Name of a phase in which both feet stand flat."""
+
+
 class Transition(Enum):
     """How a phase ends."""
 
@@ -54,6 +58,11 @@ class Phase:
     end: float = 1.0
     transition: Transition = Transition.IMPACT
     both: bool = False
+
+    @property
+    def name(self) -> str:
+        """What it is called in messages: as its contact, or "both feet"."""
+        return BOTH_FEET if self.both else self.contact.name
 
 
 class Symmetry(ABC):

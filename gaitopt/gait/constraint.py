@@ -390,7 +390,7 @@ class Constraint(ABC):
         block = self._block(function, labels, lower, upper, scale, instants, times)
         if len(phases) == 1:
             return block
-        contacts = tuple(phases[phase].contact.name for phase in context.phases[instants])
+        contacts = tuple(phases[phase].name for phase in context.phases[instants])
         return replace(block, contacts=contacts)
 
     def once(

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from gaitopt.bounds import INSTANTS, at_most
 from gaitopt.contact.flat_foot import FlatFoot
+from gaitopt.contact.schedule import BOTH_FEET
 from gaitopt.errors import InputError
 from gaitopt.gait.costs import TorqueCost, per_second
 from gaitopt.gait.spline import bernstein
@@ -66,10 +67,6 @@ _MULTIPLIERS: dict[str, tuple[int | str, ...]] = {
     "multipliers": ("R",),
     "bound_multipliers": ("P",),
 }
-
-
-BOTH_FEET = "both feet"
-"""Contact of a phase in which both feet stand flat."""
 
 
 @dataclass(frozen=True)

@@ -15,10 +15,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from gaitopt.bounds import FRAMES, STEPS, at_most, shown
 from gaitopt.contact.heel_line import HeelLine
+from gaitopt.contact.schedule import BOTH_FEET
 from gaitopt.contact.toe_line import ToeLine
 from gaitopt.errors import InputError
 from gaitopt.gait.recorded import Ground, ground_of
-from gaitopt.gait.result import BOTH_FEET, Gait
+from gaitopt.gait.result import Gait
 from gaitopt.gait.trajectory import TrajectorySamples
 from gaitopt.mechanics.spatial import upright
 from gaitopt.model.multibody import Multibody

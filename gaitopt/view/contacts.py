@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from gaitopt.contact.flat_foot import FlatFoot
 from gaitopt.contact.heel_line import HeelLine
+from gaitopt.contact.schedule import BOTH_FEET
 from gaitopt.contact.toe_line import ToeLine
-from gaitopt.gait.result import BOTH_FEET, ContactPhase, Gait
+from gaitopt.gait.result import ContactPhase, Gait
 
 COLOURS = {FlatFoot.name: "#009E73", ToeLine.name: "#CC79A7", HeelLine.name: "#56B4E9"} | {
     BOTH_FEET: "#F0E442"

@@ -12,10 +12,11 @@ from typing import Any
 import numpy as np
 
 from gaitopt.atomic import write_atomically
+from gaitopt.contact.schedule import BOTH_FEET
 from gaitopt.design.summary import payload_words, proof_rows, summarise
 from gaitopt.escape import filled_template, html_text
 from gaitopt.gait.recorded import ground_of
-from gaitopt.gait.result import BOTH_FEET, Gait
+from gaitopt.gait.result import Gait
 from gaitopt.importers.report import findings_of
 from gaitopt.view.animation import DEFAULT_STEPS, Scene, build_scene
 from gaitopt.view.contacts import contact_colour, contact_words, contacts

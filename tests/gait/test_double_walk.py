@@ -257,6 +257,9 @@ def test_certificate_is_the_same_from_the_parameters(found):
 
 def test_guess_is_a_walk_of_two_phases(robot):
     problem = WalkProblem(robot, preset_task(duration=0.5, double_support=0.1))
+    told = {problem.describe(row) for row in range(problem.rows.lower.size)}
+    assert "right_knee torque at 80.0 % of the step (flat)" in told
+    assert "front foot, friction cone margin at 100.0 % of the step (both feet)" in told
     gait = gait_at(problem, first_guess(problem), {})
     assert gait.closing
     assert gait.phases[0].end == pytest.approx(0.4)
