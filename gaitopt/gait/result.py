@@ -539,7 +539,7 @@ def _check_double(gait: Gait) -> None:
     knots = gait.double_knots
     sizes = gait.double_coefficients.shape, gait.front_wrench.shape
     joints = len(gait.joint_names)
-    if knots.size == 0 and sizes == ((0, joints), (0, 6)):
+    if knots.size == gait.double_coefficients.size == gait.front_wrench.size == 0:
         return
     if knots.size < 2 or sizes != ((knots.size + 2, joints), (4, 6)):
         raise InputError(
