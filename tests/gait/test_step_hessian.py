@@ -107,7 +107,7 @@ CURVED += [
     for what in quantities.ALL
     if what not in (
         quantities.GAPS, quantities.FOOT_TURN, quantities.IMPULSE, quantities.SOLE_TWIST,
-        quantities.PEAK,
+        quantities.PEAK, quantities.ADVANCE,
     )
 ]  # fmt: skip
 
