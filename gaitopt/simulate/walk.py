@@ -191,8 +191,8 @@ def simulate(
         )
     if (ground := ground_of(gait)).shaped and not ground.rise:
         raise InputError(
-            f"this gait walks {ground.words}; what stands on the ground cannot be simulated yet: "
-            "optimise it without"
+            f"this gait walks {ground.words}; what stands on the ground cannot be simulated "
+            "yet: optimise it on level ground"
         )
     trajectory, limit = gait.trajectory, gait.joint_limit("torque")
     robot = simulated_robot(trajectory.body, limit, options.contact)
@@ -248,7 +248,8 @@ class _Run:
                 robot, trajectory, disturbance.start, self._rng
             )
         self._data.qpos[2] -= _SUNK
-        self._data.mocap_pos[robot.ground[1], 2] = self._ground(1)
+        behind = float(trajectory.advance(-1).translation[2])  # the foot has just left
+        self._data.mocap_pos[robot.ground[1], 2] = behind
         mujoco.mj_forward(self._robot.model, self._data)
         self._height = float(self._data.subtree_com[robot.base][2])
         self._torque = self._rate = np.zeros(len(robot.dof))

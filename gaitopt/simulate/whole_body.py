@@ -56,6 +56,7 @@ class WholeBodyOptions:
         observe: gain on what the joints of the swing leg lag behind the rates that follow from
             the accelerations asked for [1/s]: it finds rotors that the model does not know.
         forget: rate at which that lag is forgotten [1/s].
+        impact: time after a landing in which that lag is not taken for one [s].
         catch_up: share of the step in which a foot that was left elsewhere gets to where it
             should be; asked for at once, it takes the friction that the robot needs.
     """
@@ -79,6 +80,7 @@ class WholeBodyOptions:
     descent: float = 0.15
     observe: float = 50.0
     forget: float = 10.0
+    impact: float = 0.03
     catch_up: float = 0.6
 
 
@@ -333,7 +335,8 @@ class WholeBodyController:
         # the tasks ask the swing leg for what it lags behind, too; the same in the stance leg
         # winds up while the sole rocks, and falls
         dq = data.qvel[robot.dof]
-        believed = dq if self._believed is None else self._believed
+        landing = self._believed is None or since < options.impact
+        believed = dq if landing else self._believed
         lag = options.observe * (believed - dq) * self._swinging[foot]
         f = -weighted @ (wanted - task @ n + A @ lag) - slight * (own + lag)
         cone = self._cones[foot] @ self._about_centre(foot)
