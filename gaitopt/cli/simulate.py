@@ -27,6 +27,7 @@ from gaitopt.simulate.controller import JointPD
 from gaitopt.simulate.disturbance import StartError
 from gaitopt.simulate.mujoco_model import ContactOptions
 from gaitopt.simulate.second_engine import SecondEngine, second_engine
+from gaitopt.simulate.stability import Stability, stability
 from gaitopt.simulate.walk import MakeController, SimulatedWalk, WalkOptions, simulate
 from gaitopt.simulate.walkability import WeakPoint, weak_points
 from gaitopt.simulate.whole_body import whole_body_walks
@@ -77,12 +78,16 @@ def run(
     make = CONTROLLERS[controller]()
     walk = simulate(gait, options, make)
     engine, points = second_engine(gait), weak_points(gait)
+    try:
+        orbit = stability(gait)
+    except InputError:  # legs that do not take turns have no step-to-step map
+        orbit = None
     tried = None
     if walk.walked:
         tell = _progress(quiet)
         tried = battery(gait, options, make, thorough=thorough, on_progress=tell)
         tell("")
-    report = Report(gait, walk, engine, points, tried, controller, options)
+    report = Report(gait, walk, engine, points, orbit, tried, controller, options)
     if output is not None:
         record = {**summarise(gait), "simulation": simulation_record(report)}
         text = json.dumps(record, indent=2, ensure_ascii=False, allow_nan=False) + "\n"
@@ -105,6 +110,7 @@ class Report:
         walk: undisturbed.
         engine: the second one's opinion of the gait.
         points: what was measured of its design.
+        orbit: its stability to small disturbances; None where its legs do not take turns.
         tried: disturbed walks; None if it fell undisturbed.
         controller: name of the controller.
         options: of the walk.
@@ -114,6 +120,7 @@ class Report:
     walk: SimulatedWalk
     engine: SecondEngine
     points: tuple[WeakPoint, ...]
+    orbit: Stability | None
     tried: Battery | None
     controller: str
     options: WalkOptions
@@ -178,7 +185,24 @@ def simulation_record(report: Report) -> dict[str, object]:
             }
             for point in report.points
         ],
+        "stability": None if report.orbit is None else _stability_record(report.orbit),
         **({} if report.tried is None else _battery_record(report.tried, report.points)),
+    }
+
+
+def _stability_record(orbit: Stability) -> dict[str, object]:
+    return {
+        **{
+            name: {
+                "multiplier": feedback.multiplier,
+                "linear_region_rad": feedback.region,
+                "contraction_predicted": feedback.predicted,
+                "contraction_measured": feedback.measured,
+            }
+            for name, feedback in (("joint_pd", orbit.joint_pd), ("lqr", orbit.lqr))
+        },
+        "landing_time_s_rad": {name: _finite(value) for name, value in orbit.landing.items()},
+        "growth_at_the_edge": orbit.growth,
     }
 
 
@@ -221,6 +245,8 @@ def _print_report(report: Report) -> None:
     out.print(_table(report.gait, walk, report.options))
     if report.tried is not None:
         out.print(_battery_table(report.tried, walk.designed_cost))
+    if report.orbit is not None:
+        out.print(_stability_table(report.orbit))
     out.print(f"second engine: {report.engine}", soft_wrap=True)
     out.print(
         f"controller {report.controller}; {walk.simulated:.1f} s simulated in {walk.seconds:.1f} s",
@@ -252,6 +278,21 @@ def _causes(tried: Battery, points: tuple[WeakPoint, ...]) -> dict[str, list[str
             if one.check.name not in names:
                 names.append(one.check.name)
     return causes
+
+
+def _stability_table(orbit: Stability) -> Table:
+    """Return what small disturbances do."""
+    table = new_table("Small disturbances", "per step", ">joint PD", ">LQR")
+    both = orbit.joint_pd, orbit.lqr
+    table.add_row("largest multiplier", *(f"{one.multiplier:.3f}" for one in both))
+    table.add_row("contraction measured", *(f"{one.measured:.3f}" for one in both))
+    table.add_row("sole stays flat up to", *(f"{1000.0 * one.region:.2g} mrad" for one in both))
+    table.add_row("once its edge is reached", *[f"grows {orbit.growth:.1f} times"] * 2)
+    corner = max(orbit.landing, key=lambda name: orbit.landing[name])
+    for name in dict.fromkeys(("middle", corner)):
+        row = f"{orbit.landing[name]:.2g} s/rad"
+        table.add_row(f"landing moves, {name} of the sole", row, row)
+    return table
 
 
 def _battery_table(tried: Battery, designed_cost: float) -> Table:

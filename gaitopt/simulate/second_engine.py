@@ -108,7 +108,7 @@ def _step(gait: Gait, number: int, instants: int) -> dict[str, float]:
         wrench[row] = _in_sole(robot, data, foot, ground)
     stated = samples.torque[:, trajectory.body.moving] - friction
     on_foot = samples.wrench[np.arange(instants), samples.standing]
-    rate_after, impulse = _impact(robot, data, 1 - number, gait)
+    rate_after, impulse = impact(robot, data, 1 - number, gait)
     stated_impulse = own.impulse * (_MIRRORED if number == 1 else 1.0)
     pace = float(np.linalg.norm(samples.base_twist[:, :3], axis=1).max())
     return {
@@ -127,7 +127,7 @@ def sole_jacobian(robot: SimulatedRobot, data: mujoco.MjData, foot: int) -> Arra
     return J
 
 
-def _impact(
+def impact(
     robot: SimulatedRobot, data: mujoco.MjData, foot: int, gait: Gait
 ) -> tuple[Array, Array]:
     """Return the motors' rates after a sole stops at once, and the impulse, in its footprint.

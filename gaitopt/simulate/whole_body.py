@@ -180,7 +180,7 @@ def _target(
     qacc = robot.acceleration(q, v, a)
     mass = np.zeros((model.nv, model.nv))
     mujoco.mj_fullM(model, data, mass)
-    J, drift = _sole_motion(robot, data, 1 - foot)
+    J, drift = sole_motion(robot, data, 1 - foot)
     standing, swinging = robot.site[foot], robot.site[1 - foot]
     trunk = data.xmat[robot.base].reshape(3, 3).copy()
     return _Target(
@@ -200,7 +200,7 @@ def _target(
     )
 
 
-def _sole_motion(robot: SimulatedRobot, data: mujoco.MjData, foot: int) -> tuple[Array, Array]:
+def sole_motion(robot: SimulatedRobot, data: mujoco.MjData, foot: int) -> tuple[Array, Array]:
     """Return the Jacobian of a sole frame, linear rows first, and its acceleration at rest."""
     model, site = robot.model, robot.site[foot]
     J, rate = np.zeros((6, model.nv)), np.zeros((6, model.nv))
@@ -314,7 +314,7 @@ class WholeBodyController:
             turning / FRICTION_RATE
         )
         # all accelerations are N x + n with those of the joints x: the standing sole is held
-        J, drift = _sole_motion(robot, data, foot)
+        J, drift = sole_motion(robot, data, foot)
         inverse = np.linalg.inv(J[:, :6])
         count = len(robot.dof)
         N = robot.free[:, 6:].copy()
@@ -362,7 +362,7 @@ class WholeBodyController:
         w, k = self._reference.rate, options.decay
         late = target.com - com, target.com_velocity - com_velocity
         push = self._adjust(since, -(late[0] + late[1] / w)[:2])
-        J, drift = _sole_motion(robot, data, 1 - foot)
+        J, drift = sole_motion(robot, data, 1 - foot)
         twist = J @ data.qvel
         place = standing + target.sole
         place[2] = self._level + target.sole[2]

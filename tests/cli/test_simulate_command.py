@@ -32,6 +32,8 @@ def test_a_robust_gait_walks_twenty_steps(cli, robust, tmp_path, monkeypatch):
     assert record["step_time_s"]["mean"] == pytest.approx(record["designed_step_time_s"], rel=0.02)
     assert 1.0 < record["cost_N2ms"] / record["designed_cost_N2ms"] < 1.1
     assert record["second_engine"]["agrees"]
+    assert 0.3 < record["stability"]["lqr"]["multiplier"] < 0.6
+    assert record["stability"]["landing_time_s_rad"].keys() > {"middle", "toe left"}
     assert not any(point["weak"] for point in record["weak_points"])
     assert max(joint["torque_Nm"] for joint in record["joints"].values()) <= 150.0
     assert [check["name"] for check in record["checks"]] == [check.name for check in CHECKS]
@@ -42,6 +44,7 @@ def test_a_robust_gait_walks_twenty_steps(cli, robust, tmp_path, monkeypatch):
         "second engine: MuJoCo",
         "agrees at 601 instants",
         "closed loop / designed",
+        "largest multiplier",
     ):
         assert words in result.stdout
 
