@@ -62,9 +62,9 @@ class WholeBodyOptions:
     """
 
     interval: float = 0.002
-    swing: tuple[float, float] = (400.0, 40.0)
+    swing: tuple[float, float] = (300.0, 34.6)
     trunk: tuple[float, float] = (200.0, 28.0)
-    height: tuple[float, float] = (100.0, 20.0)
+    height: tuple[float, float] = (50.0, 14.0)
     posture: tuple[float, float] = (100.0, 20.0)
     decay: float = 3.0
     weights: tuple[float, float, float, float, float, float] = (100.0, 10.0, 30.0, 10.0, 30.0, 0.3)
