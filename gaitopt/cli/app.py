@@ -514,7 +514,7 @@ class ExportOptions:
     )  # fmt: skip
     format: str | None = entry(
         None,
-        "Form of the motion: motion, mujoco, pinocchio, csv, g1-csv, bezier or json.",
+        "Form: motion, mujoco, pinocchio, csv, g1-csv, bezier, json; mjcf: robot and walk.",
         metavar="NAME",
     )
     rate: float | None = entry(None, "Samples a second; each format has its default.", "Hz")

@@ -7,10 +7,14 @@ from pathlib import Path
 
 import typer
 
+from gaitopt.atomic import write_atomically
 from gaitopt.cli.show import loaded
 from gaitopt.errors import InputError
 from gaitopt.motions.export import INDEX, export, export_library
 from gaitopt.motions.formats import format_named
+
+MJCF = "mjcf"
+"""Format of the MuJoCo model of a gait; it needs MuJoCo, and is no form of motions alone."""
 
 
 def run(
@@ -36,6 +40,9 @@ def run(
         GaitoptError: the gait cannot be read, what is asked cannot be had, or not be written.
         InputError: the options contradict each other, or one is missing.
     """
+    if name == MJCF:
+        _write_mjcf(path, output, rate, strides, joints, both_legs)
+        return
     form = None if name is None else format_named(name)
     if form is None and output is None:
         raise InputError(
@@ -65,3 +72,28 @@ def run(
         gait, target, both_legs=both_legs, format=name, rate=rate, strides=strides, joints=joints
     )
     typer.echo(f"wrote {written}")
+
+
+def _write_mjcf(
+    path: Path,
+    output: Path | None,
+    rate: float | None,
+    strides: float | None,
+    joints: str | None,
+    both_legs: bool,
+) -> None:
+    """Write the robot of a gait with its walk as keyframes."""
+    for given, option in ((joints is not None, "--joints"), (both_legs, "--both-legs")):
+        if given:
+            raise InputError(f"{option} does not go with --format {MJCF}; leave it out")
+    if path.is_dir():
+        raise InputError(f"'{path}' is a directory; --format {MJCF} writes one gait, a .npz")
+    target = output or path.with_name(f"{path.stem}-{MJCF}.xml")
+    if target.suffix.lower() != ".xml":
+        raise InputError(f"cannot write '{target}': files of format '{MJCF}' end in .xml")
+    from gaitopt.simulate.mjcf import RATE, mjcf_text
+
+    text = mjcf_text(
+        loaded(path), RATE if rate is None else rate, 1.0 if strides is None else strides
+    )
+    typer.echo(f"wrote {write_atomically(target, text.encode())}")

@@ -129,7 +129,35 @@ class SimulatedRobot:
 def simulated_robot(
     body: Multibody, torque_limit: Array | None = None, contact: ContactOptions | None = None
 ) -> SimulatedRobot:
-    """Return the MuJoCo model of a robot.
+    """Return the compiled MuJoCo model of a robot; arguments and errors as in `robot_spec`."""
+    spec = robot_spec(body, torque_limit, contact)
+    try:
+        model = spec.compile()
+    except ValueError as error:
+        raise InputError(f"MuJoCo refuses the robot of the gait: {error}") from error
+    places = [model.joint(body.joint_names[joint]) for joint in body.driven]
+    qpos, dof = (
+        np.array([int(getattr(place, name)[0]) for place in places], dtype=np.int64)
+        for name in ("qposadr", "dofadr")
+    )
+    count = len(body.moving)
+    return SimulatedRobot(
+        model=model,
+        body=body,
+        qpos=qpos[:count],
+        dof=dof[:count],
+        tied=np.stack([qpos[count:], dof[count:]]),
+        site=(model.site("sole 0").id, model.site("sole 1").id),
+        geom=(model.geom("sole 0").id, model.geom("sole 1").id),
+        ground=(_mocap(model, "ground 0"), _mocap(model, "ground 1")),
+        base=int(model.jnt_bodyid[0]),
+    )
+
+
+def robot_spec(
+    body: Multibody, torque_limit: Array | None = None, contact: ContactOptions | None = None
+) -> mujoco.MjSpec:
+    """Return the MuJoCo model of a robot before it is compiled.
 
     Args:
         body: the robot of a gait.
@@ -174,27 +202,7 @@ def simulated_robot(
         tie.solref, tie.solimp = [2.0 * contact.timestep, 1.0], _STIFF
     for foot in (0, 1):
         _add_sole(bodies, parents, body, foot, contact)
-    try:
-        model = spec.compile()
-    except ValueError as error:
-        raise InputError(f"MuJoCo refuses the robot of the gait: {error}") from error
-    places = [model.joint(body.joint_names[joint]) for joint in body.driven]
-    qpos, dof = (
-        np.array([int(getattr(place, name)[0]) for place in places], dtype=np.int64)
-        for name in ("qposadr", "dofadr")
-    )
-    count = len(body.moving)
-    return SimulatedRobot(
-        model=model,
-        body=body,
-        qpos=qpos[:count],
-        dof=dof[:count],
-        tied=np.stack([qpos[count:], dof[count:]]),
-        site=(model.site("sole 0").id, model.site("sole 1").id),
-        geom=(model.geom("sole 0").id, model.geom("sole 1").id),
-        ground=(_mocap(model, "ground 0"), _mocap(model, "ground 1")),
-        base=int(model.jnt_bodyid[0]),
-    )
+    return spec
 
 
 def _empty_world(body: Multibody, contact: ContactOptions) -> mujoco.MjSpec:

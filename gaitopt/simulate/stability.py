@@ -112,7 +112,7 @@ class _Walk:
 
     def __init__(self, gait: Gait) -> None:
         trajectory = gait.trajectory
-        if trajectory.exchange is None or gait.turning or gait.lands_on_line:
+        if trajectory.exchange is None or gait.turning or gait.lands_on_line or gait.closing:
             raise InputError("multipliers are those of walks on flat feet whose legs take turns")
         self._gait = gait
         self.robot = robot = simulated_robot(trajectory.body)
@@ -151,15 +151,15 @@ class _Walk:
         """
         robot, data, model = self.robot, self.data, self.robot.model
         data.qpos[robot.qpos], data.qvel[robot.dof] = q, dq
+        robot.follow(data.qpos, data.qvel)
         stand(robot, data, 0, self.place)
         mujoco.mj_fwdVelocity(model, data)
         M = np.zeros((model.nv, model.nv))
         mujoco.mj_fullM(model, data, M)
         J, drift = sole_motion(robot, data, 0)
         inverse = np.linalg.inv(J[:, :6])
-        N, n0 = np.zeros((model.nv, self.n)), np.zeros(model.nv)
-        N[robot.dof, np.arange(self.n)] = 1.0
-        N[:6], n0[:6] = -inverse @ J[:, robot.dof], -inverse @ drift
+        N, n0 = robot.free[:, 6:].copy(), np.zeros(model.nv)
+        N[:6], n0[:6] = -inverse @ J @ N, -inverse @ drift
         MN, rest = M @ N, M @ n0 + data.qfrc_bias - data.qfrc_passive
         wrench = np.column_stack([inverse.T @ MN[:6], inverse.T @ rest[:6]])
         return N.T @ MN, N.T @ rest, wrench
@@ -208,6 +208,7 @@ class _Walk:
         """Return the joint rates after the landing of the other sole (n,)."""
         robot, data = self.robot, self.data
         data.qpos[robot.qpos], data.qvel[robot.dof] = q, dq
+        robot.follow(data.qpos, data.qvel)
         stand(robot, data, 0, self.place)
         return impact(robot, data, 1, self._gait)[0]
 
@@ -215,6 +216,7 @@ class _Walk:
         """Return the height of a point of the landing sole, in its frame, over the ground [m]."""
         robot, data = self.robot, self.data
         data.qpos[robot.qpos], data.qvel[robot.dof] = q, 0.0
+        robot.follow(data.qpos, data.qvel)
         stand(robot, data, 0, self.place)
         site = robot.site[1]
         up = data.site_xmat[site].reshape(3, 3)[2]
