@@ -129,7 +129,11 @@ class SimulatedRobot:
 def simulated_robot(
     body: Multibody, torque_limit: Array | None = None, contact: ContactOptions | None = None
 ) -> SimulatedRobot:
-    """Return the compiled MuJoCo model of a robot; arguments and errors as in `robot_spec`."""
+    """Return the compiled MuJoCo model of a robot; arguments as in `robot_spec`.
+
+    Raises:
+        InputError: it cannot be simulated, or MuJoCo refuses the model.
+    """
     spec = robot_spec(body, torque_limit, contact)
     try:
         model = spec.compile()
@@ -166,7 +170,7 @@ def robot_spec(
 
     Raises:
         InputError: it cannot be simulated: part of its weight is carried from outside, a passive
-            joint torque has no form in MuJoCo, or MuJoCo refuses the model.
+            joint torque has no form in MuJoCo.
     """
     if body.carried is not None:
         raise InputError(
