@@ -365,8 +365,14 @@ def robot_changes(at: Envelope) -> Iterator[RobotChange]:
         return
     for change in cached_workspace(robot, Anatomy).changes:
         capsules = change.kind == LENGTH and (change.joints.any() or not change.sole.any())
-        if not (at.gaps_press and capsules) and not (turning and change.sole[0]):
+        if not (at.gaps_press and capsules) and not (turning and change.sole[:2].any()):
             yield change
+
+
+def _turns(problem: WalkProblem) -> bool:
+    """Whether the stance foot turns about an edge of its sole in some phase."""
+    sole = problem.robot.sole
+    return any(phase.contact.hinge(sole) is not None for phase in problem.schedule.phases)
 
 
 def _untold(at: Envelope) -> Iterator[str]:

@@ -14,9 +14,10 @@ from gaitopt.catalogue.parameters import PARAMETERS, changed
 from gaitopt.catalogue.urdf_writer import urdf_text
 from gaitopt.design.design import design
 from gaitopt.design.options import DesignOptions
-from gaitopt.design.sensitivity import sensitivities
+from gaitopt.design.sensitivity import Envelope, sensitivities
 from gaitopt.gait.constraints import MotorEnvelope
 from gaitopt.gait.costs import ElectricalEnergy
+from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.model.import_options import ImportOptions, LimitOverride
@@ -319,3 +320,13 @@ def test_where_derivatives_may_jump_is_said(biped):
     told = [text for text in report.doubts if " torque is " in text and "N·m from" in text]
     assert len(told) == 1
     assert not [text for text in biped.report.doubts if " torque is" in text]
+
+
+@pytest.mark.parametrize("turn", [{"toe_off": 0.7}, {"heel_strike": 0.15}])
+def test_soles_about_whose_edges_a_foot_turns_are_left_out(robot, turn):
+    task = preset_task(speed=0.8, samples=15, **turn)
+    problem = WalkProblem(robot, task)
+    at = Envelope(problem, first_guess(problem), np.zeros(problem.rows.lower.size))
+    names = {change.name for change in at.changes}
+    assert {"shin", "foot width", "trunk mass"} <= names
+    assert not {"foot length", "sole forward"} & names

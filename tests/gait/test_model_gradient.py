@@ -22,6 +22,8 @@ WALKS = (
     "lifted, everything free",
     "upright, toe off, everything free",
     "upright, lifted, toe off, seven joints, waist, arms",
+    "upright, heel strike, toe off, everything free",
+    "upright, lifted, heel strike, five joints, soft",
     "upright, lifted, five joints",
     "upright, heel strike, toe off, everything free",
     "upright, lifted, heel strike, five joints, soft",
