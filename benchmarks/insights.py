@@ -1,17 +1,17 @@
 """What designers would guess, and what the optimum says: the study of docs/insights.md.
 
-    python benchmarks/insights.py [--quick] [--only NAME]    run it, one walk after the other
-    python benchmarks/insights.py --write                    make the page and its picture of the results
+    python benchmarks/insights.py [--quick] [--only NAME]    run it
+    python benchmarks/insights.py --write                    make the page and its picture
 
-Each question has a guess that was written down before its walks were designed, and variants that are
-options of `gaitopt optimise`, so that each number can be made again by the command in the table.
+insights.toml has the questions, with a guess each that was written down before the walks were
+designed. Variants are options of `gaitopt optimise`, so that each number can be made again.
 """
 
 from __future__ import annotations
 
 import json
 import shlex
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -25,10 +25,12 @@ from gaitopt.cli.request import make_request
 from gaitopt.design.process import small_matrices
 from gaitopt.design.starts import design_gait
 from gaitopt.errors import GaitoptError
+from gaitopt.importers.text_files import parse_toml
 from gaitopt.view.figure_style import LIMIT, SWING, label_axes, new_figure, styled
 from gaitopt.view.figures import rendered
 
 ROOT = Path(__file__).parents[1]
+TEXTS = Path(__file__).with_suffix(".toml")
 PAGE, PICTURE = ROOT / "docs" / "insights.md", ROOT / "docs" / "images" / "insights.png"
 ROBOTS: dict[str, dict[str, Any]] = {
     "biped13": {"speed": 0.8},
@@ -40,25 +42,6 @@ FEET = {
     "g1": ("left_ankle_roll_link", "right_ankle_roll_link"),
     "talos": ("leg_left_6_link", "leg_right_6_link"),
 }
-
-
-@dataclass(frozen=True)
-class Question:
-    """A question with its guess.
-
-    Attributes:
-        name: short.
-        asked: as a designer would ask it.
-        guess: what experience says, written before the study.
-        said: what the study says, written after it.
-        variants: options by label; a function of the robot's name returns them.
-    """
-
-    name: str
-    asked: str
-    guess: str
-    said: str
-    variants: dict[str, Any] = field(default_factory=dict)
 
 
 def _sole(longer: float) -> Any:
@@ -93,96 +76,52 @@ def _duration(factor: float) -> Any:
     return options
 
 
-QUESTIONS = (
-    Question(
-        "sole length",
-        "Does a longer sole make walking cheaper?",
-        "Yes: the centre of pressure has more room, so the ankle can do more.",
-        "",
-        {"20 % shorter": _sole(0.8), "20 % longer": _sole(1.2)},
-    ),
-    Question(
-        "heavy feet",
-        "What costs more: 4 % of the mass on the feet, or the same on the torso?",
-        "The feet, by far: they are swung to and fro.",
-        "",
-        {"on the torso": _load(0.04, "torso"), "on the feet": _load(0.04, "feet")},
-    ),
-    Question(
-        "knee reserve",
-        "What does it cost to keep the knees bent by 0.3 rad more?",
-        "Tens of percent: a bent stance knee carries the weight all the time.",
-        "",
-        {"knee 0.2 rad": {"knee_flexion": 0.2}, "knee 0.4 rad": {"knee_flexion": 0.4}},
-    ),
-    Question(
-        "cadence",
-        "At the same speed, fewer long steps or more short ones?",
-        "There is an optimum near the usual cadence; 15 % to either side costs some percent.",
-        "",
-        {"steps 15 % shorter in time": _duration(0.85), "15 % longer": _duration(1.15)},
-    ),
-    Question(
-        "rotor inertia",
-        "Do heavier rotors, or higher gear ratios, make the walk dearer?",
-        "Yes: they must be sped up and slowed down in every step.",
-        "",
-        {
-            "0.001 kg·m²": _armature(1e-3),
-            "0.01 kg·m²": _armature(1e-2),
-            "0.1 kg·m²": _armature(0.1),
-        },
-    ),
-    Question(
-        "slope",
-        "Is it cheaper to walk down 5 % than on the level?",
-        "Yes: gravity pushes.",
-        "",
-        {"5 % up": {"slope": 0.05}, "5 % down": {"slope": -0.05}},
-    ),
-    Question(
-        "toe-off",
-        "Does turning about the toe at the end of the step help?",
-        "A little, a few percent, at high speed only.",
-        "",
-        {"toe-off": {"toe_off": 0.7}},
-    ),
-    Question(
-        "clearance",
-        "What does lifting the swing foot 5 cm instead of 3 cm cost?",
-        "Some percent.",
-        "",
-        {"5 cm": {"clearance": 0.05}, "8 cm": {"clearance": 0.08}},
-    ),
-    Question(
-        "friction",
-        "How much dearer is a floor with half the friction?",
-        "Hardly: walking needs a quarter of the usual friction.",
-        "",
-        {"0.35": {"friction": 0.35}, "0.2": {"friction": 0.2}},
-    ),
-    Question(
-        "upright trunk",
-        "What does it cost to keep the trunk still?",
-        "It is nearly free, or even saves effort.",
-        "",
-        {"roll and pitch within 1 degree": {"trunk_roll": 0.0175, "trunk_pitch": 0.0175}},
-    ),
-    Question(
-        "one motor for all joints",
-        "How weak may one motor type be that drives every joint?",
-        "At the largest torque of the free optimum; any less is infeasible.",
-        "",
-        {"60 % of the peak": {"share": 0.6}, "40 % of the peak": {"share": 0.4}},
-    ),
-    Question(
-        "robust margins",
-        "What do margins cost with which the walk survives feedback (preset robust)?",
-        "Ten to twenty percent.",
-        "",
-        {"preset robust": {"preset": "robust"}},
-    ),
+VARIANTS: dict[str, dict[str, Any]] = {
+    "sole length": {"20 % shorter": _sole(0.8), "20 % longer": _sole(1.2)},
+    "heavy feet": {"on the torso": _load(0.04, "torso"), "on the feet": _load(0.04, "feet")},
+    "knee reserve": {"knee 0.2 rad": {"knee_flexion": 0.2}, "knee 0.4 rad": {"knee_flexion": 0.4}},
+    "cadence": {"steps 15 % shorter in time": _duration(0.85), "15 % longer": _duration(1.15)},
+    "rotor inertia": {
+        "0.001 kg·m²": _armature(1e-3),
+        "0.01 kg·m²": _armature(1e-2),
+        "0.1 kg·m²": _armature(0.1),
+    },
+    "slope": {"5 % up": {"slope": 0.05}, "5 % down": {"slope": -0.05}},
+    "toe-off": {"toe-off": {"toe_off": 0.7}},
+    "clearance": {"5 cm": {"clearance": 0.05}, "8 cm": {"clearance": 0.08}},
+    "friction": {"0.35": {"friction": 0.35}, "0.2": {"friction": 0.2}},
+    "upright trunk": {
+        "roll and pitch within 1 degree": {"trunk_roll": 0.0175, "trunk_pitch": 0.0175}
+    },
+    "one motor for all joints": {
+        "60 % of the peak": {"share": 0.6},
+        "40 % of the peak": {"share": 0.4},
+    },
+    "robust margins": {"preset robust": {"preset": "robust"}},
+}
+
+
+@dataclass(frozen=True)
+class Question:
+    """A question, the guess that was written down before the study, and what came of it."""
+
+    name: str
+    asked: str
+    guess: str
+    said: str
+
+
+QUESTIONS = tuple(
+    Question(name, **record) for name, record in parse_toml(TEXTS.read_bytes(), TEXTS.name).items()
 )
+
+
+HEAD = """\
+Questions that designers answer from experience, with the guess as it was written down before the
+walks were designed, and the optimum's answer for three robots. Every number is the cost of a walk
+(squared torque per metre) against that of the same robot as it is. The commands make those of G1
+again. Made by `benchmarks/insights.py`.
+"""
 
 
 def walk(name: str, changes: dict[str, Any]) -> dict[str, Any]:
@@ -216,7 +155,7 @@ def run(quick: bool, only: str | None) -> list[dict[str, Any]]:
         for question in QUESTIONS[: 1 if quick else None]:
             if only not in (None, question.name):
                 continue
-            for label, variant in question.variants.items():
+            for label, variant in VARIANTS[question.name].items():
                 changes = variant(name) if callable(variant) else dict(variant)
                 if "share" in changes:
                     changes = {"torque_limit": round(changes["share"] * usual["torque"], 2)}
@@ -242,10 +181,7 @@ def text(rows: list[dict[str, Any]]) -> str:
     usual = {r["robot"]: r for r in rows if r["question"] == ""}
     parts = [
         "# What one would guess wrongly\n",
-        "Questions that designers answer from experience, with the guess as it was written down\n"
-        "before the walks were designed, and the optimum's answer for three robots. Every number is\n"
-        "the cost of a walk (squared torque per metre) against that of the same robot as it is. The\n"
-        "commands make those of G1 again. Made by `benchmarks/insights.py`.\n",
+        HEAD,
         "![Changes of the cost](images/insights.png)\n",
         table(
             ("robot", "walk", "cost [N²·m·s]", "largest torque [N·m]"),
@@ -259,12 +195,12 @@ def text(rows: list[dict[str, Any]]) -> str:
         parts += [
             f"\n## {number}. {question.asked}\n",
             f"**Guess.** {question.guess}\n",
-            f"**The optimum.** {question.said}\n",
+            f"**The optimum.** {question.said.strip()}\n",
             table(
                 ("", *usual),
                 [
                     (label, *(change(rows, name, question.name, label) for name in usual))
-                    for label in question.variants
+                    for label in VARIANTS[question.name]
                 ],
             ),
         ]
@@ -277,7 +213,7 @@ def text(rows: list[dict[str, Any]]) -> str:
 
 def picture(rows: list[dict[str, Any]]) -> bytes:
     """Return bars of the changes of the cost, a panel for each robot."""
-    names = [(q.name, label) for q in QUESTIONS for label in q.variants]
+    names = [(q.name, label) for q in QUESTIONS for label in VARIANTS[q.name]]
     known = {(r["robot"], r["question"], r["variant"]): r for r in rows}
     with styled():
         figure = new_figure(9.0, 0.2 * len(names) + 1.2)

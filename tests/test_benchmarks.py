@@ -56,3 +56,14 @@ def test_random_bipeds_differ_and_repeat(monkeypatch):
 def test_report_follows_from_the_results():
     report = importlib.import_module("report")
     assert report.TARGET.read_text(encoding="utf-8") == report.text()
+
+
+def test_insights_follow_from_the_results():
+    insights = importlib.import_module("insights")
+    rows = json.loads((insights.RESULTS / "insights.json").read_text(encoding="utf-8"))["data"]
+    assert insights.PAGE.read_text(encoding="utf-8") == insights.text(rows)
+    assert set(insights.VARIANTS) == {one.name for one in insights.QUESTIONS}
+    told = {(row["robot"], row["question"], row["variant"]) for row in rows}
+    for robot in insights.ROBOTS:
+        for name, variants in insights.VARIANTS.items():
+            assert {(robot, name, label) for label in variants} <= told
