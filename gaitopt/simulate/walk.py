@@ -273,7 +273,8 @@ class _Run:
             since = time - landed
             self._push(len(times), since)
             if since > _EXCHANGED * duration:
-                self._prepare_ground(1 - foot, len(times) + 1)
+                late = since > options.earliest * duration
+                self._prepare_ground(1 - foot, len(times) + 1, late)
             seen = measured(robot, data, self._disturbance.noise, self._rng)
             way.send(time, self._controller.torque(time, *seen))
             for tick in range(ticks):
@@ -323,15 +324,18 @@ class _Run:
         height = float(self._trajectory.advance(step).translation[2])
         return height + self._disturbance.ground * (step % 2)
 
-    def _prepare_ground(self, foot: int, step: int) -> None:
-        """Put the ground on which a foot will land where it is, once the foot is above it."""
+    def _prepare_ground(self, foot: int, step: int, late: bool) -> None:
+        """Put the ground on which a foot will land where it is, once the foot is above it.
+
+        A foot that is still not above it when it is late stumbles over it.
+        """
         place, height = self._data.mocap_pos[self._robot.ground[foot]], self._ground(step)
         if place[2] == height:
             return
         sole = self._data.geom_xpos[self._robot.geom[foot]]
         turned = self._data.geom_xmat[self._robot.geom[foot]].reshape(3, 3)
         lowest = sole[2] - np.abs(turned[2]) @ self._robot.model.geom_size[self._robot.geom[foot]]
-        if lowest > max(height, place[2]) + _LIFTED:
+        if late or lowest > max(height, place[2]) + _LIFTED:
             place[2] = height
 
     def _push(self, step: int, since: float) -> None:
