@@ -25,6 +25,7 @@ from gaitopt.design.options import DesignOptions
 from gaitopt.design.process import small_matrices
 from gaitopt.design.starts import many_starts
 from gaitopt.design.toe_off import best_toe_off, searches_toe_off
+from gaitopt.design.walkability import weak_points
 from gaitopt.errors import (
     GaitoptError,
     InputError,
@@ -32,6 +33,7 @@ from gaitopt.errors import (
     StoppedError,
     UnreachableError,
 )
+from gaitopt.gait.presets import ROBUST
 from gaitopt.gait.result import Gait
 from gaitopt.gait.task import Task
 from gaitopt.mechanics.leg_distance import leg_pairs
@@ -92,6 +94,8 @@ def run(
         finally:
             if not quiet:
                 print_gait(out, found.gait)
+        if not quiet and (fragile := fragile_line(found.gait)):
+            warn(errors, "fragile", fragile)
         if output is not None and not quiet:
             names = ", ".join(path.name for path in written)
             out.print(f"wrote to {output}: {names}", soft_wrap=True)
@@ -101,6 +105,19 @@ def run(
             advice = "" if found.certificate.optimal else _ADVICE.format(2 * request.starts)
             warn(errors, "warning", f"{found.certificate.verdict}{advice}")
         raise typer.Exit(code)
+
+
+def fragile_line(gait: Gait) -> str:
+    """Return what in a gait is beyond what walks in simulation, with the options; or nothing."""
+    if gait.turning or gait.closing or gait.lands_on_line:  # such gaits are not simulated
+        return ""
+    weak = [point for point in weak_points(gait) if point.weak]
+    if not weak:
+        return ""
+    return (
+        f"under feedback it may fall or cost more: {'; '.join(map(str, weak))}. "
+        f"--preset {ROBUST} sets all of them; gaitopt simulate walks it"
+    )
 
 
 def exit_code(found: Design) -> ExitCode:

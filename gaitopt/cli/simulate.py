@@ -18,6 +18,7 @@ from gaitopt.cli.process import ExitCode
 from gaitopt.cli.report import print_findings_of
 from gaitopt.cli.results import SUMMARY, make_directory, require_writable
 from gaitopt.design.summary import summarise
+from gaitopt.design.walkability import WeakPoint, weak_points
 from gaitopt.errors import InputError
 from gaitopt.gait.gait_file import load_gait
 from gaitopt.gait.result import Gait
@@ -29,7 +30,6 @@ from gaitopt.simulate.mujoco_model import ContactOptions
 from gaitopt.simulate.second_engine import SecondEngine, second_engine
 from gaitopt.simulate.stability import Stability, stability
 from gaitopt.simulate.walk import MakeController, SimulatedWalk, WalkOptions, simulate
-from gaitopt.simulate.walkability import WeakPoint, weak_points
 from gaitopt.simulate.whole_body import whole_body_walks
 
 CONTROLLERS: dict[str, Callable[[], MakeController]] = {

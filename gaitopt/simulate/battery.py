@@ -11,12 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from gaitopt.errors import InputError
-from gaitopt.gait.result import Gait
-from gaitopt.nlp import Array
-from gaitopt.simulate.disturbance import NONE, Disturbance, Push, SensorNoise, StartError
-from gaitopt.simulate.walk import MakeController, SimulatedWalk, WalkOptions, simulate
-from gaitopt.simulate.walkability import (
+from gaitopt.design.walkability import (
     FRICTION,
     IMPULSE,
     LANDING,
@@ -25,6 +20,11 @@ from gaitopt.simulate.walkability import (
     TURNING,
     WeakPoint,
 )
+from gaitopt.errors import InputError
+from gaitopt.gait.result import Gait
+from gaitopt.nlp import Array
+from gaitopt.simulate.disturbance import NONE, Disturbance, Push, SensorNoise, StartError
+from gaitopt.simulate.walk import MakeController, SimulatedWalk, WalkOptions, simulate
 from gaitopt.simulate.whole_body import whole_body_walks
 
 STEPS = 15

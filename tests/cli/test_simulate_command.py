@@ -58,6 +58,16 @@ def test_a_fall_says_why(cli, robust):
         assert "cause:" in result.stdout
 
 
+def test_optimise_says_what_will_be_fragile(cli, quick):
+    """The usual optimum grazes the ground and twists its foot; the robust one does neither."""
+    result = quick("--speed", "1.0")
+    assert "fragile: under feedback" in result.stderr
+    assert "raise --landing-speed" in result.stderr
+    assert "lower --torsional-friction" in result.stderr
+    assert "fragile" not in quick("--speed", "1.0", "--quiet").stderr
+    assert "fragile" not in quick("--speed", "1.0", "--preset", "robust").stderr
+
+
 def test_a_fragile_gait_names_the_options(cli, designed):
     result = cli("simulate", designed / "gait.npz", "--steps", "3", "--controller", "joint-pd")
     assert "--knee-flexion" in result.stdout

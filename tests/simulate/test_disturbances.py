@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from sample_gait import sample_gait
 
+from gaitopt.design.walkability import WeakPoint
 from gaitopt.errors import InputError
 from gaitopt.simulate.battery import directions, largest_push, suspect
 from gaitopt.simulate.disturbance import (
@@ -23,7 +24,6 @@ from gaitopt.simulate.disturbance import (
 )
 from gaitopt.simulate.mujoco_model import simulated_robot
 from gaitopt.simulate.walk import WalkOptions, simulate
-from gaitopt.simulate.walkability import WeakPoint
 
 
 @pytest.fixture(scope="module")
