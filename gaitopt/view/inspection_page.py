@@ -181,7 +181,7 @@ def table_text(section: Section) -> str:
     """Return a section as a heading and a table of a page."""
     classes = [' class="number"' if name.startswith(">") else "" for name in section.columns]
     heads = "".join(
-        f"<th{kind}>{'<br>'.join(map(html_text, name.removeprefix('>').splitlines()))}</th>"
+        f"<th{kind}>{_lines(name.removeprefix('>'))}</th>"
         for kind, name in zip(classes, section.columns, strict=True)
     )
     how = section.how or ("",) * len(section.rows)
@@ -197,6 +197,10 @@ def table_text(section: Section) -> str:
 def _cells(row: tuple[str, ...], classes: list[str]) -> str:
     short = ' class="short"'
     return "".join(
-        f"<td{kind or short if len(cell) < _SHORT else kind}>{html_text(cell)}</td>"
+        f"<td{kind or short if len(cell) < _SHORT else kind}>{_lines(cell)}</td>"
         for kind, cell in zip(classes, row, strict=True)
     )
+
+
+def _lines(text: str) -> str:
+    return "<br>".join(map(html_text, text.splitlines()))

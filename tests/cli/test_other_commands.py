@@ -4,7 +4,6 @@ import csv
 import os
 import subprocess
 import sys
-import time
 from dataclasses import fields
 from pathlib import Path
 
@@ -116,7 +115,7 @@ def test_defaults_are_those_of_the_method():
     assert shown["preset"].names == PRESETS
 
 
-def test_help_is_fast_and_imports_nothing_heavy():
+def test_help_imports_nothing_heavy():
     code = (
         "import sys, gaitopt, gaitopt.cli.app; from typer.testing import CliRunner; "
         "r = CliRunner().invoke(gaitopt.cli.app.app, ['--help']); assert r.exit_code == 0; "
@@ -125,9 +124,7 @@ def test_help_is_fast_and_imports_nothing_heavy():
     )
     found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert found.stdout == "[]\n"
-    begin = time.perf_counter()
     assert "Design the gait" in program("--help").stdout
-    assert time.perf_counter() - begin < 2.0  # 0.2 s on an idle machine
 
 
 def test_reader_that_goes_away(tmp_path):

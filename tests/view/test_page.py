@@ -77,6 +77,12 @@ def test_the_page_tells_what_is_known(text):
     assert set(bare) == {"speed", "step"}
 
 
+def test_tables_break_lines_and_say_motors_and_proof(text):
+    assert "<h2>Motors</h2>" in text
+    assert "<h2>Proof</h2>" in text
+    assert "\\n" not in re.search(r'<div id="tables">.*?</main>', text, re.DOTALL)[0]
+
+
 def test_what_people_wrote_cannot_break_the_page():
     evil = replace(sample_gait(), meta={"status": "</dd><script>alert(1)</script>"})
     assert "<script>alert" not in page_text(evil, steps=1)
