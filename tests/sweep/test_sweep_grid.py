@@ -78,8 +78,8 @@ def test_values_reach_task_margins_and_geometry():
     task = with_values(preset_task(), [("trunk_pitch", 0.2), ("hold.trunk_pitch", 0.05)])
     assert task.margins.trunk_pitch == 0.2
     assert (task.geometry[TRUNK_PITCH].value, task.geometry[TRUNK_PITCH].free) == (0.05, False)
-    with pytest.raises(InputError, match="speed is -1"):
-        with_values(preset_task(), [("speed", -1.0)])
+    with pytest.raises(InputError, match="duration is -1"):
+        with_values(preset_task(), [("duration", -1.0)])
 
 
 @pytest.mark.parametrize(
