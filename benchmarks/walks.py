@@ -21,6 +21,7 @@ from tables import table
 from gaitopt.catalogue.entries import description, entry_by_name
 from gaitopt.design.process import small_matrices
 from gaitopt.design.starts import design_gait
+from gaitopt.design.walkability import weak_points
 from gaitopt.errors import GaitoptError
 from gaitopt.gait.presets import preset_task
 from gaitopt.gait.result import Gait
@@ -28,7 +29,6 @@ from gaitopt.model.robot import Robot
 from gaitopt.simulate.battery import battery
 from gaitopt.simulate.second_engine import second_engine
 from gaitopt.simulate.walk import WalkOptions, simulate
-from gaitopt.simulate.walkability import weak_points
 
 STEPS, DEFAULT_STEPS = 100, 20
 WALKS = (
