@@ -17,6 +17,7 @@ from gaitopt.catalogue.entries import catalogue, description, entry_by_name
 from gaitopt.design.design import Design, design
 from gaitopt.design.process import small_matrices
 from gaitopt.gait.presets import humanoid_task
+from gaitopt.gait.task import Task
 from gaitopt.mechanics import newton_euler as chain_loads
 from gaitopt.mechanics import single_support as passive
 from gaitopt.model.import_options import ImportOptions, LimitOverride
@@ -30,6 +31,11 @@ FRICTION_RATES = (0.02, 0.05, 0.1, 0.2, 0.4)
 
 RUBBING = Path(__file__).parents[1] / "tests" / "data" / "cases" / "urdf_damping_friction.urdf"
 RIGID = ("friction", "damping", "springs", "armature")
+
+
+def free_task(robot: Robot, **changes: Any) -> Task:
+    """Return the walk of docs/performance.md: without the habits of docs/habits.md."""
+    return humanoid_task(robot, swing_height=None, swing_tilt=None, **changes)
 
 
 def figures(found: Design) -> dict[str, Any]:
@@ -55,7 +61,10 @@ def rotors() -> Iterator[dict[str, Any]]:
     given = {f"{a:g}": (LimitOverride("*", armature=a),) for a in ARMATURES}
     for name, limits in {**given, "published": choices.limits}.items():
         robot = Robot.from_urdf(source, choices=choices.over(limits=limits))
-        yield {"armature": name, **figures(design(robot, humanoid_task(robot, speed=0.6)))}
+        yield {
+            "armature": name,
+            **figures(design(robot, free_task(robot, speed=0.6))),
+        }
 
 
 def robots() -> Iterator[dict[str, Any]]:
@@ -66,7 +75,7 @@ def robots() -> Iterator[dict[str, Any]]:
         source, choices = description(entry)
         bare = Robot.from_urdf(source, choices=choices.over(without=RIGID))
         whole = Robot.from_urdf(source, choices=choices)
-        task = humanoid_task(bare, **entry.task)
+        task = free_task(bare, **entry.task)
         same = whole.physics.passive is None and not whole.model.armature.any()
         row = {"robot": entry.name, "speed": task.speed, "bare": figures(design(bare, task))}
         yield row if same else {**row, "whole": figures(design(whole, task))}
@@ -78,7 +87,10 @@ def smoothness() -> Iterator[dict[str, Any]]:
     usual = passive.FRICTION_RATE
     for rate in FRICTION_RATES:
         passive.FRICTION_RATE = chain_loads.FRICTION_RATE = rate
-        yield {"rate": rate, **figures(design(robot, humanoid_task(robot, speed=0.5)))}
+        yield {
+            "rate": rate,
+            **figures(design(robot, free_task(robot, speed=0.5))),
+        }
     passive.FRICTION_RATE = chain_loads.FRICTION_RATE = usual
 
 

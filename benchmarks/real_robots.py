@@ -24,6 +24,8 @@ from gaitopt.model.robot import Robot
 from gaitopt.sweep.speed_search import fastest
 
 ROBOTS = ("talos", "g1", "alexander", "icub", "romeo", "simple_humanoid", "human")
+FREE_SWING: dict[str, Any] = {"swing_height": None, "swing_tilt": None}
+"""As the peers: without the habits of docs/habits.md."""
 SIGMA, STARTS = 0.05, 9
 SHARES = (0.5, 0.75)
 """Of the fastest speed, at which a gait is designed as well."""
@@ -100,7 +102,7 @@ def of_catalogue(name: str, count: int) -> dict[str, Any]:
     robot = robot_of(name)
 
     def task_at(speed: float) -> Task:
-        return humanoid_task(robot, **{**entry.task, "speed": speed})
+        return humanoid_task(robot, **{**entry.task, "speed": speed, **FREE_SWING})
 
     speed = float(entry.task["speed"])
     record: dict[str, Any] = {"robot": name, "mass": robot.mass, "speed": speed}

@@ -211,3 +211,8 @@ def test_every_field_is_in_a_docstring():
             if not (name.startswith("_") or declares or re.search(rf"\b{name}\b", text)):
                 missing.append(f"{path.name}: {node.name}.{name}")
     assert missing == []
+
+
+def test_no_two_test_files_share_a_name():
+    names = [path.name for path in (ROOT / "tests").rglob("test_*.py")]
+    assert [name for name in names if names.count(name) > 1] == []
