@@ -109,23 +109,29 @@ def run(
 
 def _loops(paths: Sequence[Path], table: MotorTable | None) -> dict[str, list[MotorLoop]]:
     """Return the loops of all gaits in files and libraries, by label."""
-    gaits: dict[str, Gait] = {}
-    for path in paths:
-        for label, gait in gaits_of(path).items():
-            if label in gaits:
-                raise InputError(f"the gait '{label}' is given twice; give it once")
-            gaits[label] = gait
+    gaits = gaits_of(paths)
     for gait in list(gaits.values())[:1]:
         print_findings_of(screen(stderr=True), gait)
     return {label: motor_loops(gait, table) for label, gait in gaits.items()}
 
 
-def gaits_of(path: Path) -> dict[str, Gait]:
-    """Return the gait of a file, or all gaits of a library, by label.
+def gaits_of(paths: Sequence[Path]) -> dict[str, Gait]:
+    """Return all gaits of files and libraries, by label.
 
     Raises:
-        GaitFileError: it is neither, a gait is damaged, or the library has none.
+        GaitFileError: a path is neither, a gait is damaged, or a library has none.
+        InputError: a gait is given twice.
     """
+    gaits: dict[str, Gait] = {}
+    for path in paths:
+        for label, gait in _gaits_in(path).items():
+            if label in gaits:
+                raise InputError(f"the gait '{label}' is given twice; give it once")
+            gaits[label] = gait
+    return gaits
+
+
+def _gaits_in(path: Path) -> dict[str, Gait]:
     if not path.is_dir():
         return {str(path): load_gait(path)}
     library = open_library(path)

@@ -20,7 +20,6 @@ from gaitopt.design.process import small_matrices
 from gaitopt.design.sizing import RESERVE, Choice, read_catalogue, size
 from gaitopt.errors import InputError
 from gaitopt.gait.gait_file import save_gait
-from gaitopt.gait.result import Gait
 
 MOTORS = "motors.toml"
 _MOST_RESERVE = 10.0
@@ -48,12 +47,7 @@ def run(
         raise InputError(f"--reserve is {reserve:g}; give 1 (none) to {_MOST_RESERVE:g}")
     require_writable(directory)
     known = read_catalogue(catalogue)
-    gaits: dict[str, Gait] = {}
-    for path in paths:
-        for label, gait in gaits_of(path).items():
-            if label in gaits:
-                raise InputError(f"the gait '{label}' is given twice; give it once")
-            gaits[label] = gait
+    gaits = gaits_of(paths)
     out = screen()
 
     def told(choices: tuple[Choice, ...]) -> None:

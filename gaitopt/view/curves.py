@@ -33,12 +33,13 @@ def curves(gait: Gait) -> Record:
     samples = trajectory.at(times, before=before)
     rows = [trajectory.joint_names.index(name) for name in gait.joint_names]
     torque, rate, angle = (values[:, rows] for values in (samples.torque, samples.dq, samples.q))
+    torque_limit = gait.joint_limit("torque")
     tabs = [
-        _joints(gait, "torque", "N·m", torque, gait.joint_limit("torque")),
+        _joints(gait, "torque", "N·m", torque, torque_limit),
         _joints(gait, "speed", "rad/s", rate, gait.joint_limit("speed")),
         _joints(gait, "power", "W", torque * rate, None),
         _joints(gait, "angle", "rad", angle, None),
-        _loops(gait, torque, rate),
+        _joints(gait, "torque over speed", "N·m over rad/s", torque, torque_limit, rate),
         {"name": "ground", "panels": list(_ground(gait, samples))},
     ]
     return {
@@ -74,38 +75,23 @@ def _sides(gait: Gait, group: tuple[int, ...]) -> Iterable[tuple[int, str, str]]
         yield joint, gait.joint_names[joint], side
 
 
-def _joints(gait: Gait, name: str, unit: str, values: Array, limits: Array | None) -> Record:
+def _joints(
+    gait: Gait, name: str, unit: str, y: Array, limits: Array | None, x: Array | None = None
+) -> Record:
+    """Return a tab with a panel for each pair of joints: y (N, J) over time, or over x (N, J)."""
     panels = []
     for group in joint_groups(gait):
+        lines = []
+        for joint, joint_name, side in _sides(gait, group):
+            line: Record = {"name": joint_name, "side": side, "y": _list(y[:, joint])}
+            lines.append(line if x is None else {**line, "x": _list(x[:, joint])})
         limit = None if limits is None else float(np.min(limits[list(group)]))
         panels.append({
             "title": pair_name(gait, group[0]), "unit": unit,
             "joints": [gait.joint_names[j] for j in group],
-            "limits": _bounds(limit),
-            "lines": [
-                {"name": joint_name, "side": side, "y": _list(values[:, joint])}
-                for joint, joint_name, side in _sides(gait, group)
-            ],
+            "limits": _bounds(limit), "lines": lines,
         })  # fmt: skip
     return {"name": name, "panels": panels}
-
-
-def _loops(gait: Gait, torque: Array, rate: Array) -> Record:
-    limits = gait.joint_limit("torque")
-    panels = []
-    for group in joint_groups(gait):
-        limit = None if limits is None else float(np.min(limits[list(group)]))
-        panels.append({
-            "title": pair_name(gait, group[0]), "unit": "N·m over rad/s",
-            "joints": [gait.joint_names[j] for j in group],
-            "limits": _bounds(limit),
-            "lines": [
-                {"name": joint_name, "side": side,
-                 "x": _list(rate[:, joint]), "y": _list(torque[:, joint])}
-                for joint, joint_name, side in _sides(gait, group)
-            ],
-        })  # fmt: skip
-    return {"name": "torque over speed", "panels": panels}
 
 
 def _ground(gait: Gait, samples: TrajectorySamples) -> Iterable[Record]:

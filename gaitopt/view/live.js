@@ -31,12 +31,7 @@ function say(words) {
 }
 async function walk(message) {
   const { time, playing } = animator, share = time / data.step;
-  const bytes = await unpacked(message.commands), numbers = new DataView(bytes.buffer);
-  for (let at = 0; at < bytes.length;) {
-    const end = at + 4 + numbers.getUint32(at, true);
-    viewer.handle_command_bytearray(bytes.slice(at + 4, end));
-    at = end;
-  }
+  await draw(viewer, message.commands);
   data = message.data;
   stand();
   curves.replace(data.curves);

@@ -1,12 +1,12 @@
 import html
 import json
 import re
-import shutil
 import subprocess
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from browser import BROWSER
 from matplotlib.image import imread
 from page_scene import scene_of
 from sample_gait import bare_gait, sample_gait
@@ -22,9 +22,6 @@ from gaitopt.view.curves import curves
 from gaitopt.view.figures import FIGURES, write_figures
 from gaitopt.view.page import page_text, write_page
 
-BROWSER = next(
-    filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None
-)
 FLAGS = (
     "--headless", "--no-sandbox", "--disable-quic", "--no-first-run",
     "--disable-background-networking", "--disable-component-update", "--disable-sync",
