@@ -97,7 +97,8 @@ class LiveWalk:
         before, self._values = self._walking, dict(settings)
         plan = self._plan(settings, stop)
         if not plan.answered:
-            if plan.outcome == NONE:
+            # A plan is late for newer settings, which have no use of its answer, or by SEARCH.
+            if plan.outcome == NONE or not stop():
                 yield from self._refusal(plan, before, settings, stop)
             return
         self._walking = dict(settings)
@@ -173,7 +174,8 @@ class LiveWalk:
         stop: Callable[[], bool],
     ) -> Iterator[Message]:
         """Yield what stops the walk, and how far the slider that was moved could go."""
-        why = f"no walk: {_stopped_by(plan)}"
+        within = "" if plan.outcome == NONE else f" found within {SEARCH:g} s"
+        why = f"no walk{within}: {_stopped_by(plan)}"
         yield {"kind": "none", "text": why}
         moved = [one for one in self.sliders if before[one.name] != settings[one.name]]
         if len(moved) != 1:

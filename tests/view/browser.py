@@ -20,7 +20,7 @@ FLAGS = (
     "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
     "--window-size=1200,800", "--remote-debugging-port=0", "--remote-allow-origins=*",
 )  # fmt: skip
-PATIENCE = 60.0
+PATIENCE = 300.0
 
 
 async def close(socket):
@@ -75,11 +75,11 @@ async def opened(url: str, folder: Path):
         pages = []
         while not pages:
             with contextlib.suppress(OSError):
-                text = urllib.request.urlopen(f"http://127.0.0.1:{number}/json", timeout=10).read()
+                text = urllib.request.urlopen(f"http://127.0.0.1:{number}/json", timeout=300).read()
                 pages = [one for one in json.loads(text) if one["type"] == "page"]
         socket = await websocket_connect(pages[0]["webSocketDebuggerUrl"], max_message_size=1 << 28)
         yield Page(socket)
         await close(socket)
     finally:
         process.terminate()
-        process.wait(20)
+        process.wait(300)

@@ -132,7 +132,7 @@ def screenshot(page, fragment, folder):
     picture = folder / "shot.png"
     command = [BROWSER, *FLAGS, f"--user-data-dir={folder / 'profile'}"]
     command += [f"--screenshot={picture}", f"{page.as_uri()}#{fragment}"]
-    subprocess.run(command, check=True, capture_output=True, timeout=120)
+    subprocess.run(command, check=True, capture_output=True, timeout=300)
     return imread(picture)[..., :3]
 
 
@@ -203,7 +203,7 @@ def browsed(text, script, folder, size):
     page.write_text(text.replace("(function tick()", f"{{{script}}}\n(function tick()"))
     command = [BROWSER, *FLAGS, f"--user-data-dir={folder / 'profile'}", "--dump-dom"]
     command += [f"--window-size={size}", page.as_uri()]
-    done = subprocess.run(command, check=True, capture_output=True, timeout=120)
+    done = subprocess.run(command, check=True, capture_output=True, timeout=300)
     return json.loads(html.unescape(re.search(r"<title>({.*?})</title>", done.stdout.decode())[1]))
 
 

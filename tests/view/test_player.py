@@ -16,9 +16,9 @@ from gaitopt.view.viewer import SceneServer, is_local
 
 def test_the_server_shows_the_walk_and_stops(capfd):
     with play(sample_gait(), steps=2, open_browser=False) as player:
-        with urllib.request.urlopen(player.url, timeout=10) as page:
+        with urllib.request.urlopen(player.url, timeout=300) as page:
             assert b"MeshCat" in page.read()
-        with urllib.request.urlopen(f"{player.url}main.min.js", timeout=10) as script:
+        with urllib.request.urlopen(f"{player.url}main.min.js", timeout=300) as script:
             assert len(script.read()) > 100_000
         scene = player.viewer.static_html()
         assert len(player.server.scene()) > 50
@@ -26,7 +26,7 @@ def test_the_server_shows_the_walk_and_stops(capfd):
         assert len(commands_of(unpacked(packed))) == len(player.server.scene())
     assert player.server.closed
     with pytest.raises(OSError, match="refused"):
-        socket.create_connection(("127.0.0.1", player.server.port), timeout=5)
+        socket.create_connection(("127.0.0.1", player.server.port), timeout=300)
     player.close()  # twice does no harm
     player.wait()
     assert capfd.readouterr() == ("", "")
@@ -53,7 +53,7 @@ def test_a_browser_gets_the_scene_and_what_comes_after():
 
     loop = IOLoop(make_current=False)
     try:
-        first, second = loop.run_sync(browse, timeout=10)
+        first, second = loop.run_sync(browse, timeout=300)
     finally:
         loop.close(all_fds=True)
         server.close()
