@@ -27,7 +27,8 @@ from gaitopt.model.payload import TORSO
 from gaitopt.model.robot import Robot
 from gaitopt.view.animation import Scene, build_scene
 from gaitopt.view.live_server import Message, Slider, serve
-from gaitopt.view.page import facts_and_curves, page_of
+from gaitopt.view.curves import curves
+from gaitopt.view.page import details, film, headline, page_of
 from gaitopt.view.viewer import LOCAL, Recorder, is_local, meshcat, page_file
 
 STEPS = 2  # that the page shows; every answer carries them
@@ -103,7 +104,7 @@ class LiveWalk:
             return
         self._walking = dict(settings)
         told = f"{1e3 * plan.seconds:.0f} ms, {self._command(settings)}"
-        yield self._walk(plan.gait(), FOLLOWS, told)
+        yield from self._walk(plan.gait(), FOLLOWS, told)
         if stop():
             return
         try:
@@ -112,7 +113,7 @@ class LiveWalk:
             return
         if not stop():
             self._design = design
-            yield self._walk(design.gait, design.certificate.verdict, told)
+            yield from self._walk(design.gait, design.certificate.verdict, told)
 
     def save(self) -> Message:
         """Write the last certified walk into a directory of its own."""
@@ -193,14 +194,16 @@ class LiveWalk:
         if not stop():
             yield {"kind": "none", "text": f"{why}; {one.words} can be {good:.4g} {one.unit}"}
 
-    def _walk(self, gait: Gait, verdict: str, told: str) -> Message:
+    def _walk(self, gait: Gait, verdict: str, told: str) -> Iterator[Message]:
+        """Yield the curves of a walk, which are wanted first, then its picture and tables."""
+        words = {**headline(gait), "verdict": html_text(verdict)}
+        yield {"kind": "walk", "curves": curves(gait), "words": words, "text": told}
         recorder = Recorder()
         drawn = None if self._scene is None else self._scene.shapes
         scene = build_scene(meshcat.Visualizer(window=recorder), gait, STEPS, drawn=drawn)
-        data = facts_and_curves(gait, scene, STEPS)
-        words = {**data.pop("words"), "verdict": html_text(verdict)}
-        return {
-            "kind": "walk", "data": data, "words": words, "commands": recorder.text(), "text": told,
+        yield {
+            "kind": "motion", "data": film(gait, scene, STEPS), "words": details(gait, scene),
+            "commands": recorder.text(), "motion": scene.motion,
         }  # fmt: skip
 
     def _form(self) -> str:

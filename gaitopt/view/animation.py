@@ -54,8 +54,8 @@ class Animation:
     """Collects the motion of the nodes of a scene: tracks keyed by seconds."""
 
     def __init__(self) -> None:
-        # one frame is one second, so that key times are times
-        self._animation = animation.Animation(default_framerate=1)
+        self._times = np.zeros(0)
+        self._tracks: dict[str, dict[str, tuple[str, Array]]] = {}
 
     def place(self, node: meshcat.Visualizer, times: Array, positions: Array) -> None:
         """Move a node through positions (N, 3) [m] at times (N,) [s]."""
@@ -72,13 +72,28 @@ class Animation:
 
     def show(self, viewer: meshcat.Visualizer, repetitions: int = 1_000_000) -> None:
         """Hand the motion to the viewer, which plays it over and over."""
-        viewer.set_animation(self._animation, play=True, repetitions=repetitions)
+        # one frame is one second, so that key times are times
+        film, times = animation.Animation(default_framerate=1), self._times.tolist()
+        for path, tracks in self._tracks.items():
+            film.clips[path] = animation.AnimationClip(
+                {prop: animation.AnimationTrack(prop, kind, times, values.tolist())
+                 for prop, (kind, values) in tracks.items()}, fps=1,
+            )  # fmt: skip
+        viewer.set_animation(film, play=True, repetitions=repetitions)
+
+    def record(self) -> dict[str, object]:
+        """Return the motion for `move` of load.js, which puts it in the place of another one.
+
+        The tracks are in the order in which a viewer that was shown the other one has them.
+        """
+        tracks = [[values for _, values in own.values()] for own in self._tracks.values()]
+        return {"times": self._times, "tracks": tracks}
 
     def _key(
         self, node: meshcat.Visualizer, prop: str, kind: str, times: Array, values: Array
     ) -> None:
-        clip = self._animation.clips.setdefault(node.path, animation.AnimationClip(fps=1))
-        clip.tracks[prop] = animation.AnimationTrack(prop, kind, times.tolist(), values.tolist())
+        self._times = times  # the same for all
+        self._tracks.setdefault(node.path, {})[prop] = kind, values
 
 
 @dataclass(frozen=True)
@@ -89,11 +104,13 @@ class Scene:
         force_scale: metres of arrow for 1 N.
         shapes: what the robot is drawn with.
         robot: path of the robot's node in the viewer's tree.
+        motion: of everything that moves, see `Animation.record`.
     """
 
     force_scale: float
     shapes: RobotShapes
     robot: tuple[str, ...]
+    motion: dict[str, object]
 
 
 def frames(gait: Gait, steps: int = DEFAULT_STEPS) -> TrajectorySamples:
@@ -133,7 +150,8 @@ def build_scene(
         gait: one step.
         steps: how many to show; then the animation starts again.
         package_dirs: where to look for meshes.
-        drawn: what the viewer shows already of this robot; it is only moved then.
+        drawn: what the viewer shows already of this robot: objects are only moved then, and what
+            moves by itself is left to `Scene.motion`.
 
     Returns:
         What is shown.
@@ -143,32 +161,35 @@ def build_scene(
         RobotError: the robot cannot be drawn.
     """
     moves, samples, body = Animation(), frames(gait, steps), gait.trajectory.body
+    new = drawn is None
     shapes = robot_shapes(gait, package_dirs) if drawn is None else drawn
     times = _key_times(samples)
     hips = hip_height(body, samples)
     force_scale = _force_scale(gait, hips)
-    if drawn is None:
+    if new:
         _prepare(viewer, hips)
     viewer[_WORLD].set_transform(_turn(upright(body.gravity)))
     world = viewer[_WORLD]["along"]  # x runs along the ground, on a slope too
     ground = ground_of(gait)
     if ground.shaped:
         _draw_profile(world["ground"], ground, gait.step_length, steps)
-    else:
+    elif new:
         _draw_ground(world["ground"])
-    _draw_footprints(world["footprints"], gait, samples)
+    _draw_footprints(world["footprints"], gait, samples, new)
     robot = world["robot"]
-    draw_robot(robot, moves, body, shapes, samples.configuration, times, drawn is None)
+    draw_robot(robot, moves, body, shapes, samples.configuration, times, new)
     for index, phase in enumerate(gait.phases):
         node, walk = world[f"standing_sole/{index}"], (samples, times)
-        _draw_standing_sole(node, moves, body, walk, (index, phase.contact), samples.standing)
+        _draw_standing_sole(node, moves, body, walk, (index, phase.contact), samples.standing, new)
         if phase.contact == BOTH_FEET:
             node, other = world[f"front_sole/{index}"], 1 - samples.standing
-            _draw_standing_sole(node, moves, body, walk, (index, phase.contact), other)
-    _draw_force(world["ground_force"], moves, samples, times, force_scale)
+            _draw_standing_sole(node, moves, body, walk, (index, phase.contact), other, new)
+    _draw_force(world["ground_force"], moves, samples, times, force_scale, new)
     _follow(world, moves, samples, times, TARGET_HEIGHT * hips)
-    moves.show(viewer)
-    return Scene(force_scale, shapes, tuple(robot.path.lower().strip("/").split("/")))
+    if new:
+        moves.show(viewer)
+    path = tuple(robot.path.lower().strip("/").split("/"))
+    return Scene(force_scale, shapes, path, moves.record())
 
 
 def draw_robot(
@@ -197,7 +218,8 @@ def draw_robot(
     places = body.placements(configurations)
     for carrier in shapes.carriers:
         node = robot[groups[carrier]]
-        node.set_transform(places[0, carrier])
+        if new:
+            node.set_transform(places[0, carrier])
         moves.place(node, times, places[:, carrier, :3, 3])
         moves.turn(node, times, places[:, carrier, :3, :3])
 
@@ -307,16 +329,19 @@ def _painted(
     return kind(color=colour, depthWrite=False)
 
 
-def _draw_footprints(node: meshcat.Visualizer, gait: Gait, samples: TrajectorySamples) -> None:
+def _draw_footprints(
+    node: meshcat.Visualizer, gait: Gait, samples: TrajectorySamples, new: bool
+) -> None:
     body, trajectory = gait.trajectory.body, gait.trajectory
     firsts = np.flatnonzero(np.diff(samples.step, prepend=-1))
     for number in range(len(firsts)):
         place = trajectory.advance(number).homogeneous
         foot = int(samples.standing[firsts[number]])
-        size = [*np.ptp(body.sole_corners[foot], axis=0)[:2], _PRINT]
         print_ = node[str(number)]
-        material = _painted(print_, geometry.MeshBasicMaterial, _FOOTPRINT, layer=-1)
-        print_.set_object(geometry.Box(size), material)
+        if new:
+            size = [*np.ptp(body.sole_corners[foot], axis=0)[:2], _PRINT]
+            material = _painted(print_, geometry.MeshBasicMaterial, _FOOTPRINT, layer=-1)
+            print_.set_object(geometry.Box(size), material)
         print_.set_transform(place @ _shift(_centre(body, foot, -0.5 * _PRINT)))
 
 
@@ -327,6 +352,7 @@ def _draw_standing_sole(
     walk: tuple[TrajectorySamples, Array],
     phase: tuple[int, str],
     feet: NDArray[np.int64],
+    new: bool,
 ) -> None:
     """Mark what of the standing foot rests in one phase of the steps, in the contact's colour.
 
@@ -337,15 +363,17 @@ def _draw_standing_sole(
         walk: its samples, and the times of the frames.
         phase: its number, and the contact.
         feet: whose sole is marked, shape (N,).
+        new: whether the mark is still to be put there.
     """
     (samples, times), (index, contact) = walk, phase
     corners = body.sole_corners[0]
     size = np.ptp(corners, axis=0)[:2]
     ends = {ToeLine.name: corners[:, 0].max(), HeelLine.name: corners[:, 0].min()}
     line = contact in ends
-    length = _LINE_WIDTH if line else size[0] + _BORDER
-    material = geometry.MeshBasicMaterial(color=int(contact_colour(contact).lstrip("#"), 16))
-    node.set_object(geometry.Box([length, size[1] + _BORDER, _PRINT]), material)
+    if new:
+        length = _LINE_WIDTH if line else size[0] + _BORDER
+        material = geometry.MeshBasicMaterial(color=int(contact_colour(contact).lstrip("#"), 16))
+        node.set_object(geometry.Box([length, size[1] + _BORDER, _PRINT]), material)
     centres = np.array([_centre(body, foot, 0.0) for foot in (0, 1)])
     if line:
         centres[:, 0] = ends[contact]
@@ -370,21 +398,33 @@ def _draw_force(
     samples: TrajectorySamples,
     times: Array,
     scale: float,
+    new: bool,
 ) -> None:
-    red, orange = _seen_through(_COP), _seen_through(_FORCE)
-    node["cop"].set_object(geometry.Sphere(0.016), red)
-    # inside its group the arrow points along z
-    node["shaft/bar"].set_object(geometry.Cylinder(1.0, 0.009), orange)
+    if new:
+        node["cop"].set_object(geometry.Sphere(0.016), _seen_through(_COP))
+        draw_arrow(node, _FORCE)
+    move_arrow(node, moves, times, pressure(samples), scale * samples.force.sum(axis=1))
+
+
+def draw_arrow(node: meshcat.Visualizer, colour: int) -> None:
+    """Put an arrow into a group, in which it points along z, for `move_arrow`."""
+    paint = _seen_through(colour)
+    node["shaft/bar"].set_object(geometry.Cylinder(1.0, 0.009), paint)
     node["shaft/bar"].set_transform(_shift([0.0, 0.0, 0.5]) @ UPRIGHT)
-    node["head/cone"].set_object(geometry.Cylinder(0.07, radiusTop=0.0, radiusBottom=0.024), orange)
+    node["head/cone"].set_object(geometry.Cylinder(0.07, radiusTop=0.0, radiusBottom=0.024), paint)
     node["head/cone"].set_transform(_shift([0.0, 0.0, 0.035]) @ UPRIGHT)
-    force = samples.force.sum(axis=1)
-    length = scale * np.linalg.norm(force, axis=1)
-    along, one = np.outer(length, [0.0, 0.0, 1.0]), np.ones_like(length)
-    moves.place(node, times, pressure(samples))
-    moves.turn(node, times, np.array([_towards(f) for f in force]))
+
+
+def move_arrow(
+    node: meshcat.Visualizer, moves: Animation, times: Array, places: Array, along: Array
+) -> None:
+    """Move an arrow: from places (N, 3), as long as the vectors along it (N, 3) [m]."""
+    length = np.linalg.norm(along, axis=1)
+    one = np.ones_like(length)
+    moves.place(node, times, places)
+    moves.turn(node, times, np.array([_towards(vector) for vector in along]))
     moves.stretch(node["shaft"], times, np.column_stack([one, one, np.maximum(length, 1e-6)]))
-    moves.place(node["head"], times, along)
+    moves.place(node["head"], times, np.outer(length, [0.0, 0.0, 1.0]))
 
 
 def pressure(samples: TrajectorySamples) -> Array:

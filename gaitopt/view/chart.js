@@ -16,31 +16,36 @@ function ticks(low, high) {  // three to six round numbers between
   for (let n = Math.ceil(low / step); n * step <= high + 1e-9 * step; n++) found.push(n * step);
   return found;
 }
+function known(value) { return !Number.isNaN(value); }
+function unpacked_curves(curves) {  // with arrays in the place of texts
+  const line = one => ({ ...one, y: numbers(one.y), ...(one.x && { x: numbers(one.x) }) });
+  const panel = one => ({ ...one, lines: one.lines.map(line) });
+  const tabs = curves.tabs.map(tab => ({ ...tab, panels: tab.panels.map(panel) }));
+  return { ...curves, time: numbers(curves.time), tabs };
+}
 function brief(value) { return String(Number(value.toPrecision(4))).replace("-", "\u2212"); }
 function span(values, least) {
   const low = Math.min(...values), high = Math.max(...values);
   const room = 0.08 * Math.max(high - low, least);
   return [low - room, high + room];
 }
+function calm(low, high, [from, to]) {  // an axis that has room stands still while curves move
+  return low <= from && to <= high && high - low < 1.2 * (to - from) ? [low, high] : [from, to];
+}
 // One panel: lines over time, or y over x where a line has x; a cursor that follows the walk.
 class Panel {
-  constructor(parent, panel, time, period, on) {
-    this.panel = panel; this.time = time; this.period = period;
-    this.points = Boolean(panel.lines[0].x);
+  constructor(parent, curves, panel, on) {
     const box = element(parent, "figure", { class: "panel", tabindex: 0 });
     const head = element(box, "figcaption");
     element(head, "b", {}, panel.title);
     element(head, "span", {}, " " + panel.unit);
     this.told = element(head, "span", { class: "told" });
-    const svg = this.svg = element(box, "svg", {
+    const svg = element(box, "svg", {
       viewBox: `0 0 ${WIDE} ${HIGH}`, role: "img",
       "aria-label": `${panel.title} in ${panel.unit}` });
-    this.scales();
-    this.axes();
-    this.limits();
-    for (const line of panel.lines) {
-      element(svg, "path", { class: "curve " + line.side, d: this.path(line) });
-    }
+    this.back = element(svg, "g");
+    this.curves = panel.lines.map(line => element(svg, "path", { class: "curve " + line.side }));
+    this.points = Boolean(panel.lines[0].x);
     if (this.points) {
       this.dots = panel.lines.map(line => element(svg, "circle",
         { class: "dot " + line.side, r: 3.5 }));
@@ -49,7 +54,7 @@ class Panel {
       const seek = event => {
         const at = svg.getBoundingClientRect();
         const x = (event.clientX - at.left) / at.width * WIDE;
-        on.seek(Math.max(0, Math.min(1, (x - LEFT) / (WIDE - LEFT - RIGHT))) * period);
+        on.seek(Math.max(0, Math.min(1, (x - LEFT) / (WIDE - LEFT - RIGHT))) * this.period);
       };
       svg.style.cursor = "ew-resize";
       svg.onpointerdown = event => { svg.setPointerCapture(event.pointerId); seek(event); };
@@ -57,30 +62,44 @@ class Panel {
     }
     box.onpointerenter = box.onfocus = () => on.highlight(panel.joints);
     box.onpointerleave = box.onblur = () => on.highlight([]);
+    this.draw(curves, panel);
+  }
+  draw(curves, panel) {  // also those of another walk
+    this.panel = panel; this.time = curves.time; this.period = curves.period;
+    this.scales();
+    const scene = JSON.stringify([this.low, this.high, this.from, this.to, panel.limits, panel.box]);
+    if (scene !== this.scene) {  // else axes and limits are where they were
+      this.scene = scene;
+      this.back.replaceChildren();
+      this.axes();
+      this.limits();
+    }
+    panel.lines.forEach((line, k) => this.curves[k].setAttribute("d", this.path(line)));
   }
   scales() {
-    const values = this.panel.lines.flatMap(line => line.y).filter(v => v !== null);
+    const values = this.panel.lines.flatMap(line => [...line.y]).filter(known);
     const largest = Math.max(...values.map(Math.abs), 1e-9);
     const near = this.panel.limits.filter(l => Math.abs(l) < FAR * largest);
     const box = this.panel.box;
-    [this.low, this.high] = span(
+    [this.low, this.high] = calm(this.low, this.high, span(
       box ? [box[1], box[3]] : [...values, 0, ...(this.points ? near : near.filter(
         l => l < 0 ? Math.min(...values) < l / FAR : Math.max(...values) > l / FAR))],
-      0.02 * largest);
+      0.02 * largest));
     [this.from, this.to] = this.points
-      ? span(box ? [box[0], box[2]] : this.panel.lines.flatMap(l => l.x), 1e-9)
+      ? calm(this.from, this.to, span(
+        box ? [box[0], box[2]] : this.panel.lines.flatMap(l => [...l.x]).filter(known), 1e-9))
       : [0, this.period];
     this.right = x => LEFT + (x - this.from) / (this.to - this.from) * (WIDE - LEFT - RIGHT);
     this.up = y => HIGH - BOTTOM - (y - this.low) / (this.high - this.low) * (HIGH - TOP - BOTTOM);
   }
   axes() {
     for (const y of ticks(this.low, this.high)) {
-      element(this.svg, "line", { class: y === 0 ? "zero" : "grid",
+      element(this.back, "line", { class: y === 0 ? "zero" : "grid",
         x1: LEFT, x2: WIDE - RIGHT, y1: this.up(y), y2: this.up(y) });
-      element(this.svg, "text", { x: LEFT - 5, y: this.up(y) + 3, "text-anchor": "end" }, brief(y));
+      element(this.back, "text", { x: LEFT - 5, y: this.up(y) + 3, "text-anchor": "end" }, brief(y));
     }
     for (const x of ticks(this.from, this.to)) {
-      element(this.svg, "text", { x: this.right(x), y: HIGH - 6, "text-anchor": "middle" },
+      element(this.back, "text", { x: this.right(x), y: HIGH - 6, "text-anchor": "middle" },
         brief(x));
     }
   }
@@ -90,13 +109,13 @@ class Panel {
       const y = this.up(limit);
       if (y < TOP || y > bottom) continue;
       const beyond = limit > 0 ? [TOP, y - TOP] : [y, bottom - y];
-      element(this.svg, "rect", { class: "beyond", x: LEFT, width: WIDE - LEFT - RIGHT,
+      element(this.back, "rect", { class: "beyond", x: LEFT, width: WIDE - LEFT - RIGHT,
         y: beyond[0], height: Math.max(0, beyond[1]) });
-      element(this.svg, "line", { class: "limit", x1: LEFT, x2: WIDE - RIGHT, y1: y, y2: y });
+      element(this.back, "line", { class: "limit", x1: LEFT, x2: WIDE - RIGHT, y1: y, y2: y });
     }
     if (this.panel.box) {
       const [x1, y1, x2, y2] = this.panel.box;
-      element(this.svg, "rect", { class: "sole", x: this.right(x1), y: this.up(y2),
+      element(this.back, "rect", { class: "sole", x: this.right(x1), y: this.up(y2),
         width: this.right(x2) - this.right(x1), height: this.up(y1) - this.up(y2) });
     }
   }
@@ -104,7 +123,7 @@ class Panel {
     let text = "", open = false;
     line.y.forEach((y, i) => {
       const x = line.x ? line.x[i] : this.time[i];
-      if (y === null || x === null) { open = false; return; }
+      if (!known(x) || !known(y)) { open = false; return; }
       text += `${open ? "L" : "M"}${this.right(x).toFixed(1)} ${this.up(y).toFixed(1)}`;
       open = true;
     });
@@ -114,9 +133,9 @@ class Panel {
     const words = [];
     this.panel.lines.forEach((line, k) => {
       const y = line.y[index];
-      if (y !== null && !this.points) words.push(brief(y));
+      if (known(y) && !this.points) words.push(brief(y));
       if (!this.dots) return;
-      const gone = y === null || line.x[index] === null;
+      const gone = !known(y) || !known(line.x[index]);
       this.dots[k].style.display = gone ? "none" : "";
       if (gone) return;
       this.dots[k].setAttribute("cx", this.right(line.x[index]));
@@ -132,7 +151,7 @@ class Panel {
 // The curves of a walk in tabs; `on.seek(time)` and `on.highlight(joints)` tell what was wanted.
 class Curves {
   constructor(tabs, place, curves, on) {
-    this.curves = curves; this.place = place; this.on = on;
+    this.curves = unpacked_curves(curves); this.place = place; this.on = on;
     this.buttons = curves.tabs.map(tab => {
       const button = element(tabs, "button", { role: "tab" }, tab.name);
       button.onclick = () => { this.open(tab.name); button.blur(); };
@@ -145,19 +164,20 @@ class Curves {
     if (!tab) return;
     this.buttons.forEach(b => b.classList.toggle("on", b.textContent === name));
     this.place.replaceChildren();
-    this.panels = tab.panels.map(panel =>
-      new Panel(this.place, panel, this.curves.time, this.curves.period, this.on));
+    this.panels = tab.panels.map(panel => new Panel(this.place, this.curves, panel, this.on));
     this.index = -1;
     this.show(this.at || 0);
   }
-  replace(curves) {  // by those of another walk; the tab stays
-    const open = this.buttons.find(b => b.classList.contains("on")).textContent;
-    this.curves = curves;
-    this.open(open);
+  replace(curves) {  // by those of another walk of this robot; the tab stays
+    const open = this.buttons.findIndex(b => b.classList.contains("on"));
+    this.curves = unpacked_curves(curves);
+    this.curves.tabs[open].panels.forEach((panel, k) => this.panels[k].draw(this.curves, panel));
+    this.index = -1;
+    this.show(this.at);
   }
-  show(time) {
-    const { time: times, period } = this.curves;
-    this.at = time;
+  show(steps) {  // how many have passed since the walk began
+    const { time: times, period, step } = this.curves, time = steps * step;
+    this.at = steps;
     const inside = time - Math.floor(time / period + 1e-9) * period;
     let low = 0, high = times.length - 1;
     while (low < high) {  // the last instant not after it

@@ -16,7 +16,6 @@ from gaitopt.gait.trajectory import TrajectorySamples
 from gaitopt.nlp import Array
 
 POINTS = 301  # of a period
-_DIGITS = 5  # of a number on the page
 Record = dict[str, object]
 
 
@@ -24,9 +23,9 @@ def curves(gait: Gait) -> Record:
     """Return the curves of a gait over its period, as data for the page's charts.
 
     Returns:
-        `period` [s], `time` (N,) [s], and `tabs`: for each a name and its panels. A panel has a
+        `period` and `step` [s], `time` (N,) [s], and `tabs`: for each a name and its panels. A panel has a
         title, a unit, lines (name, side, values; points x and y where it is no curve over time),
-        limits, and the joints that it is about.
+        limits, and the joints that it is about. Values are arrays (N,), NaN where there is none.
     """
     trajectory = gait.trajectory
     times, before = _instants(gait)
@@ -44,7 +43,8 @@ def curves(gait: Gait) -> Record:
     ]
     return {
         "period": trajectory.period,
-        "time": _list(times),
+        "step": trajectory.step_duration,
+        "time": times,
         "tabs": tabs,
     }
 
@@ -83,8 +83,8 @@ def _joints(
     for group in joint_groups(gait):
         lines = []
         for joint, joint_name, side in _sides(gait, group):
-            line: Record = {"name": joint_name, "side": side, "y": _list(y[:, joint])}
-            lines.append(line if x is None else {**line, "x": _list(x[:, joint])})
+            line: Record = {"name": joint_name, "side": side, "y": y[:, joint]}
+            lines.append(line if x is None else {**line, "x": x[:, joint]})
         limit = None if limits is None else float(np.min(limits[list(group)]))
         panels.append({
             "title": pair_name(gait, group[0]), "unit": unit,
@@ -101,7 +101,7 @@ def _ground(gait: Gait, samples: TrajectorySamples) -> Iterable[Record]:
         yield {
             "title": title, "unit": "N", "joints": [], "limits": [],
             "lines": [
-                {"name": foot, "side": side, "y": _list(force[:, k, axis])}
+                {"name": foot, "side": side, "y": force[:, k, axis]}
                 for k, foot, side in _feet(gait)
             ],
         }  # fmt: skip
@@ -112,17 +112,17 @@ def _ground(gait: Gait, samples: TrajectorySamples) -> Iterable[Record]:
         "title": "friction used", "unit": "-", "joints": [],
         "limits": _bounds(gait.number("task", "margins", "friction")),
         "lines": [
-            {"name": foot, "side": side, "y": _list(used[:, k])} for k, foot, side in _feet(gait)
+            {"name": foot, "side": side, "y": used[:, k]} for k, foot, side in _feet(gait)
         ],
     }  # fmt: skip
     for k, foot, side in _feet(gait):
         toe, heel, left, right = gait.trajectory.body.sole_rectangle[k]
         yield {
             "title": f"centre of pressure, {foot}", "unit": "m", "joints": [], "limits": [],
-            "box": _list(np.array([heel, right, toe, left])),
+            "box": [float(edge) for edge in (heel, right, toe, left)],
             "lines": [
-                {"name": foot, "side": side, "x": _list(samples.pressure[:, k, 0]),
-                 "y": _list(samples.pressure[:, k, 1])}
+                {"name": foot, "side": side, "x": samples.pressure[:, k, 0],
+                 "y": samples.pressure[:, k, 1]}
             ],
         }  # fmt: skip
 
@@ -136,12 +136,3 @@ def _feet(gait: Gait) -> Iterable[tuple[int, str, str]]:
 def _bounds(limit: float | None) -> list[float]:
     """Return the values of a symmetric limit, none where there is none."""
     return [-limit, limit] if limit is not None and np.isfinite(limit) and limit > 0.0 else []
-
-
-def _list(values: Array) -> list[float | None]:
-    """Return numbers with five digits of the largest of them; None where there is none."""
-    known = np.isfinite(values)
-    largest = float(np.abs(values[known]).max(initial=0.0))
-    decimals = _DIGITS - int(np.ceil(np.log10(largest))) if largest > 0.0 else _DIGITS
-    short = np.round(values, decimals).tolist()
-    return short if known.all() else [v if k else None for v, k in zip(short, known, strict=True)]

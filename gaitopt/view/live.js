@@ -1,6 +1,8 @@
 const sliders = document.getElementById("sliders"), told = document.getElementById("told");
 const socket = new WebSocket(location.href.replace(/^http/, "ws").replace(/[#?].*/, "") + "socket");
+const RESTS = 250;  // ms after which a slider that was moved is at rest
 const asked = new Map(), live = { number: 0, seen: 0, delays: [] };
+let touched = -Infinity;
 window.gaitoptLive = live;  // for whoever wants to know how fast it is
 function wishes() {
   const settings = {};
@@ -14,7 +16,7 @@ function wish() {
     return;
   }
   const number = ++live.number;
-  asked.set(number, performance.now());
+  asked.set(number, touched = performance.now());
   socket.send(JSON.stringify({ number, settings: wishes() }));
   told.textContent = "…";
 }
@@ -29,32 +31,43 @@ function say(words) {
     document.getElementById(name).innerHTML = text;
   }
 }
-async function walk(message) {
-  const { time, playing } = animator, share = time / data.step;
+function walk(message) {  // its curves at once; the picture and the tables follow
+  curves.replace(message.curves);
+  say(message.words);
+  document.body.classList.add("behind");
+}
+async function follow(message) {
+  const { playing } = animator, share = animator.time / data.step;
   await draw(viewer, message.commands);
+  move(viewer, message.motion);
   data = message.data;
   stand();
-  curves.replace(data.curves);
   say(message.words);
-  seek(share * data.step);  // the same posture of the step, as near as there is one
+  seek(share * data.step);  // the same posture of the step
   setPlaying(playing);
+  document.body.classList.remove("behind");
 }
 let turn = Promise.resolve();  // answers are shown in the order in which they come
-socket.onmessage = event => { turn = turn.then(() => answer(JSON.parse(event.data))); };
+socket.onmessage = event => {
+  const message = JSON.parse(event.data);
+  turn = turn.then(() => answer(message));
+};
 async function answer(message) {
-  if (message.kind === "walk") await walk(message);
-  if (message.kind === "proof") say(message.words);
-  if (message.kind === "none") document.getElementById("verdict").textContent =
+  const { kind, number } = message;
+  if (kind === "walk") walk(message);
+  if (kind === "motion") return follow(message);
+  if (kind === "none") document.getElementById("verdict").textContent =
     "the walk before these settings";
   if (message.text !== undefined) told.textContent = message.text;
-  document.body.classList.toggle("none", message.kind === "none");
-  if (message.number && message.kind !== "proof" && asked.has(message.number)) {
-    live.delays.push(performance.now() - asked.get(message.number));
-    for (const number of [...asked.keys()]) if (number <= message.number) asked.delete(number);
+  document.body.classList.toggle("none", kind === "none");
+  if (asked.has(number)) {
+    live.delays.push(performance.now() - asked.get(number));
+    for (const old of [...asked.keys()]) if (old <= number) asked.delete(old);
   }
-  live.seen = Math.max(live.seen, message.number || 0);
-  live.kind = message.kind;
+  live.seen = Math.max(live.seen, number || 0);
+  live.kind = kind;
 }
+viewer.held = now => asked.size > 0 || now - touched < RESTS;
 socket.onclose = () => { told.textContent = "gaitopt has ended; this page shows its last walk."; };
 document.getElementById("save").onclick = event => {
   socket.send(JSON.stringify({ save: true }));

@@ -22,9 +22,10 @@ from tornado.web import Application, RequestHandler
 from tornado.websocket import WebSocketClosedError, WebSocketHandler
 
 from gaitopt.errors import GaitoptError
-from gaitopt.view.viewer import LOCAL, listening_socket
+from gaitopt.view.viewer import LOCAL, data_text, listening_socket
 
 LONELY = 3.0  # s without a page before the server ends, once there was one
+SENDING = 0.1  # s that an answer may wait to be sent
 LARGEST = 65_536  # bytes of a message
 MOST = 1e9  # of a value in it
 Message = dict[str, Any]
@@ -215,13 +216,15 @@ class _Desk:
         return found
 
     def _say(self, message: Message) -> None:
-        text = json.dumps(message)
+        text, sent = data_text(message), threading.Event()
         with contextlib.suppress(RuntimeError):  # the server has ended
-            self._loop.call_soon_threadsafe(self._send, text)
+            self._loop.call_soon_threadsafe(self._send, text, sent)
+            sent.wait(SENDING)  # work that goes on at once would keep the other thread from it
 
-    def _send(self, text: str) -> None:
+    def _send(self, text: str, sent: threading.Event) -> None:
         for page in list(self._pages):
             page.show(text)
+        sent.set()
 
 
 class _Page(RequestHandler):

@@ -3,6 +3,10 @@ async function unpacked(text) {  // what was compressed, as bytes
   const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"));
   return new Uint8Array(await new Response(stream).arrayBuffer());
 }
+function numbers(text) {  // what `data_text` packed; NaN where there is no value
+  const bytes = Uint8Array.from(atob(text), c => c.charCodeAt(0));
+  return new Float32Array(bytes.buffer);
+}
 async function draw(viewer, commands) {  // what MeshCat's viewer is to show or to move
   const bytes = await unpacked(commands), numbers = new DataView(bytes.buffer);
   for (let at = 0; at < bytes.length;) {
@@ -11,6 +15,50 @@ async function draw(viewer, commands) {  // what MeshCat's viewer is to show or 
     at = end;
   }
 }
+function move(viewer, motion) {  // as another film of the same nodes; nothing is built again
+  const { animator } = viewer, times = numbers(motion.times), end = times[times.length - 1];
+  animator.actions.forEach((action, node) => {
+    action._clip.duration = end;
+    action._interpolants.forEach((track, k) => {
+      track.parameterPositions = times;
+      track.sampleValues = numbers(motion.tracks[node][k]);
+      track._cachedIndex = 0;
+    });
+  });
+  animator.duration = end;
+  animator.time_scrubber.max(end);
+}
+// Show what has moved, as often as the machine can: software renderers take all of it for a picture.
+const SLOW = 40, REST = 0.5, HELD = 6;  // ms of a picture; rests after one, in its times
+function run(viewer) {
+  const gl = viewer.renderer.getContext();
+  let fence = null, begun = 0, took = 0, ended = 0;
+  const waits = now => {
+    if (fence && gl.getSyncParameter(fence, gl.SYNC_STATUS) === gl.SIGNALED) {
+      gl.deleteSync(fence);
+      fence = null;
+      took = Math.min(now - begun, 1000);
+      ended = now;
+    }
+    const held = viewer.held(now);
+    if (!viewer.animator.playing && !held) return false;
+    if (fence && Math.max(took, now - begun) > SLOW) return true;
+    return took > SLOW && now - ended < (held ? HELD : REST) * took;
+  };
+  (function frame() {
+    requestAnimationFrame(frame);
+    const now = performance.now();
+    if (waits(now)) return;
+    viewer.animator.update();
+    viewer.moved();
+    if (!viewer.needs_render) return;
+    viewer.render();
+    if (fence || !gl.fenceSync) return;
+    begun = now;
+    fence = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
+    gl.flush();
+  })();
+}
 async function openScene(pane, script, commands) {  // MeshCat's viewer, with what it shows
   if (!window.DecompressionStream) {
     pane.textContent = "This page needs a browser of 2023 or later.";
@@ -18,7 +66,11 @@ async function openScene(pane, script, commands) {  // MeshCat's viewer, with wh
   const code = document.createElement("script");
   code.textContent = new TextDecoder().decode(await unpacked(script));
   document.head.append(code);
-  const viewer = new MeshCat.Viewer(pane);
+  const viewer = new MeshCat.Viewer(pane, false);
+  viewer.animate = () => {};  // a loop of its own would be a second one
+  viewer.moved = () => {};  // told before each picture
+  viewer.held = () => false;  // whether something else is more urgent than pictures
   await draw(viewer, commands);
+  run(viewer);
   return viewer;
 }

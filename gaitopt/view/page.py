@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
@@ -23,7 +22,7 @@ from gaitopt.view.contacts import contact_colour, contact_words, contacts
 from gaitopt.view.curves import curves
 from gaitopt.view.inspection import Section
 from gaitopt.view.inspection_page import table_text
-from gaitopt.view.viewer import Recorder, meshcat, packed_viewer, page_file
+from gaitopt.view.viewer import Recorder, data_text, meshcat, packed_viewer, page_file
 
 
 def write_page(
@@ -78,8 +77,8 @@ def page_of(
         steps: that it shows.
         extra: more parts of the page, by their marks.
     """
-    data = facts_and_curves(gait, scene, steps)
-    words = {f"@{name.upper()}@": text for name, text in data.pop("words").items()}
+    words = {f"@{k.upper()}@": v for k, v in (headline(gait) | details(gait, scene)).items()}
+    data = {**film(gait, scene, steps), "curves": curves(gait)}
     parts = {
         **words,
         "@DATA@": _script(data),
@@ -95,36 +94,44 @@ def page_of(
     return filled_template(page_file("page.html"), parts)
 
 
-def facts_and_curves(gait: Gait, scene: Scene, steps: int) -> dict[str, Any]:
-    """Return what a page says of a gait: `words`, HTML by name of its place, and the curves."""
+def headline(gait: Gait) -> dict[str, str]:
+    """Return what a page says first of a gait: HTML by name of its place."""
+    rows = (f"<div><dt>{k}</dt><dd>{html_text(v)}</dd></div>" for k, v in facts(gait))
+    return {
+        "title": html_text(_title(gait)),
+        "verdict": html_text(gait.fact("certificate", "verdict") or "no certificate"),
+        "facts": "".join(rows),
+    }
+
+
+def details(gait: Gait, scene: Scene) -> dict[str, str]:
+    """Return the rest that a page says, likewise: tables, notes, and what the picture means."""
     right, left = (foot.replace(" sole", " leg") for foot in _feet(gait))
     note = f"<p>{html_text(scene.shapes.note)}</p>" if scene.shapes.note else ""
     return {
-        "words": {
-            "title": html_text(_title(gait)),
-            "verdict": html_text(gait.fact("certificate", "verdict") or "no certificate"),
-            "facts": "".join(
-                f"<div><dt>{k}</dt><dd>{html_text(v)}</dd></div>" for k, v in facts(gait)
-            ),
-            "tables": "".join(map(table_text, _sections(gait))),
-            "notes": note + _robot(gait),
-            "standing": ";\n     ".join(_mark(contact) for contact in contacts(gait)),
-            "right": html_text(right),
-            "left": html_text(left),
-            "scale": f"{0.1 / scene.force_scale:.4g}",
-        },
+        "tables": "".join(map(table_text, _sections(gait))),
+        "notes": note + _robot(gait),
+        "standing": ";\n     ".join(_mark(contact) for contact in contacts(gait)),
+        "right": html_text(right),
+        "left": html_text(left),
+        "scale": f"{0.1 / scene.force_scale:.4g}",
+    }
+
+
+def film(gait: Gait, scene: Scene, steps: int) -> dict[str, object]:
+    """Return what a page must know of the steps that it shows."""
+    return {
         "duration": gait.duration * steps,
         "step": gait.duration,
         "phases": _phases(gait),
         "feet": _feet(gait),
-        "curves": curves(gait),
         "robot": scene.robot,
     }
 
 
 def _script(data: object) -> str:
     """Return data as JSON that ends no script."""
-    return json.dumps(data, separators=(",", ":")).replace("<", "\\u003c")
+    return data_text(data).replace("<", "\\u003c")
 
 
 def _sections(gait: Gait) -> Iterator[Section]:

@@ -11,6 +11,7 @@ import asyncio
 import base64
 import contextlib
 import gzip
+import json
 import socket
 import threading
 import warnings
@@ -20,6 +21,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from tornado.httpserver import HTTPServer
 from tornado.web import Application, StaticFileHandler
 from tornado.websocket import WebSocketClosedError, WebSocketHandler
@@ -68,6 +70,17 @@ def packed_commands(commands: Iterable[bytes]) -> str:
 def packed(data: bytes) -> str:
     """Return data compressed, as text, for `unpacked` of load.js; the same for the same data."""
     return base64.b64encode(gzip.compress(data, compresslevel=_SMALL, mtime=0)).decode("ascii")
+
+
+def data_text(data: object) -> str:
+    """Return data as JSON; arrays in it are base64 of 32-bit floats, for `numbers` of load.js."""
+    return json.dumps(data, separators=(",", ":"), default=_floats)
+
+
+def _floats(values: object) -> str:
+    if not isinstance(values, np.ndarray):
+        raise TypeError(f"{type(values).__name__} is no data of a page")
+    return base64.b64encode(np.ascontiguousarray(values, dtype="<f4")).decode("ascii")
 
 
 def packed_viewer() -> str:
