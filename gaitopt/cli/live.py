@@ -26,8 +26,8 @@ from gaitopt.gait.result import Gait
 from gaitopt.model.payload import TORSO
 from gaitopt.model.robot import Robot
 from gaitopt.view.animation import Scene, build_scene
-from gaitopt.view.live_server import Message, Slider, serve
 from gaitopt.view.curves import curves
+from gaitopt.view.live_server import Message, Slider, serve
 from gaitopt.view.page import details, film, headline, page_of
 from gaitopt.view.viewer import LOCAL, Recorder, is_local, meshcat, page_file
 
@@ -79,8 +79,9 @@ class LiveWalk:
         self._planner = Replanner(request.options)
         self._planner.replan(request.robot, request.task)
         self.sliders = tuple(_sliders(request))
-        self._values = {one.name: one.value for one in self.sliders}
-        self._walking = dict(self._values)  # the last settings with a walk
+        first = {one.name: one.value for one in self.sliders}
+        self._walking = first  # the last settings with a walk
+        self._designed = first  # those of the last certified walk
         self._robots: dict[float, Robot] = {0.0: request.robot}
         self._scene: Scene | None = None
 
@@ -95,7 +96,7 @@ class LiveWalk:
 
     def answers(self, settings: Mapping[str, float], stop: Callable[[], bool]) -> Iterator[Message]:
         """Yield the walk, or why there is none; then its certificate, or settings that walk."""
-        before, self._values = self._walking, dict(settings)
+        before = self._walking
         plan = self._plan(settings, stop)
         if not plan.answered:
             # A plan is late for newer settings, which have no use of its answer, or by SEARCH.
@@ -112,7 +113,7 @@ class LiveWalk:
         except EvaluationError:
             return
         if not stop():
-            self._design = design
+            self._design, self._designed = design, dict(settings)
             yield from self._walk(design.gait, design.certificate.verdict, told)
 
     def save(self) -> Message:
@@ -124,7 +125,10 @@ class LiveWalk:
         request = replace(self._request, robot=self._design.problem.robot,
                           task=self._design.problem.task)  # fmt: skip
         list(write_results(self._design.gait, request, folder, page=False, figures=None))
-        return {"kind": "saved", "text": f"kept in {folder}; again: {self._command(self._values)}"}
+        return {
+            "kind": "saved",
+            "text": f"kept in {folder}; again: {self._command(self._designed)}",
+        }
 
     def _plan(self, settings: Mapping[str, float], stop: Callable[[], bool]) -> Plan:
         """Return the plan of settings; newer ones end it only when it takes long."""
@@ -210,7 +214,7 @@ class LiveWalk:
         rows = "".join(
             f'<label><span>{html_text(one.words)}</span><input type="range" name="{one.name}" '
             f'min="{one.low:g}" max="{one.high:g}" step="{one.step:g}" '
-            f'value="{self._values[one.name]:.12g}" data-unit="{html_text(one.unit)}">'
+            f'value="{self._designed[one.name]:.12g}" data-unit="{html_text(one.unit)}">'
             "<span></span></label>"
             for one in self.sliders
         )

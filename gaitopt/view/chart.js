@@ -17,11 +17,10 @@ function ticks(low, high) {  // three to six round numbers between
   return found;
 }
 function known(value) { return !Number.isNaN(value); }
-function unpacked_curves(curves) {  // with arrays in the place of texts
-  const line = one => ({ ...one, y: numbers(one.y), ...(one.x && { x: numbers(one.x) }) });
-  const panel = one => ({ ...one, lines: one.lines.map(line) });
-  const tabs = curves.tabs.map(tab => ({ ...tab, panels: tab.panels.map(panel) }));
-  return { ...curves, time: numbers(curves.time), tabs };
+function opened(panel) {  // with arrays in the place of texts
+  const lines = panel.lines.map(
+    line => ({ ...line, y: numbers(line.y), ...(line.x && { x: numbers(line.x) }) }));
+  return { ...panel, lines };
 }
 function brief(value) { return String(Number(value.toPrecision(4))).replace("-", "\u2212"); }
 function span(values, least) {
@@ -120,13 +119,14 @@ class Panel {
     }
   }
   path(line) {
+    const place = value => Math.round(10 * value) / 10;
     let text = "", open = false;
-    line.y.forEach((y, i) => {
-      const x = line.x ? line.x[i] : this.time[i];
-      if (!known(x) || !known(y)) { open = false; return; }
-      text += `${open ? "L" : "M"}${this.right(x).toFixed(1)} ${this.up(y).toFixed(1)}`;
-      open = true;
-    });
+    for (let i = 0; i < line.y.length; i++) {
+      const x = line.x ? line.x[i] : this.time[i], y = line.y[i];
+      const seen = known(x) && known(y);
+      if (seen) text += `${open ? "L" : "M"}${place(this.right(x))} ${place(this.up(y))}`;
+      open = seen;
+    }
     return text;
   }
   show(index, time) {  // of the curves' instants; the time within the period
@@ -151,7 +151,8 @@ class Panel {
 // The curves of a walk in tabs; `on.seek(time)` and `on.highlight(joints)` tell what was wanted.
 class Curves {
   constructor(tabs, place, curves, on) {
-    this.curves = unpacked_curves(curves); this.place = place; this.on = on;
+    this.take(curves);
+    this.place = place; this.on = on;
     this.buttons = curves.tabs.map(tab => {
       const button = element(tabs, "button", { role: "tab" }, tab.name);
       button.onclick = () => { this.open(tab.name); button.blur(); };
@@ -159,19 +160,22 @@ class Curves {
     });
     this.open(curves.tabs[0].name);
   }
+  take(curves) { this.curves = { ...curves, time: numbers(curves.time) }; }
   open(name) {
     const tab = this.curves.tabs.find(t => t.name === name);
     if (!tab) return;
     this.buttons.forEach(b => b.classList.toggle("on", b.textContent === name));
     this.place.replaceChildren();
-    this.panels = tab.panels.map(panel => new Panel(this.place, this.curves, panel, this.on));
+    this.panels = tab.panels.map(
+      panel => new Panel(this.place, this.curves, opened(panel), this.on));
     this.index = -1;
     this.show(this.at || 0);
   }
   replace(curves) {  // by those of another walk of this robot; the tab stays
     const open = this.buttons.findIndex(b => b.classList.contains("on"));
-    this.curves = unpacked_curves(curves);
-    this.curves.tabs[open].panels.forEach((panel, k) => this.panels[k].draw(this.curves, panel));
+    this.take(curves);
+    this.panels.forEach(
+      (panel, k) => panel.draw(this.curves, opened(this.curves.tabs[open].panels[k])));
     this.index = -1;
     this.show(this.at);
   }

@@ -23,9 +23,10 @@ def curves(gait: Gait) -> Record:
     """Return the curves of a gait over its period, as data for the page's charts.
 
     Returns:
-        `period` and `step` [s], `time` (N,) [s], and `tabs`: for each a name and its panels. A panel has a
-        title, a unit, lines (name, side, values; points x and y where it is no curve over time),
-        limits, and the joints that it is about. Values are arrays (N,), NaN where there is none.
+        `period` and `step` [s], `time` (N,) [s], and `tabs`: for each a name and its panels. A
+        panel has a title, a unit, lines (name, side, values; points x and y where it is no curve
+        over time), limits, and the joints that it is about. Values are arrays (N,), NaN where
+        there is none.
     """
     trajectory = gait.trajectory
     times, before = _instants(gait)
@@ -33,14 +34,22 @@ def curves(gait: Gait) -> Record:
     rows = [trajectory.joint_names.index(name) for name in gait.joint_names]
     torque, rate, angle = (values[:, rows] for values in (samples.torque, samples.dq, samples.q))
     torque_limit = gait.joint_limit("torque")
+    pairs = [(pair_name(gait, group[0]), group) for group in joint_groups(gait)]
+    quantities: tuple[tuple[str, str, Array, Array | None, Array | None], ...] = (
+        ("torque", "N·m", torque, torque_limit, None),
+        ("speed", "rad/s", rate, gait.joint_limit("speed"), None),
+        ("power", "W", torque * rate, None, None),
+        ("angle", "rad", angle, None, None),
+        ("torque over speed", "N·m over rad/s", torque, torque_limit, rate),
+    )
     tabs = [
-        _joints(gait, "torque", "N·m", torque, torque_limit),
-        _joints(gait, "speed", "rad/s", rate, gait.joint_limit("speed")),
-        _joints(gait, "power", "W", torque * rate, None),
-        _joints(gait, "angle", "rad", angle, None),
-        _joints(gait, "torque over speed", "N·m over rad/s", torque, torque_limit, rate),
-        {"name": "ground", "panels": list(_ground(gait, samples))},
+        {
+            "name": name,
+            "panels": [_joints(gait, *pair, unit, y, limits, x) for pair in pairs],
+        }
+        for name, unit, y, limits, x in quantities
     ]
+    tabs.append({"name": "ground", "panels": list(_ground(gait, samples))})
     return {
         "period": trajectory.period,
         "step": trajectory.step_duration,
@@ -76,22 +85,24 @@ def _sides(gait: Gait, group: tuple[int, ...]) -> Iterable[tuple[int, str, str]]
 
 
 def _joints(
-    gait: Gait, name: str, unit: str, y: Array, limits: Array | None, x: Array | None = None
+    gait: Gait,
+    title: str,
+    group: tuple[int, ...],
+    unit: str,
+    y: Array,
+    limits: Array | None,
+    x: Array | None,
 ) -> Record:
-    """Return a tab with a panel for each pair of joints: y (N, J) over time, or over x (N, J)."""
-    panels = []
-    for group in joint_groups(gait):
-        lines = []
-        for joint, joint_name, side in _sides(gait, group):
-            line: Record = {"name": joint_name, "side": side, "y": y[:, joint]}
-            lines.append(line if x is None else {**line, "x": x[:, joint]})
-        limit = None if limits is None else float(np.min(limits[list(group)]))
-        panels.append({
-            "title": pair_name(gait, group[0]), "unit": unit,
-            "joints": [gait.joint_names[j] for j in group],
-            "limits": _bounds(limit), "lines": lines,
-        })  # fmt: skip
-    return {"name": name, "panels": panels}
+    """Return the panel of a pair of joints: y (N, J) over time, or over x (N, J)."""
+    lines = []
+    for joint, joint_name, side in _sides(gait, group):
+        line: Record = {"name": joint_name, "side": side, "y": y[:, joint]}
+        lines.append(line if x is None else {**line, "x": x[:, joint]})
+    limit = None if limits is None else float(np.min(limits[list(group)]))
+    return {
+        "title": title, "unit": unit, "joints": [gait.joint_names[j] for j in group],
+        "limits": _bounds(limit), "lines": lines,
+    }  # fmt: skip
 
 
 def _ground(gait: Gait, samples: TrajectorySamples) -> Iterable[Record]:

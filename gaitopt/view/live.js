@@ -1,9 +1,9 @@
 const sliders = document.getElementById("sliders"), told = document.getElementById("told");
 const socket = new WebSocket(location.href.replace(/^http/, "ws").replace(/[#?].*/, "") + "socket");
 const RESTS = 250;  // ms after which a slider that was moved is at rest
-const asked = new Map(), live = { number: 0, seen: 0, delays: [] };
+const asked = new Map(), live = { number: 0, seen: 0, delays: [], viewer, seek };
 let touched = -Infinity;
-window.gaitoptLive = live;  // for whoever wants to know how fast it is
+window.gaitoptLive = live;  // for whoever wants to know how fast it is, and what it shows
 function wishes() {
   const settings = {};
   for (const input of sliders.querySelectorAll("input")) settings[input.name] = Number(input.value);
@@ -62,6 +62,7 @@ async function answer(message) {
   document.body.classList.toggle("none", kind === "none");
   if (asked.has(number)) {
     live.delays.push(performance.now() - asked.get(number));
+    if (live.delays.length > 1000) live.delays.shift();
     for (const old of [...asked.keys()]) if (old <= number) asked.delete(old);
   }
   live.seen = Math.max(live.seen, number || 0);

@@ -11,6 +11,7 @@ import asyncio
 import contextlib
 import json
 import signal
+import sys
 import threading
 import time
 from collections.abc import Callable, Iterator, Mapping
@@ -25,6 +26,7 @@ from gaitopt.errors import GaitoptError
 from gaitopt.view.viewer import LOCAL, data_text, listening_socket
 
 LONELY = 3.0  # s without a page before the server ends, once there was one
+SWITCH = 5e-4  # s
 SENDING = 0.1  # s that an answer may wait to be sent
 LARGEST = 65_536  # bytes of a message
 MOST = 1e9  # of a value in it
@@ -93,9 +95,24 @@ def serve(
     """
     listening = listening_socket(host, port)
     name = f"[{host}]" if ":" in host else host
-    asyncio.run(
-        _serve(session, listening, f"http://{name}:{listening.getsockname()[1]}/", on_ready, stay)
-    )
+    url = f"http://{name}:{listening.getsockname()[1]}/"
+    with _switching(SWITCH):
+        asyncio.run(_serve(session, listening, url, on_ready, stay))
+
+
+@contextlib.contextmanager
+def _switching(interval: float) -> Iterator[None]:
+    """Let another thread go on after an interval [s].
+
+    After 5 ms, as usual, the thread that serves would wait for the one that works at every read
+    and write, four times for a move.
+    """
+    before = sys.getswitchinterval()
+    sys.setswitchinterval(interval)
+    try:
+        yield
+    finally:
+        sys.setswitchinterval(before)
 
 
 async def _serve(
@@ -191,7 +208,7 @@ class _Desk:
         number = wish.get("number")
         try:
             for message in self._session.answers(self._settings(wish), self._outdated):
-                self._say({**message, "number": number})
+                self._say({"number": number, **message})
         except GaitoptError as error:
             self._say({"kind": "none", "text": str(error), "number": number})
 

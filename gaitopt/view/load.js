@@ -1,11 +1,14 @@
+function bytes_of(text) {  // base64
+  const letters = atob(text), bytes = new Uint8Array(letters.length);
+  for (let k = 0; k < bytes.length; k++) bytes[k] = letters.charCodeAt(k);
+  return bytes;
+}
 async function unpacked(text) {  // what was compressed, as bytes
-  const bytes = Uint8Array.from(atob(text), c => c.charCodeAt(0));
-  const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"));
+  const stream = new Blob([bytes_of(text)]).stream().pipeThrough(new DecompressionStream("gzip"));
   return new Uint8Array(await new Response(stream).arrayBuffer());
 }
 function numbers(text) {  // what `data_text` packed; NaN where there is no value
-  const bytes = Uint8Array.from(atob(text), c => c.charCodeAt(0));
-  return new Float32Array(bytes.buffer);
+  return new Float32Array(bytes_of(text).buffer);
 }
 async function draw(viewer, commands) {  // what MeshCat's viewer is to show or to move
   const bytes = await unpacked(commands), numbers = new DataView(bytes.buffer);

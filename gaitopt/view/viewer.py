@@ -80,7 +80,7 @@ def data_text(data: object) -> str:
 def _floats(values: object) -> str:
     if not isinstance(values, np.ndarray):
         raise TypeError(f"{type(values).__name__} is no data of a page")
-    return base64.b64encode(np.ascontiguousarray(values, dtype="<f4")).decode("ascii")
+    return base64.b64encode(values.astype("<f4").tobytes()).decode("ascii")
 
 
 def packed_viewer() -> str:

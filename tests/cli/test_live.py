@@ -8,11 +8,13 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "view"))
 
 from browser import BROWSER, close, opened
+from page_scene import commands_of, scene_of, unpacked
 from tornado.httpclient import HTTPClientError, HTTPRequest
 from tornado.websocket import websocket_connect
 
@@ -49,14 +51,15 @@ def last(messages):
 
 
 def test_a_slider_is_answered_with_a_walk_and_then_its_certificate(session, settings):
-    first, proof = session.answers({**settings, "speed": 0.82}, never)
-    assert first["kind"] == proof["kind"] == "walk"
+    told = list(session.answers({**settings, "speed": 0.82}, never))
+    assert [one["kind"] for one in told] == ["walk", "motion", "walk", "motion"]
+    first, proof = told[::2]
     assert first["words"]["verdict"] == FOLLOWS
     assert proof["words"]["verdict"] == "certified"
     for message in (first, proof):
         assert "0.82 m/s" in message["words"]["title"]
         assert message["text"].endswith("gaitopt optimise --preset standard --speed 0.82")
-        assert len(message["data"]["curves"]["tabs"]) == 6
+        assert len(message["curves"]["tabs"]) == 6
 
 
 def test_every_slider_moves_what_it_says(session, settings):
@@ -82,7 +85,43 @@ def test_settings_without_a_walk_say_what_stops_them_and_where_it_walks(session,
     assert told[0]["text"].startswith("no walk: ")
     could = float(re.search(r"torque limit can be (\S+) N·m", told[1]["text"])[1])
     assert 15.0 < could <= 150.0
-    assert last(session.answers({**settings, "torque_limit": could}, never))["kind"] == "walk"
+    assert last(session.answers({**settings, "torque_limit": could}, never))["kind"] == "motion"
+
+
+def test_after_a_refusal_page_and_kept_walk_are_those_of_the_last_certificate(session, settings):
+    *_, shown, _ = session.answers({**settings, "speed": 0.81}, never)
+    assert last(session.answers({**settings, "speed": 0.81, "torque_limit": 15.0}, never))["text"]
+    assert session.save()["text"].endswith("gaitopt optimise --preset standard --speed 0.81")
+    page = session.page()
+    inputs = dict(re.findall(r'name="(\w+)".*? value="(.*?)"', page))
+    assert float(inputs["speed"]) == 0.81
+    assert float(inputs["torque_limit"]) == 150.0
+    assert shown["words"]["title"] in page
+    assert f'id="verdict">{shown["words"]["verdict"]}<' in page
+
+
+def test_what_moves_is_what_a_new_page_would_show(session, settings):
+    session.page()
+    *_, moved = session.answers({**settings, "speed": 0.83}, never)
+    assert moved["kind"] == "motion"
+    page = scene_of(session.page())
+    (clips,) = [c["animations"] for c in page if c["type"] == "set_animation"]
+    tracks = [
+        [[key["value"] for key in track["keys"]] for track in clip["clip"]["tracks"]]
+        for clip in clips
+    ]
+    found = moved["motion"]
+    assert [len(own) for own in found["tracks"]] == [len(own) for own in tracks]
+    for own, known in zip(found["tracks"], tracks, strict=True):
+        for values, wanted in zip(own, known, strict=True):
+            assert values == pytest.approx(np.array(wanted), abs=1e-12)
+    keys = clips[0]["clip"]["tracks"][0]["keys"]
+    assert found["times"] == pytest.approx([key["time"] for key in keys])
+    placed = {c["path"]: c["matrix"] for c in page if c["type"] == "set_transform"}
+    sent = commands_of(unpacked(moved["commands"]))
+    assert {c["type"] for c in sent} == {"set_transform"}  # nothing is built again
+    for command in sent:
+        assert command["matrix"] == pytest.approx(placed[command["path"]])
 
 
 def test_a_search_that_takes_too_long_says_so(session, settings, monkeypatch):
@@ -101,12 +140,13 @@ def test_a_search_that_newer_settings_end_says_nothing(session, settings, monkey
 
 def test_newer_settings_end_what_is_of_no_use(session, settings):
     wanted = session.answers({**settings, "speed": 0.84}, lambda: True)
-    (only,) = wanted  # the walk, and no certificate
-    assert only["words"]["verdict"] == FOLLOWS
+    first, picture = wanted  # the walk, and no certificate
+    assert first["words"]["verdict"] == FOLLOWS
+    assert picture["kind"] == "motion"
 
 
 def test_a_kept_walk_is_the_certified_one(session, settings):
-    shown = last(session.answers({**settings, "clearance": 0.04}, never))
+    *_, shown, _ = session.answers({**settings, "clearance": 0.04}, never)
     told = session.save()
     folder = re.search(r"kept in (\S+);", told["text"])[1]
     gait = load_gait(f"{folder}/gait.npz")
@@ -168,11 +208,19 @@ MOVE = """(() => {{
 }})()"""
 
 
+PLACES = """(() => {
+  gaitoptLive.seek(0.13);
+  const found = [], { scene } = gaitoptLive.viewer;
+  scene.updateMatrixWorld(true);
+  scene.traverse(part => { if (part.geometry) found.push(...part.matrixWorld.elements); });
+  return found;
+})()"""
+READY = "!!window.gaitoptLive && document.querySelectorAll('.foot span').length"
+
+
 async def _driven(url, folder):
     async with opened(url, folder) as page:
-        await page.wait_for(
-            "!!window.gaitoptLive && document.querySelectorAll('.foot span').length"
-        )
+        await page.wait_for(READY)
         seen = []
         for number, value in enumerate((1.02, 1.04, 0.97), 1):
             await page.value(MOVE.format(name="speed", value=value))
@@ -186,16 +234,22 @@ async def _driven(url, folder):
                 "(t => t.startsWith('kept') && t)(document.getElementById('told').textContent)"
             )
         )
-        return seen
+        await page.wait_for("!document.body.classList.contains('behind')")
+        moved = await page.value(PLACES)
+        await page.value("(window.old = true, location.reload())")
+        await page.wait_for(f"!window.old && {READY}")
+        return seen, moved, await page.value(PLACES)
 
 
 @pytest.mark.browser
 @pytest.mark.skipif(BROWSER is None, reason="no Chromium browser found")
 def test_a_browser_moves_the_slider_and_closing_it_ends_everything(served, tmp_path):
     process, url = served
-    seen = asyncio.run(_driven(url, tmp_path))
+    seen, moved, new = asyncio.run(_driven(url, tmp_path))
     assert [title.split(" at ")[1] for title in seen[:4]] == [
         "1.02 m/s", "1.04 m/s", "0.97 m/s", "0.97 m/s",
     ]  # fmt: skip
     assert (tmp_path / "k" / "walk-1" / "gait.npz").exists()
+    assert len(moved) > 1000
+    assert moved == pytest.approx(new, abs=1e-5)  # of 32-bit numbers
     assert process.wait(300) == 0

@@ -200,7 +200,7 @@ document.title = JSON.stringify(seen);
 def browsed(text, script, folder, size):
     """What a script at the end of the page's own writes into the title."""
     page = folder / "probe.html"
-    page.write_text(text.replace("(function tick()", f"{{{script}}}\n(function tick()"))
+    page.write_text(text.replace("viewer.moved = show;", f"{{{script}}}\nviewer.moved = show;"))
     command = [BROWSER, *FLAGS, f"--user-data-dir={folder / 'profile'}", "--dump-dom"]
     command += [f"--window-size={size}", page.as_uri()]
     done = subprocess.run(command, check=True, capture_output=True, timeout=300)
