@@ -1,11 +1,16 @@
-"""Bipeds with joints that follow others: NAO's two hip yaws on one motor, and linkages."""
+"""Bipeds with joints that follow others: NAO's two hip yaws on one motor, linkages, and bends."""
 
 import functools
 from xml.etree import ElementTree as ET
 
+from mjcf_edits import added, at, edited, together
+from mjcf_text import mjcf_text
 from synthetic_bipeds import ARM, SEVEN, SOLE, biped_urdf
 from urdf_edits import joint
 
+from gaitopt.catalogue.biped_spec import biped13
+from gaitopt.catalogue.urdf_writer import urdf_text
+from gaitopt.importers.source import read_source
 from gaitopt.model.import_options import ImportOptions
 from gaitopt.model.robot import Robot
 
@@ -38,6 +43,46 @@ def linked() -> str:
     return ET.tostring(root, encoding="unicode")
 
 
+FOOT = 'type="box" size="0.1 0.05 0.01" pos="0.03 0 -0.06"'
+FOOT_OF_SEVEN = 'type="box" size="0.11 0.055 0.01" pos="0.04 0 -0.06"'
+TWIST = (0.02, 0.4, 0.12, -0.1, 0.1)
+"""Of the left shank's twist in the ankle's roll; on the right the even powers change sign."""
+ELBOW = (-0.3, 1.2, 0.25, -0.1, 0.02)
+"""Of the left elbow in the pitch of its shoulder, likewise."""
+
+
+@functools.cache
+def plain_mjcf() -> str:
+    """The biped in MJCF."""
+    return mjcf_text(read_source(urdf_text(biped13())).model(), foot_geom=FOOT)
+
+
+def equality(joint: str, master: str, coefficients: tuple[float, ...]) -> str:
+    """A tie of two joints in MJCF."""
+    words = " ".join(map(repr, coefficients))
+    return f"<joint joint1='{joint}' joint2='{master}' polycoef='{words}'/>"
+
+
+@functools.cache
+def bent() -> str:
+    """The biped of `linked` in MJCF, its elbows and shank twists tied by fourth powers."""
+    plain = mjcf_text(read_source(biped_urdf(SEVEN, ARM, "yaw")).model(), foot_geom=FOOT_OF_SEVEN)
+    parts = []
+    for side, sign in (("left", 1.0), ("right", -1.0)):
+        for follower, master, left in (
+            ("shank_twist", "ankle_roll", TWIST),
+            ("elbow", "shoulder_pitch", ELBOW),
+        ):
+            seen = tuple(c * sign ** (k + 1) for k, c in enumerate(left))
+            parts.append(equality(f"{side}_{follower}", f"{side}_{master}", seen))
+    ranges = (
+        at(f".//joint[@name='{side}_{name}']", range="-0.6 0.6")
+        for side in ("left", "right")
+        for name in ("ankle_roll", "shoulder_pitch")
+    )
+    return edited(plain, together(added(".", f"<equality>{''.join(parts)}</equality>"), *ranges))
+
+
 def read(urdf: str, moving: tuple[str, ...] = (), **choices: object) -> Robot:
     """The robot of a text."""
     return Robot.from_urdf(
@@ -53,6 +98,7 @@ def read(urdf: str, moving: tuple[str, ...] = (), **choices: object) -> Robot:
 _MAKERS = {
     "NAO's hips": lambda: read(nao_like()),
     "elbows and shanks": lambda: read(linked(), ("arms", "waist")),
+    "bent elbows and shanks": lambda: Robot.from_urdf(bent(), moving=("arms", "waist")),
 }
 TIED = tuple(_MAKERS)
 

@@ -98,18 +98,20 @@ def ask_referee(
     chain = chain_of_robot(standing)
     loads = loads_of_robot(standing, chain)
     gravity: Array = np.array(robot.model.gravity.linear)
-    motion = standing.coupling.motion(step.whole_motion)
+    coupled = standing.coupling.motion(step.whole_motion)
+    motion = coupled.of_all
     own = chain if standing is robot else chain_of_robot(robot)
     front = None if step.double is None else wrench_on_ground(own, step.double.front)
     R0, torque = motor_effort(chain, loads, *motion, gravity=turned(gravity), end_wrench=front)
-    torque = standing.coupling.reduced(torque)
+    torque = coupled.tangent.reduced(torque)
     wrench = sole_axes(R0)
     tied = robot.coupling
-    q_end, before = tied.angles(step.q_end), at_rest(tied.rates(step.rate_before))
+    landing = tied.at(step.q_end)
+    q_end, before = tied.angles(step.q_end), at_rest(landing.rates(step.rate_before))
     if step.turn is not None:
         before[:6] = sole_axes(step.turn.twist)
     line = None if step.landed is None else step.landed.hinge.twist
-    ties = None if tied.none else tied.constraints
+    ties = None if tied.none else tied.constraints(step.q_end)
     velocity, I13 = impact(own, q_end, before, line, ties)
     rate_after = velocity[6:][tied.free]
     impulse = impulse_on_foot(own, I13)
@@ -130,7 +132,7 @@ def ask_referee(
     ground = _Ground(wrench, push, weight * step.duration)
     turned_by = [] if step.landed is None else [0.0]
     turned_by += [] if step.turn is None else [step.turn.angle]
-    begin, following = (standing.coupling.motion(one.whole_motion)[:2, 0] for one in starts)
+    begin, following = (standing.coupling.motion(one.whole_motion).of_all[:2, 0] for one in starts)
     ends = begin, np.r_[turned_by, q_end], following
     balance, vertical = _momentum_balance(chain, step, grid, ground, schedule.symmetry, ends)
     return RefereeVerdict(

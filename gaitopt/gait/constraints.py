@@ -27,6 +27,7 @@ from gaitopt.gait.constraint import (
 )
 from gaitopt.gait.functions import (
     Entries,
+    Followers,
     FrictionCone,
     Length,
     Linear,
@@ -547,8 +548,8 @@ class KneeFlexion(Constraint):
         pair = slice(first, second + 1, second - first)
         bends: QuantityFunction = Entries(pair, len(coupling.names), legs.flexion)
         if not coupling.none:
-            bends = Linear(legs.flexion[:, None] * coupling.matrix[pair])
-        straight = legs.straight - coupling.offset[pair]
+            bends = Followers(coupling, pair, legs.flexion)
+        straight = legs.straight
         return self.over_step(
             context, bends,
             tuple(f"{coupling.names[k]} flexion" for k in legs.knees),

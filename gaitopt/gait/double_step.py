@@ -197,7 +197,7 @@ class DoubleStepModel:
         parts = self._parts(x, posture)
         support, at_support = self._support.derivatives(*parts.motion)
         optional = self._optional.derivatives(
-            self._optional.placed(parts.motion[0]), at_support.axes
+            self._optional.placed(parts.motion[0]), at_support.axes, at_support.motion.tangent
         )
         read = {what: reading.value for what, reading in optional.items()}
         step = self._step(parts, support, read)

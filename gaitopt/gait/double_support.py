@@ -45,7 +45,7 @@ from gaitopt.mechanics.inverse_kinematics import (
     loop_gap_jacobian,
 )
 from gaitopt.mechanics.spatial import cross, skew
-from gaitopt.model.coupling import Coupling
+from gaitopt.model.coupling import Tangent
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array
 
@@ -419,14 +419,14 @@ class InverseKinematicsSupport(DoubleSupport):
         return np.asarray(H - derivatives.q_start.T @ own @ derivatives.q_start)
 
 
-def _loop_drive(count: int, coupling: Coupling, displacements: Array) -> Array:
+def _loop_drive(count: int, tangent: Tangent, displacements: Array) -> Array:
     """Matrix from (q_start, geometric quantities) to a loop's coordinates, shape (m, n + G).
 
     The loop runs back through the first `count` joints, then out along the displacements.
     """
-    joints = len(coupling.free)
+    joints = len(tangent.of.free)
     matrix = np.zeros((count + len(displacements), joints + displacements.shape[1]))
-    matrix[:count, :joints] = coupling.matrix[:count][::-1]
+    matrix[:count, :joints] = tangent.matrix[:count][::-1]
     matrix[count:, joints:] = displacements
     return matrix
 
@@ -444,10 +444,17 @@ class JointAngleSupport(DoubleSupport):
         super().__init__(robot, hinge, rise, landing)
         tree = robot.tree
         self._counts = tree.stance, tree.legs.stop  # joints from the stance foot to either target
-        self._loop_drives = tuple(
-            _loop_drive(count, robot.coupling, drive)
+        self._affine_drives = self._drives_at(robot.coupling.at(np.zeros(len(robot.joint_names))))
+
+    def _drives_at(self, tangent: Tangent) -> tuple[Array, ...]:
+        return tuple(
+            _loop_drive(count, tangent, drive)
             for count, drive in zip(self._counts, self.drives, strict=True)
         )
+
+    def _loop_drives(self, q_start: Array) -> tuple[Array, ...]:
+        coupling = self.robot.coupling
+        return self._affine_drives if coupling.affine else self._drives_at(coupling.at(q_start))
 
     def posture(self, geometry: Array, q_start: Array) -> Posture:
         """Return the posture at the joint angles given, and its gaps.
@@ -470,7 +477,9 @@ class JointAngleSupport(DoubleSupport):
         chains = self._loop_axes(posture, axes)
         gaps = [
             loop_gap_jacobian(loop, chain) @ drive
-            for loop, chain, drive in zip(posture.loops, chains, self._loop_drives, strict=True)
+            for loop, chain, drive in zip(
+                posture.loops, chains, self._loop_drives(posture.q_start), strict=True
+            )
         ]
         n = len(posture.q_start)
         legs = np.concatenate([np.zeros((2, 3, n)), self.leg_jacobian(posture)], axis=2)
@@ -489,10 +498,16 @@ class JointAngleSupport(DoubleSupport):
         n = len(posture.q_start)
         H = np.zeros((n + self.count, n + self.count))
         H[n:, n:] = self.target_hessian(posture, (np.zeros(6), np.zeros(6)), leg_weights)
-        for loop, axes, drive, weight in zip(
-            posture.loops, derivatives.loop_axes, self._loop_drives, gap_weights, strict=True
+        drives = self._loop_drives(posture.q_start)
+        tangent = self.robot.coupling.at(posture.q_start)
+        for loop, axes, count, drive, weight in zip(
+            posture.loops, derivatives.loop_axes, self._counts, drives, gap_weights, strict=True
         ):
             H += drive.T @ loop_gap_hessian(loop, axes, weight) @ drive
+            if tangent.bend is not None:
+                by_joint = np.zeros(self.robot.tree.size)
+                by_joint[:count] = (weight @ loop_gap_jacobian(loop, axes))[count - 1 :: -1]
+                H[:n, :n] += tangent.of.diagonal(tangent.bend * by_joint)
         return H
 
     def _loop_axes(self, posture: Posture, axes: Array) -> tuple[Array, ...]:

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gaitopt.errors import GaitoptError, InputError
+from gaitopt.model.coupling import Coupling
 from gaitopt.nlp import Array
 
 
@@ -60,6 +61,39 @@ class Linear(QuantityFunction):
     def hessian(self, quantity: Array, weights: Array) -> None:
         """Return None: the rows are linear."""
         del quantity, weights
+
+
+@dataclass(frozen=True)
+class Followers(QuantityFunction):
+    """Rows = factor * angles of some of all joints, from those of the joints that follow no other.
+
+    Attributes:
+        coupling: of all joints.
+        chosen: which of them.
+        factor: of each row, shape (r,).
+    """
+
+    coupling: Coupling
+    chosen: slice
+    factor: Array
+
+    def value(self, quantity: Array) -> Array:
+        """Return factor * angles, shape (K, r)."""
+        return np.asarray(self.factor * self.coupling.angles(quantity)[:, self.chosen])
+
+    def jacobian(self, quantity: Array) -> Array:
+        """Return the derivative, shape (r, m), or (K, r, m) where ties bend."""
+        matrix = self.coupling.at(quantity).matrix[..., self.chosen, :]
+        return np.asarray(self.factor[:, None] * matrix)
+
+    def hessian(self, quantity: Array, weights: Array) -> Array | None:
+        """Return the Hessian, shape (K, m, m); None where ties are affine."""
+        bend = self.coupling.at(quantity).bend
+        if bend is None:
+            return None
+        of_all = np.zeros(bend.shape)
+        of_all[:, self.chosen] = weights * self.factor * bend[:, self.chosen]
+        return self.coupling.diagonal(of_all)
 
 
 @dataclass(frozen=True)

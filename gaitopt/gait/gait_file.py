@@ -21,6 +21,7 @@ from gaitopt.contact.flat_foot import FlatFoot
 from gaitopt.contact.schedule import LegExchange, Transition
 from gaitopt.errors import GaitFileError, InputError, RobotError
 from gaitopt.gait.result import DOUBLE, FOOT, LANDING, LARGEST, SHAPES, Gait, array_names
+from gaitopt.importers.ties import DEGREE
 from gaitopt.model.multibody import Multibody, checked_multibody
 from gaitopt.tolerances import SAME
 from gaitopt.version import __version__
@@ -160,6 +161,9 @@ TIED = (
     Member("robot_tie", "float64", ("t", 2), "1, rad", "joint"),
 )
 """Further arrays, of a robot with joints that follow others."""
+_HIGHER = DEGREE - 1  # powers beyond the first
+BENT = (Member("robot_tie_bend", "float64", ("t", _HIGHER), "1/rad, 1/rad², 1/rad³", "joint"),)
+"""Further array, of one with joints that follow others by a polynomial."""
 _TIED = tuple(member.name for member in TIED)
 _BASE = ("base_position", "base_quaternion", "base_twist", "base_acceleration")
 _OF_STEP = (
@@ -280,7 +284,9 @@ def gait_members(gait: Gait) -> _Arrays:
     found["schedule"] = _json(_schedule(gait))
     found["meta"] = _json({**gait.meta, "format": FORMAT, _WRITTEN_BY: __version__})
     kinds: dict[str, Any] = {m.name: np.str_ if m.kind == "str" else m.kind for m in MEMBERS}
-    kinds |= {m.name: m.kind for part in (*PHASES, STRIDE, TIED) for m in part}
+    kinds |= {m.name: m.kind for part in (*PHASES, STRIDE, TIED, BENT) for m in part}
+    if not trajectory.body.bends:
+        found.pop(BENT[0].name)
     if not len(trajectory.body.tied):
         found = {name: value for name, value in found.items() if name not in _TIED}
     written = [m.name for m in _of_format_2(found) if m.name != "digest"]
@@ -289,7 +295,7 @@ def gait_members(gait: Gait) -> _Arrays:
 
 def _of_format_2(names: Container[str]) -> tuple[Member, ...]:
     """Return the arrays that a file of format 2 has, given those of it, or some of them."""
-    groups = (*PHASES, STRIDE, TIED)
+    groups = (*PHASES, STRIDE, TIED, BENT)
     parts = (part for part in groups if any(member.name in names for member in part))
     return (*MEMBERS, *(member for part in parts for member in part))
 
@@ -365,6 +371,7 @@ def _new_gait(members: _Arrays, meta: dict[str, object]) -> Gait:
     robot |= {name: str(robot[name]) for name in ("name", "base")}
     robot["joint_names"] = tuple(map(str, robot["joint_names"]))
     robot["sole_names"] = (str(members["stance_sole"]), str(members["swing_sole_frame"]))
+    robot.setdefault("tie_bend", np.zeros((len(robot.get("tied", ())), _HIGHER)))
     body = checked_multibody(Multibody(**robot))
     more = {name: members[name] for name in ("multipliers", "bound_multipliers")}
     more = {name: values for name, values in more.items() if values.size}

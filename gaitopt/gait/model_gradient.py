@@ -18,7 +18,6 @@ from gaitopt.gait.quantities import Quantity
 from gaitopt.gait.step import Step, StepDerivatives
 from gaitopt.gait.step_hessian import StepAdjoint, step_adjoint
 from gaitopt.gait.step_model import StepModel
-from gaitopt.mechanics.impact import BASE
 from gaitopt.mechanics.inverse_dynamics_hessian import WeightedDynamics
 from gaitopt.mechanics.inverse_kinematics import closure_forces, loop_gap_jacobian
 from gaitopt.mechanics.model_gradient import (
@@ -96,7 +95,7 @@ def model_gradient(
         first: weights of every quantity, of its shape; those of `LEG_GAPS` are left out.
     """
     back = step_adjoint(model, step, derivatives, first)
-    effort = back.effort @ model.standing.coupling.padded(BASE).T  # of all joints
+    effort = derivatives.support.motion.tangent.velocity(back.effort)  # of all joints
     robot, standing, h = model.robot, model.standing, step.hinges
     swing, pelvis = robot.tree.swing_foot, robot.tree.pelvis
     supported, on_sole, on_corners = _support(standing, derivatives, effort, first, step)
@@ -148,9 +147,9 @@ def _support(
     `displaced` is turned into the axes of the bodies that the joints sit on.
     """
     support, tree = derivatives.support, standing.tree
-    bodies = cached_workspace(standing, body_model).at(support.motion[0])
+    bodies = cached_workspace(standing, body_model).at(support.motion.of_all[0])
     base = np.broadcast_to(-support.gravity, (len(effort), 6))
-    q, dq, ddq = support.motion
+    q, dq, ddq = support.motion.of_all
     at = WeightedDynamics(support.axes, q, dq, ddq, base, effort)
     found = dynamics_gradient(bodies, at)
     corners = first[quantities.CORNERS].reshape(-1, 4, 3)
@@ -207,7 +206,7 @@ def _centres(posture: Posture, weights: Array) -> tuple[Array, Array]:
 
 def _passive(derivatives: StepDerivatives, effort: Array, hinges: int) -> tuple[Array, Array]:
     """Derivatives in viscous damping and Coulomb friction of the joints, shape (n,) each."""
-    rates = derivatives.support.motion[1][:, hinges:]
+    rates = derivatives.support.motion.of_all[1][:, hinges:]
     weights = effort[:, 6 + hinges :]
     turned = np.tanh(rates / FRICTION_RATE)
     return (weights * rates).sum(axis=0), (weights * turned).sum(axis=0)

@@ -31,7 +31,7 @@ from gaitopt.mechanics.impact import ImpactDerivatives, ImpactState, Turning
 from gaitopt.mechanics.leg_distance import LegGaps, leg_pairs
 from gaitopt.mechanics.single_support import SupportDerivatives, SupportState
 from gaitopt.mechanics.trunk import ROLL, YAW, Trunk
-from gaitopt.model.coupling import Coupling
+from gaitopt.model.coupling import Tangent
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array
 
@@ -243,14 +243,15 @@ def with_foot(foot: Array, joints: Array) -> Array:
 class ReducedDerivatives(PostureQuantityDerivatives):
     """Derivatives of a quantity of the posture in the joints that follow no other."""
 
-    def __init__(self, of_all: PostureQuantityDerivatives, coupling: Coupling) -> None:
+    def __init__(self, of_all: PostureQuantityDerivatives, tangent: Tangent) -> None:
         """Reduce derivatives in all joints."""
-        self._of_all, self._coupling = of_all, coupling
-        self.value, self.jacobian = of_all.value, coupling.reduced(of_all.jacobian)
+        self._of_all, self._tangent = of_all, tangent
+        self.value, self.jacobian = of_all.value, tangent.reduced(of_all.jacobian)
 
     def hessian(self, weights: Array) -> Array:
         """Return the Hessian of sum(weights * value), weights (N, entries), (N, n, n)."""
-        return self._coupling.reduced_twice(self._of_all.hessian(weights))
+        gradient = (weights[:, None] @ self._of_all.jacobian)[:, 0]
+        return self._tangent.reduced_twice(self._of_all.hessian(weights), gradient)
 
 
 OPTIONAL = (quantities.TRUNK, quantities.LEG_GAPS)
@@ -295,15 +296,21 @@ class PostureQuantities:
         return {what: reading.value(placed) for what, reading in self._read.items()}
 
     def derivatives(
-        self, placed: Placements | None, axes: Array
+        self, placed: Placements | None, axes: Array, tangent: Tangent
     ) -> dict[Quantity, PostureQuantityDerivatives]:
-        """Return the local derivatives of those asked for, from axes of all joints (N, all, 6)."""
+        """Return the local derivatives of those asked for.
+
+        Args:
+            placed: the bodies.
+            axes: of all joints, shape (N, all, 6).
+            tangent: of all joints to those that follow no other.
+        """
         if placed is None:
             return {}
         found = {what: reading.derivatives(placed, axes) for what, reading in self._read.items()}
-        if self._coupling.none:
+        if tangent.of.none:
             return found
-        return {what: ReducedDerivatives(at, self._coupling) for what, at in found.items()}
+        return {what: ReducedDerivatives(at, tangent) for what, at in found.items()}
 
 
 def completed(values: dict[Quantity, Array], foot_yaw: Array, count: int) -> dict[Quantity, Array]:

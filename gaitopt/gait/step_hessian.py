@@ -225,8 +225,7 @@ def _own_hessian(
         dynamics = derivatives.support.hessian(effort)
         at_impact = _alone(model, impact)
     else:  # the impact's single posture costs little more in one sweep with the others than nothing
-        both = derivatives.support.hessian(effort, impact.dynamics)
-        dynamics, at_impact = both.at(slice(-1)), both.at(slice(-1, None))
+        dynamics, at_impact = derivatives.support.hessians(effort, impact.dynamics)
     local = local_hessian(derivatives, weights, dynamics, step.hinges)
     H = _motion_hessian(model, step, derivatives, local)
     inputs = np.concatenate([derivatives.coefficients[-3], derivatives.coefficients[-1]])
@@ -255,8 +254,7 @@ def _alone(model: StepModel, impact: WeightedImpact) -> InverseDynamicsHessian:
     """Second derivatives of the impact's dynamics: the robot's own, which has no hinge."""
     bodies = cached_workspace(model.robot, body_inertias)
     inertias = bodies.in_world(impact.dynamics.posture)
-    found = inverse_dynamics_hessian(inertias, impact.dynamics, model.robot.tree)
-    return found.reduced(model.robot.coupling)
+    return inverse_dynamics_hessian(inertias, impact.dynamics, model.robot.tree)
 
 
 def _sole_twist_hessian(

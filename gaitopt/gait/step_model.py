@@ -204,7 +204,9 @@ class StepModel:
         course = self._course(opening, landing, before)
         whole = course.whole
         support, at_support = self._support.derivatives(*whole)
-        optional = self._optional.derivatives(self._optional.placed(whole[0]), at_support.axes)
+        optional = self._optional.derivatives(
+            self._optional.placed(whole[0]), at_support.axes, at_support.motion.tangent
+        )
         read = {what: reading.value for what, reading in optional.items()}
         return self._step(opening, landing, course, support, read, yaw_end), at_support, optional
 

@@ -393,7 +393,7 @@ class Trajectory:
             q=motion[0],
             dq=motion[1],
             ddq=motion[2],
-            torque=body.by_motors(torque + self._passive(motion)),
+            torque=body.by_motors(torque + self._passive(motion), motion[0]),
             contact=contact,
             sole=sole,
             wrench=on_feet,

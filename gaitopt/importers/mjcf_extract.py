@@ -447,27 +447,22 @@ class _Extraction:
             fault = ""
             if equality.pair is not None:
                 joint, master = (self.joint_names[j] for j in equality.pair)
-                constant, slope, *_ = equality.coefficients
-                tie = CompiledTie(joint, master, (constant, slope))
+                written = Tie.of(joint, master, equality.coefficients).coefficients
+                tie = CompiledTie(joint, master, written)
                 fault = "a joint can follow one other only; remove that <joint>"
                 if joint not in told:
                     ties[joint], told[joint] = tie, equality
                     continue
             others.append((equality, fault))
         for joint, equality in told.items():
-            constant, slope, *higher = equality.coefficients
-            fault = fault_of_tie(Tie(joint, ties[joint].master, slope, constant), hinges)
-            if any(higher):
-                fault = (
-                    "its polycoef has powers beyond the first, which is not supported; give two "
-                    "numbers and zeros, or remove that <joint>"
-                )
-            elif joint not in hinges:
+            tie = ties[joint]
+            fault = fault_of_tie(Tie.of(joint, tie.master, tie.coefficients), hinges)
+            if joint not in hinges:
                 fault = "it slides or is a ball; remove that <joint>"
             if fault:
                 others.append((equality, fault))
                 del ties[joint]
-        sound = {name: Tie(name, t.master, t.coefficients[1]) for name, t in ties.items()}
+        sound = {name: Tie.of(name, t.master, t.coefficients) for name, t in ties.items()}
         for joint, fault in resolved(sound)[1].items():
             others.append((told[joint], fault))
             del ties[joint]

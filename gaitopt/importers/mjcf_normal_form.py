@@ -120,6 +120,7 @@ _TIE = (
     _Attribute("joint2", "master", str, str),
     _Attribute("polycoef", "coefficients", _words, _numbers),
 )
+_COEFFICIENTS = (2, 5)
 _MESH_FILE = (
     _NAME,
     _Attribute("file", "file", str, str),
@@ -276,15 +277,16 @@ def _possible(body: CompiledBody) -> bool:
 def _sound(robot: CompiledRobot) -> bool:
     """Whether every tie is one that `mjcf_extract` lets pass."""
     hinges = [joint.name for joint in robot.joints if joint.kind == "hinge"]
-    ties = {tie.joint: Tie(tie.joint, tie.master, *tie.coefficients[::-1]) for tie in robot.ties}
+    ties = {tie.joint: Tie.of(tie.joint, tie.master, tie.coefficients) for tie in robot.ties}
     alone = len(ties) == len(robot.ties) and {*ties} <= {*hinges}
     return alone and not (any(fault_of_tie(t, hinges) for t in ties.values()) or resolved(ties)[1])
 
 
 def _read_tie(element: Element) -> CompiledTie:
     found = _read(element, _TIE)
-    constant, slope = found.pop("coefficients")
-    return CompiledTie(**found, coefficients=(constant, slope))
+    if not _COEFFICIENTS[0] <= len(found["coefficients"]) <= _COEFFICIENTS[1]:
+        raise NotNormalError("polycoef")
+    return CompiledTie(**found)
 
 
 def _write_body(parent: Element, body: CompiledBody) -> Element:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pinocchio as pin
+from numpy.polynomial import Polynomial
 
 from gaitopt.importers.ties import Tie
 
@@ -166,12 +167,21 @@ class CompiledTie:
 
     Attributes:
         joint, master: names of the joint that follows and of the one that it follows.
-        coefficients: constant, then per distance of the master from its `ref` [rad or m].
+        coefficients: of the powers of the distance of the master from its `ref` [rad or m], two to
+            five of them.
     """
 
     joint: str
     master: str
-    coefficients: tuple[float, float]
+    coefficients: tuple[float, ...]
+
+    def about(self, ref: float, ref_of_master: float) -> Tie:
+        """Return the tie in the coordinates of the joints, given their `ref`."""
+        if len(self.coefficients) > 2:
+            shifted = Polynomial(self.coefficients)(Polynomial([-ref_of_master, 1.0]))
+            return Tie.of(self.joint, self.master, (shifted + ref).coef)
+        constant, slope = self.coefficients
+        return Tie(self.joint, self.master, slope, ref + constant - slope * ref_of_master)
 
 
 @dataclass(frozen=True)
@@ -208,15 +218,7 @@ class CompiledRobot:
     def followers(self) -> dict[str, Tie]:
         """Joints that follow others, in their coordinates."""
         ref = {joint.name: joint.ref for joint in self.joints}
-        return {
-            tie.joint: Tie(
-                tie.joint,
-                tie.master,
-                tie.coefficients[1],
-                ref[tie.joint] + tie.coefficients[0] - tie.coefficients[1] * ref[tie.master],
-            )
-            for tie in self.ties
-        }
+        return {tie.joint: tie.about(ref[tie.joint], ref[tie.master]) for tie in self.ties}
 
 
 def fault_of(robot: CompiledRobot) -> tuple[str, str, str]:

@@ -10,37 +10,67 @@ from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Literal
 
+from numpy.polynomial import Polynomial
+
 How = Literal["leads", "follows"]
 
 LARGEST = 1e3
 """Of a multiplier, and of an offset [rad or m]: gears between joints are near 1."""
 LEAST = 1e-6
 """Of a multiplier: a joint that follows with less stands still."""
+DEGREE = 4
+"""Largest power of a tie: that of MuJoCo's `polycoef`."""
 
 
 @dataclass(frozen=True)
 class Tie:
-    """A joint whose coordinate is `multiplier` times that of another plus `offset`.
+    """A joint whose coordinate is a polynomial of that of another, mostly of degree one.
 
     Attributes:
         joint: that follows.
         master: that it follows.
-        multiplier: its rate over that of the master.
+        multiplier: its rate over that of the master, where the master is at 0.
         offset: its coordinate where that of the master is 0 [rad or m].
+        bend: coefficients of the second and higher powers of the master's coordinate.
     """
 
     joint: str
     master: str
     multiplier: float = 1.0
     offset: float = 0.0
+    bend: tuple[float, ...] = ()
+
+    @classmethod
+    def of(cls, joint: str, master: str, coefficients: Iterable[float]) -> Tie:
+        """Return the tie of coefficients of the powers 0, 1, 2, ... of the master's coordinate."""
+        offset, multiplier, *bend = (*(float(c) for c in coefficients), 0.0, 0.0)
+        while bend and bend[-1] == 0.0:
+            bend.pop()
+        return cls(joint, master, multiplier, offset, tuple(bend))
+
+    @property
+    def coefficients(self) -> tuple[float, ...]:
+        """Of the powers 0, 1, 2, ... of the master's coordinate."""
+        return (self.offset, self.multiplier, *self.bend)
+
+    def at(self, angle: float) -> float:
+        """Return the coordinate where that of the master is `angle` [rad]."""
+        return float(Polynomial(self.coefficients)(angle))
 
     def __str__(self) -> str:
         """Return it as a sentence without its first word, the joint."""
+        if self.bend:
+            powers = (f"{c:+.6g} q^{k}" for k, c in enumerate(self.bend, 2) if c)
+            told = " ".join((f"{self.offset:.6g} {self.multiplier:+.6g} q", *powers))
+            return f"follows '{self.master}': where that one is at q, it is at {told} rad"
         told = f"follows '{self.master}': its angle is {self.multiplier:.6g} times that one's"
         return told if self.offset == 0.0 else f"{told} {self.offset:+.6g} rad"
 
     def after(self, other: Tie) -> Tie:
         """Return the tie to the joint that the master follows in turn."""
+        if self.bend or other.bend:
+            through = Polynomial(self.coefficients)(Polynomial(other.coefficients))
+            return Tie.of(self.joint, other.master, through.coef)
         return Tie(
             self.joint,
             other.master,
@@ -56,13 +86,20 @@ def fault_of_tie(tie: Tie, joints: Iterable[str]) -> str:
         tie: of a file.
         joints: that the robot has and that move.
     """
-    if not (math.isfinite(tie.multiplier) and math.isfinite(tie.offset)):
+    if not all(map(math.isfinite, tie.coefficients)):
         return "its multiplier and offset must be finite numbers; correct them"
-    if not LEAST <= abs(tie.multiplier) <= LARGEST:
+    if any(abs(c) > LARGEST for c in tie.bend):
+        largest = max(tie.bend, key=abs)
+        return (
+            f"a coefficient is {largest:g}; allowed are {LARGEST:g} to either side of 0; correct it"
+        )
+    if not tie.bend and not LEAST <= abs(tie.multiplier) <= LARGEST:
         return (
             f"its multiplier is {tie.multiplier:g}; allowed are {LEAST:g} to {LARGEST:g} to either "
             "side of 0; correct it"
         )
+    if abs(tie.multiplier) > LARGEST:
+        return f"its multiplier is {tie.multiplier:g}; allowed are {LARGEST:g}; correct it"
     if abs(tie.offset) > LARGEST:
         return f"its offset is {tie.offset:g} rad; allowed are {LARGEST:g}; correct it"
     if tie.master == tie.joint:
@@ -84,7 +121,8 @@ def resolved(ties: Mapping[str, Tie]) -> tuple[dict[str, Tie], dict[str, str]]:
     found, faults = {}, {}
     for name, tie in ties.items():
         seen = [name]
-        while tie.master in ties and tie.master not in seen:
+        # A long line of polynomials would soon have more powers than memory has numbers.
+        while tie.master in ties and tie.master not in seen and len(tie.bend) < DEGREE:
             seen.append(tie.master)
             tie = tie.after(ties[tie.master])
         if tie.master in seen:
@@ -92,7 +130,14 @@ def resolved(ties: Mapping[str, Tie]) -> tuple[dict[str, Tie], dict[str, str]]:
             faults[name] = (
                 f"joints follow each other in a circle: {circle}; let one of them be free"
             )
-        elif not LEAST <= abs(tie.multiplier) <= LARGEST:
+        elif len(tie.bend) > DEGREE - 1:
+            faults[name] = (
+                f"it follows '{tie.master}' through others with power {len(tie.bend) + 1}; allowed "
+                f"is {DEGREE}"
+            )
+        elif max(map(abs, tie.coefficients)) > LARGEST or not (
+            tie.bend or abs(tie.multiplier) >= LEAST
+        ):
             faults[name] = f"it follows '{tie.master}' with {tie.multiplier:g}, through others"
         else:
             found[name] = tie

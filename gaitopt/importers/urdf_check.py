@@ -131,7 +131,8 @@ def read_ties(robot: Description) -> tuple[dict[str, Tie], list[FileProblem]]:
             as_number(mimic.get(attribute, default))
             for attribute, default in (("multiplier", "1"), ("offset", "0"))
         ]
-        tie = Tie(name, mimic.get("joint", ""), *values)
+        multiplier, offset = values
+        tie = Tie(name, mimic.get("joint", ""), multiplier, offset)
         fault = fault_of_tie(tie, joints) if name in joints else f"its type is {joint.kind}"
         if fault:
             faults[name] = fault

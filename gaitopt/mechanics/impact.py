@@ -32,7 +32,7 @@ from gaitopt.mechanics.inverse_dynamics_hessian import (
     velocity_rate_hessian,
 )
 from gaitopt.mechanics.spatial import cross_motion, solve
-from gaitopt.model.coupling import Coupling
+from gaitopt.model.coupling import Tangent
 from gaitopt.model.joint_tree import JointTree
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array
@@ -78,18 +78,43 @@ class ImpactDerivatives:
         kkt: the matrix of the linear system, square.
         sole: with respect to the twist of the old stance sole before, shape (12 + n, 6); None where
             that foot stands still.
+        bent: what joints add that follow others by a bend; None where there are none.
     """
 
     posture: Array
     rate: Array
     kkt: Array
     sole: Array | None = None
+    bent: BentImpact | None = None
 
     @property
     def inputs(self) -> Array:
         """With respect to posture, rates and, where it moves, the sole's twist, side by side."""
         parts = [self.posture, self.rate, *([] if self.sole is None else [self.sole])]
         return np.hstack(parts)
+
+
+@dataclass(frozen=True)
+class BentImpact:
+    """An impact of all joints, for the part of its derivatives in which S itself changes.
+
+    Attributes:
+        D: inertia matrix, shape (6 + all, 6 + all).
+        J: Jacobian of the landing sole, shape (6, 6 + all).
+        residual: D (V+ - V-) - J' I, shape (6 + all,), of which S' leaves nothing.
+        momentum: its derivative in the angles, shape (6 + all, all).
+        landing: derivative of J V+ in the angles, shape (6, all).
+        orders: f and its derivatives up to the fourth, shape (5, all).
+        jump: of the free joints' rates, shape (n,).
+    """
+
+    D: Array
+    J: Array
+    residual: Array
+    momentum: Array
+    landing: Array
+    orders: Array
+    jump: Array
 
 
 @dataclass(frozen=True)
@@ -171,10 +196,6 @@ class Impact:
         self._coupling = robot.coupling
         self._nv = BASE + len(robot.joint_names)
 
-    def _all(self, velocity: Array) -> Array:
-        """Twist of the foot and rates of all joints, from the free joints' rates, (6 + all,)."""
-        return np.concatenate([velocity[:BASE], self._coupling.rates(velocity[BASE:])])
-
     def _configuration(self, posture: Array) -> Array:
         self._q[BASE + 1 :] = self._coupling.angles(posture)
         q: Array = self._q
@@ -182,13 +203,16 @@ class Impact:
 
     def _matrices(self, posture: Array) -> tuple[Array, Array]:
         """Inertia matrix D (6 + n, 6 + n) and landing Jacobian J (6, 6 + n) at a posture."""
+        D, J = self._of_all(posture)
+        tangent = self._coupling.at(posture)
+        return tangent.effort(tangent.effort(D).T).T, tangent.effort(J)
+
+    def _of_all(self, posture: Array) -> tuple[Array, Array]:
+        """Those of all joints, (6 + all, 6 + all) and (6, 6 + all)."""
         q = self._configuration(posture)
         D = np.array(pin.crba(self._weightless, self._data, q))
         J = pin.computeFrameJacobian(self._weightless, self._data, q, self._frame, pin.LOCAL)
-        if self._coupling.none:
-            return D, J
-        G = self._coupling.padded(BASE)
-        return G.T @ D @ G, J @ G
+        return D, J
 
     def _kkt(self, D: Array, J: Array) -> Array:
         nv, stop = self._nv, self._nv + BASE
@@ -234,42 +258,72 @@ class Impact:
         rhs[:nv] = _momentum(D, rate_before, sole_before)
         state = self._state(solve(K, rhs))
         sides = np.zeros((self._size, 2 * n + (0 if sole_before is None else BASE)))
-        momentum, landing = self._residual_jacobians(posture, rate_before, sole_before, state)
+        bent = self._bent(posture, rate_before, sole_before, state)
+        momentum, landing = self._residual_jacobians(posture, rate_before, sole_before, state, bent)
         sides[:nv, :n], sides[nv : nv + BASE, :n] = -momentum, -landing
         sides[:nv, n : 2 * n] = D[:, BASE:]
         if sole_before is not None:
             sides[:nv, 2 * n :] = D[:, :BASE]
         posture_part, rate_part, sole_part = np.split(solve(K, sides), [n, 2 * n], axis=1)
         of_sole = None if sole_before is None else sole_part
-        return state, ImpactDerivatives(posture_part, rate_part, K, of_sole)
+        return state, ImpactDerivatives(posture_part, rate_part, K, of_sole, bent)
+
+    def _bent(
+        self, posture: Array, rate_before: Array, sole_before: Array | None, state: ImpactState
+    ) -> BentImpact | None:
+        """What S changes with the posture; None where ties are affine."""
+        if self._coupling.affine:
+            return None
+        D, J = self._of_all(posture)
+        tangent = self._coupling.at(posture)
+        jump = _jump(state, rate_before, sole_before)
+        residual = D @ tangent.velocity(jump) - J.T @ state.impulse
+        momentum, landing = self._by_posture(posture, jump, state)
+        orders = self._coupling.orders(posture)
+        return BentImpact(D, J, residual, momentum, landing, orders, jump[BASE:])
 
     def _residual_jacobians(
-        self, posture: Array, rate_before: Array, sole_before: Array | None, state: ImpactState
+        self,
+        posture: Array,
+        rate_before: Array,
+        sole_before: Array | None,
+        state: ImpactState,
+        bent: BentImpact | None,
     ) -> tuple[Array, Array]:
-        """Derivatives of D (V+ - V-) - J' I and of J V+ with respect to the posture alone.
+        """Derivatives of D (V+ - V-) - J' I and of J V+ with respect to the posture alone."""
+        tangent = self._coupling.at(posture)
+        if bent is None:
+            jump = _jump(state, rate_before, sole_before)
+            momentum, landing = self._by_posture(posture, jump, state)
+            by_joints = tangent.reduced(momentum)
+            return tangent.effort(by_joints.T).T, tangent.reduced(landing)
+        member, motor, second = self._coupling.member, self._coupling.motor, bent.orders[2]
+        by_joints = tangent.reduced(bent.momentum)
+        by_joints += (bent.D[:, BASE:] * (second * bent.jump[motor])) @ member
+        momentum = tangent.effort(by_joints.T).T
+        momentum[BASE:] += self._coupling.diagonal(second * bent.residual[BASE:])
+        landing = tangent.reduced(bent.landing)
+        landing += (bent.J[:, BASE:] * (second * state.rate_after[motor])) @ member
+        return momentum, landing
+
+    def _by_posture(self, posture: Array, jump: Array, state: ImpactState) -> tuple[Array, Array]:
+        """Derivatives of D (V+ - V-) - J' I and of J V+ in the angles of all joints, these fixed.
 
         The first is an inverse dynamics without gravity and velocity whose acceleration is the
         jump of velocity and whose external force is the impulse (Eq. 59 without forming dD).
         """
-        q = self._configuration(posture)
-        jump = state.velocity.copy()
-        jump[BASE:] -= rate_before
-        if sole_before is not None:
-            jump[:BASE] -= sole_before
+        q, tangent = self._configuration(posture), self._coupling.at(posture)
         self._forces[self._last] = self._to_last.act(pin.Force(state.impulse))
-        rest, jump = np.zeros(self._weightless.nv), self._all(jump)
+        rest, jump = np.zeros(self._weightless.nv), tangent.velocity(jump)
         pin.computeRNEADerivatives(self._weightless, self._data, q, rest, jump, self._forces)
         momentum = self._data.dtau_dq[:, BASE:].copy()
         pin.computeForwardKinematicsDerivatives(
-            self._weightless, self._data, q, self._all(state.velocity), rest
+            self._weightless, self._data, q, tangent.velocity(state.velocity), rest
         )
         landing, _ = pin.getFrameVelocityDerivatives(
             self._weightless, self._data, self._frame, pin.LOCAL
         )
-        momentum, landing = map(self._coupling.reduced, (momentum, landing[:, BASE:]))
-        if not self._coupling.none:
-            momentum = self._coupling.padded(BASE).T @ momentum
-        return momentum, landing
+        return momentum, np.asarray(landing[:, BASE:])
 
     def locked(
         self,
@@ -321,22 +375,23 @@ class Impact:
             weights: of (V+, I), or of (V+, I, w), shape (12 + n,) or (13 + n,).
             sole_before: as of `state`.
         """
-        base = state.sole_twist if sole_before is None else state.sole_twist - sole_before
+        jump = _jump(state, rate_before, sole_before)
         adjoint = -solve(derivatives.kkt.T, weights)
         q = self._configuration(posture)
         J = pin.computeJointJacobians(self._weightless, self._data, q)
-        coupling = self._coupling
+        tangent = self._coupling.at(posture)
+        whole = tangent.velocity(jump)
         dynamics = WeightedDynamics(
             axes=J[:, BASE:].T.copy()[None],
-            posture=coupling.angles(posture)[None],
+            posture=self._coupling.angles(posture)[None],
             rate=np.zeros((1, self.robot.tree.size)),
-            acceleration=coupling.rates(state.rate_after - rate_before)[None],
-            base_acceleration=base[None],
-            weights=self._all(adjoint[: self._nv])[None],
+            acceleration=whole[None, BASE:],
+            base_acceleration=whole[None, :BASE],
+            weights=tangent.velocity(adjoint[: self._nv])[None],
         )
         foot = self._data.oMi[self._last] * self._to_last
         tree = self.robot.tree
-        return WeightedImpact(dynamics, state, derivatives, foot, adjoint, tree, coupling)
+        return WeightedImpact(dynamics, state, derivatives, foot, adjoint, tree, tangent)
 
 
 @dataclass(frozen=True)
@@ -353,7 +408,7 @@ class WeightedImpact:
         foot: placement of the landing sole.
         adjoint: l, shape (12 + n,), or (13 + n,) on a line.
         tree: of all joints.
-        coupling: of all joints to the n that follow no other.
+        tangent: of all joints to the n that follow no other.
     """
 
     dynamics: WeightedDynamics
@@ -362,7 +417,12 @@ class WeightedImpact:
     foot: pin.SE3
     adjoint: Array
     tree: JointTree
-    coupling: Coupling
+    tangent: Tangent
+
+    @property
+    def rate_after(self) -> Array:
+        """Rates of all joints after the impact [rad/s], shape (all,)."""
+        return self.tangent.rates(self.state.rate_after)
 
     def hessian(self, inertial: InverseDynamicsHessian) -> Array:
         """Return the Hessian in (posture, rate before), shape (2 n, 2 n).
@@ -370,33 +430,89 @@ class WeightedImpact:
         Where the stance sole moves before the impact its twist comes third: (2 n + 6, 2 n + 6).
 
         Args:
-            inertial: second derivatives of `dynamics`, in the joints that follow no other.
+            inertial: second derivatives of `dynamics`, in all joints.
         """
-        n = len(self.coupling.free)
+        n = len(self.tangent.of.free)
         qq, by_result = self._landing()
-        if not self.coupling.none:
-            qq = self.coupling.reduced_twice(qq)
-            rates = slice(BASE, BASE + self.tree.size)
-            by_result = self.coupling.matrix.T @ np.concatenate(
-                [
-                    by_result[:, :BASE],
-                    self.coupling.reduced(by_result[:, rates]),
-                    by_result[:, rates.stop :],
-                ],
-                axis=1,
-            )
+        by_jump = np.concatenate([inertial.base[0], inertial.qa[0]], axis=1)
         qq += inertial.qq[0]
-        by_result[:, :BASE] += inertial.base[0]
-        by_result[:, BASE : BASE + n] += inertial.qa[0]
+        bent = self.derivatives.bent
+        if bent is not None:
+            more, by_more, jump_more = self._where_bent(bent, inertial.qa[0], by_result)
+        qq = self.tangent.reduced_twice(qq)
+        by_result = self._in_free(by_result)
+        by_jump = self._in_free(by_jump)
+        if bent is not None:
+            qq, by_result, by_jump = qq + more, by_result + by_more, by_jump + jump_more
+        by_result[:, : BASE + n] += by_jump
         mixed = by_result @ self.derivatives.inputs
-        mixed[:, n : 2 * n] -= inertial.qa[0]  # the jump V+ - V- sees minus the rate before
+        mixed[:, n : 2 * n] -= by_jump[:, BASE:]  # the jump V+ - V- sees minus the rate before
         if self.derivatives.sole is not None:
-            mixed[:, 2 * n :] -= inertial.base[0]
+            mixed[:, 2 * n :] -= by_jump[:, :BASE]
         H = np.zeros((mixed.shape[1], mixed.shape[1]))
         H[:n, :n] = qq
         H[:n] += mixed
         H[:, :n] += mixed.T
         return H
+
+    def _in_free(self, table: Array) -> Array:
+        """Return rows of angles and columns of (base, rates, more), from those of all joints."""
+        stop = BASE + self.tree.size
+        by_rates = self.tangent.effort(table[:, :stop])
+        return self.tangent.reduced(np.concatenate([by_rates, table[:, stop:]], axis=1).T).T
+
+    def _where_bent(
+        self, bent: BentImpact, by_acceleration: Array, by_result: Array
+    ) -> tuple[Array, Array, Array]:
+        """What the change of S adds, in which l . F has S in the weights, the jump and V+.
+
+        Args:
+            bent: the impact of all joints.
+            by_acceleration: second derivatives of `dynamics` in angles and accelerations, (n, n).
+            by_result: those of l . (-J' I, J V+) in angles and (V+, I), of all joints.
+
+        Returns:
+            Of the free joints: in the posture twice; in the posture and (V+, I); in the posture
+            and the jump V+ - V-.
+        """
+        of, size = self.tangent.of, self.tree.size
+        own, more = BASE + len(of.free), by_result.shape[1] - size - BASE
+        _, _, second, third, _ = bent.orders
+        weights, pushed = self.adjoint[BASE:own], self.adjoint[own : own + BASE]
+        l, jump, after = (  # noqa: E741
+            values[of.motor] for values in (weights, bent.jump, self.state.rate_after)
+        )
+        inertia, whole = bent.D[BASE:], self.dynamics.weights[0]
+        on_weights, on_jump, on_after = (
+            (second * values)[:, None] * of.member for values in (l, jump, after)
+        )
+        by_jump = bent.D @ whole  # gradients in acceleration, V+ and angles of all joints
+        by_after = bent.J.T @ pushed
+        by_angle = whole @ bent.momentum + pushed @ bent.landing
+        S = self.tangent.matrix
+        turned = S.T @ (
+            by_acceleration @ on_jump
+            + bent.momentum[BASE:].T @ on_weights
+            + by_result[:, BASE : BASE + size] @ on_after
+        )
+        qq = (
+            turned
+            + turned.T
+            + of.diagonal(
+                by_angle * second
+                + (bent.residual[BASE:] * l + by_jump[BASE:] * jump + by_after[BASE:] * after)
+                * third
+            )
+        )
+        both = on_weights.T @ inertia[:, BASE:] @ on_jump
+        qq += both + both.T
+        jumped = on_weights.T @ inertia
+        jumped = self.tangent.effort(jumped)
+        jumped[:, BASE:] += of.diagonal(by_jump[BASE:] * second)
+        result = np.zeros((len(of.free), own + more))
+        result[:, BASE:own] = of.diagonal(by_after[BASE:] * second)
+        result[:, own : own + BASE] = -on_weights.T @ bent.J[:, BASE:].T
+        return qq, result, jumped
 
     def _landing(self) -> tuple[Array, Array]:
         """Second derivatives of l . (-J' I, J V+), to which the legs alone contribute.
@@ -406,8 +522,8 @@ class WeightedImpact:
         """
         n, legs = self.tree.size, self.tree.legs
         axes, state = self.dynamics.axes[0, legs], self.state
-        after = self.coupling.rates(state.rate_after)[legs]
-        own = BASE + len(self.coupling.free)
+        after = self.rate_after[legs]
+        own = BASE + len(self.tangent.of.free)
         _, landing, rest = np.split(self.adjoint, [own, own + BASE])  # linear in w
         base, rates = np.split(self.dynamics.weights[0], [BASE])
         rates = rates[legs]
@@ -420,6 +536,15 @@ class WeightedImpact:
         by_result[legs, BASE : BASE + len(axes)] = by_rate
         by_result[legs, BASE + n : 2 * BASE + n] = -_landing_jacobian(axes, base, rates, self.foot)
         return qq, by_result
+
+
+def _jump(state: ImpactState, rate_before: Array, sole_before: Array | None) -> Array:
+    """Return V+ - V-, shape (6 + n,)."""
+    jump = state.velocity.copy()
+    jump[BASE:] -= rate_before
+    if sole_before is not None:
+        jump[:BASE] -= sole_before
+    return jump
 
 
 def _momentum(D: Array, rate_before: Array, sole_before: Array | None) -> Array:

@@ -29,7 +29,7 @@ from gaitopt.mechanics.spatial import (
     motion_cross_matrix,
     symmetric,
 )
-from gaitopt.model.coupling import Coupling
+from gaitopt.model.coupling import CoupledMotion, Tangent
 from gaitopt.model.joint_tree import JointTree
 from gaitopt.nlp import Array
 
@@ -78,13 +78,51 @@ class InverseDynamicsHessian:
     qa: Array
     base: Array
 
-    def reduced(self, coupling: Coupling) -> InverseDynamicsHessian:
-        """Return those of the joints that follow no other."""
-        if coupling.none:
+    def reduced(self, tangent: Tangent) -> InverseDynamicsHessian:
+        """Return those in the free joints, as if S were the same in every posture."""
+        if tangent.of.none:
             return self
         pairs = (self.qq, self.qv, self.vv, self.qa)
-        qq, qv, vv, qa = map(coupling.reduced_twice, pairs)
-        return InverseDynamicsHessian(qq, qv, vv, qa, coupling.matrix.T @ self.base)
+        qq, qv, vv, qa = map(tangent.reduced_twice, pairs)
+        base = tangent.reduced(self.base.swapaxes(1, 2)).swapaxes(1, 2)
+        return InverseDynamicsHessian(qq, qv, vv, qa, base)
+
+    def bent(
+        self, motion: CoupledMotion, effort: Array, by_motion: Array, weights: Array
+    ) -> InverseDynamicsHessian:
+        """Return those of weights . (base wrench, S' torque) in the free joints, where S changes.
+
+        The weights of all joints' torques, S times those of the free ones, change with the posture,
+        as do dq and ddq; `self` has them fixed.
+
+        Args:
+            motion: of the joints.
+            effort: of all joints, shape (N, 6 + n).
+            by_motion: its derivative in q, dq, ddq, shape (N, 6 + n, 3 n).
+            weights: of wrench and free joints' torques, shape (N, 6 + m).
+        """
+        tangent, (P, Q, R) = motion.tangent, motion.parts
+        F, second = tangent.matrix, motion.orders[2]
+        m = F.shape[2]
+        of_v, of_a = np.swapaxes(self.qv @ P + self.qa @ Q, 1, 2) @ F, self.qa @ R
+        found = self.reduced(tangent)
+        across = np.swapaxes(P, 1, 2) @ self.vv
+        zz = found.qq + of_v + np.swapaxes(of_v, 1, 2) + across @ P
+        zv = found.qv + across @ F + np.swapaxes(F, 1, 2) @ of_a
+        on_joints = weights[:, 6:]
+        bent = (second * on_joints[:, tangent.of.motor])[..., None] * tangent.of.member
+        mixed = np.swapaxes(bent, 1, 2) @ motion.reduced(by_motion[:, 6:])
+        z, v, a = (mixed[:, :, k * m : (k + 1) * m] for k in range(3))
+        all_weights = tangent.velocity(weights)
+        gradient = (all_weights[:, None] @ by_motion)[:, 0]
+        own = motion.curvature(gradient, on_joints, effort[:, 6:])
+        return InverseDynamicsHessian(
+            qq=zz + z + np.swapaxes(z, 1, 2) + own[0],
+            qv=zv + v + own[1],
+            vv=found.vv + own[2],
+            qa=found.qa + a + own[3],
+            base=found.base,
+        )
 
     def at(self, instants: slice) -> InverseDynamicsHessian:
         """Return some of the instants."""

@@ -74,7 +74,7 @@ class LegKinematics:
         """Bend the knees of a posture (n,) by angles from the straight legs [rad]."""
         legs = self.robot.legs
         for knee, angle in zip(legs.knees, legs.straight + legs.flexion * bend, strict=True):
-            self.robot.coupling.put(q, knee, angle)
+            self.robot.coupling.put(q, knee, angle, self.robot.limits)
 
     def placements(self, q: Array) -> tuple[pin.SE3, pin.SE3]:
         """Return the placements of pelvis and swing sole at joint angles q (n,)."""
@@ -106,9 +106,8 @@ class LegKinematics:
         model, data, robot = self._model, self._data, self.robot
         legs, stance = robot.tree.legs, robot.tree.stance
         matrix, gap = np.zeros((2 * TWIST, legs.stop)), np.empty(2 * TWIST)
-        # Free joints that turn those of the legs, and how they turn these.
+        # Free joints that turn those of the legs.
         free = np.unique(robot.coupling.motor[legs])
-        driven = robot.coupling.matrix[legs][:, free]
         square = matrix.shape[0] == matrix.shape[1] == len(free)
         for _ in range(_MAX_ITERATIONS):
             self._q[7:] = robot.coupling.angles(q)
@@ -122,7 +121,9 @@ class LegKinematics:
             step = (
                 _solve(matrix, gap)
                 if square
-                else np.linalg.lstsq(matrix @ driven, gap, rcond=_RANK)[0]
+                else np.linalg.lstsq(
+                    matrix @ robot.coupling.at(q).matrix[legs][:, free], gap, rcond=_RANK
+                )[0]
             )
             largest = float(np.abs(step).max())
             if not np.isfinite(largest):

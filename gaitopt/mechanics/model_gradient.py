@@ -183,9 +183,9 @@ def landing_gradient(bodies: Bodies, impact: WeightedImpact) -> tuple[Array, Arr
         For each joint with all beyond it, shape (1, n, 6); for the landing sole, shape (1, 6).
     """
     tree, axes = bodies.tree, impact.dynamics.axes
-    first = BASE + len(impact.coupling.free)
+    first = BASE + len(impact.tangent.of.free)
     momentum, landing = impact.dynamics.weights[0], impact.adjoint[first : first + BASE]
-    after = impact.state.sole_twist, impact.coupling.rates(impact.state.rate_after)
+    after = impact.state.sole_twist, impact.rate_after
     impulse = impact.foot.act(pin.Force(impact.state.impulse)).vector
     push = impact.foot.act(pin.Force(landing)).vector
     W, V = (

@@ -31,8 +31,8 @@ from gaitopt.mechanics.inverse_dynamics_hessian import (
 )
 from gaitopt.mechanics.spatial import apply, cross_force, cross_motion, skew
 from gaitopt.model.chain_physics import PassiveJoints
-from gaitopt.model.coupling import Coupling
-from gaitopt.model.joint_tree import FIRST, TWIST, JointTree
+from gaitopt.model.coupling import CoupledMotion
+from gaitopt.model.joint_tree import FIRST, JointTree
 from gaitopt.model.reroot import joint_axis
 from gaitopt.model.robot import Robot, cached_workspace
 from gaitopt.nlp import Array
@@ -67,10 +67,11 @@ class SupportDerivatives:
         corners: with respect to q, shape (N, 4, 3, n).
         corners_by_all: likewise, of all joints, those that follow others too, (N, 4, 3, all).
         axes: motion axes of all joints in the world, shape (N, all, 6).
-        motion: q, dq, ddq of all joints, shape (3, N, all).
+        motion: of all joints.
+        of_all: the effort of all joints and its derivative in their q, dq, ddq, shapes
+            (N, 6 + all) and (N, 6 + all, 3 all).
         bodies: of the robot, for the second derivatives.
         tree: of its joints.
-        coupling: of its joints.
         gravity: spatial acceleration of gravity, shape (6,).
         passive: what the joints do by themselves; None if they do nothing.
         carried: weight that is carried from outside; None if there is none.
@@ -80,44 +81,56 @@ class SupportDerivatives:
     corners: Array
     corners_by_all: Array
     axes: Array
-    motion: Array
+    motion: CoupledMotion
+    of_all: tuple[Array, Array]
     bodies: BodyInertias
     tree: JointTree
-    coupling: Coupling
     gravity: Array
     passive: PassiveTorque | None = None
     carried: GravityCompensation | None = None
 
-    def hessian(
+    def hessian(self, weights: Array) -> InverseDynamicsHessian:
+        """Return the second derivatives of sum(weights * effort), weights (N, 6 + n)."""
+        return self.hessians(weights)[0]
+
+    def hessians(
         self, weights: Array, then: WeightedDynamics | None = None
-    ) -> InverseDynamicsHessian:
-        """Return the second derivatives of sum(weights * effort), weights (N, 6 + n).
+    ) -> tuple[InverseDynamicsHessian, InverseDynamicsHessian]:
+        """Return `hessian`, and that of further dynamics.
 
         Args:
             weights: of the effort.
             then: further instants to follow the N; cheaper than on their own.
+
+        Returns:
+            Those of the N instants; those of the further ones, of all joints.
         """
-        if not self.coupling.none:
-            weights = weights @ self.coupling.padded(TWIST).T
+        of_free, weights = weights, self.motion.tangent.velocity(weights)
         base = np.broadcast_to(-self.gravity, (len(weights), 6))
-        q, dq, ddq = self.motion
+        q, dq, ddq = self.motion.of_all
         at = WeightedDynamics(self.axes, q, dq, ddq, base, weights)
         if then is not None:
             at = at.followed_by(then)
         found = inverse_dynamics_hessian(self.bodies.in_world(at.posture), at, self.tree)
         own = slice(len(weights))
         if self.carried is not None:
-            found.qq[own] -= self.carried.hessian(self.motion[0], weights)
+            found.qq[own] -= self.carried.hessian(q, weights)
         if self.passive is not None:
             each = np.arange(self.tree.size)
             found.qq[own, each, each] += weights[:, 6:] * self.passive.by_angle_twice
             found.vv[own, each, each] += weights[:, 6:] * self.passive.by_rate_twice
-        return found.reduced(self.coupling)
+        mine, others = found.at(own), found.at(slice(len(weights), None))
+        if self.motion.bends:
+            return mine.bent(self.motion, *self.of_all, of_free), others
+        return mine.reduced(self.motion.tangent), others
 
     def corner_hessian(self, weights: Array) -> Array:
         """Return the second derivatives in q of sum(weights * corners), weights (N, 4, 3)."""
         by_all = corner_hessian(self.axes, self.corners_by_all, weights)
-        return self.coupling.reduced_twice(by_all)
+        gradient = None
+        if self.motion.bends:
+            gradient = np.einsum("kci,kcin->kn", weights, self.corners_by_all)
+        return self.motion.tangent.reduced_twice(by_all, gradient)
 
 
 class SingleSupport:
@@ -156,15 +169,16 @@ class SingleSupport:
             else cached_workspace(self.robot, GravityCompensation)
         )
 
-    def _load(self, q: Array, dq: Array, ddq: Array) -> Array:
-        """Take a motion of free joints; return that of all, shape (3, N, all)."""
+    def _load(self, q: Array, dq: Array, ddq: Array) -> CoupledMotion:
+        """Take a motion of free joints; return that of all."""
         motion = self.robot.coupling.motion(np.stack([q, dq, ddq]))
-        self._q[:, 7:], self._v[:, 6:], self._a[:, 6:] = motion
+        self._q[:, 7:], self._v[:, 6:], self._a[:, 6:] = motion.of_all
         return motion
 
     def state(self, q: Array, dq: Array, ddq: Array) -> SupportState:
         """Return wrench, torques and swing foot at the motion q, dq, ddq, shape (N, n) each."""
-        q, dq, _ = self._load(q, dq, ddq)
+        motion_of_all = self._load(q, dq, ddq)
+        q, dq, _ = motion_of_all.of_all
         model, data = self.robot.model, self._data
         effort = np.empty((self.count, model.nv))
         rotation, origin = np.empty((self.count, 3, 3)), np.empty((self.count, 3))
@@ -176,20 +190,15 @@ class SingleSupport:
             effort -= carried.effort(q)
         if self._joints is not None:
             effort[:, 6:] += passive_torque(self._joints, q, dq).value
-        effort = self._by_motors(effort)
+        effort = motion_of_all.tangent.effort(effort)
         return SupportState(effort, corner_positions(rotation, origin, self._corners_in_last))
-
-    def _by_motors(self, effort: Array) -> Array:
-        """Return ground wrench and torques of free joints, from those of all, (..., 6 + all)."""
-        coupling = self.robot.coupling
-        return effort if coupling.none else effort @ coupling.padded(TWIST)
 
     def derivatives(
         self, q: Array, dq: Array, ddq: Array
     ) -> tuple[SupportState, SupportDerivatives]:
         """Return the state and its exact derivatives at the motion q, dq, ddq, (N, n) each."""
         motion = self._load(q, dq, ddq)
-        q, dq, _ = motion
+        q, dq, _ = motion.of_all
         model, data = self.robot.model, self._data
         by_position, by_rate, by_acceleration = self._slopes
         tree, n = self.robot.tree, self.robot.tree.size
@@ -214,22 +223,24 @@ class SingleSupport:
             of_q[:, 6 + each, each] += passive.by_angle
             of_dq[:, 6 + each, each] += passive.by_rate
         corners = corner_positions(rotation, origin, self._corners_in_last)
-        coupling = self.robot.coupling
-        if not coupling.none:
-            effort = self._by_motors(effort)
-            by_all = coupling.reduced(jacobian.reshape(self.count, 6 + n, 3, n))
-            by_all = by_all.reshape(self.count, 6 + n, -1)
-            jacobian = coupling.padded(TWIST).T @ by_all
+        of_all, tangent = (effort, jacobian), motion.tangent
+        if not tangent.of.none:
+            effort = tangent.effort(effort)
+            jacobian = tangent.effort(motion.reduced(jacobian).swapaxes(1, 2)).swapaxes(1, 2)
+            if motion.bends:
+                m = len(tangent.of.free)
+                turned = motion.orders[2] * of_all[0][:, 6:]
+                jacobian[:, 6:, :m] += tangent.of.diagonal(turned)
         corners_by_all = tree.from_legs(corner_jacobian(axes[:, tree.legs], corners))
         derivatives = SupportDerivatives(
             effort=jacobian,
-            corners=coupling.reduced(corners_by_all),
+            corners=tangent.reduced(corners_by_all),
             corners_by_all=corners_by_all,
             axes=axes,
             motion=motion,
+            of_all=of_all,
             bodies=self._bodies,
             tree=tree,
-            coupling=coupling,
             gravity=model.gravity.vector,
             passive=passive,
             carried=carried,

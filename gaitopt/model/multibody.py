@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from gaitopt.errors import RobotError
 from gaitopt.importers.pinocchio_model import reduced
-from gaitopt.importers.ties import LARGEST, LEAST
+from gaitopt.importers.ties import DEGREE, LARGEST, LEAST
 from gaitopt.model.chain import Chain
 from gaitopt.model.chain_physics import CarriedWeight
 from gaitopt.model.coupling import Coupling
@@ -70,6 +70,7 @@ class Multibody:
         tied_to: of the moving joints, the one that each of them follows, shape (t,).
         tie: rate of each over that of the one it follows, and its coordinate where that of the
             other is 0 [rad], shape (t, 2).
+        tie_bend: coefficients of the second to the fourth power of the other's angle, (t, 3).
     """
 
     name: str
@@ -100,6 +101,7 @@ class Multibody:
     tied: Index = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
     tied_to: Index = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
     tie: Array = field(default_factory=lambda: np.zeros((0, 2)))
+    tie_bend: Array = field(default_factory=lambda: np.zeros((0, DEGREE - 1)))
 
     def __repr__(self) -> str:
         """Return it in one line: the whole of it is pages long."""
@@ -124,21 +126,67 @@ class Multibody:
         return tuple(self.joint_names[row] for row in self.driven)
 
     @cached_property
-    def coupling(self) -> Array:
-        """Rates of the joints of `driven` per rate of those of `moving`, shape (n + t, n)."""
-        follows = (self.tied_to[:, None] == self.moving) * self.tie[:, :1]
+    def bends(self) -> bool:
+        """Whether a joint follows another by more than a constant rate."""
+        return bool(self.tie_bend.any())
+
+    @cached_property
+    def led(self) -> Index:
+        """Which of `moving` each of `tied` follows, shape (t,)."""
+        order = np.argsort(self.moving)
+        return np.asarray(order[np.searchsorted(self.moving, self.tied_to, sorter=order)])
+
+    def followers(self, angles: Array) -> tuple[Array, Array, Array]:
+        """Return coordinates of tied joints, and these differentiated once and twice.
+
+        Args:
+            angles: of the joints that they follow, shape (..., t).
+
+        Returns:
+            Each of shape (..., t).
+        """
+        value, slope = angles * self.tie[:, 0], np.broadcast_to(self.tie[:, 0], angles.shape)
+        value, second = value + self.tie[:, 1], np.zeros(angles.shape)
+        if self.bends:
+            for k, c in enumerate(self.tie_bend.T, 2):
+                value = value + c * angles**k
+                slope = slope + k * c * angles ** (k - 1)
+                second = second + k * (k - 1) * c * angles ** (k - 2)
+        return value, slope, second
+
+    def coupling(self, angles: Array) -> Array:
+        """Return rates of the joints of `driven` per rate of those of `moving`, (n + t, n).
+
+        Args:
+            angles: of the joints of `moving`, shape (n,).
+        """
+        _, slope, _ = self.followers(angles[self.led])
+        follows = (self.tied_to[:, None] == self.moving) * slope[:, None]
         return np.concatenate([np.eye(len(self.moving)), follows])
 
     def follow(self, motion: Array) -> None:
-        """Write into coordinates, rates and accelerations (3, ..., M) those of tied joints."""
-        motion[..., self.tied] = motion[..., self.tied_to] * self.tie[:, 0]
-        motion[0][..., self.tied] += self.tie[:, 1]
+        """Write into coordinates, rates and accelerations (3, ..., M) those of tied joints.
 
-    def by_motors(self, torque: Array) -> Array:
-        """Return torques (..., M) of joints as those of motors, which tied joints do not have."""
+        Coordinates alone, or with rates, do too.
+        """
+        value, slope, second = self.followers(motion[0][..., self.tied_to])
+        motion[0][..., self.tied] = value
+        for order in motion[1:]:
+            order[..., self.tied] = slope * order[..., self.tied_to]
+        if self.bends and len(motion) > 2:
+            motion[2][..., self.tied] += second * motion[1][..., self.tied_to] ** 2
+
+    def by_motors(self, torque: Array, angles: Array) -> Array:
+        """Return torques (..., M) of joints as those of motors, which tied joints do not have.
+
+        Args:
+            torque: of the joints.
+            angles: of all joints, shape (..., M).
+        """
         found = torque.copy()
-        for row, master, (multiplier, _) in zip(self.tied, self.tied_to, self.tie, strict=True):
-            found[..., master] += multiplier * torque[..., row]
+        _, slope, _ = self.followers(angles[..., self.tied_to])
+        for k, (row, master) in enumerate(zip(self.tied, self.tied_to, strict=True)):
+            found[..., master] += slope[..., k] * torque[..., row]
             found[..., row] = 0.0
         return found
 
@@ -254,6 +302,7 @@ def multibody(
     driven = np.array([names.index(name) for name in chain.names], dtype=np.int64)
     moving = driven[coupling.free]
     tied = np.setdiff1d(np.arange(len(driven)), coupling.free)
+    bends = coupling.coefficients[tied, 2:]
     placement, carried_by = _placements(whole, even, q, set(chain.names))
     bodies = _bodies(whole, even, carried_by)
     axis, revolute = _axes(whole)
@@ -283,7 +332,8 @@ def multibody(
         moving=moving,
         tied=driven[tied],
         tied_to=moving[coupling.motor[tied]],
-        tie=np.stack([coupling.multiplier[tied], coupling.offset[tied]], axis=1),
+        tie=coupling.coefficients[tied, 1::-1],
+        tie_bend=np.pad(bends, ((0, 0), (0, DEGREE - 1 - bends.shape[1]))),
         mass=np.array([body.mass for body in bodies]),
         centre=np.array([body.lever if body.mass else np.zeros(3) for body in bodies]),
         inertia=np.array([body.inertia for body in bodies]),
@@ -348,7 +398,10 @@ def checked_multibody(body: Multibody) -> Multibody:
     refuse("a tied joint follows one that does not move", ~np.isin(body.tied_to, body.moving))
     refuse(
         "the rate of a tied joint is not a usual part of the other's",
-        ~((np.abs(body.tie) <= LARGEST).all(axis=1) & (np.abs(body.tie[:, 0]) >= LEAST)),
+        ~(
+            (np.abs(np.hstack([body.tie, body.tie_bend])) <= LARGEST).all(axis=1)
+            & (body.tie_bend.any(axis=1) | (np.abs(body.tie[:, 0]) >= LEAST))
+        ),
     )
     length = np.linalg.norm(body.axis, axis=1)
     refuse("the axis of a joint has not the length 1", np.abs(length - 1.0) > _RIGID)

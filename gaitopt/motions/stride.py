@@ -14,6 +14,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import numpy as np
+from numpy.polynomial import Polynomial
 
 from gaitopt.atomic import write_atomically
 from gaitopt.errors import InputError
@@ -54,11 +55,15 @@ def stride_samples(gait: Gait, both_legs: bool = False) -> dict[str, Array]:
         for k, one in enumerate(each)
     ]
     found = {name: np.concatenate([step[name] for step in steps]) for name in steps[0]}
-    for name in _JOINTS:
-        found[name] = with_followers(gait, found[name].T).T
-    rows = len(gait.joint_names)
-    found["q"][:, rows:] += _offsets(gait)
-    found["torque"][:, rows:] = 0.0  # the motors of those that they follow have it
+    body = gait.multibody
+    if body is None or not body.tied.size:
+        return found
+    q, dq, ddq = (found[name] for name in _JOINTS[:3])
+    value, slope, second = body.followers(q[:, body.led])
+    led = dq[:, body.led]
+    more = value, slope * led, slope * ddq[:, body.led] + second * led**2, np.zeros(value.shape)
+    for name, columns in zip(_JOINTS, more, strict=True):  # the motors have all of the torque
+        found[name] = np.hstack([found[name], columns])
     return found
 
 
@@ -68,17 +73,16 @@ def joint_names(gait: Gait) -> tuple[str, ...]:
     return gait.joint_names if body is None else body.driven_names
 
 
-def with_followers(gait: Gait, rates: Array) -> Array:
-    """Return rates of a gait's joints (J, ...), then of those that follow them, (J + t, ...)."""
+def with_followers(gait: Gait, rates: Array, angles: Array) -> Array:
+    """Return rates of a gait's joints (J,), then of those that follow them, (J + t,).
+
+    Args:
+        gait: of the joints.
+        rates: of its joints.
+        angles: of them at that instant, shape (J,).
+    """
     body = gait.multibody
-    if body is None or not body.tied.size:
-        return rates
-    return np.asarray(np.tensordot(body.coupling, rates, 1))
-
-
-def _offsets(gait: Gait) -> Array:
-    """Return where joints stand that follow others at 0 [rad], shape (t,)."""
-    return np.zeros(0) if gait.multibody is None else gait.multibody.tie[:, 1]
+    return rates if body is None or not body.tied.size else body.coupling(angles) @ rates
 
 
 def cubic_pieces(gait: Gait) -> Array:
@@ -197,18 +201,33 @@ def _splines(gait: Gait, samples: Mapping[str, Array]) -> dict[str, object]:
     """Return for each joint, step and piece the coefficients a0 to a3 of Eq. (40)."""
     pieces, later = cubic_pieces(gait), cubic_pieces(gait.following)
     own = [pieces, np.einsum("ij,kjc->kic", gait.mirror, later)]
-    steps = [with_followers(gait, step.swapaxes(0, 1)).swapaxes(0, 1) for step in own]
-    for step in steps:
-        step[:, len(gait.joint_names) :, 0] += _offsets(gait)
-    steps = steps[: len(_standing(gait, samples))]
+    steps = own[: len(_standing(gait, samples))]
+    told = {
+        name: [step[:, i].tolist() for step in steps] for i, name in enumerate(gait.joint_names)
+    }
     return {
-        "formula": "angle = a0 + a1 s + a2 s^2 + a3 s^3, s = time in the step - knots[piece]",
+        "formula": "angle = a0 + a1 s + a2 s^2 + a3 s^3, s = time in the step - knots[piece]; "
+        "of a joint that follows another by a polynomial, with as many powers as it has",
         "order": "[step][piece][a0, a1, a2, a3]",
         "knots": gait.knots.tolist(),
-        "coefficients": {
-            name: [step[:, i].tolist() for step in steps]
-            for i, name in enumerate(joint_names(gait))
-        },
+        "coefficients": told | _followers(gait, steps),
+    }
+
+
+def _followers(gait: Gait, steps: list[Array]) -> dict[str, list[list[list[float]]]]:
+    """Return the same of the joints that follow others: their polynomials of the others'."""
+    body = gait.multibody
+    if body is None:
+        return {}
+    ties = [
+        Polynomial(np.array([c, k, *bend])).trim()
+        for (k, c), bend in zip(body.tie, body.tie_bend, strict=True)
+    ]
+    return {
+        body.joint_names[joint]: [
+            [tie(Polynomial(piece[led])).coef.tolist() for piece in step] for step in steps
+        ]
+        for joint, led, tie in zip(body.tied, body.led, ties, strict=True)
     }
 
 
@@ -241,10 +260,13 @@ def _impact(gait: Gait) -> dict[str, object]:
     """Return what happens at the landing that ends step 0."""
     rates = {"before": gait.rate_before, "after": gait.rate_after}
     rates["jump"] = gait.rate_after - gait.rate_before
+    q = gait.q[-1]
     return {
         "impulse_in_landing_sole": dict(zip(_IMPULSE, gait.impulse.tolist(), strict=True)),
         "rates": {
-            name: dict(zip(joint_names(gait), with_followers(gait, values).tolist(), strict=True))
+            name: dict(
+                zip(joint_names(gait), with_followers(gait, values, q).tolist(), strict=True)
+            )
             for name, values in rates.items()
         },
     }

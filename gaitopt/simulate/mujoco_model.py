@@ -82,20 +82,32 @@ class SimulatedRobot:
         """Addresses in `qvel` of all joints, in the order of `body.driven`, shape (n + t,)."""
         return np.concatenate([self.dof, self.tied[1]])
 
+    def free(self, qpos: Array) -> Array:
+        """Return velocities `qvel` per velocity of base and motors, shape (nv, 6 + n)."""
+        return self._free_at(qpos) if self.body.bends else self._constant_free
+
     @cached_property
-    def free(self) -> Array:
-        """Velocities `qvel` per velocity of the base and of the motors, shape (nv, 6 + n)."""
-        count = len(self.dof)
-        found = np.zeros((self.model.nv, 6 + count))
-        found[:6, :6], found[self.driven, 6:] = np.eye(6), self.body.coupling
+    def _constant_free(self) -> Array:
+        return self._free_at(np.zeros(self.model.nq))
+
+    def _free_at(self, qpos: Array) -> Array:
+        found = np.zeros((self.model.nv, 6 + len(self.dof)))
+        found[:6, :6], found[self.driven, 6:] = np.eye(6), self.body.coupling(qpos[self.qpos])
+        return found
+
+    def drift(self, qpos: Array, qvel: Array) -> Array:
+        """Return the accelerations of joints that follow others evenly turning, shape (nv,)."""
+        found = np.zeros(self.model.nv)
+        if self.body.bends:
+            _, _, second = self.body.followers(qpos[self.qpos[self.body.led]])
+            found[self.tied[1]] = second * qvel[self.dof[self.body.led]] ** 2
         return found
 
     def follow(self, qpos: Array, qvel: Array) -> None:
         """Write into a state where the joints that follow others are, and their rates."""
-        multipliers, offsets = self.body.tie.T
-        led = [int(np.flatnonzero(self.body.moving == row)[0]) for row in self.body.tied_to]
-        qpos[self.tied[0]] = multipliers * qpos[self.qpos[led]] + offsets
-        qvel[self.tied[1]] = multipliers * qvel[self.dof[led]]
+        value, slope, _ = self.body.followers(qpos[self.qpos[self.body.led]])
+        qpos[self.tied[0]] = value
+        qvel[self.tied[1]] = slope * qvel[self.dof[self.body.led]]
 
     def position(self, configuration: Array) -> Array:
         """Return `qpos` of a configuration of `Multibody.model`, shape (7 + n,)."""
@@ -199,10 +211,12 @@ def robot_spec(
         motor = spec.add_actuator(name=name, target=name, trntype=mujoco.mjtTrn.mjTRN_JOINT)
         if np.isfinite(most):
             motor.forcelimited, motor.forcerange = True, [-most, most]
-    for joint, master, (multiplier, offset) in zip(body.tied, body.tied_to, body.tie, strict=True):
+    for joint, master, (multiplier, offset), bend in zip(
+        body.tied, body.tied_to, body.tie, body.tie_bend, strict=True
+    ):
         tie = spec.add_equality(type=mujoco.mjtEq.mjEQ_JOINT, objtype=mujoco.mjtObj.mjOBJ_JOINT)
         tie.name1, tie.name2 = body.joint_names[joint], body.joint_names[master]
-        tie.data[:2] = offset, multiplier
+        tie.data[:5] = offset, multiplier, *bend
         tie.solref, tie.solimp = [2.0 * contact.timestep, 1.0], _STIFF
     for foot in (0, 1):
         _add_sole(bodies, parents, body, foot, contact)

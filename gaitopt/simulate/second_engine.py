@@ -104,7 +104,7 @@ def _step(gait: Gait, number: int, instants: int) -> dict[str, float]:
         if samples.contact[row, 1 - foot]:  # how both share the load is the gait's choice
             needed = needed - _pushed(robot, data, 1 - foot, samples.wrench[row, 1 - foot])
         ground = np.linalg.solve(J[:, :6].T, needed[:6])
-        torque[row] = (needed - J.T @ ground) @ robot.free[:, 6:]
+        torque[row] = (needed - J.T @ ground) @ robot.free(data.qpos)[:, 6:]
         wrench[row] = _in_sole(robot, data, foot, ground)
     stated = samples.torque[:, trajectory.body.moving] - friction
     on_foot = samples.wrench[np.arange(instants), samples.standing]
@@ -136,7 +136,7 @@ def impact(
     """
     mass = np.zeros((robot.model.nv, robot.model.nv))
     mujoco.mj_fullM(robot.model, data, mass)
-    J, flat, free = sole_jacobian(robot, data, foot), np.eye(6), robot.free
+    J, flat, free = sole_jacobian(robot, data, foot), np.eye(6), robot.free(data.qpos)
     if gait.lands_on_line:
         twist = gait.landing_hinge
         R = data.site_xmat[robot.site[foot]].reshape(3, 3)
@@ -172,7 +172,7 @@ def _coulomb_friction(trajectory: Trajectory, q: Array, dq: Array) -> Array:
     body = trajectory.body
     none = np.zeros((len(body.joint_names), 1))
     joints = PassiveJoints(none, body.friction, none, body.rest)
-    return body.by_motors(passive_torque(joints, q, dq).value)[:, body.moving]
+    return body.by_motors(passive_torque(joints, q, dq).value, q)[:, body.moving]
 
 
 def _difference(found: Array, stated: Array, least: float = 0.0) -> float:

@@ -158,8 +158,9 @@ class _Walk:
         mujoco.mj_fullM(model, data, M)
         J, drift = sole_motion(robot, data, 0)
         inverse = np.linalg.inv(J[:, :6])
-        N, n0 = robot.free[:, 6:].copy(), np.zeros(model.nv)
-        N[:6], n0[:6] = -inverse @ J @ N, -inverse @ drift
+        N = robot.free(data.qpos)[:, 6:].copy()
+        n0 = robot.drift(data.qpos, data.qvel)
+        N[:6], n0[:6] = -inverse @ J @ N, -inverse @ (drift + J @ n0)
         MN, rest = M @ N, M @ n0 + data.qfrc_bias - data.qfrc_passive
         wrench = np.column_stack([inverse.T @ MN[:6], inverse.T @ rest[:6]])
         return N.T @ MN, N.T @ rest, wrench

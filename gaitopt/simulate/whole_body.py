@@ -309,7 +309,7 @@ class WholeBodyController:
         mujoco.mj_fullM(model, data, self._mass)
         target = self._reference.at(foot, since, options.descent)
         bias = data.qfrc_bias - data.qfrc_passive
-        turning = robot.body.coupling @ target.dq
+        turning = robot.body.coupling(target.q) @ target.dq
         bias[robot.driven] += robot.body.friction[robot.body.driven] * np.tanh(
             turning / FRICTION_RATE
         )
@@ -317,10 +317,10 @@ class WholeBodyController:
         J, drift = sole_motion(robot, data, foot)
         inverse = np.linalg.inv(J[:, :6])
         count = len(robot.dof)
-        N = robot.free[:, 6:].copy()
+        N = robot.free(data.qpos)[:, 6:].copy()
         N[:6] = -inverse @ J @ N
-        n = np.zeros(model.nv)
-        n[:6] = inverse @ (-options.hold * (J @ data.qvel) - drift)
+        n = robot.drift(data.qpos, data.qvel)
+        n[:6] = inverse @ (-options.hold * (J @ data.qvel) - drift - J @ n)
         MN, rest = self._mass @ N, self._mass @ n + bias
         wrench, wrench_0 = inverse.T @ MN[:6], inverse.T @ rest[:6]
         torque, torque_0 = N.T @ MN, N.T @ rest

@@ -7,6 +7,7 @@ import mujoco
 import numpy as np
 import pinocchio as pin
 import pytest
+from numpy.polynomial import Polynomial
 from tied_bipeds import TIED, mimic, tied
 from urdf_edits import edited_urdf
 
@@ -49,7 +50,7 @@ def test_it_walks_and_both_referees_agree(name, tmp_path):
     save_gait(gait, tmp_path / "gait.npz")
     again = load_gait(tmp_path / "gait.npz")
     assert audit(again).passed
-    for part in ("tied", "tied_to", "tie"):
+    for part in ("tied", "tied_to", "tie", "tie_bend"):
         own = getattr(gait.multibody, part)
         np.testing.assert_array_equal(getattr(again.multibody, part), own)
 
@@ -85,8 +86,9 @@ def test_the_motors_do_all_the_work(name):
     work = np.trapezoid((at.torque * at.dq).sum(axis=1), times)
 
     def energy(velocity):
-        q = np.concatenate([pin.neutral(model)[:7], robot.coupling.angles(gait.coefficients[-3])])
-        full = np.concatenate([velocity[:6], robot.coupling.rates(velocity[6:])])
+        landed = gait.coefficients[-3]
+        q = np.concatenate([pin.neutral(model)[:7], robot.coupling.angles(landed)])
+        full = robot.coupling.at(landed).velocity(velocity)
         return float(full @ pin.crba(model, model.createData(), q) @ full) / 2.0
 
     step = WalkProblem(robot, preset_task("humanoid", robot, speed=0.5)).step(gait.parameters)
@@ -102,10 +104,15 @@ def test_samples_and_motions_have_every_joint(name):
     gait = walked(name).gait
     body = gait.multibody
     at = gait.trajectory.at(np.linspace(0.0, 2.0 * gait.duration, 9))  # both steps of a stride
-    for row, master, (k, c) in zip(body.tied, body.tied_to, body.tie, strict=True):
-        np.testing.assert_allclose(at.q[:, row], k * at.q[:, master] + c, atol=1e-15)
-        np.testing.assert_array_equal(at.dq[:, row], k * at.dq[:, master])
-        np.testing.assert_array_equal(at.ddq[:, row], k * at.ddq[:, master])
+    for row, master, (k, c), bend in zip(
+        body.tied, body.tied_to, body.tie, body.tie_bend, strict=True
+    ):
+        tie = Polynomial([c, k, *bend])
+        z, dz, ddz = (part[:, master] for part in (at.q, at.dq, at.ddq))
+        np.testing.assert_allclose(at.q[:, row], tie(z), atol=1e-15)
+        np.testing.assert_allclose(at.dq[:, row], tie.deriv()(z) * dz, atol=1e-14)
+        bent = tie.deriv()(z) * ddz + tie.deriv(2)(z) * dz**2
+        np.testing.assert_allclose(at.ddq[:, row], bent, atol=1e-12)
     assert not at.torque[:, body.tied].any()
     sampled = motion(gait, 50.0)
     assert set(tied(name).coupling.names) <= set(sampled.joint_names)

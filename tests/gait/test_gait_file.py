@@ -20,6 +20,7 @@ from gaitopt.design.audit import audit
 from gaitopt.errors import GaitFileError, GaitoptError, InputError
 from gaitopt.gait.assemble import gait_at
 from gaitopt.gait.gait_file import (
+    BENT,
     MEMBERS,
     PHASES,
     TIED,
@@ -379,7 +380,7 @@ def documented():
 def test_the_document_lists_what_is_written():
     expected = [
         (m.name, m.kind, " × ".join(map(str, m.shape)) or "scalar", m.unit or "–", m.frame or "–")
-        for m in (*MEMBERS, *(member for part in (*PHASES, TIED) for member in part))
+        for m in (*MEMBERS, *(member for part in (*PHASES, TIED, BENT) for member in part))
     ]
     assert [row[:5] for row in documented()] == expected
     assert all(row[5] for row in documented())

@@ -29,6 +29,7 @@ WALKS = (
     "upright, lifted, heel strike, five joints, soft",
     "upright, lifted, joints that follow others",
     "upright, lifted, heel strike, toe off, NAO's hips",
+    "upright, lifted, heel strike, toe off, joints that follow by bends",
 )
 LENGTHS = ("joints", "swing_sole", "pelvis", "hips", "ankles")
 MASSES = ("mass", "first", "second")

@@ -1,23 +1,22 @@
 """Joints that follow others: read from both formats, reflected, mirrored, refused with advice."""
 
-import functools
 import re
 
+import mujoco
 import numpy as np
 import pytest
 from example_robots import example_robot, needs_example_robots
 from humanoids import add_arms, add_joint, add_link, edits
-from mjcf_edits import added, edited
-from mjcf_text import mjcf_text
-from tied_bipeds import mimic, nao_like, read, tied
+from mjcf_edits import added, at, edited, together
+from tied_bipeds import bent, equality, mimic, nao_like, plain_mjcf, read, tied
 from urdf_edits import edited_urdf, joint, link, set_limit
 
-from gaitopt.catalogue.biped_spec import biped13
-from gaitopt.catalogue.urdf_writer import urdf_text
 from gaitopt.errors import RobotError
 from gaitopt.importers.source import read_source
 from gaitopt.importers.ties import Tie, resolved, tied_to
+from gaitopt.model.coupling import couple
 from gaitopt.model.import_options import ImportOptions
+from gaitopt.model.legs.joint_limits import JointLimits
 from gaitopt.model.robot import Robot
 
 
@@ -263,14 +262,7 @@ def test_fingers_stand_where_what_they_follow_puts_them():
     assert body.tied.size == 0  # none of them moves
 
 
-FOOT = 'type="box" size="0.1 0.05 0.01" pos="0.03 0 -0.06"'
 _TIE = "<joint joint1='{0}_ankle_roll' joint2='{0}_hip_roll' polycoef='{1} -0.8 0 0 0'/>"
-
-
-@functools.cache
-def plain_mjcf():
-    """The biped in MJCF."""
-    return mjcf_text(read_source(urdf_text(biped13())).model(), foot_geom=FOOT)
 
 
 def mjcf(left=0.0, right=0.0):
@@ -345,3 +337,104 @@ def test_what_follows_without_mass_stays_out():
     told = said(robot, "ties")
     assert len(told) == 2
     assert all("but is locked: it moves no mass" in text for text in told)
+
+
+BENT = "bent elbows and shanks"
+
+
+def test_mujoco_finds_bends_kept_as_the_file_says():
+    """Its own model of the file: no residual of the equalities, no rate across them."""
+
+    def refs(root):  # the polynomial is of the distances from these
+        for side, sign in (("left", 1.0), ("right", -1.0)):
+            root.find(f".//joint[@name='{side}_ankle_roll']").set("ref", repr(0.05 * sign))
+            root.find(f".//joint[@name='{side}_shank_twist']").set("ref", repr(-0.1 * sign))
+
+    text = edited(bent().replace("0.02 0.4", "0.0 0.4"), refs)
+    robot = Robot.from_urdf(text, moving=("arms", "waist"))
+    model = mujoco.MjModel.from_xml_string(text)
+    data, coupling = mujoco.MjData(model), robot.coupling
+    rng = np.random.default_rng(3)
+    z, dz = rng.uniform(-0.4, 0.4, (2, len(robot.joint_names)))
+    motion = coupling.motion(np.stack([z, dz, np.zeros(len(z))])[:, None])
+    joints = [model.joint(name) for name in coupling.names]
+    data.qpos[[int(j.qposadr[0]) for j in joints]] = motion.of_all[0, 0]
+    dofs = [int(j.dofadr[0]) for j in joints]
+    data.qvel[dofs] = motion.of_all[1, 0]
+    mujoco.mj_forward(model, data)
+    held = data.efc_type == mujoco.mjtConstraint.mjCNSTR_EQUALITY
+    assert held.sum() == 4
+    assert np.abs(data.efc_pos[held]).max() < 1e-14
+    J = data.efc_J.reshape(-1, model.nv)[held]
+    assert np.abs(J[:, dofs] @ coupling.at(z).matrix).max() < 1e-14
+    assert np.abs(J).max() > 1.0
+    # what an instant later the rates still keep: the acceleration of those that follow is exact
+    h, ddq = 1e-5, motion.of_all[2, 0]
+    rates = [coupling.at(z + s * h * dz).rates(dz) for s in (-1.0, 1.0)]
+    np.testing.assert_allclose((rates[1] - rates[0]) / (2.0 * h), ddq, atol=1e-8)
+    assert np.abs(ddq).max() > 1e-2
+
+
+def test_bends_pass_their_limits_on():
+    """By ranges inverted, and by the steepest slope between them."""
+    coupling = couple(("a", "b"), {"b": Tie.of("b", "a", (0.1, 1.0, 0.5))}, np.eye(2))
+    raw = JointLimits(
+        torque=np.array([np.inf, 12.0]),
+        speed=np.array([9.0, 6.0]),
+        lower=np.array([-0.5, -np.inf]),
+        upper=np.array([2.0, 1.6]),
+    )
+    found = coupling.limits(raw)
+    assert found.range(0) == pytest.approx((-0.5, 1.0))  # 0.1 + 1 + 0.5 = 1.6
+    assert found.speed[0] == pytest.approx(6.0 / 2.0)  # slope 1 + z, at most 2
+    assert coupling.complete(raw)[0] == pytest.approx(12.0 * 0.5)  # at least 0.5
+    assert coupling.reach(1, found) == pytest.approx((0.1 - 0.5 + 0.125, 1.6))
+    z = np.zeros(1)
+    coupling.put(z, 1, 0.725, found)
+    assert z[0] == pytest.approx(0.5)
+    coupling.put(z, 1, 7.0, found)  # as near as the range allows
+    assert z[0] == pytest.approx(1.0)
+
+
+def test_a_bend_that_turns_back_is_refused_and_the_advice_works():
+    parts = [
+        equality(f"{side}_ankle_pitch", f"{side}_knee", (-0.3, -0.45, 0.06, -0.02, 0.01))
+        for side in ("left", "right")
+    ]
+    text = edited(plain_mjcf(), added(".", f"<equality>{''.join(parts)}</equality>"))
+    with pytest.raises(RobotError, match="turns back where that one is at") as caught:
+        Robot.from_urdf(text)
+    told = re.search(r"back where that one is at (\S+) rad, .* give '(\w+)'", str(caught.value))
+    assert told.group(2) == "right_knee"
+    most = float(told.group(1)) - 0.01
+    narrow = [at(f".//joint[@name='{s}_knee']", range=f"0 {most}") for s in ("left", "right")]
+    assert len(Robot.from_urdf(edited(text, together(*narrow))).joint_names) == 10
+    assert len(Robot.from_urdf(text, choices=ImportOptions(without=("ties",))).joint_names) == 12
+
+
+def test_bends_of_both_legs_are_mirror_images():
+    text = bent().replace("0.4 0.12", "0.4 0.13")
+    image = r"but in a mirror .*_shank_twist. follows .* 0.02 \+0.4 q \+0.12 q\^2 -0.1 q\^3"
+    with pytest.raises(RobotError, match=image):
+        Robot.from_urdf(text, moving=("arms", "waist"))
+
+
+def test_a_bend_through_others_has_at_most_the_fourth_power():
+    square = Tie.of("a", "b", (0.0, 1.0, 0.5))
+    found, faults = resolved({"a": square, "b": Tie.of("b", "c", (0.1, 1.0, 0.2))})
+    assert faults == {}
+    inner = 0.1 + 0.3 + 0.2 * 0.3**2
+    assert found["a"].at(0.3) == pytest.approx(inner + 0.5 * inner**2)
+    cubic = Tie.of("b", "c", (0.0, 1.0, 0.0, 0.2))
+    assert "with power 6; allowed is 4" in resolved({"a": square, "b": cubic})[1]["a"]
+    line = {f"j{k}": Tie.of(f"j{k}", f"j{k + 1}", (0.0, 1.0, 0.5)) for k in range(30)}
+    assert len(resolved(line)[1]) == 28  # and no number of powers that grows without end
+
+
+def test_the_normal_form_keeps_bends():
+    robot = tied(BENT)
+    again = Robot.from_urdf(robot.urdf, choices=robot.choices)
+    np.testing.assert_array_equal(again.coupling.coefficients, robot.coupling.coefficients)
+    assert again.urdf == robot.urdf
+    (told, *_) = said(robot, "ties")
+    assert "where that one is at q, it is at" in told

@@ -64,7 +64,7 @@ def joint_limits(
     mirror: Array,
     unequal: str = "refuse",
     right: NDArray[np.bool_] | None = None,
-    complete: Callable[[Array], Array] = lambda torque: torque,
+    complete: Callable[[JointLimits], Array] = lambda limits: limits.torque,
 ) -> tuple[JointLimits, list[Finding], list[str]]:
     """Read the limits of the joints that move.
 
@@ -83,11 +83,12 @@ def joint_limits(
     names = tuple(str(model.names[j]) for j in joints)
     rows, angles = ([getattr(model.joints[j], i) for j in joints] for i in ("idx_v", "idx_q"))
     raw = JointLimits(
-        torque=complete(np.array(model.effortLimit)[rows]),
+        torque=np.array(model.effortLimit)[rows],
         speed=np.array(model.velocityLimit)[rows],
         lower=np.array(model.lowerPositionLimit)[angles],
         upper=np.array(model.upperPositionLimit)[angles],
     )
+    raw = replace(raw, torque=complete(raw))
     limits, findings, faults = _without_placeholders(raw, names)
     keep = None
     if unequal in ("right", "left") and right is not None:

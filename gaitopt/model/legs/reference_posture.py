@@ -195,7 +195,7 @@ def followed(
     for name, tie in ties.items():
         joint = model.joints[model.getJointId(name)]
         angle, where = (_angle(model, q, joint_name) for joint_name in (name, tie.master))
-        follows = tie.multiplier * where + tie.offset
+        follows = tie.at(where)
         if name in given and abs(angle - follows) > _TIED:
             apart[name] = (
                 f"joint '{name}' is put at {angle:.4g} rad, but it follows '{tie.master}' at "
