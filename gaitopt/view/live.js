@@ -1,7 +1,7 @@
 const sliders = document.getElementById("sliders"), told = document.getElementById("told");
 const socket = new WebSocket(location.href.replace(/^http/, "ws").replace(/[#?].*/, "") + "socket");
 const RESTS = 250;  // ms after which a slider that was moved is at rest
-const asked = new Map(), live = { number: 0, seen: 0, delays: [], viewer, seek };
+const asked = new Map(), live = { number: 0, seen: 0, delays: [], viewer, seek, curves };
 let touched = -Infinity;
 window.gaitoptLive = live;  // for whoever wants to know how fast it is, and what it shows
 function wishes() {
@@ -32,6 +32,7 @@ function say(words) {
   }
 }
 function walk(message) {  // its curves at once; the picture and the tables follow
+  live.shown = message.number;
   curves.replace(message.curves);
   say(message.words);
   document.body.classList.add("behind");

@@ -36,18 +36,23 @@ class Page:
     def __init__(self, socket):
         self._socket, self._count = socket, 0
 
-    async def value(self, expression):
-        """The value of a script, awaited if it is a promise."""
+    async def call(self, method, **params):
+        """The result of a DevTools method."""
         self._count += 1
-        params = {"expression": expression, "returnByValue": True, "awaitPromise": True}
-        request = {"id": self._count, "method": "Runtime.evaluate", "params": params}
+        request = {"id": self._count, "method": method, "params": params}
         await self._socket.write_message(json.dumps(request))
         while True:
             answer = json.loads(await asyncio.wait_for(self._socket.read_message(), PATIENCE))
             if answer.get("id") == self._count:
-                result = answer["result"]
-                assert "exceptionDetails" not in result, result
-                return result["result"].get("value")
+                return answer["result"]
+
+    async def value(self, expression):
+        """The value of a script, awaited if it is a promise."""
+        result = await self.call(
+            "Runtime.evaluate", expression=expression, returnByValue=True, awaitPromise=True
+        )
+        assert "exceptionDetails" not in result, result
+        return result["result"].get("value")
 
     async def wait_for(self, expression, patience=PATIENCE):
         """The value of a script as soon as it is true."""
