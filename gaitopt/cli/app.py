@@ -413,6 +413,13 @@ class SimulateOptions:
     output: Path | None = entry(
         None, "Directory to write summary.json to.", short="-o", metavar="DIR"
     )
+    page: Path | None = entry(
+        None, "Page to write: the walk beside the designed one, with the pushes of --thorough.",
+        metavar="FILE",
+    )  # fmt: skip
+    video: Path | None = entry(
+        None, "The same as a film, .mp4, .webm or .gif; needs ffmpeg.", metavar="FILE"
+    )
     quiet: bool = entry(False, _QUIET, short="-q")
 
 
@@ -423,7 +430,7 @@ def simulate(options: SimulateOptions) -> None:
 
     work.run(
         options.gait, options.steps, options.controller, options.friction, options.thorough,
-        options.output, options.quiet,
+        options.output, options.page, options.video, options.quiet,
     )  # fmt: skip
 
 

@@ -28,7 +28,7 @@ from gaitopt.model.robot import Robot
 from gaitopt.view.animation import Scene, build_scene
 from gaitopt.view.curves import curves
 from gaitopt.view.live_server import Message, Slider, serve
-from gaitopt.view.page import details, film, headline, page_of
+from gaitopt.view.page import details, film, gait_page, headline
 from gaitopt.view.viewer import LOCAL, Recorder, is_local, meshcat, page_file
 
 STEPS = 2  # that the page shows; every answer carries them
@@ -92,7 +92,7 @@ class LiveWalk:
         scene = build_scene(meshcat.Visualizer(window=recorder), gait, STEPS)
         self._scene = scene
         extra = {"@SLIDERS@": self._form(), "@WIRE@": page_file("live.js")}
-        return page_of(gait, scene, recorder.text(), STEPS, extra)
+        return gait_page(gait, scene, recorder.text(), STEPS, extra)
 
     def answers(self, settings: Mapping[str, float], stop: Callable[[], bool]) -> Iterator[Message]:
         """Yield the walk, or why there is none; then its certificate, or settings that walk."""

@@ -17,6 +17,7 @@ from gaitopt.cli.display import ABSENT, new_table, screen, warn
 from gaitopt.cli.process import ExitCode
 from gaitopt.cli.report import print_findings_of
 from gaitopt.cli.results import SUMMARY, make_directory, require_writable
+from gaitopt.cli.simulated import FRAMES, replays, require_views, write_views
 from gaitopt.design.summary import summarise
 from gaitopt.design.walkability import WeakPoint, weak_points
 from gaitopt.errors import InputError
@@ -46,6 +47,8 @@ def run(
     friction: float,
     thorough: bool,
     output: Path | None,
+    page: Path | None,
+    video: Path | None,
     quiet: bool,
 ) -> None:
     """Walk a gait, print the report, write its numbers.
@@ -57,6 +60,7 @@ def run(
         friction: coefficient of the ground.
         thorough: whether to try all disturbances, not four of them.
         output: directory for the numbers as JSON, if any.
+        page, video: files that show the walk beside the designed one, if any.
         quiet: whether to print errors only.
 
     Raises:
@@ -66,6 +70,7 @@ def run(
     """
     if output is not None:
         require_writable(output)
+    require_views(page, video)
     if controller not in CONTROLLERS:
         raise InputError(
             f"--controller {controller} is unknown; choose one of {', '.join(CONTROLLERS)}"
@@ -74,7 +79,9 @@ def run(
         raise InputError(f"--friction {friction:g}: it must be above 0")
     gait = load_gait(path)
     print_findings_of(screen(stderr=True), gait)
-    options = WalkOptions(steps=steps, contact=ContactOptions(friction=friction))
+    seen = page is not None or video is not None
+    contact = ContactOptions(friction=friction)
+    options = WalkOptions(steps=steps, contact=contact, frames=FRAMES if seen else 0.0)
     make = CONTROLLERS[controller]()
     walk = simulate(gait, options, make)
     engine, points = second_engine(gait), weak_points(gait)
@@ -97,6 +104,10 @@ def run(
         _print_report(report)
         if output is not None:
             typer.echo(f"wrote {output / SUMMARY}")
+    if seen:
+        for path in write_views(gait, replays(gait, walk, tried), _tables(report), page, video):
+            if not quiet:
+                typer.echo(f"wrote {path}")
     if not walk.walked or not engine.agrees:
         raise typer.Exit(ExitCode.NOT_CERTIFIED)
 
@@ -240,13 +251,20 @@ def _checked_record(one: Checked, points: tuple[WeakPoint, ...]) -> dict[str, ob
     return record
 
 
+def _tables(report: Report) -> list[Table]:
+    """Return everything that was measured."""
+    found = [_table(report.gait, report.walk, report.options)]
+    if report.tried is not None:
+        found.append(_battery_table(report.tried, report.walk.designed_cost))
+    if report.orbit is not None:
+        found.append(_stability_table(report.orbit))
+    return found
+
+
 def _print_report(report: Report) -> None:
     walk, points, out = report.walk, report.points, screen()
-    out.print(_table(report.gait, walk, report.options))
-    if report.tried is not None:
-        out.print(_battery_table(report.tried, walk.designed_cost))
-    if report.orbit is not None:
-        out.print(_stability_table(report.orbit))
+    for table in _tables(report):
+        out.print(table)
     out.print(f"second engine: {report.engine}", soft_wrap=True)
     out.print(
         f"controller {report.controller}; {walk.simulated:.1f} s simulated in {walk.seconds:.1f} s",

@@ -117,6 +117,16 @@ class SimulatedRobot:
         q[self.tied[0]] = configuration[7 + self.body.tied]
         return q
 
+    def configuration(self, qpos: Array) -> Array:
+        """Return configurations (N, 7 + M) of `Multibody.model` of rows `qpos` (N, 7 + n)."""
+        body = self.body
+        found = np.empty((len(qpos), 7 + len(body.joint_names)))
+        found[:, :3], found[:, 3:6], found[:, 6] = qpos[:, :3], qpos[:, 4:7], qpos[:, 3]
+        found[:, 7:] = body.posture
+        found[:, 7 + body.moving] = qpos[:, self.qpos]
+        found[:, 7 + body.tied] = qpos[:, self.tied[0]]
+        return found
+
     def velocity(self, configuration: Array, velocity: Array) -> Array:
         """Return `qvel` of a configuration and a velocity of `Multibody.model`, shape (6 + n,).
 

@@ -48,6 +48,10 @@ _GROUND_SIZE = 20.0  # m, square
 _GRID = 0.5  # m between the lines on the ground
 _GROUND, _LINE, _FOOTPRINT = 0xEDF0F2, 0xC9D1D8, 0x9DB4C8
 _COP, _FORCE = 0xB00020, 0xE07A10
+PUSH = "#8b3fc0"
+_GAP = 1.2  # between two robots, in heights of the hips
+_PUSH_LENGTH = 0.7  # of its arrow, in heights of the hips
+PUSH_SEEN = 0.4  # s for which it is shown; the push itself is over at once
 
 
 class Animation:
@@ -70,13 +74,24 @@ class Animation:
         """Scale a node by factors (N, 3) along its axes."""
         self._key(node, "scale", "vector3", times, scales)
 
-    def show(self, viewer: meshcat.Visualizer, repetitions: int = 1_000_000) -> None:
-        """Hand the motion to the viewer, which plays it over and over."""
+    def show(
+        self, viewer: meshcat.Visualizer, repetitions: int = 1_000_000, whole: bool = True
+    ) -> None:
+        """Hand the motion to the viewer, which plays it over and over.
+
+        Args:
+            viewer: that shows the nodes.
+            repetitions: of the film.
+            whole: False for its ends alone, where `record` gives the page the rest.
+        """
         # one frame is one second, so that key times are times
-        film, times = animation.Animation(default_framerate=1), self._times.tolist()
+        film = animation.Animation(default_framerate=1)
+        last = len(self._times) - 1
+        rows = np.arange(last + 1) if whole else np.unique([0, last])
+        times = self._times[rows].tolist()
         for path, tracks in self._tracks.items():
             film.clips[path] = animation.AnimationClip(
-                {prop: animation.AnimationTrack(prop, kind, times, values.tolist())
+                {prop: animation.AnimationTrack(prop, kind, times, values[rows].tolist())
                  for prop, (kind, values) in tracks.items()}, fps=1,
             )  # fmt: skip
         viewer.set_animation(film, play=True, repetitions=repetitions)
@@ -97,19 +112,52 @@ class Animation:
 
 
 @dataclass(frozen=True)
+class ShownPush:
+    """A push at the pelvis, midway between the hips.
+
+    Attributes:
+        begins: [s].
+        impulse: in the world [N·s].
+    """
+
+    begins: float
+    impulse: tuple[float, float, float]
+
+
+@dataclass(frozen=True, eq=False)
+class Replay:
+    """A walk that went otherwise than designed, as one that was simulated.
+
+    Attributes:
+        name: what it is, "undisturbed".
+        ending: what came of it, "walked all steps".
+        time: of its postures, increasing [s], shape (N,).
+        configuration: of the gait's body in the world of its trajectory, shape (N, 7 + M).
+        pushes: that it was given.
+    """
+
+    name: str
+    ending: str
+    time: Array
+    configuration: Array
+    pushes: tuple[ShownPush, ...] = ()
+
+
+@dataclass(frozen=True)
 class Scene:
     """What was put into a viewer.
 
     Attributes:
         force_scale: metres of arrow for 1 N.
         shapes: what the robot is drawn with.
-        robot: path of the robot's node in the viewer's tree.
+        robots: paths of the robots' nodes in the viewer's tree; the first is drawn, others are to
+            be given its shapes.
         motion: of everything that moves, see `Animation.record`.
     """
 
     force_scale: float
     shapes: RobotShapes
-    robot: tuple[str, ...]
+    robots: tuple[tuple[str, ...], ...]
     motion: dict[str, object]
 
 
@@ -160,36 +208,86 @@ def build_scene(
         InputError: steps < 1.
         RobotError: the robot cannot be drawn.
     """
-    moves, samples, body = Animation(), frames(gait, steps), gait.trajectory.body
+    samples = frames(gait, steps)
+    return _scene(viewer, gait, (samples, _key_times(samples)), steps, package_dirs, drawn, None)
+
+
+def build_beside(
+    viewer: meshcat.Visualizer,
+    gait: Gait,
+    other: Replay,
+    steps: int,
+    package_dirs: tuple[str, ...] = (),
+    drawn: RobotShapes | None = None,
+) -> Scene:
+    """Put two robots into a viewer: one that walked otherwise, and to its left as designed.
+
+    The film is left to `Scene.motion`, whose tracks are the same for every other walk.
+
+    Args:
+        viewer: an empty one.
+        gait: one step, as designed.
+        other: the other walk.
+        steps: of the longest walk that is shown: of stairs, and of footprints.
+        package_dirs: where to look for meshes.
+        drawn: as for `build_scene`.
+
+    Raises:
+        RobotError: the robot cannot be drawn.
+    """
+    samples = gait.trajectory.at(other.time)
+    return _scene(viewer, gait, (samples, other.time), steps, package_dirs, drawn, other)
+
+
+def _scene(
+    viewer: meshcat.Visualizer,
+    gait: Gait,
+    walk: tuple[TrajectorySamples, Array],
+    steps: int,
+    package_dirs: tuple[str, ...],
+    drawn: RobotShapes | None,
+    other: Replay | None,
+) -> Scene:
+    """Put one robot, or two, into a viewer; the walk is its samples and the times of the frames."""
+    (samples, times), moves, body = walk, Animation(), gait.trajectory.body
     new = drawn is None
     shapes = robot_shapes(gait, package_dirs) if drawn is None else drawn
-    times = _key_times(samples)
     hips = hip_height(body, samples)
     force_scale = _force_scale(gait, hips)
     if new:
         _prepare(viewer, hips)
     viewer[_WORLD].set_transform(_turn(upright(body.gravity)))
     world = viewer[_WORLD]["along"]  # x runs along the ground, on a slope too
-    ground = ground_of(gait)
+    ground, gap = ground_of(gait), 0.0 if other is None else _GAP * hips
     if ground.shaped:
-        _draw_profile(world["ground"], ground, gait.step_length, steps)
+        _draw_profile(world["ground"], ground, gait.step_length, steps, gap)
     elif new:
         _draw_ground(world["ground"])
-    _draw_footprints(world["footprints"], gait, samples, new)
-    robot = world["robot"]
-    draw_robot(robot, moves, body, shapes, samples.configuration, times, new)
+    lane = world if other is None else world["designed"]
+    lane_of_other = [] if other is None else [world["robot"]]
+    if other is not None and new:
+        lane.set_transform(_shift([0.0, gap, 0.0]))
+    _draw_footprints(lane["footprints"], gait, steps, new)
+    if other is not None:
+        _draw_footprints(world["footprints"], gait, steps, new)
+        draw_robot(world["robot"], moves, body, shapes, other.configuration, times, new)
+        _draw_pushes(world["push"], moves, body, other, hips, new)
+    robot, first = lane["robot"], new and other is None
+    draw_robot(robot, moves, body, shapes, samples.configuration, times, first)
+    walked = samples, times
     for index, phase in enumerate(gait.phases):
-        node, walk = world[f"standing_sole/{index}"], (samples, times)
-        _draw_standing_sole(node, moves, body, walk, (index, phase.contact), samples.standing, new)
+        node, contact = lane[f"standing_sole/{index}"], (index, phase.contact)
+        _draw_standing_sole(node, moves, body, walked, contact, samples.standing, new)
         if phase.contact == BOTH_FEET:
-            node, other = world[f"front_sole/{index}"], 1 - samples.standing
-            _draw_standing_sole(node, moves, body, walk, (index, phase.contact), other, new)
-    _draw_force(world["ground_force"], moves, samples, times, force_scale, new)
-    _follow(world, moves, samples, times, TARGET_HEIGHT * hips)
+            node, front = lane[f"front_sole/{index}"], 1 - samples.standing
+            _draw_standing_sole(node, moves, body, walked, contact, front, new)
+    _draw_force(lane["ground_force"], moves, samples, times, force_scale, new)
+    _follow(world, moves, samples, times, (0.5 * gap, TARGET_HEIGHT * hips))
     if new:
-        moves.show(viewer)
-    path = tuple(robot.path.lower().strip("/").split("/"))
-    return Scene(force_scale, shapes, path, moves.record())
+        moves.show(viewer, whole=other is None)
+    robots = [*lane_of_other, robot]
+    paths = tuple(tuple(one.path.lower().strip("/").split("/")) for one in robots)
+    return Scene(force_scale, shapes, paths, moves.record())
 
 
 def draw_robot(
@@ -276,7 +374,9 @@ def _draw_ground(node: meshcat.Visualizer) -> None:
     node["grid"].set_object(geometry.LineSegments(points, material))
 
 
-def _draw_profile(node: meshcat.Visualizer, ground: Ground, step: float, steps: int) -> None:
+def _draw_profile(
+    node: meshcat.Visualizer, ground: Ground, step: float, steps: int, beside: float
+) -> None:
     """Draw a block for the ground of each step, of those that the walk does not reach too.
 
     Args:
@@ -284,6 +384,7 @@ def _draw_profile(node: meshcat.Visualizer, ground: Ground, step: float, steps: 
         ground: no plane.
         step: length of a step [m].
         steps: of the walk.
+        beside: by how much wider it is to the left [m].
     """
     numbers = range(-_MORE_STEPS, steps + _MORE_STEPS + 1)
     heights = ground.outline[:, 1]
@@ -291,13 +392,15 @@ def _draw_profile(node: meshcat.Visualizer, ground: Ground, step: float, steps: 
     for number in numbers:
         block = node[f"step_{number - numbers[0]}"]
         block.set_object(
-            _block(ground, number, step, bottom),
+            _block(ground, number, step, bottom, beside),
             geometry.MeshLambertMaterial(color=_BLOCKS[number % len(_BLOCKS)]),
         )
         block.set_property("renderOrder", -2)  # before the footprints
 
 
-def _block(ground: Ground, number: int, step: float, bottom: float) -> geometry.Geometry:
+def _block(
+    ground: Ground, number: int, step: float, bottom: float, beside: float
+) -> geometry.Geometry:
     """Return the ground of one step from its outline down to a height [m].
 
     It ends where that of the next step begins, or at its own edge.
@@ -308,7 +411,7 @@ def _block(ground: Ground, number: int, step: float, bottom: float) -> geometry.
         x, z = np.append(x, ahead), np.append(z, height)
     rings = np.empty((len(x), 4, 3))  # left and right at the top, right and left at the bottom
     rings[:, :, 0] = x[:, None]
-    rings[:, :, 1] = np.array([0.5, -0.5, -0.5, 0.5]) * _WIDTH
+    rings[:, :, 1] = np.array([0.5, -0.5, -0.5, 0.5]) * _WIDTH + np.array([beside, 0, 0, beside])
     rings[:, :2, 2], rings[:, 2:, 2] = z[:, None] - _UNDER, bottom
     near, far = rings[:-1], rings[1:]
     other, beyond = np.roll(near, -1, axis=1), np.roll(far, -1, axis=1)
@@ -329,14 +432,11 @@ def _painted(
     return kind(color=colour, depthWrite=False)
 
 
-def _draw_footprints(
-    node: meshcat.Visualizer, gait: Gait, samples: TrajectorySamples, new: bool
-) -> None:
+def _draw_footprints(node: meshcat.Visualizer, gait: Gait, steps: int, new: bool) -> None:
     body, trajectory = gait.trajectory.body, gait.trajectory
-    firsts = np.flatnonzero(np.diff(samples.step, prepend=-1))
-    for number in range(len(firsts)):
+    standing = trajectory.at((np.arange(steps) + 1e-6) * gait.duration).standing
+    for number, foot in enumerate(standing):
         place = trajectory.advance(number).homogeneous
-        foot = int(samples.standing[firsts[number]])
         print_ = node[str(number)]
         if new:
             size = [*np.ptp(body.sole_corners[foot], axis=0)[:2], _PRINT]
@@ -427,6 +527,29 @@ def move_arrow(
     moves.place(node["head"], times, np.outer(length, [0.0, 0.0, 1.0]))
 
 
+def _draw_pushes(
+    node: meshcat.Visualizer,
+    moves: Animation,
+    body: Multibody,
+    walk: Replay,
+    hips: float,
+    new: bool,
+) -> None:
+    """Draw the pushes of a walk: an arrow that ends where one acts, for long enough to be seen."""
+    if new:
+        draw_arrow(node, int(PUSH.lstrip("#"), 16))
+    places = body.placements(walk.configuration)[..., :3, 3]
+    middle = places[:, [body.leg(foot)[-1] + 1 for foot in (0, 1)]].mean(axis=1)
+    along = np.tile([0.0, 0.0, 1e-6], (len(walk.time), 1))
+    for push in walk.pushes:
+        seen = (walk.time >= push.begins) & (walk.time <= push.begins + PUSH_SEEN)
+        size = float(np.linalg.norm(push.impulse))
+        along[seen] = np.array(push.impulse) * (_PUSH_LENGTH * hips / size if size > 0.0 else 0.0)
+    move_arrow(node, moves, walk.time, middle - along, along)
+    shown = np.where(np.linalg.norm(along, axis=1) > 1e-3, 1.0, _HIDDEN)
+    moves.stretch(node, walk.time, np.tile(shown[:, None], (1, 3)))
+
+
 def pressure(samples: TrajectorySamples) -> Array:
     """Return the centre of pressure in the world [m], shape (N, 3): of all feet that stand."""
     local = np.where(samples.contact[..., None], samples.pressure, 0.0)[..., None]
@@ -449,15 +572,22 @@ def _follow(
     moves: Animation,
     samples: TrajectorySamples,
     times: Array,
-    height: float,
+    target: tuple[float, float],
 ) -> None:
-    """Move the world back at the mean walking speed, so that the robot stays in the picture."""
+    """Move the world back at the mean walking speed, so that the robot stays in the picture.
+
+    Args:
+        world: its node.
+        moves: collects the motion.
+        samples, times: of the walk, and of the frames [s].
+        target: what the camera looks at: to the left of the robot's path, above the ground [m].
+    """
     root = samples.base_position[:, :2]
     share = samples.time / samples.time[-1]
     x = root[0, 0] + share * (root[-1, 0] - root[0, 0])
-    y = np.full_like(x, root[:, 1].mean())
+    y = np.full_like(x, root[:, 1].mean() + target[0])
     climb = samples.base_position[-1, 2] - samples.base_position[0, 2]  # a whole walk's, as x
-    z = height + share * (climb if abs(climb) > _LEVEL else 0.0)
+    z = target[1] + share * (climb if abs(climb) > _LEVEL else 0.0)
     path = np.column_stack([x, y, z])
     world.set_transform(_shift(-path[0]))
     moves.place(world, times, -path)

@@ -7,7 +7,7 @@ function measure() {  // once for each posture to be shown
   viewer.controls.update();  // look at the robot
   viewer.scene.updateMatrixWorld(true);
   camera.updateMatrixWorld(true);
-  viewer.scene_tree.find(ROBOT).object.traverse(part => {
+  for (const robot of ROBOTS) viewer.scene_tree.find(robot).object.traverse(part => {
     if (!part.geometry) return;
     if (!part.geometry.boundingBox) part.geometry.computeBoundingBox();
     const box = part.geometry.boundingBox;

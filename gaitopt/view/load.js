@@ -31,6 +31,20 @@ function move(viewer, motion) {  // as another film of the same nodes; nothing i
   animator.duration = end;
   animator.time_scrubber.max(end);
 }
+function copy(viewer, from, to) {  // pale shapes of a robot for nodes that are moved already
+  const paint = material => Object.assign(material.clone(), { transparent: true, opacity: 0.35 });
+  for (const [name, node] of Object.entries(viewer.scene_tree.find(from).children)) {
+    const target = viewer.scene_tree.find([...to, name]).object;
+    for (const child of node.object.children) {
+      const twin = child.clone();
+      twin.traverse(part => {
+        if (part.material) part.material = Array.isArray(part.material)
+          ? part.material.map(paint) : paint(part.material);
+      });
+      target.add(twin);
+    }
+  }
+}
 // Show what has moved, as often as the machine can: software renderers take all of it for a picture.
 const SLOW = 40, REST = 0.5, HELD = 6;  // ms of a picture; rests after one, in its times
 function run(viewer) {

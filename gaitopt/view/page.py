@@ -62,26 +62,34 @@ def page_text(gait: Gait, steps: int = DEFAULT_STEPS, package_dirs: tuple[str, .
     """
     recorder = Recorder()
     scene = build_scene(meshcat.Visualizer(window=recorder), gait, steps, package_dirs)
-    return page_of(gait, scene, recorder.text(), steps)
+    return gait_page(gait, scene, recorder.text(), steps)
+
+
+def gait_page(
+    gait: Gait, scene: Scene, commands: str, steps: int, extra: Mapping[str, str] | None = None
+) -> str:
+    """Return the text of the page of a gait in a scene; arguments as of `page_of`."""
+    data = {**film(gait, scene, steps), "curves": curves(gait)}
+    return page_of({**headline(gait), **details(gait, scene)}, data, commands, extra)
 
 
 def page_of(
-    gait: Gait, scene: Scene, commands: str, steps: int, extra: Mapping[str, str] | None = None
+    words: Mapping[str, str],
+    data: Mapping[str, object],
+    commands: str,
+    extra: Mapping[str, str] | None = None,
 ) -> str:
-    """Return the text of the page of a scene.
+    """Return the text of a page.
 
     Args:
-        gait: one step.
-        scene: what is drawn.
-        commands: that draw it, packed.
-        steps: that it shows.
+        words: HTML by name of its place, see `headline` and `details`.
+        data: of the film, and `curves`.
+        commands: that draw the scene, packed.
         extra: more parts of the page, by their marks.
     """
-    words = {f"@{k.upper()}@": v for k, v in (headline(gait) | details(gait, scene)).items()}
-    data = {**film(gait, scene, steps), "curves": curves(gait)}
     parts = {
-        **words,
-        "@DATA@": _script(data),
+        **{f"@{name.upper()}@": text for name, text in words.items()},
+        "@DATA@": data_text(data).replace("<", "\\u003c"),  # ends no script
         "@LOAD@": page_file("load.js"),
         "@CHART@": page_file("chart.js"),
         "@FIT@": page_file("fit.js"),
@@ -125,13 +133,8 @@ def film(gait: Gait, scene: Scene, steps: int) -> dict[str, object]:
         "step": gait.duration,
         "phases": _phases(gait),
         "feet": _feet(gait),
-        "robot": scene.robot,
+        "robots": scene.robots,
     }
-
-
-def _script(data: object) -> str:
-    """Return data as JSON that ends no script."""
-    return data_text(data).replace("<", "\\u003c")
 
 
 def _sections(gait: Gait) -> Iterator[Section]:

@@ -1,0 +1,17 @@
+const choices = [...document.querySelectorAll("#replays button")];
+function choose(index) {  // the posture at the same time, as far as there is one
+  const film = data.films[index], { time, playing } = animator;
+  move(viewer, film.motion);
+  data.duration = film.duration;
+  stand();
+  curves.replace(film.curves);
+  for (const [name, text] of Object.entries(film.words)) {
+    document.getElementById(name).innerHTML = text;
+  }
+  choices.forEach((button, k) => button.classList.toggle("on", k === index));
+  choices.forEach((button, k) => button.setAttribute("aria-pressed", k === index));
+  seek(time);
+  setPlaying(playing);
+}
+choices.forEach((button, k) => { button.onclick = () => { choose(k); button.blur(); }; });
+if (choices.length) choose(0);
