@@ -54,7 +54,7 @@ from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array
 from gaitopt.solvers import Solver, solver_by_name
 from gaitopt.solvers.sqp import SQP
-from gaitopt.solvers.two_stage import CONFIRMING_SOLVER, TwoStageSQP
+from gaitopt.solvers.two_stage import CONFIRMING_SOLVER, ConfirmedSQP, TwoStageSQP
 from gaitopt.units import read_quantity
 
 ROBOTS = ("robot", "spec", "urdf")
@@ -391,7 +391,7 @@ def make_solver(settings: Settings) -> Solver:
     name = str(settings.get("solver", "default"))
     keys = ("tolerance", "max_iterations", "qp_solver")
     options = {key: settings[key] for key in keys if key in settings}
-    if name not in ("default", TwoStageSQP.name):
+    if name not in ("default", ConfirmedSQP.name, TwoStageSQP.name):
         return solver_by_name(name, **options)
     # both stages aim at the same tolerance; the other options are those of the first
     both = {key: value for key, value in options.items() if key == "tolerance"}

@@ -15,6 +15,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 
 _TRIM_THRESHOLD, _MMAP_THRESHOLD = -1, -3  # parameters of glibc's mallopt
+_THREADS = "OPENBLAS_NUM_THREADS"  # read by a BLAS that is loaded later: SciPy brings its own
 _KEPT = 32 * 2**20  # bytes; glibc refuses a larger threshold for mmap
 
 
@@ -26,20 +27,27 @@ def small_matrices() -> Iterator[None]:
     megabyte to the system after every evaluation spends a quarter of the time on page faults; on
     glibc it is told to keep what it has, for the rest of the process.
     """
-    import scipy.optimize  # noqa: F401  its BLAS must be loaded to be limited
     from threadpoolctl import threadpool_limits
 
     _keep_memory()
-    with threadpool_limits(limits=1, user_api="blas"):
-        yield
+    before = os.environ.get(_THREADS)
+    os.environ[_THREADS] = "1"
+    try:
+        with threadpool_limits(limits=1, user_api="blas"):
+            yield
+    finally:
+        if before is None:
+            os.environ.pop(_THREADS, None)
+        else:
+            os.environ[_THREADS] = before
 
 
 def tune_process() -> None:
     """Do what `small_matrices` does for the rest of the process."""
-    import scipy.optimize  # noqa: F401  its BLAS must be loaded to be limited
     from threadpoolctl import threadpool_limits
 
     _keep_memory()
+    os.environ[_THREADS] = "1"
     threadpool_limits(limits=1, user_api="blas")
 
 

@@ -12,10 +12,9 @@ from dataclasses import dataclass, fields
 from operator import attrgetter
 
 import numpy as np
-from scipy.integrate import trapezoid
 
 from gaitopt.actuators.motors import Drive, MotorTable
-from gaitopt.design.summary import joint_groups, pair_name
+from gaitopt.design.summary import joint_groups, pair_name, trapezoid
 from gaitopt.errors import InputError
 from gaitopt.gait.result import Gait
 from gaitopt.nlp import Array
@@ -53,7 +52,7 @@ class MotorLoop:
 
     def mean(self, values: Array) -> float:
         """Return the mean over the stride of values at `time`, shape (N,)."""
-        return float(trapezoid(values, self.time) / self.time[-1])
+        return trapezoid(values, self.time) / float(self.time[-1])
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pinocchio as pin
-from scipy.optimize import least_squares
 
 from gaitopt.contact.mode import Hinge
 from gaitopt.errors import UnreachableError
@@ -212,6 +211,8 @@ def flat_feet_gap(problem: WalkProblem) -> float:
     robot, layout = problem.robot, problem.layout
     if robot.tree.stance >= TWIST and robot.coupling.none:
         return 0.0
+    from scipy.optimize import least_squares  # which takes longer to import than most answers need
+
     support = JointAngleSupport(robot, rise=layout.rise)
     geometry, count = _geometry(problem, 0), len(robot.joint_names)
     fixed_step = not layout.geometry[DURATION].free and problem.task.speed_as == "constraint"

@@ -7,7 +7,7 @@ parts exchanged).
 The cross products are linear in their first factor, so their matrices for a whole stack are one
 product with a constant matrix: on the small stacks met here many times faster than slicing. For the
 same reason there are symmetric matrices without `numpy.triu`, which makes its mask anew at every
-call, and linear systems straight from LAPACK.
+call.
 """
 
 from __future__ import annotations
@@ -16,7 +16,6 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg.lapack import dgesv
 
 from gaitopt.nlp import Array
 
@@ -159,7 +158,4 @@ def solve(matrix: Array, rhs: Array) -> Array:
     Raises:
         numpy.linalg.LinAlgError: the matrix is singular to the last digit.
     """
-    _, _, x, info = dgesv(matrix, rhs)
-    if info != 0:
-        raise np.linalg.LinAlgError("singular matrix")
-    return np.asarray(x, dtype=np.float64)
+    return np.asarray(np.linalg.solve(matrix, rhs), dtype=np.float64)

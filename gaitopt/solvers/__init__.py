@@ -13,10 +13,11 @@ from gaitopt.solvers.slsqp import SLSQP
 from gaitopt.solvers.solver import Solver
 from gaitopt.solvers.sqp import SQP
 from gaitopt.solvers.trust_constr import TrustConstr
-from gaitopt.solvers.two_stage import TwoStageSQP
+from gaitopt.solvers.two_stage import ConfirmedSQP, TwoStageSQP
 
 SOLVERS: dict[str, type[TwoStageSQP | SQP | TrustConstr | SLSQP | Ipopt]] = {
-    "default": TwoStageSQP,
+    "default": ConfirmedSQP,
+    ConfirmedSQP.name: ConfirmedSQP,
     TwoStageSQP.name: TwoStageSQP,
     SQP.name: SQP,
     TrustConstr.name: TrustConstr,
@@ -49,6 +50,7 @@ __all__ = [
     "SLSQP",
     "SOLVERS",
     "SQP",
+    "ConfirmedSQP",
     "FiniteDifferenceNLP",
     "Ipopt",
     "Solver",

@@ -10,6 +10,7 @@ made from these does not depend on how the point was found.
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gaitopt.nlp import NLP, Array, Point, Variables
 from gaitopt.tolerances import ACTIVITY
@@ -28,8 +29,6 @@ def least_squares_multipliers(
     Returns:
         Multipliers of the rows (m,) and of the bounds (n,), signs as in `gaitopt.nlp`.
     """
-    from scipy.optimize import lsq_linear, nnls
-
     m, scale = point.rows.size, nlp.variables.scale
     sides = [
         nlp.rows.upper - point.rows <= activity_tolerance,
@@ -47,11 +46,7 @@ def least_squares_multipliers(
     target = -nlp.cost_scale * point.gradient
     # Columns of equal length make the active-set method immune to badly scaled rows.
     length = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
-    try:
-        size = nnls(columns / length, target)[0]
-    except RuntimeError:  # its iteration limit, reached on degenerate sets
-        size = lsq_linear(columns / length, target, bounds=(0.0, np.inf)).x
-    size = size / length
+    size = nonnegative_least_squares(columns / length, target) / length
     parts = np.split(size, np.cumsum([row_up.size, row_down.size, up.size]))
     multipliers, bound_multipliers = np.zeros(m), np.zeros(point.x.size)
     np.add.at(multipliers, row_up, parts[0])
@@ -59,6 +54,57 @@ def least_squares_multipliers(
     np.add.at(bound_multipliers, up, parts[2])
     np.add.at(bound_multipliers, down, -parts[3])
     return multipliers, bound_multipliers
+
+
+def nonnegative_least_squares(A: Array, b: Array) -> Array:
+    """Return the x >= 0 that minimises | A x - b |_2.
+
+    Lawson & Hanson, "Solving Least Squares Problems" (1974), chapter 23. It begins with all
+    columns, which near a solution are nearly always the ones that count; SciPy's begins with none,
+    and takes longer to import than a gait to be certified.
+
+    Args:
+        A: shape (n, k).
+        b: shape (n,).
+
+    Returns:
+        x, shape (k,).
+    """
+    used = np.ones(A.shape[1], dtype=np.bool_)
+    x, free = np.zeros(used.size), _least_squares(A, b, used)
+    if free.min(initial=0.0) >= 0.0:
+        return free
+    used[:] = False
+    refused = used.copy()  # columns that rounding alone made look useful
+    tolerance = 10.0 * max(A.shape) * np.finfo(np.float64).eps * max(1.0, float(np.abs(b).max()))
+    for _ in range(3 * used.size):
+        gain = np.where(used | refused, -np.inf, A.T @ (b - A @ x))
+        entering = int(gain.argmax())
+        if gain[entering] <= tolerance:
+            return x
+        used[entering] = True
+        free = _least_squares(A, b, used)
+        if free[entering] <= 0.0:
+            used[entering], refused[entering] = False, True
+            continue
+        refused[:] = False
+        while (blocked := used & (free <= 0.0)).any():
+            share = x[blocked] / (x[blocked] - free[blocked])
+            x += share.min() * (free - x)
+            used &= x > tolerance
+            x[~used] = 0.0
+            free = _least_squares(A, b, used)
+        x = free
+    from scipy.optimize import lsq_linear  # an interior method, for sets that go round in circles
+
+    return np.asarray(lsq_linear(A, b, bounds=(0.0, np.inf)).x)
+
+
+def _least_squares(A: Array, b: Array, used: NDArray[np.bool_]) -> Array:
+    """Return the shortest x that minimises | A x - b |_2 with the used columns alone."""
+    x = np.zeros(used.size)
+    x[used] = np.linalg.lstsq(A[:, used], b, rcond=None)[0]
+    return x
 
 
 def one_sided(multipliers: Array, lower: Array, upper: Array) -> Array:

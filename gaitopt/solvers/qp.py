@@ -29,6 +29,7 @@ _OPTIONS: dict[str, dict[str, Any]] = {
     # Its inner iterations cannot be limited: where it fails, more outer ones take minutes.
     "proxqp": {"eps_abs": 1e-9, "eps_rel": 0.0, "max_iter": 30},
 }
+_DAQP_INFINITY = 1e30  # from which on a limit is none
 
 
 @dataclass(frozen=True)
@@ -119,6 +120,28 @@ def _is_definite(P: Array) -> bool:
 
 
 def _ask(program: QuadraticProgram, backend: str) -> QuadraticSolution | None:
+    return _daqp(program) if backend == "daqp" else _through_qpsolvers(program, backend)
+
+
+def _daqp(program: QuadraticProgram) -> QuadraticSolution | None:
+    """Ask DAQP itself: qpsolvers brings SciPy, which takes longer to import than most answers."""
+    import daqp
+
+    n, m = program.q.size, program.h.size
+    upper = np.concatenate([program.upper, program.h])
+    lower = np.concatenate([program.lower, np.full(m, -np.inf)])
+    x, _, flag, info = daqp.solve(
+        np.ascontiguousarray(program.P), program.q, program.G,
+        np.minimum(upper, _DAQP_INFINITY), np.maximum(lower, -_DAQP_INFINITY),
+        np.zeros(n + m, dtype=np.intc), **_OPTIONS["daqp"],
+    )  # fmt: skip
+    if flag <= 0:
+        return None
+    multipliers = np.asarray(info["lam"])
+    return QuadraticSolution(np.asarray(x), np.maximum(multipliers[n:], 0.0), multipliers[:n])
+
+
+def _through_qpsolvers(program: QuadraticProgram, backend: str) -> QuadraticSolution | None:
     import qpsolvers
 
     problem = qpsolvers.Problem(

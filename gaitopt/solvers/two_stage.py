@@ -1,7 +1,9 @@
 """One solver travels, another arrives and signs.
 
-The SQP method reaches the solution in few evaluations; the interior point method, which takes
-another road to it, then starts from there. That it agrees is worth more than either word alone.
+The SQP method reaches the solution in few evaluations; another method, which takes another road to
+it, then starts from there. That it agrees is worth more than either word alone. The other method is
+Newton's, or SciPy's interior point method where it is asked for or Newton's does not agree
+(docs/decisions/confirmation.md).
 """
 
 from __future__ import annotations
@@ -21,6 +23,7 @@ from gaitopt.nlp import (
     kkt_residual,
 )
 from gaitopt.settings import checked
+from gaitopt.solvers.newton import Newton
 from gaitopt.solvers.solver import Solver
 from gaitopt.solvers.sqp import SQP
 from gaitopt.solvers.trust_constr import TrustConstr
@@ -36,7 +39,7 @@ UNCONFIRMED = "sqp (not confirmed by trust-constr)"
 @checked
 @dataclass(frozen=True)
 class TwoStageSQP(Solver):
-    """SQP followed by trust-constr from its answer; the default.
+    """SQP followed by trust-constr from its answer.
 
     The answer is that of the stage with the smaller KKT residual. `Solution.solver` is
     "sqp+trust-constr" when the second stage confirmed the first, else "sqp (not confirmed by
@@ -86,7 +89,7 @@ class TwoStageSQP(Solver):
             None if on_progress is None else lambda record: on_progress(_after(first, record)),
             stop,
         )
-        return self._joined(nlp, first, second)
+        return self._joined(nlp, first, second, TwoStageSQP.name)
 
     @property
     def first_stage(self) -> SQP:
@@ -101,23 +104,35 @@ class TwoStageSQP(Solver):
         """Return the solver with a first stage for starts that are nearly solutions."""
         return replace(self, first=self.first.near_solution())
 
-    def _is_optimal(self, nlp: NLP, solution: Solution) -> bool:
-        """Whether an answer satisfies, judged anew, what both stages ask of theirs."""
-        residual = _residual(nlp, solution)
+    def _is_optimal(self, residual: Residual) -> bool:
+        """Whether an answer, judged anew, satisfies what both stages ask of theirs."""
         return residual.optimality <= min(
             self.first.tolerance, self.second.tolerance
         ) and residual.feasibility <= min(self.first.feasibility, self.second.feasibility)
 
-    def _joined(self, nlp: NLP, first: Solution, second: Solution) -> Solution:
-        """Keep the better answer, with the work of both."""
-        best = min((first, second), key=lambda one: self._rank(nlp, one))
+    def _joined(self, nlp: NLP, first: Solution, second: Solution, name: str) -> Solution:
+        """Keep the better answer, with the work of both.
+
+        Args:
+            nlp: the program.
+            first, second: answers of both stages.
+            name: of the solver if the second confirms the first.
+        """
+        judged = [(one, _residual(nlp, one)) for one in (first, second)]
+        optimal = [self._is_optimal(residual) for _, residual in judged]
+        kept = min((0, 1), key=lambda one: (not optimal[one], judged[one][1].worst))
+        best = judged[kept][0]
         status = best.status
-        if self._is_optimal(nlp, best):
+        if optimal[kept]:
             status = Status.OPTIMAL  # whatever the stage did after it
         elif Status.INTERRUPTED in (first.status, second.status):
             status = Status.INTERRUPTED
         elif status is Status.OPTIMAL:
             status = Status.STALLED
+        difference = nlp.cost_scale * abs(first.cost - second.cost)
+        agree = difference <= AGREEMENT * max(1.0, nlp.cost_scale * abs(first.cost))
+        if not (agree and optimal[1] and optimal[kept]):
+            name = UNCONFIRMED if best is first else "trust-constr (after sqp)"
         return replace(
             best,
             status=status,
@@ -125,21 +140,45 @@ class TwoStageSQP(Solver):
             evaluations=first.evaluations + second.evaluations,
             hessians=first.hessians + second.hessians,
             seconds=first.seconds + second.seconds,
-            solver=self._signature(nlp, first, second, best),
+            solver=name,
             history=first.history + tuple(_after(first, record) for record in second.history),
         )
 
-    def _rank(self, nlp: NLP, solution: Solution) -> tuple[bool, float]:
-        """Order answers: optimal ones first, then by their KKT residual."""
-        return not self._is_optimal(nlp, solution), _residual(nlp, solution).worst
 
-    def _signature(self, nlp: NLP, first: Solution, second: Solution, best: Solution) -> str:
-        """Tell which stage's answer it is, and whether the other one agrees."""
-        difference = nlp.cost_scale * abs(first.cost - second.cost)
-        agree = difference <= AGREEMENT * max(1.0, nlp.cost_scale * abs(first.cost))
-        if agree and all(self._is_optimal(nlp, one) for one in (second, best)):
-            return TwoStageSQP.name
-        return UNCONFIRMED if best is first else "trust-constr (after sqp)"
+@checked
+@dataclass(frozen=True)
+class ConfirmedSQP(TwoStageSQP):
+    """SQP, confirmed by Newton's method, or else by trust-constr; the default.
+
+    `Solution.solver` is "sqp+newton" where Newton's method took a step from the answer of the
+    first and found the same cost and the conditions satisfied; else it is what `TwoStageSQP` says.
+    """
+
+    name: ClassVar[str] = "sqp+newton"
+
+    def confirm(
+        self,
+        nlp: NLP,
+        first: Solution,
+        on_progress: ProgressCallback | None = None,
+        stop: StopCallback | None = None,
+    ) -> Solution:
+        """Run the second stage from an answer of the first; see `TwoStageSQP.confirm`."""
+        if first.status is not Status.OPTIMAL:
+            return super().confirm(nlp, first, on_progress, stop)
+        newton = Newton(
+            tolerance=min(self.first.tolerance, self.second.tolerance),
+            feasibility=min(self.first.feasibility, self.second.feasibility),
+        )
+        told: list[Progress] = []
+        second = newton.solve(nlp, Start(first.x), told.append, stop)
+        joined = self._joined(nlp, first, second, ConfirmedSQP.name)
+        if joined.solver != ConfirmedSQP.name and second.status is not Status.INTERRUPTED:
+            return super().confirm(nlp, first, on_progress, stop)
+        if on_progress is not None:
+            for record in told:
+                on_progress(_after(first, record))
+        return joined
 
 
 def _after(first: Solution, record: Progress) -> Progress:

@@ -20,7 +20,12 @@ from gaitopt.errors import RobotError
 from gaitopt.importers.source import read_source
 from gaitopt.model.feet.foot_shape import foot_points
 from gaitopt.model.feet.sole import Sole
-from gaitopt.model.feet.sole_detection import find_sole, largest_rectangle
+from gaitopt.model.feet.sole_detection import (
+    convex_polygon,
+    find_sole,
+    hull_faces,
+    largest_rectangle,
+)
 from gaitopt.model.import_options import ImportOptions
 
 FOOT = """<robot name='foot'>
@@ -282,6 +287,39 @@ def test_the_rectangle_lies_inside_and_is_the_largest(cloud):
         assert sticks_out.max() < 1e-9
     if max(area, other) > 1e-5:
         assert other * (1.0 - 1e-9) <= area <= 1.3 * other
+
+
+@settings(deadline=None, max_examples=100)
+@given(st.integers(0, 10_000), st.integers(4, 16), st.booleans())
+def test_hulls_of_few_points_are_those_of_qhull(seed, count, on_a_grid):
+    points = np.random.default_rng(seed).normal(size=(count, 3))
+    points = points.round() if on_a_grid else points  # many points in one plane then
+    try:
+        hull = ConvexHull(points)
+    except QhullError:
+        assert len(hull_faces(points)[1]) == 0
+        return
+    normals, areas = hull_faces(points)
+    assert areas.sum() == pytest.approx(hull.area, rel=1e-9)
+    np.testing.assert_allclose(areas @ normals, 0.0, atol=1e-9 * hull.area)  # it is closed
+    for normal in normals:
+        assert (hull.equations[:, :3] @ normal).max() == pytest.approx(1.0)
+
+
+@settings(deadline=None, max_examples=100)
+@given(st.integers(0, 10_000), st.integers(3, 40))
+def test_polygons_are_those_of_qhull(seed, count):
+    points = np.random.default_rng(seed).normal(size=(count, 2)).round(2)
+    try:
+        hull = ConvexHull(points)
+    except QhullError:
+        assert len(convex_polygon(points)) < 3
+        return
+    corners = convex_polygon(points)
+    assert {tuple(one) for one in corners} <= {tuple(one) for one in points}
+    x, y = corners.T
+    area = 0.5 * (x @ np.roll(y, -1) - y @ np.roll(x, -1))  # positive: counterclockwise
+    assert area == pytest.approx(hull.volume, rel=1e-9)
 
 
 @pytest.mark.parametrize("side", ["right", "left"])

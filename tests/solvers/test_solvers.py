@@ -36,7 +36,7 @@ from gaitopt.solvers import (
 @pytest.mark.parametrize("name", SOLVERS)
 def test_every_name_makes_its_solver(name: str) -> None:
     solver = solver_by_name(name)
-    assert solver.name == ("sqp+trust-constr" if name == "default" else name)
+    assert solver.name == ("sqp+newton" if name == "default" else name)
 
 
 def test_options_reach_the_solver() -> None:

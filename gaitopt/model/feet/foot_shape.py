@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import coal
 import numpy as np
 import pinocchio as pin
-from scipy.spatial import ConvexHull, QhullError
 
 from gaitopt.importers.source import Source
 from gaitopt.nlp import Array
@@ -49,6 +48,8 @@ class Points:
         """Return those of several shapes, without points that are inside."""
         whole = cls.joined(parts)
         if len(whole.centres) > _HULL and not whole.radii.any():
+            from scipy.spatial import ConvexHull, QhullError  # slow to import, and seldom needed
+
             try:
                 corners = ConvexHull(whole.centres).vertices
             except QhullError:  # flat

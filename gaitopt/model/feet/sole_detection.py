@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
+from itertools import combinations
 
 import numpy as np
 import pinocchio as pin
-from scipy.optimize import LinearConstraint, minimize
-from scipy.spatial import ConvexHull, QhullError
 
 from gaitopt.errors import RobotError
 from gaitopt.model.feet.foot_shape import FootShape
@@ -34,6 +34,9 @@ _DIFFERENT = 2e-3  # m: soles that differ by more from side to side deserve a wo
 _ROUNDING = 1e-9  # relative: a rectangle larger by less is the same
 _SHORTEST = 1e-6  # m: of an edge, so that the logarithm of the area exists
 _OUTSIDE = 1e-10  # m: an edge that crosses the hull by less is on it
+_STRAIGHT = 1e-14  # of the extent, squared: a corner that turns by less is none
+_FEW = 16  # points: the planes of each three of them are tried
+_ON_FACE = 1e-10  # of the extent: points this near to a face are on it
 _CANDIDATES = 120  # edges tried at once
 _ROUNDS = 12  # of refinement, each about the best edges of the last
 _DOWN = np.array([0.0, 0.0, -1.0])
@@ -152,7 +155,7 @@ def find_sole(shape: FootShape, upright: Array, ankle: Array) -> FoundSole:
         return Sole(*(tidy(v) for v in np.subtract(edges, (x, x, y, y))))
 
     sole = seen((toe, heel, left, right))
-    share = (toe - heel) * (left - right) / float(ConvexHull(flat).volume)
+    share = (toe - heel) * (left - right) / _area(convex_polygon(flat))
     origin = rotation @ np.array([x, y, tidy(height)])
     how = (
         f"{(toe - heel) * 1e3:.1f} x {(left - right) * 1e3:.1f} mm, {(z - height) * 1e3:.1f} mm "
@@ -282,13 +285,7 @@ def lowest_face(points: Array, radii: Array | None, down: Array) -> Array | None
     if plane is not None:
         normal = plane if plane @ down > 0.0 else -plane
         return normal if normal @ down > _LOOKS_DOWN else None
-    try:
-        hull = ConvexHull(points)
-    except QhullError:
-        return None  # points on a line
-    normals = hull.equations[:, :3]
-    a, b, c = (hull.points[hull.simplices[:, k]] for k in range(3))
-    areas = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2.0
+    normals, areas = hull_faces(points)
     low = normals @ down > _LOOKS_DOWN
     if not low.any():
         return None
@@ -302,6 +299,52 @@ def lowest_face(points: Array, radii: Array | None, down: Array) -> Array | None
         return np.asarray(normals[best])
     mean = areas[alike[best]] @ normals[alike[best]]
     return np.asarray(mean / np.linalg.norm(mean))
+
+
+def hull_faces(points: Array) -> tuple[Array, Array]:
+    """Return outward normals (f, 3) and areas (f,) of the faces of the convex hull of points.
+
+    Large faces may come in parts. There are none where the points lie on a line or in a plane.
+    """
+    if len(points) <= _FEW:
+        return _faces_of_few(points)
+    from scipy.spatial import ConvexHull, QhullError  # takes longer to import than all else here
+
+    try:
+        hull = ConvexHull(points)
+    except QhullError:
+        return np.zeros((0, 3)), np.zeros(0)
+    a, b, c = (hull.points[hull.simplices[:, k]] for k in range(3))
+    return hull.equations[:, :3], np.linalg.norm(np.cross(b - a, c - a), axis=1) / 2.0
+
+
+def _faces_of_few(points: Array) -> tuple[Array, Array]:
+    """Return the faces of the hull of a few points, as those of boxes: try the plane of each three.
+
+    A plane holds a face if all points are on one side of it.
+    """
+    none = np.zeros((0, 3)), np.zeros(0)
+    if len(points) < 4:
+        return none
+    sizes = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
+    near = _ON_FACE * sizes[0]
+    if sizes[2] <= near:
+        return none
+    a, b, c = points[np.array(list(combinations(range(len(points)), 3)))].swapaxes(0, 1)
+    normals = np.cross(b - a, c - a)
+    length = np.linalg.norm(normals, axis=1)
+    wide = length > near * sizes[0]
+    normals, a = normals[wide] / length[wide, None], a[wide]
+    heights = normals @ points.T - (normals * a).sum(axis=1)[:, None]
+    below, above = (heights <= near).all(axis=1), (heights >= -near).all(axis=1)
+    normals, heights = np.where(above[:, None], -normals, normals), heights[above | below]
+    normals = normals[above | below]
+    faces, first = np.unique(np.abs(heights) <= near, axis=0, return_index=True)
+    areas = []
+    for face, normal in zip(faces, normals[first], strict=True):
+        across = np.linalg.svd(normal[None])[2][1:]  # two directions in the plane
+        areas.append(abs(_area(convex_polygon(points[face] @ across.T))))
+    return normals[first], np.array(areas)
 
 
 def tilt(normal: Array, down: Array) -> float:
@@ -376,11 +419,12 @@ def largest_rectangle(points: Array, least: tuple[float, float] = (0.0, 0.0)) ->
     """
     points = np.unique(np.round(points, 12), axis=0)
     low, high = points.min(axis=0), points.max(axis=0)
-    try:
-        found = ConvexHull(points)
-    except (QhullError, ValueError):  # fewer than three points, or all on one line
+    hull = convex_polygon(points)
+    if len(hull) < 3:  # all on one line
         return float(low[0]), float(low[0]), float(low[1]), float(low[1])
-    hull = points[found.vertices]
+    rectangle = len(hull) == 4 and ((hull == low) | (hull == high)).all()
+    if rectangle and (high - low >= least).all():
+        return float(high[0]), float(low[0]), float(high[1]), float(low[1])
     edges = np.unique(np.concatenate([hull[:, 0], np.linspace(low[0], high[0], _CANDIDATES)]))
     starts, ends, step = edges, edges, (high[0] - low[0]) / (_CANDIDATES - 1)
     best = _best_strip(hull, starts, ends, least)
@@ -393,10 +437,54 @@ def largest_rectangle(points: Array, least: tuple[float, float] = (0.0, 0.0)) ->
     area, heel, toe, right, left = best
     if area == 0.0:
         return toe, heel, left, right
-    larger = _along_the_ridge(found.equations, (toe, heel, left, right), least)
+    larger = _along_the_ridge(_half_planes(hull), (toe, heel, left, right), least)
     if (larger[0] - larger[1]) * (larger[2] - larger[3]) > area * (1.0 + _ROUNDING):
         return larger
     return toe, heel, left, right
+
+
+def convex_polygon(points: Array) -> Array:
+    """Return the corners of the convex hull of points in a plane, counterclockwise.
+
+    Andrew, "Another efficient algorithm for convex hulls in two dimensions", Information
+    Processing Letters 9 (1979).
+
+    Args:
+        points: shape (n, 2).
+
+    Returns:
+        Shape (m, 2); two corners or one where all points lie on one line.
+    """
+    ordered = [(float(x), float(y)) for x, y in np.unique(points, axis=0)]
+    if len(ordered) < 3:
+        return np.array(ordered)
+    size = np.ptp(points, axis=0).max()
+
+    def chain(along: Iterable[tuple[float, float]]) -> list[tuple[float, float]]:
+        corners: list[tuple[float, float]] = []
+        for x, y in along:
+            while len(corners) > 1:
+                (ax, ay), (bx, by) = corners[-2:]
+                if (bx - ax) * (y - ay) - (by - ay) * (x - ax) > _STRAIGHT * size**2:
+                    break
+                corners.pop()
+            corners.append((x, y))
+        return corners[:-1]
+
+    return np.array(chain(ordered) + chain(reversed(ordered)))
+
+
+def _area(polygon: Array) -> float:
+    """Return the area of a polygon, corners (m, 2) counterclockwise."""
+    x, y = polygon.T
+    return 0.5 * float(x @ np.roll(y, -1) - y @ np.roll(x, -1))
+
+
+def _half_planes(polygon: Array) -> Array:
+    """Return a, b, c with a x + b y + c <= 0 inside of each side of a convex polygon, (m, 3)."""
+    along = np.roll(polygon, -1, axis=0) - polygon
+    normal = np.stack([along[:, 1], -along[:, 0]], axis=1) / np.linalg.norm(along, axis=1)[:, None]
+    return np.column_stack([normal, -(normal * polygon).sum(axis=1)])
 
 
 def _along_the_ridge(halfplanes: Array, edges: Edges, least: tuple[float, float]) -> Edges:
@@ -421,6 +509,8 @@ def _along_the_ridge(halfplanes: Array, edges: Edges, least: tuple[float, float]
 
     def gradient(x: Array) -> Array:
         return np.asarray(-(1.0 / np.maximum(extent @ x, _ROUNDING)) @ extent)
+
+    from scipy.optimize import LinearConstraint, minimize  # slow to import
 
     found = minimize(
         cost, np.array(edges), jac=gradient, method="SLSQP",

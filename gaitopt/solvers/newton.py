@@ -1,0 +1,125 @@
+"""Newton's method on the optimality conditions, to confirm another solver's answer.
+
+The rows and bounds that press, told by least-squares multipliers of the point alone, are held as
+equalities, and the conditions (Nocedal & Wright, "Numerical Optimization", 2006, Eq. 18.9) solved
+by steps in the null space of those (section 18.3):
+
+    A d = b                                 the rows arrive at their limits
+    Z' H Z t = -Z' (g + H Q r),  d = Q r + Z t
+
+It has nothing of the SQP's that could be wrong there: no quadratic solver, slack, filter, trust
+region or altered curvature. Z' H Z must have a Cholesky factor, so that what is confirmed is a
+strict local minimum (Theorem 12.6), and not only a point where the first-order conditions hold.
+"""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from gaitopt.errors import EvaluationError
+from gaitopt.nlp import NLP, Array, ProgressCallback, Solution, Start, Status, StopCallback
+from gaitopt.settings import checked
+from gaitopt.solvers.adapters import Evaluator
+from gaitopt.solvers.hessian import spaces
+from gaitopt.solvers.solver import (
+    Iterate,
+    Solver,
+    begin,
+    require_positive,
+    with_least_squares_multipliers,
+)
+from gaitopt.tolerances import FEASIBILITY, OPTIMALITY
+
+
+@checked
+@dataclass(frozen=True)
+class Newton(Solver):
+    """Newton's method from a start that is nearly a solution; from elsewhere it goes nowhere.
+
+    At least one step is taken: a start's own optimality is no news.
+
+    Attributes:
+        tolerance: on the gradient of the Lagrangian and on complementarity.
+        feasibility: on the largest violation of a row or bound.
+        max_iterations: steps (measured: one, where the start is optimal).
+    """
+
+    name: ClassVar[str] = "newton"
+    tolerance: float = OPTIMALITY
+    feasibility: float = FEASIBILITY
+    max_iterations: int = 4
+
+    def __post_init__(self) -> None:
+        """Check the options.
+
+        Raises:
+            InputError: an option cannot be used.
+        """
+        require_positive(self.name, **asdict(self))
+
+    def solve(
+        self,
+        nlp: NLP,
+        start: Start,
+        on_progress: ProgressCallback | None = None,
+        stop: StopCallback | None = None,
+    ) -> Solution:
+        """Solve the program; see `Solver.solve`. Multipliers of the start are not used."""
+        recorder, point = begin(self.name, nlp, start, on_progress, stop)
+        if point is None:
+            return recorder.failure(start.x)
+        iterate, status = with_least_squares_multipliers(nlp, point), Status.STALLED
+        recorder.record(iterate)
+        for _ in range(self.max_iterations):
+            if recorder.stopped:
+                status = Status.INTERRUPTED
+                break
+            step = newton_step(nlp, recorder.evaluator, iterate)
+            if step is None:
+                break
+            try:
+                point = recorder.evaluator.point(iterate.point.x + step)
+            except EvaluationError:
+                break
+            iterate = with_least_squares_multipliers(nlp, point)
+            recorder.record(iterate)
+            if iterate.is_optimal(self.tolerance, self.feasibility):
+                status = Status.OPTIMAL
+                break
+        return recorder.solution(status, recorder.answer(status, iterate))
+
+
+def newton_step(nlp: NLP, evaluator: Evaluator, iterate: Iterate) -> Array | None:
+    """Return the step in x (n,) from an iterate, None where there is no strict minimum near it.
+
+    Args:
+        nlp: the program.
+        evaluator: of it.
+        iterate: with multipliers that tell what presses.
+    """
+    if not nlp.has_hessian:
+        return None
+    point, scale, rows, bounds = iterate.point, nlp.variables.scale, nlp.rows, nlp.variables
+    y, z = iterate.multipliers, iterate.bound_multipliers
+    held, at_bound = np.flatnonzero((y != 0.0) | (rows.lower == rows.upper)), np.flatnonzero(z)
+    limit = np.where(y > 0.0, rows.upper, rows.lower)[held]
+    bound = np.where(z > 0.0, bounds.upper, bounds.lower)[at_bound]
+    active = np.vstack([point.jacobian[held] * scale, np.eye(scale.size)[at_bound]])
+    missing = np.append(limit - point.rows[held], (bound - point.x[at_bound]) / scale[at_bound])
+    try:
+        H = evaluator.hessian(point.x, y, nlp.cost_scale) * np.outer(scale, scale)
+    except EvaluationError:
+        return None
+    Q, Z, solver = spaces(active)
+    d = Q @ (solver @ missing)
+    if Z.shape[1]:
+        try:
+            factor = np.linalg.cholesky(Z.T @ H @ Z)
+        except np.linalg.LinAlgError:
+            return None
+        gradient = nlp.cost_scale * point.gradient * scale + H @ d
+        d = d - Z @ np.linalg.solve(factor.T, np.linalg.solve(factor, Z.T @ gradient))
+    return np.asarray(d * scale)

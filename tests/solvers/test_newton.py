@@ -1,0 +1,74 @@
+"""Newton's method confirms strict minima, and nothing else; least squares without SciPy."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import textbook_programs as bank
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.optimize import nnls
+
+from gaitopt.nlp import Progress, Start, Status
+from gaitopt.solvers.multipliers import nonnegative_least_squares
+from gaitopt.solvers.newton import Newton
+from gaitopt.solvers.sqp import SQP
+from gaitopt.solvers.two_stage import ConfirmedSQP
+
+REGULAR = [program for program in bank.SOLVABLE if program.title != "HS26"]
+"""Strict minima; the curvature of the other one vanishes at its solution."""
+
+
+@pytest.mark.parametrize("program", REGULAR, ids=lambda program: program.title)
+def test_comes_back_to_a_minimum_quadratically(program: bank.Textbook) -> None:
+    first = SQP(tolerance=1e-9).solve(program, Start(program.start))
+    assert first.status is Status.OPTIMAL
+    found = Newton().solve(program, Start(first.x))
+    assert found.status is Status.OPTIMAL
+    assert found.iterations >= 1
+    np.testing.assert_allclose(found.x, program.solution, atol=1e-6)
+
+
+def test_a_saddle_is_not_confirmed() -> None:
+    saddle = replace(
+        bank.rosenbrock_in_disk(),
+        cost=lambda x: -float(x @ x),
+        gradient=lambda x: -2.0 * x,
+        curvature=lambda x: -2.0 * np.eye(x.size),
+    )
+    found = Newton().solve(saddle, Start(np.zeros(2)))  # the gradient vanishes there
+    assert found.status is Status.STALLED
+    assert found.iterations == 0
+
+
+@pytest.mark.parametrize("program", REGULAR, ids=lambda program: program.title)
+def test_default_confirms_and_tells(program: bank.Textbook) -> None:
+    told: list[Progress] = []
+    both = ConfirmedSQP().solve(program, Start(program.start), told.append)
+    assert both.solver == "sqp+newton"
+    assert both.status is Status.OPTIMAL
+    assert both.history == tuple(told)
+    assert [one.iteration for one in told] == list(range(len(told)))
+
+
+def test_where_newton_stops_the_interior_point_method_has_its_say() -> None:
+    program = bank.hs43()
+    solver = ConfirmedSQP(SQP(max_iterations=2))
+    solution = solver.solve(program, Start(program.start))
+    assert solution.status is Status.OPTIMAL
+    assert solution.solver == "trust-constr (after sqp)"
+
+
+@settings(derandomize=True, deadline=None, max_examples=200)
+@given(st.integers(0, 10_000), st.integers(1, 12), st.booleans())
+def test_least_squares_are_those_of_scipy(seed: int, count: int, alike: bool) -> None:
+    rng = np.random.default_rng(seed)
+    A, b = rng.normal(size=(8, count)), rng.normal(size=8)
+    if alike and count > 1:  # as a limit that is held at two instants close together
+        A[:, 1] = A[:, 0] + 1e-9 * rng.normal(size=8)
+    A /= np.linalg.norm(A, axis=0)
+    x, least = nonnegative_least_squares(A, b), nnls(A, b)[1]
+    assert x.min() >= 0.0
+    assert np.linalg.norm(A @ x - b) <= least + 1e-9
