@@ -62,7 +62,7 @@ if TYPE_CHECKING:
     from gaitopt.nlp import Status
     from gaitopt.solvers import solver_by_name
     from gaitopt.view.figures import write_figures
-    from gaitopt.view.page import write_page
+    from gaitopt.view.page import page_text, write_page
     from gaitopt.view.player import play
 
 _HOMES = {
@@ -125,6 +125,7 @@ _HOMES = {
     # what people look at
     "export": "gaitopt.motions.export",
     "export_library": "gaitopt.motions.export",
+    "page_text": "gaitopt.view.page",
     "play": "gaitopt.view.player",
     "write_figures": "gaitopt.view.figures",
     "write_page": "gaitopt.view.page",
@@ -214,6 +215,7 @@ __all__ = [
     "load_plugin",
     "many_starts",
     "margin",
+    "page_text",
     "play",
     "preset_task",
     "read_motors",

@@ -62,6 +62,10 @@ class Design:
         """Return it in one line: the whole of it is pages long."""
         return f"<Design: {self.gait!r}, {self.solution.solver}>"
 
+    def _repr_html_(self) -> str | None:
+        """Return what a notebook shows: the page of the gait."""
+        return self.gait._repr_html_()
+
     @property
     def proven(self) -> bool:
         """Whether the gait is certified; unrefined, being optimal at its samples is enough."""

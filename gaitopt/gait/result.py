@@ -6,6 +6,7 @@ import json
 from collections.abc import Mapping, Sized
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
+from importlib import import_module
 
 import numpy as np
 from numpy.typing import NDArray
@@ -216,6 +217,14 @@ class Gait:
             f"{self.step_length:.3f} m in {self.duration:.3f} s"
             f"{'' if cost is None else f', {cost:.6g} {self.cost_unit}'}{proof}>"
         )
+
+    def _repr_html_(self) -> str | None:
+        """Return what a notebook shows: the page, None where the robot cannot be drawn.
+
+        How a gait looks is none of this module's business, but notebooks ask the object itself.
+        """
+        shown: str | None = import_module("gaitopt.view.notebook").gait_html(self)
+        return shown
 
     @property
     def following(self) -> Gait:

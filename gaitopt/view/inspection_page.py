@@ -17,6 +17,7 @@ from gaitopt.model.importer import ImportedRobot
 from gaitopt.model.legs.kinematic_tree import pose
 from gaitopt.nlp import Array
 from gaitopt.view.inspection import Inspection, Section, sections
+from gaitopt.view.notebook import Page
 from gaitopt.view.robot_shapes import draw_shape, unloaded
 from gaitopt.view.viewer import Recorder, geometry, meshcat, packed_viewer, page_file
 
@@ -160,8 +161,8 @@ def write_inspection(inspection: Inspection, path: str | Path) -> Path:
     return write_atomically(path, inspection_text(inspection).encode("utf-8"))
 
 
-def inspection_text(inspection: Inspection) -> str:
-    """Return the text of the page of `write_inspection`."""
+def inspection_text(inspection: Inspection) -> Page:
+    """Return the text of the page of `write_inspection`; a notebook shows it."""
     recorder = Recorder()
     draw_inspection(meshcat.Visualizer(window=recorder), inspection)
     refusal = html_text(inspection.refusal)
@@ -174,7 +175,7 @@ def inspection_text(inspection: Inspection) -> str:
         "@COMMANDS@": recorder.text(),
         "@MESHCAT@": packed_viewer(),
     }
-    return filled_template(page_file("inspection.html"), parts)
+    return Page(filled_template(page_file("inspection.html"), parts))
 
 
 def table_text(section: Section) -> str:

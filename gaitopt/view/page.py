@@ -22,6 +22,7 @@ from gaitopt.view.contacts import contact_colour, contact_words, contacts
 from gaitopt.view.curves import curves
 from gaitopt.view.inspection import Section
 from gaitopt.view.inspection_page import table_text
+from gaitopt.view.notebook import Page
 from gaitopt.view.viewer import Recorder, data_text, meshcat, packed_viewer, page_file
 
 
@@ -53,8 +54,8 @@ def write_page(
     return write_atomically(path, page_text(gait, steps, package_dirs).encode("utf-8"))
 
 
-def page_text(gait: Gait, steps: int = DEFAULT_STEPS, package_dirs: tuple[str, ...] = ()) -> str:
-    """Return the text of the page of `write_page`.
+def page_text(gait: Gait, steps: int = DEFAULT_STEPS, package_dirs: tuple[str, ...] = ()) -> Page:
+    """Return the text of the page of `write_page`; a notebook shows it.
 
     Raises:
         InputError: steps < 1.
@@ -67,7 +68,7 @@ def page_text(gait: Gait, steps: int = DEFAULT_STEPS, package_dirs: tuple[str, .
 
 def gait_page(
     gait: Gait, scene: Scene, commands: str, steps: int, extra: Mapping[str, str] | None = None
-) -> str:
+) -> Page:
     """Return the text of the page of a gait in a scene; arguments as of `page_of`."""
     data = {**film(gait, scene, steps), "curves": curves(gait)}
     return page_of({**headline(gait), **details(gait, scene)}, data, commands, extra)
@@ -78,7 +79,7 @@ def page_of(
     data: Mapping[str, object],
     commands: str,
     extra: Mapping[str, str] | None = None,
-) -> str:
+) -> Page:
     """Return the text of a page.
 
     Args:
@@ -99,7 +100,7 @@ def page_of(
         "@WIRE@": "",
         **(extra or {}),
     }
-    return filled_template(page_file("page.html"), parts)
+    return Page(filled_template(page_file("page.html"), parts))
 
 
 def headline(gait: Gait) -> dict[str, str]:

@@ -18,6 +18,7 @@ from gaitopt.nlp import Array
 from gaitopt.view.animation import PUSH, Replay, Scene, build_beside
 from gaitopt.view.inspection import Section
 from gaitopt.view.inspection_page import table_text
+from gaitopt.view.notebook import Page
 from gaitopt.view.page import details, film, headline, page_of
 from gaitopt.view.robot_shapes import RobotShapes
 from gaitopt.view.viewer import Recorder, meshcat, page_file
@@ -58,8 +59,8 @@ def simulated_page(
     replays: Sequence[Replay],
     tables: Iterable[Section],
     package_dirs: tuple[str, ...] = (),
-) -> str:
-    """Return the text of the page of `write_simulated_page`.
+) -> Page:
+    """Return the text of the page of `write_simulated_page`; a notebook shows it.
 
     Raises:
         InputError: there are too many steps.
