@@ -27,7 +27,7 @@ from gaitopt.gait.initial_guess import first_guess, perturbed
 from gaitopt.gait.parameters import set_geometry
 from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.gait.task import Task
+from gaitopt.gait.task import TOUCH_DOWNS, Task
 from gaitopt.model.robot import Robot
 
 SPEEDS = (0.6, 0.8, 1.0, 1.2, 1.4, 1.6)
@@ -150,6 +150,50 @@ def double_support(quick: bool) -> Iterator[dict[str, Any]]:
             yield {**row, **record(found), "peak": float(np.abs(found.gait.torque).max())}
 
 
+def touch_down(quick: bool) -> Iterator[dict[str, Any]]:
+    """Yield walks of Alexander over the time for which both feet stand, begun in either way."""
+    source, choices = description(entry_by_name("alexander"))
+    robot = Robot.from_urdf(source, choices=choices)
+    own = {"speed": 0.8, "duration": 0.6, "boundary": "closed"}
+    walks: list[tuple[str, dict[str, Any]]] = [
+        ("impact", {}),
+        ("zero speed", {"soft_landing": True}),
+    ]
+    for time in BOTH[2:3] if quick else BOTH:
+        walks += [(kind, {"double_support": time, "touch_down": kind}) for kind in TOUCH_DOWNS]
+    for kind, changes in walks:
+        row = {"kind": kind, "time": changes.get("double_support", 0.0)}
+        try:
+            task = preset_task("humanoid", robot, **own, **changes)
+            found = design(robot, task, DesignOptions(diagnose=False))
+        except GaitoptError as error:
+            yield {**row, "verdict": str(error)}
+            continue
+        impulse = [float(found.gait.impulse[2]), *map(float, found.gait.rear_impulse[2:3])]
+        yield {**row, **record(found), "ended": found.problem.task.touch_down, "impulse": impulse}
+
+
+BOTH = (0.002, 0.005, 0.01, 0.02, 0.05, 0.1)
+"""For which both feet of Alexander stand [s]."""
+
+
+def touch_down_table(rows: list[dict[str, Any]]) -> str:
+    """Return the table of the two ways to begin a double support."""
+    found = {(row["time"], row["kind"]): row for row in rows}
+    lines = []
+    for time in dict.fromkeys(row["time"] for row in rows):
+        for kind in [kind for at, kind in found if at == time]:
+            row = found[time, kind]
+            known = "cost" in row
+            pushes = " + ".join(f"{one:.3g}" for one in row["impulse"]) if known else "–"
+            lines.append([
+                f"{1e3 * time:g} ms" if time else "none", kind,
+                f"{row['cost']:.0f}" if known else "–", pushes, row["verdict"],
+            ])  # fmt: skip
+    head = ("both feet stand", "begun", "N²·m·s", "impulse front + rear, N·s", "verdict")
+    return table(head, lines)
+
+
 TIMES = (0.0006, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1)
 """For which both feet stand [s]."""
 
@@ -224,6 +268,7 @@ def text(data: dict[str, Any]) -> str:
     parts.append(f"Certified from {len(good)} of {len(data['disturbed'])} starts: {costs} N²·m·s.")
     parts.append(heel_table(data["heel strike"]))
     parts.append(double_table(data["double support"]))
+    parts.append(touch_down_table(data["touch-down"]))
     return "\n\n".join(parts)
 
 
@@ -233,6 +278,7 @@ SECTIONS = {
     "others": others,
     "heel strike": heel_strike,
     "double support": double_support,
+    "touch-down": touch_down,
 }
 
 

@@ -56,7 +56,13 @@ AT_IMPACT = (
     "landing impulse",
 )
 OF_FRONT = ("front load", "front friction", "front cop", "front torsion")  # while both feet stand
-NAMES = (*ALWAYS, *SWITCHED, *OF_TURN, *SOFT, *OF_FRONT)  # in the order of `CONSTRAINTS`
+OF_REAR_IMPULSE = (  # of an impact that both feet take
+    "rear impulse",
+    "rear impulse friction",
+    "rear impulse cop",
+    "rear impulse torsion",
+)
+NAMES = (*ALWAYS, *SWITCHED, *OF_TURN, *SOFT, *OF_FRONT, *OF_REAR_IMPULSE)  # as `CONSTRAINTS`
 UPRIGHT = {
     "trunk_roll": 0.1,
     "trunk_pitch": 0.12,
@@ -123,13 +129,16 @@ def _added_instants() -> Walk:
     return Walk(walk.problem.with_grid(grid), walk.x)
 
 
-def _double_support() -> Walk:
+def _double_support(**changes: object) -> Walk:
     """Both feet flat at the end of the step, the front one pushed in all directions."""
     geometry = set_geometry(GEOMETRY, _PLACES_FREE)
-    found = _guess(1, sigma=0.03, duration=0.5, double_support=0.1, geometry=geometry, **UPRIGHT)
-    front, x = found.problem.layout.front, found.x.copy()
-    push = np.random.default_rng(2).normal(0.0, 0.3, front.stop - front.start)
-    x[front] += push * found.problem.layout.scale()[front]
+    found = _guess(
+        1, sigma=0.03, duration=0.5, double_support=0.1, geometry=geometry, **UPRIGHT, **changes
+    )
+    front, push, x = found.problem.layout.front, found.problem.layout.push, found.x.copy()
+    moved = slice(front.start, push.stop)
+    noise = np.random.default_rng(2).normal(0.0, 0.3, moved.stop - moved.start)
+    x[moved] += noise * found.problem.layout.scale()[moved]
     return Walk(found.problem, x)
 
 
@@ -175,6 +184,7 @@ _MAKERS = {
         seed=1, sigma=0.02, duration=0.5, **UPRIGHT, **TOE_OFF, **HEEL_STRIKE
     ),
     "upright, double support": lambda: _double_support(),
+    "upright, double support after an impact on both": lambda: _double_support(touch_down="impact"),
     "upright, lifted, heel strike, five joints, soft": lambda: _synthetic(
         "five", soft_landing=True, **HEEL_STRIKE
     ),
@@ -189,8 +199,12 @@ PAIRS = tuple(
     and not (constraint in SWITCHED and "upright" not in walk)
     and not (constraint in OF_TURN and "toe off" not in walk and "heel strike" not in walk)
     and not (constraint in SOFT and "soft" not in walk)
-    and not (constraint in AT_IMPACT and ("soft" in walk or "double" in walk))
+    and not (
+        constraint in AT_IMPACT and ("soft" in walk or "double" in walk) and "both" not in walk
+    )
+    and not (constraint == "lift-off" and "double" in walk)
     and not (constraint in OF_FRONT and "double" not in walk)
+    and not (constraint in OF_REAR_IMPULSE and "both" not in walk)
 )
 
 

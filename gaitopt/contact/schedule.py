@@ -40,7 +40,8 @@ class Transition(Enum):
     """The stance foot leaves at rest; the foot that has landed stands in the next step."""
 
     IMPACT = "impact"
-    """The swing foot lands on the contact of the first phase; the stance foot may leave."""
+    """The swing foot lands on the contact of the first phase; the stance foot leaves, or stays if
+    both stand from then on."""
 
 
 @dataclass(frozen=True)
@@ -98,7 +99,7 @@ class Schedule:
 
     Attributes:
         phases: in order; the last one ends with the step, by an impact, or by lift-off after a
-            phase in which both feet stand.
+            phase in which both feet stand, which a touch-down at zero speed or an impact begins.
         symmetry: how the next step follows.
 
     Raises:
@@ -116,14 +117,15 @@ class Schedule:
                 "above 0 and the last must be 1"
             )
         kinds = [phase.transition for phase in self.phases]
-        gentle = [Transition.TOUCH_DOWN, Transition.LIFT_OFF]
+        leaving = Transition.LIFT_OFF
+        closing = [[one, leaving] for one in (Transition.TOUCH_DOWN, Transition.IMPACT)]
         impact = [*[Transition.SMOOTH] * (len(kinds) - 1), Transition.IMPACT]
-        if kinds not in (impact, gentle):
+        if kinds not in (impact, *closing):
             raise InputError(
                 "the last phase of a step, and no other, ends with an impact; or the first of two "
-                "with a touch-down and the second with a lift-off"
+                "with a touch-down or an impact and the second with a lift-off"
             )
-        if [phase.both for phase in self.phases] != [one is gentle[1] for one in kinds]:
+        if [phase.both for phase in self.phases] != [one is leaving for one in kinds]:
             raise InputError("both feet stand from the touch-down to the lift-off, and else never")
         flat = [bool(phase.contact.resting().all()) for phase in self.phases]
         if not all(flat[1:-1]) or not any(flat):
@@ -146,6 +148,11 @@ class Schedule:
     def closing(self) -> bool:
         """Whether both feet stand at the end of the step."""
         return self.last.both
+
+    @property
+    def striking(self) -> bool:
+        """Whether the phase in which both feet stand begins with an impact."""
+        return self.closing and self.first.transition is Transition.IMPACT
 
     @property
     def last(self) -> Phase:

@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pinocchio as pin
 
+from gaitopt.design.both_feet import carried_over, gentle, impact_possible
 from gaitopt.design.certificate import Certificate, certify, on_fine_grid
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.refinement import refine, with_work
@@ -87,6 +88,8 @@ def attempt(
 
     With multipliers (m,) it is no guess but a walk that is known, and solved directly.
     """
+    if problem.schedule.striking and multipliers is None:
+        return _struck_walk(problem, options, x, callback, stop)
     solver, nlp = options.solver.first_stage, derived(problem, options)
     if multipliers is not None or not begins_relaxed(problem.task, options):
         return solver.solve(nlp, Start(x, multipliers), callback, stopping(stop))
@@ -94,6 +97,37 @@ def attempt(
     if spent.status is Status.INTERRUPTED:
         return replace(spent, cost=np.nan, violation=np.inf)  # of another walk
     return with_work(solver.solve(nlp, start, callback, stopping(stop)), spent)
+
+
+def _struck_walk(
+    problem: WalkProblem,
+    options: DesignOptions,
+    x: Array,
+    callback: ProgressCallback | None,
+    stop: Stop,
+) -> Solution:
+    """Solve a walk whose double support begins with an impact, from one that touches down gently.
+
+    Where there is no impact that both feet could take, that walk, as one that has stalled.
+    """
+    solver, easier = options.solver.first_stage, gentle(problem)
+    found = solver.solve(
+        derived(easier, options), Start(carried_over(x, problem, easier)), callback, stopping(stop)
+    )
+    if found.status is Status.INTERRUPTED:
+        return replace(found, cost=np.nan, violation=np.inf)  # of another walk
+    if not is_walk(found):
+        return with_work(
+            solver.solve(derived(problem, options), Start(x), callback, stopping(stop)), found
+        )
+    y = carried_over(found.x, easier, problem)
+    if impact_possible(problem, y):
+        nlp = derived(problem, options)
+        return with_work(solver.solve(nlp, Start(y), callback, stopping(stop)), found)
+    none = np.zeros(problem.rows.lower.size), np.zeros(y.size)
+    return replace(
+        found, x=y, status=Status.STALLED, multipliers=none[0], bound_multipliers=none[1]
+    )
 
 
 def begins_relaxed(task: Task, options: DesignOptions) -> bool:
@@ -176,6 +210,14 @@ def impulse_vanishes(problem: WalkProblem, solution: Solution) -> bool:
     return float(pushes.max()) <= VANISHED * momentum
 
 
+def without_impact(problem: WalkProblem) -> WalkProblem:
+    """Return the same walk landing at zero speed."""
+    if problem.schedule.striking:
+        return gentle(problem)
+    task = problem.task.with_margins({"soft_landing": True})
+    return WalkProblem(problem.robot, task, problem.grid)
+
+
 def _landed_softly(
     problem: WalkProblem, solution: Solution, options: DesignOptions, stop: Stop
 ) -> tuple[WalkProblem, Solution]:
@@ -186,10 +228,10 @@ def _landed_softly(
     """
     if not impulse_vanishes(problem, solution):
         return problem, solution
-    task = problem.task
-    margins = replace(task.margins, soft_landing=True)
-    softly = WalkProblem(problem.robot, replace(task, margins=margins), problem.grid)
-    found = attempt(softly, replace(options, approach="direct"), solution.x, None, stop)
+    softly, x = without_impact(problem), solution.x
+    if problem.schedule.striking:
+        x = carried_over(x, problem, softly)
+    found = attempt(softly, replace(options, approach="direct"), x, None, stop)
     if not is_walk(found) or found.cost > SOFTER * solution.cost:
         return problem, solution
     return softly, with_work(found, solution)

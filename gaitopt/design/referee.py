@@ -16,6 +16,7 @@ from gaitopt.gait import quantities
 from gaitopt.gait.grid import Grid
 from gaitopt.gait.step import Step
 from gaitopt.mechanics.chain_build import chain_of_robot, loads_of_robot
+from gaitopt.mechanics.closed_impact import ClosedJump
 from gaitopt.mechanics.hinged import standing_robot
 from gaitopt.mechanics.mdh_chain import Chain, sole_placement, turned
 from gaitopt.mechanics.newton_euler import (
@@ -24,6 +25,7 @@ from gaitopt.mechanics.newton_euler import (
     foot_twist,
     impact,
     impulse_on_foot,
+    inverse_dynamics,
     momentum,
     motor_effort,
     sole_axes,
@@ -107,7 +109,8 @@ def ask_referee(
     wrench = sole_axes(R0)
     tied = robot.coupling
     landing = tied.at(step.q_end)
-    q_end, before = tied.angles(step.q_end), at_rest(landing.rates(step.rate_before))
+    last = step.rate_before if step.double is None else step.double.liftoff.motion[1, 0]
+    q_end, before = tied.angles(step.q_end), at_rest(landing.rates(last))
     if step.turn is not None:
         before[:6] = sole_axes(step.turn.twist)
     line = None if step.landed is None else step.landed.hinge.twist
@@ -115,6 +118,10 @@ def ask_referee(
     velocity, I13 = impact(own, q_end, before, line, ties)
     rate_after = velocity[6:][tied.free]
     impulse = impulse_on_foot(own, I13)
+    struck = None if step.double is None else step.double.struck
+    stated = step.impact.impulse, impulse
+    if struck is not None:
+        stated = _struck(own, step, struck)
     twist = base_in_sole_axes(velocity)[:6]
     E = schedule.symmetry.joint_map(robot)
     carried = 0.0 if loads.points is None else float(loads.points.mass.sum())
@@ -138,8 +145,8 @@ def ask_referee(
     return RefereeVerdict(
         torque=_apart(step.read(quantities.TORQUE), torque[:, step.hinges :], force * length),
         wrench=_apart(step.read(quantities.WRENCH), wrench, force),
-        impulse=_apart(step.impact.impulse, impulse, force * step.duration),
-        rate_after=_apart(step.impact.rate_after, rate_after, rate),
+        impulse=_apart(*stated, force * step.duration),
+        rate_after=_apart(step.impact.rate_after if struck is None else last, rate_after, rate),
         sole_twist=max(float(np.abs(step.impact.sole_twist - twist).max()), moved),
         posture=max(float(np.abs(after.motion[0, 0] - E @ step.q_end).max()), displaced),
         rate=_apart(start, landed, rate),
@@ -149,11 +156,26 @@ def ask_referee(
     )
 
 
+def _struck(chain: Chain, step: Step, struck: ClosedJump) -> tuple[Array, Array]:
+    """Return stated and found impulses of an impact that both feet take, shape (6 + n,) each.
+
+    On the rear foot, then of the joints, of which there must be none.
+    """
+    push = wrench_on_ground(chain, step.impact.impulse)
+    jump = step.impact.rate_after - step.rate_before
+    R0, torque = inverse_dynamics(
+        chain, struck.posture, np.zeros_like(jump), jump, gravity=np.zeros(3), end_wrench=push
+    )
+    stated = np.concatenate([struck.rear, np.zeros(jump.size)])
+    return stated, np.concatenate([sole_axes(R0), torque])
+
+
 def _front_foot(chain: Chain, step: Step) -> tuple[float, float]:
     """How fast the front foot moves while both stand [m/s, rad/s], and how far it is away [m]."""
     if step.double is None:
         return 0.0, 0.0
-    q, dq, _ = step.double.motion.motion
+    ends = step.double.touchdown, step.double.motion, step.double.liftoff
+    q, dq, _ = np.concatenate([one.motion for one in ends], axis=1)
     twist = (swing_jacobian(chain, q)[..., 6:] @ dq[..., None])[..., 0]
     rotation, origin = sole_placement(chain, q)
     away = np.abs(origin - step.double.sole.translation).max()
@@ -209,6 +231,8 @@ def _momentum_balance(
     if step.double is not None:
         pushed = pushed + step.double.front[:, :3] @ step.double.sole.rotation.T
     force = step.duration * grid.weights @ pushed
+    if step.double is not None and step.double.struck is not None:
+        force += step.double.sole.rotation @ step.impact.impulse[:3] + step.double.struck.rear[:3]
     landed, _ = sole_placement(chain, end)
     if step.landed is not None:  # of the sole; from here on of its footprint
         landed = landed @ step.landed.place.rotation.T

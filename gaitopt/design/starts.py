@@ -18,7 +18,13 @@ import numpy as np
 from gaitopt.bounds import STARTS, WORKERS, at_most, shown
 from gaitopt.design.design import Design, checked_start, design, finished, walk_after_diagnosis
 from gaitopt.design.options import COUNT, SIGMA, DesignOptions
-from gaitopt.design.pipeline import attempt, complete, impulse_vanishes, is_walk
+from gaitopt.design.pipeline import (
+    attempt,
+    complete,
+    impulse_vanishes,
+    is_walk,
+    without_impact,
+)
 from gaitopt.design.process import serve_parent, tune_process
 from gaitopt.design.refinement import with_work
 from gaitopt.design.summary import peak_torques
@@ -343,7 +349,7 @@ def _without_impact(
     near = complete(problem, solution, options, on_progress, stop)
     if near.proven or stop():
         return near
-    task = problem.task.with_margins({"soft_landing": True})
+    task = without_impact(problem).task
     quiet = replace(options, diagnose=False)
     try:
         found = many_starts(problem.robot, task, quiet, on_progress=on_progress, stop=stop).design

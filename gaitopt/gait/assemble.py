@@ -121,7 +121,7 @@ def _ground(problem: WalkProblem) -> dict[str, object]:
 def _splines(model: StepModel | DoubleStepModel, step: Step) -> dict[str, Any]:
     """Return the splines of the joints, in two parts where both feet stand at the end."""
     if isinstance(model, DoubleStepModel):
-        return model.splines(step)
+        return {**model.splines(step), "rear_impulse": step.read(quantities.REAR_IMPULSE)[0]}
     return {"knots": model.basis.knots * step.duration, "coefficients": step.coefficients}
 
 

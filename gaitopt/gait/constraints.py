@@ -455,7 +455,8 @@ class _OfImpact(Constraint):
     """A constraint on an impact, which says nothing of a landing at zero speed."""
 
     def asked(self, context: ConstraintContext) -> bool:
-        gentle = context.margins.soft_landing or context.schedule.closing
+        schedule = context.schedule
+        gentle = context.margins.soft_landing or (schedule.closing and not schedule.striking)
         return not gentle and super().asked(context)
 
 
@@ -488,6 +489,9 @@ class LiftOff(_OfImpact):
 
     name, equation, unit, words = "lift-off", "2.4.1", "m/s", "lift-off of the rear foot"
     reads, margins, change = (quantities.SOLE_TWIST,), ("liftoff_speed",), 0.1
+
+    def asked(self, context: ConstraintContext) -> bool:
+        return not context.schedule.closing and super().asked(context)
 
     def block(self, context: ConstraintContext) -> ConstraintBlock:
         resting = context.schedule.last.contact.resting()
@@ -777,13 +781,79 @@ class LandingImpulse(_OfImpact):
         return self.once(Entries(slice(2, 3), 6), labels, upper=most, scale=IMPULSE_SCALE)
 
 
+class _OfRearImpulse(Constraint):
+    """A constraint on the impulse that the rear foot takes where both stay, section 2.4.1."""
+
+    reads = (quantities.REAR_IMPULSE,)
+
+    def asked(self, context: ConstraintContext) -> bool:
+        return context.schedule.striking and super().asked(context)
+
+
+class RearImpulseUp(_OfRearImpulse):
+    """Eq. (36) of the rear foot: the ground pushes it up, so that it stays."""
+
+    name, equation, unit = "rear impulse", "(36)", "N·s"
+    words = "vertical impulse on the rear foot"
+
+    def block(self, context: ConstraintContext) -> ConstraintBlock:
+        del context
+        labels = ("rear foot, vertical impact impulse",)
+        return self.once(Entries(slice(2, 3), 6), labels, lower=0.0, scale=IMPULSE_SCALE)
+
+
+class RearImpulseFriction(_OfRearImpulse):
+    """Eq. (34) of the rear foot: the impulse stays inside the friction cone."""
+
+    name, equation, unit = "rear impulse friction", "(34)", "N·s"
+    words, margins = "friction under the rear foot at the impact", ("friction",)
+    couplings: ClassVar = {"friction": ("rear impulse", 1.0)}
+
+    def block(self, context: ConstraintContext) -> ConstraintBlock:
+        cone = FrictionCone(context.margins.friction, IMPULSE_SMOOTHING)
+        labels = ("rear foot, impulse friction cone margin",)
+        return self.once(cone, labels, lower=0.0, scale=IMPULSE_SCALE)
+
+
+class RearImpulseCentreOfPressure(_OfRearImpulse):
+    """The rear foot does not tip: its impulsive centre of pressure is inside its sole."""
+
+    name, equation, unit = "rear impulse cop", "3.2.3", "N·m·s"
+    words = "centre of pressure under the rear foot at the impact"
+    margins = ("cop_margin", "impulse_cop")
+    couplings: ClassVar = {"cop_margin": ("rear impulse", -1.0)}
+
+    def block(self, context: ConstraintContext) -> ConstraintBlock:
+        what = "rear foot, impulsive centre of pressure"
+        labels = tuple(f"{what}, moment about the {e} edge" for e in EDGES)
+        moments = Linear(_edge_moments(context, context.schedule.last.contact))
+        return self.once(moments, labels, lower=0.0, scale=IMPULSE_MOMENT_SCALE)
+
+
+class RearImpulseTorsion(_OfRearImpulse):
+    """Beyond (34): the torsional friction of the rear foot at the impact."""
+
+    name, equation, unit = "rear impulse torsion", "3.2", "N·m·s"
+    words = "torsional friction under the rear foot at the impact"
+    margins = ("torsional_friction",)
+    couplings: ClassVar = {"torsional_friction": ("rear impulse", 1.0)}
+
+    def block(self, context: ConstraintContext) -> ConstraintBlock:
+        torsion = Torsion(context.margins.torsional_friction or 0.0, LEAST_IMPULSE)
+        labels = tuple(
+            f"rear foot, impulse torsional friction margin to the {s}" for s in ("left", "right")
+        )
+        return self.once(torsion, labels, lower=0.0, scale=IMPULSE_TORSION_SCALE)
+
+
 CONSTRAINTS: tuple[Constraint, ...] = (
     JointTorque(), JointSpeed(), Load(), Friction(), CentreOfPressure(), ImpulseUp(),
     ImpulseFriction(), LiftOff(), Clearance(), Lateral(), KneeFlexion(), LegLength(), JointRange(),
     ImpulseCentreOfPressure(), WalkingSpeed(), Closure(), TrunkRoll(), TrunkPitch(), TrunkYaw(),
     TorsionalFriction(), ImpulseTorsion(), LegGap(), SwingTilt(), SwingHeight(), LandingSpeed(),
     LandingImpulse(), FootAngle(), FootLift(), SoftLanding(),
-    FrontLoad(), FrontFriction(), FrontCentreOfPressure(), FrontTorsion(),
+    FrontLoad(), FrontFriction(), FrontCentreOfPressure(), FrontTorsion(), RearImpulseUp(),
+    RearImpulseFriction(), RearImpulseCentreOfPressure(), RearImpulseTorsion(),
 )  # fmt: skip
 """All built-in constraints, in the order of their rows."""
 

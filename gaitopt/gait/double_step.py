@@ -1,4 +1,4 @@
-"""A step with a finite double support: single support, touch-down at zero speed, both feet flat.
+"""A step with a finite double support: single support, touch-down or impact, both feet flat.
 
     x -> boundary (26) -> closed chain at lift-off -> stance leg -> closed chain -> swing leg
 
@@ -7,6 +7,10 @@ its sole stays on its footprint (`mechanics/closed_chain.py`); before, it follow
 there, at rest on the ground. The rates at lift-off begin the next step: nothing jumps, and there is
 no impact. The ground's wrench on the front foot is a cubic polynomial of time in Bernstein's form;
 what is left of the whole wrench is the rear foot's.
+
+Where an impact begins the double support, the rates jump by what the impulse on the front foot, a
+parameter, does to the robot (`mechanics/closed_impact.py`). Both legs have splines of their own
+before it, and the stance leg another one after it.
 """
 
 from __future__ import annotations
@@ -16,6 +20,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pinocchio as pin
+from numpy.typing import NDArray
 
 from gaitopt.contact.schedule import Schedule
 from gaitopt.errors import EvaluationError
@@ -33,7 +38,7 @@ from gaitopt.gait.foot_turn import FootTurn
 from gaitopt.gait.grid import Grid
 from gaitopt.gait.parameters import DURATION, FOOT_YAW, STEP_LENGTH, Layout
 from gaitopt.gait.quantities import Quantity
-from gaitopt.gait.spline import SplineBasis, bernstein, spline_basis
+from gaitopt.gait.spline import SplineBasis, TwoSplines, bernstein, spline_basis, two_splines
 from gaitopt.gait.step import (
     DoubleSupportPart,
     PostureQuantities,
@@ -52,6 +57,7 @@ from gaitopt.mechanics.closed_chain import (
     nested,
     refuse_open,
 )
+from gaitopt.mechanics.closed_impact import ClosedImpact
 from gaitopt.mechanics.impact import Impact, ImpactDerivatives, ImpactState
 from gaitopt.mechanics.single_support import SingleSupport, SupportState
 from gaitopt.mechanics.spatial import apply, cross_force, force_cross_matrix, motion_cross_matrix
@@ -59,7 +65,8 @@ from gaitopt.model.joint_tree import TWIST
 from gaitopt.model.robot import Robot, cached_workspace
 from gaitopt.nlp import Array
 
-_TIED_RATES, _TIED_ANGLES = slice(3 * TWIST, 4 * TWIST), slice(TWIST, 2 * TWIST)
+_ANGLES, _RATES = slice(2 * TWIST), slice(2 * TWIST, 4 * TWIST)
+"""Of the closed chain's (q, dq, ddq)."""
 
 
 @dataclass(frozen=True)
@@ -67,22 +74,25 @@ class _Chained:
     """Derivatives in x, for the second ones.
 
     Attributes:
-        stance, swing: of the coefficients of both legs, (K, 6, P).
+        stance: of the coefficients of the stance leg, (K, 6, P).
         closed, touchdown, liftoff: of (u, du, ddu, g) at the instants of the double support and at
             its ends, (M, 18 + G, P), (1, 18 + G, P) each.
         motion: of all joints, (N, 36, P).
         wrench: of the front foot's, (M, 6, P).
         geometry: of the quantities, (G, P).
+        jump, rear: of the impact's jump of the rates (n, P) and impulse on the rear foot (6, P),
+            without entries where there is none.
     """
 
     stance: Array
-    swing: Array
     closed: Array
     touchdown: Array
     liftoff: Array
     motion: Array
     wrench: Array
     geometry: Array
+    jump: Array
+    rear: Array
 
 
 class DoubleStepModel:
@@ -110,19 +120,27 @@ class DoubleStepModel:
         self.exchange = self.schedule.symmetry.joint_map(robot)
         touch = float(self.schedule.changes[-1])
         self.touch, early = touch, np.linspace(0.0, touch, layout.postures + 2)
-        late = [0.5 * (touch + 1.0), 1.0]
-        self.basis = spline_basis(np.concatenate([early, late]), grid.instants)
+        late = np.array([touch, 0.5 * (touch + 1.0), 1.0])
         self.both = grid.instants > touch
         single = np.minimum(grid.instants, touch)
         self.swing_basis = spline_basis(early, single)
-        self._at_touch = spline_basis(self.basis.knots, np.array([touch]))
+        self.striking = self.schedule.striking
+
+        def stance(instants: Array, after: NDArray[np.bool_]) -> SplineBasis | TwoSplines:
+            if self.striking:
+                return two_splines(early, late, instants, after)
+            return spline_basis(np.concatenate([early, late[1:]]), instants)
+
+        self.basis = stance(grid.instants, self.both)
+        self._at_touch, self._at_late = (
+            stance(late[:count], np.ones(count, dtype=np.bool_)) for count in (1, 3)
+        )
         share = np.clip((grid.instants[self.both] - touch) / (1.0 - touch), 0.0, 1.0)
         self._shares = bernstein(share)
-        # Stance leg at touch-down and midway, from its rate at lift-off and two accelerations: so
-        # that their sizes do not depend on how short the double support is.
+        # Stance leg at touch-down and midway, from its rate at lift-off and accelerations: so that
+        # their sizes do not depend on how short the double support is.
         span = (1.0 - touch) * float(layout.fixed_values[DURATION])
-        back = np.array([span, 0.5 * span])
-        self._late = np.column_stack([-back, np.diag(0.5 * back**2)])
+        self._late = _by_accelerations(0.5 * span) if self.striking else _by_moves(span)
         self._support = SingleSupport(robot, grid.count)
         self._optional = PostureQuantities(robot, optional)
         self._chain: tuple[Displacement, ...] = landing_sole_chain(layout.rise)
@@ -146,14 +164,15 @@ class DoubleStepModel:
         double, T, n = step.double, step.duration, self.layout.joints
         assert double is not None
         early, late = self.swing_basis.knots, self.basis.knots[-3:]
-        at = spline_basis(self.basis.knots, late).at(T) @ step.coefficients  # (3, 3, 6)
+        at = self.late_motion(step)
         middle = self._closed(
             np.ascontiguousarray(at[1:2].swapaxes(0, 1)), double.sole, double.motion.targets
         )
         touch, end = double.touchdown.motion[:, 0], double.liftoff.motion[:, 0]
-        before = np.zeros((len(early) + 2, n))
-        before[:-2, FREE] = step.coefficients[: len(early)]
-        before[-2:, FREE] = step.coefficients[-2], touch[1, FREE]
+        k, stance = len(early), step.coefficients
+        before = np.zeros((k + 2, n))
+        before[:k, FREE] = stance[:k]
+        before[k:, FREE] = stance[k : k + 2] if self.striking else (stance[-2], touch[1, FREE])
         before[:, TIED] = double.swing
         after = np.stack([touch[0], middle.motion[0, 0], end[0], touch[1], end[1]])
         return {
@@ -163,6 +182,30 @@ class DoubleStepModel:
             "double_coefficients": after,
             "front_wrench": step.x[self.layout.front].reshape(4, TWIST),
         }
+
+    def late_motion(self, step: Step) -> Array:
+        """Return (q, dq, ddq) of the stance leg at touch-down, midway and at the end, (3, 3, 6)."""
+        return np.asarray(self._at_late.at(step.duration) @ step.coefficients)
+
+    def bends(self, late: Array) -> Array:
+        """Return the entries `late` of x for a motion as of `late_motion`, shape (b,)."""
+        if self.striking:
+            return np.asarray(late[:, 2].ravel())
+        angles, rate = late[:2, 0] - late[2, 0], late[2, 1]
+        by_rate, by_bends = self._late[:, :1], self._late[:, 1:]
+        return np.asarray(np.linalg.solve(by_bends, angles - by_rate * rate).ravel())
+
+    def rear_impulses(self, step: Step) -> Array:
+        """Return the impulse on the rear foot per unit of that on the front one, shape (6, 6).
+
+        Of an impact, if there were one, where both feet come to stand; each in its sole frame.
+        """
+        double = step.double
+        assert double is not None
+        posture, axes = double.touchdown.motion[0, 0], double.touchdown.axes[0]
+        each = double.sole.toDualActionMatrix().T
+        rear = [self.closed_impact.at(posture, axes, force).rear for force in each]
+        return np.stack(rear, axis=1)
 
     @property
     def boundary(self) -> DoubleSupport:
@@ -175,6 +218,11 @@ class DoubleStepModel:
     def impact(self) -> Impact:
         """The impact of the robot, which a step with a double support has not."""
         return cached_workspace(self.robot, Impact)
+
+    @property
+    def closed_impact(self) -> ClosedImpact:
+        """The impact after which both feet stay."""
+        return cached_workspace(self.robot, ClosedImpact)
 
     @property
     def closed(self) -> ClosedChain:
@@ -226,14 +274,26 @@ class DoubleStepModel:
         liftoff = self._closed(last, sole, targets)
         rate_start = self.exchange @ liftoff.motion[1, 0]
         knots = x[layout.knots].reshape(-1, layout.joints)
-        late = q_end[FREE] + self._late @ np.vstack([rate_end, x[layout.late].reshape(2, TWIST)])
-        stance = np.vstack(
-            [q_start[FREE], knots[:, FREE], late, q_end[FREE], rate_start[FREE], rate_end]
-        )
+        late = self._late @ np.vstack([rate_end, x[layout.late].reshape(-1, TWIST)])
+        late[: -2 if self.striking else None] += q_end[FREE]
+        if self.striking:
+            stance = np.vstack([np.zeros((len(knots) + 4, TWIST)), late])  # before it: below
+        else:
+            stance = np.vstack(
+                [q_start[FREE], knots[:, FREE], late, q_end[FREE], rate_start[FREE], rate_end]
+            )
         at_touch = (self._at_touch.at(T) @ stance).swapaxes(0, 1)
         touchdown = self._closed(at_touch, sole, targets)
-        q_touch, dq_touch = touchdown.motion[:2, 0, TIED]
-        swing = np.vstack([q_start[TIED], knots[:, TIED], q_touch, rate_start[TIED], dq_touch])
+        q_touch, dq_touch = touchdown.motion[:2, 0]
+        struck = None
+        if self.striking:
+            force = sole.toDualActionMatrix() @ x[layout.push]
+            struck = self.closed_impact.at(q_touch, touchdown.axes[0], force)
+            dq_touch = dq_touch - struck.jump
+        early = np.vstack([q_start, knots, q_touch, rate_start, dq_touch])
+        if self.striking:
+            stance[: len(early)] = early[:, FREE]
+        swing = early[:, TIED]
         free = (self.basis.at(T) @ stance).swapaxes(0, 1)
         tied = (self.swing_basis.at(T) @ swing).swapaxes(0, 1)
         motion = np.concatenate([free, tied], axis=2)
@@ -242,7 +302,7 @@ class DoubleStepModel:
         wrench = self._shares @ x[layout.front].reshape(4, TWIST)
         front = np.zeros((self.grid.count, TWIST))
         front[self.both] = wrench
-        part = DoubleSupportPart(closed, touchdown, liftoff, sole, wrench, swing, front)
+        part = DoubleSupportPart(closed, touchdown, liftoff, sole, wrench, swing, front, struck)
         return _Parts(x, geometry, posture, q_end, stance, np.ascontiguousarray(motion), part)
 
     def _closed(self, free: Array, sole: pin.SE3, targets: Array) -> ClosedMotion:
@@ -250,13 +310,17 @@ class DoubleStepModel:
         return ClosedMotion(motion, axes, targets, self._drive)
 
     def _step(self, parts: _Parts, support: SupportState, read: dict[Quantity, Array]) -> Step:
-        double, rate = parts.double, parts.double.liftoff.motion[1, 0]
+        double, impulse = parts.double, np.zeros(TWIST)
+        before = after = double.liftoff.motion[1, 0]
+        if double.struck is not None:
+            after = double.touchdown.motion[1, 0]
+            before, impulse = after - double.struck.jump, parts.x[self.layout.push]
         effort = support.effort.copy()
         force = double.in_world
         effort[self.both, :TWIST] -= force
         axes = double.motion.axes
         effort[self.both, TWIST:] -= apply(axes, force)
-        still = ImpactState(np.concatenate([np.zeros(TWIST), rate]), np.zeros(TWIST))
+        impact = ImpactState(np.concatenate([np.zeros(TWIST), after]), impulse)
         yaw = np.full(self.grid.count, parts.geometry[FOOT_YAW])
         found = completed(read, yaw, self.grid.count)
         found[quantities.PEAK] = np.tile(parts.x[self.layout.largest], (self.grid.count, 1))
@@ -265,8 +329,8 @@ class DoubleStepModel:
             geometry=parts.geometry,
             posture=parts.posture,
             q_end=parts.q_end,
-            rate_before=rate,
-            impact=still,
+            rate_before=before,
+            impact=impact,
             coefficients=parts.stance,
             motion=parts.motion,
             support=SupportState(effort, support.corners),
@@ -289,19 +353,28 @@ class DoubleStepModel:
         liftoff = np.concatenate([q_end[FREE], rate_end, np.zeros((TWIST, P)), geometry])[None]
         rate_start = self.exchange @ (double.liftoff.jacobian[0, n : 2 * n] @ liftoff[0])
         knots = eye[layout.knots].reshape(k, n, P)
-        moves = np.concatenate([rate_end[None], eye[layout.late].reshape(2, TWIST, P)])
-        late = q_end[FREE] + np.einsum("km,mjp->kjp", self._late, moves)
-        stance = np.concatenate(
-            [q_start[None, FREE], knots[:, FREE], late, [q_end[FREE], rate_start[FREE], rate_end]]
-        )
+        moves = np.concatenate([rate_end[None], eye[layout.late].reshape(-1, TWIST, P)])
+        late = np.einsum("km,mjp->kjp", self._late, moves)
+        late[: -2 if self.striking else None] += q_end[FREE]
+        if self.striking:
+            stance = np.concatenate([np.zeros((k + 4, TWIST, P)), late])
+        else:
+            ends = [q_end[FREE], rate_start[FREE], rate_end]
+            stance = np.concatenate([q_start[None, FREE], knots[:, FREE], late, ends])
         touchdown = self._along(self._at_touch, stance, T, geometry)
-        ends = double.touchdown.jacobian[0] @ touchdown[0]
-        swing = np.concatenate(
-            [
-                q_start[None, TIED], knots[:, TIED],
-                [ends[_TIED_ANGLES], rate_start[TIED], ends[_TIED_RATES]],
-            ]
-        )  # fmt: skip
+        at_touch = double.touchdown.jacobian[0] @ touchdown[0]
+        rate_touch, jump, rear = at_touch[_RATES], np.zeros((0, P)), np.zeros((0, P))
+        if double.struck is not None:
+            taken = self._taken_jacobian(
+                double.sole, double.touchdown, self._push(step), at_touch[None, _ANGLES], geometry,
+                eye[layout.push][None],
+            )[0]  # fmt: skip
+            jump, rear = double.struck.along(at_touch[_ANGLES], taken)
+            rate_touch = rate_touch - jump
+        early = np.concatenate([q_start[None], knots, [at_touch[_ANGLES], rate_start, rate_touch]])
+        if self.striking:
+            stance[: len(early)] = early[:, FREE]
+        swing = early[:, TIED]
         motion = np.concatenate(
             [_moved(self.basis, stance, T), _moved(self.swing_basis, swing, T)], axis=2
         )
@@ -310,9 +383,15 @@ class DoubleStepModel:
         motion[self.both] = double.motion.jacobian @ closed
         of_front = eye[layout.front].reshape(4, TWIST, P)
         wrench = np.einsum("mb,bjp->mjp", self._shares, of_front)
-        return _Chained(stance, swing, closed, touchdown, liftoff, motion, wrench, geometry)
+        return _Chained(stance, closed, touchdown, liftoff, motion, wrench, geometry, jump, rear)
 
-    def _along(self, basis: SplineBasis, stance: Array, T: float, geometry: Array) -> Array:
+    def _push(self, step: Step) -> Array:
+        """The impulse on the front foot in its sole frame, shape (1, 6)."""
+        return step.x[self.layout.push][None]
+
+    def _along(
+        self, basis: SplineBasis | TwoSplines, stance: Array, T: float, geometry: Array
+    ) -> Array:
         """Derivatives of (u, du, ddu, g) at instants, (N, 18 + G, P)."""
         moved = _moved(basis, stance, T).reshape(len(basis.instants), 3 * TWIST, -1)
         fixed = np.broadcast_to(geometry, (len(moved), *geometry.shape))
@@ -325,12 +404,15 @@ class DoubleStepModel:
         own, boundary = layout.boundary_columns, layout.boundary
         angles = at.motion[:, :n]
         effort = support.effort @ at.motion
-        effort[self.both] -= self._front_jacobian(step, at)
+        effort[self.both] -= self._taken_jacobian(
+            double.sole, double.motion, double.wrench, angles[self.both], at.geometry, at.wrench
+        )
         legs = np.zeros((2, 3, P))
         legs[:, :, boundary] = local.posture.legs[:, :, own]
         travel = at.geometry[[STEP_LENGTH, DURATION]][None]
         front = np.zeros((count, TWIST, P))
         front[self.both] = at.wrench
+        impulse = np.eye(P)[layout.push] if self.striking else np.zeros((TWIST, P))
         corners = support.corners.reshape(count, -1, n) @ angles
         yaw = layout.index("foot_yaw")
         turned = None if yaw is None else np.broadcast_to(np.eye(P)[yaw], (count, P))
@@ -341,39 +423,48 @@ class DoubleStepModel:
             quantities.ANGLES: angles,
             quantities.RATES: at.motion[:, n : 2 * n],
             quantities.ACCELERATIONS: at.motion[:, 2 * n :],
-            quantities.IMPULSE: np.zeros((1, TWIST, P)),
+            quantities.IMPULSE: impulse[None],
             quantities.SOLE_TWIST: np.zeros((1, TWIST, P)),
             quantities.LEGS: legs,
             quantities.GAPS: np.zeros((0, TWIST, P)),
             quantities.TRAVEL: travel,
             quantities.FOOT_TURN: np.zeros((count, 0, P)),
             quantities.FRONT_WRENCH: front,
+            quantities.REAR_IMPULSE: at.rear[None],
             quantities.PEAK: np.tile(np.eye(P)[layout.largest], (count, 1, 1)),
             quantities.ADVANCE: np.zeros((1, 0, P)),
             **chained(local.optional, angles, turned),
         }
 
-    def _front_local(self, step: Step) -> tuple[Array, Array]:
-        """Derivatives of the front wrench in the stance frame: in g (M, 6, G), in itself (6, 6)."""
-        double = step.double
-        assert double is not None
-        force = double.in_world
-        twists = double.motion.targets  # (k, 6)
+    def _front_local(self, sole: pin.SE3, targets: Array, force: Array) -> tuple[Array, Array]:
+        """Derivatives of a front wrench in the stance frame: in g (M, 6, G), in itself (6, 6)."""
         by_amount = np.stack(
-            [cross_force(np.broadcast_to(t, force.shape), force) for t in twists], axis=2
+            [cross_force(np.broadcast_to(t, force.shape), force) for t in targets], axis=2
         )
-        return by_amount @ self._drive, np.asarray(double.sole.toDualActionMatrix())
+        return by_amount @ self._drive, np.asarray(sole.toDualActionMatrix())
 
-    def _front_jacobian(self, step: Step, at: _Chained) -> Array:
-        """Derivatives of what the front foot takes off wrench and torques, (M, 6 + n, P)."""
-        double = step.double
-        assert double is not None
-        by_geometry, by_wrench = self._front_local(step)
-        force, axes = double.in_world, double.motion.axes
-        in_world = by_geometry @ at.geometry + by_wrench @ at.wrench
-        n = self.layout.joints
-        by_angles = nested_moments(axes, force)
-        torque = axes @ in_world + by_angles @ at.motion[self.both, :n]
+    def _taken_jacobian(
+        self,
+        sole: pin.SE3,
+        closed: ClosedMotion,
+        wrench: Array,
+        angles: Array,
+        geometry: Array,
+        by_x: Array,
+    ) -> Array:
+        """Derivatives of what the front foot takes off wrench and torques, (M, 6 + n, P).
+
+        Args:
+            sole: placement of the front sole.
+            closed: the chain at M instants.
+            wrench: on the front foot, in its sole frame, shape (M, 6).
+            angles, geometry, by_x: derivatives of the angles (M, n, P), of the quantities (G, P)
+                and of the wrench (M, 6, P).
+        """
+        axes, force = closed.axes, np.asarray(wrench @ sole.toDualActionMatrix().T)
+        by_geometry, by_wrench = self._front_local(sole, closed.targets, force)
+        in_world = by_geometry @ geometry + by_wrench @ by_x
+        torque = axes @ in_world + nested_moments(axes, force) @ angles
         return np.concatenate([in_world, torque], axis=1)
 
     def hessian(self, step: Step, derivatives: StepDerivatives, weights: StepWeights) -> Array:
@@ -383,7 +474,10 @@ class DoubleStepModel:
         at, T, P = self._chained(step, derivatives), step.duration, self.layout.size
         effort = np.concatenate([first[quantities.WRENCH], first[quantities.TORQUE]], axis=1)
         gradient = local_gradient(derivatives, first, effort, 0)
-        taken, H = self._front_hessian(step, at, -effort[self.both])
+        taken, H = self._taken_hessian(
+            double.sole, double.motion, double.wrench, at.motion[self.both, :n], at.geometry,
+            at.wrench, -effort[self.both],
+        )  # fmt: skip
         gradient[self.both, :n] += taken
         dynamics = derivatives.support.hessian(effort)
         plain = StepWeights(first, {})
@@ -400,15 +494,26 @@ class DoubleStepModel:
         on_stance += self._closing(
             double.motion, gradient[self.both], at.closed, self.basis.at(T)[self.both], H
         )
+        k = self.layout.postures
         ends = np.zeros((1, 3 * n))
-        ends[0, _TIED_ANGLES], ends[0, _TIED_RATES] = on_swing[-3], on_swing[-1]
+        on_early = on_swing
+        if self.striking:
+            on_early = np.concatenate([on_stance[: k + 4], on_swing], axis=1)
+            ends[0, _ANGLES], ends[0, _RATES] = on_early[-3], on_early[-1]
+            ends[0, _ANGLES] += self._impact_hessian(step, at, -on_early[-1], first, H)
+        else:
+            ends.reshape(3, n)[:2, TIED] = on_swing[-3], on_swing[-1]
         on_stance += self._closing(double.touchdown, ends, at.touchdown, self._at_touch.at(T), H)
         last = np.zeros((1, 3 * n))
-        last[0, n : 2 * n] = self.exchange.T @ np.concatenate([on_stance[-2], on_swing[-2]])
+        if self.striking:
+            start, rate = on_early[0], on_early[-2]
+        else:
+            start = np.concatenate([on_stance[0], on_swing[0]])
+            rate = np.concatenate([on_stance[-2], on_swing[-2]])
+        last[0, n : 2 * n] = self.exchange.T @ rate
         H += _bent(double.liftoff, last, at.liftoff)
         at_end = on_stance[-5:-2].sum(axis=0) + (last[0] @ double.liftoff.jacobian[0])[:TWIST]
-        q_start = np.concatenate([on_stance[0], on_swing[0]])
-        q_start += self.exchange[FREE].T @ at_end
+        q_start = start + self.exchange[FREE].T @ at_end
         posture = self.boundary.hessian(
             step.posture, derivatives.posture, q_start,
             first[quantities.LEGS], first[quantities.GAPS],
@@ -426,18 +531,53 @@ class DoubleStepModel:
         back = (weights[:, None] @ closed.jacobian)[:, 0, : 3 * TWIST].reshape(-1, 3, TWIST)
         return np.asarray(np.einsum("nok,noj->kj", basis, back))
 
-    def _front_hessian(self, step: Step, at: _Chained, weights: Array) -> tuple[Array, Array]:
+    def _impact_hessian(
+        self, step: Step, at: _Chained, jump: Array, first: dict[Quantity, Array], H: Array
+    ) -> Array:
+        """Add what the impact bends to H, and return its weights of the angles there, (n,).
+
+        Args:
+            step, at: of the double support.
+            jump: weights of the jump of the rates, shape (n,).
+            first: weights of the quantities.
+            H: Hessian in x, shape (P, P).
+        """
+        double, n = step.double, self.layout.joints
+        assert double is not None
+        assert double.struck is not None
+        struck = double.struck
+        e = struck.adjoint(jump, first[quantities.REAR_IMPULSE][0])
+        along = double.touchdown.jacobian[0, :n] @ at.touchdown[0]
+        bent = self.closed_impact.hessian(struck, e)
+        mixed = along.T @ bent.qa[0] @ at.jump
+        H += along.T @ bent.qq[0] @ along + mixed + mixed.T
+        taken, of_front = self._taken_hessian(
+            double.sole, double.touchdown, self._push(step), along[None], at.geometry,
+            np.eye(self.layout.size)[self.layout.push][None], -e[None],
+        )  # fmt: skip
+        H += of_front
+        return np.asarray(e @ struck.of_posture + taken[0])
+
+    def _taken_hessian(
+        self,
+        sole: pin.SE3,
+        closed: ClosedMotion,
+        wrench: Array,
+        angles: Array,
+        geometry: Array,
+        by_x: Array,
+        weights: Array,
+    ) -> tuple[Array, Array]:
         """Gradient in the angles (M, n) and Hessian in x of weights . (what the front foot takes).
 
         Of weights e, c = e_W + sum_j e_j S_j is a motion, and the sum is c . W(g, w).
 
         Args:
-            step, at: of the double support.
+            sole, closed, wrench, angles, geometry, by_x: as of `_taken_jacobian`.
             weights: of wrench and torques, shape (M, 6 + n).
         """
-        double, n = step.double, self.layout.joints
-        assert double is not None
-        force, axes, targets = double.in_world, double.motion.axes, double.motion.targets
+        axes, targets = closed.axes, closed.targets
+        force = np.asarray(wrench @ sole.toDualActionMatrix().T)
         e = weights[:, TWIST:]
         _, triple, _ = nested(axes, force, 3)
         bent = apply_last(triple, e)  # in the angles
@@ -446,21 +586,20 @@ class DoubleStepModel:
         moved = e[..., None] * axes
         beyond = moved.sum(axis=1, keepdims=True) - np.cumsum(moved, axis=1)
         of_c = apply(motion_cross_matrix(axes), beyond)  # (M, n, 6)
-        by_geometry, by_wrench = self._front_local(step)
-        in_world = by_geometry @ at.geometry + by_wrench @ at.wrench  # (M, 6, P)
-        angles = at.motion[self.both, :n]
+        by_geometry, by_wrench = self._front_local(sole, targets, force)
+        in_world = by_geometry @ geometry + by_wrench @ by_x  # (M, 6, P)
         mixed = angles.swapaxes(1, 2) @ (of_c @ in_world)
         H = (angles.swapaxes(1, 2) @ (bent @ angles) + mixed + mixed.swapaxes(1, 2)).sum(axis=0)
         across = force_cross_matrix(targets)  # (k, 6, 6)
         drive, count = self._drive, len(targets)
         for a in range(count):
             row = c @ across[a]  # c . (G_a x* .)
-            turned = (row[:, None] @ (by_wrench @ at.wrench))[:, 0].sum(axis=0)
-            both = np.outer(drive[a] @ at.geometry, turned)
+            turned = (row[:, None] @ (by_wrench @ by_x))[:, 0].sum(axis=0)
+            both = np.outer(drive[a] @ geometry, turned)
             H += both + both.T
             for b in range(a, count):
                 value = float(np.sum(row * (force @ across[b].T)))
-                pair = value * np.outer(drive[a] @ at.geometry, drive[b] @ at.geometry)
+                pair = value * np.outer(drive[a] @ geometry, drive[b] @ geometry)
                 H += pair if a == b else pair + pair.T
         return (of_c @ force[..., None])[..., 0], np.asarray(H)
 
@@ -478,7 +617,38 @@ class _Parts:
     double: DoubleSupportPart
 
 
-def _moved(basis: SplineBasis, coefficients: Array, T: float) -> Array:
+def _by_moves(span: float) -> Array:
+    """Stance leg at touch-down and midway less its end, by its rate there and two accelerations.
+
+    Args:
+        span: of the double support [s].
+    """
+    back = np.array([span, 0.5 * span])
+    return np.column_stack([-back, np.diag(0.5 * back**2)])
+
+
+def _by_accelerations(h: float) -> Array:
+    """Coefficients of the stance leg's spline after the impact, angles less that at the end.
+
+    They are its angles at touch-down, midway and at the end, its rates at touch-down and at the
+    end, by its rate at the end and its accelerations at the three knots, linear in between: (5, 4).
+
+    Args:
+        h: half of the double support [s].
+    """
+    square = h * h
+    return np.array(
+        [
+            [-2.0 * h, square / 6.0, square, 5.0 * square / 6.0],
+            [-h, 0.0, square / 6.0, square / 3.0],
+            [0.0, 0.0, 0.0, 0.0],
+            [1.0, -0.5 * h, -h, -0.5 * h],
+            [1.0, 0.0, 0.0, 0.0],
+        ]
+    )
+
+
+def _moved(basis: SplineBasis | TwoSplines, coefficients: Array, T: float) -> Array:
     """Derivatives of (q, dq, ddq) of a leg at the instants, (N, 3, 6, P)."""
     matrix = basis.at(T)
     width = coefficients.shape[0]

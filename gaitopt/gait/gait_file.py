@@ -147,13 +147,15 @@ def _turn(phase: int) -> tuple[Member, ...]:
 
 _MOST = 3  # phases: the foot turns having landed, stands flat, turns before it leaves
 _FRONT = (Member("front_wrench_1", "float64", (4, 6), "N, N·m", "front sole"),)
+_REAR = (Member("rear_impulse_0", "float64", (6,), "N·s, N·m·s", "rear sole"),)
 PHASES = (
     *(part for k in range(_MOST) for part in (_splines(k) if k else (), _turn(k)) if part),
     _FRONT,
+    _REAR,
 )
 """Groups of further arrays, each of which is in the file as a whole or not at all: those of the
-splines of a second and a third phase, of the phases in which the stance foot turns, and of a second
-one in which both feet stand."""
+splines of a second and a third phase, of the phases in which the stance foot turns, of a second one
+in which both feet stand, and of an impact that both feet take, which ends the first."""
 
 TIED = (
     Member("robot_tied", "int64", ("t",)),
@@ -268,6 +270,8 @@ def gait_members(gait: Gait) -> _Arrays:
             found[f"front_wrench_{number}"] = phase.front
         if phase.turning is not None:
             found |= {f"foot_{n}_{number}": getattr(phase.turning, n) for n in _OF_FOOT}
+    if gait.striking:
+        found[_REAR[0].name] = gait.rear_impulse
     found |= {name: getattr(at, name) for name in _BASE}
     found |= {name: getattr(gait, name) for name in (*_TEXTS, *_NAMES)}
     found |= {key: getattr(trajectory.body, name) for name, key in _OF_ROBOT.items()}
@@ -317,7 +321,8 @@ def _schedule(gait: Gait) -> dict[str, object]:
     ends = [Transition.SMOOTH] * (len(feet) - 1) + [Transition.IMPACT]
     if gait.closing:
         feet[-1] = dict.fromkeys((gait.stance_sole, gait.swing_sole_frame), FlatFoot.name)
-        ends = [Transition.TOUCH_DOWN, Transition.LIFT_OFF]
+        begin = Transition.IMPACT if gait.striking else Transition.TOUCH_DOWN
+        ends = [begin, Transition.LIFT_OFF]
     phases = [
         {"contacts": contacts, "duration": phase.duration, "end": end.value}
         for contacts, phase, end in zip(feet, gait.trajectory.phases, ends, strict=True)
@@ -425,6 +430,7 @@ def _joined(members: _Arrays) -> _Arrays:
             "double_knots": begin + members["knots_1"],
             "double_coefficients": members["coefficients_1"],
             "front_wrench": members[_FRONT[0].name],
+            "rear_impulse": members.get(_REAR[0].name, np.zeros(0)),
         }
     count = sum(f"knots_{k}" in members for k in range(_MOST))
     if count > 1 and "knots_1" not in members:

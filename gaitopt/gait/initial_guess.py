@@ -44,6 +44,7 @@ _FOOT_ANGLE = 0.15  # rad at the end, where the stance foot turns; from less a h
 _LANDING_ANGLE = 0.15  # rad, where the foot lands on its heel
 _HAIR = 1e-12  # between bounds that are equal: least squares wants room
 _RATE_FRACTION = 0.5  # of the last secant: the foot slows down before it lands
+_PUSH = 0.05  # m/s: vertical impulse of an impact that both feet take, over the mass
 
 
 def first_guess(problem: WalkProblem) -> Array:
@@ -156,7 +157,12 @@ def _closing_guess(problem: WalkProblem, model: DoubleStepModel) -> Array:
     wrench[:, 2] = weight * np.array([0.1, 0.3, 0.7, 0.9])
     wrench[:, 4] = -wrench[:, 2] * 0.5 * (problem.robot.sole.toe + problem.robot.sole.heel)
     leg = slice(TWIST)
-    more = np.concatenate([np.zeros(TWIST), bend[leg], wrench.ravel()])
+    bends, push = [np.zeros(TWIST), bend[leg]], np.zeros(TWIST * model.striking)
+    if model.striking:
+        bends.append(np.zeros(TWIST))
+        push[2] = _PUSH * problem.robot.mass
+        push[4] = -push[2] * 0.5 * (problem.robot.sole.toe + problem.robot.sole.heel)
+    more = np.concatenate([*bends, wrench.ravel(), push])
     return model.layout.pack(np.array(early), rate[leg], q_start, geometry, more)
 
 

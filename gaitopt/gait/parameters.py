@@ -62,6 +62,7 @@ KNOT_SCALE = 1.0  # rad; measured to be the main lever of the solvers, with the 
 RATE_SCALE = 4.0  # rad/s
 BEND_SCALE = 50.0  # rad/s²
 FORCE_SCALE, MOMENT_SCALE = 200.0, 20.0  # N, N·m: of the front foot
+IMPULSE_SCALE, IMPULSE_MOMENT_SCALE = 5.0, 0.5  # N·s, N·m·s: likewise
 _LEG = 6  # joints of a leg that follows from where its ends are
 _WRENCH = tuple(f"{kind}_{axis}" for kind in ("force", "moment") for axis in "xyz")
 _PEAK_SCALE = 10.0  # N·m
@@ -82,6 +83,8 @@ class Layout:
         landing: whether it lands on a line of its sole and turns at the start of the step.
         closing: whether both feet stand at the end of the step, see `double_step`: then the stance
             leg of six joints has two more postures, and the front foot a wrench.
+        striking: whether an impact begins that: then the stance leg has one bend more, and the
+            front foot an impulse.
         rise: of the footprint ahead over that of the stance foot [m].
         peak: whether the largest torque is a parameter, for a cost that minimises it.
     """
@@ -95,6 +98,7 @@ class Layout:
     landing: bool = False
     peak: bool = False
     closing: bool = False
+    striking: bool = False
 
     @cached_property
     def free(self) -> list[int]:
@@ -149,8 +153,16 @@ class Layout:
 
     @cached_property
     def late(self) -> slice:
-        """Entries that bend the stance leg to touch-down and to midway from lift-off; or none."""
-        return slice(self.landed.stop, self.landed.stop + 2 * _LEG * self.closing)
+        """Entries that bend the stance leg while both feet stand; or none."""
+        count = len(self.bends) * _LEG
+        return slice(self.landed.stop, self.landed.stop + count)
+
+    @property
+    def bends(self) -> tuple[str, ...]:
+        """When the stance leg has an acceleration of its own while both feet stand."""
+        if self.striking:
+            return ("at_touch_down", "midway", "at_lift_off")
+        return ("at_touch_down", "midway") if self.closing else ()
 
     @cached_property
     def front(self) -> slice:
@@ -158,9 +170,14 @@ class Layout:
         return slice(self.late.stop, self.late.stop + 4 * _LEG * self.closing)
 
     @cached_property
+    def push(self) -> slice:
+        """Entries of the impulse on the front foot as both feet come to stand; or none."""
+        return slice(self.front.stop, self.front.stop + _LEG * self.striking)
+
+    @cached_property
     def largest(self) -> slice:
         """Entry of the largest torque, the last one; or none."""
-        return slice(self.front.stop, self.front.stop + self.peak)
+        return slice(self.push.stop, self.push.stop + self.peak)
 
     @cached_property
     def boundary(self) -> NDArray[np.int_]:
@@ -189,8 +206,10 @@ class Layout:
         if self.closing:
             leg = self.joint_names[:_LEG]
             rates = [f"{j}_rate_at_lift_off" for j in leg]
-            late = [f"{j}_bend_{when}" for when in ("at_touch_down", "midway") for j in leg]
+            late = [f"{j}_bend_{when}" for when in self.bends for j in leg]
             late += [f"front_foot_{part}_{k + 1}" for k in range(4) for part in _WRENCH]
+        if self.striking:
+            late += [f"front_foot_impulse_{part}" for part in _WRENCH]
         start = [f"{j}_at_start" for j in self.joint_names] if self.lifted else []
         turn = foot_turn.NAMES if self.turning else ()
         turn = (*turn, *(foot_turn.LANDING_NAMES if self.landing else ()))
@@ -229,7 +248,7 @@ class Layout:
         it is in x, is left 0.
         """
         start = q_start if self.lifted else q_start[:0]
-        turn = np.zeros(self.front.stop - self.turn.start) if turn is None else turn
+        turn = np.zeros(self.push.stop - self.turn.start) if turn is None else turn
         peak = np.zeros(int(self.peak))
         return np.concatenate([knots.ravel(), rate_before, start, geometry[self.free], turn, peak])
 
@@ -257,6 +276,8 @@ class Layout:
         scale[self.late] = BEND_SCALE
         wrench = np.repeat([FORCE_SCALE, MOMENT_SCALE], 3)
         scale[self.front] = np.tile(wrench, 4 * self.closing)
+        impulse = np.repeat([IMPULSE_SCALE, IMPULSE_MOMENT_SCALE], 3)
+        scale[self.push] = np.tile(impulse, int(self.striking))
         scale[self.largest] = _PEAK_SCALE
         return scale
 

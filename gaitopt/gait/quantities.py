@@ -92,6 +92,11 @@ FRONT_WRENCH = Quantity(
 IMPULSE = Quantity(
     "impulse", "N·s, N·m·s", "landing sole: of the ground on the foot", _WRENCH, ("",)
 )
+REAR_IMPULSE = Quantity(
+    "rear_impulse", "N·s, N·m·s",
+    "rear sole: of the ground on the foot, at an impact after which both stand; no entries in "
+    "other walks", _WRENCH, ("",),
+)  # fmt: skip
 SOLE_TWIST = Quantity(
     "sole_twist", "m/s, rad/s", "footprint of the old stance sole, after the impact",
     tuple(f"{kind} {axis}" for kind in ("velocity", "rate") for axis in _XYZ), ("",),
@@ -112,7 +117,7 @@ ADVANCE = Quantity(
 
 ALL = (
     TORQUE, WRENCH, CORNERS, ANGLES, RATES, ACCELERATIONS, IMPULSE, SOLE_TWIST, LEGS, GAPS, TRAVEL,
-    TRUNK, LEG_GAPS, FOOT_TURN, PEAK, FRONT_WRENCH, ADVANCE,
+    TRUNK, LEG_GAPS, FOOT_TURN, PEAK, FRONT_WRENCH, REAR_IMPULSE, ADVANCE,
 )  # fmt: skip
 
 

@@ -62,6 +62,7 @@ DOUBLE: dict[str, tuple[int | str, ...]] = {
     "double_knots": ("d",),
     "double_coefficients": ("d + 2", "J"),
     "front_wrench": ("4 or 0", 6),
+    "rear_impulse": ("6 or 0",),
 }
 """Arrays of the double support, empty where an impact ends the step."""
 _MULTIPLIERS: dict[str, tuple[int | str, ...]] = {
@@ -132,6 +133,9 @@ class Gait:
             near its splines, where its sole stays; empty where an impact ends the step.
         front_wrench: of the ground on the front foot then, in its sole frame: control points of a
             cubic of time in Bernstein's form, force [N] and moment [N·m], shape (4, 6) or (0, 6).
+        rear_impulse: of the ground on the rear foot, in its sole frame, where an impact that both
+            feet take begins the double support [N·s, N·m·s], shape (6,) or (0,); `impulse` and the
+            rates around it are of the same instant.
         second: the step after this one, where that is no mirror image of it, in a stride of two:
             seen as its own mirror image, with E like this one, so that its next step is this one.
         meta: JSON-able record (task, limits, sole, mass, cost, solver, status, certificate,
@@ -177,6 +181,7 @@ class Gait:
     double_knots: Array = field(default_factory=lambda: np.zeros(0))
     double_coefficients: Array = None  # type: ignore[assignment]  # from then on an array
     front_wrench: Array = field(default_factory=lambda: np.zeros((0, 6)))
+    rear_impulse: Array = field(default_factory=lambda: np.zeros(0))
     second: Gait | None = None
 
     def __post_init__(self) -> None:
@@ -272,8 +277,13 @@ class Gait:
 
     @property
     def closing(self) -> bool:
-        """Whether both feet stand at the end of the step, after a touch-down at zero speed."""
+        """Whether both feet stand at the end of the step."""
         return bool(self.double_knots.size)
+
+    @property
+    def striking(self) -> bool:
+        """Whether that begins with an impact; otherwise the foot touches down at zero speed."""
+        return bool(self.rear_impulse.size)
 
     def front_wrench_at(self, times: Array) -> Array:
         """Return the wrench on the front foot at times [s] of the double support, (N, 6)."""
@@ -548,8 +558,11 @@ def _check_double(gait: Gait) -> None:
     knots = gait.double_knots
     sizes = gait.double_coefficients.shape, gait.front_wrench.shape
     joints = len(gait.joint_names)
-    if knots.size == gait.double_coefficients.size == gait.front_wrench.size == 0:
+    rear = gait.rear_impulse.size
+    if knots.size == gait.double_coefficients.size == gait.front_wrench.size == rear == 0:
         return
+    if rear not in (0, 6):
+        raise InputError("the gait's rear_impulse must be six values, or none")
     if knots.size < 2 or sizes != ((knots.size + 2, joints), (4, 6)):
         raise InputError(
             "the gait's double_knots must be two values at least, with double_coefficients two "

@@ -6,9 +6,10 @@ end), so a whole motion is one matrix product, and so is its derivative with res
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gaitopt.nlp import Array
 
@@ -48,6 +49,54 @@ class SplineBasis:
         for k in range(order):
             factor = factor * (powers - k)
         return self.unit * (factor * duration ** (powers - order))
+
+
+@dataclass(frozen=True)
+class TwoSplines:
+    """One spline after another, which share their knot and nothing else: the rates may jump there.
+
+    Coefficients are those of the first, then those of the second.
+
+    Attributes:
+        parts: their bases, at all instants.
+        later: at which instants the second one counts, shape (N,).
+    """
+
+    parts: tuple[SplineBasis, SplineBasis]
+    later: NDArray[np.bool_]
+
+    @property
+    def knots(self) -> Array:
+        """Knots of both, from 0 to 1, the one they share once."""
+        first, second = (part.knots for part in self.parts)
+        return np.concatenate([first, second[1:]])
+
+    @property
+    def instants(self) -> Array:
+        """The instants s, shape (N,)."""
+        return self.parts[0].instants
+
+    def at(self, duration: float, order: int = 0) -> Array:
+        """Return the map for step duration T, as of `SplineBasis`, shape (N, 3, coefficients)."""
+        chosen = self.later[:, None, None]
+        first, second = (part.at(duration, order) for part in self.parts)
+        return np.concatenate([first * ~chosen, second * chosen], axis=2)
+
+
+def two_splines(early: Array, late: Array, instants: Array, later: NDArray[np.bool_]) -> TwoSplines:
+    """Build the basis of two splines.
+
+    Args:
+        early, late: their knots in s = t / T; the last of one is the first of the other.
+        instants: within [0, 1], shape (N,).
+        later: at which of them the second one counts, shape (N,).
+    """
+    parts = (
+        replace(spline_basis(knots, np.clip(instants, knots[0], knots[-1])), instants=instants)
+        for knots in (early, late)
+    )
+    first, second = parts
+    return TwoSplines((first, second), later)
 
 
 def spline_basis(knots: Array, instants: Array) -> SplineBasis:

@@ -21,6 +21,7 @@ from gaitopt.gait.foot_turn import FootTurn
 from gaitopt.gait.parameters import DURATION, STEP_LENGTH
 from gaitopt.gait.quantities import Quantity
 from gaitopt.mechanics.closed_chain import ClosedMotion
+from gaitopt.mechanics.closed_impact import ClosedJump
 from gaitopt.mechanics.forward_kinematics import (
     ForwardKinematics,
     Placements,
@@ -76,7 +77,9 @@ class Step:
         support: single support at the instants.
         optional: quantities that only some constraints look at; without entries unless they do.
         double: its double support; None where an impact ends it. Then the end of the step is the
-            lift-off, and `coefficients` are the stance leg's, (k + 6, 6).
+            lift-off, and `coefficients` are the stance leg's, (k + 6, 6); where an impact begins
+            the double support `rate_before` and `impact` are of that, and they are those until
+            then and those from then on, (k + 4 + 5, 6).
     """
 
     x: Array
@@ -150,6 +153,11 @@ class Step:
             quantities.FRONT_WRENCH: (
                 np.zeros((len(effort), 0)) if self.double is None else self.double.front
             ),
+            quantities.REAR_IMPULSE: (
+                np.zeros((1, 0))
+                if self.double is None or self.double.struck is None
+                else self.double.struck.rear[None]
+            ),
             quantities.ADVANCE: np.zeros((1, 0)),
             **self.optional,
         }
@@ -166,6 +174,7 @@ class DoubleSupportPart:
         wrench: of the ground on the front foot there, in its sole frame, shape (M, 6).
         swing: coefficients of the swing leg's spline until touch-down, shape (k + 4, 6).
         front: that wrench at all instants, 0 while the foot swings, shape (N, 6).
+        struck: the impact that begins it; None where the foot touches down at zero speed.
     """
 
     motion: ClosedMotion
@@ -175,6 +184,7 @@ class DoubleSupportPart:
     wrench: Array
     swing: Array
     front: Array
+    struck: ClosedJump | None = None
 
     @cached_property
     def in_world(self) -> Array:

@@ -364,6 +364,7 @@ class StepModel:
             quantities.FOOT_TURN: foot_turn_rows(hinges),
             quantities.FRONT_WRENCH: np.zeros((len(motion), 0, matrix.shape[1])),
             quantities.PEAK: np.tile(matrix[self.layout.largest], (len(motion), 1, 1)),
+            quantities.REAR_IMPULSE: np.zeros((1, 0, matrix.shape[1])),
             quantities.ADVANCE: np.zeros((1, 0, matrix.shape[1])),
             **chained(local.optional, angles, self._yaw_jacobian(yaw_end)),
         }

@@ -52,6 +52,7 @@ from gaitopt.units import SLOPE
 
 SPEED_AS = ("constraint", "penalty")
 BOUNDARIES = ("closed", "lifted")
+TOUCH_DOWNS = ("gentle", "impact")
 EARLIEST, LATEST = 0.1, 0.95
 """Shares of the step between which the foot may begin to turn about its toe."""
 SOONEST, FLAT_BY = 0.05, 0.5
@@ -99,8 +100,10 @@ class Task:
         toe_strip: within which the centre of pressure then is, behind that edge [m].
         heel_strike: share of the step until which the foot that landed on its rear edge rolls flat;
             None: it lands flat.
-        double_support: time for which both feet stand at the end of the step, after a touch-down at
-            zero speed [s]; None: an impact ends it.
+        double_support: time for which both feet stand at the end of the step [s]; None: an impact
+            ends it.
+        touch_down: how that begins: "gentle", at zero speed, or with an "impact" after which both
+            feet stay on the ground, the second case of section 2.4.1.
         heel_strip: within which the centre of pressure then is, ahead of that edge [m].
         slope: of the ground, uphill above zero [rad]; the speed is along it, and is level over
             stairs and terrains that are no planes.
@@ -160,6 +163,12 @@ class Task:
     )  # fmt: skip
     double_support: float | None = entry(
         None, "Time for which both feet stand, after a touch-down at zero speed.", "s"
+    )
+    touch_down: str = entry(
+        "gentle",
+        "How a double support begins: at zero speed, or with an impact that both feet take.",
+        choices=TOUCH_DOWNS,
+        metavar="KIND",
     )
     heel_strip: float = entry(0.01, "Strip at the heel that bears while the foot rolls.", "m")
     slope: float = entry(
@@ -315,6 +324,15 @@ class Task:
 
     def _check_double_support(self) -> None:
         span = self.double_support
+        if self.touch_down not in TOUCH_DOWNS:
+            raise InputError(
+                f"touch_down is {shown(self.touch_down)}; choose {' or '.join(TOUCH_DOWNS)}"
+            )
+        if self.touch_down == "impact" and (span is None or self.margins.soft_landing):
+            why = "soft_landing asks for none; leave out one of them"
+            if span is None:
+                why = "here one foot stands at a time; give double_support, or leave it out"
+            raise InputError(f"touch_down 'impact' is an impact that both feet take, but {why}")
         if span is None:
             return
         share = span / self.duration if is_finite(span) else float("nan")
@@ -398,7 +416,9 @@ class Task:
         landing, leaving = self.heel_strike, self.toe_off
         if self.double_support is not None:
             touch = 1.0 - self.double_support / self.duration
-            single = Phase(FlatFoot(), touch, Transition.TOUCH_DOWN)
+            gentle = self.touch_down == "gentle"
+            begin = Transition.TOUCH_DOWN if gentle else Transition.IMPACT
+            single = Phase(FlatFoot(), touch, begin)
             return Schedule((single, Phase(FlatFoot(), 1.0, Transition.LIFT_OFF, both=True)))
         phases = [Phase(FlatFoot())]
         if landing is not None:

@@ -257,12 +257,15 @@ def _double(gait: Gait) -> dict[str, object]:
 
 
 def _impact(gait: Gait) -> dict[str, object]:
-    """Return what happens at the landing that ends step 0."""
+    """Return what happens at the landing in step 0, at its end or as both feet come to stand."""
     rates = {"before": gait.rate_before, "after": gait.rate_after}
     rates["jump"] = gait.rate_after - gait.rate_before
     q = gait.q[-1]
     return {
         "impulse_in_landing_sole": dict(zip(_IMPULSE, gait.impulse.tolist(), strict=True)),
+        "impulse_in_rear_sole": (
+            dict(zip(_IMPULSE, gait.rear_impulse.tolist(), strict=True)) if gait.striking else None
+        ),
         "rates": {
             name: dict(
                 zip(joint_names(gait), with_followers(gait, values, q).tolist(), strict=True)

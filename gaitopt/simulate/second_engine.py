@@ -108,14 +108,21 @@ def _step(gait: Gait, number: int, instants: int) -> dict[str, float]:
         wrench[row] = _in_sole(robot, data, foot, ground)
     stated = samples.torque[:, trajectory.body.moving] - friction
     on_foot = samples.wrench[np.arange(instants), samples.standing]
-    rate_after, impulse = impact(robot, data, 1 - number, gait)
-    stated_impulse = own.impulse * (_MIRRORED if number == 1 else 1.0)
+    if gait.striking:
+        rate_after, impulse = _impact_of_both(robot, data, gait)
+        stated_impulse, after = np.concatenate([gait.impulse, gait.rear_impulse]), gait.rate_after
+    else:
+        rate_after, impulse = impact(robot, data, 1 - number, gait)
+        stated_impulse, after = (
+            own.impulse * (_MIRRORED if number == 1 else 1.0),
+            E @ own.rate_after,
+        )
     pace = float(np.linalg.norm(samples.base_twist[:, :3], axis=1).max())
     return {
         "torque": _difference(torque, stated),
         "force": _difference(wrench[:, :3], on_foot[:, :3]),
         "moment": _difference(wrench[:, 3:], on_foot[:, 3:]),
-        "rate_after": _difference(rate_after, E @ own.rate_after),
+        "rate_after": _difference(rate_after, after),
         "impulse": _difference(impulse, stated_impulse, _SLIGHT * robot.mass * pace),
     }
 
@@ -150,6 +157,28 @@ def impact(
     after = before + by_impulse @ impulse
     found = flat @ impulse if gait.lands_on_line else _in_sole(robot, data, foot, impulse)
     return after[6:], np.asarray(found)
+
+
+def _impact_of_both(robot: SimulatedRobot, data: mujoco.MjData, gait: Gait) -> tuple[Array, Array]:
+    """Return the rates after both feet stop, and the impulses on front and rear foot, (12,).
+
+    At the instant at which they do, from the rates before it; each impulse in its sole frame.
+    """
+    before = gait.trajectory.at(np.array([gait.knots[-1]]), before=np.array([True]))
+    q, v = before.configuration[0], before.velocity[0]
+    data.qpos[:], data.qvel[:] = robot.position(q), robot.velocity(q, v)
+    mujoco.mj_forward(robot.model, data)
+    mass = np.zeros((robot.model.nv, robot.model.nv))
+    mujoco.mj_fullM(robot.model, data, mass)
+    rear = int(before.standing[0])
+    feet, free = (1 - rear, rear), robot.free(data.qpos)
+    J = np.concatenate([sole_jacobian(robot, data, foot) for foot in feet]) @ free
+    by_impulse = np.linalg.solve(free.T @ mass @ free, J.T)
+    moving = np.concatenate([data.qvel[:6], data.qvel[robot.dof]])
+    impulse = np.linalg.solve(J @ by_impulse, -J @ moving)
+    each = zip(feet, np.split(impulse, 2), strict=True)
+    found = np.concatenate([_in_sole(robot, data, foot, push) for foot, push in each])
+    return (moving + by_impulse @ impulse)[6:], found
 
 
 def _pushed(robot: SimulatedRobot, data: mujoco.MjData, foot: int, wrench: Array) -> Array:

@@ -13,6 +13,12 @@ from gaitopt.gait.step_hessian import StepWeights
 STEPS = steps(4e-4, 6)  # of variables.scale; friction cones need small ones, impacts large ones
 DIRECTIONS = ("joints", "geometry", "all")
 LINEAR = ("walking speed", "front load", "front cop")
+BOTH = "upright, double support after an impact on both"
+OF_PUSH = ("impulse", "impulse cop", "landing impulse")  # which is a parameter there
+
+
+def is_linear(name: str, constraint: str) -> bool:
+    return constraint in LINEAR or (name == BOTH and constraint in OF_PUSH)
 
 
 def parts(name: str, constraint: str) -> tuple[str, ...]:
@@ -80,7 +86,7 @@ def test_hessian_of_the_cost(name, part):
     check(name, part, problem.hessian(x, np.zeros(m), 1.0), np.eye(1, m + 1)[0])
 
 
-@pytest.mark.parametrize(("name", "constraint"), [p for p in PAIRS if p[1] not in LINEAR])
+@pytest.mark.parametrize(("name", "constraint"), [p for p in PAIRS if not is_linear(*p)])
 def test_hessian_of_every_constraint(name, constraint):
     weight = np.concatenate([[0.0], weights(name, constraint)])
     for part in parts(name, constraint):
@@ -90,6 +96,7 @@ def test_hessian_of_every_constraint(name, constraint):
 ELSEWHERE = (
     quantities.PEAK,
     quantities.FRONT_WRENCH,
+    quantities.REAR_IMPULSE,
     quantities.ADVANCE,
 )  # no entries in most walks
 CURVED = [
@@ -107,9 +114,10 @@ CURVED += [
     for what in quantities.ALL
     if what not in (
         quantities.GAPS, quantities.FOOT_TURN, quantities.IMPULSE, quantities.SOLE_TWIST,
-        quantities.PEAK, quantities.ADVANCE,
+        quantities.PEAK, quantities.ADVANCE, quantities.REAR_IMPULSE,
     )
 ]  # fmt: skip
+CURVED += [(BOTH, what) for what in (quantities.IMPULSE, quantities.REAR_IMPULSE, quantities.RATES)]
 
 
 @pytest.mark.parametrize(("name", "what"), [*CURVED, ("lifted, everything free", quantities.GAPS)])
@@ -140,6 +148,7 @@ def test_hessian_of_a_curved_function_of_every_quantity(name, what):
         ("everything free", "walking speed"),
         ("upright, double support", "front load"),
         ("upright, double support", "front cop"),
+        *((BOTH, constraint) for constraint in OF_PUSH),
     ],
 )
 def test_what_is_linear_bends_nothing(name, constraint):
