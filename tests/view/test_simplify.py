@@ -61,6 +61,21 @@ def test_a_cube_keeps_its_size_and_its_edges():
     assert (facing > 0.9).mean() > 0.97
 
 
+def test_many_small_parts_do_not_cost_a_large_one_its_shape():
+    """A shell over washers, flat discs with an edge, which cannot be made of fewer triangles."""
+    shell, angles = ball(60, 1.0), np.linspace(0.0, 2.0 * np.pi, 9)
+    rim = 0.004 * np.column_stack([np.cos(angles), np.sin(angles), np.zeros(9)])
+    disc = np.stack([rim[:-1], rim[1:], np.zeros((8, 3))], axis=1)
+    at = np.random.default_rng(0).normal(size=(4000, 3))
+    at *= 0.5 / np.linalg.norm(at, axis=1, keepdims=True)
+    found = simplified(np.concatenate([shell, *(disc + place for place in at)]))
+    outer = found.corners[np.linalg.norm(found.corners, axis=1) > 0.75]
+    assert np.linalg.norm(outer, axis=1) == pytest.approx(1.0, rel=0.02)
+    assert len(outer) > 200
+    far, _ = cKDTree(outer).query(shell.mean(axis=1))
+    assert far.max() < 0.3  # it is whole
+
+
 def test_small_and_broken_meshes_are_left():
     assert simplified(ball(8, 1.0)[:FEW]) is None
     assert simplified(np.zeros((2 * FEW, 3, 3))) is None
