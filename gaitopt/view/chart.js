@@ -16,13 +16,18 @@ function ticks(low, high) {  // three to six round numbers between
   for (let n = Math.ceil(low / step); n * step <= high + 1e-9 * step; n++) found.push(n * step);
   return found;
 }
+function release(event) {  // after a mouse, the space bar is to play again, not to press once more
+  if (event.detail > 0) event.currentTarget.blur();
+}
 function known(value) { return !Number.isNaN(value); }
 function opened(panel) {  // with arrays in the place of texts
   const lines = panel.lines.map(
     line => ({ ...line, y: numbers(line.y), ...(line.x && { x: numbers(line.x) }) }));
   return { ...panel, lines };
 }
-function brief(value) { return String(Number(value.toPrecision(4))).replace("-", "\u2212"); }
+function brief(value, digits = 4) {
+  return String(Number(value.toPrecision(digits))).replace("-", "\u2212");
+}
 function span(values, least) {
   const low = Math.min(...values), high = Math.max(...values);
   const room = 0.08 * Math.max(high - low, least);
@@ -133,7 +138,7 @@ class Panel {
     const words = [];
     this.panel.lines.forEach((line, k) => {
       const y = line.y[index];
-      if (known(y) && !this.points) words.push(brief(y));
+      if (known(y) && !this.points) words.push(brief(y, 3));
       if (!this.dots) return;
       const gone = !known(y) || !known(line.x[index]);
       this.dots[k].style.display = gone ? "none" : "";
@@ -155,7 +160,7 @@ class Curves {
     this.place = place; this.on = on;
     this.buttons = curves.tabs.map(tab => {
       const button = element(tabs, "button", { role: "tab" }, tab.name);
-      button.onclick = () => { this.open(tab.name); button.blur(); };
+      button.onclick = event => { this.open(tab.name); release(event); };
       return button;
     });
     this.open(curves.tabs[0].name);
@@ -164,7 +169,11 @@ class Curves {
   open(name) {
     const tab = this.curves.tabs.find(t => t.name === name);
     if (!tab) return;
-    this.buttons.forEach(b => b.classList.toggle("on", b.textContent === name));
+    for (const button of this.buttons) {
+      const open = button.textContent === name;
+      button.classList.toggle("on", open);
+      button.setAttribute("aria-selected", open);
+    }
     this.place.replaceChildren();
     this.panels = tab.panels.map(
       panel => new Panel(this.place, this.curves, opened(panel), this.on));

@@ -73,5 +73,5 @@ viewer.held = now => asked.size > 0 || now - touched < RESTS;
 socket.onclose = () => { told.textContent = "gaitopt has ended; this page shows its last walk."; };
 document.getElementById("save").onclick = event => {
   socket.send(JSON.stringify({ save: true }));
-  event.target.blur();
+  release(event);
 };

@@ -13,5 +13,7 @@ function choose(index) {  // the posture at the same time, as far as there is on
   seek(time);
   setPlaying(playing);
 }
-choices.forEach((button, k) => { button.onclick = () => { choose(k); button.blur(); }; });
+choices.forEach((button, k) => {
+  button.onclick = event => { choose(k); release(event); };
+});
 if (choices.length) choose(0);

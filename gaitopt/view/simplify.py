@@ -25,9 +25,9 @@ _FAN = 64  # triangles about a corner; where there are more, they are drawn flat
 _WELD = 1e-6  # of the mesh's size: corners so near are one
 _FINE = 127.0  # steps of a component of a normal
 _HASTE = 5
-"""How fast the library gives up on the shape where it takes too few triangles away: its limit of the
-error grows by this power of the round (its own 7). A mesh of many parts, screws and vents, cannot be
-made as small as is wanted; with 7 the large surfaces beside them pay for it (Apollo's chest)."""
+"""How fast the library gives up on the shape where it takes too few triangles away: its limit of
+the error grows by this power of the round (its own 7). A mesh of many parts, screws and vents,
+cannot be made as small as is wanted; with 7 the large surfaces beside them pay for it."""
 _SIZE = 100.0
 """Of the mesh while it is simplified: the library collapses edges by thresholds that know no unit,
 and folds the surface of a mesh of some centimetres in metres (version 0.2.0)."""

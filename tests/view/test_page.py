@@ -272,3 +272,42 @@ def test_robots_of_other_joints_are_drawn(name, tmp_path):
     assert gait.text("robot") in page_text(gait, steps=2)
     sizes = [imread(path).shape[:2] for path in write_figures(gait, tmp_path)]
     assert sizes[list(FIGURES).index("torques")][0] == 150 * 2.5 * (3 if "five" in name else 4)
+
+
+# what a person without a mouse does: the tab key stops at buttons, which the space bar presses
+KEYS = """
+setPlaying(false);
+const key = (name, target) => target.dispatchEvent(
+  new KeyboardEvent("keydown", { key: name, bubbles: true, cancelable: true }));
+const tab = document.querySelectorAll("#tabs button")[2];
+tab.focus();
+tab.click();  // as the browser does where the space bar is pressed on it
+const seen = { pressed: key(" ", tab), playing: animator.playing,
+               kept: document.activeElement === tab,
+               selected: [...document.querySelectorAll("#tabs button")].map(
+                 b => b.getAttribute("aria-selected")) };
+const line = document.querySelector("figcaption");
+seen.heights = [];
+for (const t of [0, 0.13, 0.27]) {
+  seek(t);
+  seen.heights.push(line.getBoundingClientRect().height);
+}
+tab.dispatchEvent(new MouseEvent("click", { detail: 1 }));
+seen.released = document.activeElement !== tab;
+key(" ", document.body);
+seen.plays = animator.playing;
+document.title = JSON.stringify(seen);
+"""
+
+
+@pytest.mark.browser
+@pytest.mark.skipif(BROWSER is None, reason="no Chromium browser found")
+def test_the_keyboard_reaches_everything(text, tmp_path):
+    seen = browsed(text, KEYS, tmp_path, "1000,700")
+    assert seen["pressed"] is True  # the button's own doing is not prevented
+    assert seen["playing"] is False
+    assert seen["kept"] is True
+    assert seen["selected"] == ["false", "false", "true", "false", "false", "false"]
+    assert len(set(seen["heights"])) == 1  # numbers that change move nothing
+    assert seen["released"] is True
+    assert seen["plays"] is True
