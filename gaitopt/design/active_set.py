@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -19,6 +19,8 @@ END_APPROACH = (
     10.0  # by which a row that vanishes at the end is held nearer to it, round after round
 )
 SAME_PEAK = 0.05  # of the step: a peak nearer than this to an active instant is that one, moved
+BESIDE = 0.125  # of the distance of two instants between which a limit presses: the error of where
+LEAST_SHARE = 0.02  # of the multipliers of two instants: with less, one of them presses alone
 
 
 @dataclass(frozen=True)
@@ -30,6 +32,8 @@ class ViolatedRow:
         instant: s = t / T.
         excess: scaled violation there.
         held: instant at which to hold the row, so that it keeps its limit all about the peak.
+        beside: instants at which to hold it too, for a round: before and after, where `held` is not
+            known exactly.
     """
 
     constraint: str
@@ -37,6 +41,7 @@ class ViolatedRow:
     instant: float
     excess: float
     held: float
+    beside: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -141,6 +146,52 @@ def _held(peak: Extreme, ends: Array) -> float:
     return round(end + away if peak.instant > end else end - away, DIGITS)
 
 
+def sharpened(active: Iterable[ActiveRow], peaks: Iterable[ViolatedRow]) -> tuple[ViolatedRow, ...]:
+    """Return the peaks, those between two active instants of the same row held where it presses.
+
+    A limit that is held at two instants close together is exceeded half way between them, and to
+    hold it there would halve their distance, again and again. With the multipliers m and n at the
+    instants s and t, what presses is m g(s) + n g(t) of the row's gradient g, which to first order
+    is (m + n) g at their mean weighted by m and n: there the row will touch its limit, but for
+    the square of the distance.
+    """
+    known = tuple(active)
+    return tuple(_sharpened(peak, known) for peak in peaks)
+
+
+def _sharpened(peak: ViolatedRow, active: tuple[ActiveRow, ...]) -> ViolatedRow:
+    around = _around(peak, active)
+    if len(around) < 2 or peak.held != peak.instant:
+        return peak
+    (s, m), (t, n) = ((one.instant, one.multiplier) for one in around)
+    if not LEAST_SHARE < m / (m + n) < 1.0 - LEAST_SHARE:
+        return peak
+    here, aside = (m * s + n * t) / (m + n), BESIDE * (t - s)
+    beside = tuple(round(one, DIGITS) for one in (here - aside, here + aside) if s < one < t)
+    return replace(peak, held=round(here, DIGITS), beside=beside)
+
+
+def _around(peak: ViolatedRow, active: Iterable[ActiveRow]) -> list[ActiveRow]:
+    """Return the active rows next before and next after a peak of the same row, near to it.
+
+    None of them where their multipliers have different signs: those are two limits.
+    """
+    near = [
+        one
+        for one in active
+        if (one.constraint, one.entry) == (peak.constraint, peak.entry)
+        and abs(one.instant - peak.instant) <= SAME_PEAK
+    ]
+    before = max((one for one in near if one.instant < peak.instant), key=_when, default=None)
+    after = min((one for one in near if one.instant > peak.instant), key=_when, default=None)
+    found = [one for one in (before, after) if one is not None and one.multiplier != 0.0]
+    return found if len({one.multiplier > 0.0 for one in found}) < 2 else []
+
+
+def _when(one: ActiveRow) -> float:
+    return one.instant
+
+
 def moved(active: Iterable[ActiveRow], peaks: Iterable[ViolatedRow]) -> tuple[ActiveRow, ...]:
     """Return the active rows with those near a new peak of the same row moved there.
 
@@ -149,6 +200,12 @@ def moved(active: Iterable[ActiveRow], peaks: Iterable[ViolatedRow]) -> tuple[Ac
     """
     kept = list(active)
     for peak in peaks:
+        around = _around(peak, kept)
+        if len(around) == 2 and peak.held != peak.instant:  # see `sharpened`
+            kept = [one for one in kept if one not in around]
+            size = sum(one.multiplier for one in around)
+            kept.append(ActiveRow(peak.constraint, peak.entry, peak.held, size))
+            continue
         near = [
             i
             for i, one in enumerate(kept)

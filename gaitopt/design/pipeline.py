@@ -156,7 +156,7 @@ def _relaxed_walk(
     found = options.solver.first_stage.solve(
         derived(easier, options), Start(x), callback, stopping(stop)
     )
-    if not is_walk(found):
+    if not (is_walk(found) or found.status is Status.OPTIMAL):  # roughly, if that was asked for
         return Start(x), found
     return Start(found.x, found.multipliers), found
 

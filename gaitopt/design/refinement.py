@@ -5,6 +5,11 @@ An exchange method (Hettich & Kortanek, 1993, Semi-infinite programming, SIAM Re
 beside it: its multiplier moves there too. Measured on sixteen walks of eight robots, that takes a
 quarter of the iterations off the median one, and one that ran to the limit of iterations without
 it is certified; one takes four times more.
+
+A limit that is held at two instants close together is exceeded half way between them, a quarter as
+much round after round; held where the multipliers of the two say that it presses, and a little
+beside it, it is exceeded a fiftieth as much (`sharpened`): four rounds instead of eight for the
+biped at 1 m/s.
 """
 
 from __future__ import annotations
@@ -21,6 +26,7 @@ from gaitopt.design.active_set import (
     instants_of,
     moved,
     placed,
+    sharpened,
     violated_rows,
 )
 from gaitopt.design.certificate import on_fine_grid
@@ -104,13 +110,14 @@ def exchange(
     """
     instants, active = instants_of(sparse, active), tuple(active)
     for _ in range(MAX_ROUNDS):
-        instants = np.union1d(instants, [peak.held for peak in peaks])
         active = moved(active, peaks)
-        problem = sparse.with_grid(sparse.grid.with_instants(instants))
+        instants = np.union1d(instants, instants_of(sparse, active))
+        beside = [one for peak in peaks for one in peak.beside]  # to stay if they press
+        problem = sparse.with_grid(sparse.grid.with_instants(np.union1d(instants, beside)))
         solution = solve(problem, Start(x, placed(problem, active)))
         yield problem, solution
         x, active = solution.x, active_rows(problem, solution.multipliers)
-        peaks = () if fine is None else violated_rows(fine, x)
+        peaks = () if fine is None else sharpened(active, violated_rows(fine, x))
         if all(peak.excess <= enough for peak in peaks):
             return
 

@@ -443,7 +443,13 @@ class StartJob:
         callback = None if on_progress is None else on_progress(problem)
         if slower is not None:
             near = replace(self.options, approach="direct")
-            solution = with_work(attempt(problem, near, slower.x, callback, stop), slower)
+            same = (
+                not self.task.ground.easier() and slower.multipliers.size == problem.rows.lower.size
+            )
+            found = attempt(
+                problem, near, slower.x, callback, stop, slower.multipliers if same else None
+            )
+            solution = with_work(found, slower)
         else:
             start = self.x if number == 0 else self._perturbed(problem, number)
             solution = attempt(problem, self.options, start, callback, stop)
@@ -454,17 +460,18 @@ class StartJob:
         return perturbed(problem, self.x, self.sigma, int(state[0]))
 
     def _slower(self, on_progress: MakeProgress | None, stop: Stop) -> Solution | None:
-        """Return the walk at a lower speed, None if there is none."""
+        """Return a walk at a lower speed, about the best one there; None if there is none."""
         if self.task.in_place and self.task.turn_rate == 0.0:
             return None
         problem = WalkProblem(self.robot, self.task.slower(SLOWER))
         callback = None if on_progress is None else on_progress(problem)
+        rough = replace(self.options, solver=self.options.solver.roughly())
         try:
-            solution = attempt(problem, self.options, first_guess(problem), callback, stop)
+            solution = attempt(problem, rough, first_guess(problem), callback, stop)
         except UnreachableError:
             return None
-        interrupted = solution.status is Status.INTERRUPTED
-        return solution if interrupted or is_walk(solution) else None
+        useful = solution.status in (Status.OPTIMAL, Status.INTERRUPTED)
+        return solution if useful or is_walk(solution) else None
 
     def _on_easier_ground(self, on_progress: MakeProgress | None, stop: Stop) -> Solution | None:
         """Return the walk on the last of the easier grounds, each from the one before, or None."""

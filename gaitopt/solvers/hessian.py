@@ -144,7 +144,7 @@ def convexify(hessian: Array, active: Array) -> ConvexModel:
         hessian: of the Lagrangian, shape (n, n), symmetric.
         active: gradients of the rows believed active, shape (k, n).
     """
-    Q1, Q2, solver = spaces(active)
+    Q1, Q2, solver = _spaces(active)
     reduced = Q2.T @ hessian @ Q2
     positive = _absolute(reduced)
     coupling = Q1.T @ hessian @ Q2
@@ -153,7 +153,7 @@ def convexify(hessian: Array, active: Array) -> ConvexModel:
     return ConvexModel(0.5 * (matrix + matrix.T), sigma, Q1, solver)
 
 
-def spaces(active: Array) -> tuple[Array, Array, Array]:
+def _spaces(active: Array) -> tuple[Array, Array, Array]:
     """Return range space (n, r), null space (n, n - r) and the map from b to r, shape (r, k)."""
     k, n = active.shape
     if k == 0:

@@ -4,8 +4,8 @@ The rows and bounds that press, told by least-squares multipliers of the point a
 equalities, and the conditions (Nocedal & Wright, "Numerical Optimization", 2006, Eq. 18.9) solved
 by steps in the null space of those (section 18.3):
 
-    A d = b                                 the rows arrive at their limits
-    Z' H Z t = -Z' (g + H Q r),  d = Q r + Z t
+    A r = b                                 the rows arrive at their limits
+    Z' H Z t = -Z' (g + H r),  d = r + Z t
 
 It has nothing of the SQP's that could be wrong there: no quadratic solver, slack, filter, trust
 region or altered curvature. Z' H Z must have a Cholesky factor, so that what is confirmed is a
@@ -23,7 +23,7 @@ from gaitopt.errors import EvaluationError
 from gaitopt.nlp import NLP, Array, ProgressCallback, Solution, Start, Status, StopCallback
 from gaitopt.settings import checked
 from gaitopt.solvers.adapters import Evaluator
-from gaitopt.solvers.hessian import spaces
+from gaitopt.solvers.hessian import RANK
 from gaitopt.solvers.solver import (
     Iterate,
     Solver,
@@ -32,6 +32,11 @@ from gaitopt.solvers.solver import (
     with_least_squares_multipliers,
 )
 from gaitopt.tolerances import FEASIBILITY, OPTIMALITY
+
+PRESSING = 1e-6
+"""Multipliers below this fraction of the largest belong to rows that are near their limit only."""
+DAMPING = 1e-5
+"""Singular value of the rows' gradients, over the largest, below which rows count as dependent."""
 
 
 @checked
@@ -104,7 +109,9 @@ def newton_step(nlp: NLP, evaluator: Evaluator, iterate: Iterate) -> Array | Non
         return None
     point, scale, rows, bounds = iterate.point, nlp.variables.scale, nlp.rows, nlp.variables
     y, z = iterate.multipliers, iterate.bound_multipliers
-    held, at_bound = np.flatnonzero((y != 0.0) | (rows.lower == rows.upper)), np.flatnonzero(z)
+    least = PRESSING * max(float(np.abs(y).max(initial=0.0)), float(np.abs(z).max(initial=0.0)))
+    held = np.flatnonzero((np.abs(y) > least) | (rows.lower == rows.upper))
+    at_bound = np.flatnonzero(np.abs(z) > least)
     limit = np.where(y > 0.0, rows.upper, rows.lower)[held]
     bound = np.where(z > 0.0, bounds.upper, bounds.lower)[at_bound]
     active = np.vstack([point.jacobian[held] * scale, np.eye(scale.size)[at_bound]])
@@ -113,8 +120,7 @@ def newton_step(nlp: NLP, evaluator: Evaluator, iterate: Iterate) -> Array | Non
         H = evaluator.hessian(point.x, y, nlp.cost_scale) * np.outer(scale, scale)
     except EvaluationError:
         return None
-    Q, Z, solver = spaces(active)
-    d = Q @ (solver @ missing)
+    d, Z = _spaces(active, missing)
     if Z.shape[1]:
         try:
             factor = np.linalg.cholesky(Z.T @ H @ Z)
@@ -123,3 +129,23 @@ def newton_step(nlp: NLP, evaluator: Evaluator, iterate: Iterate) -> Array | Non
         gradient = nlp.cost_scale * point.gradient * scale + H @ d
         d = d - Z @ np.linalg.solve(factor.T, np.linalg.solve(factor, Z.T @ gradient))
     return np.asarray(d * scale)
+
+
+def _spaces(active: Array, missing: Array) -> tuple[Array, Array]:
+    """Return the shortest step (n,) that brings rows to their limits, and their null space (n, f).
+
+    Where rows are nearly dependent, as those of a limit held at two instants close together are,
+    what they miss is rounding, which is not followed: the step is damped there (Levenberg, 1944).
+
+    Args:
+        active: gradients of the rows, shape (k, n).
+        missing: what they lack, shape (k,).
+    """
+    if not len(active):
+        return np.zeros(active.shape[1]), np.eye(active.shape[1])
+    length = np.maximum(np.linalg.norm(active, axis=1), 1e-300)
+    U, s, Vt = np.linalg.svd(active / length[:, None])
+    rank = int(np.sum(s > RANK * s[0]))
+    s = s[:rank]
+    along = (s / (s**2 + (DAMPING * s[0]) ** 2)) * (U[:, :rank].T @ (missing / length))
+    return Vt[:rank].T @ along, Vt[rank:].T

@@ -96,6 +96,10 @@ class Solver(ABC):
         """Return the solver for starts that are nearly solutions."""
         return self
 
+    def roughly(self) -> Solver:
+        """Return the solver for answers that are only the way to others, if it has such options."""
+        return self
+
 
 def require_positive(solver: str, **options: float) -> None:
     """Check that options are positive finite numbers.

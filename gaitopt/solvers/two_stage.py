@@ -104,6 +104,10 @@ class TwoStageSQP(Solver):
         """Return the solver with a first stage for starts that are nearly solutions."""
         return replace(self, first=self.first.near_solution())
 
+    def roughly(self) -> TwoStageSQP:
+        """Return the solver with a first stage for answers that are only the way to others."""
+        return replace(self, first=self.first.roughly())
+
     def _is_optimal(self, residual: Residual) -> bool:
         """Whether an answer, judged anew, satisfies what both stages ask of theirs."""
         return residual.optimality <= min(
@@ -172,8 +176,10 @@ class ConfirmedSQP(TwoStageSQP):
         )
         told: list[Progress] = []
         second = newton.solve(nlp, Start(first.x), told.append, stop)
+        if second.status is Status.INTERRUPTED:
+            return replace(first, solver=UNCONFIRMED)
         joined = self._joined(nlp, first, second, ConfirmedSQP.name)
-        if joined.solver != ConfirmedSQP.name and second.status is not Status.INTERRUPTED:
+        if second.status is not Status.OPTIMAL or joined.solver != ConfirmedSQP.name:
             return super().confirm(nlp, first, on_progress, stop)
         if on_progress is not None:
             for record in told:

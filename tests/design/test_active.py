@@ -11,6 +11,7 @@ from gaitopt.design.active_set import (
     instants_of,
     moved,
     placed,
+    sharpened,
     violated_rows,
 )
 from gaitopt.design.certificate import on_fine_grid
@@ -97,3 +98,32 @@ def test_a_multiplier_moves_to_the_peak_beside_it():
         kept,
         ActiveRow("torque", 4, 0.26, 0.0),
     )
+
+
+def test_between_two_instants_a_limit_is_held_where_it_presses():
+    before, after = ActiveRow("speed", 3, 0.20, 1.0), ActiveRow("speed", 3, 0.24, 3.0)
+    peak = ViolatedRow("speed", 3, 0.22, 0.1, 0.22)
+    (found,) = sharpened([before, after], [peak])
+    assert found == replace(peak, held=0.23, beside=(0.225, 0.235))
+    assert moved([before, after], [found]) == (ActiveRow("speed", 3, 0.23, 4.0),)
+
+
+@pytest.mark.parametrize(
+    "others",
+    [
+        [ActiveRow("speed", 3, 0.20, 1.0)],  # one alone
+        [ActiveRow("speed", 3, 0.20, 1.0), ActiveRow("speed", 3, 0.24, -3.0)],  # two limits
+        [ActiveRow("speed", 3, 0.20, 1.0), ActiveRow("speed", 4, 0.24, 3.0)],  # two joints
+        [ActiveRow("speed", 3, 0.20, 1.0), ActiveRow("speed", 3, 0.24, 0.01)],  # one presses
+        [ActiveRow("speed", 3, 0.10, 1.0), ActiveRow("speed", 3, 0.34, 3.0)],  # far away
+    ],
+)
+def test_elsewhere_it_is_held_at_its_peak(others):
+    peak = ViolatedRow("speed", 3, 0.22, 0.1, 0.22)
+    assert sharpened(others, [peak]) == (peak,)
+
+
+def test_an_instant_chosen_by_the_end_of_the_step_is_kept():
+    active = [ActiveRow("clearance", 0, 0.97, 1.0), ActiveRow("clearance", 0, 0.99, 1.0)]
+    peak = ViolatedRow("clearance", 0, 0.98, 0.1, 0.998)
+    assert sharpened(active, [peak]) == (peak,)
