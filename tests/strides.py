@@ -25,6 +25,10 @@ WAYS = {
         "geometry": set_geometry(GEOMETRY, {"duration": {"free": True}}), **UPRIGHT,
     },
     "turning in place": {"speed": 0.0, "turn_rate": 0.5, **UPRIGHT},
+    "sideways, uphill": {"speed": -0.4, "lateral_speed": 0.1, "slope": 0.1, **UPRIGHT},
+    "sideways, downstairs": {
+        "speed": 0.5, "lateral_speed": -0.08, "stairs": -0.1, "duration": 0.6, **UPRIGHT,
+    },
 }  # fmt: skip
 
 

@@ -103,7 +103,7 @@ def _motion(problem: WalkProblem, whole: Step | Stride) -> dict[str, object]:
     """Return the screw motion of a stride, nothing of a walk straight ahead."""
     if not isinstance(whole, Stride):
         return {}
-    (ahead, left, duration), task = whole.read(quantities.ADVANCE)[0], problem.task
+    (ahead, left, duration, _), task = whole.read(quantities.ADVANCE)[0], problem.task
     seconds = StrideSpeed(1.0, 0.0, task.turn_rate).value(np.array([[0.0, 0.0, duration]]))[0, 0]
     speed, aside = (0.0 if abs(way) < _NOWHERE else way / seconds for way in (ahead, left))
     motion = {"speed": speed, "lateral_speed": aside, "turn_rate": task.turn_rate}

@@ -618,6 +618,20 @@ class WalkingSpeed(Constraint):
         return replace(self.once(way, labels, lower=0.0, upper=0.0), reads=(quantities.ADVANCE,))
 
 
+class Tread(Constraint):
+    """In a stride over ground that repeats with the steps, either step is as long as the other."""
+
+    name, equation, unit, words = "tread", "(39)", "m", "length of the first step"
+    reads, change = (quantities.ADVANCE,), 0.1
+
+    def asked(self, context: ConstraintContext) -> bool:
+        return context.steps > 1 and context.terrain.shaped
+
+    def block(self, context: ConstraintContext) -> ConstraintBlock:
+        rows = Linear(np.array([[0.0, 0.0, context.speed, -1.0]]))
+        return self.once(rows, ("V T - length of the first step",), lower=0.0, upper=0.0)
+
+
 class Closure(Constraint):
     """Lifted form of Eq. (26): pelvis and swing sole are where the quantities put them."""
 
@@ -849,8 +863,8 @@ class RearImpulseTorsion(_OfRearImpulse):
 CONSTRAINTS: tuple[Constraint, ...] = (
     JointTorque(), JointSpeed(), Load(), Friction(), CentreOfPressure(), ImpulseUp(),
     ImpulseFriction(), LiftOff(), Clearance(), Lateral(), KneeFlexion(), LegLength(), JointRange(),
-    ImpulseCentreOfPressure(), WalkingSpeed(), Closure(), TrunkRoll(), TrunkPitch(), TrunkYaw(),
-    TorsionalFriction(), ImpulseTorsion(), LegGap(), SwingTilt(), SwingHeight(), LandingSpeed(),
+    ImpulseCentreOfPressure(), WalkingSpeed(), Tread(), Closure(), TrunkRoll(), TrunkPitch(),
+    TrunkYaw(), TorsionalFriction(), ImpulseTorsion(), LegGap(), SwingTilt(), SwingHeight(), LandingSpeed(),
     LandingImpulse(), FootAngle(), FootLift(), SoftLanding(),
     FrontLoad(), FrontFriction(), FrontCentreOfPressure(), FrontTorsion(), RearImpulseUp(),
     RearImpulseFriction(), RearImpulseCentreOfPressure(), RearImpulseTorsion(),

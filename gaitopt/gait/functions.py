@@ -206,18 +206,18 @@ class StrideSpeed(QuantityFunction):
     turn_rate: float
 
     def value(self, quantity: Array) -> Array:
-        """Return the rows of (forward, left, T), shape (K, 2)."""
+        """Return the rows of the entries of `ADVANCE`, (forward, left, T, ...), shape (K, 2)."""
         return np.asarray(self._seconds(quantity[:, 2])[0] * self._way - quantity[:, :2])
 
     def jacobian(self, quantity: Array) -> Array:
-        """Return the derivatives, shape (K, 2, 3)."""
-        found = np.tile(-np.eye(2, 3), (len(quantity), 1, 1))
+        """Return the derivatives, shape (K, 2, e)."""
+        found = np.tile(-np.eye(2, quantity.shape[1]), (len(quantity), 1, 1))
         found[:, :, 2] = self._seconds(quantity[:, 2])[1] * self._way
         return found
 
     def hessian(self, quantity: Array, weights: Array) -> Array:
-        """Return the second derivatives, shape (K, 3, 3)."""
-        found = np.zeros((len(quantity), 3, 3))
+        """Return the second derivatives, shape (K, e, e)."""
+        found = np.zeros((len(quantity), quantity.shape[1], quantity.shape[1]))
         found[:, 2, 2] = self._seconds(quantity[:, 2])[2][:, 0] * (weights @ self._way)
         return found
 

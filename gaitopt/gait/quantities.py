@@ -111,8 +111,9 @@ TRAVEL = Quantity(
     "travel", "m, s", "the step, or the path of a stride of two", ("step length", "duration"), ("",)
 )
 ADVANCE = Quantity(
-    "advance", "m, m, s", "a step of a stride, on the average; no entries where all are alike",
-    ("forward", "left", "duration"), ("",),
+    "advance", "m, m, s, m",
+    "a step of a stride, on the average, and its first one; no entries where all are alike",
+    ("forward", "left", "duration", "first forward"), ("",),
 )  # fmt: skip
 
 ALL = (

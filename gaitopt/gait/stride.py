@@ -88,8 +88,8 @@ class StrideLayout:
 
     @property
     def rise(self) -> float:
-        """Zero: strides are on level ground [m]."""
-        return 0.0
+        """Of the footprint ahead over that of the stance foot, the same in both steps [m]."""
+        return self.steps[0].rise
 
     @property
     def free(self) -> list[int]:
@@ -307,9 +307,9 @@ def side_by_side(each: Sequence[dict[Quantity, Array]]) -> dict[Quantity, Array]
 
 
 def _advance(geometry: Sequence[Array]) -> Array:
-    """An average step of a stride from the geometric quantities of both, shape (1, 3)."""
+    """The entries of `ADVANCE` from the geometric quantities of both steps, shape (1, 4)."""
     (d, s, T), (d2, s2, _) = (one[list(_ADVANCE)] for one in geometry)
-    return np.array([[0.5 * (d + d2), 0.5 * (s2 - s), T]])
+    return np.array([[0.5 * (d + d2), 0.5 * (s2 - s), T, d]])
 
 
 _ADVANCE = (GEOMETRY_NAMES.index("step_length"), FOOT_SPACING, DURATION)
@@ -321,7 +321,7 @@ def stride_jacobians(
     """Return the derivatives of the quantities of a stride in x."""
     found = side_by_side([one.jacobians for one in derivatives])
     d, s, T = ([_along(layout, k, GEOMETRY_NAMES[row]) for k in range(2)] for row in _ADVANCE)
-    found[quantities.ADVANCE] = np.array([[0.5 * (d[0] + d[1]), 0.5 * (s[1] - s[0]), T[0]]])
+    found[quantities.ADVANCE] = np.array([[0.5 * (d[0] + d[1]), 0.5 * (s[1] - s[0]), T[0], d[0]]])
     found[quantities.TRAVEL] = np.array([[2.0 * pace * T[0], 2.0 * T[0]]])
     return found
 

@@ -301,10 +301,10 @@ class Task:
         where = "on a slope" if ground.name == Slope.name else f"on {ground.name}"
         if ground != Level() and (yaw.free or yaw.value != 0.0):
             raise InputError(f"{where} the feet point ahead; fix foot_yaw at 0 (--fix foot_yaw=0)")
-        if ground != Level() and self.steps > 1:
+        if ground != Level() and self.turn_rate != 0.0:
             raise InputError(
-                f"{where} each step is the mirror image of the one before; leave out "
-                "lateral_speed, turn_rate and stride"
+                f"{where} a walk that turns never repeats, for the ground does not turn with it; "
+                "leave out turn_rate"
             )
         if ground.shaped and self.speed <= 0.0:
             raise InputError(

@@ -130,6 +130,32 @@ def test_walks_of_every_way_are_certified_by_both_engines(way):
     assert cost == ("N²·m²" if way.get("speed") == 0.0 and "turn_rate" in way else "N²·m·s")
 
 
+@pytest.mark.parametrize(
+    "way",
+    [
+        {"speed": 0.0, "lateral_speed": 0.2, "slope": 0.1},
+        {"lateral_speed": -0.08, "stairs": 0.05, "duration": 0.6},
+    ],
+)
+def test_walks_across_a_slope_and_stairs_are_certified_by_both_engines(way):
+    design = found(**way)
+    assert design.certificate.verdict == "certified"
+    assert second_engine(design.gait, 61).agrees
+    assert design.gait.lateral_speed == pytest.approx(way["lateral_speed"])
+    steps = [step.step_length for step in design.problem.steps(design.solution.x)]
+    if "stairs" in way:
+        assert steps == pytest.approx([0.3, 0.3], abs=1e-9)
+        trajectory = design.gait.trajectory
+        sole = trajectory.at([0.0, 1.2]).sole[:, :, 2, 3]
+        assert sole[1] - sole[0] == pytest.approx([0.1, 0.1], abs=1e-9)
+
+
+def test_a_straight_stride_uphill_is_the_walk_of_one_step():
+    one, two = found(slope=0.1), found(slope=0.1, stride=True)
+    assert two.certificate.verdict == "certified"
+    assert two.solution.cost == pytest.approx(one.solution.cost, rel=1e-8)
+
+
 @pytest.mark.parametrize(("speed", "aside", "turn"), [(0.5, 0.1, 0.3), (-0.2, -0.1, 0.0)])
 def test_a_stride_goes_where_it_is_asked_to(speed, aside, turn):
     """On the average of the ways seen from the middles of its two double supports."""
@@ -289,7 +315,8 @@ def test_tables_for_controllers_hold_both_steps():
         ({"stride": 1}, "stride is 1; it must be True or False"),
         ({"stride": True, "speed_as": "penalty"}, "has its speed as a constraint"),
         ({"turn_rate": 0.1, "toe_off": 0.7}, "one foot stands, flat; leave out toe_off"),
-        ({"turn_rate": 0.1, "slope": 0.1}, "on a slope each step is the mirror image"),
+        ({"turn_rate": 0.1, "slope": 0.1}, "on a slope a walk that turns .*; leave out turn_rate"),
+        ({"turn_rate": 0.1, "stairs": 0.1}, "on stairs a walk that turns .*; leave out turn_rate"),
         ({"turn_rate": 2.0}, r"a turn of 0\.8 rad a step; give at most 0\.6 rad"),
     ],
 )
