@@ -173,6 +173,41 @@ def touch_down(quick: bool) -> Iterator[dict[str, Any]]:
         yield {**row, **record(found), "ended": found.problem.task.touch_down, "impulse": impulse}
 
 
+def toe_off_both(quick: bool) -> Iterator[dict[str, Any]]:
+    """Yield walks of the biped whose rear foot turns about its toe before and while both stand."""
+    robot, options = robot_of(), DesignOptions(toe_begin="given", diagnose=False)
+    for speed in (1.0,) if quick else (1.0, 1.2):
+        for time in (0.1,) if quick else (0.05, 0.1):
+            for begin in (None, *BEGINNINGS):
+                task = preset_task("standard", robot, speed=speed, duration=0.5)
+                row = {"speed": speed, "time": time, "turns from": begin}
+                try:
+                    asked = task.with_changes(double_support=time, toe_off=begin)
+                    found = design(robot, asked, options)
+                except GaitoptError as error:
+                    yield {**row, "verdict": str(error)}
+                    continue
+                yield {**row, **record(found)}
+
+
+BEGINNINGS = (0.5, 0.6, 0.7)
+"""Shares of the step from which the rear foot turns."""
+
+
+def toe_off_both_table(rows: list[dict[str, Any]]) -> str:
+    """Return the table of walks whose rear foot turns while both stand."""
+    lines = []
+    for speed, time in dict.fromkeys((row["speed"], row["time"]) for row in rows):
+        cells = []
+        for row in rows:
+            if (row["speed"], row["time"]) == (speed, time):
+                mark = "" if row["verdict"].startswith("certified") else "*"
+                cells.append(f"{row['cost']:.0f}{mark}" if "cost" in row else "–")
+        lines.append([f"{speed:g} m/s", f"{1e3 * time:g} ms", *cells])
+    begins = (f"turning from {begin:g}" for begin in BEGINNINGS)
+    return table(("speed", "both feet stand", "flat, N²·m·s", *begins), lines)
+
+
 BOTH = (0.002, 0.005, 0.01, 0.02, 0.05, 0.1)
 """For which both feet of Alexander stand [s]."""
 
@@ -269,6 +304,7 @@ def text(data: dict[str, Any]) -> str:
     parts.append(heel_table(data["heel strike"]))
     parts.append(double_table(data["double support"]))
     parts.append(touch_down_table(data["touch-down"]))
+    parts.append(toe_off_both_table(data["toe-off, both feet"]))
     return "\n\n".join(parts)
 
 
@@ -279,6 +315,7 @@ SECTIONS = {
     "heel strike": heel_strike,
     "double support": double_support,
     "touch-down": touch_down,
+    "toe-off, both feet": toe_off_both,
 }
 
 

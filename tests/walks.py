@@ -184,6 +184,7 @@ _MAKERS = {
         seed=1, sigma=0.02, duration=0.5, **UPRIGHT, **TOE_OFF, **HEEL_STRIKE
     ),
     "upright, double support": lambda: _double_support(),
+    "upright, double support, toe off": lambda: _double_support(toe_off=0.6),
     "upright, double support after an impact on both": lambda: _double_support(touch_down="impact"),
     "upright, lifted, heel strike, five joints, soft": lambda: _synthetic(
         "five", soft_landing=True, **HEEL_STRIKE

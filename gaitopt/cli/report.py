@@ -112,7 +112,7 @@ def _walk(facts: Any) -> Table:
     if (begins := facts["contact"]["foot_turns_from_s"]) is not None:
         table.add_row(
             "stance foot", f"turns from {begins:.3f} s",
-            "angle at impact", f"{number(facts['contact']['foot_angle_rad'], 'rad')}",
+            "angle as it leaves", f"{number(facts['contact']['foot_angle_rad'], 'rad')}",
         )  # fmt: skip
     if (flat := facts["contact"]["flat_from_s"]) is not None:
         angle = number(facts["contact"]["landing_angle_rad"], "rad")

@@ -6,6 +6,7 @@ from abc import ABC, abstractmethod
 from dataclasses import dataclass, field
 from enum import Enum
 from functools import cached_property
+from itertools import pairwise
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
@@ -118,17 +119,22 @@ class Schedule:
             )
         kinds = [phase.transition for phase in self.phases]
         leaving = Transition.LIFT_OFF
-        closing = [[one, leaving] for one in (Transition.TOUCH_DOWN, Transition.IMPACT)]
-        impact = [*[Transition.SMOOTH] * (len(kinds) - 1), Transition.IMPACT]
-        if kinds not in (impact, *closing):
+        smooth = [Transition.SMOOTH] * len(kinds)
+        closing = [
+            [*smooth[2:], one, leaving] for one in (Transition.TOUCH_DOWN, Transition.IMPACT)
+        ]
+        if kinds not in ([*smooth[1:], Transition.IMPACT], *closing):
             raise InputError(
-                "the last phase of a step, and no other, ends with an impact; or the first of two "
-                "with a touch-down or an impact and the second with a lift-off"
+                "the last phase of a step, and no other, ends with an impact; or the last but one "
+                "with a touch-down or an impact and the last with a lift-off"
             )
         if [phase.both for phase in self.phases] != [one is leaving for one in kinds]:
             raise InputError("both feet stand from the touch-down to the lift-off, and else never")
         flat = [bool(phase.contact.resting().all()) for phase in self.phases]
-        if not all(flat[1:-1]) or not any(flat):
+        inner = flat[1:-1]
+        if self.closing and self.phases[-2].contact == self.last.contact:
+            inner = inner[:-1]  # it keeps turning as the other foot comes to stand
+        if not all(inner) or not any(flat):
             raise InputError(
                 "the stance foot turns about a line of its sole in a phase that is neither the "
                 "first nor the last, or in all of them; let it stand flat between"
@@ -152,7 +158,16 @@ class Schedule:
     @property
     def striking(self) -> bool:
         """Whether the phase in which both feet stand begins with an impact."""
-        return self.closing and self.first.transition is Transition.IMPACT
+        return self.closing and self.phases[-2].transition is Transition.IMPACT
+
+    @property
+    def turns_from(self) -> float:
+        """Share of the step from which on the stance foot has its last contact."""
+        begin = 0.0
+        for one, other in pairwise(self.phases):
+            if one.contact != other.contact:
+                begin = one.end
+        return begin
 
     @property
     def last(self) -> Phase:
@@ -176,13 +191,7 @@ class Schedule:
         Returns:
             Shares of the step, increasing from 0 to 1, shape (inner + 2,) or more.
         """
-        ends = np.array([0.0, *self.changes, 1.0])
-        lengths = np.diff(ends)
-        pieces = np.ones(lengths.size, dtype=int)
-        while pieces.sum() < inner + 1:
-            pieces[np.argmax(lengths / pieces)] += 1
-        parts = [np.linspace(ends[k], ends[k + 1], n + 1)[1:] for k, n in enumerate(pieces)]
-        return np.concatenate([[0.0], *parts])
+        return shared_knots(np.array([0.0, *self.changes, 1.0]), inner)
 
     def phase_at(self, instants: Array) -> NDArray[np.int_]:
         """Return the number of the phase at each instant s; the instant of a change is before it.
@@ -191,3 +200,18 @@ class Schedule:
             instants: shares of the step, shape (N,).
         """
         return np.searchsorted(self.changes, instants, side="left")
+
+
+def shared_knots(ends: Array, inner: int) -> Array:
+    """Return ends of phases and knots between them, which share the phases by their lengths.
+
+    Args:
+        ends: increasing, the first and the last of the spline too, shape (k,).
+        inner: number of knots between the first and the last, the other ends among them.
+    """
+    lengths = np.diff(ends)
+    pieces = np.ones(lengths.size, dtype=int)
+    while pieces.sum() < inner + 1:
+        pieces[np.argmax(lengths / pieces)] += 1
+    parts = [np.linspace(ends[k], ends[k + 1], n + 1)[1:] for k, n in enumerate(pieces)]
+    return np.concatenate([ends[:1], *parts])

@@ -109,7 +109,9 @@ def ask_referee(
     wrench = sole_axes(R0)
     tied = robot.coupling
     landing = tied.at(step.q_end)
-    last = step.rate_before if step.double is None else step.double.liftoff.motion[1, 0]
+    last = step.rate_before
+    if step.double is not None:
+        last = step.double.liftoff.motion[1, 0, step.hinges :]
     q_end, before = tied.angles(step.q_end), at_rest(landing.rates(last))
     if step.turn is not None:
         before[:6] = sole_axes(step.turn.twist)
@@ -135,7 +137,7 @@ def ask_referee(
         free = foot_twist(own, line)
         turn_rate = free @ swing_jacobian(own, q_end) @ velocity / (free @ free)
         start, landed = np.r_[start, after.foot_motion[1, 0, 0]], np.r_[landed, turn_rate]
-    moved, displaced = _front_foot(own, step)
+    moved, displaced = _front_foot(chain, step)
     ground = _Ground(wrench, push, weight * step.duration)
     turned_by = [] if step.landed is None else [0.0]
     turned_by += [] if step.turn is None else [step.turn.angle]

@@ -14,7 +14,7 @@ from gaitopt.errors import GaitoptError, StoppedError
 from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.result import Gait
-from gaitopt.gait.task import EARLIEST, LATEST, Task
+from gaitopt.gait.task import EARLIEST, LATEST, SOONEST, Task
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array, Solution, Status, Stop, never
 
@@ -149,7 +149,7 @@ def _moved(
     for way in (sign * step for step in STEPS for sign in (1.0, -1.0)):
         while not stop():
             trial = round(begin + way, _DIGITS)
-            if trial in tried or not EARLIEST <= trial <= LATEST:
+            if trial in tried or not EARLIEST <= trial <= _latest(task):
                 break
             moved = WalkProblem(problem.robot, replace(task, toe_off=trial))
             tried[trial] = attempt(moved, options, tried[begin].x, None, stop)
@@ -157,6 +157,13 @@ def _moved(
                 break
             begin = trial
     return begin, tried[begin]
+
+
+def _latest(task: Task) -> float:
+    """Return the share of the step from which on the foot may turn at the latest."""
+    if task.double_support is None:
+        return LATEST
+    return min(LATEST, 1.0 - task.double_support / task.duration - SOONEST)
 
 
 def _first_walks(

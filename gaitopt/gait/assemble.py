@@ -11,6 +11,7 @@ import numpy as np
 from gaitopt.gait import quantities
 from gaitopt.gait.constraints import imposed_limit
 from gaitopt.gait.double_step import DoubleStepModel
+from gaitopt.gait.foot_turn import with_knot
 from gaitopt.gait.functions import StrideSpeed
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.result import Gait
@@ -137,7 +138,11 @@ def _foot(problem: WalkProblem, step: Step) -> dict[str, Any]:
     for part, hinge, phase, turn in asked:
         if hinge is None or turn is None:
             continue
-        knots = turn.knots * step.duration
+        shares, coefficients = turn.knots, turn.coefficients @ shapes[turn.landed]
+        if schedule.closing:
+            touch = float(schedule.changes[-1])
+            shares, coefficients = with_knot(turn, shapes[turn.landed], step.duration, touch)
+        knots = shares * step.duration
         change = -1 if turn.landed else 0  # the same number as the joints' knot
         near = np.argmin(np.abs(model.basis.knots - turn.knots[change]))
         knots[change] = model.basis.knots[near] * step.duration
@@ -145,7 +150,7 @@ def _foot(problem: WalkProblem, step: Step) -> dict[str, Any]:
             f"{part}_hinge": hinge.twist,
             f"{part}_knots": knots,
             f"{part}_contact": phase.contact.name,
-            f"{part}_coefficients": turn.coefficients @ shapes[turn.landed],
+            f"{part}_coefficients": coefficients,
         }
     return found
 

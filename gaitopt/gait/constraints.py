@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitopt.actuators.motors import JointMotor, joint_motors, joint_motors_of
+from gaitopt.contact.flat_foot import FlatFoot
 from gaitopt.contact.mode import ContactMode
 from gaitopt.contact.schedule import AFTER
 from gaitopt.gait import quantities
@@ -336,7 +337,7 @@ class FootAngle(Constraint):
         landed, leaving = _turning(context)
         # where it begins to turn, or ends to, it is 0 whatever x, and at the landing a parameter
         inside = landed & (instants > 0.0) & (instants < changes[0])
-        inside |= leaving & (instants > changes[-1] + 2.0 * AFTER)
+        inside |= leaving & (instants > context.schedule.turns_from + 2.0 * AFTER)
         lower = np.where(inside, 0.0, -_TILTED)
         labels = ("angle of the stance foot",)
         return self.over_step(context, Entries(slice(0, 1), 3), labels, lower=lower[:, None])
@@ -352,7 +353,8 @@ class FootLift(FootAngle):
 
     def block(self, context: ConstraintContext) -> ConstraintBlock:
         changes, (landed, leaving) = context.schedule.changes, _turning(context)
-        at = np.concatenate([changes[:landed], changes[-1:][: int(leaving)] + AFTER])
+        begins = np.array([context.schedule.turns_from])[: int(leaving)]
+        at = np.concatenate([changes[:landed], begins + AFTER])
         instants = np.flatnonzero(np.isin(context.grid.instants, at))
         labels = ("angular acceleration of the stance foot",)
         rows = Entries(slice(2, 3), 3)
@@ -434,7 +436,7 @@ class FrontCentreOfPressure(_OfFront):
 
     def block(self, context: ConstraintContext) -> ConstraintBlock:
         labels = tuple(f"centre of pressure, moment about the {e} edge" for e in EDGES)
-        moments = Linear(_edge_moments(context, context.schedule.last.contact))
+        moments = Linear(_edge_moments(context, FlatFoot()))
         return self.while_both(context, moments, labels, 0.0, MOMENT_SCALE)
 
 
@@ -864,9 +866,9 @@ CONSTRAINTS: tuple[Constraint, ...] = (
     JointTorque(), JointSpeed(), Load(), Friction(), CentreOfPressure(), ImpulseUp(),
     ImpulseFriction(), LiftOff(), Clearance(), Lateral(), KneeFlexion(), LegLength(), JointRange(),
     ImpulseCentreOfPressure(), WalkingSpeed(), Tread(), Closure(), TrunkRoll(), TrunkPitch(),
-    TrunkYaw(), TorsionalFriction(), ImpulseTorsion(), LegGap(), SwingTilt(), SwingHeight(), LandingSpeed(),
-    LandingImpulse(), FootAngle(), FootLift(), SoftLanding(),
-    FrontLoad(), FrontFriction(), FrontCentreOfPressure(), FrontTorsion(), RearImpulseUp(),
+    TrunkYaw(), TorsionalFriction(), ImpulseTorsion(), LegGap(), SwingTilt(), SwingHeight(),
+    LandingSpeed(), LandingImpulse(), FootAngle(), FootLift(), SoftLanding(), FrontLoad(),
+    FrontFriction(), FrontCentreOfPressure(), FrontTorsion(), RearImpulseUp(),
     RearImpulseFriction(), RearImpulseCentreOfPressure(), RearImpulseTorsion(),
 )  # fmt: skip
 """All built-in constraints, in the order of their rows."""

@@ -1,4 +1,4 @@
-"""A step with a finite double support: single support, touch-down or impact, both feet flat.
+"""A step with a finite double support: single support, touch-down or impact, both feet stand.
 
     x -> boundary (26) -> closed chain at lift-off -> stance leg -> closed chain -> swing leg
 
@@ -10,7 +10,9 @@ what is left of the whole wrench is the rear foot's.
 
 Where an impact begins the double support, the rates jump by what the impulse on the front foot, a
 parameter, does to the robot (`mechanics/closed_impact.py`). Both legs have splines of their own
-before it, and the stance leg another one after it.
+before it, and the stance leg another one after it. Where the rear foot turns about its toe
+before and while both stand, its hinge is a joint in front of the stance leg, whose angle is a
+spline of its own (`gait/foot_turn.py`).
 """
 
 from __future__ import annotations
@@ -22,7 +24,7 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
-from gaitopt.contact.schedule import Schedule
+from gaitopt.contact.schedule import Schedule, shared_knots
 from gaitopt.errors import EvaluationError
 from gaitopt.gait import quantities
 from gaitopt.gait.double_support import (
@@ -34,7 +36,7 @@ from gaitopt.gait.double_support import (
     landing_sole_chain,
     place,
 )
-from gaitopt.gait.foot_turn import FootTurn
+from gaitopt.gait.foot_turn import FootTurn, foot_turn
 from gaitopt.gait.grid import Grid
 from gaitopt.gait.parameters import DURATION, FOOT_YAW, STEP_LENGTH, Layout
 from gaitopt.gait.quantities import Quantity
@@ -46,10 +48,12 @@ from gaitopt.gait.step import (
     StepDerivatives,
     chained,
     completed,
+    foot_turn_rows,
 )
 from gaitopt.gait.step_hessian import StepWeights, local_gradient, local_hessian
 from gaitopt.mechanics.closed_chain import (
     FREE,
+    LAST,
     TIED,
     ClosedChain,
     ClosedMotion,
@@ -58,15 +62,15 @@ from gaitopt.mechanics.closed_chain import (
     refuse_open,
 )
 from gaitopt.mechanics.closed_impact import ClosedImpact
-from gaitopt.mechanics.impact import Impact, ImpactDerivatives, ImpactState
+from gaitopt.mechanics.hinged import standing_robot
+from gaitopt.mechanics.impact import Impact, ImpactDerivatives, ImpactState, Turning
 from gaitopt.mechanics.single_support import SingleSupport, SupportState
 from gaitopt.mechanics.spatial import apply, cross_force, force_cross_matrix, motion_cross_matrix
 from gaitopt.model.joint_tree import TWIST
 from gaitopt.model.robot import Robot, cached_workspace
 from gaitopt.nlp import Array
 
-_ANGLES, _RATES = slice(2 * TWIST), slice(2 * TWIST, 4 * TWIST)
-"""Of the closed chain's (q, dq, ddq)."""
+_END = np.array([1.0])
 
 
 @dataclass(frozen=True)
@@ -76,8 +80,8 @@ class _Chained:
     Attributes:
         stance: of the coefficients of the stance leg, (K, 6, P).
         closed, touchdown, liftoff: of (u, du, ddu, g) at the instants of the double support and at
-            its ends, (M, 18 + G, P), (1, 18 + G, P) each.
-        motion: of all joints, (N, 36, P).
+            its ends, (M, 3 (h + 6) + G, P), (1, 3 (h + 6) + G, P) each.
+        motion: of the hinge and all joints, (N, 3 (h + 12), P).
         wrench: of the front foot's, (M, 6, P).
         geometry: of the quantities, (G, P).
         jump, rear: of the impact's jump of the rates (n, P) and impulse on the rear foot (6, P),
@@ -98,8 +102,7 @@ class _Chained:
 class DoubleStepModel:
     """Evaluates steps with a double support; every result is a pure function of x."""
 
-    hinge = line = landing_turn = foot_turn = None
-    turns_foot = False
+    line = landing_turn = None
 
     def __init__(
         self,
@@ -118,8 +121,9 @@ class DoubleStepModel:
         self.robot, self.layout, self.grid = robot, layout, grid
         self.schedule = schedule or Schedule()
         self.exchange = self.schedule.symmetry.joint_map(robot)
-        touch = float(self.schedule.changes[-1])
-        self.touch, early = touch, np.linspace(0.0, touch, layout.postures + 2)
+        self.hinge = self.schedule.last.contact.hinge(robot.sole)
+        touch, changes = float(self.schedule.changes[-1]), self.schedule.changes
+        self.touch, early = touch, shared_knots(np.array([0.0, *changes]), layout.postures)
         late = np.array([touch, 0.5 * (touch + 1.0), 1.0])
         self.both = grid.instants > touch
         single = np.minimum(grid.instants, touch)
@@ -135,25 +139,56 @@ class DoubleStepModel:
         self._at_touch, self._at_late = (
             stance(late[:count], np.ones(count, dtype=np.bool_)) for count in (1, 3)
         )
+        self.foot_turn = None if self.hinge is None else foot_turn(self.schedule, grid.instants)
+        self._h = int(self.hinge is not None)
+        m = self._h + layout.joints
+        # of the closed chain's (q, dq, ddq), the hinge before each
+        self._angles, self._rates = slice(self._h, m), slice(m + self._h, 2 * m)
         share = np.clip((grid.instants[self.both] - touch) / (1.0 - touch), 0.0, 1.0)
         self._shares = bernstein(share)
         # Stance leg at touch-down and midway, from its rate at lift-off and accelerations: so that
         # their sizes do not depend on how short the double support is.
         span = (1.0 - touch) * float(layout.fixed_values[DURATION])
         self._late = _by_accelerations(0.5 * span) if self.striking else _by_moves(span)
-        self._support = SingleSupport(robot, grid.count)
-        self._optional = PostureQuantities(robot, optional)
+        self._touching = np.array([touch])
+        self.standing = standing_robot(robot, *self.schedule.contacts)
+        self._support = SingleSupport(self.standing, grid.count)
+        self._optional = PostureQuantities(robot, optional, self.standing)
         self._chain: tuple[Displacement, ...] = landing_sole_chain(layout.rise)
         self._drive = drive(self._chain)
-        rise = layout.rise
-        self._boundary = (
-            InverseKinematicsSupport if rise == 0.0 else InverseKinematicsSupport(robot, None, rise)
-        )
+        rise, hinge = layout.rise, self.hinge
+        plain = rise == 0.0 and hinge is None
+        form = InverseKinematicsSupport
+        self._boundary = form if plain else form(robot, hinge, rise)
+        self._closed_chain = None if hinge is None else ClosedChain(robot, self.standing)
+
+    @property
+    def turns_foot(self) -> bool:
+        """Whether the rear foot turns about a line of its sole."""
+        return self.hinge is not None
 
     def turns(self, z: Array, turn_rate: float) -> list[tuple[FootTurn, Array]]:
-        """Return none: both feet stand flat."""
-        del z, turn_rate
-        return []
+        """Return the turn of the rear foot and what shapes it, if it turns; as of `StepModel`."""
+        del turn_rate
+        return [] if self.foot_turn is None else [(self.foot_turn, z[self.layout.turn])]
+
+    def _hinge_motion(self, x: Array, T: float, instants: Array | None = None) -> Array:
+        """Angle, rate and acceleration of the hinge, (3, N, h), at the grid's or other instants."""
+        if self.foot_turn is None:
+            count = self.grid.count if instants is None else instants.size
+            return np.zeros((3, count, 0))
+        turn = self.foot_turn if instants is None else replace(self.foot_turn, instants=instants)
+        return np.asarray((turn.basis.at(T) @ turn.coefficients @ x[self.layout.turn]).T[..., None])
+
+    def _hinge_jacobian(self, T: float, instants: Array | None = None) -> Array:
+        """Its derivatives in x, (N, 3, h, P)."""
+        P = self.layout.size
+        if self.foot_turn is None:
+            count = self.grid.count if instants is None else instants.size
+            return np.zeros((count, 3, 0, P))
+        turn = self.foot_turn if instants is None else replace(self.foot_turn, instants=instants)
+        by_shape = turn.basis.at(T) @ turn.coefficients
+        return np.asarray((by_shape @ np.eye(P)[self.layout.turn])[:, :, None])
 
     def splines(self, step: Step) -> dict[str, Array]:
         """Return the splines of all joints before and after touch-down, and the front wrench.
@@ -164,17 +199,18 @@ class DoubleStepModel:
         double, T, n = step.double, step.duration, self.layout.joints
         assert double is not None
         early, late = self.swing_basis.knots, self.basis.knots[-3:]
-        at = self.late_motion(step)
+        at, h = self.late_motion(step)[1:2].swapaxes(0, 1), self._h
+        turned = self._hinge_motion(step.x, T, late[1:2])
         middle = self._closed(
-            np.ascontiguousarray(at[1:2].swapaxes(0, 1)), double.sole, double.motion.targets
+            np.concatenate([turned, at], axis=2), double.sole, double.motion.targets
         )
-        touch, end = double.touchdown.motion[:, 0], double.liftoff.motion[:, 0]
+        touch, end = double.touchdown.motion[:, 0, h:], double.liftoff.motion[:, 0, h:]
         k, stance = len(early), step.coefficients
         before = np.zeros((k + 2, n))
         before[:k, FREE] = stance[:k]
         before[k:, FREE] = stance[k : k + 2] if self.striking else (stance[-2], touch[1, FREE])
         before[:, TIED] = double.swing
-        after = np.stack([touch[0], middle.motion[0, 0], end[0], touch[1], end[1]])
+        after = np.stack([touch[0], middle.motion[0, 0, h:], end[0], touch[1], end[1]])
         return {
             "knots": early * T,
             "coefficients": before,
@@ -226,7 +262,9 @@ class DoubleStepModel:
 
     @property
     def closed(self) -> ClosedChain:
-        """The closed chain of the robot."""
+        """The closed chain of the robot, with the hinge of its rear foot."""
+        if self._closed_chain is not None:
+            return self._closed_chain
         return cached_workspace(self.robot, ClosedChain)
 
     def step(self, x: Array) -> Step:
@@ -269,10 +307,11 @@ class DoubleStepModel:
         q_start, q_end = posture.q_start, self.exchange @ posture.q_start
         sole, targets = place(self._chain, geometry)
         T = float(geometry[DURATION])
-        rate_end = x[layout.rates]
+        rate_end, h = x[layout.rates], self._h
         last = np.stack([q_end[FREE], rate_end, np.zeros(TWIST)])[:, None]
-        liftoff = self._closed(last, sole, targets)
-        rate_start = self.exchange @ liftoff.motion[1, 0]
+        turned = self._hinge_motion(x, T, _END)
+        liftoff = self._closed(np.concatenate([turned, last], axis=2), sole, targets)
+        rate_start = self.exchange @ liftoff.motion[1, 0, h:]
         knots = x[layout.knots].reshape(-1, layout.joints)
         late = self._late @ np.vstack([rate_end, x[layout.late].reshape(-1, TWIST)])
         late[: -2 if self.striking else None] += q_end[FREE]
@@ -283,8 +322,9 @@ class DoubleStepModel:
                 [q_start[FREE], knots[:, FREE], late, q_end[FREE], rate_start[FREE], rate_end]
             )
         at_touch = (self._at_touch.at(T) @ stance).swapaxes(0, 1)
-        touchdown = self._closed(at_touch, sole, targets)
-        q_touch, dq_touch = touchdown.motion[:2, 0]
+        turned = self._hinge_motion(x, T, self._touching)
+        touchdown = self._closed(np.concatenate([turned, at_touch], axis=2), sole, targets)
+        q_touch, dq_touch = touchdown.motion[:2, 0, h:]
         struck = None
         if self.striking:
             force = sole.toDualActionMatrix() @ x[layout.push]
@@ -296,8 +336,9 @@ class DoubleStepModel:
         swing = early[:, TIED]
         free = (self.basis.at(T) @ stance).swapaxes(0, 1)
         tied = (self.swing_basis.at(T) @ swing).swapaxes(0, 1)
-        motion = np.concatenate([free, tied], axis=2)
-        closed = self._closed(np.ascontiguousarray(free[:, self.both]), sole, targets)
+        motion = np.concatenate([self._hinge_motion(x, T), free, tied], axis=2)
+        own = np.ascontiguousarray(motion[:, self.both, : h + TWIST])
+        closed = self._closed(own, sole, targets)
         motion[:, self.both] = closed.motion
         wrench = self._shares @ x[layout.front].reshape(4, TWIST)
         front = np.zeros((self.grid.count, TWIST))
@@ -311,16 +352,21 @@ class DoubleStepModel:
 
     def _step(self, parts: _Parts, support: SupportState, read: dict[Quantity, Array]) -> Step:
         double, impulse = parts.double, np.zeros(TWIST)
-        before = after = double.liftoff.motion[1, 0]
+        h, twist, turn = self._h, np.zeros(TWIST), None
+        before = after = double.liftoff.motion[1, 0, h:]
         if double.struck is not None:
-            after = double.touchdown.motion[1, 0]
+            after = double.touchdown.motion[1, 0, h:]
             before, impulse = after - double.struck.jump, parts.x[self.layout.push]
+        if self.hinge is not None:  # the rear foot leaves as it turns
+            angle, *_, rate = parts.x[self.layout.turn]
+            turn = Turning(self.hinge, float(angle), float(rate))
+            twist = turn.twist
         effort = support.effort.copy()
         force = double.in_world
         effort[self.both, :TWIST] -= force
         axes = double.motion.axes
         effort[self.both, TWIST:] -= apply(axes, force)
-        impact = ImpactState(np.concatenate([np.zeros(TWIST), after]), impulse)
+        impact = ImpactState(np.concatenate([twist, after]), impulse)
         yaw = np.full(self.grid.count, parts.geometry[FOOT_YAW])
         found = completed(read, yaw, self.grid.count)
         found[quantities.PEAK] = np.tile(parts.x[self.layout.largest], (self.grid.count, 1))
@@ -332,10 +378,11 @@ class DoubleStepModel:
             rate_before=before,
             impact=impact,
             coefficients=parts.stance,
-            motion=parts.motion,
+            motion=np.ascontiguousarray(parts.motion[:, :, h:]),
             support=SupportState(effort, support.corners),
             optional=found,
-            foot_motion=np.zeros((3, self.grid.count, 0)),
+            foot_motion=parts.motion[:, :, :h],
+            turn=turn,
             double=double,
         )
 
@@ -349,9 +396,10 @@ class DoubleStepModel:
         q_start = np.zeros((n, P))
         q_start[:, layout.boundary] = local.posture.q_start[:, layout.boundary_columns]
         q_end = self.exchange @ q_start
-        rate_end = eye[layout.rates]
-        liftoff = np.concatenate([q_end[FREE], rate_end, np.zeros((TWIST, P)), geometry])[None]
-        rate_start = self.exchange @ (double.liftoff.jacobian[0, n : 2 * n] @ liftoff[0])
+        rate_end, h = eye[layout.rates], self._h
+        last = np.stack([q_end[FREE], rate_end, np.zeros((TWIST, P))])[None]
+        liftoff = self._with_hinge(last, self._hinge_jacobian(T, _END), geometry)
+        rate_start = self.exchange @ (double.liftoff.jacobian[0, self._rates] @ liftoff[0])
         knots = eye[layout.knots].reshape(k, n, P)
         moves = np.concatenate([rate_end[None], eye[layout.late].reshape(-1, TWIST, P)])
         late = np.einsum("km,mjp->kjp", self._late, moves)
@@ -361,25 +409,26 @@ class DoubleStepModel:
         else:
             ends = [q_end[FREE], rate_start[FREE], rate_end]
             stance = np.concatenate([q_start[None, FREE], knots[:, FREE], late, ends])
-        touchdown = self._along(self._at_touch, stance, T, geometry)
+        turned = self._hinge_jacobian(T, self._touching)
+        touchdown = self._with_hinge(_moved(self._at_touch, stance, T), turned, geometry)
         at_touch = double.touchdown.jacobian[0] @ touchdown[0]
-        rate_touch, jump, rear = at_touch[_RATES], np.zeros((0, P)), np.zeros((0, P))
+        q_touch = at_touch[self._angles]
+        rate_touch, jump, rear = at_touch[self._rates], np.zeros((0, P)), np.zeros((0, P))
         if double.struck is not None:
             taken = self._taken_jacobian(
-                double.sole, double.touchdown, self._push(step), at_touch[None, _ANGLES], geometry,
+                double.sole, double.touchdown, self._push(step), q_touch[None], geometry,
                 eye[layout.push][None],
             )[0]  # fmt: skip
-            jump, rear = double.struck.along(at_touch[_ANGLES], taken)
+            jump, rear = double.struck.along(q_touch, taken)
             rate_touch = rate_touch - jump
-        early = np.concatenate([q_start[None], knots, [at_touch[_ANGLES], rate_start, rate_touch]])
+        early = np.concatenate([q_start[None], knots, [q_touch, rate_start, rate_touch]])
         if self.striking:
             stance[: len(early)] = early[:, FREE]
         swing = early[:, TIED]
-        motion = np.concatenate(
-            [_moved(self.basis, stance, T), _moved(self.swing_basis, swing, T)], axis=2
-        )
-        motion = motion.reshape(self.grid.count, 3 * n, P)
-        closed = self._along(self.basis, stance, T, geometry)[self.both]
+        turned, free = self._hinge_jacobian(T), _moved(self.basis, stance, T)
+        motion = np.concatenate([turned, free, _moved(self.swing_basis, swing, T)], axis=2)
+        motion = motion.reshape(self.grid.count, 3 * (h + n), P)
+        closed = self._with_hinge(free[self.both], turned[self.both], geometry)
         motion[self.both] = double.motion.jacobian @ closed
         of_front = eye[layout.front].reshape(4, TWIST, P)
         wrench = np.einsum("mb,bjp->mjp", self._shares, of_front)
@@ -389,20 +438,26 @@ class DoubleStepModel:
         """The impulse on the front foot in its sole frame, shape (1, 6)."""
         return step.x[self.layout.push][None]
 
-    def _along(
-        self, basis: SplineBasis | TwoSplines, stance: Array, T: float, geometry: Array
-    ) -> Array:
-        """Derivatives of (u, du, ddu, g) at instants, (N, 18 + G, P)."""
-        moved = _moved(basis, stance, T).reshape(len(basis.instants), 3 * TWIST, -1)
-        fixed = np.broadcast_to(geometry, (len(moved), *geometry.shape))
-        return np.concatenate([moved, fixed], axis=1)
+    def _with_hinge(self, stance: Array, turned: Array, geometry: Array) -> Array:
+        """Derivatives of (u, du, ddu, g) at instants, (N, 3 (h + 6) + G, P).
+
+        Args:
+            stance: of the stance leg's motion, (N, 3, 6, P).
+            turned: of the hinge's, (N, 3, h, P).
+            geometry: of the quantities, (G, P).
+        """
+        count, P = len(stance), geometry.shape[1]
+        free = np.concatenate([turned, stance], axis=2).reshape(count, -1, P)
+        fixed = np.broadcast_to(geometry, (count, *geometry.shape))
+        return np.concatenate([free, fixed], axis=1)
 
     def _reads(self, step: Step, local: StepDerivatives, at: _Chained) -> dict[Quantity, Array]:
         layout, support, double = self.layout, local.support, step.double
         assert double is not None
         n, P, count = layout.joints, layout.size, self.grid.count
         own, boundary = layout.boundary_columns, layout.boundary
-        angles = at.motion[:, :n]
+        h, m = self._h, self._h + n
+        angles = at.motion[:, :m]
         effort = support.effort @ at.motion
         effort[self.both] -= self._taken_jacobian(
             double.sole, double.motion, double.wrench, angles[self.both], at.geometry, at.wrench
@@ -413,22 +468,25 @@ class DoubleStepModel:
         front = np.zeros((count, TWIST, P))
         front[self.both] = at.wrench
         impulse = np.eye(P)[layout.push] if self.striking else np.zeros((TWIST, P))
-        corners = support.corners.reshape(count, -1, n) @ angles
+        twist = np.zeros((TWIST, P))
+        if self.hinge is not None:
+            twist[:, layout.turn.stop - 1] = self.hinge.twist
+        corners = support.corners.reshape(count, -1, m) @ angles
         yaw = layout.index("foot_yaw")
         turned = None if yaw is None else np.broadcast_to(np.eye(P)[yaw], (count, P))
         return {
-            quantities.TORQUE: effort[:, TWIST:],
+            quantities.TORQUE: effort[:, TWIST + h :],
             quantities.WRENCH: effort[:, :TWIST],
             quantities.CORNERS: corners,
-            quantities.ANGLES: angles,
-            quantities.RATES: at.motion[:, n : 2 * n],
-            quantities.ACCELERATIONS: at.motion[:, 2 * n :],
+            quantities.ANGLES: at.motion[:, self._angles],
+            quantities.RATES: at.motion[:, self._rates],
+            quantities.ACCELERATIONS: at.motion[:, 2 * m + h :],
             quantities.IMPULSE: impulse[None],
-            quantities.SOLE_TWIST: np.zeros((1, TWIST, P)),
+            quantities.SOLE_TWIST: twist[None],
             quantities.LEGS: legs,
             quantities.GAPS: np.zeros((0, TWIST, P)),
             quantities.TRAVEL: travel,
-            quantities.FOOT_TURN: np.zeros((count, 0, P)),
+            quantities.FOOT_TURN: foot_turn_rows(at.motion.reshape(count, 3, m, P)[:, :, :h]),
             quantities.FRONT_WRENCH: front,
             quantities.REAR_IMPULSE: at.rear[None],
             quantities.PEAK: np.tile(np.eye(P)[layout.largest], (count, 1, 1)),
@@ -472,47 +530,52 @@ class DoubleStepModel:
         double, first, n = step.double, weights.first, self.layout.joints
         assert double is not None
         at, T, P = self._chained(step, derivatives), step.duration, self.layout.size
-        effort = np.concatenate([first[quantities.WRENCH], first[quantities.TORQUE]], axis=1)
-        gradient = local_gradient(derivatives, first, effort, 0)
+        h, m = self._h, self._h + n
+        of_hinge = np.zeros((self.grid.count, h))  # its torque is part of the wrench
+        parts = [first[quantities.WRENCH], of_hinge, first[quantities.TORQUE]]
+        effort = np.concatenate(parts, axis=1)
+        gradient = local_gradient(derivatives, first, effort, h)
         taken, H = self._taken_hessian(
-            double.sole, double.motion, double.wrench, at.motion[self.both, :n], at.geometry,
+            double.sole, double.motion, double.wrench, at.motion[self.both, :m], at.geometry,
             at.wrench, -effort[self.both],
         )  # fmt: skip
-        gradient[self.both, :n] += taken
+        gradient[self.both, :m] += taken
         dynamics = derivatives.support.hessian(effort)
         plain = StepWeights(first, {})
-        local = local_hessian(derivatives, plain, dynamics, 0)
+        local = local_hessian(derivatives, plain, dynamics, h)
         H += np.tensordot(at.motion, local @ at.motion, ((0, 1), (0, 1)))
         for one in (quantities.WRENCH, quantities.TORQUE):
             if (one, one) in weights.second:
                 J = derivatives.jacobians[one]
                 H += np.tensordot(J, weights.second[one, one] @ J, ((0, 1), (0, 1)))
-        by_order = gradient.reshape(-1, 3, n)
-        single = by_order * ~self.both[:, None, None]
+        by_order = gradient.reshape(-1, 3, m)
+        single = (by_order * ~self.both[:, None, None])[:, :, h:]
         on_stance = np.einsum("nok,noj->kj", self.basis.at(T), single[:, :, FREE])
         on_swing = np.einsum("nok,noj->kj", self.swing_basis.at(T), single[:, :, TIED])
         on_stance += self._closing(
             double.motion, gradient[self.both], at.closed, self.basis.at(T)[self.both], H
         )
         k = self.layout.postures
-        ends = np.zeros((1, 3 * n))
+        ends = np.zeros((1, 3 * m))
         on_early = on_swing
         if self.striking:
             on_early = np.concatenate([on_stance[: k + 4], on_swing], axis=1)
-            ends[0, _ANGLES], ends[0, _RATES] = on_early[-3], on_early[-1]
-            ends[0, _ANGLES] += self._impact_hessian(step, at, -on_early[-1], first, H)
+            ends[0, self._angles], ends[0, self._rates] = on_early[-3], on_early[-1]
+            ends[0, self._angles] += self._impact_hessian(step, at, -on_early[-1], first, H)
         else:
-            ends.reshape(3, n)[:2, TIED] = on_swing[-3], on_swing[-1]
+            ends.reshape(3, m)[:2, LAST] = on_swing[-3], on_swing[-1]
         on_stance += self._closing(double.touchdown, ends, at.touchdown, self._at_touch.at(T), H)
-        last = np.zeros((1, 3 * n))
+        last = np.zeros((1, 3 * m))
         if self.striking:
             start, rate = on_early[0], on_early[-2]
         else:
             start = np.concatenate([on_stance[0], on_swing[0]])
             rate = np.concatenate([on_stance[-2], on_swing[-2]])
-        last[0, n : 2 * n] = self.exchange.T @ rate
+        last[0, self._rates] = self.exchange.T @ rate
         H += _bent(double.liftoff, last, at.liftoff)
-        at_end = on_stance[-5:-2].sum(axis=0) + (last[0] @ double.liftoff.jacobian[0])[:TWIST]
+        at_end = (
+            on_stance[-5:-2].sum(axis=0) + (last[0] @ double.liftoff.jacobian[0])[h : h + TWIST]
+        )
         q_start = start + self.exchange[FREE].T @ at_end
         posture = self.boundary.hessian(
             step.posture, derivatives.posture, q_start,
@@ -528,8 +591,9 @@ class DoubleStepModel:
     ) -> Array:
         """Add what a closed chain bends to H, and return its weights of the stance coefficients."""
         H += _bent(closed, weights, along)
-        back = (weights[:, None] @ closed.jacobian)[:, 0, : 3 * TWIST].reshape(-1, 3, TWIST)
-        return np.asarray(np.einsum("nok,noj->kj", basis, back))
+        free = self._h + TWIST
+        back = (weights[:, None] @ closed.jacobian)[:, 0, : 3 * free].reshape(-1, 3, free)
+        return np.asarray(np.einsum("nok,noj->kj", basis, back[:, :, self._h :]))
 
     def _impact_hessian(
         self, step: Step, at: _Chained, jump: Array, first: dict[Quantity, Array], H: Array

@@ -86,10 +86,27 @@ class FootTurn:
         return found
 
 
+def with_knot(turn: FootTurn, shape: Array, duration: float, at: float) -> tuple[Array, Array]:
+    """Return knots and coefficients of the same turn with one knot more.
+
+    Args:
+        turn, shape: of the foot.
+        duration: of the step [s].
+        at: the knot, as a share of the step.
+
+    Returns:
+        Shares of the step (k,), and angles at them, then the rates at both ends (k + 2,).
+    """
+    near = np.abs(turn.knots - at) < 1e-9
+    knots = turn.knots if near.any() else np.sort(np.append(turn.knots, at))
+    plain = turn.coefficients @ shape
+    angles = replace(turn, instants=knots).basis.at(duration)[:, 0] @ plain
+    return knots, np.concatenate([angles, plain[-2:]])
+
+
 def foot_turn(schedule: Schedule, instants: Array) -> FootTurn:
     """Return the turn of a schedule whose last phase has a hinge."""
-    begin = float(schedule.changes[-1]) if schedule.changes.size else 0.0
-    return FootTurn(begin, instants)
+    return FootTurn(schedule.turns_from, instants)
 
 
 def landing_turn(schedule: Schedule, instants: Array) -> FootTurn:

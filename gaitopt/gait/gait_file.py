@@ -146,11 +146,17 @@ def _turn(phase: int) -> tuple[Member, ...]:
 
 
 _MOST = 3  # phases: the foot turns having landed, stands flat, turns before it leaves
-_FRONT = (Member("front_wrench_1", "float64", (4, 6), "N, N·m", "front sole"),)
+
+
+def _front(phase: int) -> tuple[Member, ...]:
+    """Return the array of the wrench on the front foot in a phase in which both stand."""
+    return (Member(f"front_wrench_{phase}", "float64", (4, 6), "N, N·m", "front sole"),)
+
+
 _REAR = (Member("rear_impulse_0", "float64", (6,), "N·s, N·m·s", "rear sole"),)
 PHASES = (
     *(part for k in range(_MOST) for part in (_splines(k) if k else (), _turn(k)) if part),
-    _FRONT,
+    *(_front(phase) for phase in range(1, _MOST)),
     _REAR,
 )
 """Groups of further arrays, each of which is in the file as a whole or not at all: those of the
@@ -320,9 +326,10 @@ def _schedule(gait: Gait) -> dict[str, object]:
     feet: list[dict[str, str]] = [{gait.stance_sole: phase.contact} for phase in gait.phases]
     ends = [Transition.SMOOTH] * (len(feet) - 1) + [Transition.IMPACT]
     if gait.closing:
-        feet[-1] = dict.fromkeys((gait.stance_sole, gait.swing_sole_frame), FlatFoot.name)
+        rear = gait.foot_contact or FlatFoot.name
+        feet[-1] = {gait.stance_sole: rear, gait.swing_sole_frame: FlatFoot.name}
         begin = Transition.IMPACT if gait.striking else Transition.TOUCH_DOWN
-        ends = [begin, Transition.LIFT_OFF]
+        ends = [*ends[:-2], begin, Transition.LIFT_OFF]
     phases = [
         {"contacts": contacts, "duration": phase.duration, "end": end.value}
         for contacts, phase, end in zip(feet, gait.trajectory.phases, ends, strict=True)
@@ -416,7 +423,8 @@ def _contacts(members: _Arrays) -> tuple[str, str]:
     """Return those of the first and the last phase, "?" where the schedule names none."""
     try:
         phases = json.loads(str(members["schedule"]))["phases"]
-        first, last = (str(next(iter(phases[k]["contacts"].values()))) for k in (0, -1))
+        standing = str(members["stance_sole"])
+        first, last = (str(phases[k]["contacts"][standing]) for k in (0, -1))
         return first, last
     except (ValueError, RecursionError, LookupError, TypeError, AttributeError, StopIteration):
         return "?", "?"
@@ -424,17 +432,11 @@ def _contacts(members: _Arrays) -> tuple[str, str]:
 
 def _joined(members: _Arrays) -> _Arrays:
     """Return the splines over a step of several phases, and the turns of the foot in it."""
-    if _FRONT[0].name in members:
-        begin = members["knots_0"][-1]
-        return {
-            "double_knots": begin + members["knots_1"],
-            "double_coefficients": members["coefficients_1"],
-            "front_wrench": members[_FRONT[0].name],
-            "rear_impulse": members.get(_REAR[0].name, np.zeros(0)),
-        }
-    count = sum(f"knots_{k}" in members for k in range(_MOST))
-    if count > 1 and "knots_1" not in members:
+    whole = sum(f"knots_{k}" in members for k in range(_MOST))
+    if whole > 1 and "knots_1" not in members:
         raise InputError("its 'knots_1' is missing")
+    closing = f"front_wrench_{whole - 1}" in members
+    count = whole - closing
     splines = [members[f"coefficients_{k}"] for k in range(count)]
     pieces = [members[f"knots_{k}"] for k in range(count)]
     begins = np.concatenate([[0.0], np.cumsum([knots[-1] for knots in pieces])])
@@ -449,6 +451,32 @@ def _joined(members: _Arrays) -> _Arrays:
             part = "foot" if k else "landing"
             found |= {f"{part}_{name}": members[f"foot_{name}_{k}"] for name in _OF_FOOT}
             found[f"{part}_knots"] = begins[k] + found[f"{part}_knots"]
+    if closing:
+        found |= _closed(members, count, float(begins[-1]), found)
+    return found
+
+
+def _closed(members: _Arrays, last: int, touch: float, before: _Arrays) -> _Arrays:
+    """Return the arrays of the double support, and of a turn of the rear foot that goes on in it.
+
+    Args:
+        members: of the file.
+        last: number of its phase.
+        touch: time at which it begins [s].
+        before: arrays of the phases before.
+    """
+    found = {
+        "double_knots": touch + members[f"knots_{last}"],
+        "double_coefficients": members[f"coefficients_{last}"],
+        "front_wrench": members[f"front_wrench_{last}"],
+        "rear_impulse": members.get(_REAR[0].name, np.zeros(0)),
+    }
+    if f"foot_knots_{last}" in members and "foot_knots" in before:
+        knots, values = (members[f"foot_{name}_{last}"] for name in ("knots", "coefficients"))
+        first = before["foot_coefficients"]
+        ends = [first[-2:-1], values[-1:]]
+        found["foot_knots"] = np.concatenate([before["foot_knots"], touch + knots[1:]])
+        found["foot_coefficients"] = np.concatenate([first[:-2], values[1:-2], *ends])
     return found
 
 
@@ -498,8 +526,8 @@ def _check_statements(gait: Gait, members: _Arrays) -> None:
         raise InputError(
             "its 'schedule' is not that of its arrays: a phase on the flat foot that stands, at "
             "most one before and one after it in which it turns about a line, ended by the impact "
-            "of the other, or one after it in which both feet stand; or two flat steps of a "
-            "stride; this gaitopt reads no other"
+            "of the other, or by one in which both feet stand; or two flat steps of a stride; this "
+            "gaitopt reads no other"
         )
 
 

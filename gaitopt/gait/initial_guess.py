@@ -135,17 +135,19 @@ def _closing_guess(problem: WalkProblem, model: DoubleStepModel) -> Array:
     """
     geometry, kinematics = _geometry(problem, 0), LegKinematics(problem.robot)
     pelvis, _ = place(PELVIS_CHAIN, geometry)
-    rear = place(swing_sole_chain(problem.layout.rise), geometry)[0]
+    turns = _turns(problem, geometry)
+    rear = place(swing_sole_chain(problem.layout.rise), geometry)[0] * turns.place(1.0)
     q_start = kinematics.solve(pelvis, rear)
     q_end = model.exchange @ q_start
-    pelvis_end, front = kinematics.placements(q_end)
+    pelvis_end, front = (turns.place(1.0) * at for at in kinematics.placements(q_end))
     lift = problem.task.margins.clearance + _EXTRA_LIFT
 
     def posture(s: float) -> Array:
         share = min(s / model.touch, 1.0)
         sole = pin.SE3.Interpolate(rear, front, share)
         sole.translation = sole.translation + np.array([0.0, 0.0, lift * np.sin(np.pi * share)])
-        return kinematics.solve(pin.SE3.Interpolate(pelvis, pelvis_end, s), sole)
+        foot = turns.place(s).inverse()
+        return kinematics.solve(foot * pin.SE3.Interpolate(pelvis, pelvis_end, s), foot * sole)
 
     *early, touch, middle = (posture(float(s)) for s in model.basis.knots[1:-1])
     # the secant as rate at lift-off: nothing bends at touch-down, and midway what is left
@@ -162,7 +164,7 @@ def _closing_guess(problem: WalkProblem, model: DoubleStepModel) -> Array:
         bends.append(np.zeros(TWIST))
         push[2] = _PUSH * problem.robot.mass
         push[4] = -push[2] * 0.5 * (problem.robot.sole.toe + problem.robot.sole.heel)
-    more = np.concatenate([*bends, wrench.ravel(), push])
+    more = np.concatenate([turns.parameters, *bends, wrench.ravel(), push])
     return model.layout.pack(np.array(early), rate[leg], q_start, geometry, more)
 
 

@@ -306,8 +306,9 @@ class Gait:
         """The parts of the step, in order, each with the contact of the stance foot."""
         if self.closing:
             touch = float(self.knots[-1])
-            both = ContactPhase(BOTH_FEET, touch, self.duration)
-            return (ContactPhase(FlatFoot.name, 0.0, touch), both)
+            flat = ContactPhase(FlatFoot.name, 0.0, min(touch, self.turns_at))
+            turning = [ContactPhase(self.foot_contact, self.turns_at, touch)] * self.turning
+            return (flat, *turning, ContactPhase(BOTH_FEET, touch, self.duration))
         phases = [ContactPhase(FlatFoot.name, self.flat_from, self.turns_at)]
         if self.lands_on_line:
             phases = [ContactPhase(self.landing_contact, 0.0, self.flat_from), *phases]
@@ -403,20 +404,24 @@ class Gait:
         if self.second is not None:
             second = TrajectoryPhase(0, self.second.knots, self.second.coefficients)
             return Trajectory(body, (phases[0],), self.mirror, (second,))
-        if self.closing:
-            knots = self.double_knots - self.double_knots[0]
-            late = TrajectoryPhase(0, knots, self.double_coefficients, front=self.front_wrench)
-            phases = [*phases, late]
         if self.lands_on_line:
             first, rest = phases[0].split(self.flat_from)
             landed = FootTurning(self.landing_hinge, self.landing_knots, self.landing_coefficients)
             phases = [replace(first, turning=landed), rest]
+        after: FootTurning | None = None
         if self.turning:
             *before, rest = phases
             flat, last = rest.split(self.turns_at - self.flat_from)
             knots = self.foot_knots - self.foot_knots[0]
             turning = FootTurning(self.foot_hinge, knots, self.foot_coefficients)
+            if self.closing:
+                turning, after = turning.split(float(self.knots[-1]) - self.turns_at)
             phases = [*before, flat, replace(last, turning=turning)]
+        if self.closing:
+            knots = self.double_knots - self.double_knots[0]
+            spline = 0, knots, self.double_coefficients
+            late = TrajectoryPhase(*spline, turning=after, front=self.front_wrench)
+            phases = [*phases, late]
         return Trajectory(body, tuple(phases), self.mirror)
 
     def fact(self, *keys: str) -> object | None:

@@ -341,12 +341,23 @@ class Task:
                 f"double_support is {shown(span)} s; it must be from {SHORTEST * self.duration:g} "
                 f"to {HALF * self.duration:g} s, {SHORTEST:g} to {HALF:g} of the step"
             )
-        for name in ("toe_off", "heel_strike"):
-            if getattr(self, name) is not None:
-                raise InputError(
-                    f"both feet stand flat in a double support; give {name} or double_support, not "
-                    "both"
-                )
+        if self.heel_strike is not None:
+            raise InputError(
+                "the front foot stands flat in a double support; give heel_strike or "
+                "double_support, not both"
+            )
+        if self.toe_off is not None and self.touch_down == "impact":
+            raise InputError(
+                "the rear foot stands flat where both take an impact; leave out toe_off or "
+                "touch_down"
+            )
+        latest = 1.0 - share - SOONEST
+        if self.toe_off is not None and self.toe_off > latest:
+            raise InputError(
+                f"toe_off is {self.toe_off:g}, but both feet stand from {1.0 - share:.3g} of the "
+                f"step on; the rear foot turns before that, from {latest:.3g} on at the latest: "
+                "give that or less, or a shorter double_support"
+            )
         if self.boundary != "closed":
             raise InputError(
                 "a double support needs the swing leg to follow from the stance leg; take boundary "
@@ -418,8 +429,11 @@ class Task:
             touch = 1.0 - self.double_support / self.duration
             gentle = self.touch_down == "gentle"
             begin = Transition.TOUCH_DOWN if gentle else Transition.IMPACT
-            single = Phase(FlatFoot(), touch, begin)
-            return Schedule((single, Phase(FlatFoot(), 1.0, Transition.LIFT_OFF, both=True)))
+            rear = FlatFoot() if leaving is None else ToeLine(self.toe_strip)
+            closing = Phase(rear, touch, begin), Phase(rear, 1.0, Transition.LIFT_OFF, both=True)
+            if leaving is None:
+                return Schedule(closing)
+            return Schedule((Phase(FlatFoot(), leaving, Transition.SMOOTH), *closing))
         phases = [Phase(FlatFoot())]
         if landing is not None:
             phases = [Phase(HeelLine(self.heel_strip), landing, Transition.SMOOTH), *phases]

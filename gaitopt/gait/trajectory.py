@@ -50,6 +50,16 @@ class FootTurning:
         """Return angle, rate and acceleration at times [s] within the phase, shape (3, N)."""
         return clamped_spline(self.knots, self.coefficients[:, None], times)[:, :, 0]
 
+    def split(self, at: float) -> tuple[FootTurning, FootTurning]:
+        """Return its parts before and after one of its inner knots [s]."""
+        inner = int(np.argmin(np.abs(self.knots - at)))
+        rate = self.motion(self.knots[inner : inner + 1])[1]
+        values, (first, last) = self.coefficients[:-2], self.coefficients[-2:]
+        before = np.concatenate([values[: inner + 1], [first], rate])
+        after = np.concatenate([values[inner:], rate, [last]])
+        knots = self.knots[: inner + 1], self.knots[inner:] - self.knots[inner]
+        return FootTurning(self.hinge, knots[0], before), FootTurning(self.hinge, knots[1], after)
+
 
 @dataclass(frozen=True, eq=False)
 class TrajectoryPhase:
@@ -369,7 +379,7 @@ class Trajectory:
         dynamics = _Dynamics(body)
         both = np.array([part.front is not None for part in self.phases])[phase]
         if both.any():
-            self._close(motion, step, phase, [foot for foot, _ in standing])
+            self._close(motion, step, phase, [foot for foot, _ in standing], foot_motion)
         q, v, a = (np.zeros((count, size + joints)) for size in (7, 6, 6))
         q[:, 7:], v[:, 6:], a[:, 6:] = motion
         torque, wrench = np.empty((count, joints)), np.empty((count, 6))
@@ -406,6 +416,7 @@ class Trajectory:
         step: NDArray[np.int64],
         phase: NDArray[np.int64],
         standing: list[int],
+        foot_motion: Array,
     ) -> None:
         """Move the leg of a second foot that stands to where its sole stays, see `motion`."""
         closing = _Closing(self.body)
@@ -417,8 +428,9 @@ class Trajectory:
             key = (int(step[k]) % self._steps, int(phase[k]))
             if key not in targets:
                 start = self._exchanged(part.motion(np.zeros(1))[0], key[0])[0]
-                targets[key] = closing.between(start, foot)
-            closing.close(motion[:, k], foot, targets[key])
+                turned = pin.exp6(part.foot_motion(np.zeros(1))[0, 0])
+                targets[key] = turned * closing.between(start, foot)
+            closing.close(motion[:, k], foot, targets[key], foot_motion[:, k])
 
     def _passive(self, motion: Array) -> Array | float:
         """Return what motors need against friction, damping and springs; most files have none."""
@@ -485,13 +497,14 @@ class _Closing:
         soles = self._kinematics.soles(joints)
         return soles[foot].inverse() * soles[1 - foot]
 
-    def close(self, motion: Array, foot: int, target: pin.SE3) -> None:
+    def close(self, motion: Array, foot: int, target: pin.SE3, turn: Array) -> None:
         """Correct the leg of the other foot in place.
 
         Args:
             motion: angles, rates and accelerations of all joints, shape (3, M).
             foot: which stands, the other leg follows.
-            target: placement of the other sole in its own.
+            target: placement of the other sole in its footprint.
+            turn: of its sole from there, see `TrajectoryPhase.foot_motion`, shape (3, 6).
 
         Raises:
             InputError: the leg does not reach.
@@ -501,6 +514,7 @@ class _Closing:
         leg = np.array(self._body.leg(1 - foot))
         q, v, a = np.zeros(model.nq), np.zeros(model.nv), np.zeros(model.nv)
         q[:7] = _RESTING
+        target = pin.exp6(turn[0]).inverse() * target
         for _ in range(_ITERATIONS):
             q[7:] = motion[0]
             J = pin.computeFrameJacobian(model, data, q, other, pin.WORLD)[:, 6:]
@@ -520,8 +534,20 @@ class _Closing:
             pin.forwardKinematics(model, data, q, v, a)
             read = pin.getFrameVelocity if order == 1 else pin.getFrameAcceleration
             apart = [read(model, data, frame, pin.WORLD).vector for frame in (own, other)]
-            motion[order, leg] = np.linalg.solve(J[:, leg], apart[0] - apart[1])
+            stays = apart[0] - self._turned(own, turn, order)
+            motion[order, leg] = np.linalg.solve(J[:, leg], stays - apart[1])
             column[6:] = motion[order]
+
+    def _turned(self, own: int, turn: Array, order: int) -> Array:
+        """Twist, or its derivative, of a foot's sole against its footprint, in the world, (6,)."""
+        if not turn.any():
+            return np.zeros(6)
+        sole = pin.updateFramePlacement(self._model, self._data, own)
+        found = sole.act(pin.Motion(turn[order])).vector
+        if order == 2:  # the frame in which the twist is constant moves
+            moving = pin.getFrameVelocity(self._model, self._data, own, pin.WORLD)
+            found = found + moving.cross(sole.act(pin.Motion(turn[1]))).vector
+        return np.asarray(found)
 
 
 class _Dynamics:

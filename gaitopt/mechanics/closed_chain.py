@@ -1,4 +1,4 @@
-"""Motion with both feet flat on the ground: the swing leg follows the stance leg, exactly.
+"""Motion with both feet on the ground: the swing leg follows the stance leg, exactly.
 
 Two legs of six joints between two feet that rest are one closed chain: the stance leg moves as it
 is told, u(t), and the swing leg is where its sole stays on its footprint. With S_j the joint axes
@@ -9,7 +9,9 @@ place it, for the m joints in their order from foot to foot
 
 give q, dq and ddq of the swing leg. Turning joint k moves the axes beyond it, d S_j / d q_k =
 S_k x S_j for k < j, so that all derivatives are nested brackets in the order of the joints
-(docs/derivations.md). No closure is left to constraints, at the instants or between them.
+(docs/derivations.md). No closure is left to constraints, at the instants or between them. Where the
+rear foot turns about a line of its sole, that hinge is the first joint of the chain, and u begins
+with its angle.
 """
 
 from __future__ import annotations
@@ -32,7 +34,8 @@ FREE = slice(TWIST)
 """Joints of the stance leg."""
 TIED = slice(TWIST, 2 * TWIST)
 """Joints of the swing leg."""
-JOINTS = 2 * TWIST
+LAST = slice(-TWIST, None)
+"""The same in a chain with hinges of the rear foot, h of them, in front: the last of h + 12."""
 _LAST_STEP = 1e-12  # rad: Newton is quadratic, so the error left is rounding
 _MOST = 30  # iterations
 _LONGEST = 0.5  # rad, of an iteration
@@ -62,59 +65,80 @@ def refuse_open(robot: Robot) -> None:
 class ClosedChain:
     """Evaluates the motion of the closed chain of one robot."""
 
-    def __init__(self, robot: Robot) -> None:
-        refuse_open(robot)
-        self._robot = robot
-        self._kinematics = LegKinematics(robot)
-        self._model, self._data = robot.model, robot.model.createData()
-        self._q = pin.neutral(robot.model)
-
-    def motion(self, free: Array, sole: pin.SE3) -> tuple[Array, Array]:
-        """Return the motion of all joints (3, N, 12) and their axes in the world (N, 12, 6).
+    def __init__(self, robot: Robot, standing: Robot | None = None) -> None:
+        """Prepare what does not depend on the motion.
 
         Args:
-            free: angles, rates and accelerations of the stance leg, shape (3, N, 6).
-            sole: placement of the swing sole in the stance sole frame.
+            robot: the biped.
+            standing: the biped with hinges under its rear foot, if that turns.
+
+        Raises:
+            InputError: the swing leg does not follow from the stance leg.
+        """
+        refuse_open(robot)
+        standing = standing or robot
+        self._kinematics = LegKinematics(robot)
+        self._model, self._data = standing.model, standing.model.createData()
+        self._q, self._frame = pin.neutral(standing.model), standing.swing_frame
+        self._hinges = standing.tree.size - robot.tree.size
+
+    def motion(self, free: Array, sole: pin.SE3) -> tuple[Array, Array]:
+        """Return the motion of all joints (3, N, h + 12) and their axes in the world (N, ..., 6).
+
+        Args:
+            free: angles, rates and accelerations of the hinges and of the stance leg, shape
+                (3, N, h + 6).
+            sole: placement of the swing sole in the footprint of the stance foot.
 
         Raises:
             UnreachableError: the swing leg does not reach its footprint.
         """
-        found = np.zeros((3, free.shape[1], JOINTS))
-        found[:, :, FREE] = free
-        axes, near = np.empty((free.shape[1], JOINTS, TWIST)), None
+        count, m = free.shape[1], free.shape[2] + TWIST
+        found = np.zeros((3, count, m))
+        found[:, :, :-TWIST] = free
+        axes, near = np.empty((count, m, TWIST)), None
         for k in range(free.shape[1]):
             near, axes[k] = self._posture(free[0, k], sole, near)
             found[0, k] = near
-        A = axes[:, TIED].swapaxes(1, 2)
-        moved = (axes[:, FREE] * free[1][..., None]).sum(axis=1)
-        found[1, :, TIED] = -_solved(A, moved)
-        moved = (axes[:, FREE] * free[2][..., None]).sum(axis=1) + _bias(axes, found[1])
-        found[2, :, TIED] = -_solved(A, moved)
+        A, own = axes[:, LAST].swapaxes(1, 2), axes[:, :-TWIST]
+        found[1, :, LAST] = -_solved(A, (own * free[1][..., None]).sum(axis=1))
+        moved = (own * free[2][..., None]).sum(axis=1) + _bias(axes, found[1])
+        found[2, :, LAST] = -_solved(A, moved)
         return found, axes
 
     def _posture(self, free: Array, sole: pin.SE3, near: Array | None) -> tuple[Array, Array]:
-        """Angles (12,) and axes (12, 6), by Newton's method from a posture that is near."""
-        model, data, robot = self._model, self._data, self._robot
+        """Angles (h + 12,) and axes (h + 12, 6), by Newton's method from a posture that is near."""
+        model, data = self._model, self._data
         if near is None:
-            start = np.concatenate([free, np.zeros(TWIST)])
-            near = self._kinematics.solve(self._kinematics.placements(start)[0], sole)
-        q = np.concatenate([free, near[TIED]])
+            near = self._near(free, sole)
+        q = np.concatenate([free, near[LAST]])
         for _ in range(_MOST):
             self._q[7:] = q
             J = pin.computeJointJacobians(model, data, self._q)[:, 6:]
-            at = pin.updateFramePlacement(model, data, robot.swing_frame)
+            at = pin.updateFramePlacement(model, data, self._frame)
             gap = pin.log6(sole * at.inverse()).vector
-            step = np.linalg.solve(J[:, TIED], gap)
+            step = np.linalg.solve(J[:, LAST], gap)
             largest = float(np.abs(step).max())
             if not np.isfinite(largest):
                 break
             if largest < _LAST_STEP:
                 return q, J.T.copy()
-            q[TIED] += step * min(1.0, _LONGEST / largest)
+            q[LAST] += step * min(1.0, _LONGEST / largest)
         raise UnreachableError(
             "the rear leg or the front leg does not reach its footprint while both feet stand; "
             "make the double support or the step shorter"
         )
+
+    def _near(self, free: Array, sole: pin.SE3) -> Array:
+        """Angles (12,) by inverse kinematics, from where the hinges put the stance sole."""
+        kinematics, h = self._kinematics, self._hinges
+        start = np.concatenate([free[h:], np.zeros(TWIST)])
+        if h:  # where the first joint of the robot itself sits
+            self._q[7:] = np.concatenate([free, np.zeros(TWIST)])
+            pin.forwardKinematics(self._model, self._data, self._q)
+            at = pin.updateFramePlacement(self._model, self._data, self._frame)
+            sole = kinematics.placements(start)[1] * at.inverse() * sole
+        return kinematics.solve(kinematics.placements(start)[0], sole)
 
 
 def _solved(matrices: Array, vectors: Array) -> Array:
@@ -149,12 +173,12 @@ def _bias(axes: Array, rates: Array) -> Array:
 class ClosedMotion:
     """The motion of a closed chain at N instants, for its derivatives.
 
-    They are with respect to (u, du, ddu) of the stance leg and the G quantities that place the
-    swing sole, shape (..., 18 + G).
+    They are with respect to (u, du, ddu) of the f = h + 6 joints that are free and the G quantities
+    that place the swing sole, shape (..., 3 f + G).
 
     Attributes:
-        motion: angles, rates and accelerations, shape (3, N, 12).
-        axes: of the joints in the world, shape (N, 12, 6).
+        motion: angles, rates and accelerations, shape (3, N, h + 12).
+        axes: of the joints in the world, shape (N, h + 12, 6).
         targets: axes of the displacements that place the swing sole, in the world, (k, 6).
         drive: from the quantities to the displacements, shape (k, G).
     """
@@ -166,7 +190,7 @@ class ClosedMotion:
 
     @cached_property
     def _slopes(self) -> tuple[Array, Array, Array]:
-        """Derivatives of velocity and acceleration in (q, dq): V_q, A_q, A_dq, (N, 6, 12) each.
+        """Derivatives of velocity and acceleration in (q, dq): V_q, A_q, A_dq, (N, 6, m) each.
 
         Those in the rates of the velocity and in the accelerations are the axes.
         """
@@ -181,10 +205,11 @@ class ClosedMotion:
 
     @cached_property
     def jacobian(self) -> Array:
-        """Derivatives of (q, dq, ddq), shape (N, 36, 18 + G)."""
-        count, n, free = len(self.axes), JOINTS, TWIST
+        """Derivatives of (q, dq, ddq), shape (N, 3 m, 3 f + G) of m = h + 12 joints."""
+        count, n = self.axes.shape[:2]
+        free = n - TWIST
         S = self.axes.swapaxes(1, 2)
-        A = S[:, :, TIED]
+        A, own = S[:, :, LAST], S[:, :, :free]
         V_q, A_q, A_dq = self._slopes
         found = np.zeros((count, 3 * n, 3 * free + self.drive.shape[1]))
         for order in range(3):
@@ -193,24 +218,24 @@ class ClosedMotion:
         q, dq, ddq = (found[:, n * order : n * (order + 1)] for order in range(3))
         target = np.zeros((TWIST, found.shape[2]))
         target[:, 3 * free :] = self.targets.T @ self.drive
-        q[:, TIED] = np.linalg.solve(A, target - S[:, :, FREE] @ q[:, FREE])
-        dq[:, TIED] = np.linalg.solve(A, -S[:, :, FREE] @ dq[:, FREE] - V_q @ q)
-        ddq[:, TIED] = np.linalg.solve(A, -S[:, :, FREE] @ ddq[:, FREE] - A_q @ q - A_dq @ dq)
+        q[:, free:] = np.linalg.solve(A, target - own @ q[:, :free])
+        dq[:, free:] = np.linalg.solve(A, -own @ dq[:, :free] - V_q @ q)
+        ddq[:, free:] = np.linalg.solve(A, -own @ ddq[:, :free] - A_q @ q - A_dq @ dq)
         return found
 
     def hessian(self, weights: Array) -> Array:
-        """Return the Hessian of sum(weights * (q, dq, ddq)), (N, 18 + G, 18 + G).
+        """Return the Hessian of sum(weights * (q, dq, ddq)), (N, 3 f + G, 3 f + G).
 
         With the forces l_0, l_1, l_2 that the weights of the tied joints are worth in the three
         equations, it is that of -l . (their left sides) along the motion.
 
         Args:
-            weights: shape (N, 36); those of the stance leg change nothing.
+            weights: shape (N, 3 m); those of the free joints change nothing.
         """
-        n, (_, dq, ddq) = JOINTS, self.motion
+        n, (_, dq, ddq) = self.axes.shape[1], self.motion
         V_q, A_q, A_dq = self._slopes
-        w = weights.reshape(-1, 3, n)[:, :, TIED]
-        back = self.axes[:, TIED]  # A'
+        w = weights.reshape(-1, 3, n)[:, :, LAST]
+        back = self.axes[:, LAST]  # A'
         l2 = _solved(back, -w[:, 2])
         l1 = _solved(back, -w[:, 1] - _vjp(l2, A_dq))
         l0 = _solved(back, -w[:, 0] - _vjp(l1, V_q) - _vjp(l2, A_q))
@@ -232,7 +257,7 @@ class ClosedMotion:
         count = len(w)
         targets = np.broadcast_to(self.targets, (count, *self.targets.shape))
         placed = 0.5 * _both(nested(targets, l0, 2)[0])
-        quantities = slice(3 * TWIST, None)
+        quantities = slice(3 * (n - TWIST), None)
         H[:, quantities, quantities] -= self.drive.T @ placed @ self.drive
         return np.asarray(H)
 
@@ -244,7 +269,7 @@ def apply_last(tensors: Array, vectors: Array) -> Array:
 
 def _vjp(force: Array, slopes: Array) -> Array:
     """Force . slopes of the tied joints, shape (N, 6)."""
-    return np.asarray((force[:, None] @ slopes[:, :, TIED])[:, 0])
+    return np.asarray((force[:, None] @ slopes[:, :, LAST])[:, 0])
 
 
 def _both(upper: Array) -> Array:

@@ -24,7 +24,7 @@ def contact_colour(contact: str) -> str:
 def contact_words(contact: str) -> str:
     """Return how a foot stands in words: "flat", "on the toe line"."""
     if contact == BOTH_FEET:
-        return "flat, beside the other"
+        return "beside the other"
     return contact if contact == FlatFoot.name else f"on the {contact}"
 
 

@@ -231,7 +231,11 @@ def test_the_table_has_a_line_for_the_front_foot(gait):
         ({"double_support": 0.0}, "from 0.0004 to 0.2 s"),
         ({"double_support": 0.3}, "from 0.0004 to 0.2 s"),
         ({"double_support": "long"}, "double_support is 'long'"),
-        ({"double_support": 0.1, "toe_off": 0.7}, "toe_off or double_support"),
+        ({"double_support": 0.1, "toe_off": 0.72}, "from 0.7 on at the latest"),
+        (
+            {"double_support": 0.1, "toe_off": 0.6, "touch_down": "impact"},
+            "leave out toe_off or touch_down",
+        ),
         ({"double_support": 0.1, "heel_strike": 0.2}, "heel_strike or double_support"),
         ({"double_support": 0.1, "boundary": "lifted"}, "--boundary closed"),
         ({"double_support": 0.1, "stairs": 0.1}, "double_support or stairs"),

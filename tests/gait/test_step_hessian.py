@@ -18,6 +18,8 @@ OF_PUSH = ("impulse", "impulse cop", "landing impulse")  # which is a parameter 
 
 
 def is_linear(name: str, constraint: str) -> bool:
+    if "double support" in name and constraint in OF_TURN:  # its duration is fixed
+        return True
     return constraint in LINEAR or (name == BOTH and constraint in OF_PUSH)
 
 
@@ -149,6 +151,7 @@ def test_hessian_of_a_curved_function_of_every_quantity(name, what):
         ("upright, double support", "front load"),
         ("upright, double support", "front cop"),
         *((BOTH, constraint) for constraint in OF_PUSH),
+        *(("upright, double support, toe off", constraint) for constraint in OF_TURN),
     ],
 )
 def test_what_is_linear_bends_nothing(name, constraint):
