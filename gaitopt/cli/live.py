@@ -23,6 +23,7 @@ from gaitopt.design.starts import many_starts
 from gaitopt.errors import EvaluationError, InputError
 from gaitopt.escape import html_text
 from gaitopt.gait.result import Gait
+from gaitopt.gait.task import Task
 from gaitopt.model.payload import TORSO
 from gaitopt.model.robot import Robot
 from gaitopt.view.animation import Scene, build_scene
@@ -153,13 +154,21 @@ class LiveWalk:
         return (*own, f"{load:g}kg@{TORSO}") if load > 0.0 else own
 
     def _given(self, settings: Mapping[str, float]) -> Settings:
-        """Return the settings of the command line with those of the sliders that were moved."""
-        moved = {
-            one.name: settings[one.name]
-            for one in self.sliders
-            if one.name != LOAD and settings[one.name] != one.value
+        """Return the settings of the command line with those of the sliders.
+
+        A slider at its beginning is left out where that is what the settings give without it: some
+        defaults follow others, as the duration of a step follows the speed.
+        """
+        own = [one for one in self.sliders if one.name != LOAD]
+        moved = {one.name: settings[one.name] for one in own if settings[one.name] != one.value}
+        given = {**self._request.settings, **moved}
+        task = make_task(given, self._request.robot)
+        kept = {
+            one.name: one.value
+            for one in own
+            if one.name not in moved and _value(task, one.name) not in (None, one.value)
         }
-        return {**self._request.settings, **moved}
+        return {**given, **kept}
 
     def _command(self, settings: Mapping[str, float]) -> str:
         """Return the command that makes the walk of settings."""
@@ -255,16 +264,21 @@ def _sliders(request: Request) -> Iterator[Slider]:
         value = float(getattr(task, name))
         yield _slider(name, value, low * value, high * value, step)
     for name, (low, high, step) in _LIMITS.items():
-        known: Any = task.margin(name) if name in SCHEMA["margins"] else getattr(task, name)
+        known = _value(task, name)
         if known is not None:
-            value = float(known)
-            yield _slider(name, value, min(low, value), max(high, value), step)
+            yield _slider(name, known, min(low, known), max(high, known), step)
     most = 0.25 * request.robot.mass
     yield Slider(LOAD, "load on the torso", "kg", 0.0, round(most, 1), 0.1, 0.0)
     torque = request.robot.limits.torque
     if task.margins.torque_limit is None and np.isfinite(torque).all():
         most = float(torque.max())
         yield _slider("torque_limit", most, 0.1 * most, most, 0.01 * most)
+
+
+def _value(task: Task, name: str) -> float | None:
+    """Return the value of a setting, None where it is off."""
+    known: Any = task.margin(name) if name in SCHEMA["margins"] else getattr(task, name)
+    return None if known is None else float(known)
 
 
 def _slider(name: str, value: float, low: float, high: float, step: float) -> Slider:

@@ -22,6 +22,9 @@ from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array, Solution, Start, Status, Stop, never, stopping
 
 ANSWERED, LATE, NONE = "optimal at the samples", "late", "no walk"
+NEARLY = 1e-3
+"""Scaled violation of a late plan with which it is a better start for another task than the last
+walk: where tasks come faster than answers, each would else begin as far away as the one before."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,7 +106,8 @@ class Replanner:
     ) -> Plan:
         """Return the walk of a task: from the last one, else from a first guess.
 
-        A plan that was late goes on where it ended if the same task is asked for again.
+        A plan that was late goes on where it ended if the same task is asked for again, or another
+        one while it was nearly a walk.
 
         Args:
             robot: who walks, the same object as before unless it has changed.
@@ -149,8 +153,10 @@ class Replanner:
         """Return parameters and multipliers to begin with, the most promising first."""
         starts: list[tuple[Array | None, Array | None]] = []
         for plan in (self._unfinished, self.last):
-            same = plan is not None and plan.problem.task == problem.task
-            if plan is None or plan.solution is None or (plan is self._unfinished and not same):
+            if plan is None or plan.solution is None:
+                continue
+            same = plan.problem.task == problem.task
+            if plan is self._unfinished and not same and plan.solution.violation > NEARLY:
                 continue
             x, multipliers = plan.solution.x, plan.solution.multipliers
             if plan.problem.robot is not problem.robot:

@@ -159,3 +159,23 @@ def solve(matrix: Array, rhs: Array) -> Array:
         numpy.linalg.LinAlgError: the matrix is singular to the last digit.
     """
     return np.asarray(np.linalg.solve(matrix, rhs), dtype=np.float64)
+
+
+def quaternions(rotations: Array) -> Array:
+    """Return the unit quaternions x, y, z, w of rotations (N, 3, 3), shape (N, 4).
+
+    4 q qᵀ has entries that are sums of those of the matrix; its row with the largest diagonal entry
+    is q without cancellation (Shepperd, 1978, Quaternion from rotation matrix, J. Guidance and
+    Control 1(3)). `pin.Quaternion` of a matrix leaks 80 bytes each time (Pinocchio 4.1.0).
+    """
+    R = rotations
+    outer = np.empty((len(R), 4, 4))
+    trace = np.trace(R, axis1=1, axis2=2)
+    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        outer[:, i, i] = 1.0 + 2.0 * R[:, i, i] - trace
+        outer[:, i, j] = outer[:, j, i] = R[:, i, j] + R[:, j, i]
+        outer[:, i, 3] = outer[:, 3, i] = R[:, k, j] - R[:, j, k]
+    outer[:, 3, 3] = 1.0 + trace
+    largest = np.argmax(np.diagonal(outer, axis1=1, axis2=2), axis=1)
+    q = outer[np.arange(len(R)), largest]
+    return np.asarray(q / np.linalg.norm(q, axis=1, keepdims=True))

@@ -21,7 +21,7 @@ from gaitopt.errors import InputError
 from gaitopt.gait.recorded import Ground, ground_of
 from gaitopt.gait.result import Gait
 from gaitopt.gait.trajectory import TrajectorySamples
-from gaitopt.mechanics.spatial import upright
+from gaitopt.mechanics.spatial import quaternions, upright
 from gaitopt.model.multibody import Multibody
 from gaitopt.nlp import Array
 from gaitopt.tolerances import SAME
@@ -67,8 +67,7 @@ class Animation:
 
     def turn(self, node: meshcat.Visualizer, times: Array, rotations: Array) -> None:
         """Turn a node through rotation matrices (N, 3, 3)."""
-        quaternions = np.array([pin.Quaternion(r).coeffs() for r in rotations])
-        self._key(node, "quaternion", "quaternion", times, quaternions)
+        self._key(node, "quaternion", "quaternion", times, quaternions(rotations))
 
     def stretch(self, node: meshcat.Visualizer, times: Array, scales: Array) -> None:
         """Scale a node by factors (N, 3) along its axes."""

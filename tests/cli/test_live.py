@@ -78,6 +78,18 @@ def test_every_slider_moves_what_it_says(session, settings):
     last(session.answers(settings, never))
 
 
+def test_a_slider_that_rests_keeps_its_value_where_the_default_follows_another(tmp_path):
+    """The preset humanoid takes shorter steps in time the faster it walks."""
+    session = LiveWalk({"preset": "humanoid", "speed": 0.6}, None, tmp_path)
+    settings = {one.name: one.value for one in session.sliders}
+    first = next(session.answers({**settings, "speed": 0.75}, never))
+    walk = session._planner.last.gait()
+    assert walk.speed == pytest.approx(0.75, abs=1e-6)
+    assert walk.duration == pytest.approx(settings["duration"], abs=1e-12)
+    assert first["curves"]["period"] == pytest.approx(2.0 * settings["duration"], abs=1e-12)
+    assert f"--duration {settings['duration']:g}" in first["text"]
+
+
 def test_settings_without_a_walk_say_what_stops_them_and_where_it_walks(session, settings):
     last(session.answers(settings, never))
     told = list(session.answers({**settings, "torque_limit": 15.0}, never))

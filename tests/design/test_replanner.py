@@ -8,7 +8,7 @@ from sample_gait import sample_gait
 
 from gaitopt.design.design import design
 from gaitopt.design.options import DesignOptions
-from gaitopt.design.replanner import ANSWERED, LATE, NONE, Replanner
+from gaitopt.design.replanner import ANSWERED, LATE, NEARLY, NONE, Replanner
 from gaitopt.errors import InputError
 from gaitopt.gait.presets import preset_task
 from gaitopt.model.robot import Robot
@@ -54,6 +54,24 @@ def test_a_deadline_is_kept_and_the_plan_goes_on_where_it_ended(robot, planner):
     assert whole.answered
     assert whole.solution.iterations < usual.solution.iterations
     assert whole.solution.cost == pytest.approx(usual.solution.cost, rel=1e-8)
+
+
+@pytest.mark.parametrize(("iterations", "used"), [(2, False), (9, True)])
+def test_a_late_plan_helps_another_task_once_it_is_nearly_a_walk(robot, iterations, used):
+    planner, alone = Replanner(), Replanner()
+    for one in (planner, alone):
+        assert one.replan(robot, preset_task(speed=1.0)).answered
+    calls = iter(range(1000))
+    late = planner.replan(robot, preset_task(speed=1.15), stop=lambda: next(calls) >= iterations)
+    assert late.outcome == LATE
+    assert (late.solution.violation <= NEARLY) == used
+    plan, usual = (one.replan(robot, preset_task(speed=1.151)) for one in (planner, alone))
+    assert plan.answered
+    assert plan.solution.cost == pytest.approx(usual.solution.cost, rel=1e-8)
+    if used:
+        assert plan.solution.iterations < 0.6 * usual.solution.iterations
+    else:
+        assert plan.solution.x == pytest.approx(usual.solution.x, abs=0.0)
 
 
 def test_where_nothing_walks_it_is_told_and_the_last_walk_stays(robot, planner):

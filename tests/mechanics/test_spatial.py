@@ -9,6 +9,7 @@ from gaitopt.mechanics.spatial import (
     cross_force_matrix,
     force_cross_matrix,
     motion_cross_matrix,
+    quaternions,
     skew,
     world_inertias,
 )
@@ -67,3 +68,19 @@ def test_inertias_in_the_world(rng):
     )
     expected = [[p.act(b).matrix() for p, b in zip(row, bodies, strict=True)] for row in placements]
     assert relative_error(inertias, expected) < 1e-14
+
+
+def test_quaternions_are_those_of_the_rotations():
+    """Also of half turns, where three of the four entries of Shepperd's rows vanish."""
+    rng = np.random.default_rng(4)
+    q = rng.normal(size=(200, 4))
+    q[:20, 3] = 0.0
+    q[20:30] = np.tile(np.eye(4), (3, 1))[:10]
+    q /= np.linalg.norm(q, axis=1, keepdims=True)
+    x, y, z, w = q.T
+    rotations = np.array([pin.Quaternion(*one).matrix() for one in zip(w, x, y, z, strict=True)])
+    found = quaternions(rotations)
+    assert np.abs(np.sum(found * q, axis=1)) == pytest.approx(1.0, abs=1e-14)
+    again = np.array([pin.Quaternion(*one).matrix() for one in found[:, [3, 0, 1, 2]]])
+    assert again == pytest.approx(rotations, abs=1e-14)
+    assert quaternions(np.zeros((0, 3, 3))).shape == (0, 4)
