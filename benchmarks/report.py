@@ -7,6 +7,7 @@ from pathlib import Path
 
 import comparisons
 import fuzz_section
+import live_sections
 import process_sections
 import robots_section
 import search_sections
@@ -33,6 +34,8 @@ SECTIONS = (
     ("public_robots", "Public files as they come", robots_section.public_robots),
     ("sweep", "Sweeps", process_sections.sweep),
     ("grids", "Grids", process_sections.grids),
+    ("replanning", "Replanning", live_sections.replanning),
+    ("live", "The live page", live_sections.live),
     ("fuzz", "Damaged inputs", fuzz_section.fuzz),
     ("proof", "The proof between the samples", process_sections.proof),
 )
