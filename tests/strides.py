@@ -1,7 +1,7 @@
 """Strides of two steps on which derivatives and rows are checked."""
 
 from reference_cases import biped
-from walks import UPRIGHT
+from walks import HEEL_STRIKE, TOE_OFF, UPRIGHT
 
 from gaitopt.gait.initial_guess import first_guess, perturbed
 from gaitopt.gait.parameters import GEOMETRY, set_geometry
@@ -25,6 +25,10 @@ WAYS = {
         "geometry": set_geometry(GEOMETRY, {"duration": {"free": True}}), **UPRIGHT,
     },
     "turning in place": {"speed": 0.0, "turn_rate": 0.5, **UPRIGHT},
+    "every way, heel strike, toe off, everything free": {
+        "speed": 0.5, "lateral_speed": 0.1, "turn_rate": 0.4, "duration": 0.5,
+        "geometry": EVERYTHING_FREE, **UPRIGHT, **TOE_OFF, **HEEL_STRIKE,
+    },
     "sideways, uphill": {"speed": -0.4, "lateral_speed": 0.1, "slope": 0.1, **UPRIGHT},
     "sideways, downstairs": {
         "speed": 0.5, "lateral_speed": -0.08, "stairs": -0.1, "duration": 0.6, **UPRIGHT,

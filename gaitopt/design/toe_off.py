@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from gaitopt.design.design import checked_start
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.pipeline import Design, attempt, is_walk
@@ -74,7 +72,7 @@ def best_toe_off(
     flat_task, quiet = replace(task, toe_off=None), replace(options, diagnose=False)
     problem = WalkProblem(robot, task)
     start = None if start is None else checked_start(problem, start)
-    flat_start = None if start is None else np.delete(start, problem.model.layout.turn)
+    flat_start = None if start is None else _without_turn(problem, flat_task, start)
     flat = turning = None
     try:
         flat = designed(flat_task, flat_start, quiet)
@@ -109,6 +107,13 @@ def best_toe_off(
     }
     gait = replace(kept.gait, meta={**kept.gait.meta, "toe_off": record})
     return ToeOffChoice(replace(kept, gait=gait), _sentence(flat, turning, kept))
+
+
+def _without_turn(problem: WalkProblem, flat: Task, x: Array) -> Array:
+    """Return the parameters that a walk on flat feet has too."""
+    at = {name: k for k, name in enumerate(problem.layout.names)}
+    names = WalkProblem(problem.robot, flat).layout.names
+    return x[[at[name] for name in names]]
 
 
 def best_beginnings(
@@ -178,7 +183,7 @@ def _first_walks(
     yield attempt(problem, options, x, None, stop)
     if start is not None or stop() or problem.task.in_place:
         return
-    slower = WalkProblem(problem.robot, replace(problem.task, speed=SLOWER * problem.task.speed))
+    slower = WalkProblem(problem.robot, problem.task.slower(SLOWER))
     found = attempt(slower, options, first_guess(slower), None, stop)
     if is_walk(found):
         yield attempt(problem, near, found.x, None, stop)

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from gaitopt.contact.schedule import Schedule
 from gaitopt.gait import quantities
 from gaitopt.gait.constraints import imposed_limit
 from gaitopt.gait.double_step import DoubleStepModel
@@ -73,11 +74,13 @@ def gait_at(
         multipliers=None if multipliers is None else multipliers[0],
         bound_multipliers=None if multipliers is None else multipliers[1],
         multibody=robot.multibody,
-        **_foot(problem, step),
+        **_foot(problem.schedule, problem.model, step),
     )
     if not isinstance(whole, Stride):
         return gait
-    return replace(gait, second=replace(gait, **_sampled(problem.models[1], whole.steps[1])))
+    model, second = problem.models[1], whole.steps[1]
+    own = {**_sampled(model, second), **_foot(problem.schedule, model, second)}
+    return replace(gait, second=replace(gait, **own))
 
 
 def _sampled(model: StepModel | DoubleStepModel, step: Step) -> dict[str, Any]:
@@ -126,10 +129,9 @@ def _splines(model: StepModel | DoubleStepModel, step: Step) -> dict[str, Any]:
     return {"knots": model.basis.knots * step.duration, "coefficients": step.coefficients}
 
 
-def _foot(problem: WalkProblem, step: Step) -> dict[str, Any]:
+def _foot(schedule: Schedule, model: StepModel | DoubleStepModel, step: Step) -> dict[str, Any]:
     """Return the turns of the stance foot, nothing where it stands flat."""
-    model, found = problem.model, dict[str, Any]()
-    schedule = problem.schedule
+    found = dict[str, Any]()
     asked = (
         ("foot", model.hinge, schedule.last, model.foot_turn),
         ("landing", model.line, schedule.first, model.landing_turn),

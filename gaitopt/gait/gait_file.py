@@ -7,7 +7,7 @@ import io
 import json
 import math
 import zipfile
-from collections.abc import Container, Mapping
+from collections.abc import Container, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
@@ -21,6 +21,7 @@ from gaitopt.contact.flat_foot import FlatFoot
 from gaitopt.contact.schedule import LegExchange, Transition
 from gaitopt.errors import GaitFileError, InputError, RobotError
 from gaitopt.gait.result import DOUBLE, FOOT, LANDING, LARGEST, SHAPES, Gait, array_names
+from gaitopt.gait.trajectory import TrajectoryPhase
 from gaitopt.importers.ties import DEGREE
 from gaitopt.model.multibody import Multibody, checked_multibody
 from gaitopt.tolerances import SAME
@@ -182,6 +183,15 @@ _SECOND = "second_"
 STRIDE = tuple(replace(m, name=f"{_SECOND}{m.name}") for m in MEMBERS if m.name in _OF_STEP)
 """Further arrays, of a gait whose second step is no mirror image of the first: as those of the
 first, of the second's mirror image; where its base is, as it is."""
+SECOND_PHASES = tuple(
+    tuple(replace(m, name=f"{_SECOND}{m.name}") for m in part)
+    for part in PHASES
+    if not any(m.name.startswith(("front_", "rear_")) for m in part)
+)
+"""The same of `PHASES`: of the second step where it has several, as the first."""
+
+GROUPS = (*PHASES, STRIDE, *SECOND_PHASES, TIED, BENT)
+"""All groups of arrays that not every file has."""
 
 
 def save_gait(gait: Gait, path: str | Path) -> Path:
@@ -270,12 +280,7 @@ def gait_members(gait: Gait) -> _Arrays:
     trajectory = gait.trajectory
     at = trajectory.at(gait.time, before=_ends_phase(gait))
     found: dict[str, object] = {_RENAMED.get(n, n): getattr(gait, n) for n in array_names()}
-    for number, phase in enumerate(trajectory.phases):
-        found |= {f"knots_{number}": phase.knots, f"coefficients_{number}": phase.coefficients}
-        if phase.front is not None:
-            found[f"front_wrench_{number}"] = phase.front
-        if phase.turning is not None:
-            found |= {f"foot_{n}_{number}": getattr(phase.turning, n) for n in _OF_FOOT}
+    found |= _of_phases(trajectory.phases)
     if gait.striking:
         found[_REAR[0].name] = gait.rear_impulse
     found |= {name: getattr(at, name) for name in _BASE}
@@ -286,7 +291,9 @@ def gait_members(gait: Gait) -> _Arrays:
         times = gait.duration + gait.second.time
         at = trajectory.at(times, before=_ends_phase(gait.second))
         later |= {name: getattr(at, name) for name in _BASE}
-        found |= {f"{_SECOND}{name}": later[name] for name in _OF_STEP}
+        phases = _of_phases(trajectory.second or ())
+        later |= phases
+        found |= {f"{_SECOND}{name}": later[name] for name in (*_OF_STEP, *phases)}
     for name in ("multipliers", "bound_multipliers"):
         values = getattr(gait, name)
         found[name] = np.zeros(0) if values is None else values
@@ -294,7 +301,7 @@ def gait_members(gait: Gait) -> _Arrays:
     found["schedule"] = _json(_schedule(gait))
     found["meta"] = _json({**gait.meta, "format": FORMAT, _WRITTEN_BY: __version__})
     kinds: dict[str, Any] = {m.name: np.str_ if m.kind == "str" else m.kind for m in MEMBERS}
-    kinds |= {m.name: m.kind for part in (*PHASES, STRIDE, TIED, BENT) for m in part}
+    kinds |= {m.name: m.kind for part in GROUPS for m in part}
     if not trajectory.body.bends:
         found.pop(BENT[0].name)
     if not len(trajectory.body.tied):
@@ -303,10 +310,21 @@ def gait_members(gait: Gait) -> _Arrays:
     return {name: np.array(found[name], kinds[name]) for name in written}
 
 
+def _of_phases(phases: Sequence[TrajectoryPhase]) -> dict[str, object]:
+    """Return the arrays of the phases of a step."""
+    found: dict[str, object] = {}
+    for number, phase in enumerate(phases):
+        found |= {f"knots_{number}": phase.knots, f"coefficients_{number}": phase.coefficients}
+        if phase.front is not None:
+            found[f"front_wrench_{number}"] = phase.front
+        if phase.turning is not None:
+            found |= {f"foot_{n}_{number}": getattr(phase.turning, n) for n in _OF_FOOT}
+    return found
+
+
 def _of_format_2(names: Container[str]) -> tuple[Member, ...]:
     """Return the arrays that a file of format 2 has, given those of it, or some of them."""
-    groups = (*PHASES, STRIDE, TIED, BENT)
-    parts = (part for part in groups if any(member.name in names for member in part))
+    parts = (part for part in GROUPS if any(member.name in names for member in part))
     return (*MEMBERS, *(member for part in parts for member in part))
 
 
@@ -336,13 +354,15 @@ def _schedule(gait: Gait) -> dict[str, object]:
     ]
     if gait.second is None:
         return {"phases": phases, "symmetry": LegExchange.name}
-    phases.append(
+    later = zip(gait.second.phases, gait.trajectory.second or (), ends, strict=True)
+    phases += [
         {
-            "contacts": {gait.swing_sole_frame: FlatFoot.name},
-            "duration": gait.second.duration,
-            "end": Transition.IMPACT.value,
+            "contacts": {gait.swing_sole_frame: one.contact},
+            "duration": phase.duration,
+            "end": end.value,
         }
-    )
+        for one, phase, end in later
+    ]
     return {"phases": phases, "symmetry": "stride"}
 
 
@@ -390,8 +410,6 @@ def _new_gait(members: _Arrays, meta: dict[str, object]) -> Gait:
     named = {name: members[key] for name, key in _RENAMED.items()}
     contacts: dict[str, str] = {}
     strides = STRIDE[0].name in members
-    if strides and _has_phases(members):
-        raise InputError("it has a second step and several phases; this gaitopt reads no such")
     if _has_phases(members):
         named |= _joined(members)
         first, last = _contacts(members)
@@ -401,9 +419,10 @@ def _new_gait(members: _Arrays, meta: dict[str, object]) -> Gait:
             contacts["foot_contact"] = last
     gait = _gait({**members, **named}, meta, {**more, **contacts, "multibody": body})
     if strides:
-        later: dict[str, Any] = {
-            n: members[f"{_SECOND}{_RENAMED.get(n, n)}"] for n in _names_of_step()
-        }
+        own = {n[len(_SECOND) :]: a for n, a in members.items() if n.startswith(_SECOND)}
+        later: dict[str, Any] = {n: own[_RENAMED.get(n, n)] for n in _names_of_step()}
+        if _has_phases(own):
+            later |= _joined(own)
         gait = replace(gait, second=replace(gait, **later))
     _check_statements(gait, members)
     return gait
@@ -424,8 +443,8 @@ def _contacts(members: _Arrays) -> tuple[str, str]:
     try:
         phases = json.loads(str(members["schedule"]))["phases"]
         standing = str(members["stance_sole"])
-        first, last = (str(phases[k]["contacts"][standing]) for k in (0, -1))
-        return first, last
+        own = [one["contacts"][standing] for one in phases if standing in one["contacts"]]
+        return str(own[0]), str(own[-1])
     except (ValueError, RecursionError, LookupError, TypeError, AttributeError, StopIteration):
         return "?", "?"
 
@@ -507,7 +526,8 @@ def _check_members(members: _Arrays) -> None:
 def _check_statements(gait: Gait, members: _Arrays) -> None:
     """Refuse a base track, a schedule or a ground that are not those of the gait itself."""
     found = gait_members(gait)
-    splines = [m.name for part in (*PHASES, STRIDE) for m in part if m.name in members]
+    groups = (*PHASES, STRIDE, *SECOND_PHASES)
+    splines = [m.name for part in groups for m in part if m.name in members]
     if splines and found.keys() != {*members} - {"digest"}:
         raise InputError("its arrays of several phases or steps are not those of a gait")
     for name in (*_BASE, *splines, *(_RENAMED.values() if splines else ())):
@@ -526,8 +546,8 @@ def _check_statements(gait: Gait, members: _Arrays) -> None:
         raise InputError(
             "its 'schedule' is not that of its arrays: a phase on the flat foot that stands, at "
             "most one before and one after it in which it turns about a line, ended by the impact "
-            "of the other, or by one in which both feet stand; or two flat steps of a stride; this "
-            "gaitopt reads no other"
+            "of the other, or by one in which both feet stand; or two such steps of a stride, each "
+            "ended by an impact; this gaitopt reads no other"
         )
 
 

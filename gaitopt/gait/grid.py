@@ -117,16 +117,26 @@ LANDING = np.array([0.5])
 """Share of a stride of two steps at which the first ends."""
 
 
-def half(grid: Grid, second: bool) -> Grid:
+def of_stride(changes: Array) -> Array:
+    """Return where phases and steps of a stride follow each other, from shares of a step, (k,)."""
+    return np.concatenate([0.5 * changes, LANDING, 0.5 + 0.5 * changes])
+
+
+def half(grid: Grid, second: bool, changes: Array | None = None) -> Grid:
     """Return the instants of one step of a stride, as shares of that step, in their order.
 
     Args:
         grid: of the stride.
         second: which of its steps.
+        changes: shares of the step at which one phase follows another, whose two sides the
+            instants are to meet exactly.
     """
     kept = of_second(grid.instants) == second
     s = 2.0 * grid.instants[kept] - second
     s[s <= 4.0 * AFTER] = 0.0
+    for change in () if changes is None else changes:
+        s[np.abs(s - change) < 0.5 * AFTER] = change
+        s[np.abs(s - change - 2.0 * AFTER) < 1.5 * AFTER] = change + AFTER
     return Grid(s, 2.0 * grid.weights[kept], int(kept[: grid.nodes].sum()))
 
 

@@ -16,7 +16,7 @@ from gaitopt.gait.costs import CostContext, cost_function
 from gaitopt.gait.double_step import DoubleStepModel
 from gaitopt.gait.double_support import Posture
 from gaitopt.gait.functions import check_function
-from gaitopt.gait.grid import LANDING, Grid
+from gaitopt.gait.grid import LANDING, Grid, of_stride
 from gaitopt.gait.parameters import (
     FOOT_SPACING,
     STEP_LENGTH,
@@ -127,15 +127,17 @@ class WalkProblem(NLP):
     def breaks(self) -> Array:
         """Shares of the period, from 0 to 1, between which every quantity is smooth."""
         model, knots = self.model, self.model.basis.knots
+        turns = [turn for turn in (model.landing_turn, model.foot_turn) if turn is not None]
+        knots = np.unique(np.concatenate([knots, *(turn.knots for turn in turns)]))
         if len(self.models) > 1:
             return np.concatenate([0.5 * knots, 0.5 + 0.5 * knots[1:]])
-        turns = [turn for turn in (model.landing_turn, model.foot_turn) if turn is not None]
-        return np.unique(np.concatenate([knots, *(turn.knots for turn in turns)]))
+        return knots
 
     @property
     def changes(self) -> Array:
         """Shares of the period at which quantities may jump: phases and steps follow there."""
-        return LANDING if len(self.models) > 1 else self.schedule.changes
+        changes = self.schedule.changes
+        return of_stride(changes) if len(self.models) > 1 else changes
 
     @property
     def ends(self) -> Array:
@@ -311,7 +313,7 @@ def constraint_blocks(robot: Robot, task: Task, grid: Grid) -> tuple[ConstraintB
             robot, own, task.margins, task.speed, task.duration, task.speed_as, task.boundary,
             task.schedule, task.ground, task.lateral_speed, task.turn_rate, task.steps,
         )
-        for own in (halves(grid) if task.steps == 2 else (grid,))
+        for own in (halves(grid, task.schedule.changes) if task.steps == 2 else (grid,))
     ]  # fmt: skip
     found = []
     for make, constraints in (
@@ -342,8 +344,12 @@ def _models(
     """Return the models of the steps of a period."""
     if not isinstance(layout, StrideLayout):
         return (StepModel(robot, layout, grid, read, schedule),)
-    each = zip(layout.steps, halves(grid), layout.charts, strict=True)
-    return tuple(StepModel(robot, own, part, read, schedule, chart) for own, part, chart in each)
+    charts = layout.charts
+    each = zip(layout.steps, halves(grid, schedule.changes), charts, charts[::-1], strict=True)
+    return tuple(
+        StepModel(robot, own, part, read, schedule, chart, before)
+        for own, part, chart, before in each
+    )
 
 
 def _checked(constraint: Constraint, context: ConstraintContext) -> ConstraintBlock:

@@ -400,10 +400,12 @@ class Gait:
                 f"the gait moves {', '.join(self.joint_names)}, but its robot "
                 f"{', '.join(body.moving_names)}; give the robot that it was designed for"
             )
+        later = None if self.second is None else self.second._trajectory_phases()
+        return Trajectory(body, self._trajectory_phases(), self.mirror, later)
+
+    def _trajectory_phases(self) -> tuple[TrajectoryPhase, ...]:
+        """Return the phases of the step, each with its splines."""
         phases = [TrajectoryPhase(0, self.knots, self.coefficients)]
-        if self.second is not None:
-            second = TrajectoryPhase(0, self.second.knots, self.second.coefficients)
-            return Trajectory(body, (phases[0],), self.mirror, (second,))
         if self.lands_on_line:
             first, rest = phases[0].split(self.flat_from)
             landed = FootTurning(self.landing_hinge, self.landing_knots, self.landing_coefficients)
@@ -422,7 +424,7 @@ class Gait:
             spline = 0, knots, self.double_coefficients
             late = TrajectoryPhase(*spline, turning=after, front=self.front_wrench)
             phases = [*phases, late]
-        return Trajectory(body, tuple(phases), self.mirror)
+        return tuple(phases)
 
     def fact(self, *keys: str) -> object | None:
         """Return `meta[key][key]...`, None if any of the keys is absent."""
@@ -644,10 +646,12 @@ def _check_second(gait: Gait) -> None:
     if (
         not isinstance(second, Gait)
         or second.second is not None
-        or any(len(one.phases) > 1 for one in (gait, second))
+        or any(one.closing for one in (gait, second))
+        or [one.contact for one in gait.phases] != [one.contact for one in second.phases]
     ):
         raise InputError(
-            "the gait's second step must be a single step on flat feet, like its first"
+            "the gait's second step must be a single step that an impact ends, with the contacts "
+            "of its first"
         )
     if second.joint_names != gait.joint_names or not np.array_equal(second.mirror, gait.mirror):
         raise InputError("the gait's second step has other joints than its first")

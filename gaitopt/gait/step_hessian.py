@@ -240,7 +240,7 @@ def _own_hessian(
         step.posture, derivatives.posture, back.q_start,
         first[quantities.LEGS], first[quantities.GAPS],
     )  # fmt: skip
-    own, boundary = model.layout.boundary_columns, matrix[model.layout.boundary]
+    own, boundary = model.layout.boundary_columns, model.at_start
     H += boundary.T @ posture[np.ix_(own, own)] @ boundary
     lasts = model.along("duration")
     if lasts is not None:

@@ -19,6 +19,7 @@ from gaitopt.contact.schedule import Schedule
 from gaitopt.errors import EvaluationError
 from gaitopt.gait import quantities
 from gaitopt.gait.double_support import (
+    FEET,
     DoubleSupport,
     InverseKinematicsSupport,
     JointAngleSupport,
@@ -63,6 +64,7 @@ class StepModel:
         optional: Collection[Quantity] = (),
         schedule: Schedule | None = None,
         chart: Chart | None = None,
+        before: Chart | None = None,
     ) -> None:
         """Prepare what does not depend on x.
 
@@ -71,6 +73,7 @@ class StepModel:
             optional: which of the quantities that not every walk needs are to be computed.
             schedule: of the step; by default that of the paper.
             chart: of the layout's parameters in those of a walk of more than one step.
+            before: that of the step before, whose stance foot is the rear one at the start.
 
         Raises:
             InputError: the layout's form of the double support does not suit the robot.
@@ -80,6 +83,12 @@ class StepModel:
         self.robot, self.layout, self.grid = robot, layout, grid
         self.schedule = schedule or Schedule()
         self.chart = chart or identity_chart(layout.size)
+        self._before = before or self.chart
+        # of what shapes the double support at the start, in x
+        self.at_start = self.chart.matrix[layout.boundary]
+        if layout.turning:
+            row = int(np.flatnonzero(layout.boundary == layout.turn.start)[0])
+            self.at_start[row] = self._before.matrix[layout.turn.start]
         # Takes the joints from the end of a step to the start of the next, Eqs. (26) and (27).
         self.exchange = self.schedule.symmetry.joint_map(robot)
         self.basis = spline_basis(self.schedule.knots(layout.postures), grid.instants)
@@ -153,6 +162,8 @@ class StepModel:
             raise EvaluationError("a parameter is not finite")
         z = self.chart.of(x)
         geometry = self.layout.geometry_of(z)
+        if self.layout.turning:  # the rear foot is as the step before leaves it
+            geometry[FEET] = self._before.of(x)[self.layout.turn.start]
         if geometry[DURATION] <= 0.0:
             raise EvaluationError(f"a step of {geometry[DURATION]} s is not a step")
         if posture is None:
@@ -288,7 +299,7 @@ class StepModel:
     def opening_derivatives(self, opening: Opening) -> tuple[PostureDerivatives, Array]:
         """Return those of the double support, and of q_start in x, shape (n, P)."""
         found, own = self.boundary.derivatives(opening.posture), self.layout.boundary_columns
-        return found, found.q_start[:, own] @ self.chart.matrix[self.layout.boundary]
+        return found, found.q_start[:, own] @ self.at_start
 
     def impact_jacobian(self, step: Landing, impact: ImpactDerivatives, q_end: Array) -> Array:
         """Return the derivatives of an impact in x, shape (12 + n, P), or (13 + n, P) on a line.
@@ -330,7 +341,7 @@ class StepModel:
         """
         posture, support = local.posture, local.support
         matrix, own, n = self.chart.matrix, self.layout.boundary_columns, self.layout.joints
-        boundary = matrix[self.layout.boundary]
+        boundary = self.at_start
         knots = matrix[self.layout.knots].reshape(self.layout.postures, n, -1)
         rate_start = self.exchange @ before[6 : 6 + n]
         coefficients = np.concatenate(

@@ -349,9 +349,9 @@ def split_weights(weights: StepWeights, steps: Sequence[Step]) -> list[StepWeigh
     return found
 
 
-def halves(grid: Grid) -> tuple[Grid, Grid]:
-    """Return the instants of both steps of a stride."""
-    return half(grid, False), half(grid, True)
+def halves(grid: Grid, changes: Array) -> tuple[Grid, Grid]:
+    """Return the instants of both steps of a stride; changes as of `half`."""
+    return half(grid, False, changes), half(grid, True, changes)
 
 
 def by_step(grid: Grid) -> tuple[Grid, NDArray[np.int_]]:
@@ -391,6 +391,7 @@ def joined_blocks(blocks: Sequence[ConstraintBlock], grid: Grid, robot: Robot) -
         lower=np.concatenate([b.lower for b in blocks]),
         upper=np.concatenate([b.upper for b in blocks]),
         instants=np.concatenate([blocks[0].instants, before + blocks[1].instants]),
+        contacts=tuple(name for block in blocks for name in block.contacts),
         times=times,
         second=counts[0],
         mirrored=tuple(map(other, first.labels)),

@@ -28,7 +28,7 @@ from gaitopt.gait.constraint import (
 )
 from gaitopt.gait.constraints import CONSTRAINTS, Margins
 from gaitopt.gait.costs import Cost, TorqueCost, per_second
-from gaitopt.gait.grid import LANDING, QUADRATURES, Grid, phase_grid, uniform_grid
+from gaitopt.gait.grid import QUADRATURES, Grid, of_stride, phase_grid, uniform_grid
 from gaitopt.gait.parameters import (
     DURATION,
     FOOT_SPACING,
@@ -268,12 +268,11 @@ class Task:
             raise InputError(
                 "a stride of two steps has its speed as a constraint; leave out speed_as"
             )
-        for name in ("toe_off", "heel_strike", "double_support"):
-            if getattr(self, name) is not None:
-                raise InputError(
-                    f"in a stride of two steps one foot stands, flat; leave out {name}, or "
-                    "lateral_speed, turn_rate and stride"
-                )
+        if self.double_support is not None:
+            raise InputError(
+                "in a stride of two steps an impact ends either step; leave out double_support, or "
+                "lateral_speed, turn_rate and stride"
+            )
         turn = self.turn_rate * self.duration
         if not abs(turn) <= FARTHEST:
             raise InputError(
@@ -446,7 +445,8 @@ class Task:
     def grid(self) -> Grid:
         """The instants at which the step, or the stride of two, is looked at first."""
         if self.steps == 2:
-            return phase_grid(2 * self.samples - 1, self.quadrature, LANDING)
+            changes = of_stride(self.schedule.changes)
+            return phase_grid(2 * self.samples - 1, self.quadrature, changes)
         return phase_grid(self.samples, self.quadrature, self.schedule.changes)
 
     @property

@@ -324,7 +324,7 @@ class Trajectory:
                     soles = kinematics.soles(end)
                     turned = phase.foot_motion(np.array([phase.duration]))[0, 0]
                     place = place * pin.exp6(turned) * soles[standing].inverse() * soles[following]
-                    landed = self.phases[(index + 1) % len(self.phases)].foot_motion(np.zeros(1))
+                    landed = self._phases(step + 1)[0].foot_motion(np.zeros(1))
                     place = place * pin.exp6(-landed[0, 0])  # where it will be flat
                     standing = following
             stances.append(tuple(own))

@@ -143,8 +143,8 @@ def record(gait: Gait, samples: Mapping[str, Array]) -> dict[str, object]:
         "ground_wrench_in_standing_sole": _columns(samples["ground_wrench"], _WRENCH),
         "cop_in_standing_sole": _columns(samples["cop"], ("x", "y")),
         "splines": _splines(gait, samples),
-        "standing_foot_turn": _foot_turn(gait, "foot") if gait.turning else None,
-        "landed_foot_turn": _foot_turn(gait, "landing") if gait.lands_on_line else None,
+        "standing_foot_turn": _foot_turns(gait, "foot") if gait.turning else None,
+        "landed_foot_turn": _foot_turns(gait, "landing") if gait.lands_on_line else None,
         "double_support": _double(gait) if gait.closing else None,
         "impact": _impact(gait),
         "parameters": dict(zip(gait.parameter_names, gait.parameters.tolist(), strict=True)),
@@ -229,6 +229,12 @@ def _followers(gait: Gait, steps: list[Array]) -> dict[str, list[list[list[float
         ]
         for joint, led, tie in zip(body.tied, body.led, ties, strict=True)
     }
+
+
+def _foot_turns(gait: Gait, part: str) -> object:
+    """Return the turn of the standing foot; of a stride of two steps that of each."""
+    each = [_foot_turn(step, part) for step in gait.steps]
+    return each[0] if len(each) == 1 else each
 
 
 def _foot_turn(gait: Gait, part: str) -> dict[str, object]:

@@ -314,7 +314,7 @@ def test_tables_for_controllers_hold_both_steps():
         ({"turn_rate": np.inf}, "turn_rate is inf rad/s"),
         ({"stride": 1}, "stride is 1; it must be True or False"),
         ({"stride": True, "speed_as": "penalty"}, "has its speed as a constraint"),
-        ({"turn_rate": 0.1, "toe_off": 0.7}, "one foot stands, flat; leave out toe_off"),
+        ({"turn_rate": 0.1, "double_support": 0.05}, "ends either step; leave out double_support"),
         ({"turn_rate": 0.1, "slope": 0.1}, "on a slope a walk that turns .*; leave out turn_rate"),
         ({"turn_rate": 0.1, "stairs": 0.1}, "on stairs a walk that turns .*; leave out turn_rate"),
         ({"turn_rate": 2.0}, r"a turn of 0\.8 rad a step; give at most 0\.6 rad"),
