@@ -58,6 +58,7 @@ class Setting:
         short: another name of the option, "-o".
         argument: whether it stands by itself on the command line, without a name.
         required: whether it must be given.
+        negatable: of a flag that is not set by default, whether --no-NAME may say so.
         panel: heading over it in the help, where that is not one of its section.
         entry_unit: of a table, returns the unit of an entry.
         example: of a table's entry, as NAME=VALUE.
@@ -74,6 +75,7 @@ class Setting:
     short: str = ""
     argument: bool = False
     required: bool = False
+    negatable: bool = False
     panel: str = ""
     entry_unit: Callable[[str], str] = _none
     example: str = ""

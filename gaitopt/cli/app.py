@@ -123,13 +123,18 @@ class OptimiseOptions:
     config: Path | None = entry(None, _CONFIG, panel=METHOD)
     output: Path | None = entry(
         None,
-        "Directory for gait, page, figures and tables.",
+        "Directory for gait, page and tables.",
         metavar="DIR",
         short="-o",
         panel=RESULTS,
     )
     page: bool = entry(True, "Write the walking robot.", panel=RESULTS)
-    figures: bool = entry(True, "Write the figures of the gait.", panel=RESULTS)
+    figures: bool = entry(
+        False,
+        "Write the figures of the gait; its page has the curves, gaitopt plot draws them later.",
+        panel=RESULTS,
+        negatable=True,
+    )
     quiet: bool = entry(False, _QUIET, short="-q", panel=RESULTS)
 
 

@@ -41,7 +41,8 @@ def _parameter(setting: Setting, panel: str, own: bool) -> inspect.Parameter:
     kind: Any = None
     if setting.kind == FLAG:
         default, kind = (setting.default, bool) if own else (None, bool | None)
-        names = names if default is False else [f"{setting.option}/--no-{setting.option[2:]}"]
+        if default is not False or setting.negatable:
+            names = [f"{setting.option}/--no-{setting.option[2:]}"]
     else:
         how |= {"metavar": _metavar(setting), "parser": _reader(setting)}
         kind = list[str] if setting.repeatable else str

@@ -50,7 +50,7 @@ class Asked:
     config: Path | None
     output: Path | None
     page: bool = True
-    figures: bool = True
+    figures: bool = False
     quiet: bool = False
 
     def command(self, changes: Mapping[str, object]) -> str:
@@ -65,10 +65,8 @@ class Asked:
             words += option_words(name, value)
         for name, path in (("config", self.config), ("output", self.output)):
             words += [] if path is None else option_words(name, path)
-        words += [
-            f"--no-{n}" for n, on in (("page", self.page), ("figures", self.figures)) if not on
-        ]
-        return shlex.join([*words, "--quiet"] if self.quiet else words)
+        told = (("--no-page", not self.page), ("--figures", self.figures), ("--quiet", self.quiet))
+        return shlex.join([*words, *(option for option, given in told if given)])
 
 
 def suggestion_lines(diagnosis: object, request: Request, asked: Asked) -> Iterator[str]:

@@ -190,7 +190,8 @@ class _Run:
         self.undefined = False  # whether the program had no value at the last point asked for
         self.iterate = iterate
         self.region = TrustRegion(options.initial_radius, options.max_radius)
-        exact = options.hessian == "exact" and nlp.has_hessian
+        self.exact = exact = options.hessian == "exact" and nlp.has_hessian
+        self.hopeful = False  # whether the last step was accepted as it was
         self.patience = Patience(STALLED_AFTER if exact else STALLED_AFTER_BFGS)
         self.filter = Filter(max(CEILING, 1.25 * iterate.violation))
         self.resets_left = FILTER_RESETS
@@ -311,6 +312,7 @@ class _Run:
     def _advance(self, model: LocalModel, posed: Subproblem, step: ElasticStep) -> None:
         """Try the step, then its correction; move to the better one or shrink the region."""
         trial = self._try(model, step, step)
+        self.hopeful = self.exact and trial is not None and self._accepts(trial)
         if trial is not None and not self._accepts(trial):
             trial = corrected(
                 trial,
@@ -329,8 +331,11 @@ class _Run:
         """Evaluate a step, held to the prediction of `judged`; None if undefined there."""
         variables = self.nlp.variables
         x = self.iterate.point.x + variables.scale * step.d
+        evaluator = self.recorder.evaluator
+        # a step that is likely to be taken is evaluated with its derivatives at once
+        evaluate = evaluator.point if self.hopeful and judged is step else evaluator.values
         try:
-            values = self.recorder.evaluator.values(np.clip(x, variables.lower, variables.upper))
+            values = evaluate(np.clip(x, variables.lower, variables.upper))
         except EvaluationError:
             self.undefined = True
             return None
@@ -339,6 +344,8 @@ class _Run:
 
     def _differentiated(self, trial: Trial) -> Iterate | None:
         """Return a trial with its derivatives, None if it has none."""
+        if isinstance(trial.values, Point):
+            return self._iterate_at(trial.values, trial.step)
         try:
             point = self.recorder.evaluator.point(trial.values.x)
         except EvaluationError:

@@ -30,7 +30,17 @@ def quick(cli) -> Callable[..., Any]:
 def designed(cli, tmp_path_factory) -> Path:
     """A directory as `gaitopt optimise --output` leaves it, and what it printed."""
     directory = tmp_path_factory.mktemp("designed") / "new" / "walk"
-    words = ("--solver", "sqp", "--starts", "1", "--speed", "1.0", "--output", directory)
+    words = (
+        "--solver",
+        "sqp",
+        "--starts",
+        "1",
+        "--speed",
+        "1.0",
+        "--figures",
+        "--output",
+        directory,
+    )
     result = cli("optimise", *words)
     assert result.exit_code == 0, result.stderr
     (directory / "stdout.txt").write_text(result.stdout)

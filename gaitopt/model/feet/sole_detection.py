@@ -37,6 +37,9 @@ _OUTSIDE = 1e-10  # m: an edge that crosses the hull by less is on it
 _STRAIGHT = 1e-14  # of the extent, squared: a corner that turns by less is none
 _FEW = 16  # points: the planes of each three of them are tried
 _ON_FACE = 1e-10  # of the extent: points this near to a face are on it
+_NEWTON_STEPS = 50
+_ARRIVED = 1e-12  # m: of a step
+_STIFF = 1e-9  # of the curvature: least one
 _CANDIDATES = 120  # edges tried at once
 _ROUNDS = 12  # of refinement, each about the best edges of the last
 _DOWN = np.array([0.0, 0.0, -1.0])
@@ -504,22 +507,34 @@ def _along_the_ridge(halfplanes: Array, edges: Edges, least: tuple[float, float]
     rows = np.vstack([-corner, extent])
     least_of = np.concatenate([c, np.maximum(least, _SHORTEST)])
 
-    def cost(x: Array) -> float:
-        return -float(np.log(np.maximum(extent @ x, _ROUNDING)).sum())
-
-    def gradient(x: Array) -> Array:
-        return np.asarray(-(1.0 / np.maximum(extent @ x, _ROUNDING)) @ extent)
-
-    from scipy.optimize import LinearConstraint, minimize  # slow to import
-
-    found = minimize(
-        cost, np.array(edges), jac=gradient, method="SLSQP",
-        constraints=[LinearConstraint(rows, least_of, np.inf)], options={"ftol": 1e-12},
-    )  # fmt: skip
-    if (rows @ found.x - least_of).min() < -_OUTSIDE:
+    x = np.array(edges)
+    for _ in range(_NEWTON_STEPS):  # Newton's method: the cost is convex, and its start is near
+        size = np.maximum(extent @ x, _SHORTEST)
+        gradient, bent = -(1.0 / size) @ extent, extent.T / size**2 @ extent
+        bent += _STIFF * np.trace(bent) * np.eye(4)  # where only a position is free
+        step = _least(bent, gradient, rows, least_of - rows @ x)
+        if step is None:
+            break
+        change = extent @ step / size  # of the extents: half of them at most may go at once
+        x += step * min(1.0, 0.5 / max(float(-change.min()), 0.5))
+        if np.abs(step).max() < _ARRIVED:
+            break
+    if (rows @ x - least_of).min() < -_OUTSIDE:
         return edges
-    toe, heel, left, right = map(float, found.x)
+    toe, heel, left, right = map(float, x)
     return toe, heel, left, right
+
+
+def _least(bent: Array, gradient: Array, rows: Array, least: Array) -> Array | None:
+    """Return the d that minimises gradient . d + d' bent d / 2 with rows @ d >= least, or None."""
+    import daqp
+
+    none = np.full(len(rows), 1e30)
+    d, _, flag, _ = daqp.solve(
+        bent, gradient, np.ascontiguousarray(rows), none, least,
+        np.zeros(len(rows), dtype=np.intc), primal_tol=_ARRIVED,
+    )  # fmt: skip
+    return np.asarray(d) if flag > 0 else None
 
 
 def _best_strip(
