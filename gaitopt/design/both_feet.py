@@ -11,7 +11,6 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from scipy.optimize import linprog
 
 from gaitopt.gait import quantities
 from gaitopt.gait.double_step import DoubleStepModel
@@ -86,6 +85,8 @@ def impact_possible(problem: WalkProblem, x: Array) -> bool:
             rows.append(np.array(sides) @ matrix)
         elif isinstance(block.function, Linear | Entries) and (block.lower == 0.0).all():
             rows.append(-np.asarray(block.function.jacobian(np.zeros((1, 6)))) @ matrix)
+    from scipy.optimize import linprog  # slow to import, and few walks ask for it
+
     above = np.concatenate(rows)
     free = (-np.inf, np.inf)
     bounds = [free, free, (0.0, 1.0), free, free, free]
