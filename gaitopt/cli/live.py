@@ -111,7 +111,9 @@ class LiveWalk:
             return
         try:
             design = plan.complete(self._request.options, stop)
-        except EvaluationError:
+        except EvaluationError as error:
+            words = {"verdict": html_text(f"optimal at the samples, no certificate: {error}")}
+            yield {"kind": "proof", "words": words}
             return
         if not stop():
             self._design, self._designed = design, dict(settings)

@@ -57,6 +57,7 @@ async function answer(message) {
   const { kind, number } = message;
   if (kind === "walk") walk(message);
   if (kind === "motion") return follow(message);
+  if (kind === "proof") return say(message.words);
   if (kind === "none") document.getElementById("verdict").textContent =
     "the walk before these settings";
   if (message.text !== undefined) told.textContent = message.text;

@@ -92,6 +92,7 @@ def serve(
 
     Raises:
         InputError: it cannot listen there.
+        Exception: what went wrong in the session, where that is no `GaitoptError`.
     """
     listening = listening_socket(host, port)
     name = f"[{host}]" if ":" in host else host
@@ -123,7 +124,7 @@ async def _serve(
     for number in (signal.SIGINT, signal.SIGTERM):
         with contextlib.suppress(NotImplementedError, ValueError):  # not the main thread
             loop.add_signal_handler(number, ended.set)
-    desk = _Desk(session, loop)
+    desk = _Desk(session, loop, ended.set)
     application = Application(
         [(r"/", _Page, {"session": session}), (r"/socket", _Socket, {"desk": desk})],
         log_function=lambda _: None,
@@ -143,19 +144,29 @@ async def _serve(
         desk.end()
         served.stop()
         await served.close_all_connections()
+    if desk.fault is not None:
+        raise desk.fault
 
 
 class _Desk:
-    """Hands wishes of the pages to the thread that works, and its answers to the pages."""
+    """Hands wishes of the pages to the thread that works, and its answers to the pages.
 
-    def __init__(self, session: Session, loop: asyncio.AbstractEventLoop) -> None:
+    What goes wrong in that thread, and is no refusal, is kept as `fault` and ends the server: a
+    page would else wait for ever.
+    """
+
+    def __init__(
+        self, session: Session, loop: asyncio.AbstractEventLoop, end: Callable[[], None]
+    ) -> None:
+        self.fault: Exception | None = None
+        self._end = end
         self._lonely_since: float | None = None
         self._session, self._loop = session, loop
         self._pages: set[_Socket] = set()
         self._wish: Message | None = None
         self._save, self._over = False, False
         self._changed = threading.Condition()
-        self._thread = threading.Thread(target=self._work, daemon=True)
+        self._thread = threading.Thread(target=self._run, daemon=True)
 
     def start(self) -> None:
         self._thread.start()
@@ -190,6 +201,14 @@ class _Desk:
 
     def _outdated(self) -> bool:
         return self._over or self._wish is not None
+
+    def _run(self) -> None:
+        try:
+            self._work()
+        except Exception as error:
+            self.fault = error
+            with contextlib.suppress(RuntimeError):  # the server has ended
+                self._loop.call_soon_threadsafe(self._end)
 
     def _work(self) -> None:
         while True:

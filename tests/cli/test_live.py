@@ -6,6 +6,7 @@ import re
 import signal
 import subprocess
 import sys
+import threading
 from pathlib import Path
 
 import numpy as np
@@ -21,7 +22,10 @@ from tornado.websocket import websocket_connect
 from gaitopt.cli import live
 from gaitopt.cli.live import FOLLOWS, LiveWalk
 from gaitopt.design.pipeline import is_walk
+from gaitopt.design.replanner import Plan
+from gaitopt.errors import EvaluationError
 from gaitopt.gait.gait_file import load_gait
+from gaitopt.view.live_server import serve
 
 
 def never():
@@ -155,6 +159,59 @@ def test_newer_settings_end_what_is_of_no_use(session, settings):
     first, picture = wanted  # the walk, and no certificate
     assert first["words"]["verdict"] == FOLLOWS
     assert picture["kind"] == "motion"
+
+
+def test_a_walk_that_cannot_be_certified_says_so(session, settings, monkeypatch):
+    def undefined(*words):
+        raise EvaluationError("the legs are <stretched> at 0.1 s")
+
+    monkeypatch.setattr(Plan, "complete", undefined)
+    *_, told = session.answers({**settings, "speed": 0.85}, never)
+    assert told == {
+        "kind": "proof",
+        "words": {
+            "verdict": "optimal at the samples, no certificate: the legs are &lt;stretched&gt; at "
+            "0.1 s"
+        },
+    }
+    monkeypatch.undo()
+    assert last(session.answers(settings, never))["kind"] == "motion"
+
+
+class Broken:
+    """A session with a fault of its own."""
+
+    sliders = ()
+
+    def page(self):
+        return "<p>page</p>"
+
+    def answers(self, settings, stop):
+        raise ZeroDivisionError("a fault")
+        yield {}
+
+    def save(self):
+        return {}
+
+
+def test_a_fault_ends_the_server_and_is_told():
+    """The page would else wait for ever."""
+    pages, heard = [], []
+
+    def ready(url):
+        async def ask():
+            socket = await websocket_connect(f"{url.replace('http', 'ws')}socket")
+            await socket.write_message(json.dumps({"number": 1, "settings": {}}))
+            heard.append(await socket.read_message())
+            socket.close()
+
+        pages.append(threading.Thread(target=lambda: asyncio.run(ask()), daemon=True))
+        pages[0].start()
+
+    with pytest.raises(ZeroDivisionError, match="a fault"):
+        serve(Broken(), port=0, on_ready=ready, stay=True)
+    pages[0].join(60.0)
+    assert heard == [None]  # the line was closed
 
 
 def test_a_kept_walk_is_the_certified_one(session, settings):
