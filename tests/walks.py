@@ -130,8 +130,9 @@ def _added_instants() -> Walk:
 
 
 def _double_support(**changes: object) -> Walk:
-    """Both feet flat at the end of the step, the front one pushed in all directions."""
-    geometry = set_geometry(GEOMETRY, _PLACES_FREE)
+    """Both feet stand at the end of the step, the front one pushed in all directions."""
+    places = _EVERYTHING_FREE if changes.pop("everything", False) else _PLACES_FREE
+    geometry = set_geometry(GEOMETRY, places)
     found = _guess(
         1, sigma=0.03, duration=0.5, double_support=0.1, geometry=geometry, **UPRIGHT, **changes
     )
@@ -185,6 +186,12 @@ _MAKERS = {
     ),
     "upright, double support": lambda: _double_support(),
     "upright, double support, toe off": lambda: _double_support(toe_off=0.6),
+    "upright, double support, toe off, everything free": lambda: _double_support(
+        toe_off=0.6, everything=True
+    ),
+    "upright, double support after an impact on both, everything free": lambda: _double_support(
+        touch_down="impact", everything=True
+    ),
     "upright, double support after an impact on both": lambda: _double_support(touch_down="impact"),
     "upright, lifted, heel strike, five joints, soft": lambda: _synthetic(
         "five", soft_landing=True, **HEEL_STRIKE

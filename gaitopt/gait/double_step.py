@@ -44,13 +44,19 @@ from gaitopt.gait.spline import SplineBasis, TwoSplines, bernstein, spline_basis
 from gaitopt.gait.step import (
     DoubleSupportPart,
     PostureQuantities,
+    ShapedTurn,
     Step,
     StepDerivatives,
     chained,
     completed,
     foot_turn_rows,
 )
-from gaitopt.gait.step_hessian import StepWeights, local_gradient, local_hessian
+from gaitopt.gait.step_hessian import (
+    StepWeights,
+    foot_duration_hessian,
+    local_gradient,
+    local_hessian,
+)
 from gaitopt.mechanics.closed_chain import (
     FREE,
     LAST,
@@ -78,7 +84,7 @@ class _Chained:
     """Derivatives in x, for the second ones.
 
     Attributes:
-        stance: of the coefficients of the stance leg, (K, 6, P).
+        stance, swing: of the coefficients of both legs, (K, 6, P).
         closed, touchdown, liftoff: of (u, du, ddu, g) at the instants of the double support and at
             its ends, (M, 3 (h + 6) + G, P), (1, 3 (h + 6) + G, P) each.
         motion: of the hinge and all joints, (N, 3 (h + 12), P).
@@ -89,6 +95,7 @@ class _Chained:
     """
 
     stance: Array
+    swing: Array
     closed: Array
     touchdown: Array
     liftoff: Array
@@ -141,6 +148,7 @@ class DoubleStepModel:
         )
         self.foot_turn = None if self.hinge is None else foot_turn(self.schedule, grid.instants)
         self._h = int(self.hinge is not None)
+        self._lasts = layout.index("duration")  # in x, if it is free
         m = self._h + layout.joints
         # of the closed chain's (q, dq, ddq), the hinge before each
         self._angles, self._rates = slice(self._h, m), slice(m + self._h, 2 * m)
@@ -180,15 +188,36 @@ class DoubleStepModel:
         turn = self.foot_turn if instants is None else replace(self.foot_turn, instants=instants)
         return np.asarray((turn.basis.at(T) @ turn.coefficients @ x[self.layout.turn]).T[..., None])
 
-    def _hinge_jacobian(self, T: float, instants: Array | None = None) -> Array:
+    def _hinge_jacobian(self, x: Array, T: float, instants: Array | None = None) -> Array:
         """Its derivatives in x, (N, 3, h, P)."""
         P = self.layout.size
         if self.foot_turn is None:
             count = self.grid.count if instants is None else instants.size
             return np.zeros((count, 3, 0, P))
         turn = self.foot_turn if instants is None else replace(self.foot_turn, instants=instants)
-        by_shape = turn.basis.at(T) @ turn.coefficients
-        return np.asarray((by_shape @ np.eye(P)[self.layout.turn])[:, :, None])
+        found = (turn.basis.at(T) @ turn.coefficients @ np.eye(P)[self.layout.turn])[:, :, None]
+        if self._lasts is not None:
+            shape = x[self.layout.turn]
+            found[:, :, 0, self._lasts] += turn.basis.at(T, 1) @ turn.coefficients @ shape
+        return np.asarray(found)
+
+    def _moved(
+        self, basis: SplineBasis | TwoSplines, along: Array, T: float, coefficients: Array
+    ) -> Array:
+        """Derivatives of (q, dq, ddq) of a leg at the instants, (N, 3, 6, P).
+
+        Args:
+            basis: of its spline.
+            along: derivatives of its coefficients, (K, 6, P).
+            T: duration of the step [s].
+            coefficients: of its spline, (K, 6).
+        """
+        matrix, width = basis.at(T), along.shape[0]
+        found = matrix.reshape(-1, width) @ along.reshape(width, -1)
+        found = found.reshape(*matrix.shape[:2], *along.shape[1:])
+        if self._lasts is not None:
+            found[..., self._lasts] += basis.at(T, 1) @ coefficients
+        return np.asarray(found)
 
     def splines(self, step: Step) -> dict[str, Array]:
         """Return the splines of all joints before and after touch-down, and the front wrench.
@@ -398,7 +427,7 @@ class DoubleStepModel:
         q_end = self.exchange @ q_start
         rate_end, h = eye[layout.rates], self._h
         last = np.stack([q_end[FREE], rate_end, np.zeros((TWIST, P))])[None]
-        liftoff = self._with_hinge(last, self._hinge_jacobian(T, _END), geometry)
+        liftoff = self._with_hinge(last, self._hinge_jacobian(step.x, T, _END), geometry)
         rate_start = self.exchange @ (double.liftoff.jacobian[0, self._rates] @ liftoff[0])
         knots = eye[layout.knots].reshape(k, n, P)
         moves = np.concatenate([rate_end[None], eye[layout.late].reshape(-1, TWIST, P)])
@@ -409,8 +438,9 @@ class DoubleStepModel:
         else:
             ends = [q_end[FREE], rate_start[FREE], rate_end]
             stance = np.concatenate([q_start[None, FREE], knots[:, FREE], late, ends])
-        turned = self._hinge_jacobian(T, self._touching)
-        touchdown = self._with_hinge(_moved(self._at_touch, stance, T), turned, geometry)
+        turned, whole = self._hinge_jacobian(step.x, T, self._touching), step.coefficients
+        moved = self._moved(self._at_touch, stance, T, whole)
+        touchdown = self._with_hinge(moved, turned, geometry)
         at_touch = double.touchdown.jacobian[0] @ touchdown[0]
         q_touch = at_touch[self._angles]
         rate_touch, jump, rear = at_touch[self._rates], np.zeros((0, P)), np.zeros((0, P))
@@ -425,14 +455,17 @@ class DoubleStepModel:
         if self.striking:
             stance[: len(early)] = early[:, FREE]
         swing = early[:, TIED]
-        turned, free = self._hinge_jacobian(T), _moved(self.basis, stance, T)
-        motion = np.concatenate([turned, free, _moved(self.swing_basis, swing, T)], axis=2)
+        turned, free = self._hinge_jacobian(step.x, T), self._moved(self.basis, stance, T, whole)
+        tied = self._moved(self.swing_basis, swing, T, double.swing)
+        motion = np.concatenate([turned, free, tied], axis=2)
         motion = motion.reshape(self.grid.count, 3 * (h + n), P)
         closed = self._with_hinge(free[self.both], turned[self.both], geometry)
         motion[self.both] = double.motion.jacobian @ closed
         of_front = eye[layout.front].reshape(4, TWIST, P)
         wrench = np.einsum("mb,bjp->mjp", self._shares, of_front)
-        return _Chained(stance, closed, touchdown, liftoff, motion, wrench, geometry, jump, rear)
+        return _Chained(
+            stance, swing, closed, touchdown, liftoff, motion, wrench, geometry, jump, rear
+        )
 
     def _push(self, step: Step) -> Array:
         """The impulse on the front foot in its sole frame, shape (1, 6)."""
@@ -549,12 +582,12 @@ class DoubleStepModel:
                 J = derivatives.jacobians[one]
                 H += np.tensordot(J, weights.second[one, one] @ J, ((0, 1), (0, 1)))
         by_order = gradient.reshape(-1, 3, m)
-        single = (by_order * ~self.both[:, None, None])[:, :, h:]
-        on_stance = np.einsum("nok,noj->kj", self.basis.at(T), single[:, :, FREE])
-        on_swing = np.einsum("nok,noj->kj", self.swing_basis.at(T), single[:, :, TIED])
-        on_stance += self._closing(
-            double.motion, gradient[self.both], at.closed, self.basis.at(T)[self.both], H
-        )
+        felt = by_order * ~self.both[:, None, None]
+        free, single = felt[:, :, : h + TWIST], felt[:, :, h + TWIST :]
+        free[self.both] = self._closing(double.motion, gradient[self.both], at.closed, H)
+        on_stance = self._on_stance(step, at, self.basis, free, None, H)
+        on_swing = np.einsum("nok,noj->kj", self.swing_basis.at(T), single)
+        self._in_time(self.swing_basis, T, single, double.swing, at.swing, H)
         k = self.layout.postures
         ends = np.zeros((1, 3 * m))
         on_early = on_swing
@@ -564,7 +597,8 @@ class DoubleStepModel:
             ends[0, self._angles] += self._impact_hessian(step, at, -on_early[-1], first, H)
         else:
             ends.reshape(3, m)[:2, LAST] = on_swing[-3], on_swing[-1]
-        on_stance += self._closing(double.touchdown, ends, at.touchdown, self._at_touch.at(T), H)
+        back = self._closing(double.touchdown, ends, at.touchdown, H)
+        on_stance += self._on_stance(step, at, self._at_touch, back, self._touching, H)
         last = np.zeros((1, 3 * m))
         if self.striking:
             start, rate = on_early[0], on_early[-2]
@@ -586,14 +620,66 @@ class DoubleStepModel:
         assert H.shape == (P, P)
         return np.asarray(H)
 
-    def _closing(
-        self, closed: ClosedMotion, weights: Array, along: Array, basis: Array, H: Array
-    ) -> Array:
-        """Add what a closed chain bends to H, and return its weights of the stance coefficients."""
+    def _closing(self, closed: ClosedMotion, weights: Array, along: Array, H: Array) -> Array:
+        """Add what a closed chain bends to H; return its weights of (u, du, ddu), (M, 3, h + 6)."""
         H += _bent(closed, weights, along)
         free = self._h + TWIST
-        back = (weights[:, None] @ closed.jacobian)[:, 0, : 3 * free].reshape(-1, 3, free)
-        return np.asarray(np.einsum("nok,noj->kj", basis, back[:, :, self._h :]))
+        return np.asarray(
+            (weights[:, None] @ closed.jacobian)[:, 0, : 3 * free].reshape(-1, 3, free)
+        )
+
+    def _on_stance(
+        self,
+        step: Step,
+        at: _Chained,
+        basis: SplineBasis | TwoSplines,
+        weights: Array,
+        instants: Array | None,
+        H: Array,
+    ) -> Array:
+        """Return weights of the stance leg's coefficients; add to H what a free duration bends.
+
+        Args:
+            step, at: of the double support.
+            basis: of the stance leg's spline at the instants.
+            weights: of (u, du, ddu), shape (N, 3, h + 6).
+            instants: as shares of the step; None: those of the grid.
+            H: Hessian in x, shape (P, P).
+        """
+        T, h, turn = step.duration, self._h, self.foot_turn
+        self._in_time(basis, T, weights[:, :, h:], step.coefficients, at.stance, H)
+        if turn is not None and self._lasts is not None:
+            turn = turn if instants is None else replace(turn, instants=instants)
+            eye, own = np.eye(self.layout.size), self.layout.turn
+            shaped = ShapedTurn(turn, step.x[own], eye[own])
+            H += foot_duration_hessian(shaped, weights[:, :, 0], T, eye[self._lasts])
+        return np.asarray(np.einsum("nok,noj->kj", basis.at(T), weights[:, :, h:]))
+
+    def _in_time(
+        self,
+        basis: SplineBasis | TwoSplines,
+        T: float,
+        weights: Array,
+        coefficients: Array,
+        along: Array,
+        H: Array,
+    ) -> None:
+        """Add to H what the duration bends of weights . motion, if it is free.
+
+        Args:
+            basis: of a spline.
+            T: duration of the step [s].
+            weights: of the motion, shape (N, 3, 6).
+            coefficients, along: of the spline (K, 6), and their derivatives (K, 6, P).
+            H: Hessian in x, shape (P, P).
+        """
+        if self._lasts is None:
+            return
+        first, second = (np.einsum("nok,noj->kj", basis.at(T, order), weights) for order in (1, 2))
+        row = np.einsum("kj,kjp->p", first, along)
+        H[self._lasts] += row
+        H[:, self._lasts] += row
+        H[self._lasts, self._lasts] += float(np.sum(second * coefficients))
 
     def _impact_hessian(
         self, step: Step, at: _Chained, jump: Array, first: dict[Quantity, Array], H: Array
@@ -710,14 +796,6 @@ def _by_accelerations(h: float) -> Array:
             [1.0, 0.0, 0.0, 0.0],
         ]
     )
-
-
-def _moved(basis: SplineBasis | TwoSplines, coefficients: Array, T: float) -> Array:
-    """Derivatives of (q, dq, ddq) of a leg at the instants, (N, 3, 6, P)."""
-    matrix = basis.at(T)
-    width = coefficients.shape[0]
-    flat = matrix.reshape(-1, width) @ coefficients.reshape(width, -1)
-    return flat.reshape(*matrix.shape[:2], *coefficients.shape[1:])
 
 
 def _bent(closed: ClosedMotion, weights: Array, along: Array) -> Array:

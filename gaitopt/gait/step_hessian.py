@@ -246,7 +246,7 @@ def _own_hessian(
     if lasts is not None:
         H += _duration_hessian(model, step, derivatives, back.by_sample, lasts)
         for number, one in enumerate(derivatives.turns):
-            H += _foot_duration_hessian(one, back.by_order[:, :, number], step.duration, lasts)
+            H += foot_duration_hessian(one, back.by_order[:, :, number], step.duration, lasts)
     return H
 
 
@@ -293,7 +293,7 @@ def _turn_weights(step: Step, derivatives: StepDerivatives, by_order: Array) -> 
     ]
 
 
-def _foot_duration_hessian(
+def foot_duration_hessian(
     turned: ShapedTurn, gradient: Array, duration: float, lasts: Array
 ) -> Array:
     """Terms of a turn of the foot (its gradient (N, 3)) as it depends on the step duration T."""

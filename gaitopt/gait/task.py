@@ -101,7 +101,7 @@ class Task:
         heel_strike: share of the step until which the foot that landed on its rear edge rolls flat;
             None: it lands flat.
         double_support: time for which both feet stand at the end of the step [s]; None: an impact
-            ends it.
+            ends it. Where the duration is free, its share of the step is that of the first guess.
         touch_down: how that begins: "gentle", at zero speed, or with an "impact" after which both
             feet stay on the ground, the second case of section 2.4.1.
         heel_strip: within which the centre of pressure then is, ahead of that edge [m].
@@ -361,11 +361,6 @@ class Task:
             raise InputError(
                 "a double support needs the swing leg to follow from the stance leg; take boundary "
                 "'closed' (--boundary closed)"
-            )
-        if self.geometry[DURATION].free:
-            raise InputError(
-                "the double support lasts a given time of a step of a given duration; fix the "
-                "duration (--fix duration)"
             )
         if self.ground.shaped:
             raise InputError(

@@ -25,6 +25,7 @@ from gaitopt.gait.assemble import gait_at
 from gaitopt.gait.gait_file import load_gait, save_gait
 from gaitopt.gait.grid import Grid, proof_grid
 from gaitopt.gait.initial_guess import first_guess
+from gaitopt.gait.parameters import set_geometry
 from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.motions.stride import record, stride_samples
@@ -267,3 +268,16 @@ def test_guess_is_a_walk_of_two_phases(robot):
     gait = gait_at(problem, first_guess(problem), {})
     assert gait.closing
     assert gait.phases[0].end == pytest.approx(0.4)
+
+
+def test_with_a_free_duration_it_keeps_its_share(robot):
+    task = preset_task(duration=0.5, double_support=0.05)
+    free = set_geometry(task.geometry, {"duration": {"free": True}})
+    options = DesignOptions(diagnose=False)
+    found = design(robot, task.with_changes(geometry=free), options)
+    assert found.certificate.verdict == "certified"
+    _, both = found.gait.phases
+    assert both.end == pytest.approx(found.gait.duration)
+    assert both.end - both.begin == pytest.approx(0.1 * found.gait.duration)
+    assert 0.3 < found.gait.duration < 0.45
+    assert found.solution.cost < 0.95 * design(robot, task, options).solution.cost

@@ -18,9 +18,9 @@ OF_PUSH = ("impulse", "impulse cop", "landing impulse")  # which is a parameter 
 
 
 def is_linear(name: str, constraint: str) -> bool:
-    if "double support" in name and constraint in OF_TURN:  # its duration is fixed
-        return True
-    return constraint in LINEAR or (name == BOTH and constraint in OF_PUSH)
+    if "double support" in name and "free" not in name and constraint in OF_TURN:
+        return True  # its duration is fixed
+    return constraint in LINEAR or (name.startswith(BOTH) and constraint in OF_PUSH)
 
 
 def parts(name: str, constraint: str) -> tuple[str, ...]:
