@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 from gaitopt.version import __version__
 
 if TYPE_CHECKING:
+    from gaitopt.actuators.linkages import read_linkages
     from gaitopt.actuators.motors import MotorTable, read_motors
     from gaitopt.catalogue.biped_spec import BipedSpec, biped13
     from gaitopt.catalogue.parameters import read_spec, write_spec
@@ -48,6 +49,7 @@ if TYPE_CHECKING:
     )
     from gaitopt.gait.functions import ComplexStep, Entries, Linear, QuantityFunction, SquaredNorm
     from gaitopt.gait.gait_file import load_gait, save_gait
+    from gaitopt.gait.motor_space import MotorSpace
     from gaitopt.gait.plugin import load_plugin
     from gaitopt.gait.presets import preset_task
     from gaitopt.gait.problem import WalkProblem
@@ -71,9 +73,11 @@ _HOMES = {
     "ImportOptions": "gaitopt.model.import_options",
     "Robot": "gaitopt.model.robot",
     "Sole": "gaitopt.model.feet.sole",
+    "MotorSpace": "gaitopt.gait.motor_space",
     "MotorTable": "gaitopt.actuators.motors",
     "biped13": "gaitopt.catalogue.biped_spec",
     "choices_from_toml": "gaitopt.model.import_options",
+    "read_linkages": "gaitopt.actuators.linkages",
     "read_motors": "gaitopt.actuators.motors",
     "read_spec": "gaitopt.catalogue.parameters",
     "urdf_text": "gaitopt.catalogue.urdf_writer",
@@ -181,6 +185,7 @@ __all__ = [
     "MechanicalWork",
     "MissingExtraError",
     "MotorEnvelope",
+    "MotorSpace",
     "MotorTable",
     "NoGaitFoundError",
     "Plan",
@@ -218,6 +223,7 @@ __all__ = [
     "page_text",
     "play",
     "preset_task",
+    "read_linkages",
     "read_motors",
     "read_spec",
     "save_gait",

@@ -118,6 +118,10 @@ class RobotSettings:
         None,
         "Motors and gears of the joints, TOML: envelope, rotor inertia (docs/motors.md).",
     )
+    linkages: Path | None = entry(
+        None, "Motors that turn joints in common, as of parallel ankles, TOML: their limits "
+        "(docs/linkages.md).",
+    )  # fmt: skip
     armature: Mapping[str, float] = entry(
         {}, "Rotor inertia times gear ratio squared of the joints of that name, kg·m²: "
         "'*knee*=0.02'.", metavar="PATTERN=VALUE", entry_unit=lambda _: "kg·m²",

@@ -11,6 +11,7 @@ from typing import Any, cast
 
 import tomli_w
 
+from gaitopt.actuators.linkages import read_linkages
 from gaitopt.actuators.motors import joint_motors, read_motors
 from gaitopt.bounds import STARTS, at_most, shown
 from gaitopt.catalogue.biped_spec import BipedSpec, biped13
@@ -34,6 +35,7 @@ from gaitopt.gait.constraints import MotorEnvelope
 from gaitopt.gait.costs import COSTS, ElectricalEnergy, cost_of_text
 from gaitopt.gait.gait_file import load_gait
 from gaitopt.gait.initial_guess import first_guess, perturbed
+from gaitopt.gait.motor_space import MotorSpace, driven_joints
 from gaitopt.gait.parameters import set_geometry
 from gaitopt.gait.plugin import load_plugin
 from gaitopt.gait.presets import HUMANOID, PRESETS, preset_task
@@ -361,6 +363,10 @@ def make_task(settings: Settings, robot: Robot) -> Task:
         changes["constraints"] = (*changes["constraints"], MotorEnvelope(motors=motors))
         if ElectricalEnergy.name in str(settings.get("cost", "")).split():
             motors_of_cost = {"motors": motors}
+    if (table := settings.get("linkages")) is not None:
+        linkages = read_linkages(table)
+        driven_joints(robot, linkages)
+        changes["constraints"] = (*changes["constraints"], MotorSpace(linkages=linkages))
     own = () if plugin is None or plugin.cost is None else (plugin.cost,)
     of_cost = {n: settings[n] for n in schema["cost"] if n in settings and n != "cost"}
     cost = cost_of_text(

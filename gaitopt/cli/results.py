@@ -106,8 +106,9 @@ def task_text(request: Request, directory: Path) -> str:
     solver |= {"refine": request.options.refine, "differences": request.options.differences}
     if "start" in solver:
         solver["start"] = _relative(solver["start"], directory)
-    if "motors" in request.settings:
-        sections["robot"]["motors"] = _relative(request.settings["motors"], directory)
+    for table in ("motors", "linkages"):
+        if table in request.settings:
+            sections["robot"][table] = _relative(request.settings[table], directory)
     if "plugin" in request.settings:
         sections["plugin"] = {"plugin": _relative(request.settings["plugin"], directory)}
     return f"# gaitopt optimise --config {TASK} --output again\n\n{tomli_w.dumps(sections)}"

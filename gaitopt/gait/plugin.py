@@ -25,6 +25,7 @@ from gaitopt.errors import InputError
 from gaitopt.gait.constraint import Constraint
 from gaitopt.gait.constraints import MotorEnvelope
 from gaitopt.gait.costs import COSTS, Cost, WeightedSum
+from gaitopt.gait.motor_space import MotorSpace
 from gaitopt.gait.terrain import Level, Slope, Stairs, Terrain
 
 Extension = Constraint | Cost | Terrain
@@ -197,7 +198,11 @@ def constraint_from_record(record: object, known: Iterable[Extension]) -> Constr
     Raises:
         InputError: it is not among those known: who reads the record has to give it.
     """
-    constraints = [MotorEnvelope(), *(one for one in known if isinstance(one, Constraint))]
+    constraints = [
+        MotorEnvelope(),
+        MotorSpace(),
+        *(one for one in known if isinstance(one, Constraint)),
+    ]
     return _found(record, constraints, "constraint")
 
 

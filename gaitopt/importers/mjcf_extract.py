@@ -473,13 +473,19 @@ class _Extraction:
             problems.append(self._problem("tied", joint, text, element))
         for equality, fault in others:
             why = f": {fault}"
-            if not fault:
+            if equality.loop:
+                why = (
+                    ", a loop of bodies, which is not closed in a leg: leave it open by --without "
+                    "loops (its rods and cranks then stand still), and give the motors that turn "
+                    "the joints through it in a table, --linkages FILE (docs/linkages.md)"
+                )
+            elif not fault:
                 why = (
                     ", which is not supported in a leg: every leg joint has its own motor; remove "
                     f"that <{equality.tag}>"
                 )
             words = f"<{equality.tag}> of {equality.ends} in <equality> ties it{why}"
-            kind, element = "free" if equality.loop else "mimic", self._element(elements, equality)
+            kind, element = "loop" if equality.loop else "mimic", self._element(elements, equality)
             for name in sorted(self.joint_names[j] for j in equality.joints & joints):
                 problems.append(self._problem(kind, name, f"joint '{name}': {words}", element))
         return tuple(ties.values()), problems

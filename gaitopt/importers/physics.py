@@ -11,7 +11,12 @@ STANDARD_GRAVITY = 9.81
 TIES = "ties"
 """That joints follow others, among `PARTS`."""
 
-PARTS = ("friction", "damping", "springs", "armature", "gravity-compensation", "gravity", TIES)
+LOOPS = "loops"
+"""That loops of bodies are closed, among `PARTS`."""
+
+PARTS = (
+    "friction", "damping", "springs", "armature", "gravity-compensation", "gravity", TIES, LOOPS,
+)  # fmt: skip
 """Parts of a description's physics that can be left out, each by itself."""
 
 GENERATED = "<!-- Made by gaitopt: links without rotors. -->"

@@ -14,7 +14,7 @@ import numpy as np
 import pinocchio as pin
 
 from gaitopt.errors import RobotError
-from gaitopt.importers.physics import TIES, Physics, is_generated
+from gaitopt.importers.physics import LOOPS, TIES, Physics, is_generated
 from gaitopt.importers.report import Finding, How, fault_error, faults_of
 from gaitopt.importers.source import Source
 from gaitopt.importers.ties import Tie, among
@@ -230,6 +230,8 @@ def import_robot(source: Source, choices: ImportOptions) -> ImportedRobot:
     ties, problems = source.ties, without_mended(source.problems, mended)
     if TIES in choices.without:
         ties, problems = {}, tuple(p for p in problems if p.kind not in ("mimic", "tied"))
+    if LOOPS in choices.without:
+        problems = tuple(p for p in problems if p.kind != "loop")
     angles = {**source.drawn_posture, **reference_angles(choices, whole, folder)}
     overrides = (*_rotors(choices, whole, folder), *choices.limits)
     if "armature" in choices.without:

@@ -14,6 +14,7 @@ from gaitopt.catalogue.urdf_writer import urdf_text
 from gaitopt.cli.app import app
 from gaitopt.errors import RobotError
 from gaitopt.importers.source import read_source
+from gaitopt.model.import_options import ImportOptions
 from gaitopt.model.robot import Robot
 
 FOOT = "type='box' size='0.1 0.05 0.01' pos='0.05 0 -0.05'"
@@ -208,7 +209,8 @@ DAMAGE = {
         tied(
             "<connect body1='left_ankle_roll_body' body2='right_ankle_roll_body' anchor='0 0 0'/>"
         ),
-        "connect", "<connect> of 'left_ankle_roll_body' and .*in " + LEGS.format("connect"),
+        "connect", "<connect> of 'left_ankle_roll_body' and .* ties it, a loop of bodies, which is "
+        "not closed in a leg: leave it open by --without loops .* --linkages FILE",
     ),
     "foot that is welded": (
         tied("<weld body1='left_ankle_roll_body'/>"), "weld", r"joint 'left_\w+': <weld> of 'left_a"
@@ -261,10 +263,20 @@ def test_what_ties_no_leg_is_told(sound, tie, told):
     arms = ET.fromstring(f"<arms>{ARMS}</arms>")
     text = edited(sound, together(added(".//body", *map(ET.tostring, arms)), tied(tie)))
     problems = read_source(text).problems
-    kind = "tied" if tie.startswith("<joint") else "free"
+    kind = "tied" if tie.startswith("<joint") else "loop"
     assert [p.kind for p in problems] == [kind] * told
     assert all(p.name.endswith("_shoulder") for p in problems)
     assert Robot.from_urdf(text).joint_names[0].startswith("right_")
+
+
+def test_a_loop_may_be_left_open(sound):
+    """The advice works: the legs are those of the file without its loop."""
+    tie = tied("<connect body1='left_ankle_roll_body' body2='left_knee_body' anchor='0 0 0'/>")
+    text = edited(sound, tie)
+    with pytest.raises(RobotError, match="leave it open by --without loops"):
+        Robot.from_urdf(text)
+    robot = Robot.from_urdf(text, choices=ImportOptions(without=("loops",)))
+    assert len(robot.joint_names) == 12
 
 
 def test_a_default_may_switch_equalities_off(sound):

@@ -16,7 +16,7 @@ import pinocchio as pin
 from gaitopt.importers.xml_document import FileProblem
 from gaitopt.nlp import Array
 
-UNDRIVEN = ("mimic", "free")
+UNDRIVEN = ("mimic", "free", "loop")
 """Kinds of problems of joints that no motor turns."""
 
 LEAST_MASS = 2e-4

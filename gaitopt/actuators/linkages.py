@@ -1,0 +1,501 @@
+"""Motors that turn joints through rods or in common: `linkages.toml`, and their Jacobian.
+
+Parallel ankles have two motors, each of which moves pitch and roll. With the rates of the motors
+J(q) times those of the joints, the torques of the joints are J' times those of the motors. J is
+constant, as of cables and differentials, or follows from the geometry of cranks and rods:
+
+    |p(q) - c(theta)| = length
+
+with p the end of the rod on the link beyond the joints, and c the end of the crank. Angle of the
+crank and its derivatives up to the third, of which J and its first two are, are exact: truncated
+power series in the angles of the joints.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from gaitopt.errors import SpecError
+from gaitopt.importers.text_files import parse_toml, read_text
+from gaitopt.nlp import Array
+from gaitopt.units import read_quantity
+
+_ORDER = 3  # of the series
+_MOST_JOINTS = 2
+_LARGEST = 1e6
+"""Of lengths, limits and entries of a Jacobian."""
+_UNITS = {"torque": "N·m", "speed": "rad/s", "power": "W"}
+_POINTS = ("crank_centre", "crank_axis", "crank_end", "rod_end")
+DEAD = 0.98
+"""Cosine from which on a crank is at its dead point, where its rod turns it no more: 11 degrees."""
+_FLAT = 1e-6  # m, and sine of angles: what is shorter has no direction
+
+Point = tuple[float, float, float]
+
+
+class Rod(NamedTuple):
+    """A crank on a motor and the rod to a point beyond the joints, where all joints are at 0.
+
+    All are in the frame of the body before the first joint.
+
+    Attributes:
+        crank_centre: a point of the motor's axis [m].
+        crank_axis: its direction; the motor turns about it as a right-handed screw.
+        crank_end: where the rod is on the crank [m].
+        rod_end: where the rod is on the link beyond the last joint [m].
+    """
+
+    crank_centre: Point
+    crank_axis: Point
+    crank_end: Point
+    rod_end: Point
+
+
+class Linkage(NamedTuple):
+    """Motors that turn joints of one leg together; the other leg has their mirror image.
+
+    Attributes:
+        joints: their names, from the pelvis on.
+        motors: names of as many motors.
+        jacobian: rates of the motors per rate of the joints, a row for each motor; empty with rods.
+        rods: of each motor; empty with a Jacobian.
+        torque, speed, power: limits of each motor [N·m, rad/s, W]; None for none.
+    """
+
+    joints: tuple[str, ...]
+    motors: tuple[str, ...]
+    jacobian: tuple[tuple[float, ...], ...]
+    rods: tuple[Rod, ...]
+    torque: tuple[float | None, ...]
+    speed: tuple[float | None, ...]
+    power: tuple[float | None, ...]
+
+
+def read_linkages(path: str | Path) -> tuple[Linkage, ...]:
+    """Read `linkages.toml`: [[linkages]] entries with joints, and [[linkages.motors]] in each.
+
+    Raises:
+        SpecError: it cannot be used; the message says what is wrong and what is allowed.
+        RobotError: it cannot be read.
+    """
+    return linkages_of(read_text(Path(path), "table of linkages"), str(path))
+
+
+def linkages_of(text: str, where: str = "table of linkages") -> tuple[Linkage, ...]:
+    """Return the linkages of a TOML text.
+
+    Raises:
+        SpecError: the text is no TOML, or a value in it is wrong.
+    """
+    table = parse_toml(text, where, kind=SpecError)
+    _check_keys(where, table, ("linkages",))
+    entries = table.get("linkages", [])
+    if not isinstance(entries, list) or not entries:
+        raise SpecError(
+            f"{where}: there are no linkages; say which motors turn which joints, as in\n"
+            '[[linkages]]\njoints = ["left_ankle_pitch", "left_ankle_roll"]\n'
+            '[[linkages.motors]]\nname = "inner"\nrates = [1.0, 0.5]\ntorque = "40Nm"\n'
+            '[[linkages.motors]]\nname = "outer"\nrates = [1.0, -0.5]\ntorque = "40Nm"'
+        )
+    return tuple(_linkage(f"{where}: linkage {k + 1}", one) for k, one in enumerate(entries))
+
+
+def linkages_from_rows(rows: object) -> tuple[Linkage, ...]:
+    """Return linkages from rows of plain values, as a gait file keeps them.
+
+    Raises:
+        SpecError: a row is none, or a number of it is out of range.
+    """
+    if not isinstance(rows, list | tuple):
+        raise SpecError(f"linkages must be rows of {', '.join(Linkage._fields)}")
+    return tuple(_from_row(f"linkage {k + 1}", row) for k, row in enumerate(rows))
+
+
+def _from_row(where: str, row: object) -> Linkage:
+    if not isinstance(row, list | tuple) or len(row) != len(Linkage._fields):
+        raise SpecError(f"{where} must be a row of {', '.join(Linkage._fields)}")
+    joints, motors, jacobian, rods, *limits = row
+    if not all(isinstance(part, list | tuple) for part in row):
+        raise SpecError(f"{where} must have lists of {', '.join(Linkage._fields)}")
+    try:
+        entries = [
+            {
+                "name": name,
+                **({"rates": list(jacobian[k])} if jacobian else {}),
+                **(dict(zip(_POINTS, map(list, rods[k]), strict=True)) if rods else {}),
+                **{
+                    key: values[k]
+                    for key, values in zip(_UNITS, limits, strict=True)
+                    if values[k] is not None
+                },
+            }
+            for k, name in enumerate(motors)
+        ]
+    except (IndexError, TypeError, ValueError):
+        raise SpecError(f"{where}: its lists are not of the same length") from None
+    return _linkage(where, {"joints": list(joints), "motors": entries})
+
+
+def _linkage(where: str, entry: object) -> Linkage:
+    if not isinstance(entry, Mapping):
+        raise SpecError(f"{where}: give a table with joints and motors")
+    _check_keys(where, entry, ("joints", "motors"))
+    joints, motors = entry.get("joints"), entry.get("motors")
+    if (
+        not isinstance(joints, list)
+        or not all(isinstance(name, str) and name for name in joints)
+        or not 1 <= len(set(joints)) == len(joints) <= _MOST_JOINTS
+    ):
+        raise SpecError(
+            f"{where}: joints must be a list of one or two names of joints of one leg, from the "
+            'pelvis on, as in joints = ["left_ankle_pitch", "left_ankle_roll"]'
+        )
+    where = f"{where} of {' and '.join(map(repr, joints))}"
+    if not isinstance(motors, list) or len(motors) != len(joints):
+        raise SpecError(f"{where}: give as many [[linkages.motors]] as joints, {len(joints)}")
+    for motor in motors:
+        if not isinstance(motor, Mapping):
+            raise SpecError(f"{where}: a motor must be a table")
+        _check_keys(where, motor, ("name", "rates", *_POINTS, *_UNITS))
+    names = [motor.get("name") for motor in motors]
+    if not all(isinstance(name, str) and name for name in names) or len({*names}) < len(names):
+        raise SpecError(f"{where}: give every motor a name of its own")
+    kinds = {("rates" in motor, any(key in motor for key in _POINTS)) for motor in motors}
+    if kinds not in ({(True, False)}, {(False, True)}):
+        raise SpecError(
+            f"{where}: give every motor either rates, per unit rate of each joint, or "
+            f"{', '.join(_POINTS)}"
+        )
+    limits = {key: tuple(_limit(where, motor, key) for motor in motors) for key in _UNITS}
+    if not any(value is not None for values in limits.values() for value in values):
+        raise SpecError(f"{where}: give the motors limits: torque, speed or power")
+    jacobian: tuple[tuple[float, ...], ...] = ()
+    rods: tuple[Rod, ...] = ()
+    if kinds == {(True, False)}:
+        jacobian = tuple(
+            _vector(f"{where}: rates of '{m['name']}'", m["rates"], len(joints)) for m in motors
+        )
+        _check_invertible(where, np.array(jacobian))
+    else:
+        rods = tuple(_rod(f"{where}: motor '{motor['name']}'", motor) for motor in motors)
+    return Linkage(tuple(joints), tuple(map(str, names)), jacobian, rods, **limits)
+
+
+def _check_invertible(where: str, jacobian: Array) -> None:
+    sizes = np.linalg.norm(jacobian, axis=1)
+    if not sizes.all() or abs(np.linalg.det(jacobian / sizes[:, None])) < _FLAT:
+        raise SpecError(
+            f"{where}: the motors move the joints in one way only; correct the rates, so that each "
+            "motor does something of its own"
+        )
+
+
+def _limit(where: str, motor: Mapping[str, Any], key: str) -> float | None:
+    if key not in motor:
+        return None
+    try:
+        value = read_quantity(motor[key], _UNITS[key])
+    except ValueError as error:
+        raise SpecError(f"{where}: {key} = {str(motor[key])[:60]!r} is wrong; {error}") from None
+    if not 1.0 / _LARGEST <= value <= _LARGEST:
+        raise SpecError(
+            f"{where}: {key} is {value:g} {_UNITS[key]}; it must be from {1.0 / _LARGEST:g} to "
+            f"{_LARGEST:g}"
+        )
+    return value
+
+
+def _vector(where: str, value: object, count: int, unit: str = "") -> tuple[float, ...]:
+    if not isinstance(value, list) or len(value) != count:
+        raise SpecError(f"{where} must be a list of {count} numbers")
+    try:
+        found = tuple(read_quantity(one, unit) for one in value)
+    except ValueError as error:
+        raise SpecError(f"{where}: {str(value)[:60]!r} is wrong; {error}") from None
+    if not all(math.isfinite(one) and abs(one) <= _LARGEST for one in found):
+        raise SpecError(f"{where}: numbers must be finite, at most {_LARGEST:g} in size")
+    return found
+
+
+def _rod(where: str, motor: Mapping[str, Any]) -> Rod:
+    if missing := [key for key in _POINTS if key not in motor]:
+        raise SpecError(f"{where}: {', '.join(missing)} is missing")
+    points = [
+        _vector(f"{where}: {key}", motor[key], 3, "" if key == "crank_axis" else "m")
+        for key in _POINTS
+    ]
+    rod = Rod(*((x, y, z) for x, y, z in points))
+    axis = np.array(rod.crank_axis)
+    crank = np.subtract(rod.crank_end, rod.crank_centre)
+    if np.linalg.norm(axis) < _FLAT:
+        raise SpecError(f"{where}: crank_axis has no direction; give one, as in [0, 1, 0]")
+    if np.linalg.norm(np.cross(axis / np.linalg.norm(axis), crank)) < _FLAT:
+        raise SpecError(f"{where}: crank_end lies on the motor's axis; the crank has no length")
+    if np.linalg.norm(np.subtract(rod.rod_end, rod.crank_end)) < _FLAT:
+        raise SpecError(f"{where}: rod_end is at crank_end; the rod has no length")
+    return rod
+
+
+def _check_keys(where: str, entry: Mapping[str, object], known: Sequence[str]) -> None:
+    for name in entry:
+        if name not in known:
+            raise SpecError(f"{where}: unknown entry '{name}'; there are {', '.join(known)}")
+
+
+@dataclass(frozen=True)
+class JointPair:
+    """One or two joints in a row, as rods see them.
+
+    Attributes:
+        placement: of each joint in the frame of the body before it, shape (m, 4, 4).
+        axis: in the frame of the joint, of unit length, shape (m, 3).
+    """
+
+    placement: Array
+    axis: Array
+
+
+@dataclass(frozen=True)
+class Reach:
+    """How near the rods of m motors are to their dead points, at K postures.
+
+    Attributes:
+        cosine: of the angle between crank and rod's end as seen from the motor's axis, (K, m).
+        first: its derivative in the angles of the joints, shape (K, m, m).
+        second: and the next, shape (K, m, m, m).
+    """
+
+    cosine: Array
+    first: Array
+    second: Array
+
+
+@dataclass(frozen=True)
+class MotorAngles:
+    """The motors of a linkage at K postures of its m joints.
+
+    Attributes:
+        jacobian: J, rates of motors per rate of joints, shape (K, m, m).
+        first: its derivative in the angles, the last axis, shape (K, m, m, m).
+        second: and the next, shape (K, m, m, m, m).
+        angle: of the motors [rad], shape (K, m); 0 where all joints are at 0.
+        reach: of the rods.
+    """
+
+    jacobian: Array
+    first: Array
+    second: Array
+    angle: Array
+    reach: Reach
+
+    @property
+    def cosine(self) -> Array:
+        """As of `Reach`."""
+        return self.reach.cosine
+
+
+def motor_angles(linkage: Linkage, joints: JointPair, q: Array) -> MotorAngles:
+    """Return angles of motors and their derivatives.
+
+    Where a rod is beyond its dead point, or does not reach, its angle goes on evenly: a search may
+    pass there, a walk may not.
+
+    Args:
+        linkage: of the joints.
+        joints: where they are; matters to rods only.
+        q: angles of the joints, shape (K, m) [rad].
+    """
+    count, m = q.shape
+    none = np.zeros((count, m, m, m))
+    if linkage.jacobian:
+        J = np.array(linkage.jacobian)
+        constant = np.broadcast_to(J, (count, m, m))
+        far = Reach(np.zeros((count, m)), np.zeros((count, m, m)), none)
+        return MotorAngles(constant, none, np.zeros((count, m, m, m, m)), q @ J.T, far)
+    angle, jacobian = np.zeros((count, m)), np.zeros((count, m, m))
+    first, second = np.zeros((count, m, m, m)), np.zeros((count, m, m, m, m))
+    reach = Reach(np.zeros((count, m)), np.zeros((count, m, m)), np.zeros((count, m, m, m)))
+    for row, rod in enumerate(linkage.rods):
+        theta, cosine = _crank_angle(rod, joints, q)
+        reach.cosine[:, row] = cosine.value
+        angle[:, row] = theta.at(())
+        for j in range(m):
+            jacobian[:, row, j] = theta.at((j,))
+            reach.first[:, row, j] = cosine.at((j,))
+            for k in range(m):
+                reach.second[:, row, j, k] = cosine.at((j, k))
+                first[:, row, j, k] = theta.at((j, k))
+                for l in range(m):  # noqa: E741
+                    second[:, row, j, k, l] = theta.at((j, k, l))
+    return MotorAngles(jacobian, first, second, angle, reach)
+
+
+def check_linkage(linkage: Linkage, joints: JointPair) -> None:
+    """Check that motors can hold the joints where these are at 0, as the points are given.
+
+    Raises:
+        SpecError: a rod is at its dead point, or the motors move the joints in one way only.
+    """
+    where = f"linkage of {' and '.join(map(repr, linkage.joints))}"
+    found = motor_angles(linkage, joints, np.zeros((1, len(linkage.joints))))
+    if np.abs(found.cosine).max() >= DEAD:
+        motor = linkage.motors[int(np.abs(found.cosine).argmax())]
+        raise SpecError(
+            f"{where}: the rod of motor '{motor}' is at its dead point where the joints are at 0: "
+            "crank and rod are in line; correct the points"
+        )
+    _check_invertible(where, found.jacobian[0])
+
+
+_POWERS = [(i, j) for i in range(_ORDER + 1) for j in range(_ORDER + 1 - i)]
+_PLACE = {power: k for k, power in enumerate(_POWERS)}
+_PRODUCTS = [
+    (a, b, _PLACE[p[0] + q[0], p[1] + q[1]])
+    for a, p in enumerate(_POWERS)
+    for b, q in enumerate(_POWERS)
+    if sum(p) + sum(q) <= _ORDER
+]
+_LEFT, _RIGHT = ([one[side] for one in _PRODUCTS] for side in (0, 1))
+_GATHER = np.array([[float(c == k) for _, _, c in _PRODUCTS] for k in range(len(_POWERS))])
+
+
+class _Series:
+    """Power series in at most two variables up to the third order, of K postures at once.
+
+    Attributes:
+        terms: coefficients of x^i y^j in the order of `_POWERS`, shape (10, K).
+    """
+
+    def __init__(self, terms: Array) -> None:
+        self.terms = terms
+
+    @classmethod
+    def constant(cls, value: Array) -> _Series:
+        terms = np.zeros((len(_POWERS), len(value)))
+        terms[0] = value
+        return cls(terms)
+
+    @classmethod
+    def variable(cls, number: int, value: Array) -> _Series:
+        found = cls.constant(value)
+        found.terms[_PLACE[(1, 0) if number == 0 else (0, 1)]] = 1.0
+        return found
+
+    def __add__(self, other: _Series | float) -> _Series:
+        if isinstance(other, _Series):
+            return _Series(self.terms + other.terms)
+        terms = self.terms.copy()
+        terms[0] += other
+        return _Series(terms)
+
+    def __mul__(self, other: _Series | float) -> _Series:
+        if not isinstance(other, _Series):
+            return _Series(self.terms * other)
+        return _Series(_GATHER @ (self.terms[_LEFT] * other.terms[_RIGHT]))
+
+    def through(self, *derivatives: Array) -> _Series:
+        """Return f of it, given f and its first three derivatives at its value, (K,) each."""
+        moved = _Series(self.terms.copy())
+        moved.terms[0] = 0.0
+        found, power = _Series.constant(derivatives[0]), moved
+        for order, one in enumerate(derivatives[1:], 1):
+            found = found + _Series(power.terms * (one / math.factorial(order)))
+            power = power * moved
+        return found
+
+    @property
+    def value(self) -> Array:
+        return np.asarray(self.terms[0])
+
+    def at(self, variables: tuple[int, ...]) -> Array:
+        """Return the derivative in some variables, (K,)."""
+        i, j = variables.count(0), variables.count(1)
+        return np.asarray(self.terms[_PLACE[i, j]] * math.factorial(i) * math.factorial(j))
+
+
+def _crank_angle(rod: Rod, joints: JointPair, q: Array) -> tuple[_Series, _Series]:
+    """Return the angle of a motor, 0 where all joints are at 0, and the cosine of `Reach`.
+
+    With d from the motor's axis to the rod's end, A and B along the crank at 0 and across, the
+    closure is A cos(theta) + B sin(theta) = C, so that theta = atan2(B, A) -+ acos(C / |A, B|).
+    """
+    centre, end = np.array(rod.crank_centre), np.array(rod.crank_end)
+    axis = np.array(rod.crank_axis) / np.linalg.norm(rod.crank_axis)
+    centre = centre + axis * (axis @ (end - centre))
+    crank = end - centre
+    radius, length = np.linalg.norm(crank), np.linalg.norm(np.subtract(rod.rod_end, end))
+    u, w = crank / radius, np.cross(axis, crank / radius)
+    at_zero = np.array(rod.rod_end) - centre
+    away = np.arctan2(at_zero @ w, at_zero @ u)
+    point = [x + -float(c) for x, c in zip(_rod_end(rod, joints, q), centre, strict=True)]
+    A, B = (_dot(point, direction * radius) for direction in (u, w))
+    squared = point[0] * point[0] + point[1] * point[1] + point[2] * point[2]
+    C = (squared + float(radius**2 - length**2)) * 0.5
+    size = A * A + B * B
+    cosine = C * _inverse_root(size)
+    x = cosine.value
+    near = np.clip(x, -DEAD, DEAD)
+    s, inside = 1.0 - near**2, np.where(np.abs(x) < DEAD, 1.0, 0.0)
+    bent = cosine.through(
+        np.arccos(near) - (x - near) * s**-0.5,
+        -(s**-0.5),
+        -inside * near * s**-1.5,
+        -inside * (1.0 + 2.0 * near**2) * s**-2.5,
+    )
+    # Turned to the current direction, across is 0 and its arc tangent begins t - t³ / 3.
+    phi = np.arctan2(B.value, A.value)
+    cos, sin = _Series.constant(np.cos(phi)), _Series.constant(np.sin(phi))
+    along, across = A * cos + B * sin, B * cos + A * sin * -1.0
+    tangent = across * along.through(
+        1.0 / along.value, -(along.value**-2), 2.0 * along.value**-3, -6.0 * along.value**-4
+    )
+    zero, one = np.zeros(len(q)), np.ones(len(q))
+    turned = tangent.through(zero, one, zero, -2.0 * one) + _Series.constant(phi)
+    theta = turned + bent * (-1.0 if away > 0.0 else 1.0)
+    theta.terms[0] = np.remainder(theta.value + np.pi, 2.0 * np.pi) - np.pi
+    return theta, cosine
+
+
+def _inverse_root(series: _Series) -> _Series:
+    x = series.value
+    return series.through(
+        x**-0.5, -0.5 * x**-1.5, 0.75 * x**-2.5, -1.875 * x**-3.5
+    )  # fmt: skip
+
+
+def _dot(point: list[_Series], direction: Array) -> _Series:
+    x, y, z = (one * float(d) for one, d in zip(point, direction, strict=True))
+    return x + y + z
+
+
+def _rod_end(rod: Rod, joints: JointPair, q: Array) -> list[_Series]:
+    """Return the end of the rod in the frame of the body before the joints."""
+    point = np.append(rod.rod_end, 1.0)
+    for placement in joints.placement:
+        point = np.linalg.solve(placement, point)
+    found = [_Series.constant(np.full(len(q), x)) for x in point[:3]]
+    for k in range(q.shape[1] - 1, -1, -1):
+        found = _turned(found, joints.axis[k], _Series.variable(k, q[:, k]))
+        R, origin = joints.placement[k][:3, :3], joints.placement[k][:3, 3]
+        found = [_dot(found, row) + float(x) for row, x in zip(R, origin, strict=True)]
+    return found
+
+
+def _turned(point: list[_Series], axis: Array, angle: _Series) -> list[_Series]:
+    """Return a point turned about an axis (Rodrigues)."""
+    a = angle.value
+    sine = angle.through(np.sin(a), np.cos(a), -np.sin(a), -np.cos(a))
+    versine = angle.through(1.0 - np.cos(a), np.sin(a), np.cos(a), -np.sin(a))
+    x, y, z = axis
+    across = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    once, twice = across, across @ across
+    return [
+        own + _dot(point, once[k]) * sine + _dot(point, twice[k]) * versine
+        for k, own in enumerate(point)
+    ]
