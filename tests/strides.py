@@ -24,6 +24,13 @@ WAYS = {
         "speed": -0.3, "lateral_speed": 0.1, "turn_rate": -0.4, "boundary": "lifted",
         "geometry": set_geometry(GEOMETRY, {"duration": {"free": True}}), **UPRIGHT,
     },
+    "uphill across, everything free": {
+        "speed": 0.5, "lateral_speed": 0.1, "slope": 0.06, "cross_slope": -0.1,
+        "geometry": set_geometry(GEOMETRY, {
+            "pelvis_roll": {"free": True, "value": 0.03}, "duration": {"free": True},
+        }),
+        **UPRIGHT,
+    },
     "turning in place": {"speed": 0.0, "turn_rate": 0.5, **UPRIGHT},
     "every way, heel strike, toe off, everything free": {
         "speed": 0.5, "lateral_speed": 0.1, "turn_rate": 0.4, "duration": 0.5,

@@ -206,7 +206,7 @@ def _refereed(fine: WalkProblem, x: Array, steps: tuple[Step, ...]) -> RefereeVe
     in_turn = ((first, second), (second, first))
     return both(
         [
-            ask_referee(fine.robot, step, model.grid, fine.schedule, starts)
+            ask_referee(model.robot, step, model.grid, fine.schedule, starts)
             for step, model, starts in zip(steps, fine.models, in_turn, strict=True)
         ]
     )

@@ -119,7 +119,7 @@ class Envelope:
         if problem.task.steps > 1:
             raise InputError(
                 "sensitivities are told of walks straight ahead, not of strides of two steps; "
-                "design the walk without lateral_speed, turn_rate and stride"
+                "design the walk without lateral_speed, turn_rate, cross_slope and stride"
             )
         if isinstance(problem.model, DoubleStepModel):
             raise InputError(

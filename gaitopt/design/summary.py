@@ -100,6 +100,7 @@ def _walk(gait: Gait) -> Facts:
         "step_duration_s": gait.duration,
         "steps_per_minute": 60.0 / gait.duration,
         "slope_rad": gait.number("task", "slope") or 0.0,
+        "cross_slope_rad": gait.number("task", "cross_slope") or 0.0,
         "stairs_m": gait.number("task", "stairs") or 0.0,
         "ground": ground_of(gait).words or "level",
         "load": payload_words(gait) or "none",

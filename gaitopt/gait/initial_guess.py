@@ -298,7 +298,7 @@ def _geometry(problem: WalkProblem, number: int) -> Array:
         half_way += (ankle[0] - middle[0]) * (ahead - [1.0, 0.0])
     values = {
         PELVIS_HEIGHT: ankle[2] + height - middle[2],
-        PELVIS_LATERAL: half_way[1],
+        PELVIS_LATERAL: half_way[1] + (1 - 2 * number) * height * np.sin(ground.across_angle),
         PELVIS_FORWARD: ankle[0]
         + half_way[0]
         + share * step / 2.0

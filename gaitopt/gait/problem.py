@@ -90,6 +90,7 @@ class WalkProblem(NLP):
     def __init__(self, robot: Robot, task: Task, grid: Grid | None = None) -> None:
         robot = robot.on_ground(task.ground.down)
         self.robot, self.task = robot, task
+        self.robots = (robot, robot.on_ground(task.ground.in_mirror))[: task.steps]
         self.schedule = task.schedule
         self.grid = grid or task.grid
         self.layout = walk_layout(robot, task)
@@ -107,7 +108,7 @@ class WalkProblem(NLP):
         if self.schedule.closing and isinstance(self.layout, Layout):
             self.model = DoubleStepModel(robot, self.layout, self.grid, read, self.schedule)
         else:
-            self.models = _models(robot, self.layout, self.grid, read, self.schedule)
+            self.models = _models(self.robots, self.layout, self.grid, read, self.schedule)
             self.model = self.models[0]
         lower, upper = self.layout.bounds()
         self.variables = Variables(self.layout.names, lower, upper, self.layout.scale())
@@ -335,7 +336,7 @@ def _over_period(blocks: list[ConstraintBlock], grid: Grid, robot: Robot) -> Con
 
 
 def _models(
-    robot: Robot,
+    robots: tuple[Robot, ...],
     layout: Layout | StrideLayout,
     grid: Grid,
     read: set[Quantity],
@@ -343,12 +344,12 @@ def _models(
 ) -> tuple[StepModel, ...]:
     """Return the models of the steps of a period."""
     if not isinstance(layout, StrideLayout):
-        return (StepModel(robot, layout, grid, read, schedule),)
-    charts = layout.charts
-    each = zip(layout.steps, halves(grid, schedule.changes), charts, charts[::-1], strict=True)
+        return (StepModel(robots[0], layout, grid, read, schedule),)
+    charts, grids = layout.charts, halves(grid, schedule.changes)
+    each = zip(robots, layout.steps, grids, charts, charts[::-1], strict=True)
     return tuple(
         StepModel(robot, own, part, read, schedule, chart, before)
-        for own, part, chart, before in each
+        for robot, own, part, chart, before in each
     )
 
 

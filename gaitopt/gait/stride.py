@@ -27,6 +27,7 @@ from gaitopt.gait.parameters import (
     FOOT_YAW,
     GEOMETRY_NAMES,
     PEAK_NAME,
+    PELVIS_ROLL,
     PELVIS_YAW,
     Chart,
     GeometricParameter,
@@ -234,7 +235,7 @@ def stride_layout(layout: Layout, robot: Robot, task: Task) -> StrideLayout:
 
     The mean foot yaw of the double supports stays what the task says; that at the start of a step
     is by the turn in a step less than the one at its end. Pelvis yaw and step width have more room
-    by what that turns and widens.
+    by what that turns and widens; the pelvis' roll is against the vertical.
 
     Args:
         layout: of one step of the walk straight ahead.
@@ -245,17 +246,22 @@ def stride_layout(layout: Layout, robot: Robot, task: Task) -> StrideLayout:
     turn, yaw = task.turn_rate * task.duration, table[FOOT_YAW]
     wider = 2.0 * abs(task.lateral_speed) * task.duration
     wider += (robot.sole.toe - robot.sole.heel) * abs(np.sin(turn))
-    spacing, pelvis = table[FOOT_SPACING], table[PELVIS_YAW]
+    spacing, pelvis, roll = table[FOOT_SPACING], table[PELVIS_YAW], table[PELVIS_ROLL]
+    across = task.ground.across_angle
     out = {"upper": spacing.upper + wider} if robot.legs.side > 0.0 else {
         "lower": spacing.lower - wider}  # fmt: skip
     steps = []
     for sign in TURN_SIGNS:
-        changes: dict[str, dict[str, float | bool]] = {"foot_yaw": {}, "pelvis_yaw": {}}
+        changes: dict[str, dict[str, float | bool]] = {}
         moves = task.turn_rate != 0.0 and table[DURATION].free
         changes["foot_yaw"] = {"free": yaw.free or moves, "value": yaw.value + sign * turn}
         turned = 0.5 * sign * turn
         changes["pelvis_yaw"] = {
             name: getattr(pelvis, name) + turned for name in ("lower", "upper", "value")
+        }
+        # On a slope across upright is against the vertical, not against the ground.
+        changes["pelvis_roll"] = {
+            name: getattr(roll, name) + sign * across for name in ("lower", "upper", "value")
         }
         if spacing.free and wider > 0.0:
             changes["foot_spacing"] = {**out}

@@ -107,6 +107,7 @@ class Task:
         heel_strip: within which the centre of pressure then is, ahead of that edge [m].
         slope: of the ground, uphill above zero [rad]; the speed is along it, and is level over
             stairs and terrains that are no planes.
+        cross_slope: of the ground to the left, rising above zero [rad].
         stairs: height of every tread over the one before, down below zero; the treads are as long
             as the steps [m].
         margins: limits of section 3.2.
@@ -175,6 +176,10 @@ class Task:
         0.0, "Slope of the ground ahead, uphill above zero: 0.1 (rad), 6deg or 10%.", SLOPE,
         common=True, metavar="RAD",
     )  # fmt: skip
+    cross_slope: float = entry(
+        0.0, "Slope of the ground to the left, rising above zero: 0.1 (rad), 6deg or 10%.", SLOPE,
+        common=True, metavar="RAD",
+    )  # fmt: skip
     stairs: float = entry(
         0.0, "Rise of each step of stairs, down below zero; treads are as long as the steps.", "m",
         common=True,
@@ -196,6 +201,20 @@ class Task:
             )
         if not is_of_use(self.speed):
             raise InputError(f"speed is {self.speed} m/s; it must be 0, or {USABLE} in size")
+        for name in ("slope", "cross_slope"):
+            value = getattr(self, name)
+            if not (is_finite(value) and abs(value) <= STEEPEST):
+                raise InputError(
+                    f"{name} is {shown(value)} rad; it must be between {-STEEPEST:g} and "
+                    f"{STEEPEST:g} rad; other units stand behind the number, 10% or 6deg"
+                )
+        if math.hypot(math.sin(self.slope), math.sin(self.cross_slope)) > math.sin(STEEPEST):
+            raise InputError(
+                f"a slope of {self.slope:g} rad and a cross_slope of {self.cross_slope:g} rad are "
+                f"too steep together; allowed are {STEEPEST:g} rad in all"
+            )
+        if self.terrain is not None and not isinstance(self.terrain, Terrain):
+            raise InputError(f"terrain is {shown(self.terrain)}; give one, as Stairs(0.1)")
         self._check_stride()
         for name, unit in (("duration", "s"), ("penalty_weight", "cost/m²")):
             value = getattr(self, name)
@@ -205,11 +224,6 @@ class Task:
                 )
             if not is_of_use(value):
                 raise InputError(f"{name} is {value} {unit}; it must be {USABLE}")
-        if not (is_finite(self.slope) and abs(self.slope) <= STEEPEST):
-            raise InputError(
-                f"slope is {shown(self.slope)} rad; it must be between {-STEEPEST:g} and "
-                f"{STEEPEST:g} rad; other units stand behind the number, 10% or 6deg"
-            )
         self._check_ground()
         for name in ("postures", "samples"):
             value = getattr(self, name)
@@ -271,7 +285,7 @@ class Task:
         if self.double_support is not None:
             raise InputError(
                 "in a stride of two steps an impact ends either step; leave out double_support, or "
-                "lateral_speed, turn_rate and stride"
+                "lateral_speed, turn_rate, cross_slope and stride"
             )
         turn = self.turn_rate * self.duration
         if not abs(turn) <= FARTHEST:
@@ -288,10 +302,9 @@ class Task:
                 f"{HIGHEST:g} m"
             )
         if self.terrain is not None:
-            if not isinstance(self.terrain, Terrain):
-                raise InputError(f"terrain is {shown(self.terrain)}; give one, as Stairs(0.1)")
             check_declaration(self.terrain, "name")
-        if sum((self.slope != 0.0, self.stairs != 0.0, self.terrain is not None)) > 1:
+        sloping = self.slope != 0.0 or self.cross_slope != 0.0
+        if sum((sloping, self.stairs != 0.0, self.terrain is not None)) > 1:
             raise InputError(
                 "a walk has one ground: give a slope or stairs (whose treads are level) or a "
                 "terrain, not two of them"
@@ -375,11 +388,12 @@ class Task:
             return self.terrain
         if self.stairs != 0.0:
             return Stairs(self.stairs)
-        return Level() if self.slope == 0.0 else Slope(self.slope)
+        level = self.slope == 0.0 and self.cross_slope == 0.0
+        return Level() if level else Slope(self.slope, self.cross_slope)
 
     def on(self, terrain: Terrain) -> Task:
         """Return the same walk on another ground."""
-        return replace(self, slope=0.0, stairs=0.0, terrain=terrain)
+        return replace(self, slope=0.0, cross_slope=0.0, stairs=0.0, terrain=terrain)
 
     @property
     def step_length(self) -> float:
@@ -389,7 +403,8 @@ class Task:
     @property
     def steps(self) -> int:
         """Number of steps that are designed: 1 where the next is its mirror image, else 2."""
-        return 2 if self.stride or self.lateral_speed != 0.0 or self.turn_rate != 0.0 else 1
+        aside = self.lateral_speed != 0.0 or self.turn_rate != 0.0 or self.ground.down[1] != 0.0
+        return 2 if self.stride or aside else 1
 
     @property
     def pace(self) -> float:

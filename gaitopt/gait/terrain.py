@@ -1,4 +1,4 @@
-"""Terrain: the ground under a walk, which every step finds the same.
+"""Terrain: the ground under a walk, which every step finds the same, or every other step.
 
 Its axes are those of the sole that stands, flat on it: x ahead, y left, z normal to the ground. A
 terrain says where gravity points in them, how much higher the next foot stands, and how high the
@@ -85,6 +85,17 @@ class Terrain(ABC):
         return LEVEL
 
     @property
+    def in_mirror(self) -> tuple[float, float, float]:
+        """Direction of gravity for a second step that is seen as its mirror image."""
+        x, y, z = self.down
+        return x, -y, z
+
+    @property
+    def across_angle(self) -> float:
+        """Angle of the ground to the left, rising above zero [rad]."""
+        return math.asin(-self.down[1])
+
+    @property
     def rise(self) -> float:
         """Height of the footprint ahead over that of the stance foot, along z [m]."""
         return 0.0
@@ -132,26 +143,37 @@ class Level(Terrain):
 
 @dataclass(frozen=True)
 class Slope(Terrain):
-    """A plane that rises or falls ahead.
+    """A plane that rises or falls ahead, or to a side.
 
     Attributes:
-        angle: uphill above zero [rad].
+        angle: of what points ahead on it, uphill above zero [rad].
+        across: of what points to the left on it, rising above zero [rad].
     """
 
     name = "slope"
     angle: float
+    across: float = 0.0
 
     @property
     def down(self) -> tuple[float, float, float]:
         """Direction of gravity, of unit length."""
-        return -math.sin(self.angle), 0.0, -math.cos(self.angle)
+        if self.across == 0.0:
+            return -math.sin(self.angle), 0.0, -math.cos(self.angle)
+        x, y = math.sin(self.angle), math.sin(self.across)
+        return -x, -y, -math.sqrt(1.0 - x * x - y * y)
 
     def words(self, step: float) -> str:
         """Return the way and how steep it is."""
         del step
-        way = "uphill" if self.angle > 0.0 else "downhill"
-        rise = 100.0 * math.tan(abs(self.angle))
-        return f"{way}, {rise:.3g} % ({math.degrees(abs(self.angle)):.3g}°)"
+        ways = (
+            ("uphill" if self.angle > 0.0 else "downhill", self.angle),
+            (f"rising to the {'left' if self.across > 0.0 else 'right'}", self.across),
+        )
+        return ", ".join(
+            f"{way}, {100.0 * math.tan(abs(angle)):.3g} % ({math.degrees(abs(angle)):.3g}°)"
+            for way, angle in ways
+            if angle != 0.0
+        )
 
 
 @dataclass(frozen=True)

@@ -112,7 +112,9 @@ class _Walk:
 
     def __init__(self, gait: Gait) -> None:
         trajectory = gait.trajectory
-        if trajectory.exchange is None or gait.turning or gait.lands_on_line or gait.closing:
+        across = trajectory.body.gravity[1] != 0.0
+        turning = gait.turning or gait.lands_on_line or gait.closing
+        if trajectory.exchange is None or turning or across:
             raise InputError("multipliers are those of walks on flat feet whose legs take turns")
         self._gait = gait
         self.robot = robot = simulated_robot(trajectory.body)

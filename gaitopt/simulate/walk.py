@@ -179,6 +179,12 @@ def simulate(
             f"the gait goes at {gait.way}; only walks straight ahead are simulated under feedback "
             "(second_engine(gait) in Python has MuJoCo's own torques of any)"
         )
+    if ground_of(gait).down[1] != 0.0:
+        raise InputError(
+            f"the gait walks on ground {ground_of(gait).words}; only walks straight up, down or on "
+            "the level are simulated under feedback (second_engine(gait) in Python has MuJoCo's "
+            "own torques of any)"
+        )
     if gait.closing:
         raise InputError(
             "both feet of this gait stand at the end of its step; only gaits that end with an "

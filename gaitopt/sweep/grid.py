@@ -23,9 +23,10 @@ from gaitopt.units import read_quantity
 DIGITS = 10  # of grid values: 0.4 + 3 * 0.05 is 0.55, not 0.55000000000000004
 
 _TASK = (
-    "speed", "lateral_speed", "turn_rate", "duration", "slope", "stairs", "penalty_weight",
+    "speed", "lateral_speed", "turn_rate", "duration", "slope", "cross_slope", "stairs",
+    "penalty_weight",
 )  # fmt: skip
-OF_STRIDES = ("lateral_speed", "turn_rate")
+OF_STRIDES = ("lateral_speed", "turn_rate", "cross_slope")
 """Quantities of strides: over them all points are strides, those that go straight ahead too."""
 _MARGINS = tuple(f.name for f in fields(Margins) if f.name not in ("joint_range", "impulse_cop"))
 _GEOMETRY = {
