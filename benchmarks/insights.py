@@ -1,6 +1,7 @@
 """What designers would guess, and what the optimum says: the study of docs/insights.md.
 
-    python benchmarks/insights.py [--quick] [--only NAME]    run it
+    python benchmarks/insights.py [--quick]                  run it
+    python benchmarks/insights.py --only NAME                renew the answer to one question
     python benchmarks/insights.py --write                    make the page and its picture
 
 insights.toml has the questions, with a guess each that was written down before the walks were
@@ -137,10 +138,13 @@ def walk(name: str, changes: dict[str, Any]) -> dict[str, Any]:
     except GaitoptError as error:
         return {**row, "verdict": str(error).partition("\n")[0][:120], "cost": None}
     gait = found.gait
+    turn = gait.meta.get("toe_off")
+    if turn is not None:  # of both walks, for they have the same limits
+        row |= {"against": turn["flat_cost"]}
     return {
         **row,
         "verdict": found.certificate.verdict,
-        "cost": gait.cost,
+        "cost": gait.cost if turn is None else turn["cost"],
         "torque": float(np.abs(gait.torque).max()),
         "speed": float(np.abs(gait.dq).max()),
         "turns": bool(gait.turning),
@@ -171,7 +175,7 @@ def change(rows: list[dict[str, Any]], robot: str, question: str, variant: str) 
     usual, row = known[robot, "", "as it is"], known[robot, question, variant]
     if row["cost"] is None:
         return "no walk"
-    percent = 100.0 * (row["cost"] / usual["cost"] - 1.0)
+    percent = 100.0 * (row["cost"] / row.get("against", usual["cost"]) - 1.0)
     mark = "" if row["verdict"] == "certified" else " (not certified)"
     return f"{percent:+.1f} %{mark}"
 
@@ -221,11 +225,11 @@ def picture(rows: list[dict[str, Any]]) -> bytes:
         for axes, robot in zip(panels, ROBOTS, strict=True):
             usual = known[robot, "", "as it is"]["cost"]
             for row, key in enumerate(names):
-                cost = known[(robot, *key)]["cost"]
-                if cost is None:
+                other = known[(robot, *key)]
+                if other["cost"] is None:
                     axes.text(2.0, row, "no walk", fontsize=6.0, va="center", color=LIMIT)
                     continue
-                percent = 100.0 * (cost / usual - 1.0)
+                percent = 100.0 * (other["cost"] / other.get("against", usual) - 1.0)
                 axes.barh(
                     row, np.clip(percent, -60.0, 100.0), color=LIMIT if percent > 0 else SWING
                 )
@@ -250,7 +254,13 @@ def main() -> None:
         PAGE.write_text(text(rows), encoding="utf-8")
         PICTURE.write_bytes(picture(rows))
         return
-    save("insights", run(asked.quick, asked.only), asked.quick or asked.only is not None)
+    rows = run(asked.quick, asked.only)
+    if asked.only is not None and not asked.quick:  # the others stay as they are
+        new = [row for row in rows if row["question"]]
+        keys = {(row["robot"], row["question"]) for row in new}
+        kept = json.loads((RESULTS / "insights.json").read_text())["data"]
+        rows = [row for row in kept if (row["robot"], row["question"]) not in keys] + new
+    save("insights", rows, asked.quick)
 
 
 if __name__ == "__main__":

@@ -307,7 +307,7 @@ class CodesignOptions:
         short="-o", panel=DESIGN,
     )  # fmt: skip
     vary: tuple[str, ...] = entry(
-        (), "Number of the biped to choose, as shin=25cm:35cm; a third number is where to begin.",
+        (), "Number of the robot to choose, as shin=25cm:35cm; a third number is where to begin.",
         metavar="NAME=LOWER:UPPER", panel=DESIGN,
     )  # fmt: skip
     keep_leg: bool = entry(False, "Thigh and shin together stay as long as they are.", panel=DESIGN)
@@ -329,7 +329,7 @@ def _codesign_settings(words: Sequence[str]) -> Panels:
 
 @command(app, _codesign_settings)
 def codesign(options: CodesignOptions, settings: Settings) -> None:
-    """Choose lengths and masses of a biped together, for a weighted set of walks."""
+    """Choose lengths and masses of a robot together, for a weighted set of walks."""
     from gaitopt.cli import codesign as work
 
     work.run(

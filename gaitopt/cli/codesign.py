@@ -1,11 +1,11 @@
-"""`gaitopt codesign`: lengths, masses and walks of a biped chosen together."""
+"""`gaitopt codesign`: lengths, masses and walks of a robot chosen together."""
 
 from __future__ import annotations
 
 import json
 import os
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -20,7 +20,7 @@ from gaitopt.catalogue.parameters import PARAMETERS, changed, parameter_name, wr
 from gaitopt.cli.config import SCHEMA, Settings
 from gaitopt.cli.display import screen
 from gaitopt.cli.process import ExitCode, StopRequest, stop_on_interrupt
-from gaitopt.cli.request import Request, biped_spec, make_request, make_robot
+from gaitopt.cli.request import Request, biped_spec, choices_text, make_request, make_robot
 from gaitopt.cli.results import require_writable
 from gaitopt.design.codesign import (
     CoDesign,
@@ -30,17 +30,22 @@ from gaitopt.design.codesign import (
     WalkCase,
     codesign,
     first_walks,
+    own_values,
+    with_proportions,
 )
 from gaitopt.design.process import small_matrices
 from gaitopt.errors import GaitFileError, InputError, StoppedError
 from gaitopt.gait.gait_file import load_gait, save_gait
 from gaitopt.gait.result import Gait
+from gaitopt.model.import_options import SHIN, THIGH
+from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array
 from gaitopt.sweep.grid import parse_axis
 from gaitopt.units import read_quantity
 from gaitopt.view.codesign_page import write_codesign_page
 
-TRIALS, REPORT, SPEC, SUMMARY = "trials.jsonl", "report.html", "spec.toml", "codesign.json"
+TRIALS, REPORT, SUMMARY = "trials.jsonl", "report.html", "codesign.json"
+SPEC, CHOICES = "spec.toml", "choices.toml"
 MOST_WALKS = 100
 _FORMAT = 1
 
@@ -108,15 +113,14 @@ def run(
             raise typer.Exit(ExitCode.INTERRUPTED) from None
     for name, gaits in (("before", found.before), ("after", found.after)):
         _save(directory / name, gaits)
-    spec = replace(changed(study.spec, dict(found.values)), name=study.spec.name)
-    write_spec(spec, directory / SPEC)
+    robot = _write_robot(study, found.values, directory)
     summary = summary_of(study, found)
     text = json.dumps(summary, indent=1, ensure_ascii=False)
     write_atomically(directory / SUMMARY, text.encode())
     page = write_codesign_page(summary, directory / REPORT)
     if not quiet:
         _print_result(out, summary)
-        out.print(f"wrote {page}, and with it {SPEC}, {SUMMARY}, before/, after/", soft_wrap=True)
+        out.print(f"wrote {page}, and with it {robot}, {SUMMARY}, before/, after/", soft_wrap=True)
 
 
 def study_of(
@@ -133,19 +137,21 @@ def study_of(
         InputError: it cannot be read, or the robot is no biped that gaitopt makes.
     """
     base = make_request(given, config)
-    spec = biped_spec(base.settings)
-    if spec is None:
-        raise InputError(
-            "codesign changes a biped that gaitopt makes: the usual one, one of --spec, or --robot "
-            "biped13 or paper; of other robots 'gaitopt sensitivity' tells the derivatives"
-        )
-    cases = []
+    spec = biped_spec(base.settings) or make_robot(base.settings)
+    cases, maker = [], _robot_maker if isinstance(spec, BipedSpec) else _file_robot_maker
     for label, weight, own in _asked_walks(speeds, walks):
         settings = {**base.settings, **own}
         task = make_request(settings, None).task
-        cases.append(WalkCase(label, weight, task, _robot_maker(settings)))
+        cases.append(WalkCase(label, weight, task, maker(settings)))
     variables = tuple(_variable(text, spec) for text in vary)
     return Study(spec, variables, tuple(cases), keep_leg), base
+
+
+def _file_robot_maker(settings: Settings) -> Callable[[Mapping[str, float]], Robot]:
+    """Return what makes a robot of a file, as a walk has it, in other proportions."""
+    robot = make_robot(settings)
+    own = own_values(robot)
+    return lambda values: Robot.from_urdf(robot.urdf, choices=with_proportions(robot, own, values))
 
 
 def _robot_maker(settings: Settings) -> Any:
@@ -194,7 +200,7 @@ def _asked_walks(
     return found
 
 
-def _variable(text: str, spec: BipedSpec) -> Variable:
+def _variable(text: str, spec: BipedSpec | Robot) -> Variable:
     name, equals, rest = text.partition("=")
     known = parameter_name(name)
     if known is None or not equals:
@@ -211,7 +217,12 @@ def _variable(text: str, spec: BipedSpec) -> Variable:
         ) from None
     if len(start) > 1:
         raise InputError(f"--vary {text[:80]}: give NAME=LOWER:UPPER or NAME=LOWER:UPPER:START")
-    own = PARAMETERS[known].value(spec)
+    if (own := own_values(spec).get(known)) is None:
+        of = " of a robot of a file" if isinstance(spec, Robot) else ""
+        raise InputError(
+            f"--vary {text[:80]}: '{known}'{of} cannot be chosen; there are "
+            f"{', '.join(own_values(spec))}"
+        )
     return Variable(known, lower, upper, start[0] if start else float(np.clip(own, lower, upper)))
 
 
@@ -221,8 +232,8 @@ def study_record(study: Study) -> dict[str, Any]:
         "variables": [[v.name, v.lower, v.upper, v.start] for v in study.variables],
         "walks": [[case.label, case.weight] for case in study.walks],
         "keep_leg": study.keep_leg,
-        "mass": study.spec.total_mass,
-        "leg": study.spec.geometry.d3 + study.spec.geometry.d4,
+        "mass": study.mass,
+        "leg": study.own[SHIN] + study.own[THIGH],
     }
 
 
@@ -325,6 +336,17 @@ def _first(
     return gaits
 
 
+def _write_robot(study: Study, values: Mapping[str, float], directory: Path) -> str:
+    """Write the robot that was found: for --spec, or, of a file, for --choices. Return the name."""
+    if isinstance(study.spec, BipedSpec):
+        spec = replace(changed(study.spec, dict(values)), name=study.spec.name)
+        write_spec(spec, directory / SPEC)
+        return SPEC
+    choices = with_proportions(study.spec, study.own, values)
+    write_atomically(directory / CHOICES, choices_text(choices).encode())
+    return CHOICES
+
+
 def _save(folder: Path, gaits: Sequence[Gait]) -> None:
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -339,7 +361,7 @@ def summary_of(study: Study, found: CoDesign) -> dict[str, Any]:
     weights = [case.weight for case in study.walks]
     costs = [[float(gait.cost or 0.0) for gait in gaits] for gaits in (found.before, found.after)]
     whole = [float(np.dot(weights, each)) for each in costs]
-    own = {name: PARAMETERS[name].value(study.spec) for name in found.values}
+    own = {name: study.own[name] for name in found.values}
     starts = study.parameters(np.array([v.start for v in study.variables]))
     return {
         "robot": study.spec.name,

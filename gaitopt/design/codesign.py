@@ -12,34 +12,54 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from scipy.optimize import lsq_linear
 
 from gaitopt.catalogue.biped_spec import BipedSpec
-from gaitopt.catalogue.parameters import changed
+from gaitopt.catalogue.parameters import PARAMETERS, changed
 from gaitopt.design.audit import problem_of
 from gaitopt.design.options import COUNT, DesignOptions
 from gaitopt.design.pipeline import complete
 from gaitopt.design.refinement import refine
+from gaitopt.design.robot_changes import Anatomy
 from gaitopt.design.sensitivity import Envelope
 from gaitopt.design.starts import many_starts
-from gaitopt.errors import EvaluationError, GaitoptError, InputError, StoppedError
+from gaitopt.errors import (
+    EvaluationError,
+    GaitoptError,
+    InputError,
+    RobotError,
+    StoppedError,
+)
 from gaitopt.gait.initial_guess import resized
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.result import Gait
 from gaitopt.gait.task import Task
-from gaitopt.model.robot import Robot
+from gaitopt.model.import_options import (
+    HIP_WIDTH,
+    MASSES,
+    SHIN,
+    THIGH,
+    ImportOptions,
+    PartChange,
+)
+from gaitopt.model.robot import Robot, cached_workspace
 from gaitopt.nlp import Array, Solution, Start, Status, Stop, never, stopping
 from gaitopt.solvers.sqp import SQP
 
-LEG, SHIN, THIGH = "leg", "shin", "thigh"
+LEG = "leg"
 DESIGN = (
     SHIN, THIGH, LEG, "hip_width", "ankle_height", "foot_length", "foot_width", "mass",
     "trunk_mass", "hip_mass", "thigh_mass", "shin_mass", "ankle_mass", "foot_mass",
 )  # fmt: skip
 """Parameters of the biped in which the cost of its walks has derivatives."""
+OF_FILES = (
+    SHIN, THIGH, LEG, HIP_WIDTH, *(f"{part}_mass" for part in MASSES),
+)  # fmt: skip
+"""Those of them that robots of files have, by `PartChange`."""
 
 TOLERANCE = 1e-6
 """Of the cost, relative: a step that promises less ends the search. Generated robots have soles in
@@ -92,7 +112,7 @@ class WalkCase:
         label: of it, "0.8 m/s".
         weight: of its cost.
         task: of it, which stays.
-        robot: makes the robot from values of parameters.
+        robot: makes the robot from values of parameters, those that are chosen and that follow.
     """
 
     label: str
@@ -154,7 +174,7 @@ class Study:
     """The question of a co-design.
 
     Attributes:
-        spec: the biped as it is.
+        spec: the biped as it is, or a robot of a file.
         variables: what is chosen.
         walks: what it is chosen for.
         keep_leg: whether thigh and shin together stay as long as they are; one of them is chosen.
@@ -163,7 +183,7 @@ class Study:
         InputError: there is nothing to choose or no walk, or variables exclude each other.
     """
 
-    spec: BipedSpec
+    spec: BipedSpec | Robot
     variables: tuple[Variable, ...]
     walks: tuple[WalkCase, ...]
     keep_leg: bool = False
@@ -180,6 +200,21 @@ class Study:
             )
         if LEG in names and {SHIN, THIGH} & set(names):
             raise InputError("leg is shin and thigh in proportion; choose it or these")
+        if isinstance(self.spec, Robot) and (wrong := [n for n in names if n not in OF_FILES]):
+            raise InputError(
+                f"'{wrong[0]}' of a robot of a file cannot be chosen; there are "
+                f"{', '.join(OF_FILES)}"
+            )
+
+    @cached_property
+    def own(self) -> dict[str, float]:
+        """Values of the parameters of the robot as it is; see `own_values`."""
+        return own_values(self.spec)
+
+    @property
+    def mass(self) -> float:
+        """Of the robot as it is [kg]."""
+        return self.spec.total_mass if isinstance(self.spec, BipedSpec) else self.spec.mass
 
     def parameters(self, values: Array) -> dict[str, float]:
         """Return the parameters that values (v,) of the variables set."""
@@ -187,19 +222,25 @@ class Study:
         if self.keep_leg:
             chosen = SHIN if SHIN in found else THIGH
             other = THIGH if chosen == SHIN else SHIN
-            geometry = self.spec.geometry
-            found[other] = geometry.d3 + geometry.d4 - found[chosen]
+            found[other] = self.own[THIGH] + self.own[SHIN] - found[chosen]
         return found
 
     def rates(self, at: Envelope, values: Array) -> Array:
         """Return the derivatives of a walk's optimal cost in the variables, shape (v,)."""
-        spec = changed(self.spec, self.parameters(values))
+        spec = self.spec
+        if isinstance(spec, BipedSpec):
+            spec = changed(spec, self.parameters(values))
         known = {one.name: one for one in at.changes}
 
         def rate(name: str) -> float:
-            return sum(
-                factor * at.per_unit(known[change]) for change, factor in parts_of(spec, name)
-            )
+            parts = parts_of(spec, name) if isinstance(spec, BipedSpec) else self._of_file(name)
+            if missing := [change for change, _ in parts if change not in known]:
+                raise InputError(
+                    f"what {missing[0]} does to a walk is not told: the legs' bodies press on each "
+                    "other there, and their shapes do not follow the lengths, or part of the "
+                    "robot's weight is carried; give a smaller --leg-gap, or choose other numbers"
+                )
+            return sum(factor * at.per_unit(known[change]) for change, factor in parts)
 
         found = [rate(one.name) for one in self.variables]
         if self.keep_leg:
@@ -207,6 +248,46 @@ class Study:
                 if one.name in (SHIN, THIGH):
                     found[k] -= rate(THIGH if one.name == SHIN else SHIN)
         return np.array(found)
+
+    def _of_file(self, name: str) -> list[tuple[str, float]]:
+        """Changes of a robot of a file that a parameter is made of, and their factors."""
+        if name == LEG:
+            return [(one, self.own[one] / self.own[LEG]) for one in (SHIN, THIGH)]
+        return [(name.replace("_", " "), 1.0)]
+
+
+def own_values(robot: BipedSpec | Robot) -> dict[str, float]:
+    """Return the values of the parameters that can be chosen of a robot as it is [m, kg]."""
+    if isinstance(robot, BipedSpec):
+        return {name: PARAMETERS[name].value(robot) for name in DESIGN}
+    measured = cached_workspace(robot, Anatomy).measures()
+    found = {name.replace(" ", "_"): value for name, value in measured.items()}
+    found[LEG] = found[THIGH] + found[SHIN]
+    return {name: found[name] for name in OF_FILES}
+
+
+def with_proportions(
+    robot: Robot, own: Mapping[str, float], values: Mapping[str, float]
+) -> ImportOptions:
+    """Return the choices with which the file of a robot gives one of other proportions.
+
+    Args:
+        robot: of a file.
+        own: values of the parameters of the robot as it is, as `Study.own`.
+        values: of the same, those that differ.
+    """
+    found = {one.part: (one.longer, one.heavier) for one in robot.choices.proportions}
+    asked = dict(values)
+    if (leg := asked.pop(LEG, None)) is not None:
+        asked |= {part: leg * own[part] / own[LEG] for part in (SHIN, THIGH)}
+    for name, value in asked.items():
+        part, more = name.removesuffix("_mass"), value - own[name]
+        longer, heavier = found.get(part, (0.0, 0.0))
+        found[part] = (
+            (longer, heavier + more) if name.endswith("_mass") else (longer + more, heavier)
+        )
+    changes = (PartChange(part, *both) for part, both in found.items() if any(both))
+    return replace(robot.choices, proportions=tuple(changes))
 
 
 def parts_of(spec: BipedSpec, name: str) -> list[tuple[str, float]]:
@@ -236,7 +317,12 @@ def parts_of(spec: BipedSpec, name: str) -> list[tuple[str, float]]:
 
 
 class WarmWalks:
-    """The walks of a study on their grids, solved warm."""
+    """The walks of a study on their grids, solved warm.
+
+    Attributes:
+        solved, evaluations: walks solved warm until now, and evaluations of their programs that it
+            took (values or points, each x once), failed ones included.
+    """
 
     def __init__(
         self,
@@ -256,26 +342,33 @@ class WarmWalks:
             starts: of such a search.
         """
         self.study, self.options, self.stop, self.round = study, options, stop, 0
-        self.starts = starts
+        self.starts, self.solved, self.evaluations = starts, 0, 0
         self.problems = [problem_of(gait) for gait in first]
         self.points = [(gait.parameters, _multipliers(gait)) for gait in first]
+        self.values = np.array([v.start for v in study.variables])
 
     def trial(self, values: Array, near: Trial | None) -> Trial | None:
         """Solve all walks at values of the variables, from those of a trial near by."""
         started, parameters = time.perf_counter(), self.study.parameters(values)
         points, costs, evaluations = [], [], 0
         gradient = np.zeros(values.size)
-        before = self.points if near is None or near.round != self.round else near.points
+        before, of = self.points, self.values
+        if near is not None and near.round == self.round:
+            before, of = list(near.points), near.values
+        old = self.study.parameters(of)
         for case, known, (x, y) in zip(self.study.walks, self.problems, before, strict=True):
             try:
                 problem = WalkProblem(case.robot(parameters), case.task, known.grid)
+                known = WalkProblem(case.robot(old), case.task, known.grid)
                 found = self._solved(problem, known, x, y)
                 evaluations += found.evaluations
                 if found.status is not Status.OPTIMAL:
                     return None
                 at = Envelope(problem, found.x, found.multipliers)
                 gradient += case.weight * self.study.rates(at, values)
-            except (EvaluationError, InputError):
+            except (EvaluationError, InputError, RobotError) as error:
+                if near is None and isinstance(error, InputError):
+                    raise  # where the search begins, to be told
                 return None
             points.append((found.x, found.multipliers))
             costs.append(found.cost)
@@ -289,6 +382,7 @@ class WarmWalks:
         solver = SQP(tolerance=_INNER, max_iterations=_CRAWLS).near_solution()
         start = Start(resized(x, known, problem), y)
         found = solver.solve(problem, start, None, stopping(self.stop))
+        self.solved, self.evaluations = self.solved + 1, self.evaluations + found.evaluations
         if found.status is Status.INTERRUPTED:
             raise StoppedError(found)
         return found
@@ -315,7 +409,7 @@ class WarmWalks:
             moved = max(moved, abs(cost / best.costs[k] - 1.0))
             self.problems[k] = problem
             points.append((x, y))
-        self.points, self.round = points, self.round + 1
+        self.points, self.values, self.round = points, best.values, self.round + 1
         return moved > _SETTLED
 
     def finished(self, values: Array) -> Iterator[Gait]:
@@ -385,13 +479,22 @@ def codesign(
         return trial
 
     share = (np.array([v.start for v in study.variables]) - lower) / width
+    best: Trial | None = None
+    halted: tuple[str, ...] = ()
     for _ in range(_ROUNDS):
-        best = minimised(evaluate, share, width)
+        try:
+            best = minimised(evaluate, share, width)
+        except InputError as error:
+            if best is None:
+                raise
+            halted = (f"the better walks found there end the search: {error}",)
+            break
         share = (best.values - lower) / width
         if not walks.renewed(best):
             break
+    assert best is not None
     after = tuple(walks.finished(best.values))
-    held = tuple(_held(study, best))
+    held = (*_held(study, best), *halted)
     return CoDesign(study.parameters(best.values), first, after, tuple(trials), held)
 
 

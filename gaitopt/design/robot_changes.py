@@ -249,6 +249,17 @@ class Anatomy:
             reach = float(size * longer) / robot.legs.reach
         return replace(change, reach=reach)
 
+    def measures(self) -> dict[str, float]:
+        """Return thigh, shin and hip width [m], and masses of the bodies of one side [kg]."""
+        robot, side = self.robot, 1
+        knee = robot.legs.knees[side]
+        u, at = self._axes[knee], self._joint_point(knee)
+        hip = self._pelvis_origin + self._pelvis @ robot.legs.hips[side]
+        h, a = (v - (v @ u) * u for v in (hip - at, self._ankle(side) - at))
+        found = {"thigh": float(np.linalg.norm(h)), "shin": float(np.linalg.norm(a)),
+                 "hip width": abs(robot.legs.spacing)}  # fmt: skip
+        return found | {f"{name} mass": float(self.mass[own[-1]]) for name, own in self.bodies()}
+
     def _next(self, joint: int, down: int) -> int:
         """Return the joint of the same leg below (1) or above (-1) another one in the file."""
         return joint - down if joint < self.robot.tree.stance else joint + down

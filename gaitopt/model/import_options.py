@@ -173,6 +173,47 @@ class InertiaOverride:
             raise RobotError(f"{where}: nothing is replaced; give mass, com or inertia")
 
 
+THIGH, SHIN, HIP_WIDTH, FOOT, TRUNK = "thigh", "shin", "hip_width", "foot", "trunk"
+LENGTHS, MASSES = (THIGH, SHIN, HIP_WIDTH), (THIGH, SHIN, FOOT, TRUNK)
+"""Parts whose length, and whose mass, `PartChange` changes."""
+_LARGEST_CHANGE = 1e3  # m, kg
+
+
+@checked
+@dataclass(frozen=True)
+class PartChange:
+    """A part of both legs, or the trunk, in other proportions than the file has it.
+
+    Attributes:
+        part: "thigh", "shin", "hip_width", "foot" or "trunk".
+        longer: by which a thigh, a shin or the distance between the hips grows [m]; see
+            `legs.proportions` for what becomes of the masses.
+        heavier: by which the part of each leg, or the trunk, grows with its inertia [kg].
+
+    Raises:
+        RobotError: there is no such part, it has no such number, or nothing is changed.
+    """
+
+    part: str
+    longer: float = 0.0
+    heavier: float = 0.0
+
+    def __post_init__(self) -> None:
+        _one_of("proportions: part", self.part, tuple(dict.fromkeys((*LENGTHS, *MASSES))))
+        where = f"proportions of '{self.part}'"
+        for name, parts, unit in (("longer", LENGTHS, "m"), ("heavier", MASSES, "kg")):
+            value = _finite(getattr(self, name), f"{where}: {name}")
+            object.__setattr__(self, name, value)
+            if abs(value) > _LARGEST_CHANGE:
+                raise RobotError(
+                    f"{where}: {name} is {value:g} {unit}; give at most {_LARGEST_CHANGE:g} {unit}"
+                )
+            if value and self.part not in parts:
+                raise RobotError(f"{where}: {name} is for {', '.join(parts)}; leave it out")
+        if not self.longer and not self.heavier:
+            raise RobotError(f"{where}: nothing is changed; give longer [m] or heavier [kg]")
+
+
 @checked
 @dataclass(frozen=True)
 class Payload:
@@ -236,6 +277,7 @@ class ImportOptions:
         limits: what replaces limits of the URDF; where two patterns match, the later one counts.
         inertias: what replaces masses and inertias of the file; where two patterns match, the
             later one counts.
+        proportions: lengths and masses of its parts in place of those of the file; each part once.
         payloads: what it carries; see `Payload`.
         gravity: acceleration of free fall in place of that of the file [m/s²].
         unequal_limits: one of `UNEQUAL`.
@@ -266,6 +308,7 @@ class ImportOptions:
     sole_placements: tuple[Placement, Placement] | None = None
     limits: tuple[LimitOverride, ...] = ()
     inertias: tuple[InertiaOverride, ...] = ()
+    proportions: tuple[PartChange, ...] = ()
     payloads: tuple[Payload, ...] = ()
     gravity: float | None = None
     unequal_limits: str = "refuse"
@@ -278,7 +321,9 @@ class ImportOptions:
     def __post_init__(self) -> None:
         if self.posture is not None:
             object.__setattr__(self, "posture", _posture(self.posture))
-        for name in ("feet", "limits", "inertias", "payloads", "package_dirs", "moving"):
+        for name in (
+            "feet", "limits", "inertias", "proportions", "payloads", "package_dirs", "moving",
+        ):  # fmt: skip
             if (value := getattr(self, name)) is not None:
                 object.__setattr__(self, name, _tuple(value, name))
         _check_names(self)
@@ -317,6 +362,9 @@ def _check_names(choices: ImportOptions) -> None:
 
 
 def _check_numbers(choices: ImportOptions) -> None:
+    parts = [one.part for one in choices.proportions]
+    if twice := sorted({part for part in parts if parts.count(part) > 1}):
+        raise RobotError(f"proportions: '{twice[0]}' is given twice; give each part once")
     if choices.sole_drop is not None and not 0.0 < _finite(choices.sole_drop, "sole_drop") < 1.0:
         raise RobotError(
             f"sole_drop is {choices.sole_drop:g} m; it must be above 0 and below 1: the height of "
@@ -469,6 +517,7 @@ def _checked_table(value: object, part: type, name: str, path: str | None = None
         ("joints", 'a pattern of names, as "*knee*"'),
         ("links", 'a pattern of names, as "*foot*"'),
         ("link", 'the name of a link, or "torso"'),
+        ("part", f"one of {', '.join(dict.fromkeys((*LENGTHS, *MASSES)))}"),
     ):
         if part in _TABLES.values() and needed in known and needed not in table:
             raise RobotError(f"{name}: {needed} is missing; give {advice}")
@@ -493,13 +542,15 @@ def _in_si(value: object, unit: str, what: str) -> object:
 
 
 _TABLES: dict[str, type] = {
-    "limits": LimitOverride, "inertias": InertiaOverride, "payloads": Payload,
+    "limits": LimitOverride, "inertias": InertiaOverride, "proportions": PartChange,
+    "payloads": Payload,
 }  # fmt: skip
 """Choices that are lists of tables."""
 
 _UNITS: dict[type, dict[str, str]] = {
     LimitOverride: LIMIT_UNITS,
     InertiaOverride: {"mass": "kg"},
+    PartChange: {"longer": "m", "heavier": "kg"},
     Payload: {"mass": "kg"},
     Sole: dict.fromkeys(("toe", "heel", "left", "right"), "m"),
     ImportOptions: {"sole_drop": "m"},

@@ -37,6 +37,7 @@ from gaitopt.model.legs.leg_detection import (
 )
 from gaitopt.model.legs.leg_geometry import missing_joints
 from gaitopt.model.legs.overrides import override, override_bodies, without_armature, without_mended
+from gaitopt.model.legs.proportions import proportioned
 from gaitopt.model.legs.reference_posture import (
     followed,
     reference_angles,
@@ -253,6 +254,14 @@ def import_robot(source: Source, choices: ImportOptions) -> ImportedRobot:
     side = standing_side(model, pair.legs, choices)
     straight = legs_at_zero(posed, pair.legs)
     others, locked = moving_pairs(posed, pair.legs, heading.rotation, choices.moving, ties)
+    sized: list[Finding] = []
+    if choices.proportions:
+        moving = (*pair.legs[0], *pair.legs[1], *(joint for both in others for joint in both))
+        model, sized = proportioned(
+            straight, pair.legs, moving, heading.rotation, choices.proportions
+        )
+        posed = pose(model, stands, problems)
+        straight = legs_at_zero(posed, pair.legs)
     chain, partners = moving_joints(pair.legs, side, others)
     names = [str(model.names[joint]) for joint in chain]
     moving_ties, tied = _moving_ties(ties, names, apart, locked)
@@ -288,6 +297,7 @@ def import_robot(source: Source, choices: ImportOptions) -> ImportedRobot:
         *soles.findings,
         *notes,
         *bodies,
+        *sized,
         *carried,
         *odd,
         *rotors,

@@ -3,9 +3,12 @@
 import json
 
 import pytest
+from example_robots import needs_example_robots
 
 from gaitopt.catalogue.parameters import PARAMETERS, read_spec
 from gaitopt.cli.codesign import TRIALS, earlier_trials, trial_of, trial_record
+from gaitopt.cli.request import make_robot
+from gaitopt.design.audit import problem_of
 from gaitopt.gait.gait_file import load_gait
 
 QUICK = ("--solver", "sqp", "--starts", "1", "--samples", "21")
@@ -61,6 +64,22 @@ def test_the_same_command_goes_on(cli, finished, tmp_path):
         assert trial_of(json.loads(line)).cost == trial.cost
 
 
+@needs_example_robots
+def test_a_robot_of_a_file_gets_choices(cli, tmp_path):
+    vary = ("--vary", "foot_mass=0.55kg:0.65kg")
+    result = cli("codesign", "--robot", "g1", *vary, "--speeds", "0.6", *QUICK, "-o", tmp_path)
+    assert result.exit_code == 0, result.stderr
+    summary = json.loads((tmp_path / "codesign.json").read_text("utf-8"))
+    assert summary["after"] < summary["before"]
+    assert summary["parameters"]["foot_mass"]["found"] == pytest.approx(0.55)
+    assert "foot mass is at the least value allowed" in " ".join(result.stdout.split())
+    settings = {"robot": "g1", "choices": str(tmp_path / "choices.toml")}
+    before, after = make_robot({"robot": "g1"}), make_robot(settings)
+    assert before.mass - after.mass == pytest.approx(2.0 * (0.608 - 0.55))
+    gait = load_gait(tmp_path / "after" / "1.npz")
+    assert problem_of(gait).robot.mass == pytest.approx(after.mass)
+
+
 def test_what_cannot_be_is_refused(cli, finished, tmp_path):
     folder, _ = finished
     for words, told in (
@@ -73,7 +92,7 @@ def test_what_cannot_be_is_refused(cli, finished, tmp_path):
         ((*ASKED, "--walk", "speed=0.8 wings=2"), "NAME=VALUE words"),
         ((*ASKED, "--walk", "speed=0.8 weight=-1"), "weight must be above 0"),
         ((*ASKED, "--keep-leg"), "choose the shin or the thigh"),
-        ((*ASKED, "--robot", "g1"), "a biped that gaitopt makes"),
+        (("--vary", "foot_length=1:2", "--speeds", "0.6", "--robot", "g1"), "robot of a file"),
     ):
         result = cli("codesign", *words, *QUICK, "-o", tmp_path / "none")
         assert result.exit_code == 2, words

@@ -4,8 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from example_robots import needs_example_robots
 
 from gaitopt.catalogue.biped_spec import biped13
+from gaitopt.catalogue.entries import description, entry_by_name
 from gaitopt.catalogue.parameters import PARAMETERS, changed
 from gaitopt.catalogue.urdf_writer import urdf_text
 from gaitopt.design.codesign import (
@@ -20,10 +22,13 @@ from gaitopt.design.codesign import (
     damped_bfgs,
     first_walks,
     minimised,
+    own_values,
+    with_proportions,
 )
 from gaitopt.design.options import DesignOptions
 from gaitopt.errors import InputError
 from gaitopt.gait.presets import preset_task
+from gaitopt.model.import_options import PartChange
 from gaitopt.model.robot import Robot
 from gaitopt.solvers import solver_by_name
 
@@ -65,6 +70,50 @@ def test_the_outer_gradient_is_that_of_walks_solved_again(first):
         move = h * np.eye(2)[k]
         ends = [held.trial(at + side * move, trial).cost for side in (1.0, -1.0)]
         assert trial.gradient[k] == pytest.approx((ends[0] - ends[1]) / (2.0 * h), rel=1e-5)
+
+
+@needs_example_robots
+def test_the_outer_gradient_of_a_robot_of_a_file():
+    source, choices = description(entry_by_name("g1"))
+    g1 = Robot.from_urdf(source, choices=choices)
+    own = own_values(g1)
+    assert own["shin"] == pytest.approx(0.30001)  # from knee to ankle in the file
+    assert own["foot_mass"] == pytest.approx(0.608)
+
+    def other(values):
+        return Robot.from_urdf(g1.urdf, choices=with_proportions(g1, own, values))
+
+    task = preset_task("humanoid", g1, speed=0.6, samples=21, leg_gap=None)
+    variables = tuple(
+        Variable(name, 0.9 * own[name], 1.1 * own[name], own[name])
+        for name in ("shin", "hip_width", "foot_mass", "trunk_mass")
+    )
+    study = Study(g1, variables, (WalkCase("0.6 m/s", 1.0, task, other),), keep_leg=True)
+    held = WarmWalks(study, list(first_walks(study, QUICK, starts=1)), QUICK)
+    at = np.array([1.01 * v.start for v in variables])
+    trial = held.trial(at, None)
+    assert study.parameters(at)["thigh"] == pytest.approx(own["leg"] - at[0])
+    for k, h in enumerate((1e-5, 1e-5, 1e-5, 1e-4)):
+        move = h * np.eye(4)[k]
+        ends = [held.trial(at + side * move, trial).cost for side in (1.0, -1.0)]
+        assert trial.gradient[k] == pytest.approx((ends[0] - ends[1]) / (2.0 * h), rel=1e-5)
+    with pytest.raises(InputError, match="of a robot of a file cannot be chosen"):
+        Study(g1, (Variable("foot_length", 0.1, 0.2, 0.15),), study.walks)
+
+
+def test_proportions_add_up_to_those_a_file_is_read_with():
+    plain = Robot.from_urdf(urdf_text(biped13()))
+    choices = plain.choices.over(proportions=(PartChange("shin", 0.02), PartChange("foot", 0, 0.1)))
+    longer = Robot.from_urdf(plain.urdf, choices=choices)
+    own = own_values(longer)
+    assert own["shin"] == pytest.approx(0.32)
+    found = with_proportions(longer, own, {"leg": 0.682, "foot_mass": own["foot_mass"] - 0.1})
+    parts = {one.part: (one.longer, one.heavier) for one in found.proportions}
+    assert parts["shin"] == pytest.approx((0.052, 0.0))
+    assert parts["thigh"] == pytest.approx((0.03, 0.0))
+    assert abs(parts.get("foot", (0.0, 0.0))[1]) < 1e-12
+    again = own_values(Robot.from_urdf(plain.urdf, choices=found))
+    assert again["leg"] == pytest.approx(0.682)
 
 
 @pytest.mark.parametrize("name", [n for n in DESIGN if not n.startswith("foot_l")])

@@ -1,0 +1,212 @@
+"""Longer or shorter thighs and shins, hips farther apart, heavier parts than those of the file.
+
+Both legs change alike. A thigh or a shin that gets longer is stretched along its length, about the
+joint above it, with its mass; all that hangs on it moves along. A part that gets heavier does so
+with its inertia about any point. What stands still on a part belongs to it. Shapes stay as the file
+draws them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import pinocchio as pin
+
+from gaitopt.errors import RobotError
+from gaitopt.importers.report import Finding
+from gaitopt.model.import_options import FOOT, HIP_WIDTH, SHIN, THIGH, TRUNK, PartChange
+from gaitopt.model.legs.kinematic_tree import LegJoints, PosedModel, points_on_lines
+from gaitopt.model.legs.leg_geometry import centre, find_knee, hip_and_ankle
+from gaitopt.nlp import Array
+
+_LEAST = 0.1  # of a length or mass of the file: what must be left of it
+
+
+def proportioned(
+    straight: PosedModel,
+    legs: LegJoints,
+    moving: Sequence[int],
+    rotation: Array,
+    changes: Sequence[PartChange],
+) -> tuple[pin.Model, list[Finding]]:
+    """Return a copy of a model with parts changed, and what was changed.
+
+    Args:
+        straight: the model with all leg angles 0.
+        legs: joints of the right and of the left leg from hip to ankle.
+        moving: joints that move; bodies that others join are one part.
+        rotation: columns forward, left, up in the root link, shape (3, 3).
+        changes: of the parts.
+
+    Raises:
+        RobotError: next to nothing would be left of a part.
+    """
+    model, findings = straight.model.copy(), []
+    knees = [_knee(straight, leg, rotation) for leg in legs]
+    for one in changes:
+        words = []
+        if one.longer:
+            was = _lengthen(model, straight, legs, knees, moving, rotation, one)
+            words.append(f"{was:.4g} m in the file, {was + one.longer:.4g} m as asked")
+        if one.heavier:
+            was = _weigh(model, legs, knees, moving, one)
+            words.append(f"{was:.4g} kg in the file, {was + one.heavier:.4g} kg as asked")
+        part = one.part.replace("_", " ")
+        findings.append(Finding("proportions", part, ", ".join(words), "given"))
+    return model, findings
+
+
+class _Bend:
+    """The knee of a leg in the root link: its row, axis, and the way to hip and ankle, level."""
+
+    def __init__(self, row: int, axis: Array, hip: Array, ankle: Array) -> None:
+        self.row, self.axis, self.hip, self.ankle = row, axis, hip, ankle
+
+
+def _knee(straight: PosedModel, leg: tuple[int, ...], rotation: Array) -> _Bend:
+    rows = list(leg)
+    axes = straight.axes[rows] @ rotation
+    points = points_on_lines(straight.points[rows] @ rotation, axes, [0, *range(len(rows) - 1)])
+    parts = hip_and_ankle(points, axes)
+    hip, ankle = (centre(points, axes, part) for part in parts)
+    beyond = range(len(parts[0]), len(rows))
+    row = find_knee(points, axes, hip, ankle, np.zeros(len(rows)), beyond).row
+    u = axes[row]
+    level = [v - (v @ u) * u for v in (hip - points[row], ankle - points[row])]
+    return _Bend(row, rotation @ u, rotation @ level[0], rotation @ level[1])
+
+
+def _lengthen(
+    model: pin.Model,
+    straight: PosedModel,
+    legs: LegJoints,
+    knees: Sequence[_Bend],
+    moving: Sequence[int],
+    rotation: Array,
+    one: PartChange,
+) -> float:
+    """Change a length of both legs; return what it was [m]."""
+    at = straight.placements
+    if one.part == HIP_WIDTH:
+        across = [float(_hip(straight, leg, rotation)[1]) for leg in legs]
+        own, sign = abs(across[1] - across[0]), float(np.sign(across[1] - across[0]))
+        _refuse_little(one, own, one.longer, "m")
+        for leg, side in zip(legs, (-sign, sign), strict=True):
+            move = rotation @ np.array([0.0, 0.5 * side * one.longer, 0.0])
+            _move(model, leg[0], at[int(model.parents[leg[0]])].rotation.T @ move)
+        return own
+    lengths: list[float] = []
+    for leg, knee in zip(legs, knees, strict=True):
+        end = -knee.hip if one.part == THIGH else knee.ankle
+        own = float(np.linalg.norm(end))
+        _refuse_little(one, own, one.longer, "m")
+        e, lengths = end / own, [*lengths, own]
+        above = leg[knee.row - 1] if one.part == THIGH else leg[knee.row]
+        below = leg[knee.row] if one.part == THIGH else leg[knee.row + 1]
+        size = float(e @ (at[below].translation - at[above].translation))
+        _stretch(model, at, above, moving, e, 1.0 + one.longer / size)
+    return float(np.mean(lengths))
+
+
+def _hip(straight: PosedModel, leg: tuple[int, ...], rotation: Array) -> Array:
+    rows = list(leg)
+    points, axes = straight.points[rows] @ rotation, straight.axes[rows] @ rotation
+    points = points_on_lines(points, axes, [0, *range(len(rows) - 1)])
+    return centre(points, axes, hip_and_ankle(points, axes)[0])
+
+
+def _part(model: pin.Model, joint: int, moving: Sequence[int]) -> list[int]:
+    """Return the joints whose bodies stand still on that of one, it included."""
+    found, top = [joint], joint
+    while top not in moving and top > 1:
+        top = int(model.parents[top])
+        found.append(top)
+    for other in range(2, model.njoints):  # a joint comes after the one that carries it
+        if other not in moving and other not in found and int(model.parents[other]) in found:
+            found.append(other)
+    return found
+
+
+def _stretch(
+    model: pin.Model,
+    at: Sequence[pin.SE3],
+    joint: int,
+    moving: Sequence[int],
+    axis: Array,
+    factor: float,
+) -> None:
+    """Stretch all that a joint carries until the next joints, along an axis of the root link."""
+    for body in _part(model, joint, moving):
+        e = at[body].rotation.T @ axis
+        K = np.eye(3) + (factor - 1.0) * np.outer(e, e)
+        model.inertias[body] = _stretched(model.inertias[body], K)
+        for child in range(2, model.njoints):
+            if int(model.parents[child]) == body:
+                place = model.jointPlacements[child]
+                _move(model, child, K @ place.translation - place.translation)
+        for frame in model.frames:
+            if int(frame.parentJoint) == body:
+                R = frame.placement.rotation
+                frame.inertia = _stretched(frame.inertia, R.T @ K @ R)
+                frame.placement = pin.SE3(R, K @ frame.placement.translation)
+
+
+def _stretched(body: pin.Inertia, K: Array) -> pin.Inertia:
+    """Return a body all of whose bits at r are at K r."""
+    own = np.array(body.inertia)
+    second = K @ (0.5 * np.trace(own) * np.eye(3) - own) @ K
+    return pin.Inertia(body.mass, K @ body.lever, np.trace(second) * np.eye(3) - second)
+
+
+def _move(model: pin.Model, joint: int, vector: Array) -> None:
+    """Move a joint in the axes of the body that it sits on."""
+    place = model.jointPlacements[joint]
+    model.jointPlacements[joint] = pin.SE3(place.rotation, place.translation + vector)
+    name = model.names[joint]
+    for frame in model.frames:
+        if frame.type == pin.FrameType.JOINT and frame.name == name:
+            frame.placement = pin.SE3.Identity()
+
+
+def _weigh(
+    model: pin.Model,
+    legs: LegJoints,
+    knees: Sequence[_Bend],
+    moving: Sequence[int],
+    one: PartChange,
+) -> float:
+    """Change the mass of the trunk, or of a part of each leg; return what it was [kg]."""
+    if one.part == TRUNK:
+        joints = [int(model.parents[legs[0][0]])]
+    else:
+        rows = {THIGH: -1, SHIN: 0}
+        joints = [
+            leg[-1] if one.part == FOOT else leg[knee.row + rows[one.part]]
+            for leg, knee in zip(legs, knees, strict=True)
+        ]
+    masses = []
+    for joint in joints:
+        part = _part(model, joint, moving)
+        own = sum(float(model.inertias[body].mass) for body in part)
+        _refuse_little(one, own, one.heavier, "kg")
+        masses.append(own)
+        factor = 1.0 + one.heavier / own
+        for body in part:
+            model.inertias[body] = _heavier(model.inertias[body], factor)
+        for frame in model.frames:
+            if int(frame.parentJoint) in part:
+                frame.inertia = _heavier(frame.inertia, factor)
+    return float(np.mean(masses))
+
+
+def _heavier(body: pin.Inertia, factor: float) -> pin.Inertia:
+    return pin.Inertia(factor * body.mass, body.lever, factor * np.array(body.inertia))
+
+
+def _refuse_little(one: PartChange, own: float, more: float, unit: str) -> None:
+    if own + more < _LEAST * own:
+        raise RobotError(
+            f"proportions: {one.part} has {own:.4g} {unit} in the file, and {-more:.4g} {unit} "
+            f"less leaves too little; take away at most {(1.0 - _LEAST) * own:.4g} {unit}"
+        )
