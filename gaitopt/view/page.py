@@ -229,7 +229,8 @@ def _stance(gait: Gait) -> str | None:
     if not gait.turning:
         return None
     angle = np.degrees(gait.foot_angle)
-    return f"{gait.foot_contact} from {gait.turns_at:.3f} s, {angle:.1f}° at the impact"
+    when = "as it leaves" if gait.closing else "at the impact"
+    return f"{gait.foot_contact} from {gait.turns_at:.3f} s, {angle:.1f}° {when}"
 
 
 def _landing(gait: Gait) -> str | None:

@@ -25,6 +25,7 @@ from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.mechanics.closed_impact import ClosedImpact
 from gaitopt.mechanics.single_support import passive_torque
+from gaitopt.model.feet.sole import sole_edge_speeds
 from gaitopt.model.robot import Robot
 from gaitopt.motions.stride import record, stride_samples
 from gaitopt.simulate.second_engine import second_engine
@@ -80,6 +81,16 @@ def test_the_impulses_are_those_of_the_locked_impact(found):
     assert relative_error(locked.velocity[6:], step.impact.rate_after) < 1e-10
     assert relative_error(locked.impulse_landing, step.impulse) < 1e-9
     assert locked.impulse_rear == pytest.approx(step.double.struck.rear, abs=1e-9)
+
+
+def test_a_rear_foot_that_would_leave_sinks(found):
+    """The first case of section 2.4.1 is no outcome of this impact, the second is the only one."""
+    problem = found.problem
+    step = problem.step(found.solution.x)
+    free = problem.model.impact.state(step.double.touchdown.motion[0, 0], step.rate_before)
+    speeds = sole_edge_speeds(problem.robot.sole.corners) @ free.sole_twist
+    assert speeds.min() < -1e-4
+    assert free.impulse[2] > 0.0
 
 
 def test_the_motors_give_back_what_the_impact_takes(found):

@@ -165,7 +165,9 @@ def test_summary_and_page_tell_the_phases(gait):
     assert begins == pytest.approx([0.0, 0.3, TOUCH])
     assert contact["front_foot"]["least_vertical_force_N"] > 0.9
     assert contact["foot_turns_from_s"] == pytest.approx(0.3)
-    assert re.search(r'"both": ?true', page_text(gait, 1))
+    page = page_text(gait, 1)
+    assert re.search(r'"both": ?true', page)
+    assert "° as it leaves" in page
 
 
 def test_the_search_ends_before_the_touch_down():
