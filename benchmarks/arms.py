@@ -2,7 +2,9 @@
 
 python benchmarks/arms.py [--quick]
 
-The table of docs/your-robot.md is made of it: it prints it.
+The table of docs/your-robot.md is made of it: it prints it. A walk whose upper body is locked bears
+it for nothing, one with motors there pays for them: so the walks are designed twice, with all
+torques counted, and with those of the legs alone, which are the same in both.
 """
 
 from __future__ import annotations
@@ -19,6 +21,7 @@ from gaitopt.design.design import design
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.process import small_matrices
 from gaitopt.design.starts import design_gait
+from gaitopt.gait.costs import TorqueCost
 from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.presets import humanoid_task
 from gaitopt.gait.problem import WalkProblem
@@ -28,6 +31,8 @@ from gaitopt.nlp import Array
 
 ROBOTS = {"g1": 0.6, "talos": 0.5, "icub": 0.3}
 """Of the catalogue, and speed [m/s]."""
+SLIGHT = 1e-3
+"""Weight of the upper body's torques where those of the legs alone count."""
 FREE = {"arms": ("arms",), "arms and waist": ("arms", "waist")}
 
 
@@ -61,8 +66,19 @@ def walks(name: str, quick: bool) -> list[dict[str, Any]]:
         problem = WalkProblem(robot, humanoid_task(robot, speed=speed))
         start = same_walk(problem, found.problem, found.solution.x)
         near = design(robot, problem.task, DesignOptions(approach="direct"), start=start)
+        others = set(robot.joint_names) - set(locked.joint_names)
+        cost = TorqueCost(weights=dict.fromkeys(sorted(others), SLIGHT))
+        task = humanoid_task(robot, speed=speed, cost=cost)
+        alone = design(robot, task, DesignOptions(approach="direct"), start=start)
         rows.append(
-            {"robot": name, "free": what, "at start": problem.values(start).cost, **figures(near)}
+            {
+                "robot": name,
+                "free": what,
+                "at start": problem.values(start).cost,
+                **figures(near),
+                "legs alone": alone.gait.cost,
+                "verdict of legs alone": alone.certificate.verdict,
+            }
         )
     return rows
 
@@ -82,12 +98,14 @@ def text(data: list[dict[str, Any]]) -> str:
     lines = []
     for row in data:
         start = f"{row['at start']:.0f}" if "at start" in row else "–"
+        alone = row.get("legs alone", row["cost"])
         lines.append([
             row["robot"], row["free"], row["joints"], start, f"{row['cost']:.0f}",
-            f"{row['moment']:.1f}", row["verdict"],
+            f"{row['moment']:.1f}", row["verdict"], f"{alone:.0f}",
+            row.get("verdict of legs alone", row["verdict"]),
         ])  # fmt: skip
     head = ["robot", "free", "joints", "start, N²·m·s", "optimum, N²·m·s",
-            "peak turning moment, N·m", "verdict"]  # fmt: skip
+            "peak turning moment, N·m", "verdict", "legs alone, N²·m·s", "verdict"]  # fmt: skip
     return table(head, lines)
 
 
