@@ -12,6 +12,7 @@ import process_sections
 import robots_section
 import search_sections
 import sections
+import walks_section
 from must_show import must_show
 from tables import Record
 
@@ -37,6 +38,7 @@ SECTIONS = (
     ("replanning", "Replanning", live_sections.replanning),
     ("live", "The live page", live_sections.live),
     ("fuzz", "Damaged inputs", fuzz_section.fuzz),
+    ("second_engine", "A second engine", walks_section.second_engine),
     ("proof", "The proof between the samples", process_sections.proof),
 )
 """Benchmark, title, and what writes its section."""

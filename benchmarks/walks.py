@@ -1,4 +1,4 @@
-"""Whether gaits walk in simulation: 100 steps of many robots, and a library of the biped.
+"""Whether gaits walk in simulation: 100 steps of many robots, every way, a library of the biped.
 
 python benchmarks/walks.py [--quick]
 
@@ -9,7 +9,7 @@ installed are left out.
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -18,13 +18,16 @@ import numpy as np
 from common import arguments, robot_of, save
 from tables import table
 
+from gaitopt import biped13, urdf_text
 from gaitopt.catalogue.entries import description, entry_by_name
+from gaitopt.design.options import DesignOptions
 from gaitopt.design.process import small_matrices
 from gaitopt.design.starts import design_gait
 from gaitopt.design.walkability import weak_points
 from gaitopt.errors import GaitoptError
 from gaitopt.gait.presets import preset_task
 from gaitopt.gait.result import Gait
+from gaitopt.model.import_options import ImportOptions, Payload
 from gaitopt.model.robot import Robot
 from gaitopt.simulate.battery import battery
 from gaitopt.simulate.second_engine import second_engine
@@ -48,6 +51,31 @@ FILES = {
     "GR3": ("fourier_robot_descriptions", "assets/urdf/gr3.urdf"),
 }
 """Descriptions in other packages."""
+WAYS: tuple[tuple[str, str, str, dict[str, Any]], ...] = (
+    ("backward", "biped13", "robust", {"speed": -0.4}),
+    ("sideways", "biped13", "robust", {"speed": 0.0, "lateral_speed": 0.2, "duration": 0.5}),
+    ("ahead and aside", "biped13", "robust",
+     {"speed": 0.5, "lateral_speed": 0.15, "duration": 0.5}),
+    ("along a circle", "biped13", "robust", {"speed": 0.5, "turn_rate": 0.4}),
+    ("turning in place", "biped13", "robust", {"speed": 0.0, "turn_rate": 0.5, "duration": 0.5}),
+    ("slope of 6 %", "biped13", "robust", {"speed": 0.8, "slope": float(np.arctan(0.06))}),
+    ("stairs of 0.10 m", "biped13", "robust", {"speed": 0.5, "stairs": 0.1}),
+    ("load of 10 kg", "biped13", "robust", {"speed": 0.8}),
+    ("both feet for 50 ms", "biped13", "robust",
+     {"speed": 0.8, "duration": 0.5, "double_support": 0.05, "boundary": "closed"}),
+    ("heel until 0.2", "biped13", "humanoid",
+     {"speed": 1.0, "duration": 0.5, "heel_strike": 0.2}),
+    ("heel until 0.15, toe from 0.7", "biped13", "humanoid",
+     {"speed": 1.0, "duration": 0.5, "heel_strike": 0.15, "toe_off": 0.7}),
+    ("toe from 0.7", "biped13", "standard", {"speed": 1.2, "duration": 0.5, "toe_off": 0.7}),
+    ("along a circle", "g1", "robust", {"speed": 0.4, "turn_rate": 0.3}),
+    ("backward", "g1", "robust", {"speed": -0.3}),
+    ("toe from 0.7", "g1", "robust", {"speed": 0.8, "duration": 0.5, "toe_off": 0.7}),
+    ("both feet for 50 ms", "g1", "robust",
+     {"speed": 0.5, "duration": 0.5, "double_support": 0.05, "boundary": "closed"}),
+)  # fmt: skip
+"""Other walks: name, robot, preset, task."""
+LOADED = "load of 10 kg"
 SPEEDS = np.linspace(0.4, 1.35, 20)
 """Of the library [m/s]."""
 
@@ -76,13 +104,18 @@ def walked(gait: Gait, steps: int) -> dict[str, Any]:
         "ending": walk.ending.value,
         "steps": walk.steps,
         "asked": steps,
-        "speed_ratio": walk.speed / gait.speed,
-        "designed_cost": walk.designed_cost,
-        "cost_ratio": walk.cost / walk.designed_cost,
+        "speed_ratio": _ratio(walk.speed, walk.designed_speed),
+        "designed_cost": _ratio(walk.designed_cost, 1.0),
+        "cost_ratio": _ratio(walk.cost, walk.designed_cost),
         "real_time": walk.simulated / seconds,
         "second_engine": second_engine(gait).largest,
         "cause": str(weak[0]) if weak and not walk.walked else "",
     }
+
+
+def _ratio(a: float, b: float) -> float | None:
+    """Return a / b, None where it has no value: of a walk in place, of one that fell at once."""
+    return a / b if np.isfinite([a, b]).all() and b else None
 
 
 def rows(asked: list[tuple[str, float]], preset: str, steps: int) -> Iterator[dict[str, Any]]:
@@ -102,21 +135,39 @@ def rows(asked: list[tuple[str, float]], preset: str, steps: int) -> Iterator[di
         yield {**row, "verdict": found.certificate.verdict, **walked(found.gait, steps)}
 
 
+def ways() -> Iterator[dict[str, Any]]:
+    """Yield walks in other ways, each of the first guess with its phases as they are given."""
+    for words, name, preset, changes in WAYS:
+        robot = robot_named(name)
+        if robot is None:
+            continue
+        if words == LOADED:
+            loaded = ImportOptions(payloads=(Payload("torso", 10.0),))
+            robot = Robot.from_urdf(urdf_text(biped13()), choices=loaded)
+        row = {"robot": f"{name}, {words},", "speed": changes["speed"], "preset": preset}
+        task = preset_task(preset, robot, **changes)
+        try:
+            found = design_gait(robot, task, DesignOptions(toe_begin="given"), starts=1)
+        except GaitoptError as error:
+            yield {**row, "verdict": str(error).splitlines()[0]}
+            continue
+        yield {**row, "verdict": found.certificate.verdict, **walked(found.gait, DEFAULT_STEPS)}
+
+
 def line(row: dict[str, Any]) -> list[str]:
     """Return a walk as a line of the table."""
     cells = [f"{row['robot']} {row['speed']:.2f} m/s"]
     if "steps" not in row:
         return [*cells, row["verdict"], *[""] * 5]
     end = f"{row['steps']}" if row["steps"] == row["asked"] else f"fell after {row['steps']}"
-    numbers = (
-        f"{row[name]:.3f}" if np.isfinite(row[name]) else "-"
-        for name in ("speed_ratio", "cost_ratio")
-    )
+    ratios = (row["speed_ratio"], row["cost_ratio"])
+    numbers = ("-" if one is None else f"{one:.3f}" for one in ratios)
+    designed = row["designed_cost"]
     return [
         *cells,
         end,
         *numbers,
-        f"{row['designed_cost']:.0f}",
+        "-" if designed is None else f"{designed:.0f}",
         f"{row['real_time']:.1f}",
         f"{row['second_engine']:.0e}",
     ]
@@ -139,24 +190,28 @@ def thorough() -> dict[str, Any]:
 
 
 def main(quick: bool) -> None:
-    """Design, walk, print, save."""
+    """Design, walk, print; save what there is after each part."""
+    some = list(WALKS[2:3] if quick else WALKS)
+    steps, few = DEFAULT_STEPS if quick else STEPS, DEFAULT_STEPS
+    speeds = [("biped13", round(float(v), 2)) for v in SPEEDS[:: 20 if quick else 1]]
+    parts: dict[str, Callable[[], Iterable[dict[str, Any]]]] = {
+        "robust": lambda: rows(some, "robust", steps),
+        "ways": lambda: [] if quick else ways(),
+        "default": lambda: [] if quick else rows(some, "", few),
+        "library": lambda: rows(speeds, "robust", steps),
+    }
+    found: dict[str, Any] = {}
     with small_matrices():
-        some = list(WALKS[2:3] if quick else WALKS)
-        robust = list(rows(some, "robust", DEFAULT_STEPS if quick else STEPS))
-        print(f"Preset robust\n\n{table(HEAD, map(line, robust))}")
-        usual = [] if quick else list(rows(some, "", DEFAULT_STEPS))
-        print(f"\nDefault\n\n{table(HEAD, map(line, usual))}")
-        speeds = [("biped13", round(float(v), 2)) for v in SPEEDS[:: 20 if quick else 1]]
-        library = list(rows(speeds, "robust", DEFAULT_STEPS if quick else STEPS))
-        share = sum(row.get("steps") == row.get("asked", 0) for row in library) / len(library)
-        print(f"\nLibrary: {100.0 * share:.0f} % walk\n\n{table(HEAD, map(line, library))}")
-        survived = {} if quick else thorough()
-        print(f"\n{survived}")
-    save(
-        "walks",
-        {"robust": robust, "default": usual, "library": library, "share": share, **survived},
-        quick,
-    )
+        for name, part in parts.items():
+            found[name] = list(part())
+            print(f"\n{name.capitalize()}\n\n{table(HEAD, map(line, found[name]))}", flush=True)
+            save("walks", found, quick)
+        walking = [row for row in found["library"] if row.get("steps") == row.get("asked", 0)]
+        found["share"] = len(walking) / len(found["library"])
+        print(f"\nLibrary: {100.0 * found['share']:.0f} % walk")
+        found |= {} if quick else thorough()
+        print({name: found[name] for name in found if name not in parts})
+        save("walks", found, quick)
 
 
 if __name__ == "__main__":

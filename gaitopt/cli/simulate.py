@@ -160,9 +160,9 @@ def simulation_record(report: Report) -> dict[str, object]:
             "timestep_s": options.contact.timestep,
         },
         "speed_m_s": _finite(walk.speed),
-        "designed_speed_m_s": gait.speed,
+        "designed_speed_m_s": walk.designed_speed,
         "step_length_m": {"mean": _mean(lengths), "sd": _spread(lengths)},
-        "designed_step_length_m": gait.step_length,
+        "designed_step_length_m": walk.designed_speed * gait.duration,
         "step_time_s": {"mean": _mean(times), "sd": _spread(times)},
         "designed_step_time_s": gait.duration,
         "drift_m": walk.drift,
@@ -340,9 +340,9 @@ def _table(gait: Gait, walk: SimulatedWalk, options: WalkOptions) -> Table:
     table = new_table(title, "quantity", ">simulated", ">designed")
     lengths, times = walk.settled
     table.add_row("steps", f"{walk.steps}", f"{walk.asked}")
-    table.add_row("speed", _number(walk.speed, "m/s"), _number(gait.speed, "m/s"))
+    table.add_row("speed", _number(walk.speed, "m/s"), _number(walk.designed_speed, "m/s"))
     for name, values, design, unit in (
-        ("step length", lengths, gait.step_length, "m"),
+        ("step length", lengths, walk.designed_speed * gait.duration, "m"),
         ("step time", times, gait.duration, "s"),
     ):
         found = _number(_mean(values), unit)

@@ -11,6 +11,7 @@ from gaitopt.cli.results import require_writable
 from gaitopt.errors import InputError
 from gaitopt.gait.result import Gait
 from gaitopt.simulate.battery import PUSHED, Battery, directions
+from gaitopt.simulate.controller import both_feet
 from gaitopt.simulate.disturbance import Push
 from gaitopt.simulate.mujoco_model import SimulatedRobot, simulated_robot
 from gaitopt.simulate.walk import SimulatedWalk
@@ -55,7 +56,8 @@ def replays(gait: Gait, walk: SimulatedWalk, tried: Battery | None) -> list[Repl
 
 
 def _shown(gait: Gait, walk: SimulatedWalk, push: Push) -> ShownPush:
-    begins = float(walk.times[: push.step].sum()) + push.phase * gait.duration
+    landed = float(walk.times[: push.step].sum()) - both_feet(gait.trajectory)
+    begins = landed + push.phase * gait.duration
     return ShownPush(begins, push.impulse)
 
 

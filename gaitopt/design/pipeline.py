@@ -202,7 +202,10 @@ def impulse_vanishes(problem: WalkProblem, solution: Solution) -> bool:
     Where no impulse within the limits lifts the rear foot, as down stairs, they leave zero alone,
     as a point at which they have no multipliers: docs/decisions/landing.md.
     """
-    if solution.status is Status.OPTIMAL or problem.task.margins.soft_landing:
+    margins = problem.task.margins
+    if solution.status is Status.OPTIMAL or margins.soft_landing:
+        return False
+    if margins.landing_speed is not None:  # landing at zero speed is not what is asked for
         return False
     whole = problem.whole(solution.x)
     momentum = problem.robot.mass * abs(whole.step_length) / whole.duration

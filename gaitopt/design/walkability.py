@@ -28,6 +28,7 @@ _RESERVE = 3e-3  # m of leg length: a centre of mass that lags leaves the landin
 _LANDING = 0.1  # m/s, of the slowest corner: one that grazes makes the landing time undefined
 _IMPULSE = 0.3  # m/s, vertical impulse over mass
 _FRICTION = 0.53  # half-width of the pyramid that the controller keeps
+_HEEL = slice(2, 4)  # corners at the heel, of toe left, toe right, heel left, heel right
 _PRESSURE = 2e-3  # m, strip of the sole that the controller does not use
 
 
@@ -76,28 +77,25 @@ class WeakPoint:
 def weak_points(gait: Gait) -> tuple[WeakPoint, ...]:
     """Return what was measured of a designed gait, the worst first."""
     trajectory = gait.trajectory
-    times = np.linspace(0.0, trajectory.step_duration, _INSTANTS)
-    samples = trajectory.at(times, before=times > 0.0)
+    step = np.linspace(0.0, trajectory.step_duration, _INSTANTS)
+    begins = np.arange(len(gait.steps)) * trajectory.step_duration
+    times = (begins[:, None] + step).ravel()
+    samples = trajectory.at(times, before=np.tile(step > 0.0, len(begins)))
+    turns = np.array([part.turning is not None for part in trajectory.phases])
+    flat = samples.contact & ~turns[samples.phase][:, None]
     wrench, pressure = samples.wrench[samples.contact], samples.pressure[samples.contact]
     load = wrench[:, 2]
     across = pressure[:, 0] * wrench[:, 1] - pressure[:, 1] * wrench[:, 0]
-    toe, heel, left, right = trajectory.body.sole_rectangle[0]
-    x, y = pressure.T
-    room = np.minimum.reduce([toe - x, x - heel, left - y, y - right])
+    toe, heel, left, right = np.array(trajectory.body.sole_rectangle).T
+    x, y = samples.pressure[..., 0], samples.pressure[..., 1]
+    # a foot that turns about a line has no room along it
+    room = np.minimum.reduce([toe - x, x - heel, left - y, y - right])[flat]
     mass = float(trajectory.body.mass.sum())
-    arm = turning_arm(toe - heel, left - right)
-    found = (
+    arm = turning_arm(float(toe[0] - heel[0]), float(left[0] - right[0]))
+    found = [
         WeakPoint(
             RESERVE, float(_reserve(trajectory, samples).min()), _RESERVE,
             "m", True, "raise --knee-flexion, lower --leg-extension",
-        ),
-        WeakPoint(
-            LANDING, float(_landing_speeds(trajectory).min()),
-            _LANDING, "m/s", True, "raise --landing-speed",
-        ),
-        WeakPoint(
-            IMPULSE, float(gait.impulse[2]) / mass, _IMPULSE,
-            "m/s", False, "lower --landing-impulse",
         ),
         WeakPoint(
             TURNING, float((np.abs(wrench[:, 5] - across) / load).max()),
@@ -111,20 +109,38 @@ def weak_points(gait: Gait) -> tuple[WeakPoint, ...]:
             PRESSURE, float(room.min()), _PRESSURE, "m", True,
             "raise --cop-margin",
         ),
-    )  # fmt: skip
+    ]  # fmt: skip
+    if gait.striking or not gait.closing:  # else the foot lands at zero speed, the other stands on
+        found += [
+            WeakPoint(
+                LANDING, float(_landing_speeds(gait).min()),
+                _LANDING, "m/s", True, "raise --landing-speed",
+            ),
+            WeakPoint(
+                IMPULSE, max(float(step.impulse[2]) for step in gait.steps) / mass, _IMPULSE,
+                "m/s", False, "lower --landing-impulse",
+            ),
+        ]  # fmt: skip
     return tuple(sorted(found, key=lambda point: -point.severity))
 
 
-def _landing_speeds(trajectory: Trajectory) -> Array:
-    """Return how fast the corners of the landing sole come down [m/s], shape (4,)."""
-    body, end = trajectory.body, trajectory.at(trajectory.step_duration, before=True)
+def _landing_speeds(gait: Gait) -> Array:
+    """Return how fast the corners that land come down [m/s], shape (4,), of strides (8,)."""
+    trajectory, found = gait.trajectory, []
+    body = trajectory.body
     model, data = body.model, body.model.createData()
-    pin.forwardKinematics(model, data, end.configuration[0], end.velocity[0])
-    frame = model.getFrameId(body.sole_names[1])
-    pin.updateFramePlacement(model, data, frame)
-    twist = pin.getFrameVelocity(model, data, frame, pin.LOCAL_WORLD_ALIGNED)
-    corners = body.sole_corners[1] @ data.oMf[frame].rotation.T
-    return np.asarray(-(twist.linear + np.cross(twist.angular, corners))[:, 2])
+    both = float(np.ptp(gait.double_knots)) if gait.closing else 0.0
+    for number in range(len(gait.steps)):
+        end = trajectory.at((number + 1) * trajectory.step_duration - both, before=True)
+        landing = 1 - int(end.standing[0])
+        pin.forwardKinematics(model, data, end.configuration[0], end.velocity[0])
+        frame = model.getFrameId(body.sole_names[landing])
+        pin.updateFramePlacement(model, data, frame)
+        twist = pin.getFrameVelocity(model, data, frame, pin.LOCAL_WORLD_ALIGNED)
+        corners = body.sole_corners[landing][_HEEL if gait.lands_on_line else slice(None)]
+        corners = corners @ data.oMf[frame].rotation.T
+        found.append(-(twist.linear + np.cross(twist.angular, corners))[:, 2])
+    return np.concatenate(found)
 
 
 def _reserve(trajectory: Trajectory, samples: TrajectorySamples) -> Array:

@@ -57,6 +57,8 @@ LEAST_IMPULSE = 1e-3  # N.s, the same
 EDGES = ("front", "rear", "left", "right")
 CORNERS = ("toe left", "toe right", "heel left", "heel right")
 _SINKING = 29  # a foot that may sink does so for about a thirtieth of the step
+LANDING_SCALE = 1e-3  # m: rows that vanish at the end, as fine as what they are there
+_STEEPER = 1.001  # refinement leaves their slope at the end short by less than a thousandth
 _LANDING = 12  # power that leaves the profile of the landing to the last fifth of the step
 _TILTED = 1.0  # rad: no trunk is asked to lean or turn farther, no foot to tilt
 
@@ -765,8 +767,9 @@ class SwingHeight(Constraint):
 class LandingSpeed(Constraint):
     """Beyond 3.2.3: all corners of the swing foot come down at some speed, none grazes the ground.
 
-    A corner that grazes lands at any time. With the duration free, the profile is that of the
-    duration given.
+    A corner that grazes lands at any time. The rows are of heights, which vanish at the end, so
+    that they are scaled finely: then the speed at the landing itself is what is asked for, too.
+    With the duration free, the profile is that of the duration given.
     """
 
     name, equation, unit, words = "landing speed", "3.2", "m", "landing of the swing foot"
@@ -774,14 +777,14 @@ class LandingSpeed(Constraint):
 
     def block(self, context: ConstraintContext) -> ConstraintBlock:
         inside, s, aloft = _while_aloft(context)
-        speed = context.margins.landing_speed or 0.0
+        speed = _STEEPER * (context.margins.landing_speed or 0.0)
         profile = speed * context.duration * (1.0 - s) * s**_LANDING
         function, points = _above_ground(context)
         labels = tuple(f"swing foot {point} height before landing" for point in points)
         lower = np.repeat(np.where(aloft, profile, _BELOW)[:, None], len(points), axis=1)
         lower[:, len(CORNERS) :] -= _BETWEEN_CORNERS
         return self.over_step(
-            context, function, labels, lower=lower, scale=LENGTH_SCALE, instants=inside
+            context, function, labels, lower=lower, scale=LANDING_SCALE, instants=inside
         )
 
 

@@ -149,6 +149,9 @@ def robust_task(robot: Robot, **changes: object) -> Task:
         "landing_speed": round(ROBUST_LANDING * pace, 3),
         "landing_impulse": round(ROBUST_IMPULSE * pace, 3),
     }
+    gentle = changes.get("double_support") is not None and changes.get("touch_down") != "impact"
+    if gentle or changes.get("soft_landing"):
+        del margins["landing_speed"]  # the foot lands at zero speed
     return humanoid_task(robot, **{**margins, **changes})
 
 

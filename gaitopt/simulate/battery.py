@@ -175,26 +175,29 @@ def try_check(
     if check.friction is not None:
         options = replace(options, contact=replace(options.contact, friction=check.friction))
     walk = simulate(gait, options, controller, check.disturbance)
-    return Checked(check, walk, _goes_on(gait, walk))
+    return Checked(check, walk, _goes_on(walk))
 
 
-def _goes_on(gait: Gait, walk: SimulatedWalk) -> bool:
+def _goes_on(walk: SimulatedWalk) -> bool:
     """Return whether a robot still walks the gait, not merely stays up."""
-    if abs(gait.speed) < _NOWHERE:
+    if abs(walk.designed_speed) < _NOWHERE:
         return walk.walked
-    return walk.walked and walk.last_speed / gait.speed > HALVED
+    return walk.walked and walk.last_speed / walk.designed_speed > HALVED
 
 
 def directions(gait: Gait) -> dict[str, Array]:
     """Return unit vectors in the world by the name of the direction of a push."""
     trajectory = gait.trajectory
     stance, swing = trajectory.advance(PUSHED), trajectory.advance(PUSHED + 1)
-    side = float(np.sign(swing.translation[1] - stance.translation[1])) or 1.0
+    ahead = trajectory.advance(PUSHED - 1).rotation[:, 0] + stance.rotation[:, 0]
+    forward = np.array([ahead[0], ahead[1], 0.0]) / np.hypot(ahead[0], ahead[1])
+    left = np.array([-forward[1], forward[0], 0.0])
+    side = float(np.sign((swing.translation - stance.translation) @ left)) or 1.0
     return {
-        "forward": np.array([1.0, 0.0, 0.0]),
-        "backward": np.array([-1.0, 0.0, 0.0]),
-        "to the swing side": np.array([0.0, side, 0.0]),
-        "to the stance side": np.array([0.0, -side, 0.0]),
+        "forward": forward,
+        "backward": -forward,
+        "to the swing side": side * left,
+        "to the stance side": -side * left,
     }
 
 
@@ -234,7 +237,7 @@ def largest_push(
         x, y, z = (size * along).tolist()
         push = Push((x, y, z), step=PUSHED)
         walk = simulate(gait, options, controller, Disturbance(push=push))
-        return walk if _goes_on(gait, walk) else None
+        return walk if _goes_on(walk) else None
 
     for _ in range(bisections):
         middle = (survived + fallen) / 2.0

@@ -72,9 +72,19 @@ def joint_reference(trajectory: Trajectory, interval: float) -> JointReference:
 
 
 def step_samples(trajectory: Trajectory, step: int, count: int) -> TrajectorySamples:
-    """Return `TrajectorySamples` of a step from its start to just before its impact."""
+    """Return `TrajectorySamples` of a step from its touch-down to just before the next.
+
+    Where both feet of the gait stand at the end of its step, a step of feedback begins with that.
+    """
     times = np.linspace(0.0, trajectory.step_duration, count)
-    return trajectory.at(step * trajectory.step_duration + times, before=times > 0.0)
+    begin = step * trajectory.step_duration - both_feet(trajectory)
+    return trajectory.at(begin + times, before=times > 0.0)
+
+
+def both_feet(trajectory: Trajectory) -> float:
+    """Return how long both feet of a walk stand in each step [s], 0 where an impact ends it."""
+    last = trajectory.phases[-1]
+    return 0.0 if last.front is None else last.duration
 
 
 class JointPD:
@@ -95,7 +105,7 @@ class JointPD:
             bandwidth: w [rad/s].
         """
         self.interval = 0.002
-        self._robot, self._foot, self._landed = robot, 0, 0.0
+        self._robot, self._foot, self._landed = robot, 0, -both_feet(trajectory)
         self._reference = joint_reference(trajectory, 0.0005)
         data = mujoco.MjData(robot.model)
         data.qpos[:] = robot.position(trajectory.at(0.0).configuration[0])

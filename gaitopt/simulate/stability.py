@@ -28,8 +28,8 @@ from gaitopt.gait.result import Gait
 from gaitopt.nlp import Array
 from gaitopt.simulate.disturbance import stand
 from gaitopt.simulate.mujoco_model import simulated_robot
+from gaitopt.simulate.reference import sole_motion
 from gaitopt.simulate.second_engine import impact
-from gaitopt.simulate.whole_body import sole_motion
 
 INTERVALS = 100
 """Of a step, in each of which the linear system is constant."""
@@ -112,9 +112,8 @@ class _Walk:
 
     def __init__(self, gait: Gait) -> None:
         trajectory = gait.trajectory
-        across = trajectory.body.gravity[1] != 0.0
-        turning = gait.turning or gait.lands_on_line or gait.closing
-        if trajectory.exchange is None or turning or across:
+        alike, flat = len(gait.steps) == 1, not (gait.turning or gait.lands_on_line)
+        if trajectory.exchange is None or not alike or not flat or gait.closing:
             raise InputError("multipliers are those of walks on flat feet whose legs take turns")
         self._gait = gait
         self.robot = robot = simulated_robot(trajectory.body)

@@ -16,7 +16,7 @@ from gaitopt.gait.recorded import ground_of
 from gaitopt.gait.result import Gait
 from gaitopt.gait.trajectory import Trajectory
 from gaitopt.nlp import Array
-from gaitopt.simulate.controller import Controller
+from gaitopt.simulate.controller import Controller, both_feet
 from gaitopt.simulate.disturbance import (
     NONE,
     Delay,
@@ -84,9 +84,11 @@ class SimulatedWalk:
     Attributes:
         ending: how it ended.
         asked: number of steps.
-        lengths: of the steps along the walk [m], shape (steps,).
+        lengths: of the steps along the way that the design goes [m], shape (steps,); below zero
+            where it goes backward.
         times: between touch-downs [s], shape (steps,).
-        drift: of the last standing foot from its designed line [m], to the left.
+        drift: of the last standing foot from its designed place, across the way [m], to the left.
+        designed_speed: along that way [m/s]; below zero backward.
         efforts: integral of the squared torques over each step [N²·m²·s], shape (steps,).
         designed_cost: squared torque per metre of the gait [N²·m·s]; NaN in place.
         torque: largest of each joint [N·m], shape (n,).
@@ -102,6 +104,7 @@ class SimulatedWalk:
     lengths: Array
     times: Array
     drift: float
+    designed_speed: float
     efforts: Array
     designed_cost: float
     torque: Array
@@ -133,7 +136,7 @@ class SimulatedWalk:
 
     @property
     def speed(self) -> float:
-        """Mean speed along the walk [m/s]."""
+        """Mean speed along the way [m/s]."""
         lengths, times = self.settled
         return _ratio(lengths.sum(), times.sum())
 
@@ -169,31 +172,11 @@ def simulate(
         raise InputError(
             f"{options.steps} steps cannot be simulated; ask for 1 to {MOST_STEPS} of them"
         )
-    if gait.turning:
-        raise InputError(
-            "the stance foot of this gait turns before the impact (toe-off); only gaits with flat "
-            "feet can be simulated yet: optimise it without --toe-off"
-        )
-    if gait.lateral_speed != 0.0 or gait.turn_rate != 0.0:
-        raise InputError(
-            f"the gait goes at {gait.way}; only walks straight ahead are simulated under feedback "
-            "(second_engine(gait) in Python has MuJoCo's own torques of any)"
-        )
     if ground_of(gait).down[1] != 0.0:
         raise InputError(
             f"the gait walks on ground {ground_of(gait).words}; only walks straight up, down or on "
-            "the level are simulated under feedback (second_engine(gait) in Python has MuJoCo's "
-            "own torques of any)"
-        )
-    if gait.closing:
-        raise InputError(
-            "both feet of this gait stand at the end of its step; only gaits that end with an "
-            "impact can be simulated yet: optimise it without --double-support"
-        )
-    if gait.lands_on_line:
-        raise InputError(
-            "the foot of this gait lands on its heel; only gaits with flat feet can be simulated "
-            "yet: optimise it without --heel-strike"
+            "the level are simulated under feedback: design it on level ground "
+            "(second_engine(gait) in Python has MuJoCo's own torques of any)"
         )
     if (ground := ground_of(gait)).shaped and not ground.rise:
         raise InputError(
@@ -205,17 +188,39 @@ def simulate(
     make = WholeBodyController if controller is None else controller
     with _without_log():
         made = make(robot, trajectory, limit)
-        return _Run(robot, trajectory, made, options, disturbance).walk()
+        return _Run(robot, gait, made, options, disturbance).walk()
 
 
-def designed_cost(trajectory: Trajectory) -> float:
-    """Return the squared torque per metre of a walk [N²·m·s], NaN if it gets nowhere."""
+def designed_speed(gait: Gait) -> float:
+    """Return the speed of a gait along the way that it goes [m/s], below zero backward."""
+    if gait.lateral_speed == 0.0:
+        return gait.speed
+    return float(np.hypot(gait.speed, gait.lateral_speed))
+
+
+def way_of(gait: Gait, step: int) -> tuple[Array, Array]:
+    """Return the unit vectors forward along the way of a step, and to its left, in the world.
+
+    They are those midway between the feet at the begin of the step.
+    """
+    first, second = (gait.trajectory.advance(step + k).rotation for k in (-1, 0))
+    x, y, _ = first[:, 0] + second[:, 0]
+    aside = 0.0 if gait.lateral_speed == 0.0 else np.arctan2(gait.lateral_speed, gait.speed)
+    angle = float(np.arctan2(y, x) + aside)
+    c, s = np.cos(angle), np.sin(angle)
+    return np.array([c, s, 0.0]), np.array([-s, c, 0.0])
+
+
+def designed_cost(gait: Gait) -> float:
+    """Return the squared torque per metre of a gait [N²·m·s], NaN if it gets nowhere."""
+    trajectory, efforts = gait.trajectory, []
     times = np.linspace(0.0, trajectory.step_duration, _INSTANTS)
-    torque = trajectory.at(times, before=times > 0.0).torque[:, trajectory.body.moving]
-    effort = float(np.trapezoid((torque**2).sum(axis=1), times))
-    travel = trajectory.advance(2).translation - trajectory.advance(0).translation
-    path = float(np.hypot(travel[0], travel[1])) / 2.0
-    return _ratio(effort, path) if path > _NOWHERE else float("nan")
+    for begin in np.arange(len(gait.steps)) * trajectory.step_duration:
+        samples = trajectory.at(begin + times, before=times > 0.0)
+        torque = samples.torque[:, trajectory.body.moving]
+        efforts.append(float(np.trapezoid((torque**2).sum(axis=1), times)))
+    path = abs(designed_speed(gait)) * trajectory.step_duration
+    return _ratio(float(np.mean(efforts)), path) if path > _NOWHERE else float("nan")
 
 
 @contextmanager
@@ -235,12 +240,14 @@ class _Run:
     def __init__(
         self,
         robot: SimulatedRobot,
-        trajectory: Trajectory,
+        gait: Gait,
         controller: Controller,
         options: WalkOptions,
         disturbance: Disturbance,
     ) -> None:
+        trajectory = gait.trajectory
         self._robot, self._trajectory = disturbed_robot(robot, disturbance), trajectory
+        self._gait = gait
         self._controller, self._options = controller, options
         self._disturbance = disturbance
         self._rng = np.random.default_rng(disturbance.seed)
@@ -265,7 +272,8 @@ class _Run:
         """Walk until the steps are done or the robot is down."""
         robot, data, options = self._robot, self._data, self._options
         begun, duration = clock.perf_counter(), self._trajectory.step_duration
-        foot, landed, time, effort = 0, 0.0, 0.0, 0.0
+        foot, time, effort = 0, 0.0, 0.0
+        landed = -both_feet(self._trajectory)
         places = [self._place(0)]
         times: list[float] = []
         efforts: list[float] = []
@@ -308,15 +316,16 @@ class _Run:
             if (down := self._down(len(times))) is not None:
                 ending = down
                 break
-        line = np.array(places)
+        lengths, drift = self._progress(np.array(places))
         return SimulatedWalk(
             ending=ending,
             asked=options.steps,
-            lengths=np.diff(line[:, 0]),
+            lengths=lengths,
             times=np.array(times),
-            drift=float(line[-1, 1] - self._trajectory.advance(len(times)).translation[1]),
+            drift=drift,
+            designed_speed=designed_speed(self._gait),
             efforts=np.array(efforts),
-            designed_cost=designed_cost(self._trajectory),
+            designed_cost=designed_cost(self._gait),
             torque=self._torque,
             rate=self._rate,
             force=self._force,
@@ -324,6 +333,21 @@ class _Run:
             seconds=clock.perf_counter() - begun,
             motion=np.array(frames).reshape(-1, 1 + robot.model.nq),
         )
+
+    def _progress(self, places: Array) -> tuple[Array, float]:
+        """Return the lengths of the steps along the way (steps,) and the last foot's drift [m].
+
+        Args:
+            places: of the standing soles, shape (steps + 1, 3).
+        """
+        advance = [self._trajectory.advance(step).translation for step in range(len(places))]
+        off = places - places[0] - (np.array(advance) - advance[0])
+        designed = designed_speed(self._gait) * self._trajectory.step_duration
+        ways = [way_of(self._gait, step)[0] for step in range(1, len(places))]
+        lengths = designed + np.array(
+            [a @ b for a, b in zip(np.diff(off, axis=0), ways, strict=True)]
+        )
+        return lengths, float(off[-1] @ way_of(self._gait, len(places) - 1)[1])
 
     def _ground(self, step: int) -> float:
         """Return the height of the ground under a step [m]."""

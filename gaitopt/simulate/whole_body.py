@@ -21,11 +21,13 @@ import pinocchio as pin
 from gaitopt.gait.trajectory import Trajectory
 from gaitopt.mechanics.single_support import FRICTION_RATE
 from gaitopt.nlp import Array
-from gaitopt.simulate.controller import step_samples
 from gaitopt.simulate.mujoco_model import SimulatedRobot
+from gaitopt.simulate.reference import Reference, Target, Turn, sole_motion
 
 _UNLIMITED = 1e30  # daqp's infinity
-_INTERVAL = 0.001  # s, between instants of the reference
+_LINE = 0.001  # m, half of what a line about which a foot turns is wide
+_FLAT = 0.003  # rad, below which a foot that rolls is flat
+_ARM = 0.1  # m: a moment counts as a force at this arm
 _FORWARD, _LEFT = 0, 1
 
 
@@ -52,11 +54,17 @@ class WholeBodyOptions:
         filter: of the step's move [rad/s], critically damped.
         frozen: share of the step after which it is no longer moved.
         gap: between the soles, sideways [m].
+        passing: distance ahead of the other foot, beyond its length and the gap, from which a foot
+            may come onto the other's line [m].
         descent: speed at which a sole that is late goes on down [m/s].
         observe: gain on what the joints of the swing leg lag behind the rates that follow from
             the accelerations asked for [1/s]: it finds rotors that the model does not know.
         forget: rate at which that lag is forgotten [1/s].
         impact: time after a landing in which that lag is not taken for one [s].
+        turn: gains of the angle of a standing foot that turns about its toe or heel.
+        turn_weight: of that angle.
+        share: weight of the designed wrench on the foot behind while both stand.
+        stand_weight: of the standstill of that foot.
         catch_up: share of the step in which a foot that was left elsewhere gets to where it
             should be; asked for at once, it takes the friction that the robot needs.
     """
@@ -67,7 +75,7 @@ class WholeBodyOptions:
     height: tuple[float, float] = (50.0, 14.0)
     posture: tuple[float, float] = (100.0, 20.0)
     decay: float = 3.0
-    weights: tuple[float, float, float, float, float, float] = (100.0, 10.0, 30.0, 10.0, 30.0, 0.3)
+    weights: tuple[float, float, float, float, float, float] = (100.0, 10.0, 10.0, 20.0, 30.0, 0.3)
     hold: float = 20.0
     friction: float = 0.53
     edge: float = 0.002
@@ -77,137 +85,16 @@ class WholeBodyOptions:
     filter: float = 30.0
     frozen: float = 0.9
     gap: float = 0.01
+    passing: float = 0.1
     descent: float = 0.15
     observe: float = 50.0
     forget: float = 10.0
     impact: float = 0.03
     catch_up: float = 0.6
-
-
-@dataclass(eq=False)
-class _Target:
-    """Where the tasks are to be at an instant, in the world's axes about the standing sole."""
-
-    q: Array
-    dq: Array
-    ddq: Array
-    sole: Array
-    sole_rotation: Array
-    sole_twist: Array
-    sole_acceleration: Array
-    trunk_rotation: Array
-    trunk_rate: Array
-    trunk_acceleration: Array
-    com: Array
-    com_velocity: Array
-    com_acceleration: Array
-
-
-class Reference:
-    """Tasks of the designed walk at equidistant instants, for each standing foot."""
-
-    def __init__(self, robot: SimulatedRobot, trajectory: Trajectory) -> None:
-        """Evaluate the walk every millisecond."""
-        count = round(trajectory.step_duration / _INTERVAL) + 1
-        self.duration = trajectory.step_duration
-        self.interval = self.duration / (count - 1)
-        data = mujoco.MjData(robot.model)
-        self.targets: list[list[_Target]] = []
-        self.room: list[Array] = []
-        for foot in (0, 1):
-            samples = step_samples(trajectory, foot, count)
-            self.targets.append(
-                [
-                    _target(robot, data, foot, q, v, a, force)
-                    for q, v, a, force in zip(
-                        samples.configuration,
-                        samples.velocity,
-                        samples.acceleration,
-                        samples.force[:, foot],
-                        strict=True,
-                    )
-                ]
-            )
-            x, y = samples.pressure[:, foot].T
-            toe, heel, left, right = robot.body.sole_rectangle[foot]
-            room = np.stack([toe - x, x - heel, left - y, y - right], axis=1)
-            rest = np.arange(count, 0, -1)[:, None]
-            self.room.append(np.cumsum(room[::-1], axis=0)[::-1] / rest)
-        height = np.mean([target.com[2] for target in self.targets[0]])
-        self.rate = float(np.sqrt(-trajectory.body.gravity[2] / height))
-
-    def row(self, time: float) -> int:
-        """Return the instant nearest to a time since touch-down [s]; the last one stays."""
-        return min(max(round(time / self.interval), 0), len(self.targets[0]) - 1)
-
-    def at(self, foot: int, time: float, descent: float) -> _Target:
-        """Return the tasks at a time since touch-down; a sole that is late goes on down."""
-        target = self.targets[foot][self.row(time)]
-        late = time - self.duration
-        if late <= 0.0:
-            return target
-        down = np.array([0.0, 0.0, min(target.sole_twist[2], -descent)])
-        return _Target(
-            **{
-                **vars(target),
-                "dq": np.zeros_like(target.dq),
-                "ddq": np.zeros_like(target.ddq),
-                "sole": target.sole + late * down,
-                "sole_twist": np.concatenate([down, np.zeros(3)]),
-                "sole_acceleration": np.zeros(6),
-                "trunk_rate": np.zeros(3),
-                "trunk_acceleration": np.zeros(3),
-                "com": target.com + late * target.com_velocity,
-                "com_acceleration": np.zeros(3),
-            }
-        )
-
-
-def _target(
-    robot: SimulatedRobot,
-    data: mujoco.MjData,
-    foot: int,
-    q: Array,
-    v: Array,
-    a: Array,
-    force: Array,
-) -> _Target:
-    """Return the tasks of a motion of `Multibody.model` and the ground's force in the world."""
-    model = robot.model
-    data.qpos[:], data.qvel[:] = robot.position(q), robot.velocity(q, v)
-    mujoco.mj_fwdPosition(model, data)
-    mujoco.mj_fwdVelocity(model, data)
-    qacc = robot.acceleration(q, v, a)
-    mass = np.zeros((model.nv, model.nv))
-    mujoco.mj_fullM(model, data, mass)
-    J, drift = sole_motion(robot, data, 1 - foot)
-    standing, swinging = robot.site[foot], robot.site[1 - foot]
-    trunk = data.xmat[robot.base].reshape(3, 3).copy()
-    return _Target(
-        q=data.qpos[robot.qpos],
-        dq=data.qvel[robot.dof],
-        ddq=qacc[robot.dof],
-        sole=data.site_xpos[swinging] - data.site_xpos[standing],
-        sole_rotation=data.site_xmat[swinging].reshape(3, 3).copy(),
-        sole_twist=J @ data.qvel,
-        sole_acceleration=J @ qacc + drift,
-        trunk_rotation=trunk,
-        trunk_rate=trunk @ data.qvel[3:6],
-        trunk_acceleration=trunk @ qacc[3:6],
-        com=data.subtree_com[robot.base] - data.site_xpos[standing],
-        com_velocity=mass[:3] @ data.qvel / robot.mass,
-        com_acceleration=force / robot.mass + robot.body.gravity,
-    )
-
-
-def sole_motion(robot: SimulatedRobot, data: mujoco.MjData, foot: int) -> tuple[Array, Array]:
-    """Return the Jacobian of a sole frame, linear rows first, and its acceleration at rest."""
-    model, site = robot.model, robot.site[foot]
-    J, rate = np.zeros((6, model.nv)), np.zeros((6, model.nv))
-    mujoco.mj_jacSite(model, data, J[:3], J[3:], site)
-    body = model.site_bodyid[site]
-    mujoco.mj_jacDot(model, data, rate[:3], rate[3:], data.site_xpos[site], body)
-    return J, rate @ data.qvel
+    turn: tuple[float, float] = (600.0, 49.0)
+    turn_weight: float = 10.0
+    share: float = 1.0
+    stand_weight: float = 1000.0
 
 
 def wrench_cone(friction: float, half_length: float, half_width: float) -> Array:
@@ -276,19 +163,20 @@ class WholeBodyController:
         self._limit = np.where(np.isnan(limit), _UNLIMITED, limit)
         w = self._options.weights
         self._weights = np.repeat([w[0], w[1], w[2], w[3], w[4]], [3, 3, 3, 2, 1])
-        self._cones = []
+        self._cones, self._lines = [], []
         for toe, heel, left, right in robot.body.sole_rectangle:
             edge = self._options.edge
             sizes = (toe - heel) / 2.0 - edge, (left - right) / 2.0 - edge
             self._cones.append(wrench_cone(self._options.friction, *sizes))
+            self._lines.append(wrench_cone(self._options.friction, _LINE, sizes[1]))
         moving = robot.body.moving
         self._swinging = [
             np.isin(moving, robot.body.leg(1 - foot)).astype(float) for foot in (0, 1)
         ]
         self._trajectory, self._step, self._level = trajectory, -1, 0.0
-        self.unsolved = 0
+        self.unsolved, self._turn_rate = 0, 0.0
         """Ticks whose program had no solution: torques were then cut at their limits alone."""
-        self.touch_down(0, 0.0)
+        self.touch_down(0, -self._reference.both)
 
     def touch_down(self, foot: int, time: float) -> None:
         """Begin the next step where it should be."""
@@ -296,67 +184,174 @@ class WholeBodyController:
         self._believed: Array | None = None
         self._left: Array | None = None
         self._step += 1
-        self._level = float(self._trajectory.advance(self._step).translation[2])
+        place = self._trajectory.advance(self._step)
+        self._level = float(place.translation[2])
+        ahead = place.rotation @ self._trajectory.advance(self._step % 2).rotation.T
+        self._heading = float(np.arctan2(ahead[1, 0], ahead[0, 0]))
+        self._rolls = self._reference.targets[foot][0].turn is not None
         self._move, self._move_rate, self._goal = np.zeros(2), np.zeros(2), np.zeros(2)
 
     def torque(self, time: float, qpos: Array, qvel: Array) -> Array:
         """Return the torques of the motors [N·m]; see the module."""
         robot, options, data = self._robot, self._options, self._data
-        model, foot, since = robot.model, self._foot, time - self._landed
-        data.qpos[:], data.qvel[:] = qpos, qvel
-        mujoco.mj_fwdPosition(model, data)
-        mujoco.mj_fwdVelocity(model, data)
-        mujoco.mj_fullM(model, data, self._mass)
+        foot, since, count = self._foot, time - self._landed, len(self._robot.dof)
+        self._see(qpos, qvel)
         target = self._reference.at(foot, since, options.descent)
         bias = data.qfrc_bias - data.qfrc_passive
         turning = robot.body.coupling(target.q) @ target.dq
         bias[robot.driven] += robot.body.friction[robot.body.driven] * np.tanh(
             turning / FRICTION_RATE
         )
-        # all accelerations are N x + n with those of the joints x: the standing sole is held
-        J, drift = sole_motion(robot, data, foot)
-        inverse = np.linalg.inv(J[:, :6])
-        count = len(robot.dof)
-        N = robot.free(data.qpos)[:, 6:].copy()
-        N[:6] = -inverse @ J @ N
-        n = robot.drift(data.qpos, data.qvel)
-        n[:6] = inverse @ (-options.hold * (J @ data.qvel) - drift - J @ n)
+        # all accelerations are N x + n with those of the joints x, and of the standing foot where
+        # it turns about a line: what of it rests on the ground is held
+        turn = self._turn(target, since)
+        N, n, inverse = self._held(turn)
         MN, rest = self._mass @ N, self._mass @ n + bias
         wrench, wrench_0 = inverse.T @ MN[:6], inverse.T @ rest[:6]
-        torque, torque_0 = N.T @ MN, N.T @ rest
-        task, wanted = self._tasks(since, target, bias)
+        torque, torque_0 = N[:, :count].T @ MN, N[:, :count].T @ rest
+        task, wanted, weights = self._tasks(since, target, bias)
         A = task @ N
-        weighted = A.T * self._weights
+        weighted = A.T * weights
+        dq = data.qvel[robot.dof]
         kp, kd = options.posture
-        own = target.ddq + kp * (target.q - data.qpos[robot.qpos])
-        own += kd * (target.dq - data.qvel[robot.dof])
-        slight = options.weights[5]
-        H = weighted @ A + slight * np.eye(count)
+        own = target.ddq + kp * (target.q - data.qpos[robot.qpos]) + kd * (target.dq - dq)
+        slight = np.full(N.shape[1], options.weights[5])
         # the tasks ask the swing leg for what it lags behind, too; the same in the stance leg
         # winds up while the sole rocks, and falls
-        dq = data.qvel[robot.dof]
         landing = self._believed is None or since < options.impact
         believed = dq if landing else self._believed
         lag = options.observe * (believed - dq) * self._swinging[foot]
+        if turn is not None:
+            slight[count] = options.turn_weight
+            own, lag = np.append(own, self._rolling(turn)), np.append(lag, 0.0)
+        H = weighted @ A + np.diag(slight)
         f = -weighted @ (wanted - task @ n + A @ lag) - slight * (own + lag)
-        cone = self._cones[foot] @ self._about_centre(foot)
-        least = -cone @ wrench_0
+        cone = self._cone(foot, turn)
+        C, least = cone @ wrench, -cone @ wrench_0
         least[0] += options.least_force
-        C = np.vstack([cone @ wrench, torque])
+        if target.behind is not None:
+            rear = target.behind, target.turn_behind
+            H, f, C, least, torque = self._shared(*rear, N, inverse, H, f, C, least, torque)
         upper = np.concatenate([np.full(len(least), _UNLIMITED), self._limit - torque_0])
         lower = np.concatenate([least, -self._limit - torque_0])
+        C = np.vstack([C, torque])
         x, _, flag, _ = daqp.solve(H, f, C, upper, lower, np.zeros(len(lower), dtype=np.int32))
         if flag < 1:
             self.unsolved += 1
             x = np.linalg.solve(H, -f)
-        self._believed = believed + options.interval * (x - lag - options.forget * (believed - dq))
+        joints = x[:count] - lag[:count] - options.forget * (believed - dq)
+        self._believed = believed + options.interval * joints
         return np.asarray(np.clip(torque @ x + torque_0, -self._limit, self._limit))
 
-    def _tasks(self, since: float, target: _Target, bias: Array) -> tuple[Array, Array]:
-        """Return the Jacobians of the tasks (12, 6 + n) and what they are to give (12,)."""
+    def _see(self, qpos: Array, qvel: Array) -> None:
+        """Take a state, the world turned so that the step goes where the first ones go."""
+        data = self._data
+        data.qpos[:], data.qvel[:] = qpos, qvel
+        if self._heading:
+            back = pin.utils.rotate("z", -self._heading)
+            half = -0.5 * self._heading
+            data.qpos[:3], data.qvel[:3] = back @ qpos[:3], back @ qvel[:3]
+            turn = np.array([np.cos(half), 0.0, 0.0, np.sin(half)])
+            mujoco.mju_mulQuat(data.qpos[3:7], turn, qpos[3:7])
+        mujoco.mj_fwdPosition(self._robot.model, data)
+        mujoco.mj_fwdVelocity(self._robot.model, data)
+        mujoco.mj_fullM(self._robot.model, data, self._mass)
+
+    def _turn(self, target: Target, since: float) -> Turn | None:
+        """Return how the standing foot is to turn; None where it stands flat.
+
+        A foot that landed on a line is flat when it is, or when the design has it flat.
+        """
+        turn = target.turn
+        if self._rolls and (turn is None or self._angle(turn) < _FLAT):
+            self._rolls = False
+        return turn if self._rolls or since > 0.5 * self._reference.duration else None
+
+    def _angle(self, turn: Turn) -> float:
+        """Return the angle of the standing foot about a line of it [rad]."""
+        R = self._data.site_xmat[self._robot.site[self._foot]].reshape(3, 3)
+        return float(turn.axis[1] * np.arctan2(-R[2, 0], R[2, 2]))
+
+    def _rolling(self, turn: Turn) -> float:
+        """Return the acceleration that the standing foot is to have about its line [rad/s²]."""
+        kp, kd = self._options.turn
+        error = turn.angle - self._angle(turn)
+        return turn.acceleration + kp * error + kd * (turn.rate - self._turn_rate)
+
+    def _held(self, turn: Turn | None) -> tuple[Array, Array, Array]:
+        """Return N and n, and the inverse of the base's columns of the standing sole's Jacobian."""
+        robot, options, data = self._robot, self._options, self._data
+        J, drift = sole_motion(robot, data, self._foot)
+        inverse = np.linalg.inv(J[:, :6])
+        N = robot.free(data.qpos)[:, 6:].copy()
+        N[:6] = -inverse @ J @ N
+        twist, turned = J @ data.qvel, np.zeros(6)
+        n = robot.drift(data.qpos, data.qvel)
+        if turn is not None:
+            R = data.site_xmat[robot.site[self._foot]].reshape(3, 3)
+            axis, arm = R @ turn.axis, -R @ turn.point
+            along = np.concatenate([np.cross(axis, arm), axis])
+            rate = self._turn_rate = float(axis @ twist[3:])
+            twist -= rate * along
+            turned[:3] = rate**2 * np.cross(axis, along[:3])
+            column = np.zeros((robot.model.nv, 1))
+            column[:6, 0] = inverse @ along
+            N = np.hstack([N, column])
+        n[:6] = inverse @ (turned - options.hold * twist - drift - J @ n)
+        return N, n, np.asarray(inverse)
+
+    def _cone(self, foot: int, turn: Turn | None) -> Array:
+        """Return the rows >= 0 of the wrench at a sole frame in the world's axes."""
+        if turn is not None:
+            return np.asarray(self._lines[foot] @ self._about(foot, turn.point))
+        toe, heel, left, right = self._robot.body.sole_rectangle[foot]
+        centre = np.array([(toe + heel) / 2.0, (left + right) / 2.0, 0.0])
+        return np.asarray(self._cones[foot] @ self._about(foot, centre))
+
+    def _shared(
+        self,
+        behind: Array,
+        turn: Turn | None,
+        N: Array,
+        inverse: Array,
+        H: Array,
+        f: Array,
+        C: Array,
+        least: Array,
+        torque: Array,
+    ) -> tuple[Array, Array, Array, Array, Array]:
+        """Return a program with the wrench on the other foot beside, which stands too.
+
+        That of the standing sole is less by what the other bears.
+
+        Args:
+            behind, turn: designed wrench on the other foot, and how that turns about its toe.
+            N, inverse: of `_held`.
+            H, f, C, least, torque: of the program without.
+        """
+        robot, other = self._robot, 1 - self._foot
+        J, _ = sole_motion(robot, self._data, other)
+        cone, count = self._cone(other, turn), len(f)
+        scale = robot.weight * np.array([1.0, 1.0, 1.0, _ARM, _ARM, _ARM])
+        moved = -inverse.T @ J[:, :6].T * scale
+        big = np.zeros((count + 6, count + 6))
+        big[:count, :count] = H
+        big[count:, count:] = self._options.share * np.eye(6)
+        f = np.append(f, -self._options.share * behind / scale)
+        on_this = self._cone(self._foot, None) @ moved
+        C = np.block([[C, on_this], [np.zeros((len(cone), count)), cone * scale]])
+        more = np.zeros(len(cone))
+        more[0] = self._options.least_force
+        pushed = -N[:, : len(torque)].T @ J.T * scale
+        return big, f, C, np.append(least, more), np.hstack([torque, pushed])
+
+    def _tasks(self, since: float, target: Target, bias: Array) -> tuple[Array, Array, Array]:
+        """Return the Jacobians of the tasks (12, 6 + n), what they are to give, and weights (12,).
+
+        The first six are of the other sole.
+        """
         robot, options, data, foot = self._robot, self._options, self._data, self._foot
         standing = data.site_xpos[robot.site[foot]]
-        swinging = robot.site[1 - foot]
         com = data.subtree_com[robot.base] - standing
         com_velocity = self._mass[:3] @ data.qvel / robot.mass
         w, k = self._reference.rate, options.decay
@@ -364,24 +359,14 @@ class WholeBodyController:
         push = self._adjust(since, -(late[0] + late[1] / w)[:2])
         J, drift = sole_motion(robot, data, 1 - foot)
         twist = J @ data.qvel
-        place = standing + target.sole
-        place[2] = self._level + target.sole[2]
-        place[:2] += self._move
-        self._keep_apart(place, standing)
-        rate = target.sole_twist.copy()
-        rate[:2] += self._move_rate
-        if self._left is None:
-            self._left = (data.site_xpos[swinging] - place)[:2]
-        faded, faded_rate, faded_push = fading(since, options.catch_up * self._reference.duration)
-        place[:2] += faded * self._left
-        rate[:2] += faded_rate * self._left
-        push = push + faded_push * self._left
-        turn = _rotation_to(target.sole_rotation, data.site_xmat[swinging].reshape(3, 3))
-        kp, kd = options.swing
-        error = np.concatenate([place - data.site_xpos[swinging], turn])
-        wanted = np.empty(12)
-        wanted[:6] = target.sole_acceleration + kp * error + kd * (rate - twist) - drift
-        wanted[:2] += push
+        wanted, weights = np.empty(12), self._weights
+        if target.behind is None:
+            wanted[:6] = self._swing(since, target, push, standing, twist) - drift
+        else:
+            wanted[:6] = target.sole_acceleration + options.hold * (target.sole_twist - twist)
+            wanted[:6] -= drift
+            weights = weights.copy()
+            weights[:6] = options.stand_weight
         trunk = data.xmat[robot.base].reshape(3, 3)
         kp, kd = options.trunk
         wanted[6:9] = (
@@ -393,12 +378,46 @@ class WholeBodyController:
         stiffness, damping = np.array([k * w, k * w, kp]), np.array([w + k, w + k, kd])
         height = late[0].copy()
         # above the ground as designed, not above a sole that sinks in
-        height[2] += self._level - standing[2]
+        height[2] += self._level + target.raised - standing[2]
         wanted[9:] = target.com_acceleration + stiffness * height + damping * late[1]
         wanted[9:] -= bias[:3] / robot.mass + robot.body.gravity
         task = self._task
         task[:6], task[6:9, 3:6], task[9:] = J, trunk, self._mass[:3] / robot.mass
-        return task, wanted
+        return task, wanted, weights
+
+    def _swing(
+        self, since: float, target: Target, push: Array, standing: Array, twist: Array
+    ) -> Array:
+        """Return the acceleration that the swing sole is to have (6,).
+
+        Args:
+            since: touch-down [s].
+            target: of the design.
+            push: acceleration of the move of the step (2,).
+            standing: place of the standing sole (3,).
+            twist: of the swing sole (6,).
+        """
+        robot, options, data = self._robot, self._options, self._data
+        swinging = robot.site[1 - self._foot]
+        place = standing + target.sole
+        place[2] = self._level + target.raised + target.sole[2]
+        place[:2] += self._move
+        self._keep_apart(place, standing)
+        rate = target.sole_twist.copy()
+        rate[:2] += self._move_rate
+        if self._left is None:
+            self._left = (data.site_xpos[swinging] - place)[:2]
+        lifted = since - self._reference.both
+        faded, faded_rate, faded_push = fading(lifted, options.catch_up * self._reference.duration)
+        place[:2] += faded * self._left
+        rate[:2] += faded_rate * self._left
+        push = push + faded_push * self._left
+        turn = _rotation_to(target.sole_rotation, data.site_xmat[swinging].reshape(3, 3))
+        kp, kd = options.swing
+        error = np.concatenate([place - data.site_xpos[swinging], turn])
+        wanted = target.sole_acceleration + kp * error + kd * (rate - twist)
+        wanted[:2] += push
+        return np.asarray(wanted)
 
     def _adjust(self, since: float, error: Array) -> Array:
         """Move the step to where the error of xi is caught; return the acceleration of the move."""
@@ -421,15 +440,21 @@ class WholeBodyController:
         return np.asarray(push)
 
     def _keep_apart(self, place: Array, standing: Array) -> None:
-        """Move the place of the swing sole so that it does not step on the other."""
-        rectangle = self._robot.body.sole_rectangle[self._foot]
-        least = rectangle[2] - rectangle[3] + self._options.gap
+        """Move the place of the swing sole so that it does not step on the other.
+
+        A foot that is ahead or behind by more than its length may land on the line of the other.
+        """
+        options = self._options
+        toe, heel, left, right = self._robot.body.sole_rectangle[self._foot]
+        beyond = abs(place[0] - standing[0]) - (toe - heel) - options.gap
+        free = min(max(beyond / options.passing, 0.0), 1.0)
+        least = (1.0 - free) * (left - right + options.gap)
         side = np.sign(self._reference.targets[self._foot][0].sole[1])
         if side * (place[1] - standing[1]) < least:
             place[1] = standing[1] + side * least
 
-    def _about_centre(self, foot: int) -> Array:
-        """Return what takes a wrench at the sole frame, world's axes, to the sole's centre, (6, 6).
+    def _about(self, foot: int, point: Array) -> Array:
+        """Return what takes a wrench at the sole frame, world's axes, to a point of it, (6, 6).
 
         The axes are those of the sole turned upright.
         """
@@ -437,11 +462,9 @@ class WholeBodyController:
         length = np.hypot(R[0, 0], R[1, 0])
         c, s = R[0, 0] / length, R[1, 0] / length
         turn = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
-        toe, heel, left, right = self._robot.body.sole_rectangle[foot]
-        centre = np.array([(toe + heel) / 2.0, (left + right) / 2.0, 0.0])
         moved = np.zeros((6, 6))
         moved[:3, :3] = moved[3:, 3:] = turn
-        moved[3:, :3] = -pin.skew(centre) @ turn
+        moved[3:, :3] = -turn @ pin.skew(R @ point)
         return moved
 
 

@@ -31,7 +31,7 @@ def test_backward_costs_the_integral_over_the_length_of_the_step(backward):
     gait = backward.gait
     assert gait.speed == pytest.approx(-0.4)
     assert gait.step_length == pytest.approx(-0.16)
-    assert designed_cost(gait.trajectory) == pytest.approx(gait.cost, rel=1e-3)
+    assert designed_cost(gait) == pytest.approx(gait.cost, rel=1e-3)
     assert (gait.cost_unit, gait.cost_words) == ("N²·m·s", "squared torque per metre")
 
 
@@ -43,7 +43,7 @@ def test_in_place_costs_the_mean_over_time(in_place):
     assert gait.cost == pytest.approx(mean, rel=1e-3)
     assert (gait.cost_unit, gait.cost_words) == ("N²·m²", "squared torque per second")
     assert (gait.speed, gait.step_length) == (0.0, 0.0)
-    assert np.isnan(designed_cost(gait.trajectory))
+    assert np.isnan(designed_cost(gait))
 
 
 def test_unit_per_second_is_the_unit_times_a_speed():

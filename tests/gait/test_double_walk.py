@@ -30,7 +30,6 @@ from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.motions.stride import record, stride_samples
 from gaitopt.simulate.second_engine import second_engine
-from gaitopt.simulate.walk import simulate
 from gaitopt.tolerances import MOMENTUM, REFEREE
 from gaitopt.view.animation import frames, pressure
 from gaitopt.view.figures import make_figure
@@ -247,11 +246,9 @@ def test_a_double_support_that_cannot_be_is_refused(changes, match):
         preset_task(**changes)
 
 
-def test_what_cannot_be_told_of_it_is_refused(found, gait):
+def test_what_cannot_be_told_of_it_is_refused(found):
     with pytest.raises(InputError, match="leave out --double-support"):
         Envelope(found.problem, found.solution.x, np.zeros(found.problem.rows.lower.size))
-    with pytest.raises(InputError, match="without --double-support"):
-        simulate(gait)
 
 
 def test_certificate_is_the_same_from_the_parameters(found):

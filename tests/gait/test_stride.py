@@ -32,7 +32,6 @@ from gaitopt.gait.stride import StrideLayout
 from gaitopt.mechanics.trunk import YAW
 from gaitopt.motions.stride import json_text, stride_samples
 from gaitopt.simulate.second_engine import second_engine
-from gaitopt.simulate.walk import simulate
 from gaitopt.view.curves import curves
 from gaitopt.view.figures import FIGURES
 from gaitopt.view.page import facts
@@ -332,8 +331,6 @@ def test_strides_that_are_none_are_refused(changes, message):
 
 def test_what_strides_cannot_yet_is_said():
     design = turning()
-    with pytest.raises(InputError, match="only walks straight ahead are simulated"):
-        simulate(design.gait)
     with pytest.raises(InputError, match="not of strides of two steps"):
         sensitivities(design.problem, design.solution.x, design.certificate.multipliers)
 

@@ -24,7 +24,6 @@ from gaitopt.model.importer import import_robot
 from gaitopt.model.robot import Robot
 from gaitopt.simulate.mujoco_model import simulated_robot
 from gaitopt.simulate.second_engine import second_engine
-from gaitopt.simulate.walk import simulate
 
 CASES = Path(__file__).parents[1] / "data" / "cases"
 
@@ -120,9 +119,3 @@ def test_stairs_and_feet_that_turn_have_their_inverse_dynamics_checked(robot, ta
     gait = gait_at(problem, first_guess(problem), {})
     found = second_engine(gait, instants=31)
     assert max(found.torque, found.force, found.moment) < 1e-11
-
-
-def test_feet_that_turn_are_not_walked_yet(robot):
-    problem = WalkProblem(robot, preset_task("standard", speed=0.6, toe_off=0.7))
-    with pytest.raises(InputError, match="optimise it without --toe-off"):
-        simulate(gait_at(problem, first_guess(problem), {}))
