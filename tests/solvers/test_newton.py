@@ -72,3 +72,18 @@ def test_least_squares_are_those_of_scipy(seed: int, count: int, alike: bool) ->
     x, least = nonnegative_least_squares(A, b), nnls(A, b)[1]
     assert x.min() >= 0.0
     assert np.linalg.norm(A @ x - b) <= least + 1e-9
+
+
+@settings(derandomize=True, deadline=None, max_examples=100)
+@given(st.integers(0, 10_000))
+def test_a_small_difference_that_is_needed_is_found(seed: int) -> None:
+    """As where a limit presses between two instants close together."""
+    rng = np.random.default_rng(seed)
+    A = rng.normal(size=(20, 8))
+    A /= np.linalg.norm(A, axis=0)
+    A[:, 1] = A[:, 0] + 1e-8 * rng.normal(size=20)
+    size = rng.uniform(1.0, 40.0, size=8) * (rng.random(8) < 0.8)
+    size[:2] = rng.uniform(10.0, 40.0, size=2)
+    x = nonnegative_least_squares(A, A @ size)
+    assert x.min() >= 0.0
+    assert np.abs(A @ (x - size)).max() <= 1e-11
