@@ -25,6 +25,7 @@ def must_show(data: dict[str, Any]) -> str:
         *_process(data["process"]),
         *_robots(data["real_robots"]),
         _sweep(data["sweep"]),
+        *_codesign(data["codesign"]),
         *_live(data["live"]),
     ]
     return table(
@@ -133,6 +134,24 @@ def _robots(data: Record) -> list[tuple[str, str, str, bool]]:
         ("the peer's task for G1", "9/9 optimal", f"{solved_of(peer)} on two soles",
          all(r["status"] == OPTIMAL for r in peer)),
     ]  # fmt: skip
+
+
+def _codesign(data: Record) -> list[tuple[str, str, str, bool]]:
+    found = []
+    for name, part in (("Nelder-Mead", "compared"), ("CMA-ES", "searched by CMA-ES")):
+        rows = [row for row in data.get(part, {"rows": []})["rows"] if name in row]
+        if not rows:
+            continue
+        each = [row[name]["evaluations"] / row["exact gradient"]["evaluations"] for row in rows]
+        reached = [q for q, row in zip(each, rows, strict=True) if row[name]["reached"]]
+        never = f"; never from {len(rows) - len(reached)}" if len(reached) < len(rows) else ""
+        ratios = ", ".join(f"{q:.1f}" for q in sorted(reached))
+        starts = f"{len(rows)} start" + ("s" if len(rows) > 1 else "")
+        found.append((
+            f"co-design beside {name}, evaluations of walks", "20 times fewer",
+            f"of {starts}: {ratios or 'none'} times{never}", all(q >= 20.0 for q in reached),
+        ))  # fmt: skip
+    return found
 
 
 def _sweep(data: Record) -> tuple[str, str, str, bool]:

@@ -27,6 +27,7 @@ SECTIONS = (
     ("starts", "Starts", search_sections.starts),
     ("diagnosis", "Walks that do not exist", search_sections.diagnosis),
     ("infeasible", "Suggestions, followed", search_sections.infeasible),
+    ("codesign", "Co-design", search_sections.codesign),
     ("scaling", "Postures and samples", sections.scaling),
     ("memory", "Memory", sections.memory),
     ("process", "Whole processes", process_sections.process),

@@ -27,6 +27,10 @@ _INDUCED = (0.5, 1.05)
 """Range of kt * no-load speed over the voltage: beyond it no current flows or units are wrong."""
 _LARGEST = 1e50
 """Of any number of a motor, in SI units: squares and quotients still have a value."""
+_MOST = {"inertia": 1.0, "mass": 200.0, "ratio": 1e4, "friction": 1e4}
+"""Of numbers of motors and gears of robots that walk, in SI units: beyond it units are wrong."""
+_LEAST_RATIO = 0.01
+_MOST_DRIVES = 1000
 _KEY = "unit"
 
 
@@ -301,12 +305,18 @@ def motors_of(text: str, where: str = "motor table") -> MotorTable:
         raise SpecError(f"{where}: 'motors' must hold tables, [motors.NAME]")
     motors = {**known_motors(), **{n: _motor(where, n, one) for n, one in own.items()}}
     entries = table.get("drives", [])
+    if isinstance(entries, Mapping):
+        raise SpecError(f"{where}: write each drive as [[drives]], with two brackets")
+    if isinstance(entries, list) and len(entries) > _MOST_DRIVES:
+        raise SpecError(f"{where}: {len(entries)} drives are too many; give {_MOST_DRIVES} at most")
     if not isinstance(entries, list) or not entries:
         raise SpecError(
             f"{where}: there are no drives; say which joints have which motor, as in\n"
             '[[drives]]\njoints = "*knee*"\nmotor = "ak80-6"\nratio = 6'
         )
-    return MotorTable(tuple(_drive(where, one, motors) for one in entries))
+    return MotorTable(
+        tuple(_drive(where, number, one, motors) for number, one in enumerate(entries, 1))
+    )
 
 
 def catalogue_of(text: str, where: str = "catalogue") -> tuple[dict[str, Motor], dict[str, Any]]:
@@ -323,8 +333,10 @@ def catalogue_of(text: str, where: str = "catalogue") -> tuple[dict[str, Motor],
     if not isinstance(own, Mapping) or not isinstance(names, list):
         raise SpecError(f"{where}: 'motors' must hold tables, [motors.NAME], 'known' a list")
     there = known_motors()
-    if unknown := [name for name in names if name not in there]:
-        raise SpecError(f"{where}: there is no motor '{unknown[0]}'; {_there_are(there)}")
+    if unknown := [n for n in names if not isinstance(n, str) or n not in there]:
+        raise SpecError(
+            f"{where}: known: there is no motor '{str(unknown[0])[:60]}'; {_there_are(there)}"
+        )
     motors = {name: there[name] for name in names}
     motors |= {name: _motor(where, name, one) for name, one in own.items()}
     if not motors:
@@ -384,9 +396,9 @@ def _motor(where: str, name: str, entry: object) -> Motor:
     return Motor(name=name, **_numbers(f"{where}: motor '{name}'", entry, Motor, ("source",)))
 
 
-def _drive(where: str, entry: object, motors: Mapping[str, Motor]) -> Drive:
+def _drive(where: str, number: int, entry: object, motors: Mapping[str, Motor]) -> Drive:
     joints = entry.get("joints") if isinstance(entry, Mapping) else None
-    what = f"{where}: drive of '{joints}'"
+    what = f"{where}: drive " + (f"of '{joints}'" if isinstance(joints, str) else str(number))
     values = _numbers(what, entry, Drive, ("joints", "motor"))
     if values["motor"] not in motors:
         raise SpecError(f"{what}: there is no motor '{values['motor']}'; {_there_are(motors)}")
@@ -401,12 +413,14 @@ def _numbers(where: str, entry: object, kind: type, texts: tuple[str, ...]) -> d
     _check_keys(where, entry, (*texts, *units))
     needed = {one.name for one in fields(kind) if one.default is MISSING} - {"name"}
     if missing := [name for name in (*texts, *units) if name in needed - set(entry)]:
-        raise SpecError(f"{where}: {', '.join(missing)} is missing; give every figure of the motor")
+        what = "every figure of the motor" if kind is Motor else "it in every [[drives]] entry"
+        raise SpecError(f"{where}: {', '.join(missing)} is missing; give {what}")
     values: dict[str, Any] = {}
     for name, value in entry.items():
         if name in texts:
             if not isinstance(value, str):
-                raise SpecError(f"{where}: {name} must be a text, got {value!r}")
+                each = "; give each pattern a [[drives]] entry" if name == "joints" else ""
+                raise SpecError(f"{where}: {name} must be a text, got {str(value)[:60]!r}{each}")
             values[name] = value
             continue
         try:
@@ -440,4 +454,11 @@ def _check_number(where: str, name: str, value: object, unit: str, zero: bool = 
         allowed = "0 or more" if zero else "above 0"
         raise SpecError(
             f"{where}: the {words} is {f'{value:g} {unit}'.strip()}; it must be {allowed}"
+        )
+    if value > (most := _MOST.get(name, np.inf)) or (name == "ratio" and value < _LEAST_RATIO):
+        allowed = f"from {_LEAST_RATIO:g} to {most:g}" if name == "ratio" else f"at most {most:g}"
+        hint = {"mass": ', as in mass = "600g"', "inertia": ', as in inertia = "535gcm2"'}
+        raise SpecError(
+            f"{where}: the {words} is {f'{value:g} {unit}'.strip()}; it must be "
+            f"{f'{allowed} {unit}'.strip()}{hint.get(name, '')}"
         )

@@ -107,11 +107,76 @@ def test_motors_of_pairs():
         ('joints = "*"\n', "", "joints is missing"),
         ("[motors.example]", "[motor.example]", "unknown entry 'motor'; did you mean 'motors'"),
         ("ratio = 20", "ratio = ", "not TOML"),
+        ("ratio = 20", "ratio = 1e30", r"ratio is 1e\+30; it must be from 0.01 to 10000"),
+        ("ratio = 20", "ratio = 1e-4", "ratio is 0.0001; it must be from 0.01"),
+        ("ratio = 20", "ratio = inf", "ratio is inf; it must be a finite number"),
+        ("ratio = 20", "ratio = true", "ratio = 'True' is wrong; give a number"),
+        ("ratio = 20", 'ratio = "6:1"', "ratio = '6:1' is wrong; give a number"),
+        ("inertia = 1e-4", "inertia = 535", r'at most 1 kg·m², as in inertia = "535gcm2"'),
+        ("inertia = 1e-4", "inertia = 0", "inertia is 0 kg·m²; it must be above 0"),
+        ("mass = 0.6", "mass = 600", 'it must be at most 200 kg, as in mass = "600g"'),
+        ("mass = 0.6", "mass = 1979-05-27", "mass = '1979-05-27' is wrong; give a number in kg"),
+        ("mass = 0.6", 'mass = 0.6\nname = "x"', "unknown entry 'name'"),
+        ("torque_constant = 0.1", "torque_constant = 100", r"4.608e\+04 V .* above its supply"),
+        ("torque_constant = 0.1", 'torque_constant = "91mNm"', "give a number in N·m/A"),
+        ('"100mOhm"', "100", "60 A cannot flow: 48 V drive 0.48 A through 100 Ω"),
+        ('"100mOhm"', "0", "resistance is 0 Ω; it must be above 0"),
+        ("voltage = 48.0", "voltage = -48", "voltage is -48 V; it must be above 0"),
+        ("voltage = 48.0", "voltage = 48000", "far below its supply of 48000 V"),
+        ("efficiency = 0.9", "efficiency = 0", "efficiency is 0; it must be above 0"),
+        ("efficiency = 0.9", "efficiency = 1e-9", "no torque is left"),
+        ("friction = 1.5", 'friction = "1.5kg"', "give a number in N·m, if you like with its unit"),
+        ("friction = 1.5", "friction = 1e9", "friction is .*; it must be at most 10000 N·m"),
+        ('motor = "example"', "motor = 3", "motor must be a text, got '3'"),
+        ('motor = "example"', 'motor = ["example"]', "motor must be a text"),
+        ('motor = "example"', "", r"motor is missing; give it in every \[\[drives\]\] entry"),
+        ('joints = "*"', 'joints = ["a", "b"]', r"give each pattern a \[\[drives\]\] entry"),
+        ('joints = "*"', 'joints = ""', "joints must be a pattern of joint names"),
+        ("[motors.example]", "[motors]", "must hold tables|give a table"),
+        ("[motors.example]", "gear = 3\n[motors.example]", "unknown entry 'gear'"),
     ],
 )  # fmt: skip
 def test_tables_that_cannot_be_are_refused_with_words(old, new, said):
     with pytest.raises(SpecError, match=said):
         motors_of(changed(old, new))
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("drives = [1, 2]", "drive 1: give a table with joints, motor"),
+        ("[drives]\njoints = '*'", r"write each drive as \[\[drives\]\]"),
+        ("[[drives]]\njoints='*'\nmotor='ak80-6'\n" * 1001, "1001 drives are too many; give 1000"),
+        ("motors = [1]\n[[drives]]\njoints = '*'", "'motors' must hold tables"),
+        ("motors.one = 3\n[[drives]]\njoints = '*'", "motor 'one': give a table with source"),
+        ("", "there are no drives"), ("motors = [", "not TOML"),
+    ],
+)  # fmt: skip
+def test_whole_tables_that_cannot_be_are_refused(text, said):
+    with pytest.raises(SpecError, match=said):
+        motors_of(text)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("", "there are no motors"), ("known = 3", "'known' a list"),
+        ("known = [[1]]", r"there is no motor '\[1\]'; there are ak80-6"),
+        ("known = [{a = 1}]", "there is no motor"), ('known = ["x"]', "there is no motor 'x'"),
+        ('known = ["ak80-6"]\ngear = [1]', "'gear' must be a table"),
+        ('known = ["ak80-6"]\n[gear]\nratios = 5', "ratios must be a list"),
+        ('known = ["ak80-6"]\n[gear]\nratios = ["5"]', "ratio is '5'; it must be a finite"),
+        ('known = ["ak80-6"]\n[gear]\nratios = [-5]', "ratio is -5; it must be above 0"),
+        ('known = ["ak80-6"]\n[gear]\nratios = [1e30]', "it must be from 0.01 to 10000"),
+        ('known = ["ak80-6"]\n[gear]\nratio = [5]', "did you mean 'ratios'"),
+        ('known = ["ak80-6"]\n[gear]\nefficiency = 2', "it must be a share, at most 1"),
+        ('known = ["ak80-6"]\n[gear]\nfriction = 1e30', "it must be at most 10000 N·m"),
+        ("[[drives]]\njoints = '*'", "unknown entry 'drives'"),
+    ],
+)  # fmt: skip
+def test_catalogues_that_cannot_be_are_refused(text, said):
+    with pytest.raises(SpecError, match=said):
+        catalogue_of(text)
 
 
 def test_the_example_is_a_table_that_says_it_is_one():
