@@ -167,9 +167,7 @@ class SweepSettings:
         "Value at which the sweep begins, by default the middle of each range.",
         metavar="NAME=VALUE",
     )
-    workers: int | None = entry(
-        None, "How many processes on this machine work (extra 'cluster').", common=True
-    )
+    workers: int | None = entry(None, "How many processes on this machine work.", common=True)
     scheduler: str | None = entry(
         None, "Address of a Dask scheduler whose workers work instead.", metavar="ADDRESS"
     )

@@ -29,11 +29,12 @@ from gaitopt.errors import InputError
 from gaitopt.gait.task import Task
 from gaitopt.mechanics.leg_distance import leg_pairs
 from gaitopt.settings import named_values
-from gaitopt.sweep.executor import joined_scheduler, local_workers
+from gaitopt.sweep.executor import joined_scheduler
 from gaitopt.sweep.grid import Axis, Index, parse_axis, quantity_unit, with_values
 from gaitopt.sweep.library import FAULTS, Library, open_library
 from gaitopt.sweep.scheduler import SweepProgress, sweep
 from gaitopt.sweep.table import CERTIFIED, INFEASIBLE
+from gaitopt.sweep.workers import local_workers
 from gaitopt.tolerances import OPTIMALITY
 
 NAMED = 8  # files that are named, of those that were made anew, or could not be
@@ -108,7 +109,7 @@ def make_executor(
     Raises:
         InputError: fewer than one worker, both workers and a scheduler, or no scheduler where one
             is said.
-        MissingExtraError: Dask distributed is not installed.
+        MissingExtraError: Dask distributed is not installed, for a scheduler.
     """
     workers, scheduler = given.get("workers"), given.get("scheduler")
     if workers is not None and scheduler is not None:
@@ -165,8 +166,7 @@ class SweepDisplay:
                 console=self._console,
             )  # fmt: skip
             self._bar.add_task("exploring", total=None, said="")
-            self._bar.start()
-        return self
+        return self  # it starts with the first outcome: workers are started without its thread
 
     def __exit__(self, *_: object) -> None:
         if self._bar is not None:
@@ -180,6 +180,7 @@ class SweepDisplay:
         if progress.refused:
             said += f", {progress.refused} without a gait"
         if self._bar is not None:
+            self._bar.start()
             self._bar.update(
                 self._bar.task_ids[0],
                 description=progress.stage,

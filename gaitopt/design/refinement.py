@@ -31,15 +31,18 @@ from gaitopt.design.active_set import (
     violated_rows,
 )
 from gaitopt.design.certificate import on_fine_grid
+from gaitopt.design.reduction import followed
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.nlp import Array, ProgressCallback, Solution, Start, Status, Stop, never, stopping
 from gaitopt.solvers.solver import Solver
+from gaitopt.solvers.sqp import SQP
 from gaitopt.tolerances import FEASIBLE
 
 MAX_ROUNDS = 20
 FASTER = 0.5
 """By which the worst violation has to fall in a round for the next to hold limits where they press.
 A limit that presses over a while needs instants all along it, and is held at its peaks."""
+FOLLOWED = 3  # first rounds that may begin with Newton's method; then nothing held is let go
 _WORTH_SOLVING = (Status.OPTIMAL, Status.STALLED)
 _WORTH_GOING_ON = (*_WORTH_SOLVING, Status.ITERATION_LIMIT)
 """A round that crawled is followed by another, at whose instants it often does not."""
@@ -93,7 +96,7 @@ def exchange(
     solve: Solve,
     fine: WalkProblem | None,
     peaks: Iterable[ViolatedRow] = (),
-    enough: float = 0.0,
+    newton: SQP | None = None,
 ) -> Iterator[tuple[WalkProblem, Solution]]:
     """Yield a walk and its solution round after round until one keeps the limits.
 
@@ -107,23 +110,29 @@ def exchange(
         solve: solves a round.
         fine: the walk on the certificate's grid; None to leave the limits at the samples.
         peaks: where x exceeds limits.
-        enough: scaled violation between the samples with which the last round may end.
+        newton: of whose kind rounds may begin with Newton's method, its instants moving along.
 
     Raises:
         EvaluationError: a solution's walk is not defined on the fine grid.
     """
     instants, active, peaks = instants_of(sparse, active), tuple(active), tuple(peaks)
     excess = _worst(peaks)
-    for _ in range(MAX_ROUNDS):
-        active = moved(active, peaks)
-        instants = np.union1d(instants, instants_of(sparse, active))
+    for number in range(MAX_ROUNDS):
+        active, near = moved(active, peaks), None
+        if newton is not None and fine is not None and number < FOLLOWED:
+            near = followed(sparse, fine, x, active, newton)
         beside = [one for peak in peaks for one in peak.beside]  # to stay if they press
+        if near is None:
+            instants = np.union1d(instants, instants_of(sparse, active))
+        else:
+            x, active, beside = near.x, near.active, []
+            instants = instants_of(sparse, active)
         problem = sparse.with_grid(sparse.grid.with_instants(np.union1d(instants, beside)))
         solution = solve(problem, Start(x, placed(problem, active)))
-        yield problem, solution
+        yield problem, solution if near is None else _with_steps(solution, near.steps)
         x, active = solution.x, active_rows(problem, solution.multipliers)
         peaks = () if fine is None else violated_rows(fine, x)
-        if all(peak.excess <= enough for peak in peaks):
+        if not peaks:
             return
         before, excess = excess, _worst(peaks)
         if excess < FASTER * before:
@@ -132,6 +141,16 @@ def exchange(
 
 def _worst(peaks: Iterable[ViolatedRow]) -> float:
     return max((peak.excess for peak in peaks), default=np.inf)
+
+
+def _with_steps(solution: Solution, steps: int) -> Solution:
+    """Return a solution that counts the steps that led to its start."""
+    return replace(
+        solution,
+        iterations=solution.iterations + steps,
+        evaluations=solution.evaluations + steps,
+        hessians=solution.hessians + steps,
+    )
 
 
 def pruned(

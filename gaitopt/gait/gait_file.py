@@ -208,6 +208,15 @@ def save_gait(gait: Gait, path: str | Path) -> Path:
         InputError: the path cannot be written.
         RobotError: the gait has no `multibody`, and its URDF is not its robot.
     """
+    return write_atomically(path, gait_bytes(gait))
+
+
+def gait_bytes(gait: Gait) -> bytes:
+    """Return the content of a gait file.
+
+    Raises:
+        RobotError: the gait has no `multibody`, and its URDF is not its robot.
+    """
     parts = {name: _bytes(array) for name, array in gait_members(gait).items()}
     digest = {name: hashlib.sha256(data).hexdigest() for name, data in parts.items()}
     parts["digest"] = _bytes(np.array(json.dumps(digest)))
@@ -217,7 +226,7 @@ def save_gait(gait: Gait, path: str | Path) -> Path:
             entry = zipfile.ZipInfo(f"{name}.npy", date_time=_EPOCH)
             entry.compress_type = zipfile.ZIP_DEFLATED
             archive.writestr(entry, data)
-    return write_atomically(path, buffer.getvalue())
+    return buffer.getvalue()
 
 
 def load_gait(path: str | Path, *, verify: bool = True) -> Gait:

@@ -9,19 +9,20 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from gaitopt.design.active_set import ActiveRow, active_rows
+from gaitopt.design.active_set import DIGITS, SAME_PEAK, ActiveRow, active_rows
 from gaitopt.design.certificate import on_fine_grid
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.refinement import with_work
 from gaitopt.design.starts import SECOND, StartJob
 from gaitopt.errors import EvaluationError, InputError, UnreachableError
 from gaitopt.gait.initial_guess import first_guess, resized
-from gaitopt.gait.problem import WalkProblem
+from gaitopt.gait.problem import WalkProblem, walk_layout
 from gaitopt.nlp import Array, Solution
 from gaitopt.solvers import Solver
 from gaitopt.sweep.grid import with_values
 from gaitopt.sweep.scenario import Scenario, interpolated
 from gaitopt.sweep.semi_infinite import (
+    MAX_ITERATIONS,
     FeasibleWalk,
     joined,
     solve_between_samples,
@@ -29,10 +30,7 @@ from gaitopt.sweep.semi_infinite import (
 )
 from gaitopt.sweep.warm_start import WarmStart
 
-# How exactly walks are solved before they are finished (measured on sweeps over speed).
-TOLERANCE = 1e-4  # KKT residual; with 1e-3 some go astray
-VIOLATION = 1e-4  # scaled, between the samples; costs are right to 2e-4
-MAX_ITERATIONS = 100  # a neighbour's walk needs a tenth of them
+LEAP = 0.5  # scaled difference of parameters from which on walks are taken for two branches
 SUBSTEPS = (2, 4)  # into which a stride to a neighbour is divided if it fails
 DIFFERENCE = 1e-5  # relative change of a swept quantity, for the derivative of the cost
 NOISE = (0.1, 0.2)  # rad, of the disturbed first guesses tried in the end
@@ -55,6 +53,24 @@ class Neighbour:
     name: str
 
 
+@dataclass(frozen=True, eq=False)
+class Station:
+    """A walk that differs in one quantity from the one that is sought.
+
+    Attributes:
+        place: by how much the quantity is larger there.
+        walk: the walk.
+        name: of its point.
+    """
+
+    place: float
+    walk: WarmStart
+    name: str
+
+
+Line = tuple[Station, ...]
+
+
 def continue_from(
     scenario: Scenario,
     neighbours: Sequence[Neighbour],
@@ -64,11 +80,13 @@ def continue_from(
     substeps: bool,
     cold_start: bool,
     cost_limit: float = math.inf,
+    line: Line = (),
 ) -> WarmStart | None:
     """Return a walk of a scenario, the first that is found in this order.
 
-    From each neighbour; by smaller steps from each neighbour; from the usual first guess or from a
-    slower walk, whichever is cheaper; from disturbed guesses.
+    From the polynomial through the walks of a line, as far as they are of one branch; from each
+    neighbour; by smaller steps from each neighbour; from the usual first guess or from a slower
+    walk, whichever is cheaper; from disturbed guesses.
 
     Args:
         scenario: where to.
@@ -78,11 +96,19 @@ def continue_from(
         substeps: whether to try smaller steps.
         cold_start: whether to try without neighbours too.
         cost_limit: of a walk that is wanted from a neighbour.
+        line: walks along one quantity, the first that of the first neighbour.
 
     Raises:
         InputError: the task or the robot cannot be.
     """
     began = time.process_time()
+    near = _of_one_branch(line, scenario)
+    if len(near) > 1:
+        problem = WalkProblem(scenario.robot.build(), scenario.task)
+        found = _feasible(problem, *extrapolated(near), options, cost_limit)
+        if found is not None:
+            walk = _warm_start(scenario, found, began, axes, near[0].name)
+            return replace(walk, beside=tuple(station.name for station in near[1:]))
     for steps in (1, *SUBSTEPS) if substeps else (1,):
         for start in neighbours:
             found = _strides(start, scenario, steps, options, cost_limit)
@@ -124,6 +150,58 @@ def cold_walks(scenario: Scenario, options: DesignOptions) -> Iterator[tuple[str
             yield "disturbed", one.solution
 
 
+def _of_one_branch(line: Line, scenario: Scenario) -> Line:
+    """Return the walks of a line that are of the branch of the first, as far as can be seen."""
+    if not line:
+        return ()
+    scale = walk_layout(scenario.robot.build(), scenario.task).scale()
+    x = line[0].walk.x
+    return tuple(
+        one
+        for one in line
+        if one.walk.x.shape == scale.shape and np.abs((one.walk.x - x) / scale).max() < LEAP
+    )
+
+
+def extrapolated(line: Line) -> tuple[Array, tuple[ActiveRow, ...]]:
+    """Return parameters and active limits by the polynomial through walks, where its argument is 0.
+
+    The active limits are those of the first walk; where the others have them too, at about the same
+    instant, instant and multiplier are of the polynomial.
+    """
+    places: Array = np.array([one.place for one in line])
+    weights = [
+        float(np.prod(np.delete(places, k) / (np.delete(places, k) - places[k])))
+        for k in range(places.size)
+    ]
+    x = np.sum([w * one.walk.x for w, one in zip(weights, line, strict=True)], axis=0)
+    active = tuple(_extrapolated(row, line[1:], weights) for row in line[0].walk.active)
+    return np.asarray(x), active
+
+
+def _extrapolated(row: ActiveRow, others: Line, weights: Sequence[float]) -> ActiveRow:
+    instant, multiplier = weights[0] * row.instant, weights[0] * row.multiplier
+    for weight, other in zip(weights[1:], others, strict=True):
+        alike = [
+            one
+            for one in other.walk.active
+            if (one.constraint, one.entry) == (row.constraint, row.entry)
+            and abs(one.instant - row.instant) <= SAME_PEAK
+            and one.multiplier * row.multiplier > 0.0
+        ]
+        if not alike:
+            return row
+        nearest = min(alike, key=lambda one: abs(one.instant - row.instant))
+        instant += weight * nearest.instant
+        multiplier += weight * nearest.multiplier
+    inside = SAME_PEAK < instant < 1.0 - SAME_PEAK and row.instant % 1.0 != 0.0
+    return replace(
+        row,
+        instant=round(instant, DIGITS) if inside else row.instant,
+        multiplier=multiplier if multiplier * row.multiplier > 0.0 else 0.0,
+    )
+
+
 def _strides(
     start: Neighbour, goal: Scenario, steps: int, options: DesignOptions, cost_limit: float
 ) -> FeasibleWalk | None:
@@ -160,16 +238,14 @@ def _feasible(
     fine = on_fine_grid(sparse) if options.refine else None
     solver = path_solver(options)
     try:
-        return solve_between_samples(
-            sparse, x, active, solver, fine, enough=VIOLATION, cost_limit=cost_limit
-        )
+        return solve_between_samples(sparse, x, active, solver, fine, cost_limit=cost_limit)
     except EvaluationError:
         return None
 
 
 def path_solver(options: DesignOptions) -> Solver:
-    """Return the solver for walks that are not finished yet: it stops early, also at failure."""
-    return warm_solver(options).limited(MAX_ITERATIONS, TOLERANCE)
+    """Return the solver for walks from their neighbours: it stops early at failure."""
+    return warm_solver(options).limited(MAX_ITERATIONS)
 
 
 def _warm_start(

@@ -1,4 +1,4 @@
-"""Jobs of a sweep, and executors that do them: any of `concurrent.futures`, or workers of Dask.
+"""Jobs of a sweep, and workers of Dask on other machines that do them.
 
 Only the sweep itself writes; workers take a job and send back what came of it. A job of a Dask
 worker that dies is given to another.
@@ -7,25 +7,22 @@ worker that dies is given to another.
 from __future__ import annotations
 
 import math
-import signal
 import time
 from collections.abc import Callable
-from concurrent.futures import BrokenExecutor, Executor, Future, ThreadPoolExecutor, wait
+from concurrent.futures import BrokenExecutor, Executor, Future
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
-from multiprocessing import resource_tracker
 from typing import Any
 
-from gaitopt.bounds import WORKERS, at_most, shown
 from gaitopt.design.active_set import active_rows
 from gaitopt.design.design import Design, design
 from gaitopt.design.diagnosis import Diagnosis
 from gaitopt.design.options import DesignOptions
-from gaitopt.design.process import leave_ctrl_c, small_matrices
+from gaitopt.design.process import small_matrices
 from gaitopt.errors import InputError, MissingExtraError, NoGaitFoundError, UnreachableError
-from gaitopt.gait.result import Gait
-from gaitopt.sweep.continuation import Neighbour, continue_from
+from gaitopt.gait.gait_file import gait_bytes
+from gaitopt.sweep.continuation import Line, Neighbour, continue_from
 from gaitopt.sweep.grid import Index
 from gaitopt.sweep.scenario import Scenario
 from gaitopt.sweep.semi_infinite import finish
@@ -34,7 +31,6 @@ from gaitopt.sweep.warm_start import WarmStart
 
 CONTINUE, FINISH, DIAGNOSE = "continue", "finish", "diagnose"
 
-START_SECONDS = 60.0  # for local workers to come up
 REACH_SECONDS = 8.0  # to reach a scheduler that is there
 
 
@@ -49,7 +45,7 @@ class Job:
         scenario: its robot and task.
         axes: swept quantities with their values there.
         options: as of `design`.
-        neighbours, substeps, cold_start, cost_limit: see `continue_from`.
+        neighbours, substeps, cold_start, cost_limit, line: see `continue_from`.
         walk: to be finished.
     """
 
@@ -62,6 +58,7 @@ class Job:
     substeps: bool = False
     cold_start: bool = False
     cost_limit: float = math.inf
+    line: Line = ()
     walk: WarmStart | None = None
 
 
@@ -72,14 +69,14 @@ class Outcome:
     Attributes:
         job: which.
         walk: if one was found or known.
-        gait, row: the finished gait and its line of the table.
+        file, row: the finished gait, as its file holds it, and its line of the table.
         refusal: why there is no gait, one thought each, JSON-able.
         seconds: of processor.
     """
 
     job: Job
     walk: WarmStart | None
-    gait: Gait | None = None
+    file: bytes | None = None
     row: Row | None = None
     refusal: dict[str, object] | None = None
     seconds: float = 0.0
@@ -110,6 +107,7 @@ def _continue(job: Job) -> Outcome:
         substeps=job.substeps,
         cold_start=job.cold_start,
         cost_limit=job.cost_limit,
+        line=job.line,
     )
     return Outcome(job, found)
 
@@ -151,30 +149,22 @@ def _finished(job: Job, walk: WarmStart, found: Design, began: float) -> Outcome
     seconds = walk.seconds + time.process_time() - began
     row = gait_row(found, walk, dict(job.axes), seconds)
     meta = {**found.gait.meta, "sweep": {"values": dict(job.axes), "origin": walk.origin}}
-    return Outcome(job, walk, gait=replace(found.gait, meta=meta), row=row)
+    return Outcome(job, walk, file=gait_bytes(replace(found.gait, meta=meta)), row=row)
 
 
 _WORK = {CONTINUE: _continue, FINISH: _finish, DIAGNOSE: _diagnose}
 
 
 class DaskExecutor(Executor):
-    """Workers of a Dask scheduler, reached or started for the first job.
+    """Workers of a Dask scheduler.
 
     Args:
-        connect: returns a client, and the cluster that was started for it if any; both are closed
-            by `shutdown`.
+        client: of the scheduler; closed by `shutdown`.
     """
 
-    def __init__(self, connect: Callable[[], tuple[Any, Any]]) -> None:
-        self._connect = connect
-        self._connected: tuple[Any, Any] | None = None
+    def __init__(self, client: Any) -> None:
+        self._client = client
         self._remote: set[Any] = set()  # Dask forgets a job of which nobody holds the future
-
-    def client(self) -> Any:
-        """Return the client of Dask, connected by the first call."""
-        if self._connected is None:
-            self._connected = self._connect()
-        return self._connected[0]
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
         """Send a call to the scheduler.
@@ -183,7 +173,7 @@ class DaskExecutor(Executor):
         where the scheduler is gone.
         """
         future: Future[Any] = Future()
-        remote = self.client().submit(fn, *args, pure=False, **kwargs)
+        remote = self._client.submit(fn, *args, pure=False, **kwargs)
         self._remote.add(remote)
         remote.add_done_callback(partial(self._pass_on, future))
         return future
@@ -210,82 +200,12 @@ class DaskExecutor(Executor):
         future.set_exception(error)
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """Cancel what is not done; leave the scheduler, and stop it if it was started here."""
+        """Cancel what is not done, and leave the scheduler."""
         del wait, cancel_futures
-        if self._connected is None:
-            return
-        client, cluster = self._connected
         with suppress(Exception):  # whatever state it is in, it is no longer needed
-            client.cancel(list(self._remote))
-        for one in (client, cluster):
-            if one is not None:
-                with suppress(Exception):
-                    one.close()
-
-
-def local_workers(workers: int, on_start: Callable[[], None] = lambda: None) -> DaskExecutor:
-    """Return processes on this machine, one thread each, started when there is work for them.
-
-    A script must start its work under `if __name__ == "__main__":`, because each process imports
-    it. Ctrl-C while they start stops them again.
-
-    Args:
-        workers: how many.
-        on_start: called before they are started, which takes seconds.
-
-    Raises:
-        InputError: fewer than one worker.
-        MissingExtraError: Dask distributed is not installed.
-    """
-    if workers < 1:
-        raise InputError(f"{shown(workers)} workers are too few; give at least 1")
-    at_most(workers, WORKERS, "workers")
-    _distributed()
-
-    def connect() -> tuple[Any, Any]:
-        on_start()
-        # Ctrl-C amid its start leaves Dask in disorder, so that it starts in a thread of its own,
-        # whose processes inherit that they never receive it.
-        with ThreadPoolExecutor(1, initializer=_block_ctrl_c) as pool:
-            starting = pool.submit(_local_cluster, workers)
-            try:
-                return starting.result()
-            except KeyboardInterrupt:
-                _stop(starting)
-                raise
-
-    return DaskExecutor(connect)
-
-
-def _stop(starting: Future[tuple[Any, Any]]) -> None:
-    """Stop workers once they are there, whatever is pressed meanwhile."""
-    while not starting.done():
-        with suppress(KeyboardInterrupt):
-            wait([starting])
-    if starting.exception() is None:
-        for one in starting.result():
-            with suppress(Exception):
-                one.close()
-
-
-def _block_ctrl_c() -> None:
-    if hasattr(signal, "pthread_sigmask"):  # POSIX
-        resource_tracker.ensure_running()  # else it starts with the first process, and unblocks
-        signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-
-
-def _local_cluster(workers: int) -> tuple[Any, Any]:
-    distributed = _distributed()
-    cluster = distributed.LocalCluster(
-        n_workers=workers,
-        threads_per_worker=1,
-        processes=True,
-        dashboard_address="127.0.0.1:0",  # any free port; with None it warns if 8787 is taken
-        host="127.0.0.1",
-        silence_logs=50,
-        preload=[__name__],
-    )
-    return distributed.Client(cluster, timeout=START_SECONDS), cluster
+            self._client.cancel(list(self._remote))
+        with suppress(Exception):
+            self._client.close()
 
 
 def joined_scheduler(address: str) -> DaskExecutor:
@@ -307,15 +227,7 @@ def joined_scheduler(address: str) -> DaskExecutor:
     if not client.nthreads():
         client.close()
         raise InputError(f"the scheduler at '{address}' has no workers; start some: dask worker")
-    executor = DaskExecutor(lambda: (client, None))
-    executor.client()  # so that `shutdown` leaves it
-    return executor
-
-
-def dask_setup(worker: object) -> None:
-    """Leave Ctrl-C to the sweep; Dask calls this in each local worker as it starts."""
-    del worker
-    leave_ctrl_c()
+    return DaskExecutor(client)
 
 
 def _distributed() -> Any:

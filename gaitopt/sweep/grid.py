@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from bisect import bisect_left
 from collections.abc import Iterable, Iterator, Mapping, Sized
 from contextlib import suppress
 from dataclasses import dataclass, fields, replace
@@ -204,7 +205,7 @@ class Grid:
     def order(self) -> tuple[Index, ...]:
         """All points, those near a seed first."""
         ranges = [range(len(axis.values)) for axis in self.axes]
-        return tuple(sorted(itertools.product(*ranges), key=lambda p: (self._ring(p), p)))
+        return tuple(sorted(itertools.product(*ranges), key=lambda p: (self.ring(p), p)))
 
     def __contains__(self, point: object) -> bool:
         """Whether there is such a point."""
@@ -228,9 +229,22 @@ class Grid:
                 if 0 <= point[k] + step < len(axis.values):
                     yield k, (*point[:k], point[k] + step, *point[k + 1 :])
 
-    def inner(self, point: Index) -> list[Index]:
-        """Return the neighbours nearer to a seed: those that are explored before the point."""
-        return [q for _, q in self.neighbours(point) if self._ring(q) < self._ring(point)]
+    @cached_property
+    def levels(self) -> tuple[Level, ...]:
+        """The grids through which it is explored, from every so many values to all of them."""
+        strides = [_coarsest(len(axis.values)) for axis in self.axes]
+        found: list[Level] = []
+        while not found or max(strides) >= 1:
+            nodes = tuple(
+                tuple(sorted({*range(0, len(axis.values), max(stride, 1)), len(axis.values) - 1,
+                              *(seed[k] for seed in self.seeds)}))
+                for k, (axis, stride) in enumerate(zip(self.axes, strides, strict=True))
+            )  # fmt: skip
+            found.append(Level(self, nodes, found[-1].nodes if found else None))
+            if max(strides) <= 1:
+                break
+            strides = [stride // 2 for stride in strides]
+        return tuple(found)
 
     @property
     def probes(self) -> tuple[Index, ...]:
@@ -266,7 +280,8 @@ class Grid:
         """Return the name of a point in files: "speed=0.85,duration=0.4"."""
         return ",".join(f"{name}={value:.10g}" for name, value in self.values(point).items())
 
-    def _ring(self, point: Index) -> int:
+    def ring(self, point: Index) -> int:
+        """Return how many values a point is away from a seed."""
         return min(sum(abs(i - j) for i, j in zip(point, seed, strict=True)) for seed in self.seeds)
 
     def _middle(self) -> Index:
@@ -277,3 +292,76 @@ class Grid:
         k = sizes.index(max(sizes))
         ends = {0, sizes[k] - 1}
         return tuple(sorted((*middle[:k], end, *middle[k + 1 :]) for end in ends))
+
+
+COARSE = 16  # values of an axis, at least, with which the exploration of a longer one begins
+
+
+def _coarsest(count: int) -> int:
+    """Return every how many-th of so many values is explored first, a power of two."""
+    return 1 << max(0, int(math.log2(max(1, (count - 1) / COARSE))))
+
+
+@dataclass(frozen=True)
+class Level:
+    """A part of a grid: some values of every axis, and all their combinations.
+
+    Attributes:
+        grid: the whole.
+        nodes: which values of each axis.
+        coarser: those of the level before it, None for the first.
+    """
+
+    grid: Grid
+    nodes: tuple[tuple[int, ...], ...]
+    coarser: tuple[tuple[int, ...], ...] | None
+
+    @cached_property
+    def points(self) -> tuple[Index, ...]:
+        """All points, those near a seed first."""
+        return tuple(sorted(itertools.product(*self.nodes), key=lambda p: (self.grid.ring(p), p)))
+
+    def neighbours(self, point: Index) -> Iterator[tuple[int, Index]]:
+        """Yield the points one node away, each with the axis along which."""
+        for k, nodes in enumerate(self.nodes):
+            at = bisect_left(nodes, point[k])
+            for step in (-1, 1):
+                if 0 <= at + step < len(nodes):
+                    yield k, (*point[:k], nodes[at + step], *point[k + 1 :])
+
+    def inner(self, point: Index) -> list[Index]:
+        """Return the neighbours that are explored before a point of this level.
+
+        On the first level these are the ones nearer to a seed, on the others those between which
+        the point lies.
+        """
+        if self.coarser is None:
+            ring = self.grid.ring
+            return [q for _, q in self.neighbours(point) if ring(q) < ring(point)]
+        return [q for k, q in self.neighbours(point) if point[k] not in self.coarser[k]]
+
+    def line(self, point: Index, origin: Index) -> list[Index]:
+        """Return the points explored before a point that are on its line through a neighbour.
+
+        On the first level the neighbour and the one beyond it; on the others four around the point
+        where it lies on a line of the coarser level, else the two between which it lies.
+        """
+        (k,) = (n for n, (a, b) in enumerate(zip(point, origin, strict=True)) if a != b)
+        if self.coarser is None:
+            beyond = [q for q in self.inner(origin) if _on_line(q, origin, k)]
+            away = [q for q in beyond if (q[k] - origin[k]) * (origin[k] - point[k]) > 0]
+            return [origin, *away]
+        others = [n for n in range(len(point)) if n != k]
+        nodes = self.nodes[k]
+        if all(point[n] in self.coarser[n] for n in others):
+            nodes = self.coarser[k]
+        at = bisect_left(nodes, point[k])
+        near = [*nodes[max(0, at - 2) : at], *nodes[at : at + 2]]
+        if nodes is self.nodes[k]:
+            near = [nodes[i] for i in (at - 1, at + 1) if 0 <= i < len(nodes)]
+        found = [(*point[:k], node, *point[k + 1 :]) for node in near]
+        return [origin, *(q for q in found if q != origin)]
+
+
+def _on_line(a: Index, b: Index, axis: int) -> bool:
+    return all(i == j for n, (i, j) in enumerate(zip(a, b, strict=True)) if n != axis)

@@ -16,10 +16,10 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from gaitopt.atomic import is_leftover
+from gaitopt.atomic import is_leftover, write_atomically
 from gaitopt.errors import GaitFileError, GaitoptError, InputError
 from gaitopt.gait.costs import TorqueCost
-from gaitopt.gait.gait_file import load_gait, save_gait
+from gaitopt.gait.gait_file import load_gait
 from gaitopt.gait.plugin import extension_record
 from gaitopt.gait.result import Gait
 from gaitopt.sweep.database import DATABASE, LOCK, Database, digest, read_database
@@ -409,18 +409,18 @@ class Writer:
         if time.monotonic() - self._written > max(PERIOD, 20.0 * self._taken):
             self.write_table()
 
-    def save(self, point: Index, gait: Gait, row: Row, state: PointState) -> None:
-        """Write a gait, then its line and the state of its point.
+    def save(self, point: Index, file: bytes, row: Row, state: PointState) -> None:
+        """Write the file of a gait, then its line and the state of its point.
 
         Raises:
             InputError: one of them cannot be written; what was written before is kept.
         """
         name = _file_of(self.grid, point)
         try:
-            written = digest(save_gait(gait, self.directory / name).read_bytes())
+            write_atomically(self.directory / name, file)
         except InputError as error:
             raise self._kept(error) from error
-        self.note({point: replace(state, row={**row, "file": name}, file_digest=written)})
+        self.note({point: replace(state, row={**row, "file": name}, file_digest=digest(file))})
         self.faults.pop(point, None)
 
     def write_table(self) -> None:

@@ -17,6 +17,7 @@ from collections import deque
 from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Future, wait
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from pathlib import Path
 from types import NoneType
 from typing import Protocol
@@ -27,13 +28,14 @@ from gaitopt.design.options import DesignOptions
 from gaitopt.errors import GaitoptError, InputError
 from gaitopt.gait.task import Task
 from gaitopt.model.robot import Robot
-from gaitopt.sweep.continuation import Neighbour
+from gaitopt.sweep.continuation import Line, Neighbour, Station
 from gaitopt.sweep.executor import CONTINUE, DIAGNOSE, FINISH, Job, Outcome, run_job, run_job_alone
 from gaitopt.sweep.grid import OF_STRIDES, Axis, Grid, Index, with_values
 from gaitopt.sweep.library import Library, Writer, open_library
 from gaitopt.sweep.manifest import manifest_record
 from gaitopt.sweep.scenario import RobotSource, Scenario
 from gaitopt.sweep.warm_start import SAME_COST, WarmStart, is_better, promising
+from gaitopt.sweep.workers import LocalWorkers
 
 NEAREST = 3  # neighbours that a point is tried from
 ROUNDS = 1000  # of comparison; nothing is tried twice, so this is never reached
@@ -199,7 +201,9 @@ class Scheduler:
     ) -> None:
         self._scenarios, self._options, self._writer = scenarios, options, writer
         self._executor, self._on_progress = executor, on_progress
+        self._run = run_job if isinstance(executor, LocalWorkers) else run_job_alone
         self._grid, self._states = writer.grid, writer.states
+        self._level = self._grid.levels[0]
         self._handed_on: dict[Index, list[Index]] = {}  # by points without a walk, to those beyond
         self._named = {self._grid.name(point): point for point in self._grid.order}
         self._counted = tuple(  # sets: to count thousands of points after each job takes long
@@ -208,17 +212,26 @@ class Scheduler:
 
     def run(self) -> None:
         """Bring every point to a gait, or to the reason why there is none."""
-        self._explore()
-        self._probe()
-        for _ in range(ROUNDS):
-            if not self._compare() and not self._start_anew():
-                break
+        levels = self._grid.levels
+        reached = [any(self._states[p].explored for p in level.points) for level in levels]
+        new = [set(b.points) - set(a.points) for a, b in pairwise(levels)]
+        for number, points in enumerate(new, 1):
+            reached[number] = any(self._states[p].explored for p in points)
+        first = max((n for n, begun in enumerate(reached) if begun), default=0)
+        for level in levels[first:]:  # what was done of coarser ones is settled
+            self._level = level
+            self._explore()
+            self._probe()
+            for _ in range(ROUNDS):
+                if not self._compare() and not self._start_anew():
+                    break
         self._finish()
 
     def _explore(self) -> None:
-        """Every point once, as soon as all its inner neighbours are explored."""
+        """Every point of a level once, as soon as all its inner neighbours are explored."""
         begun = {point for point, state in self._states.items() if state.explored}
-        inner = {point: self._grid.inner(point) for point in self._grid.order}
+        level = self._level
+        inner = {point: level.inner(point) for point in level.points if point not in begun}
 
         def begin(candidates: Iterable[Index]) -> list[Job]:
             ready = [
@@ -231,18 +244,35 @@ class Scheduler:
 
         def note(outcome: Outcome) -> list[Job]:
             self._note_walk(outcome)
-            return begin(q for _, q in self._grid.neighbours(outcome.job.point))
+            return begin(q for _, q in level.neighbours(outcome.job.point))
 
-        self._drive("exploring", begin(self._grid.order), note)
+        self._drive("exploring", begin(level.points), note)
 
     def _first(self, point: Index) -> Job:
         near = self._origins(point)[:NEAREST]
-        return self._continue(point, near, substeps=True, cold_start=not near)
+        line = self._line(point, near[0]) if near else ()
+        return self._continue(point, near, substeps=True, cold_start=not near, line=line)
+
+    def _line(self, point: Index, origin: Index) -> Line:
+        """Return walks on the line through a point and the one it starts from.
+
+        None where that is no neighbour, or the robot differs.
+        """
+        level = self._level
+        axes = [k for k, q in level.neighbours(point) if q == origin]
+        if not axes or self._grid.axes[axes[0]].of_robot:
+            return ()
+        values = self._grid.axes[axes[0]].values
+        return tuple(
+            Station(values[q[axes[0]]] - values[point[axes[0]]], walk, self._grid.name(q))
+            for q in level.line(point, origin)
+            if (walk := self._walk_at(q)) is not None
+        )
 
     def _origins(self, point: Index) -> list[Index]:
         """Return inner neighbours that walk, in place of others those they were tried from."""
         found: set[Index] = set()
-        for other in self._grid.inner(point):
+        for other in self._level.inner(point):
             if self._walk_at(other) is not None:
                 found.add(other)
             else:
@@ -263,7 +293,8 @@ class Scheduler:
 
     def _probe(self) -> None:
         """Far from the seeds, and off a branch, start anew as well: others may be better."""
-        wanted = {*self._grid.probes, *filter(self._left_branch, self._grid.order)}
+        points = self._level.points
+        wanted = {*set(self._grid.probes).intersection(points), *filter(self._left_branch, points)}
         jobs = [self._anew(p) for p in sorted(wanted) if not self._states[p].cold_started]
         self._drive("probing", jobs, self._note_walk)
 
@@ -273,7 +304,8 @@ class Scheduler:
         A neighbour that may itself be about to change is waited for.
         """
         if not self._due():  # else an earlier call was interrupted in the midst of a round
-            rivals = {p: q for p in self._grid.order if (q := self._rival(p)) is not None}
+            points = self._level.points
+            rivals = {p: q for p in points if (q := self._rival(p)) is not None}
             settled = {p: q for p, q in rivals.items() if q not in rivals}
             pairs = settled or rivals
             self._writer.note({p: replace(self._states[p], due=q) for p, q in pairs.items()})
@@ -291,7 +323,7 @@ class Scheduler:
         """Return the most promising neighbour that a point was not yet tried from."""
         if self._writer.has_gait(point):
             return None
-        near = promising(self._grid, self._walk_at, point)
+        near = promising(self._grid, self._walk_at, point, self._level.neighbours(point))
         return next((q for q in near if not self._compared(point, q)), None)
 
     def _compared(self, point: Index, other: Index) -> bool:
@@ -305,7 +337,8 @@ class Scheduler:
 
     def _start_anew(self) -> bool:
         """Try points to which no neighbour led, as a single design; return whether any was."""
-        left = [p for p in self._grid.order if self._walk_at(p) is None or self._left_branch(p)]
+        points = self._level.points
+        left = [p for p in points if self._walk_at(p) is None or self._left_branch(p)]
         jobs = [self._anew(p) for p in left if not self._states[p].cold_started]
         self._drive("starting anew", jobs, self._note_walk)
         return bool(jobs)
@@ -337,7 +370,13 @@ class Scheduler:
         return walk
 
     def _continue(
-        self, point: Index, near: list[Index], *, substeps: bool, cold_start: bool
+        self,
+        point: Index,
+        near: list[Index],
+        *,
+        substeps: bool,
+        cold_start: bool,
+        line: Line = (),
     ) -> Job:
         neighbours = tuple(
             Neighbour(self._scenarios.at(q), self._walk(q), self._grid.name(q)) for q in near
@@ -345,7 +384,7 @@ class Scheduler:
         here = self._walk_at(point)
         limit = math.inf if here is None else here.cost * (1.0 - SAME_COST)
         how = {"substeps": substeps, "cold_start": cold_start, "cost_limit": limit}
-        return self._job(CONTINUE, point, neighbours=neighbours, **how)
+        return self._job(CONTINUE, point, neighbours=neighbours, line=line, **how)
 
     def _job(self, kind: str, point: Index, **more: object) -> Job:
         axes = tuple(self._grid.values(point).items())
@@ -360,6 +399,9 @@ class Scheduler:
             tried.add((self._named[neighbour.name], neighbour.walk.cost))
             if found is not None and found.origin == neighbour.name:
                 break
+        if found is not None:
+            foretold = {one.name: one.walk.cost for one in job.line}
+            tried.update((self._named[name], foretold[name]) for name in found.beside)
         state = replace(
             known,
             explored=True,
@@ -375,8 +417,8 @@ class Scheduler:
     def _note_gait(self, outcome: Outcome) -> list[Job]:
         point, known = outcome.job.point, self._states[outcome.job.point]
         state = replace(known, seconds=known.seconds + outcome.seconds)
-        if outcome.gait is not None and outcome.row is not None:
-            self._writer.save(point, outcome.gait, outcome.row, state)
+        if outcome.file is not None and outcome.row is not None:
+            self._writer.save(point, outcome.file, outcome.row, state)
         elif outcome.refusal is not None:
             self._writer.note({point: replace(state, refusal=outcome.refusal)})
         else:  # a walk at its samples that refinement did not survive
@@ -409,7 +451,7 @@ class Scheduler:
             return
         try:
             while waiting and len(running) < IN_FLIGHT:
-                running.add(self._executor.submit(run_job_alone, waiting.popleft()))
+                running.add(self._executor.submit(self._run, waiting.popleft()))
             for future in wait(running, return_when=FIRST_COMPLETED).done:
                 running.discard(future)
                 yield future.result()

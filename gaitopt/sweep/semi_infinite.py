@@ -6,7 +6,13 @@ import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
-from gaitopt.design.active_set import ActiveRow, active_rows, violated_rows
+from gaitopt.design.active_set import (
+    ActiveRow,
+    active_rows,
+    instants_of,
+    placed,
+    violated_rows,
+)
 from gaitopt.design.certificate import on_fine_grid
 from gaitopt.design.design import Design, design, finished
 from gaitopt.design.options import DesignOptions
@@ -15,9 +21,11 @@ from gaitopt.design.refinement import MAX_ROUNDS, exchange, pruned, with_work
 from gaitopt.errors import EvaluationError, NoGaitFoundError, UnreachableError
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.nlp import Array, Solution, Start
-from gaitopt.solvers import Solver
+from gaitopt.solvers import SQP, Solver
 from gaitopt.sweep.scenario import Scenario
 from gaitopt.sweep.warm_start import WarmStart
+
+MAX_ITERATIONS = 100  # a neighbour's walk needs a tenth of them
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,7 +55,6 @@ def solve_between_samples(
     solver: Solver,
     fine: WalkProblem | None,
     *,
-    enough: float = 0.0,
     cost_limit: float = math.inf,
 ) -> FeasibleWalk | None:
     """Return a walk near a point that keeps its limits between the samples, None if none is found.
@@ -58,7 +65,6 @@ def solve_between_samples(
         active: limits at which a walk like it is.
         solver: of every round.
         fine: the walk on the certificate's grid; None to leave the limits at the samples.
-        enough: scaled violation between the samples with which it may end.
         cost_limit: of a walk that is wanted; adding instants never lowers the cost.
 
     Raises:
@@ -69,9 +75,10 @@ def solve_between_samples(
     def solve(problem: WalkProblem, start: Start) -> Solution:
         return solver.solve(problem, start)
 
-    peaks = () if fine is None else violated_rows(fine, x)
+    newton = solver if isinstance(solver, SQP) and solver.hessian == "exact" else None
+    peaks = () if fine is None or newton is not None else violated_rows(fine, x)
     rounds = 0
-    for problem, solution in exchange(sparse, x, active, solve, fine, peaks, enough):
+    for problem, solution in exchange(sparse, x, active, solve, fine, peaks, newton):
         rounds += 1
         if not is_walk(solution) or solution.cost >= cost_limit:
             return None
@@ -81,8 +88,7 @@ def solve_between_samples(
             whole = with_work(solution, found.solution)
             found = FeasibleWalk(problem, whole, found.first_iterations)
     if rounds == MAX_ROUNDS and found is not None and fine is not None:
-        violated = any(peak.excess > enough for peak in violated_rows(fine, found.solution.x))
-        return None if violated else found
+        return None if violated_rows(fine, found.solution.x) else found
     return found
 
 
@@ -125,6 +131,9 @@ def _refined(scenario: Scenario, walk: WarmStart, options: DesignOptions) -> Des
     sparse = WalkProblem(scenario.robot.build(), scenario.task)
     try:
         fine = on_fine_grid(sparse)
+        whole = _as_it_is(sparse, walk, options, fine)
+        if whole is not None and whole.certificate.certified:
+            return whole
         between = fine if options.refine else None
         kept = solve_between_samples(sparse, walk.x, walk.active, warm_solver(options), between)
         if kept is None:
@@ -134,6 +143,18 @@ def _refined(scenario: Scenario, walk: WarmStart, options: DesignOptions) -> Des
         return finished(problem, solution, options.refine, fine)
     except EvaluationError:
         return None
+
+
+def _as_it_is(
+    sparse: WalkProblem, walk: WarmStart, options: DesignOptions, fine: WalkProblem
+) -> Design | None:
+    """Return a walk finished at the instants at which it presses, None if it is no walk there."""
+    problem = sparse.with_grid(sparse.grid.with_instants(instants_of(sparse, walk.active)))
+    start = Start(walk.x, placed(problem, walk.active))
+    solution = warm_solver(options).limited(MAX_ITERATIONS).solve(problem, start)
+    if not is_walk(solution):
+        return None
+    return finished(problem, options.solver.confirm(problem, solution), options.refine, fine)
 
 
 def _designed(scenario: Scenario, walk: WarmStart, options: DesignOptions) -> Design | None:

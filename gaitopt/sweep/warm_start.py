@@ -10,7 +10,7 @@ that it must have stayed on the branch.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -39,6 +39,7 @@ class WarmStart:
         iterations, evaluations: of everything.
         seconds: of processor.
         origin: "cold", "slower walk", "disturbed", or the name of the point it was reached from.
+        beside: names of other points through whose walks, of the same branch, it was foretold.
     """
 
     x: Array
@@ -50,6 +51,7 @@ class WarmStart:
     evaluations: int
     seconds: float
     origin: str
+    beside: tuple[str, ...] = ()
 
     @property
     def left_branch(self) -> bool:
@@ -73,7 +75,9 @@ def warm_start_of(record: Mapping[str, Any]) -> WarmStart:
     """
     if not isinstance(record["origin"], str):
         raise TypeError("the origin of a walk is no text")
-    gradient = record["cost_gradient"]
+    gradient, beside = record["cost_gradient"], tuple(record.get("beside", ()))
+    if not all(isinstance(name, str) for name in beside):
+        raise TypeError("a walk was foretold by what is no text")
     return WarmStart(
         x=np.array(record["x"], dtype=np.float64),
         cost=float(record["cost"]),
@@ -84,6 +88,7 @@ def warm_start_of(record: Mapping[str, Any]) -> WarmStart:
         evaluations=int(record["evaluations"]),
         seconds=float(record["seconds"]),
         origin=record["origin"],
+        beside=beside,
     )
 
 
@@ -94,7 +99,10 @@ def _active(constraint: object, entry: object, instant: Any, multiplier: Any) ->
 
 
 def promising(
-    grid: Grid, walk_at: Callable[[Index], WarmStart | None], point: Index
+    grid: Grid,
+    walk_at: Callable[[Index], WarmStart | None],
+    point: Index,
+    neighbours: Iterable[tuple[int, Index]] | None = None,
 ) -> list[Index]:
     """Return the neighbours from which a point might reach a lower cost, the best first.
 
@@ -102,10 +110,11 @@ def promising(
         grid: of the sweep.
         walk_at: returns the walk known at a point, None where none was found.
         point: which; one without a walk is promised one by every neighbour that walks.
+        neighbours: of the point, each with its axis; by default those one value away.
     """
     here = walk_at(point)
     found: list[tuple[float, Index]] = []
-    for axis, other in grid.neighbours(point):
+    for axis, other in grid.neighbours(point) if neighbours is None else neighbours:
         there = walk_at(other)
         if there is None or (here is not None and _followed(there, grid.name(point))):
             continue
@@ -122,7 +131,7 @@ def promising(
 
 
 def _followed(there: WarmStart, name: str) -> bool:
-    return there.origin == name and there.first_iterations <= ON_BRANCH
+    return name in (there.origin, *there.beside) and there.first_iterations <= ON_BRANCH
 
 
 def is_better(found: WarmStart | None, known: WarmStart | None) -> bool:

@@ -1,11 +1,6 @@
-import os
-import shutil
-import signal
-import socket
 import subprocess
 import sys
 import time
-from contextlib import suppress
 
 import pytest
 from sweeps import QUICK, SPEEDS, quick_task
@@ -17,30 +12,11 @@ pytest.importorskip("distributed", reason="the extra 'cluster' is not installed"
 pytestmark = pytest.mark.filterwarnings("ignore")  # what Dask says while workers die is its own
 
 from gaitopt.sweep import executor as cluster  # noqa: E402
-from gaitopt.sweep.executor import joined_scheduler, local_workers  # noqa: E402
+from gaitopt.sweep.executor import joined_scheduler  # noqa: E402
 
 
 def costs(library):
     return {row["speed"]: row["cost"] for row in library.rows}
-
-
-def test_two_workers_one_of_them_killed_find_what_one_process_finds(robot, swept, tmp_path):
-    told = []
-    with local_workers(2) as executor:
-        pids = list(executor.client().run(os.getpid).values())
-
-        def kill_one(progress):
-            told.append(progress)
-            if len(told) == 2:
-                os.kill(pids[0], signal.SIGKILL)
-
-        library = sweep(
-            robot, quick_task(), [SPEEDS], tmp_path / "l", QUICK,
-            executor=executor, on_progress=kill_one,
-        )  # fmt: skip
-    assert len(set(pids)) == 2
-    assert len(told) > 2
-    assert costs(library) == pytest.approx(costs(swept), rel=1e-9)
 
 
 @pytest.fixture
@@ -82,28 +58,6 @@ def test_an_address_where_nobody_answers_is_refused_soon(monkeypatch):
         joined_scheduler("tcp://127.0.0.1:9")
 
 
-@pytest.mark.filterwarnings("error:Port 8787")
-def test_local_workers_take_no_port_for_a_dashboard():
-    with socket.socket() as taken:
-        with suppress(OSError):  # somebody else has it: as good
-            taken.bind(("127.0.0.1", 8787))
-            taken.listen()
-        with local_workers(1) as executor:
-            assert len(executor.client().nthreads()) == 1
-
-
-def test_workers_are_started_for_the_first_job_only(robot, swept, tmp_path):
-    begun = []
-    directory = shutil.copytree(swept.directory, tmp_path / "lib")
-    with local_workers(1, lambda: begun.append(1)) as executor:
-        sweep(robot, quick_task(), [SPEEDS], directory, QUICK, executor=executor)
-        assert begun == []
-        (directory / "gaits" / "speed=1.npz").unlink()
-        sweep(robot, quick_task(), [SPEEDS], directory, QUICK, executor=executor)
-    assert begun == [1]
-    assert (directory / "gaits" / "speed=1.npz").exists()
-
-
 def test_a_scheduler_that_goes_away_is_told(robot, scheduler, tmp_path):
     from distributed import Client
 
@@ -119,29 +73,3 @@ def test_a_scheduler_that_goes_away_is_told(robot, scheduler, tmp_path):
             robot, quick_task(), [SPEEDS], tmp_path / "l", QUICK,
             executor=executor, on_progress=stop,
         )  # fmt: skip
-
-
-@pytest.mark.skipif(os.name != "posix", reason="process groups are POSIX")
-@pytest.mark.parametrize("everybody", [False, True])
-def test_ctrl_c_while_workers_start_is_one_message(tmp_path, everybody):
-    command = "from gaitopt.cli import main; main()"
-    process = subprocess.Popen(
-        [sys.executable, "-c", command, "sweep", "--speeds", "0.6:1.3:0.05", "--workers", "2",
-         "-o", str(tmp_path / "lib")],
-        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True,
-    )  # fmt: skip
-    first = process.stderr.readline()
-    time.sleep(0.5)  # amid the start, which takes longer
-    (os.killpg if everybody else os.kill)(process.pid, signal.SIGINT)
-    out, said = process.communicate(timeout=300)
-    assert first.startswith("starting workers: ")
-    assert process.returncode == 130
-    assert said.startswith("error: interrupted; 0 gaits")
-    assert (len(said.splitlines()), out) == (1, "")
-
-
-def test_no_workers_are_too_few():
-    with pytest.raises(InputError, match="0 workers are too few"):
-        local_workers(0)
-    with pytest.raises(InputError, match="-1 workers are too few"):
-        local_workers(-1)

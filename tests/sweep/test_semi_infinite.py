@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from gaitopt.design import refinement as exchange
@@ -12,7 +13,7 @@ from gaitopt.gait.problem import WalkProblem
 from gaitopt.solvers import SQP
 from gaitopt.sweep import semi_infinite
 from gaitopt.sweep.semi_infinite import solve_between_samples
-from gaitopt.tolerances import LIMITS
+from gaitopt.tolerances import LIMITS, REFINED
 
 SOLVER = SQP()
 
@@ -38,8 +39,11 @@ def test_no_limit_is_exceeded_between_the_samples(begun, kept):
     assert certify(kept.problem, kept.solution.x).worst.violation <= LIMITS
 
 
-def test_it_is_the_optimum_that_refinement_finds(kept, refined_design):
-    assert kept.solution.cost == pytest.approx(refined_design.solution.cost, rel=1e-7)
+def test_it_is_the_optimum_that_refinement_finds(begun, kept, refined_design):
+    """To what the violation that either may leave is worth."""
+    worth = REFINED * np.abs(kept.solution.multipliers).sum() / begun[0].cost_scale
+    assert worth < 1e-4 * kept.solution.cost
+    assert kept.solution.cost == pytest.approx(refined_design.solution.cost, abs=worth)
 
 
 def test_without_a_fine_grid_the_samples_suffice(begun):
@@ -47,15 +51,6 @@ def test_without_a_fine_grid_the_samples_suffice(begun):
     alone = solve_between_samples(problem, solution.x, active, SOLVER, None)
     assert alone.solution.cost == pytest.approx(solution.cost, rel=1e-8)
     assert alone.problem.grid.count == problem.task.samples
-
-
-def test_a_round_that_is_good_enough_is_the_last(begun, kept):
-    problem, solution, active, fine = begun
-    first = solve_between_samples(problem, solution.x, active, SOLVER, fine, enough=1.0)
-    assert first.first_iterations == first.solution.iterations > 0
-    assert solution.cost < first.solution.cost < kept.solution.cost
-    assert first.solution.cost == pytest.approx(kept.solution.cost, rel=1e-3)
-    assert kept.first_iterations == first.first_iterations < kept.solution.iterations
 
 
 def test_a_walk_that_costs_too_much_is_not_wanted(begun, kept):
@@ -73,8 +68,10 @@ def test_a_walk_that_still_exceeds_a_limit_in_the_last_round_is_none(begun, monk
     problem, solution, active, fine = begun
     for module in (exchange, semi_infinite):
         monkeypatch.setattr(module, "MAX_ROUNDS", 1)
+    monkeypatch.setattr(exchange, "FOLLOWED", 0)
     assert solve_between_samples(problem, solution.x, active, SOLVER, fine) is None
-    assert solve_between_samples(problem, solution.x, active, SOLVER, fine, enough=1.0) is not None
+    monkeypatch.setattr(semi_infinite, "violated_rows", lambda fine, x: ())
+    assert solve_between_samples(problem, solution.x, active, SOLVER, fine) is not None
 
 
 def test_no_walk_is_told(begun):

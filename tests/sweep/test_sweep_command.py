@@ -13,7 +13,6 @@ from typer.testing import CliRunner
 from gaitopt.cli import sweep as sweep_module
 from gaitopt.cli.app import app
 from gaitopt.gait.gait_file import load_gait, save_gait
-from gaitopt.sweep import executor
 from gaitopt.sweep.executor import DIAGNOSE
 from gaitopt.sweep.grid import Axis
 from gaitopt.sweep.library import open_library
@@ -290,13 +289,15 @@ def test_a_library_made_in_python_goes_on(robot, swept):
     ("wanted", "points", "got"), [(40, 4, 2), (2, 1, 1), (2, 9, 2), (200, 200, 2)]
 )
 def test_workers_are_no_more_than_there_is_use_for(monkeypatch, wanted, points, got):
-    pytest.importorskip("distributed", reason="the extra 'cluster' is not installed")
     monkeypatch.setattr(sweep_module, "processors", lambda: 2)
     axes = [Axis("speed", tuple(0.5 + 1e-5 * i for i in range(points)))]
     errors = Console(file=io.StringIO())
-    monkeypatch.setattr(executor, "_local_cluster", lambda workers: (workers, None))
-    made = sweep_module.make_executor({"workers": wanted}, axes, errors, quiet=False)
-    assert made.client() == got
+    started = []
+    monkeypatch.setattr(sweep_module, "local_workers", lambda *given: started.append(given))
+    sweep_module.make_executor({"workers": wanted}, axes, errors, quiet=False)
+    ((count, on_start),) = started
+    assert count == got
+    on_start()
     said = errors.file.getvalue()
     assert said.startswith(f"starting workers: {got}")
     assert (f"not {wanted}" in said) is (wanted != got)

@@ -1,0 +1,263 @@
+"""Newton's method for limits at every instant: the instants at which they are held move along.
+
+An exchange holds a limit where it is exceeded most and solves again; the extreme then lies a little
+beside that, and a round leaves about a quarter of the violation. Reduction takes the instant s(x)
+of an extreme for what it is, a function of the parameters with g_s(x, s) = 0. As a function of x
+alone the row g(x, s(x)) has the gradient g_x and the Hessian
+
+    g_xx - g_xs g_xs' / g_ss,
+
+and Newton's method for the program with these rows converges quadratically, instants included
+(Hettich & Kortanek, 1993, Semi-infinite programming, SIAM Review 35(3), section 7). It is for
+starts near a solution; whether it has found one is left to others to judge.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitopt.design.active_set import DIGITS, SAME_PEAK, ActiveRow, active_rows, placed
+from gaitopt.design.extremes import Extreme, located
+from gaitopt.errors import EvaluationError
+from gaitopt.gait.problem import WalkProblem
+from gaitopt.nlp import NLP, Array, Point, Rows, Values
+from gaitopt.solvers.globalization import initial_penalty
+from gaitopt.solvers.solver import make_iterate
+from gaitopt.solvers.sqp import SQP, WARM_RADIUS
+from gaitopt.solvers.subproblem import ElasticStep, build_model, pose_subproblem, solve_subproblem
+from gaitopt.tolerances import REFINED
+
+STEPS = 6  # at most
+SETTLED = 1e-3  # scaled length of a step after which the instants are known well enough
+CONTRACTION = 0.5  # of a step by the next; less is no quadratic convergence
+DELTA = 1e-4  # of the period, between the two Jacobians of which g_xs is the difference
+LEAST_BEND = 1e-2  # scaled second derivative in s; flatter extremes do not move
+FARTHEST = 0.03  # of the period that an instant may move in a step
+MERGED = 0.03  # of the period: samples nearer to an extreme of the same row say nothing more
+
+
+@dataclass(frozen=True)
+class Followed:
+    """Where Newton's method came to rest.
+
+    Attributes:
+        x: parameters, shape (P,).
+        active: limits with their multipliers, at the extremes.
+        steps: taken, each with one evaluation and one Hessian.
+    """
+
+    x: Array
+    active: tuple[ActiveRow, ...]
+    steps: int
+
+
+@dataclass(frozen=True)
+class _Held:
+    """A row at the instant at which it is held.
+
+    Attributes:
+        row: constraint, entry, instant and multiplier.
+        upper: whether the limit is the upper one.
+        bend: second derivative of its distance to the limit with respect to s; zero where the
+            instant does not move.
+    """
+
+    row: ActiveRow
+    upper: bool
+    bend: float = 0.0
+
+
+class _Masked(NLP):
+    """A walk of which some rows have no limits."""
+
+    def __init__(self, problem: WalkProblem, idle: NDArray[np.bool_]) -> None:
+        self.problem, self.has_hessian = problem, True
+        self.variables, self.cost_scale = problem.variables, problem.cost_scale
+        self.rows = Rows(
+            np.where(idle, -np.inf, problem.rows.lower), np.where(idle, np.inf, problem.rows.upper)
+        )
+
+    def values(self, x: Array) -> Values:
+        return self.problem.values(x)
+
+    def point(self, x: Array) -> Point:
+        return self.problem.point(x)
+
+    def hessian(self, x: Array, multipliers: Array, cost_weight: float) -> Array:
+        return self.problem.hessian(x, multipliers, cost_weight)
+
+    def describe(self, row: int) -> str:
+        return self.problem.describe(row)
+
+
+def followed(
+    sparse: WalkProblem, fine: WalkProblem, x: Array, active: Iterable[ActiveRow], solver: SQP
+) -> Followed | None:
+    """Return a walk near a point that keeps its limits at every instant, None if none is near.
+
+    Args:
+        sparse: the walk at its samples.
+        fine: the walk on the certificate's grid.
+        x: where to begin, shape (P,).
+        active: limits that a walk like it presses on.
+        solver: whose quadratic programs are used.
+    """
+    last = np.inf
+    try:
+        held = _at_extremes(fine, x, active)
+        for steps in range(1, STEPS + 1):
+            stage = _Stage(sparse, held)
+            step = stage.step(x, solver, last)
+            if step is None or (steps > 2 and step.length > CONTRACTION * last):
+                return None
+            x, held, last = *stage.after(x, step), step.length
+            if last <= SETTLED:
+                return Followed(x, tuple(one.row for one in held if one.row.multiplier), steps)
+    except EvaluationError:
+        pass
+    return None
+
+
+def _at_extremes(fine: WalkProblem, x: Array, active: Iterable[ActiveRow]) -> tuple[_Held, ...]:
+    """Return the active rows, those near an extreme of their row moved there and joined.
+
+    Extremes near their limit are held too, although nothing presses on them yet.
+    """
+    extremes = [one for one in located(fine, x) if np.isfinite(one.margin)]
+    left, held = list(active), []
+    vanishing: dict[tuple[str, int, bool], float] = {}
+    for one in extremes:
+        end = np.abs(fine.ends - one.instant).min()
+        if end < SAME_PEAK and abs(one.at_end) < REFINED:
+            vanishing[_row_of(one)] = max(one.curvature, vanishing.get(_row_of(one), 0.0))
+            continue  # held near the end at which it vanishes
+        if end < DELTA:
+            continue  # held at an end
+        rivals = [e.instant for e in extremes if _row_of(e) == _row_of(one)]
+        near = [row for row in left if _belongs(row, one, rivals)]
+        left = [row for row in left if row not in near]
+        bent = one.curvature > LEAST_BEND and np.abs(fine.breaks - one.instant).min() > DELTA
+        pressure = sum(row.multiplier for row in near)
+        instant = round(one.instant, DIGITS)
+        row = ActiveRow(one.constraint, one.entry, instant, pressure)
+        held.append(_Held(row, one.upper, one.curvature if bent else 0.0))
+    kept = [_Held(row, row.multiplier > 0.0) for row in left]
+    return *held, *(_off_the_end(one, fine.ends, vanishing) for one in kept)
+
+
+def _off_the_end(
+    held: _Held, ends: Array, vanishing: Mapping[tuple[str, int, bool], float]
+) -> _Held:
+    """Return a row that vanishes at an end held as far from there as refinement allows.
+
+    From walk to walk it would be held ever nearer, with a gradient that vanishes there too.
+    """
+    row = held.row
+    end = float(ends[np.abs(ends - row.instant).argmin()])
+    distance = abs(row.instant - end)
+    bend = vanishing.get((row.constraint, row.entry, held.upper), 0.0)
+    if not (0.0 < distance < SAME_PEAK and bend > 0.0):
+        return held
+    away = max(distance, min(SAME_PEAK, float(np.sqrt(4.0 * REFINED / bend))))
+    instant = round(end + away if row.instant > end else end - away, DIGITS)
+    return replace(held, row=replace(row, instant=instant))
+
+
+def _row_of(extreme: Extreme) -> tuple[str, int, bool]:
+    return extreme.constraint, extreme.entry, extreme.upper
+
+
+def _belongs(row: ActiveRow, extreme: Extreme, rivals: Sequence[float]) -> bool:
+    """Whether an active row is an extreme, moved a little: the nearest of that row."""
+    if (row.constraint, row.entry) != (extreme.constraint, extreme.entry):
+        return False
+    distance = abs(row.instant - extreme.instant)
+    side = row.multiplier == 0.0 or (row.multiplier > 0.0) == extreme.upper
+    nearest = distance <= min(abs(row.instant - rival) for rival in rivals)
+    return side and nearest and distance <= SAME_PEAK
+
+
+class _Stage:
+    """One step of Newton's method: the walk at the instants of the moment."""
+
+    def __init__(self, sparse: WalkProblem, held: Sequence[_Held]) -> None:
+        timed = {block.name for block in sparse.blocks if block.times is not None}
+        instants = [one.row.instant for one in held if one.row.constraint in timed]
+        self.moving = [one for one in held if one.bend > 0.0]
+        grid = sparse.grid.with_instants(np.unique(np.array(instants)))
+        beside = np.round([one.row.instant + DELTA for one in self.moving], DIGITS)
+        beside = np.setdiff1d(beside, np.round(grid.instants, DIGITS))
+        self.problem = sparse.with_grid(grid.with_instants(beside))
+        self.held = held
+        self._blocks = {block.name: block for block in self.problem.blocks}
+        self.nlp = _Masked(self.problem, self._idle(beside))
+
+    def _idle(self, beside: Array) -> NDArray[np.bool_]:
+        """Return the rows that are no limits here, shape (m,).
+
+        Those at instants at which only derivatives are wanted, and those next to an extreme of the
+        same row, which have nearly its gradient and keep their limit if it does.
+        """
+        idle: NDArray[np.bool_] = np.zeros(self.problem.rows.lower.size, dtype=bool)
+        for block in self.problem.blocks:
+            if block.times is None:
+                continue
+            part = idle[self.problem.rows_of(block.name)].reshape(block.lower.shape)
+            part[np.isin(np.round(block.times, DIGITS), beside)] = True
+            for one in self.moving:
+                if one.row.constraint == block.name:
+                    part[np.abs(block.times - one.row.instant) < MERGED, one.row.entry] = True
+        for one in self.held:
+            idle[self._number(one.row)] = False
+        return idle
+
+    def _number(self, row: ActiveRow, later: float = 0.0) -> int:
+        block, start = self._blocks[row.constraint], self.problem.rows_of(row.constraint).start
+        k = int(row.instant)
+        if block.times is not None:
+            k = int(np.abs(block.times - (row.instant + later)).argmin())
+        return int(start + k * block.lower.shape[1] + row.entry)
+
+    def step(self, x: Array, solver: SQP, last: float) -> ElasticStep | None:
+        """Return the step from x in scaled variables; `last` is the length of the one before."""
+        nlp, scale = self.nlp, self.nlp.variables.scale
+        multipliers = placed(self.problem, (one.row for one in self.held))
+        point = nlp.point(x)
+        iterate = make_iterate(nlp, point, multipliers, np.zeros(x.size))
+        hessian = nlp.hessian(x, multipliers, nlp.cost_scale)
+        self.slopes = [self._slope(point, one) for one in self.moving]
+        for one, slope in zip(self.moving, self.slopes, strict=True):
+            hessian += abs(one.row.multiplier) / one.bend * np.outer(slope, slope)
+        hessian = 0.5 * (hessian + hessian.T) * np.outer(scale, scale)
+        penalty = initial_penalty(nlp, iterate, solver.penalty)
+        model = build_model(nlp, iterate, hessian, False, penalty, tight=True)
+        reach = min(WARM_RADIUS, 2.0 * last)
+        posed = pose_subproblem(model, WARM_RADIUS, penalty, reach)
+        return solve_subproblem(posed, solver.qp_solver)
+
+    def _slope(self, point: Point, one: _Held) -> Array:
+        """Return g_xs of a row, shape (P,)."""
+        here, beside = self._number(one.row), self._number(one.row, DELTA)
+        return np.asarray((point.jacobian[beside] - point.jacobian[here]) / DELTA)
+
+    def after(self, x: Array, step: ElasticStep) -> tuple[Array, tuple[_Held, ...]]:
+        """Return where a step leads: parameters, and the rows where their extremes will be."""
+        variables = self.nlp.variables
+        moved = np.clip(x + variables.scale * step.d, variables.lower, variables.upper)
+        instants = {id(one): one.row.instant for one in self.held}
+        for one, slope in zip(self.moving, self.slopes, strict=True):
+            shift = float(slope @ (moved - x)) / one.bend
+            shift = float(np.clip(shift if one.upper else -shift, -FARTHEST, FARTHEST))
+            instants[id(one)] += shift
+        multipliers, held = step.multipliers.copy(), []
+        for one in self.held:
+            number = self._number(one.row)
+            pressure, multipliers[number] = float(multipliers[number]), 0.0
+            instant = round(float(np.clip(instants[id(one)], 0.0, 1.0)), DIGITS)
+            held.append(replace(one, row=replace(one.row, instant=instant, multiplier=pressure)))
+        others = active_rows(self.problem, multipliers)
+        return moved, (*held, *(_Held(row, row.multiplier > 0.0) for row in others))

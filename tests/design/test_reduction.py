@@ -1,0 +1,97 @@
+"""Newton's method with moving instants: its curvature by differences, its end by the exchange."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from gaitopt.design.active_set import active_rows, instants_of, placed, violated_rows
+from gaitopt.design.certificate import on_fine_grid
+from gaitopt.design.extremes import located
+from gaitopt.design.reduction import _at_extremes, _Stage, followed
+from gaitopt.gait.problem import WalkProblem
+from gaitopt.nlp import Start
+from gaitopt.solvers import SQP
+from gaitopt.tolerances import REFINED
+
+SOLVER = SQP()
+
+
+@pytest.fixture(scope="module")
+def at_extremes(refined_design):
+    """A walk at its samples, on its fine grid, its parameters and the rows at their extremes."""
+    problem, solution = refined_design.problem, refined_design.solution
+    sparse = WalkProblem(problem.robot, problem.task)
+    fine = on_fine_grid(sparse)
+    active = active_rows(problem, solution.multipliers)
+    return sparse, fine, solution.x, active, _at_extremes(fine, solution.x, active)
+
+
+def margin(fine, x, row):
+    """The least distance of a row to its limit near an instant."""
+    alike = [
+        one
+        for one in located(fine, x)
+        if (one.constraint, one.entry, one.upper) == (row.row.constraint, row.row.entry, row.upper)
+    ]
+    return min(alike, key=lambda one: abs(one.instant - row.row.instant)).margin
+
+
+def test_the_hessian_of_a_row_at_its_extreme_is_that_of_differences(at_extremes):
+    sparse, fine, x, _, held = at_extremes
+    stage = _Stage(sparse, held)
+    assert stage.step(x, SOLVER, np.inf) is not None
+    step = 1e-3 * sparse.layout.scale() * np.random.default_rng(2).standard_normal(x.size)
+    told = 0
+    for one, slope in zip(stage.moving, stage.slopes, strict=True):
+        multipliers = np.zeros(stage.problem.rows.lower.size)
+        multipliers[stage._number(one.row)] = -1.0 if one.upper else 1.0
+        bent = step @ stage.problem.hessian(x, multipliers, 0.0) @ step
+        moving = (slope @ step) ** 2 / one.bend
+        values = [margin(fine, x + k * step, one) for k in (-1.0, 0.0, 1.0)]
+        found = values[0] - 2.0 * values[1] + values[2]
+        assert found == pytest.approx(bent - moving, abs=0.03 * (abs(bent) + moving))
+        told += moving > 0.2 * abs(bent)
+    assert told >= 2  # rows for which a Hessian of fixed instants would be wrong
+
+
+def test_a_neighbour_is_reached_with_its_instants(at_extremes):
+    sparse, _, x, active, _ = at_extremes
+    task = replace(sparse.task, speed=sparse.task.speed - 0.005)
+    there = WalkProblem(sparse.robot, task)
+    fine = on_fine_grid(there)
+    found = followed(there, fine, x, active, SOLVER)
+    assert found is not None
+    assert all(row.excess < 1e-4 for row in violated_rows(fine, found.x))
+    instants = instants_of(there, found.active)
+    problem = there.with_grid(there.grid.with_instants(instants))
+    solution = SOLVER.solve(problem, Start(found.x, placed(problem, found.active)))
+    assert solution.iterations <= 2
+    assert not violated_rows(fine, solution.x)
+
+
+def test_extremes_that_vanish_at_the_end_are_held_as_far_from_it_as_refinement_allows(at_extremes):
+    _, fine, x, active, held = at_extremes
+    nearest = {}
+    for one in held:
+        distance = np.abs(fine.ends - one.row.instant).min()
+        if 0.0 < distance < 0.05:
+            nearest[one.row.constraint, one.row.entry] = distance
+    assert nearest
+    closer = [
+        replace(row, instant=1.0 - 1e-6) if (row.constraint, row.entry) in nearest
+        and 0.95 < row.instant < 1.0 else row
+        for row in active
+    ]  # fmt: skip
+    again = _at_extremes(fine, x, closer)
+    bends = {e.constraint: e.curvature for e in located(fine, x) if abs(e.at_end) < REFINED}
+    for one in again:
+        distance = np.abs(fine.ends - one.row.instant).min()
+        if 0.0 < distance < 0.05 and one.row.constraint in bends:
+            assert distance > 1e-5
+
+
+def test_where_nothing_is_near_none_is_found(at_extremes):
+    sparse, _, x, active, _ = at_extremes
+    there = WalkProblem(sparse.robot, replace(sparse.task, speed=0.5 * sparse.task.speed))
+    assert followed(there, on_fine_grid(there), x, active, SOLVER) is None

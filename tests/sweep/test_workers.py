@@ -1,0 +1,111 @@
+"""Processes on this machine: they find what one process finds, and die without harm."""
+
+import multiprocessing
+import os
+import signal
+import subprocess
+import sys
+import time
+from concurrent.futures import BrokenExecutor
+
+import pytest
+from sweeps import QUICK, SPEEDS, quick_task
+
+from gaitopt.errors import InputError
+from gaitopt.sweep import workers as workers_module
+from gaitopt.sweep.scheduler import sweep
+from gaitopt.sweep.workers import local_workers
+
+pytestmark = pytest.mark.skipif(os.name != "posix", reason="signals are POSIX")
+
+
+def costs(library):
+    return {row["speed"]: row["cost"] for row in library.rows}
+
+
+def killed(number):
+    """End the process that runs this, in a way it cannot see."""
+    os.kill(os.getpid(), signal.SIGKILL)
+    return number
+
+
+def test_two_workers_one_of_them_killed_find_what_one_process_finds(robot, swept, tmp_path):
+    before, pids = {*multiprocessing.active_children()}, set()
+
+    def kill_one(progress):
+        new = {*multiprocessing.active_children()} - before
+        if not pids:
+            os.kill(next(iter(new)).pid, signal.SIGKILL)
+        pids.update(process.pid for process in new)
+
+    with local_workers(2) as executor:
+        library = sweep(
+            robot, quick_task(), [SPEEDS], tmp_path / "l", QUICK,
+            executor=executor, on_progress=kill_one,
+        )  # fmt: skip
+    assert len(pids) > 2  # others took their place
+    assert costs(library) == pytest.approx(costs(swept), rel=1e-9)
+
+
+def test_started_afresh_they_find_the_same(robot, swept, tmp_path, monkeypatch):
+    spawn = multiprocessing.get_context("spawn")
+    monkeypatch.setattr(workers_module, "_context", lambda: spawn)
+    with local_workers(1) as executor:
+        library = sweep(robot, quick_task(), [SPEEDS], tmp_path / "l", QUICK, executor=executor)
+    assert costs(library) == pytest.approx(costs(swept), rel=1e-9)
+
+
+def test_a_job_that_kills_every_worker_is_told():
+    with local_workers(2) as executor:
+        with pytest.raises(BrokenExecutor, match="death of every worker that took it"):
+            executor.submit(killed, 1).result()
+        assert executor.submit(abs, -1).result() == 1
+
+
+def test_an_error_of_a_job_is_its_own():
+    with local_workers(1) as executor, pytest.raises(ZeroDivisionError):
+        executor.submit(divmod, 1, 0).result()
+
+
+def test_workers_are_started_for_the_first_job_only(tmp_path):
+    begun = []
+    with local_workers(1, lambda: begun.append(1)) as executor:
+        assert begun == []
+        assert [executor.submit(abs, -n).result() for n in range(3)] == [0, 1, 2]
+    assert begun == [1]
+
+
+def test_none_is_left_afterwards():
+    before = {*multiprocessing.active_children()}
+    with local_workers(2) as executor:
+        executor.submit(abs, -1).result()
+        new = {*multiprocessing.active_children()} - before
+        executor.submit(time.sleep, 3600.0)
+    for process in new:
+        process.join(300.0)
+    assert new
+    assert not {*multiprocessing.active_children()} - before
+
+
+@pytest.mark.parametrize("everybody", [False, True])
+def test_ctrl_c_while_they_work_is_one_message(tmp_path, everybody):
+    command = "from gaitopt.cli import main; main()"
+    process = subprocess.Popen(
+        [sys.executable, "-c", command, "sweep", "--speeds", "0.6:1.3:0.05", "--workers", "2",
+         "-o", str(tmp_path / "lib")],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True,
+    )  # fmt: skip
+    first = process.stderr.readline()
+    (os.killpg if everybody else os.kill)(process.pid, signal.SIGINT)
+    out, said = process.communicate(timeout=300)
+    assert first.startswith("starting workers: ")
+    assert process.returncode == 130
+    assert said.startswith("error: interrupted; 0 gaits")
+    assert (len(said.splitlines()), out) == (1, "")
+
+
+def test_no_workers_are_too_few():
+    with pytest.raises(InputError, match="0 workers are too few"):
+        local_workers(0)
+    with pytest.raises(InputError, match="-1 workers are too few"):
+        local_workers(-1)
