@@ -8,7 +8,7 @@ says, and its friction takes a constant torque at the joint.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import MISSING, dataclass, field, fields
+from dataclasses import MISSING, asdict, dataclass, field, fields, replace
 from difflib import get_close_matches
 from functools import cache
 from importlib.resources import files
@@ -241,10 +241,61 @@ class MotorTable:
         """Check that the drives fit the joints of a robot; see `joint_motors`."""
         joint_motors(self.at_joints, names, mirror)
 
+    def changed(self, changes: Mapping[str, float]) -> MotorTable:
+        """Return the table with other numbers.
+
+        Args:
+            changes: numbers by name: "ratio" of all drives, "knee.ratio" of the drive of the joints
+                'knee', as the table calls them; of a drive, or of its motor.
+
+        Raises:
+            SpecError: there is no such drive or number, or with it the motor could not be.
+        """
+        drives = list(self.drives)
+        for path, value in changes.items():
+            joints, _, name = path.rpartition(".")
+            chosen = [k for k, one in enumerate(drives) if joints in ("", one.joints)]
+            if not chosen:
+                known = dict.fromkeys(one.joints for one in self.drives)
+                raise SpecError(f"no drive has the joints '{joints}'; {_there_are([*known])}")
+            for k in chosen:
+                drives[k] = _with_number(drives[k], name, value)
+        return MotorTable(tuple(drives))
+
+    def record(self) -> list[dict[str, Any]]:
+        """Return the drives as JSON-able data, each with its motor."""
+        return [asdict(drive) for drive in self.drives]
+
     def drive(self, joint: str) -> Drive | None:
         """Return the drive of a joint, None where it has none."""
         found = [one for one in self.drives if matching(one.joints, [joint])]
         return found[-1] if found else None
+
+
+def motor_table_of(record: Sequence[Mapping[str, Any]]) -> MotorTable:
+    """Return the table of a record, as of `MotorTable.record`.
+
+    Raises:
+        TypeError, SpecError: it is none.
+    """
+    return MotorTable(tuple(Drive(**{**one, "motor": Motor(**one["motor"])}) for one in record))
+
+
+def motor_quantities() -> dict[str, str]:
+    """Return the numbers of drives and motors that a walk depends on, with their units."""
+    return {
+        name: unit
+        for name, unit in {**_units(Drive), **_units(Motor)}.items()
+        if name not in ("continuous_current", "mass")  # these are reported only
+    }
+
+
+def _with_number(drive: Drive, name: str, value: float) -> Drive:
+    if name in _units(Drive):
+        return replace(drive, **{name: value})  # type: ignore[arg-type]
+    if name not in motor_quantities():
+        raise SpecError(f"a drive has no number '{name}'; {_there_are(motor_quantities())}")
+    return replace(drive, motor=replace(drive.motor, **{name: value}))  # type: ignore[arg-type]
 
 
 def joint_motors(

@@ -16,6 +16,7 @@ import typer
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
+from gaitopt.actuators.motors import MotorTable, read_motors
 from gaitopt.bounds import WORKERS, at_most
 from gaitopt.cli.config import SCHEMA, SWEEP, Settings, read_config
 from gaitopt.cli.display import screen
@@ -70,7 +71,7 @@ def run(given: Settings, directory: Path, config: Path | None, quiet: bool) -> N
         with small_matrices(), executor or nullcontext(), SweepDisplay(errors, quiet) as display:
             library = sweep(
                 request.robot, request.task, axes, directory, request.options,
-                spec=biped_spec(request.settings), seed=begin,
+                spec=biped_spec(request.settings), motors=_motors(request, axes), seed=begin,
                 task_at=lambda values: _task_at(request, values), executor=executor,
                 on_progress=display,
             )  # fmt: skip
@@ -238,6 +239,13 @@ def _request(given: Settings, axes: list[Axis], config: Path | None) -> Request:
         if axis.name in (*SCHEMA["task"], *SCHEMA["margins"]):
             settings[axis.name] = axis.values[0]
     return make_request(settings, config)
+
+
+def _motors(request: Request, axes: list[Axis]) -> MotorTable | None:
+    """Return the table of motors if numbers of it are swept over."""
+    path = request.settings.get("motors")
+    swept = any(axis.of_motors for axis in axes)
+    return read_motors(path) if swept and path is not None else None
 
 
 def _task_at(request: Request, values: dict[str, float]) -> Task:

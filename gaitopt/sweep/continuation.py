@@ -295,7 +295,7 @@ def _cost_slope(
 def _changed(scenario: Scenario, name: str, value: float) -> Scenario:
     changes = tuple((k, value if k == name else v) for k, v in scenario.robot.changes)
     robot = replace(scenario.robot, changes=changes)
-    return Scenario(robot, with_values(scenario.task, [(name, value)]))
+    return Scenario(robot, with_values(scenario.task, [(name, value)])).driven()
 
 
 def _lagrangian(nearby: WalkProblem, problem: WalkProblem, solution: Solution) -> float:

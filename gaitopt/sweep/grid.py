@@ -11,6 +11,7 @@ from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from itertools import islice, pairwise
 
+from gaitopt.actuators.motors import motor_quantities
 from gaitopt.bounds import POINTS, at_most
 from gaitopt.catalogue.parameters import PARAMETERS, parameter_unit
 from gaitopt.errors import InputError, SpecError
@@ -44,6 +45,8 @@ _UNITS = {
     **{f"hold.{q.name}": q.unit for q in GEOMETRY},
 }
 _PARTS = ("geometry", "links", "joints")
+MOTORS = "motors."
+"""Before the name of a number of the drives of a table of motors."""
 _OWN = "own."
 """Before the name of a margin of a constraint of the task's own."""
 
@@ -55,8 +58,9 @@ class Axis:
     Attributes:
         name: a field of `Task` or `Margins`, a geometric quantity (held at the value; as
             "hold.trunk_pitch" where a limit has the same name), a parameter of a biped, as "shin",
-            the path of an entry of its specification, as "geometry.d3", or, after "own.", a margin
-            of a constraint of the task's own.
+            the path of an entry of its specification, as "geometry.d3"; after "motors." a number of
+            the drives of a table of motors, of all ("motors.ratio") or those of some joints
+            ("motors.knee.ratio"); or, after "own.", a margin of a constraint of the task's own.
         values: increasing, SI units of the quantity.
 
     Raises:
@@ -75,7 +79,9 @@ class Axis:
                 f"there is no quantity '{self.name}' to sweep over; there are {', '.join(_TASK)}; "
                 f"the limits {', '.join(_MARGINS)}; the geometric quantities, held at the value, "
                 f"{', '.join(_GEOMETRY)}; parameters of a biped, {', '.join(PARAMETERS)}, and the "
-                "entries of its specification, as geometry.d3; own.NAME of constraints of your own"
+                "entries of its specification, as geometry.d3; motors.NAME and motors.JOINTS.NAME "
+                f"of a table of motors, {', '.join(motor_quantities())}; own.NAME of constraints "
+                "of your own"
             )
         values = _numbers(self.name, self.values)
         if not values or not all(map(math.isfinite, values)):
@@ -85,13 +91,28 @@ class Axis:
         object.__setattr__(self, "values", values)
 
     @property
+    def of_motors(self) -> bool:
+        """Whether the quantity is one of a table of motors."""
+        return _of_motors(self.name)
+
+    @property
     def of_robot(self) -> bool:
-        """Whether the quantity is one of the robot's specification."""
-        return (self.name.split(".")[0] in _PARTS and "." in self.name) or self.name in PARAMETERS
+        """Whether the quantity is one of the robot's specification, or of its motors."""
+        return (
+            self.of_motors
+            or (self.name.split(".")[0] in _PARTS and "." in self.name)
+            or self.name in PARAMETERS
+        )
+
+
+def _of_motors(name: str) -> bool:
+    return name.startswith(MOTORS) and name.rpartition(".")[2] in motor_quantities()
 
 
 def quantity_unit(name: str) -> str:
     """Return the SI unit of a quantity that can be swept, empty where it has none."""
+    if _of_motors(name):
+        return motor_quantities()[name.rpartition(".")[2]]
     if unit := _UNITS.get(name):
         return unit
     with suppress(SpecError):  # what there is to sweep over is told where the quantity is set

@@ -9,10 +9,11 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+from gaitopt.actuators.motors import motor_table_of
 from gaitopt.catalogue.biped_spec import biped13
 from gaitopt.catalogue.parameters import merged
 from gaitopt.design.options import DesignOptions
-from gaitopt.errors import GaitFileError, InputError
+from gaitopt.errors import GaitFileError, InputError, SpecError
 from gaitopt.gait.task import Task, task_record
 from gaitopt.model.import_options import choices_from_record, choices_record
 from gaitopt.sweep.grid import Axis, Grid, Index
@@ -60,6 +61,7 @@ def robot_record(robot: RobotSource) -> Record:
         "choices": choices_record(robot.choices),
         "spec": None if robot.spec is None else asdict(robot.spec),
         "urdf": robot.urdf,
+        **({} if robot.motors is None else {"motors": robot.motors.record()}),
     }
 
 
@@ -97,8 +99,9 @@ def robot_of(directory: Path, record: Record) -> RobotSource:
             urdf,
             choices_from_record(choices),
             None if spec is None else merged(biped13(), spec),
+            motors=motor_table_of(robot["motors"]) if "motors" in robot else None,
         )
-    except DAMAGE as error:
+    except (*DAMAGE, SpecError) as error:
         raise damaged(directory, "its robot", error) from error
 
 
@@ -154,6 +157,9 @@ def _robot(there: Mapping[str, Any], asked: Mapping[str, Any]) -> str | None:
             return f"of its robot '{names[0]}', {_compared(*found)}"
         if not same or found is not None:
             return f"it is of another robot named '{names[0]}': their URDF or tables differ"
+    found = first_difference(a.get("motors"), b.get("motors"))
+    if found is not None:
+        return f"of its robot's motors, {_compared(*found)}"
     found = first_difference(a["choices"], b["choices"])
     return None if found is None else f"of what was chosen about its robot, {_compared(*found)}"
 

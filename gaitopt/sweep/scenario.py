@@ -8,13 +8,21 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
+from gaitopt.actuators.motors import MotorTable
 from gaitopt.catalogue.biped_spec import BipedSpec
 from gaitopt.catalogue.parameters import changed
 from gaitopt.catalogue.urdf_writer import urdf_text
+from gaitopt.design.sizing import with_motors
 from gaitopt.errors import InputError
 from gaitopt.gait.task import Task, task_from_record, task_record
-from gaitopt.model.import_options import ImportOptions, choices_from_record, choices_record
+from gaitopt.model.import_options import (
+    ImportOptions,
+    LimitOverride,
+    choices_from_record,
+    choices_record,
+)
 from gaitopt.model.robot import Robot
+from gaitopt.sweep.grid import MOTORS
 
 _CACHED_ROBOTS = 8  # that a process keeps built
 
@@ -27,13 +35,26 @@ class RobotSource:
         urdf: text, used as it is unless there is a specification.
         choices: about that URDF.
         spec: of a generated biped, None for any other robot.
-        changes: entries of the specification that differ, by path.
+        changes: entries of the specification that differ, by path, and numbers of the motors, by
+            the names of their axes.
+        motors: of the robot, where numbers of them are swept.
     """
 
     urdf: str
     choices: ImportOptions
     spec: BipedSpec | None = None
     changes: tuple[tuple[str, float], ...] = ()
+    motors: MotorTable | None = None
+
+    @property
+    def drives(self) -> MotorTable | None:
+        """The motors with the numbers that differ, None where no number of theirs is swept.
+
+        Raises:
+            SpecError: with a number the motor could not be.
+        """
+        changes = {k.removeprefix(MOTORS): v for k, v in self.changes if k.startswith(MOTORS)}
+        return None if self.motors is None or not changes else self.motors.changed(changes)
 
     def build(self) -> Robot:
         """Return the robot; the last few are cached.
@@ -42,10 +63,15 @@ class RobotSource:
             RobotError: it is not a biped.
             SpecError: the changed specification is not physical.
         """
-        if self.spec is None or not self.changes:
-            return _built(self.urdf, json.dumps(choices_record(self.choices)))
-        text = urdf_text(changed(self.spec, dict(self.changes)))
-        return _built(text, json.dumps(choices_record(ImportOptions())))
+        urdf, choices = self.urdf, self.choices
+        entries = {k: v for k, v in self.changes if not k.startswith(MOTORS)}
+        if self.spec is not None and entries:
+            urdf, choices = urdf_text(changed(self.spec, entries)), ImportOptions()
+        drives = self.drives
+        if drives is not None and "armature" not in self.choices.without:
+            rotors = (LimitOverride(one.joints, armature=one.armature) for one in drives.drives)
+            choices = replace(choices, limits=(*choices.limits, *rotors))
+        return _built(urdf, json.dumps(choices_record(choices)))
 
 
 @lru_cache(maxsize=_CACHED_ROBOTS)
@@ -59,6 +85,11 @@ class Scenario:
 
     robot: RobotSource
     task: Task
+
+    def driven(self) -> Scenario:
+        """Return it with the task within the envelopes of the robot's motors of the moment."""
+        drives = self.robot.drives
+        return self if drives is None else replace(self, task=with_motors(self.task, drives))
 
 
 def interpolated(a: Scenario, b: Scenario, share: float) -> Scenario:
@@ -79,7 +110,7 @@ def interpolated(a: Scenario, b: Scenario, share: float) -> Scenario:
         raise InputError("the gaits are of different robots; nothing lies between them")
     mixed = _mixed(dict(a.robot.changes), dict(b.robot.changes), share, "specification")
     changes = tuple((k, float(str(v))) for k, v in mixed.items())
-    return Scenario(replace(a.robot, changes=changes), task)
+    return Scenario(replace(a.robot, changes=changes), task).driven()
 
 
 def _mixed(

@@ -22,6 +22,7 @@ from pathlib import Path
 from types import NoneType
 from typing import Protocol
 
+from gaitopt.actuators.motors import MotorTable
 from gaitopt.catalogue.biped_spec import BipedSpec
 from gaitopt.catalogue.parameters import changed
 from gaitopt.design.options import DesignOptions
@@ -81,6 +82,7 @@ def sweep(
     options: DesignOptions | None = None,
     *,
     spec: BipedSpec | None = None,
+    motors: MotorTable | None = None,
     seed: dict[str, float] | None = None,
     task_at: TaskAt | None = None,
     executor: JobExecutor | None = None,
@@ -95,6 +97,7 @@ def sweep(
         directory: of the library; made if it does not exist.
         options: as of `design`.
         spec: of the robot, which axes of its entries need.
+        motors: of the robot, which axes of their numbers need.
         seed: values near which to begin; by default both ends of the longest axis.
         task_at: the task for values of the axes, if more follows from them than themselves.
         executor: does the work, and is left open; by default this process does it.
@@ -110,11 +113,12 @@ def sweep(
         KeyboardInterrupt: Ctrl-C was pressed; what was done is kept.
     """
     options = options or DesignOptions()
-    _require(robot=robot, task=task, directory=directory, options=options, spec=spec)
+    _require(robot=robot, task=task, directory=directory, options=options, spec=spec, motors=motors)
     grid = Grid(_axes(axes))
     if seed:
         grid = Grid(grid.axes, (grid.nearest(seed),))
-    scenarios = Scenarios(robot, spec, grid, task_at or (lambda v: with_values(task, v.items())))
+    task_at = task_at or (lambda v: with_values(task, v.items()))
+    scenarios = Scenarios(robot, spec, grid, task_at, motors)
     record = manifest_record(grid, scenarios.robot, scenarios.tasks, options)
     folder = Path(directory)
     with Writer(folder, grid, record) as writer:
@@ -128,6 +132,7 @@ _KINDS: dict[str, tuple[tuple[type, ...], str]] = {
     "directory": ((str, Path), "a path"),
     "options": ((DesignOptions,), "DesignOptions"),
     "spec": ((BipedSpec, NoneType), "a BipedSpec, as biped13()"),
+    "motors": ((MotorTable, NoneType), "a MotorTable, as read_motors('motors.toml')"),
 }
 
 
@@ -159,8 +164,21 @@ class Scenarios:
         InputError: a value is out of range, or the robot has no specification to vary.
     """
 
-    def __init__(self, robot: Robot, spec: BipedSpec | None, grid: Grid, task_at: TaskAt) -> None:
-        varied = [axis for axis in grid.axes if axis.of_robot]
+    def __init__(
+        self,
+        robot: Robot,
+        spec: BipedSpec | None,
+        grid: Grid,
+        task_at: TaskAt,
+        motors: MotorTable | None = None,
+    ) -> None:
+        driven = [axis for axis in grid.axes if axis.of_motors]
+        if driven and motors is None:
+            raise InputError(
+                f"{driven[0].name} is a number of the robot's motors, of which nothing is known; "
+                "give a table of them: --motors motors.toml"
+            )
+        varied = [axis for axis in grid.axes if axis.of_robot and not axis.of_motors]
         if varied and spec is None:
             raise InputError(
                 f"{varied[0].name} is an entry of a specification, but the robot was not made from "
@@ -170,8 +188,14 @@ class Scenarios:
             for value in (axis.values[0], axis.values[-1]):
                 changed(spec, {axis.name: value})  # type: ignore[arg-type]
         self._grid = grid
-        self.robot = RobotSource(robot.urdf, robot.choices, spec)
+        self.robot = RobotSource(robot.urdf, robot.choices, spec, motors=motors if driven else None)
         tasks = {p: task_at(grid.values(p)) for p in grid.order}
+        if driven:
+            places = {p: robot_at(self.robot, grid, p) for p in tasks}
+            tasks = {p: Scenario(places[p], task).driven().task for p, task in tasks.items()}
+            drives = places[grid.order[0]].drives
+            if drives is not None:
+                drives.check(robot.joint_names, robot.mirror)
         if any(axis.name in OF_STRIDES for axis in grid.axes):
             tasks = {p: replace(task, stride=True) for p, task in tasks.items()}
         self.tasks: Mapping[Index, Task] = tasks
@@ -260,7 +284,8 @@ class Scheduler:
         """
         level = self._level
         axes = [k for k, q in level.neighbours(point) if q == origin]
-        if not axes or self._grid.axes[axes[0]].of_robot:
+        axis = self._grid.axes[axes[0]] if axes else None
+        if axis is None or (axis.of_robot and not axis.of_motors):
             return ()
         values = self._grid.axes[axes[0]].values
         return tuple(
