@@ -67,6 +67,8 @@ WAYS: tuple[tuple[str, str, str, dict[str, Any]], ...] = (
      {"speed": 1.0, "duration": 0.5, "heel_strike": 0.2}),
     ("heel until 0.15, toe from 0.7", "biped13", "humanoid",
      {"speed": 1.0, "duration": 0.5, "heel_strike": 0.15, "toe_off": 0.7}),
+    ("heel and toe along a circle", "biped13", "humanoid",
+     {"speed": 1.0, "duration": 0.5, "heel_strike": 0.15, "toe_off": 0.7, "turn_rate": 0.3}),
     ("toe from 0.7", "biped13", "standard", {"speed": 1.2, "duration": 0.5, "toe_off": 0.7}),
     ("along a circle", "g1", "robust", {"speed": 0.4, "turn_rate": 0.3}),
     ("backward", "g1", "robust", {"speed": -0.3}),

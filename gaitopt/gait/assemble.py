@@ -49,6 +49,7 @@ def gait_at(
     """
     whole, robot = problem.whole(x), problem.robot
     step = problem.step(x)
+    before = whole.steps[1] if isinstance(whole, Stride) else step
     facts = {
         **robot_record(robot),
         "choices": choices_record(_choices(problem)),
@@ -74,12 +75,12 @@ def gait_at(
         multipliers=None if multipliers is None else multipliers[0],
         bound_multipliers=None if multipliers is None else multipliers[1],
         multibody=robot.multibody,
-        **_foot(problem.schedule, problem.model, step),
+        **_foot(problem.schedule, problem.model, step, before),
     )
     if not isinstance(whole, Stride):
         return gait
     model, second = problem.models[1], whole.steps[1]
-    own = {**_sampled(model, second), **_foot(problem.schedule, model, second)}
+    own = {**_sampled(model, second), **_foot(problem.schedule, model, second, step)}
     return replace(gait, second=replace(gait, **own))
 
 
@@ -129,14 +130,19 @@ def _splines(model: StepModel | DoubleStepModel, step: Step) -> dict[str, Any]:
     return {"knots": model.basis.knots * step.duration, "coefficients": step.coefficients}
 
 
-def _foot(schedule: Schedule, model: StepModel | DoubleStepModel, step: Step) -> dict[str, Any]:
-    """Return the turns of the stance foot, nothing where it stands flat."""
+def _foot(
+    schedule: Schedule, model: StepModel | DoubleStepModel, step: Step, before: Step
+) -> dict[str, Any]:
+    """Return the turns of the stance foot, nothing where it stands flat.
+
+    The impact that ends the step before tells how fast a foot that landed on a line turns.
+    """
     found = dict[str, Any]()
     asked = (
         ("foot", model.hinge, schedule.last, model.foot_turn),
         ("landing", model.line, schedule.first, model.landing_turn),
     )
-    shapes = {turn.landed: shape for turn, shape in model.turns(step.x, step.impact.turn_rate)}
+    shapes = {turn.landed: shape for turn, shape in model.turns(step.x, before.impact.turn_rate)}
     for part, hinge, phase, turn in asked:
         if hinge is None or turn is None:
             continue

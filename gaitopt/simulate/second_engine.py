@@ -149,7 +149,8 @@ def impact(
         R = data.site_xmat[robot.site[foot]].reshape(3, 3)
         across = np.linalg.qr(twist[:, None], mode="complete")[0][:, 1:]
         J = across.T @ np.concatenate([R.T @ J[:3], R.T @ J[3:]])
-        flat = pin.exp6(gait.landing_angle * twist).toDualActionMatrix() @ across
+        landed = gait.steps[foot % len(gait.steps)]  # the step that stands on that foot
+        flat = pin.exp6(landed.landing_angle * twist).toDualActionMatrix() @ across
     J = J @ free
     by_impulse = np.linalg.solve(free.T @ mass @ free, J.T)
     before = np.concatenate([data.qvel[:6], data.qvel[robot.dof]])

@@ -12,11 +12,15 @@ from gaitopt.design.options import DesignOptions
 from gaitopt.design.starts import design_gait
 from gaitopt.design.walkability import LANDING, PRESSURE, weak_points
 from gaitopt.errors import InputError
+from gaitopt.gait.assemble import gait_at
+from gaitopt.gait.initial_guess import first_guess, perturbed
 from gaitopt.gait.presets import preset_task
+from gaitopt.gait.problem import WalkProblem
 from gaitopt.simulate.battery import directions
 from gaitopt.simulate.controller import both_feet, joint_reference, step_samples
 from gaitopt.simulate.mujoco_model import simulated_robot
 from gaitopt.simulate.reference import Reference
+from gaitopt.simulate.second_engine import second_engine
 from gaitopt.simulate.stability import stability
 from gaitopt.simulate.walk import WalkOptions, designed_cost, designed_speed, simulate, way_of
 from gaitopt.simulate.whole_body import whole_body_walks
@@ -179,6 +183,21 @@ def test_weak_points_are_of_what_lands_and_stands(gaits):
     assert rolling[LANDING] > -1e-3  # toes on their way up do not land
     assert rolling[PRESSURE] > 4e-3  # strips at heel and toe are edges by design
     assert LANDING not in {point.name for point in weak_points(gaits["both feet"])}
+
+
+def test_heels_of_both_steps_roll_as_their_own_impacts_leave_them(robot):
+    """The trajectory of a stride has the torques of its samples, and MuJoCo the impacts of both."""
+    changes = {"duration": 0.5, "heel_strike": 0.15, "toe_off": 0.7, "turn_rate": 0.3}
+    problem = WalkProblem(robot, preset_task("standard", **changes))
+    x = perturbed(problem, first_guess(problem), 0.02, 3)
+    x[problem.layout.names.index("second_step_landing_angle")] += 0.03
+    gait = gait_at(problem, x, {})
+    for number, step in enumerate(gait.steps):
+        E = gait.mirror if number else np.eye(len(gait.mirror))
+        at = gait.trajectory.at(number * gait.duration)
+        torque = at.torque[0, gait.trajectory.body.moving]
+        assert torque == pytest.approx(E @ step.torque[0], rel=1e-9)
+    assert second_engine(gait, 5).agrees
 
 
 @pytest.mark.parametrize("name", ["turn", "heel and toe", "both feet"])
