@@ -208,7 +208,7 @@ def toe_off_both_table(rows: list[dict[str, Any]]) -> str:
     return table(("speed", "both feet stand", "flat, N²·m·s", *begins), lines)
 
 
-BOTH = (0.002, 0.005, 0.01, 0.02, 0.05, 0.1)
+BOTH = (0.0006, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1)
 """For which both feet of Alexander stand [s]."""
 
 
