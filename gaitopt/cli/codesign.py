@@ -47,6 +47,8 @@ from gaitopt.view.codesign_page import write_codesign_page
 TRIALS, REPORT, SUMMARY = "trials.jsonl", "report.html", "codesign.json"
 SPEC, CHOICES = "spec.toml", "choices.toml"
 MOST_WALKS = 100
+_ANOTHER_ROBOT = ("robot", "urdf", "spec", "set", "choices", "motors")
+"""Options that a walk cannot have of its own: all are of one robot."""
 _FORMAT = 1
 
 
@@ -167,7 +169,10 @@ def _asked_walks(
     if speeds is not None:
         found += [(f"{v:g} m/s", 1.0, {"speed": v}) for v in parse_axis("speed", speeds).values]
     known = {
-        name: one for part in ("task", "margins", "robot") for name, one in SCHEMA[part].items()
+        name: one
+        for part in ("task", "margins", "robot")
+        for name, one in SCHEMA[part].items()
+        if name not in _ANOTHER_ROBOT
     }
     for text in walks:
         own, weight = {}, 1.0
@@ -181,7 +186,10 @@ def _asked_walks(
                     read = known[name].read(value)
                     own[name] = (read,) if known[name].repeatable else read
                 else:
-                    raise ValueError("give NAME=VALUE words, of options of optimise, or weight=2")
+                    why = "; the robot is the same for all walks" if name in _ANOTHER_ROBOT else ""
+                    raise ValueError(
+                        f"give NAME=VALUE words, of options of optimise, or weight=2{why}"
+                    )
             except ValueError as error:
                 raise InputError(f"--walk '{text[:80]}': {word[:40]}: {error}") from None
         if not 0.0 < weight < np.inf:

@@ -69,6 +69,8 @@ _GOOD, _BAD = 0.75, 0.1  # share of the promised reduction
 _ROUNDS = 5  # of walks held at further instants and searched anew
 _SETTLED = 1e-5  # relative change of a walk's cost by that which counts as none
 _OTHER = 1e-4  # by which a walk is cheaper that is another local optimum, relative
+_FARTHEST = 10.0  # times the value of the robot, or a part of it, to which a range may reach
+_LIGHTEST, _HEAVIEST = 1e-6, 1e6  # weights of walks
 _SAME = 1e-12  # between values of an earlier trial and those asked for
 _INNER = 1e-8  # tolerance of the walks: their errors are second order in it
 _CRAWLS = 80  # iterations of a warm walk that has lost its branch
@@ -84,7 +86,8 @@ class Variable:
         start: where the search begins.
 
     Raises:
-        InputError: it is no such parameter, or the range is empty or without the start.
+        InputError: it is no such parameter, or the range is empty, not above 0, or without the
+            start.
     """
 
     name: str
@@ -95,6 +98,12 @@ class Variable:
     def __post_init__(self) -> None:
         if self.name not in DESIGN:
             raise InputError(f"'{self.name}' cannot be chosen; there are {', '.join(DESIGN)}")
+        for end in (self.lower, self.upper, self.start):
+            if not (np.isfinite(end) and end > 0.0):
+                raise InputError(
+                    f"{self.name}: the range {self.lower:g} to {self.upper:g}, begun at "
+                    f"{self.start:g}, must be of finite numbers above 0"
+                )
         if not self.lower < self.upper:
             raise InputError(f"{self.name}: the range {self.lower:g} to {self.upper:g} is empty")
         if not self.lower <= self.start <= self.upper:
@@ -180,7 +189,8 @@ class Study:
         keep_leg: whether thigh and shin together stay as long as they are; one of them is chosen.
 
     Raises:
-        InputError: there is nothing to choose or no walk, or variables exclude each other.
+        InputError: there is nothing to choose or no walk, variables exclude each other, a range is
+            far from what the robot has, or a walk is of a kind without derivatives.
     """
 
     spec: BipedSpec | Robot
@@ -205,6 +215,38 @@ class Study:
                 f"'{wrong[0]}' of a robot of a file cannot be chosen; there are "
                 f"{', '.join(OF_FILES)}"
             )
+        for one in self.variables:
+            self._check_range(one)
+        for case in self.walks:
+            if not _LIGHTEST <= case.weight <= _HEAVIEST:
+                raise InputError(
+                    f"the walk '{case.label}': the weight is {case.weight:g}; it must be from "
+                    f"{_LIGHTEST:g} to {_HEAVIEST:g}"
+                )
+            if case.task.steps > 1 or case.task.double_support is not None:
+                raise InputError(
+                    f"the walk '{case.label}' is a stride of two steps or has a double support; "
+                    "what lengths and masses do to these is not told yet; leave out lateral_speed, "
+                    "turn_rate, stride and double_support"
+                )
+
+    def _check_range(self, one: Variable) -> None:
+        own = self.own[one.name]
+        unit = PARAMETERS[one.name].unit
+        if one.lower < own / _FARTHEST or one.upper > _FARTHEST * own:
+            raise InputError(
+                f"{one.name}: the range {one.lower:g} to {one.upper:g} {unit} is beyond what can "
+                f"be; of this robot it is {own:.4g} {unit}: give {own / _FARTHEST:.4g} to "
+                f"{_FARTHEST * own:.4g} {unit} at most, if you like with a unit, as in 25cm:35cm"
+            )
+        if self.keep_leg and one.name in (SHIN, THIGH):
+            most = self.own[SHIN] + self.own[THIGH]
+            most -= self.own[THIGH if one.name == SHIN else SHIN] / _FARTHEST
+            if one.upper > most:
+                raise InputError(
+                    f"{one.name}: up to {one.upper:g} m leaves too little for the other half of a "
+                    f"leg that keeps its length; give at most {most:.4g} m"
+                )
 
     @cached_property
     def own(self) -> dict[str, float]:

@@ -91,6 +91,8 @@ def test_what_cannot_be_is_refused(cli, finished, tmp_path):
         (("--vary", "hip_width=0.14:0.1", "--speeds", "0.8"), "is empty"),
         ((*ASKED, "--walk", "speed=0.8 wings=2"), "NAME=VALUE words"),
         ((*ASKED, "--walk", "speed=0.8 weight=-1"), "weight must be above 0"),
+        ((*ASKED, "--walk", "speed=0.8 robot=g1"), "the robot is the same for all walks"),
+        (("--vary", "shin=25:35", "--speeds", "0.8"), "as in 25cm:35cm"),
         ((*ASKED, "--keep-leg"), "choose the shin or the thigh"),
         (("--vary", "foot_length=1:2", "--speeds", "0.6", "--robot", "g1"), "robot of a file"),
     ):

@@ -207,7 +207,20 @@ def test_what_cannot_be_studied_is_refused():
             Study(biped13(), variables, cases, keep)
     for name, lower, upper, start, told in (
         ("nose", 0.1, 0.2, 0.1, "cannot be chosen"), ("shin", 0.3, 0.2, 0.25, "empty"),
-        ("shin", 0.3, 0.4, 0.25, "outside its range"),
+        ("shin", 0.3, 0.4, 0.25, "outside its range"), ("shin", -0.3, 0.4, 0.3, "finite numbers"),
+        ("shin", 0.3, np.inf, 0.3, "finite numbers"), ("shin", np.nan, 0.4, 0.3, "finite numbers"),
+        ("shin", 0.0, 0.4, 0.3, "above 0"),
     ):  # fmt: skip
         with pytest.raises(InputError, match=told):
             Variable(name, lower, upper, start)
+    far = Variable("shin", 25.0, 35.0, 30.0)
+    with pytest.raises(InputError, match=r"beyond what can be.* give 0.03 to 3 m at most"):
+        Study(biped13(), (far,), one)
+    with pytest.raises(InputError, match=r"leaves too little .* give at most 0.57 m"):
+        Study(biped13(), (Variable("shin", 0.2, 0.59, 0.3),), one, keep_leg=True)
+    for changes in ({"turn_rate": 0.3}, {"double_support": 0.1}):
+        task = preset_task(speed=0.5, **changes)
+        with pytest.raises(InputError, match="a stride of two steps or has a double support"):
+            Study(biped13(), (shin,), (replace(one[0], task=task),))
+    with pytest.raises(InputError, match=r"weight is 1e\+300; it must be from 1e-06 to 1e\+06"):
+        Study(biped13(), (shin,), (replace(one[0], weight=1e300),))
