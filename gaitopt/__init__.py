@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from gaitopt.design.replanner import Plan, Replanner
     from gaitopt.design.starts import design_gait, many_starts
     from gaitopt.design.summary import summarise
+    from gaitopt.design.transition import design_transition
     from gaitopt.errors import (
         EvaluationError,
         GaitFileError,
@@ -60,7 +61,7 @@ if TYPE_CHECKING:
     from gaitopt.model.feet.sole import Sole
     from gaitopt.model.import_options import ImportOptions, choices_from_toml
     from gaitopt.model.robot import Robot
-    from gaitopt.motions.export import export, export_library
+    from gaitopt.motions.export import export, export_library, export_transition
     from gaitopt.nlp import Status
     from gaitopt.solvers import solver_by_name
     from gaitopt.view.figures import write_figures
@@ -121,6 +122,7 @@ _HOMES = {
     "certify": "gaitopt.design.certificate",
     "compare_solvers": "gaitopt.design.compare",
     "design_gait": "gaitopt.design.starts",
+    "design_transition": "gaitopt.design.transition",
     "load_gait": "gaitopt.gait.gait_file",
     "many_starts": "gaitopt.design.starts",
     "save_gait": "gaitopt.gait.gait_file",
@@ -130,6 +132,7 @@ _HOMES = {
     "export": "gaitopt.motions.export",
     "export_library": "gaitopt.motions.export",
     "page_text": "gaitopt.view.page",
+    "export_transition": "gaitopt.motions.export",
     "play": "gaitopt.view.player",
     "write_figures": "gaitopt.view.figures",
     "write_page": "gaitopt.view.page",
@@ -214,8 +217,10 @@ __all__ = [
     "choices_from_toml",
     "compare_solvers",
     "design_gait",
+    "design_transition",
     "export",
     "export_library",
+    "export_transition",
     "load_gait",
     "load_plugin",
     "many_starts",

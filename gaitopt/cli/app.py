@@ -557,6 +557,50 @@ def export(options: ExportOptions) -> None:
 
 
 @dataclass(frozen=True)
+class TransitionOptions:
+    """Of `gaitopt transition`."""
+
+    begin: str = entry(
+        ..., "What it leads from: a gait file, or 'standing'.", argument=True, metavar="FROM"
+    )
+    finish: str = entry(
+        ..., "What it leads to: a gait file, or 'standing'.", argument=True, metavar="TO"
+    )
+    output: Path = entry(
+        ..., "File for the motion: what it leads from, the steps, what it leads to.", short="-o"
+    )
+    steps: int = entry(3, "Number of steps between.", metavar="N")
+    duration: str | None = entry(
+        None, "Duration of each step, as 0.4 or 0.3,0.4; by default it is searched.", metavar="S"
+    )
+    stretch: float = entry(
+        0.96, "Of the legs of a robot that stands: distance of hip and ankle over their length.",
+        metavar="RATIO",
+    )  # fmt: skip
+    format: str = entry(
+        "mujoco", "Form: motion, mujoco, pinocchio, csv, g1-csv, json.", metavar="NAME"
+    )
+    rate: float | None = entry(None, "Samples a second; each format has its default.", "Hz")
+    joints: str | None = entry(
+        None,
+        "Order of the joints: gait, mujoco, isaac, g1, or their names joined by commas.",
+        metavar="ORDER",
+    )
+
+
+@command(app)
+def transition(options: TransitionOptions) -> None:
+    """Design the steps from standing to a walk, back, or from one walk to another."""
+    from gaitopt.cli import transition as work
+
+    work.run(
+        options.begin, options.finish, options.output, steps=options.steps,
+        duration=options.duration, stretch=options.stretch, name=options.format,
+        rate=options.rate, joints=options.joints,
+    )  # fmt: skip
+
+
+@dataclass(frozen=True)
 class ReproduceOptions:
     """Of `gaitopt reproduce`."""
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import asdict, dataclass, field, replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -10,7 +11,7 @@ from gaitopt.contact.schedule import AFTER
 from gaitopt.deprecation import Renamed
 from gaitopt.design.extremes import Extreme, located
 from gaitopt.design.referee import RefereeVerdict, ask_referee, both
-from gaitopt.gait.grid import LANDING, Grid, proof_grid
+from gaitopt.gait.grid import Grid, proof_grid
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.step import Step
 from gaitopt.model.feet.sole import sole_edge_speeds
@@ -198,18 +199,15 @@ def certify(problem: WalkProblem, x: Array, fine: WalkProblem | None = None) -> 
 
 def _refereed(fine: WalkProblem, x: Array, steps: tuple[Step, ...]) -> RefereeVerdict:
     """Return the referee's word on a step, or on both steps of a stride."""
-    if len(steps) == 1:
+    if len(steps) == 1 and fine.given is None:
         return ask_referee(fine.robot, steps[0], fine.grid, fine.schedule)
-    first, second = fine.with_grid(Grid(np.array([0.0, LANDING[0] + AFTER]), np.zeros(2), 2)).steps(
-        x
-    )
-    in_turn = ((first, second), (second, first))
-    return both(
-        [
-            ask_referee(model.robot, step, model.grid, fine.schedule, starts)
-            for step, model, starts in zip(steps, fine.models, in_turn, strict=True)
-        ]
-    )
+    begin = fine.edges[:-1] + np.where(fine.edges[:-1] > 0.0, AFTER, 0.0)
+    starts = fine.with_grid(Grid(begin, np.zeros(begin.size), begin.size)).starts(x)
+    found = [
+        ask_referee(model.robot, step, model.grid, fine.schedule, pair)
+        for step, model, pair in zip(steps, fine.models, pairwise(starts), strict=True)
+    ]
+    return both(found)
 
 
 def fine_grid(problem: WalkProblem) -> Grid:
@@ -298,7 +296,7 @@ def _row(problem: WalkProblem, index: int, values: Array, x: Array) -> WorstRow:
     margin, low = min(value - lower, upper - value), value - lower < upper - value
     time = None
     if at.block.times is not None:
-        time = float(at.block.times[at.instant]) * problem.whole(x).duration
+        time = problem.time(float(at.block.times[at.instant]), x)
     return WorstRow(
         constraint=at.block.name,
         equation=at.block.equation,

@@ -152,7 +152,7 @@ def _relaxed_walk(
 ) -> tuple[Start, Solution]:
     """Return where the relaxed walk leads to, and the work it took."""
     margins = replace(problem.task.margins, liftoff_speed=RELAXED_LIFTOFF)
-    easier = WalkProblem(problem.robot, replace(problem.task, margins=margins))
+    easier = problem.with_task(replace(problem.task, margins=margins))
     found = options.solver.first_stage.solve(
         derived(easier, options), Start(x), callback, stopping(stop)
     )
@@ -186,6 +186,22 @@ def complete(
     Raises:
         EvaluationError: the walk is not defined between its samples.
     """
+    return finished(*polished(problem, solution, options, on_progress, stop))
+
+
+def polished(
+    problem: WalkProblem,
+    solution: Solution,
+    options: DesignOptions,
+    on_progress: Callable[[WalkProblem], ProgressCallback] | None = None,
+    stop: Stop = never,
+) -> tuple[WalkProblem, Solution, bool, WalkProblem]:
+    """Refine and confirm a walk; as `complete`.
+
+    Returns:
+        What `finished` takes: the walk on its final grid, its solution, whether it was refined, the
+        walk on the certificate's grid.
+    """
     problem, solution = _landed_softly(problem, solution, options, stop)
     fine = on_fine_grid(problem)
     if options.refine:
@@ -193,7 +209,7 @@ def complete(
         problem, solution = refine(problem, solution, first, on_progress, stop, fine=fine)
     callback = None if on_progress is None else on_progress(problem)
     solution = options.solver.confirm(problem, solution, callback, stopping(stop))
-    return finished(problem, solution, options.refine, fine)
+    return problem, solution, options.refine, fine
 
 
 def impulse_vanishes(problem: WalkProblem, solution: Solution) -> bool:
@@ -218,7 +234,7 @@ def without_impact(problem: WalkProblem) -> WalkProblem:
     if problem.schedule.striking:
         return gentle(problem)
     task = problem.task.with_margins({"soft_landing": True})
-    return WalkProblem(problem.robot, task, problem.grid)
+    return problem.with_task(task)
 
 
 def _landed_softly(

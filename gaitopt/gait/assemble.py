@@ -18,7 +18,7 @@ from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.result import Gait
 from gaitopt.gait.step import Step
 from gaitopt.gait.step_model import StepModel
-from gaitopt.gait.stride import Stride
+from gaitopt.gait.stride import Steps, Stride
 from gaitopt.gait.task import task_record
 from gaitopt.gait.terrain import Level, ground_record
 from gaitopt.model.import_options import ImportOptions, choices_record
@@ -63,7 +63,7 @@ def gait_at(
         **_motion(problem, whole),
     }
     gait = Gait(
-        **_sampled(problem.model, step),
+        **step_arrays(problem.model, step),
         parameters=whole.x,
         parameter_names=problem.layout.names,
         joint_names=robot.joint_names,
@@ -80,11 +80,11 @@ def gait_at(
     if not isinstance(whole, Stride):
         return gait
     model, second = problem.models[1], whole.steps[1]
-    own = {**_sampled(model, second), **_foot(problem.schedule, model, second, step)}
+    own = {**step_arrays(model, second), **_foot(problem.schedule, model, second, step)}
     return replace(gait, second=replace(gait, **own))
 
 
-def _sampled(model: StepModel | DoubleStepModel, step: Step) -> dict[str, Any]:
+def step_arrays(model: StepModel | DoubleStepModel, step: Step) -> dict[str, Any]:
     """Return the arrays of a gait that are of a single step."""
     nodes = slice(0, model.grid.nodes)
     wrench = step.read(quantities.WRENCH)[nodes]
@@ -104,7 +104,7 @@ def _sampled(model: StepModel | DoubleStepModel, step: Step) -> dict[str, Any]:
     }
 
 
-def _motion(problem: WalkProblem, whole: Step | Stride) -> dict[str, object]:
+def _motion(problem: WalkProblem, whole: Step | Steps) -> dict[str, object]:
     """Return the screw motion of a stride, nothing of a walk straight ahead."""
     if not isinstance(whole, Stride):
         return {}

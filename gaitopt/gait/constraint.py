@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 import sys
 from abc import ABC, abstractmethod
+from bisect import bisect_right
 from collections.abc import Mapping
 from dataclasses import Field, dataclass, field, fields, is_dataclass, replace
 from functools import cached_property
@@ -262,9 +263,10 @@ class ConstraintBlock:
         instants: rows of the quantities it looks at, shape (K,).
         times: s = t / T of each of the K, or None where time means nothing.
         contacts: of the stance foot at each of the K, by name; empty where it never changes.
-        second: number of rows from which on they are of the second step of a stride, which is seen
-            as its mirror image; None where all are of one step.
+        ends: numbers of rows up to the end of each step, every second of which is seen as its
+            mirror image; empty where all are of one step.
         mirrored: labels there, of joints and sides as they are.
+        period: what all its steps are called.
     """
 
     name: str
@@ -281,8 +283,9 @@ class ConstraintBlock:
     instants: NDArray[np.int_]
     times: Array | None
     contacts: tuple[str, ...] = ()
-    second: int | None = None
+    ends: tuple[int, ...] = ()
     mirrored: tuple[str, ...] = ()
+    period: str = "step"
 
     @property
     def size(self) -> int:
@@ -309,18 +312,25 @@ class ConstraintBlock:
 
     def label(self, instant: int, entry: int) -> str:
         """Return what a row speaks of: "right_knee torque"."""
-        later = self.second is not None and instant >= self.second
-        return (self.mirrored if later else self.labels)[entry]
+        return (self.mirrored if self._step(instant) % 2 else self.labels)[entry]
 
     def describe(self, instant: int, entry: int) -> str:
         """Name a row: "right_knee torque at 80.0 % of the step (toe line)"."""
-        label, period = self.label(instant, entry), "step" if self.second is None else "stride"
+        label = self.label(instant, entry)
         if self.times is not None:
             contact = f" ({self.contacts[instant]})" if self.contacts else ""
-            return f"{label} at {100.0 * self.times[instant]:.1f} % of the {period}{contact}"
+            return f"{label} at {100.0 * self.times[instant]:.1f} % of the {self.period}{contact}"
         names = self.reads[0].rows
-        later = "second step:" if self.second is not None and instant >= self.second else ""
+        number = self._step(instant)
+        later = f"{_ORDINALS[min(number, len(_ORDINALS) - 1)]} step:" if number else ""
         return f"{later} {names[self.instants[instant] % len(names)]} {label}".strip()
+
+    def _step(self, instant: int) -> int:
+        """Return the number of the step that a row is of."""
+        return bisect_right(self.ends, instant)
+
+
+_ORDINALS = ("first", "second", "third", "fourth", "fifth", "sixth", "seventh", "eighth")
 
 
 class Constraint(ABC):

@@ -69,7 +69,7 @@ def _corner_entries(axis: int, factor: float = 1.0) -> Entries:
     return Entries(slice(axis, count, 3), count, factor)
 
 
-_BELOW = -1.0  # m: no limit of a foot that has landed, whose rows are there all the same
+UNLIMITED_HEIGHT = -1.0  # m: no limit of a foot that has landed, whose rows are there all the same
 
 
 def _while_aloft(context: ConstraintContext) -> tuple[NDArray[np.int_], Array, NDArray[np.bool_]]:
@@ -521,7 +521,7 @@ class Clearance(Constraint):
             profile += margins.liftoff_speed * context.duration * s * (1.0 - s) ** _SINKING
         function, points = _above_ground(context)
         labels = tuple(f"swing foot {point} height" for point in points)
-        lower = np.repeat(np.where(aloft, profile, _BELOW)[:, None], len(points), axis=1)
+        lower = np.repeat(np.where(aloft, profile, UNLIMITED_HEIGHT)[:, None], len(points), axis=1)
         lower[:, len(CORNERS) :] -= _BETWEEN_CORNERS
         return self.over_step(
             context, function, labels, lower=lower, scale=LENGTH_SCALE, instants=inside
@@ -781,7 +781,7 @@ class LandingSpeed(Constraint):
         profile = speed * context.duration * (1.0 - s) * s**_LANDING
         function, points = _above_ground(context)
         labels = tuple(f"swing foot {point} height before landing" for point in points)
-        lower = np.repeat(np.where(aloft, profile, _BELOW)[:, None], len(points), axis=1)
+        lower = np.repeat(np.where(aloft, profile, UNLIMITED_HEIGHT)[:, None], len(points), axis=1)
         lower[:, len(CORNERS) :] -= _BETWEEN_CORNERS
         return self.over_step(
             context, function, labels, lower=lower, scale=LANDING_SCALE, instants=inside

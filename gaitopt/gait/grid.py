@@ -122,27 +122,40 @@ def of_stride(changes: Array) -> Array:
     return np.concatenate([0.5 * changes, LANDING, 0.5 + 0.5 * changes])
 
 
-def half(grid: Grid, second: bool, changes: Array | None = None) -> Grid:
-    """Return the instants of one step of a stride, as shares of that step, in their order.
+STRIDE_EDGES = np.array([0.0, *LANDING, 1.0])
+"""Shares of a stride at which its steps begin and end."""
+
+
+def parts(grid: Grid, edges: Array, changes: Array | None = None) -> tuple[Grid, ...]:
+    """Return the instants of every step of several, as shares of that step, in their order.
 
     Args:
-        grid: of the stride.
-        second: which of its steps.
-        changes: shares of the step at which one phase follows another, whose two sides the
+        grid: of all of them.
+        edges: shares at which steps begin and end, from 0 to 1, shape (steps + 1,).
+        changes: shares of a step at which one phase follows another, whose two sides the
             instants are to meet exactly.
     """
-    kept = of_second(grid.instants) == second
-    s = 2.0 * grid.instants[kept] - second
-    s[s <= 4.0 * AFTER] = 0.0
-    for change in () if changes is None else changes:
-        s[np.abs(s - change) < 0.5 * AFTER] = change
-        s[np.abs(s - change - 2.0 * AFTER) < 1.5 * AFTER] = change + AFTER
-    return Grid(s, 2.0 * grid.weights[kept], int(kept[: grid.nodes].sum()))
+    found = []
+    for number, (begin, length) in enumerate(zip(edges, np.diff(edges), strict=False)):
+        kept, near = step_of(grid.instants, edges) == number, AFTER / length
+        s = np.minimum((grid.instants[kept] - begin) / length, 1.0)
+        s[s <= 2.0 * near] = 0.0
+        s[s >= 1.0 - AFTER] = 1.0
+        for change in () if changes is None else changes:
+            s[np.abs(s - change) < 0.5 * AFTER] = change
+            s[np.abs(s - change - near) < 0.75 * near] = change + AFTER
+        found.append(Grid(s, grid.weights[kept] / length, int(kept[: grid.nodes].sum())))
+    return tuple(found)
 
 
-def of_second(instants: Array) -> NDArray[np.bool_]:
-    """Return which instants of a stride are of its second step; that of the landing is not."""
-    return np.asarray(instants > LANDING[0])
+def step_of(instants: Array, edges: Array) -> NDArray[np.int_]:
+    """Return the number of the step of each instant; where two meet it is of the first.
+
+    Args:
+        instants: shares of all steps, shape (N,).
+        edges: as of `parts`.
+    """
+    return np.asarray(np.searchsorted(edges[1:-1], instants, side="left"))
 
 
 def chebyshev_points(count: int) -> Array:

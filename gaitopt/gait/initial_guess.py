@@ -30,7 +30,8 @@ from gaitopt.gait.parameters import (
     Layout,
 )
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.gait.stride import StrideLayout
+from gaitopt.gait.stride import StepsLayout
+from gaitopt.gait.transition_problem import TransitionProblem
 from gaitopt.mechanics.inverse_kinematics import LegKinematics, loop_gap
 from gaitopt.model.joint_tree import TWIST
 from gaitopt.nlp import Array
@@ -43,6 +44,8 @@ _EXTRA_LIFT = 0.02  # m above the clearance profile
 _FOOT_ANGLE = 0.15  # rad at the end, where the stance foot turns; from less a heel may never rise
 _LANDING_ANGLE = 0.15  # rad, where the foot lands on its heel
 _HAIR = 1e-12  # between bounds that are equal: least squares wants room
+_WIDER = 1.2  # steps of a transition than of a walk: it begins to fall sideways, or ceases to
+_LOWERED, _LOWER = 10, 0.02  # times, and by how much of the leg's length, for a leg to reach
 _RATE_FRACTION = 0.5  # of the last secant: the foot slows down before it lands
 _PUSH = 0.05  # m/s: vertical impulse of an impact that both feet take, over the mass
 
@@ -55,9 +58,7 @@ def first_guess(problem: WalkProblem) -> Array:
     """
     if isinstance(problem.model, DoubleStepModel):
         return _closing_guess(problem, problem.model)
-    layouts = (
-        problem.layout.steps if isinstance(problem.layout, StrideLayout) else (problem.layout,)
-    )
+    layouts = problem.layout.steps if isinstance(problem.layout, StepsLayout) else (problem.layout,)
     geometries = [_geometry(problem, step) for step in range(len(layouts))]
     starts = [_start(problem, geometry) for geometry in geometries]
     parts = [
@@ -67,7 +68,7 @@ def first_guess(problem: WalkProblem) -> Array:
         )
     ]
     whole = problem.layout
-    return with_peak(problem, whole.pack(parts) if isinstance(whole, StrideLayout) else parts[0])
+    return with_peak(problem, whole.pack(parts) if isinstance(whole, StepsLayout) else parts[0])
 
 
 @dataclass(frozen=True)
@@ -118,6 +119,47 @@ def _guessed_step(
     )
     rate_before = _RATE_FRACTION * (q_end - knots[-1]) / last
     return layout.pack(np.array(knots), rate_before, start.q, geometry, turns.parameters)
+
+
+def transition_guess(problem: TransitionProblem) -> Array:
+    """Return a starting point x for a transition, shape (P,).
+
+    Double supports lie evenly between those at its ends, and so do the lengths of the steps.
+
+    Raises:
+        UnreachableError: a double support between is out of reach.
+    """
+    asked, layout = problem.transition, problem.layout
+    assert isinstance(layout, StepsLayout)
+    count = len(asked.durations)
+    first, last = asked.begin.geometry, asked.finish.geometry
+    shares = np.linspace(0.0, 1.0, count + 1)
+    geometries = [(1.0 - share) * first + share * last for share in shares]
+    for geometry in geometries[1:-1]:
+        geometry[FOOT_SPACING] *= _WIDER
+    starts = [_lowered_start(problem, geometry) for geometry in geometries]
+    starts[0] = replace(starts[0], q=asked.begin.q)
+    starts[-1] = replace(starts[-1], q=asked.finish.q)
+    parts = []
+    for k, (own, duration) in enumerate(zip(layout.steps, asked.durations, strict=True)):
+        geometry = geometries[k].copy()
+        geometry[DURATION] = duration
+        parts.append(_guessed_step(problem, own, starts[k], geometry, starts[k + 1].q))
+    return layout.pack(parts)
+
+
+def _lowered_start(problem: WalkProblem, geometry: Array) -> _Start:
+    """Return the double support of geometric quantities, whose pelvis is lowered into reach.
+
+    Raises:
+        UnreachableError: it is out of reach however low.
+    """
+    for _ in range(_LOWERED):
+        try:
+            return _start(problem, geometry)
+        except UnreachableError:
+            geometry[PELVIS_HEIGHT] -= _LOWER * problem.robot.legs.reach
+    return _start(problem, geometry)
 
 
 def with_peak(problem: WalkProblem, x: Array) -> Array:
@@ -336,7 +378,7 @@ def resized(x: Array, old: WalkProblem, new: WalkProblem) -> Array:
         if not (room > 0.0).all():
             return x
         up, layout = float((np.sqrt(room) - after[:, 2]).min()), new.layout
-        if isinstance(layout, StrideLayout):
+        if isinstance(layout, StepsLayout):
             lifted += layout.charts[number].matrix[at] * up
         else:
             lifted[at] += up
@@ -346,12 +388,12 @@ def resized(x: Array, old: WalkProblem, new: WalkProblem) -> Array:
 def _step_layout(problem: WalkProblem, number: int) -> Layout:
     """Return the layout of the parameters of a step."""
     layout = problem.layout
-    return layout.steps[number] if isinstance(layout, StrideLayout) else layout
+    return layout.steps[number] if isinstance(layout, StepsLayout) else layout
 
 
 def _legs(problem: WalkProblem, number: int, x: Array) -> Array:
     """Return the vectors from ankles to hips in the double support of a step, shape (2, 3)."""
     layout, boundary = problem.layout, problem.model.boundary
-    z = layout.charts[number].of(x) if isinstance(layout, StrideLayout) else x
+    z = layout.charts[number].of(x) if isinstance(layout, StepsLayout) else x
     (pelvis, _), (sole, _) = boundary.place(_step_layout(problem, number).geometry_of(z))
     return boundary.leg_vectors(pelvis, sole)

@@ -16,7 +16,7 @@ from gaitopt.gait.costs import CostContext, cost_function
 from gaitopt.gait.double_step import DoubleStepModel
 from gaitopt.gait.double_support import Posture
 from gaitopt.gait.functions import check_function
-from gaitopt.gait.grid import LANDING, Grid, of_stride
+from gaitopt.gait.grid import STRIDE_EDGES, Grid, parts
 from gaitopt.gait.parameters import (
     FOOT_SPACING,
     STEP_LENGTH,
@@ -27,12 +27,13 @@ from gaitopt.gait.parameters import (
 from gaitopt.gait.quantities import PEAK, Quantity, typical_entries
 from gaitopt.gait.step import Period, Step, StepDerivatives
 from gaitopt.gait.step_hessian import StepWeights, cycle_hessian, pairs_added, step_hessian
-from gaitopt.gait.step_model import StepModel, cycle, cycle_derivatives
+from gaitopt.gait.step_model import Ends, StepModel, cycle, cycle_derivatives
 from gaitopt.gait.stride import (
+    Steps,
+    StepsLayout,
     Stride,
     StrideLayout,
     by_step,
-    halves,
     joined_blocks,
     split_weights,
     stride_jacobians,
@@ -71,7 +72,7 @@ class _Derivatives:
     """
 
     x: Array
-    whole: Step | Stride
+    whole: Step | Steps
     steps: tuple[Step, ...]
     derivatives: tuple[StepDerivatives, ...]
     jacobians: dict[Quantity, Array]
@@ -87,28 +88,46 @@ class WalkProblem(NLP):
     thread: not to be used by two threads.
     """
 
+    edges: Array = STRIDE_EDGES
+    """Shares of the period at which its steps begin and end, shape (steps + 1,)."""
+    given: Ends | None = None
+    """What the first step begins with and the last one ends in; None where they repeat."""
+
     def __init__(self, robot: Robot, task: Task, grid: Grid | None = None) -> None:
         robot = robot.on_ground(task.ground.down)
         self.robot, self.task = robot, task
         self.robots = (robot, robot.on_ground(task.ground.in_mirror))[: task.steps]
         self.schedule = task.schedule
         self.grid = grid or task.grid
-        self.layout = walk_layout(robot, task)
+        if task.steps == 1:
+            self.edges = np.array([0.0, 1.0])
+        self.layout: Layout | StepsLayout = walk_layout(robot, task)
         self.blocks = constraint_blocks(robot, task, self.grid)
-        way = task.speed if task.steps == 1 else task.pace  # along the path
-        rows, nodes = (self.grid, None) if task.steps == 1 else by_step(self.grid)
-        context = CostContext(robot, rows, way, nodes)
         penalty = task.penalty_weight if task.speed_as == "penalty" else 0.0
-        self.cost = cost_function(task.cost, context, penalty)
-        self.cost_scale = 1.0 / task.cost.typical(context)
+        self._set_up(task.speed if task.steps == 1 else task.pace, penalty)  # along the path
+
+    def _set_up(self, way: float, penalty: float = 0.0) -> None:
+        """Make cost, models and limits, given robot, task, grid, edges, layout and blocks.
+
+        Args:
+            way: speed over which the cost is told [m/s]; 0: it is told per second.
+            penalty: weight of the speed's deviation in the cost.
+        """
+        robot, cost = self.robot, self.task.cost
+        one = len(self.edges) == 2
+        rows, nodes = (self.grid, None) if one else by_step(self.grid, self.edges)
+        context = CostContext(robot, rows, way, nodes)
+        self.cost = cost_function(cost, context, penalty)
+        self.cost_scale = 1.0 / cost.typical(context)
         self.has_hessian = True
-        read = {one for block in self.blocks for one in block.reads} | {*task.cost.reads}
+        read = {one for block in self.blocks for one in block.reads} | {*cost.reads}
         self.model: StepModel | DoubleStepModel
         self.models: tuple[StepModel, ...] = ()  # of the steps that follow each other by impacts
         if self.schedule.closing and isinstance(self.layout, Layout):
             self.model = DoubleStepModel(robot, self.layout, self.grid, read, self.schedule)
         else:
-            self.models = _models(self.robots, self.layout, self.grid, read, self.schedule)
+            grids = (self.grid,) if one else parts(self.grid, self.edges, self.schedule.changes)
+            self.models = _models(self.robots, self.layout, grids, read, self.schedule)
             self.model = self.models[0]
         lower, upper = self.layout.bounds()
         self.variables = Variables(self.layout.names, lower, upper, self.layout.scale())
@@ -121,7 +140,7 @@ class WalkProblem(NLP):
         )
         ends = np.cumsum([b.size for b in self.blocks])
         self._slices = [slice(e - b.size, e) for e, b in zip(ends, self.blocks, strict=True)]
-        self._last_step: Step | Stride | None = None
+        self._last_step: Step | Steps | None = None
         self._last_derivatives: _Derivatives | None = None
 
     @cached_property
@@ -131,23 +150,38 @@ class WalkProblem(NLP):
         turns = [turn for turn in (model.landing_turn, model.foot_turn) if turn is not None]
         knots = np.unique(np.concatenate([knots, *(turn.knots for turn in turns)]))
         if len(self.models) > 1:
-            return np.concatenate([0.5 * knots, 0.5 + 0.5 * knots[1:]])
+            return self._of_steps(knots)
         return knots
 
     @property
     def changes(self) -> Array:
         """Shares of the period at which quantities may jump: phases and steps follow there."""
         changes = self.schedule.changes
-        return of_stride(changes) if len(self.models) > 1 else changes
+        if len(self.models) == 1:
+            return changes
+        return np.unique(np.concatenate([self.edges[1:-1], self._of_steps(changes, ends=False)]))
+
+    def _of_steps(self, shares: Array, ends: bool = True) -> Array:
+        """Return the shares of the period of shares of each step, with those of its ends or not."""
+        lengths = np.diff(self.edges)
+        inner = [
+            begin + length * shares[(shares > 0.0) & (shares < 1.0)]
+            for begin, length in zip(self.edges, lengths, strict=False)
+        ]
+        return np.unique(np.concatenate([*([self.edges] if ends else []), *inner]))
 
     @property
     def ends(self) -> Array:
         """Shares of the period at which a step begins or ends."""
-        return np.unique([0.0, *LANDING[: len(self.models) - 1], 1.0])
+        return self.edges
 
     def with_grid(self, grid: Grid) -> WalkProblem:
         """Return the same walk looked at on another grid."""
         return WalkProblem(self.robot, self.task, grid)
+
+    def with_task(self, task: Task) -> WalkProblem:
+        """Return the walk of a task with other limits, on the same grid."""
+        return WalkProblem(self.robot, task, self.grid)
 
     def step(self, x: Array) -> Step:
         """Return everything about the step at x, of a stride the first."""
@@ -156,9 +190,18 @@ class WalkProblem(NLP):
     def steps(self, x: Array) -> tuple[Step, ...]:
         """Return the step at x, or both steps of a stride."""
         whole = self.whole(x)
-        return whole.steps if isinstance(whole, Stride) else (whole,)
+        return whole.steps if isinstance(whole, Steps) else (whole,)
 
-    def whole(self, x: Array) -> Step | Stride:
+    def starts(self, x: Array) -> tuple[Step, ...]:
+        """Return the steps at x and the one after the last, which begins the period again."""
+        steps = self.steps(x)
+        return (*steps, steps[0])
+
+    def time(self, share: float, x: Array) -> float:
+        """Return the time at a share of the period [s]."""
+        return share * self.whole(x).duration
+
+    def whole(self, x: Array) -> Step | Steps:
         """Return everything about the period at x, a step or a stride (the last is kept)."""
         if self._last_derivatives is not None and np.array_equal(self._last_derivatives.x, x):
             return self._last_derivatives.whole
@@ -174,10 +217,16 @@ class WalkProblem(NLP):
     def _evaluated(self, x: Array) -> tuple[Step, ...]:
         if isinstance(self.model, DoubleStepModel):
             return (self.model.step(x),)
-        return cycle(self.models, x)
+        return cycle(self.models, x, self.given)
 
-    def _joined(self, x: Array, steps: tuple[Step, ...]) -> Step | Stride:
+    def _joined(self, x: Array, steps: tuple[Step, ...]) -> Step | Steps:
         return steps[0] if len(steps) == 1 else Stride(x, steps, self.task.pace)
+
+    def _together(self, derivatives: tuple[StepDerivatives, ...]) -> dict[Quantity, Array]:
+        """Return the Jacobians of the quantities of the whole, from those of its steps."""
+        if isinstance(self.layout, StrideLayout):
+            return stride_jacobians(self.layout, derivatives, self.task.pace)
+        return derivatives[0].jacobians
 
     def _derivatives(self, x: Array) -> _Derivatives:
         """Return the period at x with its derivatives (the last one is kept)."""
@@ -187,10 +236,7 @@ class WalkProblem(NLP):
                 known = [one.posture for one in self.steps(x)]
             x = np.array(x)
             steps, derivatives = self._differentiated(x, known)
-            jacobians = derivatives[0].jacobians
-            if isinstance(self.layout, StrideLayout):
-                jacobians = stride_jacobians(self.layout, derivatives, self.task.pace)
-            whole = self._joined(x, steps)
+            whole, jacobians = self._joined(x, steps), self._together(derivatives)
             self._last_derivatives = _Derivatives(x, whole, steps, derivatives, jacobians)
         return self._last_derivatives
 
@@ -260,14 +306,15 @@ class WalkProblem(NLP):
         if isinstance(self.model, DoubleStepModel):
             step, derivatives = self.model.derivatives(x, None if known is None else known[0])
             return (step,), (derivatives,)
-        return cycle_derivatives(self.models, x, known)
+        return cycle_derivatives(self.models, x, known, self.given)
 
     def _bent(self, found: _Derivatives, weights: StepWeights) -> Array:
         """Return the Hessian in x of the function that `weights` differentiates, shape (P, P)."""
-        if len(found.steps) == 1:
+        if isinstance(found.whole, Step):
             return self.curvature(found.steps[0], found.derivatives[0], weights)
         each = split_weights(weights, found.steps)
-        H = cycle_hessian(self.models, found.steps, found.derivatives, each)
+        repeats = self.given is None
+        H = cycle_hessian(self.models, found.steps, found.derivatives, each, repeats)
         return pairs_added(H, weights, found.jacobians)
 
     def curvature(self, step: Step, derivatives: StepDerivatives, weights: StepWeights) -> Array:
@@ -314,12 +361,12 @@ def constraint_blocks(robot: Robot, task: Task, grid: Grid) -> tuple[ConstraintB
             robot, own, task.margins, task.speed, task.duration, task.speed_as, task.boundary,
             task.schedule, task.ground, task.lateral_speed, task.turn_rate, task.steps,
         )
-        for own in (halves(grid, task.schedule.changes) if task.steps == 2 else (grid,))
+        for own in (parts(grid, STRIDE_EDGES, task.schedule.changes) if task.steps > 1 else [grid])
     ]  # fmt: skip
     found = []
     for make, constraints in (
         (lambda one, context: one.block(context), CONSTRAINTS),
-        (_checked, (*task.cost.constraints, *task.constraints)),
+        (checked_block, (*task.cost.constraints, *task.constraints)),
     ):
         for one in constraints:
             if one.asked(contexts[0]):
@@ -332,29 +379,33 @@ def _over_period(blocks: list[ConstraintBlock], grid: Grid, robot: Robot) -> Con
     """Return the rows of a constraint over a step, or over the steps of a stride."""
     if len(blocks) == 1 or blocks[0].reads == (quantities.ADVANCE,):
         return blocks[0]
-    return joined_blocks(blocks, grid, robot)
+    return joined_blocks(blocks, grid, STRIDE_EDGES, robot)
 
 
 def _models(
     robots: tuple[Robot, ...],
-    layout: Layout | StrideLayout,
-    grid: Grid,
+    layout: Layout | StepsLayout,
+    grids: tuple[Grid, ...],
     read: set[Quantity],
     schedule: Schedule,
 ) -> tuple[StepModel, ...]:
     """Return the models of the steps of a period."""
-    if not isinstance(layout, StrideLayout):
-        return (StepModel(robots[0], layout, grid, read, schedule),)
-    charts, grids = layout.charts, halves(grid, schedule.changes)
-    each = zip(robots, layout.steps, grids, charts, charts[::-1], strict=True)
+    if isinstance(layout, Layout):
+        return (StepModel(robots[0], layout, grids[0], read, schedule),)
+    charts = layout.charts
+    each = zip(robots, layout.steps, grids, charts, (charts[-1], *charts[:-1]), strict=True)
     return tuple(
         StepModel(robot, own, part, read, schedule, chart, before)
         for robot, own, part, chart, before in each
     )
 
 
-def _checked(constraint: Constraint, context: ConstraintContext) -> ConstraintBlock:
-    """Return the rows of a constraint of one's own if they fit together."""
+def checked_block(constraint: Constraint, context: ConstraintContext) -> ConstraintBlock:
+    """Return the rows of a constraint of one's own if they fit together.
+
+    Raises:
+        InputError: they do not.
+    """
     where = f"the constraint '{constraint.name}'"
     try:
         block = constraint.block(context)

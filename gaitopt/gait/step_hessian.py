@@ -128,24 +128,29 @@ def cycle_adjoint(
     steps: Sequence[Step],
     derivatives: Sequence[StepDerivatives],
     weights: Sequence[dict[Quantity, Array]],
+    repeats: bool = True,
 ) -> list[StepAdjoint]:
     """Return what weights of steps that follow each other weigh on the way back to x.
 
     Args:
         models, steps, derivatives: as of `gaitopt.gait.step_model.cycle_derivatives`.
         weights: of the quantities of each step.
+        repeats: whether the first step follows the last again; else both their ends are given.
     """
     count, each = len(models), list(zip(models, steps, derivatives, weights, strict=True))
     gradients = [_step_gradient(*one) for one in each]
     maps, turns = [gradient[2] for gradient in gradients], [gradient[3] for gradient in gradients]
+    starts = [one[-2] if k or repeats else np.zeros_like(one[-2]) for k, one in enumerate(maps)]
     ends = [
-        _impact_vjp(*one, maps[(k + 1) % count][-2], turns[(k + 1) % count])
+        _impact_vjp(*one, starts[(k + 1) % count], turns[(k + 1) % count])
         for k, one in enumerate(each)
     ]
     found = []
     for k, (effort, by_order, on_coefficients, _) in enumerate(gradients):
-        at_end = maps[(k - 1) % count][-3] + ends[(k - 1) % count][0]
-        q_start = on_coefficients[0] + models[k].exchange.T @ at_end
+        q_start = on_coefficients[0]
+        if k or repeats:
+            at_end = maps[(k - 1) % count][-3] + ends[(k - 1) % count][0]
+            q_start = q_start + models[k].exchange.T @ at_end
         found.append(StepAdjoint(effort, by_order, q_start, ends[k][1]))
     return found
 
@@ -195,6 +200,7 @@ def cycle_hessian(
     steps: Sequence[Step],
     derivatives: Sequence[StepDerivatives],
     weights: Sequence[StepWeights],
+    repeats: bool = True,
 ) -> Array:
     """Return the Hessian in x of a function of steps that follow each other, shape (P, P).
 
@@ -204,8 +210,9 @@ def cycle_hessian(
     Args:
         models, steps, derivatives: as of `gaitopt.gait.step_model.cycle_derivatives`.
         weights: of the quantities of each step.
+        repeats: whether the first step follows the last again.
     """
-    backs = cycle_adjoint(models, steps, derivatives, [one.first for one in weights])
+    backs = cycle_adjoint(models, steps, derivatives, [one.first for one in weights], repeats)
     each = zip(models, steps, derivatives, weights, backs, strict=True)
     H = np.sum([_own_hessian(*one) for one in each], axis=0)
     return np.asarray((H + H.T) / 2.0)

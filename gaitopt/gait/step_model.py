@@ -493,7 +493,20 @@ class _Course:
         return with_foot(self.foot, self.motion)
 
 
-def cycle(models: Sequence[StepModel], x: Array) -> tuple[Step, ...]:
+@dataclass(frozen=True)
+class Ends:
+    """What steps that do not repeat begin with and end in, both given.
+
+    Attributes:
+        before: the impact before the first step, there exchanged.
+        after: start of the step after the last one, there exchanged.
+    """
+
+    before: ImpactState
+    after: Opening
+
+
+def cycle(models: Sequence[StepModel], x: Array, ends: Ends | None = None) -> tuple[Step, ...]:
     """Return the steps of a walk that follow each other, the first again after the last.
 
     Each is seen from its own stance foot, as its mirror image where that is the other foot.
@@ -501,17 +514,20 @@ def cycle(models: Sequence[StepModel], x: Array) -> tuple[Step, ...]:
     Args:
         models: of the steps.
         x: parameters of the walk, shape (P,).
+        ends: of steps that do not repeat.
 
     Raises:
         EvaluationError: a parameter is not finite, or a leg cannot reach.
     """
     openings = [model.opening(x) for model in models]
+    given = (None, None) if ends is None else (ends.before, ends.after)
+    following = _next(openings, given[1])
     landings = [
         model.landing(opening, after)
-        for model, opening, after in zip(models, openings, _next(openings), strict=True)
+        for model, opening, after in zip(models, openings, following, strict=True)
     ]
-    yaws = [float(one.geometry[FOOT_YAW]) for one in _next(openings)]
-    befores = [one.impact for one in _before(landings)]
+    yaws = [float(one.geometry[FOOT_YAW]) for one in following]
+    befores = _before([one.impact for one in landings], given[0])
     return tuple(
         model.course(opening, landing, before, yaw)
         for model, opening, landing, before, yaw in zip(
@@ -521,7 +537,10 @@ def cycle(models: Sequence[StepModel], x: Array) -> tuple[Step, ...]:
 
 
 def cycle_derivatives(
-    models: Sequence[StepModel], x: Array, known: Sequence[Posture] | None = None
+    models: Sequence[StepModel],
+    x: Array,
+    known: Sequence[Posture] | None = None,
+    ends: Ends | None = None,
 ) -> tuple[tuple[Step, ...], tuple[StepDerivatives, ...]]:
     """Return the steps as `cycle` does, and their exact derivatives in x.
 
@@ -529,19 +548,22 @@ def cycle_derivatives(
         models: of the steps.
         x: parameters of the walk, shape (P,).
         known: the double supports at x, if they were computed before.
+        ends: of steps that do not repeat.
 
     Raises:
         EvaluationError: a parameter is not finite, or a leg cannot reach.
     """
     postures = [None] * len(models) if known is None else known
     openings = [model.opening(x, known) for model, known in zip(models, postures, strict=True)]
-    ends = [
+    given = (None, None) if ends is None else (ends.before, ends.after)
+    following = _next(openings, given[1])
+    landed = [
         model.landing_derivatives(opening, after)
-        for model, opening, after in zip(models, openings, _next(openings), strict=True)
+        for model, opening, after in zip(models, openings, following, strict=True)
     ]
-    landings = [landing for landing, _ in ends]
-    yaws = [float(one.geometry[FOOT_YAW]) for one in _next(openings)]
-    befores = [one.impact for one in _before(landings)]
+    landings = [landing for landing, _ in landed]
+    yaws = [float(one.geometry[FOOT_YAW]) for one in following]
+    befores = _before([one.impact for one in landings], given[0])
     courses = [
         model.course_derivatives(opening, landing, before, yaw)
         for model, opening, landing, before, yaw in zip(
@@ -551,32 +573,36 @@ def cycle_derivatives(
     starts = [
         model.opening_derivatives(opening) for model, opening in zip(models, openings, strict=True)
     ]
-    q_ends = [model.exchange @ q for model, (_, q) in zip(models, _next(starts), strict=True)]
+    nothing = None if ends is None else np.zeros(starts[0][1].shape)  # what is given is constant
+    q_starts = _next([q for _, q in starts], nothing)
+    q_ends = [model.exchange @ q for model, q in zip(models, q_starts, strict=True)]
     afters = [
         model.impact_jacobian(landing, impact, q_end)
-        for model, (landing, impact), q_end in zip(models, ends, q_ends, strict=True)
+        for model, (landing, impact), q_end in zip(models, landed, q_ends, strict=True)
     ]
+    leaving = _before(afters, None if ends is None else np.zeros(afters[0].shape))
     angles = [None if m.line is None else m.chart.matrix[m.layout.landed.start] for m in models]
-    turned = _next([model.along("foot_yaw") for model in models])
+    turned = [model.along("foot_yaw") for model in models]
+    yawed = _next(turned, None if nothing is None else nothing[0])
     derivatives = []
     for k, model in enumerate(models):
         step, support, optional = courses[k]
         posture, q_start = starts[k]
-        local = StepDerivatives(posture, ends[k][1], support, optional)
+        local = StepDerivatives(posture, landed[k][1], support, optional)
         derivatives.append(
             model.chain(
-                step, local, q_start, q_ends[k], afters[k], _before(afters)[k],
-                befores[k].turn_rate, _next(angles)[k], turned[k],
+                step, local, q_start, q_ends[k], afters[k], leaving[k],
+                befores[k].turn_rate, _next(angles)[k], yawed[k],
             )
         )  # fmt: skip
     return tuple(step for step, _, _ in courses), tuple(derivatives)
 
 
-def _next(each: Sequence[T]) -> list[T]:
-    """Return what belongs to the step after each."""
-    return [*each[1:], each[0]]
+def _next(each: Sequence[T], last: T | None = None) -> list[T]:
+    """Return what belongs to the step after each; after the last the first, or what is given."""
+    return [*each[1:], each[0] if last is None else last]
 
 
-def _before(each: Sequence[T]) -> list[T]:
-    """Return what belongs to the step before each."""
-    return [each[-1], *each[:-1]]
+def _before(each: Sequence[T], first: T | None = None) -> list[T]:
+    """Return what belongs to the step before each; before the first the last, or what is given."""
+    return [each[-1] if first is None else first, *each[:-1]]

@@ -9,6 +9,7 @@ next (`gaitopt.gait.step_model.cycle`), and only the footprints tell how the str
 from __future__ import annotations
 
 import re
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -20,7 +21,7 @@ from numpy.typing import NDArray
 from gaitopt.gait import quantities
 from gaitopt.gait.constraint import ConstraintBlock
 from gaitopt.gait.functions import ByStep
-from gaitopt.gait.grid import Grid, half, of_second
+from gaitopt.gait.grid import Grid, step_of
 from gaitopt.gait.parameters import (
     DURATION,
     FOOT_SPACING,
@@ -49,23 +50,16 @@ TURN_SIGNS = (-1.0, 1.0)
 """Foot yaw at the start of either step, less its mean, over the turn of the walk in a step."""
 
 
-@dataclass(frozen=True)
-class StrideLayout:
-    """Where each parameter stands in x: first step, second step, then what they share.
+class StepsLayout(ABC):
+    """Where each parameter of several steps stands in x.
 
     Attributes:
         geometry: the table as it is asked for, complete.
-        steps: layouts of the steps; with tables of their own, for they begin with other foot yaws.
-        turn_rate: of the walk [rad/s].
-        yaw: mean foot yaw while that is fixed [rad].
-        duration: of a step while that is fixed [s].
+        steps: layouts of the steps.
     """
 
     geometry: tuple[GeometricParameter, ...]
-    steps: tuple[Layout, Layout]
-    turn_rate: float
-    yaw: float
-    duration: float
+    steps: tuple[Layout, ...]
 
     @property
     def joint_names(self) -> tuple[str, ...]:
@@ -97,6 +91,71 @@ class StrideLayout:
         """Rows of the geometry table that are in x."""
         return [i for i, quantity in enumerate(self.geometry) if quantity.free]
 
+    @property
+    def peak(self) -> bool:
+        """Whether the largest torque of all steps is in x."""
+        return self.steps[0].peak
+
+    @property
+    @abstractmethod
+    def largest(self) -> slice:
+        """Entry of the largest torque; or none."""
+
+    @property
+    @abstractmethod
+    def size(self) -> int:
+        """Length of x."""
+
+    @property
+    @abstractmethod
+    def names(self) -> tuple[str, ...]:
+        """Name of every entry of x."""
+
+    @property
+    @abstractmethod
+    def charts(self) -> tuple[Chart, ...]:
+        """Parameters of each step in x."""
+
+    @property
+    @abstractmethod
+    def of_joints(self) -> list[int]:
+        """Entries of x that are angles or rates of joints."""
+
+    @abstractmethod
+    def index(self, name: str) -> int | None:
+        """Return where a geometric quantity stands in x, of the first step, or None if fixed."""
+
+    @abstractmethod
+    def bounds(self) -> tuple[Array, Array]:
+        """Return lower and upper bounds of x."""
+
+    @abstractmethod
+    def scale(self) -> Array:
+        """Return the size of a sensible step of each entry of x."""
+
+    @abstractmethod
+    def pack(self, parts: Sequence[Array]) -> Array:
+        """Return x from the parameters of all steps (p,)."""
+
+
+@dataclass(frozen=True)
+class StrideLayout(StepsLayout):
+    """Where each parameter stands in x: first step, second step, then what they share.
+
+    Attributes:
+        geometry: the table as it is asked for, complete.
+        steps: layouts of the steps; with tables of their own, for they begin with other foot yaws.
+        turn_rate: of the walk [rad/s].
+        yaw: mean foot yaw while that is fixed [rad].
+        duration: of a step while that is fixed [s].
+    """
+
+    geometry: tuple[GeometricParameter, ...]
+    steps: tuple[Layout, Layout]
+    turn_rate: float
+    yaw: float
+    duration: float
+
     @cached_property
     def own(self) -> tuple[NDArray[np.int_], NDArray[np.int_]]:
         """Entries of either step's parameters that are its own, in their order in x."""
@@ -107,11 +166,6 @@ class StrideLayout:
             for layout in self.steps
         )
         return first, second
-
-    @property
-    def peak(self) -> bool:
-        """Whether the largest torque of both steps is in x."""
-        return self.steps[0].peak
 
     @property
     def largest(self) -> slice:
@@ -125,24 +179,31 @@ class StrideLayout:
         names = [PEAK_NAME] if self.peak else []
         return [*names, *(_name(row) for row in SHARED if self.geometry[row].free)]
 
-    @cached_property
+    @property
     def size(self) -> int:
         """Length of x."""
         return sum(len(own) for own in self.own) + len(self.shared)
 
     @cached_property
-    def names(self) -> tuple[str, ...]:
-        """Name of every entry of x."""
+    def _names(self) -> tuple[str, ...]:
         first, second = (
             [layout.names[k] for k in own] for layout, own in zip(self.steps, self.own, strict=True)
         )
         return (*first, *(SECOND + name for name in second), *self.shared)
 
-    @cached_property
-    def charts(self) -> tuple[Chart, Chart]:
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Name of every entry of x."""
+        return self._names
+
+    @property
+    def charts(self) -> tuple[Chart, ...]:
         """Parameters of either step in x."""
-        first, second = (self._chart(step) for step in range(2))
-        return first, second
+        return self._charts
+
+    @cached_property
+    def _charts(self) -> tuple[Chart, ...]:
+        return tuple(self._chart(step) for step in range(2))
 
     @property
     def of_joints(self) -> list[int]:
@@ -270,8 +331,39 @@ def stride_layout(layout: Layout, robot: Robot, task: Task) -> StrideLayout:
     return StrideLayout(table, (steps[0], steps[1]), task.turn_rate, yaw.value, task.duration)
 
 
+class Steps(ABC):
+    """Several steps, and the quantities of all of them one after another.
+
+    Attributes:
+        x: parameters, shape (P,).
+        steps: every second one as its mirror image.
+    """
+
+    x: Array
+    steps: tuple[Step, ...]
+
+    @property
+    @abstractmethod
+    def duration(self) -> float:
+        """Duration of all steps [s]."""
+
+    @property
+    @abstractmethod
+    def step_length(self) -> float:
+        """The way that is walked in them [m]."""
+
+    @property
+    @abstractmethod
+    def values(self) -> dict[Quantity, Array]:
+        """Every quantity, see `read`."""
+
+    def read(self, what: Quantity) -> Array:
+        """Return a quantity, the rows of each step after those of the one before."""
+        return self.values[what]
+
+
 @dataclass(frozen=True)
-class Stride:
+class Stride(Steps):
     """Two steps, and the quantities of both one after another.
 
     Attributes:
@@ -294,13 +386,13 @@ class Stride:
         """Length of the path of the stride [m]."""
         return self.pace * self.duration
 
-    def read(self, what: Quantity) -> Array:
-        """Return a quantity, the rows of the second step after those of the first."""
-        return self.values[what]
-
-    @cached_property
+    @property
     def values(self) -> dict[Quantity, Array]:
         """Every quantity, see `read`."""
+        return self._values
+
+    @cached_property
+    def _values(self) -> dict[Quantity, Array]:
         found = side_by_side([step.values for step in self.steps])
         found[quantities.TRAVEL] = np.array([[self.step_length, self.duration]])
         found[quantities.ADVANCE] = _advance([step.geometry for step in self.steps])
@@ -355,52 +447,59 @@ def split_weights(weights: StepWeights, steps: Sequence[Step]) -> list[StepWeigh
     return found
 
 
-def halves(grid: Grid, changes: Array) -> tuple[Grid, Grid]:
-    """Return the instants of both steps of a stride; changes as of `half`."""
-    return half(grid, False, changes), half(grid, True, changes)
+def by_step(grid: Grid, edges: Array) -> tuple[Grid, NDArray[np.int_]]:
+    """Return the instants of several steps in the order of their rows, and which are nodes.
 
+    Rows of a step stand after all those of the step before, those that refinement added too.
 
-def by_step(grid: Grid) -> tuple[Grid, NDArray[np.int_]]:
-    """Return the instants of a stride in the order of its rows, and which of them are nodes.
-
-    Rows of the second step stand after all those of the first, those that refinement added too.
+    Args:
+        grid: of all steps.
+        edges: shares at which they begin and end, shape (steps + 1,).
     """
-    later = of_second(grid.instants)
-    order = np.concatenate([np.flatnonzero(~later), np.flatnonzero(later)])
+    order = np.argsort(step_of(grid.instants, edges), kind="stable")
     rows = Grid(grid.instants[order], grid.weights[order], grid.nodes)
     return rows, np.flatnonzero(order < grid.nodes)
 
 
-def joined_blocks(blocks: Sequence[ConstraintBlock], grid: Grid, robot: Robot) -> ConstraintBlock:
-    """Return the rows of a constraint over a stride, from those over its steps.
+def joined_blocks(
+    blocks: Sequence[ConstraintBlock],
+    grid: Grid,
+    edges: Array,
+    robot: Robot,
+    period: str = "stride",
+) -> ConstraintBlock:
+    """Return the rows of a constraint over several steps, from those over each of them.
 
     Args:
         blocks: of the steps.
-        grid: of the stride.
+        grid: of all of them.
+        edges: shares at which they begin and end, shape (steps + 1,).
         robot: the biped.
+        period: what they are called together.
     """
-    first = blocks[0]
-    counts = [len(block.instants) for block in blocks]
-    later = of_second(grid.instants)
+    first, numbers = blocks[0], step_of(grid.instants, edges)
     if first.times is None:
-        before, times = len(first.reads[0].rows), None
+        rows, times = [len(first.reads[0].rows)] * len(blocks), None
     else:
-        before = int((~later).sum())
-        parts = [grid.instants[~later], grid.instants[later]]
+        rows = np.bincount(numbers, minlength=len(blocks)).tolist()
         times = np.concatenate(
-            [part[block.instants] for part, block in zip(parts, blocks, strict=True)]
+            [grid.instants[numbers == k][block.instants] for k, block in enumerate(blocks)]
         )
-    other = _other_side(robot)
+    befores = [0, *accumulate(rows)]
+    ends = tuple(accumulate(len(block.instants) for block in blocks))
     return replace(
         first,
-        function=ByStep(tuple(b.function for b in blocks), tuple(accumulate(counts))),
+        function=ByStep(tuple(b.function for b in blocks), ends),
         lower=np.concatenate([b.lower for b in blocks]),
         upper=np.concatenate([b.upper for b in blocks]),
-        instants=np.concatenate([blocks[0].instants, before + blocks[1].instants]),
+        instants=np.concatenate(
+            [before + b.instants for before, b in zip(befores, blocks, strict=False)]
+        ),
         contacts=tuple(name for block in blocks for name in block.contacts),
         times=times,
-        second=counts[0],
-        mirrored=tuple(map(other, first.labels)),
+        ends=ends,
+        mirrored=tuple(map(_other_side(robot), first.labels)),
+        period=period,
     )
 
 

@@ -9,6 +9,7 @@ own axes, linear before angular, as in Pinocchio's free-flyer. Wrenches are in t
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -86,6 +87,12 @@ class TrajectoryPhase:
     def duration(self) -> float:
         """Duration of the phase [s]."""
         return float(self.knots[-1])
+
+    @property
+    def still(self) -> bool:
+        """Whether nothing moves in it."""
+        values, rates = self.coefficients[:-2], self.coefficients[-2:]
+        return not (rates.any() or (values - values[0]).any())
 
     def motion(self, times: Array) -> Array:
         """Return angles, rates and accelerations at times [s] within the phase, (3, N, n)."""
@@ -338,7 +345,7 @@ class Trajectory:
 
     def _standing(self, step: int, phase: int) -> int:
         foot = self._phases(step)[phase].standing
-        return foot if self.exchange is None or step % 2 == 0 else 1 - foot
+        return 1 - foot if self._mirrored(step) else foot
 
     def _next(self, step: int, phase: int) -> int:
         """Return the foot that stands in the following phase."""
@@ -346,9 +353,19 @@ class Trajectory:
             return self._standing(step, phase + 1)
         return self._standing(step + 1, 0)
 
+    def share(self, samples: TrajectorySamples) -> Array:
+        """Return the share of its step that is over at each sample, from 0 to 1, shape (N,)."""
+        return np.asarray(np.maximum(samples.time / self.step_duration - samples.step, 0.0))
+
     def _exchanged(self, joints: Array, step: int) -> Array:
         """Return joint values (..., n) of a step, given those of step 0."""
-        return joints if self.exchange is None or step % 2 == 0 else joints @ self.exchange.T
+        if self.exchange is None or not self._mirrored(step):
+            return joints
+        return np.asarray(joints @ self.exchange.T)
+
+    def _mirrored(self, step: int) -> bool:
+        """Return whether a step is the mirror image of how it is given."""
+        return self.exchange is not None and step % 2 == 1
 
     def _place(self, step: int, phase: int) -> pin.SE3:
         stances, stride = self._stances
@@ -363,13 +380,15 @@ class Trajectory:
         motion = np.zeros((3, count, joints))
         motion[0] = body.posture
         foot_motion, front = np.zeros((3, count, 6)), np.zeros((count, 6))
-        for odd in range(self._steps):
-            for index, part in enumerate(self._phases(odd)):
-                rows = np.flatnonzero((phase == index) & (step % self._steps == odd))
-                values = self._exchanged(part.motion(local[rows]), odd)
-                motion[:, rows[:, None], body.moving] = values
-                foot_motion[:, rows] = part.foot_motion(local[rows])
-                front[rows] = part.front_wrench(local[rows]) * (_MIRRORED if odd else 1.0)
+        both = np.zeros(count, dtype=bool)
+        parts = list(self._parts(step, phase))
+        for part, number, rows in parts:
+            values = self._exchanged(part.motion(local[rows]), number)
+            motion[:, rows[:, None], body.moving] = values
+            foot_motion[:, rows] = part.foot_motion(local[rows])
+            turned = _MIRRORED if self._mirrored(number) else 1.0
+            front[rows] = part.front_wrench(local[rows]) * turned
+            both[rows] = part.front is not None
         body.follow(motion)
         places = {
             key: self._place(*key) for key in set(zip(step.tolist(), phase.tolist(), strict=True))
@@ -377,9 +396,9 @@ class Trajectory:
         keys = zip(step.tolist(), phase.tolist(), strict=True)
         standing = [(self._standing(*key), places[key]) for key in keys]
         dynamics = _Dynamics(body)
-        both = np.array([part.front is not None for part in self.phases])[phase]
-        if both.any():
-            self._close(motion, step, phase, [foot for foot, _ in standing], foot_motion)
+        for part, number, rows in parts:
+            if part.front is not None and not part.still:
+                self._close(motion, part, number, rows, [foot for foot, _ in standing], foot_motion)
         q, v, a = (np.zeros((count, size + joints)) for size in (7, 6, 6))
         q[:, 7:], v[:, 6:], a[:, 6:] = motion
         torque, wrench = np.empty((count, joints)), np.empty((count, 6))
@@ -410,27 +429,30 @@ class Trajectory:
             standing=foot,
         )
 
+    def _parts(
+        self, step: NDArray[np.int64], phase: NDArray[np.int64]
+    ) -> Iterator[tuple[TrajectoryPhase, int, NDArray[np.int64]]]:
+        """Yield each phase, a step that it is of, and the rows of its instants."""
+        for odd in range(self._steps):
+            for index, part in enumerate(self._phases(odd)):
+                yield part, odd, np.flatnonzero((phase == index) & (step % self._steps == odd))
+
     def _close(
         self,
         motion: Array,
-        step: NDArray[np.int64],
-        phase: NDArray[np.int64],
+        part: TrajectoryPhase,
+        step: int,
+        rows: NDArray[np.int64],
         standing: list[int],
         foot_motion: Array,
     ) -> None:
         """Move the leg of a second foot that stands to where its sole stays, see `motion`."""
-        closing = _Closing(self.body)
-        targets: dict[tuple[int, int], pin.SE3] = {}
-        for k, foot in enumerate(standing):
-            part = self.phases[phase[k]]
-            if part.front is None:
-                continue
-            key = (int(step[k]) % self._steps, int(phase[k]))
-            if key not in targets:
-                start = self._exchanged(part.motion(np.zeros(1))[0], key[0])[0]
-                turned = pin.exp6(part.foot_motion(np.zeros(1))[0, 0])
-                targets[key] = turned * closing.between(start, foot)
-            closing.close(motion[:, k], foot, targets[key], foot_motion[:, k])
+        closing, start = _Closing(self.body), self._exchanged(part.motion(np.zeros(1))[0], step)[0]
+        turned = pin.exp6(part.foot_motion(np.zeros(1))[0, 0])
+        for k in rows:
+            foot = standing[k]
+            target = turned * closing.between(start, foot)
+            closing.close(motion[:, k], foot, target, foot_motion[:, k])
 
     def _passive(self, motion: Array) -> Array | float:
         """Return what motors need against friction, damping and springs; most files have none."""
@@ -440,6 +462,93 @@ class Trajectory:
             return 0.0
         joints = PassiveJoints(*parts, body.rest)
         return np.asarray(passive_torque(joints, motion[0], motion[1]).value)
+
+
+@dataclass(frozen=True, eq=False)
+class StepSequence(Trajectory):
+    """Steps one after another, each of one phase, that do not repeat; before and after it is still.
+
+    Every second step is given as its mirror image, as of a periodic walk. Time begins with the
+    first step.
+
+    Attributes:
+        first: number of the first step; even ones are as given, odd ones mirror images.
+    """
+
+    first: int = 0
+
+    def __repr__(self) -> str:
+        """Return it in one line: the whole of it is pages long."""
+        return f"<StepSequence of {self.body.name!r}: {len(self.phases)} in {self.period:.3f} s>"
+
+    @property
+    def period(self) -> float:
+        """Time of all steps [s]."""
+        return float(self._ends[-1])
+
+    @property
+    def step_duration(self) -> float:
+        """Mean duration of a step [s]."""
+        return self.period / len(self.phases)
+
+    def advance(self, step: int) -> pin.SE3:
+        """Return the placement in the world of the sole that stands in a step, from step 0."""
+        return self._places[step]
+
+    def at(self, times: ArrayLike, before: bool | ArrayLike = False) -> TrajectorySamples:
+        """Return the motion at times within it, as `Trajectory.at`.
+
+        Args:
+            times: from 0 to its period [s], a number or shape (N,).
+            before: whether an instant at which a step begins belongs to the one before it.
+
+        Raises:
+            InputError: a time is not finite or outside, or there are too many of them.
+        """
+        t = np.atleast_1d(np.asarray(times, dtype=np.float64))
+        slack = _SNAP * self.step_duration
+        if t.ndim != 1 or not ((t >= -slack) & (t <= self.period + slack)).all():
+            raise InputError(f"times of this motion must be from 0 to {self.period:.6g} s")
+        at_most(len(t), TIMES, "instants")
+        ending = np.broadcast_to(np.asarray(before, dtype=bool), t.shape)
+        inner = self._ends[:-1]
+        step = (t[:, None] - np.where(ending, slack, -slack)[:, None] >= inner).sum(axis=1)
+        local = np.clip(t - self._starts[step], 0.0, np.diff([0.0, *self._ends])[step])
+        return self._evaluated(t, step.astype(np.int64), np.zeros(len(t), dtype=np.int64), local)
+
+    def share(self, samples: TrajectorySamples) -> Array:
+        """Return the share of its step that is over at each sample, from 0 to 1, shape (N,)."""
+        durations = np.diff([0.0, *self._ends])[samples.step]
+        return np.asarray((samples.time - self._starts[samples.step]) / durations)
+
+    @cached_property
+    def _places(self) -> tuple[pin.SE3, ...]:
+        """Placement of the footprint of each step in the world."""
+        kinematics, place = _Kinematics(self.body), pin.SE3.Identity()
+        places = [place]
+        for step, phase in enumerate(self.phases[:-1]):
+            end = self._exchanged(phase.motion(np.array([phase.duration]))[0], step)[0]
+            soles, standing = kinematics.soles(end), self._standing(step, 0)
+            place = place * soles[standing].inverse() * soles[1 - standing]
+            places.append(place)
+        line = _heading([(one,) for one in places])
+        return tuple(line * one for one in places)
+
+    def _phases(self, step: int) -> tuple[TrajectoryPhase, ...]:
+        return (self.phases[step],)
+
+    def _mirrored(self, step: int) -> bool:
+        return super()._mirrored(step + self.first)
+
+    def _place(self, step: int, phase: int) -> pin.SE3:
+        del phase
+        return self._places[step]
+
+    def _parts(
+        self, step: NDArray[np.int64], phase: NDArray[np.int64]
+    ) -> Iterator[tuple[TrajectoryPhase, int, NDArray[np.int64]]]:
+        for number, part in enumerate(self.phases):
+            yield part, number, np.flatnonzero((step == number) & (phase == 0))
 
 
 def fitted_coefficients(knots: Array, times: Array, motion: Array) -> Array:

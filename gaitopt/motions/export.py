@@ -11,6 +11,7 @@ from pathlib import Path
 from gaitopt.atomic import write_atomically
 from gaitopt.errors import InputError
 from gaitopt.gait.result import Gait
+from gaitopt.gait.transition import Transition
 from gaitopt.motions.formats import MotionFormat, format_named
 from gaitopt.motions.motion import motion
 from gaitopt.motions.stride import export_step
@@ -74,6 +75,35 @@ def export(
     return write_atomically(path, _content(gait, form, rate, strides, joints))
 
 
+def export_transition(
+    transition: Transition,
+    path: str | Path,
+    *,
+    format: str,  # noqa: A002
+    rate: float | None = None,
+    joints: str | Sequence[str] | None = None,
+) -> Path:
+    """Write a transition as a motion, with what it leads from and to, atomically.
+
+    A stride of the walk before, or half a second of rest; the steps; the same after them.
+
+    Args:
+        transition: what to write.
+        path: file.
+        format, rate, joints: as in `export`.
+
+    Returns:
+        The path written.
+
+    Raises:
+        InputError: as in `export`, or the form has no samples.
+    """
+    form = format_named(format)
+    if Path(path).suffix.lower() != form.suffix:
+        raise InputError(f"cannot write '{path}': files of format '{format}' end in {form.suffix}")
+    return write_atomically(path, _content(transition, form, rate, None, joints))
+
+
 def export_library(
     library: Library | str | Path,
     directory: str | Path,
@@ -134,7 +164,7 @@ def export_library(
 
 
 def _content(
-    gait: Gait,
+    gait: Gait | Transition,
     form: MotionFormat,
     rate: float | None,
     strides: float | None,

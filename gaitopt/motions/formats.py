@@ -16,6 +16,7 @@ from scipy.interpolate import BPoly
 from scipy.spatial.transform import Rotation
 
 from gaitopt.errors import InputError
+from gaitopt.gait.transition import Transition
 from gaitopt.mechanics.spatial import upright
 from gaitopt.motions.motion import SCALAR_FIRST, Motion
 from gaitopt.nlp import Array
@@ -211,8 +212,13 @@ def bezier_record(motion: Motion) -> dict[str, object]:
 
     Ends and rates at the ends are exact; between them the curves are the nearest of their degree,
     and `largest_error` says how far the joints' are off.
+
+    Raises:
+        InputError: it is the motion of a transition.
     """
     gait, trajectory = motion.gait, motion.gait.trajectory
+    if isinstance(gait, Transition):
+        raise InputError("a transition has samples; choose another format than 'bezier'")
     turn = upright(motion.body.gravity)
     ahead = turn @ trajectory.advance(2).translation / trajectory.period
     if gait.second is not None:  # a turn goes on along its circle

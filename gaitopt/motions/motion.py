@@ -18,6 +18,7 @@ from gaitopt.bounds import INSTANTS_OF_MOTION, RATE, STRIDES, at_most
 from gaitopt.errors import InputError
 from gaitopt.gait.result import Gait
 from gaitopt.gait.trajectory import TrajectorySamples
+from gaitopt.gait.transition import Transition
 from gaitopt.mechanics.spatial import upright
 from gaitopt.model.multibody import BASE, Multibody
 from gaitopt.motions.orders import RobotOrder
@@ -49,7 +50,7 @@ class Motion:
     """Samples of a walk at a fixed rate.
 
     Attributes:
-        gait: that walks.
+        gait: that walks, or the transition.
         rate: samples a second [Hz].
         samples: T of them in the world of this module; joints as in `joint_names`.
         rows: the n joints of the motion among those of the robot.
@@ -60,7 +61,7 @@ class Motion:
         whole: angles and rates of all joints of the robot, shape (2, T, M).
     """
 
-    gait: Gait
+    gait: Gait | Transition
     rate: float
     samples: TrajectorySamples
     rows: tuple[int, ...]
@@ -112,14 +113,16 @@ class Motion:
     @cached_property
     def step_phase(self) -> Array:
         """Time since the step began over its duration, from 0 to 1, shape (T,)."""
-        duration = self.gait.trajectory.step_duration
-        return np.asarray(np.maximum(self.samples.time / duration - self.samples.step, 0.0))
+        return self.gait.trajectory.share(self.samples)
 
 
 def motion(
-    gait: Gait, rate: float, strides: float = 1.0, joints: str | Sequence[str] = "gait"
+    gait: Gait | Transition,
+    rate: float,
+    strides: float = 1.0,
+    joints: str | Sequence[str] = "gait",
 ) -> Motion:
-    """Return a gait sampled at a fixed rate.
+    """Return a gait, or a transition with what it leads from and to, sampled at a fixed rate.
 
     Where the swing foot lands, the sample is that after the impact. The end is left out, so that
     a motion of whole strides goes on with its own first sample.
@@ -127,7 +130,7 @@ def motion(
     Args:
         gait: to sample.
         rate: samples a second [Hz].
-        strides: number of strides of two steps; halves are steps.
+        strides: number of strides of two steps; halves are steps. A transition is one.
         joints: order of the joints; see `RobotOrder.rows`.
 
     Raises:

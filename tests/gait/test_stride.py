@@ -25,7 +25,7 @@ from gaitopt.design.summary import motor_summaries, summarise
 from gaitopt.errors import GaitFileError, InputError
 from gaitopt.gait import quantities
 from gaitopt.gait.gait_file import STRIDE, load_gait, save_gait
-from gaitopt.gait.grid import half
+from gaitopt.gait.grid import STRIDE_EDGES, parts
 from gaitopt.gait.presets import humanoid_task, preset_task
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.stride import StrideLayout
@@ -55,7 +55,7 @@ def test_refined_instants_stay_with_their_step():
     block = next(b for b in finer.blocks if b.name == "torque")
     values = finer.values(x).rows[finer.rows_of("torque")].reshape(block.lower.shape)
     for second in (False, True):
-        own = half(finer.grid, second)
+        own = parts(finer.grid, STRIDE_EDGES)[second]
         steps = finer.models[second].grid.instants
         assert own.instants == pytest.approx(steps)
         torque = finer.steps(x)[second].read(quantities.TORQUE) / block.scale

@@ -1,0 +1,386 @@
+"""Design of a transition: from standing to a walk, from a walk to standing, from walk to walk."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from gaitopt.bounds import shown
+from gaitopt.design.audit import problem_of
+from gaitopt.design.certificate import Certificate, certify, worst_rows
+from gaitopt.design.options import SIGMA, DesignOptions
+from gaitopt.design.pipeline import attempt, is_walk, polished, solution_record, versions
+from gaitopt.design.refinement import with_work
+from gaitopt.errors import EvaluationError, InputError, NoGaitFoundError, StoppedError
+from gaitopt.gait.assemble import limits_record, robot_record, step_arrays
+from gaitopt.gait.constraints import imposed_limit
+from gaitopt.gait.initial_guess import perturbed, transition_guess
+from gaitopt.gait.problem import WalkProblem
+from gaitopt.gait.quantities import PEAK
+from gaitopt.gait.result import Gait
+from gaitopt.gait.standing import STRETCH, standing, wrench_standing
+from gaitopt.gait.task import Task, task_record
+from gaitopt.gait.terrain import Level
+from gaitopt.gait.trajectory import StepSequence
+from gaitopt.gait.transition import Transition, standing_phase
+from gaitopt.gait.transition_problem import (
+    Junction,
+    Passage,
+    TransitionProblem,
+    TransitionTask,
+    junction_of,
+    step_durations,
+)
+from gaitopt.model.import_options import choices_record
+from gaitopt.model.robot import Robot
+from gaitopt.nlp import Array, ProgressCallback, Solution, Status, Stop, never
+from gaitopt.tolerances import SAME
+
+MOST_STEPS = 8
+STEPS = 3
+"""Steps unless asked otherwise: one does not do, and not every robot begins in two, measured."""
+LOOSENED = ("torsional_friction", "swing_height", "swing_tilt", "leg_gap", "landing_speed")
+"""Margins without which a search begins."""
+POSTURES = 3
+"""Intermediate postures of each step, if the walk has fewer: such steps are less alike."""
+_ATTEMPTS, _ITERATIONS = 3, 150
+_SHORTEST, _LONGEST = 0.05, 5.0  # duration of a step [s]
+
+
+@dataclass(frozen=True)
+class TransitionDesign:
+    """A transition with how it was found.
+
+    Attributes:
+        transition: the result.
+        certificate: its proof, over all steps.
+        solution: what the solver returned, with the work of all rounds.
+        problem: the transition on its final grid.
+    """
+
+    transition: Transition
+    certificate: Certificate
+    solution: Solution
+    problem: TransitionProblem
+
+    def __repr__(self) -> str:
+        """Return it in one line: the whole of it is pages long."""
+        return f"<TransitionDesign: {self.transition!r}, {self.solution.solver}>"
+
+
+def design_transition(
+    before: Gait | None = None,
+    after: Gait | None = None,
+    *,
+    steps: int = STEPS,
+    durations: Sequence[float] | float | None = None,
+    stretch: float = STRETCH,
+    postures: int | None = None,
+    margins: Mapping[str, float | bool | None] | None = None,
+    options: DesignOptions | None = None,
+    on_progress: Callable[[WalkProblem], ProgressCallback] | None = None,
+    stop: Stop = never,
+) -> TransitionDesign:
+    """Design the steps that lead from one walk to another, or from and to standing.
+
+    Limits, cost and samples are those of the walk after, or where that is rest of the walk before;
+    but for the step width, which is a habit of walks: a robot that has to begin to fall, or to
+    cease, steps wider. The mean of the cost per second is least.
+
+    Args:
+        before, after: gaits, of one robot; None: it stands at rest on both feet.
+        steps: number of steps between.
+        durations: of each of them, or of all [s]; by default they are searched, from those of the
+            walks and less next to rest.
+        stretch: of the legs of a robot that stands: distance of hip and ankle over their length.
+        postures: intermediate ones of each step, by default those of the walk, or `POSTURES`.
+        margins: limits other than those of the walk, by name as in `Margins`.
+        options: how it is searched for.
+        on_progress: makes the progress callback of a problem.
+        stop: where it says True, the search ends.
+
+    Raises:
+        InputError: neither is a gait, they do not go together or have phases that transitions do
+            not have, or a number is out of range.
+        NoGaitFoundError: no transition was found; more steps or longer ones may do.
+        StoppedError: `stop` said so before there was one.
+    """
+    options = options or DesignOptions()
+    problem = transition_problem(
+        before, after, steps=steps, durations=durations, stretch=stretch, postures=postures,
+        margins=margins,
+    )  # fmt: skip
+    solution = _searched(problem, options, on_progress, stop)
+    found, solution, refined, fine = polished(problem, solution, options, on_progress, stop)
+    assert isinstance(found, TransitionProblem)
+    certificate = certify_transition(found, solution.x, fine)
+    meta: dict[str, object] = {
+        "solver": solution_record(solution),
+        "status": solution.status.value,
+        "refined": refined,
+        "certificate": certificate.record(),
+        "versions": versions(),
+    }
+    result = transition_at(found, solution.x, before, after, {"stretch": stretch, **meta})
+    return TransitionDesign(result, certificate, solution, found)
+
+
+def transition_problem(
+    before: Gait | None,
+    after: Gait | None,
+    *,
+    steps: int = STEPS,
+    durations: Sequence[float] | float | None = None,
+    stretch: float = STRETCH,
+    postures: int | None = None,
+    margins: Mapping[str, float | bool | None] | None = None,
+) -> TransitionProblem:
+    """Return the program of a transition at the task's samples; as `design_transition`.
+
+    Raises:
+        InputError: as there.
+    """
+    walks = [None if gait is None else _walk(gait) for gait in (before, after)]
+    known = [walk for walk in walks if walk is not None]
+    if not known:
+        raise InputError("a transition leads from or to a gait; give at least one")
+    if before is not None and after is not None:
+        _check_same_robot(before, after)
+    chosen, junction = known[-1]
+    _check_steps(steps)
+    task = chosen.task.with_margins({"step_width": None, **(margins or {})})
+    task = replace(task, postures=max(task.postures, POSTURES) if postures is None else postures)
+    still = None
+    if None in walks:
+        still = standing(chosen.robot, junction.geometry, stretch)
+        _check_standing(chosen.robot, task, still)
+    begin, finish = (walk[1] if walk is not None else still for walk in walks)
+    assert begin is not None
+    assert finish is not None
+    lasts = _durations(durations, begin, finish, steps)
+    asked = TransitionTask(task, begin, finish, lasts, free=durations is None)
+    return TransitionProblem(chosen.robot, asked)
+
+
+def certify_transition(
+    problem: TransitionProblem, x: Array, fine: WalkProblem | None = None
+) -> Certificate:
+    """Check a transition from first principles, as `certify` does a walk, its beginning included.
+
+    Args:
+        problem: on the grid that was optimised.
+        x: parameters, shape (P,).
+        fine: the transition on the certificate's grid, if it is at hand.
+    """
+    found = certify(problem, x, fine)
+    apart, rate = problem.begin_gap(x)
+    size = max(1.0, float(np.abs(problem.transition.begin.rate).max()))
+    verdict = replace(
+        found.referee,
+        posture=max(found.referee.posture, apart),
+        rate=max(found.referee.rate, rate / size),
+    )
+    return replace(found, referee=verdict)
+
+
+def transition_at(
+    problem: TransitionProblem,
+    x: Array,
+    before: Gait | None,
+    after: Gait | None,
+    meta: dict[str, object],
+) -> Transition:
+    """Return the transition at parameters x, sampled at the task's quadrature nodes.
+
+    Args:
+        problem: of it.
+        x: parameters, shape (P,).
+        before, after: the gaits at its ends; None at rest.
+        meta: what to record besides robot, task and cost.
+    """
+    robot, asked, whole = problem.robot, problem.transition, problem.whole(x)
+    assert isinstance(whole, Passage)
+    facts = {
+        **robot_record(robot),
+        "choices": choices_record(robot.choices),
+        "limits": limits_record(problem),
+    }
+    steps = []
+    for model, step in zip(problem.models, problem.steps(x), strict=True):
+        steps.append(
+            Gait(
+                **step_arrays(model, step),
+                parameters=step.x,
+                parameter_names=model.layout.names,
+                joint_names=robot.joint_names,
+                mirror=model.exchange,
+                urdf=robot.urdf,
+                stance_sole=robot.stance_sole,
+                swing_sole_frame=robot.swing_sole,
+                meta=facts,
+                multibody=robot.multibody,
+            )
+        )
+    rests = next((end for end in (asked.begin, asked.finish) if end.rests), None)
+    return Transition(
+        tuple(steps),
+        before,
+        after,
+        np.zeros(0) if rests is None else rests.q,
+        np.zeros(0) if rests is None else wrench_standing(robot),
+        whole.x,
+        problem.layout.names,
+        {
+            **facts,
+            "task": task_record(asked.task),
+            "durations": [step.duration for step in whole.steps],
+            "given": {"durations": list(asked.durations), "free": asked.free},
+            "step_lengths": list(whole.lengths),
+            "instants": problem.grid.instants[problem.grid.nodes :].tolist(),
+            "cost": problem.cost.value(whole),
+            **meta,
+        },
+    )
+
+
+def _walk(gait: Gait) -> tuple[WalkProblem, Junction]:
+    """Return the program of a gait and the state with which its steps begin."""
+    if gait.second is not None or len(gait.phases) > 1:
+        raise InputError(
+            "transitions have steps on one flat foot; this gait has other phases, or two steps "
+            "that differ: give one designed without --toe-off, --heel-strike, --double-support, "
+            "--stride, --lateral-speed and --turn-rate"
+        )
+    problem = problem_of(gait)
+    if problem.task.ground != Level() or problem.task.terrain is not None:
+        raise InputError("transitions are on level ground; give a gait without slope or stairs")
+    if PEAK in problem.task.cost.reads:
+        raise InputError(
+            "a transition has a cost per second, and the largest torque of this gait is none; give "
+            "one designed with --cost torque"
+        )
+    try:
+        junction = junction_of(problem, gait.parameters)
+    except EvaluationError as error:
+        raise InputError(f"the gait's parameters do not make a walk: {error}") from error
+    for stored, computed in ((gait.q[0], junction.q), (gait.dq[0], junction.rate)):
+        if np.abs(stored - computed).max() > SAME * max(1.0, float(np.abs(computed).max())):
+            raise InputError(
+                "the gait is not the walk of its own parameters; gaitopt check says what follows "
+                "from them"
+            )
+    return problem, junction
+
+
+def _check_same_robot(before: Gait, after: Gait) -> None:
+    same = before.joint_names == after.joint_names and before.urdf == after.urdf
+    if not (same and before.fact("choices") == after.fact("choices")):
+        raise InputError(
+            "the two gaits are of different robots, or of different choices about one; give gaits "
+            "of one robot"
+        )
+
+
+def _check_steps(steps: int) -> None:
+    if isinstance(steps, bool) or not isinstance(steps, int) or not 1 <= steps <= MOST_STEPS:
+        raise InputError(f"a transition has {shown(steps)} steps; give 1 to {MOST_STEPS}")
+
+
+def _durations(
+    given: Sequence[float] | float | None, begin: Junction, finish: Junction, steps: int
+) -> tuple[float, ...]:
+    if given is None:
+        return step_durations(begin, finish, steps)
+    values = [given] * steps if isinstance(given, int | float) else list(given)
+    fits = len(values) == steps and all(
+        isinstance(one, int | float) and _SHORTEST <= one <= _LONGEST for one in values
+    )
+    if not fits:
+        raise InputError(
+            f"durations of {steps} steps are {shown(given)} s; give one for all or one for each, "
+            f"from {_SHORTEST} to {_LONGEST} s"
+        )
+    return tuple(float(one) for one in values)
+
+
+def _check_standing(robot: Robot, task: Task, still: Junction) -> None:
+    """Refuse a posture to stand in beyond the joints' ranges or torques.
+
+    Raises:
+        InputError: it is.
+    """
+    margins, limits, names = task.margins, robot.limits, robot.joint_names
+    if margins.joint_range:
+        beyond = np.maximum(limits.lower - still.q, still.q - limits.upper)
+        if beyond.max() > 0.0:
+            k = int(np.argmax(beyond))
+            raise InputError(
+                f"the robot cannot stand so: {names[k]} is at {still.q[k]:.3f} rad, its range is "
+                f"{limits.lower[k]:.3f} to {limits.upper[k]:.3f} rad; give another --stretch"
+            )
+    torque = standing_torque(robot, still.q)
+    most = imposed_limit(limits.torque, margins.torque_limit)
+    over = np.abs(torque) - most
+    if over.max() > 0.0:
+        k = int(np.argmax(over))
+        raise InputError(
+            f"the robot cannot stand so: {names[k]} needs {abs(torque[k]):.4g} N·m of "
+            f"{most[k]:.4g}; give a --stretch nearer to 1"
+        )
+
+
+def standing_torque(robot: Robot, angles: Array) -> Array:
+    """Return the joint torques of a robot at rest, both feet pressing alike [N·m], shape (n,)."""
+    body, E = robot.multibody, robot.mirror
+    phase = standing_phase(angles, wrench_standing(robot))
+    torque = StepSequence(body, (phase,), E).at(0.0).torque[0]
+    return np.asarray(torque[body.moving])
+
+
+def _searched(
+    problem: TransitionProblem,
+    options: DesignOptions,
+    on_progress: Callable[[WalkProblem], ProgressCallback] | None,
+    stop: Stop,
+) -> Solution:
+    """Solve from the first guess, first without habits and torsional friction, then with them.
+
+    With all limits at once the way from a guess often ends where they contradict each other nearby
+    (measured on G1). Where that fails too, other guesses near it are tried.
+    """
+    guess = transition_guess(problem)
+    callback = None if on_progress is None else on_progress(problem)
+    options = replace(options, solver=options.solver.limited(_ITERATIONS), approach="direct")
+    margins = problem.task.margins
+    loose = {name: None for name in LOOSENED if getattr(margins, name) is not None}
+    tried: list[Solution] = []
+    for number in range(_ATTEMPTS):
+        x, spent = guess if number == 0 else perturbed(problem, guess, SIGMA, number), None
+        if loose:
+            easier = problem.with_task(problem.task.with_margins(loose))
+            spent = attempt(easier, options, x, callback, stop)
+            x = spent.x if is_walk(spent) else x
+        if spent is None or spent.status is not Status.INTERRUPTED:
+            solution = attempt(problem, options, x, callback, stop)
+            if spent is not None:
+                solution = with_work(solution, spent)
+            if is_walk(solution):
+                return solution
+            tried.append(solution)
+        if stop():
+            raise StoppedError(spent if not tried else tried[-1])
+    nearest = min(tried, key=lambda s: s.violation if np.isfinite(s.violation) else np.inf)
+    raise NoGaitFoundError(_refusal(problem, nearest), nearest)
+
+
+def _refusal(problem: TransitionProblem, solution: Solution) -> str:
+    steps = len(problem.transition.durations)
+    reason = f"no transition of {steps} steps was found ({solution.status.value})"
+    advice = "give more --steps, or longer ones (--duration)"
+    try:
+        worst = worst_rows(problem, solution.x)[0]
+    except EvaluationError as error:
+        return f"{reason}; {error}; {advice}"
+    return f"{reason}; the least violation leaves {worst.sentence}; {advice}"

@@ -1,0 +1,170 @@
+"""A transition as it was found: its steps, and what they lead from and to."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from gaitopt.errors import InputError
+from gaitopt.gait.costs import TorqueCost, per_second
+from gaitopt.gait.result import Gait
+from gaitopt.gait.trajectory import StepSequence, TrajectoryPhase
+from gaitopt.nlp import Array
+
+REST = 0.5
+"""Time for which the motion of a transition stands before it begins and after it ends [s]."""
+_CYCLE = 2  # steps of a walk that its motion walks before and after
+
+
+@dataclass(frozen=True, eq=False)
+class Transition:
+    """Steps from rest or from a walk to another walk or to rest.
+
+    Attributes:
+        steps: as of a gait, each seen from its own stance foot, as mirror images; the first one
+            stands on the foot of the gaits' `stance_sole`.
+        before, after: the gaits that it leads from and to; None at rest.
+        standing: joint angles of the robot at rest (n,) [rad]; empty where it rests at neither end.
+        front_wrench: of the ground on the swing foot there, in its sole frame (6,) [N, N·m], or
+            empty; the other foot has the rest.
+        parameters, parameter_names: of the program, (P,).
+        meta: JSON-able record (robot, task, durations, cost, solver, certificate, versions).
+
+    Raises:
+        InputError: there is no step, or its ends do not fit.
+    """
+
+    steps: tuple[Gait, ...]
+    before: Gait | None
+    after: Gait | None
+    standing: Array
+    front_wrench: Array
+    parameters: Array
+    parameter_names: tuple[str, ...]
+    meta: Mapping[str, object] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        if not self.steps or any(len(one.phases) > 1 or one.second for one in self.every):
+            raise InputError("a transition has one step or more, and all its steps on flat feet")
+        names = self.steps[0].joint_names
+        if any(one.joint_names != names for one in self.every):
+            raise InputError("the steps of a transition move other joints than its gaits")
+        rests = self.before is None or self.after is None
+        sizes = self.standing.shape, self.front_wrench.shape
+        if sizes != (((len(names),), (6,)) if rests else ((0,), (0,))):
+            raise InputError(
+                "a transition from or to rest has the posture and the wrench of a robot at rest, "
+                "another has neither"
+            )
+        if len(self.parameters) != len(self.parameter_names):
+            raise InputError(
+                f"a transition has {len(self.parameters)} parameters and "
+                f"{len(self.parameter_names)} names of them"
+            )
+
+    def __repr__(self) -> str:
+        """Return it in one line: the whole of it is pages long."""
+        proof = "certified" if self.certified else "not certified"
+        return f"<Transition {self.words}: {len(self.steps)} steps, {self.duration:.3f} s, {proof}>"
+
+    @property
+    def every(self) -> tuple[Gait, ...]:
+        """Its steps, then the gaits at its ends."""
+        return (*self.steps, *(one for one in (self.before, self.after) if one is not None))
+
+    @property
+    def words(self) -> str:
+        """What it leads from and to: "from standing to 1 m/s"."""
+        ends = ["standing" if one is None else one.way for one in (self.before, self.after)]
+        return f"from {ends[0]} to {ends[1]}"
+
+    @property
+    def duration(self) -> float:
+        """Duration of all its steps [s]."""
+        return sum(step.duration for step in self.steps)
+
+    @property
+    def cost(self) -> float | None:
+        """Mean of the cost per second, None if it was not recorded."""
+        value = self.meta.get("cost")
+        return float(value) if isinstance(value, float | int) else None
+
+    @property
+    def cost_unit(self) -> str:
+        """Unit of the cost."""
+        found = next(one for one in (self.after, self.before) if one is not None)
+        return per_second(found.text("task", "cost", "unit") or TorqueCost().unit)
+
+    @property
+    def certified(self) -> bool:
+        """Whether its record says that it is proven."""
+        found = self.meta.get("certificate")
+        return isinstance(found, Mapping) and found.get("certified") is True
+
+    @property
+    def urdf(self) -> str:
+        """Text of the robot's file."""
+        return self.steps[0].urdf
+
+    @property
+    def speed(self) -> float:
+        """Speed of the walk that it leads to [m/s]; 0 where that is rest."""
+        return 0.0 if self.after is None else self.after.speed
+
+    @property
+    def step_length(self) -> float:
+        """Length of a step of that walk [m]."""
+        return 0.0 if self.after is None else self.after.step_length
+
+    @property
+    def lateral_speed(self) -> float:
+        """Zero: it leads straight on [m/s]."""
+        return 0.0
+
+    @property
+    def turn_rate(self) -> float:
+        """Zero: it leads straight on [rad/s]."""
+        return 0.0
+
+    @cached_property
+    def trajectory(self) -> StepSequence:
+        """The motion: a stride of the walk before, or a rest, the steps, and the same after them.
+
+        Time is 0 where that begins; the transition itself begins at `begins`.
+        """
+        first = self.steps[0]
+        lead, tail = self._around(self.before), self._around(self.after)
+        body = first.trajectory.body
+        phases = (*lead, *(_phase(step) for step in self.steps), *tail)
+        return StepSequence(body, phases, first.mirror, first=-len(lead))
+
+    @property
+    def begins(self) -> float:
+        """Time in its trajectory at which its first step begins [s]."""
+        return sum(phase.duration for phase in self._around(self.before))
+
+    def _around(self, gait: Gait | None) -> tuple[TrajectoryPhase, ...]:
+        if gait is not None:
+            return (_phase(gait),) * _CYCLE
+        return (standing_phase(self.standing, self.front_wrench),)
+
+
+def standing_phase(angles: Array, front_wrench: Array, duration: float = REST) -> TrajectoryPhase:
+    """Return a phase at rest on both feet.
+
+    Args:
+        angles: of the joints [rad], shape (n,).
+        front_wrench: of the ground on the foot that does not carry the phase, shape (6,).
+        duration: of it [s].
+    """
+    still = np.zeros((2, angles.size))
+    coefficients = np.concatenate([np.tile(angles, (2, 1)), still])
+    knots = np.array([0.0, duration])
+    return TrajectoryPhase(0, knots, coefficients, front=np.tile(front_wrench, (4, 1)))
+
+
+def _phase(step: Gait) -> TrajectoryPhase:
+    return TrajectoryPhase(0, step.knots, step.coefficients)

@@ -1,0 +1,468 @@
+"""A transition: steps from one given state to another, of rest or of a walk.
+
+Each step is one of the walk's, see `gaitopt.gait.step_model.cycle`; what ends it begins the next.
+Only the ends differ: the first step begins in the state of a walk after an impact, or at rest on
+both feet, and the last one ends in the posture and with the rates from which the impact leads into
+another walk, or at rest on both feet. Both are given, so that the parameters are what lies between:
+the intermediate postures of all steps, the double supports where they meet, and the rates before
+all impacts but the last. The mass matrix takes rates before an impact to those after it one to one,
+so that nothing else would end in the same walk.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitopt.gait import quantities
+from gaitopt.gait.constraint import ConstraintBlock, ConstraintContext
+from gaitopt.gait.constraints import CONSTRAINTS, UNLIMITED_HEIGHT, Clearance, LandingSpeed
+from gaitopt.gait.functions import Linear
+from gaitopt.gait.grid import Grid, parts, phase_grid
+from gaitopt.gait.parameters import (
+    DURATION,
+    GEOMETRY_NAMES,
+    STEP_LENGTH,
+    Chart,
+    GeometricParameter,
+    Layout,
+    set_geometry,
+)
+from gaitopt.gait.problem import WalkProblem, checked_block, walk_layout
+from gaitopt.gait.quantities import Quantity
+from gaitopt.gait.step import Step, StepDerivatives
+from gaitopt.gait.step_model import Ends, Opening
+from gaitopt.gait.stride import Steps, StepsLayout, joined_blocks, side_by_side
+from gaitopt.gait.task import Task
+from gaitopt.mechanics.impact import ImpactState
+from gaitopt.model.robot import Robot
+from gaitopt.nlp import Array
+
+PERIOD = "transition"
+
+
+@dataclass(frozen=True, eq=False)
+class Junction:
+    """A state at which steps meet, seen from the foot that stands next.
+
+    Attributes:
+        geometry: geometric quantities of its double support, the duration among them (10,).
+        q: joint angles [rad], shape (n,).
+        rate: joint rates with which the next step begins [rad/s], shape (n,).
+        rate_before: with which the step before it ends, joints as in that step [rad/s], (n,).
+        rests: whether the robot is at rest on both feet, before and after.
+    """
+
+    geometry: Array
+    q: Array
+    rate: Array
+    rate_before: Array
+    rests: bool = False
+
+
+def junction_of(problem: WalkProblem, x: Array) -> Junction:
+    """Return the state with which a step of a cyclic walk begins.
+
+    Args:
+        problem: the walk, of one step.
+        x: its parameters, shape (P,).
+    """
+    step = problem.step(x)
+    rate = problem.model.exchange @ step.impact.rate_after
+    return Junction(step.geometry, step.posture.q_start, rate, step.rate_before)
+
+
+@dataclass(frozen=True, eq=False)
+class TransitionTask:
+    """What is asked of a transition.
+
+    Attributes:
+        task: of its steps; speed and duration apart.
+        begin, finish: the states between which it leads.
+        durations: of its steps [s], one or more; where they are free, their first guess and what
+            the steps weigh in the cost.
+        free: whether the durations are parameters, within `ROOM` of those given.
+    """
+
+    task: Task
+    begin: Junction
+    finish: Junction
+    durations: tuple[float, ...]
+    free: bool = False
+
+    @property
+    def duration(self) -> float:
+        """Of all steps [s]."""
+        return float(sum(self.durations))
+
+    @cached_property
+    def edges(self) -> Array:
+        """Shares of the transition at which steps begin and end, shape (steps + 1,)."""
+        ends = np.cumsum(self.durations) / self.duration
+        ends[-1] = 1.0
+        return np.concatenate([[0.0], ends])
+
+    @cached_property
+    def grid(self) -> Grid:
+        """The instants at which it is looked at first."""
+        count = len(self.durations) * (self.task.samples - 1) + 1
+        return phase_grid(count, self.task.quadrature, self.edges[1:-1])
+
+
+@dataclass(frozen=True)
+class TransitionLayout(StepsLayout):
+    """Where each parameter of a transition stands in x: step after step.
+
+    Attributes:
+        geometry: the table as it is asked for, complete.
+        steps: layouts of the steps.
+        begin, finish: the given states.
+    """
+
+    geometry: tuple[GeometricParameter, ...]
+    steps: tuple[Layout, ...]
+    begin: Junction
+    finish: Junction
+
+    @cached_property
+    def own(self) -> tuple[NDArray[np.int_], ...]:
+        """Entries of each step's parameters that are free, in their order in x."""
+        found = []
+        for number, layout in enumerate(self.steps):
+            free = np.ones(layout.size, dtype=bool)
+            if number == 0:
+                free[layout.boundary] = False
+                lasts = layout.index("duration")  # of the step, not of where it begins
+                if lasts is not None:
+                    free[lasts] = True
+            if number == len(self.steps) - 1:
+                free[layout.rates] = False
+            found.append(np.flatnonzero(free))
+        return tuple(found)
+
+    @cached_property
+    def _begins(self) -> list[int]:
+        """Entry of x with which the parameters of each step begin, and the length of x."""
+        return [0, *np.cumsum([len(own) for own in self.own]).tolist()]
+
+    @property
+    def largest(self) -> slice:
+        """No largest torque is in x."""
+        return slice(self.size, self.size)
+
+    @property
+    def size(self) -> int:
+        """Length of x."""
+        return self._begins[-1]
+
+    @cached_property
+    def _names(self) -> tuple[str, ...]:
+        return tuple(
+            f"step_{number + 1}_{layout.names[k]}"
+            for number, (layout, own) in enumerate(zip(self.steps, self.own, strict=True))
+            for k in own
+        )
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Name of every entry of x."""
+        return self._names
+
+    @property
+    def charts(self) -> tuple[Chart, ...]:
+        """Parameters of each step in x."""
+        return self._charts
+
+    @cached_property
+    def _charts(self) -> tuple[Chart, ...]:
+        return tuple(self._chart(number) for number in range(len(self.steps)))
+
+    @property
+    def of_joints(self) -> list[int]:
+        """Entries of x that are angles or rates of joints."""
+        return [
+            begin + k
+            for begin, layout, own in zip(self._begins, self.steps, self.own, strict=False)
+            for k, entry in enumerate(own)
+            if entry < layout.start.stop
+        ]
+
+    def index(self, name: str) -> int | None:
+        """Return where a geometric quantity first stands in x, or None if it never does."""
+        found = [k for k, one in enumerate(self.names) if one.endswith(f"_{name}")]
+        return found[0] if found else None
+
+    def bounds(self) -> tuple[Array, Array]:
+        """Return lower and upper bounds of x."""
+        both = [layout.bounds() for layout in self.steps]
+        lower, upper = (
+            np.concatenate([b[k][own] for b, own in zip(both, self.own, strict=True)])
+            for k in range(2)
+        )
+        return lower, upper
+
+    def scale(self) -> Array:
+        """Return the size of a sensible step of each entry of x."""
+        return self.pack([layout.scale() for layout in self.steps])
+
+    def pack(self, parts: Sequence[Array]) -> Array:
+        """Return x from the parameters of all steps (p,), what is given left out."""
+        return np.concatenate([z[own] for z, own in zip(parts, self.own, strict=True)])
+
+    def _chart(self, number: int) -> Chart:
+        layout, own = self.steps[number], self.own[number]
+        matrix, offset = np.zeros((layout.size, self.size)), np.zeros(layout.size)
+        matrix[own, self._begins[number] + np.arange(len(own))] = 1.0
+        if number == 0:
+            offset[layout.start] = self.begin.q[: layout.joints * layout.lifted]
+            offset[layout.shape] = self.begin.geometry[layout.free]
+            offset[own] = 0.0
+        if number == len(self.steps) - 1:
+            offset[layout.rates] = self.finish.rate_before
+        return Chart(matrix, offset)
+
+
+@dataclass(frozen=True)
+class Passage(Steps):
+    """Steps of a transition, and the quantities of all of them one after another.
+
+    Attributes:
+        x: parameters, shape (P,).
+        steps: every second one as its mirror image.
+        last_length: of the last step, which its end gives [m].
+    """
+
+    x: Array
+    steps: tuple[Step, ...]
+    last_length: float
+
+    @property
+    def duration(self) -> float:
+        """Duration of all steps [s]."""
+        return sum(step.duration for step in self.steps)
+
+    @property
+    def step_length(self) -> float:
+        """Sum of the lengths of all steps [m]."""
+        return sum(self.lengths)
+
+    @property
+    def lengths(self) -> tuple[float, ...]:
+        """Of each step [m]: how far its foot lands ahead, with which the next one begins."""
+        return (*(step.step_length for step in self.steps[1:]), self.last_length)
+
+    @property
+    def values(self) -> dict[Quantity, Array]:
+        """Every quantity, see `read`."""
+        return self._values
+
+    @cached_property
+    def _values(self) -> dict[Quantity, Array]:
+        found = side_by_side([step.values for step in self.steps])
+        found[quantities.TRAVEL] = np.array([[self.step_length, self.duration]])
+        found[quantities.ADVANCE] = np.zeros((1, 0))
+        return found
+
+
+class TransitionProblem(WalkProblem):
+    """The nonlinear program of a transition: the mean over its steps of the cost per second.
+
+    Each step counts by the duration that is given. Constraints, certificate and refinement are
+    those of a walk; instants are shares of all steps.
+    """
+
+    def __init__(self, robot: Robot, transition: TransitionTask, grid: Grid | None = None) -> None:
+        task = transition.task
+        robot = robot.on_ground(task.ground.down)
+        self.robot, self.task, self.transition = robot, task, transition
+        self.robots = (robot,) * len(transition.durations)
+        self.schedule, self.grid = task.schedule, grid or transition.grid
+        self.edges = transition.edges
+        self.layout = transition_layout(robot, transition)
+        self.blocks = _blocks(robot, transition, self.grid)
+        self._set_up(0.0)
+        self.given = self._given()
+
+    def with_grid(self, grid: Grid) -> TransitionProblem:
+        """Return the same transition looked at on another grid."""
+        return TransitionProblem(self.robot, self.transition, grid)
+
+    def with_task(self, task: Task) -> TransitionProblem:
+        """Return the transition of a task with other limits, on the same grid."""
+        return TransitionProblem(self.robot, replace(self.transition, task=task), self.grid)
+
+    def starts(self, x: Array) -> tuple[Step, ...]:
+        """Return the steps at x, and what begins in the state in which the last one ends."""
+        steps, finish = self.steps(x), self.transition.finish
+        still = np.zeros(finish.q.size)
+        motion = np.stack([finish.q, finish.rate, still])[:, None]  # accelerations are not given
+        return (*steps, replace(steps[-1], motion=motion, foot_motion=np.zeros((3, 1, 0))))
+
+    def time(self, share: float, x: Array) -> float:
+        """Return the time at a share of the transition [s]; steps share it as they are given."""
+        ends = np.cumsum([0.0, *(step.duration for step in self.steps(x))])
+        return float(np.interp(share, self.edges, ends))
+
+    def begin_gap(self, x: Array) -> tuple[float, float]:
+        """Return how far the first step is from beginning as given [rad], [rad/s]."""
+        (q, rate), begin = self.steps(x)[0].motion[:2, 0], self.transition.begin
+        return float(np.abs(q - begin.q).max()), float(np.abs(rate - begin.rate).max())
+
+    def _given(self) -> Ends:
+        """Return the ends in terms of the steps: the impact before, the double support after."""
+        begin, finish = self.transition.begin, self.transition.finish
+        model = self.models[-1]
+        before = np.concatenate([np.zeros(6), model.exchange @ begin.rate])
+        angles = finish.q if model.layout.lifted else finish.q[:0]
+        posture = model.boundary.posture(finish.geometry, angles)
+        after = Opening(np.zeros(0), finish.geometry, posture)
+        return Ends(ImpactState(before, np.zeros(6)), after)
+
+    def _joined(self, x: Array, steps: tuple[Step, ...]) -> Passage:
+        return Passage(x, steps, float(self.transition.finish.geometry[STEP_LENGTH]))
+
+    def _together(self, derivatives: tuple[StepDerivatives, ...]) -> dict[Quantity, Array]:
+        found = side_by_side([one.jacobians for one in derivatives])
+        found[quantities.TRAVEL] = np.zeros((1, 2, self.layout.size))
+        for number, model in enumerate(self.models):
+            length, lasts = model.along("step_length"), model.along("duration")
+            if length is not None and number > 0:
+                found[quantities.TRAVEL][0, 0] += length
+            if lasts is not None:
+                found[quantities.TRAVEL][0, 1] += lasts
+        found[quantities.ADVANCE] = np.zeros((1, 0, self.layout.size))
+        return found
+
+
+def transition_layout(robot: Robot, transition: TransitionTask) -> TransitionLayout:
+    """Return the layout of a transition: steps of the walk's geometry with durations of their own.
+
+    The lengths of the steps are free; what is given at the ends need not be within bounds.
+    """
+    layout = walk_layout(robot, transition.task)
+    assert isinstance(layout, Layout)
+    steps = []
+    for number, duration in enumerate(transition.durations):
+        room = {"lower": ROOM[0] * duration, "upper": ROOM[1] * duration}
+        changes: dict[str, dict[str, float | bool]] = {
+            "duration": {"free": transition.free, "value": duration, **room},
+            "step_length": {"free": True},
+        }
+        if number == 0:
+            fixed = {GEOMETRY_NAMES[k] for k, q in enumerate(layout.geometry) if not q.free}
+            for name in fixed - {"duration", "step_length"}:
+                value = float(transition.begin.geometry[GEOMETRY_NAMES.index(name)])
+                changes[name] = {"value": value}
+        steps.append(replace(layout, geometry=set_geometry(layout.geometry, changes)))
+    return TransitionLayout(steps[-1].geometry, tuple(steps), transition.begin, transition.finish)
+
+
+_OF_START = (quantities.LEGS, quantities.GAPS)
+_OF_STATE = (
+    quantities.ANGLES, quantities.RATES, quantities.CORNERS, quantities.TRUNK,
+    quantities.LEG_GAPS,
+)  # fmt: skip
+_OF_IMPACT = (quantities.IMPULSE, quantities.SOLE_TWIST)
+
+
+def _blocks(robot: Robot, transition: TransitionTask, grid: Grid) -> tuple[ConstraintBlock, ...]:
+    """Return the rows of every constraint of the walk but its speed, over all steps."""
+    task, edges = transition.task, transition.edges
+    contexts = [
+        ConstraintContext(
+            robot, own, task.margins, task.speed, duration, "penalty", task.boundary,
+            task.schedule, task.ground,
+        )
+        for own, duration in zip(parts(grid, edges), transition.durations, strict=True)
+    ]  # fmt: skip
+    found = []
+    for one in (*CONSTRAINTS, *task.cost.constraints, *task.constraints):
+        if one.asked(contexts[0]):
+            make = one.block if one in CONSTRAINTS else lambda c, one=one: checked_block(one, c)
+            blocks = [make(context) for context in contexts]
+            blocks[0] = _inside(_without(blocks[0], _OF_START), 0.0)
+            blocks[-1] = _inside(_without(blocks[-1], _OF_IMPACT), 1.0)
+            if one.name == LandingSpeed.name and transition.finish.rests:
+                lower = np.full(blocks[-1].lower.shape, UNLIMITED_HEIGHT)
+                blocks[-1] = replace(blocks[-1], lower=lower)  # it lands at zero speed
+            if one.name in _HEIGHTS:
+                ends = transition.begin.rests, transition.finish.rests
+                blocks[0] = _weighed(blocks[0], ends[0], False)
+                blocks[-1] = _weighed(blocks[-1], False, ends[1])
+            found.append(joined_blocks(blocks, grid, edges, robot, PERIOD))
+    return tuple(found)
+
+
+_HEIGHTS = (Clearance.name, LandingSpeed.name)
+_NEAR, _NEAREST = 0.1, 1e-3  # shares of a step
+
+
+def _weighed(block: ConstraintBlock, begins: bool, ends: bool) -> ConstraintBlock:
+    """Return heights and limits times about one over the squared distance from an end at rest.
+
+    A foot that leaves the ground from rest, or comes to rest on it, has a height of the order of
+    the squared time, and so has its limit: their difference vanishes with its slope, and no row
+    near the end would hold those nearer to it. Weighed they are as any other rows.
+    """
+    if not (begins or ends) or block.times is None:
+        return block
+    weights = np.ones(len(block.instants))
+    s = block.times
+    for asked, away in ((begins, s), (ends, 1.0 - s)):
+        if asked:
+            weights *= 1.0 + _NEAR**2 / (away**2 + _NEAREST**2)
+    matrix = block.function.jacobian(np.zeros((1, len(block.reads[0].entries))))
+    weighed = Linear(weights[:, None, None] * matrix)
+    return replace(block, function=weighed, lower=weights[:, None] * block.lower)
+
+
+def _without(block: ConstraintBlock, given: tuple[Quantity, ...]) -> ConstraintBlock:
+    """Return a block without limits if it is of quantities that are given: the walk proves those.
+
+    Their rows do not depend on x, and a solver can do nothing about the last digit of them.
+    """
+    if not set(block.reads) <= set(given):
+        return block
+    lower, upper = np.full(block.lower.shape, -np.inf), np.full(block.upper.shape, np.inf)
+    return replace(block, lower=lower, upper=upper)
+
+
+ROOM = (0.5, 1.5)
+"""How much shorter and longer than given a step may last whose duration is free."""
+FROM_REST = 0.64
+"""Duration of a step next to rest over that of the walk: a robot at rest falls away from the foot
+on which it begins to stand, and the less the sooner the other lands (docs/transitions.md)."""
+
+
+def _inside(block: ConstraintBlock, end: float) -> ConstraintBlock:
+    """Return a block of the state alone without its rows at an end of a step, where that is given.
+
+    Their multipliers could be anything where a walk presses on such a limit.
+    """
+    if block.times is None or not set(block.reads) <= set(_OF_STATE):
+        return block
+    kept = block.times != end
+    return replace(
+        block, instants=block.instants[kept], times=block.times[kept], lower=block.lower[kept],
+        upper=block.upper[kept],
+    )  # fmt: skip
+
+
+def step_durations(begin: Junction, finish: Junction, steps: int) -> tuple[float, ...]:
+    """Return durations that lead evenly from the walk before to the walk after, shortest at rest.
+
+    Args:
+        begin, finish: the given states.
+        steps: number of steps between.
+    """
+    first, last = float(begin.geometry[DURATION]), float(finish.geometry[DURATION])
+    if begin.rests or finish.rests:
+        walked = last if begin.rests else first
+        shares = np.linspace(1.0, FROM_REST, steps)
+        return tuple((walked * (shares[::-1] if begin.rests else shares)).tolist())
+    shares = np.arange(1, steps + 1) / (steps + 1)
+    return tuple(((1.0 - shares) * first + shares * last).tolist())
