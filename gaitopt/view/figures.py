@@ -177,11 +177,14 @@ def _draw_ground(axes: Axes, sticks: StickFigures, view: int, gait: Gait) -> Non
     x = _reach(sticks, view)
     z = np.zeros(2)
     if view == _SIDE:
-        step = gait.step_length
-        first, last = (int(k) for k in np.floor(x / step) + np.array([-1.0, 2.0]))
+        step = gait.step_length or float(np.ptp(x))  # in place any will do
+        ends = np.sort(x / step)  # backward the steps go the other way
+        first, last = (int(k) for k in np.floor(ends) + np.array([-1.0, 2.0]))
         along, height = ground_of(gait).along(first, last + 1, step).T
         R = upright(gait.trajectory.body.gravity)
         along, height = R[[0, 2]][:, [0, 2]] @ np.stack([along, height])
+        order = np.argsort(along, kind="stable")
+        along, height = along[order], height[order]
         inside = (along > x[0]) & (along < x[1])
         z = np.interp(x, along, height)
         x, z = np.r_[x[0], along[inside], x[1]], np.r_[z[0], height[inside], z[1]]

@@ -14,6 +14,7 @@ from gaitopt.gait.presets import humanoid_task, natural_duration, preset_task, s
 from gaitopt.simulate.second_engine import second_engine
 from gaitopt.simulate.walk import designed_cost
 from gaitopt.sweep.speed_search import fastest
+from gaitopt.view.figures import make_figure
 
 
 @pytest.fixture(scope="module")
@@ -72,6 +73,15 @@ def test_summary_has_no_cost_of_transport_in_place(backward, in_place):
     facts = summarise(in_place.gait)["walk"]
     assert facts["mechanical_cost_of_transport"] is None
     assert facts["cost_N2ms"] is None
+
+
+@pytest.mark.parametrize("name", ["backward", "in_place"])
+def test_figure_of_the_step_has_its_ground(name, request):
+    """Between all that is drawn, at its height, whichever way the steps go."""
+    figure = make_figure(request.getfixturevalue(name).gait, "step")
+    (ground,) = figure.axes[0].collections[:1]
+    top = ground.get_paths()[0].vertices[:, 1].max()
+    assert top == pytest.approx(0.0, abs=1e-12)
 
 
 def test_gait_file_gives_it_again(in_place, tmp_path):
