@@ -104,7 +104,7 @@ def design_transition(
     Raises:
         InputError: neither is a gait, they do not go together or have phases that transitions do
             not have, or a number is out of range.
-        NoGaitFoundError: no transition was found; more steps or longer ones may do.
+        NoGaitFoundError: no transition was found; more steps or searched durations may do.
         StoppedError: `stop` said so before there was one.
     """
     options = options or DesignOptions()
@@ -378,7 +378,8 @@ def _searched(
 def _refusal(problem: TransitionProblem, solution: Solution) -> str:
     steps = len(problem.transition.durations)
     reason = f"no transition of {steps} steps was found ({solution.status.value})"
-    advice = "give more --steps, or longer ones (--duration)"
+    searched = problem.transition.free
+    advice = "give more --steps" + ("" if searched else ", or leave --duration out: it is searched")
     try:
         worst = worst_rows(problem, solution.x)[0]
     except EvaluationError as error:
