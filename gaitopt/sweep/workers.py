@@ -32,7 +32,7 @@ class LocalWorkers(Executor):
     def __init__(self, count: int, on_start: Callable[[], None] = lambda: None) -> None:
         self._count, self._on_start = count, on_start
         self._pool: ProcessPoolExecutor | None = None
-        self._others: set[Any] = set()  # child processes that are not ours
+        self._begun = False
         self._lock = threading.Lock()
         self._closed = False
 
@@ -85,9 +85,9 @@ class LocalWorkers(Executor):
             future.set_exception(error)
 
     def _started(self) -> ProcessPoolExecutor:
-        if not self._others:
+        if not self._begun:
             self._on_start()
-            self._others = {*multiprocessing.active_children(), None}
+            self._begun = True
         return ProcessPoolExecutor(self._count, _context(), initializer=_prepare)
 
     def _forget(self, pool: ProcessPoolExecutor) -> None:
@@ -103,10 +103,10 @@ class LocalWorkers(Executor):
             pool, self._pool = self._pool, None
         if pool is None:
             return
-        pool.shutdown(wait=False, cancel_futures=True)
-        for process in {*multiprocessing.active_children()} - self._others:
+        for process in [*(getattr(pool, "_processes", None) or {}).values()]:
             with suppress(Exception):  # it has ended
-                process.terminate()
+                process.kill()  # as `serve_parent` has them, they heed nothing else
+        pool.shutdown(wait=True, cancel_futures=True)  # of its thread, which ends with them
 
 
 def _context() -> Any:

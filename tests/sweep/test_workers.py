@@ -104,6 +104,16 @@ def test_ctrl_c_while_they_work_is_one_message(tmp_path, everybody):
     assert (len(said.splitlines()), out) == (1, "")
 
 
+def test_a_process_with_workers_ends_without_a_word():
+    script = (
+        "from gaitopt.sweep import local_workers\n"
+        "with local_workers(2) as executor:\n"
+        "    print(executor.submit(abs, -1).result())\n"
+    )
+    run = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    assert (run.stdout, run.stderr) == ("1\n", "")
+
+
 def test_no_workers_are_too_few():
     with pytest.raises(InputError, match="0 workers are too few"):
         local_workers(0)
