@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -24,9 +25,11 @@ from gaitopt.errors import InputError
 from gaitopt.gait import quantities
 from gaitopt.gait.constraint import FREE, Constraint, ConstraintBlock, ConstraintContext
 from gaitopt.gait.functions import QuantityFunction
-from gaitopt.model.multibody import Multibody
-from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array
+
+if TYPE_CHECKING:
+    from gaitopt.model.multibody import Multibody
+    from gaitopt.model.robot import Robot
 
 _KINDS = ("torque", "speed", "power")
 _ENTRIES = 3  # quantities: torques, rates, angles

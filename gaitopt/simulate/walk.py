@@ -10,6 +10,7 @@ from enum import Enum
 
 import mujoco
 import numpy as np
+from scipy.integrate import trapezoid
 
 from gaitopt.errors import InputError
 from gaitopt.gait.recorded import ground_of
@@ -218,7 +219,7 @@ def designed_cost(gait: Gait) -> float:
     for begin in np.arange(len(gait.steps)) * trajectory.step_duration:
         samples = trajectory.at(begin + times, before=times > 0.0)
         torque = samples.torque[:, trajectory.body.moving]
-        efforts.append(float(np.trapezoid((torque**2).sum(axis=1), times)))
+        efforts.append(float(trapezoid((torque**2).sum(axis=1), times)))
     path = abs(designed_speed(gait)) * trajectory.step_duration
     return _ratio(float(np.mean(efforts)), path) if path > _NOWHERE else float("nan")
 

@@ -22,8 +22,8 @@ from gaitopt.gait.task import Task, task_from_record, task_record
 from gaitopt.importers.meshes import MeshPaths
 from gaitopt.importers.source import read_source
 from gaitopt.importers.text_files import parse_toml
-from gaitopt.sweep.executor import local_workers
 from gaitopt.sweep.grid import Axis, Grid, parse_axis
+from gaitopt.sweep.workers import local_workers
 from gaitopt.view.page import page_text
 
 CASES = Path(__file__).parents[1] / "data" / "cases"

@@ -259,7 +259,7 @@ def _other_choices(face: Rectangle, origin: Array, taken: Sole) -> list[str]:
             sole = other.seen_from(origin)[0]
         except RobotError:
             continue
-        edges = [round(edge, 4) for edge in (sole.toe, sole.heel, sole.left, sole.right)]
+        edges = _inward(sole)
         if np.abs(edges - own).max() > _ALIKE:
             shown.append(f"{','.join(f'{edge:g}' for edge in edges)} ({name})")
     if not shown:
@@ -268,6 +268,17 @@ def _other_choices(face: Rectangle, origin: Array, taken: Sole) -> list[str]:
         f"the rectangle holds {face.share:.0%} of the flat part under the foot; if the foot stands "
         f"on more, choose another with --sole=TOE,HEEL,LEFT,RIGHT: {'; '.join(shown)}"
     ]
+
+
+def _inward(sole: Sole) -> list[float]:
+    """Return toe, heel, left and right to a tenth of a millimetre inside the rectangle [m].
+
+    Last digits that differ from machine to machine do not show: what is within a millionth of a
+    tenth of a millimetre of a round number is that number.
+    """
+    tenths = 1e4 * np.array([sole.toe, sole.heel, sole.left, sole.right])
+    signs = np.array([1.0, -1.0, 1.0, -1.0])
+    return [float(edge) for edge in signs * np.floor(signs * tenths + 1e-6) / 1e4]
 
 
 def _drop_doubts(stance: Stance, face: Rectangle | None, given: float | None) -> list[Finding]:

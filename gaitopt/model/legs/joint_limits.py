@@ -8,13 +8,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
-import pinocchio as pin
 from numpy.typing import NDArray
 
 from gaitopt.importers.report import Finding, How
 from gaitopt.nlp import Array
+
+if TYPE_CHECKING:
+    import pinocchio as pin
 
 _ALIKE = 0.02  # of the larger one: limits that differ by less are settled, the tighter holds
 _ROUNDING = 1e-2  # rad: the same for the ends of ranges, however narrow
