@@ -155,7 +155,8 @@ class ConfirmedSQP(TwoStageSQP):
     """SQP, confirmed by Newton's method, or else by trust-constr; the default.
 
     `Solution.solver` is "sqp+newton" where Newton's method took a step from the answer of the
-    first and found the same cost and the conditions satisfied; else it is what `TwoStageSQP` says.
+    first, optimal or not, and found the same cost and the conditions satisfied; else it is what
+    `TwoStageSQP` says.
     """
 
     name: ClassVar[str] = "sqp+newton"
@@ -168,7 +169,7 @@ class ConfirmedSQP(TwoStageSQP):
         stop: StopCallback | None = None,
     ) -> Solution:
         """Run the second stage from an answer of the first; see `TwoStageSQP.confirm`."""
-        if first.status is not Status.OPTIMAL:
+        if first.status in NOT_WORTH:
             return super().confirm(nlp, first, on_progress, stop)
         newton = Newton(
             tolerance=min(self.first.tolerance, self.second.tolerance),

@@ -86,8 +86,8 @@ class LocalWorkers(Executor):
 
     def _started(self) -> ProcessPoolExecutor:
         if not self._begun:
+            self._begun = True  # said once, even if Ctrl-C comes while it is said
             self._on_start()
-            self._begun = True
         return ProcessPoolExecutor(self._count, _context(), initializer=_prepare)
 
     def _forget(self, pool: ProcessPoolExecutor) -> None:
