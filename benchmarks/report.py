@@ -39,6 +39,7 @@ SECTIONS = (
     ("replanning", "Replanning", live_sections.replanning),
     ("live", "The live page", live_sections.live),
     ("fuzz", "Damaged inputs", fuzz_section.fuzz),
+    ("walks", "Walks in simulation", walks_section.walks),
     ("second_engine", "A second engine", walks_section.second_engine),
     ("proof", "The proof between the samples", process_sections.proof),
 )

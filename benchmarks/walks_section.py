@@ -27,3 +27,31 @@ def second_engine(data: list[Record]) -> str:
         "says by how much that changed what the file has, over the range of the legs.\n\n"
         + table(head, rows)
     )
+
+
+def walks(data: Record) -> str:
+    """A hundred steps of many robots, every way, defaults, a library, and what is survived."""
+    head = ("gait", "steps", "speed / designed", "cost / designed", "designed cost, N²·m·s",
+            "times real time", "cause of a fall")  # fmt: skip
+    titles = {
+        "robust": "Preset `robust`", "ways": "Every way, 20 steps",
+        "default": "Without further options, 20 steps",
+        "library": f"A library of the biped, `robust`: {100.0 * data['share']:.0f} % walk",
+    }  # fmt: skip
+    parts = [f"{title}:\n\n{table(head, map(_walk, data[name]))}" for name, title in titles.items()]
+    passed = sum(data["checks"].values())
+    pushes = ", ".join(f"{size:.0f} N·s {way}" for way, size in data["pushes_Ns"].items())
+    parts.append(
+        f"The robust biped at 1.0 m/s passes {passed} of {len(data['checks'])} checks, survives "
+        f"pushes of {pushes}, and walks from {data['starts']} starts. Times are of the processor."
+    )
+    return "\n\n".join(parts)
+
+
+def _walk(row: Record) -> list[str]:
+    name = f"{row['robot']} {row['speed']:.2f} m/s"
+    if "steps" not in row:
+        return [name, "no walk", *[""] * 4, row["verdict"]]
+    numbers = (row[key] for key in ("speed_ratio", "cost_ratio", "designed_cost", "real_time"))
+    ratio, cost, designed, pace = ("-" if one is None else f"{one:.4g}" for one in numbers)
+    return [name, f"{row['steps']} of {row['asked']}", ratio, cost, designed, pace, row["cause"]]
