@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pinocchio as pin
 
+from gaitopt.design.active_set import violated_rows
 from gaitopt.design.both_feet import carried_over, gentle, impact_possible
 from gaitopt.design.certificate import Certificate, certify, on_fine_grid
 from gaitopt.design.options import DesignOptions
@@ -24,6 +25,7 @@ from gaitopt.gait.result import Gait
 from gaitopt.gait.task import Task
 from gaitopt.nlp import NLP, Array, ProgressCallback, Solution, Start, Status, Stop, never, stopping
 from gaitopt.solvers import FiniteDifferenceNLP
+from gaitopt.solvers.two_stage import UNCONFIRMED
 from gaitopt.tolerances import FEASIBLE
 from gaitopt.version import __version__
 
@@ -208,8 +210,21 @@ def polished(
         first = options.solver.first_stage.limited(ROUND)
         problem, solution = refine(problem, solution, first, on_progress, stop, fine=fine)
     callback = None if on_progress is None else on_progress(problem)
-    solution = options.solver.confirm(problem, solution, callback, stopping(stop))
-    return problem, solution, options.refine, fine
+    confirmed = options.solver.confirm(problem, solution, callback, stopping(stop))
+    if options.refine and _lets_go(fine, solution, confirmed):
+        # A row that hardly presses is not held by Newton's method, which then passes it between
+        # the samples: hold it there too.
+        finer, again = refine(problem, confirmed, first, on_progress, stop, fine=fine)
+        again = options.solver.confirm(finer, again, None, stopping(stop))
+        if _lets_go(fine, solution, again):
+            return problem, replace(with_work(solution, again), solver=UNCONFIRMED), True, fine
+        problem, confirmed = finer, again
+    return problem, confirmed, options.refine, fine
+
+
+def _lets_go(fine: WalkProblem, before: Solution, after: Solution) -> bool:
+    """Return whether a solution exceeds limits between its samples that one before it kept."""
+    return bool(violated_rows(fine, after.x)) and not violated_rows(fine, before.x)
 
 
 def impulse_vanishes(problem: WalkProblem, solution: Solution) -> bool:
