@@ -86,8 +86,9 @@ class LocalWorkers(Executor):
 
     def _started(self) -> ProcessPoolExecutor:
         if not self._begun:
-            self._begun = True  # said once, even if Ctrl-C comes while it is said
-            self._on_start()
+            self._begun = True
+            with _without_ctrl_c():  # amid a print it would have the same line printed again
+                self._on_start()
         return ProcessPoolExecutor(self._count, _context(), initializer=_prepare)
 
     def _forget(self, pool: ProcessPoolExecutor) -> None:
