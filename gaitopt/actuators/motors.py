@@ -19,7 +19,7 @@ import numpy as np
 
 from gaitopt.errors import SpecError
 from gaitopt.importers.text_files import parse_toml, read_text
-from gaitopt.model.import_options import matching
+from gaitopt.model.import_options import LimitOverride, matching
 from gaitopt.nlp import Array
 from gaitopt.units import read_quantity
 
@@ -240,6 +240,24 @@ class MotorTable:
     def check(self, names: Sequence[str], mirror: Array) -> None:
         """Check that the drives fit the joints of a robot; see `joint_motors`."""
         joint_motors(self.at_joints, names, mirror)
+
+    def rotors(self, source: str = "table of motors") -> tuple[LimitOverride, ...]:
+        """Return the inertias of the rotors as seen from their joints, where they are from."""
+        return tuple(
+            LimitOverride(one.joints, armature=one.armature, source=source) for one in self.drives
+        )
+
+    def with_rotors(self, limits: Sequence[LimitOverride]) -> tuple[LimitOverride, ...]:
+        """Return what is set of a robot's joints with the rotors of the drives.
+
+        Of two that set the same, the later one counts. The rotors come after all that has a source,
+        rotors of files and of an earlier table, and before a user's own, which have none.
+
+        Args:
+            limits: in the order in which they count.
+        """
+        own = next((k for k in range(len(limits), 0, -1) if limits[k - 1].source), 0)
+        return (*limits[:own], *self.rotors(), *limits[own:])
 
     def changed(self, changes: Mapping[str, float]) -> MotorTable:
         """Return the table with other numbers.

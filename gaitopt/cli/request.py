@@ -153,12 +153,10 @@ def require_directories(directories: Iterable[Path]) -> None:
 
 
 def _rotors(asked: RobotSettings, choices: ImportOptions) -> Iterator[LimitOverride]:
-    """Yield the rotor inertias of the motors as seen from their joints."""
-    if asked.motors is None or "armature" in choices.without:
-        return
-    for drive in read_motors(asked.motors).drives:
-        own = LimitOverride(drive.joints, armature=drive.armature, source=str(asked.motors))
-        if replace(own, source="") not in (replace(one, source="") for one in choices.limits):
+    """Yield the rotors of the motors, but for those that a file of choices has already."""
+    known = [replace(one, source="") for one in choices.limits]
+    for own in () if asked.motors is None else read_motors(asked.motors).rotors(str(asked.motors)):
+        if replace(own, source="") not in known:
             yield own
 
 

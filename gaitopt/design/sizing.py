@@ -26,7 +26,7 @@ from gaitopt.gait.recorded import robot_of
 from gaitopt.gait.result import Gait
 from gaitopt.gait.task import Task, task_from_record
 from gaitopt.importers.text_files import read_text
-from gaitopt.model.import_options import LimitOverride
+from gaitopt.model.legs.overrides import without_armature
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array, Stop, never
 
@@ -326,9 +326,8 @@ def designed_with(
 
 
 def _with_rotors(robot: Robot, table: MotorTable) -> Robot:
-    rotors = tuple(LimitOverride(d.joints, armature=d.armature) for d in table.drives)
-    others = tuple(one for one in robot.choices.limits if one.armature is None)
-    return Robot.from_urdf(robot.urdf, choices=robot.choices.over(limits=(*others, *rotors)))
+    limits = (*without_armature(robot.choices.limits), *table.rotors())
+    return Robot.from_urdf(robot.urdf, choices=robot.choices.over(limits=limits))
 
 
 def with_motors(task: Task, table: MotorTable) -> Task:

@@ -222,7 +222,8 @@ class Payload:
     Attributes:
         link: name of the link; "torso" and "pelvis" also mean those of the robot.
         mass: [kg].
-        place: of its centre of mass in the frame of the link [m]; by default the link's own.
+        place: of its centre of mass in the frame of the link [m], where it stays if the link gets
+            other proportions; by default the link's own, with these.
         box: lengths along the axes of the link's frame of the box that it fills evenly [m]; a point
             by default.
 

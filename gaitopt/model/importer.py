@@ -243,7 +243,6 @@ def import_robot(source: Source, choices: ImportOptions) -> ImportedRobot:
     stands, apart = followed(model, reference_configuration(model, angles), ties, angles)
     posed = pose(model, stands, problems)
     pair = standing_legs(source, posed, choices)
-    payloads, carried = add_payloads(model, choices.payloads, pair.legs)
     faults = _empty_ranges(model, pair.legs, problems)
     shapes = _shapes(source, model, pair, choices)
     feet = [None if shape is None else shape.points for shape in shapes]
@@ -262,6 +261,8 @@ def import_robot(source: Source, choices: ImportOptions) -> ImportedRobot:
         )
         posed = pose(model, stands, problems)
         straight = legs_at_zero(posed, pair.legs)
+    # after the proportions: a load does not grow with the link that carries it
+    payloads, carried = add_payloads(model, choices.payloads, pair.legs)
     chain, partners = moving_joints(pair.legs, side, others)
     names = [str(model.names[joint]) for joint in chain]
     moving_ties, tied = _moving_ties(ties, names, apart, locked)

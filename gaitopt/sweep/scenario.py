@@ -15,12 +15,7 @@ from gaitopt.catalogue.urdf_writer import urdf_text
 from gaitopt.design.sizing import with_motors
 from gaitopt.errors import InputError
 from gaitopt.gait.task import Task, task_from_record, task_record
-from gaitopt.model.import_options import (
-    ImportOptions,
-    LimitOverride,
-    choices_from_record,
-    choices_record,
-)
+from gaitopt.model.import_options import ImportOptions, choices_from_record, choices_record
 from gaitopt.model.robot import Robot
 from gaitopt.sweep.grid import MOTORS
 
@@ -66,12 +61,30 @@ class RobotSource:
         urdf, choices = self.urdf, self.choices
         entries = {k: v for k, v in self.changes if not k.startswith(MOTORS)}
         if self.spec is not None and entries:
-            urdf, choices = urdf_text(changed(self.spec, entries)), ImportOptions()
-        drives = self.drives
-        if drives is not None and "armature" not in self.choices.without:
-            rotors = (LimitOverride(one.joints, armature=one.armature) for one in drives.drives)
-            choices = replace(choices, limits=(*choices.limits, *rotors))
-        return _built(urdf, json.dumps(choices_record(choices)))
+            urdf, choices = urdf_text(changed(self.spec, entries)), _chosen(self.spec, choices)
+        if (drives := self.drives) is not None:
+            choices = replace(choices, limits=drives.with_rotors(choices.limits))
+        return _robot(urdf, choices)
+
+
+def _chosen(spec: BipedSpec, choices: ImportOptions) -> ImportOptions:
+    """Return the choices of a biped without what was found in its file.
+
+    Soles, and the places of loads that are given none, are where the changed biped has them.
+    """
+    unplaced = tuple(replace(one, place=None) for one in choices.payloads)
+    sole = None if choices.sole_placements is None else choices.sole  # they go together
+    found = _robot(urdf_text(spec), replace(choices, sole=sole, payloads=unplaced)).choices
+    loads = tuple(
+        free if there == own else own
+        for free, there, own in zip(unplaced, found.payloads, choices.payloads, strict=True)
+    )
+    sole = sole if found.sole == choices.sole else choices.sole
+    return replace(choices, sole=sole, payloads=loads)
+
+
+def _robot(urdf: str, choices: ImportOptions) -> Robot:
+    return _built(urdf, json.dumps(choices_record(choices)))
 
 
 @lru_cache(maxsize=_CACHED_ROBOTS)

@@ -12,7 +12,15 @@ from gaitopt.catalogue.entries import description, entry_by_name
 from gaitopt.catalogue.urdf_writer import urdf_text
 from gaitopt.design.robot_changes import Anatomy
 from gaitopt.errors import RobotError
-from gaitopt.model.import_options import PartChange, choices_from_record, choices_record
+from gaitopt.importers.source import read_source
+from gaitopt.model.import_options import (
+    ImportOptions,
+    PartChange,
+    Payload,
+    choices_from_record,
+    choices_record,
+)
+from gaitopt.model.importer import import_robot
 from gaitopt.model.robot import Robot
 
 CHANGES = {
@@ -101,3 +109,37 @@ def test_records_and_refusals():
     for one in (PartChange("shin", -0.29), PartChange("trunk", 0.0, -40.0)):
         with pytest.raises(RobotError, match="take away at most"):
             Robot.from_urdf(robot.urdf, choices=robot.choices.over(proportions=(one,)))
+
+
+def test_a_load_does_not_grow_with_the_part_that_carries_it():
+    source = read_source(urdf_text(biped13()))
+    own = ImportOptions(proportions=(PartChange("shin", 0.05), PartChange("trunk", 0.0, 3.0)))
+    loads = (
+        Payload("torso", 5.0, (0.1, 0.0, 0.2), (0.3, 0.2, 0.1)),
+        Payload("left_shin", 0.7, (0.0, 0.0, -0.2)), Payload("right_shin", 0.7, (0.0, 0.0, -0.2)),
+    )  # fmt: skip
+    resized = import_robot(source, own).model
+    loaded = import_robot(source, own.over(payloads=loads)).model
+    for load in loads:
+        link = resized.frames[resized.getFrameId(load.link)]
+        body = pin.Inertia.FromBox(load.mass, *load.box)
+        body.lever = np.array(load.place)
+        resized.inertias[link.parentJoint] += link.placement.act(body)
+    for found, expected in zip(loaded.inertias, resized.inertias, strict=True):
+        np.testing.assert_allclose(
+            found.toDynamicParameters(), expected.toDynamicParameters(), rtol=1e-12, atol=1e-14
+        )
+
+
+def test_a_load_without_a_place_is_where_its_link_as_changed_has_its_mass():
+    source = read_source(urdf_text(biped13()))
+    own = ImportOptions(proportions=(PartChange("shin", 0.05),))
+    shin = import_robot(source, own).model
+    frame = shin.frames[shin.getFrameId("left_shin")]
+    places = [
+        import_robot(source, choices.over(payloads=(Payload("left_shin", 0.7),))).choices
+        for choices in (own, ImportOptions())
+    ]
+    (changed_place,), (plain,) = ([one.place for one in each.payloads] for each in places)
+    assert changed_place == pytest.approx(frame.inertia.lever, abs=1e-14)
+    assert changed_place[2] < plain[2] - 0.01

@@ -19,6 +19,7 @@ from gaitopt.model.robot import Robot
 from gaitopt.sweep.grid import Axis, parse_axis
 from gaitopt.sweep.interpolation import interpolate
 from gaitopt.sweep.library import open_library
+from gaitopt.sweep.scenario import RobotSource
 from gaitopt.sweep.scheduler import sweep
 
 TABLE = read_motors(Path(__file__).parents[2] / "examples" / "motors.toml")
@@ -34,8 +35,7 @@ def geared(robot, tmp_path_factory):
 
 def single(robot, table):
     """A design with these motors, from its own first guess."""
-    rotors = tuple(LimitOverride(one.joints, armature=one.armature) for one in table.drives)
-    choices = replace(robot.choices, limits=(*robot.choices.limits, *rotors))
+    choices = replace(robot.choices, limits=table.with_rotors(robot.choices.limits))
     driven = Robot.from_urdf(robot.urdf, choices=choices)
     return design(driven, with_motors(quick_task(speed=0.8), table), QUICK)
 
@@ -54,6 +54,24 @@ def test_every_gait_is_of_the_robot_with_its_gears(robot, geared):
         (envelope,) = (c for c in task.constraints if isinstance(c, MotorEnvelope))
         told = np.array([motor[1:] for motor in envelope.motors], dtype=float)
         np.testing.assert_allclose(told, [motor[1:] for motor in table.at_joints], rtol=1e-12)
+
+
+def test_rotors_of_the_user_count_more_than_those_of_the_motors_at_every_ratio(robot):
+    of_file = LimitOverride("*", armature=0.5, source="the robot's maker")
+    own = LimitOverride("*knee*", armature=0.123)
+    limits = (of_file, *TABLE.rotors("motors.toml"), own)
+    base = Robot.from_urdf(robot.urdf, choices=replace(robot.choices, limits=limits))
+    source = RobotSource(base.urdf, base.choices, motors=TABLE)
+    for ratio in RATIOS:
+        geared = replace(source, changes=(("motors.ratio", ratio),)).build()
+        rotor = ratio**2 * TABLE.drives[0].motor.inertia
+        for name in geared.joint_names:
+            row = geared.model.joints[geared.model.getJointId(name)].idx_v
+            expected = 0.123 if "knee" in name else rotor
+            assert geared.model.armature[row] == pytest.approx(expected, rel=1e-12)
+    fixed = replace(base.choices, without=("armature",))
+    bare = RobotSource(base.urdf, fixed, changes=(("motors.ratio", 8.0),), motors=TABLE).build()
+    assert not bare.model.armature.any()
 
 
 def test_the_slope_foretells_the_next_cost(geared):

@@ -11,19 +11,26 @@ from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 from sweeps import QUICK, SPEEDS, Counting, quick_task, seconds
 
 from gaitopt.catalogue.biped_spec import biped13
+from gaitopt.catalogue.parameters import changed
+from gaitopt.catalogue.urdf_writer import urdf_text
 from gaitopt.design.design import design
 from gaitopt.design.starts import many_starts
 from gaitopt.errors import GaitFileError, GaitoptError, InputError
 from gaitopt.gait.gait_file import load_gait
+from gaitopt.model.feet.sole import Sole
+from gaitopt.model.import_options import ImportOptions, LimitOverride, Payload, choices_record
+from gaitopt.model.robot import Robot
 from gaitopt.solvers import solver_by_name
 from gaitopt.sweep.database import Database
 from gaitopt.sweep.executor import CONTINUE
 from gaitopt.sweep.grid import Axis
 from gaitopt.sweep.library import MISSING, open_library
+from gaitopt.sweep.scenario import RobotSource
 from gaitopt.sweep.scheduler import sweep
 from gaitopt.sweep.table import CERTIFIED, INFEASIBLE, NOT_COMPUTED, awaited_row, write_table
 
@@ -156,6 +163,29 @@ def test_entries_of_a_specification_can_be_swept(robot, tmp_path):
     assert heavy["cost"] - light["cost"] == pytest.approx(2.55 * slope, rel=0.05)
 
 
+@pytest.mark.parametrize(
+    "given",
+    [
+        {"limits": (LimitOverride("knee", speed=7.0),), "gravity": 1.62},
+        {"payloads": (Payload("torso", 4.0), Payload("pelvis", 1.0, (0.1, 0.0, 0.2)))},
+        {"sole": Sole(toe=0.01, heel=-0.15, left=0.04, right=-0.05)},
+    ],
+)
+def test_what_was_chosen_about_a_robot_holds_for_every_specification(given):
+    asked, changes = ImportOptions(**given), {"foot_length": 0.25, "trunk_height": 0.5}
+    base = Robot.from_urdf(urdf_text(biped13()), choices=asked)
+    found = RobotSource(base.urdf, base.choices, biped13(), tuple(changes.items())).build()
+    alone = Robot.from_urdf(urdf_text(changed(biped13(), changes)), choices=asked)
+    assert choices_record(found.choices) == choices_record(alone.choices)
+    assert found.sole == alone.sole
+    assert (found.sole != base.sole) == ("sole" not in given)  # the foot is longer
+    np.testing.assert_array_equal(found.limits.speed, alone.limits.speed)
+    for own, other in zip(found.model.inertias, alone.model.inertias, strict=True):
+        np.testing.assert_allclose(
+            own.toDynamicParameters(), other.toDynamicParameters(), rtol=1e-12, atol=1e-14
+        )
+
+
 def test_a_limit_that_bounds_a_parameter_has_its_price_too(robot, tmp_path):
     axis = Axis("step_width", (0.165, 0.17))
     narrow, wide = sweep(robot, quick_task(), [axis], tmp_path / "l", QUICK).rows
@@ -175,7 +205,8 @@ SCRIPT = """
     from reference_cases import biped
     from sweeps import QUICK, SPEEDS, quick_task
     from gaitopt.errors import InputError
-    from gaitopt.sweep.scheduler import sweep
+    from gaitopt.sweep.scenario import RobotSource
+from gaitopt.sweep.scheduler import sweep
     def fill(progress):
         if {limit}:
             resource.setrlimit(resource.RLIMIT_FSIZE, ({limit}, {limit}))
