@@ -3,6 +3,21 @@
 A message says what was wrong, the value with its unit, what is allowed, and what to do next.
 """
 
+from collections.abc import Iterable
+
+
+def did_you_mean(name: object, known: Iterable[str]) -> str:
+    """Return the question whether the nearest of known names was meant; empty where none is near.
+
+    Args:
+        name: that is not known.
+        known: names that are.
+    """
+    from difflib import get_close_matches  # which no command needs that is given rightly
+
+    close = get_close_matches(str(name), list(known), n=1)
+    return f"did you mean '{close[0]}'? " if close else ""
+
 
 class GaitoptError(Exception):
     """Base of all gaitopt errors.

@@ -10,7 +10,6 @@ import inspect
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import MISSING, dataclass, field, fields
-from difflib import get_close_matches
 from functools import cached_property, lru_cache, wraps
 from numbers import Integral, Real
 from pathlib import Path
@@ -18,7 +17,7 @@ from types import NoneType, UnionType
 from typing import Any, TypeVar, Union, get_args, get_origin, get_type_hints
 
 from gaitopt.bounds import shown
-from gaitopt.errors import InputError, OptionError
+from gaitopt.errors import InputError, OptionError, did_you_mean
 from gaitopt.units import read_quantity
 
 KEY = "setting"
@@ -278,8 +277,7 @@ def _check_names(
     names = [one.name for one in fields(kind) if one.init]
     for name in values:
         if name not in names:
-            close = get_close_matches(name, names, n=1)
-            hint = elsewhere(name) or (f"did you mean {close[0]}? " if close else "")
+            hint = elsewhere(name) or did_you_mean(name, names)
             raise OptionError(
                 f"{kind.__name__} has no option {name}; {hint}its options are {', '.join(names)}"
             )

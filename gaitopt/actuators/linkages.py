@@ -14,7 +14,7 @@ power series in the angles of the joints.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -22,7 +22,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from gaitopt.errors import SpecError
-from gaitopt.importers.text_files import parse_toml, read_text
+from gaitopt.importers.text_files import check_keys, parse_toml, read_text
 from gaitopt.nlp import Array
 from gaitopt.units import read_quantity
 
@@ -94,7 +94,7 @@ def linkages_of(text: str, where: str = "table of linkages") -> tuple[Linkage, .
         SpecError: the text is no TOML, or a value in it is wrong.
     """
     table = parse_toml(text, where, kind=SpecError)
-    _check_keys(where, table, ("linkages",))
+    check_keys(where, table, ("linkages",), SpecError)
     entries = table.get("linkages", [])
     if not isinstance(entries, list) or not entries:
         raise SpecError(
@@ -145,7 +145,7 @@ def _from_row(where: str, row: object) -> Linkage:
 def _linkage(where: str, entry: object) -> Linkage:
     if not isinstance(entry, Mapping):
         raise SpecError(f"{where}: give a table with joints and motors")
-    _check_keys(where, entry, ("joints", "motors"))
+    check_keys(where, entry, ("joints", "motors"), SpecError)
     joints, motors = entry.get("joints"), entry.get("motors")
     if (
         not isinstance(joints, list)
@@ -162,7 +162,7 @@ def _linkage(where: str, entry: object) -> Linkage:
     for motor in motors:
         if not isinstance(motor, Mapping):
             raise SpecError(f"{where}: a motor must be a table")
-        _check_keys(where, motor, ("name", "rates", *_POINTS, *_UNITS))
+        check_keys(where, motor, ("name", "rates", *_POINTS, *_UNITS), SpecError)
     names = [motor.get("name") for motor in motors]
     if not all(isinstance(name, str) and name for name in names) or len({*names}) < len(names):
         raise SpecError(f"{where}: give every motor a name of its own")
@@ -240,12 +240,6 @@ def _rod(where: str, motor: Mapping[str, Any]) -> Rod:
     if np.linalg.norm(np.subtract(rod.rod_end, rod.crank_end)) < _FLAT:
         raise SpecError(f"{where}: rod_end is at crank_end; the rod has no length")
     return rod
-
-
-def _check_keys(where: str, entry: Mapping[str, object], known: Sequence[str]) -> None:
-    for name in entry:
-        if name not in known:
-            raise SpecError(f"{where}: unknown entry '{name}'; there are {', '.join(known)}")
 
 
 @dataclass(frozen=True)

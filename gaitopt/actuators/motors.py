@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import MISSING, asdict, dataclass, field, fields, replace
-from difflib import get_close_matches
 from functools import cache
 from importlib.resources import files
 from pathlib import Path
@@ -18,7 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from gaitopt.errors import SpecError
-from gaitopt.importers.text_files import parse_toml, read_text
+from gaitopt.importers.text_files import check_keys, parse_toml, read_text
 from gaitopt.model.import_options import LimitOverride, matching
 from gaitopt.nlp import Array
 from gaitopt.units import read_quantity
@@ -368,7 +367,7 @@ def motors_of(text: str, where: str = "motor table") -> MotorTable:
         SpecError: the text is no TOML, a table or a value in it is wrong, or there are no drives.
     """
     table = parse_toml(text, where, kind=SpecError)
-    _check_keys(where, table, ("motors", "drives"))
+    check_keys(where, table, ("motors", "drives"), SpecError)
     own = table.get("motors", {})
     if not isinstance(own, Mapping):
         raise SpecError(f"{where}: 'motors' must hold tables, [motors.NAME]")
@@ -397,7 +396,7 @@ def catalogue_of(text: str, where: str = "catalogue") -> tuple[dict[str, Motor],
         SpecError: it cannot be used; the message says what is wrong and what is allowed.
     """
     table = parse_toml(text, where, kind=SpecError)
-    _check_keys(where, table, ("motors", "known", "gear"))
+    check_keys(where, table, ("motors", "known", "gear"), SpecError)
     own, names = table.get("motors", {}), table.get("known", [])
     if not isinstance(own, Mapping) or not isinstance(names, list):
         raise SpecError(f"{where}: 'motors' must hold tables, [motors.NAME], 'known' a list")
@@ -418,7 +417,7 @@ def catalogue_of(text: str, where: str = "catalogue") -> tuple[dict[str, Motor],
 
 def _gear(where: str, entry: Mapping[str, object]) -> dict[str, Any]:
     """Return ratios, efficiency and friction of a catalogue's gears, checked."""
-    _check_keys(where, entry, ("ratios", "efficiency", "friction"))
+    check_keys(where, entry, ("ratios", "efficiency", "friction"), SpecError)
     found = _numbers(where, {k: v for k, v in entry.items() if k != "ratios"}, _Gear, ())
     ratios = entry.get("ratios", [])
     if not isinstance(ratios, list) or len(ratios) > _MOST_RATIOS:
@@ -479,7 +478,7 @@ def _numbers(where: str, entry: object, kind: type, texts: tuple[str, ...]) -> d
     units = _units(kind)
     if not isinstance(entry, Mapping):
         raise SpecError(f"{where}: give a table with {', '.join((*texts, *units))}")
-    _check_keys(where, entry, (*texts, *units))
+    check_keys(where, entry, (*texts, *units), SpecError)
     needed = {one.name for one in fields(kind) if one.default is MISSING} - {"name"}
     if missing := [name for name in (*texts, *units) if name in needed - set(entry)]:
         what = "every figure of the motor" if kind is Motor else "it in every [[drives]] entry"
@@ -497,14 +496,6 @@ def _numbers(where: str, entry: object, kind: type, texts: tuple[str, ...]) -> d
         except ValueError as error:
             raise SpecError(f"{where}: {name} = {str(value)[:60]!r} is wrong; {error}") from None
     return values
-
-
-def _check_keys(where: str, entry: Mapping[str, object], known: Sequence[str]) -> None:
-    for name in entry:
-        if name not in known:
-            close = get_close_matches(str(name), known, n=1)
-            hint = f"did you mean '{close[0]}'? " if close else ""
-            raise SpecError(f"{where}: unknown entry '{name}'; {hint}{_there_are(known)}")
 
 
 def _there_are(names: Sequence[str] | Mapping[str, object]) -> str:

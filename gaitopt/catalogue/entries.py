@@ -10,7 +10,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from difflib import get_close_matches
 from importlib import resources
 from importlib.metadata import PackageNotFoundError, distribution
 from pathlib import Path
@@ -20,7 +19,7 @@ from typing import TYPE_CHECKING, Any, cast
 from gaitopt.catalogue.biped_spec import BipedSpec, biped13
 from gaitopt.catalogue.parameters import merged
 from gaitopt.catalogue.urdf_writer import urdf_text
-from gaitopt.errors import InputError, MissingExtraError
+from gaitopt.errors import InputError, MissingExtraError, did_you_mean
 from gaitopt.importers.text_files import parse_toml
 from gaitopt.model.import_options import ImportOptions, LimitOverride, choices_from_record
 
@@ -47,8 +46,7 @@ def menagerie_robot(name: str) -> tuple[str, str]:
     wanted, _, entry = name.removeprefix(PREFIX).partition("/")
     known = humanoids()
     if wanted not in package.names():
-        close = get_close_matches(wanted, package.names(), n=1)
-        hint = f"did you mean '{PREFIX}{close[0]}'? " if close else ""
+        hint = did_you_mean(wanted, package.names()).replace("'", f"'{PREFIX}", 1)
         raise InputError(
             f"{PACKAGE} has no robot '{wanted}'; {hint}its humanoids are {', '.join(known)}"
         )
@@ -166,10 +164,9 @@ def entry_by_name(name: str) -> CatalogueEntry:
         return CatalogueEntry(name, title, math.nan, file, {}, {}, source=PACKAGE)
     entries = {entry.name: entry for entry in catalogue()}
     if name not in entries:
-        close = get_close_matches(name, entries, n=1)
-        hint = f"did you mean '{close[0]}'? " if close else ""
         raise InputError(
-            f"the catalogue has no robot '{name}'; {hint}there are {', '.join(entries)}. "
+            f"the catalogue has no robot '{name}'; {did_you_mean(name, entries)}"
+            f"there are {', '.join(entries)}. "
             "Any other robot: give its file, --urdf FILE (in Python Robot.from_urdf)"
         )
     return entries[name]

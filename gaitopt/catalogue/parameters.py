@@ -10,7 +10,6 @@ import math
 import os
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, fields, replace
-from difflib import get_close_matches
 from functools import reduce
 from pathlib import Path
 from typing import Any
@@ -20,7 +19,7 @@ import numpy as np
 from gaitopt.atomic import write_atomically
 from gaitopt.bounds import TABLE, read_bounded
 from gaitopt.catalogue.biped_spec import BipedSpec, Links, LinkSpec, allowed_of, biped13
-from gaitopt.errors import SpecError
+from gaitopt.errors import SpecError, did_you_mean
 from gaitopt.importers.text_files import parse_toml
 from gaitopt.units import read_quantity
 
@@ -280,8 +279,7 @@ def _check_table(table: object, path: str) -> Mapping[str, Any]:
 
 
 def _unknown(path: str, key: str, allowed: list[str]) -> str:
-    close = get_close_matches(key, allowed, n=1)
-    hint = f"did you mean {close[0]}? " if close else ""
+    hint = did_you_mean(key, allowed)
     return f"unknown entry {path[:120]}; {hint}allowed here: {', '.join(allowed)}"
 
 

@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, fields, is_dataclass, replace
-from difflib import get_close_matches
 from pathlib import Path
 from typing import Any, TypeVar
 
 from gaitopt.bounds import TABLE, read_bounded
 from gaitopt.catalogue.parameters import PARAMETERS, parameter_unit
 from gaitopt.design.options import COUNT, SIGMA, DesignOptions
-from gaitopt.errors import InputError
+from gaitopt.errors import InputError, did_you_mean
 from gaitopt.gait.constraints import Margins
 from gaitopt.gait.costs import COSTS, Cost
 from gaitopt.gait.parameters import GEOMETRY_NAMES, geometric_unit
@@ -413,9 +412,7 @@ def _value(path: Path, name: str, value: object, wanted: Setting) -> object:
 
 
 def _unknown(what: str, name: str, known: list[str]) -> str:
-    close = get_close_matches(name, known, n=1)
-    hint = f"did you mean '{close[0]}'? " if close else ""
-    return f"unknown {what} '{name}'; {hint}there are {', '.join(known)}"
+    return f"unknown {what} '{name}'; {did_you_mean(name, known)}there are {', '.join(known)}"
 
 
 def option_words(name: str, value: object) -> list[str]:

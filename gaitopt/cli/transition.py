@@ -6,14 +6,13 @@ from pathlib import Path
 
 import typer
 
+from gaitopt.cli.process import ExitCode
 from gaitopt.cli.show import loaded
 from gaitopt.design.transition import TransitionDesign, design_transition
 from gaitopt.errors import InputError
-from gaitopt.motions.export import export_transition
-from gaitopt.motions.formats import format_named
+from gaitopt.motions.export import export_transition, form_for
 
 STANDING = "standing"
-_UNCERTIFIED = 1  # exit code
 
 
 def run(
@@ -42,10 +41,7 @@ def run(
         GaitoptError: a gait cannot be read, there is no transition, or it cannot be written.
         InputError: the file or a duration is none that can be.
     """
-    form = format_named(name)
-    if output.suffix.lower() != form.suffix:
-        raise InputError(f"cannot write '{output}': files of format '{name}' end in {form.suffix}")
-    if not form.sampled:
+    if not form_for(output, name).sampled:
         raise InputError(f"format '{name}' has curves of a walk; choose one with samples")
     files = [Path(end) for end in (begin, finish) if end != STANDING]
     if any(output.exists() and one.exists() and output.samefile(one) for one in files):
@@ -58,7 +54,7 @@ def run(
     written = export_transition(found.transition, output, format=name, rate=rate, joints=joints)
     typer.echo(f"wrote {written}")
     if not found.certificate.certified:
-        raise typer.Exit(_UNCERTIFIED)
+        raise typer.Exit(ExitCode.NOT_CERTIFIED)
 
 
 def _durations(text: str | None) -> tuple[float, ...] | float | None:

@@ -28,7 +28,7 @@ BOTH_FEET = "both feet"
 """Name of a phase in which both feet stand flat."""
 
 
-class Transition(Enum):
+class PhaseEnd(Enum):
     """How a phase ends."""
 
     SMOOTH = "smooth"
@@ -52,13 +52,13 @@ class Phase:
     Attributes:
         contact: of the stance foot.
         end: share of the step at which it ends, s = t / T.
-        transition: how it ends.
+        ends_by: how it ends.
         both: whether the other foot stands too, flat.
     """
 
     contact: ContactMode
     end: float = 1.0
-    transition: Transition = Transition.IMPACT
+    ends_by: PhaseEnd = PhaseEnd.IMPACT
     both: bool = False
 
     @property
@@ -117,13 +117,11 @@ class Schedule:
                 f"the phases of a step end at {ends[1:].tolist()} of it; their ends must increase "
                 "above 0 and the last must be 1"
             )
-        kinds = [phase.transition for phase in self.phases]
-        leaving = Transition.LIFT_OFF
-        smooth = [Transition.SMOOTH] * len(kinds)
-        closing = [
-            [*smooth[2:], one, leaving] for one in (Transition.TOUCH_DOWN, Transition.IMPACT)
-        ]
-        if kinds not in ([*smooth[1:], Transition.IMPACT], *closing):
+        kinds = [phase.ends_by for phase in self.phases]
+        leaving = PhaseEnd.LIFT_OFF
+        smooth = [PhaseEnd.SMOOTH] * len(kinds)
+        closing = [[*smooth[2:], one, leaving] for one in (PhaseEnd.TOUCH_DOWN, PhaseEnd.IMPACT)]
+        if kinds not in ([*smooth[1:], PhaseEnd.IMPACT], *closing):
             raise InputError(
                 "the last phase of a step, and no other, ends with an impact; or the last but one "
                 "with a touch-down or an impact and the last with a lift-off"
@@ -158,7 +156,7 @@ class Schedule:
     @property
     def striking(self) -> bool:
         """Whether the phase in which both feet stand begins with an impact."""
-        return self.closing and self.phases[-2].transition is Transition.IMPACT
+        return self.closing and self.phases[-2].ends_by is PhaseEnd.IMPACT
 
     @property
     def turns_from(self) -> float:

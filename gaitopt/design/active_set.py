@@ -116,7 +116,7 @@ def violated_rows(fine: WalkProblem, x: Array) -> tuple[ViolatedRow, ...]:
             one.entry,
             round(one.instant, DIGITS),
             -one.margin,
-            _held(one, fine.ends),
+            _held(one, fine.edges),
         )
         for one in located(fine, x)
         if one.margin < -REFINED

@@ -252,10 +252,10 @@ def _worst_extremes(fine: WalkProblem, extremes: tuple[Extreme, ...]) -> dict[st
     worst: dict[str, Extreme] = {}
     extremes = tuple(one for one in extremes if np.isfinite(one.margin))  # a robot may lack limits
     for one in sorted(extremes, key=lambda one: one.margin):
-        if at_ends[one.constraint] or _inside(one.instant, fine.ends) == one.instant:
+        if at_ends[one.constraint] or _inside(one.instant, fine.edges) == one.instant:
             worst.setdefault(one.constraint, one)
     for one in extremes:
-        worst.setdefault(one.constraint, replace(one, instant=_inside(one.instant, fine.ends)))
+        worst.setdefault(one.constraint, replace(one, instant=_inside(one.instant, fine.edges)))
     return worst
 
 

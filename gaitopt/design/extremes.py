@@ -141,7 +141,7 @@ def located(fine: WalkProblem, x: Array, *, everywhere: bool = False) -> tuple[E
         return at_instants
     pieces = _resolved(fine, x, _pieces(fine, x, sides))
     return *_polished(
-        pieces, sides, fine.ends, *_brackets(pieces, fine.changes, everywhere)
+        pieces, sides, fine.edges, *_brackets(pieces, fine.changes, everywhere)
     ), *at_instants
 
 

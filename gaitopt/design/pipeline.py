@@ -283,14 +283,8 @@ def finished(
         fine: the walk on the certificate's grid, if it is at hand.
     """
     certificate = certify(problem, solution.x, fine)
-    meta: dict[str, object] = {
-        "solver": solution_record(solution),
-        "status": solution.status.value,
-        "refined": refined,
-        "certificate": certificate.record(),
-        "findings": [finding.record() for finding in problem.robot.findings],
-        "versions": versions(),
-    }
+    meta = proof_record(solution, certificate, refined)
+    meta["findings"] = [finding.record() for finding in problem.robot.findings]
     if certificate.optimal:
         prices = shadow_prices(problem, solution.x, certificate.multipliers)
         meta["shadow_prices"] = [price.record() for price in prices]
@@ -298,17 +292,29 @@ def finished(
     return Design(gait, certificate, solution, problem)
 
 
-def solution_record(solution: Solution) -> dict[str, object]:
-    """Return how a solution was found, JSON-able."""
+def proof_record(solution: Solution, certificate: Certificate, refined: bool) -> dict[str, object]:
+    """Return how a solution was found and what was proven of it, JSON-able.
+
+    Args:
+        solution: what the solver returned.
+        certificate: of it.
+        refined: whether it was meant to hold between the samples too.
+    """
     return {
-        "name": solution.solver,
-        "status": solution.status.name.lower(),
-        "violation": solution.violation,
-        "optimality": solution.optimality,
-        "iterations": solution.iterations,
-        "evaluations": solution.evaluations,
-        "hessians": solution.hessians,
-        "seconds": solution.seconds,
+        "solver": {
+            "name": solution.solver,
+            "status": solution.status.name.lower(),
+            "violation": solution.violation,
+            "optimality": solution.optimality,
+            "iterations": solution.iterations,
+            "evaluations": solution.evaluations,
+            "hessians": solution.hessians,
+            "seconds": solution.seconds,
+        },
+        "status": solution.status.value,
+        "refined": refined,
+        "certificate": certificate.record(),
+        "versions": versions(),
     }
 
 

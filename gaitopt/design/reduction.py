@@ -131,7 +131,7 @@ def _at_extremes(fine: WalkProblem, x: Array, active: Iterable[ActiveRow]) -> tu
     left, held = list(active), []
     vanishing: dict[tuple[str, int, bool], float] = {}
     for one in extremes:
-        end = np.abs(fine.ends - one.instant).min()
+        end = np.abs(fine.edges - one.instant).min()
         if end < SAME_PEAK and abs(one.at_end) < REFINED:
             vanishing[_row_of(one)] = max(one.curvature, vanishing.get(_row_of(one), 0.0))
             continue  # held near the end at which it vanishes
@@ -146,7 +146,7 @@ def _at_extremes(fine: WalkProblem, x: Array, active: Iterable[ActiveRow]) -> tu
         row = ActiveRow(one.constraint, one.entry, instant, pressure)
         held.append(_Held(row, one.upper, one.curvature if bent else 0.0))
     kept = [_Held(row, row.multiplier > 0.0) for row in left]
-    return *held, *(_off_the_end(one, fine.ends, vanishing) for one in kept)
+    return *held, *(_off_the_end(one, fine.edges, vanishing) for one in kept)
 
 
 def _off_the_end(

@@ -11,7 +11,7 @@ from gaitopt.bounds import shown
 from gaitopt.design.audit import problem_of
 from gaitopt.design.certificate import Certificate, certify, worst_rows
 from gaitopt.design.options import SIGMA, DesignOptions
-from gaitopt.design.pipeline import attempt, is_walk, polished, solution_record, versions
+from gaitopt.design.pipeline import attempt, is_walk, polished, proof_record
 from gaitopt.design.refinement import with_work
 from gaitopt.errors import EvaluationError, InputError, NoGaitFoundError, StoppedError
 from gaitopt.gait.assemble import limits_record, robot_record, step_arrays
@@ -27,8 +27,8 @@ from gaitopt.gait.trajectory import StepSequence
 from gaitopt.gait.transition import Transition, standing_phase
 from gaitopt.gait.transition_problem import (
     Junction,
-    Passage,
     TransitionProblem,
+    TransitionSteps,
     TransitionTask,
     junction_of,
     step_durations,
@@ -116,14 +116,8 @@ def design_transition(
     found, solution, refined, fine = polished(problem, solution, options, on_progress, stop)
     assert isinstance(found, TransitionProblem)
     certificate = certify_transition(found, solution.x, fine)
-    meta: dict[str, object] = {
-        "solver": solution_record(solution),
-        "status": solution.status.value,
-        "refined": refined,
-        "certificate": certificate.record(),
-        "versions": versions(),
-    }
-    result = transition_at(found, solution.x, before, after, {"stretch": stretch, **meta})
+    proof = proof_record(solution, certificate, refined)
+    result = transition_at(found, solution.x, before, after, {"stretch": stretch, **proof})
     return TransitionDesign(result, certificate, solution, found)
 
 
@@ -201,7 +195,7 @@ def transition_at(
         meta: what to record besides robot, task and cost.
     """
     robot, asked, whole = problem.robot, problem.transition, problem.whole(x)
-    assert isinstance(whole, Passage)
+    assert isinstance(whole, TransitionSteps)
     facts = {
         **robot_record(robot),
         "choices": choices_record(robot.choices),

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from gaitopt.atomic import write_atomically
 from gaitopt.bounds import GAIT, too_large
 from gaitopt.contact.flat_foot import FlatFoot
-from gaitopt.contact.schedule import LegExchange, Transition
+from gaitopt.contact.schedule import LegExchange, PhaseEnd
 from gaitopt.errors import GaitFileError, InputError, RobotError
 from gaitopt.gait.result import DOUBLE, FOOT, LANDING, LARGEST, SHAPES, Gait, array_names
 from gaitopt.gait.trajectory import TrajectoryPhase
@@ -351,12 +351,12 @@ def _ends_phase(gait: Gait) -> NDArray[np.bool_]:
 def _schedule(gait: Gait) -> dict[str, object]:
     """Return what happens when: the phases of a step, and how the next one follows."""
     feet: list[dict[str, str]] = [{gait.stance_sole: phase.contact} for phase in gait.phases]
-    ends = [Transition.SMOOTH] * (len(feet) - 1) + [Transition.IMPACT]
+    ends = [PhaseEnd.SMOOTH] * (len(feet) - 1) + [PhaseEnd.IMPACT]
     if gait.closing:
         rear = gait.foot_contact or FlatFoot.name
         feet[-1] = {gait.stance_sole: rear, gait.swing_sole_frame: FlatFoot.name}
-        begin = Transition.IMPACT if gait.striking else Transition.TOUCH_DOWN
-        ends = [*ends[:-2], begin, Transition.LIFT_OFF]
+        begin = PhaseEnd.IMPACT if gait.striking else PhaseEnd.TOUCH_DOWN
+        ends = [*ends[:-2], begin, PhaseEnd.LIFT_OFF]
     phases = [
         {"contacts": contacts, "duration": phase.duration, "end": end.value}
         for contacts, phase, end in zip(feet, gait.trajectory.phases, ends, strict=True)

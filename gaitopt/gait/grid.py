@@ -113,17 +113,20 @@ def phase_grid(samples: int, quadrature: str, changes: Array) -> Grid:
     return Grid(joined, np.concatenate(weights), joined.size)
 
 
-LANDING = np.array([0.5])
-"""Share of a stride of two steps at which the first ends."""
+STRIDE_EDGES = np.array([0.0, 0.5, 1.0])
+"""Shares of a stride of two steps at which they begin and end."""
 
 
-def of_stride(changes: Array) -> Array:
-    """Return where phases and steps of a stride follow each other, from shares of a step, (k,)."""
-    return np.concatenate([0.5 * changes, LANDING, 0.5 + 0.5 * changes])
+def over_steps(shares: Array, edges: Array) -> Array:
+    """Return where steps follow each other, and shares of each of them, as shares of them all.
 
-
-STRIDE_EDGES = np.array([0.0, *LANDING, 1.0])
-"""Shares of a stride at which its steps begin and end."""
+    Args:
+        shares: of every step, shape (k,); its ends are left out.
+        edges: as of `parts`.
+    """
+    inner = shares[(shares > 0.0) & (shares < 1.0)]
+    each = [a + length * inner for a, length in zip(edges, np.diff(edges), strict=False)]
+    return np.unique(np.concatenate([edges[1:-1], *each]))
 
 
 def parts(grid: Grid, edges: Array, changes: Array | None = None) -> tuple[Grid, ...]:

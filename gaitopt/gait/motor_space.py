@@ -167,7 +167,7 @@ class MotorLimits(QuantityFunction):
         begin = 0
         for group, kept, limits in zip(self.groups, self.kept, self.limits, strict=True):
             end = begin + len(kept)
-            local = _Local(group, np.split(quantity, _ENTRIES, axis=1)).second[:, kept]
+            local = _Local(group, np.split(quantity, _ENTRIES, axis=1)).second()[:, kept]
             weighted = np.einsum("kr,krij->kij", weights[:, begin:end] / limits, local)
             columns = self._columns(group)
             found[:, columns[:, None], columns] += weighted
@@ -184,44 +184,48 @@ class _Local:
 
     Attributes:
         first: derivatives, shape (K, 4 m, 3 m).
-        second: shape (K, 4 m, 3 m, 3 m).
     """
 
     def __init__(self, group: DrivenJoints, parts: list[Array]) -> None:
         m, signs = len(group.rows), group.signs
-        torque, rate, q = (part[:, group.rows] * signs for part in parts)
-        at = motor_angles(group.linkage, group.where, q)
-        J, count = at.jacobian, len(q)
-        W = np.linalg.inv(J)
+        self._torque, self._rate, q = (part[:, group.rows] * signs for part in parts)
+        self._at = at = motor_angles(group.linkage, group.where, q)
+        self._W = W = np.linalg.inv(at.jacobian)
         # dW = -W dJ W; the last axes are those of the angles
-        JW = np.einsum("kabc,kbd->kadc", at.first, W)  # (dJ W)
-        W1 = -np.einsum("kab,kbdc->kadc", W, JW)
+        self._JW = np.einsum("kabc,kbd->kadc", at.first, W)  # (dJ W)
+        self._W1 = -np.einsum("kab,kbdc->kadc", W, self._JW)
+        self._y = np.einsum("kji,kj->ki", W, self._torque)
+        self._s = np.einsum("kij,kj->ki", at.jacobian, self._rate)
+        self._parts = G, V, Q = slice(0, m), slice(m, 2 * m), slice(2 * m, 3 * m)
+        self._y1, self._s1, c1 = np.zeros((3, len(q), m, 3 * m))
+        self._y1[:, :, G] = W.swapaxes(1, 2)
+        self._y1[:, :, Q] = np.einsum("kjix,kj->kix", self._W1, self._torque)
+        self._s1[:, :, V] = at.jacobian
+        self._s1[:, :, Q] = np.einsum("kijx,kj->kix", at.first, self._rate)
+        p1 = self._y1 * self._s[..., None] + self._s1 * self._y[..., None]
+        c1[:, :, Q] = at.reach.first
+        self._seen = np.tile(signs, _ENTRIES)
+        self.first = np.concatenate([self._y1, self._s1, p1, c1], axis=1) * self._seen
+
+    def second(self) -> Array:
+        """Return the second derivatives, shape (K, 4 m, 3 m, 3 m)."""
+        at, W, JW, W1, (G, V, Q) = self._at, self._W, self._JW, self._W1, self._parts
         both = np.einsum("kab,kbcx,kcdy->kadxy", W, JW, JW)
         W2 = both + both.swapaxes(3, 4)
         W2 -= np.einsum("kab,kbcxy,kcd->kadxy", W, at.second, W)
-        y, s = np.einsum("kji,kj->ki", W, torque), np.einsum("kij,kj->ki", J, rate)
-        G, V, Q = slice(0, m), slice(m, 2 * m), slice(2 * m, 3 * m)
-        y1, s1 = np.zeros((2, count, m, 3 * m))
-        y2, s2 = np.zeros((2, count, m, 3 * m, 3 * m))
-        y1[:, :, G] = W.swapaxes(1, 2)
-        y1[:, :, Q] = np.einsum("kjix,kj->kix", W1, torque)
+        y2, s2, c2 = np.zeros((3, *self._y1.shape, self._y1.shape[-1]))
         y2[:, :, G, Q] = np.einsum("kjix->kijx", W1)
         y2[:, :, Q, G] = np.einsum("kjix->kixj", W1)
-        y2[:, :, Q, Q] = np.einsum("kjixy,kj->kixy", W2, torque)
-        s1[:, :, V] = J
-        s1[:, :, Q] = np.einsum("kijx,kj->kix", at.first, rate)
+        y2[:, :, Q, Q] = np.einsum("kjixy,kj->kixy", W2, self._torque)
         s2[:, :, V, Q] = at.first
         s2[:, :, Q, V] = np.einsum("kijx->kixj", at.first)
-        s2[:, :, Q, Q] = np.einsum("kijxy,kj->kixy", at.second, rate)
-        p1 = y1 * s[..., None] + s1 * y[..., None]
-        crossed = y1[..., :, None] * s1[..., None, :]
-        p2 = y2 * s[..., None, None] + s2 * y[..., None, None]
+        s2[:, :, Q, Q] = np.einsum("kijxy,kj->kixy", at.second, self._rate)
+        crossed = self._y1[..., :, None] * self._s1[..., None, :]
+        p2 = y2 * self._s[..., None, None] + s2 * self._y[..., None, None]
         p2 += crossed + crossed.swapaxes(2, 3)
-        seen = np.tile(signs, _ENTRIES)
-        c1, c2 = np.zeros((count, m, 3 * m)), np.zeros((count, m, 3 * m, 3 * m))
-        c1[:, :, Q], c2[:, :, Q, Q] = at.reach.first, at.reach.second
-        self.first = np.concatenate([y1, s1, p1, c1], axis=1) * seen
-        self.second = np.concatenate([y2, s2, p2, c2], axis=1) * seen * seen[:, None]
+        c2[:, :, Q, Q] = at.reach.second
+        found = np.concatenate([y2, s2, p2, c2], axis=1)
+        return np.asarray(found * self._seen * self._seen[:, None])
 
 
 @dataclass(frozen=True)

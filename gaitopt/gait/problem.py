@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -16,7 +17,7 @@ from gaitopt.gait.costs import CostContext, cost_function
 from gaitopt.gait.double_step import DoubleStepModel
 from gaitopt.gait.double_support import Posture
 from gaitopt.gait.functions import check_function
-from gaitopt.gait.grid import STRIDE_EDGES, Grid, parts
+from gaitopt.gait.grid import STRIDE_EDGES, Grid, over_steps, parts
 from gaitopt.gait.parameters import (
     FOOT_SPACING,
     STEP_LENGTH,
@@ -150,7 +151,7 @@ class WalkProblem(NLP):
         turns = [turn for turn in (model.landing_turn, model.foot_turn) if turn is not None]
         knots = np.unique(np.concatenate([knots, *(turn.knots for turn in turns)]))
         if len(self.models) > 1:
-            return self._of_steps(knots)
+            return np.concatenate([[0.0], over_steps(knots, self.edges), [1.0]])
         return knots
 
     @property
@@ -159,21 +160,7 @@ class WalkProblem(NLP):
         changes = self.schedule.changes
         if len(self.models) == 1:
             return changes
-        return np.unique(np.concatenate([self.edges[1:-1], self._of_steps(changes, ends=False)]))
-
-    def _of_steps(self, shares: Array, ends: bool = True) -> Array:
-        """Return the shares of the period of shares of each step, with those of its ends or not."""
-        lengths = np.diff(self.edges)
-        inner = [
-            begin + length * shares[(shares > 0.0) & (shares < 1.0)]
-            for begin, length in zip(self.edges, lengths, strict=False)
-        ]
-        return np.unique(np.concatenate([*([self.edges] if ends else []), *inner]))
-
-    @property
-    def ends(self) -> Array:
-        """Shares of the period at which a step begins or ends."""
-        return self.edges
+        return over_steps(changes, self.edges)
 
     def with_grid(self, grid: Grid) -> WalkProblem:
         """Return the same walk looked at on another grid."""
@@ -363,16 +350,27 @@ def constraint_blocks(robot: Robot, task: Task, grid: Grid) -> tuple[ConstraintB
         )
         for own in (parts(grid, STRIDE_EDGES, task.schedule.changes) if task.steps > 1 else [grid])
     ]  # fmt: skip
-    found = []
-    for make, constraints in (
-        (lambda one, context: one.block(context), CONSTRAINTS),
-        (checked_block, (*task.cost.constraints, *task.constraints)),
-    ):
-        for one in constraints:
-            if one.asked(contexts[0]):
-                blocks = [make(one, context) for context in contexts]
-                found.append(_over_period(blocks, grid, robot))
-    return tuple(found)
+    return tuple(_over_period(blocks, grid, robot) for blocks in asked_blocks(task, contexts))
+
+
+def asked_blocks(
+    task: Task, contexts: Sequence[ConstraintContext]
+) -> Iterator[list[ConstraintBlock]]:
+    """Yield the rows over each of several steps of every constraint asked for, own ones last.
+
+    Args:
+        task: of the steps.
+        contexts: of each of them.
+
+    Raises:
+        InputError: the rows of a constraint of the task's own do not fit together.
+    """
+    for one in CONSTRAINTS:
+        if one.asked(contexts[0]):
+            yield [one.block(context) for context in contexts]
+    for own in (*task.cost.constraints, *task.constraints):
+        if own.asked(contexts[0]):
+            yield [_checked_block(own, context) for context in contexts]
 
 
 def _over_period(blocks: list[ConstraintBlock], grid: Grid, robot: Robot) -> ConstraintBlock:
@@ -400,7 +398,7 @@ def _models(
     )
 
 
-def checked_block(constraint: Constraint, context: ConstraintContext) -> ConstraintBlock:
+def _checked_block(constraint: Constraint, context: ConstraintContext) -> ConstraintBlock:
     """Return the rows of a constraint of one's own if they fit together.
 
     Raises:

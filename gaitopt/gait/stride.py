@@ -111,10 +111,14 @@ class StepsLayout(ABC):
     def names(self) -> tuple[str, ...]:
         """Name of every entry of x."""
 
-    @property
-    @abstractmethod
+    @cached_property
     def charts(self) -> tuple[Chart, ...]:
         """Parameters of each step in x."""
+        return tuple(self._chart(number) for number in range(len(self.steps)))
+
+    @abstractmethod
+    def _chart(self, number: int) -> Chart:
+        """Return the parameters of a step in x."""
 
     @property
     @abstractmethod
@@ -185,25 +189,12 @@ class StrideLayout(StepsLayout):
         return sum(len(own) for own in self.own) + len(self.shared)
 
     @cached_property
-    def _names(self) -> tuple[str, ...]:
+    def names(self) -> tuple[str, ...]:
+        """Name of every entry of x."""
         first, second = (
             [layout.names[k] for k in own] for layout, own in zip(self.steps, self.own, strict=True)
         )
         return (*first, *(SECOND + name for name in second), *self.shared)
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Name of every entry of x."""
-        return self._names
-
-    @property
-    def charts(self) -> tuple[Chart, ...]:
-        """Parameters of either step in x."""
-        return self._charts
-
-    @cached_property
-    def _charts(self) -> tuple[Chart, ...]:
-        return tuple(self._chart(step) for step in range(2))
 
     @property
     def of_joints(self) -> list[int]:
@@ -261,13 +252,13 @@ class StrideLayout(StepsLayout):
             return None
         return self.size - len(self.shared) + self.shared.index(name)
 
-    def _chart(self, step: int) -> Chart:
-        layout, own = self.steps[step], self.own[step]
+    def _chart(self, number: int) -> Chart:
+        layout, own = self.steps[number], self.own[number]
         matrix, offset = np.zeros((layout.size, self.size)), np.zeros(layout.size)
-        begin = 0 if step == 0 else len(self.own[0])
+        begin = 0 if number == 0 else len(self.own[0])
         matrix[own, begin + np.arange(len(own))] = 1.0
         lasts, yaw = (self._shared_index(_name(row)) for row in (DURATION, FOOT_YAW))
-        sign = TURN_SIGNS[step] * self.turn_rate
+        sign = TURN_SIGNS[number] * self.turn_rate
         for name in set(layout.names) & {*_SHARED_NAMES}:
             at = layout.names.index(name)
             if name != _name(FOOT_YAW):
@@ -352,10 +343,17 @@ class Steps(ABC):
     def step_length(self) -> float:
         """The way that is walked in them [m]."""
 
-    @property
-    @abstractmethod
+    @cached_property
     def values(self) -> dict[Quantity, Array]:
         """Every quantity, see `read`."""
+        found = side_by_side([step.values for step in self.steps])
+        found[quantities.TRAVEL] = np.array([[self.step_length, self.duration]])
+        found[quantities.ADVANCE] = self._advance()
+        return found
+
+    @abstractmethod
+    def _advance(self) -> Array:
+        """Return the entries of `ADVANCE`, shape (1, 4), or (1, 0) where it has no meaning."""
 
     def read(self, what: Quantity) -> Array:
         """Return a quantity, the rows of each step after those of the one before."""
@@ -386,28 +384,14 @@ class Stride(Steps):
         """Length of the path of the stride [m]."""
         return self.pace * self.duration
 
-    @property
-    def values(self) -> dict[Quantity, Array]:
-        """Every quantity, see `read`."""
-        return self._values
-
-    @cached_property
-    def _values(self) -> dict[Quantity, Array]:
-        found = side_by_side([step.values for step in self.steps])
-        found[quantities.TRAVEL] = np.array([[self.step_length, self.duration]])
-        found[quantities.ADVANCE] = _advance([step.geometry for step in self.steps])
-        return found
+    def _advance(self) -> Array:
+        (d, s, T), (d2, s2, _) = (step.geometry[list(_ADVANCE)] for step in self.steps)
+        return np.array([[0.5 * (d + d2), 0.5 * (s2 - s), T, d]])
 
 
 def side_by_side(each: Sequence[dict[Quantity, Array]]) -> dict[Quantity, Array]:
     """Return quantities, or their Jacobians, of steps one after another."""
     return {what: np.concatenate([one[what] for one in each]) for what in each[0]}
-
-
-def _advance(geometry: Sequence[Array]) -> Array:
-    """The entries of `ADVANCE` from the geometric quantities of both steps, shape (1, 4)."""
-    (d, s, T), (d2, s2, _) = (one[list(_ADVANCE)] for one in geometry)
-    return np.array([[0.5 * (d + d2), 0.5 * (s2 - s), T, d]])
 
 
 _ADVANCE = (GEOMETRY_NAMES.index("step_length"), FOOT_SPACING, DURATION)

@@ -14,7 +14,7 @@ from typing import Any
 from gaitopt.bounds import POSTURES, at_most, shown
 from gaitopt.contact.flat_foot import FlatFoot
 from gaitopt.contact.heel_line import HeelLine
-from gaitopt.contact.schedule import Phase, Schedule, Transition
+from gaitopt.contact.schedule import Phase, PhaseEnd, Schedule
 from gaitopt.contact.toe_line import ToeLine
 from gaitopt.errors import InputError
 from gaitopt.gait.constraint import (
@@ -28,7 +28,7 @@ from gaitopt.gait.constraint import (
 )
 from gaitopt.gait.constraints import CONSTRAINTS, Margins
 from gaitopt.gait.costs import Cost, TorqueCost, per_second
-from gaitopt.gait.grid import QUADRATURES, Grid, of_stride, phase_grid, uniform_grid
+from gaitopt.gait.grid import QUADRATURES, STRIDE_EDGES, Grid, over_steps, phase_grid, uniform_grid
 from gaitopt.gait.parameters import (
     DURATION,
     FOOT_SPACING,
@@ -437,17 +437,17 @@ class Task:
         if self.double_support is not None:
             touch = 1.0 - self.double_support / self.duration
             gentle = self.touch_down == "gentle"
-            begin = Transition.TOUCH_DOWN if gentle else Transition.IMPACT
+            begin = PhaseEnd.TOUCH_DOWN if gentle else PhaseEnd.IMPACT
             rear = FlatFoot() if leaving is None else ToeLine(self.toe_strip)
-            closing = Phase(rear, touch, begin), Phase(rear, 1.0, Transition.LIFT_OFF, both=True)
+            closing = Phase(rear, touch, begin), Phase(rear, 1.0, PhaseEnd.LIFT_OFF, both=True)
             if leaving is None:
                 return Schedule(closing)
-            return Schedule((Phase(FlatFoot(), leaving, Transition.SMOOTH), *closing))
+            return Schedule((Phase(FlatFoot(), leaving, PhaseEnd.SMOOTH), *closing))
         phases = [Phase(FlatFoot())]
         if landing is not None:
-            phases = [Phase(HeelLine(self.heel_strip), landing, Transition.SMOOTH), *phases]
+            phases = [Phase(HeelLine(self.heel_strip), landing, PhaseEnd.SMOOTH), *phases]
         if leaving is not None:
-            flat = Phase(FlatFoot(), leaving, Transition.SMOOTH)
+            flat = Phase(FlatFoot(), leaving, PhaseEnd.SMOOTH)
             phases = [*phases[:-1], flat, Phase(ToeLine(self.toe_strip))]
         return Schedule(tuple(phases))
 
@@ -455,7 +455,7 @@ class Task:
     def grid(self) -> Grid:
         """The instants at which the step, or the stride of two, is looked at first."""
         if self.steps == 2:
-            changes = of_stride(self.schedule.changes)
+            changes = over_steps(self.schedule.changes, STRIDE_EDGES)
             return phase_grid(2 * self.samples - 1, self.quadrature, changes)
         return phase_grid(self.samples, self.quadrature, self.schedule.changes)
 

@@ -53,13 +53,10 @@ class FootTurning:
 
     def split(self, at: float) -> tuple[FootTurning, FootTurning]:
         """Return its parts before and after one of its inner knots [s]."""
-        inner = int(np.argmin(np.abs(self.knots - at)))
-        rate = self.motion(self.knots[inner : inner + 1])[1]
-        values, (first, last) = self.coefficients[:-2], self.coefficients[-2:]
-        before = np.concatenate([values[: inner + 1], [first], rate])
-        after = np.concatenate([values[inner:], rate, [last]])
-        knots = self.knots[: inner + 1], self.knots[inner:] - self.knots[inner]
-        return FootTurning(self.hinge, knots[0], before), FootTurning(self.hinge, knots[1], after)
+        (k1, before), (k2, after) = split_spline(self.knots, self.coefficients[:, None], at)
+        return (
+            FootTurning(self.hinge, k1, before[:, 0]), FootTurning(self.hinge, k2, after[:, 0]),
+        )  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,15 +116,8 @@ class TrajectoryPhase:
 
     def split(self, at: float) -> tuple[TrajectoryPhase, TrajectoryPhase]:
         """Return its parts before and after one of its inner knots [s]."""
-        inner = int(np.argmin(np.abs(self.knots - at)))
-        rate = self.motion(self.knots[inner : inner + 1])[1]
-        values, (first, last) = self.coefficients[:-2], self.coefficients[-2:]
-        before = np.concatenate([values[: inner + 1], first[None], rate])
-        after = np.concatenate([values[inner:], rate, last[None]])
-        return (
-            TrajectoryPhase(self.standing, self.knots[: inner + 1], before),
-            TrajectoryPhase(self.standing, self.knots[inner:] - self.knots[inner], after),
-        )
+        before, after = split_spline(self.knots, self.coefficients, at)
+        return TrajectoryPhase(self.standing, *before), TrajectoryPhase(self.standing, *after)
 
 
 def clamped_spline(knots: Array, coefficients: Array, times: Array) -> Array:
@@ -141,6 +131,23 @@ def clamped_spline(knots: Array, coefficients: Array, times: Array) -> Array:
     duration = float(knots[-1])
     basis = spline_basis(knots / duration, np.clip(times / duration, 0.0, 1.0))
     return np.asarray((basis.at(duration) @ coefficients).swapaxes(0, 1))
+
+
+def split_spline(
+    knots: Array, coefficients: Array, at: float
+) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
+    """Return knots and coefficients of a clamped spline before and after one of its inner knots.
+
+    Args:
+        knots, coefficients: as of `clamped_spline`.
+        at: the knot [s].
+    """
+    inner = int(np.argmin(np.abs(knots - at)))
+    rate = clamped_spline(knots, coefficients, knots[inner : inner + 1])[1]
+    values, first, last = coefficients[:-2], coefficients[-2:-1], coefficients[-1:]
+    before = np.concatenate([values[: inner + 1], first, rate])
+    after = np.concatenate([values[inner:], rate, last])
+    return (knots[: inner + 1], before), (knots[inner:] - knots[inner], after)
 
 
 @dataclass(frozen=True, eq=False)
@@ -398,7 +405,7 @@ class Trajectory:
         dynamics = _Dynamics(body)
         for part, number, rows in parts:
             if part.front is not None and not part.still:
-                self._close(motion, part, number, rows, [foot for foot, _ in standing], foot_motion)
+                self._close(motion, part, number, rows, foot_motion)
         q, v, a = (np.zeros((count, size + joints)) for size in (7, 6, 6))
         q[:, 7:], v[:, 6:], a[:, 6:] = motion
         torque, wrench = np.empty((count, joints)), np.empty((count, 6))
@@ -443,15 +450,13 @@ class Trajectory:
         part: TrajectoryPhase,
         step: int,
         rows: NDArray[np.int64],
-        standing: list[int],
         foot_motion: Array,
     ) -> None:
         """Move the leg of a second foot that stands to where its sole stays, see `motion`."""
         closing, start = _Closing(self.body), self._exchanged(part.motion(np.zeros(1))[0], step)[0]
-        turned = pin.exp6(part.foot_motion(np.zeros(1))[0, 0])
+        foot = 1 - part.standing if self._mirrored(step) else part.standing
+        target = pin.exp6(part.foot_motion(np.zeros(1))[0, 0]) * closing.between(start, foot)
         for k in rows:
-            foot = standing[k]
-            target = turned * closing.between(start, foot)
             closing.close(motion[:, k], foot, target, foot_motion[:, k])
 
     def _passive(self, motion: Array) -> Array | float:

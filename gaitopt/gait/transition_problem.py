@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from gaitopt.gait import quantities
 from gaitopt.gait.constraint import ConstraintBlock, ConstraintContext
-from gaitopt.gait.constraints import CONSTRAINTS, UNLIMITED_HEIGHT, Clearance, LandingSpeed
+from gaitopt.gait.constraints import UNLIMITED_HEIGHT, Clearance, LandingSpeed
 from gaitopt.gait.functions import Linear
 from gaitopt.gait.grid import Grid, parts, phase_grid
 from gaitopt.gait.parameters import (
@@ -32,7 +32,7 @@ from gaitopt.gait.parameters import (
     Layout,
     set_geometry,
 )
-from gaitopt.gait.problem import WalkProblem, checked_block, walk_layout
+from gaitopt.gait.problem import WalkProblem, asked_blocks, walk_layout
 from gaitopt.gait.quantities import Quantity
 from gaitopt.gait.step import Step, StepDerivatives
 from gaitopt.gait.step_model import Ends, Opening
@@ -160,26 +160,13 @@ class TransitionLayout(StepsLayout):
         return self._begins[-1]
 
     @cached_property
-    def _names(self) -> tuple[str, ...]:
+    def names(self) -> tuple[str, ...]:
+        """Name of every entry of x."""
         return tuple(
             f"step_{number + 1}_{layout.names[k]}"
             for number, (layout, own) in enumerate(zip(self.steps, self.own, strict=True))
             for k in own
         )
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Name of every entry of x."""
-        return self._names
-
-    @property
-    def charts(self) -> tuple[Chart, ...]:
-        """Parameters of each step in x."""
-        return self._charts
-
-    @cached_property
-    def _charts(self) -> tuple[Chart, ...]:
-        return tuple(self._chart(number) for number in range(len(self.steps)))
 
     @property
     def of_joints(self) -> list[int]:
@@ -227,7 +214,7 @@ class TransitionLayout(StepsLayout):
 
 
 @dataclass(frozen=True)
-class Passage(Steps):
+class TransitionSteps(Steps):
     """Steps of a transition, and the quantities of all of them one after another.
 
     Attributes:
@@ -255,17 +242,8 @@ class Passage(Steps):
         """Of each step [m]: how far its foot lands ahead, with which the next one begins."""
         return (*(step.step_length for step in self.steps[1:]), self.last_length)
 
-    @property
-    def values(self) -> dict[Quantity, Array]:
-        """Every quantity, see `read`."""
-        return self._values
-
-    @cached_property
-    def _values(self) -> dict[Quantity, Array]:
-        found = side_by_side([step.values for step in self.steps])
-        found[quantities.TRAVEL] = np.array([[self.step_length, self.duration]])
-        found[quantities.ADVANCE] = np.zeros((1, 0))
-        return found
+    def _advance(self) -> Array:
+        return np.zeros((1, 0))
 
 
 class TransitionProblem(WalkProblem):
@@ -322,8 +300,8 @@ class TransitionProblem(WalkProblem):
         after = Opening(np.zeros(0), finish.geometry, posture)
         return Ends(ImpactState(before, np.zeros(6)), after)
 
-    def _joined(self, x: Array, steps: tuple[Step, ...]) -> Passage:
-        return Passage(x, steps, float(self.transition.finish.geometry[STEP_LENGTH]))
+    def _joined(self, x: Array, steps: tuple[Step, ...]) -> TransitionSteps:
+        return TransitionSteps(x, steps, float(self.transition.finish.geometry[STEP_LENGTH]))
 
     def _together(self, derivatives: tuple[StepDerivatives, ...]) -> dict[Quantity, Array]:
         found = side_by_side([one.jacobians for one in derivatives])
@@ -380,20 +358,18 @@ def _blocks(robot: Robot, transition: TransitionTask, grid: Grid) -> tuple[Const
         for own, duration in zip(parts(grid, edges), transition.durations, strict=True)
     ]  # fmt: skip
     found = []
-    for one in (*CONSTRAINTS, *task.cost.constraints, *task.constraints):
-        if one.asked(contexts[0]):
-            make = one.block if one in CONSTRAINTS else lambda c, one=one: checked_block(one, c)
-            blocks = [make(context) for context in contexts]
-            blocks[0] = _inside(_without(blocks[0], _OF_START), 0.0)
-            blocks[-1] = _inside(_without(blocks[-1], _OF_IMPACT), 1.0)
-            if one.name == LandingSpeed.name and transition.finish.rests:
-                lower = np.full(blocks[-1].lower.shape, UNLIMITED_HEIGHT)
-                blocks[-1] = replace(blocks[-1], lower=lower)  # it lands at zero speed
-            if one.name in _HEIGHTS:
-                ends = transition.begin.rests, transition.finish.rests
-                blocks[0] = _weighed(blocks[0], ends[0], False)
-                blocks[-1] = _weighed(blocks[-1], False, ends[1])
-            found.append(joined_blocks(blocks, grid, edges, robot, PERIOD))
+    for blocks in asked_blocks(task, contexts):
+        name = blocks[0].name
+        blocks[0] = _inside(_without(blocks[0], _OF_START), 0.0)
+        blocks[-1] = _inside(_without(blocks[-1], _OF_IMPACT), 1.0)
+        if name == LandingSpeed.name and transition.finish.rests:
+            lower = np.full(blocks[-1].lower.shape, UNLIMITED_HEIGHT)
+            blocks[-1] = replace(blocks[-1], lower=lower)  # it lands at zero speed
+        if name in _HEIGHTS:
+            ends = transition.begin.rests, transition.finish.rests
+            blocks[0] = _weighed(blocks[0], ends[0], False)
+            blocks[-1] = _weighed(blocks[-1], False, ends[1])
+        found.append(joined_blocks(blocks, grid, edges, robot, PERIOD))
     return tuple(found)
 
 

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 import sys
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
 from gaitopt.bounds import MEGABYTE, TABLE, TEXT, read_bounded
-from gaitopt.errors import InputError, RobotError
+from gaitopt.errors import InputError, RobotError, did_you_mean
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -63,6 +64,30 @@ def parse_toml(
         return tomllib.loads(words, parse_float=_finite_or_inf)
     except (ValueError, RecursionError) as error:
         raise kind(f"{where}: not TOML: {str(error)[:_LONGEST_MESSAGE]}; {advice}") from None
+
+
+def check_keys(
+    where: str,
+    table: Mapping[str, object],
+    known: Iterable[str],
+    kind: type[InputError] = InputError,
+) -> None:
+    """Check that a table has no other entries than those known.
+
+    Args:
+        where: it stands, for messages.
+        table: of values by name.
+        known: names that are allowed.
+        kind: of the error.
+
+    Raises:
+        InputError: it has; of the class asked for.
+    """
+    names = [*known]
+    for name in table:
+        if name not in names:
+            hint = did_you_mean(name, names)
+            raise kind(f"{where}: unknown entry '{name}'; {hint}there are {', '.join(names)}")
 
 
 def _finite_or_inf(word: str) -> float:

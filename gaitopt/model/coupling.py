@@ -468,17 +468,13 @@ class Coupling:
         if not lacks.any():
             return found
         reflected = np.where(given, torque, np.inf)
+        ranges = self.limits(limits) if len(self.bent) else limits
         for row in np.flatnonzero(given):
-            reflected[row] *= self._least_slope(int(row), limits)
+            reflected[row] *= self._slopes(int(row), ranges)[0]
         of_motor = self._tightest(reflected, np.minimum)
         lacks &= np.isfinite(of_motor)
         found[self.free[lacks]] = of_motor[lacks]
         return found
-
-    def _least_slope(self, row: int, limits: JointLimits) -> float:
-        if row not in self.bent:
-            return abs(float(self.coefficients[row, 1]))
-        return self._slopes(row, self.limits(limits))[0]
 
     def _tightest(self, values: Array, tighter: np.ufunc) -> Array:
         """Return of each tie the tightest of the values of its joints, shape (m,)."""

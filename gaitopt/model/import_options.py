@@ -8,12 +8,11 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Iterable, Mapping, Sized
 from dataclasses import dataclass, fields, is_dataclass, replace
-from difflib import get_close_matches
 from fnmatch import fnmatchcase
 from pathlib import Path, PurePath
 from typing import Any
 
-from gaitopt.errors import RobotError
+from gaitopt.errors import RobotError, did_you_mean
 from gaitopt.importers.physics import PARTS
 from gaitopt.importers.text_files import parse_toml, read_text
 from gaitopt.model.feet.sole import Sole
@@ -509,9 +508,7 @@ def _checked_table(value: object, part: type, name: str, path: str | None = None
     known = [entry.name for entry in fields(part)]
     for key in value:
         if key not in known:
-            close = get_close_matches(str(key), known, n=1)
-            hint = f"did you mean {close[0]}? " if close else ""
-            where = f"{name}." if path is None else path
+            hint, where = did_you_mean(key, known), f"{name}." if path is None else path
             raise RobotError(f"unknown entry {where}{key}; {hint}known are: {', '.join(known)}")
     table = dict(value)
     for needed, advice in (

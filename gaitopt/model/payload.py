@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import replace
-from difflib import get_close_matches
 
 import numpy as np
 import pinocchio as pin
 
-from gaitopt.errors import RobotError
+from gaitopt.errors import RobotError, did_you_mean
 from gaitopt.importers.report import Finding
 from gaitopt.model.import_options import Payload
 from gaitopt.model.legs.kinematic_tree import LegJoints
@@ -63,10 +62,9 @@ def _placed(model: pin.Model, payload: Payload, legs: LegJoints) -> Payload:
     if name not in links and name in (TORSO, PELVIS):
         name = _link_of(model, _pelvis(model, legs) if name == PELVIS else _torso(model, legs))
     if name not in links:
-        close = get_close_matches(name, links, n=1)
-        hint = f"did you mean '{close[0]}'? " if close else ""
         raise RobotError(
-            f"payload: there is no link '{name}'; {hint}give {TORSO}, {PELVIS} or one of "
+            f"payload: there is no link '{name}'; {did_you_mean(name, links)}give {TORSO}, "
+            f"{PELVIS} or one of "
             f"{', '.join(links)}"
         )
     if payload.place is not None:

@@ -64,15 +64,25 @@ def export(
                 f"{' and '.join(given)} go with a named format; name one, as format 'mujoco'"
             )
         return export_step(gait, path, both_legs=both_legs)
-    form = format_named(format)
+    form = form_for(path, format)
     if both_legs:
         raise InputError(
             f"both legs are in every motion; leave that out with format '{format}', or ask for "
             "strides"
         )
+    return write_atomically(path, _content(gait, form, rate, strides, joints))
+
+
+def form_for(path: str | Path, format: str) -> MotionFormat:  # noqa: A002
+    """Return the form of motions of a name, for a file.
+
+    Raises:
+        InputError: there is none, or the name of the file ends otherwise.
+    """
+    form = format_named(format)
     if Path(path).suffix.lower() != form.suffix:
         raise InputError(f"cannot write '{path}': files of format '{format}' end in {form.suffix}")
-    return write_atomically(path, _content(gait, form, rate, strides, joints))
+    return form
 
 
 def export_transition(
@@ -98,9 +108,7 @@ def export_transition(
     Raises:
         InputError: as in `export`, or the form has no samples.
     """
-    form = format_named(format)
-    if Path(path).suffix.lower() != form.suffix:
-        raise InputError(f"cannot write '{path}': files of format '{format}' end in {form.suffix}")
+    form = form_for(path, format)
     return write_atomically(path, _content(transition, form, rate, None, joints))
 
 

@@ -18,15 +18,13 @@ from gaitopt.errors import EvaluationError, InputError, UnreachableError
 from gaitopt.gait.initial_guess import first_guess, resized
 from gaitopt.gait.problem import WalkProblem, walk_layout
 from gaitopt.nlp import Array, Solution
-from gaitopt.solvers import Solver
 from gaitopt.sweep.grid import with_values
 from gaitopt.sweep.scenario import Scenario, interpolated
 from gaitopt.sweep.semi_infinite import (
-    MAX_ITERATIONS,
     FeasibleWalk,
     joined,
+    path_solver,
     solve_between_samples,
-    warm_solver,
 )
 from gaitopt.sweep.warm_start import WarmStart
 
@@ -241,11 +239,6 @@ def _feasible(
         return solve_between_samples(sparse, x, active, solver, fine, cost_limit=cost_limit)
     except EvaluationError:
         return None
-
-
-def path_solver(options: DesignOptions) -> Solver:
-    """Return the solver for walks from their neighbours: it stops early at failure."""
-    return warm_solver(options).limited(MAX_ITERATIONS)
 
 
 def _warm_start(

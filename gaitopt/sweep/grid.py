@@ -243,13 +243,6 @@ class Grid:
         """Return the value of each quantity at a point."""
         return {a.name: a.values[i] for a, i in zip(self.axes, point, strict=True)}
 
-    def neighbours(self, point: Index) -> Iterator[tuple[int, Index]]:
-        """Yield the points one value away, each with the axis along which."""
-        for k, axis in enumerate(self.axes):
-            for step in (-1, 1):
-                if 0 <= point[k] + step < len(axis.values):
-                    yield k, (*point[:k], point[k] + step, *point[k + 1 :])
-
     @cached_property
     def levels(self) -> tuple[Level, ...]:
         """The grids through which it is explored, from every so many values to all of them."""

@@ -151,7 +151,7 @@ def _as_it_is(
     """Return a walk finished at the instants at which it presses, None if it is no walk there."""
     problem = sparse.with_grid(sparse.grid.with_instants(instants_of(sparse, walk.active)))
     start = Start(walk.x, placed(problem, walk.active))
-    solution = warm_solver(options).limited(MAX_ITERATIONS).solve(problem, start)
+    solution = path_solver(options).solve(problem, start)
     if not is_walk(solution):
         return None
     return finished(problem, options.solver.confirm(problem, solution), options.refine, fine)
@@ -169,3 +169,8 @@ def _designed(scenario: Scenario, walk: WarmStart, options: DesignOptions) -> De
 def warm_solver(options: DesignOptions) -> Solver:
     """Return the solver for starts that are nearly solutions."""
     return options.solver.first_stage.near_solution()
+
+
+def path_solver(options: DesignOptions) -> Solver:
+    """Return the solver for walks from their neighbours: it stops early at failure."""
+    return warm_solver(options).limited(MAX_ITERATIONS)

@@ -102,7 +102,7 @@ def promising(
     grid: Grid,
     walk_at: Callable[[Index], WarmStart | None],
     point: Index,
-    neighbours: Iterable[tuple[int, Index]] | None = None,
+    neighbours: Iterable[tuple[int, Index]],
 ) -> list[Index]:
     """Return the neighbours from which a point might reach a lower cost, the best first.
 
@@ -110,11 +110,11 @@ def promising(
         grid: of the sweep.
         walk_at: returns the walk known at a point, None where none was found.
         point: which; one without a walk is promised one by every neighbour that walks.
-        neighbours: of the point, each with its axis; by default those one value away.
+        neighbours: of the point, each with its axis, see `Level.neighbours`.
     """
     here = walk_at(point)
     found: list[tuple[float, Index]] = []
-    for axis, other in grid.neighbours(point) if neighbours is None else neighbours:
+    for axis, other in neighbours:
         there = walk_at(other)
         if there is None or (here is not None and _followed(there, grid.name(point))):
             continue

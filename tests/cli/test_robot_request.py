@@ -132,7 +132,7 @@ def test_parameters_of_the_biped_by_words(cli, tmp_path):
             biped_spec({**other, "set": {"shin": 0.42}})
     refused = cli("optimise", "--set", "shn=0.4")
     assert refused.exit_code == 2
-    assert "unknown entry shn; did you mean shin?" in refused.stderr
+    assert "unknown entry shn; did you mean 'shin'?" in refused.stderr
     path = tmp_path / "task.toml"
     path.write_text('[robot]\nset = { shin = "42cm", "hip width" = "20cm" }\n')
     settings = make_request({"set": {"shin": 0.4}}, path).settings

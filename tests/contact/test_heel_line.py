@@ -9,7 +9,7 @@ from numerics import check_differences, jacobian_difference, relative_error, ste
 
 from gaitopt.contact.flat_foot import FlatFoot
 from gaitopt.contact.heel_line import HeelLine
-from gaitopt.contact.schedule import Phase, Schedule, Transition
+from gaitopt.contact.schedule import Phase, PhaseEnd, Schedule
 from gaitopt.design.certificate import fine_grid
 from gaitopt.design.referee import ask_referee
 from gaitopt.gait.assemble import gait_at
@@ -30,7 +30,7 @@ class OnHeel(Task):
 
     @property
     def schedule(self):
-        return Schedule((Phase(FlatFoot(), 0.7, Transition.SMOOTH), Phase(HEEL)))
+        return Schedule((Phase(FlatFoot(), 0.7, PhaseEnd.SMOOTH), Phase(HEEL)))
 
 
 @pytest.fixture(scope="module")

@@ -5,20 +5,20 @@ import pytest
 
 from gaitopt.contact.flat_foot import FlatFoot
 from gaitopt.contact.heel_line import HeelLine
-from gaitopt.contact.schedule import AFTER, LegExchange, Phase, Schedule, Transition
+from gaitopt.contact.schedule import AFTER, LegExchange, Phase, PhaseEnd, Schedule
 from gaitopt.contact.toe_line import ToeLine
 from gaitopt.errors import InputError
 from gaitopt.gait.grid import phase_grid, uniform_grid
 from gaitopt.gait.task import Task
 
-SMOOTH, IMPACT = Transition.SMOOTH, Transition.IMPACT
+SMOOTH, IMPACT = PhaseEnd.SMOOTH, PhaseEnd.IMPACT
 TWO = Schedule((Phase(FlatFoot(), 0.7, SMOOTH), Phase(FlatFoot())))
 
 
 def test_paper_walk_is_one_phase_on_the_flat_foot(robot):
     schedule = Task().schedule
     assert [p.contact for p in schedule.phases] == [FlatFoot()]
-    assert schedule.last.transition is IMPACT
+    assert schedule.last.ends_by is IMPACT
     assert schedule.changes.size == 0
     E = schedule.symmetry.joint_map(robot)
     assert np.array_equal(E @ E, np.eye(len(E)))

@@ -74,7 +74,7 @@ def test_extremes_that_vanish_at_the_end_are_held_as_far_from_it_as_refinement_a
     _, fine, x, active, held = at_extremes
     nearest = {}
     for one in held:
-        distance = np.abs(fine.ends - one.row.instant).min()
+        distance = np.abs(fine.edges - one.row.instant).min()
         if 0.0 < distance < 0.05:
             nearest[one.row.constraint, one.row.entry] = distance
     assert nearest
@@ -86,7 +86,7 @@ def test_extremes_that_vanish_at_the_end_are_held_as_far_from_it_as_refinement_a
     again = _at_extremes(fine, x, closer)
     bends = {e.constraint: e.curvature for e in located(fine, x) if abs(e.at_end) < REFINED}
     for one in again:
-        distance = np.abs(fine.ends - one.row.instant).min()
+        distance = np.abs(fine.edges - one.row.instant).min()
         if 0.0 < distance < 0.05 and one.row.constraint in bends:
             assert distance > 1e-5
 

@@ -11,7 +11,7 @@ from walks import walk
 
 from gaitopt.catalogue.entries import description, entry_by_name
 from gaitopt.cli.report import print_gait
-from gaitopt.contact.schedule import Transition
+from gaitopt.contact.schedule import PhaseEnd
 from gaitopt.design.both_feet import carried_over, gentle, impact_possible
 from gaitopt.design.design import design
 from gaitopt.design.options import DesignOptions
@@ -52,8 +52,8 @@ def gait(found):
 
 def test_it_is_certified_and_both_feet_take_an_impulse(found):
     assert found.certificate.verdict == "certified"
-    kinds = [phase.transition for phase in found.problem.schedule.phases]
-    assert kinds == [Transition.IMPACT, Transition.LIFT_OFF]
+    kinds = [phase.ends_by for phase in found.problem.schedule.phases]
+    assert kinds == [PhaseEnd.IMPACT, PhaseEnd.LIFT_OFF]
     step, margins = found.problem.step(found.solution.x), found.problem.task.margins
     for what in (quantities.IMPULSE, quantities.REAR_IMPULSE):
         (impulse,) = step.read(what)

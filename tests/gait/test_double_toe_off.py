@@ -11,7 +11,7 @@ from numerics import relative_error
 from walks import walk
 
 from gaitopt.contact.flat_foot import FlatFoot
-from gaitopt.contact.schedule import Phase, Schedule, Transition
+from gaitopt.contact.schedule import Phase, PhaseEnd, Schedule
 from gaitopt.contact.toe_line import ToeLine
 from gaitopt.design.audit import audit
 from gaitopt.design.design import design
@@ -178,6 +178,6 @@ def test_the_search_ends_before_the_touch_down():
 
 def test_a_rear_foot_that_changes_its_contact_at_touch_down_is_refused():
     toe, flat = ToeLine(0.01), FlatFoot()
-    ends = Phase(toe, 0.8, Transition.TOUCH_DOWN), Phase(flat, 1.0, Transition.LIFT_OFF, both=True)
+    ends = Phase(toe, 0.8, PhaseEnd.TOUCH_DOWN), Phase(flat, 1.0, PhaseEnd.LIFT_OFF, both=True)
     with pytest.raises(InputError, match="let it stand flat between"):
-        Schedule((Phase(flat, 0.6, Transition.SMOOTH), *ends))
+        Schedule((Phase(flat, 0.6, PhaseEnd.SMOOTH), *ends))

@@ -12,7 +12,7 @@ from rich.console import Console
 from walks import walk
 
 from gaitopt.cli.report import print_gait
-from gaitopt.contact.schedule import Transition
+from gaitopt.contact.schedule import PhaseEnd
 from gaitopt.design.certificate import certify
 from gaitopt.design.design import design
 from gaitopt.design.options import DesignOptions
@@ -56,7 +56,7 @@ def test_it_is_certified(found):
     assert found.certificate.verdict == "certified"
     assert found.certificate.both_feet_stay
     schedule = found.problem.schedule
-    assert [p.transition for p in schedule.phases] == [Transition.TOUCH_DOWN, Transition.LIFT_OFF]
+    assert [p.ends_by for p in schedule.phases] == [PhaseEnd.TOUCH_DOWN, PhaseEnd.LIFT_OFF]
     assert [p.both for p in schedule.phases] == [False, True]
 
 

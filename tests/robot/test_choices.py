@@ -113,11 +113,14 @@ def test_a_toml_file_and_its_text_are_read(tmp_path):
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ('foward = "x"', r"unknown entry foward; did you mean forward\? known are: feet, stance,"),
-        ("[sole]\ntoes = 1", r"unknown entry sole.toes; did you mean toe\? known are: toe, heel"),
+        (
+            'foward = "x"',
+            r"unknown entry foward; did you mean 'forward'\? known are: feet, ",
+        ),
+        ("[sole]\ntoes = 1", r"unknown entry sole.toes; did you mean 'toe'\? known are: toe, heel"),
         ("[sole]\ntoe = 1", "sole.heel is missing; give toe, heel, left and right"),
         ("[sole]\ntoe = 'a'\nheel=0\nleft=1\nright=0", "toe = 'a' is wrong; give a number in m"),
-        ("[[limits]]\njoints='*'\ntorqe=1", "unknown entry limits.torqe; did you mean torque"),
+        ("[[limits]]\njoints='*'\ntorqe=1", "unknown entry limits.torqe; did you mean 'torque'"),
         ("[[limits]]\ntorque=1", "limits: joints is missing"),
         ("[[limits]]\njoints='*k'\ntorque=-1", r"limits of '\*k': torque is -1; it must be > 0"),
         (

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from difflib import get_close_matches
 from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
 import pinocchio as pin
 
-from gaitopt.errors import RobotError
+from gaitopt.errors import RobotError, did_you_mean
 from gaitopt.importers.report import Finding, How
 from gaitopt.importers.text_files import read_text
 from gaitopt.importers.ties import Tie
@@ -164,9 +163,8 @@ def reference_configuration(model: pin.Model, angles: Angles) -> Array:
     q = np.array(pin.neutral(model))
     for name, angle in angles.items():
         if not model.existJointName(name):
-            close = get_close_matches(name, list(model.names), n=1)
-            hint = f"; did you mean '{close[0]}'?" if close else ""
-            raise RobotError(f"posture: the robot has no joint '{name}'{hint}")
+            hint = did_you_mean(name, map(str, model.names))
+            raise RobotError(f"posture: the robot has no joint '{name}'{hint and f'; {hint[:-1]}'}")
         joint = model.joints[model.getJointId(name)]
         if joint.nq == 1:
             q[joint.idx_q] = angle
