@@ -23,7 +23,7 @@ from gaitopt.solvers.qp import QuadraticProgram, solve_qp
 from gaitopt.solvers.solver import Iterate
 
 ROUNDS = 8
-"""Times rows are added before all of them are given (almost always one suffices: measured)."""
+"""Times rows are added before all of them are given (one or two suffice mostly: measured)."""
 MISSED = 1e-10
 """Violation from which a row left out is added."""
 STIFFNESS = 1e-3
@@ -31,9 +31,10 @@ STIFFNESS = 1e-3
 
 ACTIVE = 1e-7
 """Multipliers below this fraction of the largest count as zero."""
-REACH = 0.3
+REACH = 0.01
 """Rows nearer than this share of the largest change a step can make are given to the quadratic
-program (measured: one round nearly always suffices)."""
+program at first. A program with a tenth of the rows is solved in a fifth of the time, so that one
+or two rounds more are cheaper than rows that do not matter (measured)."""
 
 Mask = NDArray[np.bool_]
 Indices = NDArray[np.intp]
@@ -104,7 +105,7 @@ def build_model(
         hessian=hessian,
         convex=convex,
         jacobian=jacobian,
-        row_sizes=np.abs(jacobian).sum(axis=1),
+        row_sizes=np.abs(point.jacobian) @ scale,
         below=nlp.rows.lower - point.rows,
         above=nlp.rows.upper - point.rows,
         bound_below=(nlp.variables.lower - point.x) / scale,
