@@ -2,8 +2,8 @@
 
 python benchmarks/walks.py [--quick]
 
-The tables of docs/simulation.md are made of it: it prints them. Robots whose package is not
-installed are left out.
+The tables of docs/performance.md are made of it. Robots whose package is not installed are left
+out.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 from common import arguments, robot_of, save
-from tables import table
+from walks_section import walk_table
 
 from gaitopt import biped13, urdf_text
 from gaitopt.catalogue.entries import description, entry_by_name
@@ -156,29 +156,6 @@ def ways() -> Iterator[dict[str, Any]]:
         yield {**row, "verdict": found.certificate.verdict, **walked(found.gait, DEFAULT_STEPS)}
 
 
-def line(row: dict[str, Any]) -> list[str]:
-    """Return a walk as a line of the table."""
-    cells = [f"{row['robot']} {row['speed']:.2f} m/s"]
-    if "steps" not in row:
-        return [*cells, row["verdict"], *[""] * 5]
-    end = f"{row['steps']}" if row["steps"] == row["asked"] else f"fell after {row['steps']}"
-    ratios = (row["speed_ratio"], row["cost_ratio"])
-    numbers = ("-" if one is None else f"{one:.3f}" for one in ratios)
-    designed = row["designed_cost"]
-    return [
-        *cells,
-        end,
-        *numbers,
-        "-" if designed is None else f"{designed:.0f}",
-        f"{row['real_time']:.1f}",
-        f"{row['second_engine']:.0e}",
-    ]
-
-
-HEAD = ("gait", "steps", "speed / designed", "cost / designed", "designed cost", "x real time",
-        "second engine")  # fmt: skip
-
-
 def thorough() -> dict[str, Any]:
     """Return what a robust biped at 1 m/s survives."""
     robot = robot_of()
@@ -206,7 +183,7 @@ def main(quick: bool) -> None:
     with small_matrices():
         for name, part in parts.items():
             found[name] = list(part())
-            print(f"\n{name.capitalize()}\n\n{table(HEAD, map(line, found[name]))}", flush=True)
+            print(f"\n{name.capitalize()}\n\n{walk_table(found[name])}", flush=True)
             save("walks", found, quick)
         walking = [row for row in found["library"] if row.get("steps") == row.get("asked", 0)]
         found["share"] = len(walking) / len(found["library"])

@@ -31,14 +31,12 @@ def second_engine(data: list[Record]) -> str:
 
 def walks(data: Record) -> str:
     """A hundred steps of many robots, every way, defaults, a library, and what is survived."""
-    head = ("gait", "steps", "speed / designed", "cost / designed", "designed cost, N²·m·s",
-            "times real time", "cause of a fall")  # fmt: skip
     titles = {
         "robust": "Preset `robust`", "ways": "Every way, 20 steps",
         "default": "Without further options, 20 steps",
         "library": f"A library of the biped, `robust`: {100.0 * data['share']:.0f} % walk",
     }  # fmt: skip
-    parts = [f"{title}:\n\n{table(head, map(_walk, data[name]))}" for name, title in titles.items()]
+    parts = [f"{title}:\n\n{walk_table(data[name])}" for name, title in titles.items()]
     passed = sum(data["checks"].values())
     pushes = ", ".join(f"{size:.0f} N·s {way}" for way, size in data["pushes_Ns"].items())
     parts.append(
@@ -48,10 +46,18 @@ def walks(data: Record) -> str:
     return "\n\n".join(parts)
 
 
+def walk_table(rows: list[Record]) -> str:
+    """Simulated walks, a line each."""
+    head = ("gait", "steps", "speed / designed", "cost / designed", "designed cost, N²·m·s",
+            "times real time", "second engine", "cause of a fall")  # fmt: skip
+    return table(head, map(_walk, rows))
+
+
 def _walk(row: Record) -> list[str]:
     name = f"{row['robot']} {row['speed']:.2f} m/s"
     if "steps" not in row:
-        return [name, "no walk", *[""] * 4, row["verdict"]]
+        return [name, "no walk", *[""] * 5, row["verdict"]]
     numbers = (row[key] for key in ("speed_ratio", "cost_ratio", "designed_cost", "real_time"))
-    ratio, cost, designed, pace = ("-" if one is None else f"{one:.4g}" for one in numbers)
-    return [name, f"{row['steps']} of {row['asked']}", ratio, cost, designed, pace, row["cause"]]
+    shown = ("-" if one is None else f"{one:.4g}" for one in numbers)
+    steps = f"{row['steps']} of {row['asked']}"
+    return [name, steps, *shown, f"{row['second_engine']:.0e}", row["cause"]]

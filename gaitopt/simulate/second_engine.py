@@ -141,9 +141,7 @@ def impact(
 
     Where the gait lands on a line of the sole, only what the line holds stops.
     """
-    mass = np.zeros((robot.model.nv, robot.model.nv))
-    mujoco.mj_fullM(robot.model, data, mass)
-    J, flat, free = sole_jacobian(robot, data, foot), np.eye(6), robot.free(data.qpos)
+    J, flat = sole_jacobian(robot, data, foot), np.eye(6)
     if gait.lands_on_line:
         twist = gait.landing_hinge
         R = data.site_xmat[robot.site[foot]].reshape(3, 3)
@@ -151,13 +149,9 @@ def impact(
         J = across.T @ np.concatenate([R.T @ J[:3], R.T @ J[3:]])
         landed = gait.steps[foot % len(gait.steps)]  # the step that stands on that foot
         flat = pin.exp6(landed.landing_angle * twist).toDualActionMatrix() @ across
-    J = J @ free
-    by_impulse = np.linalg.solve(free.T @ mass @ free, J.T)
-    before = np.concatenate([data.qvel[:6], data.qvel[robot.dof]])
-    impulse = np.linalg.solve(J @ by_impulse, -J @ before)
-    after = before + by_impulse @ impulse
+    after, impulse = _stopped(robot, data, J)
     found = flat @ impulse if gait.lands_on_line else _in_sole(robot, data, foot, impulse)
-    return after[6:], np.asarray(found)
+    return after, np.asarray(found)
 
 
 def _impact_of_both(robot: SimulatedRobot, data: mujoco.MjData, gait: Gait) -> tuple[Array, Array]:
@@ -169,17 +163,27 @@ def _impact_of_both(robot: SimulatedRobot, data: mujoco.MjData, gait: Gait) -> t
     q, v = before.configuration[0], before.velocity[0]
     data.qpos[:], data.qvel[:] = robot.position(q), robot.velocity(q, v)
     mujoco.mj_forward(robot.model, data)
+    rear = int(before.standing[0])
+    feet = (1 - rear, rear)
+    J = np.concatenate([sole_jacobian(robot, data, foot) for foot in feet])
+    after, impulse = _stopped(robot, data, J)
+    each = zip(feet, np.split(impulse, 2), strict=True)
+    return after, np.concatenate([_in_sole(robot, data, foot, push) for foot, push in each])
+
+
+def _stopped(robot: SimulatedRobot, data: mujoco.MjData, J: Array) -> tuple[Array, Array]:
+    """Return the motors' rates (n,) after what J (k, nv) sees stops at once, and the impulse (k,).
+
+    From the state of the data.
+    """
     mass = np.zeros((robot.model.nv, robot.model.nv))
     mujoco.mj_fullM(robot.model, data, mass)
-    rear = int(before.standing[0])
-    feet, free = (1 - rear, rear), robot.free(data.qpos)
-    J = np.concatenate([sole_jacobian(robot, data, foot) for foot in feet]) @ free
+    free = robot.free(data.qpos)
+    J = J @ free
     by_impulse = np.linalg.solve(free.T @ mass @ free, J.T)
-    moving = np.concatenate([data.qvel[:6], data.qvel[robot.dof]])
-    impulse = np.linalg.solve(J @ by_impulse, -J @ moving)
-    each = zip(feet, np.split(impulse, 2), strict=True)
-    found = np.concatenate([_in_sole(robot, data, foot, push) for foot, push in each])
-    return (moving + by_impulse @ impulse)[6:], found
+    before = np.concatenate([data.qvel[:6], data.qvel[robot.dof]])
+    impulse = np.linalg.solve(J @ by_impulse, -J @ before)
+    return (before + by_impulse @ impulse)[6:], impulse
 
 
 def _pushed(robot: SimulatedRobot, data: mujoco.MjData, foot: int, wrench: Array) -> Array:

@@ -7,23 +7,21 @@ for large-scale nonlinear programming", Mathematical Programming 106 (2006).
 from __future__ import annotations
 
 import importlib
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
 
 from gaitopt.errors import MissingExtraError
-from gaitopt.nlp import NLP, Array, ProgressCallback, Solution, Start, Status, StopCallback
+from gaitopt.nlp import Array, Point, Solution, Status
 from gaitopt.settings import checked
 from gaitopt.solvers.adapters import ScaledProgram
 from gaitopt.solvers.multipliers import one_sided
 from gaitopt.solvers.solver import (
     Iterate,
     Recorder,
-    Solver,
-    begin,
+    SingleStage,
     make_iterate,
-    require_positive,
     with_least_squares_multipliers,
 )
 from gaitopt.solvers.subproblem import Indices
@@ -39,13 +37,16 @@ STATUS = {
 
 @checked
 @dataclass(frozen=True)
-class Ipopt(Solver):
+class Ipopt(SingleStage):
     """Interior point method of IPOPT.
 
     Attributes:
         tolerance: on the gradient of the Lagrangian and on complementarity.
         feasibility: on the largest violation of a row or bound.
         max_iterations: of IPOPT.
+
+    Raises:
+        MissingExtraError: when it solves, and cyipopt is not installed.
     """
 
     name: ClassVar[str] = "ipopt"
@@ -53,33 +54,13 @@ class Ipopt(Solver):
     feasibility: float = FEASIBILITY
     max_iterations: int = 1000
 
-    def __post_init__(self) -> None:
-        """Check the options.
-
-        Raises:
-            InputError: an option cannot be used.
-        """
-        require_positive(self.name, **asdict(self))
-
-    def solve(
-        self,
-        nlp: NLP,
-        start: Start,
-        on_progress: ProgressCallback | None = None,
-        stop: StopCallback | None = None,
-    ) -> Solution:
-        """Solve the program; see `Solver.solve`.
-
-        Raises:
-            MissingExtraError: cyipopt is not installed.
-        """
+    def _solved(self, recorder: Recorder, point: Point, multipliers: Array | None) -> Solution:
+        del multipliers  # it finds its own
+        nlp = recorder.evaluator.nlp
         try:
             cyipopt = importlib.import_module("cyipopt")
         except ImportError as error:
             raise MissingExtraError("solver ipopt", "ipopt") from error
-        recorder, point = begin(self.name, nlp, start, on_progress, stop)
-        if point is None:
-            return recorder.failure(start.x)
         callbacks = _Callbacks(ScaledProgram(recorder.evaluator, point), recorder)
         callbacks.problem = problem = self._problem(cyipopt, callbacks)
         u, info = problem.solve(point.x / nlp.variables.scale)

@@ -14,21 +14,20 @@ strict local minimum (Theorem 12.6), and not only a point where the first-order 
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 
 from gaitopt.errors import EvaluationError
-from gaitopt.nlp import NLP, Array, ProgressCallback, Solution, Start, Status, StopCallback
+from gaitopt.nlp import NLP, Array, Point, Solution, Status
 from gaitopt.settings import checked
 from gaitopt.solvers.adapters import Evaluator
 from gaitopt.solvers.hessian import RANK
 from gaitopt.solvers.solver import (
     Iterate,
-    Solver,
-    begin,
-    require_positive,
+    Recorder,
+    SingleStage,
     with_least_squares_multipliers,
 )
 from gaitopt.tolerances import FEASIBILITY, OPTIMALITY
@@ -41,10 +40,10 @@ DAMPING = 1e-5
 
 @checked
 @dataclass(frozen=True)
-class Newton(Solver):
+class Newton(SingleStage):
     """Newton's method from a start that is nearly a solution; from elsewhere it goes nowhere.
 
-    At least one step is taken: a start's own optimality is no news.
+    At least one step is taken: a start's own optimality is no news. Its multipliers are not used.
 
     Attributes:
         tolerance: on the gradient of the Lagrangian and on complementarity.
@@ -57,25 +56,9 @@ class Newton(Solver):
     feasibility: float = FEASIBILITY
     max_iterations: int = 4
 
-    def __post_init__(self) -> None:
-        """Check the options.
-
-        Raises:
-            InputError: an option cannot be used.
-        """
-        require_positive(self.name, **asdict(self))
-
-    def solve(
-        self,
-        nlp: NLP,
-        start: Start,
-        on_progress: ProgressCallback | None = None,
-        stop: StopCallback | None = None,
-    ) -> Solution:
-        """Solve the program; see `Solver.solve`. Multipliers of the start are not used."""
-        recorder, point = begin(self.name, nlp, start, on_progress, stop)
-        if point is None:
-            return recorder.failure(start.x)
+    def _solved(self, recorder: Recorder, point: Point, multipliers: Array | None) -> Solution:
+        del multipliers  # it finds its own
+        nlp = recorder.evaluator.nlp
         iterate, status = with_least_squares_multipliers(nlp, point), Status.STALLED
         recorder.record(iterate)
         for _ in range(self.max_iterations):

@@ -8,21 +8,19 @@ one to compare with. It returns no multipliers; they are those of `multipliers`.
 from __future__ import annotations
 
 import warnings
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
 
-from gaitopt.nlp import NLP, Array, ProgressCallback, Solution, Start, Status, StopCallback
+from gaitopt.nlp import Array, Point, Solution, Status
 from gaitopt.settings import checked
 from gaitopt.solvers.adapters import ScaledProgram
 from gaitopt.solvers.solver import (
     Iterate,
     Recorder,
-    Solver,
-    begin,
+    SingleStage,
     is_unbounded,
-    require_positive,
     with_least_squares_multipliers,
 )
 from gaitopt.tolerances import FEASIBLE
@@ -41,7 +39,7 @@ RESTART_GAIN = 0.9
 
 @checked
 @dataclass(frozen=True)
-class SLSQP(Solver):
+class SLSQP(SingleStage):
     """Quasi-Newton SQP of SciPy, on one-sided rows and scaled variables.
 
     Attributes:
@@ -57,25 +55,8 @@ class SLSQP(Solver):
     cost_tolerance: float = 1e-12
     max_iterations: int = 500
 
-    def __post_init__(self) -> None:
-        """Check the options.
-
-        Raises:
-            InputError: an option cannot be used.
-        """
-        require_positive(self.name, **asdict(self))
-
-    def solve(
-        self,
-        nlp: NLP,
-        start: Start,
-        on_progress: ProgressCallback | None = None,
-        stop: StopCallback | None = None,
-    ) -> Solution:
-        """Solve the program; see `Solver.solve`."""
-        recorder, point = begin(self.name, nlp, start, on_progress, stop)
-        if point is None:
-            return recorder.failure(start.x)
+    def _solved(self, recorder: Recorder, point: Point, multipliers: Array | None) -> Solution:
+        del multipliers  # it finds its own
         program = ScaledProgram(recorder.evaluator, point)
         last = _judge(program, point.x / program.scale)
         recorder.record(last)

@@ -264,29 +264,44 @@ class Recorder:
         )
 
 
-def begin(
-    name: str,
-    nlp: NLP,
-    start: Start,
-    on_progress: ProgressCallback | None,
-    stop: StopCallback | None,
-) -> tuple[Recorder, Point | None]:
-    """Begin a run: its recorder, and the start moved into its bounds, None if it has no value.
+class SingleStage(Solver):
+    """A method that runs once, from a point at which the program has a value.
 
-    Args:
-        name: of the solver.
-        nlp: the program.
-        start: where to begin.
-        on_progress: called for every iteration.
-        stop: asked after every iteration.
+    A dataclass, whose numbers are options above zero.
+
+    Raises:
+        InputError: an option cannot be used.
     """
-    evaluator = Evaluator(nlp)
-    recorder = Recorder(name, evaluator, on_progress, stop)
-    try:
-        point = evaluator.point(np.clip(start.x, nlp.variables.lower, nlp.variables.upper))
-    except EvaluationError:
-        return recorder, None
-    return recorder, point
+
+    def __post_init__(self) -> None:
+        numbers = {name: v for name, v in vars(self).items() if not isinstance(v, str)}
+        require_positive(self.name, **numbers)
+
+    def solve(
+        self,
+        nlp: NLP,
+        start: Start,
+        on_progress: ProgressCallback | None = None,
+        stop: StopCallback | None = None,
+    ) -> Solution:
+        """Solve the program; see `Solver.solve`."""
+        evaluator = Evaluator(nlp)
+        recorder = Recorder(self.name, evaluator, on_progress, stop)
+        try:
+            point = evaluator.point(np.clip(start.x, nlp.variables.lower, nlp.variables.upper))
+        except EvaluationError:
+            return recorder.failure(start.x)
+        return self._solved(recorder, point, start.multipliers)
+
+    @abstractmethod
+    def _solved(self, recorder: Recorder, point: Point, multipliers: Array | None) -> Solution:
+        """Return what the method comes to.
+
+        Args:
+            recorder: of the run, with the program; it has nothing yet.
+            point: the program at the start, moved into its bounds.
+            multipliers: of the rows at the start, shape (m,), None where they are not known.
+        """
 
 
 def _better(a: Iterate, b: Iterate) -> bool:

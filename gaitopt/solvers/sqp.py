@@ -17,7 +17,7 @@ from typing import ClassVar
 import numpy as np
 
 from gaitopt.errors import EvaluationError
-from gaitopt.nlp import NLP, Point, ProgressCallback, Solution, Start, Status, StopCallback
+from gaitopt.nlp import NLP, Array, Point, Solution, Status
 from gaitopt.settings import checked, entry
 from gaitopt.solvers.globalization import (
     CEILING,
@@ -41,12 +41,10 @@ from gaitopt.solvers.qp import BACKENDS
 from gaitopt.solvers.solver import (
     Iterate,
     Recorder,
-    Solver,
-    begin,
+    SingleStage,
     is_unbounded,
     make_iterate,
     require_choice,
-    require_positive,
     with_least_squares_multipliers,
 )
 from gaitopt.solvers.subproblem import (
@@ -84,7 +82,7 @@ does not recognise."""
 
 @checked
 @dataclass(frozen=True)
-class SQP(Solver):
+class SQP(SingleStage):
     """Filter trust-region SQP: few evaluations, from far away too.
 
     Attributes:
@@ -121,39 +119,14 @@ class SQP(Solver):
     max_penalty: float = 1e6
 
     def __post_init__(self) -> None:
-        """Check the options.
-
-        Raises:
-            InputError: an option cannot be used.
-        """
+        super().__post_init__()
         require_choice(self.name, "hessian", self.hessian, ("exact", "bfgs"))
         require_choice(self.name, "qp_solver", self.qp_solver, BACKENDS)
-        require_positive(
-            self.name,
-            tolerance=self.tolerance,
-            feasibility=self.feasibility,
-            max_iterations=self.max_iterations,
-            initial_radius=self.initial_radius,
-            max_radius=self.max_radius,
-            min_radius=self.min_radius,
-            penalty=self.penalty,
-            max_penalty=self.max_penalty,
-        )
 
-    def solve(
-        self,
-        nlp: NLP,
-        start: Start,
-        on_progress: ProgressCallback | None = None,
-        stop: StopCallback | None = None,
-    ) -> Solution:
-        """Solve the program; see `Solver.solve`."""
-        recorder, point = begin(self.name, nlp, start, on_progress, stop)
-        if point is None:
-            return recorder.failure(start.x)
-        multipliers = np.zeros(nlp.rows.lower.size)
-        if start.multipliers is not None:
-            multipliers = one_sided(start.multipliers, nlp.rows.lower, nlp.rows.upper)
+    def _solved(self, recorder: Recorder, point: Point, multipliers: Array | None) -> Solution:
+        nlp = recorder.evaluator.nlp
+        known = np.zeros(nlp.rows.lower.size) if multipliers is None else multipliers
+        multipliers = one_sided(known, nlp.rows.lower, nlp.rows.upper)
         first = make_iterate(nlp, point, multipliers, np.zeros(point.x.size))
         run = _Run(self, nlp, recorder, first)
         status = run.iterate_until_verdict()

@@ -14,7 +14,7 @@ left out are judged afterwards; if they do not hold, the interior point method g
 from __future__ import annotations
 
 import warnings
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
@@ -23,11 +23,8 @@ from gaitopt.nlp import (
     NLP,
     Array,
     Point,
-    ProgressCallback,
     Solution,
-    Start,
     Status,
-    StopCallback,
     violations,
 )
 from gaitopt.settings import checked
@@ -36,11 +33,9 @@ from gaitopt.solvers.multipliers import least_squares_multipliers, one_sided
 from gaitopt.solvers.solver import (
     Iterate,
     Recorder,
-    Solver,
-    begin,
+    SingleStage,
     is_unbounded,
     make_iterate,
-    require_positive,
     with_least_squares_multipliers,
 )
 from gaitopt.solvers.subproblem import Indices
@@ -76,7 +71,7 @@ SHORTEST = 1e-12
 
 @checked
 @dataclass(frozen=True)
-class TrustConstr(Solver):
+class TrustConstr(SingleStage):
     """Interior point method of SciPy with exact Hessian: slow from afar, sure at the end.
 
     Attributes:
@@ -97,31 +92,12 @@ class TrustConstr(Solver):
     row_scale: float = 300.0
     initial_radius: float = 1.0
 
-    def __post_init__(self) -> None:
-        """Check the options.
-
-        Raises:
-            InputError: an option cannot be used.
-        """
-        require_positive(self.name, **asdict(self))
-
-    def solve(
-        self,
-        nlp: NLP,
-        start: Start,
-        on_progress: ProgressCallback | None = None,
-        stop: StopCallback | None = None,
-    ) -> Solution:
-        """Solve the program; see `Solver.solve`."""
-        recorder, point = begin(self.name, nlp, start, on_progress, stop)
-        if point is None:
-            return recorder.failure(start.x)
-        multipliers = start.multipliers
-        if multipliers is None:
-            multipliers = np.zeros(point.rows.size)
-        working_set = nearest_rows(nlp, point, multipliers, self.rows_kept)
+    def _solved(self, recorder: Recorder, point: Point, multipliers: Array | None) -> Solution:
+        nlp = recorder.evaluator.nlp
+        known = np.zeros(point.rows.size) if multipliers is None else multipliers
+        working_set = nearest_rows(nlp, point, known, self.rows_kept)
         run = _Run(self, ScaledProgram(recorder.evaluator, point), recorder, working_set)
-        status = run.solve(point.x, warm=start.multipliers is not None)
+        status = run.solve(point.x, warm=multipliers is not None)
         if recorder.stopped and status is not Status.OPTIMAL:
             status = Status.INTERRUPTED
         return recorder.solution(status, recorder.answer(status, run.iterate))

@@ -26,11 +26,6 @@ for (const input of sliders.querySelectorAll("input")) {
   input.oninput = () => { show(); wish(); };
   show();
 }
-function say(words) {
-  for (const [name, text] of Object.entries(words)) {
-    document.getElementById(name).innerHTML = text;
-  }
-}
 function walk(message) {  // its curves at once; the picture and the tables follow
   live.shown = message.number;
   curves.replace(message.curves);

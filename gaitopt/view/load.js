@@ -91,3 +91,8 @@ async function openScene(pane, script, commands) {  // MeshCat's viewer, with wh
   run(viewer);
   return viewer;
 }
+function say(words) {
+  for (const [name, text] of Object.entries(words)) {
+    document.getElementById(name).innerHTML = text;
+  }
+}

@@ -5,9 +5,7 @@ function choose(index) {  // the posture at the same time, as far as there is on
   data.duration = film.duration;
   stand();
   curves.replace(film.curves);
-  for (const [name, text] of Object.entries(film.words)) {
-    document.getElementById(name).innerHTML = text;
-  }
+  say(film.words);
   choices.forEach((button, k) => button.classList.toggle("on", k === index));
   choices.forEach((button, k) => button.setAttribute("aria-pressed", k === index));
   seek(time);
