@@ -1,4 +1,4 @@
-"""Write a file completely or not at all."""
+"""Write a file completely or not at all, and make directories for files."""
 
 from __future__ import annotations
 
@@ -45,6 +45,20 @@ def write_atomically(path: str | os.PathLike[str], data: bytes) -> Path:
             "give a file name in a directory that exists and may be written"
         ) from error
     return target
+
+
+def make_directory(path: Path) -> Path:
+    """Make a directory with those above it, unless it is there; return it.
+
+    Raises:
+        InputError: it cannot be made.
+    """
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        reason = (error.strerror or "unknown reason").lower()
+        raise InputError(f"cannot make the directory '{path}': {reason}") from error
+    return path
 
 
 def is_leftover(path: Path) -> bool:

@@ -12,8 +12,7 @@ from string import Template
 
 import numpy as np
 
-from gaitopt.atomic import write_atomically
-from gaitopt.errors import InputError
+from gaitopt.atomic import make_directory, write_atomically
 from gaitopt.importers.text_files import parse_toml
 from gaitopt.nlp import Array
 from gaitopt.view.figures import rendered
@@ -98,7 +97,7 @@ def write_reproduction(result: Reproduction, directory: str | Path) -> list[Path
         NoGaitFoundError: at a speed of Table 3 no walk was found.
         RobotError: the biped cannot be drawn.
     """
-    folder = _made(Path(directory))
+    folder = make_directory(Path(directory))
     page = write_atomically(folder / PAGE_NAME, page_text(result).encode())
     numbers = json.dumps(record(result), indent=2) + "\n"
     written = [page, write_atomically(folder / RECORD_NAME, numbers.encode())]
@@ -114,19 +113,11 @@ def write_figures(result: Reproduction, directory: str | Path, names: Iterable[s
         RobotError: the biped cannot be drawn.
     """
     chosen = list(names)
-    folder = _made(Path(directory) / IMAGES) if chosen else Path(directory)
+    folder = make_directory(Path(directory) / IMAGES) if chosen else Path(directory)
     return [
         write_atomically(folder / f"{name}.png", rendered(reproduction_figure(result, name), "png"))
         for name in chosen
     ]
-
-
-def _made(folder: Path) -> Path:
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"cannot make the directory '{folder}': {error.strerror}") from error
-    return folder
 
 
 def page_text(result: Reproduction) -> str:

@@ -14,7 +14,7 @@ import numpy as np
 import typer
 from rich.console import Console
 
-from gaitopt.atomic import write_atomically
+from gaitopt.atomic import make_directory, write_atomically
 from gaitopt.catalogue.biped_spec import BipedSpec
 from gaitopt.catalogue.parameters import PARAMETERS, changed, parameter_name, write_spec
 from gaitopt.cli.config import SCHEMA, Settings
@@ -356,10 +356,7 @@ def _write_robot(study: Study, values: Mapping[str, float], directory: Path) -> 
 
 
 def _save(folder: Path, gaits: Sequence[Gait]) -> None:
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"cannot make the directory '{folder}': {error.strerror}") from error
+    make_directory(folder)
     for number, gait in enumerate(gaits, 1):
         save_gait(gait, folder / f"{number}.npz")
 

@@ -77,9 +77,9 @@ def run(
     if output is not None:
         check_suffix(output)
     if figure is not None:
-        from gaitopt.view.torque_speed import check_kind
+        from gaitopt.view.figure_style import kind_of
 
-        check_kind(figure)
+        kind_of(figure)
     table = None if motors is None else read_motors(motors)
     loops, other = _loops(paths, table), _loops(against, table)
     out = screen()

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import tomli_w
 
-from gaitopt.atomic import write_atomically
+from gaitopt.atomic import make_directory, write_atomically
 from gaitopt.cli.config import SCHEMA, Settings
 from gaitopt.cli.request import Request, choices_text
 from gaitopt.design.summary import summarise
@@ -59,18 +59,6 @@ def write_results(
     if drawn is not None:
         drawn()
         yield directory / FIGURES
-
-
-def make_directory(directory: Path) -> None:
-    """Make a directory for results, and those above it.
-
-    Raises:
-        InputError: it cannot be made.
-    """
-    try:
-        directory.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"cannot make the directory '{directory}': {error.strerror}") from error
 
 
 def save_elsewhere(gait: Gait) -> Path | None:

@@ -12,11 +12,11 @@ import numpy as np
 import typer
 from rich.table import Table
 
-from gaitopt.atomic import write_atomically
+from gaitopt.atomic import make_directory, write_atomically
 from gaitopt.cli.display import ABSENT, new_table, screen, warn
 from gaitopt.cli.process import ExitCode
 from gaitopt.cli.report import print_findings_of
-from gaitopt.cli.results import SUMMARY, make_directory, require_writable
+from gaitopt.cli.results import SUMMARY, require_writable
 from gaitopt.cli.simulated import FRAMES, replays, require_views, write_views
 from gaitopt.design.summary import summarise
 from gaitopt.design.walkability import WeakPoint, weak_points

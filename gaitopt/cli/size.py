@@ -10,7 +10,7 @@ from typing import Any
 import tomli_w
 
 from gaitopt.actuators.motors import Motor, motors_of
-from gaitopt.atomic import write_atomically
+from gaitopt.atomic import make_directory, write_atomically
 from gaitopt.cli.display import NARROW, new_table, screen
 from gaitopt.cli.process import stop_on_interrupt
 from gaitopt.cli.requirements import gaits_of
@@ -79,10 +79,7 @@ def run(
             "table serve the gaits written",
             soft_wrap=True,
         )
-    try:
-        directory.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"cannot make the directory '{directory}': {error.strerror}") from error
+    make_directory(directory)
     text = motors_text(found.choices)
     motors_of(text)
     write_atomically(directory / MOTORS, text.encode())

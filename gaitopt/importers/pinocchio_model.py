@@ -166,3 +166,12 @@ def _refuse_idle(model: pin.Model) -> None:
             f"away from its axis{also}; give the links of the legs their <inertial>: "
             "mass (kg), centre of mass (m) and inertia (kg·m²), or the joint its armature (kg·m²)"
         )
+
+
+def joint_coordinate(joint: pin.JointModel, q: Array) -> float:
+    """Return the coordinate of a joint [rad or m] at a configuration (nq,) of its model.
+
+    Pinocchio has cosine and sine of one without limits.
+    """
+    value = q[joint.idx_q : joint.idx_q + joint.nq]
+    return float(value[0]) if joint.nq == 1 else float(np.arctan2(value[1], value[0]))

@@ -164,10 +164,7 @@ class InertiaOverride:
             ("inertia", 6, "ixx, iyy, izz, ixy, ixz, iyz [kg·m²]"),
         ):
             if (value := getattr(self, name)) is not None:
-                numbers = tuple(_finite(n, f"{where}: {name}") for n in _tuple(value, name))
-                if len(numbers) != count:
-                    raise RobotError(f"{where}: {name} has {len(numbers)} numbers; give {what}")
-                object.__setattr__(self, name, numbers)
+                object.__setattr__(self, name, _vector(value, name, where, count, what))
         if self.mass is None and self.com is None and self.inertia is None:
             raise RobotError(f"{where}: nothing is replaced; give mass, com or inertia")
 
@@ -244,10 +241,7 @@ class Payload:
             raise RobotError(f"{where}: mass is {self.mass:g} kg; it must be > 0")
         for name in ("place", "box"):
             if (value := getattr(self, name)) is not None:
-                numbers = tuple(_finite(n, f"{where}: {name}") for n in _tuple(value, name))
-                if len(numbers) != 3:
-                    raise RobotError(f"{where}: {name} has {len(numbers)} numbers; give 3 [m]")
-                object.__setattr__(self, name, numbers)
+                object.__setattr__(self, name, _vector(value, name, where, 3, "3 [m]"))
         if min(self.box) < 0.0:
             raise RobotError(f"{where}: box is {self.box} m; no length may be negative")
 
@@ -599,6 +593,13 @@ def _number(value: object, name: str) -> float:
         return float(value)
     except OverflowError:  # whole numbers have no largest one
         raise RobotError(f"{name} is too large: {len(str(value))} digits") from None
+
+
+def _vector(value: object, name: str, where: str, count: int, what: str) -> tuple[float, ...]:
+    numbers = tuple(_finite(n, f"{where}: {name}") for n in _tuple(value, name))
+    if len(numbers) != count:
+        raise RobotError(f"{where}: {name} has {len(numbers)} numbers; give {what}")
+    return numbers
 
 
 def _finite(value: object, name: str) -> float:

@@ -15,7 +15,7 @@ import pinocchio as pin
 from numpy.typing import NDArray
 
 from gaitopt.errors import RobotError
-from gaitopt.importers.pinocchio_model import reduced
+from gaitopt.importers.pinocchio_model import joint_coordinate, reduced
 from gaitopt.importers.ties import DEGREE, LARGEST, LEAST
 from gaitopt.model.chain import Chain
 from gaitopt.model.chain_physics import CarriedWeight
@@ -328,7 +328,7 @@ def multibody(
         revolute=revolute,
         placement=placement,
         axis=axis,
-        posture=np.array([_coordinate(joint, q) for joint in whole.joints[2:]]),
+        posture=np.array([joint_coordinate(joint, q) for joint in whole.joints[2:]]),
         moving=moving,
         tied=driven[tied],
         tied_to=moving[coupling.motor[tied]],
@@ -419,12 +419,6 @@ def checked_multibody(body: Multibody) -> Multibody:
     except RuntimeError as error:  # Pinocchio judges the inertias
         raise RobotError(f"the robot of the gait is not one: {error}") from error
     return body
-
-
-def _coordinate(joint: pin.JointModel, q: Array) -> float:
-    """Return the coordinate of a joint; Pinocchio has cosine and sine of one without limits."""
-    value = q[joint.idx_q : joint.idx_q + joint.nq]
-    return float(value[0]) if joint.nq == 1 else float(np.arctan2(value[1], value[0]))
 
 
 def _axes(model: pin.Model) -> tuple[Array, NDArray[np.bool_]]:

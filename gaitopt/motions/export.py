@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from pathlib import Path
 
-from gaitopt.atomic import write_atomically
+from gaitopt.atomic import make_directory, write_atomically
 from gaitopt.errors import InputError
 from gaitopt.gait.result import Gait
 from gaitopt.gait.transition import Transition
@@ -152,11 +152,7 @@ def export_library(
     if not there:
         raise InputError(f"the library '{found.directory}' has no gait that can be exported")
     names = _file_names(form, {point: gait.speed for point, gait in there.items()}, found)
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        reason = (error.strerror or "unknown reason").lower()
-        raise InputError(f"cannot make the directory '{folder}': {reason}") from error
+    make_directory(folder)
     rows = []
     for point, row in zip(sorted(found.states), found.rows, strict=True):
         line: Row = {"file": None, **{axis: row.get(axis) for axis in axes}}

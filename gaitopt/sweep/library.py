@@ -16,7 +16,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from gaitopt.atomic import is_leftover, write_atomically
+from gaitopt.atomic import is_leftover, make_directory, write_atomically
 from gaitopt.errors import GaitFileError, GaitoptError, InputError
 from gaitopt.gait.costs import TorqueCost
 from gaitopt.gait.gait_file import load_gait
@@ -25,7 +25,15 @@ from gaitopt.gait.result import Gait
 from gaitopt.sweep.database import DATABASE, LOCK, Database, digest, read_database
 from gaitopt.sweep.grid import Grid, Index
 from gaitopt.sweep.library_0_1 import MANIFEST, read_library_0_1
-from gaitopt.sweep.manifest import DAMAGE, FORMAT, Record, difference, grid_of
+from gaitopt.sweep.manifest import (
+    DAMAGE,
+    FORMAT,
+    Record,
+    difference,
+    grid_of,
+    no_library,
+    of_another_format,
+)
 from gaitopt.sweep.table import (
     Row,
     awaited_row,
@@ -216,10 +224,7 @@ def open_library(directory: str | Path) -> Library:
     folder = Path(directory)
     found = _read(folder)
     if found is None:
-        raise GaitFileError(
-            f"'{folder}' is no gait library: it has no readable {DATABASE}; give a directory that "
-            "gaitopt sweep has written"
-        )
+        raise no_library(folder, DATABASE)
     record, records = found
     grid = grid_of(folder, record)
     return Library(folder, record, grid, _states(grid, records))
@@ -230,10 +235,7 @@ def _read(folder: Path) -> tuple[Record, dict[str, Any]] | None:
     if found is None:
         return read_library_0_1(folder)
     if found[0].get("format") != FORMAT:
-        raise GaitFileError(
-            f"'{folder / DATABASE}' is of another format than {FORMAT}, which this gaitopt reads; "
-            "make the library again, in another directory"
-        )
+        raise of_another_format(folder / DATABASE, FORMAT)
     return found
 
 
@@ -459,12 +461,12 @@ def _claim(directory: Path) -> None:
     Raises:
         InputError: it cannot be made, or holds something else.
     """
+    make_directory(directory)
     try:
-        directory.mkdir(parents=True, exist_ok=True)
         others = sorted(e.name for e in directory.iterdir() if not is_leftover(e))
     except OSError as error:
         reason = (error.strerror or "unknown reason").lower()
-        raise InputError(f"cannot make the directory '{directory}': {reason}") from error
+        raise InputError(f"cannot read the directory '{directory}': {reason}") from error
     if DATABASE in others or MANIFEST in others:
         return
     others = [name for name in others if name != LOCK]

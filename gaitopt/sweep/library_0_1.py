@@ -13,7 +13,16 @@ from gaitopt.bounds import read_bounded
 from gaitopt.errors import GaitFileError, InputError
 from gaitopt.gait.task import task_from_record, task_record
 from gaitopt.sweep.grid import Grid
-from gaitopt.sweep.manifest import DAMAGE, Record, damaged, grid_of, robot_of, robot_record
+from gaitopt.sweep.manifest import (
+    DAMAGE,
+    Record,
+    damaged,
+    grid_of,
+    no_library,
+    of_another_format,
+    robot_of,
+    robot_record,
+)
 
 MANIFEST, JOURNAL = "manifest.json", "journal.jsonl"
 _FORMAT = 2
@@ -38,15 +47,9 @@ def read_library_0_1(directory: Path) -> tuple[Record, dict[str, Any]] | None:
     try:
         record = json.loads(read_bounded(path, MANIFEST_BYTES))
     except (OSError, ValueError, RecursionError) as error:
-        raise GaitFileError(
-            f"'{directory}' is no gait library: it has no readable {MANIFEST}; give a directory "
-            "that gaitopt sweep has written"
-        ) from error
+        raise no_library(directory, MANIFEST) from error
     if not isinstance(record, dict) or record.get("format") != _FORMAT:
-        raise GaitFileError(
-            f"'{path}' is of another format than {_FORMAT}, which this gaitopt reads; make the "
-            "library again, in another directory"
-        )
+        raise of_another_format(path, _FORMAT)
     grid = grid_of(directory, record)
     robot = robot_of(directory, record)
     try:

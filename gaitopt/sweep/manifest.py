@@ -114,6 +114,22 @@ def damaged(directory: Path, what: str, error: Exception) -> GaitFileError:
     )
 
 
+def no_library(directory: Path, file: str) -> GaitFileError:
+    """Return the error that a directory has no file that makes it a library."""
+    return GaitFileError(
+        f"'{directory}' is no gait library: it has no readable {file}; give a directory that "
+        "gaitopt sweep has written"
+    )
+
+
+def of_another_format(path: Path, form: int) -> GaitFileError:
+    """Return the error that a file of a library is of another format than the one that is read."""
+    return GaitFileError(
+        f"'{path}' is of another format than {form}, which this gaitopt reads; make the library "
+        "again, in another directory"
+    )
+
+
 Entry = tuple[str, ...]
 Found = tuple[Entry, Any, Any]
 

@@ -13,7 +13,7 @@ from gaitopt.atomic import write_atomically
 from gaitopt.design.compare import SolverRun
 from gaitopt.nlp import Array
 from gaitopt.tolerances import OPTIMALITY
-from gaitopt.view.figure_style import LIMIT, label_axes, new_figure, styled
+from gaitopt.view.figure_style import LIMIT, kind_of, label_axes, new_figure, styled
 from gaitopt.view.figures import rendered
 
 _LEAST = 1e-10  # what is smaller is drawn there
@@ -29,9 +29,10 @@ def write_convergence_figure(runs: Sequence[SolverRun], path: Path) -> Path:
     Raises:
         InputError: the file cannot be written.
     """
+    kind = kind_of(path)
     with styled():
         figure = _figure(runs)
-    return write_atomically(path, rendered(figure, path.suffix.removeprefix(".").lower()))
+    return write_atomically(path, rendered(figure, kind))
 
 
 def _figure(runs: Sequence[SolverRun]) -> Figure:

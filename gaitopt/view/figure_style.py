@@ -6,12 +6,14 @@ What must be told apart has Okabe & Ito's colours (2008): by any colour vision, 
 from __future__ import annotations
 
 from contextlib import AbstractContextManager
+from pathlib import Path
 from typing import Any, Literal
 
 from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from gaitopt.errors import InputError
 from gaitopt.escape import printable
 
 STANCE = "#D55E00"
@@ -47,6 +49,18 @@ _STYLE: Any = {
     "svg.fonttype": "none",
     "svg.hashsalt": "gaitopt",
 }
+
+
+def kind_of(path: Path) -> str:
+    """Return the form of a figure that a file's suffix names: "png", "svg" or "pdf".
+
+    Raises:
+        InputError: it is none of them.
+    """
+    kind = path.suffix.removeprefix(".").lower()
+    if kind not in ("png", "svg", "pdf"):
+        raise InputError(f"'{path}' is no figure; give a name that ends in .png, .svg or .pdf")
+    return kind
 
 
 def styled() -> AbstractContextManager[None]:

@@ -17,7 +17,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 from numpy.typing import ArrayLike
 
-from gaitopt.atomic import write_atomically
+from gaitopt.atomic import make_directory, write_atomically
 from gaitopt.design.summary import joint_groups, pair_name, partner
 from gaitopt.errors import InputError
 from gaitopt.gait.recorded import ground_of
@@ -489,11 +489,7 @@ def write_figures(
     unknown = set(formats) - {"png", "svg", "pdf"}
     if unknown:
         raise InputError(f"figures cannot be written as {sorted(unknown)}; choose png, svg, pdf")
-    folder = Path(directory)
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"cannot make the directory '{folder}': {error.strerror}") from error
+    folder = make_directory(Path(directory))
     written = []
     for name in FIGURES:
         figure = make_figure(gait, name)

@@ -15,7 +15,7 @@ from gaitopt.errors import InputError
 from gaitopt.gait.costs import TorqueCost
 from gaitopt.nlp import Array
 from gaitopt.sweep.table import Row, columns, unit_of
-from gaitopt.view.figure_style import label_axes, name_on_figure, new_figure, styled
+from gaitopt.view.figure_style import kind_of, label_axes, name_on_figure, new_figure, styled
 from gaitopt.view.figures import rendered
 
 _HALF = 0.5  # of its range: a larger jump of a motor between neighbours may be a change of family
@@ -57,11 +57,9 @@ def write_library_figure(
         name: [row for row in rows if row.get("cost") is not None]
         for name, rows in libraries.items()
     }
-    kind = path.suffix.removeprefix(".").lower()
     if not all(drawn.values()):
         raise InputError("there is no gait to draw; give other conditions")
-    if kind not in ("png", "svg", "pdf"):
-        raise InputError(f"'{path}' is no figure; give a name that ends in .png, .svg or .pdf")
+    kind = kind_of(path)
     with styled():
         figure = _figure(drawn, axes, cost)
     return write_atomically(path, rendered(figure, kind))

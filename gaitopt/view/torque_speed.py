@@ -12,27 +12,23 @@ from matplotlib.figure import Figure
 from gaitopt.actuators.motors import JointMotor, MotorTable
 from gaitopt.atomic import write_atomically
 from gaitopt.design.requirements import MotorLoop
-from gaitopt.errors import InputError
 from gaitopt.units import UNITS
-from gaitopt.view.figure_style import GREY, LIMIT, label_axes, name_on_figure, new_figure, styled
+from gaitopt.view.figure_style import (
+    GREY,
+    LIMIT,
+    kind_of,
+    label_axes,
+    name_on_figure,
+    new_figure,
+    styled,
+)
 from gaitopt.view.figures import rendered
 
-KINDS = ("png", "svg", "pdf")
 MOST = 8  # gaits that are told apart in a legend
 _COLUMNS = 3
 _WIDTH, _HEIGHT = 3.2, 2.6  # inch, of a panel
 _LINE = 201  # points of a line of the envelope
 _RPM = UNITS["rad/s"]["rpm"]
-
-
-def check_kind(path: Path) -> None:
-    """Check that a figure can be written in the form that a file's suffix names.
-
-    Raises:
-        InputError: it cannot.
-    """
-    if path.suffix.removeprefix(".").lower() not in KINDS:
-        raise InputError(f"'{path}' is no figure; give a name that ends in .png, .svg or .pdf")
 
 
 def write_torque_speed_figure(
@@ -51,10 +47,10 @@ def write_torque_speed_figure(
     Raises:
         InputError: the file cannot be written.
     """
-    check_kind(path)
+    kind = kind_of(path)
     with styled():
         figure = torque_speed_figure(loops, table)
-    return write_atomically(path, rendered(figure, path.suffix.removeprefix(".").lower()))
+    return write_atomically(path, rendered(figure, kind))
 
 
 def torque_speed_figure(

@@ -9,6 +9,7 @@ draws them.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 import pinocchio as pin
@@ -57,14 +58,15 @@ def proportioned(
     return model, findings
 
 
-class _Bend:
-    """The knee of a leg in the root link: its row, axis, and the way to hip and ankle, level."""
+class _Knee(NamedTuple):
+    """The knee of a leg: its row, and the level ways from it to hip and ankle, in the root link."""
 
-    def __init__(self, row: int, axis: Array, hip: Array, ankle: Array) -> None:
-        self.row, self.axis, self.hip, self.ankle = row, axis, hip, ankle
+    row: int
+    hip: Array
+    ankle: Array
 
 
-def _knee(straight: PosedModel, leg: tuple[int, ...], rotation: Array) -> _Bend:
+def _knee(straight: PosedModel, leg: tuple[int, ...], rotation: Array) -> _Knee:
     rows = list(leg)
     axes = straight.axes[rows] @ rotation
     points = points_on_lines(straight.points[rows] @ rotation, axes, [0, *range(len(rows) - 1)])
@@ -74,14 +76,14 @@ def _knee(straight: PosedModel, leg: tuple[int, ...], rotation: Array) -> _Bend:
     row = find_knee(points, axes, hip, ankle, np.zeros(len(rows)), beyond).row
     u = axes[row]
     level = [v - (v @ u) * u for v in (hip - points[row], ankle - points[row])]
-    return _Bend(row, rotation @ u, rotation @ level[0], rotation @ level[1])
+    return _Knee(row, rotation @ level[0], rotation @ level[1])
 
 
 def _lengthen(
     model: pin.Model,
     straight: PosedModel,
     legs: LegJoints,
-    knees: Sequence[_Bend],
+    knees: Sequence[_Knee],
     moving: Sequence[int],
     rotation: Array,
     one: PartChange,
@@ -172,7 +174,7 @@ def _move(model: pin.Model, joint: int, vector: Array) -> None:
 def _weigh(
     model: pin.Model,
     legs: LegJoints,
-    knees: Sequence[_Bend],
+    knees: Sequence[_Knee],
     moving: Sequence[int],
     one: PartChange,
 ) -> float:

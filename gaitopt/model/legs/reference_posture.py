@@ -10,6 +10,7 @@ import numpy as np
 import pinocchio as pin
 
 from gaitopt.errors import RobotError, did_you_mean
+from gaitopt.importers.pinocchio_model import joint_coordinate
 from gaitopt.importers.report import Finding, How
 from gaitopt.importers.text_files import read_text
 from gaitopt.importers.ties import Tie
@@ -91,23 +92,13 @@ def _names(found: Iterable[str]) -> str:
     return (close + (f" and {len(names) - _SHOWN} more" if len(names) > _SHOWN else "")) or "none"
 
 
-def _angle(model: pin.Model, q: Array, name: str) -> float:
-    """Return the coordinate of a joint; Pinocchio has cosine and sine of one without limits."""
-    at = model.joints[model.getJointId(name)]
-    values = q[at.idx_q : at.idx_q + at.nq]
-    return float(values[0]) if at.nq == 1 else float(np.arctan2(values[1], values[0]))
-
-
 def _angles_of(model: pin.Model, q: Array) -> Angles:
     """Return the joint coordinates of a configuration that are not 0; balls keep their 0."""
     angles = {}
     for joint in range(2, model.njoints):
         at = model.joints[joint]
-        if at.nv == 1:
-            values = q[at.idx_q : at.idx_q + at.nq]
-            angle = float(values[0]) if at.nq == 1 else float(np.arctan2(values[1], values[0]))
-            if angle != 0.0:
-                angles[str(model.names[joint])] = angle
+        if at.nv == 1 and (angle := joint_coordinate(at, q)) != 0.0:
+            angles[str(model.names[joint])] = angle
     return angles
 
 
@@ -192,7 +183,8 @@ def followed(
     found, apart = q.copy(), dict[str, str]()
     for name, tie in ties.items():
         joint = model.joints[model.getJointId(name)]
-        angle, where = (_angle(model, q, joint_name) for joint_name in (name, tie.master))
+        leader = model.joints[model.getJointId(tie.master)]
+        angle, where = joint_coordinate(joint, q), joint_coordinate(leader, q)
         follows = tie.at(where)
         if name in given and abs(angle - follows) > _TIED:
             apart[name] = (
