@@ -264,7 +264,13 @@ def worst_violation(nlp: NLP, values: Values) -> tuple[float, int]:
 
 
 def kkt_residual(nlp: NLP, point: Point, multipliers: Array, bound_multipliers: Array) -> Residual:
-    """Compute the KKT residual from its definition (Nocedal & Wright, 2006, Theorem 12.1)."""
+    """Compute the KKT residual from its definition (Nocedal & Wright, 2006, Theorem 12.1).
+
+    Args:
+        nlp: the program.
+        point: of it.
+        multipliers, bound_multipliers: of its rows, shape (m,), and of its bounds, shape (n,).
+    """
     gradient = nlp.cost_scale * point.gradient + point.jacobian.T @ multipliers + bound_multipliers
     return Residual(
         stationarity=float(np.abs(gradient).max(initial=0.0)),

@@ -213,6 +213,57 @@ def test_every_field_is_in_a_docstring():
     assert missing == []
 
 
+_SIZE = r"(?:\.\.\.|\w+(?: [-+*/·] \w+| \w)*)"
+_SHAPE = rf"\({_SIZE},(?: {_SIZE}(?:, {_SIZE})*)?\)"
+
+
+def array(node):
+    return node is not None and re.search(r"\bArray\b", ast.unparse(node)) is not None
+
+
+def bases(owner, classes):
+    for base in owner.bases if owner is not None else ():
+        known = classes.get(ast.unparse(base).split("[")[0])
+        if known is not None:
+            yield known
+            yield from bases(known, classes)
+
+
+def test_every_array_has_a_shape_in_a_docstring():
+    """Or the name of what tells it: of a method also where it overrides, of its letters the class.
+
+    A function that takes or returns arrays says at least one shape, as (N, 3) or (n,).
+    """
+    classes = {node.name: node for _, _, node in defined() if isinstance(node, ast.ClassDef)}
+    missing, seen = [], 0
+    for path, owner, node in defined():
+        if not isinstance(node, ast.FunctionDef) or node.name.startswith("_"):
+            continue
+        given = [
+            one.arg for one in (*node.args.args, *node.args.kwonlyargs) if array(one.annotation)
+        ]
+        if not given and not array(node.returns):
+            continue
+        seen += 1
+        above = [*bases(owner, classes)]
+        told = [
+            node,
+            *(m for one in above for m in one.body if getattr(m, "name", "") == node.name),
+        ]
+        text = " ".join(ast.get_docstring(one) or "" for one in told)
+        letters = " ".join(
+            ast.get_docstring(one) or "" for one in (owner, *above) if one is not None
+        )
+        named = all(re.search(rf"\b{name}\b[^.]*{_SHAPE}", letters) for name in given)
+        if not (
+            re.search(rf"{_SHAPE}|\bshape\b|`", text)
+            or (given and named and not array(node.returns))
+        ):
+            missing.append(f"{path.name}: {node.name}")
+    assert missing == []
+    assert seen > 500
+
+
 def test_no_two_test_files_share_a_name():
     names = [path.name for path in (ROOT / "tests").rglob("test_*.py")]
     assert [name for name in names if names.count(name) > 1] == []

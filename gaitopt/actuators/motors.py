@@ -193,7 +193,7 @@ class JointMotor(NamedTuple):
     friction: float
 
     def torque_at(self, speed: Array) -> Array:
-        """Return the largest driving torque at speeds [rad/s], [N·m]: peak, or voltage line."""
+        """Return the largest driving torques [N·m] at speeds [rad/s] (N,): peak or voltage line."""
         line = self.stall_torque * (1.0 - np.abs(speed) / self.no_load_speed)
         return np.asarray(np.clip(line, 0.0, self.peak_torque))
 

@@ -93,7 +93,7 @@ def placed(problem: WalkProblem, active: Iterable[ActiveRow]) -> Array:
 
 
 def instants_of(problem: WalkProblem, active: Iterable[ActiveRow]) -> Array:
-    """Return the instants of active rows of the constraints that are looked at over the step."""
+    """Return the instants (K,) of active rows of the constraints that are over the step."""
     timed = {f.name for f in problem.blocks if f.times is not None}
     return np.unique([one.instant for one in active if one.constraint in timed])
 

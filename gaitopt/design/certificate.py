@@ -274,7 +274,7 @@ def _worst_extreme(at: WalkProblem, extreme: Extreme, values: Array, x: Array) -
 
 
 def worst_rows(problem: WalkProblem, x: Array) -> tuple[WorstRow, ...]:
-    """Return the worst row of every constraint that has limits, the one that fares worst first."""
+    """Return the worst row at x (P,) of every constraint with limits, the worst of all first."""
     values = problem.values(x).rows
     limited = [f for f in problem.blocks if np.isfinite([f.lower, f.upper]).any()]
     rows = [_worst_of(problem, constraint.name, values, x) for constraint in limited]

@@ -390,7 +390,7 @@ class WarmWalks:
         self.values = np.array([v.start for v in study.variables])
 
     def trial(self, values: Array, near: Trial | None) -> Trial | None:
-        """Solve all walks at values of the variables, from those of a trial near by."""
+        """Solve all walks at values (k,) of the variables, from those of a trial near by."""
         started, parameters = time.perf_counter(), self.study.parameters(values)
         points, costs, evaluations = [], [], 0
         gradient = np.zeros(values.size)
@@ -455,7 +455,7 @@ class WarmWalks:
         return moved > _SETTLED
 
     def finished(self, values: Array) -> Iterator[Gait]:
-        """Yield the walks at values of the variables, certified."""
+        """Yield the walks at values of the variables, shape (k,), certified."""
         parameters = self.study.parameters(values)
         for case, known, (x, y) in zip(self.study.walks, self.problems, self.points, strict=True):
             problem = WalkProblem(case.robot(parameters), case.task, known.grid)
@@ -603,7 +603,7 @@ def minimised(
 
 
 def box_step(B: Array, g: Array, lower: Array, upper: Array) -> Array:
-    """Return the minimiser of g d + d' B d / 2 in a box around 0, for positive definite B."""
+    """Return the minimiser (k,) of g d + d' B d / 2 in a box around 0; B is positive definite."""
     factor = np.linalg.cholesky(B)
     wide = upper > lower
     d = np.zeros(g.size)
@@ -615,7 +615,7 @@ def box_step(B: Array, g: Array, lower: Array, upper: Array) -> Array:
 
 
 def damped_bfgs(B: Array, s: Array, y: Array) -> Array:
-    """Return B updated by Powell's damped BFGS formula (Nocedal & Wright, 2006, 18.2)."""
+    """Return B (k, k) after Powell's damped BFGS formula (Nocedal & Wright, 2006, 18.2)."""
     Bs = B @ s
     curved = float(s @ Bs)
     given = float(s @ y)

@@ -90,7 +90,7 @@ def checked_start(problem: WalkProblem, start: Array | Gait) -> Array:
 
 
 def guess(problem: WalkProblem, options: DesignOptions, stop: Stop = never) -> Array:
-    """Return the first guess, or the walk that a diagnosis finds where there is none.
+    """Return the first guess (P,), or the walk that a diagnosis finds where there is none.
 
     Raises:
         UnreachableError: there is none either; with the diagnosis.
@@ -112,7 +112,7 @@ def search(
     stop: Stop = never,
     multipliers: Array | None = None,
 ) -> Solution:
-    """Solve, once more from the walk that a diagnosis finds; raise if there is none."""
+    """Solve from x (P,), once more from the walk that a diagnosis finds; raise if none is."""
     solution = attempt(problem, options, x, callback, stop, multipliers)
     if is_walk(solution):
         return solution

@@ -65,7 +65,7 @@ def with_instants_of(grid: Grid, gait: Gait) -> Grid:
 
 
 def parameters_of(gait: Gait, problem: WalkProblem) -> Array:
-    """Return the parameters of a gait for a walk; those it does not know are first guesses.
+    """Return the parameters (P,) of a gait for a walk; those it lacks are first guesses.
 
     Raises:
         InputError: the gait moves other joints or has another number of postures.

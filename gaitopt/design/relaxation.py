@@ -139,7 +139,7 @@ class RelaxedProgram(NLP):
         ]
 
     def split(self, z: Array) -> tuple[Array, Array]:
-        """Return x and t of the variables."""
+        """Return x (P,) and t (k,) of the variables (P + k,)."""
         return z[: self.size], z[self.size :]
 
     def needed(self, x: Array) -> Array:
@@ -196,7 +196,7 @@ class RelaxedProgram(NLP):
         return together
 
     def own_multipliers(self, multipliers: Array) -> Array:
-        """Return multipliers of these rows that are those of the base's rows together."""
+        """Return multipliers of these rows that are those (m,) of the base's rows together."""
         both = multipliers[self.source]
         low = np.where(np.isfinite(self.rows.lower), np.minimum(both, 0.0), 0.0)
         return low + np.where(np.isfinite(self.rows.upper), np.maximum(both, 0.0), 0.0)
@@ -280,14 +280,14 @@ class Adjustment(ABC):
 
     @abstractmethod
     def start(self, x: Array, amount: float) -> Array:
-        """Return variables of the program: x of the walk, then the setting turned by an amount."""
+        """Return variables of the program: x (P,) of the walk, then the setting turned."""
 
     @abstractmethod
     def value(self, z: Array) -> float:
-        """Return the setting's value at variables of the program."""
+        """Return the setting's value at variables of the program, shape (P + 1,)."""
 
     def walk(self, z: Array) -> Array:
-        """Return x of the walk at variables of the program, by default all but the last."""
+        """Return x (P,) of the walk at variables of the program, by default all but the last."""
         return z[:-1]
 
 

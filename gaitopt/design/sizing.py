@@ -54,7 +54,7 @@ class Catalogue:
     friction: float = 0.0
 
     def candidates(self) -> Array:
-        """Return the ratios to be tried."""
+        """Return the ratios to be tried, increasing, shape (K,)."""
         if self.ratios:
             return np.array(sorted(self.ratios))
         return np.asarray(np.geomspace(*_FREE, _SCANNED))

@@ -293,7 +293,7 @@ class ConstraintBlock:
         return int(self.lower.size)
 
     def take(self, values: Mapping[Quantity, Array]) -> Array:
-        """Return the instants of its quantities, or of their Jacobians, side by side."""
+        """Return the instants of its quantities (K, entries) side by side, or of Jacobians."""
         if len(self.reads) == 1:
             return values[self.reads[0]][self.where]
         return np.concatenate([values[one][self.where] for one in self.reads], axis=1)

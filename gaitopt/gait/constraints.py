@@ -878,7 +878,7 @@ CONSTRAINTS: tuple[Constraint, ...] = (
 
 
 def imposed_limit(own: Array, given: float | None) -> Array:
-    """Return the limits of the joints: the robot's own, or one for all in their place."""
+    """Return the limits of the joints (n,): the robot's own, or one for all in their place."""
     return own if given is None else np.full(own.size, given)
 
 

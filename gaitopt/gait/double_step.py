@@ -220,7 +220,7 @@ class DoubleStepModel:
         return np.asarray(found)
 
     def splines(self, step: Step) -> dict[str, Array]:
-        """Return the splines of all joints before and after touch-down, and the front wrench.
+        """Return the splines of all joints before and after touch-down, the front wrench (4, 6).
 
         After it those of the swing leg are near its motion, which closes the chain, and exact at
         their knots and in the rates at their ends.

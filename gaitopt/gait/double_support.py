@@ -271,7 +271,7 @@ class DoubleSupport(ABC):
         """Return the Hessian of weights . (q_start, legs, gaps), shape (B, B)."""
 
     def place(self, geometry: Array) -> tuple[tuple[pin.SE3, Array], tuple[pin.SE3, Array]]:
-        """Return placement and displacement axes of pelvis and of swing sole.
+        """Return placement and displacement axes (k, 6) of pelvis and of swing sole.
 
         Raises:
             EvaluationError: a geometric quantity is not finite.

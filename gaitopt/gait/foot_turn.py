@@ -105,10 +105,10 @@ def with_knot(turn: FootTurn, shape: Array, duration: float, at: float) -> tuple
 
 
 def foot_turn(schedule: Schedule, instants: Array) -> FootTurn:
-    """Return the turn of a schedule whose last phase has a hinge."""
+    """Return the turn at instants (N,) of a schedule whose last phase has a hinge."""
     return FootTurn(schedule.turns_from, instants)
 
 
 def landing_turn(schedule: Schedule, instants: Array) -> FootTurn:
-    """Return the turn of a schedule whose first phase has a hinge."""
+    """Return the turn at instants (N,) of a schedule whose first phase has a hinge."""
     return FootTurn(0.0, instants, schedule.first.end, landed=True)

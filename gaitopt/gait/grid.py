@@ -42,7 +42,7 @@ class Grid:
         return int(self.instants.size)
 
     def with_instants(self, extra: Array) -> Grid:
-        """Return the grid with instants added, where constraints hold but nothing is integrated."""
+        """Return the grid with instants (K,) added, whose rows hold but are not integrated."""
         new = np.setdiff1d(np.round(extra, 12), np.round(self.instants, 12))
         return replace(
             self,

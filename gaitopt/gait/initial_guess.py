@@ -163,7 +163,7 @@ def _lowered_start(problem: WalkProblem, geometry: Array) -> _Start:
 
 
 def with_peak(problem: WalkProblem, x: Array) -> Array:
-    """Return x with its largest torque, if that is a parameter, as large as its torques are."""
+    """Return x (P,) with its largest torque, if that is in it, as large as its torques are."""
     if problem.layout.peak:
         x = x.copy()
         x[problem.layout.largest] = np.abs(problem.whole(x).read(quantities.TORQUE)).max()

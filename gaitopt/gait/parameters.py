@@ -253,7 +253,7 @@ class Layout:
         return np.concatenate([knots.ravel(), rate_before, start, geometry[self.free], turn, peak])
 
     def bounds(self) -> tuple[Array, Array]:
-        """Return lower and upper bounds of x."""
+        """Return lower and upper bounds of x, shape (P,) each."""
         lower, upper = np.full(self.size, -INFINITY), np.full(self.size, INFINITY)
         lower[self.shape] = [self.geometry[i].lower for i in self.free]
         upper[self.shape] = [self.geometry[i].upper for i in self.free]
@@ -265,7 +265,7 @@ class Layout:
         return lower, upper
 
     def scale(self) -> Array:
-        """Return the size of a sensible step of each entry of x."""
+        """Return the size of a sensible step of each entry of x, shape (P,)."""
         scale = np.full(self.size, KNOT_SCALE)
         scale[self.rates] = RATE_SCALE
         scale[self.shape] = [self.geometry[i].scale for i in self.free]

@@ -83,7 +83,7 @@ class WalkProblem(NLP):
     """The walk of one robot for one task, on one grid of instants.
 
     What repeats is a step, exchanged, or a stride of two (`Task.steps`), its period. Instants and
-    rows are of the whole period.
+    rows are of the whole period; its parameters are x, shape (P,).
 
     It keeps the last step and works in scratch shared with the other walks of the robot in its
     thread: not to be used by two threads.
@@ -146,7 +146,7 @@ class WalkProblem(NLP):
 
     @cached_property
     def breaks(self) -> Array:
-        """Shares of the period, from 0 to 1, between which every quantity is smooth."""
+        """Shares (K,) of the period, from 0 to 1, between which every quantity is smooth."""
         model, knots = self.model, self.model.basis.knots
         turns = [turn for turn in (model.landing_turn, model.foot_turn) if turn is not None]
         knots = np.unique(np.concatenate([knots, *(turn.knots for turn in turns)]))
@@ -156,7 +156,7 @@ class WalkProblem(NLP):
 
     @property
     def changes(self) -> Array:
-        """Shares of the period at which quantities may jump: phases and steps follow there."""
+        """Shares (K,) of the period at which quantities may jump: phases and steps follow."""
         changes = self.schedule.changes
         if len(self.models) == 1:
             return changes
@@ -247,7 +247,7 @@ class WalkProblem(NLP):
         return Point(step.x, self.cost.value(step), self._row_values(step), gradient, jacobian)
 
     def weights(self, x: Array, multipliers: Array, cost_weight: float) -> dict[Quantity, Array]:
-        """Return the derivatives of cost_weight * cost + multipliers . rows in the quantities."""
+        """Return the derivatives of cost_weight * cost + multipliers . rows, (K, entries) each."""
         step = self.whole(x)
         weights, weighed = StepWeights.zero(step), multipliers / self._row_scales
         for block, rows in zip(self.blocks, self._slices, strict=True):

@@ -137,7 +137,7 @@ def quantity(name: str) -> Quantity:
 
 
 def typical_entries(one: Quantity, robot: Robot) -> Array:
-    """Return the size of a quantity's entries in a good walk, by which costs are scaled.
+    """Return the size of a quantity's entries in a good walk, (e,), by which costs are scaled.
 
     The torques' is such that their squares sum to (m g L)² / 200, as in a good walk of the
     thirteen-link biped; the others are of the order of a walk.

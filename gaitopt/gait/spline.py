@@ -67,7 +67,7 @@ class TwoSplines:
 
     @property
     def knots(self) -> Array:
-        """Knots of both, from 0 to 1, the one they share once."""
+        """Knots of both (k,), from 0 to 1, the one they share once."""
         first, second = (part.knots for part in self.parts)
         return np.concatenate([first, second[1:]])
 

@@ -131,11 +131,11 @@ class StepsLayout(ABC):
 
     @abstractmethod
     def bounds(self) -> tuple[Array, Array]:
-        """Return lower and upper bounds of x."""
+        """Return lower and upper bounds of x, shape (P,) each."""
 
     @abstractmethod
     def scale(self) -> Array:
-        """Return the size of a sensible step of each entry of x."""
+        """Return the size of a sensible step of each entry of x, shape (P,)."""
 
     @abstractmethod
     def pack(self, parts: Sequence[Array]) -> Array:
@@ -212,7 +212,7 @@ class StrideLayout(StepsLayout):
         return self.names.index(name)
 
     def bounds(self) -> tuple[Array, Array]:
-        """Return lower and upper bounds of x."""
+        """Return lower and upper bounds of x, shape (P,) each."""
         table = [layout.bounds() for layout in self.steps]
         ends = np.array([self._of_shared(name) for name in self.shared]).reshape(-1, 3)
         lower, upper = (
@@ -224,7 +224,7 @@ class StrideLayout(StepsLayout):
         return lower, upper
 
     def scale(self) -> Array:
-        """Return the size of a sensible step of each entry of x."""
+        """Return the size of a sensible step of each entry of x, shape (P,)."""
         parts = [layout.scale()[own] for layout, own in zip(self.steps, self.own, strict=True)]
         return np.concatenate([*parts, [self._of_shared(name)[2] for name in self.shared]])
 
@@ -356,7 +356,7 @@ class Steps(ABC):
         """Return the entries of `ADVANCE`, shape (1, 4), or (1, 0) where it has no meaning."""
 
     def read(self, what: Quantity) -> Array:
-        """Return a quantity, the rows of each step after those of the one before."""
+        """Return a quantity (K, entries), rows of each step after those of the one before."""
         return self.values[what]
 
 
@@ -390,7 +390,7 @@ class Stride(Steps):
 
 
 def side_by_side(each: Sequence[dict[Quantity, Array]]) -> dict[Quantity, Array]:
-    """Return quantities, or their Jacobians, of steps one after another."""
+    """Return quantities (K, entries) of steps one after another, or their Jacobians."""
     return {what: np.concatenate([one[what] for one in each]) for what in each[0]}
 
 
@@ -400,7 +400,7 @@ _ADVANCE = (GEOMETRY_NAMES.index("step_length"), FOOT_SPACING, DURATION)
 def stride_jacobians(
     layout: StrideLayout, derivatives: Sequence[StepDerivatives], pace: float
 ) -> dict[Quantity, Array]:
-    """Return the derivatives of the quantities of a stride in x."""
+    """Return the derivatives of the quantities of a stride in x, (K, entries, P) each."""
     found = side_by_side([one.jacobians for one in derivatives])
     d, s, T = ([_along(layout, k, GEOMETRY_NAMES[row]) for k in range(2)] for row in _ADVANCE)
     found[quantities.ADVANCE] = np.array([[0.5 * (d[0] + d[1]), 0.5 * (s[1] - s[0]), T[0], d[0]]])

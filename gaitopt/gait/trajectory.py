@@ -261,7 +261,7 @@ class Trajectory:
         return self._place(step, 0)
 
     def times(self, rate: float, strides: float = 1.0) -> Array:
-        """Return equidistant times [s] of a number of strides, the last excluded.
+        """Return equidistant times (N,) [s] of a number of strides, the last excluded.
 
         Args:
             rate: samples a second [Hz].

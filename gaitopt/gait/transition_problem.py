@@ -250,7 +250,7 @@ class TransitionProblem(WalkProblem):
     """The nonlinear program of a transition: the mean over its steps of the cost per second.
 
     Each step counts by the duration that is given. Constraints, certificate and refinement are
-    those of a walk; instants are shares of all steps.
+    those of a walk; instants are shares of all steps, x has all their parameters, shape (P,).
     """
 
     def __init__(self, robot: Robot, transition: TransitionTask, grid: Grid | None = None) -> None:

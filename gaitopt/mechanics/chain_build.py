@@ -207,13 +207,18 @@ def _axes_about(axis: Array) -> Array:
 
 
 def zero_posture(joints: JointTable) -> tuple[Array, Array]:
-    """Placements of R_0 to R_n in R0 at zero joint values."""
+    """Placements of R_0 to R_n in R0 at zero joint values, (n + 1, 3, 3) and (n + 1, 3)."""
     table = (joints.gamma, joints.b, joints.alpha, joints.d, joints.theta, joints.r)
     return placements(*transforms(*table), joints.antecedent)
 
 
 def link_table(rotations: Array, origins: Array, bodies: Bodies) -> LinkTable:
-    """Express bodies given in the stance sole frame in the link frames, about their origins."""
+    """Express bodies given in the stance sole frame in the link frames, about their origins.
+
+    Args:
+        rotations, origins: of the link frames in R0, (n + 1, 3, 3) and (n + 1, 3) [m].
+        bodies: in the stance sole frame.
+    """
     to_link = np.swapaxes(rotations, -1, -2) @ SOLE_AXES
     arms = bodies.coms - turned(origins)
     arms = (to_link @ arms[..., None])[..., 0]

@@ -89,7 +89,7 @@ class ImpactDerivatives:
 
     @property
     def inputs(self) -> Array:
-        """With respect to posture, rates and, where it moves, the sole's twist, side by side."""
+        """In posture, rates and, where it moves, the sole's twist, side by side, (rows, inputs)."""
         parts = [self.posture, self.rate, *([] if self.sole is None else [self.sole])]
         return np.hstack(parts)
 

@@ -60,7 +60,7 @@ class Nearest:
         return np.asarray(np.linalg.norm(self.between, axis=1))
 
     def pick(self, chosen: Array) -> Nearest:
-        """Return some of the pairs."""
+        """Return some of the pairs, by their numbers (K,)."""
         return Nearest(
             self.along[chosen], self.share[chosen], self.second[chosen], self.between[chosen]
         )
@@ -166,7 +166,7 @@ class LegPairs:
     standing: Array
 
     def least(self, asked: float) -> Array:
-        """Return the gap to be kept by each pair [m]: what is asked, or what standing leaves.
+        """Return the gap to be kept by each pair [m], (M,): what is asked, or what standing leaves.
 
         No walk keeps bodies farther apart that no joint takes apart. Capsules are not quite round
         about the axes of the hips, so that a gap there changes by a hair.

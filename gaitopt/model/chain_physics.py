@@ -139,7 +139,12 @@ def fall(physics: Physics, rotation: Array) -> float:
 
 
 def tilt(physics: Physics, rotation: Array) -> float:
-    """Return the angle between gravity and the robot's down [rad]; 0 where no gravity is given."""
+    """Return the angle between gravity and the robot's down [rad]; 0 where no gravity is given.
+
+    Args:
+        physics: of the description.
+        rotation: columns forward, left, up in the root link, shape (3, 3).
+    """
     if physics.gravity is None:
         return 0.0
     forward, left, up = rotation.T @ np.array(physics.gravity)

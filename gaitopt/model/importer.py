@@ -66,7 +66,7 @@ def leg_findings(
 
     Args:
         model: the whole robot.
-        q: its reference posture.
+        q: its reference posture, shape (nq,).
         pair: the right and the left leg.
         heading: where it looks.
         angles: of the reference posture that were given [rad].
@@ -116,7 +116,7 @@ def symmetry_findings(done: Symmetrised) -> list[Finding]:
 
 
 def pair_findings(names: tuple[str, ...], mirror: Array) -> list[Finding]:
-    """Return which joints mirror each other, and with which sign."""
+    """Return which joints mirror each other by a leg exchange (n, n), and with which sign."""
     findings = []
     partners = np.abs(mirror).argmax(axis=1)
     pairs = [row for row, partner in enumerate(partners) if row <= partner]

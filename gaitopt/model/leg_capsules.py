@@ -194,7 +194,7 @@ class BoundingCapsule:
         return np.pi * self.radius**2 * (length + 4.0 / 3.0 * self.radius)
 
     def reach(self, direction: Array) -> float:
-        """How far it reaches along a unit vector [m]."""
+        """How far it reaches along a unit vector (3,) [m]."""
         return max(float(self.start @ direction), float(self.end @ direction)) + self.radius
 
 

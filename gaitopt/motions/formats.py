@@ -82,7 +82,7 @@ def format_named(name: str) -> MotionFormat:
 
 
 def tracker_arrays(motion: Motion) -> dict[str, Array]:
-    """Return the arrays of a motion npz."""
+    """Return the arrays of a motion npz, see `FORMATS`."""
     samples, bodies = motion.samples, motion.body_motion
     single = {
         "joint_pos": samples.q,
@@ -106,7 +106,7 @@ def tracker_arrays(motion: Motion) -> dict[str, Array]:
 
 
 def mujoco_arrays(motion: Motion) -> dict[str, Array]:
-    """Return positions, velocities, accelerations and torques as MuJoCo has them."""
+    """Return positions, velocities, accelerations and torques as MuJoCo has them, see `FORMATS`."""
     samples = motion.samples
     rate, change = motion.base_velocity[:, :3], motion.base_acceleration[:, :3]
     quaternion = samples.base_quaternion[:, SCALAR_FIRST]
@@ -124,7 +124,7 @@ def mujoco_arrays(motion: Motion) -> dict[str, Array]:
 
 
 def pinocchio_arrays(motion: Motion) -> dict[str, Array]:
-    """Return configurations, velocities, accelerations and torques as Pinocchio has them."""
+    """Return configurations, their derivatives and torques as Pinocchio has them, see `FORMATS`."""
     samples = motion.samples
     return {
         "time": samples.time,
@@ -140,7 +140,7 @@ def pinocchio_arrays(motion: Motion) -> dict[str, Array]:
 
 
 def table_columns(motion: Motion) -> dict[str, Array]:
-    """Return the columns of a table with a header."""
+    """Return the columns of a table with a header, shape (T,) each, see `FORMATS`."""
     samples = motion.samples
     columns = {
         "time [s]": samples.time,

@@ -96,7 +96,7 @@ def cubic_pieces(gait: Gait) -> Array:
 
 
 def csv_text(gait: Gait, samples: Mapping[str, Array]) -> str:
-    """Return the samples of a stride as comma-separated values with a header of names and units.
+    """Return the samples (N, ...) of a stride as comma-separated values under names and units.
 
     Columns: time, step, then angle, rate, acceleration and torque of each joint, the ground wrench
     and the centre of pressure in the standing foot's sole frame.
@@ -118,13 +118,13 @@ def csv_text(gait: Gait, samples: Mapping[str, Array]) -> str:
 
 
 def json_text(gait: Gait, samples: Mapping[str, Array]) -> str:
-    """Return the record of a gait as JSON, which is YAML too."""
+    """Return the `record` of a gait as JSON, which is YAML too."""
     text = json.dumps(record(gait, samples), indent=1, ensure_ascii=False) + "\n"
     return _TEXT_OR_EXPONENT.sub(_with_point, text)
 
 
 def record(gait: Gait, samples: Mapping[str, Array]) -> dict[str, object]:
-    """Return samples, splines, impact and origin of a gait for a controller."""
+    """Return samples (N, ...), splines, impact and origin of a gait for a controller."""
     joints = joint_names(gait)
     return {
         "units": "SI: s, m, kg, rad, N, N.m; signs of the joints as in the URDF",

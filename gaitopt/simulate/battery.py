@@ -186,7 +186,7 @@ def _goes_on(walk: SimulatedWalk) -> bool:
 
 
 def directions(gait: Gait) -> dict[str, Array]:
-    """Return unit vectors in the world by the name of the direction of a push."""
+    """Return unit vectors (3,) in the world by the name of the direction of a push."""
     trajectory = gait.trajectory
     stance, swing = trajectory.advance(PUSHED), trajectory.advance(PUSHED + 1)
     ahead = trajectory.advance(PUSHED - 1).rotation[:, 0] + stance.rotation[:, 0]

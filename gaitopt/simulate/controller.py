@@ -120,7 +120,7 @@ class JointPD:
         self._foot, self._landed = foot, time
 
     def torque(self, time: float, qpos: Array, qvel: Array) -> Array:
-        """Return feed-forward and feedback [N·m]."""
+        """Return feed-forward and feedback [N·m], see `Controller.torque`."""
         reference, foot = self._reference, self._foot
         row = reference.row(time - self._landed)
         error = reference.q[foot, row] - qpos[self._robot.qpos]

@@ -163,7 +163,7 @@ class Delay:
         self._waiting.append((time, torque))
 
     def arrived(self, time: float) -> Array:
-        """Return the torques that act at a time [s]."""
+        """Return the torques (n,) [N·m] that act at a time [s]."""
         while len(self._waiting) > 1 and self._waiting[1][0] + self.delay <= time + 1e-9:
             self._waiting.popleft()
         return self._waiting[0][1]

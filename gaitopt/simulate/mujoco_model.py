@@ -104,7 +104,7 @@ class SimulatedRobot:
         return found
 
     def follow(self, qpos: Array, qvel: Array) -> None:
-        """Write into a state where the joints that follow others are, and their rates."""
+        """Write into a state (nq,), (nv,) where joints that follow others are, and their rates."""
         value, slope, _ = self.body.followers(qpos[self.qpos[self.body.led]])
         qpos[self.tied[0]] = value
         qvel[self.tied[1]] = slope * qvel[self.dof[self.body.led]]

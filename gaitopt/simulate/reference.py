@@ -199,7 +199,7 @@ def _target(
 
 
 def sole_motion(robot: SimulatedRobot, data: mujoco.MjData, foot: int) -> tuple[Array, Array]:
-    """Return the Jacobian of a sole frame, linear rows first, and its acceleration at rest."""
+    """Return the Jacobian of a sole frame (6, nv), linear rows first, and its drift (6,)."""
     model, site = robot.model, robot.site[foot]
     J, rate = np.zeros((6, model.nv)), np.zeros((6, model.nv))
     mujoco.mj_jacSite(model, data, J[:3], J[3:], site)

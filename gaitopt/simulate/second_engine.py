@@ -137,7 +137,7 @@ def sole_jacobian(robot: SimulatedRobot, data: mujoco.MjData, foot: int) -> Arra
 def impact(
     robot: SimulatedRobot, data: mujoco.MjData, foot: int, gait: Gait
 ) -> tuple[Array, Array]:
-    """Return the motors' rates after a sole stops at once, and the impulse, in its footprint.
+    """Return the rates (n,) after a sole stops at once, and the impulse (6,), in its footprint.
 
     Where the gait lands on a line of the sole, only what the line holds stops.
     """

@@ -132,7 +132,7 @@ class SimulatedWalk:
 
     @property
     def settled(self) -> tuple[Array, Array]:
-        """Lengths [m] and times [s] of the steps after the first two."""
+        """Lengths [m] and times [s] of the steps after the first two, shape (K,) each."""
         return self.lengths[_SETTLED:], self.times[_SETTLED:]
 
     @property
@@ -200,7 +200,7 @@ def designed_speed(gait: Gait) -> float:
 
 
 def way_of(gait: Gait, step: int) -> tuple[Array, Array]:
-    """Return the unit vectors forward along the way of a step, and to its left, in the world.
+    """Return the unit vectors (3,) along the way of a step and to its left, in the world.
 
     They are those midway between the feet at the begin of the step.
     """

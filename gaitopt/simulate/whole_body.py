@@ -192,7 +192,7 @@ class WholeBodyController:
         self._move, self._move_rate, self._goal = np.zeros(2), np.zeros(2), np.zeros(2)
 
     def torque(self, time: float, qpos: Array, qvel: Array) -> Array:
-        """Return the torques of the motors [N·m]; see the module."""
+        """Return the torques of the motors [N·m], see `Controller.torque` and the module."""
         robot, options, data = self._robot, self._options, self._data
         foot, since, count = self._foot, time - self._landed, len(self._robot.dof)
         self._see(qpos, qvel)
@@ -469,7 +469,10 @@ class WholeBodyController:
 
 
 def whole_body_walks() -> Callable[[SimulatedRobot, Trajectory, Array | None], WholeBodyController]:
-    """Return a maker of whole-body controllers; those of the same walk share its reference."""
+    """Return a maker of controllers from robot, walk and limit of the torques (n,) [N·m].
+
+    Those of the same walk share its reference.
+    """
     known: list[tuple[Trajectory, Reference]] = []
 
     def make(

@@ -104,7 +104,7 @@ class ScaledProgram:
         return np.asarray(u) * self.scale
 
     def cost(self, u: Array) -> float:
-        """Return the scaled cost, infinite where undefined."""
+        """Return the scaled cost at u (n,), infinite where undefined."""
         return self.nlp.cost_scale * self._evaluate(u)[1]
 
     def rows(self, u: Array) -> Array:
@@ -120,7 +120,7 @@ class ScaledProgram:
         return self.point(u).jacobian * self.scale
 
     def point(self, u: Array) -> Point:
-        """Return the unscaled point at u, or the last one defined."""
+        """Return the unscaled point at u (n,), or the last one defined."""
         x = self.x(u)
         if not np.array_equal(x, self.last.x):
             with contextlib.suppress(EvaluationError):

@@ -132,7 +132,7 @@ class ConvexModel:
 
 
 def unchanged(matrix: Array) -> ConvexModel:
-    """Wrap a matrix that is positive definite already."""
+    """Wrap a matrix (n, n) that is positive definite already."""
     n = matrix.shape[0]
     return ConvexModel(matrix, 0.0, np.zeros((n, 0)), np.zeros((0, 0)))
 

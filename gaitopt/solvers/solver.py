@@ -157,7 +157,7 @@ class Iterate:
 
 
 def make_iterate(nlp: NLP, point: Point, multipliers: Array, bound_multipliers: Array) -> Iterate:
-    """Judge a point and its multipliers by the definition of optimality."""
+    """Judge a point and its multipliers (m,), (n,) by the definition of optimality."""
     violation, worst = worst_violation(nlp, point)
     residual = kkt_residual(nlp, point, multipliers, bound_multipliers)
     return Iterate(point, multipliers, bound_multipliers, residual, violation, worst)
@@ -247,7 +247,7 @@ class Recorder:
         )
 
     def failure(self, x: Array) -> Solution:
-        """Write the solution of a run whose start could not be evaluated: all numbers nan."""
+        """Write the solution of a run whose start x (n,) has no value: all numbers nan."""
         return Solution(
             x=x,
             cost=np.nan,

@@ -71,7 +71,7 @@ class LocalModel:
     bound_down: Indices
 
     def predicted_decrease(self, d: Array) -> float:
-        """Return how much the scaled cost should fall, by the unmodified Hessian."""
+        """Return how much the scaled cost should fall by d (n,), by the unmodified Hessian."""
         return -float(self.gradient @ d + 0.5 * d @ self.hessian @ d)
 
 

@@ -369,7 +369,7 @@ def given_rows(nlp: NLP, rows: Indices) -> WorkingSet:
 
 
 def held_rows(nlp: NLP, multipliers: Array, bound_multipliers: Array) -> WorkingSet:
-    """Choose the rows and bounds that carry a multiplier, as equalities at the limit it tells."""
+    """Choose rows and bounds with a multiplier (m,), (n,), as equalities at the limit it tells."""
     rows = np.flatnonzero((multipliers != 0.0) | (nlp.rows.lower == nlp.rows.upper))
     bounds = np.flatnonzero(bound_multipliers)
     at_row = np.where(multipliers > 0.0, nlp.rows.upper, nlp.rows.lower)[rows]

@@ -162,7 +162,7 @@ def _of_one_branch(line: Line, scenario: Scenario) -> Line:
 
 
 def extrapolated(line: Line) -> tuple[Array, tuple[ActiveRow, ...]]:
-    """Return parameters and active limits by the polynomial through walks, where its argument is 0.
+    """Return parameters (P,) and active limits by the polynomial through walks, at its argument 0.
 
     The active limits are those of the first walk; where the others have them too, at about the same
     instant, instant and multiplier are of the polynomial.

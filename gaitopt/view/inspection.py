@@ -233,7 +233,7 @@ def _axes(reading: ImportedRobot) -> dict[str, str]:
 
 
 def axis_words(axis: Array) -> str:
-    """Return the nearest of the axes forward x, left y, up z, and the angle to it."""
+    """Return the nearest of the axes forward x, left y, up z to one (3,), and the angle to it."""
     near = int(np.abs(axis).argmax())
     sign = "-" if axis[near] < 0.0 else "+"
     angle = float(np.degrees(np.arccos(np.clip(abs(axis[near]), 0.0, 1.0))))

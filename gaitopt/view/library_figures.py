@@ -148,8 +148,8 @@ def branch_cuts(torques: Array) -> list[int]:
     than between any other neighbours; a few gaits far apart cannot tell, and are left together.
 
     Args:
-        torques: peaks of the motors (columns) of neighbouring gaits (rows) [N·m]; a motor with a
-            NaN is passed over.
+        torques: peaks of the motors of neighbouring gaits [N·m], shape (gaits, motors); a motor
+            with a NaN is passed over.
     """
     known = torques[:, np.isfinite(torques).all(axis=0)]
     if known.shape[0] < 3 or known.shape[1] == 0:

@@ -87,7 +87,7 @@ def robot_shapes(gait: Gait, package_dirs: tuple[str, ...] = ()) -> RobotShapes:
 
 
 def unloaded(path: str, scale: Array) -> coal.BVHModelBase:
-    """Return an empty mesh for a file that is read here when it is drawn, else the mesh itself.
+    """Return an empty mesh for a file that is read here when drawn, else the mesh, by scale (3,).
 
     Coal builds a tree of boxes about every mesh, for which a page has no use and which takes fifty
     times as long as reading the file.

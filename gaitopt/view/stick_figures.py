@@ -61,7 +61,7 @@ def stick_figures(body: Multibody, configurations: Array, top: Array) -> StickFi
 
 
 def trunk_top(gait: Gait) -> Array:
-    """Return the top of the trunk, above the middle of the hips, in the base's frame [m].
+    """Return the top of the trunk, above the middle of the hips, in the base's frame, (3,) [m].
 
     It is the highest joint, or the top of what the robot's file draws with simple shapes; in
     proportion to the legs if neither is clearly above the hips.

@@ -351,7 +351,7 @@ def _faces_of_few(points: Array) -> tuple[Array, Array]:
 
 
 def tilt(normal: Array, down: Array) -> float:
-    """Return the angle between two unit vectors [rad], exact for small ones too."""
+    """Return the angle between two unit vectors (3,) [rad], exact for small ones too."""
     return float(np.arctan2(np.linalg.norm(np.cross(normal, down)), normal @ down))
 
 

@@ -46,12 +46,12 @@ class LegLines:
 
     @property
     def hip(self) -> Array:
-        """Point nearest to the lines of the hip."""
+        """Point nearest to the lines of the hip [m], shape (3,)."""
         return common_point(self.points[self.parts[0]], self.axes[self.parts[0]])
 
     @property
     def ankle(self) -> Array:
-        """Point nearest to the lines of the ankle."""
+        """Point nearest to the lines of the ankle [m], shape (3,)."""
         return common_point(self.points[self.parts[1]], self.axes[self.parts[1]])
 
 
@@ -123,7 +123,7 @@ def find_heading(legs: tuple[LegLines, LegLines], up: Array, forward: Axis | Non
 
 
 def axis_name(vector: Array) -> Axis:
-    """Return the name of a root axis, or the three numbers of another direction."""
+    """Return the name of a root axis (3,), or the three numbers of another direction."""
     for name, axis in AXES.items():
         if np.array_equal(vector, axis):
             return name
@@ -132,7 +132,7 @@ def axis_name(vector: Array) -> Axis:
 
 
 def axis_vector(axis: Axis) -> Array:
-    """Return the unit vector of an axis name or of three numbers."""
+    """Return the unit vector (3,) of an axis name or of three numbers."""
     return np.array(AXES[axis] if isinstance(axis, str) else axis)
 
 

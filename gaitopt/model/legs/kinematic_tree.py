@@ -116,7 +116,7 @@ class PosedModel:
 
 
 def pose(model: pin.Model, q: Array, problems: tuple[FileProblem, ...] = ()) -> PosedModel:
-    """Return the model in a posture."""
+    """Return the model in a posture q, shape (nq,)."""
     data = model.createData()
     pin.forwardKinematics(model, data, q)
     return PosedModel(model, q, [placement.copy() for placement in data.oMi], problems)
@@ -182,13 +182,13 @@ def foot_name(model: pin.Model, joint: int) -> str:
 
 
 def line_gap(point: Array, axis: Array, other_point: Array, other_axis: Array) -> float:
-    """Return how far apart two lines are, in m and in the sine of their angle, the larger one."""
+    """Return how far apart lines (3,) are, in m or the sine of their angle, the larger one."""
     apart = np.cross(other_point - point, axis)
     return float(max(np.linalg.norm(apart), np.linalg.norm(np.cross(axis, other_axis))))
 
 
 def unit(vector: Array) -> Array:
-    """Return a vector at length 1, or as it is if it has no length."""
+    """Return a vector (3,) at length 1, or as it is if it has no length."""
     return np.asarray(vector / (float(np.linalg.norm(vector)) or 1.0))
 
 

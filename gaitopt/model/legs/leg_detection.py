@@ -234,7 +234,7 @@ def speaks_for_other_side(right: Sequence[str], left: Sequence[str]) -> bool:
 
 
 def mirror_normal(posed: PosedModel, legs: Sequence[Sequence[int]]) -> Array | None:
-    """Return the normal of the plane between two chains, from the second's side to the first's.
+    """Return the normal (3,) of the plane between two chains, from the second side to the first.
 
     None if there is no such plane: mirrored joints lie on parallel lines, halved by one plane.
 
@@ -466,7 +466,13 @@ def _check_leg(posed: PosedModel, leg: list[int], toes: list[int], up: Array) ->
 
 
 def essential_joints_missing(posed: PosedModel, leg: Sequence[int], up: Array) -> list[str]:
-    """Return which joints a chain lacks to put a foot flat at a step, sideways along its knee."""
+    """Return which joints a chain lacks to put a foot flat at a step, sideways along its knee.
+
+    Args:
+        posed: the robot.
+        leg: joint ids from hip to ankle.
+        up: unit vector in the root link, shape (3,).
+    """
     points, axes = posed.points[list(leg)], posed.axes[list(leg)]
     knee = axes[len(hip_and_ankle(points, axes)[0])]
     side = unit(_across(knee, up))

@@ -109,7 +109,7 @@ def posture_doubts(
 
     Args:
         model: of the robot.
-        q: its reference posture.
+        q: its reference posture, shape (nq,).
         moved: joints that move, which keep their ranges in a walk however they stand there.
         choices: with the angles that were given.
     """
@@ -146,7 +146,7 @@ def rotor_armatures(choices: ImportOptions, folder: Path) -> Angles:
 
 
 def reference_configuration(model: pin.Model, angles: Angles) -> Array:
-    """Return the configuration of a model in the reference posture, its root at the origin.
+    """Return the configuration (nq,) of a model in the reference posture, its root at the origin.
 
     Raises:
         RobotError: a joint is unknown, or has more than one coordinate.
@@ -173,7 +173,7 @@ def followed(
 
     Args:
         model: of the robot.
-        q: its configuration.
+        q: its configuration, shape (nq,).
         ties: by the joint that follows.
         given: joints that a person, or the file, put where they are; these stay there.
 

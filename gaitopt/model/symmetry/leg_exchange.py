@@ -62,7 +62,7 @@ def exchange_error(model: pin.Model, E: Array, stance_sole: str, swing_sole: str
     """Return the largest error of mirrored kinematics and inertia over a few postures.
 
     The swing sole seen from the stance sole at q must mirror to the stance sole seen from the
-    swing sole at E q, and the kinetic energy of the mirrored motion must be the same.
+    swing sole at E q, E (n, n), and the kinetic energy of the mirrored motion must be the same.
     """
     data, rng = model.createData(), np.random.default_rng(0)
     soles = model.getFrameId(stance_sole), model.getFrameId(swing_sole)
