@@ -51,10 +51,9 @@ def _public() -> str:
 def _homes() -> dict[str, str]:
     """Return the module of each public name."""
     tree = ast.parse((PACKAGE / "__init__.py").read_text("utf-8"))
-    for node in tree.body:
-        if isinstance(node, ast.Assign) and getattr(node.targets[0], "id", "") == "_HOMES":
-            return dict(ast.literal_eval(node.value))
-    raise ValueError("gaitopt/__init__.py has no _HOMES")
+    (typed,) = (node for node in tree.body if isinstance(node, ast.If))  # if TYPE_CHECKING
+    imports = [node for node in typed.body if isinstance(node, ast.ImportFrom)]
+    return {alias.name: str(node.module) for node in imports for alias in node.names}
 
 
 def _folder(name: str, folder: Path) -> str:

@@ -91,7 +91,7 @@ def _write_mjcf(
     target = output or path.with_name(f"{path.stem}-{MJCF}.xml")
     if target.suffix.lower() != ".xml":
         raise InputError(f"cannot write '{target}': files of format '{MJCF}' end in .xml")
-    from gaitopt.simulate.mjcf import RATE, mjcf_text
+    from gaitopt.simulate.mujoco_model import RATE, mjcf_text
 
     text = mjcf_text(
         loaded(path), RATE if rate is None else rate, 1.0 if strides is None else strides

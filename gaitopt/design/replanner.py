@@ -102,7 +102,6 @@ class Replanner:
         *,
         deadline: float | None = None,
         stop: Stop = never,
-        search: bool = True,
     ) -> Plan:
         """Return the walk of a task: from the last one, else from a first guess.
 
@@ -115,7 +114,6 @@ class Replanner:
             deadline: seconds from now after which the answer is "late"; it is looked at in every
                 iteration, of some milliseconds.
             stop: asked as often; where it says True, the answer is "late" too.
-            search: whether to try a first guess where no walk is found from the last one.
 
         Raises:
             InputError: the task or the robot cannot be.
@@ -127,7 +125,7 @@ class Replanner:
 
         problem = WalkProblem(robot, task)
         solution, reason = None, ""
-        for x, multipliers in self._starts(problem, search):
+        for x, multipliers in self._starts(problem):
             if x is None:
                 reason = "the step asked for is longer than the legs"
                 continue
@@ -147,9 +145,7 @@ class Replanner:
         self._unfinished = plan if outcome == LATE else None
         return plan
 
-    def _starts(
-        self, problem: WalkProblem, search: bool
-    ) -> list[tuple[Array | None, Array | None]]:
+    def _starts(self, problem: WalkProblem) -> list[tuple[Array | None, Array | None]]:
         """Return parameters and multipliers to begin with, the most promising first."""
         starts: list[tuple[Array | None, Array | None]] = []
         for plan in (self._unfinished, self.last):
@@ -167,11 +163,10 @@ class Replanner:
             if x.shape == (problem.layout.size,):
                 fits = multipliers.shape == problem.rows.lower.shape
                 starts.append((x, multipliers if fits else None))
-        if search:
-            try:
-                starts.append((first_guess(problem), None))
-            except UnreachableError:
-                starts.append((None, None))
+        try:
+            starts.append((first_guess(problem), None))
+        except UnreachableError:
+            starts.append((None, None))
         return starts
 
     def _solved(

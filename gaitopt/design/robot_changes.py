@@ -227,14 +227,19 @@ class Anatomy:
         local = self.robot.model.frames[self.robot.swing_frame].placement.act(legs.ankles[1])
         return np.asarray(self._origin[swing] + self._rotation[swing] @ local)
 
+    def _level_ways(self, side: int) -> list[Array]:
+        """Ways from a knee to hip and ankle of its leg, level with its axis, in the world, (3,)."""
+        knee = self.robot.legs.knees[side]
+        u, at = self._axes[knee], self._joint_point(knee)
+        hip = self._pelvis_origin + self._pelvis @ self.robot.legs.hips[side]
+        return [v - (v @ u) * u for v in (hip - at, self._ankle(side) - at)]
+
     def segment(self, thigh: bool) -> RobotChange:
         """Return a longer thigh, the knee farther from the hip; or a longer shin."""
         change = self.nothing("thigh" if thigh else "shin", LENGTH, "m", _LENGTH_STEP)
         robot, reach = self.robot, 0.0
         for side, knee in enumerate(robot.legs.knees):
-            u, at = self._axes[knee], self._joint_point(knee)
-            hip = self._pelvis_origin + self._pelvis @ robot.legs.hips[side]
-            h, a = (v - (v @ u) * u for v in (hip - at, self._ankle(side) - at))
+            u, (h, a) = self._axes[knee], self._level_ways(side)
             e = -h / np.linalg.norm(h) if thigh else a / np.linalg.norm(a)
             above, joint = (self._next(knee, -1), knee) if thigh else (knee, self._next(knee, 1))
             length = float(e @ (self._joint_point(joint) - self._joint_point(above)))
@@ -251,13 +256,9 @@ class Anatomy:
 
     def measures(self) -> dict[str, float]:
         """Return thigh, shin and hip width [m], and masses of the bodies of one side [kg]."""
-        robot, side = self.robot, 1
-        knee = robot.legs.knees[side]
-        u, at = self._axes[knee], self._joint_point(knee)
-        hip = self._pelvis_origin + self._pelvis @ robot.legs.hips[side]
-        h, a = (v - (v @ u) * u for v in (hip - at, self._ankle(side) - at))
+        h, a = self._level_ways(1)
         found = {"thigh": float(np.linalg.norm(h)), "shin": float(np.linalg.norm(a)),
-                 "hip width": abs(robot.legs.spacing)}  # fmt: skip
+                 "hip width": abs(self.robot.legs.spacing)}  # fmt: skip
         return found | {f"{name} mass": float(self.mass[own[-1]]) for name, own in self.bodies()}
 
     def _next(self, joint: int, down: int) -> int:

@@ -17,7 +17,7 @@ import numpy as np
 
 from gaitopt.actuators.motors import Drive, Motor, MotorTable, catalogue_of
 from gaitopt.design.options import DesignOptions
-from gaitopt.design.requirements import MotorLoop, motor_loops
+from gaitopt.design.requirements import MotorLoop, motor_loops, motor_use
 from gaitopt.design.starts import many_starts
 from gaitopt.errors import InputError, NoGaitFoundError
 from gaitopt.gait.constraints import MotorEnvelope
@@ -204,23 +204,16 @@ def _best_ratio(
 
 def _use(loops: Mapping[str, MotorLoop], joints: tuple[str, ...], drive: Drive) -> Choice:
     """Return what gaits ask of a drive, its rotor accelerated."""
-    able, motor = drive.at_joint(), drive.motor
-    shares = []
-    for loop in loops.values():
-        torque = loop.torque + drive.armature * loop.acceleration
-        current = (np.abs(torque) + drive.friction) / drive.torque_per_current
-        voltage = np.abs(torque / able.stall_torque + loop.rate / able.no_load_speed)
-        square = loop.mean(current**2)
-        shares.append((
-            float(current.max()) / motor.peak_current,
-            float(np.sqrt(square)) / motor.continuous_current,
-            float(voltage.max()), motor.resistance * square,
-        ))  # fmt: skip
-    peak, rms, line, loss = np.array(shares).T
-    motors = next(iter(loops.values())).motor
+    uses = [
+        motor_use(
+            replace(loop, torque=loop.torque + drive.armature * loop.acceleration), label, drive
+        )
+        for label, loop in loops.items()
+    ]
     return Choice(
-        motors, joints, drive, float(peak.max()), float(rms.max()), float(line.max()),
-        float(loss.mean()),
+        uses[0].motor, joints, drive, max(one.peak_share for one in uses),
+        max(one.rms_share for one in uses), max(one.voltage_share for one in uses),
+        float(np.mean([one.copper_loss for one in uses])),
     )  # fmt: skip
 
 

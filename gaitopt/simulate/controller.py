@@ -87,6 +87,9 @@ def both_feet(trajectory: Trajectory) -> float:
     return 0.0 if last.front is None else last.duration
 
 
+_BANDWIDTH = 20.0  # w of `JointPD` [rad/s]
+
+
 class JointPD:
     """Joint feedback, Kp = w² D and Kd = 2 w D with the joints' own inertias D, plus feed-forward.
 
@@ -94,15 +97,12 @@ class JointPD:
     the centre of pressure that it happens to ask for is inside.
     """
 
-    def __init__(
-        self, robot: SimulatedRobot, trajectory: Trajectory, bandwidth: float = 20.0
-    ) -> None:
+    def __init__(self, robot: SimulatedRobot, trajectory: Trajectory) -> None:
         """Take gains from the mass matrix at the start of the walk.
 
         Args:
             robot: the model.
             trajectory: the walk.
-            bandwidth: w [rad/s].
         """
         self.interval = 0.002
         self._robot, self._foot, self._landed = robot, 0, -both_feet(trajectory)
@@ -110,10 +110,8 @@ class JointPD:
         data = mujoco.MjData(robot.model)
         data.qpos[:] = robot.position(trajectory.at(0.0).configuration[0])
         mujoco.mj_forward(robot.model, data)
-        mass = np.zeros((robot.model.nv, robot.model.nv))
-        mujoco.mj_fullM(robot.model, data, mass)
-        inertia = np.diag(mass)[robot.dof]
-        self._stiffness, self._damping = bandwidth**2 * inertia, 2.0 * bandwidth * inertia
+        inertia = np.diag(robot.mass_matrix(data))[robot.dof]
+        self._stiffness, self._damping = _BANDWIDTH**2 * inertia, 2.0 * _BANDWIDTH * inertia
 
     def touch_down(self, foot: int, time: float) -> None:
         """Begin the next step."""

@@ -1,4 +1,4 @@
-"""The MuJoCo model of the robot of a gait: bodies, joints, motors, soles and the ground.
+"""The MuJoCo model of the robot of a gait: bodies, joints, motors, soles, the ground; as a file.
 
 Joints that the walk does not move are welded at the angle at which they stand; those that follow
 others are held to them by an equality. The world is that of `gaitopt.gait.trajectory`: the ground
@@ -15,13 +15,20 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
+from gaitopt.bounds import at_most
 from gaitopt.errors import InputError
+from gaitopt.gait.result import Gait
 from gaitopt.model.multibody import BASE, Multibody
 from gaitopt.nlp import Array
 
 _SOLE_THICKNESS = 0.02  # m, of the boxes that touch the ground
 _LEAST_MASS = 1e-12  # kg and kg·m²: MuJoCo refuses moving bodies without any
 _STIFF = [0.999, 0.9999, 1e-4, 0.5, 2.0]  # MuJoCo's `solimp`: ties of joints hardly give way
+RATE = 50.0
+"""Of the keyframes by default [Hz]."""
+START = "start"
+"""Name of the keyframe on the cycle at which the walk starts; the others are `reference N`."""
+_KEYFRAMES = 20_000
 _FEET_BITS, _GROUND_BITS = (1, 4), (2, 8)  # each foot touches the ground under it, nothing else
 
 
@@ -85,6 +92,12 @@ class SimulatedRobot:
     def free(self, qpos: Array) -> Array:
         """Return velocities `qvel` per velocity of base and motors, shape (nv, 6 + n)."""
         return self._free_at(qpos) if self.body.bends else self._constant_free
+
+    def mass_matrix(self, data: mujoco.MjData) -> Array:
+        """Return the mass matrix at a state, shape (nv, nv)."""
+        found = np.zeros((self.model.nv, self.model.nv))
+        mujoco.mj_fullM(self.model, data, found)
+        return found
 
     @cached_property
     def _constant_free(self) -> Array:
@@ -231,6 +244,45 @@ def robot_spec(
     for foot in (0, 1):
         _add_sole(bodies, parents, body, foot, contact)
     return spec
+
+
+def mjcf_text(
+    gait: Gait,
+    rate: float = RATE,
+    strides: float = 1.0,
+) -> str:
+    """Return the robot of a gait as MJCF, in the form in which `simulate` walks it.
+
+    Joints that the walk does not move are welded. Each foot has a ground of its own, a mocap body.
+    Keyframes hold `qpos`, `qvel`, the torques of the design as `ctrl`, and the time.
+
+    Args:
+        gait: whose robot and walk.
+        rate: keyframes a second [Hz].
+        strides: number of periods that they last.
+
+    Raises:
+        InputError: the robot cannot be simulated, or the rate or the number is out of range.
+        RobotError: the gait has no robot of its own, and its URDF is not its robot.
+    """
+    trajectory, limit = gait.trajectory, gait.joint_limit("torque")
+    body = trajectory.body
+    times = trajectory.times(rate, strides)
+    at_most(len(times), _KEYFRAMES, "keyframes", "lower the rate or the strides")
+    if not len(times):
+        raise InputError(f"{rate:g} Hz and {strides:g} strides give no keyframe; raise them")
+    robot = simulated_robot(body, limit)
+    spec = robot_spec(body, limit)
+    samples = trajectory.at(times)
+    for row, time in enumerate(times):
+        q, v = samples.configuration[row], samples.velocity[row]
+        qpos, qvel = robot.position(q), robot.velocity(q, v)
+        torque = samples.torque[row, body.moving]
+        names = (START, f"reference {row}") if row == 0 else (f"reference {row}",)
+        for name in names:
+            spec.add_key(name=name, time=float(time), qpos=qpos, qvel=qvel, ctrl=torque)
+    spec.compile()
+    return str(spec.to_xml())
 
 
 def _empty_world(body: Multibody, contact: ContactOptions) -> mujoco.MjSpec:

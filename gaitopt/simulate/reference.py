@@ -176,8 +176,6 @@ def _target(
     mujoco.mj_fwdPosition(model, data)
     mujoco.mj_fwdVelocity(model, data)
     qacc = robot.acceleration(q, v, a)
-    mass = np.zeros((model.nv, model.nv))
-    mujoco.mj_fullM(model, data, mass)
     J, drift = sole_motion(robot, data, 1 - foot)
     standing, swinging = robot.site[foot], robot.site[1 - foot]
     trunk = data.xmat[robot.base].reshape(3, 3).copy()
@@ -193,7 +191,7 @@ def _target(
         trunk_rate=trunk @ data.qvel[3:6],
         trunk_acceleration=trunk @ qacc[3:6],
         com=data.subtree_com[robot.base] - data.site_xpos[standing],
-        com_velocity=mass[:3] @ data.qvel / robot.mass,
+        com_velocity=robot.mass_matrix(data)[:3] @ data.qvel / robot.mass,
         com_acceleration=force / robot.mass + robot.body.gravity,
     )
 

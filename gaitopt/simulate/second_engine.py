@@ -176,11 +176,9 @@ def _stopped(robot: SimulatedRobot, data: mujoco.MjData, J: Array) -> tuple[Arra
 
     From the state of the data.
     """
-    mass = np.zeros((robot.model.nv, robot.model.nv))
-    mujoco.mj_fullM(robot.model, data, mass)
     free = robot.free(data.qpos)
     J = J @ free
-    by_impulse = np.linalg.solve(free.T @ mass @ free, J.T)
+    by_impulse = np.linalg.solve(free.T @ robot.mass_matrix(data) @ free, J.T)
     before = np.concatenate([data.qvel[:6], data.qvel[robot.dof]])
     impulse = np.linalg.solve(J @ by_impulse, -J @ before)
     return (before + by_impulse @ impulse)[6:], impulse

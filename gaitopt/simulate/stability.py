@@ -151,12 +151,9 @@ class _Walk:
         world's axes, shape (6, n + 1).
         """
         robot, data, model = self.robot, self.data, self.robot.model
-        data.qpos[robot.qpos], data.qvel[robot.dof] = q, dq
-        robot.follow(data.qpos, data.qvel)
-        stand(robot, data, 0, self.place)
+        self._stand(q, dq)
         mujoco.mj_fwdVelocity(model, data)
-        M = np.zeros((model.nv, model.nv))
-        mujoco.mj_fullM(model, data, M)
+        M = robot.mass_matrix(data)
         J, drift = sole_motion(robot, data, 0)
         inverse = np.linalg.inv(J[:, :6])
         N = robot.free(data.qpos)[:, 6:].copy()
@@ -206,20 +203,23 @@ class _Walk:
             )
         return np.array(columns).T
 
-    def after_impact(self, q: Array, dq: Array) -> Array:
-        """Return the joint rates after the landing of the other sole (n,)."""
+    def _stand(self, q: Array, dq: Array | float) -> None:
+        """Put the robot on its standing sole, joints at angles and rates (n,)."""
         robot, data = self.robot, self.data
         data.qpos[robot.qpos], data.qvel[robot.dof] = q, dq
         robot.follow(data.qpos, data.qvel)
         stand(robot, data, 0, self.place)
+
+    def after_impact(self, q: Array, dq: Array) -> Array:
+        """Return the joint rates after the landing of the other sole (n,)."""
+        robot, data = self.robot, self.data
+        self._stand(q, dq)
         return impact(robot, data, 1, self._gait)[0]
 
     def height(self, q: Array, point: Array) -> float:
         """Return the height of a point of the landing sole, in its frame, over the ground [m]."""
         robot, data = self.robot, self.data
-        data.qpos[robot.qpos], data.qvel[robot.dof] = q, 0.0
-        robot.follow(data.qpos, data.qvel)
-        stand(robot, data, 0, self.place)
+        self._stand(q, 0.0)
         site = robot.site[1]
         up = data.site_xmat[site].reshape(3, 3)[2]
         return float(data.site_xpos[site][2] + up @ point) - self._rise

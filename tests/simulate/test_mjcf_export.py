@@ -6,8 +6,7 @@ import pytest
 from sample_gait import sample_gait
 
 from gaitopt.errors import InputError
-from gaitopt.simulate.mjcf import START, mjcf_text
-from gaitopt.simulate.mujoco_model import simulated_robot
+from gaitopt.simulate.mujoco_model import START, mjcf_text, simulated_robot
 
 READ = 1e-5  # MuJoCo writes numbers with so many digits
 
