@@ -11,7 +11,6 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from importlib import resources
-from importlib.metadata import PackageNotFoundError, distribution
 from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any, cast
@@ -222,6 +221,8 @@ def robot_by_name(name: str) -> Robot:
 
 def _descriptions() -> Path | None:
     """Directory of the installed descriptions, None where there are none."""
+    from importlib.metadata import PackageNotFoundError, distribution
+
     try:
         folder = Path(str(distribution(_PACKAGE).locate_file(_DESCRIPTIONS)))
     except PackageNotFoundError:

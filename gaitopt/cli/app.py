@@ -9,7 +9,7 @@ from typing import Annotated, Any
 
 import typer
 
-from gaitopt.cli.options import CONTEXT, Panels, command
+from gaitopt.cli.options import CONTEXT, Group, Panels, command
 from gaitopt.cli.process import handle_termination, survive_closed_pipes
 from gaitopt.settings import Setting, entry
 
@@ -25,6 +25,7 @@ PANELS = {
 """Headings of the help over the options of each section."""
 
 app = typer.Typer(
+    cls=Group,
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,

@@ -18,7 +18,6 @@ from gaitopt.cli.process import ExitCode, StopRequest, print_advice, print_error
 from gaitopt.cli.report import print_doubts, print_gait
 from gaitopt.cli.request import Request, make_request, make_task
 from gaitopt.cli.results import require_writable, save_elsewhere, write_results
-from gaitopt.cli.suggestions import Asked, suggestion_lines
 from gaitopt.design.certificate import WorstRow
 from gaitopt.design.design import Design, design
 from gaitopt.design.options import DesignOptions
@@ -81,6 +80,8 @@ def run(
             print_error("interrupted before there was a result; nothing was written")
             raise typer.Exit(ExitCode.INTERRUPTED) from error
         except (NoGaitFoundError, UnreachableError) as error:
+            from gaitopt.cli.suggestions import Asked, suggestion_lines
+
             print_error(str(error))
             asked = Asked(given, config, output, page=page, figures=figures, quiet=quiet)
             print_advice(suggestion_lines(error.diagnosis, request, asked))

@@ -7,15 +7,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from gaitopt.design.certificate import worst_rows
-from gaitopt.design.diagnosis import Diagnosis, diagnose
 from gaitopt.design.known_walk import gone_on, parameters_of
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.pipeline import Design, attempt, complete, finished, is_walk, versions
-from gaitopt.design.suggestions import Suggestion, followed, following
 from gaitopt.errors import (
     EvaluationError,
     InputError,
@@ -29,6 +28,9 @@ from gaitopt.gait.result import Gait
 from gaitopt.gait.task import Task
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array, ProgressCallback, Solution, Status, Stop, never
+
+if TYPE_CHECKING:  # most designs need no diagnosis: it is loaded when one does
+    from gaitopt.design.diagnosis import Diagnosis
 
 __all__ = ["Design", "checked_start", "design", "finished", "versions"]
 
@@ -144,6 +146,8 @@ def walk_after_diagnosis(
         raise StoppedError(solution)
     diagnosis = _diagnosis(problem, tried, options, stop)
     if diagnosis is not None and diagnosis.gait is not None:
+        from gaitopt.design.suggestions import following
+
         second = attempt(problem, following(options), diagnosis.gait, callback, stop)
         if is_walk(second):
             return second
@@ -159,6 +163,8 @@ def _diagnosis(
     """Return a diagnosis, unless it is not wanted or cannot be made."""
     if not options.diagnose:
         return None
+    from gaitopt.design.diagnosis import diagnose
+
     try:
         return diagnose(problem, tried, options, stop)
     except UnreachableError:
@@ -169,6 +175,8 @@ def _with_another_solver(
     problem: WalkProblem, diagnosis: Diagnosis, options: DesignOptions, stop: Stop
 ) -> Diagnosis:
     """Return the diagnosis of a walk that exists with what finds it, if anything does."""
+    from gaitopt.design.suggestions import Suggestion, followed, following
+
     usual = following(replace(options, solver=DesignOptions().solver, differences="none"))
     x = diagnosis.gait
     found = None if x is None else followed(problem.robot, problem.task, x, usual, stop)

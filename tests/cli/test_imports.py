@@ -6,10 +6,13 @@ import subprocess
 import sys
 from pathlib import Path
 
-_SLOW = "{'scipy', 'qpsolvers', 'matplotlib', 'mujoco', 'meshcat', 'tornado'}"
+_SLOW = (
+    "{'scipy', 'qpsolvers', 'matplotlib', 'mujoco', 'meshcat', 'tornado', 'pydantic', "
+    "'gaitopt.design.diagnosis'}"
+)
 
 
-def test_a_walk_of_the_biped_is_designed_without_scipy(tmp_path: Path) -> None:
+def test_a_walk_of_the_biped_is_designed_without_what_it_does_not_need(tmp_path: Path) -> None:
     words = ["optimise", "--quiet", "--starts", "1", "--no-page", "--no-figures"]
     code = (
         "import sys; from gaitopt.cli import main\n"
