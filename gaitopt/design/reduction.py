@@ -34,6 +34,7 @@ from gaitopt.tolerances import REFINED
 STEPS = 6  # at most
 SETTLED = 1e-3  # scaled length of a step after which the instants are known well enough
 CONTRACTION = 0.5  # of a step by the next; less is no quadratic convergence
+RENEWED = 0.2  # of a step by the next; less tells that extremes bend otherwise than they did
 DELTA = 1e-4  # of the period, between the two Jacobians of which g_xs is the difference
 LEAST_BEND = 1e-2  # scaled second derivative in s; flatter extremes do not move
 FARTHEST = 0.03  # of the period that an instant may move in a step
@@ -114,9 +115,13 @@ def followed(
             step = stage.step(x, solver, last)
             if step is None or (steps > 2 and step.length > CONTRACTION * last):
                 return None
+            slow = step.length > RENEWED * last
             x, held, last = *stage.after(x, step), step.length
+            pressing = tuple(one.row for one in held if one.row.multiplier)
             if last <= SETTLED:
-                return Followed(x, tuple(one.row for one in held if one.row.multiplier), steps)
+                return Followed(x, pressing, steps)
+            if slow:
+                held = _at_extremes(fine, x, pressing)
     except EvaluationError:
         pass
     return None

@@ -18,6 +18,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gaitopt.errors import EvaluationError
 from gaitopt.nlp import NLP, Array, Point, Solution, Status
@@ -92,26 +93,57 @@ def newton_step(nlp: NLP, evaluator: Evaluator, iterate: Iterate) -> Array | Non
         return None
     point, scale, rows, bounds = iterate.point, nlp.variables.scale, nlp.rows, nlp.variables
     y, z = iterate.multipliers, iterate.bound_multipliers
-    least = PRESSING * max(float(np.abs(y).max(initial=0.0)), float(np.abs(z).max(initial=0.0)))
-    held = np.flatnonzero((np.abs(y) > least) | (rows.lower == rows.upper))
-    at_bound = np.flatnonzero(np.abs(z) > least)
+    held, at_bound = _pressing(nlp, iterate)
     limit = np.where(y > 0.0, rows.upper, rows.lower)[held]
     bound = np.where(z > 0.0, bounds.upper, bounds.lower)[at_bound]
-    active = np.vstack([point.jacobian[held] * scale, np.eye(scale.size)[at_bound]])
     missing = np.append(limit - point.rows[held], (bound - point.x[at_bound]) / scale[at_bound])
     try:
         H = evaluator.hessian(point.x, y, nlp.cost_scale) * np.outer(scale, scale)
     except EvaluationError:
         return None
-    d, Z = _spaces(active, missing)
+    d, Z = _spaces(_gradients(nlp, point, held, at_bound), missing)
     if Z.shape[1]:
-        try:
-            factor = np.linalg.cholesky(Z.T @ H @ Z)
-        except np.linalg.LinAlgError:
+        factor = _factor(Z.T @ H @ Z)
+        if factor is None:
             return None
         gradient = nlp.cost_scale * point.gradient * scale + H @ d
         d = d - Z @ np.linalg.solve(factor.T, np.linalg.solve(factor, Z.T @ gradient))
     return np.asarray(d * scale)
+
+
+def is_strict_minimum(nlp: NLP, iterate: Iterate, hessian: Array) -> bool:
+    """Return whether a point where the first-order conditions hold is a strict minimum.
+
+    Args:
+        nlp: the program.
+        iterate: the point, with multipliers.
+        hessian: of the Lagrangian there in scaled variables, shape (n, n).
+    """
+    active = _gradients(nlp, iterate.point, *_pressing(nlp, iterate))
+    _, Z = _spaces(active, np.zeros(len(active)))
+    return _factor(Z.T @ hessian @ Z) is not None
+
+
+def _pressing(nlp: NLP, iterate: Iterate) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Return the numbers of the rows and of the variables' bounds that press."""
+    y, z = np.abs(iterate.multipliers), np.abs(iterate.bound_multipliers)
+    least = PRESSING * max(float(y.max(initial=0.0)), float(z.max(initial=0.0)))
+    equal = nlp.rows.lower == nlp.rows.upper
+    return np.flatnonzero((y > least) | equal), np.flatnonzero(z > least)
+
+
+def _gradients(nlp: NLP, point: Point, held: NDArray[np.intp], at_bound: NDArray[np.intp]) -> Array:
+    """Return the gradients in scaled variables of rows, then of bounds, shape (k, n)."""
+    scale = nlp.variables.scale
+    return np.vstack([point.jacobian[held] * scale, np.eye(scale.size)[at_bound]])
+
+
+def _factor(matrix: Array) -> Array | None:
+    """Return the Cholesky factor of a matrix, None where it is not positive definite."""
+    try:
+        return np.asarray(np.linalg.cholesky(matrix))
+    except np.linalg.LinAlgError:
+        return None
 
 
 def _spaces(active: Array, missing: Array) -> tuple[Array, Array]:

@@ -17,11 +17,11 @@ from gaitopt.design.certificate import on_fine_grid
 from gaitopt.design.design import Design, design, finished
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.pipeline import is_walk
-from gaitopt.design.refinement import MAX_ROUNDS, exchange, pruned, with_work
+from gaitopt.design.refinement import MAX_ROUNDS, exchange, pruned, quadratic, with_work
 from gaitopt.errors import EvaluationError, NoGaitFoundError, UnreachableError
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.nlp import Array, Solution, Start
-from gaitopt.solvers import SQP, Solver
+from gaitopt.solvers import Solver
 from gaitopt.sweep.scenario import Scenario
 from gaitopt.sweep.warm_start import WarmStart
 
@@ -75,7 +75,7 @@ def solve_between_samples(
     def solve(problem: WalkProblem, start: Start) -> Solution:
         return solver.solve(problem, start)
 
-    newton = solver if isinstance(solver, SQP) and solver.hessian == "exact" else None
+    newton = quadratic(solver)
     peaks = () if fine is None or newton is not None else violated_rows(fine, x)
     rounds = 0
     for problem, solution in exchange(sparse, x, active, solve, fine, peaks, newton):

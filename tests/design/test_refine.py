@@ -4,13 +4,14 @@ import numpy as np
 import pytest
 from walks import walk
 
+from gaitopt.design import refinement
 from gaitopt.design.certificate import on_fine_grid
 from gaitopt.design.refinement import refine, violated_instants
 from gaitopt.gait.constraints import Margins
 from gaitopt.gait.grid import Grid
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.nlp import Solution, Status
-from gaitopt.solvers import Solver, solver_by_name
+from gaitopt.solvers import SQP, Solver, solver_by_name
 from gaitopt.tolerances import LIMITS
 
 
@@ -71,6 +72,26 @@ def test_a_walk_with_nothing_violated_is_returned_as_it_is(refined_design):
     )
     assert problem is refined_design.problem
     assert solution is refined_design.solution
+
+
+def test_newton_and_exchange_alone_refine_to_the_same_walk(sampled_design, monkeypatch):
+    problem, first = sampled_design.problem, sampled_design.solution
+    moved, quick = refine(problem, first, SQP())
+    asked = []
+
+    def no_minimum(*_):
+        asked.append(True)
+        return False
+
+    monkeypatch.setattr(refinement, "is_strict_minimum", no_minimum)
+    held, slow = refine(problem, first, SQP())
+    assert asked == [True]  # once: what exchange finds is taken
+    for grid, solution in ((moved, quick), (held, slow)):
+        assert solution.status is Status.OPTIMAL
+        assert violated_instants(on_fine_grid(grid), solution.x).size == 0
+    assert quick.cost == pytest.approx(slow.cost, rel=1e-6)
+    assert quick.cost > first.cost * (1.0 + 1e-4)
+    assert quick.iterations < slow.iterations
 
 
 class Refusing(Solver):

@@ -11,9 +11,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import nnls
 
-from gaitopt.nlp import Progress, Start, Status
+from gaitopt.nlp import Array, Progress, Start, Status
 from gaitopt.solvers.multipliers import nonnegative_least_squares
-from gaitopt.solvers.newton import Newton
+from gaitopt.solvers.newton import Newton, is_strict_minimum
+from gaitopt.solvers.solver import Iterate, with_least_squares_multipliers
 from gaitopt.solvers.sqp import SQP
 from gaitopt.solvers.two_stage import ConfirmedSQP
 
@@ -41,6 +42,31 @@ def test_a_saddle_is_not_confirmed() -> None:
     found = Newton().solve(saddle, Start(np.zeros(2)))  # the gradient vanishes there
     assert found.status is Status.STALLED
     assert found.iterations == 0
+    at_saddle = with_least_squares_multipliers(saddle, saddle.point(np.zeros(2)))
+    assert not is_strict_minimum(saddle, at_saddle, -2.0 * np.eye(2))
+    assert is_strict_minimum(saddle, at_saddle, 2.0 * np.eye(2))
+
+
+@pytest.mark.parametrize("program", REGULAR, ids=lambda program: program.title)
+def test_rows_that_press_make_a_minimum_strict(program: bank.Textbook) -> None:
+    """At the solution the Hessian is positive along the rows that press, not everywhere."""
+    found = SQP(tolerance=1e-9).solve(program, Start(program.start))
+    solution = with_least_squares_multipliers(program, program.point(found.x))
+    scale = program.variables.scale
+    hessian = program.hessian(found.x, solution.multipliers, program.cost_scale)
+    hessian = hessian * np.outer(scale, scale)
+    assert is_strict_minimum(program, solution, hessian)
+    assert not is_strict_minimum(program, solution, hessian - 1e4 * np.eye(scale.size)) or (
+        np.linalg.matrix_rank(pressing(program, solution)) == scale.size
+    )
+
+
+def pressing(program: bank.Textbook, solution: Iterate) -> Array:
+    """Gradients of the rows and bounds with multipliers."""
+    rows = np.abs(solution.multipliers) > 1e-6
+    bounds = np.abs(solution.bound_multipliers) > 1e-6
+    equal = program.rows.lower == program.rows.upper
+    return np.vstack([solution.point.jacobian[rows | equal], np.eye(bounds.size)[bounds]])
 
 
 @pytest.mark.parametrize("program", REGULAR, ids=lambda program: program.title)
