@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from dataclasses import asdict, dataclass, field, replace
 from itertools import pairwise
 
@@ -261,8 +262,8 @@ def _worst_extremes(fine: WalkProblem, extremes: tuple[Extreme, ...]) -> dict[st
 
 def _inside(instant: float, ends: Array) -> float:
     """Return the instant, or where it is at the end of a step a little inside that."""
-    number = int(np.clip(np.searchsorted(ends, instant), 1, len(ends) - 1))
-    return float(np.clip(instant, ends[number - 1] + _INSIDE, ends[number] - _INSIDE))
+    number = min(max(bisect_left(ends, instant), 1), len(ends) - 1)
+    return min(max(instant, float(ends[number - 1]) + _INSIDE), float(ends[number]) - _INSIDE)
 
 
 def _worst_extreme(at: WalkProblem, extreme: Extreme, values: Array, x: Array) -> WorstRow:

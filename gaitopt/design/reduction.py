@@ -38,6 +38,7 @@ RENEWED = 0.2  # of a step by the next; less tells that extremes bend otherwise 
 DELTA = 1e-4  # of the period, between the two Jacobians of which g_xs is the difference
 LEAST_BEND = 1e-2  # scaled second derivative in s; flatter extremes do not move
 FARTHEST = 0.03  # of the period that an instant may move in a step
+NEAR_ENOUGH = 0.5  # of the distance from an end at which a row that vanishes there is best held
 MERGED = 0.03  # of the period: samples nearer to an extreme of the same row say nothing more
 
 
@@ -115,7 +116,7 @@ def followed(
             step = stage.step(x, solver, last)
             if step is None or (steps > 2 and step.length > CONTRACTION * last):
                 return None
-            slow = step.length > RENEWED * last
+            slow = step.length > max(RENEWED * last, 10.0 * SETTLED)
             x, held, last = *stage.after(x, step), step.length
             pressing = tuple(one.row for one in held if one.row.multiplier)
             if last <= SETTLED:
@@ -167,7 +168,9 @@ def _off_the_end(
     bend = vanishing.get((row.constraint, row.entry, held.upper), 0.0)
     if not (0.0 < distance < SAME_PEAK and bend > 0.0):
         return held
-    away = max(distance, min(SAME_PEAK, float(np.sqrt(4.0 * REFINED / bend))))
+    away = min(SAME_PEAK, float(np.sqrt(4.0 * REFINED / bend)))
+    if distance > NEAR_ENOUGH * away:  # rows of its kind are held at this instant too
+        return held
     instant = round(end + away if row.instant > end else end - away, DIGITS)
     return replace(held, row=replace(row, instant=instant))
 

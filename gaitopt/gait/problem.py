@@ -94,7 +94,13 @@ class WalkProblem(NLP):
     given: Ends | None = None
     """What the first step begins with and the last one ends in; None where they repeat."""
 
-    def __init__(self, robot: Robot, task: Task, grid: Grid | None = None) -> None:
+    def __init__(
+        self,
+        robot: Robot,
+        task: Task,
+        grid: Grid | None = None,
+        layout: Layout | StepsLayout | None = None,
+    ) -> None:
         robot = robot.on_ground(task.ground.down)
         self.robot, self.task = robot, task
         self.robots = (robot, robot.on_ground(task.ground.in_mirror))[: task.steps]
@@ -102,7 +108,7 @@ class WalkProblem(NLP):
         self.grid = grid or task.grid
         if task.steps == 1:
             self.edges = np.array([0.0, 1.0])
-        self.layout: Layout | StepsLayout = walk_layout(robot, task)
+        self.layout: Layout | StepsLayout = layout or walk_layout(robot, task)
         self.blocks = constraint_blocks(robot, task, self.grid)
         penalty = task.penalty_weight if task.speed_as == "penalty" else 0.0
         self._set_up(task.speed if task.steps == 1 else task.pace, penalty)  # along the path
@@ -164,7 +170,7 @@ class WalkProblem(NLP):
 
     def with_grid(self, grid: Grid) -> WalkProblem:
         """Return the same walk looked at on another grid."""
-        return WalkProblem(self.robot, self.task, grid)
+        return WalkProblem(self.robot, self.task, grid, self.layout)
 
     def with_task(self, task: Task) -> WalkProblem:
         """Return the walk of a task with other limits, on the same grid."""

@@ -128,6 +128,10 @@ class SQP(SingleStage):
         known = np.zeros(nlp.rows.lower.size) if multipliers is None else multipliers
         multipliers = one_sided(known, nlp.rows.lower, nlp.rows.upper)
         first = make_iterate(nlp, point, multipliers, np.zeros(point.x.size))
+        if known.any() and first.violation <= self.feasibility:
+            own = with_least_squares_multipliers(nlp, point)  # those of bounds too
+            if own.is_optimal(self.tolerance, self.feasibility):
+                first = own
         run = _Run(self, nlp, recorder, first)
         status = run.iterate_until_verdict()
         best = recorder.answer(status, run.iterate)

@@ -83,13 +83,14 @@ class TwoStageSQP(Solver):
         """
         if first.status in NOT_WORTH:
             return replace(first, solver=UNCONFIRMED)
+        judged = _residual(nlp, first)
         second = self.second.solve(
             nlp,
             Start(first.x, first.multipliers),
             None if on_progress is None else lambda record: on_progress(_after(first, record)),
             stop,
         )
-        return self._joined(nlp, first, second, TwoStageSQP.name)
+        return self._joined(nlp, (first, judged), second, TwoStageSQP.name)
 
     @property
     def first_stage(self) -> SQP:
@@ -114,15 +115,20 @@ class TwoStageSQP(Solver):
             self.first.tolerance, self.second.tolerance
         ) and residual.feasibility <= min(self.first.feasibility, self.second.feasibility)
 
-    def _joined(self, nlp: NLP, first: Solution, second: Solution, name: str) -> Solution:
+    def _joined(
+        self, nlp: NLP, before: tuple[Solution, Residual], second: Solution, name: str
+    ) -> Solution:
         """Keep the better answer, with the work of both.
 
         Args:
             nlp: the program.
-            first, second: answers of both stages.
+            before: answer of the first stage, judged before the second began: a program keeps its
+                last point, which is then still that answer's, and now is the second's.
+            second: answer of the second stage.
             name: of the solver if the second confirms the first.
         """
-        judged = [(one, _residual(nlp, one)) for one in (first, second)]
+        first = before[0]
+        judged = [before, (second, _residual(nlp, second))]
         optimal = [self._is_optimal(residual) for _, residual in judged]
         kept = min((0, 1), key=lambda one: (not optimal[one], judged[one][1].worst))
         best = judged[kept][0]
@@ -176,10 +182,11 @@ class ConfirmedSQP(TwoStageSQP):
             feasibility=min(self.first.feasibility, self.second.feasibility),
         )
         told: list[Progress] = []
+        judged = _residual(nlp, first)
         second = newton.solve(nlp, Start(first.x), told.append, stop)
         if second.status is Status.INTERRUPTED:
             return replace(first, solver=UNCONFIRMED)
-        joined = self._joined(nlp, first, second, ConfirmedSQP.name)
+        joined = self._joined(nlp, (first, judged), second, ConfirmedSQP.name)
         if second.status is not Status.OPTIMAL or joined.solver != ConfirmedSQP.name:
             return super().confirm(nlp, first, on_progress, stop)
         if on_progress is not None:
