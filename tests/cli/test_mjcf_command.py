@@ -3,7 +3,7 @@
 import mujoco
 import pytest
 
-from gaitopt.simulate.mjcf import START
+from gaitopt.simulate.mujoco_model import START
 
 
 def test_the_command_writes_it(cli, designed, tmp_path):
