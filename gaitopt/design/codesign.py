@@ -48,6 +48,7 @@ from gaitopt.model.import_options import (
 )
 from gaitopt.model.robot import Robot, cached_workspace
 from gaitopt.nlp import Array, Solution, Start, Status, Stop, never, stopping
+from gaitopt.solvers.hessian import damped_bfgs
 from gaitopt.solvers.sqp import SQP
 
 LEG = "leg"
@@ -612,16 +613,6 @@ def box_step(B: Array, g: Array, lower: Array, upper: Array) -> Array:
         found = lsq_linear(factor.T[:, wide], target, (lower[wide], upper[wide]), tol=1e-14)
         d[wide] = np.clip(found.x, lower[wide], upper[wide])
     return d
-
-
-def damped_bfgs(B: Array, s: Array, y: Array) -> Array:
-    """Return B (k, k) after Powell's damped BFGS formula (Nocedal & Wright, 2006, 18.2)."""
-    Bs = B @ s
-    curved = float(s @ Bs)
-    given = float(s @ y)
-    share = 1.0 if given >= 0.2 * curved else 0.8 * curved / (curved - given)
-    r = share * y + (1.0 - share) * Bs
-    return np.asarray(B - np.outer(Bs, Bs) / curved + np.outer(r, r) / float(s @ r))
 
 
 def _held(study: Study, best: Trial) -> Iterator[str]:

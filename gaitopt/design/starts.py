@@ -42,7 +42,7 @@ from gaitopt.nlp import Array, ProgressCallback, Solution, Status, Stop, never
 MakeProgress = Callable[[WalkProblem], ProgressCallback]
 SLOWER = 0.75  # of the speed: where the second start comes from; measured
 SECOND = 1  # number of the start that comes from there
-SAME_COST = 1e-4  # relative
+SAME_COST = 1e-4  # relative difference of costs that counts as none
 SAME_PLACE = 0.05  # largest difference of parameters over their scale
 MOTORS_TOLD = 3  # of another optimum
 ASKED_EVERY = 0.1  # s: how often `stop` is asked while other processes work

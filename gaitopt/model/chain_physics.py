@@ -128,7 +128,7 @@ def fall(physics: Physics, rotation: Array) -> float:
             f"gravity of the file is ({told}) m/s²; a walk needs at least {LEAST_GRAVITY:g} m/s² "
             f"to press the feet on the ground; {remedy}"
         )
-    angle = tilt(physics, rotation)
+    angle = gravity_tilt(physics, rotation)
     if angle > LEVEL:
         raise RobotError(
             f"gravity of the file, ({told}) m/s² along the root link's axes, points "
@@ -138,7 +138,7 @@ def fall(physics: Physics, rotation: Array) -> float:
     return size
 
 
-def tilt(physics: Physics, rotation: Array) -> float:
+def gravity_tilt(physics: Physics, rotation: Array) -> float:
     """Return the angle between gravity and the robot's down [rad]; 0 where no gravity is given.
 
     Args:

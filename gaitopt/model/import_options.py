@@ -22,7 +22,7 @@ from gaitopt.units import read_quantity
 Axis = str | tuple[float, float, float]
 Placement = tuple[float, ...]
 CapsuleRow = tuple[int, str, float, float, float, float, float, float, float, str]
-Posture = str | tuple[tuple[str, float], ...]
+ReferencePosture = str | tuple[tuple[str, float], ...]
 
 AXES: dict[str, tuple[float, float, float]] = {
     "x": (1.0, 0.0, 0.0),
@@ -294,7 +294,7 @@ class ImportOptions:
     swing_sole: str | None = None
     forward: Axis | None = None
     up: Axis | None = None
-    posture: Posture | None = None
+    posture: ReferencePosture | None = None
     srdf: str | None = None
     rotors: bool = False
     sole: Sole | None = None
@@ -409,7 +409,7 @@ def _is_pair(value: object) -> bool:
     return isinstance(value, (tuple, list)) and len(value) == 2
 
 
-def _posture(value: object) -> Posture:
+def _posture(value: object) -> ReferencePosture:
     if isinstance(value, str):
         return value
     given = value.items() if isinstance(value, Mapping) else value

@@ -11,7 +11,7 @@ import pinocchio as pin
 
 from gaitopt.importers.physics import STANDARD_GRAVITY, PassiveJoint, Physics
 from gaitopt.importers.report import Finding, How
-from gaitopt.model.chain_physics import ChainPhysics, fall, tilt
+from gaitopt.model.chain_physics import ChainPhysics, fall, gravity_tilt
 from gaitopt.model.import_options import ImportOptions, matching
 
 if TYPE_CHECKING:
@@ -212,7 +212,7 @@ def _gravity(described: Physics, counted: Physics, rotation: np.ndarray) -> list
         return [Finding("gravity", "robot", text, "given")]
     text, angle = (
         f"{fall(counted, rotation):.6g} m/s² downward, as the file has it",
-        tilt(counted, rotation),
+        gravity_tilt(counted, rotation),
     )
     if angle > 1e-6:
         text += f" but for {math.degrees(angle):.2g} degrees, which were straightened"

@@ -63,7 +63,7 @@ class Job:
 
 
 @dataclass(frozen=True, eq=False)
-class Outcome:
+class JobOutcome:
     """What came of a job.
 
     Attributes:
@@ -82,23 +82,23 @@ class Outcome:
     seconds: float = 0.0
 
 
-def run_job(job: Job) -> Outcome:
+def run_job(job: Job) -> JobOutcome:
     """Do a job."""
     began = time.process_time()
     try:
         outcome = _WORK[job.kind](job)
     except InputError as error:  # a robot or task that cannot be, at this point of the grid
-        outcome = Outcome(job, None, refusal={"sentences": [str(error)]})
+        outcome = JobOutcome(job, None, refusal={"sentences": [str(error)]})
     return replace(outcome, seconds=time.process_time() - began)
 
 
-def run_job_alone(job: Job) -> Outcome:
+def run_job_alone(job: Job) -> JobOutcome:
     """Do a job in a process that has no other work than jobs: with one BLAS thread."""
     with small_matrices():
         return run_job(job)
 
 
-def _continue(job: Job) -> Outcome:
+def _continue(job: Job) -> JobOutcome:
     found = continue_from(
         job.scenario,
         job.neighbours,
@@ -109,18 +109,18 @@ def _continue(job: Job) -> Outcome:
         cost_limit=job.cost_limit,
         line=job.line,
     )
-    return Outcome(job, found)
+    return JobOutcome(job, found)
 
 
-def _finish(job: Job) -> Outcome:
+def _finish(job: Job) -> JobOutcome:
     began = time.process_time()
     found = None if job.walk is None else finish(job.scenario, job.walk, job.options)
     if job.walk is None or found is None:
-        return Outcome(job, None)
+        return JobOutcome(job, None)
     return _finished(job, job.walk, found, began)
 
 
-def _diagnose(job: Job) -> Outcome:
+def _diagnose(job: Job) -> JobOutcome:
     """Design in the usual way, which explains a failure; sometimes it is none after all."""
     began = time.process_time()
     try:
@@ -130,7 +130,7 @@ def _diagnose(job: Job) -> Outcome:
         record: dict[str, object] = {"sentences": [str(error)]}
         if isinstance(known, Diagnosis):
             record = {**known.record(), "sentences": [str(error), *known.sentences]}
-        return Outcome(job, None, refusal=record)
+        return JobOutcome(job, None, refusal=record)
     walk = WarmStart(
         x=found.solution.x,
         cost=found.solution.cost,
@@ -145,11 +145,11 @@ def _diagnose(job: Job) -> Outcome:
     return _finished(job, walk, found, began)
 
 
-def _finished(job: Job, walk: WarmStart, found: Design, began: float) -> Outcome:
+def _finished(job: Job, walk: WarmStart, found: Design, began: float) -> JobOutcome:
     seconds = walk.seconds + time.process_time() - began
     row = gait_row(found, walk, dict(job.axes), seconds)
     meta = {**found.gait.meta, "sweep": {"values": dict(job.axes), "origin": walk.origin}}
-    return Outcome(job, walk, file=gait_bytes(replace(found.gait, meta=meta)), row=row)
+    return JobOutcome(job, walk, file=gait_bytes(replace(found.gait, meta=meta)), row=row)
 
 
 _WORK = {CONTINUE: _continue, FINISH: _finish, DIAGNOSE: _diagnose}

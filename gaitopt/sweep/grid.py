@@ -244,17 +244,17 @@ class Grid:
         return {a.name: a.values[i] for a, i in zip(self.axes, point, strict=True)}
 
     @cached_property
-    def levels(self) -> tuple[Level, ...]:
+    def levels(self) -> tuple[GridLevel, ...]:
         """The grids through which it is explored, from every so many values to all of them."""
         strides = [_coarsest(len(axis.values)) for axis in self.axes]
-        found: list[Level] = []
+        found: list[GridLevel] = []
         while not found or max(strides) >= 1:
             nodes = tuple(
                 tuple(sorted({*range(0, len(axis.values), max(stride, 1)), len(axis.values) - 1,
                               *(seed[k] for seed in self.seeds)}))
                 for k, (axis, stride) in enumerate(zip(self.axes, strides, strict=True))
             )  # fmt: skip
-            found.append(Level(self, nodes, found[-1].nodes if found else None))
+            found.append(GridLevel(self, nodes, found[-1].nodes if found else None))
             if max(strides) <= 1:
                 break
             strides = [stride // 2 for stride in strides]
@@ -317,7 +317,7 @@ def _coarsest(count: int) -> int:
 
 
 @dataclass(frozen=True)
-class Level:
+class GridLevel:
     """A part of a grid: some values of every axis, and all their combinations.
 
     Attributes:

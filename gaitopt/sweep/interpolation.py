@@ -15,7 +15,7 @@ from gaitopt.gait.task import task_from_record
 from gaitopt.nlp import Array
 from gaitopt.sweep.grid import Index
 from gaitopt.sweep.library import Library
-from gaitopt.sweep.manifest import robot_of
+from gaitopt.sweep.manifest import robot_source_of
 from gaitopt.sweep.scenario import Scenario, interpolated
 from gaitopt.sweep.scheduler import robot_at
 from gaitopt.sweep.semi_infinite import finish
@@ -121,7 +121,7 @@ def _mixed(
     known: tuple[Extension, ...],
 ) -> tuple[Scenario, Array]:
     """Interpolate linearly along one quantity after another."""
-    robot = robot_of(library.directory, library.record)
+    robot = robot_source_of(library.directory, library.record)
     mixed: dict[Index, tuple[Scenario, Array]] = {}
     for corner in corners:
         gait = library.gait(corner)

@@ -20,8 +20,8 @@ from gaitopt.sweep.manifest import (
     grid_of,
     no_library,
     of_another_format,
-    robot_of,
-    robot_record,
+    robot_source_of,
+    robot_source_record,
 )
 
 MANIFEST, JOURNAL = "manifest.json", "journal.jsonl"
@@ -51,12 +51,12 @@ def read_library_0_1(directory: Path) -> tuple[Record, dict[str, Any]] | None:
     if not isinstance(record, dict) or record.get("format") != _FORMAT:
         raise of_another_format(path, _FORMAT)
     grid = grid_of(directory, record)
-    robot = robot_of(directory, record)
+    robot = robot_source_of(directory, record)
     try:
         now = {
             **record,
             "first task": task_record(task_from_record(record["first task"])),
-            "robot": robot_record(robot),
+            "robot": robot_source_record(robot),
         }
     except (*DAMAGE, InputError, GaitFileError) as error:
         raise damaged(directory, "its task", error) from error

@@ -43,7 +43,7 @@ def manifest_record(
         "axes": {axis.name: list(axis.values) for axis in grid.axes},
         "seeds": [list(seed) for seed in grid.seeds],
         "first task": task_record(tasks[grid.order[0]]),
-        "robot": robot_record(robot),
+        "robot": robot_source_record(robot),
         "options": {
             "solver": solver.name,
             "solver options": asdict(solver),  # type: ignore[call-overload]
@@ -55,7 +55,7 @@ def manifest_record(
     return dict(json.loads(json.dumps(record)))
 
 
-def robot_record(robot: RobotSource) -> Record:
+def robot_source_record(robot: RobotSource) -> Record:
     """Return a robot without the changes of a point, JSON-able."""
     return {
         "choices": choices_record(robot.choices),
@@ -85,7 +85,7 @@ def grid_of(directory: Path, record: Record) -> Grid:
     return grid
 
 
-def robot_of(directory: Path, record: Record) -> RobotSource:
+def robot_source_of(directory: Path, record: Record) -> RobotSource:
     """Return the robot of a record, without the changes of a point.
 
     Raises:

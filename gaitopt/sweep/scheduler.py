@@ -26,16 +26,25 @@ from gaitopt.actuators.motors import MotorTable
 from gaitopt.catalogue.biped_spec import BipedSpec
 from gaitopt.catalogue.parameters import changed
 from gaitopt.design.options import DesignOptions
+from gaitopt.design.starts import SAME_COST
 from gaitopt.errors import GaitoptError, InputError
 from gaitopt.gait.task import Task
 from gaitopt.model.robot import Robot
 from gaitopt.sweep.continuation import Line, Neighbour, Station
-from gaitopt.sweep.executor import CONTINUE, DIAGNOSE, FINISH, Job, Outcome, run_job, run_job_alone
+from gaitopt.sweep.executor import (
+    CONTINUE,
+    DIAGNOSE,
+    FINISH,
+    Job,
+    JobOutcome,
+    run_job,
+    run_job_alone,
+)
 from gaitopt.sweep.grid import OF_STRIDES, Axis, Grid, Index, with_values
 from gaitopt.sweep.library import Library, Writer, open_library
 from gaitopt.sweep.manifest import manifest_record
 from gaitopt.sweep.scenario import RobotSource, Scenario
-from gaitopt.sweep.warm_start import SAME_COST, WarmStart, is_better, promising
+from gaitopt.sweep.warm_start import WarmStart, is_better, promising
 from gaitopt.sweep.workers import LocalWorkers
 
 NEAREST = 3  # neighbours that a point is tried from
@@ -48,7 +57,7 @@ TaskAt = Callable[[dict[str, float]], Task]
 class JobExecutor(Protocol):
     """What a sweep needs of an executor: those of `concurrent.futures` and their like have it."""
 
-    def submit(self, fn: Callable[[Job], Outcome], job: Job, /) -> Future[Outcome]:
+    def submit(self, fn: Callable[[Job], JobOutcome], job: Job, /) -> Future[JobOutcome]:
         """Have a job done; the future has its outcome."""
 
 
@@ -266,7 +275,7 @@ class Scheduler:
             begun.update(ready)
             return [self._first(point) for point in ready]
 
-        def note(outcome: Outcome) -> list[Job]:
+        def note(outcome: JobOutcome) -> list[Job]:
             self._note_walk(outcome)
             return begin(q for _, q in level.neighbours(outcome.job.point))
 
@@ -416,7 +425,7 @@ class Scheduler:
         scenario = self._scenarios.at(point)
         return Job(kind, point, scenario, axes, self._options, **more)  # type: ignore[arg-type]
 
-    def _note_walk(self, outcome: Outcome) -> list[Job]:
+    def _note_walk(self, outcome: JobOutcome) -> list[Job]:
         job, found = outcome.job, outcome.walk
         known = self._states[job.point]
         tried = set(known.tried)
@@ -439,7 +448,7 @@ class Scheduler:
         self._writer.note({job.point: state})
         return []
 
-    def _note_gait(self, outcome: Outcome) -> list[Job]:
+    def _note_gait(self, outcome: JobOutcome) -> list[Job]:
         point, known = outcome.job.point, self._states[outcome.job.point]
         state = replace(known, seconds=known.seconds + outcome.seconds)
         if outcome.file is not None and outcome.row is not None:
@@ -451,10 +460,12 @@ class Scheduler:
             return [self._job(DIAGNOSE, point)]
         return []
 
-    def _drive(self, stage: str, jobs: Iterable[Job], note: Callable[[Outcome], list[Job]]) -> None:
+    def _drive(
+        self, stage: str, jobs: Iterable[Job], note: Callable[[JobOutcome], list[Job]]
+    ) -> None:
         """Have jobs done, and those that follow from their outcomes; note each as it comes."""
         waiting = deque(jobs)
-        running: set[Future[Outcome]] = set()
+        running: set[Future[JobOutcome]] = set()
         try:
             while waiting or running:
                 for outcome in self._next(waiting, running):
@@ -465,7 +476,7 @@ class Scheduler:
             for future in running:
                 future.cancel()
 
-    def _next(self, waiting: deque[Job], running: set[Future[Outcome]]) -> Iterable[Outcome]:
+    def _next(self, waiting: deque[Job], running: set[Future[JobOutcome]]) -> Iterable[JobOutcome]:
         """Yield the next outcomes; wait until there is one.
 
         Raises:

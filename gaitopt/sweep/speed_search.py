@@ -14,13 +14,13 @@ from gaitopt.errors import InputError, NoGaitFoundError, StoppedError, Unreachab
 from gaitopt.gait.task import Task
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import Status, Stop, never
+from gaitopt.sweep.semi_infinite import MAX_ITERATIONS
 
 # Fractions of the speed reached.
 FIRST_STEP = 0.2  # by which the second try is faster
 RETRIES = (0.05, 0.1)  # tried once more in the end
 RESOLUTION = 0.01  # m/s
 DIGITS = 3  # of the speeds tried
-MAX_ITERATIONS = 100  # of a try; a neighbour's walk needs a tenth of them
 AT_LIMIT = 1e-3  # scaled margin of a row that is at its limit
 
 OnTry = Callable[[float, "Design | None"], None]

@@ -17,10 +17,10 @@ from typing import Any
 import numpy as np
 
 from gaitopt.design.active_set import ActiveRow
+from gaitopt.design.starts import SAME_COST
 from gaitopt.nlp import Array
 from gaitopt.sweep.grid import Grid, Index
 
-SAME_COST = 1e-4  # relative difference of costs that counts as none
 ON_BRANCH = 8  # iterations from a neighbour that stay on its branch; leaving takes more (measured)
 OFF_BRANCH = 13  # iterations; more have not followed a branch (measured: most take 4 to 6)
 
@@ -110,7 +110,7 @@ def promising(
         grid: of the sweep.
         walk_at: returns the walk known at a point, None where none was found.
         point: which; one without a walk is promised one by every neighbour that walks.
-        neighbours: of the point, each with its axis, see `Level.neighbours`.
+        neighbours: of the point, each with its axis, see `GridLevel.neighbours`.
     """
     here = walk_at(point)
     found: list[tuple[float, Index]] = []

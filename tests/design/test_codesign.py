@@ -19,7 +19,6 @@ from gaitopt.design.codesign import (
     WarmWalks,
     box_step,
     codesign,
-    damped_bfgs,
     first_walks,
     minimised,
     own_values,
@@ -31,6 +30,7 @@ from gaitopt.gait.presets import preset_task
 from gaitopt.model.import_options import PartChange
 from gaitopt.model.robot import Robot
 from gaitopt.solvers import solver_by_name
+from gaitopt.solvers.hessian import damped_bfgs
 
 QUICK = DesignOptions(solver=solver_by_name("sqp", tolerance=1e-9))
 

@@ -15,7 +15,7 @@ from gaitopt.gait.task import Task
 from gaitopt.solvers import solver_by_name
 from gaitopt.sweep import scheduler
 from gaitopt.sweep.database import digest, record_digest
-from gaitopt.sweep.executor import Job, Outcome, run_job
+from gaitopt.sweep.executor import Job, JobOutcome, run_job
 from gaitopt.sweep.grid import Axis
 
 SPEEDS = Axis("speed", (0.95, 1.0, 1.05, 1.1))
@@ -76,7 +76,7 @@ class Counting:
     def __exit__(self, *_: object) -> None:
         scheduler.run_job = run_job
 
-    def run(self, job: Job) -> Outcome:
+    def run(self, job: Job) -> JobOutcome:
         if len(self.done) >= self._most:
             raise KeyboardInterrupt
         self.done.append(job)

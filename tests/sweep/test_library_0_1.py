@@ -14,7 +14,7 @@ from gaitopt.errors import GaitoptError, InputError
 from gaitopt.sweep.grid import Axis
 from gaitopt.sweep.interpolation import interpolate
 from gaitopt.sweep.library import MISSING, open_library
-from gaitopt.sweep.manifest import robot_of
+from gaitopt.sweep.manifest import robot_source_of
 from gaitopt.sweep.scheduler import sweep
 
 WRITTEN = Path(__file__).parents[1] / "data" / "library_0.1"
@@ -25,7 +25,7 @@ AXIS = Axis("speed", (0.95, 1.0, 1.05))
 @pytest.fixture(scope="module")
 def robot():
     """The robot of the library, whatever the generator makes of its specification today."""
-    return robot_of(WRITTEN, open_library(WRITTEN).record).build()
+    return robot_source_of(WRITTEN, open_library(WRITTEN).record).build()
 
 
 @pytest.fixture

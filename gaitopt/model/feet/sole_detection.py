@@ -255,7 +255,7 @@ def sole_normal(points: Array, down: Array, radii: Array | None = None) -> Array
     if normal is None:
         return None
     exact = _plane(points, radii) is not None or _is_face(points, radii, normal)
-    return None if tilt(normal, down) < (_EXACT if exact else _LEVEL) else normal
+    return None if angle_between(normal, down) < (_EXACT if exact else _LEVEL) else normal
 
 
 def _is_face(points: Array, radii: Array | None, normal: Array) -> bool:
@@ -350,7 +350,7 @@ def _faces_of_few(points: Array) -> tuple[Array, Array]:
     return normals[first], np.array(areas)
 
 
-def tilt(normal: Array, down: Array) -> float:
+def angle_between(normal: Array, down: Array) -> float:
     """Return the angle between two unit vectors (3,) [rad], exact for small ones too."""
     return float(np.arctan2(np.linalg.norm(np.cross(normal, down)), normal @ down))
 
@@ -400,9 +400,9 @@ def _other_rectangles(flat: Array) -> dict[str, Edges]:
 def _leaning(shape: FootShape, points: Array) -> str:
     """Say by how much the foot's lower face leans, if it does, and what helps."""
     face = lowest_face(points, shape.radii, _DOWN)
-    if face is None or tilt(face, _DOWN) < _LEANS:
+    if face is None or angle_between(face, _DOWN) < _LEANS:
         return ""
-    angle = np.degrees(tilt(face, _DOWN))
+    angle = np.degrees(angle_between(face, _DOWN))
     return (
         f"; or, as its lower face is tilted by {angle:.2f} degrees, say which "
         "direction of the root link is up (up = [X, Y, Z]) or give a posture with flat feet "

@@ -13,10 +13,10 @@ from gaitopt.importers.source import Source
 from gaitopt.model.feet.foot_shape import FootShape, foot_points
 from gaitopt.model.feet.sole_detection import (
     MOST_TILTED,
+    angle_between,
     levelled,
     lowest_face,
     sole_normal,
-    tilt,
     turn_onto,
 )
 from gaitopt.model.import_options import SIDES, ImportOptions
@@ -116,7 +116,9 @@ def flat_stance(
             continue
         R = upright.places[side].rotation
         face = lowest_face(shape.points @ R.T, shape.radii, -_Z)
-        angle = 0.0 if face is None else tilt(stance.places[side].rotation @ R.T @ face, -_Z)
+        angle = (
+            0.0 if face is None else angle_between(stance.places[side].rotation @ R.T @ face, -_Z)
+        )
         if angle > MOST_TILTED:
             raise RobotError(
                 f"the sole of the {SIDES[side]} foot is tilted by {np.degrees(angle):.1f} degrees "
