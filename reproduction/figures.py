@@ -16,7 +16,6 @@ from gaitopt.view.figure_style import (
     STANCE,
     SWING,
     TRUNK,
-    draw_limits,
     label_axes,
     new_figure,
     styled,
@@ -167,7 +166,8 @@ def error_figure(result: Reproduction) -> Figure:
         axes.plot(printed().speeds, 100.0 * other.errors, color=GREY, linewidth=0.9)
     axes.plot([], [], color=GREY, linewidth=0.9, label="other values (table below)")
     axes.plot(printed().speeds, 100.0 * result.errors, "o-", color=STANCE, label="as shipped")
-    draw_limits(axes, -5.0, 5.0, "± 5 %")
+    axes.axhline(-5.0, color=LIMIT, linestyle="--", linewidth=1.0, label="± 5 %")
+    axes.axhline(5.0, color=LIMIT, linestyle="--", linewidth=1.0)
     label_axes(axes, "walking speed [m/s]", "J over the printed J, minus 1 [%]")
     axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
     figure.suptitle("The identification: errors at the eight speeds")

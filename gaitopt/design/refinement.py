@@ -200,18 +200,6 @@ def pruned(
     return lean, replace(solution, multipliers=placed(lean, active))
 
 
-def violated_instants(fine: WalkProblem, x: Array) -> Array:
-    """Return the instants s at which to hold rows that exceed their limits, none if none does.
-
-    Of every stretch in which a row exceeds its limit only one is taken.
-
-    Args:
-        fine: the walk on the proof's grid.
-        x: parameters, shape (P,).
-    """
-    return np.unique([peak.held for peak in violated_rows(fine, x)])
-
-
 def _kept(solution: Solution, failed: Solution) -> Solution:
     """Return the solution before a round that failed: a gait at its own samples at least."""
     status = Status.INTERRUPTED if failed.status is Status.INTERRUPTED else solution.status

@@ -88,12 +88,6 @@ def name_on_figure(name: str) -> str:
     return shown.replace("$", "\\$")
 
 
-def draw_limits(axes: Axes, low: float, high: float, label: str | None) -> None:
-    """Draw two limits as dashed lines."""
-    axes.axhline(low, color=LIMIT, linestyle="--", linewidth=1.0, label=label)
-    axes.axhline(high, color=LIMIT, linestyle="--", linewidth=1.0)
-
-
 def label_axes(axes: Axes, x: str, y: str, title: str = "") -> None:
     """Name both axes, with units, and the panel."""
     axes.set_xlabel(x)

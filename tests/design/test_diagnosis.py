@@ -9,13 +9,13 @@ from reference_cases import biped
 
 from gaitopt.design import design as search
 from gaitopt.design import suggestions
+from gaitopt.design.active_set import violated_rows
 from gaitopt.design.certificate import on_fine_grid
 from gaitopt.design.conflict import contradictions
 from gaitopt.design.design import design
 from gaitopt.design.diagnosis import diagnose
 from gaitopt.design.options import DesignOptions
 from gaitopt.design.pipeline import attempt
-from gaitopt.design.refinement import violated_instants
 from gaitopt.errors import NoGaitFoundError, UnreachableError
 from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.parameters import GEOMETRY, set_geometry
@@ -107,7 +107,7 @@ def test_a_suggestion_holds_between_the_samples(robot):
     task = preset_task(**INFEASIBLE[BETWEEN][0])
     for suggestion in refusal(BETWEEN).diagnosis.suggestions:
         problem = changed_problem(robot, task, suggestion)
-        assert violated_instants(on_fine_grid(problem), suggestion.gait).size == 0
+        assert not violated_rows(on_fine_grid(problem), suggestion.gait)
 
 
 def test_a_suggestion_is_the_least_that_helps(robot):
