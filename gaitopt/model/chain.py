@@ -32,7 +32,7 @@ _SYMMETRY_TOLERANCE = 1e-8  # relative: a half step and its mirror must be the s
 
 
 @dataclass(frozen=True)
-class Chain:
+class RootedChain:
     """A biped rooted at its stance sole.
 
     Attributes:
@@ -70,7 +70,7 @@ class Chain:
         return self.lines.frame
 
 
-def build_chain(reading: ImportedRobot) -> Chain:
+def build_chain(reading: ImportedRobot) -> RootedChain:
     """Lock the upper body, make the robot its own mirror image, and root it at the stance sole.
 
     Args:
@@ -133,7 +133,9 @@ def build_chain(reading: ImportedRobot) -> Chain:
             reading.choices.gravity,
         ),
     )
-    return Chain(model, tree, mirror, lines, physics, findings, reading.rotation, done.model, done)
+    return RootedChain(
+        model, tree, mirror, lines, physics, findings, reading.rotation, done.model, done
+    )
 
 
 def _refuse_hanging(model: pin.Model, physics: ChainPhysics) -> None:

@@ -39,10 +39,10 @@ from gaitopt.model.legs.leg_geometry import missing_joints
 from gaitopt.model.legs.overrides import override, override_bodies, without_armature, without_mended
 from gaitopt.model.legs.proportions import proportioned
 from gaitopt.model.legs.reference_posture import (
-    followed,
     reference_angles,
     reference_configuration,
     rotor_armatures,
+    with_ties,
 )
 from gaitopt.model.legs.upper_body import Pairs, moving_joints, moving_pairs
 from gaitopt.model.payload import add_payloads
@@ -240,7 +240,7 @@ def import_robot(source: Source, choices: ImportOptions) -> ImportedRobot:
     model, notes = override(whole, overrides)
     if "armature" in choices.without:
         model.armature = np.zeros(model.nv)
-    stands, apart = followed(model, reference_configuration(model, angles), ties, angles)
+    stands, apart = with_ties(model, reference_configuration(model, angles), ties, angles)
     posed = pose(model, stands, problems)
     pair = standing_legs(source, posed, choices)
     faults = _empty_ranges(model, pair.legs, problems)

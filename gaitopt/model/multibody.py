@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from gaitopt.errors import RobotError
 from gaitopt.importers.pinocchio_model import joint_coordinate, reduced
 from gaitopt.importers.ties import DEGREE, LARGEST, LEAST
-from gaitopt.model.chain import Chain
+from gaitopt.model.chain import RootedChain
 from gaitopt.model.chain_physics import CarriedWeight
 from gaitopt.model.coupling import Coupling
 from gaitopt.model.feet.sole import Sole
@@ -272,7 +272,7 @@ class Multibody:
 def multibody(
     model: pin.Model,
     posture: Array,
-    chain: Chain,
+    chain: RootedChain,
     coupling: Coupling,
     sole_names: tuple[str, str],
     sole: Sole,
@@ -502,7 +502,7 @@ def _can_exist(parameters: Array) -> bool:
     return bool(moments[0] >= 0.0 and moments[2] <= (moments[0] + moments[1]) * (1.0 + _LEAST))
 
 
-def _carried(chain: Chain, even: pin.Model, names: tuple[str, ...]) -> tuple[Array, Array]:
+def _carried(chain: RootedChain, even: pin.Model, names: tuple[str, ...]) -> tuple[Array, Array]:
     """Return the weight carried from outside by body of the file: mass and moment."""
     mass, moment = np.zeros(len(names) + 1), np.zeros((len(names) + 1, 3))
     weight = chain.physics.carried

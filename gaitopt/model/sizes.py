@@ -7,7 +7,7 @@ import pinocchio as pin
 
 from gaitopt.errors import RobotError
 from gaitopt.importers.report import Finding
-from gaitopt.model.chain import Chain
+from gaitopt.model.chain import RootedChain
 from gaitopt.model.feet.sole import Sole
 
 # Between a toy and an excavator: a unit that is wrong is wrong by a thousand, and falls outside.
@@ -18,7 +18,7 @@ _MASS = (0.5, 1000.0)  # kg
 _GYRATION = (1e-3, 3.0)
 
 
-def size_doubts(chain: Chain, reach: float, sole: Sole, height: float) -> list[Finding]:
+def size_doubts(chain: RootedChain, reach: float, sole: Sole, height: float) -> list[Finding]:
     """Return what is larger or smaller than in any robot that walks.
 
     Args:
@@ -65,7 +65,7 @@ def _check_sole(sole: Sole, reach: float) -> None:
         )
 
 
-def _gyration_doubts(chain: Chain, reach: float) -> list[Finding]:
+def _gyration_doubts(chain: RootedChain, reach: float) -> list[Finding]:
     """Look at the bodies of the swing leg; those of the other one are their mirror images."""
     small, large = [], []
     for name in chain.names[chain.tree.stance :]:

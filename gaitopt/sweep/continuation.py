@@ -22,9 +22,9 @@ from gaitopt.sweep.grid import with_values
 from gaitopt.sweep.scenario import Scenario, interpolated
 from gaitopt.sweep.semi_infinite import (
     FeasibleWalk,
-    joined,
     path_solver,
     solve_between_samples,
+    with_all_work,
 )
 from gaitopt.sweep.warm_start import WarmStart
 
@@ -221,7 +221,7 @@ def _strides(
             return None
         way.append(found)
         x, active, last = found.solution.x, found.active, scenario
-    return joined(way)
+    return with_all_work(way)
 
 
 def _feasible(

@@ -92,7 +92,7 @@ def solve_between_samples(
     return found
 
 
-def joined(way: Sequence[FeasibleWalk]) -> FeasibleWalk:
+def with_all_work(way: Sequence[FeasibleWalk]) -> FeasibleWalk:
     """Return the last of walks, at least one, each from the one before; all the work counts."""
     last = way[-1]
     for earlier in reversed(way[:-1]):

@@ -13,7 +13,7 @@ from urdf_edits import edited_urdf, joint, link, scale_mass, set_limit
 
 from gaitopt.errors import RobotError
 from gaitopt.importers.source import read_source
-from gaitopt.model.chain import Chain, build_chain
+from gaitopt.model.chain import RootedChain, build_chain
 from gaitopt.model.import_options import ImportOptions, LimitOverride
 from gaitopt.model.importer import ImportedRobot, import_robot
 from gaitopt.model.reroot import lock_upper_body, reroot
@@ -239,7 +239,7 @@ def disturbed(seed: int, size: float):
     return edited_urdf(edit)
 
 
-def chain_of(urdf: str, **choices) -> tuple[ImportedRobot, Chain]:
+def chain_of(urdf: str, **choices) -> tuple[ImportedRobot, RootedChain]:
     source = read_source(urdf, ())
     reading = import_robot(source, ImportOptions(asymmetry=1.0, **choices))
     return reading, build_chain(reading)

@@ -166,7 +166,7 @@ def reference_configuration(model: pin.Model, angles: Angles) -> Array:
     return q
 
 
-def followed(
+def with_ties(
     model: pin.Model, q: Array, ties: Mapping[str, Tie], given: Collection[str]
 ) -> tuple[Array, dict[str, str]]:
     """Return a configuration with the joints that follow others where those put them.
