@@ -220,3 +220,10 @@ PAIRS = tuple(
 def walk(name: str) -> Walk:
     """One of `WALKS`."""
     return _MAKERS[name]()
+
+
+def rows_and_limits(problem, x, name):
+    """Value, lower and upper limit of a constraint's rows in its unit, shape (K, r)."""
+    constraint = next(block for block in problem.blocks if block.name == name)
+    value = problem.values(x).rows[problem.rows_of(name)].reshape(constraint.lower.shape)
+    return value * constraint.scale, constraint.lower, constraint.upper

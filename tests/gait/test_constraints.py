@@ -1,6 +1,7 @@
 """Every constraint against the sentence it stands for, computed anew from the step."""
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -8,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numerics import relative_error
 from reference_cases import biped
-from walks import UPRIGHT, walk
+from walks import UPRIGHT, rows_and_limits, walk
 
 from gaitopt.gait import quantities
 from gaitopt.gait.constraint import ConstraintContext
@@ -33,18 +34,7 @@ def step(problem):
 
 @pytest.fixture(scope="module")
 def rows(problem, step):
-    """Value, lower and upper limit of a constraint's rows in its unit, shape (K, r)."""
-
-    def of(name):
-        constraint = next(f for f in problem.blocks if f.name == name)
-        value = problem.values(step.x).rows[problem.rows_of(name)]
-        return (
-            value.reshape(constraint.lower.shape) * constraint.scale,
-            constraint.lower,
-            constraint.upper,
-        )
-
-    return of
+    return partial(rows_and_limits, problem, step.x)
 
 
 def test_torque(rows, step):

@@ -1,12 +1,14 @@
 """What is off unless asked for: each constraint against the sentence it stands for."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 from motions import kinematics
 from numerics import relative_error
 from reference_cases import biped
 from urdf_edits import edited_urdf, joint, set_limit
-from walks import SWITCHED, UPRIGHT, walk
+from walks import SWITCHED, UPRIGHT, rows_and_limits, walk
 
 from gaitopt.errors import EvaluationError
 from gaitopt.gait import quantities
@@ -36,18 +38,7 @@ def step(problem):
 
 @pytest.fixture(scope="module")
 def rows(problem, step):
-    """Value, lower and upper limit of a constraint's rows in its unit, shape (K, r)."""
-
-    def of(name):
-        constraint = next(f for f in problem.blocks if f.name == name)
-        value = problem.values(step.x).rows[problem.rows_of(name)]
-        return (
-            value.reshape(constraint.lower.shape) * constraint.scale,
-            constraint.lower,
-            constraint.upper,
-        )
-
-    return of
+    return partial(rows_and_limits, problem, step.x)
 
 
 def test_everything_is_off_unless_it_is_asked_for(robot):
