@@ -1,6 +1,7 @@
 """What holds for the whole house: layers, public names, the README, generated files."""
 
 import ast
+import functools
 import importlib
 import json
 import re
@@ -163,10 +164,17 @@ def raised(node):
     return {name for name in found if hasattr(errors, name)}
 
 
+@functools.cache
+def modules():
+    """Every file of the package, parsed."""
+    paths = sorted((ROOT / "gaitopt").rglob("*.py"))
+    return {path: ast.parse(path.read_text("utf-8")) for path in paths}
+
+
 def defined():
     """Public classes and functions of the package: file, class or None, node."""
-    for path in sorted((ROOT / "gaitopt").rglob("*.py")):
-        for node in ast.parse(path.read_text("utf-8")).body:
+    for path, module in modules().items():
+        for node in module.body:
             if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
                 yield path, None, node
                 for inner in node.body:
@@ -198,7 +206,7 @@ def test_every_field_is_in_a_docstring():
         if not isinstance(node, ast.ClassDef) or not any("dataclass" in mark for mark in marks):
             continue
         # what a base class or a class beside it tells is not told again
-        same = [n for n in ast.parse(path.read_text("utf-8")).body if isinstance(n, ast.ClassDef)]
+        same = [n for n in modules()[path].body if isinstance(n, ast.ClassDef)]
         known = {node.name, *(ast.unparse(base) for base in node.bases)}
         text = "".join(ast.get_docstring(n) or "" for n in same if n.name in known)
         for one in node.body:
