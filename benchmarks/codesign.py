@@ -46,7 +46,6 @@ STARTS = (
 )  # fmt: skip
 CLOSE = 1e-4  # relative: the same value
 MOST = 100  # times the evaluations of the exact gradient, where a search without it is given up
-SEEDED = 1  # starts from which CMA-ES searches: it takes the longest
 BACK = 8  # designs by which walks are followed back to a start
 COMPARED = (0.5, 0.7, 1.0, 1.2)
 """Speeds of the walks for which methods are compared [m/s]."""
@@ -157,7 +156,7 @@ def compared(quick: bool, cma: bool) -> dict[str, Any]:
     best = minimised(evaluate, shares[2], ends[:, 1] - ends[:, 0])
     target, rows = best.cost * (1.0 + CLOSE), list[dict[str, Any]]()
     for number, (at, share) in enumerate(zip(STARTS, shares, strict=True)):
-        if number >= (SEEDED if cma else 1 if quick else len(STARTS)):
+        if quick and number > 0:
             break
         near = followed(walks, best, share, ends)
         row: dict[str, Any] = {"start": at, "cost": near.cost}

@@ -22,6 +22,8 @@ from gaitopt.model.import_options import LimitOverride, matching
 from gaitopt.nlp import Array
 from gaitopt.units import read_quantity
 
+MOTORS = "motors."
+"""Before the names of numbers of drives, where they stand beside numbers of the robot."""
 _INDUCED = (0.5, 1.05)
 """Range of kt * no-load speed over the voltage: beyond it no current flows or units are wrong."""
 _LARGEST = 1e50
@@ -236,6 +238,25 @@ class MotorTable:
         """What they can do at their joints."""
         return tuple(drive.at_joint() for drive in self.drives)
 
+    def apart(self, joints: str, names: Sequence[str]) -> MotorTable:
+        """Return the table with a drive of its own for some joints, as they have it now.
+
+        Args:
+            joints: pattern of their names; one that the table has is left as it is.
+            names: of all joints.
+
+        Raises:
+            SpecError: there are no such joints, or they have none or different drives.
+        """
+        if any(one.joints == joints for one in self.drives):
+            return self
+        own = list(dict.fromkeys(map(self.drive, matching(joints, names))))
+        if len(own) != 1 or own[0] is None:
+            known = dict.fromkeys(one.joints for one in self.drives)
+            has = "have different drives or none" if own else "are no joints"
+            raise SpecError(f"'{joints}' {has}; the table has drives of {', '.join(known)}")
+        return MotorTable((*self.drives, replace(own[0], joints=joints)))
+
     def check(self, names: Sequence[str], mirror: Array) -> None:
         """Check that the drives fit the joints of a robot; see `joint_motors`."""
         joint_motors(self.at_joints, names, mirror)
@@ -271,13 +292,21 @@ class MotorTable:
         drives = list(self.drives)
         for path, value in changes.items():
             joints, _, name = path.rpartition(".")
-            chosen = [k for k, one in enumerate(drives) if joints in ("", one.joints)]
-            if not chosen:
-                known = dict.fromkeys(one.joints for one in self.drives)
-                raise SpecError(f"no drive has the joints '{joints}'; {_there_are([*known])}")
-            for k in chosen:
+            for k in self.called(joints):
                 drives[k] = _with_number(drives[k], name, value)
         return MotorTable(tuple(drives))
+
+    def called(self, joints: str) -> list[int]:
+        """Return which drives have joints, as the table calls them; all for an empty text.
+
+        Raises:
+            SpecError: there are none.
+        """
+        found = [k for k, one in enumerate(self.drives) if joints in ("", one.joints)]
+        if not found:
+            known = dict.fromkeys(one.joints for one in self.drives)
+            raise SpecError(f"no drive has the joints '{joints}'; {_there_are([*known])}")
+        return found
 
     def record(self) -> list[dict[str, Any]]:
         """Return the drives as JSON-able data, each with its motor."""

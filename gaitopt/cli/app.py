@@ -308,7 +308,7 @@ class CodesignOptions:
         short="-o", panel=DESIGN,
     )  # fmt: skip
     vary: tuple[str, ...] = entry(
-        (), "Number of the robot to choose, as shin=25cm:35cm; a third number is where to begin.",
+        (), "What to choose: shin=25cm:35cm, motors.knee.ratio=6:12; a third number: the start.",
         metavar="NAME=LOWER:UPPER", panel=DESIGN,
     )  # fmt: skip
     keep_leg: bool = entry(False, "Thigh and shin together stay as long as they are.", panel=DESIGN)
@@ -330,7 +330,7 @@ def _codesign_settings(words: Sequence[str]) -> Panels:
 
 @command(app, _codesign_settings)
 def codesign(options: CodesignOptions, settings: Settings) -> None:
-    """Choose lengths and masses of a robot together, for a weighted set of walks."""
+    """Choose lengths, masses and gear ratios of a robot together, for a weighted set of walks."""
     from gaitopt.cli import codesign as work
 
     work.run(

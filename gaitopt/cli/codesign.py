@@ -1,7 +1,8 @@
-"""`gaitopt codesign`: lengths, masses and walks of a robot chosen together."""
+"""`gaitopt codesign`: lengths, masses, gears and walks of a robot chosen together."""
 
 from __future__ import annotations
 
+import hashlib
 import json
 import os
 import time
@@ -14,6 +15,7 @@ import numpy as np
 import typer
 from rich.console import Console
 
+from gaitopt.actuators.motors import MOTORS, MotorTable, read_motors
 from gaitopt.atomic import make_directory, write_atomically
 from gaitopt.catalogue.biped_spec import BipedSpec
 from gaitopt.catalogue.parameters import PARAMETERS, changed, parameter_name, write_spec
@@ -22,7 +24,10 @@ from gaitopt.cli.display import screen
 from gaitopt.cli.process import ExitCode, StopRequest, stop_on_interrupt
 from gaitopt.cli.request import Request, biped_spec, choices_text, make_request, make_robot
 from gaitopt.cli.results import require_writable
+from gaitopt.cli.size import MOTORS as MOTOR_FILE
+from gaitopt.cli.size import motors_text
 from gaitopt.design.codesign import (
+    RATIO,
     CoDesign,
     Study,
     Trial,
@@ -30,6 +35,8 @@ from gaitopt.design.codesign import (
     WalkCase,
     codesign,
     first_walks,
+    geared_joints,
+    own_ratio,
     own_values,
     with_proportions,
 )
@@ -37,7 +44,8 @@ from gaitopt.design.process import small_matrices
 from gaitopt.errors import GaitFileError, InputError, StoppedError
 from gaitopt.gait.gait_file import load_gait, save_gait
 from gaitopt.gait.result import Gait
-from gaitopt.model.import_options import SHIN, THIGH
+from gaitopt.gait.task import Task, task_record
+from gaitopt.model.import_options import choices_record
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array
 from gaitopt.sweep.grid import parse_axis
@@ -115,14 +123,16 @@ def run(
             raise typer.Exit(ExitCode.INTERRUPTED) from None
     for name, gaits in (("before", found.before), ("after", found.after)):
         _save(directory / name, gaits)
-    robot = _write_robot(study, found.values, directory)
+    written = ", ".join(_write_robot(study, found.values, directory))
     summary = summary_of(study, found)
     text = json.dumps(summary, indent=1, ensure_ascii=False)
     write_atomically(directory / SUMMARY, text.encode())
     page = write_codesign_page(summary, directory / REPORT)
     if not quiet:
         _print_result(out, summary)
-        out.print(f"wrote {page}, and with it {robot}, {SUMMARY}, before/, after/", soft_wrap=True)
+        out.print(
+            f"wrote {page}, and with it {written}, {SUMMARY}, before/, after/", soft_wrap=True
+        )
 
 
 def study_of(
@@ -145,8 +155,20 @@ def study_of(
         settings = {**base.settings, **own}
         task = make_request(settings, None).task
         cases.append(WalkCase(label, weight, task, maker(settings)))
-    variables = tuple(_variable(text, spec) for text in vary)
-    return Study(spec, variables, tuple(cases), keep_leg), base
+    motors = _motors(base, vary)
+    variables = tuple(_variable(text, spec, motors) for text in vary)
+    return Study(spec, variables, tuple(cases), keep_leg, motors), base
+
+
+def _motors(base: Request, vary: Sequence[str]) -> MotorTable | None:
+    """Return the table of motors, a drive of its own for all joints whose ratio is chosen."""
+    if (path := base.settings.get("motors")) is None:
+        return None
+    table = read_motors(path)
+    for text in vary:
+        if joints := geared_joints(text.partition("=")[0].strip()):
+            table = table.apart(joints, base.robot.joint_names)
+    return table
 
 
 def _file_robot_maker(settings: Settings) -> Callable[[Mapping[str, float]], Robot]:
@@ -208,24 +230,26 @@ def _asked_walks(
     return found
 
 
-def _variable(text: str, spec: BipedSpec | Robot) -> Variable:
-    name, equals, rest = text.partition("=")
-    known = parameter_name(name)
+def _variable(text: str, spec: BipedSpec | Robot, motors: MotorTable | None) -> Variable:
+    name, equals, rest = (part.strip() for part in text.partition("="))
+    known = parameter_name(name) if geared_joints(name) is None else name
     if known is None or not equals:
         raise InputError(
             f"--vary {text[:80]}: give NAME=LOWER:UPPER, as in --vary shin=25cm:35cm; there are "
-            f"{', '.join(PARAMETERS)}"
+            f"{', '.join(own_values(spec))}, and with --motors the ratios of gears, "
+            f"{MOTORS}{RATIO} or {MOTORS}JOINTS.{RATIO}"
         )
-    ends = rest.split(":")
+    unit = "" if known == name and geared_joints(name) is not None else PARAMETERS[known].unit
     try:
-        lower, upper, *start = (read_quantity(e.strip(), PARAMETERS[known].unit) for e in ends)
+        lower, upper, *start = (read_quantity(e.strip(), unit) for e in rest.split(":"))
     except ValueError as error:
         raise InputError(
             f"--vary {text[:80]}: {error}; give NAME=LOWER:UPPER or NAME=LOWER:UPPER:START"
         ) from None
     if len(start) > 1:
         raise InputError(f"--vary {text[:80]}: give NAME=LOWER:UPPER or NAME=LOWER:UPPER:START")
-    if (own := own_values(spec).get(known)) is None:
+    own = own_values(spec).get(known) if unit else own_ratio(motors, known)
+    if own is None:
         of = " of a robot of a file" if isinstance(spec, Robot) else ""
         raise InputError(
             f"--vary {text[:80]}: '{known}'{of} cannot be chosen; there are "
@@ -236,13 +260,24 @@ def _variable(text: str, spec: BipedSpec | Robot) -> Variable:
 
 def study_record(study: Study) -> dict[str, Any]:
     """Return what a study asks, JSON-able: trials belong to one."""
+    start = study.parameters(np.array([v.start for v in study.variables]))
     return {
         "variables": [[v.name, v.lower, v.upper, v.start] for v in study.variables],
-        "walks": [[case.label, case.weight] for case in study.walks],
+        "walks": [
+            [case.label, case.weight, _print_of(*study.walk(case, start))] for case in study.walks
+        ],
         "keep_leg": study.keep_leg,
-        "mass": study.mass,
-        "leg": study.own[SHIN] + study.own[THIGH],
     }
+
+
+def _print_of(robot: Robot, task: Task) -> str:
+    """Return a text by which a walk's robot and task are known again."""
+    asked = {
+        "urdf": robot.urdf,
+        "choices": choices_record(robot.choices),
+        "task": task_record(task),
+    }
+    return hashlib.sha256(json.dumps(asked, sort_keys=True).encode()).hexdigest()[:16]
 
 
 def trial_record(trial: Trial) -> dict[str, Any]:
@@ -344,15 +379,22 @@ def _first(
     return gaits
 
 
-def _write_robot(study: Study, values: Mapping[str, float], directory: Path) -> str:
-    """Write the robot that was found: for --spec, or, of a file, for --choices. Return the name."""
+def _write_robot(study: Study, values: Mapping[str, float], directory: Path) -> list[str]:
+    """Write the robot that was found; return the names of the files.
+
+    For --spec, or, of a file, for --choices; and for --motors where ratios were chosen.
+    """
+    names, drives = [SPEC if isinstance(study.spec, BipedSpec) else CHOICES], study.drives(values)
+    own = {name: value for name, value in values.items() if geared_joints(name) is None}
     if isinstance(study.spec, BipedSpec):
-        spec = replace(changed(study.spec, dict(values)), name=study.spec.name)
-        write_spec(spec, directory / SPEC)
-        return SPEC
-    choices = with_proportions(study.spec, study.own, values)
-    write_atomically(directory / CHOICES, choices_text(choices).encode())
-    return CHOICES
+        write_spec(replace(changed(study.spec, own), name=study.spec.name), directory / SPEC)
+    else:
+        choices = with_proportions(study.spec, study.own, own)
+        write_atomically(directory / CHOICES, choices_text(choices).encode())
+    if drives is not None:
+        write_atomically(directory / MOTOR_FILE, motors_text(drives, "codesign").encode())
+        names.append(MOTOR_FILE)
+    return names
 
 
 def _save(folder: Path, gaits: Sequence[Gait]) -> None:
@@ -368,12 +410,13 @@ def summary_of(study: Study, found: CoDesign) -> dict[str, Any]:
     whole = [float(np.dot(weights, each)) for each in costs]
     own = {name: study.own[name] for name in found.values}
     starts = study.parameters(np.array([v.start for v in study.variables]))
+    units = {one.name: one.unit for one in study.variables}
     return {
         "robot": study.spec.name,
         "cost_unit": found.before[0].cost_unit,
         "parameters": {
             name: {
-                "unit": PARAMETERS[name].unit, "of_the_robot": own[name], "begun_at": starts[name],
+                "unit": units.get(name, "m"), "of_the_robot": own[name], "begun_at": starts[name],
                 "found": value,
             }
             for name, value in found.values.items()
@@ -399,7 +442,7 @@ def summary_of(study: Study, found: CoDesign) -> dict[str, Any]:
 
 def _print_trial(out: Console, study: Study, trial: Trial, best: float, seconds: float) -> None:
     values = ", ".join(
-        f"{v.name.replace('_', ' ')} {value:.4f} {PARAMETERS[v.name].unit}"
+        f"{v.name.replace('_', ' ')} {value:.4f} {v.unit}".rstrip()
         for v, value in zip(study.variables, trial.values, strict=True)
     )
     mark = "" if trial.cost < best else ", no better"
@@ -409,7 +452,8 @@ def _print_trial(out: Console, study: Study, trial: Trial, best: float, seconds:
 def _print_result(out: Console, summary: Mapping[str, Any]) -> None:
     for name, one in summary["parameters"].items():
         out.print(
-            f"{name.replace('_', ' ')}: {one['begun_at']:.4g} -> {one['found']:.4g} {one['unit']}"
+            f"{name.replace('_', ' ')}: {one['begun_at']:.4g} -> {one['found']:.4g} "
+            f"{one['unit']}".rstrip()
         )
     share = summary["after"] / summary["before"] - 1.0
     out.print(

@@ -9,7 +9,7 @@ from typing import Any
 
 import tomli_w
 
-from gaitopt.actuators.motors import Motor, motors_of
+from gaitopt.actuators.motors import Motor, MotorTable, motors_of
 from gaitopt.atomic import make_directory, write_atomically
 from gaitopt.cli.display import NARROW, new_table, screen
 from gaitopt.cli.process import stop_on_interrupt
@@ -80,7 +80,7 @@ def run(
             soft_wrap=True,
         )
     make_directory(directory)
-    text = motors_text(found.choices)
+    text = motors_text(found.table, "size")
     motors_of(text)
     write_atomically(directory / MOTORS, text.encode())
     for number, (label, gait) in enumerate(found.gaits.items(), 1):
@@ -93,9 +93,14 @@ def run(
     out.print(f"wrote {directory / MOTORS}", soft_wrap=True)
 
 
-def motors_text(choices: Sequence[Choice]) -> str:
-    """Return choices as a table of motors, `motors.toml`."""
-    used = {one.drive.motor.name: one.drive.motor for one in choices}
+def motors_text(table: MotorTable, command: str) -> str:
+    """Return drives as a table of motors, `motors.toml`.
+
+    Args:
+        table: the drives.
+        command: that chose them.
+    """
+    used = {one.motor.name: one.motor for one in table.drives}
     motors = {
         name: {part.name: getattr(motor, part.name) for part in fields(Motor)
                if part.name != "name"}
@@ -103,11 +108,10 @@ def motors_text(choices: Sequence[Choice]) -> str:
     }  # fmt: skip
     drives: list[dict[str, Any]] = [
         {
-            "joints": joint, "motor": one.drive.motor.name, "ratio": one.drive.ratio,
-            "efficiency": one.drive.efficiency, "friction": one.drive.friction,
+            "joints": one.joints, "motor": one.motor.name, "ratio": one.ratio,
+            "efficiency": one.efficiency, "friction": one.friction,
         }
-        for one in choices
-        for joint in one.joints
+        for one in table.drives
     ]  # fmt: skip
-    head = "# Motors and gears that gaitopt size chose; for --motors. SI units.\n\n"
+    head = f"# Motors and gears that gaitopt {command} chose; for --motors. SI units.\n\n"
     return head + tomli_w.dumps({"motors": motors, "drives": drives})

@@ -18,6 +18,7 @@ from functools import cached_property
 import numpy as np
 from scipy.optimize import lsq_linear
 
+from gaitopt.actuators.motors import MOTORS, Drive, MotorTable
 from gaitopt.catalogue.biped_spec import BipedSpec
 from gaitopt.catalogue.parameters import PARAMETERS, changed
 from gaitopt.design.audit import problem_of
@@ -26,11 +27,13 @@ from gaitopt.design.pipeline import complete
 from gaitopt.design.refinement import refine
 from gaitopt.design.robot_changes import Anatomy
 from gaitopt.design.sensitivity import Envelope
+from gaitopt.design.sizing import with_motors
 from gaitopt.design.starts import many_starts
 from gaitopt.errors import (
     EvaluationError,
     GaitoptError,
     InputError,
+    NoGaitFoundError,
     RobotError,
     StoppedError,
 )
@@ -61,6 +64,8 @@ OF_FILES = (
     SHIN, THIGH, LEG, HIP_WIDTH, *(f"{part}_mass" for part in MASSES),
 )  # fmt: skip
 """Those of them that robots of files have, by `PartChange`."""
+RATIO = "ratio"
+"""Of gears; `MOTORS`, perhaps the joints of a drive, and this are the name of a variable."""
 
 TOLERANCE = 1e-6
 """Of the cost, relative: a step that promises less ends the search. Generated robots have soles in
@@ -82,7 +87,8 @@ class Variable:
     """A number of the robot that is chosen.
 
     Attributes:
-        name: of a parameter of the biped, one of `DESIGN`.
+        name: of a parameter of the biped, one of `DESIGN`; or of the gear ratio of all drives,
+            "motors.ratio", or those of some joints, "motors.*knee*.ratio".
         lower, upper: of its range.
         start: where the search begins.
 
@@ -97,8 +103,11 @@ class Variable:
     start: float
 
     def __post_init__(self) -> None:
-        if self.name not in DESIGN:
-            raise InputError(f"'{self.name}' cannot be chosen; there are {', '.join(DESIGN)}")
+        if self.name not in DESIGN and not self.of_gear:
+            raise InputError(
+                f"'{self.name}' cannot be chosen; there are {', '.join(DESIGN)}, and ratios of "
+                f"gears, {MOTORS}{RATIO} or {MOTORS}JOINTS.{RATIO}"
+            )
         for end in (self.lower, self.upper, self.start):
             if not (np.isfinite(end) and end > 0.0):
                 raise InputError(
@@ -113,6 +122,16 @@ class Variable:
                 f"{self.upper:g}"
             )
 
+    @property
+    def of_gear(self) -> bool:
+        """Whether it is a ratio of gears."""
+        return geared_joints(self.name) is not None
+
+    @property
+    def unit(self) -> str:
+        """Of it, empty where it has none."""
+        return "" if self.of_gear else PARAMETERS[self.name].unit
+
 
 @dataclass(frozen=True)
 class WalkCase:
@@ -121,8 +140,9 @@ class WalkCase:
     Attributes:
         label: of it, "0.8 m/s".
         weight: of its cost.
-        task: of it, which stays.
-        robot: makes the robot from values of parameters, those that are chosen and that follow.
+        task: of it, which stays but for motors whose ratios are chosen.
+        robot: makes the robot from lengths and masses by name, those that are chosen and that
+            follow; rotors whose ratios are chosen are put into it afterwards.
     """
 
     label: str
@@ -188,6 +208,7 @@ class Study:
         variables: what is chosen.
         walks: what it is chosen for.
         keep_leg: whether thigh and shin together stay as long as they are; one of them is chosen.
+        motors: of the robot, where ratios of them are chosen.
 
     Raises:
         InputError: there is nothing to choose or no walk, variables exclude each other, a range is
@@ -198,6 +219,7 @@ class Study:
     variables: tuple[Variable, ...]
     walks: tuple[WalkCase, ...]
     keep_leg: bool = False
+    motors: MotorTable | None = None
 
     def __post_init__(self) -> None:
         names = [one.name for one in self.variables]
@@ -211,7 +233,11 @@ class Study:
             )
         if LEG in names and {SHIN, THIGH} & set(names):
             raise InputError("leg is shin and thigh in proportion; choose it or these")
-        if isinstance(self.spec, Robot) and (wrong := [n for n in names if n not in OF_FILES]):
+        self._check_gears()
+        own = () if isinstance(self.spec, BipedSpec) else OF_FILES
+        if own and (
+            wrong := [v.name for v in self.variables if v.name not in own and not v.of_gear]
+        ):
             raise InputError(
                 f"'{wrong[0]}' of a robot of a file cannot be chosen; there are "
                 f"{', '.join(OF_FILES)}"
@@ -231,14 +257,25 @@ class Study:
                     "turn_rate, stride and double_support"
                 )
 
+    def _check_gears(self) -> None:
+        """Check that the ratio of each drive is that of one variable at most."""
+        taken: dict[str, str] = {}
+        for name in (one.name for one in self.variables if one.of_gear):
+            for drive in drives_of(self.motors, name):
+                if (other := taken.setdefault(drive.joints, name)) != name:
+                    raise InputError(
+                        f"the ratio of the drive of '{drive.joints}' is chosen twice, by {other} "
+                        f"and by {name}; leave out one of them"
+                    )
+
     def _check_range(self, one: Variable) -> None:
-        own = self.own[one.name]
-        unit = PARAMETERS[one.name].unit
+        own, unit = self.own[one.name], f" {one.unit}".rstrip()
         if one.lower < own / _FARTHEST or one.upper > _FARTHEST * own:
+            example = ", if you like with a unit, as in 25cm:35cm" if unit else ""
             raise InputError(
-                f"{one.name}: the range {one.lower:g} to {one.upper:g} {unit} is beyond what can "
-                f"be; of this robot it is {own:.4g} {unit}: give {own / _FARTHEST:.4g} to "
-                f"{_FARTHEST * own:.4g} {unit} at most, if you like with a unit, as in 25cm:35cm"
+                f"{one.name}: the range {one.lower:g} to {one.upper:g}{unit} is beyond what can "
+                f"be; of this robot it is {own:.4g}{unit}: give {own / _FARTHEST:.4g} to "
+                f"{_FARTHEST * own:.4g}{unit} at most{example}"
             )
         if self.keep_leg and one.name in (SHIN, THIGH):
             most = self.own[SHIN] + self.own[THIGH]
@@ -251,13 +288,9 @@ class Study:
 
     @cached_property
     def own(self) -> dict[str, float]:
-        """Values of the parameters of the robot as it is; see `own_values`."""
-        return own_values(self.spec)
-
-    @property
-    def mass(self) -> float:
-        """Of the robot as it is [kg]."""
-        return self.spec.total_mass if isinstance(self.spec, BipedSpec) else self.spec.mass
+        """Values of the parameters of the robot as it is, see `own_values`, and of its gears."""
+        gears = [one.name for one in self.variables if one.of_gear]
+        return own_values(self.spec) | {name: own_ratio(self.motors, name) for name in gears}
 
     def parameters(self, values: Array) -> dict[str, float]:
         """Return the parameters that values (v,) of the variables set."""
@@ -268,14 +301,49 @@ class Study:
             found[other] = self.own[THIGH] + self.own[SHIN] - found[chosen]
         return found
 
+    def drives(self, parameters: Mapping[str, float]) -> MotorTable | None:
+        """Return the motors with the ratios that parameters set, None where none is chosen."""
+        ratios = {k.removeprefix(MOTORS): v for k, v in parameters.items() if k.startswith(MOTORS)}
+        return self.motors.changed(ratios) if self.motors is not None and ratios else None
+
+    def walk(self, case: WalkCase, parameters: Mapping[str, float]) -> tuple[Robot, Task]:
+        """Return robot and task of a walk with parameters as set."""
+        robot, drives = case.robot(_of_body(parameters)), self.drives(parameters)
+        if drives is None:
+            return robot, case.task
+        limits = drives.with_rotors(robot.choices.limits)
+        driven = Robot.from_urdf(robot.urdf, choices=replace(robot.choices, limits=limits))
+        self._check_rotors(driven, drives)
+        return driven, with_motors(case.task, drives)
+
+    def _check_rotors(self, robot: Robot, drives: MotorTable) -> None:
+        """Check that rotor inertias follow the ratios that are chosen, where joints have any."""
+        chosen = [one for v in self.variables if v.of_gear for one in drives_of(drives, v.name)]
+        seen = dict(zip(robot.multibody.joint_names, robot.multibody.armature, strict=True))
+        for joint in robot.joint_names:
+            drive, own = drives.drive(joint), float(seen[joint])
+            if drive in chosen and own and not np.isclose(own, drive.armature):
+                raise InputError(
+                    f"the rotor inertia of '{joint}' is {own:g} kg·m², whatever the gear; leave "
+                    "out what sets it (--armature, --limit or a file of choices), so that it "
+                    "follows the ratio, or do not choose that"
+                )
+
     def rates(self, at: Envelope, values: Array) -> Array:
         """Return the derivatives of a walk's optimal cost in the variables, shape (v,)."""
-        spec = self.spec
+        spec, parameters = self.spec, self.parameters(values)
         if isinstance(spec, BipedSpec):
-            spec = changed(spec, self.parameters(values))
+            spec = changed(spec, _of_body(parameters))
         known = {one.name: one for one in at.changes}
+        drives = self.drives(parameters)
+
+        def gear_rate(name: str) -> float:
+            own = dict.fromkeys(one.at_joint() for one in drives_of(drives, name))
+            return sum(at.gear_rates[one] for one in own) / parameters[name]
 
         def rate(name: str) -> float:
+            if name in parameters and name.startswith(MOTORS):
+                return gear_rate(name)
             parts = parts_of(spec, name) if isinstance(spec, BipedSpec) else self._of_file(name)
             if missing := [change for change, _ in parts if change not in known]:
                 raise InputError(
@@ -297,6 +365,47 @@ class Study:
         if name == LEG:
             return [(one, self.own[one] / self.own[LEG]) for one in (SHIN, THIGH)]
         return [(name.replace("_", " "), 1.0)]
+
+
+def _of_body(parameters: Mapping[str, float]) -> dict[str, float]:
+    """Return the lengths and masses among parameters."""
+    return {name: value for name, value in parameters.items() if not name.startswith(MOTORS)}
+
+
+def geared_joints(name: str) -> str | None:
+    """Return the joints whose gear ratio a name means, empty for all, None if it means none."""
+    joints, _, what = name.removeprefix(MOTORS).rpartition(".")
+    return joints if name.startswith(MOTORS) and what == RATIO else None
+
+
+def drives_of(motors: MotorTable | None, name: str) -> list[Drive]:
+    """Return the drives whose ratio is the variable of a name.
+
+    Raises:
+        InputError: there are none.
+    """
+    if motors is None:
+        raise InputError(
+            f"{name} is a number of the robot's motors, of which nothing is known; give a table of "
+            "them: --motors motors.toml"
+        )
+    return [motors.drives[k] for k in motors.called(geared_joints(name) or "")]
+
+
+def own_ratio(motors: MotorTable | None, name: str) -> float:
+    """Return the ratio of drives as they are.
+
+    Raises:
+        InputError: there are no such drives, or they have different ratios.
+    """
+    ratios = {one.joints: one.ratio for one in drives_of(motors, name)}
+    if len(set(ratios.values())) > 1:
+        said = ", ".join(f"{ratio:g} of '{joints}'" for joints, ratio in ratios.items())
+        raise InputError(
+            f"{name} is one ratio for all drives, and these have {said}; choose them each, by "
+            f"{MOTORS}JOINTS.{RATIO}"
+        )
+    return next(iter(ratios.values()))
 
 
 def own_values(robot: BipedSpec | Robot) -> dict[str, float]:
@@ -401,8 +510,8 @@ class WarmWalks:
         old = self.study.parameters(of)
         for case, known, (x, y) in zip(self.study.walks, self.problems, before, strict=True):
             try:
-                problem = WalkProblem(case.robot(parameters), case.task, known.grid)
-                known = WalkProblem(case.robot(old), case.task, known.grid)
+                problem = WalkProblem(*self.study.walk(case, parameters), known.grid)
+                known = WalkProblem(*self.study.walk(case, old), known.grid)
                 found = self._solved(problem, known, x, y)
                 evaluations += found.evaluations
                 if found.status is not Status.OPTIMAL:
@@ -438,14 +547,12 @@ class WarmWalks:
         """
         parameters, moved, points = self.study.parameters(best.values), 0.0, []
         for k, (case, (x, y)) in enumerate(zip(self.study.walks, best.points, strict=True)):
-            robot, solver = case.robot(parameters), SQP(tolerance=_INNER)
-            problem = WalkProblem(robot, case.task, self.problems[k].grid)
+            (robot, task), solver = self.study.walk(case, parameters), SQP(tolerance=_INNER)
+            problem = WalkProblem(robot, task, self.problems[k].grid)
             found = solver.solve(problem, Start(x, y), None, stopping(self.stop))
             problem, found = refine(problem, found, solver, stop=self.stop)
             x, y, cost = found.x, found.multipliers, found.cost
-            other = many_starts(
-                robot, case.task, self.options, count=self.starts, stop=self.stop
-            ).design
+            other = many_starts(robot, task, self.options, count=self.starts, stop=self.stop).design
             if other.solution.cost < (1.0 - _OTHER) * cost:
                 problem, x, y = other.problem, other.solution.x, _multipliers(other.gait)
                 cost = other.solution.cost
@@ -459,7 +566,7 @@ class WarmWalks:
         """Yield the walks at values of the variables, shape (k,), certified."""
         parameters = self.study.parameters(values)
         for case, known, (x, y) in zip(self.study.walks, self.problems, self.points, strict=True):
-            problem = WalkProblem(case.robot(parameters), case.task, known.grid)
+            problem = WalkProblem(*self.study.walk(case, parameters), known.grid)
             solver = SQP(tolerance=_INNER)
             found = solver.solve(problem, Start(x, y), None, stopping(self.stop))
             yield complete(problem, found, self.options, stop=self.stop).gait
@@ -552,10 +659,12 @@ def first_walks(
     parameters = study.parameters(np.array([v.start for v in study.variables]))
     for case in study.walks:
         try:
-            robot = case.robot(parameters)
-            yield many_starts(robot, case.task, options, count=starts, stop=stop).design.gait
+            robot, task = study.walk(case, parameters)
+            yield many_starts(robot, task, options, count=starts, stop=stop).design.gait
         except GaitoptError as error:
-            error.args = (f"the walk '{case.label}': {error}",)
+            begin = "; or begin where it can walk: NAME=LOWER:UPPER:START"
+            begin = begin if type(error) is NoGaitFoundError else ""
+            error.args = (f"the walk '{case.label}': {error}{begin}",)
             raise
 
 

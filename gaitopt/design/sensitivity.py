@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -22,7 +23,7 @@ from gaitopt.errors import InputError
 from gaitopt.gait import quantities
 from gaitopt.gait.constraint import ConstraintBlock, ConstraintContext
 from gaitopt.gait.constraints import CONSTRAINTS
-from gaitopt.gait.costs import CostContext, cost_function
+from gaitopt.gait.costs import CostContext, cost_function, motors_replaced
 from gaitopt.gait.double_step import DoubleStepModel
 from gaitopt.gait.model_gradient import ModelGradient, model_gradient
 from gaitopt.gait.parameters import DURATION
@@ -206,13 +207,22 @@ class Envelope:
             rate += self.gradient.duration
         return rate / scale
 
-    def gear_rate(self, motor: JointMotor, armature: Array) -> float:
-        """Return the derivative of the optimal cost in the logarithm of a motor's gear ratio.
+    @cached_property
+    def gear_rates(self) -> dict[JointMotor, float]:
+        """Derivatives of the optimal cost in the logarithms of gear ratios, by the task's motors.
 
-        Args:
-            motor: whose joints, as the task has it.
-            armature: rotor inertia of its joints, zero for others, shape (n,) [kg·m²].
+        All of the rotor inertia that joints with a motor have is taken for that of its rotor.
         """
+        robot, motors = self.problem.robot, motors_of(self.problem.task)
+        rotors = np.array(robot.model.armature)[-robot.tree.size :][robot.coupling.free]
+        of_joints = joint_motors(motors, robot.joint_names, robot.mirror) if motors else []
+        return {
+            one: self._gear_rate(one, np.where([own == one for own in of_joints], rotors, 0.0))
+            for one in motors
+        }
+
+    def _gear_rate(self, motor: JointMotor, armature: Array) -> float:
+        """Derivative of a gear; armature of its joints, zero for others, shape (n,) [kg·m²]."""
         task, robot = self.problem.task, self.problem.robot
         before, after = (
             _with_motor(task, motor, geared(motor, np.exp(side * _RELATIVE_STEP)))
@@ -281,13 +291,18 @@ def geared(motor: JointMotor, factor: float) -> JointMotor:
 def _with_motor(task: Task, old: JointMotor, new: JointMotor) -> Task:
     """Return the task with another motor in the place of one, in constraints and cost."""
 
-    def changed(owner: Any) -> Any:
-        motors = getattr(owner, "motors", ())
-        if old not in motors:
-            return owner
-        return replace(owner, motors=tuple(new if one == old else one for one in motors))
+    def changed(motors: tuple[JointMotor, ...]) -> tuple[JointMotor, ...]:
+        return tuple(new if one == old else one for one in motors)
 
-    return replace(task, cost=changed(task.cost), constraints=tuple(map(changed, task.constraints)))
+    def driven(one: Any) -> Any:
+        motors = getattr(one, "motors", ())
+        return replace(one, motors=changed(motors)) if old in motors else one
+
+    return replace(
+        task,
+        cost=motors_replaced(task.cost, changed),
+        constraints=tuple(map(driven, task.constraints)),
+    )
 
 
 def motors_of(task: Task) -> tuple[JointMotor, ...]:
@@ -346,16 +361,8 @@ def _of_task(at: Envelope) -> Iterator[tuple[str, str, str, float, float]]:
 
 
 def _of_motors(at: Envelope) -> Iterator[tuple[str, str, str, float, float]]:
-    robot = at.problem.robot
-    own = np.array(robot.model.armature)[-robot.tree.size :][robot.coupling.free]
-    motors = motors_of(at.problem.task)
-    of_joints = joint_motors(motors, robot.joint_names, robot.mirror) if motors else []
-    for motor in motors:
-        its = np.array([one == motor for one in of_joints])
-        yield (
-            f"gear ratio of '{motor.joints}'", GEAR, "of itself", _RATIO_STEP,
-            at.gear_rate(motor, np.where(its, own, 0.0)),
-        )  # fmt: skip
+    for motor, rate in at.gear_rates.items():
+        yield f"gear ratio of '{motor.joints}'", GEAR, "of itself", _RATIO_STEP, rate
 
 
 def robot_changes(at: Envelope) -> Iterator[RobotChange]:

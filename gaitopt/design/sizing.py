@@ -11,7 +11,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -21,7 +20,7 @@ from gaitopt.design.requirements import MotorLoop, motor_loops, motor_use
 from gaitopt.design.starts import many_starts
 from gaitopt.errors import InputError, NoGaitFoundError
 from gaitopt.gait.constraints import MotorEnvelope
-from gaitopt.gait.costs import ElectricalEnergy
+from gaitopt.gait.costs import motors_replaced
 from gaitopt.gait.recorded import robot_of
 from gaitopt.gait.result import Gait
 from gaitopt.gait.task import Task, task_from_record
@@ -327,7 +326,5 @@ def with_motors(task: Task, table: MotorTable) -> Task:
     """Return the task within the envelopes of motors, in place of any it has."""
     motors = table.at_joints
     others = tuple(one for one in task.constraints if not isinstance(one, MotorEnvelope))
-    cost: Any = task.cost
-    if isinstance(cost, ElectricalEnergy):
-        cost = replace(cost, motors=motors)
+    cost = motors_replaced(task.cost, lambda _: motors)
     return replace(task, cost=cost, constraints=(*others, MotorEnvelope(motors=motors)))

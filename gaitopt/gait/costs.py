@@ -10,7 +10,7 @@ docs/extending.md.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, fields, is_dataclass, replace
 from fnmatch import fnmatchcase
 from typing import TYPE_CHECKING, Any, cast
@@ -784,6 +784,12 @@ class WeightedSum(Cost):
         return tuple(dict.fromkeys(one for cost, _ in self.terms for one in cost.reads))
 
     @property
+    def motors(self) -> tuple[JointMotor, ...]:
+        """Those that its terms know."""
+        known = (one for cost, _ in self.terms for one in getattr(cost, "motors", ()))
+        return tuple(dict.fromkeys(known))
+
+    @property
     def constraints(self) -> tuple[Constraint, ...]:
         """Those of its terms."""
         return tuple(one for cost, _ in self.terms for one in cost.constraints)
@@ -800,6 +806,16 @@ class WeightedSum(Cost):
         """Check each of its terms."""
         for cost, _ in self.terms:
             cost.check(context)
+
+
+def motors_replaced(
+    cost: Cost, change: Callable[[tuple[JointMotor, ...]], tuple[JointMotor, ...]]
+) -> Cost:
+    """Return a cost with other motors, each term of a sum that knows any; others as they are."""
+    if isinstance(cost, WeightedSum):
+        return WeightedSum(tuple((motors_replaced(one, change), w) for one, w in cost.terms))
+    motors = getattr(cost, "motors", None)
+    return cost if motors is None else replace(cast(Any, cost), motors=change(motors))
 
 
 def per_second(unit: str) -> str:

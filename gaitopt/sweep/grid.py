@@ -11,7 +11,7 @@ from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from itertools import islice, pairwise
 
-from gaitopt.actuators.motors import motor_quantities
+from gaitopt.actuators.motors import MOTORS, motor_quantities
 from gaitopt.bounds import POINTS, at_most
 from gaitopt.catalogue.parameters import PARAMETERS, parameter_unit
 from gaitopt.errors import InputError, SpecError
@@ -45,8 +45,6 @@ _UNITS = {
     **{f"hold.{q.name}": q.unit for q in GEOMETRY},
 }
 _PARTS = ("geometry", "links", "joints")
-MOTORS = "motors."
-"""Before the name of a number of the drives of a table of motors."""
 _OWN = "own."
 """Before the name of a margin of a constraint of the task's own."""
 

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
-from gaitopt.actuators.motors import MotorTable
+from gaitopt.actuators.motors import MOTORS, MotorTable
 from gaitopt.catalogue.biped_spec import BipedSpec
 from gaitopt.catalogue.parameters import changed
 from gaitopt.catalogue.urdf_writer import urdf_text
@@ -17,7 +17,6 @@ from gaitopt.errors import InputError
 from gaitopt.gait.task import Task, task_from_record, task_record
 from gaitopt.model.import_options import ImportOptions, choices_from_record, choices_record
 from gaitopt.model.robot import Robot
-from gaitopt.sweep.grid import MOTORS
 
 _CACHED_ROBOTS = 8  # that a process keeps built
 

@@ -1,6 +1,7 @@
 """`gaitopt codesign`: results, going on, refusals."""
 
 import json
+from pathlib import Path
 
 import pytest
 from example_robots import needs_example_robots
@@ -12,6 +13,8 @@ from gaitopt.design.audit import problem_of
 from gaitopt.gait.gait_file import load_gait
 
 QUICK = ("--solver", "sqp", "--starts", "1", "--samples", "21")
+EXAMPLES = Path(__file__).parents[2] / "examples"
+GEARS = ("--motors", EXAMPLES / "motors.toml", "--speeds", "0.8")
 ASKED = ("--vary", "hip_width=10cm:14cm", "--speeds", "0.8")
 
 
@@ -64,6 +67,29 @@ def test_the_same_command_goes_on(cli, finished, tmp_path):
         assert trial_of(json.loads(line)).cost == trial.cost
 
 
+def test_gear_ratios_are_chosen(cli, tmp_path):
+    out, table = tmp_path / "out", tmp_path / "motors.toml"
+    table.write_bytes((EXAMPLES / "motors.toml").read_bytes())
+    driven = ("--motors", table, "--cost", "energy", "--speeds", "0.8", *QUICK)
+    asked = ("codesign", "--vary", "motors.knee.ratio=6:9", *driven)
+    result = cli(*asked, "-o", out)
+    assert result.exit_code == 0, result.stderr
+    summary = json.loads((out / "codesign.json").read_text("utf-8"))
+    found = summary["parameters"]["motors.knee.ratio"]
+    assert found == {"unit": "", "of_the_robot": 8.0, "begun_at": 8.0, "found": 9.0}
+    assert "motors.knee.ratio: 8 -> 9\n" in result.stdout
+    assert "motors.knee.ratio" in (out / "report.html").read_text("utf-8")
+    again = cli("optimise", "--motors", out / "motors.toml", *driven[2:4], "--speed", "0.8", *QUICK,
+                "-o", tmp_path / "walk")  # fmt: skip
+    assert again.exit_code == 0, again.stderr
+    walk = load_gait(tmp_path / "walk" / "gait.npz")
+    assert walk.cost == pytest.approx(summary["after"], rel=1e-6)
+    table.write_text(table.read_text("utf-8").replace("friction = 0.5", "friction = 0.4"))
+    result = cli(*asked, "-o", out)
+    assert result.exit_code == 2
+    assert "trials of another study" in " ".join(result.stderr.split())
+
+
 @needs_example_robots
 def test_a_robot_of_a_file_gets_choices(cli, tmp_path):
     vary = ("--vary", "foot_mass=0.55kg:0.65kg")
@@ -94,6 +120,17 @@ def test_what_cannot_be_is_refused(cli, finished, tmp_path):
         ((*ASKED, "--walk", "speed=0.8 robot=g1"), "the robot is the same for all walks"),
         (("--vary", "shin=25:35", "--speeds", "0.8"), "as in 25cm:35cm"),
         ((*ASKED, "--keep-leg"), "choose the shin or the thigh"),
+        (("--vary", "motors.knee.ratio=6:9", "--speeds", "0.8"), "give a table of them: --motors"),
+        (
+            (*GEARS, "--vary", "motors.knee.ratio=6:9", "--armature", "*_knee=0.1"),
+            "is 0.1 kg·m², wh",
+        ),
+        ((*GEARS, "--vary", "motors.wrist.ratio=6:9"), "'wrist' are no joints"),
+        ((*GEARS, "--vary", "motors.knee.ratio=6:x"), "give a number"),
+        ((*GEARS, "--vary", "motors.knee.ratio=nan:9"), "finite numbers"),
+        ((*GEARS, "--vary", "motors.knee.ratio=-6:9"), "above 0"),
+        ((*GEARS, "--vary", "knee.ratio=6:9"), "motors.ratio or motors.JOINTS.ratio"),
+        ((*GEARS, "--vary", "motors.knee.inertia=1e-5:1e-4"), "or motors.JOINTS.ratio"),
         (("--vary", "foot_length=1:2", "--speeds", "0.6", "--robot", "g1"), "robot of a file"),
     ):
         result = cli("codesign", *words, *QUICK, "-o", tmp_path / "none")

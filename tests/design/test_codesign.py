@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from example_robots import needs_example_robots
 
+from gaitopt.actuators.motors import motors_of
 from gaitopt.catalogue.biped_spec import biped13
 from gaitopt.catalogue.entries import description, entry_by_name
 from gaitopt.catalogue.parameters import PARAMETERS, changed
@@ -21,11 +22,14 @@ from gaitopt.design.codesign import (
     codesign,
     first_walks,
     minimised,
+    own_ratio,
     own_values,
     with_proportions,
 )
 from gaitopt.design.options import DesignOptions
 from gaitopt.errors import InputError
+from gaitopt.gait.constraints import MotorEnvelope
+from gaitopt.gait.costs import cost_of_text
 from gaitopt.gait.presets import preset_task
 from gaitopt.model.import_options import PartChange
 from gaitopt.model.robot import Robot
@@ -70,6 +74,75 @@ def test_the_outer_gradient_is_that_of_walks_solved_again(first):
         move = h * np.eye(2)[k]
         ends = [held.trial(at + side * move, trial).cost for side in (1.0, -1.0)]
         assert trial.gradient[k] == pytest.approx((ends[0] - ends[1]) / (2.0 * h), rel=1e-5)
+
+
+TABLE = motors_of(
+    """
+[motors.one]
+torque_constant = 0.1
+resistance = 0.1
+inertia = 1e-4
+peak_current = 60.0
+continuous_current = 20.0
+voltage = 48.0
+no_load_speed = 460.0
+mass = 0.6
+
+[[drives]]
+joints = "*"
+motor = "one"
+ratio = 10
+efficiency = 0.9
+friction = 0.5
+"""
+).apart("knee", ["right_knee", "left_knee", "right_ankle_roll"])
+
+
+def geared(*variables, robot=robot, **task):
+    """The study of walks of the least sum of squared torques and electrical energy."""
+    motors = TABLE.at_joints
+    cost = cost_of_text("torque + 3 energy", motors=motors)
+    own = preset_task(speed=0.8, samples=21, cost=cost, constraints=[MotorEnvelope(motors)], **task)
+    return Study(biped13(), variables, (WalkCase("0.8 m/s", 1.0, own, robot),), motors=TABLE)
+
+
+@pytest.mark.parametrize("names", [("motors.knee.ratio", "shin"), ("motors.ratio", "hip_width")])
+def test_the_outer_gradient_in_gear_ratios(names):
+    limited = geared(
+        *(Variable(n, 0.5 * v, 2.0 * v, v)
+          for n, v in zip(names, (10.0, 0.3 if "shin" in names else 0.12), strict=True)),
+    )  # fmt: skip
+    held = WarmWalks(limited, list(first_walks(limited, QUICK, starts=1)), QUICK)
+    at = np.array([v.start * more for v, more in zip(limited.variables, (1.02, 1.01), strict=True)])
+    trial = held.trial(at, None)
+    rotors = limited.walk(limited.walks[0], limited.parameters(at))[0].multibody.armature
+    assert rotors[rotors > 0.0].max() == pytest.approx(10.2**2 * 1e-4)
+    for k, h in enumerate((1e-3, 1e-5)):
+        move = h * np.eye(2)[k]
+        ends = [held.trial(at + side * move, trial).cost for side in (1.0, -1.0)]
+        assert trial.gradient[k] == pytest.approx((ends[0] - ends[1]) / (2.0 * h), rel=1e-5)
+
+
+def test_gear_ratios_that_cannot_be_chosen_are_refused():
+    knee, every = (Variable(f"motors.{n}ratio", 5.0, 20.0, 10.0) for n in ("knee.", ""))
+    with pytest.raises(InputError, match=r"'knee' is chosen twice, by motors.knee.ratio and by"):
+        geared(knee, every)
+    with pytest.raises(InputError, match=r"nothing is known; give a table of them: --motors"):
+        Study(biped13(), (knee,), walks(0.7))
+    with pytest.raises(InputError, match=r"no drive has the joints 'wrist'; there are \*, knee"):
+        geared(Variable("motors.wrist.ratio", 5.0, 20.0, 10.0))
+    with pytest.raises(InputError, match=r"of this robot it is 10: give 1 to 100 at most$"):
+        geared(Variable("motors.ratio", 5.0, 200.0, 10.0))
+    with pytest.raises(InputError, match=r"have 10 of '\*', 12 of 'knee'; choose them each, by mo"):
+        own_ratio(TABLE.changed({"knee.ratio": 12.0}), "motors.ratio")
+    with pytest.raises(InputError, match=r"and ratios of gears, motors.ratio or motors.JOINTS"):
+        Variable("motors.knee.inertia", 1e-5, 1e-3, 1e-4)
+    with pytest.raises(
+        InputError, match=r"'wrist' are no joints; the table has drives of \*, knee"
+    ):
+        TABLE.apart("wrist", ["right_knee"])
+    with pytest.raises(InputError, match=r"'right' have different drives or none; the table has"):
+        TABLE.changed({"knee.ratio": 12.0}).apart("right", ["right_knee", "right_hip"])
 
 
 @needs_example_robots

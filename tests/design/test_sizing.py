@@ -66,7 +66,7 @@ def test_gaits_are_designed_again_and_certified(gaits, catalogue, tmp_path):
     assert found.settled
     assert set(found.gaits) == set(gaits)
     path = tmp_path / "motors.toml"
-    path.write_text(motors_text(found.choices), encoding="utf-8")
+    path.write_text(motors_text(found.table, "size"), encoding="utf-8")
     table = read_motors(path)
     assert [d.ratio for d in table.drives] == [d.ratio for d in table_of(found.choices).drives]
     assert found.mass == pytest.approx(sum(d.motor.mass for d in table.drives))
