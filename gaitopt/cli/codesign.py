@@ -198,6 +198,8 @@ def _asked_walks(
     }
     for text in walks:
         own, weight = {}, 1.0
+        if not text.strip():
+            raise InputError("--walk is empty; give NAME=VALUE words, as in --walk 'speed=0.8'")
         for word in text.split():
             name, equals, value = word.partition("=")
             name = name.replace("-", "_")

@@ -26,7 +26,7 @@ from gaitopt.design.options import COUNT, DesignOptions
 from gaitopt.design.pipeline import complete
 from gaitopt.design.refinement import refine
 from gaitopt.design.robot_changes import Anatomy
-from gaitopt.design.sensitivity import Envelope
+from gaitopt.design.sensitivity import Envelope, untold
 from gaitopt.design.sizing import with_motors
 from gaitopt.design.starts import many_starts
 from gaitopt.errors import (
@@ -42,6 +42,8 @@ from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.result import Gait
 from gaitopt.gait.task import Task
 from gaitopt.model.import_options import (
+    ANKLE_HEIGHT,
+    FOOT,
     HIP_WIDTH,
     MASSES,
     SHIN,
@@ -54,14 +56,14 @@ from gaitopt.nlp import Array, Solution, Start, Status, Stop, never, stopping
 from gaitopt.solvers.hessian import damped_bfgs
 from gaitopt.solvers.sqp import SQP
 
-LEG = "leg"
+LEG, FOOT_LENGTH = "leg", "foot_length"
 DESIGN = (
     SHIN, THIGH, LEG, "hip_width", "ankle_height", "foot_length", "foot_width", "mass",
     "trunk_mass", "hip_mass", "thigh_mass", "shin_mass", "ankle_mass", "foot_mass",
 )  # fmt: skip
 """Parameters of the biped in which the cost of its walks has derivatives."""
 OF_FILES = (
-    SHIN, THIGH, LEG, HIP_WIDTH, *(f"{part}_mass" for part in MASSES),
+    SHIN, THIGH, LEG, HIP_WIDTH, ANKLE_HEIGHT, FOOT_LENGTH, *(f"{part}_mass" for part in MASSES),
 )  # fmt: skip
 """Those of them that robots of files have, by `PartChange`."""
 RATIO = "ratio"
@@ -313,11 +315,15 @@ class Study:
             return robot, case.task
         limits = drives.with_rotors(robot.choices.limits)
         driven = Robot.from_urdf(robot.urdf, choices=replace(robot.choices, limits=limits))
-        self._check_rotors(driven, drives)
+        self._check_joints(driven, drives)
         return driven, with_motors(case.task, drives)
 
-    def _check_rotors(self, robot: Robot, drives: MotorTable) -> None:
-        """Check that rotor inertias follow the ratios that are chosen, where joints have any."""
+    def _check_joints(self, robot: Robot, drives: MotorTable) -> None:
+        """Check that pairs of joints share a ratio, and that rotor inertias follow those chosen."""
+        for one in self.variables:
+            if one.of_gear:
+                apart = drives.changed({one.name.removeprefix(MOTORS): one.lower + one.upper})
+                apart.check(robot.joint_names, robot.mirror)
         chosen = [one for v in self.variables if v.of_gear for one in drives_of(drives, v.name)]
         seen = dict(zip(robot.multibody.joint_names, robot.multibody.armature, strict=True))
         for joint in robot.joint_names:
@@ -346,10 +352,10 @@ class Study:
                 return gear_rate(name)
             parts = parts_of(spec, name) if isinstance(spec, BipedSpec) else self._of_file(name)
             if missing := [change for change, _ in parts if change not in known]:
+                gap = "give a smaller --leg-gap, or " if at.gaps_press else ""
                 raise InputError(
-                    f"what {missing[0]} does to a walk is not told: the legs' bodies press on each "
-                    "other there, and their shapes do not follow the lengths, or part of the "
-                    "robot's weight is carried; give a smaller --leg-gap, or choose other numbers"
+                    f"{missing[0]} cannot be chosen for this walk: {'; '.join(untold(at))}; {gap}"
+                    "choose other numbers of the robot"
                 )
             return sum(factor * at.per_unit(known[change]) for change, factor in parts)
 
@@ -433,7 +439,8 @@ def with_proportions(
     if (leg := asked.pop(LEG, None)) is not None:
         asked |= {part: leg * own[part] / own[LEG] for part in (SHIN, THIGH)}
     for name, value in asked.items():
-        part, more = name.removesuffix("_mass"), value - own[name]
+        part = FOOT if name == FOOT_LENGTH else name.removesuffix("_mass")
+        more = value - own[name]
         longer, heavier = found.get(part, (0.0, 0.0))
         found[part] = (
             (longer, heavier + more) if name.endswith("_mass") else (longer + more, heavier)

@@ -255,10 +255,11 @@ class Anatomy:
         return replace(change, reach=reach)
 
     def measures(self) -> dict[str, float]:
-        """Return thigh, shin and hip width [m], and masses of the bodies of one side [kg]."""
-        h, a = self._level_ways(1)
+        """Return lengths of the robot [m], and masses of the bodies of one side [kg]."""
+        robot, (h, a) = self.robot, self._level_ways(1)
         found = {"thigh": float(np.linalg.norm(h)), "shin": float(np.linalg.norm(a)),
-                 "hip width": abs(self.robot.legs.spacing)}  # fmt: skip
+                 "hip width": abs(robot.legs.spacing), "foot length": robot.sole.length,
+                 "ankle height": float(robot.legs.ankles[:, 2].mean())}  # fmt: skip
         return found | {f"{name} mass": float(self.mass[own[-1]]) for name, own in self.bodies()}
 
     def _next(self, joint: int, down: int) -> int:

@@ -346,7 +346,7 @@ def sensitivities(
         name = price.words if price.kind == SETTING else f"{price.name}, {price.words} limit"
         found.append(told(name, LIMITS, price.unit, step, price.cost_per_unit))
     found.sort(key=lambda one: -abs(one.share))
-    said = (*_untold(at), *doubts(at), *_idle_bounds(at, multipliers[1]))
+    said = (*untold(at), *doubts(at), *_idle_bounds(at, multipliers[1]))
     return SensitivityReport(cost, problem.task.cost.unit, tuple(found), said)
 
 
@@ -382,8 +382,8 @@ def _turns(problem: WalkProblem) -> bool:
     return any(phase.contact.hinge(sole) is not None for phase in problem.schedule.phases)
 
 
-def _untold(at: Envelope) -> Iterator[str]:
-    """Say what is left out."""
+def untold(at: Envelope) -> Iterator[str]:
+    """Say of what numbers of a robot the derivatives are not told, and why."""
     if at.problem.robot.physics.carried is not None:
         yield (
             "nothing is told of masses, lengths and joints: part of the weight of this robot is "

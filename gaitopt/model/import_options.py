@@ -170,7 +170,8 @@ class InertiaOverride:
 
 
 THIGH, SHIN, HIP_WIDTH, FOOT, TRUNK = "thigh", "shin", "hip_width", "foot", "trunk"
-LENGTHS, MASSES = (THIGH, SHIN, HIP_WIDTH), (THIGH, SHIN, FOOT, TRUNK)
+ANKLE_HEIGHT = "ankle_height"
+LENGTHS, MASSES = (THIGH, SHIN, HIP_WIDTH, FOOT, ANKLE_HEIGHT), (THIGH, SHIN, FOOT, TRUNK)
 """Parts whose length, and whose mass, `PartChange` changes."""
 _LARGEST_CHANGE = 1e3  # m, kg
 
@@ -181,9 +182,10 @@ class PartChange:
     """A part of both legs, or the trunk, in other proportions than the file has it.
 
     Attributes:
-        part: "thigh", "shin", "hip_width", "foot" or "trunk".
-        longer: by which a thigh, a shin or the distance between the hips grows [m]; see
-            `legs.proportions` for what becomes of the masses.
+        part: "thigh", "shin", "hip_width", "foot", "ankle_height" or "trunk".
+        longer: by which a thigh, a shin, a foot with its sole, the distance between the hips or the
+            height of the ankles above the soles grows [m]; see `legs.proportions` for what becomes
+            of the masses.
         heavier: by which the part of each leg, or the trunk, grows with its inertia [kg].
 
     Raises:
@@ -264,7 +266,7 @@ class ImportOptions:
             (others 0). None is the neutral posture.
         srdf: path or text of the SRDF file.
         rotors: whether rotor inertias of the SRDF are used as armature.
-        sole: rectangle of either sole in its sole frame.
+        sole: rectangle of either sole in its sole frame; of feet that get longer, that of the file.
         sole_drop: height of the ankle above the sole with flat feet [m].
         sole_placements: the sole frames of the right and of the left foot in the frame of the last
             joint of their legs, each as the rows of a 3 x 4 matrix [R p], 12 numbers [m].

@@ -37,7 +37,7 @@ from gaitopt.model.legs.leg_detection import (
 )
 from gaitopt.model.legs.leg_geometry import missing_joints
 from gaitopt.model.legs.overrides import override, override_bodies, without_armature, without_mended
-from gaitopt.model.legs.proportions import proportioned
+from gaitopt.model.legs.proportions import on_other_feet, proportioned
 from gaitopt.model.legs.reference_posture import (
     reference_angles,
     reference_configuration,
@@ -254,15 +254,13 @@ def import_robot(source: Source, choices: ImportOptions) -> ImportedRobot:
     straight = legs_at_zero(posed, pair.legs)
     others, locked = moving_pairs(posed, pair.legs, heading.rotation, choices.moving, ties)
     sized: list[Finding] = []
+    moving = (*pair.legs[0], *pair.legs[1], *(joint for both in others for joint in both))
     if choices.proportions:
-        moving = (*pair.legs[0], *pair.legs[1], *(joint for both in others for joint in both))
         model, sized = proportioned(
             straight, pair.legs, moving, heading.rotation, choices.proportions
         )
         posed = pose(model, stands, problems)
         straight = legs_at_zero(posed, pair.legs)
-    # after the proportions: a load does not grow with the link that carries it
-    payloads, carried = add_payloads(model, choices.payloads, pair.legs)
     chain, partners = moving_joints(pair.legs, side, others)
     names = [str(model.names[joint]) for joint in chain]
     moving_ties, tied = _moving_ties(ties, names, apart, locked)
@@ -282,9 +280,13 @@ def import_robot(source: Source, choices: ImportOptions) -> ImportedRobot:
         soles = _soles(source, stance, shapes, sides, choices)
     except RobotError as error:
         raise fault_error([*faults, *faults_of(error)]) from error
+    resolved = _resolved(choices, model, pair, heading, soles, side)
+    ankle = stance.height(soles.placements)
+    soles, shod = on_other_feet(straight, pair.legs, moving, soles, ankle, choices.proportions)
     if soles.added:
         _add_frames(model, pair.legs, soles)
-    resolved = _resolved(choices, model, pair, heading, soles, side)
+    # after the proportions: a load does not grow with the link that carries it
+    payloads, carried = add_payloads(model, choices.payloads, pair.legs)
     resolved = replace(
         resolved, posture=tuple(angles.items()) or None, limits=overrides, payloads=payloads
     )
@@ -299,6 +301,7 @@ def import_robot(source: Source, choices: ImportOptions) -> ImportedRobot:
         *notes,
         *bodies,
         *sized,
+        *shod,
         *carried,
         *odd,
         *rotors,

@@ -115,6 +115,11 @@ def test_what_cannot_be_is_refused(cli, finished, tmp_path):
         (("--vary", "trunk_height=0.5:0.7", "--speeds", "0.8"), "cannot be chosen"),
         (("--vary", "hip_width=0.1:x", "--speeds", "0.8"), "give a number in m"),
         (("--vary", "hip_width=0.14:0.1", "--speeds", "0.8"), "is empty"),
+        ((*ASKED, "--walk", " "), "--walk is empty; give NAME=VALUE words"),
+        (
+            (*GEARS, "--vary", "motors.right_knee.ratio=6:9"),
+            "have different motors; give the joints",
+        ),
         ((*ASKED, "--walk", "speed=0.8 wings=2"), "NAME=VALUE words"),
         ((*ASKED, "--walk", "speed=0.8 weight=-1"), "weight must be above 0"),
         ((*ASKED, "--walk", "speed=0.8 robot=g1"), "the robot is the same for all walks"),
@@ -131,7 +136,7 @@ def test_what_cannot_be_is_refused(cli, finished, tmp_path):
         ((*GEARS, "--vary", "motors.knee.ratio=-6:9"), "above 0"),
         ((*GEARS, "--vary", "knee.ratio=6:9"), "motors.ratio or motors.JOINTS.ratio"),
         ((*GEARS, "--vary", "motors.knee.inertia=1e-5:1e-4"), "or motors.JOINTS.ratio"),
-        (("--vary", "foot_length=1:2", "--speeds", "0.6", "--robot", "g1"), "robot of a file"),
+        (("--vary", "foot_width=1:2", "--speeds", "0.6", "--robot", "g1"), "robot of a file"),
     ):
         result = cli("codesign", *words, *QUICK, "-o", tmp_path / "none")
         assert result.exit_code == 2, words

@@ -159,19 +159,19 @@ def test_the_outer_gradient_of_a_robot_of_a_file():
     task = preset_task("humanoid", g1, speed=0.6, samples=21, leg_gap=None)
     variables = tuple(
         Variable(name, 0.9 * own[name], 1.1 * own[name], own[name])
-        for name in ("shin", "hip_width", "foot_mass", "trunk_mass")
+        for name in ("shin", "hip_width", "foot_mass", "trunk_mass", "foot_length", "ankle_height")
     )
     study = Study(g1, variables, (WalkCase("0.6 m/s", 1.0, task, other),), keep_leg=True)
     held = WarmWalks(study, list(first_walks(study, QUICK, starts=1)), QUICK)
     at = np.array([1.01 * v.start for v in variables])
     trial = held.trial(at, None)
     assert study.parameters(at)["thigh"] == pytest.approx(own["leg"] - at[0])
-    for k, h in enumerate((1e-5, 1e-5, 1e-5, 1e-4)):
-        move = h * np.eye(4)[k]
+    for k, h in enumerate((1e-5, 1e-5, 1e-5, 1e-4, 1e-5, 1e-5)):
+        move = h * np.eye(6)[k]
         ends = [held.trial(at + side * move, trial).cost for side in (1.0, -1.0)]
         assert trial.gradient[k] == pytest.approx((ends[0] - ends[1]) / (2.0 * h), rel=1e-5)
     with pytest.raises(InputError, match="of a robot of a file cannot be chosen"):
-        Study(g1, (Variable("foot_length", 0.1, 0.2, 0.15),), study.walks)
+        Study(g1, (Variable("foot_width", 0.05, 0.07, 0.06),), study.walks)
 
 
 def test_proportions_add_up_to_those_a_file_is_read_with():

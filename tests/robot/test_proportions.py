@@ -26,6 +26,8 @@ from gaitopt.model.robot import Robot
 CHANGES = {
     "thigh": PartChange("thigh", longer=1.0), "shin": PartChange("shin", longer=1.0),
     "hip width": PartChange("hip_width", longer=1.0),
+    "foot length": PartChange("foot", longer=1.0),
+    "ankle height": PartChange("ankle_height", longer=1.0),
     "thigh mass": PartChange("thigh", heavier=1.0), "shin mass": PartChange("shin", heavier=1.0),
     "foot mass": PartChange("foot", heavier=1.0), "trunk mass": PartChange("trunk", heavier=1.0),
 }  # fmt: skip
@@ -67,6 +69,15 @@ def test_a_small_change_is_the_derivative(robot, name):
         known = getattr(expected, what)
         scale = max(float(np.abs(known).max()), 1e-3)
         np.testing.assert_allclose(found, known, rtol=0.0, atol=2e-6 * scale, err_msg=what)
+    edges = [np.array([getattr(end.sole, e) for e in ("toe", "heel")]) for end in ends]
+    np.testing.assert_allclose((edges[0] - edges[1]) / (2.0 * STEP), expected.sole[:2], atol=1e-6)
+    soles, ankles = (
+        [get(end) for end in ends]
+        for get in (lambda r: r.model.frames[r.swing_frame].placement.translation,
+                    lambda r: r.legs.ankles)
+    )  # fmt: skip
+    np.testing.assert_allclose((soles[0] - soles[1]) / (2.0 * STEP), expected.swing_sole, atol=1e-6)
+    np.testing.assert_allclose((ankles[0] - ankles[1]) / (2.0 * STEP), expected.ankles, atol=1e-6)
     reach = (ends[0].legs.reach - ends[1].legs.reach) / (2.0 * STEP)
     assert reach == pytest.approx(expected.reach, abs=1e-6)
 
@@ -84,6 +95,16 @@ def test_a_large_change_keeps_what_it_must(robot):
     back = changed(longer, CHANGES["shin"], 0.05)  # the choices replace, they do not add up
     assert back.legs.reach == pytest.approx(longer.legs.reach, rel=1e-12)
     assert pin.computeTotalMass(longer.model) == pytest.approx(float(longer.multibody.mass.sum()))
+    feet = robot.choices.over(
+        proportions=(PartChange("foot", 0.03), PartChange("ankle_height", 0.02))
+    )
+    shod = Robot.from_urdf(robot.urdf, choices=feet)
+    again = Robot.from_urdf(shod.urdf, choices=shod.choices)  # nothing is changed twice
+    for one in (shod, again):
+        assert one.sole.length == pytest.approx(robot.sole.length + 0.03, abs=1e-12)
+        np.testing.assert_allclose(one.legs.ankles[:, 2] - robot.legs.ankles[:, 2], 0.02, atol=1e-9)
+        assert one.legs.reach == pytest.approx(robot.legs.reach, rel=1e-12)
+        assert one.mass == pytest.approx(robot.mass, rel=1e-12)
     words = [f.text for f in longer.findings if f.topic == "proportions"]
     assert len(words) == 1
     assert "m as asked" in words[0]
@@ -97,16 +118,21 @@ def test_records_and_refusals():
     assert read.proportions == (PartChange("shin", longer=0.02),)
     for record, told in (
         ({"part": "arm", "longer": 0.1}, "must be one of"), ({"longer": 0.1}, "part is missing"),
-        ({"part": "shin"}, "nothing is changed"), ({"part": "foot", "longer": 0.1}, "leave it out"),
+        ({"part": "shin"}, "nothing is changed"),
+        ({"part": "trunk", "longer": 0.1}, "leave it out"),
         ({"part": "shin", "longer": float("nan")}, "number"),
         ({"part": "shin", "longer": "2kg"}, "is wrong"), ({"part": "shin", "longer": 1e9}, "most"),
         ({"part": "hip_width", "heavier": 1.0}, "leave it out"),
+        ({"part": "ankle_height", "heavier": 1.0}, "leave it out"),
     ):  # fmt: skip
         with pytest.raises(RobotError, match=told):
             choices_from_record({"proportions": [record]})
     with pytest.raises(RobotError, match="given twice"):
         robot.choices.over(proportions=2 * (PartChange("shin", 0.01),))
-    for one in (PartChange("shin", -0.29), PartChange("trunk", 0.0, -40.0)):
+    for one in (
+        PartChange("shin", -0.29), PartChange("trunk", 0.0, -40.0), PartChange("foot", -0.2),
+        PartChange("ankle_height", -0.1),
+    ):  # fmt: skip
         with pytest.raises(RobotError, match="take away at most"):
             Robot.from_urdf(robot.urdf, choices=robot.choices.over(proportions=(one,)))
 

@@ -40,6 +40,11 @@ class Sole:
             )
 
     @property
+    def length(self) -> float:
+        """From heel to toe [m]."""
+        return self.toe - self.heel
+
+    @property
     def corners(self) -> Array:
         """Toe left, toe right, heel left, heel right in the sole frame [m], shape (4, 3)."""
         return np.array(

@@ -60,6 +60,13 @@ class Stance:
         """Columns forward, left, up in the frame of a foot's joint, shape (3, 3)."""
         return np.asarray(self.places[side].rotation.T)
 
+    def height(self, soles: tuple[pin.SE3, pin.SE3]) -> float:
+        """Return that of the ankles above soles placed in the frames of the last joints [m]."""
+        under = [
+            (place * own).translation[2] for place, own in zip(self.places, soles, strict=True)
+        ]
+        return float(np.mean(self.ankles[:, 2] - under))
+
     def centred(self) -> Stance:
         """Return it with either foot where its ankle is the mirror image of the other one's.
 

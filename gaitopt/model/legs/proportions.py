@@ -1,14 +1,16 @@
-"""Longer or shorter thighs and shins, hips farther apart, heavier parts than those of the file.
+"""Other thighs, shins and feet, hips farther apart, heavier parts than those of the file.
 
 Both legs change alike. A thigh or a shin that gets longer is stretched along its length, about the
-joint above it, with its mass; all that hangs on it moves along. A part that gets heavier does so
-with its inertia about any point. What stands still on a part belongs to it. Shapes stay as the file
-draws them.
+joint above it, with its mass; all that hangs on it moves along. A foot is stretched along its sole,
+about the last joint, with its mass and with the edges of the sole; under an ankle that gets higher
+the foot stays as it is. A part that gets heavier does so with its inertia about any point. What
+stands still on a part belongs to it. Shapes stay as the file draws them.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -16,7 +18,16 @@ import pinocchio as pin
 
 from gaitopt.errors import RobotError
 from gaitopt.importers.report import Finding
-from gaitopt.model.import_options import FOOT, HIP_WIDTH, SHIN, THIGH, TRUNK, PartChange
+from gaitopt.model.feet.sole_frames import Soles
+from gaitopt.model.import_options import (
+    ANKLE_HEIGHT,
+    FOOT,
+    HIP_WIDTH,
+    SHIN,
+    THIGH,
+    TRUNK,
+    PartChange,
+)
 from gaitopt.model.legs.kinematic_tree import LegJoints, PosedModel, points_on_lines
 from gaitopt.model.legs.leg_geometry import centre, find_knee, hip_and_ankle
 from gaitopt.nlp import Array
@@ -31,7 +42,7 @@ def proportioned(
     rotation: Array,
     changes: Sequence[PartChange],
 ) -> tuple[pin.Model, list[Finding]]:
-    """Return a copy of a model with parts changed, and what was changed.
+    """Return a copy of a model with parts changed, and what was changed; soles come afterwards.
 
     Args:
         straight: the model with all leg angles 0.
@@ -47,15 +58,106 @@ def proportioned(
     knees = [_knee(straight, leg, rotation) for leg in legs]
     for one in changes:
         words = []
-        if one.longer:
+        if one.longer and one.part not in (FOOT, ANKLE_HEIGHT):
             was = _lengthen(model, straight, legs, knees, moving, rotation, one)
-            words.append(f"{was:.4g} m in the file, {was + one.longer:.4g} m as asked")
+            words.append(_told(was, one.longer, "m"))
         if one.heavier:
             was = _weigh(model, legs, knees, moving, one)
-            words.append(f"{was:.4g} kg in the file, {was + one.heavier:.4g} kg as asked")
-        part = one.part.replace("_", " ")
-        findings.append(Finding("proportions", part, ", ".join(words), "given"))
+            words.append(_told(was, one.heavier, "kg"))
+        if words:
+            findings.append(_finding(one.part, ", ".join(words)))
     return model, findings
+
+
+def on_other_feet(
+    straight: PosedModel,
+    legs: LegJoints,
+    moving: Sequence[int],
+    soles: Soles,
+    ankle: float,
+    changes: Sequence[PartChange],
+) -> tuple[Soles, list[Finding]]:
+    """Change the feet of a model; return their soles, and what was changed.
+
+    Args:
+        straight: the model with all leg angles 0; that of it is changed.
+        legs: joints of the right and of the left leg from hip to ankle.
+        moving: joints that move.
+        soles: of the file.
+        ankle: height above them [m].
+        changes: of the parts; those of others than feet are left out.
+
+    Raises:
+        RobotError: next to nothing would be left of a foot.
+    """
+    findings = []
+    for one in changes:
+        if not one.longer or one.part not in (FOOT, ANKLE_HEIGHT):
+            continue
+        own = soles.sole.length if one.part == FOOT else ankle
+        _refuse_little(one, own, one.longer, "m")
+        change = _stretched_feet if one.part == FOOT else _lowered_feet
+        soles = change(straight, [leg[-1] for leg in legs], moving, soles, one.longer)
+        findings.append(_finding(one.part, _told(own, one.longer, "m")))
+    return soles, findings
+
+
+def _stretched_feet(
+    straight: PosedModel, feet: Sequence[int], moving: Sequence[int], soles: Soles, longer: float
+) -> Soles:
+    model, at = straight.model, straight.placements
+    factor = 1.0 + longer / soles.sole.length
+    for foot, place in zip(feet, soles.placements, strict=True):
+        _stretch(model, at, foot, moving, at[foot].rotation @ place.rotation[:, 0], factor)
+    _put(model, soles, soles.placements)
+    ankle = float(np.mean([place.inverse().translation[0] for place in soles.placements]))
+    toe, heel = (ankle + factor * (x - ankle) for x in (soles.sole.toe, soles.sole.heel))
+    return replace(soles, sole=replace(soles.sole, toe=toe, heel=heel))
+
+
+def _lowered_feet(
+    straight: PosedModel, feet: Sequence[int], moving: Sequence[int], soles: Soles, longer: float
+) -> Soles:
+    del moving
+    model, places = straight.model, []
+    for foot, place in zip(feet, soles.placements, strict=True):
+        down = -longer * place.rotation[:, 2]
+        body = model.inertias[foot]
+        model.inertias[foot] = pin.Inertia(body.mass, body.lever + down, body.inertia)
+        for child in range(2, model.njoints):
+            if int(model.parents[child]) == foot:
+                _move(model, child, down)
+        for frame in model.frames:
+            if int(frame.parentJoint) == foot and frame.type != pin.FrameType.JOINT:
+                _lower(frame, down)
+        places.append(pin.SE3(place.rotation, place.translation + down))
+    _put(model, soles, places)
+    return replace(soles, placements=(places[0], places[1]))
+
+
+def _lower(frame: pin.Frame, move: Array) -> None:
+    """Move a frame of a foot; where it is that of the joint, its body alone."""
+    place, body = frame.placement, frame.inertia
+    if place.translation.any():
+        frame.placement = pin.SE3(place.rotation, place.translation + move)
+    elif body.mass:
+        lever = body.lever + place.rotation.T @ move
+        frame.inertia = pin.Inertia(body.mass, lever, body.inertia)
+
+
+def _put(model: pin.Model, soles: Soles, places: Sequence[pin.SE3]) -> None:
+    """Place the sole frames that the file has."""
+    if not soles.added:
+        for name, place in zip(soles.names, places, strict=True):
+            model.frames[model.getFrameId(name)].placement = place
+
+
+def _told(own: float, more: float, unit: str) -> str:
+    return f"{own:.4g} {unit} in the file, {own + more:.4g} {unit} as asked"
+
+
+def _finding(part: str, text: str) -> Finding:
+    return Finding("proportions", part.replace("_", " "), text, "given")
 
 
 class _Knee(NamedTuple):
