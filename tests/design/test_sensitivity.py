@@ -5,6 +5,7 @@ from xml.etree import ElementTree as ET
 
 import numpy as np
 import pytest
+from changed_robots import changed as changed_robot
 from example_robots import needs_example_robots
 
 from gaitopt.actuators.motors import motors_of as motors_of_text
@@ -14,10 +15,12 @@ from gaitopt.catalogue.parameters import PARAMETERS, changed
 from gaitopt.catalogue.urdf_writer import urdf_text
 from gaitopt.design.design import design
 from gaitopt.design.options import DesignOptions
+from gaitopt.design.robot_changes import Anatomy
 from gaitopt.design.sensitivity import Envelope, sensitivities
 from gaitopt.gait.constraints import MotorEnvelope
 from gaitopt.gait.costs import ElectricalEnergy
 from gaitopt.gait.initial_guess import first_guess
+from gaitopt.gait.model_gradient import OF_ROBOT
 from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.model.import_options import ImportOptions, LimitOverride
@@ -295,6 +298,37 @@ def test_of_the_rotors_of_g1(g1):
 
     found = g1.report.of("knee rotor inertia").per_unit
     assert found == pytest.approx(g1.difference(rotors, 1e-6), rel=CLOSE)
+
+
+PARTS = (*OF_ROBOT, "sole", "straight", "reach")
+
+
+def together(walk, seed):
+    """All numbers of a robot at once, each so far that it is worth as much as the others."""
+    random, cost = np.random.default_rng(seed), walk.report.cost
+    moved, exact = dict.fromkeys(PARTS, 0.0), 0.0
+    for change in Anatomy(walk.problem.robot).changes:
+        rate = walk.report.of(change.name).per_unit
+        size = random.uniform(0.5, 1.5) * min(change.step, 1e-3 * cost / abs(rate)) * np.sign(rate)
+        exact += rate * size
+        for name in PARTS:
+            moved[name] = moved[name] + size * getattr(change, name)
+    return moved, exact
+
+
+@needs_example_robots
+@pytest.mark.parametrize("which", ["biped", "g1"])
+def test_of_all_numbers_of_a_robot_together(which, request):
+    walk = request.getfixturevalue(which)
+    for seed in (1, 2):
+        moved, exact = together(walk, seed)
+
+        def other(amount, moved=moved):
+            return {"robot": changed_robot(walk.robot, moved, amount)}
+
+        assert exact > 0.03 * walk.report.cost
+        once, twice = (walk.difference(other, step) for step in (1e-3, 2e-3))
+        assert exact == pytest.approx((4.0 * once - twice) / 3.0, rel=CLOSE)
 
 
 @needs_example_robots

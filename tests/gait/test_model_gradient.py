@@ -3,15 +3,14 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
-import pinocchio as pin
 import pytest
+from changed_robots import changed
 from numerics import check_derivative
 from walks import walk
 
 from gaitopt.gait.model_gradient import ModelGradient, model_gradient
 from gaitopt.gait.parameters import set_geometry
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.model.joint_tree import FIRST
 from gaitopt.model.robot import Robot
 
 WALKS = (
@@ -77,44 +76,6 @@ def direction(gradient: ModelGradient, names: tuple[str, ...]) -> dict[str, np.n
         values = random.normal(size=np.shape(getattr(gradient, name))) * sizes.get(name, 0.01)
         moved[name] = values + values.swapaxes(1, 2) if name == "second" else values
     return moved
-
-
-def changed(robot: Robot, moved: dict[str, np.ndarray], amount: float) -> Robot:
-    """The robot with every part moved by an amount."""
-    model, n = pin.Model(robot.model), robot.tree.size
-    got = {name: amount * values for name, values in moved.items()}
-    for body in range(n + 1):
-        mass, first, second = moments(model.inertias[body + 1])
-        if "mass" in got:
-            mass += got["mass"][body]
-            first = first + got["first"][body]
-            second = second + got["second"][body]
-        lever = first / mass
-        about = second - mass * np.outer(lever, lever)
-        inertia = np.trace(about) * np.eye(3) - about
-        model.inertias[body + 1] = pin.Inertia(mass, lever, inertia)
-    legs = robot.legs
-    if "joints" in got:
-        for joint in range(n):
-            place = model.jointPlacements[FIRST + joint].copy()
-            place.translation = place.translation + got["joints"][joint]
-            model.jointPlacements[FIRST + joint] = place
-        for frame, name in ((robot.swing_frame, "swing_sole"), (robot.pelvis_frame, "pelvis")):
-            place = model.frames[frame].placement.copy()
-            place.translation = place.translation + got[name]
-            model.frames[frame].placement = place
-        legs = replace(legs, hips=legs.hips + got["hips"], ankles=legs.ankles + got["ankles"])
-    if "armature" in got:
-        model.armature = np.array(model.armature) + np.append(np.zeros(6), got["armature"])
-        model.gravity = pin.Motion(model.gravity.linear + got["gravity"], np.zeros(3))
-    return replace(robot, model=model, legs=legs)
-
-
-def moments(inertia: pin.Inertia) -> tuple[float, np.ndarray, np.ndarray]:
-    """Mass, first and second moments about the frame's origin."""
-    second = 0.5 * np.trace(inertia.inertia) * np.eye(3) - inertia.inertia
-    second = second + inertia.mass * np.outer(inertia.lever, inertia.lever)
-    return inertia.mass, inertia.mass * inertia.lever, second
 
 
 @pytest.mark.parametrize("names", [LENGTHS, MASSES, OTHERS], ids=["lengths", "masses", "others"])
