@@ -103,8 +103,28 @@ def codesign(data: Record) -> str:
         "the same walks warm, from those of their best design, and begin with those of the "
         "optimum, followed back to the start. Told are designs, walks solved, and evaluations of "
         "their programs: cost and rows at one point, with derivatives or without, failed ones "
-        "too.\n\n" + table(("start: shin, hips, foot, m", *methods), rows)
+        "too.\n\n" + table(("start: shin, hips, foot, m", *methods), rows) + "\n\n"
+        f"The whole of `gaitopt codesign`, for {len(data['speeds'])} walks of "
+        f"{data['speeds'][0]:g} to {data['speeds'][-1]:g} m/s, searches from several first guesses "
+        "and certificates with it, from five starts:\n\n" + _from_starts(data["starts"])
     )
+
+
+def _from_starts(rows: list[Record]) -> str:
+    return table(
+        ("start: shin, hips, foot, m", "cost before", "cost after", "shin, hips, foot, m",
+         "designs", "evaluations", "CPU, s", "certified"),
+        [
+            (
+                ", ".join(f"{value:g}" for value in row["start"]), f"{row['before']:.1f}",
+                f"{row['after']:.2f}",
+                ", ".join(f"{row['values'][n]:.4f}" for n in ("shin", "hip_width", "foot_length")),
+                row["designs"], row["evaluations"], f"{row['cpu seconds']:.0f}",
+                f"{sum(row['certified'])} of {len(row['certified'])}",
+            )
+            for row in rows
+        ],
+    )  # fmt: skip
 
 
 def _taken(record: Record) -> str:
