@@ -17,64 +17,26 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from gaitopt.errors import SpecError
 from gaitopt.importers.text_files import check_keys, parse_toml, read_text
+from gaitopt.model.loops import MOST_JOINTS, Linkage, Rod
 from gaitopt.nlp import Array
 from gaitopt.units import read_quantity
 
 _ORDER = 3  # of the series
-_MOST_JOINTS = 2
 _LARGEST = 1e6
 """Of lengths, limits and entries of a Jacobian."""
 _UNITS = {"torque": "N·m", "speed": "rad/s", "power": "W"}
+_LIMITS = (*_UNITS, "range")
+_FIELDS = len(Linkage._fields)
 _POINTS = ("crank_centre", "crank_axis", "crank_end", "rod_end")
 DEAD = 0.98
 """Cosine from which on a crank is at its dead point, where its rod turns it no more: 11 degrees."""
 _FLAT = 1e-6  # m, and sine of angles: what is shorter has no direction
-
-Point = tuple[float, float, float]
-
-
-class Rod(NamedTuple):
-    """A crank on a motor and the rod to a point beyond the joints, where all joints are at 0.
-
-    All are in the frame of the body before the first joint.
-
-    Attributes:
-        crank_centre: a point of the motor's axis [m].
-        crank_axis: its direction; the motor turns about it as a right-handed screw.
-        crank_end: where the rod is on the crank [m].
-        rod_end: where the rod is on the link beyond the last joint [m].
-    """
-
-    crank_centre: Point
-    crank_axis: Point
-    crank_end: Point
-    rod_end: Point
-
-
-class Linkage(NamedTuple):
-    """Motors that turn joints of one leg together; the other leg has their mirror image.
-
-    Attributes:
-        joints: their names, from the pelvis on.
-        motors: names of as many motors.
-        jacobian: rates of the motors per rate of the joints, a row for each motor; empty with rods.
-        rods: of each motor; empty with a Jacobian.
-        torque, speed, power: limits of each motor [N·m, rad/s, W]; None for none.
-    """
-
-    joints: tuple[str, ...]
-    motors: tuple[str, ...]
-    jacobian: tuple[tuple[float, ...], ...]
-    rods: tuple[Rod, ...]
-    torque: tuple[float | None, ...]
-    speed: tuple[float | None, ...]
-    power: tuple[float | None, ...]
 
 
 def read_linkages(path: str | Path) -> tuple[Linkage, ...]:
@@ -118,11 +80,11 @@ def linkages_from_rows(rows: object) -> tuple[Linkage, ...]:
 
 
 def _from_row(where: str, row: object) -> Linkage:
-    if not isinstance(row, list | tuple) or len(row) != len(Linkage._fields):
+    if not isinstance(row, list | tuple) or len(row) not in (_FIELDS - 1, _FIELDS):
         raise SpecError(f"{where} must be a row of {', '.join(Linkage._fields)}")
-    joints, motors, jacobian, rods, *limits = row
     if not all(isinstance(part, list | tuple) for part in row):
         raise SpecError(f"{where} must have lists of {', '.join(Linkage._fields)}")
+    joints, motors, jacobian, rods, *limits = row
     try:
         entries = [
             {
@@ -131,7 +93,7 @@ def _from_row(where: str, row: object) -> Linkage:
                 **(dict(zip(_POINTS, map(list, rods[k]), strict=True)) if rods else {}),
                 **{
                     key: values[k]
-                    for key, values in zip(_UNITS, limits, strict=True)
+                    for key, values in zip(_LIMITS, limits, strict=False)  # old rows: no range
                     if values[k] is not None
                 },
             }
@@ -150,7 +112,7 @@ def _linkage(where: str, entry: object) -> Linkage:
     if (
         not isinstance(joints, list)
         or not all(isinstance(name, str) and name for name in joints)
-        or not 1 <= len(set(joints)) == len(joints) <= _MOST_JOINTS
+        or not 1 <= len(set(joints)) == len(joints) <= MOST_JOINTS
     ):
         raise SpecError(
             f"{where}: joints must be a list of one or two names of joints of one leg, from the "
@@ -162,7 +124,7 @@ def _linkage(where: str, entry: object) -> Linkage:
     for motor in motors:
         if not isinstance(motor, Mapping):
             raise SpecError(f"{where}: a motor must be a table")
-        check_keys(where, motor, ("name", "rates", *_POINTS, *_UNITS), SpecError)
+        check_keys(where, motor, ("name", "rates", *_POINTS, *_LIMITS), SpecError)
     names = [motor.get("name") for motor in motors]
     if not all(isinstance(name, str) and name for name in names) or len({*names}) < len(names):
         raise SpecError(f"{where}: give every motor a name of its own")
@@ -172,9 +134,12 @@ def _linkage(where: str, entry: object) -> Linkage:
             f"{where}: give every motor either rates, per unit rate of each joint, or "
             f"{', '.join(_POINTS)}"
         )
-    limits = {key: tuple(_limit(where, motor, key) for motor in motors) for key in _UNITS}
+    limits: dict[str, Any] = {
+        key: tuple(_limit(where, motor, key) for motor in motors) for key in _UNITS
+    }
+    limits["range"] = tuple(_range(where, motor) for motor in motors)
     if not any(value is not None for values in limits.values() for value in values):
-        raise SpecError(f"{where}: give the motors limits: torque, speed or power")
+        raise SpecError(f"{where}: give the motors limits: {', '.join(_LIMITS)}")
     jacobian: tuple[tuple[float, ...], ...] = ()
     rods: tuple[Rod, ...] = ()
     if kinds == {(True, False)}:
@@ -209,6 +174,20 @@ def _limit(where: str, motor: Mapping[str, Any], key: str) -> float | None:
             f"{_LARGEST:g}"
         )
     return value
+
+
+def _range(where: str, motor: Mapping[str, Any]) -> tuple[float, float] | None:
+    if "range" not in motor:
+        return None
+    given = motor["range"]
+    where = f"{where}: range of '{motor['name']}'"
+    low, high = _vector(where, list(given) if isinstance(given, tuple) else given, 2, "rad")
+    if not low < 0.0 < high:
+        raise SpecError(
+            f"{where} is from {low:g} to {high:g} rad; it must hold 0, at which the motor is where "
+            "all joints are at 0"
+        )
+    return low, high
 
 
 def _vector(where: str, value: object, count: int, unit: str = "") -> tuple[float, ...]:

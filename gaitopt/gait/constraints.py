@@ -36,6 +36,7 @@ from gaitopt.gait.functions import (
     StrideSpeed,
     Torsion,
 )
+from gaitopt.gait.motor_space import LoopMotors
 from gaitopt.gait.terrain import AboveProfile
 from gaitopt.model.feet.sole import sole_edge_speeds, sole_tilt
 from gaitopt.nlp import Array
@@ -872,7 +873,7 @@ CONSTRAINTS: tuple[Constraint, ...] = (
     TrunkYaw(), TorsionalFriction(), ImpulseTorsion(), LegGap(), SwingTilt(), SwingHeight(),
     LandingSpeed(), LandingImpulse(), FootAngle(), FootLift(), SoftLanding(), FrontLoad(),
     FrontFriction(), FrontCentreOfPressure(), FrontTorsion(), RearImpulseUp(),
-    RearImpulseFriction(), RearImpulseCentreOfPressure(), RearImpulseTorsion(),
+    RearImpulseFriction(), RearImpulseCentreOfPressure(), RearImpulseTorsion(), LoopMotors(),
 )  # fmt: skip
 """All built-in constraints, in the order of their rows."""
 

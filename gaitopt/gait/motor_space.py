@@ -1,4 +1,4 @@
-"""Limits of motors that turn joints through rods or in common: torque, speed and power of each.
+"""Limits of motors that turn joints through rods or in common: torque, speed, power, angle of each.
 
 With J(q) the rates of the motors per rate of the joints, torque = J^-T Gamma, rate = J dq, and the
 power is their product: that of each motor, which may drive while the other brakes.
@@ -15,7 +15,6 @@ import numpy as np
 from gaitopt.actuators.linkages import (
     DEAD,
     JointPair,
-    Linkage,
     MotorAngles,
     check_linkage,
     linkages_from_rows,
@@ -25,6 +24,7 @@ from gaitopt.errors import InputError
 from gaitopt.gait import quantities
 from gaitopt.gait.constraint import FREE, Constraint, ConstraintBlock, ConstraintContext
 from gaitopt.gait.functions import QuantityFunction
+from gaitopt.model.loops import Linkage
 from gaitopt.nlp import Array
 
 if TYPE_CHECKING:
@@ -58,13 +58,13 @@ class DrivenJoints:
         return motor_angles(self.linkage, self.where, q[:, self.rows] * self.signs)
 
     def values(self, torque: Array, rate: Array, q: Array) -> dict[str, Array]:
-        """Return torque, speed and power of the motors.
+        """Return torque, speed, power and angle of the motors.
 
         Args:
             torque, rate, q: of the robot's joints, shape (K, n) each.
 
         Returns:
-            Shape (K, m) each [N·m, rad/s, W]; and the cosines of `Reach`.
+            Shape (K, m) each [N·m, rad/s, W, rad]; and the cosines of `Reach` before the angle.
         """
         at = self.motors(q)
         J = at.jacobian
@@ -74,11 +74,12 @@ class DrivenJoints:
         )
         turning = (J @ (rate[:, self.rows] * self.signs)[..., None])[..., 0]
         power = held * turning
-        return {"torque": held, "speed": turning, "power": power, "reach": at.cosine}
+        told = {"torque": held, "speed": turning, "power": power}
+        return {**told, "reach": at.cosine, "angle": at.angle}
 
 
-def driven_joints(robot: Robot, linkages: tuple[Linkage, ...]) -> list[DrivenJoints]:
-    """Return the joints of both legs that linkages turn.
+def driven_joints(robot: Robot, linkages: tuple[Linkage, ...] = ()) -> list[DrivenJoints]:
+    """Return the joints of both legs that linkages turn: those of the robot's file, and others.
 
     Raises:
         InputError: a joint is not there, does not move by itself, or is turned by two linkages; the
@@ -87,7 +88,7 @@ def driven_joints(robot: Robot, linkages: tuple[Linkage, ...]) -> list[DrivenJoi
     """
     found: list[DrivenJoints] = []
     names = robot.joint_names
-    for linkage in linkages:
+    for linkage in (*robot.linkages, *linkages):
         for name in linkage.joints:
             if name not in names:
                 raise InputError(
@@ -107,7 +108,8 @@ def driven_joints(robot: Robot, linkages: tuple[Linkage, ...]) -> list[DrivenJoi
         if again := taken & {*one.rows}:
             raise InputError(
                 f"two linkages turn '{names[min(again)]}'; give the joints of one leg only, once: "
-                "the other leg is its mirror image"
+                "the other leg is its mirror image; or leave the loops of its file open by "
+                "--without loops, if one of the two is of these"
             )
         taken |= {*one.rows}
     return found
@@ -132,8 +134,8 @@ class MotorLimits(QuantityFunction):
     Attributes:
         groups: the joints.
         count: n, of the robot's joints.
-        kept: of each group, which of its 4 m rows have limits: torques, speeds, powers, cosines of
-            `Reach`.
+        kept: of each group, which of its 5 m rows have limits: torques, speeds, powers, cosines of
+            `Reach`, angles.
         limits: of these rows.
     """
 
@@ -180,10 +182,10 @@ class MotorLimits(QuantityFunction):
 
 
 class _Local:
-    """Torques, speeds, powers, reach of m motors in (Gamma, dq, q) of their m joints.
+    """Torques, speeds, powers, reach, angles of m motors in (Gamma, dq, q) of their m joints.
 
     Attributes:
-        first: derivatives, shape (K, 4 m, 3 m).
+        first: derivatives, shape (K, 5 m, 3 m).
     """
 
     def __init__(self, group: DrivenJoints, parts: list[Array]) -> None:
@@ -197,18 +199,18 @@ class _Local:
         self._y = np.einsum("kji,kj->ki", W, self._torque)
         self._s = np.einsum("kij,kj->ki", at.jacobian, self._rate)
         self._parts = G, V, Q = slice(0, m), slice(m, 2 * m), slice(2 * m, 3 * m)
-        self._y1, self._s1, c1 = np.zeros((3, len(q), m, 3 * m))
+        self._y1, self._s1, c1, a1 = np.zeros((4, len(q), m, 3 * m))
         self._y1[:, :, G] = W.swapaxes(1, 2)
         self._y1[:, :, Q] = np.einsum("kjix,kj->kix", self._W1, self._torque)
         self._s1[:, :, V] = at.jacobian
         self._s1[:, :, Q] = np.einsum("kijx,kj->kix", at.first, self._rate)
         p1 = self._y1 * self._s[..., None] + self._s1 * self._y[..., None]
-        c1[:, :, Q] = at.reach.first
+        c1[:, :, Q], a1[:, :, Q] = at.reach.first, at.jacobian
         self._seen = np.tile(signs, _ENTRIES)
-        self.first = np.concatenate([self._y1, self._s1, p1, c1], axis=1) * self._seen
+        self.first = np.concatenate([self._y1, self._s1, p1, c1, a1], axis=1) * self._seen
 
     def second(self) -> Array:
-        """Return the second derivatives, shape (K, 4 m, 3 m, 3 m)."""
+        """Return the second derivatives, shape (K, 5 m, 3 m, 3 m)."""
         at, W, JW, W1, (G, V, Q) = self._at, self._W, self._JW, self._W1, self._parts
         both = np.einsum("kab,kbcx,kcdy->kadxy", W, JW, JW)
         W2 = both + both.swapaxes(3, 4)
@@ -223,38 +225,30 @@ class _Local:
         crossed = self._y1[..., :, None] * self._s1[..., None, :]
         p2 = y2 * self._s[..., None, None] + s2 * self._y[..., None, None]
         p2 += crossed + crossed.swapaxes(2, 3)
-        c2[:, :, Q, Q] = at.reach.second
-        found = np.concatenate([y2, s2, p2, c2], axis=1)
+        a2 = np.zeros_like(c2)
+        c2[:, :, Q, Q], a2[:, :, Q, Q] = at.reach.second, at.first
+        found = np.concatenate([y2, s2, p2, c2, a2], axis=1)
         return np.asarray(found * self._seen * self._seen[:, None])
 
 
 @dataclass(frozen=True)
-class MotorSpace(Constraint):
-    """Motors that turn joints in common keep limits of their own on torque, speed and power.
+class LoopMotors(Constraint):
+    """Motors of loops of bodies in the robot's file keep limits of their own."""
 
-    Attributes:
-        linkages: see `gaitopt.actuators.linkages.read_linkages`; none: the constraint is off.
-    """
-
-    name, unit, words = "motor space", "1", "share of the limits of motors of linkages"
+    name, unit, words = "loop motors", "1", "share of the limits of motors of loops"
     reads = (quantities.TORQUE, quantities.RATES, quantities.ANGLES)
-    linkages: tuple[Linkage, ...] = ()
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "linkages", linkages_from_rows(self.linkages))
 
     def asked(self, context: ConstraintContext) -> bool:
-        """Return whether there are linkages."""
-        del context
-        return bool(self.linkages)
+        """Return whether the robot's file has such loops."""
+        return bool(context.robot.linkages)
 
     def block(self, context: ConstraintContext) -> ConstraintBlock:
-        """Return up to three rows for each motor, and one for the reach of each rod.
+        """Return up to four rows for each motor, and one for the reach of each rod.
 
         Raises:
             InputError: the linkages do not fit the robot.
         """
-        groups = driven_joints(context.robot, self.linkages)
+        groups = self._groups(context.robot)
         kept: list[tuple[int, ...]] = []
         limits: list[Array] = []
         labels: list[str] = []
@@ -272,6 +266,32 @@ class MotorSpace(Constraint):
         return self.over_step(
             context, function, tuple(labels), lower=np.array(lower), upper=np.array(upper)
         )
+
+    def _groups(self, robot: Robot) -> list[DrivenJoints]:
+        return driven_joints(robot)
+
+
+@dataclass(frozen=True)
+class MotorSpace(LoopMotors):
+    """Motors that turn joints in common keep limits of their own on torque, speed and power.
+
+    Attributes:
+        linkages: see `gaitopt.actuators.linkages.read_linkages`; none: the constraint is off.
+    """
+
+    name, unit, words = "motor space", "1", "share of the limits of motors of linkages"
+    linkages: tuple[Linkage, ...] = ()
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "linkages", linkages_from_rows(self.linkages))
+
+    def asked(self, context: ConstraintContext) -> bool:
+        """Return whether there are linkages."""
+        del context
+        return bool(self.linkages)
+
+    def _groups(self, robot: Robot) -> list[DrivenJoints]:
+        return driven_joints(robot, self.linkages)[2 * len(robot.linkages) :]
 
 
 def _limited(group: DrivenJoints) -> list[tuple[int, str, float, float, float]]:
@@ -291,4 +311,10 @@ def _limited(group: DrivenJoints) -> list[tuple[int, str, float, float, float]]:
         for i, motor in enumerate(linkage.motors):
             label = f"{group.names[0]} reach of the rod of motor {motor}"
             found.append((len(_KINDS) * m + i, label, DEAD, -1.0, 1.0))
+    for i, (motor, ends) in enumerate(zip(linkage.motors, linkage.range, strict=True)):
+        if ends is not None:
+            label = f"{group.names[0]} angle of motor {motor}"
+            largest = max(abs(end) for end in ends if np.isfinite(end))
+            low, high = (end / largest if np.isfinite(end) else FREE * end for end in ends)
+            found.append(((1 + len(_KINDS)) * m + i, label, largest, low, high))
     return found

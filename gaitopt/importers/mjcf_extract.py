@@ -26,6 +26,7 @@ from gaitopt.importers.mjcf_robot import (
     CompiledBody,
     CompiledGeom,
     CompiledJoint,
+    CompiledLoop,
     CompiledRobot,
     CompiledSite,
     CompiledTie,
@@ -165,6 +166,9 @@ class _Extraction:
             for kind in ("hinge", "slide", "ball")
         }
         self.findings: list[Finding] = []
+        self.equalities = active_equalities(compiled)
+        self.ends: dict[int, list[CompiledSite]] = {}  # of loops, by body, that have no site
+        self.closed: set[int] = set()  # equalities that are loops of this robot
 
     def run(self) -> tuple[CompiledRobot, tuple[FileProblem, ...], tuple[Finding, ...]]:
         """Return the robot, problems and findings."""
@@ -177,6 +181,7 @@ class _Extraction:
                 "read; make those that a walk does not need fixed (remove their <joint>)"
             )
         self._tell_root()
+        loops, turned = self._loops(kept)
         place = {body: index for index, body in enumerate(kept)}
         bodies = tuple(self._body(body, place) for body in kept)
         shown = {geom.mesh for body in bodies for geom in body.geoms}
@@ -189,6 +194,8 @@ class _Extraction:
             bodies=_with_some_drawn(bodies),
             meshes=tuple(mesh for name, mesh in self.compiled.meshes.items() if name in shown),
             keyframes=self._keyframes(joints),
+            loops=loops,
+            motors=tuple(self.joint_names[j] for j in sorted(turned & moving)),
         )
         tag, name, fault = fault_of(robot)
         if fault:
@@ -228,10 +235,14 @@ class _Extraction:
                 self._joint(j) for j in self.compiled.joints(body) if j not in self.root.joints
             ),
             geoms=tuple(geom for geom in geoms if geom is not None),
-            sites=tuple(
-                CompiledSite(str(model.site(s).name), pose(model.site_pos[s], model.site_quat[s]))
-                for s in sites
-                if model.site(s).name
+            sites=(
+                *(
+                    CompiledSite(
+                        str(model.site(s).name), pose(model.site_pos[s], model.site_quat[s])
+                    )
+                    for s in sites
+                ),
+                *self.ends.get(body, ()),
             ),
         )
 
@@ -443,7 +454,7 @@ class _Extraction:
         slides = {j for j in joints if int(self.model.jnt_type[j]) != self.bodies.hinge}
         hinges = [self.joint_names[j] for j in joints - slides]
         ties, told, others = dict[str, CompiledTie](), dict[str, Equality](), []
-        for equality in active_equalities(self.compiled):
+        for equality in self.equalities:
             fault = ""
             if equality.pair is not None:
                 joint, master = (self.joint_names[j] for j in equality.pair)
@@ -473,22 +484,41 @@ class _Extraction:
             problems.append(self._problem("tied", joint, text, element))
         for equality, fault in others:
             why = f": {fault}"
-            if equality.loop:
-                why = (
-                    ", a loop of bodies, which is not closed in a leg: leave it open by --without "
-                    "loops (its rods and cranks then stand still), and give the motors that turn "
-                    "the joints through it in a table, --linkages FILE (docs/linkages.md)"
-                )
+            if equality.index in self.closed:
+                why = ", a loop of bodies"
             elif not fault:
                 why = (
                     ", which is not supported in a leg: every leg joint has its own motor; remove "
                     f"that <{equality.tag}>"
                 )
             words = f"<{equality.tag}> of {equality.ends} in <equality> ties it{why}"
-            kind, element = "loop" if equality.loop else "mimic", self._element(elements, equality)
+            kind = "mimic" if not equality.loop else "held"
+            kind = "loop" if equality.index in self.closed else kind
+            element = self._element(elements, equality)
             for name in sorted(self.joint_names[j] for j in equality.joints & joints):
                 problems.append(self._problem(kind, name, f"joint '{name}': {words}", element))
         return tuple(ties.values()), problems
+
+    def _loops(self, kept: list[int]) -> tuple[tuple[CompiledLoop, ...], frozenset[int]]:
+        """Return the loops of bodies, and those of their joints that actuators turn."""
+        loops, joints = [], set[int]()
+        names = {str(self.model.site(s).name) for s in range(self.model.nsite)}
+        for equality in self.equalities:
+            if not equality.loop or any(body not in kept for body, *_ in equality.places):
+                continue
+            self.closed.add(equality.index)
+            sites = []
+            for end, (body, where, site) in enumerate(equality.places, 1):
+                name = site or f"loop_{equality.index}_{end}"
+                while not site and name in names:
+                    name += "_"
+                if not site:
+                    self.ends.setdefault(body, []).append(CompiledSite(name, where))
+                names.add(name)
+                sites.append(name)
+            loops.append(CompiledLoop(equality.tag, *sites))
+            joints |= equality.joints
+        return tuple(loops), self.forces.driven & joints
 
     def _element(self, elements: list[Element], equality: Equality) -> Element | None:
         return elements[equality.index] if len(elements) == self.model.neq else None

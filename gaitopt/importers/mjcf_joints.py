@@ -17,6 +17,7 @@ import numpy as np
 from numpy.polynomial import Polynomial
 
 from gaitopt.importers.mjcf_compile import Compilation
+from gaitopt.importers.mjcf_robot import NO_TURN, Pose, pose
 from gaitopt.nlp import Array
 
 Range = tuple[float, float]
@@ -29,6 +30,7 @@ class ActuatorForces:
 
     Attributes:
         ranges: least and largest force [N·m or N] by joint, of those that have a motor or a range.
+        driven: joints that actuators turn.
         coupled: joints that share an actuator through a tendon, whose ranges are not independent.
         left_out: actuators whose force on joints depends on the posture.
         muscles: actuators that count with what they pull at rest at their best length.
@@ -36,6 +38,7 @@ class ActuatorForces:
     """
 
     ranges: dict[int, Range]
+    driven: frozenset[int]
     coupled: frozenset[int]
     left_out: tuple[str, ...]
     muscles: tuple[str, ...] = ()
@@ -76,10 +79,13 @@ def actuator_forces(compiled: Compilation) -> ActuatorForces:
         for joint, arm in arms.items():
             (least, most), own = sums.get(joint, (0.0, 0.0)), _scaled(force, arm)
             sums[joint] = least + own[0], most + own[1]
+    driven = frozenset(sums)
     for joint in range(model.njnt):
         if model.jnt_actfrclimited[joint]:
             sums[joint] = _clamped(sums.get(joint, FREE), model.jnt_actfrcrange[joint])
-    return ActuatorForces(sums, frozenset(coupled), *map(tuple, (left_out, muscles, disabled)))
+    return ActuatorForces(
+        sums, driven, frozenset(coupled), *map(tuple, (left_out, muscles, disabled))
+    )
 
 
 def _by_control(compiled: Compilation, index: int) -> Range:
@@ -160,6 +166,8 @@ class Equality:
         loop: whether it closes a loop of bodies; else it makes joints follow each other.
         pair: the joint that follows and the one that it follows; None for anything else.
         coefficients: of the polynomial in how far the other is from its `ref`, shape (5,).
+        places: of a loop: its two bodies, where in them it is closed, and the name of the site
+            there, or empty.
     """
 
     index: int
@@ -169,6 +177,7 @@ class Equality:
     loop: bool
     pair: tuple[int, int] | None = None
     coefficients: tuple[float, ...] = ()
+    places: tuple[tuple[int, Pose, str], ...] = ()
 
 
 def active_equalities(compiled: Compilation) -> list[Equality]:
@@ -202,8 +211,29 @@ def active_equalities(compiled: Compilation) -> list[Equality]:
         words = " and ".join(f"'{name}'" for name in names if what != "body" or name != "world")
         numbers = tuple(float(value) for value in model.eq_data[index][:_POLYNOMIAL])
         loop = tag in ("connect", "weld")
-        found.append(Equality(index, tag, words, joints, loop, pair, numbers))
+        places = _places(compiled, index, what == "site", tag == "weld") if loop else ()
+        found.append(Equality(index, tag, words, joints, loop, pair, numbers, places))
     return found
+
+
+def _places(
+    compiled: Compilation, index: int, site: bool, weld: bool
+) -> tuple[tuple[int, Pose, str], ...]:
+    """Return both ends of a loop of bodies."""
+    model = compiled.model
+    ends = [int(model.eq_obj1id[index]), int(model.eq_obj2id[index])]
+    if site:
+        found = [
+            (int(model.site_bodyid[end]), pose(model.site_pos[end], model.site_quat[end]),
+             str(model.site(end).name))
+            for end in ends
+        ]  # fmt: skip
+    else:
+        data = model.eq_data[index]
+        points = (data[3:6], data[:3]) if weld else (data[:3], data[3:6])
+        turned = data[6:10] / np.linalg.norm(data[6:10]) if weld else NO_TURN
+        found = [(ends[0], pose(points[0], turned), ""), (ends[1], pose(points[1], NO_TURN), "")]
+    return tuple(found)
 
 
 def _between(compiled: Compilation, bodies: Iterable[int]) -> frozenset[int]:

@@ -25,7 +25,13 @@ from gaitopt.importers.mjcf_robot import (
     CompiledRobot,
     se3,
 )
-from gaitopt.importers.physics import STANDARD_GRAVITY, PassiveJoint, Physics, PointMass
+from gaitopt.importers.physics import (
+    STANDARD_GRAVITY,
+    LoopFrames,
+    PassiveJoint,
+    Physics,
+    PointMass,
+)
 from gaitopt.importers.pinocchio_model import joint_model
 from gaitopt.nlp import Array
 
@@ -46,7 +52,6 @@ def build_mjcf_model(robot: CompiledRobot) -> pin.Model:
     flyer, names = _ROOT_JOINT, {joint.name for joint in robot.joints}
     while flyer in names:
         flyer += "_"
-    names |= {body.name for body in robot.bodies}
     places: list[tuple[int, pin.SE3]] = []  # of every body: joint that carries it, and where
     frames: list[int] = []
     for body in robot.bodies:
@@ -65,9 +70,7 @@ def build_mjcf_model(robot: CompiledRobot) -> pin.Model:
         own_frame = pin.Frame(body.name, joint, frame, place, pin.FrameType.BODY)
         frames.append(int(model.addFrame(own_frame, False)))
         for site in body.sites:
-            # One that a body or a joint has, too, gets a mark.
-            name = site.name + _SITE_MARK if site.name in names else site.name
-            at = place * se3(site.place)
+            at, name = place * se3(site.place), _frame_name(robot, site.name)
             model.addFrame(pin.Frame(name, joint, frames[-1], at, pin.FrameType.OP_FRAME), False)
     for name, angles in robot.keyframes:
         q = np.array(pin.neutral(model))
@@ -75,6 +78,22 @@ def build_mjcf_model(robot: CompiledRobot) -> pin.Model:
             q[model.joints[model.getJointId(moved)].idx_q] = angle
         model.referenceConfigurations[name] = q
     return model
+
+
+def _frame_name(robot: CompiledRobot, site: str) -> str:
+    """Return the name of a site's frame: one that a body or a joint has, too, gets a mark."""
+    taken = {joint.name for joint in robot.joints} | {body.name for body in robot.bodies}
+    return site + _SITE_MARK if site in taken else site
+
+
+def loop_frames(robot: CompiledRobot) -> tuple[LoopFrames, ...]:
+    """Return the loops of bodies, in frames of the model of `build_mjcf_model`."""
+    return tuple(
+        LoopFrames(
+            _frame_name(robot, loop.site1), _frame_name(robot, loop.site2), loop.kind == "weld"
+        )
+        for loop in robot.loops
+    )
 
 
 def build_physics(robot: CompiledRobot) -> Physics:

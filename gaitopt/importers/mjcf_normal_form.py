@@ -21,6 +21,7 @@ from gaitopt.importers.mjcf_robot import (
     CompiledBody,
     CompiledGeom,
     CompiledJoint,
+    CompiledLoop,
     CompiledMesh,
     CompiledRobot,
     CompiledSite,
@@ -120,6 +121,8 @@ _TIE = (
     _Attribute("joint2", "master", str, str),
     _Attribute("polycoef", "coefficients", _words, _numbers),
 )
+_LOOP = (_Attribute("site1", "site1", str, str), _Attribute("site2", "site2", str, str))
+_LOOPS = ("connect", "weld")
 _COEFFICIENTS = (2, 5)
 _MESH_FILE = (
     _NAME,
@@ -155,6 +158,9 @@ _KNOWN: Mapping[str, set[str]] = {
     "geom": _known(*_GEOM, *_SIZE) | {"contype", "conaffinity", "group"},
     "site": _known(*_SITE),
     "equality": set(),
+    **{tag: _known(*_LOOP) for tag in _LOOPS},
+    "actuator": set(),
+    "motor": {"joint"},
     "keyframe": set(),
     "key": {"name", "qpos"},
 }
@@ -197,10 +203,16 @@ def normal_text(robot: CompiledRobot) -> str:
     for body in robot.bodies:
         parent = world if body.parent < 0 else written[body.parent]
         written.append(_write_body(parent, body))
-    if robot.ties:
+    if robot.ties or robot.loops:
         equality = SubElement(root, "equality")
         for tie in robot.ties:
             _write(equality, "joint", tie, _TIE)
+        for loop in robot.loops:
+            _write(equality, loop.kind, loop, _LOOP)
+    if robot.motors:  # without gear or range: those of the joint are complete
+        actuator = SubElement(root, "actuator")
+        for name in robot.motors:
+            SubElement(actuator, "motor", joint=name)
     if robot.keyframes:
         keyframe = SubElement(root, "keyframe")
         for name, angles in robot.keyframes:
@@ -241,11 +253,17 @@ def read_normal(root: Element) -> CompiledRobot:
             ),
         )
         ties = tuple(_read_tie(tie) for tie in root.findall("equality/joint"))
+        loops = tuple(
+            CompiledLoop(element.tag, **_read(element, _LOOP))
+            for element in root.findall("equality/*")
+            if element.tag in _LOOPS
+        )
+        motors = tuple(motor.attrib["joint"] for motor in root.findall("actuator/motor"))
         keys = root.findall("keyframe/key")
         frames = tuple((key.attrib["name"], _angles(robot, key)) for key in keys)
     except (KeyError, ValueError, TypeError) as error:
         raise NotNormalError(str(error)) from None
-    robot = replace(robot, keyframes=frames, ties=ties)
+    robot = replace(robot, keyframes=frames, ties=ties, loops=loops, motors=motors)
     _check_whole(robot)
     return robot
 
@@ -255,11 +273,15 @@ def _check_whole(robot: CompiledRobot) -> None:
     geoms = [geom for body in robot.bodies for geom in body.geoms]
     named = ([joint.name for joint in robot.joints], [body.name for body in robot.bodies])
     meshes = {"", *(mesh.name for mesh in robot.meshes)}
+    sites = [site.name for body in robot.bodies for site in body.sites]
+    ends = {site for loop in robot.loops for site in (loop.site1, loop.site2)}
     turns = [p.quat for b in robot.bodies for p in (b.place, b.centre, *(g.place for g in b.geoms))]
     lengths = [math.hypot(*n) for n in (*turns, *(joint.axis for joint in robot.joints))]
     if (
         any(fault_of(robot))
         or any(len(names) > len(set(names)) for names in named)
+        or not {*robot.motors} <= {*named[0]}
+        or any(sites.count(name) != 1 for name in ends)
         or any(geom.mesh not in meshes or geom.kind not in GEOM_KINDS for geom in geoms)
         or any(abs(length - 1.0) > _ROUNDING for length in lengths)
         or any(not _possible(body) for body in robot.bodies)

@@ -185,6 +185,20 @@ class CompiledTie:
 
 
 @dataclass(frozen=True)
+class CompiledLoop:
+    """Two sites that an equality holds together, so that a loop of bodies is closed.
+
+    Attributes:
+        kind: "connect", which holds their points together, or "weld", which holds their axes too.
+        site1, site2: names of the sites.
+    """
+
+    kind: str
+    site1: str
+    site2: str
+
+
+@dataclass(frozen=True)
 class CompiledRobot:
     """One robot.
 
@@ -195,6 +209,8 @@ class CompiledRobot:
         meshes: that geoms show.
         keyframes: name and joint coordinates [rad or m] by joint name, balls left out.
         ties: of joints that follow others, each sound.
+        loops: of bodies that are closed.
+        motors: names of the joints in these loops that actuators turn.
     """
 
     name: str
@@ -203,6 +219,8 @@ class CompiledRobot:
     meshes: tuple[CompiledMesh, ...] = ()
     keyframes: tuple[tuple[str, tuple[tuple[str, float], ...]], ...] = ()
     ties: tuple[CompiledTie, ...] = ()
+    loops: tuple[CompiledLoop, ...] = ()
+    motors: tuple[str, ...] = ()
 
     @property
     def joints(self) -> tuple[CompiledJoint, ...]:

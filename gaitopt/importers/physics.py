@@ -48,6 +48,20 @@ class PassiveJoint:
 
 
 @dataclass(frozen=True)
+class LoopFrames:
+    """Two frames of a model that are held together, so that a loop of bodies is closed.
+
+    Attributes:
+        first, second: their names.
+        axes: whether their axes are held together too, not their origins alone.
+    """
+
+    first: str
+    second: str
+    axes: bool
+
+
+@dataclass(frozen=True)
 class PointMass:
     """The part of a link whose weight is carried from outside.
 

@@ -30,6 +30,7 @@ from gaitopt.importers.mjcf_model import (
     build_mjcf_geometry,
     build_mjcf_model,
     build_physics,
+    loop_frames,
     missing_meshes,
 )
 from gaitopt.importers.mjcf_normal_form import (
@@ -39,7 +40,7 @@ from gaitopt.importers.mjcf_normal_form import (
     read_normal,
 )
 from gaitopt.importers.mjcf_robot import CompiledRobot
-from gaitopt.importers.physics import Physics
+from gaitopt.importers.physics import LoopFrames, Physics
 from gaitopt.importers.pinocchio_model import mark_joint_frames
 from gaitopt.importers.report import Finding
 from gaitopt.importers.text_files import read_text
@@ -102,6 +103,16 @@ class Source(ABC):
     @abstractmethod
     def ties(self) -> Mapping[str, Tie]:
         """Joints that follow others, each to one that follows none."""
+
+    @property
+    def loops(self) -> tuple[LoopFrames, ...]:
+        """Loops of bodies that are closed, in frames of `model()`; a URDF has none."""
+        return ()
+
+    @property
+    def loop_motors(self) -> tuple[str, ...]:
+        """Names of the joints in these loops that motors turn."""
+        return ()
 
     @abstractmethod
     def mesh_problems(self) -> list[MeshProblem]:
@@ -292,6 +303,16 @@ class MjcfSource(Source):
     def ties(self) -> Mapping[str, Tie]:
         """Joints that an equality ties to others."""
         return resolved(self.compiled.followers)[0]
+
+    @property
+    def loops(self) -> tuple[LoopFrames, ...]:
+        """Loops that <connect> and <weld> close."""
+        return loop_frames(self.compiled)
+
+    @property
+    def loop_motors(self) -> tuple[str, ...]:
+        """Joints in these loops that actuators turn."""
+        return self.compiled.motors
 
     def mesh_problems(self) -> list[MeshProblem]:
         """Return the meshes that are missing, empty or were not fetched."""

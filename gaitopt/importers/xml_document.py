@@ -87,7 +87,8 @@ class FileProblem:
             "effort", "velocity", "range" (limit not given, infinite, zero or empty), "torque"
             (motors that cannot turn a joint to both sides), "tied" (follows another joint), "mimic"
             (should, but cannot), "axis" (not given), "safety" (soft limits upside down), "free"
-            (floating, planar, or in a closed loop), "shape" (cannot be drawn or touched), "name",
+            (floating, planar, or in a closed loop of a URDF), "loop" (in one of an MJCF file),
+            "held" (tied to the world), "shape" (cannot be drawn or touched), "name",
             "unknown" (not read), "placeholder" (of inertias) or "rotor".
         name: of the link ("inertia", "massless", "shape") or of the joint (all others).
         text: one sentence: the value, what is allowed, what to do.

@@ -28,7 +28,7 @@ from gaitopt.model.feet.stance import Stance, flat_stance, legs_at_zero, level_f
 from gaitopt.model.import_options import AXES, SIDES, ImportOptions, LimitOverride
 from gaitopt.model.legs.heading import Heading, axis_name, find_heading, leg_lines
 from gaitopt.model.legs.joint_limits import JointLimits, joint_limits
-from gaitopt.model.legs.kinematic_tree import LegJoints, PosedModel, pose
+from gaitopt.model.legs.kinematic_tree import LOOP, LegJoints, PosedModel, pose
 from gaitopt.model.legs.leg_detection import (
     LegPair,
     number_word,
@@ -45,6 +45,7 @@ from gaitopt.model.legs.reference_posture import (
     with_ties,
 )
 from gaitopt.model.legs.upper_body import Pairs, moving_joints, moving_pairs
+from gaitopt.model.loops import Linkage, add_armature, leg_loops
 from gaitopt.model.payload import add_payloads
 from gaitopt.model.physics_report import armature_findings
 from gaitopt.model.symmetry.averaging import Symmetrised
@@ -190,6 +191,7 @@ class ImportedRobot:
         drawn_unequally: joints of the legs whose `ref` of an MJCF file is not the mirror image of
             their partner's, in words.
         ties: of joints that move and follow others that do.
+        linkages: of motors that turn joints of the right leg through loops of bodies.
     """
 
     model: pin.Model
@@ -208,6 +210,7 @@ class ImportedRobot:
     problems: tuple[FileProblem, ...]
     drawn_unequally: tuple[str, ...]
     ties: Mapping[str, Tie]
+    linkages: tuple[Linkage, ...]
 
     @property
     def joints(self) -> tuple[int, ...]:
@@ -231,8 +234,9 @@ def import_robot(source: Source, choices: ImportOptions) -> ImportedRobot:
     ties, problems = source.ties, without_mended(source.problems, mended)
     if TIES in choices.without:
         ties, problems = {}, tuple(p for p in problems if p.kind not in ("mimic", "tied"))
+    loops = () if LOOPS in choices.without else source.loops
     if LOOPS in choices.without:
-        problems = tuple(p for p in problems if p.kind != "loop")
+        problems = tuple(p for p in problems if p.kind not in (LOOP, "held"))
     angles = {**source.drawn_posture, **reference_angles(choices, whole, folder)}
     overrides = (*_rotors(choices, whole, folder), *choices.limits)
     if "armature" in choices.without:
@@ -241,7 +245,8 @@ def import_robot(source: Source, choices: ImportOptions) -> ImportedRobot:
     if "armature" in choices.without:
         model.armature = np.zeros(model.nv)
     stands, apart = with_ties(model, reference_configuration(model, angles), ties, angles)
-    posed = pose(model, stands, problems)
+    unlooped = tuple(p for p in problems if p.kind != LOOP)
+    posed = pose(model, stands, unlooped)
     pair = standing_legs(source, posed, choices)
     faults = _empty_ranges(model, pair.legs, problems)
     shapes = _shapes(source, model, pair, choices)
@@ -250,16 +255,20 @@ def import_robot(source: Source, choices: ImportOptions) -> ImportedRobot:
     heading = find_heading((lines[0], lines[1]), pair.up, choices.forward)
     if heading.right == 1:
         pair, lines, shapes = _swapped(pair), lines[::-1], shapes[::-1]
+    closed = leg_loops(model, stands, loops, source.loop_motors, pair.legs, problems)
+    add_armature(model, closed.armature)
     side = standing_side(model, pair.legs, choices)
     straight = legs_at_zero(posed, pair.legs)
-    others, locked = moving_pairs(posed, pair.legs, heading.rotation, choices.moving, ties)
+    others, locked = moving_pairs(
+        replace(posed, problems=problems), pair.legs, heading.rotation, choices.moving, ties
+    )
     sized: list[Finding] = []
     moving = (*pair.legs[0], *pair.legs[1], *(joint for both in others for joint in both))
     if choices.proportions:
         model, sized = proportioned(
             straight, pair.legs, moving, heading.rotation, choices.proportions
         )
-        posed = pose(model, stands, problems)
+        posed = pose(model, stands, unlooped)
         straight = legs_at_zero(posed, pair.legs)
     chain, partners = moving_joints(pair.legs, side, others)
     names = [str(model.names[joint]) for joint in chain]
@@ -269,7 +278,9 @@ def import_robot(source: Source, choices: ImportOptions) -> ImportedRobot:
     right = np.isin(chain, [*pair.legs[0], *(first for first, _ in others)])
     complete = couple(names, moving_ties, mirror).complete
     unequal = choices.unequal_limits
-    limits, odd, wrong = joint_limits(model, chain, mirror, unequal, right, complete)
+    limits, odd, wrong = joint_limits(
+        model, chain, mirror, unequal, right, complete, closed.armature
+    )
     drawn_unequally = _drawn_unequally(source.drawn_posture, model, chain, mirror)
     faults += () if faults else tuple(wrong)
     asked = (choices.stance_sole, choices.swing_sole)
@@ -303,6 +314,7 @@ def import_robot(source: Source, choices: ImportOptions) -> ImportedRobot:
         *sized,
         *shod,
         *carried,
+        *closed.findings,
         *odd,
         *rotors,
         *source.findings(),
@@ -321,9 +333,10 @@ def import_robot(source: Source, choices: ImportOptions) -> ImportedRobot:
         resolved,
         findings,
         faults,
-        locked_mimics(problems, names),
+        locked_mimics(unlooped, names),
         drawn_unequally,
         moving_ties,
+        closed.linkages,
     )
 
 

@@ -25,6 +25,7 @@ from gaitopt.model.joint_tree import JointTree, joint_tree
 from gaitopt.model.legs.joint_limits import JointLimits
 from gaitopt.model.legs.leg_geometry import Legs, knee_doubts, measure_legs
 from gaitopt.model.legs.reference_posture import posture_doubts
+from gaitopt.model.loops import Linkage
 from gaitopt.model.multibody import Multibody, multibody
 from gaitopt.model.sizes import size_doubts
 from gaitopt.nlp import Array
@@ -54,6 +55,7 @@ class Robot:
         findings: what was found, guessed and changed, for a person.
         multibody: the same robot on a floating base, with every joint of the file, as arrays.
         coupling: how all joints of `model` follow from those of `joint_names`.
+        linkages: motors that turn joints of the right leg through loops of bodies of its file.
         down: direction of gravity in the axes of its soles, of unit length; see `on_ground`.
     """
 
@@ -73,6 +75,7 @@ class Robot:
     findings: tuple[Finding, ...]
     multibody: Multibody
     coupling: Coupling
+    linkages: tuple[Linkage, ...] = ()
     down: tuple[float, float, float] = LEVEL
 
     @classmethod
@@ -153,6 +156,7 @@ class Robot:
                 reading.model, reading.q, chain, coupling, reading.sole_names, reading.soles.sole
             ),
             coupling=coupling,
+            linkages=reading.linkages,
         )
 
     def __repr__(self) -> str:

@@ -193,8 +193,10 @@ def changed(old, new):
         (RATES.replace("[1.0, -0.5]", "[0.0, 0.0]"), "move the joints in one way only"),
         (
             RATES.replace('torque = "40Nm"', "").replace('speed = "120rpm"', ""),
-            "give the motors limits: torque, speed or power",
+            "give the motors limits: torque, speed, power, range",
         ),
+        (changed('"40Nm"', '"40Nm"\nrange = ["-1rad", 0]'), "range of 'inner' is from -1 to 0 rad"),
+        (changed('"40Nm"', '"40Nm"\nrange = 3'), "range of 'inner' must be a list of 2 numbers"),
         ("[[linkages]", "TOML"),
     ],
 )  # fmt: skip

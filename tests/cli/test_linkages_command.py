@@ -1,9 +1,10 @@
-"""`--linkages`: from a table to a walk that keeps it, checked and designed again from its files."""
+"""Linkages of a table and of a file: walks that keep them, checked and designed again."""
 
 from pathlib import Path
 
 import numpy as np
 import pytest
+from looped_bipeds import parallel_ankles
 
 from gaitopt.actuators.linkages import read_linkages
 from gaitopt.gait.gait_file import load_gait
@@ -45,3 +46,46 @@ def test_tables_that_do_not_fit_are_refused(cli, tmp_path):
     missing = cli("optimise", "--linkages", tmp_path / "none.toml")
     assert missing.exit_code == 2
     assert "none.toml" in missing.stderr
+
+
+@pytest.fixture(scope="module")
+def looped(cli, tmp_path_factory):
+    """A walk of the biped whose file closes loops, with motors as weak as decides."""
+    directory = tmp_path_factory.mktemp("loops")
+    (directory / "biped.xml").write_text(parallel_ankles(torque=4.0), "utf-8")
+    words = ("--urdf", directory / "biped.xml", "--speed", "0.8", "--duration", "0.4")
+    limit = ("--limit", "*_motor.speed=6", "--starts", "1", "--solver", "sqp")
+    result = cli("optimise", *words, *limit, *QUIET, "-o", directory / "walk")
+    assert result.exit_code == 0, result.stderr
+    return directory / "walk"
+
+
+def test_loops_of_a_file_need_no_table(cli, looped):
+    """Both limits decide; the gait file alone says all of it again."""
+    gait = load_gait(looped / "gait.npz")
+    found = [g.values(gait.torque, gait.dq, gait.q) for g in driven_joints(robot_of(gait))]
+    torque, speed = (max(np.abs(one[kind]).max() for one in found) for kind in ("torque", "speed"))
+    assert torque == pytest.approx(4.0, rel=1e-5)
+    assert speed == pytest.approx(6.0, rel=1e-5)
+    checked = cli("check", looped / "gait.npz")
+    assert checked.exit_code == 0
+    assert "certified" in checked.stdout
+    again = looped.parent / "again"
+    assert cli("optimise", "--config", looped / "task.toml", *QUIET, "-o", again).exit_code == 0
+    np.testing.assert_allclose(load_gait(again / "gait.npz").cost, gait.cost, rtol=1e-6)
+
+
+def test_inspect_tells_what_loops_amount_to(cli, looped):
+    result = cli("inspect", "--urdf", looped.parent / "biped.xml")
+    assert result.exit_code == 0
+    told = " ".join(result.stdout.split())
+    assert "through cranks and rods, at rates 1.2, 0.691; 1.2, -0.686" in told
+    assert "cranks and rods of 0.4 kg stand still in a walk" in told
+
+
+def test_a_table_for_joints_in_a_loop_is_refused_with_advice(cli, looped):
+    file = ("--urdf", looped.parent / "biped.xml", "--linkages", TABLE, "--speed", "0.8")
+    result = cli("optimise", *file, *QUIET)
+    assert result.exit_code == 2
+    assert "two linkages turn" in result.stderr
+    assert "leave the loops of its file open by --without loops" in " ".join(result.stderr.split())

@@ -9,7 +9,7 @@ import pytest
 from numerics import check_differences, steps
 from reference_cases import biped
 
-from gaitopt.actuators.linkages import Linkage, read_linkages
+from gaitopt.actuators.linkages import linkages_from_rows, read_linkages
 from gaitopt.design.audit import audit
 from gaitopt.design.design import design
 from gaitopt.errors import InputError
@@ -20,12 +20,13 @@ from gaitopt.gait.motor_space import MotorSpace, driven_joints
 from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.task import task_from_record, task_record
+from gaitopt.model.loops import Linkage
 
 RODS = read_linkages(Path(__file__).parents[2] / "examples" / "linkages.toml")
 RATES = (
     Linkage(
         ("right_ankle_pitch", "right_ankle_roll"), ("inner", "outer"), ((1.0, 0.5), (1.0, -0.5)),
-        (), (40.0, None), (None, 12.0), (90.0, 80.0),
+        (), (40.0, None), (None, 12.0), (90.0, 80.0), (None, (-1.0, 1.1)),
     ),
 )  # fmt: skip
 
@@ -57,20 +58,24 @@ def test_rows_of_rates_are_those_by_hand():
         for side in ("right", "left")
         for what in (
             "torque of motor inner", "speed of motor outer", "power of motor inner",
-            "power of motor outer",
+            "power of motor outer", "angle of motor outer",
         )
     )  # fmt: skip
-    torque, rate, _ = read(found, x)
+    torque, rate, q = read(found, x)
     rows = block.function.value(block.take(found.step(x).values))
     names = found.robot.joint_names
-    for begin, side, sign in ((0, "right", 1.0), (4, "left", -1.0)):
+    for begin, side, sign in ((0, "right", 1.0), (5, "left", -1.0)):
         pitch, roll = (names.index(f"{side}_ankle_{axis}") for axis in ("pitch", "roll"))
         # Gamma_pitch = a + b, Gamma_roll = (a - b) / 2 of the motors' torques a and b
         a = torque[:, pitch] / 2.0 + sign * torque[:, roll]
         b = torque[:, pitch] / 2.0 - sign * torque[:, roll]
         v, w = (rate[:, pitch] + k * sign * rate[:, roll] / 2.0 for k in (1.0, -1.0))
-        by_hand = np.stack([a / 40.0, w / 12.0, a * v / 90.0, b * w / 80.0], axis=1)
-        np.testing.assert_allclose(rows[:, begin : begin + 4], by_hand, atol=1e-12)
+        angle = q[:, pitch] - sign * q[:, roll] / 2.0
+        by_hand = np.stack([a / 40.0, w / 12.0, a * v / 90.0, b * w / 80.0, angle / 1.1], axis=1)
+        np.testing.assert_allclose(rows[:, begin : begin + 5], by_hand, atol=1e-12)
+    upper, lower = (np.broadcast_to(end, rows.shape)[:, 4] for end in (block.upper, block.lower))
+    np.testing.assert_allclose(upper, 1.0)
+    np.testing.assert_allclose(lower, -1.0 / 1.1)
 
 
 def test_motors_do_the_work_of_the_joints():
@@ -136,6 +141,8 @@ def test_it_is_recorded_and_read_again():
     for linkages in (RODS, RATES):
         task = problem(linkages).task
         assert task_from_record(task_record(task)) == task
+        (before,) = linkages_from_rows([one[:-1] for one in linkages])  # rows without ranges
+        assert before == linkages[0]._replace(range=(None, None))
     assert "motor space" not in [block.name for block in problem(()).blocks]
 
 

@@ -6,7 +6,7 @@ kept by either side. Where they differ by more, someone has to say which is righ
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -68,6 +68,7 @@ def joint_limits(
     unequal: str = "refuse",
     right: NDArray[np.bool_] | None = None,
     complete: Callable[[JointLimits], Array] = lambda limits: limits.torque,
+    elsewhere: Collection[str] = (),
 ) -> tuple[JointLimits, list[Finding], list[str]]:
     """Read the limits of the joints that move.
 
@@ -78,6 +79,7 @@ def joint_limits(
         unequal: what to do where the sides differ, one of `choices.UNEQUAL`.
         right: which joints are on the right side, shape (n,); asked for "right" and "left".
         complete: gives torques (n,) to joints without any, which others have that lead them.
+        elsewhere: joints whose motors sit elsewhere, so that theirs is the torque that is limited.
 
     Returns:
         The limits, what was found about them, and what is wrong with them: limits below zero, or
@@ -92,7 +94,7 @@ def joint_limits(
         upper=np.array(model.upperPositionLimit)[angles],
     )
     raw = replace(raw, torque=complete(raw))
-    limits, findings, faults = _without_placeholders(raw, names)
+    limits, findings, faults = _without_placeholders(raw, names, elsewhere)
     keep = None
     if unequal in ("right", "left") and right is not None:
         keep = right == (unequal == "right")
@@ -128,7 +130,7 @@ class _Sides:
 
 
 def _without_placeholders(
-    raw: JointLimits, names: tuple[str, ...]
+    raw: JointLimits, names: tuple[str, ...], elsewhere: Collection[str]
 ) -> tuple[JointLimits, list[Finding], list[str]]:
     findings, faults, values = [], [], {}
     for field, most in _MOST.items():
@@ -140,7 +142,10 @@ def _without_placeholders(
         ]
         free = ~(given > 0.0) | (given > most)
         values[field] = np.where(free, np.inf, given)
-        findings += _placeholders(names, field, given, free & (given >= 0.0), unit)
+        told = free & (given >= 0.0)
+        if field == "torque":
+            told &= ~np.isin(names, list(elsewhere))
+        findings += _placeholders(names, field, given, told, unit)
     values["lower"] = np.where(raw.lower < -_WIDEST, -np.inf, raw.lower)
     values["upper"] = np.where(raw.upper > _WIDEST, np.inf, raw.upper)
     wide = np.isinf(values["lower"]) | np.isinf(values["upper"])

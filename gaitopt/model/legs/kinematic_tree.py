@@ -16,7 +16,10 @@ import pinocchio as pin
 from gaitopt.importers.xml_document import FileProblem
 from gaitopt.nlp import Array
 
-UNDRIVEN = ("mimic", "free", "loop")
+LOOP = "loop"
+"""Kind of the problem of a joint in a loop of bodies."""
+
+UNDRIVEN = ("mimic", "free", "held", LOOP)
 """Kinds of problems of joints that no motor turns."""
 
 LEAST_MASS = 2e-4

@@ -15,6 +15,7 @@ from gaitopt.errors import RobotError
 from gaitopt.importers.ties import Tie, tied_to
 from gaitopt.model.import_options import matching
 from gaitopt.model.legs.kinematic_tree import (
+    LOOP,
     UNDRIVEN,
     LegJoints,
     PosedModel,
@@ -147,7 +148,8 @@ def moving_pairs(
 def _fault(posed: PosedModel, joint: int, partners: Mapping[int, int]) -> str:
     """Return why a joint cannot be moved, empty if it can."""
     if (problem := posed.problem(joint, UNDRIVEN)) is not None:
-        return str(problem)
+        open_it = "; loops are closed in legs only, leave it open by --without loops"
+        return f"{problem}{open_it if problem.kind == LOOP else ''}"
     if (kind := joint_kind(posed.model.joints[joint])) != "revolute":
         return f"it is {kind}"
     if joint not in partners:

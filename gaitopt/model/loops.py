@@ -1,0 +1,529 @@
+"""Loops of bodies through a leg, as of parallel ankles: which motors turn which of its joints.
+
+An equality that holds two bodies together ties the joints on the way from one to the other: q of
+the leg, and u of cranks, which motors turn, and of rods. The loops stay closed where
+
+    J_q dq + J_u du = 0
+
+so that the joints of the leg, as coordinates of the walk, tell all others; see docs/linkages.md.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import numpy as np
+import pinocchio as pin
+
+from gaitopt.errors import RobotError
+from gaitopt.importers.physics import STANDARD_GRAVITY, LoopFrames
+from gaitopt.importers.report import Finding, listed
+from gaitopt.importers.xml_document import FileProblem
+from gaitopt.model.legs.kinematic_tree import LOOP, LegJoints
+from gaitopt.nlp import Array
+
+MOST_JOINTS = 2
+"""Of a leg that motors turn in common."""
+
+_CLOSED = 1e-4  # m, rad: a loop that is open by more is not closed
+_STEP = 0.05  # rad: of a joint of the leg, while its loops are followed
+_NEWTON = 30  # iterations from one step to the next; a handful are needed
+_LARGEST_STEP = 0.3  # rad, m: of Newton's method
+_RANK = 1e-5  # of the largest singular value: below it there is none
+_OPENS = 1e-3  # m per rad: a joint that opens a loop by more is held by it
+_SINGULAR = 0.02  # determinant of the rates of motors, each of size 1: they move in one way only
+_UNLIKE = 1e-3  # relative: of the motors of both legs
+_MEET = 1e-5  # m: lines that pass a point nearer than that meet there
+
+Point = tuple[float, float, float]
+
+
+class Rod(NamedTuple):
+    """A crank on a motor and the rod to a point beyond the joints, where all joints are at 0.
+
+    All are in the frame of the body before the first joint.
+
+    Attributes:
+        crank_centre: a point of the motor's axis [m].
+        crank_axis: its direction; the motor turns about it as a right-handed screw.
+        crank_end: where the rod is on the crank [m].
+        rod_end: where the rod is on the link beyond the last joint [m].
+    """
+
+    crank_centre: Point
+    crank_axis: Point
+    crank_end: Point
+    rod_end: Point
+
+
+class Linkage(NamedTuple):
+    """Motors that turn joints of one leg together; the other leg has their mirror image.
+
+    Attributes:
+        joints: their names, from the pelvis on.
+        motors: names of as many motors.
+        jacobian: rates of the motors per rate of the joints, a row for each motor; empty with rods.
+        rods: of each motor; empty with a Jacobian.
+        torque, speed, power: limits of each motor [N·m, rad/s, W]; None for none.
+        range: least and largest angle of each motor, which is at 0 where all joints are [rad];
+            None for none.
+    """
+
+    joints: tuple[str, ...]
+    motors: tuple[str, ...]
+    jacobian: tuple[tuple[float, ...], ...]
+    rods: tuple[Rod, ...]
+    torque: tuple[float | None, ...]
+    speed: tuple[float | None, ...]
+    power: tuple[float | None, ...]
+    range: tuple[tuple[float, float] | None, ...]
+
+
+@dataclass(frozen=True)
+class LegLoops:
+    """What the loops of bodies in the legs amount to.
+
+    Attributes:
+        linkages: of the right leg.
+        armature: inertia of rotors, cranks and rods as seen from the joints that these turn, by
+            name of the joint [kg·m²].
+        findings: for a person.
+    """
+
+    linkages: tuple[Linkage, ...] = ()
+    armature: dict[str, float] = field(default_factory=dict)
+    findings: tuple[Finding, ...] = ()
+
+
+def leg_loops(
+    model: pin.Model,
+    q: Array,
+    loops: Sequence[LoopFrames],
+    motors: Collection[str],
+    legs: LegJoints,
+    problems: Iterable[FileProblem] = (),
+) -> LegLoops:
+    """Return which motors turn joints of the legs through loops of bodies.
+
+    Args:
+        model: of the whole robot.
+        q: posture near which the loops are closed.
+        loops: in frames of the model.
+        motors: names of the joints in them that motors turn.
+        legs: the right and the left one, from the hip on.
+        problems: of the file, with the lines of the loops.
+
+    Raises:
+        RobotError: a loop in a leg cannot be reduced to motors, one for each joint.
+    """
+    lines = {p.name: p for p in problems if p.kind == LOOP}
+    sides: list[list[_Mechanism]] = []
+    for leg, other in (legs, legs[::-1]):
+        groups = [
+            _Mechanism(model, q, group, leg, motors, lines)
+            for group in _groups(model, loops)
+            if group.joints & {*leg}
+        ]
+        for one in groups:
+            one.check(other)
+        sides.append([one for one in groups if not one.idle])
+    right, left = sides
+    if [one.rows for one in right] != [one.rows for one in left]:
+        one = (right or left)[0]
+        raise one.refusal("the other leg has no loop through the same joints")
+    found = LegLoops()
+    for one, twin in zip(right, left, strict=True):
+        linkage, unlike = _tighter(one, twin)
+        inertia = {**one.armature, **twin.armature}
+        texts = [*one.findings(linkage), *unlike]
+        found = LegLoops(
+            (*found.linkages, linkage), {**found.armature, **inertia}, (*found.findings, *texts)
+        )
+    return found
+
+
+def add_armature(model: pin.Model, inertia: Mapping[str, float]) -> None:
+    """Add inertia [kg·m²] to the armature of joints of a model, by their names."""
+    armature = np.array(model.armature)
+    for name, value in inertia.items():
+        armature[model.joints[model.getJointId(name)].idx_v] += value
+    model.armature = armature
+
+
+def _tighter(one: _Mechanism, twin: _Mechanism) -> tuple[Linkage, list[Finding]]:
+    """Return the linkage of a mechanism with the tighter limits of the two legs."""
+    own, other = one.linkage(), twin.linkage()
+    order = _pairing(one, twin)
+    rates = np.abs(twin.rates[order])
+    unlike = float(np.abs(np.abs(one.rates) - rates).max() / np.abs(rates).max())
+    findings = []
+    if unlike > _UNLIKE:
+        text = (
+            f"rates of the other leg's motors differ by {100.0 * unlike:.2g} %; they are taken as "
+            "the mirror image"
+        )
+        findings.append(Finding("loops", " and ".join(own.joints), text, "warning"))
+    torque, speed = (
+        tuple(
+            min((x for x in (mine, its[k]) if x is not None), default=None)
+            for mine, k in zip(of, order, strict=True)
+        )
+        for of, its in ((own.torque, other.torque), (own.speed, other.speed))
+    )
+    return own._replace(torque=torque, speed=speed), findings
+
+
+def _pairing(one: _Mechanism, twin: _Mechanism) -> list[int]:
+    """Return the motor of the twin that is most like each motor of a mechanism."""
+    apart = np.linalg.norm(np.abs(one.rates)[:, None] - np.abs(twin.rates)[None], axis=2)
+    straight, crossed = np.trace(apart), np.trace(apart[:, ::-1])
+    order = list(range(len(apart)))
+    return order[::-1] if crossed < straight else order
+
+
+class _Closure(NamedTuple):
+    """A pair of frames that are held together.
+
+    Attributes:
+        frames: their indices.
+        axes: whether their axes are held together, too.
+        base: the last joint that carries both.
+        ways: joints from there to either frame.
+    """
+
+    frames: tuple[int, int]
+    axes: bool
+    base: int
+    ways: tuple[tuple[int, ...], tuple[int, ...]]
+
+
+class _Group(NamedTuple):
+    """Closures that have joints in common, and all joints on their ways."""
+
+    closures: tuple[_Closure, ...]
+    joints: frozenset[int]
+
+
+def _groups(model: pin.Model, loops: Sequence[LoopFrames]) -> list[_Group]:
+    groups: list[_Group] = []
+    for loop in loops:
+        frames = model.getFrameId(loop.first), model.getFrameId(loop.second)
+        ways = [list(model.supports[model.frames[f].parentJoint]) for f in frames]
+        shared = [j for j in ways[0] if j in ways[1]]
+        first, second = (tuple(int(j) for j in way if j not in shared) for way in ways)
+        closure = _Closure(frames, loop.axes, int(shared[-1]), (first, second))
+        group = _Group((closure,), frozenset((*first, *second)))
+        for other in [g for g in groups if g.joints & group.joints]:
+            groups.remove(other)
+            group = _Group((*other.closures, *group.closures), other.joints | group.joints)
+        groups.append(group)
+    return groups
+
+
+class _Mechanism:
+    """The closed loops through some joints of one leg, in a posture in which they are closed."""
+
+    def __init__(
+        self,
+        model: pin.Model,
+        q: Array,
+        group: _Group,
+        leg: Sequence[int],
+        motors: Collection[str],
+        lines: dict[str, FileProblem],
+    ) -> None:
+        self.model, self.data, self.group = model, model.createData(), group
+        self.lines, self.motors, self.leg = lines, motors, leg
+        self.joints = [j for j in leg if j in group.joints]
+        self.rows = [list(leg).index(j) for j in self.joints]
+        self.others = sorted(group.joints - {*leg})
+        self.turned = [j for j in self.others if self.name(j) in motors]
+        self.own = self._columns(self.joints)
+        self.free = self._columns(self.others)
+        self.driven = [self.free.index(c) for c in self._columns(self.turned)]
+        self.q = self.close(q)
+        self.rates = np.zeros((0, 0))
+        self.all_rates = np.zeros((len(self.free), len(self.own)))
+
+    def name(self, joint: int) -> str:
+        return str(self.model.names[joint])
+
+    def names(self, joints: Iterable[int]) -> tuple[str, ...]:
+        return tuple(self.name(j) for j in joints)
+
+    @property
+    def idle(self) -> bool:
+        """Whether the motors sit at the joints of the leg themselves, and the rest follows."""
+        return not self.turned and all(self.name(j) in self.motors for j in self.joints)
+
+    def _columns(self, joints: Sequence[int]) -> list[int]:
+        at = [self.model.joints[j] for j in joints]
+        return [c for joint in at for c in range(joint.idx_v, joint.idx_v + joint.nv)]
+
+    def refusal(self, why: str) -> RobotError:
+        """Return the error that says why the loops cannot be reduced, and what can be done."""
+        name = self.name(self.joints[0])
+        words = f"joint '{name}': it is in a loop of bodies"
+        return RobotError(
+            f"{self.lines.get(name, words)} that cannot be reduced to motors: {why}; leave it open "
+            "by --without loops (its rods and cranks then stand still), and give the motors that "
+            "turn the joints through it in a table, --linkages FILE (docs/linkages.md)"
+        )
+
+    def check(self, other: Sequence[int]) -> None:
+        """Find the rates of the motors.
+
+        Args:
+            other: the joints of the other leg.
+
+        Raises:
+            RobotError: the motors are not one for each joint, or cannot hold the joints.
+        """
+        if self.group.joints & {*other}:
+            raise self.refusal("it joins both legs")
+        gap = float(np.abs(self.gap(self.q)[0]).max())
+        if gap > _CLOSED:
+            raise self.refusal(
+                f"it is open by {1e3 * gap:.3g} mm where the robot stands; at most "
+                f"{1e3 * _CLOSED:g} mm are closed"
+            )
+        J_q, J_u = self._jacobians(self.q)
+        U, sizes, V = np.linalg.svd(J_u)
+        rank = int((sizes > _RANK * sizes.max(initial=0.0)).sum())
+        held = np.linalg.norm(U[:, rank:].T @ J_q, axis=0)
+        if held.max() > _OPENS:
+            name = self.name(self.joints[int(held.argmax())])
+            raise self.refusal(
+                f"it holds '{name}', which opens it by {held.max():.3g} m per rad: its rods have "
+                "too few joints"
+            )
+        if self.idle:
+            return
+        self._check_motors()
+        joints = listed(self.names(self.joints), None)
+        loose = V[rank:, self.driven]
+        if loose.size and np.abs(loose).max() > _RANK:
+            worst = self.turned[int(np.abs(loose).max(axis=0).argmax())]
+            raise self.refusal(
+                f"motor '{self.name(worst)}' turns where {joints} stand still: at a dead point, or "
+                "for want of a motor"
+            )
+        self.all_rates = -np.linalg.pinv(J_u, rcond=_RANK) @ J_q
+        self.rates = self.all_rates[self.driven]
+        sizes = np.linalg.norm(self.rates, axis=1)
+        if not sizes.all() or abs(np.linalg.det(self.rates / sizes[:, None])) < _SINGULAR:
+            raise self.refusal(
+                f"its motors {listed(self.names(self.turned), None)} move {joints} in one way only "
+                f"where the robot stands (rates {np.array2string(self.rates, precision=3)})"
+            )
+
+    def _check_motors(self) -> None:
+        """Refuse loops whose motors are not cranks, one for each joint of the leg."""
+        joints = listed(self.names(self.joints), None)
+        motors = listed(self.names(self.turned), None) or "none"
+        if here := [name for name in self.names(self.joints) if name in self.motors]:
+            raise self.refusal(
+                f"{listed(here, None)} and {motors} have motors; only cranks may, or only the "
+                "joints of the leg"
+            )
+        if not self.motors:
+            raise self.refusal("no joint in it has an actuator, which says what is driven")
+        if len(self.joints) > MOST_JOINTS:
+            raise self.refusal(
+                f"it ties {joints}, {len(self.joints)} joints; at most {MOST_JOINTS}"
+            )
+        if len(self.driven) != len(self.joints):
+            what = "more" if len(self.driven) > len(self.joints) else "fewer"
+            raise self.refusal(
+                f"there are {what} motors ({motors}) than joints of the leg ({joints})"
+            )
+
+    def gap(self, q: Array) -> tuple[Array, Array]:
+        """Return how far the loops are open, and the derivative in all velocities."""
+        model, data = self.model, self.data
+        pin.computeJointJacobians(model, data, q)
+        pin.updateFramePlacements(model, data)
+        gaps, rows = [], []
+        for closure in self.group.closures:
+            first, second = (data.oMf[f] for f in closure.frames)
+            J, K = (
+                pin.getFrameJacobian(model, data, f, pin.LOCAL_WORLD_ALIGNED)
+                for f in closure.frames
+            )
+            gaps.append(first.translation - second.translation)
+            rows.append(J[:3] - K[:3])
+            if closure.axes:
+                R = second.rotation
+                gaps.append(R @ pin.log3(R.T @ first.rotation))
+                rows.append(J[3:] - K[3:])
+        return np.concatenate(gaps), np.concatenate(rows)
+
+    def _jacobians(self, q: Array) -> tuple[Array, Array]:
+        J = self.gap(q)[1]
+        return J[:, self.own], J[:, self.free]
+
+    def close(self, q: Array) -> Array:
+        """Return the posture near one in which the loops are closed, the leg as it is."""
+        for _ in range(_NEWTON):
+            gap, J = self.gap(q)
+            if np.abs(gap).max() < 1e-14:
+                break
+            step = np.zeros(self.model.nv)
+            step[self.free] = -np.linalg.pinv(J[:, self.free], rcond=_RANK) @ gap
+            size = np.abs(step).max()
+            q = pin.integrate(self.model, q, step * min(1.0, _LARGEST_STEP / (size or 1.0)))
+            if size < 1e-14:
+                break
+        return np.asarray(q)
+
+    def at_zero(self) -> Array:
+        """Return the posture in which the joints of the leg are at 0, followed from the one here.
+
+        Raises:
+            RobotError: the loops do not close there.
+        """
+        q = self.q
+        places = [self.model.joints[j].idx_q for j in self.joints]
+        start = q[places]
+        for k in range(1, 1 + math.ceil(np.abs(start).max() / _STEP)):
+            q = q.copy()
+            q[places] = start * max(0.0, 1.0 - k * _STEP / np.abs(start).max())
+            q = self.close(q)
+        gap = np.abs(self.gap(q)[0]).max()
+        if gap > _CLOSED:
+            raise self.refusal(
+                f"it opens by {1e3 * gap:.3g} mm on the way to where its joints are at 0, whence "
+                "motors count"
+            )
+        return q
+
+    def linkage(self) -> Linkage:
+        """Return cranks and rods.
+
+        Raises:
+            RobotError: the loops are not of cranks and rods.
+        """
+        q, model = self.at_zero(), self.model
+        pin.forwardKinematics(model, self.data, q)
+        pin.updateFramePlacements(model, self.data)
+        base = self.data.oMi[int(model.parents[self.joints[0]])]
+        rods, ranges = [], []
+        for joint in self.turned:
+            rods.append(self._rod(joint, base))
+            at = model.joints[joint].idx_q
+            low, high = (
+                float(limit[at] - q[at])
+                for limit in (model.lowerPositionLimit, model.upperPositionLimit)
+            )
+            ranges.append((low, high) if math.isfinite(low) or math.isfinite(high) else None)
+        columns = self._columns(self.turned)
+        torque, speed = (
+            tuple(float(n) if math.isfinite(n) else None for n in limit[columns])
+            for limit in (model.effortLimit, model.velocityLimit)
+        )
+        for joint, most in zip(self.turned, torque, strict=True):
+            if most is not None and not most > 0.0:
+                raise self.refusal(
+                    f"its motor '{self.name(joint)}' gives {abs(most):g} N·m to one side; it must "
+                    "give torque to both"
+                )
+        none = (None,) * len(rods)
+        names, motors = self.names(self.joints), self.names(self.turned)
+        return Linkage(names, motors, (), tuple(rods), torque, speed, none, tuple(ranges))
+
+    def _rod(self, crank: int, base: pin.SE3) -> Rod:
+        """Return the rod of a crank, in the frame of the body before the joints."""
+        mine = [c for c in self.group.closures if any(crank in way for way in c.ways)]
+        closure = mine[0]
+        first, second = (0, 1) if crank in closure.ways[0] else (1, 0)
+        near, far = closure.ways[first][1:], closure.ways[second]
+        beyond = [j for j in far if j not in self.joints]
+        fits = (
+            len(mine) == 1
+            and not closure.axes
+            and closure.ways[first][0] == crank
+            and closure.base == int(self.model.parents[self.joints[0]])
+            and list(far) == [*self.joints, *beyond]
+            and bool(near) != bool(beyond)
+        )
+        pivot = self._meeting([*near, *beyond]) if fits else None
+        if pivot is None:
+            raise self.refusal(
+                f"motor '{self.name(crank)}' does not turn a crank with one rod on a ball or on "
+                "axes that meet"
+            )
+        ends = [self.data.oMf[f].translation for f in closure.frames]
+        crank_end, rod_end = (pivot, ends[second]) if near else (ends[first], pivot)
+        axis = self._axis(crank)
+        points = [base.actInv(p) for p in (self.data.oMi[crank].translation, crank_end, rod_end)]
+        centre, end, tip = points
+        return Rod(_point(centre), _point(base.rotation.T @ axis), _point(end), _point(tip))
+
+    def _axis(self, joint: int) -> Array:
+        pin.computeJointJacobians(self.model, self.data)
+        J = pin.getJointJacobian(self.model, self.data, joint, pin.LOCAL_WORLD_ALIGNED)
+        return np.asarray(J[3:, self.model.joints[joint].idx_v])
+
+    def _meeting(self, joints: Sequence[int]) -> Array | None:
+        """Return the point that none of some joints moves, None if there is none."""
+        places = [np.array(self.data.oMi[j].translation) for j in joints]
+        rows, gaps = [], []
+        for joint, place in zip(joints, places, strict=True):
+            kind = self.model.joints[joint]
+            if kind.nq == kind.nv == 1 and not np.linalg.norm(self._axis(joint)):
+                return None  # it slides
+            a = self._axis(joint) if kind.nv == 1 else np.zeros(3)
+            rows.append(np.eye(3) - np.outer(a, a))
+            gaps.append(rows[-1] @ (place - places[0]))
+        moved, *_ = np.linalg.lstsq(np.concatenate(rows), np.concatenate(gaps), rcond=1e-9)
+        left = np.concatenate(rows) @ moved - np.concatenate(gaps)
+        return places[0] + moved if np.abs(left).max() < _MEET else None
+
+    @property
+    def armature(self) -> dict[str, float]:
+        """Inertia of all that moves beside the leg, seen from its joints [kg·m²], by name."""
+        M = pin.crba(self.model, self.data, self.q)
+        S = self.all_rates
+        cross = M[np.ix_(self.own, self.free)] @ S
+        seen = S.T @ M[np.ix_(self.free, self.free)] @ S + cross + cross.T
+        return dict(zip(self.names(self.joints), map(float, np.diag(seen)), strict=True))
+
+    def findings(self, linkage: Linkage) -> list[Finding]:
+        """Return what a person should know about the loops."""
+        model, data = self.model, self.data
+        subject = " and ".join(f"'{name}'" for name in linkage.joints)
+        motors = [
+            f"'{motor}'" + (" (no torque limit)" if most is None else f" ({most:.4g} N·m)")
+            for motor, most in zip(linkage.motors, linkage.torque, strict=True)
+        ]
+        rates = "; ".join(", ".join(f"{n:.3g}" for n in row) for row in self.rates)
+        text = f"turned by {' and '.join(motors)} through cranks and rods, at rates {rates}"
+        bodies = {j for one in self.others for j in model.subtrees[one]}
+        mass = sum(float(model.inertias[j].mass) for j in bodies)
+        pin.forwardKinematics(model, data, self.q)
+        lever = np.zeros((3, len(self.free)))
+        for joint in bodies:
+            J = pin.computeJointJacobian(model, data, self.q, joint)
+            body, R = model.inertias[joint], data.oMi[joint].rotation
+            linear = R @ (J[:3] - pin.skew(body.lever) @ J[3:])
+            lever += body.mass * linear[:, self.free]
+        weight = STANDARD_GRAVITY * float(np.linalg.norm(lever @ self.all_rates, axis=0).max())
+        seen = ", ".join(f"{value:.3g} kg·m² at '{name}'" for name, value in self.armature.items())
+        counts = f"cranks, rods and rotors count as where the robot stands, as armature: {seen}"
+        still = (
+            f"cranks and rods of {mass:.3g} kg stand still in a walk; left out is how their weight "
+            f"moves with the joints, at most {weight:.2g} N·m"
+        )
+        return [
+            Finding("loops", subject, text),
+            Finding("loops", subject, counts),
+            Finding("loops", subject, still, "changed"),
+        ]
+
+
+def _point(values: Array) -> Point:
+    x, y, z = (float(n) for n in values)
+    return x, y, z
