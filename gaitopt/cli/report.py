@@ -66,7 +66,7 @@ def print_gait(console: Console, gait: Gait) -> None:
     for part in (
         _headline(facts),
         _walk(facts),
-        _joints(facts["joints"], bars=width >= WIDTH),
+        _joints([*facts["joints"], *facts["linkages"]], bars=width >= WIDTH),
         _ground(facts["contact"], facts["impact"]),
         *_prices(facts["shadow_prices"]),
         certificate_table(facts["solver"], facts["certificate"]),

@@ -16,8 +16,8 @@ from gaitopt.design.requirements import (
     USES,
     MotorLoop,
     MotorRequirement,
-    motor_loops,
     motor_uses,
+    own_motor_loops,
     requirements_of,
     worst_case,
 )
@@ -49,7 +49,7 @@ _USES = {
     "copper_loss": "loss\nW",
 }
 _SCALES = {"speed_at_peak_torque": RPM, "peak_speed": RPM, "duty": 0.01}
-_TITLE = "What each motor must deliver at its joint over a stride"
+_TITLE = "What each motor must deliver over a stride, at its joint or at the crank that it turns"
 _ZERO = 1e-9  # of any unit: nothing to compare with
 
 
@@ -112,7 +112,7 @@ def _loops(paths: Sequence[Path], table: MotorTable | None) -> dict[str, list[Mo
     gaits = gaits_of(paths)
     for gait in list(gaits.values())[:1]:
         print_findings_of(screen(stderr=True), gait)
-    return {label: motor_loops(gait, table) for label, gait in gaits.items()}
+    return {label: own_motor_loops(gait, table) for label, gait in gaits.items()}
 
 
 def gaits_of(paths: Sequence[Path]) -> dict[str, Gait]:

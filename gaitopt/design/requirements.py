@@ -7,14 +7,14 @@ whole stride, two steps.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields
 from operator import attrgetter
 
 import numpy as np
 
 from gaitopt.actuators.motors import Drive, MotorTable
-from gaitopt.design.summary import joint_groups, pair_name, trapezoid
+from gaitopt.design.summary import joint_groups, linkage_motors, pair_name, trapezoid
 from gaitopt.errors import InputError
 from gaitopt.gait.result import Gait
 from gaitopt.nlp import Array
@@ -36,6 +36,7 @@ class MotorLoop:
         torque: of the motor [N·m], shape (N,).
         rate: [rad/s], shape (N,).
         acceleration: [rad/s²], shape (N,).
+        torque_limit, speed_limit: of a motor of a linkage [N·m, rad/s]; None for none.
     """
 
     motor: str
@@ -44,6 +45,8 @@ class MotorLoop:
     torque: Array
     rate: Array
     acceleration: Array
+    torque_limit: float | None = None
+    speed_limit: float | None = None
 
     @property
     def power(self) -> Array:
@@ -152,7 +155,7 @@ class MotorRequirement:
 
 
 def motor_loops(gait: Gait, table: MotorTable | None = None) -> list[MotorLoop]:
-    """Return the loops of the motors of a side over a stride, legs from hip to ankle first.
+    """Return the loops of the joints of a side over a stride, legs from hip to ankle first.
 
     Of a stride of two steps that are no mirror images, over it and its mirror image: a motor must
     serve on both sides.
@@ -165,6 +168,45 @@ def motor_loops(gait: Gait, table: MotorTable | None = None) -> list[MotorLoop]:
         RobotError: the gait's URDF is not its robot.
         SpecError: the motors do not fit the joints.
     """
+    return _of_joints(gait, *_stride(gait, table)[:2])
+
+
+def own_motor_loops(gait: Gait, table: MotorTable | None = None) -> list[MotorLoop]:
+    """Return the loops of the motors themselves: `motor_loops`, those of linkages for their joints.
+
+    Raises:
+        RobotError, SpecError: see `motor_loops`.
+    """
+    time, both, q = _stride(gait, table)
+    linked = linkage_motors(gait)
+    turned = {row for _, pair, _ in linked for group in pair for row in group.rows}
+    loops = _of_joints(gait, time, both, turned)
+    torque, rate, acceleration = both
+    for name, (group, _), k in linked:
+        linkage, of = group.linkage, group.values(torque, rate, q)
+        loops.append(
+            MotorLoop(
+                name, linkage.motors[k], time, of["torque"][:, k], of["speed"][:, k],
+                group.accelerations(rate, acceleration, q)[:, k], linkage.torque[k],
+                linkage.speed[k],
+            )
+        )  # fmt: skip
+    return loops
+
+
+def _of_joints(gait: Gait, time: Array, both: Array, but: Collection[int] = ()) -> list[MotorLoop]:
+    """Return the loops of the joints of a side, but for some, from what `_stride` returns."""
+    return [
+        MotorLoop(
+            pair_name(gait, group[0]), gait.joint_names[group[0]], time, *both[:, :, group[0]]
+        )
+        for group in joint_groups(gait)
+        if group[0] not in but
+    ]
+
+
+def _stride(gait: Gait, table: MotorTable | None) -> tuple[Array, Array, Array]:
+    """Return instants (N,) of a stride; torques, rates, accelerations (3, N, J); angles (N, J)."""
     trajectory = gait.trajectory
     step = trajectory.step_duration
     known = [part for one in gait.steps for part in (one.knots, one.time)]
@@ -178,7 +220,7 @@ def motor_loops(gait: Gait, table: MotorTable | None = None) -> list[MotorLoop]:
     starts = step * np.arange(len(gait.steps))
     each = [trajectory.at(start + times[order], before=before[order]) for start in starts]
     first = np.concatenate(
-        [np.stack([part[:, columns] for part in (at.torque, at.dq, at.ddq)]) for at in each],
+        [np.stack([part[:, columns] for part in (at.torque, at.dq, at.ddq, at.q)]) for at in each],
         axis=1,
     )  # of a step, or of both of a stride
     if table is not None:
@@ -191,12 +233,7 @@ def motor_loops(gait: Gait, table: MotorTable | None = None) -> list[MotorLoop]:
         first[0] += (np.array(own) - there) * first[2]
     both = np.concatenate([first, first @ gait.mirror.T], axis=1)
     time = np.concatenate([start + times[order] for start in step * np.arange(2 * len(starts))])
-    return [
-        MotorLoop(
-            pair_name(gait, group[0]), gait.joint_names[group[0]], time, *both[:, :, group[0]]
-        )
-        for group in joint_groups(gait)
-    ]
+    return time, both[:3], both[3]
 
 
 def requirement(loop: MotorLoop, gait: str) -> Requirement:
@@ -232,7 +269,7 @@ def requirements(gaits: Mapping[str, Gait]) -> list[Requirement]:
         InputError: there are no gaits, or their joints differ.
         RobotError: a gait's URDF is not its robot.
     """
-    return requirements_of({label: motor_loops(gait) for label, gait in gaits.items()})
+    return requirements_of({label: own_motor_loops(gait) for label, gait in gaits.items()})
 
 
 def requirements_of(loops: Mapping[str, Sequence[MotorLoop]]) -> list[Requirement]:

@@ -16,7 +16,8 @@ from gaitopt.errors import SpecError
 from gaitopt.escape import printable
 from gaitopt.gait.constraints import MotorEnvelope
 from gaitopt.gait.costs import ElectricalEnergy, TorqueCost
-from gaitopt.gait.recorded import ground_of, recorded_choices
+from gaitopt.gait.motor_space import DrivenJoints
+from gaitopt.gait.recorded import ground_of, recorded_choices, recorded_linkages
 from gaitopt.gait.result import ContactPhase, Gait
 from gaitopt.importers.physics import STANDARD_GRAVITY
 from gaitopt.importers.report import findings_of
@@ -45,7 +46,8 @@ def summarise(gait: Gait) -> Facts:
 
     Keys of the result: robot, findings (about it, each with topic, subject, how and text), physics
     (see `physics_record`), walk, joints (of stance and swing leg), motors (of one leg over
-    stance and swing), contact, impact, solver, certificate, shadow_prices (what one unit of a limit
+    stance and swing, those of linkages last), linkages (their motors in stance and swing leg, as
+    joints), contact, impact, solver, certificate, shadow_prices (what one unit of a limit
     is worth), optima (that other starts found, with their motors' peak torques), versions.
     """
     return {
@@ -58,6 +60,7 @@ def summarise(gait: Gait) -> Facts:
         "physics": gait.fact("physics"),
         "walk": _walk(gait),
         "joints": joint_summaries(gait),
+        "linkages": linkage_summaries(gait),
         "motors": motor_summaries(gait),
         "contact": _contact(gait),
         "impact": _impact(gait),
@@ -368,11 +371,44 @@ def joint_summaries(gait: Gait) -> list[dict[str, object]]:
 
 
 def motor_summaries(gait: Gait) -> list[dict[str, object]]:
-    """Return one record per motor of a side, over a stance and a swing phase."""
-    return [
+    """Return one record per motor of a side, over a stance and a swing phase.
+
+    A joint that motors turn through a linkage has one too; these motors come after it.
+    """
+    joints: list[dict[str, object]] = [
         {"joint": pair_name(gait, group[0])} | _demand(gait, list(group))
         for group in joint_groups(gait)
     ]
+    return joints + [
+        {"joint": name} | _motor_demand(gait, pair, k) for name, pair, k in linkage_motors(gait)
+    ]
+
+
+def linkage_summaries(gait: Gait) -> list[dict[str, object]]:
+    """Return two records for each motor of a linkage, in the stance and in the swing leg.
+
+    They are those of `joint_summaries`: of the motor's torque and speed, and its limits.
+    """
+    return [
+        {"joint": name, "name": group.linkage.motors[k], "leg": leg, "turns": list(group.names)}
+        | _motor_demand(gait, [group], k)
+        for name, pair, k in linkage_motors(gait)
+        for group, leg in zip(pair, ("stance", "swing"), strict=True)
+    ]
+
+
+def linkage_motors(gait: Gait) -> list[tuple[str, list[DrivenJoints], int]]:
+    """Return the motors of linkages: name, joints in the stance and swing leg, and its number."""
+    groups = recorded_linkages(gait)
+    pairs = [
+        sorted(pair, key=lambda g: g.rows) for pair in zip(groups[::2], groups[1::2], strict=True)
+    ]
+    found = [(pair, k) for pair in pairs for k in range(len(pair[0].linkage.motors))]
+    full = [pair[0].linkage.motors[k] for pair, k in found]
+    plain = [" ".join(w for w in re.split(_BETWEEN, _SIDE.sub("", n))[::2] if w) for n in full]
+    taken = [*plain, *(pair_name(gait, group[0]) for group in joint_groups(gait))]
+    names = [p if p and taken.count(p) == 1 else n for p, n in zip(plain, full, strict=True)]
+    return [(name, pair, k) for name, (pair, k) in zip(names, found, strict=True)]
 
 
 def peak_torques(gait: Gait) -> dict[str, float]:
@@ -418,14 +454,38 @@ def pair_name(gait: Gait, joint: int) -> str:
 
 def _demand(gait: Gait, joints: list[int]) -> dict[str, object]:
     """Return peaks over the joints, and effective torque over as many steps."""
-    squares = [trapezoid((one.torque[:, joints] ** 2).mean(axis=1), one.time) for one in gait.steps]
+    each = [(one.torque[:, joints], one.dq[:, joints]) for one in gait.steps]
+    return _figures(gait, each, *(_limit(gait, kind, joints) for kind in ("torque", "speed")))
+
+
+def _motor_demand(gait: Gait, groups: list[DrivenJoints], motor: int) -> dict[str, object]:
+    """Return the same of a motor of a linkage, over the legs of some groups."""
+    values = [[g.values(one.torque, one.dq, one.q) for g in groups] for one in gait.steps]
+    each = [
+        (
+            np.stack([of["torque"][:, motor] for of in step], axis=1),
+            np.stack([of["speed"][:, motor] for of in step], axis=1),
+        )
+        for step in values
+    ]
+    linkage = groups[0].linkage
+    return _figures(gait, each, linkage.torque[motor], linkage.speed[motor])
+
+
+def _figures(
+    gait: Gait,
+    each: list[tuple[Array, Array]],
+    torque_limit: float | None,
+    speed_limit: float | None,
+) -> dict[str, object]:
+    """Return peaks and effective torque of torques and rates (N, c) of each step."""
+    squares = [
+        trapezoid((torque**2).mean(axis=1), one.time)
+        for (torque, _), one in zip(each, gait.steps, strict=True)
+    ]
     mean_square = float(np.mean(squares)) / gait.duration
-    torque, rate = (
-        np.concatenate([getattr(one, name)[:, joints] for one in gait.steps])
-        for name in ("torque", "dq")
-    )
+    torque, rate = (np.concatenate(parts) for parts in zip(*each, strict=True))
     peak_torque, peak_speed = float(np.abs(torque).max()), float(np.abs(rate).max())
-    torque_limit, speed_limit = (_limit(gait, kind, joints) for kind in ("torque", "speed"))
     return {
         "peak_torque_Nm": peak_torque,
         "rms_torque_Nm": float(np.sqrt(mean_square)),

@@ -77,6 +77,13 @@ class DrivenJoints:
         told = {"torque": held, "speed": turning, "power": power}
         return {**told, "reach": at.cosine, "angle": at.angle}
 
+    def accelerations(self, rate: Array, acceleration: Array, q: Array) -> Array:
+        """Return the accelerations of the motors [rad/s²], shape (K, m); see `values`."""
+        at = self.motors(q)
+        dq, ddq = (part[:, self.rows] * self.signs for part in (rate, acceleration))
+        turned = np.einsum("kij,kj->ki", at.jacobian, ddq)
+        return np.asarray(turned + np.einsum("kijx,kj,kx->ki", at.first, dq, dq))
+
 
 def driven_joints(robot: Robot, linkages: tuple[Linkage, ...] = ()) -> list[DrivenJoints]:
     """Return the joints of both legs that linkages turn: those of the robot's file, and others.
@@ -86,9 +93,26 @@ def driven_joints(robot: Robot, linkages: tuple[Linkage, ...] = ()) -> list[Driv
             joints do not follow each other.
         SpecError: the motors cannot hold the joints.
     """
+    every = (*robot.linkages, *linkages)
+    return joints_of_linkages(robot.joint_names, robot.mirror, robot.multibody, every)
+
+
+def joints_of_linkages(
+    names: tuple[str, ...], mirror: Array, body: Multibody, linkages: tuple[Linkage, ...]
+) -> list[DrivenJoints]:
+    """Return the joints that linkages turn, both legs one after the other for each linkage.
+
+    Args:
+        names: of the joints that move by themselves.
+        mirror: the exchange E of left and right.
+        body: the robot.
+        linkages: of one leg each.
+
+    Raises:
+        InputError, SpecError: see `driven_joints`.
+    """
     found: list[DrivenJoints] = []
-    names = robot.joint_names
-    for linkage in (*robot.linkages, *linkages):
+    for linkage in linkages:
         for name in linkage.joints:
             if name not in names:
                 raise InputError(
@@ -96,10 +120,10 @@ def driven_joints(robot: Robot, linkages: tuple[Linkage, ...] = ()) -> list[Driv
                     f"there are {', '.join(names)}"
                 )
         own = [names.index(name) for name in linkage.joints]
-        where = _in_a_row(robot.multibody, linkage)
+        where = _in_a_row(body, linkage)
         check_linkage(linkage, where)
-        others = [int(np.abs(robot.mirror[:, row]).argmax()) for row in own]
-        signs = np.array([robot.mirror[o, row] for o, row in zip(others, own, strict=True)])
+        others = [int(np.abs(mirror[:, row]).argmax()) for row in own]
+        signs = np.array([mirror[o, row] for o, row in zip(others, own, strict=True)])
         for rows, turned in ((own, np.ones(len(own))), (others, signs)):
             told = tuple(names[row] for row in rows)
             found.append(DrivenJoints(linkage, where, tuple(rows), turned, told))

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from gaitopt.errors import GaitFileError, RobotError
+from gaitopt.actuators.linkages import linkages_from_rows
+from gaitopt.errors import GaitFileError, GaitoptError, RobotError
 from gaitopt.escape import printable
+from gaitopt.gait.motor_space import DrivenJoints, MotorSpace, joints_of_linkages
 from gaitopt.gait.result import Gait, is_number
 from gaitopt.importers.physics import PARTS
 from gaitopt.model.feet.sole import LEVEL, Sole
@@ -51,6 +54,22 @@ def robot_of(gait: Gait) -> Robot:
     )
 
 
+def recorded_linkages(gait: Gait) -> list[DrivenJoints]:
+    """Return the joints that motors turn through linkages, of the robot's file and of its task.
+
+    Both legs stand one after the other for each linkage. None of a gait whose records are damaged.
+    """
+    constraints = gait.fact("task", "constraints")
+    with suppress(GaitoptError):
+        own = robot_of(gait).linkages if any(tag in gait.urdf for tag in _LOOPS) else ()
+        for record in constraints if isinstance(constraints, list) else ():
+            fields = record.get("fields") if isinstance(record, Mapping) else None
+            if isinstance(fields, Mapping) and record.get("name") == MotorSpace.name:
+                own = (*own, *linkages_from_rows(fields.get("linkages")))
+        return joints_of_linkages(gait.joint_names, gait.mirror, gait.trajectory.body, own)
+    return []
+
+
 def _of_its_time(gait: Gait, choices: ImportOptions) -> ImportOptions:
     """Return the choices; a gait of version 0.1 counted nothing but rotor inertias."""
     if gait.fact("physics") is not None:
@@ -83,6 +102,7 @@ def _robot_or_found(gait: Gait) -> Robot:
 
 
 _LONGEST = 80  # characters of words
+_LOOPS = ("<connect", "<weld")  # in the text of a robot with loops of bodies
 _MOST = 1000  # points of an outline
 
 

@@ -10,7 +10,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from gaitopt.design.summary import joint_groups, pair_name
+from gaitopt.design.summary import joint_groups, linkage_motors, pair_name
 from gaitopt.gait.result import Gait
 from gaitopt.gait.trajectory import TrajectorySamples
 from gaitopt.nlp import Array
@@ -42,10 +42,14 @@ def curves(gait: Gait) -> Record:
         ("angle", "rad", angle, None, None),
         ("torque over speed", "N·m over rad/s", torque, torque_limit, rate),
     )
+    linked = _linkages(gait, torque, rate, angle)
     tabs = [
         {
             "name": name,
-            "panels": [_joints(gait, *pair, unit, y, limits, x) for pair in pairs],
+            "panels": [
+                *(_joints(gait, *pair, unit, y, limits, x) for pair in pairs),
+                *(panels[name] | {"unit": unit} for panels in linked),
+            ],
         }
         for name, unit, y, limits, x in quantities
     ]
@@ -103,6 +107,28 @@ def _joints(
         "title": title, "unit": unit, "joints": [gait.joint_names[j] for j in group],
         "limits": _bounds(limit), "lines": lines,
     }  # fmt: skip
+
+
+def _linkages(gait: Gait, torque: Array, rate: Array, q: Array) -> list[dict[str, Record]]:
+    """Return for each motor of a linkage its panels by the names of tabs, but for their unit."""
+    found = []
+    for title, pair, k in linkage_motors(gait):
+        linkage = pair[0].linkage
+        limits = {"torque": linkage.torque[k], "speed": linkage.speed[k]}
+        limits["torque over speed"] = limits["torque"]
+        each = [group.values(torque, rate, q) for group in pair]
+        panels: dict[str, Record] = {}
+        for name in ("torque", "speed", "power", "angle", "torque over speed"):
+            lines = []
+            for of, group, side in zip(each, pair, ("stance", "swing"), strict=True):
+                line: Record = {"name": f"{linkage.motors[k]}, {group.names[-1]}", "side": side}
+                line["y"] = of[name.split()[0]][:, k]
+                lines.append(line if " " not in name else {**line, "x": of["speed"][:, k]})
+            joints = [joint for group in pair for joint in group.names]
+            bounds = _bounds(limits.get(name))
+            panels[name] = {"title": title, "joints": joints, "limits": bounds, "lines": lines}
+        found.append(panels)
+    return found
 
 
 def _ground(gait: Gait, samples: TrajectorySamples) -> Iterable[Record]:

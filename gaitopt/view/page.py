@@ -152,7 +152,7 @@ def _sections(gait: Gait) -> Iterator[Section]:
                 f"{one['peak_speed_rad_per_s']:.2f}", _share(one["speed_used"]),
                 f"{one['peak_power_W']:.0f}",
             )
-            for one in known["joints"]
+            for one in (*known["joints"], *known["linkages"])
         ),
     )  # fmt: skip
     yield Section("Proof", ("check", "result", ">allowed"), tuple(_proof(known)))

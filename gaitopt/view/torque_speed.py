@@ -73,6 +73,7 @@ def torque_speed_figure(
         drive = None if table is None else table.drive(first[k].joint)
         if drive is not None:
             _draw_envelope(panel, drive.at_joint())
+        _draw_limits(panel, first[k])
         panel.axhline(0.0, color=GREY, linewidth=0.6)
         panel.axvline(0.0, color=GREY, linewidth=0.6)
         label_axes(panel, "speed [rpm]", "torque [N·m]", name_on_figure(motor))
@@ -82,6 +83,15 @@ def torque_speed_figure(
         handles, labels = panels[0].get_legend_handles_labels()
         figure.legend(handles, labels, loc="outside lower center", ncols=4)
     return figure
+
+
+def _draw_limits(panel: Axes, loop: MotorLoop) -> None:
+    """Draw the limits of a motor's torque and speed."""
+    for sign in (-1.0, 1.0):
+        if loop.torque_limit is not None:
+            panel.axhline(sign * loop.torque_limit, color=LIMIT, linewidth=1.0)
+        if loop.speed_limit is not None:
+            panel.axvline(sign * loop.speed_limit / _RPM, color=LIMIT, linewidth=1.0)
 
 
 def _draw_envelope(panel: Axes, motor: JointMotor) -> None:

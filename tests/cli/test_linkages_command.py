@@ -7,9 +7,14 @@ import pytest
 from looped_bipeds import parallel_ankles
 
 from gaitopt.actuators.linkages import read_linkages
+from gaitopt.design.requirements import motor_loops, own_motor_loops
+from gaitopt.design.summary import summarise
 from gaitopt.gait.gait_file import load_gait
 from gaitopt.gait.motor_space import driven_joints
 from gaitopt.gait.recorded import robot_of
+from gaitopt.view.curves import curves
+from gaitopt.view.page import page_text
+from gaitopt.view.torque_speed import torque_speed_figure
 
 TABLE = Path(__file__).parents[2] / "examples" / "linkages.toml"
 QUIET = ("--no-page", "--no-figures", "-q")
@@ -73,6 +78,59 @@ def test_loops_of_a_file_need_no_table(cli, looped):
     again = looped.parent / "again"
     assert cli("optimise", "--config", looped / "task.toml", *QUIET, "-o", again).exit_code == 0
     np.testing.assert_allclose(load_gait(again / "gait.npz").cost, gait.cost, rtol=1e-6)
+
+
+def test_motors_of_linkages_stand_beside_the_joints(cli, looped):
+    """In the summary, with what is used of their limits; on the page, with curves of their own."""
+    gait = load_gait(looped / "gait.npz")
+    facts = summarise(gait)
+    assert [m["joint"] for m in facts["motors"]][-4:] == [
+        "ankle pitch", "ankle roll", "inner motor", "outer motor",
+    ]  # fmt: skip
+    right = driven_joints(robot_of(gait))[0]
+    of = right.values(gait.torque, gait.dq, gait.q)
+    stance = facts["linkages"][0]
+    assert (stance["name"], stance["leg"]) == ("right_inner_motor", "stance")
+    assert stance["turns"] == ["right_ankle_pitch", "right_ankle_roll"]
+    assert stance["peak_torque_Nm"] == np.abs(of["torque"][:, 0]).max()
+    assert stance["peak_power_W"] == np.abs(of["power"][:, 0]).max()
+    most = max(m["torque_used"] for m in facts["motors"][-2:])
+    assert most == pytest.approx(1.0, rel=1e-5)
+    tabs = {tab["name"]: tab["panels"] for tab in curves(gait)["tabs"]}
+    inner = next(p for p in tabs["torque"] if p["title"] == "inner motor")
+    assert inner["limits"] == [-4.0, 4.0]
+    assert [line["side"] for line in inner["lines"]] == ["stance", "swing"]
+    together = next(p for p in tabs["torque over speed"] if p["title"] == "inner motor")
+    speed = next(p for p in tabs["speed"] if p["title"] == "inner motor")
+    np.testing.assert_array_equal(together["lines"][1]["x"], speed["lines"][1]["y"])
+    page = page_text(gait)
+    assert "outer motor" in page
+
+
+def test_requirements_are_those_of_the_motors_themselves(cli, looped, tmp_path):
+    """In place of the joints that they turn: the same power, within their limits."""
+    gait = load_gait(looped / "gait.npz")
+    loops = {one.motor: one for one in own_motor_loops(gait)}
+    assert list(loops) == ["hip yaw", "hip roll", "hip pitch", "knee", "inner motor", "outer motor"]
+    joints = {one.motor: one for one in motor_loops(gait)}
+    of_motors = loops["inner motor"].power + loops["outer motor"].power
+    of_joints = joints["ankle pitch"].power + joints["ankle roll"].power
+    np.testing.assert_allclose(of_motors, of_joints, atol=1e-9)
+    inner = loops["inner motor"]
+    assert (inner.torque_limit, inner.speed_limit) == (4.0, 6.0)
+    result = cli("requirements", looped / "gait.npz", "--figure", tmp_path / "loops.svg")
+    assert result.exit_code == 0, result.stderr
+    assert "inner motor" in result.stdout
+    assert "ankle" not in result.stdout
+    panel = torque_speed_figure({"walk": list(loops.values())}).axes[4]
+    levels = [line.get_ydata()[0] for line in panel.lines if len(set(line.get_ydata())) == 1]
+    assert {-4.0, 4.0} < {*levels}
+
+
+def test_a_table_gives_motors_too(walked):
+    facts = summarise(load_gait(walked / "gait.npz"))
+    assert [m["joint"] for m in facts["motors"]][-2:] == ["inner", "outer"]
+    assert max(m["peak_power_W"] for m in facts["motors"][-2:]) >= 60.0 * (1.0 - 1e-6)
 
 
 def test_inspect_tells_what_loops_amount_to(cli, looped):

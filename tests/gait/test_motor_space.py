@@ -95,6 +95,17 @@ def test_motors_do_the_work_of_the_joints():
         np.testing.assert_allclose(mirrored[what], values, atol=1e-12)
 
 
+def test_accelerations_of_the_motors_are_the_slopes_of_their_rates():
+    found, _ = somewhere("rods")
+    q, dq, ddq = np.random.default_rng(4).normal(
+        scale=0.2, size=(3, 1, len(found.robot.joint_names))
+    )
+    for group in driven_joints(found.robot, RODS):
+        rates = lambda t: group.values(dq, dq + t * ddq, q + t * dq + t * t / 2.0 * ddq)["speed"]  # noqa: E731, B023
+        differences = [(rates(h) - rates(-h)) / (2.0 * h) for h in steps(1e-3, 4)]
+        check_differences(group.accelerations(dq, ddq, q), differences)
+
+
 @pytest.mark.parametrize("name", ["rods", "rates"])
 def test_derivatives_of_the_rows(name):
     found, x = somewhere(name)
