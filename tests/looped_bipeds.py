@@ -17,6 +17,10 @@ RODS = {
 JOINTS = {
     "ball": ("<joint name='{0}_pin' type='ball'/>",),
     "universal": ("<joint name='{0}_pin' axis='0 1 0'/>", "<joint name='{0}_pin2' axis='1 0 0'/>"),
+    "skew": (
+        "<joint name='{0}_pin' axis='0 1 0' pos='0 0 0.01'/>",
+        "<joint name='{0}_pin2' axis='1 0 0'/>",
+    ),
     "hinge": ("<joint name='{0}_pin' axis='0 1 0'/>",),
 }
 
@@ -26,7 +30,14 @@ def _text(values):
 
 
 def parallel_ankles(
-    rods="ball", *, sites=False, on_foot=False, torque=30.0, armature=0.005, turned=0.0
+    rods="ball",
+    *,
+    sites=False,
+    on_foot=False,
+    torque=30.0,
+    armature=0.005,
+    turned=0.0,
+    narrow=False,
 ) -> str:
     """An MJCF text; every option changes how the same loops are written down.
 
@@ -36,6 +47,7 @@ def parallel_ankles(
         on_foot: whether the rods hang on the foot, and not on the cranks.
         torque: of the motors [N·m].
         armature: of the cranks [kg·m²].
+        narrow: whether the ankles have a range in which cranks are never at a dead point.
         turned: angle by which the file draws the cranks away from where the loops close [rad].
     """
     root = ET.fromstring(plain_mjcf())
@@ -81,6 +93,9 @@ def parallel_ankles(
                     equality, "connect", body1=f"{own}_rod", body2=last.get("name"),
                     anchor=_text(to),
                 )  # fmt: skip
+    for joint in root.iter("joint"):
+        if narrow and joint.get("name", "").endswith(("ankle_pitch", "ankle_roll")):
+            joint.set("range", "-0.4 0.4")
     ET.indent(root)
     return ET.tostring(root, encoding="unicode")
 

@@ -23,16 +23,16 @@ import numpy as np
 
 from gaitopt.errors import SpecError
 from gaitopt.importers.text_files import check_keys, parse_toml, read_text
+from gaitopt.model.closure import Closure, Series, dot, motor_series, turned_about
 from gaitopt.model.loops import MOST_JOINTS, Linkage, Rod
 from gaitopt.nlp import Array
 from gaitopt.units import read_quantity
 
-_ORDER = 3  # of the series
 _LARGEST = 1e6
 """Of lengths, limits and entries of a Jacobian."""
 _UNITS = {"torque": "N·m", "speed": "rad/s", "power": "W"}
 _LIMITS = (*_UNITS, "range")
-_FIELDS = len(Linkage._fields)
+_FIELDS = len(Linkage._fields) - 1  # of a table
 _POINTS = ("crank_centre", "crank_axis", "crank_end", "rod_end")
 DEAD = 0.98
 """Cosine from which on a crank is at its dead point, where its rod turns it no more: 11 degrees."""
@@ -80,10 +80,13 @@ def linkages_from_rows(rows: object) -> tuple[Linkage, ...]:
 
 
 def _from_row(where: str, row: object) -> Linkage:
+    fields = ", ".join(Linkage._fields[:_FIELDS])
+    if isinstance(row, list | tuple) and len(row) > _FIELDS and row[_FIELDS] is None:
+        row = row[:_FIELDS]
     if not isinstance(row, list | tuple) or len(row) not in (_FIELDS - 1, _FIELDS):
-        raise SpecError(f"{where} must be a row of {', '.join(Linkage._fields)}")
+        raise SpecError(f"{where} must be a row of {fields}")
     if not all(isinstance(part, list | tuple) for part in row):
-        raise SpecError(f"{where} must have lists of {', '.join(Linkage._fields)}")
+        raise SpecError(f"{where} must have lists of {fields}")
     joints, motors, jacobian, rods, *limits = row
     try:
         entries = [
@@ -239,7 +242,8 @@ class Reach:
     """How near the rods of m motors are to their dead points, at K postures.
 
     Attributes:
-        cosine: of the angle between crank and rod's end as seen from the motor's axis, (K, m).
+        cosine: of the angle between crank and rod's end as seen from the motor's axis, (K, m); of
+            loops of other shapes, where the joints are in their range, `DEAD` at its ends.
         first: its derivative in the angles of the joints, shape (K, m, m).
         second: and the next, shape (K, m, m, m).
     """
@@ -294,8 +298,10 @@ def motor_angles(linkage: Linkage, joints: JointPair, q: Array) -> MotorAngles:
     angle, jacobian = np.zeros((count, m)), np.zeros((count, m, m))
     first, second = np.zeros((count, m, m, m)), np.zeros((count, m, m, m, m))
     reach = Reach(np.zeros((count, m)), np.zeros((count, m, m)), np.zeros((count, m, m, m)))
-    for row, rod in enumerate(linkage.rods):
-        theta, cosine = _crank_angle(rod, joints, q)
+    each = [_crank_angle(rod, joints, q) for rod in linkage.rods]
+    if (closure := linkage.closure) is not None:
+        each = list(zip(motor_series(closure, q), _shares(closure, q), strict=True))
+    for row, (theta, cosine) in enumerate(each):
         reach.cosine[:, row] = cosine.value
         angle[:, row] = theta.at(())
         for j in range(m):
@@ -317,7 +323,7 @@ def check_linkage(linkage: Linkage, joints: JointPair) -> None:
     """
     where = f"linkage of {' and '.join(map(repr, linkage.joints))}"
     found = motor_angles(linkage, joints, np.zeros((1, len(linkage.joints))))
-    if np.abs(found.cosine).max() >= DEAD:
+    if linkage.rods and np.abs(found.cosine).max() >= DEAD:
         motor = linkage.motors[int(np.abs(found.cosine).argmax())]
         raise SpecError(
             f"{where}: the rod of motor '{motor}' is at its dead point where the joints are at 0: "
@@ -326,73 +332,16 @@ def check_linkage(linkage: Linkage, joints: JointPair) -> None:
     _check_invertible(where, found.jacobian[0])
 
 
-_POWERS = [(i, j) for i in range(_ORDER + 1) for j in range(_ORDER + 1 - i)]
-_PLACE = {power: k for k, power in enumerate(_POWERS)}
-_PRODUCTS = [
-    (a, b, _PLACE[p[0] + q[0], p[1] + q[1]])
-    for a, p in enumerate(_POWERS)
-    for b, q in enumerate(_POWERS)
-    if sum(p) + sum(q) <= _ORDER
-]
-_LEFT, _RIGHT = ([one[side] for one in _PRODUCTS] for side in (0, 1))
-_GATHER = np.array([[float(c == k) for _, _, c in _PRODUCTS] for k in range(len(_POWERS))])
+def _shares(closure: Closure, q: Array) -> list[Series]:
+    """Return where in their range the joints of the leg are, `DEAD` at its ends."""
+    found = []
+    for k, (low, high) in enumerate(zip(closure.lower, closure.upper, strict=True)):
+        x = Series.variable(k, q[:, k]) + -(low + high) / 2.0
+        found.append(x * (2.0 * DEAD / (high - low)))
+    return found
 
 
-class _Series:
-    """Power series in at most two variables up to the third order, of K postures at once.
-
-    Attributes:
-        terms: coefficients of x^i y^j in the order of `_POWERS`, shape (10, K).
-    """
-
-    def __init__(self, terms: Array) -> None:
-        self.terms = terms
-
-    @classmethod
-    def constant(cls, value: Array) -> _Series:
-        terms = np.zeros((len(_POWERS), len(value)))
-        terms[0] = value
-        return cls(terms)
-
-    @classmethod
-    def variable(cls, number: int, value: Array) -> _Series:
-        found = cls.constant(value)
-        found.terms[_PLACE[(1, 0) if number == 0 else (0, 1)]] = 1.0
-        return found
-
-    def __add__(self, other: _Series | float) -> _Series:
-        if isinstance(other, _Series):
-            return _Series(self.terms + other.terms)
-        terms = self.terms.copy()
-        terms[0] += other
-        return _Series(terms)
-
-    def __mul__(self, other: _Series | float) -> _Series:
-        if not isinstance(other, _Series):
-            return _Series(self.terms * other)
-        return _Series(_GATHER @ (self.terms[_LEFT] * other.terms[_RIGHT]))
-
-    def through(self, *derivatives: Array) -> _Series:
-        """Return f of it, given f and its first three derivatives at its value, (K,) each."""
-        moved = _Series(self.terms.copy())
-        moved.terms[0] = 0.0
-        found, power = _Series.constant(derivatives[0]), moved
-        for order, one in enumerate(derivatives[1:], 1):
-            found = found + _Series(power.terms * (one / math.factorial(order)))
-            power = power * moved
-        return found
-
-    @property
-    def value(self) -> Array:
-        return np.asarray(self.terms[0])
-
-    def at(self, variables: tuple[int, ...]) -> Array:
-        """Return the derivative in some variables, (K,)."""
-        i, j = variables.count(0), variables.count(1)
-        return np.asarray(self.terms[_PLACE[i, j]] * math.factorial(i) * math.factorial(j))
-
-
-def _crank_angle(rod: Rod, joints: JointPair, q: Array) -> tuple[_Series, _Series]:
+def _crank_angle(rod: Rod, joints: JointPair, q: Array) -> tuple[Series, Series]:
     """Return the angle of a motor, 0 where all joints are at 0, and the cosine of `Reach`.
 
     With d from the motor's axis to the rod's end, A and B along the crank at 0 and across, the
@@ -407,7 +356,7 @@ def _crank_angle(rod: Rod, joints: JointPair, q: Array) -> tuple[_Series, _Serie
     at_zero = np.array(rod.rod_end) - centre
     away = np.arctan2(at_zero @ w, at_zero @ u)
     point = [x + -float(c) for x, c in zip(_rod_end(rod, joints, q), centre, strict=True)]
-    A, B = (_dot(point, direction * radius) for direction in (u, w))
+    A, B = (dot(point, direction * radius) for direction in (u, w))
     squared = point[0] * point[0] + point[1] * point[1] + point[2] * point[2]
     C = (squared + float(radius**2 - length**2)) * 0.5
     size = A * A + B * B
@@ -423,52 +372,33 @@ def _crank_angle(rod: Rod, joints: JointPair, q: Array) -> tuple[_Series, _Serie
     )
     # Turned to the current direction, across is 0 and its arc tangent begins t - t³ / 3.
     phi = np.arctan2(B.value, A.value)
-    cos, sin = _Series.constant(np.cos(phi)), _Series.constant(np.sin(phi))
+    cos, sin = Series.constant(np.cos(phi)), Series.constant(np.sin(phi))
     along, across = A * cos + B * sin, B * cos + A * sin * -1.0
     tangent = across * along.through(
         1.0 / along.value, -(along.value**-2), 2.0 * along.value**-3, -6.0 * along.value**-4
     )
     zero, one = np.zeros(len(q)), np.ones(len(q))
-    turned = tangent.through(zero, one, zero, -2.0 * one) + _Series.constant(phi)
+    turned = tangent.through(zero, one, zero, -2.0 * one) + Series.constant(phi)
     theta = turned + bent * (-1.0 if away > 0.0 else 1.0)
     theta.terms[0] = np.remainder(theta.value + np.pi, 2.0 * np.pi) - np.pi
     return theta, cosine
 
 
-def _inverse_root(series: _Series) -> _Series:
+def _inverse_root(series: Series) -> Series:
     x = series.value
     return series.through(
         x**-0.5, -0.5 * x**-1.5, 0.75 * x**-2.5, -1.875 * x**-3.5
     )  # fmt: skip
 
 
-def _dot(point: list[_Series], direction: Array) -> _Series:
-    x, y, z = (one * float(d) for one, d in zip(point, direction, strict=True))
-    return x + y + z
-
-
-def _rod_end(rod: Rod, joints: JointPair, q: Array) -> list[_Series]:
+def _rod_end(rod: Rod, joints: JointPair, q: Array) -> list[Series]:
     """Return the end of the rod in the frame of the body before the joints."""
     point = np.append(rod.rod_end, 1.0)
     for placement in joints.placement:
         point = np.linalg.solve(placement, point)
-    found = [_Series.constant(np.full(len(q), x)) for x in point[:3]]
+    found = [Series.constant(np.full(len(q), x)) for x in point[:3]]
     for k in range(q.shape[1] - 1, -1, -1):
-        found = _turned(found, joints.axis[k], _Series.variable(k, q[:, k]))
+        found = turned_about(found, joints.axis[k], Series.variable(k, q[:, k]))
         R, origin = joints.placement[k][:3, :3], joints.placement[k][:3, 3]
-        found = [_dot(found, row) + float(x) for row, x in zip(R, origin, strict=True)]
+        found = [dot(found, row) + float(x) for row, x in zip(R, origin, strict=True)]
     return found
-
-
-def _turned(point: list[_Series], axis: Array, angle: _Series) -> list[_Series]:
-    """Return a point turned about an axis (Rodrigues)."""
-    a = angle.value
-    sine = angle.through(np.sin(a), np.cos(a), -np.sin(a), -np.cos(a))
-    versine = angle.through(1.0 - np.cos(a), np.sin(a), np.cos(a), -np.sin(a))
-    x, y, z = axis
-    across = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    once, twice = across, across @ across
-    return [
-        own + _dot(point, once[k]) * sine + _dot(point, twice[k]) * versine
-        for k, own in enumerate(point)
-    ]

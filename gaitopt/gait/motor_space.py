@@ -335,6 +335,9 @@ def _limited(group: DrivenJoints) -> list[tuple[int, str, float, float, float]]:
         for i, motor in enumerate(linkage.motors):
             label = f"{group.names[0]} reach of the rod of motor {motor}"
             found.append((len(_KINDS) * m + i, label, DEAD, -1.0, 1.0))
+    if linkage.closure is not None:
+        for i, joint in enumerate(group.names):
+            found.append((len(_KINDS) * m + i, f"{joint} range of its loops", DEAD, -1.0, 1.0))
     for i, (motor, ends) in enumerate(zip(linkage.motors, linkage.range, strict=True)):
         if ends is not None:
             label = f"{group.names[0]} angle of motor {motor}"

@@ -45,7 +45,7 @@ from gaitopt.model.legs.reference_posture import (
     with_ties,
 )
 from gaitopt.model.legs.upper_body import Pairs, moving_joints, moving_pairs
-from gaitopt.model.loops import Linkage, add_armature, leg_loops
+from gaitopt.model.loops import Linkage, apply_loops, leg_loops
 from gaitopt.model.payload import add_payloads
 from gaitopt.model.physics_report import armature_findings
 from gaitopt.model.symmetry.averaging import Symmetrised
@@ -256,7 +256,7 @@ def import_robot(source: Source, choices: ImportOptions) -> ImportedRobot:
     if heading.right == 1:
         pair, lines, shapes = _swapped(pair), lines[::-1], shapes[::-1]
     closed = leg_loops(model, stands, loops, source.loop_motors, pair.legs, problems)
-    add_armature(model, closed.armature)
+    apply_loops(model, closed)
     side = standing_side(model, pair.legs, choices)
     straight = legs_at_zero(posed, pair.legs)
     others, locked = moving_pairs(

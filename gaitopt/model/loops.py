@@ -22,13 +22,13 @@ from gaitopt.errors import RobotError
 from gaitopt.importers.physics import STANDARD_GRAVITY, LoopFrames
 from gaitopt.importers.report import Finding, listed
 from gaitopt.importers.xml_document import FileProblem
+from gaitopt.model.closure import OPEN, Closure, Point, first_fault
 from gaitopt.model.legs.kinematic_tree import LOOP, LegJoints
 from gaitopt.nlp import Array
 
 MOST_JOINTS = 2
 """Of a leg that motors turn in common."""
 
-_CLOSED = 1e-4  # m, rad: a loop that is open by more is not closed
 _STEP = 0.05  # rad: of a joint of the leg, while its loops are followed
 _NEWTON = 30  # iterations from one step to the next; a handful are needed
 _LARGEST_STEP = 0.3  # rad, m: of Newton's method
@@ -36,9 +36,9 @@ _RANK = 1e-5  # of the largest singular value: below it there is none
 _OPENS = 1e-3  # m per rad: a joint that opens a loop by more is held by it
 _SINGULAR = 0.02  # determinant of the rates of motors, each of size 1: they move in one way only
 _UNLIKE = 1e-3  # relative: of the motors of both legs
+_WIDEST = math.pi  # rad: range of a joint that has none
+_ARM = 0.1  # m: of axes that are held together
 _MEET = 1e-5  # m: lines that pass a point nearer than that meet there
-
-Point = tuple[float, float, float]
 
 
 class Rod(NamedTuple):
@@ -70,6 +70,7 @@ class Linkage(NamedTuple):
         torque, speed, power: limits of each motor [N·m, rad/s, W]; None for none.
         range: least and largest angle of each motor, which is at 0 where all joints are [rad];
             None for none.
+        closure: loops of other shapes than a crank with a rod; with neither Jacobian nor rods.
     """
 
     joints: tuple[str, ...]
@@ -80,6 +81,7 @@ class Linkage(NamedTuple):
     speed: tuple[float | None, ...]
     power: tuple[float | None, ...]
     range: tuple[tuple[float, float] | None, ...]
+    closure: Closure | None = None
 
 
 @dataclass(frozen=True)
@@ -90,11 +92,14 @@ class LegLoops:
         linkages: of the right leg.
         armature: inertia of rotors, cranks and rods as seen from the joints that these turn, by
             name of the joint [kg·m²].
+        passed_on: joints of the legs whose own motors other joints feel too: their torque is not
+            the motor's.
         findings: for a person.
     """
 
     linkages: tuple[Linkage, ...] = ()
     armature: dict[str, float] = field(default_factory=dict)
+    passed_on: tuple[str, ...] = ()
     findings: tuple[Finding, ...] = ()
 
 
@@ -110,7 +115,7 @@ def leg_loops(
 
     Args:
         model: of the whole robot.
-        q: posture near which the loops are closed.
+        q: posture near which the loops are closed, shape (nq,).
         loops: in frames of the model.
         motors: names of the joints in them that motors turn.
         legs: the right and the left one, from the hip on.
@@ -137,20 +142,25 @@ def leg_loops(
     found = LegLoops()
     for one, twin in zip(right, left, strict=True):
         linkage, unlike = _tighter(one, twin)
-        inertia = {**one.armature, **twin.armature}
-        texts = [*one.findings(linkage), *unlike]
+        own = (j for each in (one, twin) for j in each.turned if j in each.joints)
         found = LegLoops(
-            (*found.linkages, linkage), {**found.armature, **inertia}, (*found.findings, *texts)
+            (*found.linkages, linkage),
+            {**found.armature, **one.armature, **twin.armature},
+            (*found.passed_on, *(str(model.names[j]) for j in own)),
+            (*found.findings, *one.findings(linkage), *unlike),
         )
     return found
 
 
-def add_armature(model: pin.Model, inertia: Mapping[str, float]) -> None:
-    """Add inertia [kg·m²] to the armature of joints of a model, by their names."""
+def apply_loops(model: pin.Model, loops: LegLoops) -> None:
+    """Give a model the armature of loops, and no torque limit where motors are felt elsewhere."""
     armature = np.array(model.armature)
-    for name, value in inertia.items():
+    for name, value in loops.armature.items():
         armature[model.joints[model.getJointId(name)].idx_v] += value
     model.armature = armature
+    for name in loops.passed_on:
+        at = model.joints[model.getJointId(name)].idx_v
+        model.effortLimit[at], model.lowerEffortLimit[at] = math.inf, -math.inf
 
 
 def _tighter(one: _Mechanism, twin: _Mechanism) -> tuple[Linkage, list[Finding]]:
@@ -240,11 +250,12 @@ class _Mechanism:
         self.joints = [j for j in leg if j in group.joints]
         self.rows = [list(leg).index(j) for j in self.joints]
         self.others = sorted(group.joints - {*leg})
-        self.turned = [j for j in self.others if self.name(j) in motors]
+        self.turned = [j for j in (*self.joints, *self.others) if self.name(j) in motors]
         self.own = self._columns(self.joints)
         self.free = self._columns(self.others)
-        self.driven = [self.free.index(c) for c in self._columns(self.turned)]
+        self.driven = [[*self.own, *self.free].index(c) for c in self._columns(self.turned)]
         self.q = self.close(q)
+        self.twins: list[int] = []  # of the joints, in the other leg
         self.rates = np.zeros((0, 0))
         self.all_rates = np.zeros((len(self.free), len(self.own)))
 
@@ -257,7 +268,7 @@ class _Mechanism:
     @property
     def idle(self) -> bool:
         """Whether the motors sit at the joints of the leg themselves, and the rest follows."""
-        return not self.turned and all(self.name(j) in self.motors for j in self.joints)
+        return self.turned == self.joints
 
     def _columns(self, joints: Sequence[int]) -> list[int]:
         at = [self.model.joints[j] for j in joints]
@@ -284,11 +295,12 @@ class _Mechanism:
         """
         if self.group.joints & {*other}:
             raise self.refusal("it joins both legs")
+        self.twins = [other[row] for row in self.rows if row < len(other)]
         gap = float(np.abs(self.gap(self.q)[0]).max())
-        if gap > _CLOSED:
+        if gap > OPEN:
             raise self.refusal(
                 f"it is open by {1e3 * gap:.3g} mm where the robot stands; at most "
-                f"{1e3 * _CLOSED:g} mm are closed"
+                f"{1e3 * OPEN:g} mm are closed"
             )
         J_q, J_u = self._jacobians(self.q)
         U, sizes, V = np.linalg.svd(J_u)
@@ -304,15 +316,16 @@ class _Mechanism:
             return
         self._check_motors()
         joints = listed(self.names(self.joints), None)
-        loose = V[rank:, self.driven]
+        cranks = [j for j in self.turned if j in self.others]
+        loose = V[rank:, [self.free.index(c) for c in self._columns(cranks)]]
         if loose.size and np.abs(loose).max() > _RANK:
-            worst = self.turned[int(np.abs(loose).max(axis=0).argmax())]
+            worst = cranks[int(np.abs(loose).max(axis=0).argmax())]
             raise self.refusal(
                 f"motor '{self.name(worst)}' turns where {joints} stand still: at a dead point, or "
                 "for want of a motor"
             )
         self.all_rates = -np.linalg.pinv(J_u, rcond=_RANK) @ J_q
-        self.rates = self.all_rates[self.driven]
+        self.rates = np.concatenate([np.eye(len(self.own)), self.all_rates])[self.driven]
         sizes = np.linalg.norm(self.rates, axis=1)
         if not sizes.all() or abs(np.linalg.det(self.rates / sizes[:, None])) < _SINGULAR:
             raise self.refusal(
@@ -321,14 +334,9 @@ class _Mechanism:
             )
 
     def _check_motors(self) -> None:
-        """Refuse loops whose motors are not cranks, one for each joint of the leg."""
+        """Refuse loops whose motors are not one for each joint of the leg."""
         joints = listed(self.names(self.joints), None)
         motors = listed(self.names(self.turned), None) or "none"
-        if here := [name for name in self.names(self.joints) if name in self.motors]:
-            raise self.refusal(
-                f"{listed(here, None)} and {motors} have motors; only cranks may, or only the "
-                "joints of the leg"
-            )
         if not self.motors:
             raise self.refusal("no joint in it has an actuator, which says what is driven")
         if len(self.joints) > MOST_JOINTS:
@@ -393,7 +401,7 @@ class _Mechanism:
             q[places] = start * max(0.0, 1.0 - k * _STEP / np.abs(start).max())
             q = self.close(q)
         gap = np.abs(self.gap(q)[0]).max()
-        if gap > _CLOSED:
+        if gap > OPEN:
             raise self.refusal(
                 f"it opens by {1e3 * gap:.3g} mm on the way to where its joints are at 0, whence "
                 "motors count"
@@ -401,24 +409,25 @@ class _Mechanism:
         return q
 
     def linkage(self) -> Linkage:
-        """Return cranks and rods.
+        """Return cranks and rods, or what else the loops are.
 
         Raises:
-            RobotError: the loops are not of cranks and rods.
+            RobotError: a motor turns to one side only, or the loops open in the joints' range.
         """
         q, model = self.at_zero(), self.model
         pin.forwardKinematics(model, self.data, q)
         pin.updateFramePlacements(model, self.data)
         base = self.data.oMi[int(model.parents[self.joints[0]])]
-        rods, ranges = [], []
+        rods = [self._rod(joint, base) for joint in self.turned]
+        ranges = []
         for joint in self.turned:
-            rods.append(self._rod(joint, base))
             at = model.joints[joint].idx_q
             low, high = (
                 float(limit[at] - q[at])
                 for limit in (model.lowerPositionLimit, model.upperPositionLimit)
             )
-            ranges.append((low, high) if math.isfinite(low) or math.isfinite(high) else None)
+            limited = joint in self.others and (math.isfinite(low) or math.isfinite(high))
+            ranges.append((low, high) if limited else None)
         columns = self._columns(self.turned)
         torque, speed = (
             tuple(float(n) if math.isfinite(n) else None for n in limit[columns])
@@ -432,10 +441,84 @@ class _Mechanism:
                 )
         none = (None,) * len(rods)
         names, motors = self.names(self.joints), self.names(self.turned)
-        return Linkage(names, motors, (), tuple(rods), torque, speed, none, tuple(ranges))
+        cranks = tuple(rod for rod in rods if rod is not None)
+        closure = None
+        if len(cranks) < len(rods):
+            cranks, closure = (), self._closure(base)
+        return Linkage(names, motors, (), cranks, torque, speed, none, tuple(ranges), closure)
 
-    def _rod(self, crank: int, base: pin.SE3) -> Rod:
-        """Return the rod of a crank, in the frame of the body before the joints."""
+    def _closure(self, base: pin.SE3) -> Closure:
+        """Return the loops as they are, where the joints of the leg are at 0."""
+        model, data = self.model, self.data
+        pin.computeJointJacobians(model, data)
+        last: dict[int, int] = {}  # the number of the coordinate that moves all beyond a joint
+        parents, axes, points, slides = list[int](), list[Point](), list[Point](), list[bool]()
+        for joint in (*self.joints, *self.others):
+            J = pin.getJointJacobian(model, data, joint, pin.LOCAL_WORLD_ALIGNED)
+            at, before = model.joints[joint], self._moved_by(joint, last)
+            if at.nv not in (1, 3) or at.nq not in (1, 4):
+                raise self.refusal(f"joint '{self.name(joint)}' is no hinge, slide or ball")
+            for column in J[:, at.idx_v : at.idx_v + at.nv].T:
+                parents.append(before)
+                slides.append(not column[3:].any())
+                axes.append(_point(base.rotation.T @ (column[:3] if slides[-1] else column[3:])))
+                points.append(_point(base.actInv(data.oMi[joint].translation)))
+                before = last[joint] = len(parents) - 1
+        ends = []
+        for closure in self.group.closures:
+            joints = (
+                self._moved_by(model.frames[f].parentJoint, last, own=True) for f in closure.frames
+            )
+            one, other = joints
+            for arm in (np.zeros(3), *(_ARM * np.eye(3)[:2] if closure.axes else ())):
+                x, y = (_point(base.actInv(data.oMf[f].act(arm))) for f in closure.frames)
+                ends.append((one, x, other, y))
+        low, high = zip(*map(self._range, self.joints), strict=True)
+        motors = tuple([*self.own, *self.free].index(c) for c in self._columns(self.turned))
+        found = Closure(
+            tuple(parents), tuple(axes), tuple(points), tuple(slides), tuple(ends), motors,
+            low, high,
+        )  # fmt: skip
+        self._check_range(found)
+        return found
+
+    def _range(self, joint: int) -> tuple[float, float]:
+        """Return the range of a joint of the leg, with 0 in it [rad]."""
+        model, at = self.model, self.model.joints[joint].idx_q
+        low, high = float(model.lowerPositionLimit[at]), float(model.upperPositionLimit[at])
+        return max(min(low, 0.0), -_WIDEST), min(max(high, 0.0), _WIDEST)
+
+    def _moved_by(self, joint: int, last: Mapping[int, int], *, own: bool = False) -> int:
+        """Return the coordinate that moves the body before a joint, or beyond it; -1 for none."""
+        way = [int(j) for j in self.model.supports[joint]]
+        return next((last[j] for j in reversed(way if own else way[:-1]) if j in last), -1)
+
+    def _check_range(self, closure: Closure) -> None:
+        """Refuse loops that open, or are at a dead point, in the range of the leg's joints."""
+        if not (fault := first_fault(closure)):
+            return
+        shares = np.arange(0.95, 0.0, -0.05)
+        low, high = np.array(closure.lower), np.array(closure.upper)
+        narrow = next(
+            (s for s in shares if not first_fault(_narrowed(closure, s * low, s * high))), None
+        )
+        names = self.names(self.joints)
+        at = ", ".join(f"'{n}' at {a:.3g} rad" for n, a in zip(names, fault, strict=True))
+        advice = ""
+        if narrow is not None:
+            ends = {
+                self.name(j): [math.trunc(1e3 * narrow * end) / 1e3 for end in self._range(j)]
+                for j in (*self.joints, *self.twins)
+            }
+            advice = "; it is closed in narrower ranges: " + " ".join(
+                f"--limit {name}.range={a:g}rad:{b:g}rad" for name, (a, b) in ends.items()
+            )
+        raise self.refusal(f"it opens or is at a dead point with {at}{advice}")
+
+    def _rod(self, crank: int, base: pin.SE3) -> Rod | None:
+        """Return the rod of a crank, in the frame of the body before the joints; None if none."""
+        if crank in self.joints:
+            return None
         mine = [c for c in self.group.closures if any(crank in way for way in c.ways)]
         closure = mine[0]
         first, second = (0, 1) if crank in closure.ways[0] else (1, 0)
@@ -450,11 +533,8 @@ class _Mechanism:
             and bool(near) != bool(beyond)
         )
         pivot = self._meeting([*near, *beyond]) if fits else None
-        if pivot is None:
-            raise self.refusal(
-                f"motor '{self.name(crank)}' does not turn a crank with one rod on a ball or on "
-                "axes that meet"
-            )
+        if pivot is None or not self._axis(crank).any():
+            return None
         ends = [self.data.oMf[f].translation for f in closure.frames]
         crank_end, rod_end = (pivot, ends[second]) if near else (ends[first], pivot)
         axis = self._axis(crank)
@@ -522,6 +602,11 @@ class _Mechanism:
             Finding("loops", subject, counts),
             Finding("loops", subject, still, "changed"),
         ]
+
+
+def _narrowed(closure: Closure, low: Array, high: Array) -> Closure:
+    lower, upper = (tuple(map(float, ends)) for ends in (low, high))
+    return closure._replace(lower=lower, upper=upper)
 
 
 def _point(values: Array) -> Point:

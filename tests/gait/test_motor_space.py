@@ -152,7 +152,7 @@ def test_it_is_recorded_and_read_again():
     for linkages in (RODS, RATES):
         task = problem(linkages).task
         assert task_from_record(task_record(task)) == task
-        (before,) = linkages_from_rows([one[:-1] for one in linkages])  # rows without ranges
+        (before,) = linkages_from_rows([one[:-2] for one in linkages])  # rows without ranges
         assert before == linkages[0]._replace(range=(None, None))
     assert "motor space" not in [block.name for block in problem(()).blocks]
 

@@ -1,12 +1,13 @@
 """Loops of bodies in the legs of an MJCF file: cranks and rods by MuJoCo, and what is refused."""
 
+import re
 from xml.etree import ElementTree as ET
 
 import mujoco
 import numpy as np
 import pytest
 from looped_bipeds import RODS, left_open, looped, parallel_ankles
-from mjcf_edits import added, at, edited, together
+from mjcf_edits import added, at, edited
 
 from gaitopt.errors import RobotError
 from gaitopt.gait.motor_space import driven_joints
@@ -15,6 +16,7 @@ from gaitopt.model.robot import Robot
 
 POSTURES = np.array([[0.0, 0.0], [0.2, -0.15], [-0.3, 0.1], [0.35, 0.05]])
 """Pitch and roll of the left ankle."""
+SKEW = {"rods": "skew", "narrow": True}
 WRITTEN = (
     {"rods": "universal"},
     {"sites": True},
@@ -55,7 +57,7 @@ def test_rods_are_those_of_the_file():
             np.testing.assert_allclose(point, np.array(given) * (1.0, -1.0, 1.0), atol=1e-15)
 
 
-@pytest.mark.parametrize("how", [{}, *WRITTEN], ids=str)
+@pytest.mark.parametrize("how", [{}, *WRITTEN, SKEW], ids=str)
 def test_a_gait_file_keeps_the_loops(how):
     robot = looped(**how)
     again = Robot.from_urdf(robot.urdf, choices=robot.choices)
@@ -113,7 +115,7 @@ class InMuJoCo:
         return -np.linalg.lstsq(J[:, self.others], J[:, self.ankle], rcond=1e-9)[0]
 
 
-@pytest.mark.parametrize("how", [{}, *WRITTEN], ids=str)
+@pytest.mark.parametrize("how", [{}, *WRITTEN, SKEW], ids=str)
 def test_angles_rates_and_torques_of_the_motors_are_those_of_mujoco(how):
     """Of its loops closed by Newton's method, and of forces of rods that leave no ball a torque."""
     robot, there = looped(**how), InMuJoCo(parallel_ankles(**how))
@@ -225,9 +227,6 @@ REFUSED = {
         r"there are fewer motors \('right_outer_motor'\) than joints of the leg",
     ),
     "no motor at all": (without("actuator"), {}, "no joint in it has an actuator"),
-    "motors here and there": (
-        motor("right_ankle_roll"), {}, "'right_ankle_roll' and .* have motors; only cranks may",
-    ),
     "one leg alone": (
         without("equality", "left"), {}, "the other leg has no loop through the same joints",
     ),
@@ -249,12 +248,9 @@ REFUSED = {
         at(".//site[@name='right_inner_end']", pos="0.5 0 0"), {"sites": True},
         r"it is open by \d+ mm where the robot stands; at most 0.1 mm are closed",
     ),
-    "rods that cross the shin": (
-        together(*(
-            at(f".//body[@name='{side}_{name}_rod']/joint", pos="0 0 0.01")
-            for side in ("left", "right") for name in RODS
-        )),
-        {"rods": "universal"}, "does not turn a crank with one rod",
+    "a dead point in the range": (
+        lambda root: None, {"rods": "skew"},
+        r"it opens or is at a dead point with 'right_ankle_pitch' at 0.8 rad, .* --limit left_",
     ),
 }  # fmt: skip
 
@@ -269,6 +265,47 @@ def test_what_cannot_be_reduced_is_refused_with_advice_that_works(name):
     robot = Robot.from_urdf(text, choices=ImportOptions(without=("loops",)))
     assert len(robot.joint_names) == 12
     assert robot.linkages == ()
+
+
+def test_loops_of_other_shapes_are_followed_by_newton():
+    """The advice of the refusal works: a narrower range of both legs' joints."""
+    text = parallel_ankles(rods="skew")
+    with pytest.raises(RobotError, match="it is closed in narrower ranges") as refusal:
+        Robot.from_urdf(text)
+    advice = re.findall(r"--limit (\w+)\.range=(\S+)rad:([-.\d]+)rad", str(refusal.value))
+    limits = tuple(LimitOverride(n, lower=float(a), upper=float(b)) for n, a, b in advice)
+    assert len(limits) == 4
+    robot = Robot.from_urdf(text, choices=ImportOptions(limits=limits))
+    (linkage,) = robot.linkages
+    assert linkage.rods == ()
+    assert linkage.closure.lower[0] == limits[0].lower
+    again = Robot.from_urdf(robot.urdf, choices=robot.choices)
+    assert again.linkages == robot.linkages
+
+
+def motor_at_the_roll(root):
+    for motor in root.findall("actuator/motor"):
+        if "inner" in motor.get("joint"):
+            motor.set("joint", f"{motor.get('joint').split('_')[0]}_ankle_roll")
+            motor.set("ctrlrange", "-25 25")
+
+
+def test_a_motor_at_a_joint_and_one_at_a_crank():
+    """The joint's own torque is no more that of its motor, which the crank's rod loads too."""
+    text = edited(parallel_ankles(narrow=True), motor_at_the_roll)
+    robot, there = Robot.from_urdf(text), InMuJoCo(text)
+    (linkage,) = robot.linkages
+    assert linkage.motors == ("right_ankle_roll", "right_outer_motor")
+    assert linkage.torque == (25.0, 30.0)
+    rows = [k for k, name in enumerate(robot.joint_names) if "ankle_roll" in name]
+    assert np.isinf(robot.limits.torque[rows]).all()
+    group = left_ankle(robot)
+    for posture in POSTURES:
+        J = there.close(posture)
+        at = group.motors(angles(robot, group, posture))
+        seen = group.signs[1] * at.jacobian[0, 0] * group.signs
+        np.testing.assert_allclose(seen, [0.0, 1.0], atol=1e-12)
+        np.testing.assert_allclose(at.jacobian[0, 1] * group.signs, there.rates(J)[1], atol=1e-9)
 
 
 def test_every_element_of_the_text_is_one_that_mujoco_reads_the_same():
