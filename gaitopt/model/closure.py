@@ -141,7 +141,7 @@ def dot(point: list[Series], direction: Array) -> Series:
 
 
 def turned_about(point: list[Series], axis: Array, angle: Series) -> list[Series]:
-    """Return a point turned about an axis (Rodrigues)."""
+    """Return a point turned about an axis of unit length, shape (3,) (Rodrigues)."""
     a = angle.value
     sine = angle.through(np.sin(a), np.cos(a), -np.sin(a), -np.cos(a))
     versine = angle.through(1.0 - np.cos(a), np.sin(a), np.cos(a), -np.sin(a))
