@@ -19,7 +19,7 @@ from tables import table
 from gaitopt.catalogue.entries import description, entry_by_name
 from gaitopt.design.design import design
 from gaitopt.design.options import DesignOptions
-from gaitopt.design.pipeline import Design
+from gaitopt.design.pipeline import Design, attempt
 from gaitopt.design.process import small_matrices
 from gaitopt.design.starts import design_gait
 from gaitopt.errors import GaitoptError
@@ -37,23 +37,49 @@ BEGIN = 0.7
 STARTS, SIGMA = 10, 0.1
 ROBOTS = {"g1": ((0.8, 0.5), (1.0, 0.5)), "talos": ((0.8, 0.7), (1.0, 0.6))}
 """Speeds [m/s] and durations of steps [s] of other robots."""
+FREE_WALKS = {
+    "g1": ((0.6, 0.8, 1.0, 1.2), (0.4, 0.5)),
+    "talos": ((0.4, 0.6, 0.8, 1.0), (0.5, 0.7)),
+}
+"""Speeds of other robots [m/s], and first guesses of the duration of their steps [s]."""
 
 
 def free_duration(quick: bool) -> Iterator[dict[str, Any]]:
     """Yield the best walks of the biped, flat and turning, over its speeds."""
-    robot = robot_of()
+    durations = DURATIONS[1:] if quick else DURATIONS
     for speed in SPEEDS[2:3] if quick else SPEEDS:
-        best: dict[str, Design] = {}
-        for duration in DURATIONS[1:] if quick else DURATIONS:
-            task = preset_task("standard", robot, speed=speed, duration=duration)
-            task = task.with_changes(geometry=set_geometry(task.geometry, {"duration": FREE}))
-            for kind, changes in (("flat", {}), ("toe", {"toe_off": BEGIN})):
-                found = attempted(robot, task.with_changes(**changes))
-                for one in found if kind == "toe" else found[:1]:
-                    own = "flat" if one.problem.task.toe_off is None else "toe"
-                    if own not in best or rank(one) < rank(best[own]):
-                        best[own] = one
-        yield {"speed": speed, **{kind: record(one) for kind, one in best.items()}}
+        yield {"speed": speed, **best_walks(robot_of(), "standard", speed, durations)}
+
+
+def others_free(quick: bool) -> Iterator[dict[str, Any]]:
+    """Yield the best walks of other robots, flat and turning, over their speeds."""
+    for name, (speeds, durations) in FREE_WALKS.items():
+        source, choices = description(entry_by_name(name))
+        robot = Robot.from_urdf(source, choices=choices)
+        for speed in speeds[:1] if quick else speeds:
+            own = durations[:1] if quick else durations
+            yield {"robot": name, "speed": speed, **best_walks(robot, "humanoid", speed, own)}
+
+
+def best_walks(
+    robot: Robot, preset: str, speed: float, durations: tuple[float, ...]
+) -> dict[str, dict[str, Any]]:
+    """Return the best walk on flat feet and the best that turns, where that is kept.
+
+    Args:
+        robot, preset, speed: of the walks.
+        durations: first guesses of the duration of a step, which is free [s].
+    """
+    best: dict[str, Design] = {}
+    for duration in durations:
+        task = preset_task(preset, robot, speed=speed, duration=duration)
+        task = task.with_changes(geometry=set_geometry(task.geometry, {"duration": FREE}))
+        for changes in ({}, {"toe_off": BEGIN}):
+            for one in attempted(robot, task.with_changes(**changes)):
+                own = "flat" if one.problem.task.toe_off is None else "toe"
+                if own not in best or rank(one) < rank(best[own]):
+                    best[own] = one
+    return {kind: record(one) for kind, one in best.items()}
 
 
 FREE: dict[str, float | bool] = {"free": True}
@@ -114,6 +140,19 @@ def others(quick: bool) -> Iterator[dict[str, Any]]:
                 yield {**row, "kept": record(found)}
 
 
+def iterations(quick: bool) -> Iterator[dict[str, Any]]:
+    """Yield what walks of the biped take at their samples, flat and turning, from first guesses."""
+    robot = robot_of()
+    for speed in SPEEDS[2:3] if quick else SPEEDS:
+        counts = {}
+        for kind, begin in (("flat", None), ("toe", BEGIN)):
+            task = preset_task("standard", robot, speed=speed, duration=0.5, toe_off=begin)
+            problem = WalkProblem(robot, task)
+            found = attempt(problem, DesignOptions(), first_guess(problem))
+            counts[kind] = {"iterations": found.iterations, "status": found.status.name.lower()}
+        yield {"speed": speed, **counts}
+
+
 def heel_strike(quick: bool) -> Iterator[dict[str, Any]]:
     """Yield walks of the biped that land on their heels, alone and with a turn about the toe."""
     robot, options = robot_of(), DesignOptions(toe_begin="given", diagnose=False)
@@ -127,6 +166,7 @@ def heel_strike(quick: bool) -> Iterator[dict[str, Any]]:
         softly = found.problem.task.margins.soft_landing
         impulse = 0.0 if softly else float(found.gait.impulse[2])
         row = {"speed": speed, "walk": name, "landing": found.gait.landing_angle}
+        row["flat"] = [float(one) for one in found.gait.rear_impulse[2:3]]
         yield {**row, "impulse": impulse, "softly": softly, **record(found)}
 
 
@@ -259,6 +299,11 @@ HEELS: dict[str, dict[str, Any]] = {
     "toe from 0.7": {"toe_off": 0.7},
     "heel until 0.15, toe from 0.7": {"heel_strike": 0.15, "toe_off": 0.7},
 }
+HEELS |= {
+    f"{name}, then an impact": {**changes, "foot_flat": "impact"}
+    for name, changes in HEELS.items()
+    if "heel_strike" in changes
+}
 
 
 def heel_table(rows: list[dict[str, Any]]) -> str:
@@ -270,9 +315,13 @@ def heel_table(rows: list[dict[str, Any]]) -> str:
             f"{row['speed']:g} m/s", row["walk"], f"{row['cost']:.0f}" if known else "–",
             f"{row['landing']:.3f}" if known else "–",
             ("none" if row["softly"] else f"{row['impulse']:.2f}") if known else "–",
+            "".join(f"{one:.2f}" for one in row.get("flat", ())) or "–",
             str(row["iterations"]) if known else "–", row["verdict"],
         ])  # fmt: skip
-    head = ("speed", "walk", "N²·m·s", "landing, rad", "impulse, N·s", "iterations", "verdict")
+    head = (
+        "speed", "walk", "N²·m·s", "landing, rad", "impulse, N·s", "as it lies flat", "iterations",
+        "verdict",
+    )  # fmt: skip
     return table(head, lines)
 
 
@@ -312,6 +361,8 @@ SECTIONS = {
     "free duration": free_duration,
     "disturbed": disturbed,
     "others": others,
+    "others, free duration": others_free,
+    "iterations": iterations,
     "heel strike": heel_strike,
     "double support": double_support,
     "touch-down": touch_down,

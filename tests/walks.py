@@ -56,7 +56,7 @@ AT_IMPACT = (
     "landing impulse",
 )
 OF_FRONT = ("front load", "front friction", "front cop", "front torsion")  # while both feet stand
-OF_REAR_IMPULSE = (  # of an impact that both feet take
+OF_REAR_IMPULSE = (  # of an impact that both feet take, or by which a foot comes to lie flat
     "rear impulse",
     "rear impulse friction",
     "rear impulse cop",
@@ -184,6 +184,20 @@ _MAKERS = {
     "upright, heel strike, toe off, everything free": lambda: _everything_free(
         seed=1, sigma=0.02, duration=0.5, **UPRIGHT, **TOE_OFF, **HEEL_STRIKE
     ),
+    "upright, heel strike, foot flat by an impact, toe off, everything free": lambda: (
+        _everything_free(
+            seed=1,
+            sigma=0.015,
+            duration=0.5,
+            foot_flat="impact",
+            **UPRIGHT,
+            **TOE_OFF,
+            **HEEL_STRIKE,
+        )
+    ),
+    "upright, lifted, heel strike, foot flat by an impact, seven joints, waist, arms": lambda: (
+        _synthetic("seven, waist and arms", foot_flat="impact", **HEEL_STRIKE)
+    ),
     "upright, double support": lambda: _double_support(),
     "upright, double support, toe off": lambda: _double_support(toe_off=0.6),
     "upright, double support, toe off, everything free": lambda: _double_support(
@@ -212,7 +226,8 @@ PAIRS = tuple(
     )
     and not (constraint == "lift-off" and "double" in walk)
     and not (constraint in OF_FRONT and "double" not in walk)
-    and not (constraint in OF_REAR_IMPULSE and "both" not in walk)
+    and not (constraint in OF_REAR_IMPULSE and "both" not in walk and "foot flat" not in walk)
+    and not (constraint == "foot lift" and "foot flat" in walk and "toe off" not in walk)
 )
 
 

@@ -167,6 +167,8 @@ def _ground(contact: Mapping[str, Any], impact: Mapping[str, Any]) -> Table:
     rows = [("stance foot", contact, f"{low:.0f} to {high:.0f} N"), ("landing foot", impact, push)]
     if (rear := impact["rear_foot"]) is not None:
         rows.append(("rear foot, impact", rear, f"{rear['vertical_impulse_Ns']:.2g} N·s"))
+    if (flat := impact["foot_flat"]) is not None:
+        rows.append(("as it lies flat", flat, f"{flat['vertical_impulse_Ns']:.2f} N·s"))
     if (front := contact["front_foot"]) is not None:
         low, high = front["least_vertical_force_N"], front["largest_vertical_force_N"]
         rows.append(("front foot, both stand", front, f"{low:.0f} to {high:.0f} N"))

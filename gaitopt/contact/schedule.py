@@ -34,6 +34,10 @@ class PhaseEnd(Enum):
     SMOOTH = "smooth"
     """The contact changes; no velocity jumps."""
 
+    FOOT_FLAT = "foot flat"
+    """The stance foot, which turns about a line of its sole, meets the ground with the whole of it,
+    by an impact."""
+
     TOUCH_DOWN = "touch-down"
     """The swing foot lands flat at zero speed; both feet stand from then on."""
 
@@ -120,11 +124,14 @@ class Schedule:
         kinds = [phase.ends_by for phase in self.phases]
         leaving = PhaseEnd.LIFT_OFF
         smooth = [PhaseEnd.SMOOTH] * len(kinds)
+        if self.slapping and not self.first.contact.resting().all():
+            kinds[0] = PhaseEnd.SMOOTH
         closing = [[*smooth[2:], one, leaving] for one in (PhaseEnd.TOUCH_DOWN, PhaseEnd.IMPACT)]
         if kinds not in ([*smooth[1:], PhaseEnd.IMPACT], *closing):
             raise InputError(
                 "the last phase of a step, and no other, ends with an impact; or the last but one "
-                "with a touch-down or an impact and the last with a lift-off"
+                "with a touch-down or an impact and the last with a lift-off; the first ends with "
+                "the foot flat only where it turns about a line"
             )
         if [phase.both for phase in self.phases] != [one is leaving for one in kinds]:
             raise InputError("both feet stand from the touch-down to the lift-off, and else never")
@@ -157,6 +164,11 @@ class Schedule:
     def striking(self) -> bool:
         """Whether the phase in which both feet stand begins with an impact."""
         return self.closing and self.phases[-2].ends_by is PhaseEnd.IMPACT
+
+    @property
+    def slapping(self) -> bool:
+        """Whether the foot that landed on a line comes to lie flat by an impact."""
+        return self.first.ends_by is PhaseEnd.FOOT_FLAT
 
     @property
     def turns_from(self) -> float:

@@ -252,11 +252,13 @@ class Study:
                     f"the walk '{case.label}': the weight is {case.weight:g}; it must be from "
                     f"{_LIGHTEST:g} to {_HEAVIEST:g}"
                 )
-            if case.task.steps > 1 or case.task.double_support is not None:
+            schedule = case.task.schedule
+            if case.task.steps > 1 or schedule.closing or schedule.slapping:
                 raise InputError(
-                    f"the walk '{case.label}' is a stride of two steps or has a double support; "
-                    "what lengths and masses do to these is not told yet; leave out lateral_speed, "
-                    "turn_rate, stride and double_support"
+                    f"the walk '{case.label}' is a stride of two steps, has a double support or a "
+                    "foot that comes to lie flat by an impact; what lengths and masses do to these "
+                    "is not told yet; leave out lateral_speed, turn_rate, stride, double_support "
+                    "and foot_flat"
                 )
 
     def _check_gears(self) -> None:

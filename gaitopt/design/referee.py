@@ -17,6 +17,7 @@ from gaitopt.gait.grid import Grid
 from gaitopt.gait.step import Step
 from gaitopt.mechanics.chain_build import chain_of_robot, loads_of_robot
 from gaitopt.mechanics.closed_impact import ClosedJump
+from gaitopt.mechanics.foot_flat import FlatJump
 from gaitopt.mechanics.hinged import standing_robot
 from gaitopt.mechanics.mdh_chain import Chain, sole_placement, turned
 from gaitopt.mechanics.newton_euler import (
@@ -124,6 +125,9 @@ def ask_referee(
     stated = step.impact.impulse, impulse
     if struck is not None:
         stated = _struck(own, step, struck)
+    if step.flat is not None:
+        flat = _flat(chain, step, step.flat)
+        stated = np.concatenate([stated[0], flat[0]]), np.concatenate([stated[1], flat[1]])
     twist = base_in_sole_axes(velocity)[:6]
     E = schedule.symmetry.joint_map(robot)
     carried = 0.0 if loads.points is None else float(loads.points.mass.sum())
@@ -170,6 +174,21 @@ def _struck(chain: Chain, step: Step, struck: ClosedJump) -> tuple[Array, Array]
     )
     stated = np.concatenate([struck.rear, np.zeros(jump.size)])
     return stated, np.concatenate([sole_axes(R0), torque])
+
+
+def _flat(chain: Chain, step: Step, flat: FlatJump) -> tuple[Array, Array]:
+    """Return stated and found impulses of a foot that comes to lie flat, shape (6 + n,) each.
+
+    On the foot, then of the joints, of which there must be none; found with the hinge about which
+    it turned, of the chain's first joints, as one of those that jump.
+    """
+    before, after = step.coefficients[-5], step.coefficients[-4]
+    still = np.zeros(step.hinges)
+    jump = np.concatenate([[-flat.rate], still[1:], after - before])
+    posture = np.concatenate([still, flat.posture])
+    R0, torque = inverse_dynamics(chain, posture, np.zeros_like(jump), jump, gravity=np.zeros(3))
+    stated = np.concatenate([flat.impulse, np.zeros(flat.jump.size)])
+    return stated, np.concatenate([sole_axes(R0), torque[step.hinges :]])
 
 
 def _front_foot(chain: Chain, step: Step) -> tuple[float, float]:
@@ -235,6 +254,8 @@ def _momentum_balance(
     force = step.duration * grid.weights @ pushed
     if step.double is not None and step.double.struck is not None:
         force += step.double.sole.rotation @ step.impact.impulse[:3] + step.double.struck.rear[:3]
+    if step.flat is not None:
+        force += step.flat.impulse[:3]
     landed, _ = sole_placement(chain, end)
     if step.landed is not None:  # of the sole; from here on of its footprint
         landed = landed @ step.landed.place.rotation.T

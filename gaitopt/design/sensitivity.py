@@ -115,17 +115,19 @@ class Envelope:
 
         Raises:
             EvaluationError: the walk is not defined at x.
-            InputError: it has a double support, or is a stride of two steps.
+            InputError: it has a double support or a foot that comes to lie flat by an impact, or is
+                a stride of two steps.
         """
         if problem.task.steps > 1:
             raise InputError(
                 "sensitivities are told of walks straight ahead, not of strides of two steps; "
                 "design the walk without lateral_speed, turn_rate, cross_slope and stride"
             )
-        if isinstance(problem.model, DoubleStepModel):
+        if isinstance(problem.model, DoubleStepModel) or problem.schedule.slapping:
             raise InputError(
-                "what a robot's numbers are worth is not told of walks with a double support yet; "
-                "leave out --double-support"
+                "what a robot's numbers are worth is not told of walks with a double support or a "
+                "foot that comes to lie flat by an impact yet; leave out --double-support and "
+                "--foot-flat"
             )
         self.problem, self.x, self.multipliers = problem, x, multipliers
         self.step, derivatives = problem.derivatives(x)

@@ -228,7 +228,8 @@ def _impact(gait: Gait) -> Facts:
         "friction_limit": gait.number("task", "margins", "friction"),
         "at_zero_speed": (gait.closing and not gait.striking)
         or bool(gait.fact("task", "margins", "soft_landing")),
-        "rear_foot": _rear_impulse(gait) if gait.striking else None,
+        "rear_foot": _of_standing(gait) if gait.striking else None,
+        "foot_flat": _of_standing(gait) if gait.slapping else None,
         "cop_to_edge_mm": _edge_distances(gait, centre_of_pressure(impulse)) if pushes else None,
         "largest_rate_jump_rad_per_s": max(
             float(np.abs(one.rate_after - one.rate_before).max()) for one in gait.steps
@@ -236,12 +237,12 @@ def _impact(gait: Gait) -> Facts:
     }
 
 
-def _rear_impulse(gait: Gait) -> Facts:
-    """Return what the rear foot bears of an impact that both take."""
-    impulse = gait.rear_impulse[None]
-    pushes = bool(impulse[0, 2] > 0.0)
+def _of_standing(gait: Gait) -> Facts:
+    """Return what a foot bears of an impact that stands then; the worse one of a stride's."""
+    impulse = np.stack([one.rear_impulse for one in gait.steps])
+    pushes = bool((impulse[:, 2] > 0.0).all())
     return {
-        "vertical_impulse_Ns": float(impulse[0, 2]),
+        "vertical_impulse_Ns": float(impulse[:, 2].max()),
         "friction_used": _friction(impulse[:, :3]),
         "friction_limit": gait.number("task", "margins", "friction"),
         "cop_to_edge_mm": _edge_distances(gait, centre_of_pressure(impulse)) if pushes else None,

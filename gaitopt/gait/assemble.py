@@ -127,7 +127,12 @@ def _splines(model: StepModel | DoubleStepModel, step: Step) -> dict[str, Any]:
     """Return the splines of the joints, in two parts where both feet stand at the end."""
     if isinstance(model, DoubleStepModel):
         return {**model.splines(step), "rear_impulse": step.read(quantities.REAR_IMPULSE)[0]}
-    return {"knots": model.basis.knots * step.duration, "coefficients": step.coefficients}
+    found = {"knots": model.basis.knots * step.duration, "coefficients": step.coefficients}
+    if step.flat is None:
+        return found
+    *values, before, after, end, first, last = step.coefficients
+    found["coefficients"] = np.array([*values, end, first, last])
+    return {**found, "flat_rates": np.array([before, after]), "rear_impulse": step.flat.impulse}
 
 
 def _foot(

@@ -349,13 +349,17 @@ class FootAngle(Constraint):
 class FootLift(FootAngle):
     """The stance foot does not turn into the ground where it begins to turn, or ends to.
 
-    Angle and rate vanish there, so that its angular acceleration tells.
+    Angle and rate vanish there, so that its angular acceleration tells; not where it comes to lie
+    flat with a rate.
     """
 
     name, unit, words, change = "foot lift", "rad/s²", "start of the stance foot's turn", 10.0
 
+    def asked(self, context: ConstraintContext) -> bool:
+        return any(_resting(context))
+
     def block(self, context: ConstraintContext) -> ConstraintBlock:
-        changes, (landed, leaving) = context.schedule.changes, _turning(context)
+        changes, (landed, leaving) = context.schedule.changes, _resting(context)
         begins = np.array([context.schedule.turns_from])[: int(leaving)]
         at = np.concatenate([changes[:landed], begins + AFTER])
         instants = np.flatnonzero(np.isin(context.grid.instants, at))
@@ -802,12 +806,21 @@ class LandingImpulse(_OfImpact):
 
 
 class _OfRearImpulse(Constraint):
-    """A constraint on the impulse that the rear foot takes where both stay, section 2.4.1."""
+    """A constraint on the impulse that a foot takes which stands then, section 2.4.1.
+
+    It is the rear foot where both stay, and the stance foot as it comes to lie flat.
+    """
 
     reads = (quantities.REAR_IMPULSE,)
 
     def asked(self, context: ConstraintContext) -> bool:
-        return context.schedule.striking and super().asked(context)
+        schedule = context.schedule
+        return (schedule.striking or schedule.slapping) and super().asked(context)
+
+
+def _struck_foot(context: ConstraintContext) -> str:
+    """Return what the foot is called that takes such an impulse."""
+    return "foot as it lies flat" if context.schedule.slapping else "rear foot"
 
 
 class RearImpulseUp(_OfRearImpulse):
@@ -817,8 +830,7 @@ class RearImpulseUp(_OfRearImpulse):
     words = "vertical impulse on the rear foot"
 
     def block(self, context: ConstraintContext) -> ConstraintBlock:
-        del context
-        labels = ("rear foot, vertical impact impulse",)
+        labels = (f"{_struck_foot(context)}, vertical impact impulse",)
         return self.once(Entries(slice(2, 3), 6), labels, lower=0.0, scale=IMPULSE_SCALE)
 
 
@@ -831,7 +843,7 @@ class RearImpulseFriction(_OfRearImpulse):
 
     def block(self, context: ConstraintContext) -> ConstraintBlock:
         cone = FrictionCone(context.margins.friction, IMPULSE_SMOOTHING)
-        labels = ("rear foot, impulse friction cone margin",)
+        labels = (f"{_struck_foot(context)}, impulse friction cone margin",)
         return self.once(cone, labels, lower=0.0, scale=IMPULSE_SCALE)
 
 
@@ -844,9 +856,11 @@ class RearImpulseCentreOfPressure(_OfRearImpulse):
     couplings: ClassVar = {"cop_margin": ("rear impulse", -1.0)}
 
     def block(self, context: ConstraintContext) -> ConstraintBlock:
-        what = "rear foot, impulsive centre of pressure"
+        what = f"{_struck_foot(context)}, impulsive centre of pressure"
         labels = tuple(f"{what}, moment about the {e} edge" for e in EDGES)
-        moments = Linear(_edge_moments(context, context.schedule.last.contact))
+        schedule = context.schedule
+        contact = FlatFoot() if schedule.slapping else schedule.last.contact
+        moments = Linear(_edge_moments(context, contact))
         return self.once(moments, labels, lower=0.0, scale=IMPULSE_MOMENT_SCALE)
 
 
@@ -860,8 +874,9 @@ class RearImpulseTorsion(_OfRearImpulse):
 
     def block(self, context: ConstraintContext) -> ConstraintBlock:
         torsion = Torsion(context.margins.torsional_friction or 0.0, LEAST_IMPULSE)
+        foot = _struck_foot(context)
         labels = tuple(
-            f"rear foot, impulse torsional friction margin to the {s}" for s in ("left", "right")
+            f"{foot}, impulse torsional friction margin to the {s}" for s in ("left", "right")
         )
         return self.once(torsion, labels, lower=0.0, scale=IMPULSE_TORSION_SCALE)
 
@@ -896,6 +911,12 @@ def _joints(
 def _size(limits: Array) -> Array:
     """Limits as scales of their rows; a row without a limit may have any scale."""
     return np.where(np.isfinite(limits), limits, 1.0)
+
+
+def _resting(context: ConstraintContext) -> tuple[bool, bool]:
+    """Whether the stance foot's turn ends at rest after its landing, and begins so."""
+    landed, leaving = _turning(context)
+    return landed and not context.schedule.slapping, leaving
 
 
 def _turning(context: ConstraintContext) -> tuple[bool, bool]:

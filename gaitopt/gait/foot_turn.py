@@ -6,7 +6,7 @@ knots, rate at the end. Its second derivative jumps where it begins, and with it
 
 A foot that landed on a line starts with an angle that is a parameter and with the rate that the
 impact leaves it; a spline of the first phase brings both to 0 at its end: the foot meets the ground
-flat without a second impact.
+flat without a second impact. With one, the rate at the end is a parameter too, the last.
 """
 
 from __future__ import annotations
@@ -26,6 +26,8 @@ NAMES = ("foot_angle_at_end", *(f"foot_angle_{k}" for k in _INSIDE), "foot_rate_
 """Parameters [rad, ..., rad/s]; the first is also the angle of the rear foot at the next start."""
 LANDING_NAMES = ("landing_angle", *(f"landing_angle_{k}" for k in _INSIDE))
 """Parameters of a foot that lands on a line [rad, ...], the angle of the landing first."""
+SLAP_NAME = "landing_rate_at_flat"
+"""One more where it comes to lie flat by an impact: the rate before it [rad/s]."""
 LARGEST_ANGLE = 0.8  # rad: what of a foot turned farther rests on the ground is no line of its sole
 LARGEST_RATE = 15.0  # rad/s
 ANGLE_SCALE, RATE_SCALE = 0.3, 4.0  # rad, rad/s: sensible sizes of an optimisation step
@@ -43,12 +45,14 @@ class FootTurn:
         instants: s of the instants, shape (N,).
         end: share of the step at which it stops.
         landed: whether it turns after its landing.
+        slapping: whether that ends with a rate.
     """
 
     begin: float
     instants: Array
     end: float = 1.0
     landed: bool = False
+    slapping: bool = False
 
     @cached_property
     def knots(self) -> Array:
@@ -66,23 +70,30 @@ class FootTurn:
     @cached_property
     def coefficients(self) -> Array:
         """Matrix from what shapes it to spline coefficients, shape (m + 2, p)."""
-        matrix = np.zeros((INNER_KNOTS + 4, INNER_KNOTS + 2))
+        matrix = np.zeros((INNER_KNOTS + 4, INNER_KNOTS + 2 + self.slapping))
         angle, rate = (0, -2) if self.landed else (INNER_KNOTS + 1, -1)
         matrix[angle, 0] = matrix[rate, -1] = 1.0
-        matrix[1 : INNER_KNOTS + 1, 1:-1] = np.eye(INNER_KNOTS)
+        inner = slice(1, INNER_KNOTS + 1)
+        matrix[inner, inner] = np.eye(INNER_KNOTS)
+        if self.slapping:
+            matrix[-1, -2] = 1.0
         return matrix
 
     def guess(self, angle: float, duration: float) -> Array:
         """Return what shapes an angle that grows or falls as the square of time, shape (p,).
+
+        One that ends with a rate falls evenly.
 
         Args:
             angle: at the end, or at the landing [rad].
             duration: of the step [s].
         """
         share = np.arange(1, INNER_KNOTS + 1) / (INNER_KNOTS + 1)
-        inner = angle * (1.0 - share if self.landed else share) ** 2
-        rate = 2.0 * angle / ((self.end - self.begin) * duration)
-        found: Array = np.r_[angle, inner, -rate if self.landed else rate]
+        power = 1.0 if self.slapping else 2.0
+        inner = angle * (1.0 - share if self.landed else share) ** power
+        rate = power * angle / ((self.end - self.begin) * duration)
+        ends = np.full(1 + self.slapping, -rate if self.landed else rate)
+        found: Array = np.r_[angle, inner, ends]
         return found
 
 
@@ -111,4 +122,5 @@ def foot_turn(schedule: Schedule, instants: Array) -> FootTurn:
 
 def landing_turn(schedule: Schedule, instants: Array) -> FootTurn:
     """Return the turn at instants (N,) of a schedule whose first phase has a hinge."""
-    return FootTurn(0.0, instants, schedule.first.end, landed=True)
+    end, slapping = schedule.first.end, schedule.slapping
+    return FootTurn(0.0, instants, end, landed=True, slapping=slapping)

@@ -20,7 +20,7 @@ from gaitopt.bounds import GAIT, too_large
 from gaitopt.contact.flat_foot import FlatFoot
 from gaitopt.contact.schedule import LegExchange, PhaseEnd
 from gaitopt.errors import GaitFileError, InputError, RobotError
-from gaitopt.gait.result import DOUBLE, FOOT, LANDING, LARGEST, SHAPES, Gait, array_names
+from gaitopt.gait.result import DOUBLE, FLAT, FOOT, LANDING, LARGEST, SHAPES, Gait, array_names
 from gaitopt.gait.trajectory import TrajectoryPhase
 from gaitopt.importers.ties import DEGREE
 from gaitopt.model.multibody import Multibody, checked_multibody
@@ -154,7 +154,7 @@ def _front(phase: int) -> tuple[Member, ...]:
     return (Member(f"front_wrench_{phase}", "float64", (4, 6), "N, N·m", "front sole"),)
 
 
-_REAR = (Member("rear_impulse_0", "float64", (6,), "N·s, N·m·s", "rear sole"),)
+_REAR = (Member("rear_impulse_0", "float64", (6,), "N·s, N·m·s", _SOLE),)
 PHASES = (
     *(part for k in range(_MOST) for part in (_splines(k) if k else (), _turn(k)) if part),
     *(_front(phase) for phase in range(1, _MOST)),
@@ -162,7 +162,8 @@ PHASES = (
 )
 """Groups of further arrays, each of which is in the file as a whole or not at all: those of the
 splines of a second and a third phase, of the phases in which the stance foot turns, of a second one
-in which both feet stand, and of an impact that both feet take, which ends the first."""
+in which both feet stand, and of an impact that ends the first: both feet take it, or the standing
+one as it comes to lie flat."""
 
 TIED = (
     Member("robot_tied", "int64", ("t",)),
@@ -186,7 +187,7 @@ first, of the second's mirror image; where its base is, as it is."""
 SECOND_PHASES = tuple(
     tuple(replace(m, name=f"{_SECOND}{m.name}") for m in part)
     for part in PHASES
-    if not any(m.name.startswith(("front_", "rear_")) for m in part)
+    if not any(m.name.startswith("front_") for m in part)
 )
 """The same of `PHASES`: of the second step where it has several, as the first."""
 
@@ -290,8 +291,7 @@ def gait_members(gait: Gait) -> _Arrays:
     at = trajectory.at(gait.time, before=_ends_phase(gait))
     found: dict[str, object] = {_RENAMED.get(n, n): getattr(gait, n) for n in array_names()}
     found |= _of_phases(trajectory.phases)
-    if gait.striking:
-        found[_REAR[0].name] = gait.rear_impulse
+    found |= _of_standing_impact(gait)
     found |= {name: getattr(at, name) for name in _BASE}
     found |= {name: getattr(gait, name) for name in (*_TEXTS, *_NAMES)}
     found |= {key: getattr(trajectory.body, name) for name, key in _OF_ROBOT.items()}
@@ -300,7 +300,7 @@ def gait_members(gait: Gait) -> _Arrays:
         times = gait.duration + gait.second.time
         at = trajectory.at(times, before=_ends_phase(gait.second))
         later |= {name: getattr(at, name) for name in _BASE}
-        phases = _of_phases(trajectory.second or ())
+        phases = _of_phases(trajectory.second or ()) | _of_standing_impact(gait.second)
         later |= phases
         found |= {f"{_SECOND}{name}": later[name] for name in (*_OF_STEP, *phases)}
     for name in ("multipliers", "bound_multipliers"):
@@ -331,6 +331,11 @@ def _of_phases(phases: Sequence[TrajectoryPhase]) -> dict[str, object]:
     return found
 
 
+def _of_standing_impact(gait: Gait) -> dict[str, object]:
+    """Return the impulse on a foot that stands then, if there is one."""
+    return {_REAR[0].name: gait.rear_impulse} if gait.rear_impulse.size else {}
+
+
 def _of_format_2(names: Container[str]) -> tuple[Member, ...]:
     """Return the arrays that a file of format 2 has, given those of it, or some of them."""
     parts = (part for part in GROUPS if any(member.name in names for member in part))
@@ -357,6 +362,8 @@ def _schedule(gait: Gait) -> dict[str, object]:
         feet[-1] = {gait.stance_sole: rear, gait.swing_sole_frame: FlatFoot.name}
         begin = PhaseEnd.IMPACT if gait.striking else PhaseEnd.TOUCH_DOWN
         ends = [*ends[:-2], begin, PhaseEnd.LIFT_OFF]
+    if gait.slapping:
+        ends[0] = PhaseEnd.FOOT_FLAT
     phases = [
         {"contacts": contacts, "duration": phase.duration, "end": end.value}
         for contacts, phase, end in zip(feet, gait.trajectory.phases, ends, strict=True)
@@ -386,7 +393,7 @@ def _bytes(array: NDArray[Any]) -> bytes:
 
 
 def _gait(members: _Arrays, meta: Mapping[str, object], more: Mapping[str, Any]) -> Gait:
-    names = (*array_names(), *FOOT, *LANDING, *DOUBLE)
+    names = (*array_names(), *FOOT, *LANDING, *FLAT, *DOUBLE)
     arrays: dict[str, Any] = {n: members[n] for n in names if n in members}
     return Gait(
         **arrays,
@@ -481,6 +488,9 @@ def _joined(members: _Arrays) -> _Arrays:
             found[f"{part}_knots"] = begins[k] + found[f"{part}_knots"]
     if closing:
         found |= _closed(members, count, float(begins[-1]), found)
+    elif _REAR[0].name in members and count > 1:
+        found["flat_rates"] = np.array([splines[0][-1], splines[1][-2]])
+        found["rear_impulse"] = members[_REAR[0].name]
     return found
 
 

@@ -118,7 +118,13 @@ def _guessed_step(
         geometry[DURATION] * (1.0 - inner[-1]) if turns.turns else geometry[DURATION] / (count + 1)
     )
     rate_before = _RATE_FRACTION * (q_end - knots[-1]) / last
-    return layout.pack(np.array(knots), rate_before, start.q, geometry, turns.parameters)
+    more = turns.parameters
+    if layout.slapping:  # the rate at which the guess passes there
+        shares = problem.model.basis.knots
+        rates = np.gradient(np.array([start.q, *knots, q_end]), geometry[DURATION] * shares, axis=0)
+        flat = int(np.argmin(np.abs(shares - problem.schedule.first.end)))
+        more = np.concatenate([more, rates[flat]])
+    return layout.pack(np.array(knots), rate_before, start.q, geometry, more)
 
 
 def transition_guess(problem: TransitionProblem) -> Array:

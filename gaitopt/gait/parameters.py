@@ -81,6 +81,7 @@ class Layout:
             instead of inverse kinematics.
         turning: whether the stance foot turns at the end of the step, see `foot_turn`.
         landing: whether it lands on a line of its sole and turns at the start of the step.
+        slapping: whether it then comes to lie flat by an impact: the rates before that are in x.
         closing: whether both feet stand at the end of the step, see `double_step`: then the stance
             leg of six joints has two more postures, and the front foot a wrench.
         striking: whether an impact begins that: then the stance leg has one bend more, and the
@@ -99,6 +100,7 @@ class Layout:
     peak: bool = False
     closing: bool = False
     striking: bool = False
+    slapping: bool = False
 
     @cached_property
     def free(self) -> list[int]:
@@ -139,7 +141,7 @@ class Layout:
     @property
     def of_joints(self) -> list[int]:
         """Entries that are angles or rates of joints."""
-        return list(range(self.start.stop))
+        return [*range(self.start.stop), *range(self.flat.start, self.flat.stop)]
 
     @cached_property
     def turn(self) -> slice:
@@ -149,13 +151,19 @@ class Layout:
     @cached_property
     def landed(self) -> slice:
         """Entries of the foot's turn after its landing, the angle at the landing first; or none."""
-        return slice(self.turn.stop, self.turn.stop + len(foot_turn.LANDING_NAMES) * self.landing)
+        count = len(foot_turn.LANDING_NAMES) * self.landing + self.slapping
+        return slice(self.turn.stop, self.turn.stop + count)
+
+    @cached_property
+    def flat(self) -> slice:
+        """Entries of the joint rates before an impact by which the foot comes to lie flat."""
+        return slice(self.landed.stop, self.landed.stop + self.joints * self.slapping)
 
     @cached_property
     def late(self) -> slice:
         """Entries that bend the stance leg while both feet stand; or none."""
         count = len(self.bends) * _LEG
-        return slice(self.landed.stop, self.landed.stop + count)
+        return slice(self.flat.stop, self.flat.stop + count)
 
     @property
     def bends(self) -> tuple[str, ...]:
@@ -213,6 +221,8 @@ class Layout:
         start = [f"{j}_at_start" for j in self.joint_names] if self.lifted else []
         turn = foot_turn.NAMES if self.turning else ()
         turn = (*turn, *(foot_turn.LANDING_NAMES if self.landing else ()))
+        if self.slapping:
+            turn = (*turn, foot_turn.SLAP_NAME, *(f"{j}_rate_at_flat" for j in self.joint_names))
         turn = (*turn, *late)
         peak = (PEAK_NAME,) if self.peak else ()
         return (*knots, *rates, *start, *(self.geometry[i].name for i in self.free), *turn, *peak)
@@ -261,6 +271,9 @@ class Layout:
             lower[self.turn], upper[self.turn] = 0.0, foot_turn.LARGEST_ANGLE
             upper[self.turn.stop - 1] = foot_turn.LARGEST_RATE
         lower[self.landed], upper[self.landed] = 0.0, foot_turn.LARGEST_ANGLE
+        if self.slapping:
+            last = self.landed.stop - 1
+            lower[last], upper[last] = -foot_turn.LARGEST_RATE, 0.0
         lower[self.largest] = 0.0
         return lower, upper
 
@@ -273,6 +286,9 @@ class Layout:
             scale[self.turn] = foot_turn.ANGLE_SCALE
             scale[self.turn.stop - 1] = foot_turn.RATE_SCALE
         scale[self.landed] = foot_turn.ANGLE_SCALE
+        if self.slapping:
+            scale[self.landed.stop - 1] = foot_turn.RATE_SCALE
+        scale[self.flat] = RATE_SCALE
         scale[self.late] = BEND_SCALE
         wrench = np.repeat([FORCE_SCALE, MOMENT_SCALE], 3)
         scale[self.front] = np.tile(wrench, 4 * self.closing)

@@ -444,6 +444,7 @@ def walk_layout(robot: Robot, task: Task) -> Layout | StrideLayout:
     layout = Layout(
         robot.joint_names, task.postures, table, task.boundary == "lifted", leaving,
         task.ground.rise, landing, PEAK in task.cost.reads, schedule.closing, schedule.striking,
+        schedule.slapping,
     )  # fmt: skip
     return layout if task.steps == 1 else stride_layout(layout, robot, task)
 

@@ -94,8 +94,8 @@ IMPULSE = Quantity(
 )
 REAR_IMPULSE = Quantity(
     "rear_impulse", "N·s, N·m·s",
-    "rear sole: of the ground on the foot, at an impact after which both stand; no entries in "
-    "other walks", _WRENCH, ("",),
+    "standing sole: of the ground on the foot, at an impact after which both stand or by which it "
+    "comes to lie flat; no entries in other walks", _WRENCH, ("",),
 )  # fmt: skip
 SOLE_TWIST = Quantity(
     "sole_twist", "m/s, rad/s", "footprint of the old stance sole, after the impact",

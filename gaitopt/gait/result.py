@@ -18,6 +18,7 @@ from gaitopt.errors import InputError
 from gaitopt.gait.costs import TorqueCost, per_second
 from gaitopt.gait.spline import bernstein
 from gaitopt.gait.trajectory import FootTurning, Trajectory, TrajectoryPhase, fitted_coefficients
+from gaitopt.model.joint_tree import TWIST
 from gaitopt.model.multibody import Multibody
 from gaitopt.nlp import Array
 
@@ -65,6 +66,8 @@ DOUBLE: dict[str, tuple[int | str, ...]] = {
     "rear_impulse": ("6 or 0",),
 }
 """Arrays of the double support, empty where an impact ends the step."""
+FLAT: dict[str, tuple[int | str, ...]] = {"flat_rates": ("2 or 0", "J")}
+"""Array of an impact by which the foot comes to lie flat, empty where it does so without."""
 _MULTIPLIERS: dict[str, tuple[int | str, ...]] = {
     "multipliers": ("R",),
     "bound_multipliers": ("P",),
@@ -128,6 +131,9 @@ class Gait:
         landing_hinge, landing_knots, landing_coefficients, landing_contact: the same of its turn
             from the start of the step, on the line on which it landed, "heel line", to the instant
             at which it is flat, one of `knots`; empty where it lands flat.
+        flat_rates: joint rates before and after an impact by which it comes to lie flat [rad/s], at
+            the last of the landing knots, where `coefficients` are of two splines; shape (2, J), or
+            (0, J) where there is none.
         double_knots, double_coefficients: of the splines after touch-down, where both feet stand,
             as `knots` and `coefficients`, from the last of the knots on: the leg that has landed is
             near its splines, where its sole stays; empty where an impact ends the step.
@@ -135,7 +141,8 @@ class Gait:
             cubic of time in Bernstein's form, force [N] and moment [N·m], shape (4, 6) or (0, 6).
         rear_impulse: of the ground on the rear foot, in its sole frame, where an impact that both
             feet take begins the double support [N·s, N·m·s], shape (6,) or (0,); `impulse` and the
-            rates around it are of the same instant.
+            rates around it are of the same instant. Where the foot comes to lie flat by an impact
+            it is that of the ground on this foot, then.
         second: the step after this one, where that is no mirror image of it, in a stride of two:
             seen as its own mirror image, with E like this one, so that its next step is this one.
         meta: JSON-able record (task, limits, sole, mass, cost, solver, status, certificate,
@@ -178,6 +185,7 @@ class Gait:
     landing_knots: Array = field(default_factory=lambda: np.zeros(0))
     landing_coefficients: Array = field(default_factory=lambda: np.zeros(0))
     landing_contact: str = ""
+    flat_rates: Array = None  # type: ignore[assignment]  # from then on an array
     double_knots: Array = field(default_factory=lambda: np.zeros(0))
     double_coefficients: Array = None  # type: ignore[assignment]  # from then on an array
     front_wrench: Array = field(default_factory=lambda: np.zeros((0, 6)))
@@ -198,13 +206,15 @@ class Gait:
         for name in ("urdf", "stance_sole", "swing_sole_frame"):
             if not isinstance(getattr(self, name), str) or not getattr(self, name):
                 raise InputError(f"the gait's '{name}' must be a non-empty text")
-        if self.double_coefficients is None:
-            object.__setattr__(self, "double_coefficients", np.zeros((0, len(self.joint_names))))
-        for name in DOUBLE:
+        for name in ("double_coefficients", "flat_rates"):
+            if getattr(self, name) is None:
+                object.__setattr__(self, name, np.zeros((0, len(self.joint_names))))
+        for name in (*DOUBLE, *FLAT):
             object.__setattr__(self, name, _frozen(name, getattr(self, name)))
         object.__setattr__(self, "meta", _json_copy(self.meta))
         _check_times(self)
         _check_foot(self)
+        _check_flat(self)
         _check_double(self)
         if self.coefficients is None:
             object.__setattr__(self, "coefficients", _frozen("coefficients", _fitted(self)))
@@ -283,7 +293,12 @@ class Gait:
     @property
     def striking(self) -> bool:
         """Whether that begins with an impact; otherwise the foot touches down at zero speed."""
-        return bool(self.rear_impulse.size)
+        return self.closing and bool(self.rear_impulse.size)
+
+    @property
+    def slapping(self) -> bool:
+        """Whether a foot that landed on a line of its sole comes to lie flat by an impact."""
+        return bool(self.flat_rates.size)
 
     def front_wrench_at(self, times: Array) -> Array:
         """Return the wrench on the front foot at times [s] of the double support, (N, 6)."""
@@ -407,7 +422,7 @@ class Gait:
         """Return the phases of the step, each with its splines."""
         phases = [TrajectoryPhase(0, self.knots, self.coefficients)]
         if self.lands_on_line:
-            first, rest = phases[0].split(self.flat_from)
+            first, rest = phases[0].split(self.flat_from, self.flat_rates)
             landed = FootTurning(self.landing_hinge, self.landing_knots, self.landing_coefficients)
             phases = [replace(first, turning=landed), rest]
         after: FootTurning | None = None
@@ -498,7 +513,7 @@ def _fitted(gait: Gait) -> Array:
 
 
 def _frozen(name: str, value: object) -> Array:
-    shape = {**SHAPES, **FOOT, **LANDING, **DOUBLE, **_MULTIPLIERS}[name]
+    shape = {**SHAPES, **FOOT, **LANDING, **FLAT, **DOUBLE, **_MULTIPLIERS}[name]
     if isinstance(value, Sized) and shape[0] == "N":
         at_most(len(value), INSTANTS, f"instants in the gait's '{name}'")
     try:
@@ -560,12 +575,25 @@ def _check_sizes(gait: Gait) -> None:
         )
 
 
+def _check_flat(gait: Gait) -> None:
+    """Refuse an impact by which the foot comes to lie flat that does not fit the step."""
+    rates = gait.flat_rates
+    if rates.size == 0:
+        return
+    fits = rates.shape == (2, len(gait.joint_names)) and gait.rear_impulse.size == TWIST
+    if not fits or not gait.lands_on_line or gait.closing:
+        raise InputError(
+            "the gait's flat_rates must be two rows with a rate of every joint, of a foot that "
+            "landed on a line of its sole, with six values of rear_impulse and no double support"
+        )
+
+
 def _check_double(gait: Gait) -> None:
     """Refuse a double support that does not fit the step."""
     knots = gait.double_knots
     sizes = gait.double_coefficients.shape, gait.front_wrench.shape
     joints = len(gait.joint_names)
-    rear = gait.rear_impulse.size
+    rear = 0 if gait.slapping else gait.rear_impulse.size
     if knots.size == gait.double_coefficients.size == gait.front_wrench.size == rear == 0:
         return
     if rear not in (0, 6):

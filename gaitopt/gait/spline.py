@@ -99,6 +99,52 @@ def two_splines(early: Array, late: Array, instants: Array, later: NDArray[np.bo
     return TwoSplines((first, second), later)
 
 
+@dataclass(frozen=True)
+class JumpingSpline:
+    """A spline whose rates jump at one of its knots.
+
+    Coefficients are ordered: value at each of the n knots but the last, rates before and after the
+    jump, then as of a `SplineBasis`: last value, rate at the start, rate at the end.
+
+    Attributes:
+        parts: before and after the jump.
+        columns: from these coefficients to those of the parts, constant, shape (n + 5, n + 4).
+    """
+
+    parts: TwoSplines
+    columns: Array
+
+    @property
+    def knots(self) -> Array:
+        """Knots from 0 to 1, shape (n,)."""
+        return self.parts.knots
+
+    @property
+    def instants(self) -> Array:
+        """The instants s, shape (N,)."""
+        return self.parts.instants
+
+    def at(self, duration: float, order: int = 0) -> Array:
+        """Return the map for step duration T, as of `SplineBasis`, shape (N, 3, n + 4)."""
+        return np.asarray(self.parts.at(duration, order) @ self.columns)
+
+
+def jumping_spline(knots: Array, instants: Array, jump: float) -> JumpingSpline:
+    """Build the basis of a spline whose rates jump at a knot; at that instant they have not yet.
+
+    Args:
+        knots, instants: as of `spline_basis`.
+        jump: one of the inner knots.
+    """
+    at = int(np.argmin(np.abs(knots - jump)))
+    parts = two_splines(knots[: at + 1], knots[at:], instants, instants > knots[at])
+    n = knots.size
+    values = [*range(n - 1), n + 1]
+    before, after, start, end = n - 1, n, n + 2, n + 3
+    order = [*values[: at + 1], start, before, *values[at:], after, end]
+    return JumpingSpline(parts, np.eye(n + 4)[order])
+
+
 def spline_basis(knots: Array, instants: Array) -> SplineBasis:
     """Build the basis for knots and instants in s = t / T.
 

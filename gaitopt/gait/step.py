@@ -22,6 +22,7 @@ from gaitopt.gait.parameters import DURATION, STEP_LENGTH
 from gaitopt.gait.quantities import Quantity
 from gaitopt.mechanics.closed_chain import ClosedMotion
 from gaitopt.mechanics.closed_impact import ClosedJump
+from gaitopt.mechanics.foot_flat import FlatJump
 from gaitopt.mechanics.forward_kinematics import (
     ForwardKinematics,
     Placements,
@@ -67,7 +68,8 @@ class Step:
         q_end: posture at the end, E q_start, (n,).
         rate_before: joint rates before the impact (n,) [rad/s].
         impact: the robot just after it.
-        coefficients: of the spline (k + 4, n): knots, rate at start, rate at end.
+        coefficients: of the spline (k + 4, n): knots, rate at start, rate at end; where the rates
+            jump inside the step, as of `JumpingSpline`, (k + 6, n).
         motion: q, dq, ddq at the instants, shape (3, N, n).
         turn: the stance foot before the impact; None where it stands flat.
         landed: the landing foot after it; None where it lands flat.
@@ -80,6 +82,8 @@ class Step:
             lift-off, and `coefficients` are the stance leg's, (k + 6, 6); where an impact begins
             the double support `rate_before` and `impact` are of that, and they are those until
             then and those from then on, (k + 4 + 5, 6).
+        flat: the impact by which a foot that landed on a line comes to lie flat; None where it does
+            so without.
     """
 
     x: Array
@@ -96,6 +100,7 @@ class Step:
     turn: Turning | None = None
     landed: Turning | None = None
     double: DoubleSupportPart | None = None
+    flat: FlatJump | None = None
 
     @property
     def hinges(self) -> int:
@@ -118,6 +123,15 @@ class Step:
         """Impulse of the ground on the landing foot, in its footprint, shape (6,)."""
         impulse = self.impact.impulse
         return impulse if self.landed is None else self.landed.on_ground @ impulse
+
+    @property
+    def impulse_standing(self) -> Array:
+        """Impulse of the ground on the foot that stands, in its footprint, (6,); or none, (0,)."""
+        if self.flat is not None:
+            return self.flat.impulse
+        if self.double is not None and self.double.struck is not None:
+            return self.double.struck.rear
+        return np.zeros(0)
 
     @property
     def duration(self) -> float:
@@ -153,11 +167,7 @@ class Step:
             quantities.FRONT_WRENCH: (
                 np.zeros((len(effort), 0)) if self.double is None else self.double.front
             ),
-            quantities.REAR_IMPULSE: (
-                np.zeros((1, 0))
-                if self.double is None or self.double.struck is None
-                else self.double.struck.rear[None]
-            ),
+            quantities.REAR_IMPULSE: self.impulse_standing[None],
             quantities.ADVANCE: np.zeros((1, 0)),
             **self.optional,
         }

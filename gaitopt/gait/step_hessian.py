@@ -102,12 +102,15 @@ class StepAdjoint:
             shape (N, 3, h + n).
         q_start: weights of the posture at the start through spline and impact, shape (n,).
         impact: the impact with its weights.
+        after_flat: weights of the rates after an impact by which the foot comes to lie flat, (n,);
+            they are such where there is one.
     """
 
     effort: Array
     by_order: Array
     q_start: Array
     impact: WeightedImpact
+    after_flat: Array
 
     @property
     def by_sample(self) -> Array:
@@ -151,7 +154,7 @@ def cycle_adjoint(
         if k or repeats:
             at_end = maps[(k - 1) % count][-3] + ends[(k - 1) % count][0]
             q_start = q_start + models[k].exchange.T @ at_end
-        found.append(StepAdjoint(effort, by_order, q_start, ends[k][1]))
+        found.append(StepAdjoint(effort, by_order, q_start, ends[k][1], on_coefficients[-4]))
     return found
 
 
@@ -243,6 +246,10 @@ def _own_hessian(
     if step.landed is not None:
         H += _impulse_hessian(step, derivatives, first[quantities.IMPULSE][0])
     H += inputs.T @ impact.hessian(at_impact) @ inputs
+    if step.flat is not None:
+        pushed = first[quantities.REAR_IMPULSE][0]
+        bent = model.flat_impact.hessian(step.flat, back.after_flat, pushed)
+        H += model.at_flat.T @ bent @ model.at_flat
     posture = model.boundary.hessian(
         step.posture, derivatives.posture, back.q_start,
         first[quantities.LEGS], first[quantities.GAPS],

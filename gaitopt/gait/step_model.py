@@ -31,7 +31,7 @@ from gaitopt.gait.foot_turn import FootTurn, foot_turn, landing_turn
 from gaitopt.gait.grid import Grid
 from gaitopt.gait.parameters import DURATION, FOOT_YAW, Chart, Layout, identity_chart
 from gaitopt.gait.quantities import Quantity
-from gaitopt.gait.spline import spline_basis
+from gaitopt.gait.spline import JumpingSpline, SplineBasis, jumping_spline, spline_basis
 from gaitopt.gait.step import (
     PostureQuantities,
     ShapedTurn,
@@ -42,6 +42,7 @@ from gaitopt.gait.step import (
     foot_turn_rows,
     with_foot,
 )
+from gaitopt.mechanics.foot_flat import FlatImpact, FlatJump
 from gaitopt.mechanics.forward_kinematics import PostureQuantityDerivatives
 from gaitopt.mechanics.hinged import standing_robot
 from gaitopt.mechanics.impact import Impact, ImpactDerivatives, ImpactState, Turning
@@ -91,13 +92,23 @@ class StepModel:
             self.at_start[row] = self._before.matrix[layout.turn.start]
         # Takes the joints from the end of a step to the start of the next, Eqs. (26) and (27).
         self.exchange = self.schedule.symmetry.joint_map(robot)
-        self.basis = spline_basis(self.schedule.knots(layout.postures), grid.instants)
+        knots = self.schedule.knots(layout.postures)
+        self.basis: SplineBasis | JumpingSpline = spline_basis(knots, grid.instants)
         one, last = self.schedule.first.contact, self.schedule.last.contact
         self.line, self.hinge = one.hinge(robot.sole), last.hinge(robot.sole)
         self.landing_turn = (
             None if self.line is None else landing_turn(self.schedule, grid.instants)
         )
         self.foot_turn = None if self.hinge is None else foot_turn(self.schedule, grid.instants)
+        self._flat_impact: FlatImpact | None = None
+        if self.schedule.slapping and self.line is not None:
+            flat = float(self.schedule.changes[0])
+            self.basis = jumping_spline(knots, grid.instants, flat)
+            self._flat_impact = FlatImpact(robot, self.line)
+            first = (int(np.argmin(np.abs(knots - flat))) - 1) * layout.joints
+            # the posture there, and the rate of the foot, of which the jump is a function
+            posture = range(first, first + layout.joints)
+            self._at_flat = np.array([*posture, layout.landed.stop - 1])
         # with the hinges of a foot that turns
         self.standing = standing_robot(robot, *self.schedule.contacts)
         self._support = SingleSupport(self.standing, grid.count)
@@ -170,6 +181,18 @@ class StepModel:
             posture = self.boundary.posture(geometry, z[self.layout.start])
         return Opening(z, geometry, posture)
 
+    @property
+    def flat_impact(self) -> FlatImpact:
+        """The impact by which the foot comes to lie flat, of a schedule that has one."""
+        assert self._flat_impact is not None
+        return self._flat_impact
+
+    @property
+    def at_flat(self) -> Array:
+        """Derivatives in x of the posture and of the foot's rate at that impact, (n + 1, P)."""
+        found: Array = self.chart.matrix[self._at_flat]
+        return found
+
     def landing(self, opening: Opening, following: Opening) -> Landing:
         """Return the end of the step and the impact, Eqs. (26) and (16) to (20).
 
@@ -237,18 +260,25 @@ class StepModel:
         return Turning(self.line, angle, impact.turn_rate)
 
     def _course(self, opening: Opening, landing: Landing, before: ImpactState) -> _Course:
-        z, geometry = opening.z, opening.geometry
+        z, geometry, flat = opening.z, opening.geometry, None
+        rates = []
+        if self._flat_impact is not None:
+            *posture, rate = z[self._at_flat]
+            flat = self._flat_impact.at(np.array(posture), float(rate))
+            rates = [z[self.layout.flat], z[self.layout.flat] + flat.jump]
         coefficients = np.vstack(
             [
                 opening.posture.q_start,
                 z[self.layout.knots].reshape(-1, self.layout.joints),
+                *rates,
                 landing.q_end,
                 self.exchange @ before.rate_after,
                 landing.rate_before,
             ]
         )
         motion = self._motion(coefficients, geometry)
-        return _Course(coefficients, motion, self._foot_motion(z, before.turn_rate, geometry))
+        foot = self._foot_motion(z, before.turn_rate, geometry)
+        return _Course(coefficients, motion, foot, flat)
 
     def _step(
         self,
@@ -266,7 +296,7 @@ class StepModel:
         return Step(
             opening.z, opening.geometry, opening.posture, landing.q_end, landing.rate_before,
             landing.impact, course.coefficients, course.motion, support,
-            optional, course.foot, landing.turn, landing.landed,
+            optional, course.foot, landing.turn, landing.landed, flat=course.flat,
         )  # fmt: skip
 
     def _motion(self, coefficients: Array, geometry: Array) -> Array:
@@ -344,8 +374,12 @@ class StepModel:
         boundary = self.at_start
         knots = matrix[self.layout.knots].reshape(self.layout.postures, n, -1)
         rate_start = self.exchange @ before[6 : 6 + n]
+        rates, of_flat = [], np.zeros((0, matrix.shape[1]))
+        if step.flat is not None:
+            jump, of_flat = np.split(step.flat.along @ self.at_flat, [n])
+            rates = [matrix[self.layout.flat], matrix[self.layout.flat] + jump]
         coefficients = np.concatenate(
-            [q_start[None], knots, [q_end, rate_start, matrix[self.layout.rates]]]
+            [q_start[None], knots, [*rates, q_end, rate_start, matrix[self.layout.rates]]]
         )
         turns = self._shaped(step, turn_rate, before)
         motion = self._motion_jacobian(step, coefficients, turns)
@@ -375,7 +409,7 @@ class StepModel:
             quantities.FOOT_TURN: foot_turn_rows(hinges),
             quantities.FRONT_WRENCH: np.zeros((len(motion), 0, matrix.shape[1])),
             quantities.PEAK: np.tile(matrix[self.layout.largest], (len(motion), 1, 1)),
-            quantities.REAR_IMPULSE: np.zeros((1, 0, matrix.shape[1])),
+            quantities.REAR_IMPULSE: of_flat[None],
             quantities.ADVANCE: np.zeros((1, 0, matrix.shape[1])),
             **chained(local.optional, angles, self._yaw_jacobian(yaw_end)),
         }
@@ -486,6 +520,7 @@ class _Course:
     coefficients: Array
     motion: Array
     foot: Array
+    flat: FlatJump | None
 
     @cached_property
     def whole(self) -> Array:

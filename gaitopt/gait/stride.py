@@ -199,8 +199,11 @@ class StrideLayout(StepsLayout):
     @property
     def of_joints(self) -> list[int]:
         """Entries of x that are angles or rates of joints."""
-        count, first = self.steps[0].start.stop, len(self.own[0])
-        return [*range(count), *range(first, first + count)]
+        found, begin = [], 0
+        for layout, own in zip(self.steps, self.own, strict=True):
+            found += [begin + k for k in np.flatnonzero(np.isin(own, layout.of_joints)).tolist()]
+            begin += len(own)
+        return found
 
     def index(self, name: str) -> int | None:
         """Return where a geometric quantity stands in x, of the first step, or None if fixed."""

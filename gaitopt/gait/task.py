@@ -52,7 +52,7 @@ from gaitopt.units import SLOPE
 
 SPEED_AS = ("constraint", "penalty")
 BOUNDARIES = ("closed", "lifted")
-TOUCH_DOWNS = ("gentle", "impact")
+TOUCH_DOWNS = FOOT_FLAT = ("gentle", "impact")
 EARLIEST, LATEST = 0.1, 0.95
 """Shares of the step between which the foot may begin to turn about its toe."""
 SOONEST, FLAT_BY = 0.05, 0.5
@@ -100,6 +100,8 @@ class Task:
         toe_strip: within which the centre of pressure then is, behind that edge [m].
         heel_strike: share of the step until which the foot that landed on its rear edge rolls flat;
             None: it lands flat.
+        foot_flat: how it comes to lie flat: "gentle", its rate falling to zero, or by an "impact"
+            of the whole sole.
         double_support: time for which both feet stand at the end of the step [s]; None: an impact
             ends it. Where the duration is free, its share of the step is that of the first guess.
         touch_down: how that begins: "gentle", at zero speed, or with an "impact" after which both
@@ -162,6 +164,13 @@ class Task:
         None, "Share of the step until which the foot, landed on its heel, rolls flat.",
         metavar="SHARE",
     )  # fmt: skip
+    foot_flat: str = entry(
+        "gentle",
+        "How the foot comes to lie flat after a heel strike: its rate falling to zero, or by an "
+        "impact.",
+        choices=FOOT_FLAT,
+        metavar="KIND",
+    )
     double_support: float | None = entry(
         None, "Time for which both feet stand, after a touch-down at zero speed.", "s"
     )
@@ -259,6 +268,15 @@ class Task:
             )
         _check_toe_off(self.toe_off, self.toe_strip)
         _check_heel_strike(self.heel_strike, self.heel_strip, self.toe_off)
+        if self.foot_flat not in FOOT_FLAT:
+            raise InputError(
+                f"foot_flat is {shown(self.foot_flat)}; choose {' or '.join(FOOT_FLAT)}"
+            )
+        if self.foot_flat == "impact" and self.heel_strike is None:
+            raise InputError(
+                "foot_flat 'impact' is how a foot comes to lie flat that landed on its heel; give "
+                "heel_strike, or leave it out"
+            )
         self._check_double_support()
         if not self.geometry[STEP_LENGTH].free and self.speed_as == "constraint":
             raise InputError("step_length is fixed; free it, or take the speed as a penalty")
@@ -445,7 +463,9 @@ class Task:
             return Schedule((Phase(FlatFoot(), leaving, PhaseEnd.SMOOTH), *closing))
         phases = [Phase(FlatFoot())]
         if landing is not None:
-            phases = [Phase(HeelLine(self.heel_strip), landing, PhaseEnd.SMOOTH), *phases]
+            softly = self.foot_flat == "gentle"
+            ends = PhaseEnd.SMOOTH if softly else PhaseEnd.FOOT_FLAT
+            phases = [Phase(HeelLine(self.heel_strip), landing, ends), *phases]
         if leaving is not None:
             flat = Phase(FlatFoot(), leaving, PhaseEnd.SMOOTH)
             phases = [*phases[:-1], flat, Phase(ToeLine(self.toe_strip))]

@@ -114,9 +114,11 @@ class TrajectoryPhase:
             return np.zeros((len(times), 6))
         return np.asarray(bernstein(np.clip(times / self.duration, 0.0, 1.0)) @ self.front)
 
-    def split(self, at: float) -> tuple[TrajectoryPhase, TrajectoryPhase]:
-        """Return its parts before and after one of its inner knots [s]."""
-        before, after = split_spline(self.knots, self.coefficients, at)
+    def split(
+        self, at: float, rates: Array | None = None
+    ) -> tuple[TrajectoryPhase, TrajectoryPhase]:
+        """Return its parts before and after one of its inner knots [s]; `rates` as `split_spline`."""
+        before, after = split_spline(self.knots, self.coefficients, at, rates)
         return TrajectoryPhase(self.standing, *before), TrajectoryPhase(self.standing, *after)
 
 
@@ -134,19 +136,21 @@ def clamped_spline(knots: Array, coefficients: Array, times: Array) -> Array:
 
 
 def split_spline(
-    knots: Array, coefficients: Array, at: float
+    knots: Array, coefficients: Array, at: float, rates: Array | None = None
 ) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
     """Return knots and coefficients of a clamped spline before and after one of its inner knots.
 
     Args:
         knots, coefficients: as of `clamped_spline`.
         at: the knot [s].
+        rates: before and after it, (2, n), where they jump; None or no rows: those of the spline.
     """
     inner = int(np.argmin(np.abs(knots - at)))
-    rate = clamped_spline(knots, coefficients, knots[inner : inner + 1])[1]
+    if rates is None or not rates.size:
+        rates = clamped_spline(knots, coefficients, knots[[inner, inner]])[1]
     values, first, last = coefficients[:-2], coefficients[-2:-1], coefficients[-1:]
-    before = np.concatenate([values[: inner + 1], first, rate])
-    after = np.concatenate([values[inner:], rate, last])
+    before = np.concatenate([values[: inner + 1], first, rates[:1]])
+    after = np.concatenate([values[inner:], rates[1:], last])
     return (knots[: inner + 1], before), (knots[inner:] - knots[inner], after)
 
 

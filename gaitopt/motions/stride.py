@@ -90,9 +90,14 @@ def cubic_pieces(gait: Gait) -> Array:
 
     In piece k the angle is a0 + a1 s + a2 s² + a3 s³, s the time since the knot before it.
     """
-    q, dq, ddq = TrajectoryPhase(0, gait.knots, gait.coefficients).motion(gait.knots)
-    jerk = np.diff(ddq, axis=0) / np.diff(gait.knots)[:, None]
-    return np.stack([q[:-1], dq[:-1], ddq[:-1] / 2.0, jerk / 6.0], axis=-1)
+    whole = TrajectoryPhase(0, gait.knots, gait.coefficients)
+    parts = whole.split(gait.flat_from, gait.flat_rates) if gait.slapping else (whole,)
+    pieces = []
+    for part in parts:
+        q, dq, ddq = part.motion(part.knots)
+        jerk = np.diff(ddq, axis=0) / np.diff(part.knots)[:, None]
+        pieces.append(np.stack([q[:-1], dq[:-1], ddq[:-1] / 2.0, jerk / 6.0], axis=-1))
+    return np.concatenate(pieces)
 
 
 def csv_text(gait: Gait, samples: Mapping[str, Array]) -> str:
@@ -239,12 +244,14 @@ def _foot_turns(gait: Gait, part: str) -> object:
 
 def _foot_turn(gait: Gait, part: str) -> dict[str, object]:
     """Return how the standing foot turns, "foot" before it leaves, "landing" after it landed."""
+    slaps = gait.slapping and part == "landing"
     return {
         "contact": getattr(gait, f"{part}_contact"),
         "hinge": getattr(gait, f"{part}_hinge").tolist(),
         "formula": "clamped cubic spline: angles at the knots, then rates at both ends",
         "knots": getattr(gait, f"{part}_knots").tolist(),
         "coefficients": getattr(gait, f"{part}_coefficients").tolist(),
+        **({"impulse_at_the_end": _named(gait.rear_impulse)} if slaps else {}),
     }
 
 
@@ -262,16 +269,18 @@ def _double(gait: Gait) -> dict[str, object]:
     }
 
 
+def _named(impulse: Array) -> dict[str, float]:
+    return dict(zip(_IMPULSE, impulse.tolist(), strict=True))
+
+
 def _impact(gait: Gait) -> dict[str, object]:
     """Return what happens at the landing in step 0, at its end or as both feet come to stand."""
     rates = {"before": gait.rate_before, "after": gait.rate_after}
     rates["jump"] = gait.rate_after - gait.rate_before
     q = gait.q[-1]
     return {
-        "impulse_in_landing_sole": dict(zip(_IMPULSE, gait.impulse.tolist(), strict=True)),
-        "impulse_in_rear_sole": (
-            dict(zip(_IMPULSE, gait.rear_impulse.tolist(), strict=True)) if gait.striking else None
-        ),
+        "impulse_in_landing_sole": _named(gait.impulse),
+        "impulse_in_rear_sole": _named(gait.rear_impulse) if gait.striking else None,
         "rates": {
             name: dict(
                 zip(joint_names(gait), with_followers(gait, values, q).tolist(), strict=True)

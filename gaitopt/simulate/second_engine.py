@@ -108,15 +108,21 @@ def _step(gait: Gait, number: int, instants: int) -> dict[str, float]:
         wrench[row] = _in_sole(robot, data, foot, ground)
     stated = samples.torque[:, trajectory.body.moving] - friction
     on_foot = samples.wrench[np.arange(instants), samples.standing]
+    begin, turned = number * trajectory.step_duration, _MIRRORED if number == 1 else np.ones(6)
+    stated_impulse, after = own.impulse * turned, E @ own.rate_after
     if gait.striking:
-        rate_after, impulse = _impact_of_both(robot, data, gait)
-        stated_impulse, after = np.concatenate([gait.impulse, gait.rear_impulse]), gait.rate_after
+        touch = begin + float(own.knots[-1])
+        rate_after, impulse = _impact_inside(robot, data, trajectory, touch, True)
+        stated_impulse = np.concatenate([stated_impulse, own.rear_impulse * turned])
     else:
         rate_after, impulse = impact(robot, data, 1 - number, gait)
-        stated_impulse, after = (
-            own.impulse * (_MIRRORED if number == 1 else 1.0),
-            E @ own.rate_after,
+    if gait.slapping:
+        flat = _impact_inside(robot, data, trajectory, begin + own.flat_from, False)
+        rate_after, impulse = (
+            np.concatenate(p) for p in zip((rate_after, impulse), flat, strict=True)
         )
+        stated_impulse = np.concatenate([stated_impulse, own.rear_impulse * turned])
+        after = np.concatenate([after, E @ own.flat_rates[1]])
     pace = float(np.linalg.norm(samples.base_twist[:, :3], axis=1).max())
     return {
         "torque": _difference(torque, stated),
@@ -154,20 +160,29 @@ def impact(
     return after, np.asarray(found)
 
 
-def _impact_of_both(robot: SimulatedRobot, data: mujoco.MjData, gait: Gait) -> tuple[Array, Array]:
-    """Return the rates after both feet stop, and the impulses on front and rear foot, (12,).
+def _impact_inside(
+    robot: SimulatedRobot, data: mujoco.MjData, trajectory: Trajectory, time: float, front: bool
+) -> tuple[Array, Array]:
+    """Return the motors' rates after an impact inside a step, and the impulse on each foot.
 
-    At the instant at which they do, from the rates before it; each impulse in its sole frame.
+    Args:
+        robot, data: of the engine.
+        trajectory: from which the rates before it are.
+        time: of the impact [s].
+        front: whether it stops both feet, or the standing one alone.
+
+    Returns:
+        The rates, and impulses in the sole frames, the front foot's first.
     """
-    before = gait.trajectory.at(np.array([gait.knots[-1]]), before=np.array([True]))
+    before = trajectory.at([time], before=True)
     q, v = before.configuration[0], before.velocity[0]
     data.qpos[:], data.qvel[:] = robot.position(q), robot.velocity(q, v)
     mujoco.mj_forward(robot.model, data)
-    rear = int(before.standing[0])
-    feet = (1 - rear, rear)
+    standing = int(before.standing[0])
+    feet = (1 - standing, standing) if front else (standing,)
     J = np.concatenate([sole_jacobian(robot, data, foot) for foot in feet])
     after, impulse = _stopped(robot, data, J)
-    each = zip(feet, np.split(impulse, 2), strict=True)
+    each = zip(feet, np.split(impulse, len(feet)), strict=True)
     return after, np.concatenate([_in_sole(robot, data, foot, push) for foot, push in each])
 
 
