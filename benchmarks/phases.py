@@ -135,7 +135,9 @@ def others(quick: bool) -> Iterator[dict[str, Any]]:
         for speed, duration in walks[: 1 if quick else None]:
             task = preset_task("humanoid", robot, speed=speed, duration=duration, toe_off=BEGIN)
             for found in attempted(robot, task):
-                choice = found.gait.meta["toe_off"]
+                times = found.gait.meta["phase_times"]
+                begin = times["found"] and times["found"]["toe_off"]
+                choice = {name: times[name] for name in ("cost", "flat_cost")} | {"begin": begin}
                 row = {"robot": name, "speed": speed, "choice": choice}
                 yield {**row, "kept": record(found)}
 

@@ -97,7 +97,7 @@ def _sweep_settings(words: Sequence[str]) -> Panels:
 def _compare_settings(words: Sequence[str]) -> Panels:
     from gaitopt.cli.config import COMPARISON
 
-    others = ("solver", "starts", "refine", "approach", "toe_begin", "differences")
+    others = ("solver", "starts", "refine", "approach", "toe_begin", "phase_times", "differences")
     panels = _without(_all_settings(words), others)
     return {**panels, METHOD: [*COMPARISON, *panels[METHOD]]}
 

@@ -175,7 +175,7 @@ class SweepSettings:
 SWEEP = tuple(declared(SweepSettings))
 SWEEP_SECTION = "sweep"
 """Of a configuration file; a search for one gait passes over it."""
-NOT_OURS = ("starts", "start", "seed", "sigma", "toe_begin")
+NOT_OURS = ("starts", "start", "seed", "sigma", "toe_begin", "phase_times")
 """Settings of a search for one gait only."""
 
 

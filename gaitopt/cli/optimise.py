@@ -21,9 +21,9 @@ from gaitopt.cli.results import require_writable, save_elsewhere, write_results
 from gaitopt.design.certificate import WorstRow
 from gaitopt.design.design import Design, design
 from gaitopt.design.options import DesignOptions
+from gaitopt.design.phase_times import best_times, searched_times
 from gaitopt.design.process import small_matrices
 from gaitopt.design.starts import many_starts
-from gaitopt.design.toe_off import best_toe_off, searches_toe_off
 from gaitopt.design.walkability import weak_points
 from gaitopt.errors import (
     GaitoptError,
@@ -160,8 +160,8 @@ def _there(written: list[Path], output: Path) -> str:
 def _designed(
     request: Request, progress: ProgressDisplay, stop: StopRequest
 ) -> tuple[Design, tuple[str, ...]]:
-    """Design from one start, or from several with a report on them; with or without toe-off."""
-    if searches_toe_off(request.task, request.options):
+    """Design from one start, or from several with a report; at the best times, if so asked."""
+    if searched_times(request.task, request.options):
         said: list[str] = []
 
         def one(task: Task, start: Array | None, options: DesignOptions) -> Design:
@@ -170,9 +170,7 @@ def _designed(
             said.extend(told)
             return found
 
-        choice = best_toe_off(
-            request.robot, request.task, request.options, one, request.start, stop
-        )
+        choice = best_times(request.robot, request.task, request.options, one, request.start, stop)
         return choice.design, (*said, choice.sentence)
     return _of_task(request, progress, stop)
 

@@ -321,7 +321,7 @@ def make_request(given: Settings, config: Path | None) -> Request:
     asked = settings_of(SearchSettings, settings)
     robot = make_robot(settings)
     task = make_task(settings, robot)
-    how = ("differences", "refine", "approach", "toe_begin")
+    how = ("differences", "refine", "approach", "toe_begin", "phase_times")
     options = DesignOptions(make_solver(settings), **{n: settings[n] for n in how if n in settings})
     one = any(name in settings for name in ("start", "seed", "sigma"))
     starts = 1 if one and "starts" not in settings else asked.starts

@@ -9,7 +9,7 @@ from gaitopt.errors import InputError
 from gaitopt.settings import checked, entry
 from gaitopt.solvers import Solver, solver_by_name
 
-TOE_BEGIN = ("best", "given")
+PHASE_TIMES = ("best", "given")
 DIFFERENCES = ("none", "constraints", "all")
 APPROACHES = ("automatic", "direct", "relaxed")
 
@@ -34,6 +34,10 @@ class DesignOptions:
         toe_begin: of a task with `toe_off`: "best" searches the share of the step at which turning
             about the toe costs least, from the one given, and keeps the flat walk where that is
             cheaper; "given" takes the one given.
+        phase_times: of a task with `heel_strike` or `double_support`: "best" searches the share of
+            the step until which the foot rolls flat, and the time for which both feet stand, from
+            those given; with a heel strike the flat walk is kept where that is cheaper. "given"
+            takes those given.
         diagnose: whether to find out why when there is no gait (some seconds).
     """
 
@@ -56,7 +60,13 @@ class DesignOptions:
     toe_begin: str = entry(
         "best",
         "Where --toe-off begins: best, searched from there, or flat if that is cheaper; or given.",
-        choices=TOE_BEGIN,
+        choices=PHASE_TIMES,
+        metavar="HOW",
+    )
+    phase_times: str = entry(
+        "given",
+        "Times of --heel-strike and --double-support: as given, or the best, searched from there.",
+        choices=PHASE_TIMES,
         metavar="HOW",
     )
     diagnose: bool = True
@@ -75,10 +85,11 @@ class DesignOptions:
             raise InputError(
                 f"approach '{self.approach}' is unknown; choose {', '.join(APPROACHES)}"
             )
-        if self.toe_begin not in TOE_BEGIN:
-            raise InputError(
-                f"toe_begin '{self.toe_begin}' is unknown; choose {', '.join(TOE_BEGIN)}"
-            )
+        for name in ("toe_begin", "phase_times"):
+            if getattr(self, name) not in PHASE_TIMES:
+                raise InputError(
+                    f"{name} '{getattr(self, name)}' is unknown; choose {', '.join(PHASE_TIMES)}"
+                )
         if self.differences not in DIFFERENCES:
             raise InputError(
                 f"differences '{self.differences}' is unknown; choose {', '.join(DIFFERENCES)}"

@@ -204,7 +204,7 @@ def polished(
         What `finished` takes: the walk on its final grid, its solution, whether it was refined, the
         walk on the certificate's grid.
     """
-    problem, solution = _landed_softly(problem, solution, options, stop)
+    problem, solution = landed_softly(problem, solution, options, stop)
     fine = on_fine_grid(problem)
     if options.refine:
         first = options.solver.first_stage.limited(ROUND)
@@ -252,7 +252,7 @@ def without_impact(problem: WalkProblem) -> WalkProblem:
     return problem.with_task(task)
 
 
-def _landed_softly(
+def landed_softly(
     problem: WalkProblem, solution: Solution, options: DesignOptions, stop: Stop
 ) -> tuple[WalkProblem, Solution]:
     """Return a walk whose impulse vanishes as one that lands at zero speed, itself otherwise.

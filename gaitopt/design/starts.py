@@ -18,6 +18,7 @@ import numpy as np
 from gaitopt.bounds import STARTS, WORKERS, at_most, shown
 from gaitopt.design.design import Design, checked_start, design, finished, walk_after_diagnosis
 from gaitopt.design.options import COUNT, SIGMA, DesignOptions
+from gaitopt.design.phase_times import best_times, searched_times
 from gaitopt.design.pipeline import (
     attempt,
     complete,
@@ -28,7 +29,6 @@ from gaitopt.design.pipeline import (
 from gaitopt.design.process import serve_parent, tune_process
 from gaitopt.design.refinement import with_work
 from gaitopt.design.summary import peak_torques
-from gaitopt.design.toe_off import best_toe_off, searches_toe_off
 from gaitopt.errors import GaitoptError, InputError, StoppedError, UnreachableError
 from gaitopt.gait.assemble import gait_at
 from gaitopt.gait.initial_guess import first_guess, perturbed
@@ -63,7 +63,8 @@ def design_gait(
     """Design the optimal gait of a robot for a task, as `gaitopt optimise` does.
 
     Of a task with `toe_off` the best beginning of the turn is searched, and the flat walk is kept
-    where that is cheaper, unless the options say otherwise.
+    where that is cheaper, unless the options say otherwise; other times of phases are searched if
+    the options say so.
 
     Args:
         robot: the biped.
@@ -105,9 +106,9 @@ def design_gait(
             robot, task, options, count=count, start=start, on_progress=on_progress, stop=stop
         ).design
 
-    if searches_toe_off(task, options):
+    if searched_times(task, options):
         usual = options or DesignOptions()
-        return best_toe_off(robot, task, usual, designed, start, stop).design
+        return best_times(robot, task, usual, designed, start, stop).design
     return designed(task, start, options)
 
 

@@ -10,7 +10,7 @@ from gaitopt.design.compare import compare_solvers
 from gaitopt.design.design import design
 from gaitopt.design.known_walk import gone_on
 from gaitopt.design.options import DesignOptions
-from gaitopt.design.toe_off import best_toe_off
+from gaitopt.design.phase_times import best_times
 from gaitopt.errors import InputError
 from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
@@ -63,7 +63,7 @@ def test_the_parameters_of_a_gait_start_other_searches_too(robot, refined_design
         raise InputError("enough")
 
     with pytest.raises(InputError, match="enough"):
-        best_toe_off(robot, replace(task, toe_off=0.9), DIRECT, designed, gait, lambda: True)
+        best_times(robot, replace(task, toe_off=0.9), DIRECT, designed, gait, lambda: True)
     for start in starts:
         np.testing.assert_array_equal(start[: gait.parameters.size], gait.parameters)
 

@@ -16,9 +16,9 @@ from gaitopt.contact.toe_line import ToeLine
 from gaitopt.design.audit import audit
 from gaitopt.design.design import design
 from gaitopt.design.options import DesignOptions
+from gaitopt.design.phase_times import _after
 from gaitopt.design.referee import ask_referee
 from gaitopt.design.summary import summarise
-from gaitopt.design.toe_off import _latest
 from gaitopt.errors import GaitFileError, InputError
 from gaitopt.gait import quantities
 from gaitopt.gait.gait_file import load_gait, save_gait
@@ -172,8 +172,9 @@ def test_summary_and_page_tell_the_phases(gait):
 
 def test_the_search_ends_before_the_touch_down():
     task = preset_task(duration=0.5, double_support=0.1, toe_off=0.6)
-    assert _latest(task) == pytest.approx(0.75)
-    assert _latest(replace(task, double_support=None)) == pytest.approx(0.95)
+    assert _after(task, "toe_off", 0.15).toe_off == pytest.approx(0.75)
+    assert _after(task, "toe_off", 0.16) is None
+    assert _after(replace(task, double_support=None), "toe_off", 0.35).toe_off == 0.95
 
 
 def test_a_rear_foot_that_changes_its_contact_at_touch_down_is_refused():

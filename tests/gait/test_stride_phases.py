@@ -13,8 +13,8 @@ from gaitopt.design.audit import audit
 from gaitopt.design.certificate import certify
 from gaitopt.design.design import design
 from gaitopt.design.options import DesignOptions
+from gaitopt.design.phase_times import _without_turns
 from gaitopt.design.summary import summarise
-from gaitopt.design.toe_off import _without_turn
 from gaitopt.errors import GaitFileError, InputError
 from gaitopt.gait.gait_file import load_gait, save_gait
 from gaitopt.gait.presets import preset_task
@@ -148,7 +148,7 @@ def test_a_second_step_with_other_contacts_is_refused(gait):
 def test_the_flat_walk_begins_with_what_it_has_of_the_turning_one(found):
     problem, x = found.problem, found.solution.x
     flat = replace(problem.task, toe_off=None)
-    kept = _without_turn(problem, flat, x)
+    kept = _without_turns(problem, flat, x)
     names = WalkProblem(problem.robot, flat).layout.names
     assert kept.size == len(names)
     at = problem.layout.names.index("second_step_right_knee_at_knot_1")

@@ -1,15 +1,14 @@
-"""Where turning about the toe pays: its best beginning, and the flat walk where that is cheaper."""
+"""Times of phases where they cost least, and the flat walk where that is cheaper."""
 
 import json
 
 import pytest
 
-from gaitopt.design import toe_off
 from gaitopt.design.audit import audit
 from gaitopt.design.design import design
 from gaitopt.design.options import DesignOptions
+from gaitopt.design.phase_times import STEPS, _after, best_times, walks_at_best_times
 from gaitopt.design.starts import design_gait
-from gaitopt.design.toe_off import best_beginnings, best_toe_off
 from gaitopt.errors import InputError, NoGaitFoundError, StoppedError
 from gaitopt.gait.gait_file import load_gait, save_gait
 from gaitopt.gait.initial_guess import first_guess, perturbed
@@ -27,7 +26,7 @@ def chosen(robot, **changes):
     def designed(task, start, options):
         return design(robot, task, options, start=start)
 
-    return best_toe_off(robot, task, OPTIONS, designed)
+    return best_times(robot, task, OPTIONS, designed)
 
 
 @pytest.fixture(scope="module")
@@ -41,13 +40,13 @@ def slow(robot):
 
 
 def test_a_fast_walk_turns_about_its_toe_and_is_certified(fast):
-    record = fast.design.gait.meta["toe_off"]
+    record = fast.design.gait.meta["phase_times"]
     assert fast.design.certificate.certified
     assert fast.design.certificate.rear_foot_lifts
     assert fast.design.solution.cost == record["cost"] < 5060.0  # N²·m·s
     assert 5500.0 < record["flat_cost"] < 5700.0
     assert record["kept"] is True
-    assert fast.design.problem.task.toe_off == record["begin"]
+    assert fast.design.problem.task.toe_off == record["found"]["toe_off"]
     assert "the turn is kept" in fast.sentence
 
 
@@ -58,7 +57,7 @@ def test_the_gait_of_a_turn_passes_its_own_check(fast, tmp_path):
 
 
 def test_a_slow_walk_stays_flat_and_says_so(slow):
-    record = slow.design.gait.meta["toe_off"]
+    record = slow.design.gait.meta["phase_times"]
     assert record["kept"] is False
     assert record["flat_cost"] < record["cost"]
     assert slow.design.problem.task.toe_off is None
@@ -77,7 +76,8 @@ def test_walks_of_1_m_s_cost_less_from_nearly_every_start(robot):
 
 def test_the_best_beginning_costs_less_than_those_beside_it(robot):
     task = preset_task(toe_off=0.7, speed=1.0, duration=0.5)
-    (begin, x), *others = best_beginnings(robot, task, OPTIONS)
+    (timing, x), *others = walks_at_best_times(robot, task, OPTIONS)
+    begin = timing.toe_off
 
     def cost(share):
         problem = WalkProblem(robot, task.with_changes(toe_off=share))
@@ -86,7 +86,7 @@ def test_the_best_beginning_costs_less_than_those_beside_it(robot):
     best = cost(begin)
     assert len(others) == 1  # from the slower walk, or from the first guess
     assert best < cost(0.7)
-    assert best <= min(cost(begin - toe_off.STEPS[-1]), cost(begin + toe_off.STEPS[-1]))
+    assert best <= min(cost(begin - STEPS[-1]), cost(begin + STEPS[-1]))
 
 
 def test_a_beginning_that_is_given_is_taken(robot):
@@ -95,14 +95,14 @@ def test_a_beginning_that_is_given_is_taken(robot):
     found = design_gait(robot, task, options, starts=1)
     assert found.problem.task.toe_off == 0.66
     assert found.gait.turns_at == pytest.approx(0.33)
-    assert "toe_off" not in found.gait.meta
+    assert "phase_times" not in found.gait.meta
 
 
 def test_design_gait_searches_the_beginning(robot):
     options = DesignOptions(refine=False)
     task = preset_task(toe_off=0.7, speed=1.0, duration=0.5, samples=15)
     found = design_gait(robot, task, options, starts=1)
-    assert found.gait.meta["toe_off"]["asked"] == 0.7
+    assert found.gait.meta["phase_times"]["asked"] == {"toe_off": 0.7}
     assert found.gait.turning
 
 
@@ -127,7 +127,45 @@ def test_a_search_that_is_stopped_keeps_what_it_has(robot, fast):
         return flat
 
     task = preset_task(toe_off=0.7, speed=1.2, duration=0.5)
-    found = best_toe_off(robot, task, OPTIONS, designed, stop=lambda: bool(stopped))
+    found = best_times(robot, task, OPTIONS, designed, stop=lambda: bool(stopped))
     assert found.design.solution.status is Status.INTERRUPTED
     assert not found.design.gait.turning
     assert "the flat walk is kept" in found.sentence
+
+
+def test_the_best_time_on_both_feet_is_found_from_a_long_one(robot):
+    task = preset_task(speed=1.0, duration=0.5, double_support=0.05, samples=21)
+    options = DesignOptions(phase_times="best", refine=False)
+    found = design_gait(robot, task, options, starts=1)
+    record = found.gait.meta["phase_times"]
+    time = found.problem.task.double_support
+    assert record["found"] == {"double_support": time}
+    assert record["flat_cost"] is None
+    assert 0.008 < time < 0.025  # s: docs/phases.md has 3852 at 10 ms, 4269 at 50 ms
+    given = design_gait(robot, task, DesignOptions(refine=False), starts=1)
+    assert found.solution.cost < 0.95 * given.solution.cost
+    assert "phase_times" not in given.gait.meta
+
+
+def test_a_heel_strike_is_searched_and_kept_only_where_it_is_cheaper(robot):
+    task = preset_task(speed=1.0, duration=0.5, heel_strike=0.2)
+    options = DesignOptions(phase_times="best", refine=False, diagnose=False)
+    found = design_gait(robot, task, options, starts=1)
+    record = found.gait.meta["phase_times"]
+    assert record["kept"] is True
+    assert found.problem.task.heel_strike == record["found"]["heel_strike"] > 0.25
+    assert found.solution.cost == record["cost"] < 0.9 * record["flat_cost"]
+
+
+def test_moves_keep_to_what_a_task_allows():
+    task = preset_task(duration=0.5, heel_strike=0.3, toe_off=0.4)
+    assert _after(task, "heel_strike", 0.04).heel_strike == pytest.approx(0.34)
+    assert _after(task, "heel_strike", 0.08) is None  # the foot stands flat between
+    both = preset_task(duration=0.5, double_support=0.1)
+    assert _after(both, "double_support", 2.0).double_support == pytest.approx(0.2)
+    assert _after(both, "double_support", 4.0) is None
+
+
+def test_an_unknown_way_to_find_times_is_refused():
+    with pytest.raises(InputError, match="phase_times 'soon'"):
+        DesignOptions(phase_times="soon")
