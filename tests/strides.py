@@ -38,6 +38,14 @@ WAYS = {
         "speed": 0.5, "lateral_speed": 0.1, "turn_rate": 0.4, "duration": 0.5,
         "geometry": EVERYTHING_FREE, **UPRIGHT, **TOE_OFF, **HEEL_STRIKE,
     },
+    "every way, heel strike, foot flat by an impact": {
+        "speed": 0.5, "lateral_speed": 0.1, "turn_rate": 0.4, "duration": 0.5,
+        "foot_flat": "impact", **UPRIGHT, **HEEL_STRIKE,
+    },
+    "every way, double support, toe off, everything free": {
+        "speed": 0.5, "lateral_speed": 0.1, "turn_rate": 0.4, "duration": 0.5, "toe_off": 0.6,
+        "double_support": 0.1, "geometry": EVERYTHING_FREE, **UPRIGHT,
+    },
     "sideways, uphill": {"speed": -0.4, "lateral_speed": 0.1, "slope": 0.1, **UPRIGHT},
     "sideways, downstairs": {
         "speed": 0.5, "lateral_speed": -0.08, "stairs": -0.1, "duration": 0.6, **UPRIGHT,

@@ -191,8 +191,9 @@ def _contact(gait: Gait) -> Facts:
 
 def _front_foot(gait: Gait) -> Facts:
     """Return what the front foot bears while both stand."""
-    times = gait.time[gait.time > gait.knots[-1]]
-    wrench = gait.front_wrench_at(times)
+    wrench = np.concatenate(
+        [one.front_wrench_at(one.time[one.time > one.knots[-1]]) for one in gait.steps]
+    )
     return {
         "cop_to_edge_mm": _edge_distances(gait, centre_of_pressure(wrench)),
         "friction_used": _friction(wrench[:, :3]),

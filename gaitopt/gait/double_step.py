@@ -17,7 +17,7 @@ spline of its own (`gait/foot_turn.py`).
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -25,23 +25,31 @@ import pinocchio as pin
 from numpy.typing import NDArray
 
 from gaitopt.contact.schedule import Schedule, shared_knots
-from gaitopt.errors import EvaluationError
 from gaitopt.gait import quantities
 from gaitopt.gait.double_support import (
     Displacement,
     DoubleSupport,
     InverseKinematicsSupport,
     Posture,
+    PostureDerivatives,
     drive,
     landing_sole_chain,
     place,
 )
 from gaitopt.gait.foot_turn import FootTurn, foot_turn
 from gaitopt.gait.grid import Grid
-from gaitopt.gait.parameters import DURATION, FOOT_YAW, STEP_LENGTH, Layout
+from gaitopt.gait.parameters import (
+    DURATION,
+    FOOT_YAW,
+    STEP_LENGTH,
+    Chart,
+    Layout,
+    identity_chart,
+)
 from gaitopt.gait.quantities import Quantity
 from gaitopt.gait.spline import SplineBasis, TwoSplines, bernstein, spline_basis, two_splines
 from gaitopt.gait.step import (
+    DoubleSupportDerivatives,
     DoubleSupportPart,
     PostureQuantities,
     ShapedTurn,
@@ -57,6 +65,7 @@ from gaitopt.gait.step_hessian import (
     local_gradient,
     local_hessian,
 )
+from gaitopt.gait.step_model import Opening, after_each, before_each, opened, start_in_x
 from gaitopt.mechanics.closed_chain import (
     FREE,
     LAST,
@@ -79,33 +88,6 @@ from gaitopt.nlp import Array
 _END = np.array([1.0])
 
 
-@dataclass(frozen=True)
-class _Chained:
-    """Derivatives in x, for the second ones.
-
-    Attributes:
-        stance, swing: of the coefficients of both legs, (K, 6, P).
-        closed, touchdown, liftoff: of (u, du, ddu, g) at the instants of the double support and at
-            its ends, (M, 3 (h + 6) + G, P), (1, 3 (h + 6) + G, P) each.
-        motion: of the hinge and all joints, (N, 3 (h + 12), P).
-        wrench: of the front foot's, (M, 6, P).
-        geometry: of the quantities, (G, P).
-        jump, rear: of the impact's jump of the rates (n, P) and impulse on the rear foot (6, P),
-            without entries where there is none.
-    """
-
-    stance: Array
-    swing: Array
-    closed: Array
-    touchdown: Array
-    liftoff: Array
-    motion: Array
-    wrench: Array
-    geometry: Array
-    jump: Array
-    rear: Array
-
-
 class DoubleStepModel:
     """Evaluates steps with a double support; every result is a pure function of x."""
 
@@ -118,6 +100,8 @@ class DoubleStepModel:
         grid: Grid,
         optional: Collection[Quantity] = (),
         schedule: Schedule | None = None,
+        chart: Chart | None = None,
+        before: Chart | None = None,
     ) -> None:
         """Prepare what does not depend on x; arguments as of `StepModel`.
 
@@ -126,6 +110,10 @@ class DoubleStepModel:
         """
         refuse_open(robot)
         self.robot, self.layout, self.grid = robot, layout, grid
+        self.chart = chart or identity_chart(layout.size)
+        self._before = before or self.chart
+        self._size = self.chart.matrix.shape[1]  # of x
+        self.at_start = start_in_x(layout, self.chart, self._before)
         self.schedule = schedule or Schedule()
         self.exchange = self.schedule.symmetry.joint_map(robot)
         self.hinge = self.schedule.last.contact.hinge(robot.sole)
@@ -148,7 +136,8 @@ class DoubleStepModel:
         )
         self.foot_turn = None if self.hinge is None else foot_turn(self.schedule, grid.instants)
         self._h = int(self.hinge is not None)
-        self._lasts = layout.index("duration")  # in x, if it is free
+        lasts = layout.index("duration")  # in x, if it is free
+        self._lasts = None if lasts is None else int(np.argmax(self.chart.matrix[lasts]))
         m = self._h + layout.joints
         # of the closed chain's (q, dq, ddq), the hinge before each
         self._angles, self._rates = slice(self._h, m), slice(m + self._h, 2 * m)
@@ -190,12 +179,14 @@ class DoubleStepModel:
 
     def _hinge_jacobian(self, x: Array, T: float, instants: Array | None = None) -> Array:
         """Its derivatives in x, (N, 3, h, P)."""
-        P = self.layout.size
+        P = self._size
         if self.foot_turn is None:
             count = self.grid.count if instants is None else instants.size
             return np.zeros((count, 3, 0, P))
         turn = self.foot_turn if instants is None else replace(self.foot_turn, instants=instants)
-        found = (turn.basis.at(T) @ turn.coefficients @ np.eye(P)[self.layout.turn])[:, :, None]
+        found = (turn.basis.at(T) @ turn.coefficients @ self.chart.matrix[self.layout.turn])[
+            :, :, None
+        ]
         if self._lasts is not None:
             shape = x[self.layout.turn]
             found[:, :, 0, self._lasts] += turn.basis.at(T, 1) @ turn.coefficients @ shape
@@ -296,51 +287,78 @@ class DoubleStepModel:
             return self._closed_chain
         return cached_workspace(self.robot, ClosedChain)
 
-    def step(self, x: Array) -> Step:
-        """Return the step at x (P,).
+    def opening(self, x: Array, posture: Posture | None = None) -> Opening:
+        """Return the double support at the start of the step; as of `StepModel`."""
+        return opened(self.layout, (self._before, self.chart), self.boundary, x, posture)
 
-        Raises:
-            EvaluationError: a parameter is not finite, or a leg cannot reach.
+    def closing(self, opening: Opening, following: Opening) -> Closing:
+        """Return the end of the step, at which the rear foot leaves.
+
+        Args:
+            opening: its start.
+            following: start of the next step, there exchanged.
         """
-        parts = self._parts(x, None)
+        z, T = opening.z, float(opening.geometry[DURATION])
+        q_end = self.exchange @ following.posture.q_start
+        sole, targets = place(self._chain, following.geometry)
+        last = np.stack([q_end[FREE], z[self.layout.rates], np.zeros(TWIST)])[:, None]
+        turned = self._hinge_motion(z, T, _END)
+        liftoff = self._closed(np.concatenate([turned, last], axis=2), sole, targets)
+        yaw_end = float(following.geometry[FOOT_YAW])
+        return Closing(q_end, sole, targets, liftoff, yaw_end)
+
+    def course(self, opening: Opening, closing: Closing, before: Closing) -> Step:
+        """Return the whole step.
+
+        Args:
+            opening, closing: its start and its end.
+            before: end of the step before, there exchanged.
+        """
+        parts = self._parts(opening, closing, before)
         support = self._support.state(*parts.motion)
         read = self._optional.values(self._optional.placed(parts.motion[0]))
         return self._step(parts, support, read)
 
-    def derivatives(self, x: Array, posture: Posture | None = None) -> tuple[Step, StepDerivatives]:
-        """Return the step at x (P,) and its exact derivatives; arguments as of `StepModel`."""
-        parts = self._parts(x, posture)
+    def course_derivatives(
+        self, opening: Opening, closing: Closing, before: Closing, posture: PostureDerivatives
+    ) -> tuple[Step, StepDerivatives]:
+        """Return the step as `course` does, and the local derivatives.
+
+        Args:
+            opening, closing, before: as of `course`.
+            posture: derivatives of the double support at the start.
+        """
+        parts = self._parts(opening, closing, before)
         support, at_support = self._support.derivatives(*parts.motion)
         optional = self._optional.derivatives(
             self._optional.placed(parts.motion[0]), at_support.axes, at_support.motion.tangent
         )
         read = {what: reading.value for what, reading in optional.items()}
-        step = self._step(parts, support, read)
-        at_start = self.boundary.derivatives(step.posture)
         none = np.zeros((2 * TWIST + self.layout.joints, self.layout.joints))
         at_impact = ImpactDerivatives(none, none, np.eye(len(none)))
-        local = StepDerivatives(at_start, at_impact, at_support, optional)
-        chained_ = self._chained(step, local)
-        reads = self._reads(step, local, chained_)
-        return step, replace(local, motion=chained_.motion, jacobians=reads)
+        local = StepDerivatives(posture, at_impact, at_support, optional)
+        return self._step(parts, support, read), local
 
-    def _parts(self, x: Array, posture: Posture | None) -> _Parts:
-        if not np.all(np.isfinite(x)):
-            raise EvaluationError("a parameter is not finite")
-        layout = self.layout
-        geometry = layout.geometry_of(x)
-        if geometry[DURATION] <= 0.0:
-            raise EvaluationError(f"a step of {geometry[DURATION]} s is not a step")
-        if posture is None:
-            posture = self.boundary.posture(geometry, x[layout.start])
-        q_start, q_end = posture.q_start, self.exchange @ posture.q_start
-        sole, targets = place(self._chain, geometry)
-        T = float(geometry[DURATION])
-        rate_end, h = x[layout.rates], self._h
-        last = np.stack([q_end[FREE], rate_end, np.zeros(TWIST)])[:, None]
-        turned = self._hinge_motion(x, T, _END)
-        liftoff = self._closed(np.concatenate([turned, last], axis=2), sole, targets)
-        rate_start = self.exchange @ liftoff.motion[1, 0, h:]
+    def opening_derivatives(self, opening: Opening) -> tuple[PostureDerivatives, Array]:
+        """Return those of the double support, and of q_start in x, shape (n, P)."""
+        found, own = self.boundary.derivatives(opening.posture), self.layout.boundary_columns
+        return found, found.q_start[:, own] @ self.at_start
+
+    @property
+    def geometry_in_x(self) -> Array:
+        """Derivatives of the geometric quantities in x, shape (G, P)."""
+        found = np.zeros((len(self.layout.geometry), self._size))
+        found[self.layout.free] = self.chart.matrix[self.layout.shape]
+        return found
+
+    def _parts(self, opening: Opening, closing: Closing, before: Closing) -> _Parts:
+        layout, x, geometry, posture = self.layout, opening.z, opening.geometry, opening.posture
+        q_end, sole, targets, liftoff = (
+            closing.q_end, closing.sole, closing.targets, closing.liftoff,
+        )  # fmt: skip
+        T, rate_end, h = float(geometry[DURATION]), x[layout.rates], self._h
+        q_start = posture.q_start
+        rate_start = self.exchange @ before.liftoff.motion[1, 0, h:]
         knots = x[layout.knots].reshape(-1, layout.joints)
         late = self._late @ np.vstack([rate_end, x[layout.late].reshape(-1, TWIST)])
         late[: -2 if self.striking else None] += q_end[FREE]
@@ -373,7 +391,8 @@ class DoubleStepModel:
         front = np.zeros((self.grid.count, TWIST))
         front[self.both] = wrench
         part = DoubleSupportPart(closed, touchdown, liftoff, sole, wrench, swing, front, struck)
-        return _Parts(x, geometry, posture, q_end, stance, np.ascontiguousarray(motion), part)
+        whole = np.ascontiguousarray(motion)
+        return _Parts(x, geometry, posture, q_end, stance, whole, part, closing.yaw_end)
 
     def _closed(self, free: Array, sole: pin.SE3, targets: Array) -> ClosedMotion:
         motion, axes = self.closed.motion(free, sole)
@@ -396,7 +415,8 @@ class DoubleStepModel:
         axes = double.motion.axes
         effort[self.both, TWIST:] -= apply(axes, force)
         impact = ImpactState(np.concatenate([twist, after]), impulse)
-        yaw = np.full(self.grid.count, parts.geometry[FOOT_YAW])
+        start = parts.geometry[FOOT_YAW]
+        yaw = start + self.grid.instants * (parts.yaw_end - start)
         found = completed(read, yaw, self.grid.count)
         found[quantities.PEAK] = np.tile(parts.x[self.layout.largest], (self.grid.count, 1))
         return Step(
@@ -415,22 +435,47 @@ class DoubleStepModel:
             double=double,
         )
 
-    def _chained(self, step: Step, local: StepDerivatives) -> _Chained:
+    def liftoff_in_x(self, step: Step, q_end: Array, geometry: Array) -> tuple[Array, Array]:
+        """Return the derivatives of (u, du, ddu, g) at lift-off, and of all rates there, (n, P).
+
+        Args:
+            step: the step.
+            q_end: of the posture, shape (n, P).
+            geometry: of the quantities that place the front foot, shape (G, P).
+        """
+        assert step.double is not None
+        rates = self.chart.matrix[self.layout.rates]
+        last = np.stack([q_end[FREE], rates, np.zeros((TWIST, self._size))])[None]
+        turned = self._hinge_jacobian(step.x, step.duration, _END)
+        found = self._with_hinge(last, turned, geometry)
+        return found, step.double.liftoff.jacobian[0, self._rates] @ found[0]
+
+    def chain(
+        self,
+        step: Step,
+        local: StepDerivatives,
+        q_start: Array,
+        q_end: Array,
+        rate_start: Array,
+        liftoff: Array,
+        geometry: Array,
+    ) -> StepDerivatives:
+        """Return the derivatives of a step in x, from the local ones.
+
+        Args:
+            step: the step.
+            local: its local derivatives.
+            q_start, q_end, rate_start: derivatives of postures and rates at its ends, (n, P).
+            liftoff: as of `liftoff_in_x`.
+            geometry: of the quantities that place the front foot, those of the next step, (G, P).
+        """
         double, layout, T = step.double, self.layout, step.duration
         assert double is not None
-        P, n, k = layout.size, layout.joints, layout.postures
-        eye = np.eye(P)
-        geometry = np.zeros((len(layout.geometry), P))
-        geometry[layout.free] = eye[layout.shape]
-        q_start = np.zeros((n, P))
-        q_start[:, layout.boundary] = local.posture.q_start[:, layout.boundary_columns]
-        q_end = self.exchange @ q_start
-        rate_end, h = eye[layout.rates], self._h
-        last = np.stack([q_end[FREE], rate_end, np.zeros((TWIST, P))])[None]
-        liftoff = self._with_hinge(last, self._hinge_jacobian(step.x, T, _END), geometry)
-        rate_start = self.exchange @ (double.liftoff.jacobian[0, self._rates] @ liftoff[0])
-        knots = eye[layout.knots].reshape(k, n, P)
-        moves = np.concatenate([rate_end[None], eye[layout.late].reshape(-1, TWIST, P)])
+        P, n, k = self._size, layout.joints, layout.postures
+        matrix, h = self.chart.matrix, self._h
+        rate_end = matrix[layout.rates]
+        knots = matrix[layout.knots].reshape(k, n, P)
+        moves = np.concatenate([rate_end[None], matrix[layout.late].reshape(-1, TWIST, P)])
         late = np.einsum("km,mjp->kjp", self._late, moves)
         late[: -2 if self.striking else None] += q_end[FREE]
         if self.striking:
@@ -447,7 +492,7 @@ class DoubleStepModel:
         if double.struck is not None:
             taken = self._taken_jacobian(
                 double.sole, double.touchdown, self._push(step), q_touch[None], geometry,
-                eye[layout.push][None],
+                matrix[layout.push][None],
             )[0]  # fmt: skip
             jump, rear = double.struck.along(q_touch, taken)
             rate_touch = rate_touch - jump
@@ -461,11 +506,13 @@ class DoubleStepModel:
         motion = motion.reshape(self.grid.count, 3 * (h + n), P)
         closed = self._with_hinge(free[self.both], turned[self.both], geometry)
         motion[self.both] = double.motion.jacobian @ closed
-        of_front = eye[layout.front].reshape(4, TWIST, P)
+        of_front = matrix[layout.front].reshape(4, TWIST, P)
         wrench = np.einsum("mb,bjp->mjp", self._shares, of_front)
-        return _Chained(
-            stance, swing, closed, touchdown, liftoff, motion, wrench, geometry, jump, rear
+        at = DoubleSupportDerivatives(
+            stance, swing, closed, touchdown, liftoff, wrench, geometry, jump, rear
         )
+        reads = self._reads(step, replace(local, motion=motion, double=at))
+        return replace(local, motion=motion, double=at, jacobians=reads)
 
     def _push(self, step: Step) -> Array:
         """The impulse on the front foot in its sole frame, shape (1, 6)."""
@@ -484,45 +531,46 @@ class DoubleStepModel:
         fixed = np.broadcast_to(geometry, (count, *geometry.shape))
         return np.concatenate([free, fixed], axis=1)
 
-    def _reads(self, step: Step, local: StepDerivatives, at: _Chained) -> dict[Quantity, Array]:
-        layout, support, double = self.layout, local.support, step.double
+    def _reads(self, step: Step, local: StepDerivatives) -> dict[Quantity, Array]:
+        layout, support, double, at = self.layout, local.support, step.double, local.double
         assert double is not None
-        n, P, count = layout.joints, layout.size, self.grid.count
-        own, boundary = layout.boundary_columns, layout.boundary
-        h, m = self._h, self._h + n
-        angles = at.motion[:, :m]
-        effort = support.effort @ at.motion
+        assert at is not None
+        n, P, count = layout.joints, self._size, self.grid.count
+        h, m, motion, matrix = self._h, self._h + n, local.motion, self.chart.matrix
+        angles = motion[:, :m]
+        effort = support.effort @ motion
         effort[self.both] -= self._taken_jacobian(
             double.sole, double.motion, double.wrench, angles[self.both], at.geometry, at.wrench
         )
-        legs = np.zeros((2, 3, P))
-        legs[:, :, boundary] = local.posture.legs[:, :, own]
-        travel = at.geometry[[STEP_LENGTH, DURATION]][None]
+        legs = local.posture.legs[:, :, layout.boundary_columns] @ self.at_start
+        travel = self.geometry_in_x[[STEP_LENGTH, DURATION]][None]
         front = np.zeros((count, TWIST, P))
         front[self.both] = at.wrench
-        impulse = np.eye(P)[layout.push] if self.striking else np.zeros((TWIST, P))
+        impulse = matrix[layout.push] if self.striking else np.zeros((TWIST, P))
         twist = np.zeros((TWIST, P))
         if self.hinge is not None:
-            twist[:, layout.turn.stop - 1] = self.hinge.twist
+            twist = np.outer(self.hinge.twist, matrix[layout.turn.stop - 1])
         corners = support.corners.reshape(count, -1, m) @ angles
-        yaw = layout.index("foot_yaw")
-        turned = None if yaw is None else np.broadcast_to(np.eye(P)[yaw], (count, P))
+        turned = None
+        if layout.index("foot_yaw") is not None:
+            start, end = self.geometry_in_x[FOOT_YAW], at.geometry[FOOT_YAW]
+            turned = start + self.grid.instants[:, None] * (end - start)
         return {
             quantities.TORQUE: effort[:, TWIST + h :],
             quantities.WRENCH: effort[:, :TWIST],
             quantities.CORNERS: corners,
-            quantities.ANGLES: at.motion[:, self._angles],
-            quantities.RATES: at.motion[:, self._rates],
-            quantities.ACCELERATIONS: at.motion[:, 2 * m + h :],
+            quantities.ANGLES: motion[:, self._angles],
+            quantities.RATES: motion[:, self._rates],
+            quantities.ACCELERATIONS: motion[:, 2 * m + h :],
             quantities.IMPULSE: impulse[None],
             quantities.SOLE_TWIST: twist[None],
             quantities.LEGS: legs,
             quantities.GAPS: np.zeros((0, TWIST, P)),
             quantities.TRAVEL: travel,
-            quantities.FOOT_TURN: foot_turn_rows(at.motion.reshape(count, 3, m, P)[:, :, :h]),
+            quantities.FOOT_TURN: foot_turn_rows(motion.reshape(count, 3, m, P)[:, :, :h]),
             quantities.FRONT_WRENCH: front,
             quantities.REAR_IMPULSE: at.rear[None],
-            quantities.PEAK: np.tile(np.eye(P)[layout.largest], (count, 1, 1)),
+            quantities.PEAK: np.tile(matrix[layout.largest], (count, 1, 1)),
             quantities.ADVANCE: np.zeros((1, 0, P)),
             **chained(local.optional, angles, turned),
         }
@@ -558,25 +606,28 @@ class DoubleStepModel:
         torque = axes @ in_world + nested_moments(axes, force) @ angles
         return np.concatenate([in_world, torque], axis=1)
 
-    def hessian(self, step: Step, derivatives: StepDerivatives, weights: StepWeights) -> Array:
-        """Return the Hessian in x of the function that `weights` differentiates, (P, P)."""
+    def own_hessian(
+        self, step: Step, derivatives: StepDerivatives, weights: StepWeights
+    ) -> tuple[Array, OnEnds]:
+        """Return what a step bends but for its ends, (P, P), and what those weigh."""
         double, first, n = step.double, weights.first, self.layout.joints
+        at, T, P, motion = derivatives.double, step.duration, self._size, derivatives.motion
         assert double is not None
-        at, T, P = self._chained(step, derivatives), step.duration, self.layout.size
+        assert at is not None
         h, m = self._h, self._h + n
         of_hinge = np.zeros((self.grid.count, h))  # its torque is part of the wrench
         parts = [first[quantities.WRENCH], of_hinge, first[quantities.TORQUE]]
         effort = np.concatenate(parts, axis=1)
         gradient = local_gradient(derivatives, first, effort, h)
         taken, H = self._taken_hessian(
-            double.sole, double.motion, double.wrench, at.motion[self.both, :m], at.geometry,
+            double.sole, double.motion, double.wrench, motion[self.both, :m], at.geometry,
             at.wrench, -effort[self.both],
         )  # fmt: skip
         gradient[self.both, :m] += taken
         dynamics = derivatives.support.hessian(effort)
         plain = StepWeights(first, {})
         local = local_hessian(derivatives, plain, dynamics, h)
-        H += np.tensordot(at.motion, local @ at.motion, ((0, 1), (0, 1)))
+        H += np.tensordot(motion, local @ motion, ((0, 1), (0, 1)))
         for one in (quantities.WRENCH, quantities.TORQUE):
             if (one, one) in weights.second:
                 J = derivatives.jacobians[one]
@@ -599,26 +650,51 @@ class DoubleStepModel:
             ends.reshape(3, m)[:2, LAST] = on_swing[-3], on_swing[-1]
         back = self._closing(double.touchdown, ends, at.touchdown, H)
         on_stance += self._on_stance(step, at, self._at_touch, back, self._touching, H)
-        last = np.zeros((1, 3 * m))
         if self.striking:
             start, rate = on_early[0], on_early[-2]
         else:
             start = np.concatenate([on_stance[0], on_swing[0]])
             rate = np.concatenate([on_stance[-2], on_swing[-2]])
+        assert H.shape == (P, P)
+        return H, OnEnds(start, rate, on_stance[-5:-2].sum(axis=0))
+
+    def liftoff_hessian(
+        self, step: Step, derivatives: StepDerivatives, rate: Array
+    ) -> tuple[Array, Array]:
+        """Return what the end of a step bends, (P, P), and the weights of u there, (6,).
+
+        Args:
+            step, derivatives: the step.
+            rate: weights of the rates at the start of the next step, there exchanged, (n,).
+        """
+        double, at, h = step.double, derivatives.double, self._h
+        assert double is not None
+        assert at is not None
+        last = np.zeros((1, 3 * (h + self.layout.joints)))
         last[0, self._rates] = self.exchange.T @ rate
-        H += _bent(double.liftoff, last, at.liftoff)
-        at_end = (
-            on_stance[-5:-2].sum(axis=0) + (last[0] @ double.liftoff.jacobian[0])[h : h + TWIST]
-        )
-        q_start = start + self.exchange[FREE].T @ at_end
+        back = (last[0] @ double.liftoff.jacobian[0])[h : h + TWIST]
+        return _bent(double.liftoff, last, at.liftoff), back
+
+    def start_hessian(
+        self,
+        step: Step,
+        derivatives: StepDerivatives,
+        q_start: Array,
+        first: dict[Quantity, Array],
+    ) -> Array:
+        """Return what the double support at the start bends, shape (P, P).
+
+        Args:
+            step, derivatives: the step.
+            q_start: weights of the posture, shape (n,).
+            first: weights of the quantities.
+        """
         posture = self.boundary.hessian(
             step.posture, derivatives.posture, q_start,
             first[quantities.LEGS], first[quantities.GAPS],
         )  # fmt: skip
-        own, boundary = self.layout.boundary_columns, self.layout.boundary
-        H[np.ix_(boundary, boundary)] += posture[np.ix_(own, own)]
-        assert H.shape == (P, P)
-        return np.asarray(H)
+        own = self.layout.boundary_columns
+        return np.asarray(self.at_start.T @ posture[np.ix_(own, own)] @ self.at_start)
 
     def _closing(self, closed: ClosedMotion, weights: Array, along: Array, H: Array) -> Array:
         """Add what a closed chain bends to H; return its weights of (u, du, ddu), (M, 3, h + 6)."""
@@ -631,7 +707,7 @@ class DoubleStepModel:
     def _on_stance(
         self,
         step: Step,
-        at: _Chained,
+        at: DoubleSupportDerivatives,
         basis: SplineBasis | TwoSplines,
         weights: Array,
         instants: Array | None,
@@ -650,9 +726,9 @@ class DoubleStepModel:
         self._in_time(basis, T, weights[:, :, h:], step.coefficients, at.stance, H)
         if turn is not None and self._lasts is not None:
             turn = turn if instants is None else replace(turn, instants=instants)
-            eye, own = np.eye(self.layout.size), self.layout.turn
-            shaped = ShapedTurn(turn, step.x[own], eye[own])
-            H += foot_duration_hessian(shaped, weights[:, :, 0], T, eye[self._lasts])
+            own, lasts = self.layout.turn, np.eye(self._size)[self._lasts]
+            shaped = ShapedTurn(turn, step.x[own], self.chart.matrix[own])
+            H += foot_duration_hessian(shaped, weights[:, :, 0], T, lasts)
         return np.asarray(np.einsum("nok,noj->kj", basis.at(T), weights[:, :, h:]))
 
     def _in_time(
@@ -682,7 +758,12 @@ class DoubleStepModel:
         H[self._lasts, self._lasts] += float(np.sum(second * coefficients))
 
     def _impact_hessian(
-        self, step: Step, at: _Chained, jump: Array, first: dict[Quantity, Array], H: Array
+        self,
+        step: Step,
+        at: DoubleSupportDerivatives,
+        jump: Array,
+        first: dict[Quantity, Array],
+        H: Array,
     ) -> Array:
         """Add what the impact bends to H, and return its weights of the angles there, (n,).
 
@@ -703,7 +784,7 @@ class DoubleStepModel:
         H += along.T @ bent.qq[0] @ along + mixed + mixed.T
         taken, of_front = self._taken_hessian(
             double.sole, double.touchdown, self._push(step), along[None], at.geometry,
-            np.eye(self.layout.size)[self.layout.push][None], -e[None],
+            self.chart.matrix[self.layout.push][None], -e[None],
         )  # fmt: skip
         H += of_front
         return np.asarray(e @ struck.of_posture + taken[0])
@@ -755,6 +836,131 @@ class DoubleStepModel:
 
 
 @dataclass(frozen=True)
+class Closing:
+    """The end of a step, at which the rear foot leaves.
+
+    Attributes:
+        q_end: posture, shape (n,).
+        sole: placement of the front sole in the stance sole frame.
+        targets: axes of the displacements that place it, in the world, (k, 6).
+        liftoff: the closed chain then.
+        yaw_end: foot yaw at the start of the next step [rad].
+    """
+
+    q_end: Array
+    sole: pin.SE3
+    targets: Array
+    liftoff: ClosedMotion
+    yaw_end: float
+
+
+@dataclass(frozen=True)
+class OnEnds:
+    """What a weighted sum of a step's quantities weighs at its ends.
+
+    Attributes:
+        start, rate: of posture and rates at the start, shape (n,).
+        end: of the stance leg's angles at the end, shape (6,).
+    """
+
+    start: Array
+    rate: Array
+    end: Array
+
+
+def double_cycle(models: Sequence[DoubleStepModel], x: Array) -> tuple[Step, ...]:
+    """Return the steps of a walk that follow each other, the first again after the last.
+
+    Args:
+        models: of the steps.
+        x: parameters of the walk, shape (P,).
+
+    Raises:
+        EvaluationError: a parameter is not finite, or a leg cannot reach.
+    """
+    openings = [model.opening(x) for model in models]
+    closings = _closings(models, openings)
+    each = zip(models, openings, closings, before_each(closings), strict=True)
+    return tuple(model.course(start, end, before) for model, start, end, before in each)
+
+
+def _closings(models: Sequence[DoubleStepModel], openings: Sequence[Opening]) -> list[Closing]:
+    """Return the ends of steps from their starts."""
+    each = zip(models, openings, after_each(openings), strict=True)
+    return [model.closing(start, following) for model, start, following in each]
+
+
+def double_cycle_derivatives(
+    models: Sequence[DoubleStepModel], x: Array, known: Sequence[Posture] | None = None
+) -> tuple[tuple[Step, ...], tuple[StepDerivatives, ...]]:
+    """Return the steps as `double_cycle` does, and their exact derivatives in x.
+
+    Args:
+        models: of the steps.
+        x: parameters of the walk, shape (P,).
+        known: the double supports at x, if they were computed before.
+
+    Raises:
+        EvaluationError: a parameter is not finite, or a leg cannot reach.
+    """
+    postures = [None] * len(models) if known is None else known
+    openings = [model.opening(x, at) for model, at in zip(models, postures, strict=True)]
+    closings = _closings(models, openings)
+    starts = [model.opening_derivatives(one) for model, one in zip(models, openings, strict=True)]
+    found = [
+        model.course_derivatives(opening, closing, before, posture)
+        for model, opening, closing, before, (posture, _) in zip(
+            models, openings, closings, before_each(closings), starts, strict=True
+        )
+    ]
+    q_starts = [q for _, q in starts]
+    q_ends = [model.exchange @ q for model, q in zip(models, after_each(q_starts), strict=True)]
+    places = after_each([model.geometry_in_x for model in models])
+    leaving = [
+        model.liftoff_in_x(step, q_end, geometry)
+        for model, (step, _), q_end, geometry in zip(models, found, q_ends, places, strict=True)
+    ]
+    rates = before_each([rate for _, rate in leaving])
+    derivatives = [
+        model.chain(
+            step, local, q_starts[k], q_ends[k], model.exchange @ rates[k], leaving[k][0], places[k]
+        )
+        for k, (model, (step, local)) in enumerate(zip(models, found, strict=True))
+    ]
+    return tuple(step for step, _ in found), tuple(derivatives)
+
+
+def double_cycle_hessian(
+    models: Sequence[DoubleStepModel],
+    steps: Sequence[Step],
+    derivatives: Sequence[StepDerivatives],
+    weights: Sequence[StepWeights],
+) -> Array:
+    """Return the Hessian in x of a function of steps that follow each other, shape (P, P).
+
+    Of the second derivatives in pairs of quantities those of the effort are in it, see
+    `gaitopt.gait.step_hessian.pairs_added`.
+
+    Args:
+        models, steps, derivatives: as of `double_cycle_derivatives`.
+        weights: of the quantities of each step.
+    """
+    each = list(zip(models, steps, derivatives, weights, strict=True))
+    own = [model.own_hessian(step, at, weighed) for model, step, at, weighed in each]
+    ends = [one for _, one in own]
+    leaving = [
+        model.liftoff_hessian(step, at, following.rate)
+        for (model, step, at, _), following in zip(each, after_each(ends), strict=True)
+    ]
+    H = np.sum([bent for bent, _ in (*own, *leaving)], axis=0)
+    on_end = [one.end + back for one, (_, back) in zip(ends, leaving, strict=True)]
+    for (model, step, at, weighed), one, end in zip(each, ends, before_each(on_end), strict=True):
+        q_start = one.start + model.exchange[FREE].T @ end
+        H += model.start_hessian(step, at, q_start, weighed.first)
+    return np.asarray((H + H.T) / 2.0)
+
+
+@dataclass(frozen=True)
 class _Parts:
     """A step before its forces; as of `DoubleStep`."""
 
@@ -765,6 +971,7 @@ class _Parts:
     stance: Array
     motion: Array
     double: DoubleSupportPart
+    yaw_end: float
 
 
 def _by_moves(span: float) -> Array:

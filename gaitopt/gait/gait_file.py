@@ -180,15 +180,11 @@ _OF_STEP = (
     "time", "q", "dq", "ddq", "torque", "ground_wrench", "cop", "swing_sole", *_BASE, "knots_0",
     "coefficients_0", "impulse", "rate_before", "rate_after",
 )  # fmt: skip
-_SECOND = "second_"
+_SECOND, _STRIDE = "second_", "stride"
 STRIDE = tuple(replace(m, name=f"{_SECOND}{m.name}") for m in MEMBERS if m.name in _OF_STEP)
 """Further arrays, of a gait whose second step is no mirror image of the first: as those of the
 first, of the second's mirror image; where its base is, as it is."""
-SECOND_PHASES = tuple(
-    tuple(replace(m, name=f"{_SECOND}{m.name}") for m in part)
-    for part in PHASES
-    if not any(m.name.startswith("front_") for m in part)
-)
+SECOND_PHASES = tuple(tuple(replace(m, name=f"{_SECOND}{m.name}") for m in part) for part in PHASES)
 """The same of `PHASES`: of the second step where it has several, as the first."""
 
 GROUPS = (*PHASES, STRIDE, *SECOND_PHASES, TIED, BENT)
@@ -370,16 +366,17 @@ def _schedule(gait: Gait) -> dict[str, object]:
     ]
     if gait.second is None:
         return {"phases": phases, "symmetry": LegExchange.name}
-    later = zip(gait.second.phases, gait.trajectory.second or (), ends, strict=True)
+    other = {gait.stance_sole: gait.swing_sole_frame, gait.swing_sole_frame: gait.stance_sole}
+    later = zip(feet, gait.trajectory.second or (), ends, strict=True)
     phases += [
         {
-            "contacts": {gait.swing_sole_frame: one.contact},
+            "contacts": {other[sole]: contact for sole, contact in contacts.items()},
             "duration": phase.duration,
             "end": end.value,
         }
-        for one, phase, end in later
+        for contacts, phase, end in later
     ]
-    return {"phases": phases, "symmetry": "stride"}
+    return {"phases": phases, "symmetry": _STRIDE}
 
 
 def _json(record: Mapping[str, object]) -> str:
@@ -457,9 +454,11 @@ def _names_of_step() -> list[str]:
 def _contacts(members: _Arrays) -> tuple[str, str]:
     """Return those of the first and the last phase, "?" where the schedule names none."""
     try:
-        phases = json.loads(str(members["schedule"]))["phases"]
-        standing = str(members["stance_sole"])
-        own = [one["contacts"][standing] for one in phases if standing in one["contacts"]]
+        schedule, standing = json.loads(str(members["schedule"])), str(members["stance_sole"])
+        phases = schedule["phases"]
+        if schedule["symmetry"] == _STRIDE:
+            phases = phases[: len(phases) // 2]
+        own = [one["contacts"][standing] for one in phases]
         return str(own[0]), str(own[-1])
     except (ValueError, RecursionError, LookupError, TypeError, AttributeError, StopIteration):
         return "?", "?"
@@ -565,8 +564,8 @@ def _check_statements(gait: Gait, members: _Arrays) -> None:
         raise InputError(
             "its 'schedule' is not that of its arrays: a phase on the flat foot that stands, at "
             "most one before and one after it in which it turns about a line, ended by the impact "
-            "of the other, or by one in which both feet stand; or two such steps of a stride, each "
-            "ended by an impact; this gaitopt reads no other"
+            "of the other, or by one in which both feet stand; or two such steps of a stride; this "
+            "gaitopt reads no other"
         )
 
 

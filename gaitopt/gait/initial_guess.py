@@ -30,6 +30,7 @@ from gaitopt.gait.parameters import (
     Layout,
 )
 from gaitopt.gait.problem import WalkProblem
+from gaitopt.gait.step_model import after_each
 from gaitopt.gait.stride import StepsLayout
 from gaitopt.gait.transition_problem import TransitionProblem
 from gaitopt.mechanics.inverse_kinematics import LegKinematics, loop_gap
@@ -56,15 +57,14 @@ def first_guess(problem: WalkProblem) -> Array:
     Raises:
         UnreachableError: the step is too long for the legs.
     """
-    if isinstance(problem.model, DoubleStepModel):
-        return _closing_guess(problem, problem.model)
     layouts = problem.layout.steps if isinstance(problem.layout, StepsLayout) else (problem.layout,)
     geometries = [_geometry(problem, step) for step in range(len(layouts))]
     starts = [_start(problem, geometry) for geometry in geometries]
+    guessed = _guessed_closing if problem.schedule.closing else _guessed_step
     parts = [
-        _guessed_step(problem, layout, start, geometry, after.q)
+        guessed(problem, layout, start, geometry, after.q)
         for layout, start, geometry, after in zip(
-            layouts, starts, geometries, [*starts[1:], starts[0]], strict=True
+            layouts, starts, geometries, after_each(starts), strict=True
         )
     ]
     whole = problem.layout
@@ -176,17 +176,17 @@ def with_peak(problem: WalkProblem, x: Array) -> Array:
     return x
 
 
-def _closing_guess(problem: WalkProblem, model: DoubleStepModel) -> Array:
-    """The guess of a walk whose feet both stand at the end: the pelvis moves evenly all the time.
+def _guessed_closing(
+    problem: WalkProblem, layout: Layout, start: _Start, geometry: Array, following: Array
+) -> Array:
+    """Return the parameters of a step (p,) at whose end both feet stand; as `_guessed_step`.
 
-    The load passes from the rear foot to the front one in between.
+    The pelvis moves evenly all the time, and the load passes from the rear foot to the front one.
     """
-    geometry, kinematics = _geometry(problem, 0), LegKinematics(problem.robot)
-    pelvis, _ = place(PELVIS_CHAIN, geometry)
-    turns = _turns(problem, geometry)
-    rear = place(swing_sole_chain(problem.layout.rise), geometry)[0] * turns.place(1.0)
-    q_start = kinematics.solve(pelvis, rear)
-    q_end = model.exchange @ q_start
+    model, kinematics = problem.model, LegKinematics(problem.robot)
+    assert isinstance(model, DoubleStepModel)
+    turns, pelvis, rear = _turns(problem, geometry), start.pelvis, start.rear
+    q_end = model.exchange @ following
     pelvis_end, front = (turns.place(1.0) * at for at in kinematics.placements(q_end))
     lift = problem.task.margins.clearance + _EXTRA_LIFT
 
@@ -213,7 +213,7 @@ def _closing_guess(problem: WalkProblem, model: DoubleStepModel) -> Array:
         push[2] = _PUSH * problem.robot.mass
         push[4] = -push[2] * 0.5 * (problem.robot.sole.toe + problem.robot.sole.heel)
     more = np.concatenate([turns.parameters, *bends, wrench.ravel(), push])
-    return model.layout.pack(np.array(early), rate[leg], q_start, geometry, more)
+    return layout.pack(np.array(early), rate[leg], start.q, geometry, more)
 
 
 @dataclass(frozen=True)

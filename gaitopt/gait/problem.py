@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TypeVar
 
 import numpy as np
 
@@ -14,20 +15,26 @@ from gaitopt.gait import quantities
 from gaitopt.gait.constraint import Constraint, ConstraintBlock, ConstraintContext, failure
 from gaitopt.gait.constraints import CONSTRAINTS
 from gaitopt.gait.costs import CostContext, cost_function
-from gaitopt.gait.double_step import DoubleStepModel
+from gaitopt.gait.double_step import (
+    DoubleStepModel,
+    double_cycle,
+    double_cycle_derivatives,
+    double_cycle_hessian,
+)
 from gaitopt.gait.double_support import Posture
 from gaitopt.gait.functions import check_function
 from gaitopt.gait.grid import STRIDE_EDGES, Grid, over_steps, parts
 from gaitopt.gait.parameters import (
     FOOT_SPACING,
     STEP_LENGTH,
+    Chart,
     GeometricParameter,
     Layout,
     set_geometry,
 )
 from gaitopt.gait.quantities import PEAK, Quantity, typical_entries
 from gaitopt.gait.step import Period, Step, StepDerivatives
-from gaitopt.gait.step_hessian import StepWeights, cycle_hessian, pairs_added, step_hessian
+from gaitopt.gait.step_hessian import StepWeights, cycle_hessian, pairs_added
 from gaitopt.gait.step_model import Ends, StepModel, cycle, cycle_derivatives
 from gaitopt.gait.stride import (
     Steps,
@@ -128,14 +135,16 @@ class WalkProblem(NLP):
         self.cost_scale = 1.0 / cost.typical(context)
         self.has_hessian = True
         read = {one for block in self.blocks for one in block.reads} | {*cost.reads}
-        self.model: StepModel | DoubleStepModel
-        self.models: tuple[StepModel, ...] = ()  # of the steps that follow each other by impacts
-        if self.schedule.closing and isinstance(self.layout, Layout):
-            self.model = DoubleStepModel(robot, self.layout, self.grid, read, self.schedule)
+        grids = (self.grid,) if one else parts(self.grid, self.edges, self.schedule.changes)
+        steps = self.robots, self.layout, grids, read, self.schedule
+        self.models: tuple[StepModel, ...] = ()  # of the steps, that follow each other by impacts
+        self.closing: tuple[DoubleStepModel, ...] = ()  # or, with a double support, by lift-offs
+        if self.schedule.closing:
+            self.closing = _models(DoubleStepModel, *steps)
         else:
-            grids = (self.grid,) if one else parts(self.grid, self.edges, self.schedule.changes)
-            self.models = _models(self.robots, self.layout, grids, read, self.schedule)
-            self.model = self.models[0]
+            self.models = _models(StepModel, *steps)
+        self.each: tuple[StepModel | DoubleStepModel, ...] = (*self.models, *self.closing)
+        self.model = self.each[0]
         lower, upper = self.layout.bounds()
         self.variables = Variables(self.layout.names, lower, upper, self.layout.scale())
         self.rows = Rows(
@@ -156,7 +165,7 @@ class WalkProblem(NLP):
         model, knots = self.model, self.model.basis.knots
         turns = [turn for turn in (model.landing_turn, model.foot_turn) if turn is not None]
         knots = np.unique(np.concatenate([knots, *(turn.knots for turn in turns)]))
-        if len(self.models) > 1:
+        if len(self.edges) > 2:
             return np.concatenate([[0.0], over_steps(knots, self.edges), [1.0]])
         return knots
 
@@ -164,7 +173,7 @@ class WalkProblem(NLP):
     def changes(self) -> Array:
         """Shares (K,) of the period at which quantities may jump: phases and steps follow."""
         changes = self.schedule.changes
-        if len(self.models) == 1:
+        if len(self.edges) == 2:
             return changes
         return over_steps(changes, self.edges)
 
@@ -208,8 +217,8 @@ class WalkProblem(NLP):
         return found.steps[0], found.derivatives[0]
 
     def _evaluated(self, x: Array) -> tuple[Step, ...]:
-        if isinstance(self.model, DoubleStepModel):
-            return (self.model.step(x),)
+        if self.closing:
+            return double_cycle(self.closing, x)
         return cycle(self.models, x, self.given)
 
     def _joined(self, x: Array, steps: tuple[Step, ...]) -> Step | Steps:
@@ -296,9 +305,8 @@ class WalkProblem(NLP):
     def _differentiated(
         self, x: Array, known: list[Posture] | None
     ) -> tuple[tuple[Step, ...], tuple[StepDerivatives, ...]]:
-        if isinstance(self.model, DoubleStepModel):
-            step, derivatives = self.model.derivatives(x, None if known is None else known[0])
-            return (step,), (derivatives,)
+        if self.closing:
+            return double_cycle_derivatives(self.closing, x, known)
         return cycle_derivatives(self.models, x, known, self.given)
 
     def _bent(self, found: _Derivatives, weights: StepWeights) -> Array:
@@ -306,16 +314,23 @@ class WalkProblem(NLP):
         if isinstance(found.whole, Step):
             return self.curvature(found.steps[0], found.derivatives[0], weights)
         each = split_weights(weights, found.steps)
-        repeats = self.given is None
-        H = cycle_hessian(self.models, found.steps, found.derivatives, each, repeats)
+        H = self._steps_bent(found.steps, found.derivatives, each)
         return pairs_added(H, weights, found.jacobians)
 
     def curvature(self, step: Step, derivatives: StepDerivatives, weights: StepWeights) -> Array:
         """Return the Hessian in x of the function that `weights` differentiates, shape (P, P)."""
-        if isinstance(self.model, DoubleStepModel):
-            H = self.model.hessian(step, derivatives, weights)
-            return pairs_added(H, weights, derivatives.jacobians)
-        return step_hessian(self.model, step, derivatives, weights)
+        H = self._steps_bent((step,), (derivatives,), (weights,))
+        return pairs_added(H, weights, derivatives.jacobians)
+
+    def _steps_bent(
+        self,
+        steps: Sequence[Step],
+        derivatives: Sequence[StepDerivatives],
+        weights: Sequence[StepWeights],
+    ) -> Array:
+        if self.closing:
+            return double_cycle_hessian(self.closing, steps, derivatives, weights)
+        return cycle_hessian(self.models, steps, derivatives, weights, self.given is None)
 
     def describe(self, row: int) -> str:
         """Name a row: "right_knee torque at 80.0 % of the step"."""
@@ -386,20 +401,24 @@ def _over_period(blocks: list[ConstraintBlock], grid: Grid, robot: Robot) -> Con
     return joined_blocks(blocks, grid, STRIDE_EDGES, robot)
 
 
+Kind = TypeVar("Kind", StepModel, DoubleStepModel)
+
+
 def _models(
+    kind: type[Kind],
     robots: tuple[Robot, ...],
     layout: Layout | StepsLayout,
     grids: tuple[Grid, ...],
     read: set[Quantity],
     schedule: Schedule,
-) -> tuple[StepModel, ...]:
+) -> tuple[Kind, ...]:
     """Return the models of the steps of a period."""
     if isinstance(layout, Layout):
-        return (StepModel(robots[0], layout, grids[0], read, schedule),)
-    charts = layout.charts
+        return (kind(robots[0], layout, grids[0], read, schedule),)
+    charts: tuple[Chart, ...] = layout.charts
     each = zip(robots, layout.steps, grids, charts, (charts[-1], *charts[:-1]), strict=True)
     return tuple(
-        StepModel(robot, own, part, read, schedule, chart, before)
+        kind(robot, own, part, read, schedule, chart, before)
         for robot, own, part, chart, before in each
     )
 

@@ -674,12 +674,10 @@ def _check_second(gait: Gait) -> None:
     if (
         not isinstance(second, Gait)
         or second.second is not None
-        or any(one.closing for one in (gait, second))
         or [one.contact for one in gait.phases] != [one.contact for one in second.phases]
     ):
         raise InputError(
-            "the gait's second step must be a single step that an impact ends, with the contacts "
-            "of its first"
+            "the gait's second step must be a single step with the contacts of its first"
         )
     if second.joint_names != gait.joint_names or not np.array_equal(second.mirror, gait.mirror):
         raise InputError("the gait's second step has other joints than its first")

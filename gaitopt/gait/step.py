@@ -203,6 +203,31 @@ class DoubleSupportPart:
 
 
 @dataclass(frozen=True)
+class DoubleSupportDerivatives:
+    """Derivatives in x of what belongs to a double support, for the second ones.
+
+    Attributes:
+        stance, swing: of the coefficients of both legs, (K, 6, P).
+        closed, touchdown, liftoff: of (u, du, ddu, g) at the instants of the double support and at
+            its ends, (M, 3 (h + 6) + G, P), (1, 3 (h + 6) + G, P) each.
+        wrench: of the front foot's, (M, 6, P).
+        geometry: of the quantities that place the front foot, (G, P).
+        jump, rear: of the impact's jump of the rates (n, P) and impulse on the rear foot (6, P),
+            without entries where there is none.
+    """
+
+    stance: Array
+    swing: Array
+    closed: Array
+    touchdown: Array
+    liftoff: Array
+    wrench: Array
+    geometry: Array
+    jump: Array
+    rear: Array
+
+
+@dataclass(frozen=True)
 class StepDerivatives:
     """Derivatives of a step with respect to x.
 
@@ -213,6 +238,7 @@ class StepDerivatives:
             (N, 3 (h + n), P).
         turns: of the stance foot.
         landing_angle: of the foot that lands, shape (P,); empty where it lands flat.
+        double: of a step with a double support.
         jacobians: of each quantity, shape (K, entries, P).
 
     Those from `coefficients` on are empty until the local ones are chained.
@@ -226,6 +252,7 @@ class StepDerivatives:
     motion: Array = field(default_factory=lambda: np.zeros((0, 0, 0)))
     turns: tuple[ShapedTurn, ...] = ()
     landing_angle: Array = field(default_factory=lambda: np.zeros(0))
+    double: DoubleSupportDerivatives | None = None
     jacobians: dict[Quantity, Array] = field(default_factory=dict)
 
 

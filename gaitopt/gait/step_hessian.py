@@ -173,14 +173,6 @@ def _step_gradient(
     return effort, by_order, on_coefficients, _turn_weights(step, derivatives, by_order)
 
 
-def step_hessian(
-    model: StepModel, step: Step, derivatives: StepDerivatives, weights: StepWeights
-) -> Array:
-    """Return the Hessian in x of the function that `weights` differentiates, shape (P, P)."""
-    H = cycle_hessian((model,), (step,), (derivatives,), (weights,))
-    return pairs_added(H, weights, derivatives.jacobians)
-
-
 def pairs_added(H: Array, weights: StepWeights, jacobians: dict[Quantity, Array]) -> Array:
     """Return H with the second derivatives in pairs of quantities, those of the effort apart.
 

@@ -85,11 +85,7 @@ class StepModel:
         self.schedule = schedule or Schedule()
         self.chart = chart or identity_chart(layout.size)
         self._before = before or self.chart
-        # of what shapes the double support at the start, in x
-        self.at_start = self.chart.matrix[layout.boundary]
-        if layout.turning:
-            row = int(np.flatnonzero(layout.boundary == layout.turn.start)[0])
-            self.at_start[row] = self._before.matrix[layout.turn.start]
+        self.at_start = start_in_x(layout, self.chart, self._before)
         # Takes the joints from the end of a step to the start of the next, Eqs. (26) and (27).
         self.exchange = self.schedule.symmetry.joint_map(robot)
         knots = self.schedule.knots(layout.postures)
@@ -169,17 +165,7 @@ class StepModel:
         Raises:
             EvaluationError: a parameter is not finite, or a leg cannot reach.
         """
-        if not np.all(np.isfinite(x)):
-            raise EvaluationError("a parameter is not finite")
-        z = self.chart.of(x)
-        geometry = self.layout.geometry_of(z)
-        if self.layout.turning:  # the rear foot is as the step before leaves it
-            geometry[FEET] = self._before.of(x)[self.layout.turn.start]
-        if geometry[DURATION] <= 0.0:
-            raise EvaluationError(f"a step of {geometry[DURATION]} s is not a step")
-        if posture is None:
-            posture = self.boundary.posture(geometry, z[self.layout.start])
-        return Opening(z, geometry, posture)
+        return opened(self.layout, (self._before, self.chart), self.boundary, x, posture)
 
     @property
     def flat_impact(self) -> FlatImpact:
@@ -498,6 +484,53 @@ class Opening:
     posture: Posture
 
 
+def opened(
+    layout: Layout,
+    charts: tuple[Chart, Chart],
+    boundary: DoubleSupport,
+    x: Array,
+    posture: Posture | None,
+) -> Opening:
+    """Return the double support at the start of a step.
+
+    Args:
+        layout: of the step.
+        charts: of the step before and of this one.
+        boundary: form of the double support.
+        x: parameters of the walk, shape (P,).
+        posture: of it, if it was computed before.
+
+    Raises:
+        EvaluationError: a parameter is not finite, or a leg cannot reach.
+    """
+    if not np.all(np.isfinite(x)):
+        raise EvaluationError("a parameter is not finite")
+    before, own = charts
+    z = own.of(x)
+    geometry = layout.geometry_of(z)
+    if layout.turning:  # the rear foot is as the step before leaves it
+        geometry[FEET] = before.of(x)[layout.turn.start]
+    if geometry[DURATION] <= 0.0:
+        raise EvaluationError(f"a step of {geometry[DURATION]} s is not a step")
+    if posture is None:
+        posture = boundary.posture(geometry, z[layout.start])
+    return Opening(z, geometry, posture)
+
+
+def start_in_x(layout: Layout, chart: Chart, before: Chart) -> Array:
+    """Return the derivatives in x of what shapes the double support at the start, (b, P).
+
+    Args:
+        layout, chart: of the step.
+        before: chart of the step before, whose stance foot is the rear one.
+    """
+    found = chart.matrix[layout.boundary]
+    if layout.turning:
+        row = int(np.flatnonzero(layout.boundary == layout.turn.start)[0])
+        found[row] = before.matrix[layout.turn.start]
+    return found
+
+
 @dataclass(frozen=True)
 class Landing:
     """The end of a step and its impact; as of `Step`.
@@ -556,13 +589,13 @@ def cycle(models: Sequence[StepModel], x: Array, ends: Ends | None = None) -> tu
     """
     openings = [model.opening(x) for model in models]
     given = (None, None) if ends is None else (ends.before, ends.after)
-    following = _next(openings, given[1])
+    following = after_each(openings, given[1])
     landings = [
         model.landing(opening, after)
         for model, opening, after in zip(models, openings, following, strict=True)
     ]
     yaws = [float(one.geometry[FOOT_YAW]) for one in following]
-    befores = _before([one.impact for one in landings], given[0])
+    befores = before_each([one.impact for one in landings], given[0])
     return tuple(
         model.course(opening, landing, before, yaw)
         for model, opening, landing, before, yaw in zip(
@@ -591,14 +624,14 @@ def cycle_derivatives(
     postures = [None] * len(models) if known is None else known
     openings = [model.opening(x, known) for model, known in zip(models, postures, strict=True)]
     given = (None, None) if ends is None else (ends.before, ends.after)
-    following = _next(openings, given[1])
+    following = after_each(openings, given[1])
     landed = [
         model.landing_derivatives(opening, after)
         for model, opening, after in zip(models, openings, following, strict=True)
     ]
     landings = [landing for landing, _ in landed]
     yaws = [float(one.geometry[FOOT_YAW]) for one in following]
-    befores = _before([one.impact for one in landings], given[0])
+    befores = before_each([one.impact for one in landings], given[0])
     courses = [
         model.course_derivatives(opening, landing, before, yaw)
         for model, opening, landing, before, yaw in zip(
@@ -609,16 +642,16 @@ def cycle_derivatives(
         model.opening_derivatives(opening) for model, opening in zip(models, openings, strict=True)
     ]
     nothing = None if ends is None else np.zeros(starts[0][1].shape)  # what is given is constant
-    q_starts = _next([q for _, q in starts], nothing)
+    q_starts = after_each([q for _, q in starts], nothing)
     q_ends = [model.exchange @ q for model, q in zip(models, q_starts, strict=True)]
     afters = [
         model.impact_jacobian(landing, impact, q_end)
         for model, (landing, impact), q_end in zip(models, landed, q_ends, strict=True)
     ]
-    leaving = _before(afters, None if ends is None else np.zeros(afters[0].shape))
+    leaving = before_each(afters, None if ends is None else np.zeros(afters[0].shape))
     angles = [None if m.line is None else m.chart.matrix[m.layout.landed.start] for m in models]
     turned = [model.along("foot_yaw") for model in models]
-    yawed = _next(turned, None if nothing is None else nothing[0])
+    yawed = after_each(turned, None if nothing is None else nothing[0])
     derivatives = []
     for k, model in enumerate(models):
         step, support, optional = courses[k]
@@ -627,17 +660,17 @@ def cycle_derivatives(
         derivatives.append(
             model.chain(
                 step, local, q_start, q_ends[k], afters[k], leaving[k],
-                befores[k].turn_rate, _next(angles)[k], yawed[k],
+                befores[k].turn_rate, after_each(angles)[k], yawed[k],
             )
         )  # fmt: skip
     return tuple(step for step, _, _ in courses), tuple(derivatives)
 
 
-def _next(each: Sequence[T], last: T | None = None) -> list[T]:
+def after_each(each: Sequence[T], last: T | None = None) -> list[T]:
     """Return what belongs to the step after each; after the last the first, or what is given."""
     return [*each[1:], each[0] if last is None else last]
 
 
-def _before(each: Sequence[T], first: T | None = None) -> list[T]:
+def before_each(each: Sequence[T], first: T | None = None) -> list[T]:
     """Return what belongs to the step before each; before the first the last, or what is given."""
     return [each[-1] if first is None else first, *each[:-1]]

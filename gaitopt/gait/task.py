@@ -300,10 +300,11 @@ class Task:
             raise InputError(
                 "a stride of two steps has its speed as a constraint; leave out speed_as"
             )
-        if self.double_support is not None:
+        if self.touch_down == "impact":
             raise InputError(
-                "in a stride of two steps an impact ends either step; leave out double_support, or "
-                "lateral_speed, turn_rate, cross_slope and stride"
+                "an impact that both feet take is for steps that are mirror images of each other; "
+                "take touch_down 'gentle' (--touch-down gentle), or leave out lateral_speed, "
+                "turn_rate, cross_slope and stride"
             )
         turn = self.turn_rate * self.duration
         if not abs(turn) <= FARTHEST:

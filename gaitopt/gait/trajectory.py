@@ -117,7 +117,7 @@ class TrajectoryPhase:
     def split(
         self, at: float, rates: Array | None = None
     ) -> tuple[TrajectoryPhase, TrajectoryPhase]:
-        """Return its parts before and after one of its inner knots [s]; `rates` as `split_spline`."""
+        """Return its parts before and after one of its inner knots [s]; as `split_spline`."""
         before, after = split_spline(self.knots, self.coefficients, at, rates)
         return TrajectoryPhase(self.standing, *before), TrajectoryPhase(self.standing, *after)
 

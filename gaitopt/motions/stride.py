@@ -150,7 +150,7 @@ def record(gait: Gait, samples: Mapping[str, Array]) -> dict[str, object]:
         "splines": _splines(gait, samples),
         "standing_foot_turn": _foot_turns(gait, "foot") if gait.turning else None,
         "landed_foot_turn": _foot_turns(gait, "landing") if gait.lands_on_line else None,
-        "double_support": _double(gait) if gait.closing else None,
+        "double_support": _of_steps([_double(s) for s in gait.steps]) if gait.closing else None,
         "impact": _impact(gait),
         "parameters": dict(zip(gait.parameter_names, gait.parameters.tolist(), strict=True)),
         "meta": dict(gait.meta),
@@ -238,7 +238,11 @@ def _followers(gait: Gait, steps: list[Array]) -> dict[str, list[list[list[float
 
 def _foot_turns(gait: Gait, part: str) -> object:
     """Return the turn of the standing foot; of a stride of two steps that of each."""
-    each = [_foot_turn(step, part) for step in gait.steps]
+    return _of_steps([_foot_turn(step, part) for step in gait.steps])
+
+
+def _of_steps(each: list[dict[str, object]]) -> object:
+    """Return what is told of a step, or of each of a stride."""
     return each[0] if len(each) == 1 else each
 
 

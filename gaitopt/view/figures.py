@@ -378,10 +378,10 @@ def _draw_force(axes: Axes, gait: Gait) -> None:
         axes.plot(own.time, fy, line, color=SECOND, linewidth=1.2, label=f"sideways $f_y${later}")
         total = float(np.diff(own.time) @ (fz[:-1] + fz[1:])) / 2.0  # trapezoids
         mean += total / (own.duration * len(gait.steps))
-    if gait.closing:
-        late = gait.time > gait.knots[-1]
-        both = gait.front_wrench_at(gait.time[late])[:, 2]
-        axes.plot(gait.time[late], both, color=STANCE, linestyle="--", label="front foot $f_z$")
+        if own.closing:
+            late = own.time[own.time > own.knots[-1]]
+            both = own.front_wrench_at(late)[:, 2]
+            axes.plot(late, both, color=STANCE, linestyle="--", label=f"front foot $f_z${later}")
     axes.axhline(mean, color=MEAN, linewidth=1.2, linestyle="-.", label=f"mean $f_z$ {mean:.1f} N")
     mass = gait.number("mass")
     if mass is not None:
