@@ -39,7 +39,7 @@ ROBOTS = {"g1": ((0.8, 0.5), (1.0, 0.5)), "talos": ((0.8, 0.7), (1.0, 0.6))}
 """Speeds [m/s] and durations of steps [s] of other robots."""
 FREE_WALKS = {
     "g1": ((0.6, 0.8, 1.0, 1.2), (0.4, 0.5)),
-    "talos": ((0.4, 0.6, 0.8, 1.0), (0.5, 0.7)),
+    "talos": ((0.6, 0.8, 1.0), (0.6,)),
 }
 """Speeds of other robots [m/s], and first guesses of the duration of their steps [s]."""
 

@@ -20,6 +20,7 @@ SEVEN = (
     ("ankle_pitch", (0.0, 0.0, -0.19), (0.0, 1.0, 0.0), 0.5),
     ("ankle_roll", (0.0, 0.0, 0.0), (1.0, 0.0, 0.05), 0.9),
 )
+SIX = (*SEVEN[:4], *SEVEN[5:])
 FIVE = (
     ("hip_roll", (0.0, 0.09, -0.04), (1.0, 0.02, 0.0), 1.1),
     *SEVEN[2:4],
@@ -119,6 +120,7 @@ _MAKERS = {
     ),
     "five": lambda: _robot(biped_urdf(FIVE), ()),
     "five and arms": lambda: _robot(biped_urdf(FIVE, ARM), MOVING),
+    "six, waist and arms": lambda: _robot(biped_urdf(SIX, ARM, "yaw"), ("waist", *MOVING)),
     "five and fins": lambda: _robot(biped_urdf(FIVE, fin=FIN), ("left_fin", "right_fin")),
 }
 SYNTHETIC = tuple(_MAKERS)

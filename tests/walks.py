@@ -13,6 +13,7 @@ from gaitopt.gait.initial_guess import first_guess, perturbed
 from gaitopt.gait.parameters import GEOMETRY, set_geometry
 from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
+from gaitopt.mechanics.inverse_kinematics import LegKinematics
 from gaitopt.model.robot import Robot
 
 ALWAYS = (
@@ -136,6 +137,19 @@ def _double_support(**changes: object) -> Walk:
     found = _guess(
         1, sigma=0.03, duration=0.5, double_support=0.1, geometry=geometry, **UPRIGHT, **changes
     )
+    return _pushed(found)
+
+
+def _closed(found: Walk) -> Walk:
+    """The same with the posture at the start where it ought to be: there both ends agree."""
+    problem, x = found.problem, found.x.copy()
+    (pelvis, _), (sole, _) = problem.model.boundary.place(problem.model.opening(x).geometry)
+    x[problem.layout.start] = LegKinematics(problem.robot).solve(pelvis, sole)
+    return Walk(problem, x)
+
+
+def _pushed(found: Walk) -> Walk:
+    """The same with a front foot that is pushed in all directions: friction cones have a tip."""
     front, push, x = found.problem.layout.front, found.problem.layout.push, found.x.copy()
     moved = slice(front.start, push.stop)
     noise = np.random.default_rng(2).normal(0.0, 0.3, moved.stop - moved.start)
@@ -202,6 +216,9 @@ _MAKERS = {
     "upright, double support, toe off": lambda: _double_support(toe_off=0.6),
     "upright, double support, toe off, everything free": lambda: _double_support(
         toe_off=0.6, everything=True
+    ),
+    "upright, lifted, double support, toe off, six joints, waist, arms": lambda: _pushed(
+        _closed(_synthetic("six, waist and arms", sigma=0.02, double_support=0.1, toe_off=0.6))
     ),
     "upright, double support after an impact on both, everything free": lambda: _double_support(
         touch_down="impact", everything=True

@@ -137,7 +137,8 @@ def begins_relaxed(task: Task, options: DesignOptions) -> bool:
     wanted = options.approach == "relaxed" or (
         options.approach == "automatic" and task.boundary == "lifted"
     )
-    return wanted and task.margins.liftoff_speed > RELAXED_LIFTOFF
+    lifts = task.double_support is None  # else the rear foot leaves at rest, without such a limit
+    return wanted and lifts and task.margins.liftoff_speed > RELAXED_LIFTOFF
 
 
 def is_walk(solution: Solution) -> bool:

@@ -25,16 +25,19 @@ import pinocchio as pin
 from numpy.typing import NDArray
 
 from gaitopt.contact.schedule import Schedule, shared_knots
+from gaitopt.errors import InputError
 from gaitopt.gait import quantities
 from gaitopt.gait.double_support import (
     Displacement,
     DoubleSupport,
     InverseKinematicsSupport,
+    JointAngleSupport,
     Posture,
     PostureDerivatives,
     drive,
     landing_sole_chain,
     place,
+    refuse_undetermined,
 )
 from gaitopt.gait.foot_turn import FootTurn, foot_turn
 from gaitopt.gait.grid import Grid
@@ -68,7 +71,6 @@ from gaitopt.gait.step_hessian import (
 from gaitopt.gait.step_model import Opening, after_each, before_each, opened, start_in_x
 from gaitopt.mechanics.closed_chain import (
     FREE,
-    LAST,
     TIED,
     ClosedChain,
     ClosedMotion,
@@ -109,6 +111,13 @@ class DoubleStepModel:
             InputError: the swing leg does not follow from the stance leg.
         """
         refuse_open(robot)
+        if not layout.lifted:
+            refuse_undetermined(robot)
+        if (schedule or Schedule()).striking and not robot.tree.determined:
+            raise InputError(
+                "an impact that both feet take is for robots whose legs alone move; hold the other "
+                "joints (leave out --move), or take touch_down 'gentle'"
+            )
         self.robot, self.layout, self.grid = robot, layout, grid
         self.chart = chart or identity_chart(layout.size)
         self._before = before or self.chart
@@ -139,7 +148,13 @@ class DoubleStepModel:
         lasts = layout.index("duration")  # in x, if it is free
         self._lasts = None if lasts is None else int(np.argmax(self.chart.matrix[lasts]))
         m = self._h + layout.joints
-        # of the closed chain's (q, dq, ddq), the hinge before each
+        # joints that are free: the stance leg's and those in no chain; with the hinge before them
+        n = layout.joints
+        self.free: NDArray[np.int_] = np.r_[np.arange(n)[FREE], np.arange(n)[TIED.stop :]]
+        self._driven = np.r_[np.arange(self._h), self._h + self.free]
+        self._swing = slice(self._h + TIED.start, self._h + TIED.stop)
+        self._count = self.free.size
+        # of (q, dq, ddq) of all joints, the hinge before each
         self._angles, self._rates = slice(self._h, m), slice(m + self._h, 2 * m)
         share = np.clip((grid.instants[self.both] - touch) / (1.0 - touch), 0.0, 1.0)
         self._shares = bernstein(share)
@@ -155,7 +170,7 @@ class DoubleStepModel:
         self._drive = drive(self._chain)
         rise, hinge = layout.rise, self.hinge
         plain = rise == 0.0 and hinge is None
-        form = InverseKinematicsSupport
+        form = JointAngleSupport if layout.lifted else InverseKinematicsSupport
         self._boundary = form if plain else form(robot, hinge, rise)
         self._closed_chain = None if hinge is None else ClosedChain(robot, self.standing)
 
@@ -227,8 +242,9 @@ class DoubleStepModel:
         touch, end = double.touchdown.motion[:, 0, h:], double.liftoff.motion[:, 0, h:]
         k, stance = len(early), step.coefficients
         before = np.zeros((k + 2, n))
-        before[:k, FREE] = stance[:k]
-        before[k:, FREE] = stance[k : k + 2] if self.striking else (stance[-2], touch[1, FREE])
+        own = self.free
+        before[:k, own] = stance[:k]
+        before[k:, own] = stance[k : k + 2] if self.striking else (stance[-2], touch[1, own])
         before[:, TIED] = double.swing
         after = np.stack([touch[0], middle.motion[0, 0, h:], end[0], touch[1], end[1]])
         return {
@@ -301,7 +317,8 @@ class DoubleStepModel:
         z, T = opening.z, float(opening.geometry[DURATION])
         q_end = self.exchange @ following.posture.q_start
         sole, targets = place(self._chain, following.geometry)
-        last = np.stack([q_end[FREE], z[self.layout.rates], np.zeros(TWIST)])[:, None]
+        rates = z[self.layout.rates]
+        last = np.stack([q_end[self.free], rates, np.zeros(self._count)])[:, None]
         turned = self._hinge_motion(z, T, _END)
         liftoff = self._closed(np.concatenate([turned, last], axis=2), sole, targets)
         yaw_end = float(following.geometry[FOOT_YAW])
@@ -360,13 +377,14 @@ class DoubleStepModel:
         q_start = posture.q_start
         rate_start = self.exchange @ before.liftoff.motion[1, 0, h:]
         knots = x[layout.knots].reshape(-1, layout.joints)
-        late = self._late @ np.vstack([rate_end, x[layout.late].reshape(-1, TWIST)])
-        late[: -2 if self.striking else None] += q_end[FREE]
+        own = self.free
+        late = self._late @ np.vstack([rate_end, x[layout.late].reshape(-1, self._count)])
+        late[: -2 if self.striking else None] += q_end[own]
         if self.striking:
-            stance = np.vstack([np.zeros((len(knots) + 4, TWIST)), late])  # before it: below
+            stance = np.vstack([np.zeros((len(knots) + 4, own.size)), late])  # before it: below
         else:
             stance = np.vstack(
-                [q_start[FREE], knots[:, FREE], late, q_end[FREE], rate_start[FREE], rate_end]
+                [q_start[own], knots[:, own], late, q_end[own], rate_start[own], rate_end]
             )
         at_touch = (self._at_touch.at(T) @ stance).swapaxes(0, 1)
         turned = self._hinge_motion(x, T, self._touching)
@@ -379,13 +397,13 @@ class DoubleStepModel:
             dq_touch = dq_touch - struck.jump
         early = np.vstack([q_start, knots, q_touch, rate_start, dq_touch])
         if self.striking:
-            stance[: len(early)] = early[:, FREE]
+            stance[: len(early)] = early[:, self.free]
         swing = early[:, TIED]
         free = (self.basis.at(T) @ stance).swapaxes(0, 1)
         tied = (self.swing_basis.at(T) @ swing).swapaxes(0, 1)
-        motion = np.concatenate([self._hinge_motion(x, T), free, tied], axis=2)
-        own = np.ascontiguousarray(motion[:, self.both, : h + TWIST])
-        closed = self._closed(own, sole, targets)
+        turned = self._hinge_motion(x, T)
+        motion = np.concatenate([turned, free[..., FREE], tied, free[..., FREE.stop :]], axis=2)
+        closed = self._closed(motion[:, self.both][:, :, self._driven], sole, targets)
         motion[:, self.both] = closed.motion
         wrench = self._shares @ x[layout.front].reshape(4, TWIST)
         front = np.zeros((self.grid.count, TWIST))
@@ -413,7 +431,7 @@ class DoubleStepModel:
         force = double.in_world
         effort[self.both, :TWIST] -= force
         axes = double.motion.axes
-        effort[self.both, TWIST:] -= apply(axes, force)
+        effort[self.both, TWIST : TWIST + axes.shape[1]] -= apply(axes, force)
         impact = ImpactState(np.concatenate([twist, after]), impulse)
         start = parts.geometry[FOOT_YAW]
         yaw = start + self.grid.instants * (parts.yaw_end - start)
@@ -445,7 +463,7 @@ class DoubleStepModel:
         """
         assert step.double is not None
         rates = self.chart.matrix[self.layout.rates]
-        last = np.stack([q_end[FREE], rates, np.zeros((TWIST, self._size))])[None]
+        last = np.stack([q_end[self.free], rates, np.zeros_like(rates)])[None]
         turned = self._hinge_jacobian(step.x, step.duration, _END)
         found = self._with_hinge(last, turned, geometry)
         return found, step.double.liftoff.jacobian[0, self._rates] @ found[0]
@@ -475,14 +493,15 @@ class DoubleStepModel:
         matrix, h = self.chart.matrix, self._h
         rate_end = matrix[layout.rates]
         knots = matrix[layout.knots].reshape(k, n, P)
-        moves = np.concatenate([rate_end[None], matrix[layout.late].reshape(-1, TWIST, P)])
+        own, f = self.free, self._count
+        moves = np.concatenate([rate_end[None], matrix[layout.late].reshape(-1, f, P)])
         late = np.einsum("km,mjp->kjp", self._late, moves)
-        late[: -2 if self.striking else None] += q_end[FREE]
+        late[: -2 if self.striking else None] += q_end[own]
         if self.striking:
-            stance = np.concatenate([np.zeros((k + 4, TWIST, P)), late])
+            stance = np.concatenate([np.zeros((k + 4, f, P)), late])
         else:
-            ends = [q_end[FREE], rate_start[FREE], rate_end]
-            stance = np.concatenate([q_start[None, FREE], knots[:, FREE], late, ends])
+            ends = [q_end[own], rate_start[own], rate_end]
+            stance = np.concatenate([q_start[None, own], knots[:, own], late, ends])
         turned, whole = self._hinge_jacobian(step.x, T, self._touching), step.coefficients
         moved = self._moved(self._at_touch, stance, T, whole)
         touchdown = self._with_hinge(moved, turned, geometry)
@@ -498,11 +517,12 @@ class DoubleStepModel:
             rate_touch = rate_touch - jump
         early = np.concatenate([q_start[None], knots, [q_touch, rate_start, rate_touch]])
         if self.striking:
-            stance[: len(early)] = early[:, FREE]
+            stance[: len(early)] = early[:, self.free]
         swing = early[:, TIED]
         turned, free = self._hinge_jacobian(step.x, T), self._moved(self.basis, stance, T, whole)
         tied = self._moved(self.swing_basis, swing, T, double.swing)
-        motion = np.concatenate([turned, free, tied], axis=2)
+        legs, others = free[:, :, FREE], free[:, :, FREE.stop :]
+        motion = np.concatenate([turned, legs, tied, others], axis=2)
         motion = motion.reshape(self.grid.count, 3 * (h + n), P)
         closed = self._with_hinge(free[self.both], turned[self.both], geometry)
         motion[self.both] = double.motion.jacobian @ closed
@@ -539,9 +559,11 @@ class DoubleStepModel:
         h, m, motion, matrix = self._h, self._h + n, local.motion, self.chart.matrix
         angles = motion[:, :m]
         effort = support.effort @ motion
-        effort[self.both] -= self._taken_jacobian(
-            double.sole, double.motion, double.wrench, angles[self.both], at.geometry, at.wrench
-        )
+        chain = double.motion.axes.shape[1]
+        effort[self.both, : TWIST + chain] -= self._taken_jacobian(
+            double.sole, double.motion, double.wrench, angles[self.both, :chain], at.geometry,
+            at.wrench,
+        )  # fmt: skip
         legs = local.posture.legs[:, :, layout.boundary_columns] @ self.at_start
         travel = self.geometry_in_x[[STEP_LENGTH, DURATION]][None]
         front = np.zeros((count, TWIST, P))
@@ -565,7 +587,7 @@ class DoubleStepModel:
             quantities.IMPULSE: impulse[None],
             quantities.SOLE_TWIST: twist[None],
             quantities.LEGS: legs,
-            quantities.GAPS: np.zeros((0, TWIST, P)),
+            quantities.GAPS: local.posture.gaps[:, :, layout.boundary_columns] @ self.at_start,
             quantities.TRAVEL: travel,
             quantities.FOOT_TURN: foot_turn_rows(motion.reshape(count, 3, m, P)[:, :, :h]),
             quantities.FRONT_WRENCH: front,
@@ -619,11 +641,12 @@ class DoubleStepModel:
         parts = [first[quantities.WRENCH], of_hinge, first[quantities.TORQUE]]
         effort = np.concatenate(parts, axis=1)
         gradient = local_gradient(derivatives, first, effort, h)
+        chain = double.motion.axes.shape[1]
         taken, H = self._taken_hessian(
-            double.sole, double.motion, double.wrench, motion[self.both, :m], at.geometry,
-            at.wrench, -effort[self.both],
+            double.sole, double.motion, double.wrench, motion[self.both, :chain], at.geometry,
+            at.wrench, -effort[self.both, : TWIST + chain],
         )  # fmt: skip
-        gradient[self.both, :m] += taken
+        gradient[self.both, :chain] += taken
         dynamics = derivatives.support.hessian(effort)
         plain = StepWeights(first, {})
         local = local_hessian(derivatives, plain, dynamics, h)
@@ -634,7 +657,7 @@ class DoubleStepModel:
                 H += np.tensordot(J, weights.second[one, one] @ J, ((0, 1), (0, 1)))
         by_order = gradient.reshape(-1, 3, m)
         felt = by_order * ~self.both[:, None, None]
-        free, single = felt[:, :, : h + TWIST], felt[:, :, h + TWIST :]
+        free, single = felt[:, :, self._driven], felt[:, :, self._swing]
         free[self.both] = self._closing(double.motion, gradient[self.both], at.closed, H)
         on_stance = self._on_stance(step, at, self.basis, free, None, H)
         on_swing = np.einsum("nok,noj->kj", self.swing_basis.at(T), single)
@@ -647,14 +670,15 @@ class DoubleStepModel:
             ends[0, self._angles], ends[0, self._rates] = on_early[-3], on_early[-1]
             ends[0, self._angles] += self._impact_hessian(step, at, -on_early[-1], first, H)
         else:
-            ends.reshape(3, m)[:2, LAST] = on_swing[-3], on_swing[-1]
+            ends.reshape(3, m)[:2, self._swing] = on_swing[-3], on_swing[-1]
         back = self._closing(double.touchdown, ends, at.touchdown, H)
         on_stance += self._on_stance(step, at, self._at_touch, back, self._touching, H)
         if self.striking:
             start, rate = on_early[0], on_early[-2]
         else:
-            start = np.concatenate([on_stance[0], on_swing[0]])
-            rate = np.concatenate([on_stance[-2], on_swing[-2]])
+            start, rate = np.zeros((2, n))
+            start[self.free], start[TIED] = on_stance[0], on_swing[0]
+            rate[self.free], rate[TIED] = on_stance[-2], on_swing[-2]
         assert H.shape == (P, P)
         return H, OnEnds(start, rate, on_stance[-5:-2].sum(axis=0))
 
@@ -672,7 +696,7 @@ class DoubleStepModel:
         assert at is not None
         last = np.zeros((1, 3 * (h + self.layout.joints)))
         last[0, self._rates] = self.exchange.T @ rate
-        back = (last[0] @ double.liftoff.jacobian[0])[h : h + TWIST]
+        back = (last[0] @ double.liftoff.jacobian[0])[h : h + self._count]
         return _bent(double.liftoff, last, at.liftoff), back
 
     def start_hessian(
@@ -699,7 +723,7 @@ class DoubleStepModel:
     def _closing(self, closed: ClosedMotion, weights: Array, along: Array, H: Array) -> Array:
         """Add what a closed chain bends to H; return its weights of (u, du, ddu), (M, 3, h + 6)."""
         H += _bent(closed, weights, along)
-        free = self._h + TWIST
+        free = self._h + self._count
         return np.asarray(
             (weights[:, None] @ closed.jacobian)[:, 0, : 3 * free].reshape(-1, 3, free)
         )
@@ -955,7 +979,7 @@ def double_cycle_hessian(
     H = np.sum([bent for bent, _ in (*own, *leaving)], axis=0)
     on_end = [one.end + back for one, (_, back) in zip(ends, leaving, strict=True)]
     for (model, step, at, weighed), one, end in zip(each, ends, before_each(on_end), strict=True):
-        q_start = one.start + model.exchange[FREE].T @ end
+        q_start = one.start + model.exchange[model.free].T @ end
         H += model.start_hessian(step, at, q_start, weighed.first)
     return np.asarray((H + H.T) / 2.0)
 

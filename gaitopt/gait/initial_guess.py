@@ -206,14 +206,14 @@ def _guessed_closing(
     wrench = np.zeros((4, TWIST))
     wrench[:, 2] = weight * np.array([0.1, 0.3, 0.7, 0.9])
     wrench[:, 4] = -wrench[:, 2] * 0.5 * (problem.robot.sole.toe + problem.robot.sole.heel)
-    leg = slice(TWIST)
-    bends, push = [np.zeros(TWIST), bend[leg]], np.zeros(TWIST * model.striking)
+    own = model.free
+    bends, push = [np.zeros(own.size), bend[own]], np.zeros(TWIST * model.striking)
     if model.striking:
-        bends.append(np.zeros(TWIST))
+        bends.append(np.zeros(own.size))
         push[2] = _PUSH * problem.robot.mass
         push[4] = -push[2] * 0.5 * (problem.robot.sole.toe + problem.robot.sole.heel)
     more = np.concatenate([turns.parameters, *bends, wrench.ravel(), push])
-    return layout.pack(np.array(early), rate[leg], start.q, geometry, more)
+    return layout.pack(np.array(early), rate[own], start.q, geometry, more)
 
 
 @dataclass(frozen=True)

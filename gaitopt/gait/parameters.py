@@ -82,8 +82,8 @@ class Layout:
         turning: whether the stance foot turns at the end of the step, see `foot_turn`.
         landing: whether it lands on a line of its sole and turns at the start of the step.
         slapping: whether it then comes to lie flat by an impact: the rates before that are in x.
-        closing: whether both feet stand at the end of the step, see `double_step`: then the stance
-            leg of six joints has two more postures, and the front foot a wrench.
+        closing: whether both feet stand at the end of the step, see `double_step`: then all joints
+            but the swing leg's have two more postures, and the front foot a wrench.
         striking: whether an impact begins that: then the stance leg has one bend more, and the
             front foot an impulse.
         rise: of the footprint ahead over that of the stance foot [m].
@@ -118,14 +118,23 @@ class Layout:
         return len(self.joint_names)
 
     @cached_property
+    def _free_joints(self) -> tuple[str, ...]:
+        """Names of the joints whose rates at the end of the step are in x.
+
+        Of those of a closed chain all but the swing leg's, which follow.
+        """
+        names = self.joint_names
+        return (*names[:_LEG], *names[2 * _LEG :]) if self.closing else names
+
+    @cached_property
     def knots(self) -> slice:
         """Entries of the intermediate postures."""
         return slice(0, self.joints * self.postures)
 
     @cached_property
     def rates(self) -> slice:
-        """Entries of the rates before impact; of the stance leg's at lift-off if it is closing."""
-        return slice(self.knots.stop, self.knots.stop + (_LEG if self.closing else self.joints))
+        """Entries of the rates before impact; if it is closing at lift-off, of its free joints."""
+        return slice(self.knots.stop, self.knots.stop + len(self._free_joints))
 
     @cached_property
     def start(self) -> slice:
@@ -162,7 +171,7 @@ class Layout:
     @cached_property
     def late(self) -> slice:
         """Entries that bend the stance leg while both feet stand; or none."""
-        count = len(self.bends) * _LEG
+        count = len(self.bends) * len(self._free_joints)
         return slice(self.flat.stop, self.flat.stop + count)
 
     @property
@@ -212,9 +221,8 @@ class Layout:
         rates = [f"{j}_rate_before_impact" for j in self.joint_names]
         late: list[str] = []
         if self.closing:
-            leg = self.joint_names[:_LEG]
-            rates = [f"{j}_rate_at_lift_off" for j in leg]
-            late = [f"{j}_bend_{when}" for when in self.bends for j in leg]
+            rates = [f"{j}_rate_at_lift_off" for j in self._free_joints]
+            late = [f"{j}_bend_{when}" for when in self.bends for j in self._free_joints]
             late += [f"front_foot_{part}_{k + 1}" for k in range(4) for part in _WRENCH]
         if self.striking:
             late += [f"front_foot_impulse_{part}" for part in _WRENCH]

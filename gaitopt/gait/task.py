@@ -389,11 +389,6 @@ class Task:
                 f"step on; the rear foot turns before that, from {latest:.3g} on at the latest: "
                 "give that or less, or a shorter double_support"
             )
-        if self.boundary != "closed":
-            raise InputError(
-                "a double support needs the swing leg to follow from the stance leg; take boundary "
-                "'closed' (--boundary closed)"
-            )
         if self.ground.shaped:
             raise InputError(
                 f"on {self.ground.name} the foot lands by an impact; give double_support or "

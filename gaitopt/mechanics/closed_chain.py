@@ -11,7 +11,8 @@ give q, dq and ddq of the swing leg. Turning joint k moves the axes beyond it, d
 S_k x S_j for k < j, so that all derivatives are nested brackets in the order of the joints
 (docs/derivations.md). No closure is left to constraints, at the instants or between them. Where the
 rear foot turns about a line of its sole, that hinge is the first joint of the chain, and u begins
-with its angle.
+with its angle. Joints beyond the pelvis (waist, arms, head), e of them, are in no chain: they move
+as they are told, after the stance leg's in u and after the legs' in q.
 """
 
 from __future__ import annotations
@@ -36,6 +37,7 @@ TIED = slice(TWIST, 2 * TWIST)
 """Joints of the swing leg."""
 LAST = slice(-TWIST, None)
 """The same in a chain with hinges of the rear foot, h of them, in front: the last of h + 12."""
+_LEGS = 2 * TWIST  # joints of both
 _LAST_STEP = 1e-12  # rad: Newton is quadratic, so the error left is rounding
 _MOST = 30  # iterations
 _LONGEST = 0.5  # rad, of an iteration
@@ -45,7 +47,7 @@ def refuse_open(robot: Robot) -> None:
     """Refuse a robot whose swing leg does not follow from its stance leg.
 
     Raises:
-        InputError: it has other joints than two legs of six, each with a motor of its own.
+        InputError: its legs have other than six joints each, or joints follow others.
     """
     tree = robot.tree
     if not robot.coupling.none:
@@ -53,11 +55,10 @@ def refuse_open(robot: Robot) -> None:
             "with both feet on the ground the swing leg must follow from the stance leg; joints of "
             "this robot follow others: leave out --double-support"
         )
-    if not tree.determined:
+    if (tree.stance, tree.swing) != (TWIST, TWIST):
         raise InputError(
             "with both feet on the ground the swing leg must follow from the stance leg, as with "
-            f"two legs of six joints and nothing else; this robot has {tree.size} joints, "
-            f"{tree.stance} in each leg: hold the others (leave out --move), or leave out "
+            f"legs of six joints; those of this robot have {tree.stance}: leave out "
             "--double-support"
         )
 
@@ -83,17 +84,19 @@ class ClosedChain:
         self._hinges = standing.tree.size - robot.tree.size
 
     def motion(self, free: Array, sole: pin.SE3) -> tuple[Array, Array]:
-        """Return the motion of all joints (3, N, h + 12) and their axes in the world (N, ..., 6).
+        """Return the motion of all joints, (3, N, h + 12 + e), and the chain's axes in the world.
 
         Args:
-            free: angles, rates and accelerations of the hinges and of the stance leg, shape
-                (3, N, h + 6).
+            free: angles, rates and accelerations of the hinges, of the stance leg and of what is in
+                no chain, shape (3, N, h + 6 + e).
             sole: placement of the swing sole in the footprint of the stance foot.
 
         Raises:
             UnreachableError: the swing leg does not reach its footprint.
         """
-        count, m = free.shape[1], free.shape[2] + TWIST
+        count, m = free.shape[1], self._hinges + _LEGS
+        others = free[:, :, m - TWIST :]
+        free = free[:, :, : m - TWIST]
         found = np.zeros((3, count, m))
         found[:, :, :-TWIST] = free
         axes, near = np.empty((count, m, TWIST)), None
@@ -104,7 +107,7 @@ class ClosedChain:
         found[1, :, LAST] = -_solved(A, (own * free[1][..., None]).sum(axis=1))
         moved = (own * free[2][..., None]).sum(axis=1) + _bias(axes, found[1])
         found[2, :, LAST] = -_solved(A, moved)
-        return found, axes
+        return np.concatenate([found, others], axis=2), axes
 
     def _posture(self, free: Array, sole: pin.SE3, near: Array | None) -> tuple[Array, Array]:
         """Angles (h + 12,) and axes (h + 12, 6), by Newton's method from a posture that is near."""
@@ -113,8 +116,8 @@ class ClosedChain:
             near = self._near(free, sole)
         q = np.concatenate([free, near[LAST]])
         for _ in range(_MOST):
-            self._q[7:] = q
-            J = pin.computeJointJacobians(model, data, self._q)[:, 6:]
+            self._q[7 : 7 + q.size] = q
+            J = pin.computeJointJacobians(model, data, self._q)[:, TWIST : TWIST + q.size]
             at = pin.updateFramePlacement(model, data, self._frame)
             gap = pin.log6(sole * at.inverse()).vector
             step = np.linalg.solve(J[:, LAST], gap)
@@ -132,13 +135,15 @@ class ClosedChain:
     def _near(self, free: Array, sole: pin.SE3) -> Array:
         """Angles (12,) by inverse kinematics, from where the hinges put the stance sole."""
         kinematics, h = self._kinematics, self._hinges
-        start = np.concatenate([free[h:], np.zeros(TWIST)])
+        start = np.zeros(kinematics.robot.tree.size)
+        start[FREE] = free[h:]
         if h:  # where the first joint of the robot itself sits
-            self._q[7:] = np.concatenate([free, np.zeros(TWIST)])
+            self._q[7:] = 0.0
+            self._q[7 : 7 + free.size] = free
             pin.forwardKinematics(self._model, self._data, self._q)
             at = pin.updateFramePlacement(self._model, self._data, self._frame)
             sole = kinematics.placements(start)[1] * at.inverse() * sole
-        return kinematics.solve(kinematics.placements(start)[0], sole)
+        return kinematics.solve(kinematics.placements(start)[0], sole)[: 2 * TWIST]
 
 
 def _solved(matrices: Array, vectors: Array) -> Array:
@@ -173,12 +178,12 @@ def _bias(axes: Array, rates: Array) -> Array:
 class ClosedMotion:
     """The motion of a closed chain at N instants, for its derivatives.
 
-    They are with respect to (u, du, ddu) of the f = h + 6 joints that are free and the G quantities
-    that place the swing sole, shape (..., 3 f + G).
+    They are with respect to (u, du, ddu) of the f = h + 6 + e joints that are free and the G
+    quantities that place the swing sole, shape (..., 3 f + G).
 
     Attributes:
-        motion: angles, rates and accelerations, shape (3, N, h + 12).
-        axes: of the joints in the world, shape (N, h + 12, 6).
+        motion: angles, rates and accelerations, shape (3, N, h + 12 + e).
+        axes: of the chain's joints in the world, shape (N, h + 12, 6).
         targets: axes of the displacements that place the swing sole, in the world, (k, 6).
         drive: from the quantities to the displacements, shape (k, G).
     """
@@ -194,7 +199,7 @@ class ClosedMotion:
 
         Those in the rates of the velocity and in the accelerations are the axes.
         """
-        axes, (_, dq, ddq) = self.axes, self.motion
+        axes, (_, dq, ddq) = self.axes, self._chain
         own, before = motion_cross_matrix(axes), motion_cross_matrix(_before(axes, dq))
         by_q = apply(own, _beyond(axes, dq))
         turned = by_q * dq[..., None]
@@ -203,9 +208,39 @@ class ClosedMotion:
         of_dq = by_q + apply(before, axes)
         return by_q.swapaxes(1, 2), of_q.swapaxes(1, 2), of_dq.swapaxes(1, 2)
 
+    @property
+    def _chain(self) -> Array:
+        """The motion of the chain's joints, shape (3, N, h + 12)."""
+        return self.motion[:, :, : self.axes.shape[1]]
+
+    @cached_property
+    def _places(self) -> tuple[NDArray[np.int_], NDArray[np.int_]]:
+        """Where (q, dq, ddq) and (u, du, ddu, g) of the chain are in those of all joints."""
+        (_, _, m), chain = self.motion.shape, self.axes.shape[1]
+        rows = [order * m + np.arange(chain) for order in range(3)]
+        f = m - TWIST
+        columns = [order * f + np.arange(chain - TWIST) for order in range(3)]
+        placed = 3 * f + np.arange(self.drive.shape[1])
+        return np.concatenate(rows), np.concatenate([*columns, placed])
+
     @cached_property
     def jacobian(self) -> Array:
-        """Derivatives of (q, dq, ddq), shape (N, 3 m, 3 f + G) of m = h + 12 joints."""
+        """Derivatives of (q, dq, ddq), shape (N, 3 m, 3 f + G) of m = h + 12 + e joints."""
+        (_, count, m), chain = self.motion.shape, self.axes.shape[1]
+        if m == chain:
+            return self._of_chain
+        rows, columns = self._places
+        f = m - TWIST
+        found = np.zeros((count, 3 * m, 3 * f + self.drive.shape[1]))
+        found[:, rows[:, None], columns] = self._of_chain
+        others = np.arange(chain, m)
+        for order in range(3):
+            found[:, order * m + others, order * f + others - TWIST] = 1.0
+        return found
+
+    @cached_property
+    def _of_chain(self) -> Array:
+        """Those of the chain alone, shape (N, 3 (h + 12), 3 (h + 6) + G)."""
         count, n = self.axes.shape[:2]
         free = n - TWIST
         S = self.axes.swapaxes(1, 2)
@@ -232,7 +267,15 @@ class ClosedMotion:
         Args:
             weights: shape (N, 3 m); those of the free joints change nothing.
         """
-        n, (_, dq, ddq) = self.axes.shape[1], self.motion
+        if self.motion.shape[2] > self.axes.shape[1]:
+            rows, columns = self._places
+            found = np.zeros((len(weights), *[self.jacobian.shape[2]] * 2))
+            found[:, columns[:, None], columns] = self._chain_hessian(weights[:, rows])
+            return found
+        return self._chain_hessian(weights)
+
+    def _chain_hessian(self, weights: Array) -> Array:
+        n, (_, dq, ddq) = self.axes.shape[1], self._chain
         V_q, A_q, A_dq = self._slopes
         w = weights.reshape(-1, 3, n)[:, :, LAST]
         back = self.axes[:, LAST]  # A'
@@ -252,7 +295,7 @@ class ClosedMotion:
         vv += _both(pair)
         qa += pair
         aq += pair.swapaxes(1, 2)
-        along = self.jacobian
+        along = self._of_chain
         H = along.swapaxes(1, 2) @ local @ along
         count = len(w)
         targets = np.broadcast_to(self.targets, (count, *self.targets.shape))

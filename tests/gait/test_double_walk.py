@@ -9,6 +9,7 @@ import pinocchio as pin
 import pytest
 from numerics import relative_error
 from rich.console import Console
+from synthetic_bipeds import synthetic
 from walks import walk
 
 from gaitopt.cli.report import print_gait
@@ -237,13 +238,39 @@ def test_the_table_has_a_line_for_the_front_foot(gait):
             "leave out toe_off or touch_down",
         ),
         ({"double_support": 0.1, "heel_strike": 0.2}, "heel_strike or double_support"),
-        ({"double_support": 0.1, "boundary": "lifted"}, "--boundary closed"),
         ({"double_support": 0.1, "stairs": 0.1}, "double_support or stairs"),
     ],
 )
 def test_a_double_support_that_cannot_be_is_refused(changes, match):
     with pytest.raises(InputError, match=match):
         preset_task(**changes)
+
+
+def test_legs_of_other_than_six_joints_are_refused():
+    robot = synthetic("seven, waist and arms")
+    task = preset_task("humanoid", robot, speed=0.5, duration=0.5, double_support=0.1)
+    with pytest.raises(InputError, match="legs of six joints; those of this robot have 7"):
+        WalkProblem(robot, task)
+
+
+def test_an_impact_on_both_feet_wants_legs_alone():
+    robot = synthetic("six, waist and arms")
+    changes = {"speed": 0.5, "duration": 0.5, "double_support": 0.1, "touch_down": "impact"}
+    with pytest.raises(InputError, match="leave out --move"):
+        WalkProblem(robot, preset_task("humanoid", robot, **changes))
+
+
+def test_waist_and_arms_move_while_both_feet_stand():
+    robot = synthetic("six, waist and arms")
+    task = preset_task("humanoid", robot, speed=0.5, duration=0.5, double_support=0.05)
+    found = design(robot, task, DesignOptions(refine=False, diagnose=False))
+    assert found.certificate.optimal
+    assert found.certificate.refereed
+    assert second_engine(found.gait, instants=31).largest < 1e-9
+    late = found.gait.time > found.gait.knots[-1]
+    moved = np.ptp(found.gait.q[late], axis=0)[12:]
+    assert moved.size == 7
+    assert moved.max() > 1e-3  # rad
 
 
 def test_what_cannot_be_told_of_it_is_refused(found):
