@@ -39,7 +39,7 @@ ROBOTS = {"g1": ((0.8, 0.5), (1.0, 0.5)), "talos": ((0.8, 0.7), (1.0, 0.6))}
 """Speeds [m/s] and durations of steps [s] of other robots."""
 FREE_WALKS = {
     "g1": ((0.6, 0.8, 1.0, 1.2), (0.4, 0.5)),
-    "talos": ((0.6, 0.8, 1.0), (0.6,)),
+    "talos": ((0.6, 0.8, 1.0, 1.2), (0.6,)),
 }
 """Speeds of other robots [m/s], and first guesses of the duration of their steps [s]."""
 
@@ -327,18 +327,35 @@ def heel_table(rows: list[dict[str, Any]]) -> str:
     return table(head, lines)
 
 
+FREE_HEAD = (
+    "speed", "flat, N²·m·s", "its step, s", "turning, N²·m·s", "its step, s", "begins at",
+)  # fmt: skip
+
+
+def free_cells(row: dict[str, Any]) -> list[str]:
+    """Return the cells of a row of walks whose duration is free."""
+    cells = [f"{row['speed']:g} m/s"]
+    for kind in ("flat", "toe"):
+        one = row.get(kind)
+        cells += ["–", "–"] if one is None else [f"{one['cost']:.0f}", f"{one['duration']:.3f}"]
+    return [*cells, f"{row['toe']['begin']:.3g}" if "toe" in row else "–"]
+
+
+def iterations_table(rows: list[dict[str, Any]]) -> str:
+    """Return the table of iterations at the samples."""
+    lines = [
+        [f"{row['speed']:g} m/s", *(str(row[kind]["iterations"]) for kind in ("flat", "toe"))]
+        for row in rows
+    ]
+    return table(("speed", "flat", "turning"), lines)
+
+
 def text(data: dict[str, Any]) -> str:
     """Return the tables."""
-    rows = []
-    for row in data["free duration"]:
-        cells = []
-        for kind in ("flat", "toe"):
-            one = row.get(kind)
-            cells += ["–", "–"] if one is None else [f"{one['cost']:.0f}", f"{one['duration']:.3f}"]
-        begin = f"{row['toe']['begin']:.3g}" if "toe" in row else "–"
-        rows.append([f"{row['speed']:g} m/s", *cells, begin])
-    head = ("speed", "flat, N²·m·s", "its step, s", "turning, N²·m·s", "its step, s", "begins at")
-    parts = [table(head, rows)]
+    parts = [table(FREE_HEAD, [free_cells(row) for row in data["free duration"]])]
+    rows = [[row["robot"], *free_cells(row)] for row in data["others, free duration"]]
+    parts.append(table(("robot", *FREE_HEAD), rows))
+    parts.append(iterations_table(data["iterations"]))
     rows = [
         [
             one["robot"], f"{one['speed']:g} m/s, {one['kept']['duration']:g} s",
