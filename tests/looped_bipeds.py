@@ -38,6 +38,7 @@ def parallel_ankles(
     armature=0.005,
     turned=0.0,
     narrow=False,
+    welded=False,
 ) -> str:
     """An MJCF text; every option changes how the same loops are written down.
 
@@ -48,6 +49,7 @@ def parallel_ankles(
         torque: of the motors [N·m].
         armature: of the cranks [kg·m²].
         narrow: whether the ankles have a range in which cranks are never at a dead point.
+        welded: whether rods end in a cup on a ball, which is welded to the foot.
         turned: angle by which the file draws the cranks away from where the loops close [rad].
     """
     root = ET.fromstring(plain_mjcf())
@@ -84,7 +86,15 @@ def parallel_ankles(
             )
             carrier.append(rod)
             last, there = (crank, drawn) if on_foot else (foot, tip - below)
-            if sites:
+            if welded:
+                cup = ET.fromstring(
+                    f"<body name='{own}_cup' pos='{_text(to)}' quat='0.6 0 0.8 0'><joint "
+                    f"name='{own}_pin3' type='ball'/><inertial pos='0 0 0' mass='0.01' "
+                    "diaginertia='1e-6 1e-6 1e-6'/></body>"
+                )
+                rod.append(cup)
+                ET.SubElement(equality, "weld", body1=cup.get("name"), body2=last.get("name"))
+            elif sites:
                 for body, point, word in ((rod, to, "rod"), (last, there, "end")):
                     ET.SubElement(body, "site", name=f"{own}_{word}", pos=_text(point))
                 ET.SubElement(equality, "connect", site1=f"{own}_rod", site2=f"{own}_end")

@@ -45,7 +45,7 @@ from gaitopt.model.legs.reference_posture import (
     with_ties,
 )
 from gaitopt.model.legs.upper_body import Pairs, moving_joints, moving_pairs
-from gaitopt.model.loops import Linkage, apply_loops, leg_loops
+from gaitopt.model.loops import Linkage, apply_loops, leg_loops, rods_on_balls
 from gaitopt.model.payload import add_payloads
 from gaitopt.model.physics_report import armature_findings
 from gaitopt.model.symmetry.averaging import Symmetrised
@@ -246,7 +246,7 @@ def import_robot(source: Source, choices: ImportOptions) -> ImportedRobot:
         model.armature = np.zeros(model.nv)
     stands, apart = with_ties(model, reference_configuration(model, angles), ties, angles)
     unlooped = tuple(p for p in problems if p.kind != LOOP)
-    posed = pose(model, stands, unlooped)
+    posed = replace(pose(model, stands, unlooped), rods=rods_on_balls(model, source.loops))
     pair = standing_legs(source, posed, choices)
     faults = _empty_ranges(model, pair.legs, problems)
     shapes = _shapes(source, model, pair, choices)

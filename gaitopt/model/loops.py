@@ -194,6 +194,12 @@ def _pairing(one: _Mechanism, twin: _Mechanism) -> list[int]:
     return order[::-1] if crossed < straight else order
 
 
+def rods_on_balls(model: pin.Model, loops: Sequence[LoopFrames]) -> frozenset[int]:
+    """Return the balls in loops, which carry rods."""
+    ways = (way for group in _groups(model, loops) for one in group.closures for way in one.ways)
+    return frozenset(j for way in ways for j in way if model.joints[j].nv > 1)
+
+
 class _Closure(NamedTuple):
     """A pair of frames that are held together.
 

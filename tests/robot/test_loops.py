@@ -17,6 +17,7 @@ from gaitopt.model.robot import Robot
 POSTURES = np.array([[0.0, 0.0], [0.2, -0.15], [-0.3, 0.1], [0.35, 0.05]])
 """Pitch and roll of the left ankle."""
 SKEW = {"rods": "skew", "narrow": True}
+WELDED = {"welded": True, "narrow": True}
 WRITTEN = (
     {"rods": "universal"},
     {"sites": True},
@@ -57,7 +58,7 @@ def test_rods_are_those_of_the_file():
             np.testing.assert_allclose(point, np.array(given) * (1.0, -1.0, 1.0), atol=1e-15)
 
 
-@pytest.mark.parametrize("how", [{}, *WRITTEN, SKEW], ids=str)
+@pytest.mark.parametrize("how", [{}, *WRITTEN, SKEW, WELDED], ids=str)
 def test_a_gait_file_keeps_the_loops(how):
     robot = looped(**how)
     again = Robot.from_urdf(robot.urdf, choices=robot.choices)
@@ -115,7 +116,7 @@ class InMuJoCo:
         return -np.linalg.lstsq(J[:, self.others], J[:, self.ankle], rcond=1e-9)[0]
 
 
-@pytest.mark.parametrize("how", [{}, *WRITTEN, SKEW], ids=str)
+@pytest.mark.parametrize("how", [{}, *WRITTEN, SKEW, WELDED], ids=str)
 def test_angles_rates_and_torques_of_the_motors_are_those_of_mujoco(how):
     """Of its loops closed by Newton's method, and of forces of rods that leave no ball a torque."""
     robot, there = looped(**how), InMuJoCo(parallel_ankles(**how))

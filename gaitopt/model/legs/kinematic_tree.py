@@ -46,12 +46,14 @@ class PosedModel:
         q: its configuration, shape (nq,).
         placements: of its joints in the root link.
         problems: that were found in its file.
+        rods: joints that carry rods of loops, which are no limbs.
     """
 
     model: pin.Model
     q: Array
     placements: list[pin.SE3]
     problems: tuple[FileProblem, ...] = ()
+    rods: frozenset[int] = frozenset()
 
     @cached_property
     def axes(self) -> Array:
@@ -93,7 +95,7 @@ class PosedModel:
         for joint in range(2, model.njoints):
             parent = int(model.parents[joint])
             forks = parent < 2 or len(model.children[parent]) > 1
-            if parent in light or (forks and below[joint] < least):
+            if parent in light or joint in self.rods or (forks and below[joint] < least):
                 light.add(joint)
         return [
             joint
