@@ -14,7 +14,7 @@ starts near a solution; whether it has found one is left to others to judge.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -25,7 +25,7 @@ from gaitopt.design.extremes import Extreme, located
 from gaitopt.errors import EvaluationError
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.nlp import NLP, Array, Point, Rows, Values
-from gaitopt.solvers.globalization import initial_penalty
+from gaitopt.solvers.globalization import RAISE, initial_penalty
 from gaitopt.solvers.solver import make_iterate
 from gaitopt.solvers.sqp import SQP, WARM_RADIUS
 from gaitopt.solvers.subproblem import ElasticStep, build_model, pose_subproblem, solve_subproblem
@@ -152,27 +152,38 @@ def _at_extremes(fine: WalkProblem, x: Array, active: Iterable[ActiveRow]) -> tu
         row = ActiveRow(one.constraint, one.entry, instant, pressure)
         held.append(_Held(row, one.upper, one.curvature if bent else 0.0))
     kept = [_Held(row, row.multiplier > 0.0) for row in left]
-    return *held, *(_off_the_end(one, fine.edges, vanishing) for one in kept)
+    return *held, *_off_the_ends(kept, fine.edges, vanishing)
 
 
-def _off_the_end(
-    held: _Held, ends: Array, vanishing: Mapping[tuple[str, int, bool], float]
-) -> _Held:
-    """Return a row that vanishes at an end held as far from there as refinement allows.
+def _off_the_ends(
+    kept: Sequence[_Held], ends: Array, vanishing: Mapping[tuple[str, int, bool], float]
+) -> Iterator[_Held]:
+    """Yield rows, those of a constraint that vanish at an end held together, away from there.
 
-    From walk to walk it would be held ever nearer, with a gradient that vanishes there too.
+    At different instants they would be in each other's way: each is a row at all of them, with
+    nearly the same gradient. And from walk to walk they would be held ever nearer to the end, where
+    their gradients vanish too; refinement allows `away`.
     """
-    row = held.row
-    end = float(ends[np.abs(ends - row.instant).argmin()])
-    distance = abs(row.instant - end)
-    bend = vanishing.get((row.constraint, row.entry, held.upper), 0.0)
-    if not (0.0 < distance < SAME_PEAK and bend > 0.0):
-        return held
-    away = min(SAME_PEAK, float(np.sqrt(4.0 * REFINED / bend)))
-    if distance > NEAR_ENOUGH * away:  # rows of its kind are held at this instant too
-        return held
-    instant = round(end + away if row.instant > end else end - away, DIGITS)
-    return replace(held, row=replace(row, instant=instant))
+    together: dict[tuple[str, bool, float, bool], list[tuple[_Held, float]]] = {}
+    for one in kept:
+        row, bend = one.row, vanishing.get((one.row.constraint, one.row.entry, one.upper), 0.0)
+        end = float(ends[np.abs(ends - row.instant).argmin()])
+        if 0.0 < abs(row.instant - end) < SAME_PEAK and bend > 0.0:
+            key = row.constraint, one.upper, end, row.instant > end
+            together.setdefault(key, []).append((one, bend))
+        else:
+            yield one
+    for (_, _, end, after), group in together.items():
+        bend = max(bend for _, bend in group)
+        distance = min(abs(one.row.instant - end) for one, _ in group)
+        away = min(SAME_PEAK, float(np.sqrt(4.0 * REFINED / bend)))
+        if distance > NEAR_ENOUGH * away:
+            away = distance
+        instant = round(end + away if after else end - away, DIGITS)
+        for entry in {one.row.entry: None for one, _ in group}:
+            alike = [one for one, _ in group if one.row.entry == entry]
+            pressure = sum(one.row.multiplier for one in alike)
+            yield replace(alike[0], row=replace(alike[0].row, instant=instant, multiplier=pressure))
 
 
 def _row_of(extreme: Extreme) -> tuple[str, int, bool]:
@@ -244,8 +255,13 @@ class _Stage:
         penalty = initial_penalty(nlp, iterate, solver.penalty)
         model = build_model(nlp, iterate, hessian, False, penalty, tight=True)
         reach = min(WARM_RADIUS, 2.0 * last)
-        posed = pose_subproblem(model, WARM_RADIUS, penalty, reach)
-        return solve_subproblem(posed, solver.qp_solver)
+        while True:
+            posed = pose_subproblem(model, WARM_RADIUS, penalty, reach)
+            step = solve_subproblem(posed, solver.qp_solver)
+            kept = step is None or step.slack <= solver.feasibility
+            if kept or penalty >= solver.max_penalty:
+                return step
+            penalty *= RAISE  # multipliers of a row grow where it is held nearer to such an end
 
     def _slope(self, point: Point, one: _Held) -> Array:
         """Return g_xs of a row, shape (P,)."""

@@ -79,16 +79,21 @@ def test_extremes_that_vanish_at_the_end_are_held_as_far_from_it_as_refinement_a
             nearest[one.row.constraint, one.row.entry] = distance
     assert nearest
     closer = [
-        replace(row, instant=1.0 - 1e-6) if (row.constraint, row.entry) in nearest
+        replace(row, instant=1.0 - 1e-6 * (1 + row.entry)) if (row.constraint, row.entry) in nearest
         and 0.95 < row.instant < 1.0 else row
         for row in active
     ]  # fmt: skip
     again = _at_extremes(fine, x, closer)
     bends = {e.constraint: e.curvature for e in located(fine, x) if abs(e.at_end) < REFINED}
+    shared: dict[str, set[float]] = {}
     for one in again:
         distance = np.abs(fine.edges - one.row.instant).min()
         if 0.0 < distance < 0.05 and one.row.constraint in bends:
             assert distance > 1e-5
+            shared.setdefault(one.row.constraint, set()).add(one.row.instant)
+    assert len(closer) > len({row.instant for row in closer})
+    assert shared
+    assert all(len(instants) == 1 for instants in shared.values())
 
 
 def test_where_nothing_is_near_none_is_found(at_extremes):
