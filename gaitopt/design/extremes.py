@@ -3,7 +3,7 @@
 Between two knots of the spline every row is a smooth function of time. It is evaluated at Chebyshev
 points of each piece and represented by the polynomial through them, whose error is read off its
 last coefficients; where a row comes near its limit and the polynomial is not yet exact enough, the
-piece is halved (Trefethen, Approximation Theory and Approximation Practice, 2013, chapters 2 to 8;
+piece is divided (Trefethen, Approximation Theory and Approximation Practice, 2013, chapters 2 to 8;
 Pachon, Platte & Trefethen, Piecewise-smooth chebfuns, IMA J. Numer. Anal. 30, 2010). The extremes
 of the polynomials are then found by Newton's method. Nothing here depends on the task's samples.
 """
@@ -31,8 +31,9 @@ NEWTON = 6  # steps; the brackets are narrow
 TAIL = 4  # last coefficients that tell the error of a polynomial ...
 SAFETY = 10.0  # ... times this
 BEYOND = 20.0  # errors by which a limit is exceeded without doubt
-DEPTH = 20  # halvings of a piece, at most: then it is a microsecond long
-HALVES = (
+PARTS = 4  # into which a piece is divided
+DEPTH = 10  # divisions of a piece, at most: then it is a microsecond long
+MOST_PARTS = (
     256  # of all pieces, made at once: walks need some tens, parameters that are none a million
 )
 CLOSE = 1e-2  # scaled distance: extremes farther from their limit are of no interest
@@ -101,7 +102,7 @@ class _Piece:
         start, end: in s.
         coefficients: Chebyshev series of every column, shape (NODES, C).
         dense: margins at `_dense_points`, shape (DENSE, C).
-        depth: how often a knot interval was halved.
+        depth: how often a knot interval was divided.
     """
 
     start: float
@@ -157,26 +158,29 @@ def _pieces(fine: WalkProblem, x: Array, sides: _Sides) -> list[_Piece]:
 
 
 def _resolved(fine: WalkProblem, x: Array, pieces: list[_Piece]) -> list[_Piece]:
-    """Halve pieces until every row that comes near a limit is known well enough there.
+    """Divide pieces until every row that comes near a limit is known well enough there.
+
+    Into four at a time: what makes a row hard to follow is at one place, where halves would be
+    halved again and again, each time for as long as an evaluation takes.
 
     What is still unclear when there are too many of them keeps its error, of which the certificate
     tells.
     """
     while unclear := [piece for piece in pieces if _unclear(piece)]:
-        if 2 * len(unclear) > HALVES:
+        if PARTS * len(unclear) > MOST_PARTS:
             break
-        halves = [(start, end) for piece in unclear for start, end in _halves(piece)]
+        parts = [bounds for piece in unclear for bounds in _parts(piece)]
         points = 0.5 * (chebyshev_points(NODES) + 1.0)
-        instants = np.concatenate([start + points * (end - start) for start, end in halves])
+        instants = np.concatenate([start + points * (end - start) for start, end in parts])
         grid = Grid(instants, np.full(instants.size, 1.0 / instants.size), instants.size)
         finer = fine.with_grid(grid)
         margins = _sides(finer).margins(finer, x)
-        made = iter(np.split(margins, len(halves)))
+        made = iter(np.split(margins, len(parts)))
         pieces = [
-            half
+            part
             for piece in pieces
-            for half in (
-                [_piece(*bounds, next(made), piece.depth + 1) for bounds in _halves(piece)]
+            for part in (
+                [_piece(*bounds, next(made), piece.depth + 1) for bounds in _parts(piece)]
                 if _unclear(piece)
                 else [piece]
             )
@@ -197,9 +201,8 @@ def _unclear(piece: _Piece) -> bool:
     return piece.depth < DEPTH and bool(near.any())
 
 
-def _halves(piece: _Piece) -> tuple[tuple[float, float], tuple[float, float]]:
-    middle = 0.5 * (piece.start + piece.end)
-    return (piece.start, middle), (middle, piece.end)
+def _parts(piece: _Piece) -> list[tuple[float, float]]:
+    return list(pairwise(np.linspace(piece.start, piece.end, PARTS + 1).tolist()))
 
 
 def _piece(start: float, end: float, margins: Array, depth: int) -> _Piece:

@@ -92,7 +92,7 @@ def test_minima_of_polynomials(rng):
 
 
 def test_a_jump_of_the_slope_is_closed_in_upon(robot):
-    """Where the polynomial is not exact enough near a limit, the piece is halved until it is."""
+    """Where the polynomial is not exact enough near a limit, the piece is divided until it is."""
     problem, x = random_walk(robot, 3, **UPRIGHT)
     gap = dense_margins(problem, x)["leg gap"].min()
     limit = problem.task.margins.leg_gap + 0.1 * gap  # exactly at the nearest approach
@@ -170,7 +170,7 @@ def test_parameters_that_are_no_walk_are_not_resolved_without_end(robot, monkeyp
 
     monkeypatch.setattr(WalkProblem, "with_grid", counted)
     assert not certify(problem, x).certified
-    assert NODES * 2 < max(sizes) <= NODES * extremes.HALVES
+    assert NODES * 2 < max(sizes) <= NODES * extremes.MOST_PARTS
 
 
 def test_a_minimum_between_two_dense_points_is_not_overlooked():
