@@ -206,7 +206,7 @@ SCRIPT = """
     from sweeps import QUICK, SPEEDS, quick_task
     from gaitopt.errors import InputError
     from gaitopt.sweep.scenario import RobotSource
-from gaitopt.sweep.scheduler import sweep
+    from gaitopt.sweep.scheduler import sweep
     def fill(progress):
         if {limit}:
             resource.setrlimit(resource.RLIMIT_FSIZE, ({limit}, {limit}))
