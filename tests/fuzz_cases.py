@@ -268,15 +268,17 @@ def _mjcf(rng, inputs: Path, folder: Path) -> Path:
 
 _NAMES = {
     "task.toml": (
-        "speed", "samples", "boundary", "speed_as", "leg_gap", "swing_tilt", "step_width", "sole",
+        "speed", "samples", "boundary", "speed_as", "leg_gap", "arm_gap", "step_width",
         "forward", "posture", "srdf", "stance_sole", "package_dir", "spec", "robot", "approach",
         "differences", "qp_solver", "seed", "sigma", "start", "penalty_weight", "impulse_cop",
-        "quadrature", "minimum_load", "leg_extension", "liftoff_speed", "torsional_friction",
+        "quadrature", "minimum_load", "sole", "swing_tilt",
+        "leg_extension", "liftoff_speed", "torsional_friction",
     ),
     "choices.toml": (
         "feet", "stance", "forward", "up", "posture", "srdf", "sole", "sole_drop", "unequal_limits",
         "sole_placements", "limits", "inertias", "without", "package_dirs", "rotors", "capsules",
         "asymmetry", "joints", "torque", "speed", "lower", "upper", "armature", "links", "mass",
+        "arm_capsules",
     ),
     "spec.toml": ("name", "inertia", "size", "mass", "com", "lower", "upper", "torque", "geometry"),
     "entry.toml": ("title", "mass", "file", "choices", "task", "rotors", "spec", "remark"),

@@ -46,6 +46,7 @@ SWITCHED = (  # constraints that are off unless asked for, as by `UPRIGHT`
     "landing speed",
     "landing impulse",
 )
+OF_ARMS = ("arm gap",)  # of arms that move
 OF_TURN = ("foot angle", "foot lift")  # of a stance foot that turns
 SOFT = ("soft landing",)  # of a landing at zero speed, which has none of `AT_IMPACT`
 AT_IMPACT = (
@@ -63,7 +64,15 @@ OF_REAR_IMPULSE = (  # of an impact that both feet take, or by which a foot come
     "rear impulse cop",
     "rear impulse torsion",
 )
-NAMES = (*ALWAYS, *SWITCHED, *OF_TURN, *SOFT, *OF_FRONT, *OF_REAR_IMPULSE)  # as `CONSTRAINTS`
+NAMES = (
+    *ALWAYS,
+    *SWITCHED,
+    *OF_ARMS,
+    *OF_TURN,
+    *SOFT,
+    *OF_FRONT,
+    *OF_REAR_IMPULSE,
+)  # as `CONSTRAINTS`
 UPRIGHT = {
     "trunk_roll": 0.1,
     "trunk_pitch": 0.12,
@@ -71,6 +80,7 @@ UPRIGHT = {
     "torsional_friction": 0.04,
     "step_width": 0.2,
     "leg_gap": 0.012,
+    "arm_gap": 0.011,
     "swing_tilt": 0.15,
     "swing_height": 0.05,
     "landing_speed": 0.2,
@@ -236,6 +246,7 @@ PAIRS = tuple(
     if not (constraint == "walking speed" and "penalty" in walk)
     and not (constraint == "closure" and "lifted" not in walk)
     and not (constraint in SWITCHED and "upright" not in walk)
+    and not (constraint in OF_ARMS and "arms" not in walk)
     and not (constraint in OF_TURN and "toe off" not in walk and "heel strike" not in walk)
     and not (constraint in SOFT and "soft" not in walk)
     and not (

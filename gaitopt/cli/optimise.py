@@ -35,7 +35,7 @@ from gaitopt.errors import (
 from gaitopt.gait.presets import ROBUST
 from gaitopt.gait.result import Gait
 from gaitopt.gait.task import Task
-from gaitopt.mechanics.leg_distance import leg_pairs
+from gaitopt.mechanics.body_pairs import narrowed_gaps
 from gaitopt.nlp import Array, Status
 from gaitopt.sweep.speed_search import Fastest, fastest
 from gaitopt.view.figure_worker import figure_worker
@@ -209,9 +209,9 @@ def _search(request: Request, errors: Console, quiet: bool) -> Design:
         found, said = _designed(request, progress, stop)
         progress.finish(found.solution, request.task.cost_unit)
     if not quiet:
-        gap = request.task.margins.leg_gap
-        narrowed = "" if gap is None else leg_pairs(request.robot).narrowed(gap)
-        for sentence in (*said, *filter(None, [narrowed])):
+        margins = request.task.margins
+        narrowed = narrowed_gaps(request.robot, margins.leg_gap, margins.arm_gap)
+        for sentence in (*said, *narrowed):
             errors.print(sentence, soft_wrap=True)
     if found.solution.status is Status.INTERRUPTED:
         warn(

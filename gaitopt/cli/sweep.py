@@ -28,7 +28,7 @@ from gaitopt.cli.results import require_writable
 from gaitopt.design.process import small_matrices
 from gaitopt.errors import InputError
 from gaitopt.gait.task import Task
-from gaitopt.mechanics.leg_distance import leg_pairs
+from gaitopt.mechanics.body_pairs import narrowed_gaps
 from gaitopt.settings import named_values
 from gaitopt.sweep.executor import joined_scheduler
 from gaitopt.sweep.grid import Axis, Index, parse_axis, quantity_unit, with_values
@@ -268,14 +268,14 @@ def _print_remade(what: str, library: Library, points: Iterable[Index], out: Con
 
 
 def _print_narrowed_gaps(library: Library, request: Request, out: Console) -> None:
-    """Tell which gaps between the legs are narrower than asked for; said once where they vary."""
-    gap = request.task.margins.leg_gap
+    """Tell which gaps between bodies are narrower than asked for; said once where they vary."""
+    margins = request.task.margins
+    gaps = {"leg_gap": margins.leg_gap, "arm_gap": margins.arm_gap}
     for axis in library.grid.axes:
-        if axis.name == "leg_gap":
-            gap = axis.values[-1]
-    narrowed = "" if gap is None else leg_pairs(request.robot).narrowed(gap)
-    if narrowed:
-        out.print(narrowed, soft_wrap=True)
+        if axis.name in gaps:
+            gaps[axis.name] = axis.values[-1]
+    for sentence in narrowed_gaps(request.robot, **gaps):
+        out.print(sentence, soft_wrap=True)
 
 
 def _kept(directory: Path) -> str:

@@ -133,7 +133,7 @@ class Envelope:
         self.step, derivatives = problem.derivatives(x)
         first = problem.weights(x, multipliers, problem.cost_scale)
         self._of_trunk = first[quantities.TRUNK]
-        self.gaps_press = bool(first[quantities.LEG_GAPS].any())
+        self.gaps_press = any(first[gaps].any() for gaps in quantities.BODY_GAPS)
         self.gradient: ModelGradient = model_gradient(problem.model, self.step, derivatives, first)
         self._pressed = {
             block.name: y.reshape(block.lower.shape)

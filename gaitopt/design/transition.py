@@ -41,7 +41,9 @@ from gaitopt.tolerances import SAME
 MOST_STEPS = 8
 STEPS = 3
 """Steps unless asked otherwise: one does not do, and not every robot begins in two, measured."""
-LOOSENED = ("torsional_friction", "swing_height", "swing_tilt", "leg_gap", "landing_speed")
+LOOSENED = (
+    "torsional_friction", "swing_height", "swing_tilt", "leg_gap", "arm_gap", "landing_speed",
+)  # fmt: skip
 """Margins without which a search begins."""
 POSTURES = 3
 """Intermediate postures of each step, if the walk has fewer: such steps are less alike."""

@@ -21,6 +21,7 @@ from gaitopt.gait.step_model import StepModel
 from gaitopt.gait.stride import Steps, Stride
 from gaitopt.gait.task import task_record
 from gaitopt.gait.terrain import Level, ground_record
+from gaitopt.model.arm_capsules import arm_capsule_rows
 from gaitopt.model.import_options import ImportOptions, choices_record
 from gaitopt.model.leg_capsules import capsule_rows
 from gaitopt.model.physics_report import physics_record
@@ -184,9 +185,11 @@ def robot_record(robot: Robot) -> dict[str, object]:
 def _choices(problem: WalkProblem) -> ImportOptions:
     """With these the URDF alone gives the same robot again; capsules where they were kept apart."""
     robot = problem.robot
-    if problem.task.margins.leg_gap is None:
-        return robot.choices
-    return robot.choices.over(capsules=capsule_rows(robot))
+    margins = problem.task.margins
+    return robot.choices.over(
+        capsules=None if margins.leg_gap is None else capsule_rows(robot),
+        arm_capsules=None if margins.arm_gap is None else arm_capsule_rows(robot),
+    )
 
 
 def limits_record(problem: WalkProblem) -> dict[str, list[float | None]]:

@@ -8,7 +8,7 @@ not stand here: see docs/extending.md.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,6 +41,9 @@ from gaitopt.gait.terrain import AboveProfile
 from gaitopt.model.feet.sole import sole_edge_speeds, sole_tilt
 from gaitopt.nlp import Array
 from gaitopt.settings import checked
+
+if TYPE_CHECKING:
+    from gaitopt.mechanics.body_pairs import CapsulePairs
 
 FORCE_SCALE = 500.0  # N
 MOMENT_SCALE = 100.0  # N.m
@@ -136,6 +139,7 @@ class Margins:
             its yaw in a turn by as much more as the feet are turned against each other.
         leg_gap: least distance between the capsules around the bodies of the two legs [m]; less
             where the robot has less when it stands.
+        arm_gap: the same between moving arms and pelvis, waist, thighs, loads and the other arm.
         swing_height: largest height of the swing foot's corners over the whole step [m].
         landing_speed: least speed at which every corner of the swing foot comes down [m/s]: they
             stay above landing_speed * (T - t) * (t / T)^12.
@@ -238,6 +242,10 @@ class Margins:
     leg_gap: float | None = margin(
         None, "Least distance between the legs' bodies.", "the gap between the bodies of the legs",
         "m", relax=(0.0, -0.1),
+    )  # fmt: skip
+    arm_gap: float | None = margin(
+        None, "Least distance of moving arms from trunk, thighs and each other.",
+        "the gap between the arms and other bodies", "m", relax=(0.0, -0.1),
     )  # fmt: skip
     swing_height: float | None = margin(
         None, "Largest height of the swing foot.", "the largest height of the swing foot", "m",
@@ -722,14 +730,27 @@ class LegGap(Constraint):
     reads, margins = (quantities.LEG_GAPS,), ("leg_gap",)
 
     def block(self, context: ConstraintContext) -> ConstraintBlock:
-        from gaitopt.mechanics.leg_distance import leg_pairs
+        from gaitopt.mechanics.body_pairs import leg_pairs
 
-        pairs = leg_pairs(context.robot)
-        return self.over_step(
-            context, Entries(slice(0, len(pairs.names)), len(pairs.names)),
-            tuple(f"gap between {name}" for name in pairs.names),
-            lower=pairs.least(context.margins.leg_gap or 0.0), scale=LENGTH_SCALE,
-        )  # fmt: skip
+        return _apart(self, context, leg_pairs(context.robot), context.margins.leg_gap)
+
+
+class ArmGap(Constraint):
+    """Beyond (32): moving arms keep clear of pelvis, waist, thighs, loads and each other."""
+
+    name, equation, unit, words = "arm gap", "3.2", "m", "gap between arms and other bodies"
+    reads, margins = (quantities.ARM_GAPS,), ("arm_gap",)
+
+    def asked(self, context: ConstraintContext) -> bool:
+        """Return whether there are arms that move and could touch anything."""
+        from gaitopt.mechanics.body_pairs import arm_pairs
+
+        return super().asked(context) and bool(arm_pairs(context.robot).kept)
+
+    def block(self, context: ConstraintContext) -> ConstraintBlock:
+        from gaitopt.mechanics.body_pairs import arm_pairs
+
+        return _apart(self, context, arm_pairs(context.robot), context.margins.arm_gap)
 
 
 class SwingTilt(Constraint):
@@ -886,8 +907,8 @@ CONSTRAINTS: tuple[Constraint, ...] = (
     ImpulseFriction(), LiftOff(), Clearance(), Lateral(), KneeFlexion(), LegLength(), JointRange(),
     ImpulseCentreOfPressure(), WalkingSpeed(), Tread(), Closure(), TrunkRoll(), TrunkPitch(),
     TrunkYaw(), TorsionalFriction(), ImpulseTorsion(), LegGap(), SwingTilt(), SwingHeight(),
-    LandingSpeed(), LandingImpulse(), FootAngle(), FootLift(), SoftLanding(), FrontLoad(),
-    FrontFriction(), FrontCentreOfPressure(), FrontTorsion(), RearImpulseUp(),
+    LandingSpeed(), LandingImpulse(), ArmGap(), FootAngle(), FootLift(), SoftLanding(),
+    FrontLoad(), FrontFriction(), FrontCentreOfPressure(), FrontTorsion(), RearImpulseUp(),
     RearImpulseFriction(), RearImpulseCentreOfPressure(), RearImpulseTorsion(), LoopMotors(),
 )  # fmt: skip
 """All built-in constraints, in the order of their rows."""
@@ -906,6 +927,18 @@ def _joints(
     labels = tuple(f"{joint} {constraint.name}" for joint in joints)
     rows = Entries(slice(0, len(joints)), len(joints))
     return constraint.over_step(context, rows, labels, lower=lower, upper=upper, scale=scale)
+
+
+def _apart(
+    constraint: Constraint, context: ConstraintContext, pairs: CapsulePairs, gap: float | None
+) -> ConstraintBlock:
+    """Rows with one entry per pair of bodies and instant."""
+    count = len(pairs.names)
+    return constraint.over_step(
+        context, Entries(slice(0, count), count),
+        tuple(f"gap between {name}" for name in pairs.names),
+        lower=pairs.least(gap or 0.0), scale=LENGTH_SCALE,
+    )  # fmt: skip
 
 
 def _size(limits: Array) -> Array:

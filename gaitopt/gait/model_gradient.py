@@ -92,7 +92,7 @@ def model_gradient(
 
     Args:
         model, step, derivatives: the step.
-        first: weights of every quantity, of its shape; those of `LEG_GAPS` are left out.
+        first: weights of every quantity, of its shape; those of `BODY_GAPS` are left out.
     """
     back = step_adjoint(model, step, derivatives, first)
     effort = derivatives.support.motion.tangent.velocity(back.effort)  # of all joints

@@ -30,6 +30,7 @@ ROLL = 0.25  # rad; the trunk's, where ankles do not roll: 0.15 stops H1 at 0.6 
 TRUNK = {"trunk_roll": 0.15, "trunk_pitch": 0.2, "trunk_yaw": 0.2}  # rad; people stay within
 KNEE_FLEXION = 0.1  # rad
 LEG_GAP = 0.01  # m
+ARM_GAP = 0.01  # m
 WIDER = 0.03  # m by which the feet may stand farther apart than the hips
 SWING_HEIGHT = 0.12  # of the hips' height; without a limit feet rise to half of it
 LIFTS = 2.0  # of the clearance asked for, which a foot may rise to in any case
@@ -103,6 +104,8 @@ def humanoid_task(robot: Robot, **changes: object) -> Task:
         defaults["torsional_friction"] = round(float(friction) * arm, 4)
     defaults |= {**TRUNK, "trunk_roll": TRUNK["trunk_roll"] if robot.legs.ankles_roll else ROLL}
     defaults |= {"knee_flexion": KNEE_FLEXION, "leg_gap": LEG_GAP}
+    if robot.tree.size > robot.tree.swing_foot:
+        defaults["arm_gap"] = ARM_GAP
     defaults["minimum_load"] = round(LEAST_LOAD * robot.weight, 1)
     if changes.get("toe_off") is None and changes.get("heel_strike") is None:
         defaults |= _swing(robot, changes)  # a foot that turns about an edge leaves or lands tilted

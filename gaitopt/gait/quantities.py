@@ -52,10 +52,10 @@ class Quantity:
 
     def labels(self, robot: Robot) -> tuple[str, ...]:
         """Return the names of its columns for a robot."""
-        if self is LEG_GAPS:
-            from gaitopt.mechanics.leg_distance import leg_pairs
+        if self in BODY_GAPS:
+            from gaitopt.mechanics.body_pairs import arm_pairs, leg_pairs
 
-            return leg_pairs(robot).names
+            return (leg_pairs if self is LEG_GAPS else arm_pairs)(robot).names
         return self.entries or robot.joint_names
 
 
@@ -80,6 +80,10 @@ FOOT_TURN = Quantity(
     ("angle", "rate", "acceleration"),
 )  # fmt: skip
 LEG_GAPS = Quantity("leg_gaps", "m", "distances of the capsules of the legs", optional=True)
+ARM_GAPS = Quantity(
+    "arm_gaps", "m", "distances of the capsules of moving arms from others", optional=True
+)
+BODY_GAPS = (LEG_GAPS, ARM_GAPS)
 PEAK = Quantity(
     "peak", "N·m", "what the torques stay below at every instant, a parameter; see `PeakTorque`",
     ("peak torque",), optional=True,
@@ -118,7 +122,7 @@ ADVANCE = Quantity(
 
 ALL = (
     TORQUE, WRENCH, CORNERS, ANGLES, RATES, ACCELERATIONS, IMPULSE, SOLE_TWIST, LEGS, GAPS, TRAVEL,
-    TRUNK, LEG_GAPS, FOOT_TURN, PEAK, FRONT_WRENCH, REAR_IMPULSE, ADVANCE,
+    TRUNK, LEG_GAPS, ARM_GAPS, FOOT_TURN, PEAK, FRONT_WRENCH, REAR_IMPULSE, ADVANCE,
 )  # fmt: skip
 
 

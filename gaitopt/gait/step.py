@@ -20,6 +20,8 @@ from gaitopt.gait.double_support import Posture, PostureDerivatives
 from gaitopt.gait.foot_turn import FootTurn
 from gaitopt.gait.parameters import DURATION, STEP_LENGTH
 from gaitopt.gait.quantities import Quantity
+from gaitopt.mechanics.body_pairs import arm_pairs, leg_pairs
+from gaitopt.mechanics.capsule_distance import CapsuleGaps
 from gaitopt.mechanics.closed_chain import ClosedMotion
 from gaitopt.mechanics.closed_impact import ClosedJump
 from gaitopt.mechanics.foot_flat import FlatJump
@@ -30,7 +32,6 @@ from gaitopt.mechanics.forward_kinematics import (
     PostureQuantityDerivatives,
 )
 from gaitopt.mechanics.impact import ImpactDerivatives, ImpactState, Turning
-from gaitopt.mechanics.leg_distance import LegGaps, leg_pairs
 from gaitopt.mechanics.single_support import SupportDerivatives, SupportState
 from gaitopt.mechanics.trunk import ROLL, YAW, Trunk
 from gaitopt.model.coupling import Tangent
@@ -301,7 +302,7 @@ class ReducedDerivatives(PostureQuantityDerivatives):
         return self._tangent.reduced_twice(self._of_all.hessian(weights), gradient)
 
 
-OPTIONAL = (quantities.TRUNK, quantities.LEG_GAPS)
+OPTIONAL = (quantities.TRUNK, *quantities.BODY_GAPS)
 _HEADING = 0.5  # of the foot yaw: the direction of travel in the stance sole's axes
 
 
@@ -322,13 +323,14 @@ class PostureQuantities:
         self._read: dict[Quantity, PostureQuantity] = {}
         if quantities.TRUNK in asked:
             self._read[quantities.TRUNK] = Trunk(standing)
-        if quantities.LEG_GAPS in asked:
-            hinges = standing.tree.size - robot.tree.size
-            pairs = tuple(
-                (replace(a, body=a.body + hinges), replace(b, body=b.body + hinges))
-                for a, b in leg_pairs(robot).kept
-            )
-            self._read[quantities.LEG_GAPS] = LegGaps(standing.tree, pairs)
+        hinges = standing.tree.size - robot.tree.size
+        for what, found in zip(quantities.BODY_GAPS, (leg_pairs, arm_pairs), strict=True):
+            if what in asked:
+                pairs = tuple(
+                    (replace(a, body=a.body + hinges), replace(b, body=b.body + hinges))
+                    for a, b in found(robot).kept
+                )
+                self._read[what] = CapsuleGaps(standing.tree, pairs)
         self._bodies = ForwardKinematics(standing.model) if self._read else None
         self._coupling = standing.coupling
 

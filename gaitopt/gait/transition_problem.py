@@ -342,7 +342,7 @@ def transition_layout(robot: Robot, transition: TransitionTask) -> TransitionLay
 _OF_START = (quantities.LEGS, quantities.GAPS)
 _OF_STATE = (
     quantities.ANGLES, quantities.RATES, quantities.CORNERS, quantities.TRUNK,
-    quantities.LEG_GAPS,
+    *quantities.BODY_GAPS,
 )  # fmt: skip
 _OF_IMPACT = (quantities.IMPULSE, quantities.SOLE_TWIST)
 

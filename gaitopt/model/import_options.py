@@ -312,6 +312,7 @@ class ImportOptions:
     without: tuple[str, ...] = ()
     package_dirs: tuple[str, ...] = ()
     capsules: tuple[CapsuleRow, ...] | None = None
+    arm_capsules: tuple[CapsuleRow, ...] | None = None
     moving: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
@@ -327,9 +328,10 @@ class ImportOptions:
             object.__setattr__(self, name, _axis(getattr(self, name), name))
         _check_numbers(self)
         object.__setattr__(self, "without", _without(self.without))
-        if self.capsules is not None:
-            rows = tuple(_capsule(row) for row in _tuple(self.capsules, "capsules"))
-            object.__setattr__(self, "capsules", rows)
+        for name in ("capsules", "arm_capsules"):
+            if (value := getattr(self, name)) is not None:
+                rows = tuple(_capsule(row) for row in _tuple(value, name))
+                object.__setattr__(self, name, rows)
 
     def over(self, **given: object) -> ImportOptions:
         """Return a copy with the given fields in place of its own, those that are None left out."""

@@ -7,7 +7,7 @@ capsule between its joints. They are found once per robot.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from functools import lru_cache
 from itertools import combinations
@@ -18,7 +18,7 @@ import pinocchio as pin
 from gaitopt.importers.source import Source, read_source
 from gaitopt.model.feet.foot_shape import Points, placed_shapes
 from gaitopt.model.feet.sole import Sole
-from gaitopt.model.import_options import CapsuleRow
+from gaitopt.model.import_options import CapsuleRow, Payload
 from gaitopt.model.joint_tree import FIRST
 from gaitopt.model.legs.kinematic_tree import points_on_lines, pose
 from gaitopt.model.robot import Robot
@@ -61,14 +61,25 @@ class Capsule:
 
 
 @dataclass(frozen=True)
-class _CapsuleKey:
+class CapsuleKey:
     """A robot, equal to all others of the same shape, whatever their limits."""
 
     urdf: str
     package_dirs: tuple[str, ...]
     soles: tuple[str, str]
     sole: Sole
+    joints: tuple[str, ...]
+    payloads: tuple[Payload, ...]
     robot: Robot = field(compare=False)
+
+    @classmethod
+    def of(cls, robot: Robot) -> CapsuleKey:
+        """Return that of a robot."""
+        choices, soles = robot.choices, (robot.stance_sole, robot.swing_sole)
+        return cls(
+            robot.urdf, choices.package_dirs, soles, robot.sole, robot.tree.names,
+            choices.payloads, robot,
+        )  # fmt: skip
 
 
 def leg_capsules(robot: Robot) -> tuple[Capsule, ...]:
@@ -80,23 +91,27 @@ def leg_capsules(robot: Robot) -> tuple[Capsule, ...]:
         RobotError: a mesh file of a leg is there but cannot be read.
     """
     if robot.choices.capsules is not None:
-        return tuple(
-            Capsule(row[0], row[1], row[2:5], row[5:8], row[8], row[9])
-            for row in robot.choices.capsules
-        )
-    soles = (robot.stance_sole, robot.swing_sole)
-    return _capsules(_CapsuleKey(robot.urdf, robot.choices.package_dirs, soles, robot.sole, robot))
+        return capsules_of_rows(robot.choices.capsules)
+    return _capsules(CapsuleKey.of(robot))
 
 
 def capsule_rows(robot: Robot) -> tuple[CapsuleRow, ...]:
     """Return the capsules as `ImportOptions` keeps them: no mesh is needed to find them again."""
-    return tuple(
-        (c.body, c.name, *c.start, *c.end, c.radius, c.source) for c in leg_capsules(robot)
-    )
+    return rows_of_capsules(leg_capsules(robot))
+
+
+def rows_of_capsules(capsules: Iterable[Capsule]) -> tuple[CapsuleRow, ...]:
+    """Return capsules as rows of plain values."""
+    return tuple((c.body, c.name, *c.start, *c.end, c.radius, c.source) for c in capsules)
+
+
+def capsules_of_rows(rows: Iterable[CapsuleRow]) -> tuple[Capsule, ...]:
+    """Return capsules from such rows."""
+    return tuple(Capsule(row[0], row[1], row[2:5], row[5:8], row[8], row[9]) for row in rows)
 
 
 @lru_cache(maxsize=16)
-def _capsules(key: _CapsuleKey) -> tuple[Capsule, ...]:
+def _capsules(key: CapsuleKey) -> tuple[Capsule, ...]:
     robot = key.robot
     source = read_source(robot.urdf, robot.choices.package_dirs)
     bars, towards = _bars(robot), _towards_other_leg(robot)
@@ -104,12 +119,13 @@ def _capsules(key: _CapsuleKey) -> tuple[Capsule, ...]:
 
     def add(body: int, shape: BoundingCapsule, origin: str) -> None:
         (x, y, z), (u, v, w) = shape.start.tolist(), shape.end.tolist()
-        found[body] = Capsule(body, _link(robot, body), (x, y, z), (u, v, w), shape.radius, origin)
+        name = link_of(robot, body)
+        found[body] = Capsule(body, name, (x, y, z), (u, v, w), shape.radius, origin)
 
     for kind in (pin.GeometryType.COLLISION, pin.GeometryType.VISUAL):
         missing = [body for body in bars if body not in found]
-        for body, points in _points_by_body(robot, source, kind, missing).items():
-            start, end = bars[body]
+        for body, parts in shapes_by_body(robot, source, kind, missing).items():
+            points, (start, end) = Points.together(parts), bars[body]
             add(body, bounding_capsule(points, end - start, towards[body]), kind.name.lower())
     for body, (start, end) in bars.items():
         if body not in found and np.linalg.norm(end - start) > _SHORT:
@@ -160,23 +176,23 @@ def _towards_other_leg(robot: Robot) -> dict[int, Array]:
     }
 
 
-def _link(robot: Robot, body: int) -> str:
-    """The link that the body's joint carries in the URDF, if it has a name of its own."""
+def link_of(robot: Robot, body: int) -> str:
+    """Return the link that a body's joint carries in the URDF, if it has a name of its own."""
     links = [f.name for f in robot.model.frames if f.parentJoint == body + 1]
     heavy = [n for n in links if n not in (robot.stance_sole, robot.swing_sole)]
     return heavy[0] if heavy else str(robot.model.names[body + 1])
 
 
-def _points_by_body(
+def shapes_by_body(
     robot: Robot, source: Source, kind: pin.GeometryType, bodies: list[int]
-) -> dict[int, Points]:
-    """Points of the shapes of one kind in the frames of the bodies; missing meshes have none."""
+) -> dict[int, list[Points]]:
+    """Return the shapes of one kind in the frames of the bodies; missing meshes have none."""
     frames = {str(f.name): f for f in robot.model.frames if f.parentJoint - 1 in bodies}
     links = {name: frame.placement for name, frame in frames.items()}
     found: dict[int, list[Points]] = {}
     for shape in placed_shapes(source, kind, links, around=True):
         found.setdefault(frames[shape.link].parentJoint - 1, []).append(shape.points)
-    return {body: Points.together(parts) for body, parts in found.items()}
+    return found
 
 
 @dataclass(frozen=True)
@@ -292,14 +308,16 @@ def smallest_circle(points: Array) -> Array:
         if off[farthest] <= radius * _INSIDE + _TINY:
             return centre
         grown = np.vstack([chosen, points[farthest]])
+        # What is outside of a circle lies on the next one.
+        others = [c for n in (1, 2) for c in combinations(chosen, n)]
         chosen = min(
-            (np.array(c) for n in (1, 2, 3) for c in combinations(grown, n) if _holds(c, grown)),
+            (c for o in others if _holds(c := np.array((*o, points[farthest])), grown)),
             key=lambda c: _circle_around(c)[1],
         )
 
 
-def _holds(chosen: Sequence[Array], points: Array) -> bool:
-    centre, radius = _circle_around(np.array(chosen))
+def _holds(chosen: Array, points: Array) -> bool:
+    centre, radius = _circle_around(chosen)
     off = np.linalg.norm(points - centre, axis=1)
     return bool(off.max() <= radius * _INSIDE + _TINY)
 

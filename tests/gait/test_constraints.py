@@ -239,9 +239,10 @@ def test_every_quantity_is_constrained_somewhere(robot, problem):
     everything = constraint_blocks(robot, task, task.grid)
     both = preset_task(double_support=0.05, touch_down="impact")
     everything += constraint_blocks(robot, both, both.grid)
+    everything += walk("upright, lifted, seven joints, waist, arms").problem.blocks
     known = set(quantities.ALL) - {quantities.ACCELERATIONS, quantities.PEAK, quantities.ADVANCE}
     assert {one for b in everything for one in b.reads} == known
-    optional = {quantities.GAPS, quantities.TRUNK, quantities.LEG_GAPS, quantities.FOOT_TURN}
+    optional = {quantities.GAPS, quantities.TRUNK, *quantities.BODY_GAPS, quantities.FOOT_TURN}
     optional |= {quantities.FRONT_WRENCH, quantities.REAR_IMPULSE}
     assert {one for b in problem.blocks for one in b.reads} == known - optional
 

@@ -18,8 +18,8 @@ from gaitopt.gait.parameters import FOOT_SPACING, GEOMETRY, set_geometry
 from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem, constraint_blocks
 from gaitopt.gait.step import completed
+from gaitopt.mechanics.body_pairs import leg_pairs
 from gaitopt.mechanics.forward_kinematics import ForwardKinematics
-from gaitopt.mechanics.leg_distance import leg_pairs
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import violations
 

@@ -60,8 +60,8 @@ def case(request):
     problem, x = at.problem, at.x
     y = np.random.default_rng(1).normal(size=problem.rows.lower.size)
     for block in problem.blocks:
-        if block.name == "leg gap":  # capsules do not follow lengths
-            y[problem.rows_of("leg gap")] = 0.0
+        if block.name in ("leg gap", "arm gap"):  # capsules do not follow lengths
+            y[problem.rows_of(block.name)] = 0.0
     step, derivatives = problem.derivatives(x)
     first = problem.weights(x, y, 0.3)
     return Case(problem, x, y, model_gradient(problem.model, step, derivatives, first))

@@ -100,6 +100,7 @@ ELSEWHERE = (
     quantities.FRONT_WRENCH,
     quantities.REAR_IMPULSE,
     quantities.ADVANCE,
+    quantities.ARM_GAPS,
 )  # no entries in most walks
 CURVED = [
     ("upright, everything free", what)
@@ -116,9 +117,10 @@ CURVED += [
     for what in quantities.ALL
     if what not in (
         quantities.GAPS, quantities.FOOT_TURN, quantities.IMPULSE, quantities.SOLE_TWIST,
-        quantities.PEAK, quantities.ADVANCE, quantities.REAR_IMPULSE,
+        quantities.PEAK, quantities.ADVANCE, quantities.REAR_IMPULSE, quantities.ARM_GAPS,
     )
 ]  # fmt: skip
+CURVED += [("upright, lifted, seven joints, waist, arms", quantities.ARM_GAPS)]
 CURVED += [(BOTH, what) for what in (quantities.IMPULSE, quantities.REAR_IMPULSE, quantities.RATES)]
 
 

@@ -12,7 +12,7 @@ from gaitopt.gait.task import Task
 NUMBERS = (
     "friction", "minimum_load", "cop_margin", "clearance", "lateral_gap", "knee_flexion",
     "leg_extension", "liftoff_speed", "torque_limit", "speed_limit", "trunk_roll", "trunk_pitch",
-    "trunk_yaw", "torsional_friction", "step_width", "leg_gap",
+    "trunk_yaw", "torsional_friction", "step_width", "leg_gap", "arm_gap",
     "swing_tilt", "swing_height", "landing_speed", "landing_impulse",
 )  # fmt: skip
 

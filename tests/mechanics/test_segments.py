@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numerics import check_differences, relative_error, steps
 
-from gaitopt.mechanics.leg_distance import distance_force, distance_hessian, nearest
+from gaitopt.mechanics.capsule_distance import distance_force, distance_hessian, nearest
 from gaitopt.mechanics.spatial import cross
 
 fast = settings(deadline=None, derandomize=True, max_examples=200)

@@ -106,7 +106,7 @@ def points_of(shape: coal.CollisionGeometry, *, around: bool) -> Points | None:
         around: whether the points' hull contains what is round; else the points lie on it.
     """
     if isinstance(shape, coal.Box):
-        return _balls(_grid(np.ravel(shape.halfSide)))
+        return box_points(np.ravel(shape.halfSide))
     if isinstance(shape, coal.Sphere):
         return _balls(np.zeros((1, 3)), shape.radius)
     if isinstance(shape, coal.Capsule):
@@ -135,9 +135,10 @@ def _balls(centres: Array, radius: float = 0.0) -> Points:
     return Points(centres, np.full(len(centres), float(radius)))
 
 
-def _grid(half: Array) -> Array:
+def box_points(half: Array) -> Points:
+    """Return the corners of a box from half its sides [m], shape (3,)."""
     signs = np.array(np.meshgrid(*[(-1.0, 1.0)] * 3)).reshape(3, -1).T
-    return np.asarray(signs * half)
+    return _balls(signs * half)
 
 
 def _rims(radius: float, heights: Sequence[float], around: bool) -> Array:

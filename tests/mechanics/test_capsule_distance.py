@@ -10,8 +10,9 @@ from numerics import check_jacobian, relative_error
 from reference_cases import biped
 from urdf_edits import edited_urdf, link
 
+from gaitopt.mechanics.body_pairs import leg_pairs
+from gaitopt.mechanics.capsule_distance import CapsuleGaps
 from gaitopt.mechanics.forward_kinematics import ForwardKinematics
-from gaitopt.mechanics.leg_distance import LegGaps, leg_pairs
 from gaitopt.model.robot import Robot
 
 COUNT = 3
@@ -29,12 +30,14 @@ def pairs(robot):
 
 
 def gaps(robot, pairs, q):
-    return LegGaps(robot.tree, pairs).value(ForwardKinematics(robot.model).placed(q))
+    return CapsuleGaps(robot.tree, pairs).value(ForwardKinematics(robot.model).placed(q))
 
 
 def derivatives(robot, pairs, q):
     axes = np.stack([kinematics(robot, angles).axes for angles in q])
-    return LegGaps(robot.tree, pairs).derivatives(ForwardKinematics(robot.model).placed(q), axes)
+    return CapsuleGaps(robot.tree, pairs).derivatives(
+        ForwardKinematics(robot.model).placed(q), axes
+    )
 
 
 def coals_gap(robot, q, pair):
@@ -162,12 +165,11 @@ def test_no_more_is_kept_than_the_standing_robot_has(pairs):
     assert kept.max() == asked
     least = pairs.standing - 1e-4
     np.testing.assert_array_equal(kept[kept < asked], least[least < asked])
-    assert pairs.narrowed(0.5 * float(pairs.standing.min())) == ""
+    assert pairs.narrowed("leg_gap", "", 0.5 * float(pairs.standing.min())) == ""
     near = Robot.from_urdf(CASES / "hips_6mm_apart.urdf")
     found = leg_pairs(near)
     # Balls of 97 mm about hips that are 200 mm apart.
     assert found.standing.min() == pytest.approx(0.006, abs=1e-9)
     assert found.least(0.01).min() == pytest.approx(0.006, abs=1.1e-4)
-    assert "has less when it stands; kept is what it has there: r1 and l1 6.0" in found.narrowed(
-        0.01
-    )
+    said = found.narrowed("leg_gap", "", 0.01)
+    assert "has less when it stands; kept is what it has there: r1 and l1 6.0" in said

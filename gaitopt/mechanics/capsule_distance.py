@@ -1,7 +1,7 @@
-"""Distances of the two legs: of capsules around their bodies, with exact derivatives.
+"""Distances of a robot's bodies: of capsules around them, with exact derivatives.
 
-The distance of body a of the stance leg from body b of the swing leg depends only on the joints
-between them: a may be held, and those joints move b.
+The distance of body a from body b depends only on the joints between them: a may be held, and those
+joints move b. Joints on the branch of a move it the other way, the outermost first.
 
 Let r(s, t) be the vector from point t of the second segment to point s of the first. The squared
 distance is the minimum of r . r over 0 <= s, t <= 1. How the nearest points move does not matter to
@@ -13,29 +13,24 @@ where a nearest point reaches an end.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gaitopt.mechanics.forward_kinematics import (
-    ForwardKinematics,
     Placements,
     PostureQuantity,
     PostureQuantityDerivatives,
 )
-from gaitopt.mechanics.inverse_kinematics import LegKinematics
 from gaitopt.mechanics.spatial import cross, skew, symmetric
 from gaitopt.model.joint_tree import JointTree
-from gaitopt.model.leg_capsules import Capsule, leg_capsules
-from gaitopt.model.robot import Robot
+from gaitopt.model.leg_capsules import Capsule
 from gaitopt.nlp import Array
 
 _POINT = 1e-12  # m²: a shorter segment is a point
 _PARALLEL = 1e-12  # squared sine of the angle: where the nearest points are becomes rounding
 _HELD = 1e-6  # squared sine of the angle: below it (0.06 degrees) s is held in the Hessian
 _TOUCHING = 1e-9  # m: a shorter distance has no direction
-_TOLD = 3  # pairs that are named, the narrowest first
 
 
 @dataclass(frozen=True)
@@ -98,7 +93,9 @@ def distance_force(near: Nearest) -> Array:
     return -np.concatenate([direction, cross(near.second, direction)], axis=1)
 
 
-def distance_hessian(near: Nearest, axes: Array) -> Array:
+def distance_hessian(
+    near: Nearest, axes: Array, reversed_order: NDArray[np.bool_] | None = None
+) -> Array:
     """Return the Hessian of the distance in the rotations of the joints, shape (M, j, j).
 
     With phi = r . r / 2 and u the free ones of (s, t), the reduced Hessian of phi is
@@ -108,10 +105,13 @@ def distance_hessian(near: Nearest, axes: Array) -> Array:
         near: nearest points.
         axes: motion axes in the world of joints that move the second segment, from the base on (a
             joint turns those after it), shape (M, j, 6); zero for joints that do not.
+        reversed_order: pairs of joints of which the later one turns the other, (M, j, j).
     """
     w, r = axes[:, :, 3:], near.between
     moved = axes[:, :, :3] + w @ skew(near.second)  # l + w x point
     upper = moved @ moved.swapaxes(1, 2) - w @ (moved @ skew(r)).swapaxes(1, 2)
+    if reversed_order is not None:
+        upper = np.where(reversed_order, upper.swapaxes(1, 2), upper)
     H = symmetric(upper) - _given_way(near, w, moved)
     d = np.maximum(near.distance, _TOUCHING)[:, None, None]
     gradient = axes @ distance_force(near)[:, :, None]
@@ -144,108 +144,11 @@ def _dot(a: Array, b: Array) -> Array:
     return np.asarray(np.einsum("mi,mi->m", a, b))
 
 
-_HAIR = 1e-4  # m
-_APART = 0.1  # m between the soles of a robot that stands with its legs apart
-
 Pair = tuple[Capsule, Capsule]
 
 
 @dataclass(frozen=True)
-class LegPairs:
-    """ForwardKinematics that must keep apart, one of each leg.
-
-    Attributes:
-        kept: capsules of stance and swing leg.
-        dropped: pairs left out because they overlap even when the robot stands with its legs
-            apart: bodies beside the pelvis that no joint takes apart, or capsules too generous.
-        standing: gaps of those that are kept when the robot stands so [m], shape (kept,).
-    """
-
-    kept: tuple[Pair, ...]
-    dropped: tuple[Pair, ...]
-    standing: Array
-
-    def least(self, asked: float) -> Array:
-        """Return the gap to be kept by each pair [m], (M,): what is asked, or what standing leaves.
-
-        No walk keeps bodies farther apart that no joint takes apart. Capsules are not quite round
-        about the axes of the hips, so that a gap there changes by a hair.
-        """
-        return np.minimum(asked, np.maximum(self.standing - _HAIR, 0.0))
-
-    def narrowed(self, asked: float) -> str:
-        """Return what a person should know of gaps that are asked for and cannot be, or ""."""
-        narrow = [k for k in np.argsort(self.standing) if self.standing[k] < asked]
-        if not narrow:
-            return ""
-        named = [
-            f"{pair_name(self.kept[k])} {self.standing[k] * 1e3:.1f} mm" for k in narrow[:_TOLD]
-        ]
-        rest = f", and {len(narrow) - _TOLD} wider pairs" if len(narrow) > _TOLD else ""
-        return (
-            f"leg_gap asks for {asked * 1e3:.1f} mm between the legs, but the robot has less when "
-            f"it stands; kept is what it has there: {', '.join(named)}{rest}"
-        )
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Name of each pair that is kept."""
-        return tuple(map(pair_name, self.kept))
-
-    @property
-    def sentences(self) -> tuple[str, ...]:
-        """What a person should know: which pairs are left out, which shapes are guesses."""
-        said = []
-        if self.dropped:
-            names = ", ".join(map(pair_name, self.dropped))
-            said.append(f"not kept apart, for their capsules overlap when standing: {names}")
-        bodies = {c.body: c for pair in (*self.kept, *self.dropped) for c in pair}
-        guessed = [c for _, c in sorted(bodies.items()) if c.source == "joints"]
-        if guessed:
-            said.append(
-                f"taken as bars of {guessed[0].radius:.3g} m radius between their joints, for no "
-                "shape of them was found (are the meshes in --package-dir, package_dirs in "
-                f"Python?): {', '.join(c.name for c in guessed)}"
-            )
-        return tuple(said)
-
-
-def pair_name(pair: Pair) -> str:
-    """Return the names of both bodies."""
-    return f"{pair[0].name} and {pair[1].name}"
-
-
-@lru_cache(maxsize=16)
-def leg_pairs(robot: Robot) -> LegPairs:
-    """Return the pairs of a robot's leg bodies; the result is kept.
-
-    Raises:
-        UnreachableError: the robot cannot stand on flat feet with its knees bent.
-    """
-    capsules = leg_capsules(robot)
-    pelvis = robot.tree.pelvis
-    stance = [c for c in capsules if c.body < pelvis]
-    swing = [c for c in capsules if pelvis < c.body <= robot.tree.swing_foot]
-    pairs = [(a, b) for a in stance for b in swing]
-    standing = ForwardKinematics(robot.model).placed(robot.coupling.angles(_standing(robot))[None])
-    gaps = LegGaps(robot.tree, tuple(pairs)).value(standing)[0]
-    apart = gaps > 0.0
-    return LegPairs(
-        tuple(p for p, good in zip(pairs, apart, strict=True) if good),
-        tuple(p for p, good in zip(pairs, apart, strict=True) if not good),
-        gaps[apart],
-    )
-
-
-def _standing(robot: Robot) -> Array:
-    """Joint angles with flat feet well apart, the pelvis upright between them, (n,)."""
-    legs, sole, kinematics = robot.legs, robot.sole, LegKinematics(robot)
-    spacing = legs.side * max(abs(legs.stance_width), sole.left - sole.right + _APART)
-    return kinematics.solve(*kinematics.flat_feet(0.0, spacing))
-
-
-@dataclass(frozen=True)
-class LegGapsDerivatives(PostureQuantityDerivatives):
+class CapsuleGapsDerivatives(PostureQuantityDerivatives):
     """Derivatives of the gaps.
 
     Attributes:
@@ -253,14 +156,15 @@ class LegGapsDerivatives(PostureQuantityDerivatives):
         jacobian: with respect to q, shape (N, pairs, n).
         near: nearest points, instant after instant, N * pairs of them.
         axes: joint motion axes in the world, shape (N, n, 6).
-        between: which joints are between the bodies of each pair, shape (pairs, n).
+        between: which joints are between the bodies of each pair: 1 on the branch of the second, -1
+            on that of the first, else 0, shape (pairs, n).
     """
 
     value: Array
     jacobian: Array
     near: Nearest
     axes: Array
-    between: NDArray[np.bool_]
+    between: Array
 
     def hessian(self, weights: Array) -> Array:
         """Return the Hessian in q of sum(weights * gaps), weights (N, pairs), shape (N, n, n).
@@ -269,22 +173,25 @@ class LegGapsDerivatives(PostureQuantityDerivatives):
         """
         instants, pairs = np.nonzero(weights)
         near = self.near.pick(instants * weights.shape[1] + pairs)
-        moving = np.flatnonzero(self.between.any(axis=0))  # joints of the legs, not of arms
+        moving = np.flatnonzero(self.between[pairs].any(axis=0))
         between = self.between[np.ix_(pairs, moving)]
         axes = self.axes[np.ix_(instants, moving)] * between[:, :, None]
+        first = between < 0.0
+        reverse = first[:, :, None] & first[:, None, :] if first.any() else None
         H = np.zeros((len(weights), *self.axes.shape[1:2] * 2))
         if instants.size:
-            of_pairs = distance_hessian(near, axes) * weights[instants, pairs][:, None, None]
-            first = np.flatnonzero(np.diff(instants, prepend=-1))
-            H[np.ix_(instants[first], moving, moving)] = np.add.reduceat(of_pairs, first, axis=0)
+            of_pairs = distance_hessian(near, axes, reverse)
+            of_pairs *= weights[instants, pairs][:, None, None]
+            begin = np.flatnonzero(np.diff(instants, prepend=-1))
+            H[np.ix_(instants[begin], moving, moving)] = np.add.reduceat(of_pairs, begin, axis=0)
         return H
 
 
-class LegGaps(PostureQuantity):
+class CapsuleGaps(PostureQuantity):
     """Gaps of pairs of capsules [m], negative where they overlap."""
 
     def __init__(self, tree: JointTree, pairs: tuple[Pair, ...]) -> None:
-        """Prepare pairs, of which the first body is on the way from the stance foot to the second.
+        """Prepare pairs, of which the first body comes before the second.
 
         Args:
             tree: of the robot's joints.
@@ -295,18 +202,19 @@ class LegGaps(PostureQuantity):
         self._ends = np.array([c.ends for c in capsules])
         self._sides = np.array([[capsules.index(c) for c in pair] for pair in pairs]).T
         self._radii = np.array([sum(c.radius for c in pair) for pair in pairs])
-        self._between = np.array([tree.path(b.body) & ~tree.path(a.body) for a, b in pairs])
+        paths = [np.stack([tree.path(c.body) for c in pair]).astype(np.float64) for pair in pairs]
+        self._between = np.array([of_second - of_first for of_first, of_second in paths])
 
     def value(self, placed: Placements) -> Array:
         """Return the gaps [m], shape (N, pairs)."""
         return self._gaps(self._near(placed))
 
-    def derivatives(self, placed: Placements, axes: Array) -> LegGapsDerivatives:
+    def derivatives(self, placed: Placements, axes: Array) -> CapsuleGapsDerivatives:
         """Return the derivatives of the gaps."""
         near = self._near(placed)
         force = distance_force(near).reshape(len(axes), -1, 6)
-        jacobian = np.where(self._between, force @ axes.swapaxes(1, 2), 0.0)
-        return LegGapsDerivatives(self._gaps(near), jacobian, near, axes, self._between)
+        jacobian = self._between * (force @ axes.swapaxes(1, 2))
+        return CapsuleGapsDerivatives(self._gaps(near), jacobian, near, axes, self._between)
 
     def _near(self, placed: Placements) -> Nearest:
         rotation, origin = placed.rotation[:, self._carriers], placed.origin[:, self._carriers]
