@@ -451,19 +451,15 @@ class StepWidthAdjustment(Adjustment):
 def limit_adjustments(problem: WalkProblem) -> tuple[LimitAdjustment, ...]:
     """Return everything that can be turned in the limits of a walk."""
     margins, task = problem.task.margins, problem.task
+    present = {block.name for block in problem.blocks}
     settings = [*_motor_limits(problem)]
     for name, declared in task.declared.items():
         before, farthest = task.margin(name), declared.farthest
-        if before is not None and farthest is not None:
+        loosened = constraints_of(task, name)
+        if before is not None and farthest is not None and not present.isdisjoint(loosened):
             settings.append(
                 LimitAdjustment(
-                    name,
-                    declared.words,
-                    declared.unit,
-                    before,
-                    farthest,
-                    declared.change,
-                    constraints_of(task, name),
+                    name, declared.words, declared.unit, before, farthest, declared.change, loosened
                 )
             )
     if margins.joint_range:

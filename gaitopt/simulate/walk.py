@@ -173,12 +173,6 @@ def simulate(
         raise InputError(
             f"{options.steps} steps cannot be simulated; ask for 1 to {MOST_STEPS} of them"
         )
-    if ground_of(gait).down[1] != 0.0:
-        raise InputError(
-            f"the gait walks on ground {ground_of(gait).words}; only walks straight up, down or on "
-            "the level are simulated under feedback: design it on level ground "
-            "(second_engine(gait) in Python has MuJoCo's own torques of any)"
-        )
     if (ground := ground_of(gait)).shaped and not ground.rise:
         raise InputError(
             f"this gait walks {ground.words}; what stands on the ground cannot be simulated "
