@@ -37,8 +37,9 @@ class LegKinematics:
     """Solves for the joint angles of a double-support posture.
 
     Legs of six joints have one solution on each branch of the knees; with more joints the search
-    takes the shortest steps, with fewer it ends nearest to the targets. Other joints stay at 0.
-    Every search starts from the same bent posture, so the result is a pure function of the targets.
+    takes the shortest steps, with fewer it ends nearest to the targets. Other joints stay where the
+    robot's posture has them. Every search starts from the same bent posture, so the result is a
+    pure function of the targets.
     """
 
     def __init__(self, robot: Robot) -> None:
@@ -143,7 +144,10 @@ class LegKinematics:
     def _seed(self) -> Array:
         """In double support, soles flat, trunk upright, knees bent: the seed of every search."""
         legs = self.robot.legs
-        q = np.zeros(len(self.robot.joint_names))
+        body, tree = self.robot.multibody, self.robot.tree
+        legs_own = set(tree.names[tree.legs])
+        others = [name not in legs_own for name in self.robot.joint_names]
+        q = np.where(others, body.posture[body.moving], 0.0)
         self._bend(q, _SEED_KNEE)
         for step in (0.0, _SEED_STEP * legs.reach):
             q = self._newton(q, *self.flat_feet(step, legs.stance_width))

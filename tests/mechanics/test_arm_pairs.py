@@ -15,6 +15,7 @@ from urdf_edits import edited_urdf, link
 from gaitopt.mechanics.body_pairs import arm_pairs, narrowed_gaps, pair_name
 from gaitopt.mechanics.capsule_distance import CapsuleGaps
 from gaitopt.mechanics.forward_kinematics import ForwardKinematics
+from gaitopt.mechanics.inverse_kinematics import LegKinematics
 from gaitopt.model.arm_capsules import arm_bodies, arm_capsule_rows, arm_capsules
 from gaitopt.model.import_options import (
     ImportOptions,
@@ -213,6 +214,18 @@ def test_loads_are_among_what_arms_avoid():
     names = arm_pairs(armed(payloads=(load,))).names
     assert any("the load" in name and "left_arm_3" in name for name in names)
     assert not any("the load" in name for name in arm_pairs(armed()).names)
+
+
+def test_arms_stand_in_the_robots_posture():
+    raised = (("left_arm_joint_1", 0.3), ("right_arm_joint_1", -0.2))
+    robot = armed(posture=raised)
+    legs = LegKinematics(robot)
+    q = dict(zip(robot.joint_names, legs.solve(*legs.flat_feet(0.0, 0.2)), strict=True))
+    assert [q[name] for name, _ in raised] == [angle for _, angle in raised]
+    assert q["left_arm_joint_0"] == 0.0
+    there, usual = (arm_pairs(one) for one in (robot, armed()))
+    assert there.names == usual.names
+    assert np.abs(there.standing - usual.standing).max() > 0.05
 
 
 def test_no_arms_no_pairs(robot):
