@@ -196,7 +196,7 @@ _MAKERS = {
     "upright, in place, everything free": lambda: _everything_free(speed=0.0, **UPRIGHT),
     "upright, lifted, joints that follow others": lambda: _synthetic("elbows and shanks"),
     "upright, lifted, heel strike, toe off, joints that follow by bends": lambda: _synthetic(
-        "bent elbows and shanks", sigma=0.02, **TOE_OFF, **HEEL_STRIKE
+        "bent elbows and shanks", sigma=0.021, **TOE_OFF, **HEEL_STRIKE
     ),
     "upright, lifted, heel strike, toe off, NAO's hips": lambda: _synthetic(
         "NAO's hips", sigma=0.02, **TOE_OFF, **HEEL_STRIKE
