@@ -283,6 +283,7 @@ class ImportOptions:
         capsules: around the bodies of the legs, as an earlier reading found them in the shapes:
             body from 0 (stance foot) on, name, both ends [m] in the frame of its joint, radius
             [m], and what they cover.
+        arm_capsules: likewise around moving arms and what they may run into, several of a body.
         without: what of the description's physics is left out, some of `physics.PARTS`; without
             "gravity" it is 9.81 m/s² straight down, whatever the description says.
         moving: joints beside the legs' that are not locked: "arms", "waist", or patterns of joint

@@ -62,7 +62,16 @@ class Capsule:
 
 @dataclass(frozen=True)
 class CapsuleKey:
-    """A robot, equal to all others of the same shape, whatever their limits."""
+    """A robot, equal to all others of the same shape, whatever their limits.
+
+    Attributes:
+        urdf: text of its description.
+        package_dirs: where its meshes are.
+        soles, sole: names of the sole frames, and their rectangle.
+        joints: names of those that move.
+        payloads: what it carries.
+        robot: itself, which is not compared.
+    """
 
     urdf: str
     package_dirs: tuple[str, ...]
