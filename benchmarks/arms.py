@@ -3,37 +3,42 @@
 python benchmarks/arms.py [--quick]
 
 The table of docs/your-robot.md is made of it: it prints it. A walk whose upper body is locked bears
-it for nothing, one with motors there pays for them: so the walks are designed twice, with all
-torques counted, and with those of the legs alone, which are the same in both.
+it for nothing, one with motors there pays for them: the locked walk is therefore compared with the
+torques that hold its joints. Walks of free arms are sought from the usual first guess and from the
+locked walk; the cheaper one counts. The last columns are what more joints cost to compute.
 """
 
 from __future__ import annotations
 
+import itertools
+import time
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from common import arguments, save
+from common import BareSweep, arguments, interleaved, save
+from scipy.integrate import simpson
 from tables import table
 
 from gaitopt.catalogue.entries import description, entry_by_name
+from gaitopt.design.certificate import fine_grid
 from gaitopt.design.design import design
 from gaitopt.design.options import DesignOptions
+from gaitopt.design.pipeline import Design
 from gaitopt.design.process import small_matrices
 from gaitopt.design.starts import design_gait
-from gaitopt.gait.costs import TorqueCost
 from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.presets import humanoid_task
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.result import Gait
+from gaitopt.mechanics.single_support import SingleSupport
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array
 
 ROBOTS = {"g1": 0.6, "talos": 0.5, "icub": 0.3}
 """Of the catalogue, and speed [m/s]."""
-SLIGHT = 1e-3
-"""Weight of the upper body's torques where those of the legs alone count."""
 FREE = {"arms": ("arms",), "arms and waist": ("arms", "waist")}
+POINTS, ROUNDS = 4, 10
 
 
 def turning_moment(gait: Gait) -> float:
@@ -48,10 +53,50 @@ def same_walk(free: WalkProblem, locked: WalkProblem, x: Array) -> Array:
 
     At the impact arms are loose, so that it is not quite the same walk.
     """
-    start = first_guess(free)
+    start = first_guess(free)  # arms at the posture in which they were locked
     at = {name: k for k, name in enumerate(free.layout.names)}
     start[[at[name] for name in locked.layout.names]] = x
     return start
+
+
+def held_cost(robot: Robot, locked: Design) -> float:
+    """Return the cost of a locked walk with the torques that hold what is locked [N²·m·s].
+
+    Args:
+        robot: the same with those joints free.
+        locked: the walk.
+    """
+    problem = locked.problem.with_grid(fine_grid(locked.problem))
+    step = problem.step(locked.solution.x)
+    body, count = robot.multibody, problem.grid.count
+    motion = np.zeros((3, count, len(robot.joint_names)))
+    motion[0] = body.posture[body.moving]
+    motion[:, :, [robot.joint_names.index(n) for n in problem.robot.joint_names]] = step.motion
+    torque = SingleSupport(robot, count).state(*motion).effort[:, 6:]
+    times = step.duration * problem.grid.instants
+    return float(simpson((torque**2).sum(axis=1), x=times) / step.step_length)
+
+
+def computing(found: Design, cpu: float) -> dict[str, float]:
+    """Return what a walk costs to compute: seconds, and evaluations in bare sweeps."""
+    problem, x, y = found.problem, found.solution.x, found.solution.multipliers
+    problem = WalkProblem(problem.robot, problem.task)
+    y = np.zeros(problem.rows.lower.size)
+    y[problem.rows_of("torque")] = 1.0
+    y[problem.rows_of("friction")] = 1.0
+    rng = np.random.default_rng(0)
+    nearby = [x + 1e-4 * rng.normal(size=x.size) for _ in range(POINTS)]
+    first, second = (itertools.cycle(nearby[k:] + nearby[:k]) for k in (0, 2))
+
+    def both() -> None:
+        at = next(second)
+        problem.point(at)
+        problem.hessian(at, y, problem.cost_scale)
+
+    parts = {"bare": BareSweep(problem, *nearby), "point": lambda: problem.point(next(first))}
+    times = interleaved({**parts, "both": both}, ROUNDS)
+    bare, point = times["bare"]["min"], times["point"]["min"]
+    return {"cpu": cpu, "point": point / bare, "hessian": (times["both"]["min"] - point) / bare}
 
 
 def walks(name: str, quick: bool) -> list[dict[str, Any]]:
@@ -59,32 +104,34 @@ def walks(name: str, quick: bool) -> list[dict[str, Any]]:
     speed = ROBOTS[name]
     source, choices = description(entry_by_name(name))
     locked = Robot.from_urdf(source, choices=choices)
+    started = time.process_time()
     found = design_gait(locked, humanoid_task(locked, speed=speed))
-    rows = [{"robot": name, "free": "nothing", **figures(found)}]
+    rows = [{"robot": name, "free": "nothing", **figures(found, started)}]
     for what, moving in list(FREE.items())[: 1 if quick else None]:
         robot = Robot.from_urdf(source, choices=replace(choices, moving=moving))
-        problem = WalkProblem(robot, humanoid_task(robot, speed=speed))
-        start = same_walk(problem, found.problem, found.solution.x)
-        near = design(robot, problem.task, DesignOptions(approach="direct"), start=start)
-        others = set(robot.joint_names) - set(locked.joint_names)
-        cost = TorqueCost(weights=dict.fromkeys(sorted(others), SLIGHT))
-        task = humanoid_task(robot, speed=speed, cost=cost)
-        alone = design(robot, task, DesignOptions(approach="direct"), start=start)
+        task, direct = humanoid_task(robot, speed=speed), DesignOptions(approach="direct")
+        start = same_walk(WalkProblem(robot, task), found.problem, found.solution.x)
+        from_locked = design(robot, task, direct, start=start)
+        started = time.process_time()
+        cold = design(robot, task, direct)
+        measured = figures(cold, started)
+        best = min((from_locked, cold), key=lambda one: one.gait.cost)
         rows.append(
             {
                 "robot": name,
                 "free": what,
-                "at start": problem.values(start).cost,
-                **figures(near),
-                "legs alone": alone.gait.cost,
-                "verdict of legs alone": alone.certificate.verdict,
+                "held": held_cost(robot, found),
+                **measured,
+                **walked(best),
+                "from locked": from_locked.gait.cost,
+                "cold": cold.gait.cost,
             }
         )
     return rows
 
 
-def figures(found: Any) -> dict[str, Any]:
-    """Return what is compared."""
+def walked(found: Design) -> dict[str, Any]:
+    """Return what is compared of a walk."""
     return {
         "joints": len(found.gait.joint_names),
         "cost": found.gait.cost,
@@ -93,19 +140,24 @@ def figures(found: Any) -> dict[str, Any]:
     }
 
 
+def figures(found: Design, started: float) -> dict[str, Any]:
+    """Return what is compared, and what it took from a time of the process's clock on [s]."""
+    return walked(found) | computing(found, time.process_time() - started)
+
+
 def text(data: list[dict[str, Any]]) -> str:
     """Return the table."""
     lines = []
     for row in data:
-        start = f"{row['at start']:.0f}" if "at start" in row else "–"
-        alone = row.get("legs alone", row["cost"])
+        held = f"{row['held']:.0f}" if "held" in row else "–"
         lines.append([
-            row["robot"], row["free"], row["joints"], start, f"{row['cost']:.0f}",
-            f"{row['moment']:.1f}", row["verdict"], f"{alone:.0f}",
-            row.get("verdict of legs alone", row["verdict"]),
+            row["robot"], row["free"], row["joints"], held, f"{row['cost']:.0f}",
+            f"{row['moment']:.1f}", row["verdict"], f"{row['cpu']:.1f}", f"{row['point']:.1f}",
+            f"{row['hessian']:.1f}",
         ])  # fmt: skip
-    head = ["robot", "free", "joints", "start, N²·m·s", "optimum, N²·m·s",
-            "peak turning moment, N·m", "verdict", "legs alone, N²·m·s", "verdict"]  # fmt: skip
+    head = ["robot", "free", "joints", "locked and held, N²·m·s", "optimum, N²·m·s",
+            "peak turning moment, N·m", "verdict", "cold solve, CPU s",
+            "derivatives, bare sweeps", "Hessian, bare sweeps"]  # fmt: skip
     return table(head, lines)
 
 
