@@ -63,7 +63,6 @@ from gaitopt.gait.step import (
     foot_turn_rows,
 )
 from gaitopt.gait.step_hessian import (
-    StepWeights,
     foot_duration_hessian,
     local_gradient,
     local_hessian,
@@ -629,10 +628,10 @@ class DoubleStepModel:
         return np.concatenate([in_world, torque], axis=1)
 
     def own_hessian(
-        self, step: Step, derivatives: StepDerivatives, weights: StepWeights
+        self, step: Step, derivatives: StepDerivatives, first: dict[Quantity, Array]
     ) -> tuple[Array, OnEnds]:
         """Return what a step bends but for its ends, (P, P), and what those weigh."""
-        double, first, n = step.double, weights.first, self.layout.joints
+        double, n = step.double, self.layout.joints
         at, T, P, motion = derivatives.double, step.duration, self._size, derivatives.motion
         assert double is not None
         assert at is not None
@@ -648,13 +647,8 @@ class DoubleStepModel:
         )  # fmt: skip
         gradient[self.both, :chain] += taken
         dynamics = derivatives.support.hessian(effort)
-        plain = StepWeights(first, {})
-        local = local_hessian(derivatives, plain, dynamics, h)
+        local = local_hessian(derivatives, first, dynamics).whole
         H += np.tensordot(motion, local @ motion, ((0, 1), (0, 1)))
-        for one in (quantities.WRENCH, quantities.TORQUE):
-            if (one, one) in weights.second:
-                J = derivatives.jacobians[one]
-                H += np.tensordot(J, weights.second[one, one] @ J, ((0, 1), (0, 1)))
         by_order = gradient.reshape(-1, 3, m)
         felt = by_order * ~self.both[:, None, None]
         free, single = felt[:, :, self._driven], felt[:, :, self._swing]
@@ -958,12 +952,9 @@ def double_cycle_hessian(
     models: Sequence[DoubleStepModel],
     steps: Sequence[Step],
     derivatives: Sequence[StepDerivatives],
-    weights: Sequence[StepWeights],
+    weights: Sequence[dict[Quantity, Array]],
 ) -> Array:
-    """Return the Hessian in x of a function of steps that follow each other, shape (P, P).
-
-    Of the second derivatives in pairs of quantities those of the effort are in it, see
-    `gaitopt.gait.step_hessian.pairs_added`.
+    """Return the Hessian in x of weights . (quantities) of steps that follow each other, (P, P).
 
     Args:
         models, steps, derivatives: as of `double_cycle_derivatives`.
@@ -980,7 +971,7 @@ def double_cycle_hessian(
     on_end = [one.end + back for one, (_, back) in zip(ends, leaving, strict=True)]
     for (model, step, at, weighed), one, end in zip(each, ends, before_each(on_end), strict=True):
         q_start = one.start + model.exchange[model.free].T @ end
-        H += model.start_hessian(step, at, q_start, weighed.first)
+        H += model.start_hessian(step, at, q_start, weighed)
     return np.asarray((H + H.T) / 2.0)
 
 

@@ -313,20 +313,20 @@ class WalkProblem(NLP):
         """Return the Hessian in x of the function that `weights` differentiates, shape (P, P)."""
         if isinstance(found.whole, Step):
             return self.curvature(found.steps[0], found.derivatives[0], weights)
-        each = split_weights(weights, found.steps)
+        each = split_weights(weights.first, found.steps)
         H = self._steps_bent(found.steps, found.derivatives, each)
         return pairs_added(H, weights, found.jacobians)
 
     def curvature(self, step: Step, derivatives: StepDerivatives, weights: StepWeights) -> Array:
         """Return the Hessian in x of the function that `weights` differentiates, shape (P, P)."""
-        H = self._steps_bent((step,), (derivatives,), (weights,))
+        H = self._steps_bent((step,), (derivatives,), (weights.first,))
         return pairs_added(H, weights, derivatives.jacobians)
 
     def _steps_bent(
         self,
         steps: Sequence[Step],
         derivatives: Sequence[StepDerivatives],
-        weights: Sequence[StepWeights],
+        weights: Sequence[dict[Quantity, Array]],
     ) -> Array:
         if self.closing:
             return double_cycle_hessian(self.closing, steps, derivatives, weights)

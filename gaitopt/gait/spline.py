@@ -7,6 +7,7 @@ end), so a whole motion is one matrix product, and so is its derivative with res
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,12 +44,18 @@ class SplineBasis:
         Returns:
             Shape (N, 3, n + 2).
         """
-        powers = np.repeat(_VALUE_POWERS[:, None], self.knots.size + 2, axis=1)
-        powers[:, -2:] = _RATE_POWERS[:, None]
+        powers = self._powers
         factor = np.ones_like(powers)
         for k in range(order):
             factor = factor * (powers - k)
         return self.unit * (factor * duration ** (powers - order))
+
+    @cached_property
+    def _powers(self) -> Array:
+        """Powers of T that the entries of the map grow with, shape (3, n + 2)."""
+        powers = np.repeat(_VALUE_POWERS[:, None], self.knots.size + 2, axis=1)
+        powers[:, -2:] = _RATE_POWERS[:, None]
+        return powers
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ coefficients, which the weights reach through the impact and through the inverse
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,9 +29,6 @@ from gaitopt.model.robot import cached_workspace
 from gaitopt.nlp import Array
 
 Indices = NDArray[np.int_]
-
-_EFFORT = (quantities.WRENCH, quantities.TORQUE)
-"""The parts of the effort, bent at each instant in (q, dq, ddq): cheaper than in x."""
 
 
 @dataclass(frozen=True)
@@ -174,7 +171,7 @@ def _step_gradient(
 
 
 def pairs_added(H: Array, weights: StepWeights, jacobians: dict[Quantity, Array]) -> Array:
-    """Return H with the second derivatives in pairs of quantities, those of the effort apart.
+    """Return H with the second derivatives in pairs of quantities.
 
     Args:
         H: the rest of the Hessian, shape (P, P).
@@ -182,10 +179,8 @@ def pairs_added(H: Array, weights: StepWeights, jacobians: dict[Quantity, Array]
         jacobians: of the quantities in x, shape (K, entries, P).
     """
     for (a, b), second in weights.second.items():
-        if a is b and a in _EFFORT:
-            continue
-        left, right = jacobians[a].swapaxes(1, 2) @ second, jacobians[b]
-        by_b = left.sum(axis=0) @ right[0] if len(right) == 1 else (left @ right).sum(axis=0)
+        left, right = jacobians[a], second @ jacobians[b]
+        by_b = left.reshape(-1, len(H)).T @ right.reshape(-1, len(H))
         H = H + (by_b if a is b else by_b + by_b.T)
     return (H + H.T) / 2.0
 
@@ -194,20 +189,17 @@ def cycle_hessian(
     models: Sequence[StepModel],
     steps: Sequence[Step],
     derivatives: Sequence[StepDerivatives],
-    weights: Sequence[StepWeights],
+    weights: Sequence[dict[Quantity, Array]],
     repeats: bool = True,
 ) -> Array:
-    """Return the Hessian in x of a function of steps that follow each other, shape (P, P).
-
-    Of the second derivatives in pairs of quantities those of the effort are in it, see
-    `pairs_added`.
+    """Return the Hessian in x of weights . (quantities) of steps that follow each other, (P, P).
 
     Args:
         models, steps, derivatives: as of `gaitopt.gait.step_model.cycle_derivatives`.
         weights: of the quantities of each step.
         repeats: whether the first step follows the last again.
     """
-    backs = cycle_adjoint(models, steps, derivatives, [one.first for one in weights], repeats)
+    backs = cycle_adjoint(models, steps, derivatives, weights, repeats)
     each = zip(models, steps, derivatives, weights, backs, strict=True)
     H = np.sum([_own_hessian(*one) for one in each], axis=0)
     return np.asarray((H + H.T) / 2.0)
@@ -217,19 +209,17 @@ def _own_hessian(
     model: StepModel,
     step: Step,
     derivatives: StepDerivatives,
-    weights: StepWeights,
+    first: dict[Quantity, Array],
     back: StepAdjoint,
 ) -> Array:
     """What a step, its impact and its double support bend, shape (P, P)."""
-    first, matrix = weights.first, model.chart.matrix
-    effort, impact = back.effort, back.impact
+    matrix, effort, impact = model.chart.matrix, back.effort, back.impact
     if step.hinges:
         dynamics = derivatives.support.hessian(effort)
         at_impact = _alone(model, impact)
     else:  # the impact's single posture costs little more in one sweep with the others than nothing
         dynamics, at_impact = derivatives.support.hessians(effort, impact.dynamics)
-    local = local_hessian(derivatives, weights, dynamics, step.hinges)
-    H = _motion_hessian(model, step, derivatives, local)
+    H = _motion_hessian(model, step, derivatives, local_hessian(derivatives, first, dynamics))
     inputs = np.concatenate([derivatives.coefficients[-3], derivatives.coefficients[-1]])
     if step.turn is not None:
         rate = matrix[model.layout.turn.stop - 1]
@@ -330,48 +320,44 @@ def local_gradient(
 
 
 def local_hessian(
-    derivatives: StepDerivatives,
-    weights: StepWeights,
-    torque: InverseDynamicsHessian,
-    hinges: int,
-) -> Array:
-    """Return the Hessian in (q, dq, ddq), the foot's turn before each: N of 3 (h + n)."""
-    support, first, second = derivatives.support, weights.first, weights.second
-    count, n = len(support.effort), support.corners.shape[-1]
-    q, dq, ddq = slice(n), slice(n, 2 * n), slice(2 * n, None)
-    bent = np.zeros(support.effort.shape)
-    for one, rows in zip(_EFFORT, (slice(6), slice(6 + hinges, None)), strict=True):
-        if (one, one) in second:
-            np.matmul(second[one, one], support.effort[:, rows], out=bent[:, rows])
-    local = support.effort.swapaxes(1, 2) @ bent
-    corners = first[quantities.CORNERS].reshape(count, 4, 3)
-    local[:, q, q] += torque.qq + support.corner_hessian(corners)
-    local[:, q, dq] += torque.qv
-    local[:, dq, q] += torque.qv.swapaxes(1, 2)
-    local[:, dq, dq] += torque.vv
-    local[:, q, ddq] += torque.qa
-    local[:, ddq, q] += torque.qa.swapaxes(1, 2)
+    derivatives: StepDerivatives, first: dict[Quantity, Array], effort: InverseDynamicsHessian
+) -> InverseDynamicsHessian:
+    """Return the second derivatives in (q, dq, ddq), the foot's turn before each.
+
+    Args:
+        derivatives: of the step.
+        first: weights of its quantities.
+        effort: second derivatives of the weighted effort.
+    """
+    support = derivatives.support
+    corners = first[quantities.CORNERS].reshape(len(support.effort), 4, 3)
+    qq = effort.qq + support.corner_hessian(corners)
     for what, reading in derivatives.optional.items():
-        local[:, q, q] += reading.hessian(first[what])
-    return local
+        qq += reading.hessian(first[what])
+    return replace(effort, qq=qq)
 
 
 def _motion_hessian(
-    model: StepModel, step: Step, derivatives: StepDerivatives, local: Array
+    model: StepModel, step: Step, derivatives: StepDerivatives, local: InverseDynamicsHessian
 ) -> Array:
     """Sum over the instants of (d motion / d x)' local (d motion / d x), shape (P, P).
 
     The motion of every joint is the same linear map of its own K spline coefficients. Summed over
     the instants first, the local Hessians become one table of pairs of coefficients and pairs of
-    joints: less than half of the time of a Hessian with 21 joints.
+    joints: less than half of the time of a Hessian with 21 joints. Only its symmetric part counts.
     """
     if step.hinges:  # the foot's turn has another map
         motion = derivatives.motion
-        return np.tensordot(motion, local @ motion, ((0, 1), (0, 1)))
+        return np.tensordot(motion, local.whole @ motion, ((0, 1), (0, 1)))
     basis = model.basis.at(step.duration)
-    (count, orders, width), n = basis.shape, model.layout.joints
-    pairs = basis[:, :, None, :, None] * basis[:, None, :, None, :]
-    by_pair = local.reshape(count, orders, n, orders, n).swapaxes(2, 3)
+    (count, _, width), n = basis.shape, model.layout.joints
+    q, dq, _ = basis.swapaxes(0, 1)[:, :, :, None]
+    pairs = np.empty((count, 4, width, width))
+    np.multiply(q, basis[:, None, 0], out=pairs[:, 0])
+    np.multiply(2.0 * q, basis[:, None, 1], out=pairs[:, 1])  # and its transpose
+    np.multiply(dq, basis[:, None, 1], out=pairs[:, 2])
+    np.multiply(2.0 * q, basis[:, None, 2], out=pairs[:, 3])
+    by_pair = np.stack([local.qq, local.qv, local.vv, local.qa], axis=1)
     table = pairs.reshape(-1, width**2).T @ by_pair.reshape(-1, n**2)
     table = table.reshape(width, width, n, n).swapaxes(1, 2).reshape(width * n, width * n)
     coefficients = derivatives.coefficients.reshape(width * n, -1)
@@ -379,7 +365,7 @@ def _motion_hessian(
     lasts = model.along("duration")
     if lasts is not None:  # the map itself depends on it
         stretched = (model.basis.at(step.duration, 1) @ step.coefficients).reshape(count, -1, 1)
-        felt = local @ stretched
+        felt = local.whole @ stretched
         on_coefficients = basis.reshape(-1, width).T @ felt.reshape(-1, n)
         mixed = on_coefficients.ravel() @ coefficients
         both = np.outer(lasts, mixed)

@@ -37,7 +37,6 @@ from gaitopt.gait.parameters import (
 )
 from gaitopt.gait.quantities import Quantity
 from gaitopt.gait.step import Step, StepDerivatives
-from gaitopt.gait.step_hessian import StepWeights
 from gaitopt.gait.task import Task
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array
@@ -416,11 +415,10 @@ def _along(layout: StrideLayout, step: int, name: str) -> Array:
     return np.zeros(layout.size) if at is None else layout.charts[step].matrix[at]
 
 
-def split_weights(weights: StepWeights, steps: Sequence[Step]) -> list[StepWeights]:
-    """Return the weights of each step, of those of the quantities of all of them.
-
-    Second derivatives in pairs of different quantities stay with the stride.
-    """
+def split_weights(
+    weights: dict[Quantity, Array], steps: Sequence[Step]
+) -> list[dict[Quantity, Array]]:
+    """Return the weights of each step's quantities, of those of all steps, (K, entries) each."""
     found = []
     for k, step in enumerate(steps):
         rows = {
@@ -428,9 +426,7 @@ def split_weights(weights: StepWeights, steps: Sequence[Step]) -> list[StepWeigh
             for what in quantities.ALL
             for begin in [sum(len(before.read(what)) for before in steps[:k])]
         }
-        first = {what: weights.first[what][rows[what]] for what in quantities.ALL}
-        second = {(a, b): one[rows[a]] for (a, b), one in weights.second.items() if a is b}
-        found.append(StepWeights(first, second))
+        found.append({what: weights[what][rows[what]] for what in quantities.ALL})
     return found
 
 

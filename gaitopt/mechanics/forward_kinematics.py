@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
-from gaitopt.mechanics.spatial import skew, symmetric, world_inertias
+from gaitopt.mechanics.spatial import pseudo_inertia, skew, symmetric, world_inertias
 from gaitopt.model.joint_tree import FIRST
 from gaitopt.model.reroot import joint_axis
 from gaitopt.model.robot import Robot
@@ -25,12 +25,20 @@ class Placements:
     """Frames of the n + 1 bodies in the world at N postures, the stance foot first.
 
     Attributes:
-        rotation: shape (N, n + 1, 3, 3).
-        origin: shape (N, n + 1, 3) [m].
+        frames: homogeneous matrices of body after body, shape (n + 1, N, 4, 4).
     """
 
-    rotation: Array
-    origin: Array
+    frames: Array
+
+    @property
+    def rotation(self) -> Array:
+        """Axes of the bodies, shape (N, n + 1, 3, 3)."""
+        return self.frames[:, :, :3, :3].swapaxes(0, 1)
+
+    @property
+    def origin(self) -> Array:
+        """Their origins, shape (N, n + 1, 3) [m]."""
+        return self.frames[:, :, :3, 3].swapaxes(0, 1)
 
 
 class ForwardKinematics:
@@ -40,41 +48,43 @@ class ForwardKinematics:
         joints = range(FIRST, model.njoints)
         placements = [model.jointPlacements[j] for j in joints]
         K = skew(np.stack([joint_axis(model, j) for j in joints]))
-        # Rodrigues' formula: the frame of a joint in the one before it is fixed
-        # + sin(q) by_sine + (1 - cos(q)) by_cosine, homogeneous matrices all three.
-        self._fixed = np.stack([p.homogeneous for p in placements])
-        self._by_sine, self._by_cosine = np.zeros((2, *self._fixed.shape))
-        self._by_sine[:, :3, :3] = self._fixed[:, :3, :3] @ K
-        self._by_cosine[:, :3, :3] = self._fixed[:, :3, :3] @ K @ K
+        # Rodrigues' formula: the frame of a joint in the one before it is
+        # (1, sin(q), cos(q)) . local, homogeneous matrices all three; shape (n, 3, 16).
+        fixed = np.stack([p.homogeneous for p in placements])
+        by_sine, by_cosine = np.zeros((2, *fixed.shape))
+        by_sine[:, :3, :3] = fixed[:, :3, :3] @ K
+        by_cosine[:, :3, :3] = -fixed[:, :3, :3] @ K @ K
+        self._local = np.stack([fixed - by_cosine, by_sine, by_cosine], axis=1).reshape(-1, 3, 16)
         self._carriers = [int(model.parents[j]) - 1 for j in joints]
 
     def placed(self, q: Array) -> Placements:
         """Return the placements at postures q (N, n), joint after joint outwards."""
-        sine, cosine = np.sin(q)[..., None, None], np.cos(q)[..., None, None]
-        local = self._fixed + sine * self._by_sine + (1.0 - cosine) * self._by_cosine
-        world = np.empty((len(q), q.shape[1] + 1, 4, 4))
-        world[:, 0] = np.eye(4)
+        angles = q.T
+        turned = np.stack([np.ones(angles.shape), np.sin(angles), np.cos(angles)], axis=2)
+        local = (turned @ self._local).reshape(*angles.shape, 4, 4)
+        world = np.empty((len(local) + 1, *local.shape[1:]))
+        world[0] = np.eye(4)
         for j, carrier in enumerate(self._carriers):
-            np.matmul(world[:, carrier], local[:, j], out=world[:, j + 1])
-        return Placements(world[:, :, :3, :3], world[:, :, :3, 3])
+            np.matmul(world[carrier], local[j], out=world[j + 1])
+        return Placements(world)
 
 
 class BodyInertias:
     """Mass, centre and inertia of the n bodies beyond the stance foot."""
 
     def __init__(self, model: pin.Model) -> None:
-        bodies = [model.inertias[j] for j in range(FIRST, model.njoints)]
         self._bodies = ForwardKinematics(model)
-        self._mass = np.array([b.mass for b in bodies])
-        self._lever = np.stack([b.lever for b in bodies])
-        self._inertia = np.stack([b.inertia for b in bodies])
+        self._pseudo = pseudo_inertias(model)[1:]
 
     def in_world(self, q: Array) -> Array:
         """Return the world inertias at postures q (N, n), shape (N, n, 6, 6)."""
-        at = self._bodies.placed(q)
-        return world_inertias(
-            self._mass, self._lever, self._inertia, at.rotation[:, 1:], at.origin[:, 1:]
-        )
+        return world_inertias(self._pseudo, self._bodies.placed(q).frames[1:])
+
+
+def pseudo_inertias(model: pin.Model) -> Array:
+    """Return `pseudo_inertia` of the stance foot and the n bodies, shape (n + 1, 4, 4)."""
+    bodies = (model.inertias[j] for j in range(FIRST - 1, model.njoints))
+    return np.stack([pseudo_inertia(b.mass, b.lever, b.inertia) for b in bodies])
 
 
 def body_inertias(robot: Robot) -> BodyInertias:

@@ -21,8 +21,6 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from gaitopt.mechanics.spatial import (
-    apply,
-    cross_force,
     cross_force_matrix,
     cross_motion,
     force_cross_matrix,
@@ -77,6 +75,17 @@ class InverseDynamicsHessian:
     vv: Array
     qa: Array
     base: Array
+
+    @property
+    def whole(self) -> Array:
+        """The blocks as one matrix in (q, dq, ddq), shape (N, 3 n, 3 n)."""
+        n = self.qq.shape[-1]
+        found = np.zeros((len(self.qq), 3 * n, 3 * n))
+        q, dq, ddq = slice(n), slice(n, 2 * n), slice(2 * n, None)
+        found[:, q, q], found[:, dq, dq] = self.qq, self.vv
+        found[:, q, dq], found[:, dq, q] = self.qv, self.qv.swapaxes(1, 2)
+        found[:, q, ddq], found[:, ddq, q] = self.qa, self.qa.swapaxes(1, 2)
+        return found
 
     def reduced(self, tangent: Tangent) -> InverseDynamicsHessian:
         """Return those in the free joints, as if S were the same in every posture."""
@@ -136,59 +145,144 @@ def inverse_dynamics_hessian(
 ) -> InverseDynamicsHessian:
     """Return the second derivatives of lambda . tau.
 
+    Components come first and the joints of all instants last, so that every product runs along all
+    of them: two thirds of the time of stacks of small matrices (docs/decisions/compiled.md).
+
     Args:
         inertias: world spatial inertias of the n moving bodies, shape (N, n, 6, 6).
         at: motion and lambda.
         tree: of the joints.
     """
-    axes, rate, (base_weights, weights) = at.axes, at.rate, np.split(at.weights, [6], axis=1)
-    du, dv = axes * weights[:, :, None], axes * rate[:, :, None]
-    u, v = base_weights[:, None] + tree.up_to(du), tree.up_to(dv)
-    across = -motion_cross_matrix(axes)  # y -> y x S_j
-    u_before, v_before = u - du, v - dv
-    p, U = apply(across, v_before), apply(across, u_before)
-    da = axes * at.acceleration[:, :, None] + p * rate[:, :, None]
-    a = at.base_acceleration[:, None] + tree.up_to(da)
-    r = apply(across, a - da) + cross_motion(v_before, p)
+    count, n = at.rate.shape
+    S, own = _components_first(at.axes), _components_first(inertias)
+    weights, rate = at.weights[:, 6:].ravel(), at.rate.ravel()
+    onto = _matrices(_ON_FORCE, S)  # f -> S_j x* f, transposed y -> y x S_j
+    steps = np.empty((2, 6, count * n))
+    np.multiply(S, weights, out=steps[0])
+    np.multiply(S, rate, out=steps[1])
+    before = tree.sum_before(steps.reshape(2, 6, count, n))  # u and v of the body that j sits on
+    before[0] += at.weights[:, :6].T[:, :, None]
+    before = before.reshape(steps.shape)
+    moving = np.empty((4, 6, count * n))
+    S_, p, U, r = moving
+    S_[:] = S
+    U[:], p[:] = _apply(onto.swapaxes(0, 1), before)
+    da = S * at.acceleration.ravel() + p * rate
+    a_before = tree.sum_before(da.reshape(6, count, n))
+    a_before += at.base_acceleration.T[:, :, None]
+    a_before = a_before.reshape(da.shape)
+    r[:] = _apply(onto.swapaxes(0, 1), a_before)
+    r += _apply(_matrices(_ON_MOTION, before[1]), p)
 
-    own = _own_terms(inertias, u, v, a)
-    I, B, Z, yI, yB, force = map(tree.beyond, own)  # noqa: E741
-    onto = np.swapaxes(across, 2, 3)  # f -> S_j x* f
-    IS, Ip, IU, Ir = _products(I, axes, p, U, r)
-    BS, Bp = _products(B, axes, p)
-    ZS, Zp = _products(Z, axes, p)
-    SyI, Sforce, SyB = _products(onto, yI, force, yB)
+    terms = _own_terms(own, before + steps, a_before + da)
+    composites = tree.sum_beyond(terms.reshape(-1, count, n)).reshape(terms.shape)
+    I, B, Z, forces, yB = _parts(composites)  # noqa: E741
+    IS, Ip, IU, Ir = _apply(I, moving)
+    BS, Bp = _apply(B, moving[:2, 3:])
+    by_Z = _apply(Z, moving[:2, 3:])
+    by_Z[:, 3:] += _apply(Z[:3].swapaxes(0, 1), moving[:2, :3])
+    SyI, Sforce = _apply(onto, forces)
     alpha, alpha_v = Sforce + Ir + Bp, BS + 2.0 * Ip
-    beta, beta_v = apply(np.swapaxes(B, 2, 3), U) + Zp + cross_force(p, yI) + SyB, ZS + SyI
+    beta, beta_v = by_Z[1] + _apply(_matrices(_ON_FORCE, p), forces[0]), by_Z[0] + SyI
+    beta[3:] += _apply(B.swapaxes(0, 1), U) + _apply(onto[3:, 3:], yB)
     gamma = IU + SyI
 
-    qq = _table((U, p, r), (alpha, beta, gamma))
-    qv, vq = _table((U, p), (alpha_v, beta_v)), _table((gamma, beta), (2.0 * p, axes))
-    vv = _table((axes,), (beta_v,))
-    qa, aq = _table((U,), (IS,)), _table((gamma,), (axes,))
-    return InverseDynamicsHessian(
-        qq=tree.symmetric(qq),
-        qv=tree.joined(qv, vq),
-        vv=tree.symmetric(vv),
-        qa=tree.joined(qa, aq),
-        base=gamma,
+    SpUr = moving.reshape(24, count, n).swapaxes(0, 1)
+    terms = _by_instant(count, beta, alpha, gamma, beta_v, alpha_v, IS)
+    S, p, U = SpUr[:, :6], SpUr[:, 6:12], SpUr[:, 12:18]
+    beta, gamma, beta_v = terms[:, :6], terms[:, 12:18], terms[:, 18:24]
+    upper, lower = np.empty((2, 4, count, n, n))
+    _table(SpUr[:, 6:], terms[:, :18], upper[0])
+    _table(SpUr[:, 6:18], terms[:, 18:30], upper[1])
+    _table(S, beta_v, upper[2])
+    _table(U, terms[:, 30:], upper[3])
+    lower[0], lower[2] = upper[0].swapaxes(1, 2), upper[2].swapaxes(1, 2)
+    _table(gamma, 2.0 * p, lower[1])
+    lower[1] += beta.swapaxes(1, 2) @ S
+    _table(gamma, S, lower[3])
+    qq, qv, vv, qa = tree.joined(upper, lower)
+    return InverseDynamicsHessian(qq=qq, qv=qv, vv=vv, qa=qa, base=gamma.swapaxes(1, 2))
+
+
+def _own_terms(inertia: Array, moved: Array, a: Array) -> Array:
+    """Return I, 2 B, Z, yI, the force and yB of bodies moved by (u, v), see `_parts`, (87, N n).
+
+    2 B y = -I (v x y) + y x* (I v) + v x* (I y), and Z is minus the change of I along u. With f the
+    linear momentum along v, 2 B has no columns for the linear part of y and above -2 f x for the
+    angular one. With f that along u, Z is 0 at the top left and has f x at the top right.
+    """
+    found = np.empty((87, a.shape[-1]))
+    I, B, Z, forces, yB = _parts(found)  # noqa: E741
+    I[:] = inertia
+    u, v = moved
+    forces[0], momentum = _apply(inertia, moved)
+    np.add(_apply(inertia, a), _apply(_matrices(_ON_FORCE, v), momentum), out=forces[1])
+    B[:], Z[:] = _matrices(_CORIOLIS, momentum), _matrices(_TURNED, forces[0])
+    for changed, along in ((B, v), (Z, -u)):
+        change = np.einsum("ikb,kjb->ijb", _matrices(_LEVER, along), inertia[:, 3:])
+        changed[3:] += change
+        changed[3:] += change.swapaxes(0, 1)
+    yB[:] = _apply(B.swapaxes(0, 1), u)
+    return found
+
+
+def _parts(terms: Array) -> tuple[Array, Array, Array, Array, Array]:
+    """Return views of the terms of b bodies, shape (87, b).
+
+    Returns:
+        I (6, 6, b), the right halves of 2 B and Z (6, 3, b) each, yI and the force together
+        (2, 6, b), and the angular part of yB (3, b), whose linear part is 0.
+    """
+    return (
+        terms[:36].reshape(6, 6, -1),
+        terms[36:54].reshape(6, 3, -1),
+        terms[54:72].reshape(6, 3, -1),
+        terms[72:84].reshape(2, 6, -1),
+        terms[84:],
     )
 
 
-def _own_terms(inertias: Array, u: Array, v: Array, a: Array) -> tuple[Array, ...]:
-    """Return I, 2 B and Z (N, n, 6, 6), yI, yB and the force (N, n, 6) of each body.
+def _constants(unit_matrices: Array) -> Array:
+    """Return constants for `_matrices` from the matrices of the six unit vectors, (6, i, j)."""
+    return np.ascontiguousarray(np.moveaxis(unit_matrices, 0, 2))
 
-    2 B y = -I (v x y) + y x* (I v) + v x* (I y), and Z is minus the change of I along u.
+
+_ON_MOTION = _constants(motion_cross_matrix(np.eye(6)))
+_ON_FORCE = _constants(force_cross_matrix(np.eye(6)))
+_LEVER = _ON_FORCE[3:]
+_RIGHT = _constants(cross_force_matrix(np.eye(6)))[:, 3:]
+_CORIOLIS = np.concatenate([2.0 * _RIGHT[:3], _RIGHT[3:]])
+_TURNED = np.concatenate([-_RIGHT[:3], np.zeros((3, 3, 6))])
+
+
+def _matrices(constants: Array, vectors: Array) -> Array:
+    """Return the matrices (i, j, b) that vectors (6, b) stand for."""
+    return np.asarray((constants.reshape(-1, 6) @ vectors).reshape(*constants.shape[:2], -1))
+
+
+def _apply(matrices: Array, vectors: Array) -> Array:
+    """Return the products of matrices (i, j, b) with vectors (j, b), or several of them (k, j, b).
+
+    Shape (i, b) or (k, i, b).
     """
-    onto_v = force_cross_matrix(v)
-    momentum = apply(inertias, v)
-    C = onto_v @ inertias
-    B = C + np.swapaxes(C, 2, 3) + cross_force_matrix(momentum)
-    turn = -force_cross_matrix(u) @ inertias
-    matrices = (inertias, B, turn + np.swapaxes(turn, 2, 3))
-    force = apply(inertias, a) + apply(onto_v, momentum)
-    forces = (apply(inertias, u), apply(np.swapaxes(B, 2, 3), u), force)
-    return (*matrices, *forces)
+    return np.asarray(np.einsum("ijb,...jb->...ib", matrices, vectors))
+
+
+def _components_first(stack: Array) -> Array:
+    """Return vectors or matrices (N, n, ...) with the joints of all instants last, (..., N n)."""
+    count, n, *shape = stack.shape
+    return np.ascontiguousarray(stack.reshape(count * n, -1).T).reshape(*shape, -1)
+
+
+def _by_instant(count: int, *vectors: Array) -> Array:
+    """Return vectors (6, N n) under each other, shape (N, 6 k, n)."""
+    together = np.concatenate([one.reshape(6, count, -1) for one in vectors])
+    return np.ascontiguousarray(together.swapaxes(0, 1))
+
+
+def _table(of_q: Array, of_other: Array, out: Array) -> None:
+    """Write the products of each row's joint's terms (N, k, n) with each column's, (N, n, n)."""
+    np.matmul(of_q.swapaxes(1, 2), of_other, out=out)
 
 
 def velocity_hessian(axes: Array, rate: Array, base: Array, force: Array) -> Array:
@@ -204,10 +298,10 @@ def velocity_hessian(axes: Array, rate: Array, base: Array, force: Array) -> Arr
         base: twist of the base, shape (6,).
         force: in the world at the current posture, shape (6,).
     """
-    before = base + np.cumsum(axes * rate[:, None], axis=0) - axes * rate[:, None]
-    p = cross_motion(before, axes)
-    turned = cross_force(axes, force)  # -(S_max x y) . force = (S_max x* force) . y
-    return symmetric(p @ turned.T)
+    steps = axes * rate[:, None]
+    p = cross_motion(base + np.cumsum(steps, axis=0) - steps, axes)
+    # -(S_max x y) . force = y . (S_max x* force)
+    return symmetric(p @ cross_force_matrix(force) @ axes.T)
 
 
 def velocity_rate_hessian(axes: Array, force: Array) -> tuple[Array, Array]:
@@ -217,16 +311,5 @@ def velocity_rate_hessian(axes: Array, force: Array) -> tuple[Array, Array]:
         axes, force: as for `velocity_hessian`.
     """
     # derivatives in q_k: force . (v_{k-1} x S_k) with v_{k-1} = base + sum_{i<k} S_i rate_i
-    turned = cross_force(axes, force)  # force . (y x S_k) = (S_k x* force) . y
+    turned = axes @ cross_force_matrix(force).T  # force . (y x S_k) = (S_k x* force) . y
     return np.tril(turned @ axes.T, -1), turned
-
-
-def _products(matrices: Array, *vectors: Array) -> Array:
-    """Products of each matrix (N, n, 6, 6) with its vectors (N, n, 6), as many (N, n, 6)."""
-    return np.moveaxis(matrices @ np.stack(vectors, axis=3), 3, 0)
-
-
-def _table(of_q: tuple[Array, ...], of_other: tuple[Array, ...]) -> Array:
-    """Sum of the products of one term of each row's joint and one of each column's, (N, n, n)."""
-    left, right = np.concatenate(of_q, axis=2), np.concatenate(of_other, axis=2)
-    return np.asarray(left @ np.swapaxes(right, 1, 2))

@@ -18,7 +18,7 @@ import numpy as np
 import pinocchio as pin
 
 from gaitopt.errors import UnreachableError
-from gaitopt.mechanics.spatial import cross, cross_force, skew, solve, symmetric
+from gaitopt.mechanics.spatial import cross, cross_force_matrix, skew, solve, symmetric
 from gaitopt.model.joint_tree import TWIST
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array
@@ -205,7 +205,7 @@ def chain_hessian(axes: Array, force: Array) -> Array:
         force: six-vector paired with the end's spatial acceleration.
     """
     # force . (S_i x S_j) = -(S_i x* force) . S_j
-    return symmetric(cross_force(axes, force) @ axes.T) / -2.0
+    return symmetric(axes @ cross_force_matrix(force).T @ axes.T) / -2.0
 
 
 def _solve(matrix: Array, rhs: Array) -> Array:

@@ -23,7 +23,7 @@ from dataclasses import dataclass
 import numpy as np
 import pinocchio as pin
 
-from gaitopt.mechanics.forward_kinematics import ForwardKinematics, Placements
+from gaitopt.mechanics.forward_kinematics import ForwardKinematics, Placements, pseudo_inertias
 from gaitopt.mechanics.impact import BASE, WeightedImpact
 from gaitopt.mechanics.inverse_dynamics_hessian import WeightedDynamics
 from gaitopt.mechanics.spatial import (
@@ -84,19 +84,13 @@ class BodyModel:
             model: rooted at the stance foot.
             tree: of its joints.
         """
-        bodies = [model.inertias[j] for j in range(1, model.njoints)]
         self._frames, self._tree = ForwardKinematics(model), tree
-        self._mass = np.array([b.mass for b in bodies])
-        self._lever = np.stack([b.lever for b in bodies])
-        self._inertia = np.stack([b.inertia for b in bodies])
+        self._pseudo = pseudo_inertias(model)
 
     def at(self, q: Array) -> Bodies:
         """Return the bodies at postures q (N, n)."""
         placed = self._frames.placed(q)
-        inertias = world_inertias(
-            self._mass, self._lever, self._inertia, placed.rotation, placed.origin
-        )
-        return Bodies(placed, inertias, self._tree)
+        return Bodies(placed, world_inertias(self._pseudo, placed.frames), self._tree)
 
 
 @dataclass(frozen=True)

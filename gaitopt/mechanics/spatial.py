@@ -89,27 +89,45 @@ def _matrices(vectors: Array, constants: Array) -> Array:
     return np.asarray(product.reshape(*vectors.shape, size))
 
 
-def world_inertias(
-    mass: Array, lever: Array, inertia: Array, rotation: Array, origin: Array
-) -> Array:
-    """Return spatial inertias about the world origin, shape (..., 6, 6).
+def pseudo_inertia(mass: float, lever: Array, inertia: Array) -> Array:
+    """Return the integral of r r' dm over a body, r = (place in its frame, 1), shape (4, 4).
 
     Args:
-        mass: shape (b,) [kg].
-        lever: centres of mass in the body frames, shape (b, 3) [m].
-        inertia: about the centres of mass in the body frames, shape (b, 3, 3) [kg.m²].
-        rotation: body axes in the world, shape (..., b, 3, 3).
-        origin: body origins in the world, shape (..., b, 3) [m].
+        mass: [kg].
+        lever: centre of mass in the body frame, shape (3,) [m].
+        inertia: about the centre of mass in the body frame, shape (3, 3) [kg.m²].
     """
-    centre = origin + apply(rotation, lever)
-    c = skew(centre)
-    mc = mass[:, None, None] * c
-    spatial = np.empty((*centre.shape[:-1], 6, 6))
-    spatial[..., :3, :3] = mass[:, None, None] * np.eye(3)
-    spatial[..., :3, 3:] = -mc
-    spatial[..., 3:, :3] = mc
-    spatial[..., 3:, 3:] = rotation @ inertia @ np.swapaxes(rotation, -1, -2) - mc @ c
-    return spatial
+    r = np.append(lever, 1.0)
+    pseudo = mass * np.outer(r, r)
+    pseudo[:3, :3] += 0.5 * np.trace(inertia) * np.eye(3) - inertia
+    return np.asarray(pseudo)
+
+
+def _inertia_of_pseudo() -> Array:
+    """Return the matrix from a pseudo-inertia to the spatial inertia, shape (16, 36)."""
+    constants = np.zeros((4, 4, 6, 6))
+    constants[3, 3, :3, :3] = np.eye(3)
+    for i, across in enumerate(_levi_civita()):
+        constants[i, 3, :3, 3:], constants[i, 3, 3:, :3] = -across, across
+        constants[i, i, 3:, 3:] += np.eye(3)
+        constants[i, range(3), 3 + i, range(3, 6)] -= 1.0
+    return constants.reshape(16, 36)
+
+
+_OF_PSEUDO = _inertia_of_pseudo()
+
+
+def world_inertias(pseudo: Array, frames: Array) -> Array:
+    """Return spatial inertias about the world origin, shape (N, b, 6, 6).
+
+    Args:
+        pseudo: `pseudo_inertia` of the b bodies, shape (b, 4, 4).
+        frames: of the bodies in the world at N postures, homogeneous, shape (b, N, 4, 4).
+    """
+    turned = np.matmul(frames.reshape(len(frames), -1, 4), pseudo).reshape(frames.shape)
+    in_world = turned @ frames.swapaxes(2, 3)
+    by_posture = np.ascontiguousarray(in_world.swapaxes(0, 1))
+    return (by_posture.reshape(-1, 16) @ _OF_PSEUDO).reshape(*by_posture.shape[:2], 6, 6)
 
 
 def joined(upper: Array, lower: Array) -> Array:

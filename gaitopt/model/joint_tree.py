@@ -107,6 +107,14 @@ class JointTree:
         flat = per_body.reshape(*per_body.shape[:2], -1)
         return (self._inward[1] @ flat).reshape(per_body.shape)
 
+    def sum_before(self, per_joint: Array) -> Array:
+        """Sum over the joints that move each one, itself apart; joints on the last axis."""
+        return (per_joint.reshape(-1, self.size) @ self._strictly).reshape(per_joint.shape)
+
+    def sum_beyond(self, per_body: Array) -> Array:
+        """Sum over the bodies that each joint moves; joints and bodies on the last axis."""
+        return (per_body.reshape(-1, self.size) @ self._inward[0]).reshape(per_body.shape)
+
     def joined(self, upper: Array, lower: Array) -> Array:
         """Return a table of pairs of joints (..., n, n) from closed forms for either order.
 
@@ -137,6 +145,10 @@ class JointTree:
         """The mask as numbers, and its transpose."""
         numbers = self.moves.astype(np.float64)
         return numbers, numbers.T
+
+    @cached_property
+    def _strictly(self) -> Array:
+        return self._inward[1] - np.eye(self.size)
 
     @cached_property
     def _related(self) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:

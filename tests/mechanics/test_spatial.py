@@ -9,6 +9,7 @@ from gaitopt.mechanics.spatial import (
     cross_force_matrix,
     force_cross_matrix,
     motion_cross_matrix,
+    pseudo_inertia,
     quaternions,
     skew,
     world_inertias,
@@ -60,11 +61,8 @@ def test_inertias_in_the_world(rng):
     bodies = [pin.Inertia.Random() for _ in range(4)]
     placements = [[pin.SE3.Random() for _ in bodies] for _ in range(3)]
     inertias = world_inertias(
-        np.array([b.mass for b in bodies]),
-        np.array([b.lever for b in bodies]),
-        np.array([b.inertia for b in bodies]),
-        np.array([[p.rotation for p in row] for row in placements]),
-        np.array([[p.translation for p in row] for row in placements]),
+        np.array([pseudo_inertia(b.mass, b.lever, b.inertia) for b in bodies]),
+        np.array([[p.homogeneous for p in column] for column in zip(*placements, strict=True)]),
     )
     expected = [[p.act(b).matrix() for p, b in zip(row, bodies, strict=True)] for row in placements]
     assert relative_error(inertias, expected) < 1e-14
