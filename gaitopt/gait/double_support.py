@@ -160,6 +160,7 @@ class Posture:
     Attributes:
         q_start: joint angles [rad], shape (n,).
         legs: from ankle centre to hip centre, in stance sole axes [m], shape (2, 3).
+        points: hips of both legs, then the swing ankle, in the stance sole frame [m], shape (3, 3).
         pelvis, sole: placements of pelvis and swing sole that the quantities ask for, in the
             stance sole frame.
         pelvis_axes, sole_axes: world axes of the displacement chains, shape (k, 6).
@@ -169,6 +170,7 @@ class Posture:
 
     q_start: Array
     legs: Array
+    points: Array
     pelvis: pin.SE3
     sole: pin.SE3
     pelvis_axes: Array
@@ -282,25 +284,25 @@ class DoubleSupport(ABC):
 
     def leg_vectors(self, pelvis: pin.SE3, sole: pin.SE3) -> Array:
         """Return the vectors from ankle to hip centres, shape (2, 3)."""
-        points = self._points(pelvis, sole)
-        return np.asarray(points[:2] - [self.robot.legs.ankles[0], points[2]])
+        return self._legs(pelvis, sole)[0]
 
-    def _points(self, pelvis: pin.SE3, sole: pin.SE3) -> Array:
-        """Hips of both legs, then the swing ankle, in the world, shape (3, 3)."""
+    def _legs(self, pelvis: pin.SE3, sole: pin.SE3) -> tuple[Array, Array]:
+        """The leg vectors (2, 3); hips of both legs, then the swing ankle, in the world, (3, 3)."""
         hips = self.robot.legs.hips @ pelvis.rotation.T + pelvis.translation
-        return np.vstack([hips, sole.act(self.robot.legs.ankles[1])])
+        points = np.vstack([hips, sole.act(self.robot.legs.ankles[1])])
+        return points[:2] - [self.robot.legs.ankles[0], points[2]], points
 
     def leg_jacobian(self, posture: Posture) -> Array:
         """Return the jacobian of the legs in the geometric quantities, shape (2, 3, G)."""
         pelvis_twists, sole_twists = posture.twists
-        points = self._points(posture.pelvis, posture.sole)
+        points = posture.points
         hips = [_point_jacobian(p, pelvis_twists) for p in points[:2]]
         ankle = _point_jacobian(points[2], sole_twists)
         return np.stack([hips[0], hips[1] - ankle])
 
     def _point_forces(self, posture: Posture, weights: Array) -> tuple[Array, Array]:
         """Six-forces on pelvis and sole that the leg weights (2, 3) are worth."""
-        points = self._points(posture.pelvis, posture.sole)
+        points = posture.points
         pelvis = np.concatenate([weights.sum(axis=0), cross(points[:2], weights).sum(axis=0)])
         return pelvis, np.concatenate([weights[1], cross(points[2], weights[1])])
 
@@ -327,7 +329,7 @@ class DoubleSupport(ABC):
 
         A body point accelerates by (spatial acceleration at p) + w x (l + w x p).
         """
-        points = self._points(posture.pelvis, posture.sole)
+        points = posture.points
         pelvis_twists, sole_twists = posture.twists
         return (
             _centripetal(points[0], pelvis_twists, weights[0])
@@ -387,8 +389,8 @@ class InverseKinematicsSupport(DoubleSupport):
                 f"step length {geometry[STEP_LENGTH]:.4f} m, "
                 f"foot spacing {geometry[FOOT_SPACING]:.4f} m)"
             ) from error
-        legs = self.leg_vectors(pelvis, sole)
-        return Posture(q_start, legs, pelvis, sole, pelvis_axes, sole_axes, self.drives)
+        legs = self._legs(pelvis, sole)
+        return Posture(q_start, *legs, pelvis, sole, pelvis_axes, sole_axes, self.drives)
 
     def derivatives(self, posture: Posture) -> PostureDerivatives:
         """Return the derivatives of a posture."""
@@ -468,8 +470,8 @@ class JointAngleSupport(DoubleSupport):
         for name, loop in zip(("pelvis", "swing foot"), loops, strict=True):
             if np.trace(loop.rotation) < 1.0:  # its sine, which the rows read, vanishes again
                 raise EvaluationError(f"the {name} is turned by more than a right angle")
-        legs = self.leg_vectors(pelvis, sole)
-        return Posture(q_start, legs, pelvis, sole, pelvis_axes, sole_axes, self.drives, loops)
+        legs = self._legs(pelvis, sole)
+        return Posture(q_start, *legs, pelvis, sole, pelvis_axes, sole_axes, self.drives, loops)
 
     def derivatives(self, posture: Posture) -> PostureDerivatives:
         """Return the derivatives of a posture."""

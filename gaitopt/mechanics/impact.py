@@ -28,10 +28,11 @@ from gaitopt.contact.mode import Hinge
 from gaitopt.mechanics.inverse_dynamics_hessian import (
     InverseDynamicsHessian,
     WeightedDynamics,
+    moved_axes,
     velocity_hessian,
     velocity_rate_hessian,
 )
-from gaitopt.mechanics.spatial import cross_motion, solve
+from gaitopt.mechanics.spatial import solve
 from gaitopt.model.coupling import Tangent
 from gaitopt.model.joint_tree import JointTree
 from gaitopt.model.robot import Robot
@@ -522,19 +523,23 @@ class WeightedImpact:
         """
         n, legs = self.tree.size, self.tree.legs
         axes, state = self.dynamics.axes[0, legs], self.state
-        after = self.rate_after[legs]
         own = BASE + len(self.tangent.of.free)
         _, landing, rest = np.split(self.adjoint, [own, own + BASE])  # linear in w
         base, rates = np.split(self.dynamics.weights[0], [BASE])
-        rates = rates[legs]
+        moved, weighed = moved_axes(
+            axes,
+            np.stack([self.rate_after[legs], rates[legs]]),
+            np.stack([state.sole_twist, base]),
+        )
         impulse = self.foot.act(pin.Force(state.impulse)).vector
         push = self.foot.act(pin.Force(landing)).vector
         qq, by_result = np.zeros((n, n)), np.zeros((n, n + 2 * BASE + len(rest)))
-        qq[legs, legs] = velocity_hessian(axes, after, state.sole_twist, push)
-        qq[legs, legs] -= velocity_hessian(axes, rates, base, impulse)
+        qq[legs, legs] = velocity_hessian(axes, moved, push)
+        qq[legs, legs] -= velocity_hessian(axes, weighed, impulse)
         by_rate, by_result[legs, :BASE] = velocity_rate_hessian(axes, push)
         by_result[legs, BASE : BASE + len(axes)] = by_rate
-        by_result[legs, BASE + n : 2 * BASE + n] = -_landing_jacobian(axes, base, rates, self.foot)
+        in_sole = self.foot.toActionMatrixInverse()
+        by_result[legs, BASE + n : 2 * BASE + n] = -weighed @ in_sole.T
         return qq, by_result
 
 
@@ -551,16 +556,3 @@ def _momentum(D: Array, rate_before: Array, sole_before: Array | None) -> Array:
     """Return D V-, shape (6 + n,)."""
     moved = D[:, BASE:] @ rate_before
     return np.asarray(moved if sole_before is None else moved + D[:, :BASE] @ sole_before)
-
-
-def _landing_jacobian(axes: Array, base: Array, rates: Array, foot: pin.SE3) -> Array:
-    """Derivative in q of the landing sole's velocity in its own frame, shape (m, 6).
-
-    Args:
-        axes: S_j of the joints between the feet, shape (m, 6).
-        base: twist of the stance foot, shape (6,).
-        rates: of these joints, shape (m,).
-        foot: placement of the landing sole.
-    """
-    before = base + np.cumsum(axes * rates[:, None], axis=0)
-    return np.asarray(cross_motion(before, axes) @ foot.toActionMatrixInverse().T)

@@ -285,7 +285,19 @@ def _table(of_q: Array, of_other: Array, out: Array) -> None:
     np.matmul(of_q.swapaxes(1, 2), of_other, out=out)
 
 
-def velocity_hessian(axes: Array, rate: Array, base: Array, force: Array) -> Array:
+def moved_axes(axes: Array, rate: Array, base: Array) -> Array:
+    """Return v_{k-1} x S_k of the joints of serial chains, shape (..., m, 6).
+
+    Args:
+        axes: S_j in order from the base, shape (m, 6).
+        rate: joint rates, shape (..., m).
+        base: twist of the base, shape (..., 6).
+    """
+    velocity = base[..., None, :] + np.cumsum(axes * rate[..., None], axis=-2)
+    return cross_motion(velocity, axes)  # to which joint k itself adds nothing
+
+
+def velocity_hessian(axes: Array, moved: Array, force: Array) -> Array:
     """Return the second derivative in q of force . (end velocity in the end's own frame).
 
     The joints are those of a serial chain to the end body, in which the force is fixed. Seen from
@@ -294,14 +306,11 @@ def velocity_hessian(axes: Array, rate: Array, base: Array, force: Array) -> Arr
 
     Args:
         axes: S_j in order from the base, shape (m, 6).
-        rate: joint rates, shape (m,).
-        base: twist of the base, shape (6,).
+        moved: `moved_axes`, shape (m, 6).
         force: in the world at the current posture, shape (6,).
     """
-    steps = axes * rate[:, None]
-    p = cross_motion(base + np.cumsum(steps, axis=0) - steps, axes)
     # -(S_max x y) . force = y . (S_max x* force)
-    return symmetric(p @ cross_force_matrix(force) @ axes.T)
+    return symmetric(moved @ cross_force_matrix(force) @ axes.T)
 
 
 def velocity_rate_hessian(axes: Array, force: Array) -> tuple[Array, Array]:

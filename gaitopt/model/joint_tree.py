@@ -108,11 +108,11 @@ class JointTree:
         return (self._inward[1] @ flat).reshape(per_body.shape)
 
     def sum_before(self, per_joint: Array) -> Array:
-        """Sum over the joints that move each one, itself apart; joints on the last axis."""
+        """Sum over the joints that move each one, itself apart, shape (..., n) of (..., n)."""
         return (per_joint.reshape(-1, self.size) @ self._strictly).reshape(per_joint.shape)
 
     def sum_beyond(self, per_body: Array) -> Array:
-        """Sum over the bodies that each joint moves; joints and bodies on the last axis."""
+        """Sum over the bodies that each joint moves, shape (..., n) of the bodies' (..., n)."""
         return (per_body.reshape(-1, self.size) @ self._inward[0]).reshape(per_body.shape)
 
     def joined(self, upper: Array, lower: Array) -> Array:
