@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from gaitopt.design.replanner import Plan, Replanner
     from gaitopt.design.starts import design_gait, many_starts
     from gaitopt.design.summary import summarise
-    from gaitopt.design.transition import design_transition
+    from gaitopt.design.transition import audit_transition, design_transition
     from gaitopt.errors import (
         EvaluationError,
         GaitFileError,
@@ -58,6 +58,7 @@ if TYPE_CHECKING:
     from gaitopt.gait.task import Task
     from gaitopt.gait.terrain import Profile, Terrain
     from gaitopt.gait.trajectory import Trajectory
+    from gaitopt.gait.transition_file import load_transition, save_transition
     from gaitopt.model.feet.sole import Sole
     from gaitopt.model.import_options import ImportOptions, choices_from_toml
     from gaitopt.model.robot import Robot
@@ -84,7 +85,7 @@ _HOMES = {
         "design.replanner": "Plan Replanner",
         "design.starts": "design_gait many_starts",
         "design.summary": "summarise",
-        "design.transition": "design_transition",
+        "design.transition": "audit_transition design_transition",
         "errors": "EvaluationError GaitFileError GaitoptError InputError "
         "MissingExtraError NoGaitFoundError RobotError SpecError UnreachableError",
         "gait.constraint": "Constraint ConstraintContext margin",
@@ -101,6 +102,7 @@ _HOMES = {
         "gait.task": "Task",
         "gait.terrain": "Profile Terrain",
         "gait.trajectory": "Trajectory",
+        "gait.transition_file": "load_transition save_transition",
         "model.feet.sole": "Sole",
         "model.import_options": "ImportOptions choices_from_toml",
         "model.robot": "Robot",
@@ -179,6 +181,7 @@ __all__ = [
     "WeightedSum",
     "__version__",
     "audit",
+    "audit_transition",
     "biped13",
     "certify",
     "choices_from_toml",
@@ -190,6 +193,7 @@ __all__ = [
     "export_transition",
     "load_gait",
     "load_plugin",
+    "load_transition",
     "many_starts",
     "margin",
     "page_text",
@@ -199,6 +203,7 @@ __all__ = [
     "read_motors",
     "read_spec",
     "save_gait",
+    "save_transition",
     "solver_by_name",
     "summarise",
     "urdf_text",

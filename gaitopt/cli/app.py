@@ -387,17 +387,20 @@ def urdf(options: UrdfOptions, settings: Settings) -> None:
     work.write_biped(settings, options.output, options.write_spec)
 
 
+_GAIT = "The file of a gait or a transition, .npz."
+
+
 @dataclass(frozen=True)
 class CheckOptions:
     """Of `gaitopt check`."""
 
-    gait: Path = entry(..., "A gait file, .npz.", argument=True, metavar="GAIT")
+    gait: Path = entry(..., _GAIT, argument=True, metavar="GAIT")
     plugin: Path | None = entry(None, _PLUGIN)
 
 
 @command(app)
 def check(options: CheckOptions) -> None:
-    """Compute a gait file again, from its parameters alone, and certify it."""
+    """Compute a gait or a transition again, from its parameters alone, and certify it."""
     from gaitopt.cli import report as work
 
     work.check(options.gait, options.plugin)
@@ -444,7 +447,7 @@ def simulate(options: SimulateOptions) -> None:
 class PlayOptions:
     """Of `gaitopt play`."""
 
-    gait: Path = entry(..., "A gait file, .npz.", argument=True, metavar="GAIT")
+    gait: Path = entry(..., _GAIT, argument=True, metavar="GAIT")
     html: Path | None = entry(None, "Write a page instead, complete in one file.")
     steps: int | None = entry(None, "How many steps to show.")
     package_dir: tuple[Path, ...] = entry((), "Directory with the packages of the meshes.")
@@ -456,7 +459,7 @@ class PlayOptions:
 
 @command(app)
 def play(options: PlayOptions) -> None:
-    """Watch a gait in the browser."""
+    """Watch a gait or a transition in the browser."""
     from gaitopt.cli import show as watch
 
     watch.run_play(
@@ -497,7 +500,7 @@ def live(options: LiveOptions, settings: Settings) -> None:
 class PlotOptions:
     """Of `gaitopt plot`."""
 
-    gait: Path = entry(..., "A gait file, .npz.", argument=True, metavar="GAIT")
+    gait: Path = entry(..., _GAIT, argument=True, metavar="GAIT")
     output: Path | None = entry(
         None,
         "Directory for the figures; by default 'figures' next to the gait.",
@@ -511,7 +514,7 @@ class PlotOptions:
 
 @command(app)
 def plot(options: PlotOptions) -> None:
-    """Draw the figures of a gait."""
+    """Draw the figures of a gait or a transition."""
     from gaitopt.cli import show as watch
 
     watch.run_plot(options.gait, options.output, list(options.format))
@@ -522,7 +525,7 @@ class ExportOptions:
     """Of `gaitopt export`."""
 
     gait: Path = entry(
-        ..., "A gait file, .npz, or a gait library, all of whose gaits are written.",
+        ..., "The file of a gait or a transition, or a gait library, all of which is written.",
         argument=True, metavar="GAIT",
     )  # fmt: skip
     format: str | None = entry(
@@ -548,7 +551,7 @@ class ExportOptions:
 
 @command(app)
 def export(options: ExportOptions) -> None:
-    """Write a gait, or a library of them, for controllers, engines and learners."""
+    """Write a gait, a transition, or a library for controllers, engines and learners."""
     from gaitopt.cli import export as work
 
     work.run(
@@ -568,7 +571,7 @@ class TransitionOptions:
         ..., "What it leads to: a gait file, or 'standing'.", argument=True, metavar="TO"
     )
     output: Path = entry(
-        ..., "File for the motion: what it leads from, the steps, what it leads to.", short="-o"
+        ..., "File to write, .npz: for gaitopt check, play, plot and export.", short="-o"
     )
     steps: int = entry(3, "Number of steps between.", metavar="N")
     duration: str | None = entry(
@@ -578,15 +581,6 @@ class TransitionOptions:
         0.96, "Of the legs of a robot that stands: distance of hip and ankle over their length.",
         metavar="RATIO",
     )  # fmt: skip
-    format: str = entry(
-        "mujoco", "Form: motion, mujoco, pinocchio, csv, g1-csv, json.", metavar="NAME"
-    )
-    rate: float | None = entry(None, "Samples a second; each format has its default.", "Hz")
-    joints: str | None = entry(
-        None,
-        "Order of the joints: gait, mujoco, isaac, g1, or their names joined by commas.",
-        metavar="ORDER",
-    )
 
 
 @command(app)
@@ -596,8 +590,7 @@ def transition(options: TransitionOptions) -> None:
 
     work.run(
         options.begin, options.finish, options.output, steps=options.steps,
-        duration=options.duration, stretch=options.stretch, name=options.format,
-        rate=options.rate, joints=options.joints,
+        duration=options.duration, stretch=options.stretch,
     )  # fmt: skip
 
 

@@ -1,4 +1,4 @@
-"""`gaitopt export`: a gait or a library of gaits for controllers, engines and learners."""
+"""`gaitopt export`: gaits, transitions and libraries for controllers, engines and learners."""
 
 from __future__ import annotations
 
@@ -8,9 +8,10 @@ from pathlib import Path
 import typer
 
 from gaitopt.atomic import write_atomically
-from gaitopt.cli.show import loaded
+from gaitopt.cli.show import loaded, loaded_motion
 from gaitopt.errors import InputError
-from gaitopt.motions.export import INDEX, export, export_library
+from gaitopt.gait.transition import Transition
+from gaitopt.motions.export import INDEX, export, export_library, export_transition
 from gaitopt.motions.formats import format_named
 
 MJCF = "mjcf"
@@ -27,10 +28,10 @@ def run(
     joints: str | None,
     both_legs: bool,
 ) -> None:
-    """Write a gait, or every gait of a library, for other programs.
+    """Write a gait, a transition, or every gait of a library, for other programs.
 
     Args:
-        path: of the gait file or the library's directory.
+        path: of the file, or the library's directory.
         output: file, or directory for a library; by default next to what is exported, with the
             name of the format.
         name: of the format.
@@ -67,11 +68,33 @@ def run(
         target = path.with_name(f"{path.stem}-{form.name}{form.suffix}")
     if target.exists() and path.exists() and target.samefile(path):
         raise InputError(f"'{target}' is the gait itself; give another file to write")
-    gait = loaded(path)
-    written = export(
-        gait, target, both_legs=both_legs, format=name, rate=rate, strides=strides, joints=joints
-    )
+    found = loaded_motion(path)
+    if isinstance(found, Transition):
+        written = _export_transition(found, target, name, rate, strides, joints, both_legs)
+    else:
+        written = export(
+            found, target, both_legs=both_legs, format=name, rate=rate, strides=strides,
+            joints=joints,
+        )  # fmt: skip
     typer.echo(f"wrote {written}")
+
+
+def _export_transition(
+    transition: Transition,
+    target: Path,
+    name: str | None,
+    rate: float | None,
+    strides: float | None,
+    joints: str | None,
+    both_legs: bool,
+) -> Path:
+    """Write a transition as a motion."""
+    if name is None:
+        raise InputError("a transition is written as a motion: name a --format, as --format mujoco")
+    for given, option in ((strides is not None, "--strides"), (both_legs, "--both-legs")):
+        if given:
+            raise InputError(f"{option} is for walks, and this is a transition; leave it out")
+    return export_transition(transition, target, format=name, rate=rate, joints=joints)
 
 
 def _write_mjcf(

@@ -32,12 +32,15 @@ from gaitopt.cli.request import Request
 from gaitopt.design.audit import Audit, audit
 from gaitopt.design.shadow_prices import SETTING
 from gaitopt.design.summary import proof_rows, summarise
+from gaitopt.design.transition import audit_transition
 from gaitopt.escape import printable
-from gaitopt.gait.gait_file import altered_members, load_gait
+from gaitopt.gait.gait_file import altered_members
 from gaitopt.gait.plugin import load_plugin
 from gaitopt.gait.presets import foreign_margins
 from gaitopt.gait.recorded import ground_of
-from gaitopt.gait.result import Gait
+from gaitopt.gait.result import Gait, Recorded
+from gaitopt.gait.transition import Transition
+from gaitopt.gait.transition_file import load
 from gaitopt.importers.report import Finding, findings_of
 from gaitopt.tolerances import SAME
 
@@ -191,24 +194,27 @@ def _phase(phase: Mapping[str, Any], friction: float | None) -> tuple[Renderable
 
 
 def check(path: Path, plugin: Path | None = None) -> None:
-    """Check a gait file and print what came out.
+    """Check the file of a gait or a transition and print what came out.
 
     Args:
-        path: of the gait.
+        path: of the file.
         plugin: file of the constraints and the cost of its own, if it has any.
 
     Raises:
         GaitoptError: the file cannot be read or checked.
         typer.Exit: it was altered, or is not certified.
     """
-    gait, rewritten = load_gait(path, verify=False), altered_members(path)
+    gait, rewritten = load(path, verify=False), altered_members(path)
     print_findings_of(screen(stderr=True), gait)
-    found = audit(gait, () if plugin is None else load_plugin(plugin).extensions)
+    known = () if plugin is None else load_plugin(plugin).extensions
+    if isinstance(gait, Transition):
+        found, what = audit_transition(gait, known), f"{gait.words} in {len(gait.steps)} steps"
+    else:
+        where = f" {words}" if (words := ground_of(gait).words) else ""
+        found, what = audit(gait, known), f"at {gait.way}{where}"
     out = screen()
-    where = f" {words}" if (words := ground_of(gait).words) else ""
     out.print(
-        f"{path}: {gait.text('robot')} at {gait.way}{where}, computed again from its parameters",
-        soft_wrap=True,
+        f"{path}: {gait.text('robot')} {what}, computed again from its parameters", soft_wrap=True
     )
     no_solver = {"name": None}
     record = found.certificate.record()
@@ -290,7 +296,7 @@ def print_doubts(console: Console, request: Request) -> None:
         warn(console, "warning", foreign)
 
 
-def print_findings_of(console: Console, gait: Gait) -> None:
+def print_findings_of(console: Console, gait: Recorded) -> None:
     """Print what was known about the robot of a gait when it was designed."""
     print_findings(console, findings_of(gait.fact("findings")), _RECORDED)
 

@@ -1,4 +1,4 @@
-"""`gaitopt play` and `plot`: a gait for people."""
+"""`gaitopt play` and `plot`: a gait or a transition for people."""
 
 from __future__ import annotations
 
@@ -13,6 +13,8 @@ from gaitopt.cli.request import require_directories
 from gaitopt.errors import InputError
 from gaitopt.gait.gait_file import load_gait
 from gaitopt.gait.result import Gait
+from gaitopt.gait.transition import Transition
+from gaitopt.gait.transition_file import load
 from gaitopt.view.animation import DEFAULT_STEPS
 
 
@@ -24,7 +26,7 @@ def run_play(
     host: str | None = None,
     port: int | None = None,
 ) -> None:
-    """Show a gait in the browser until Ctrl-C, or write it as a page.
+    """Show a gait or a transition in the browser until Ctrl-C, or write it as a page.
 
     Raises:
         GaitoptError: the gait cannot be read or shown.
@@ -37,7 +39,11 @@ def run_play(
     if html is not None and (host is not None or port is not None):
         raise InputError("a page is a file: --html goes with neither --host nor --port")
     require_directories(map(Path, package_dirs))
-    gait = loaded(path)
+    gait = loaded_motion(path)
+    if steps is not None and isinstance(gait, Transition):
+        raise InputError(
+            f"'{path}' is a transition, all of whose steps are shown: leave --steps out"
+        )
     count = DEFAULT_STEPS if steps is None else steps
     if html is not None:
         typer.echo(f"wrote {write_page(gait, html, count, package_dirs)}")
@@ -54,14 +60,14 @@ def run_play(
 
 
 def run_plot(path: Path, output: Path | None, formats: list[str] | None) -> None:
-    """Draw a gait's figures.
+    """Draw the figures of a gait or a transition.
 
     Raises:
         GaitoptError: the gait cannot be read, or the figures not be written.
     """
     from gaitopt.view.figures import write_figures
 
-    gait = loaded(path)
+    gait = loaded_motion(path)
     directory = path.parent / "figures" if output is None else output
     for figure in write_figures(gait, directory, tuple(formats or ("png",))):
         typer.echo(f"wrote {figure}")
@@ -72,3 +78,10 @@ def loaded(path: Path) -> Gait:
     gait = load_gait(path)
     print_findings_of(screen(stderr=True), gait)
     return gait
+
+
+def loaded_motion(path: Path) -> Gait | Transition:
+    """Return a gait or a transition, its robot's oddities told."""
+    found = load(path)
+    print_findings_of(screen(stderr=True), found)
+    return found

@@ -7,12 +7,14 @@ from pathlib import Path
 import typer
 
 from gaitopt.cli.process import ExitCode
+from gaitopt.cli.results import require_files
 from gaitopt.cli.show import loaded
 from gaitopt.design.transition import TransitionDesign, design_transition
 from gaitopt.errors import InputError
-from gaitopt.motions.export import export_transition, form_for
+from gaitopt.gait.transition_file import save_transition
 
 STANDING = "standing"
+_SUFFIX = ".npz"
 
 
 def run(
@@ -23,26 +25,25 @@ def run(
     steps: int,
     duration: str | None,
     stretch: float,
-    name: str,
-    rate: float | None,
-    joints: str | None,
 ) -> None:
-    """Design a transition and write its motion.
+    """Design a transition and write its file.
 
     Args:
         begin, finish: gait files, or "standing".
-        output: file for the motion.
+        output: file to write.
         steps, stretch: as of `design_transition`.
         duration: of the steps [s], one or several joined by commas; None: searched.
-        name: of the format of the motion.
-        rate, joints: as of `gaitopt.export_transition`.
 
     Raises:
         GaitoptError: a gait cannot be read, there is no transition, or it cannot be written.
         InputError: the file or a duration is none that can be.
     """
-    if not form_for(output, name).sampled:
-        raise InputError(f"format '{name}' has curves of a walk; choose one with samples")
+    if output.suffix.lower() != _SUFFIX:
+        raise InputError(
+            f"cannot write '{output}': files of transitions end in {_SUFFIX}; gaitopt export makes "
+            "motions of them"
+        )
+    require_files((output, "--output"))
     files = [Path(end) for end in (begin, finish) if end != STANDING]
     if any(output.exists() and one.exists() and output.samefile(one) for one in files):
         raise InputError(f"'{output}' is one of the gaits; give another file to write")
@@ -51,8 +52,7 @@ def run(
     found = design_transition(before, after, steps=steps, durations=lasts, stretch=stretch)
     for line in _lines(found):
         typer.echo(line)
-    written = export_transition(found.transition, output, format=name, rate=rate, joints=joints)
-    typer.echo(f"wrote {written}")
+    typer.echo(f"wrote {save_transition(found.transition, output)}")
     if not found.certificate.certified:
         raise typer.Exit(ExitCode.NOT_CERTIFIED)
 
@@ -73,9 +73,7 @@ def _lines(found: TransitionDesign) -> list[str]:
     """Return what a person wants to know of a transition."""
     result, certificate, solution = found.transition, found.certificate, found.solution
     lines = [f"{result.words}, {len(result.steps)} steps in {result.duration:.3f} s"]
-    lengths = result.meta["step_lengths"]
-    assert isinstance(lengths, list)
-    for number, (step, length) in enumerate(zip(result.steps, lengths, strict=True)):
+    for number, (step, length) in enumerate(zip(result.steps, result.step_lengths, strict=True)):
         peak = float(abs(step.torque).max())
         lines.append(
             f"  step {number + 1}: {step.duration:.3f} s, {length:.3f} m, "

@@ -18,7 +18,7 @@ from gaitopt.gait.costs import TorqueCost
 from gaitopt.gait.plugin import Extension, extension_record
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.recorded import robot_of
-from gaitopt.gait.result import FOOT, Gait, array_names
+from gaitopt.gait.result import FOOT, Gait, Recorded, array_names
 from gaitopt.gait.task import task_from_record, task_record
 from gaitopt.model.import_options import choices_record
 from gaitopt.model.multibody import Multibody
@@ -26,9 +26,8 @@ from gaitopt.nlp import Array, kkt_residual
 from gaitopt.tolerances import OPTIMALITY, SAME
 
 MOST_SHOWN = 120  # characters of a choice
-_FACTS = (
-    "robot", "mass", "leg_length", "physics", "sole", "limits", "cost", "step_length", "duration",
-)  # fmt: skip
+ROBOT_FACTS = ("robot", "mass", "leg_length", "physics", "sole", "limits")
+_FACTS = (*ROBOT_FACTS, "cost", "step_length", "duration")
 
 
 @dataclass(frozen=True)
@@ -81,25 +80,20 @@ def audit(gait: Gait, known: Iterable[Extension] = ()) -> Audit:
         certificate = certify(problem, gait.parameters)
     except EvaluationError as error:
         raise GaitFileError(f"the gait's parameters do not make a walk: {error}") from error
-    differences = {
-        name: _difference(getattr(gait, name), getattr(again, name))
-        for name in (*array_names(), *FOOT)
-    }
+    differences = differences_of(gait, again, (*array_names(), *FOOT))
     if gait.second is not None and again.second is not None:
-        differences |= {
-            f"second {name}": _difference(getattr(gait.second, name), getattr(again.second, name))
-            for name in array_names()
-        }
+        own = differences_of(gait.second, again.second, array_names())
+        differences |= {f"second {name}": value for name, value in own.items()}
     body = problem.robot.multibody
     if gait.multibody is not None:
-        differences |= _robot_differences(gait.multibody, body)
+        differences |= robot_differences(gait.multibody, body)
     recorded = [name for name in _FACTS if name != "physics" or gait.fact(name) is not None]
     facts = [] if gait.foot_contact == again.foot_contact else ["foot_contact"]
     if (gait.second is None) != (again.second is None):
         facts.append("second step")
     if again.second is not None and not _same(gait.fact("motion"), again.fact("motion")):
         facts.append("motion")
-    facts += [name for name in recorded if not _same(gait.fact(name), again.fact(name))]
+    facts += facts_that_differ(gait, again, recorded)
     claimed = gait.fact("certificate", "certified") is True
     if not claimed and certificate.certified:
         facts.append("certificate")
@@ -115,7 +109,17 @@ def audit(gait: Gait, known: Iterable[Extension] = ()) -> Audit:
     return Audit(differences, tuple(facts), certificate, claimed, brought)
 
 
-def _robot_differences(stored: Multibody, computed: Multibody) -> dict[str, float]:
+def differences_of(stored: object, computed: object, names: Iterable[str]) -> dict[str, float]:
+    """Return the differences of arrays of two gaits or transitions, as `Audit.differences`."""
+    return {name: _difference(getattr(stored, name), getattr(computed, name)) for name in names}
+
+
+def facts_that_differ(stored: Recorded, computed: Recorded, names: Iterable[str]) -> list[str]:
+    """Return the keys of two records under which they do not say the same."""
+    return [name for name in names if not _same(stored.fact(name), computed.fact(name))]
+
+
+def robot_differences(stored: Multibody, computed: Multibody) -> dict[str, float]:
     """Return the differences of the arrays and names of a robot; of names, whether there are."""
     differences = {}
     for one in fields(Multibody):

@@ -9,7 +9,7 @@ from gaitopt.errors import EvaluationError, InputError
 from gaitopt.gait.grid import Grid
 from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.problem import WalkProblem
-from gaitopt.gait.result import Gait
+from gaitopt.gait.result import Gait, Recorded
 from gaitopt.nlp import Array, kkt_residual
 from gaitopt.tolerances import OPTIMALITY
 
@@ -44,7 +44,7 @@ def gone_on(problem: WalkProblem, gait: Gait) -> tuple[WalkProblem, Array | None
     return (own, rows) if residual.worst <= 2.0 * OPTIMALITY else (problem, None)
 
 
-def with_instants_of(grid: Grid, gait: Gait) -> Grid:
+def with_instants_of(grid: Grid, gait: Recorded) -> Grid:
     """Return a grid with the instants that refinement added to a gait's.
 
     Raises:

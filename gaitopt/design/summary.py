@@ -18,7 +18,8 @@ from gaitopt.gait.constraints import MotorEnvelope
 from gaitopt.gait.costs import ElectricalEnergy, TorqueCost
 from gaitopt.gait.motor_space import DrivenJoints
 from gaitopt.gait.recorded import ground_of, recorded_choices, recorded_linkages
-from gaitopt.gait.result import ContactPhase, Gait
+from gaitopt.gait.result import ContactPhase, Gait, Recorded
+from gaitopt.gait.transition import Transition
 from gaitopt.importers.physics import STANDARD_GRAVITY
 from gaitopt.importers.report import findings_of
 from gaitopt.model.physics_report import GRAVITY_KEY
@@ -41,15 +42,28 @@ def trapezoid(values: Array, time: Array) -> float:
     return 0.5 * float(np.diff(time) @ (values[1:] + values[:-1]))
 
 
-def summarise(gait: Gait) -> Facts:
-    """Return the figures of a gait as JSON-able data, None where they were not recorded.
+def summarise(gait: Gait | Transition) -> Facts:
+    """Return the figures of a gait or a transition as JSON-able data, None where not recorded.
 
     Keys of the result: robot, findings (about it, each with topic, subject, how and text), physics
     (see `physics_record`), walk, joints (of stance and swing leg), motors (of one leg over
     stance and swing, those of linkages last), linkages (their motors in stance and swing leg, as
     joints), contact, impact, solver, certificate, shadow_prices (what one unit of a limit
-    is worth), optima (that other starts found, with their motors' peak torques), versions.
+    is worth), optima (that other starts found, with their motors' peak torques), versions. A
+    transition has `transition` in place of walk, contact, impact, shadow_prices and optima: what it
+    leads from and to, and each step with its contact and its impact.
     """
+    own: Facts
+    if isinstance(gait, Transition):
+        own = {"transition": _transition(gait)}
+    else:
+        own = {
+            "walk": _walk(gait),
+            "contact": _contact(gait),
+            "impact": _impact(gait),
+            "shadow_prices": gait.fact("shadow_prices"),
+            "optima": gait.fact("optima"),
+        }
     return {
         "robot": {
             "name": gait.text("robot"),
@@ -58,21 +72,40 @@ def summarise(gait: Gait) -> Facts:
         },
         "findings": [finding.record() for finding in findings_of(gait.fact("findings"))],
         "physics": gait.fact("physics"),
-        "walk": _walk(gait),
         "joints": joint_summaries(gait),
         "linkages": linkage_summaries(gait),
         "motors": motor_summaries(gait),
-        "contact": _contact(gait),
-        "impact": _impact(gait),
         "solver": _solver(gait),
         "certificate": _certificate(gait),
-        "shadow_prices": gait.fact("shadow_prices"),
-        "optima": gait.fact("optima"),
         "versions": gait.fact("versions"),
+        **own,
     }
 
 
-def payload_words(gait: Gait) -> str:
+def _transition(transition: Transition) -> Facts:
+    """Return what a transition leads from and to, what it costs, and each of its steps."""
+    return {
+        "words": transition.words,
+        "from": transition.ends[0],
+        "to": transition.ends[1],
+        "duration_s": transition.duration,
+        "cost": transition.cost,
+        "cost_unit": transition.cost_unit,
+        "steps": [
+            {
+                "duration_s": step.duration,
+                "step_length_m": length,
+                "peak_torque_Nm": float(np.abs(step.torque).max()),
+                "peak_speed_rad_per_s": float(np.abs(step.dq).max()),
+                "contact": _contact(step),
+                "impact": _impact(step),
+            }
+            for step, length in zip(transition.steps, transition.step_lengths, strict=True)
+        ],
+    }
+
+
+def payload_words(gait: Recorded) -> str:
     """Return what the robot of a gait carries in words, empty if nothing."""
     loads = recorded_choices(gait).payloads
     return ", ".join(f"{load.mass:g} kg on {load.link}" for load in loads)
@@ -250,13 +283,13 @@ def _of_standing(gait: Gait) -> Facts:
     }
 
 
-def _solver(gait: Gait) -> Facts:
+def _solver(gait: Recorded) -> Facts:
     keys = ("name", "status", "iterations", "evaluations", "hessians", "seconds")
     record: Facts = {key: gait.fact("solver", key) for key in keys}
     return {**record, "sentence": gait.fact("status"), "refined": gait.fact("refined")}
 
 
-def _certificate(gait: Gait) -> Facts:
+def _certificate(gait: Recorded) -> Facts:
     """What matters of the certificate; the whole of it is in the gait file."""
     record = gait.fact("certificate")
     whole: Mapping[str, object] = record if isinstance(record, Mapping) else {}
@@ -358,7 +391,7 @@ def _edge_distances(gait: Gait, points: Array) -> Facts | None:
     return {name: 1e3 * float(distance) for name, distance in inside.items()}
 
 
-def joint_summaries(gait: Gait) -> list[dict[str, object]]:
+def joint_summaries(gait: Gait | Transition) -> list[dict[str, object]]:
     """Return one record per joint, in the order of `joint_groups`, stance before swing side.
 
     Each holds `joint` (the name both sides share), `name` (in the URDF) and `leg` ("stance" or
@@ -372,7 +405,7 @@ def joint_summaries(gait: Gait) -> list[dict[str, object]]:
     ]
 
 
-def motor_summaries(gait: Gait) -> list[dict[str, object]]:
+def motor_summaries(gait: Gait | Transition) -> list[dict[str, object]]:
     """Return one record per motor of a side, over a stance and a swing phase.
 
     A joint that motors turn through a linkage has one too; these motors come after it.
@@ -386,7 +419,7 @@ def motor_summaries(gait: Gait) -> list[dict[str, object]]:
     ]
 
 
-def linkage_summaries(gait: Gait) -> list[dict[str, object]]:
+def linkage_summaries(gait: Gait | Transition) -> list[dict[str, object]]:
     """Return two records for each motor of a linkage, in the stance and in the swing leg.
 
     They are those of `joint_summaries`: of the motor's torque and speed, and its limits.
@@ -399,7 +432,7 @@ def linkage_summaries(gait: Gait) -> list[dict[str, object]]:
     ]
 
 
-def linkage_motors(gait: Gait) -> list[tuple[str, list[DrivenJoints], int]]:
+def linkage_motors(gait: Recorded) -> list[tuple[str, list[DrivenJoints], int]]:
     """Return the motors of linkages: name, joints in the stance and swing leg, and its number."""
     groups = recorded_linkages(gait)
     pairs = [
@@ -414,7 +447,7 @@ def linkage_motors(gait: Gait) -> list[tuple[str, list[DrivenJoints], int]]:
     return [(name, pair, k) for name, (pair, k) in zip(names, found, strict=True)]
 
 
-def peak_torques(gait: Gait) -> dict[str, float]:
+def peak_torques(gait: Gait | Transition) -> dict[str, float]:
     """Return the largest torque of each motor of a side [N·m], by the name both sides share."""
     return {
         pair_name(gait, group[0]): max(
@@ -424,7 +457,7 @@ def peak_torques(gait: Gait) -> dict[str, float]:
     }
 
 
-def joint_groups(gait: Gait) -> list[tuple[int, ...]]:
+def joint_groups(gait: Recorded) -> list[tuple[int, ...]]:
     """Return joints with their partners of the other side: legs from hip to ankle, then the others.
 
     A joint that is its own mirror image, as of a waist, has no partner. Joints are stored from the
@@ -436,12 +469,12 @@ def joint_groups(gait: Gait) -> list[tuple[int, ...]]:
     return [tuple(dict.fromkeys((i, partner(gait, i)))) for i in ordered]
 
 
-def partner(gait: Gait, joint: int) -> int:
+def partner(gait: Recorded, joint: int) -> int:
     """Return the joint of the other side that the exchange E pairs with a joint, or itself."""
     return int(np.argmax(np.abs(gait.mirror[:, joint])))
 
 
-def pair_name(gait: Gait, joint: int) -> str:
+def pair_name(gait: Recorded, joint: int) -> str:
     """Return what the names of a joint and its partner share: right_knee, left_knee -> "knee".
 
     Where they share nothing, or two pairs share the same, both names as a shell would write them.
@@ -455,13 +488,15 @@ def pair_name(gait: Gait, joint: int) -> str:
     return name if name and shared.count(name) == 1 else brace(*sorted(own))
 
 
-def _demand(gait: Gait, joints: list[int]) -> dict[str, object]:
+def _demand(gait: Gait | Transition, joints: list[int]) -> dict[str, object]:
     """Return peaks over the joints, and effective torque over as many steps."""
     each = [(one.torque[:, joints], one.dq[:, joints]) for one in gait.steps]
     return _figures(gait, each, *(_limit(gait, kind, joints) for kind in ("torque", "speed")))
 
 
-def _motor_demand(gait: Gait, groups: list[DrivenJoints], motor: int) -> dict[str, object]:
+def _motor_demand(
+    gait: Gait | Transition, groups: list[DrivenJoints], motor: int
+) -> dict[str, object]:
     """Return the same of a motor of a linkage, over the legs of some groups."""
     values = [[g.values(one.torque, one.dq, one.q) for g in groups] for one in gait.steps]
     each = [
@@ -476,7 +511,7 @@ def _motor_demand(gait: Gait, groups: list[DrivenJoints], motor: int) -> dict[st
 
 
 def _figures(
-    gait: Gait,
+    gait: Gait | Transition,
     each: list[tuple[Array, Array]],
     torque_limit: float | None,
     speed_limit: float | None,
@@ -486,7 +521,7 @@ def _figures(
         trapezoid((torque**2).mean(axis=1), one.time)
         for (torque, _), one in zip(each, gait.steps, strict=True)
     ]
-    mean_square = float(np.mean(squares)) / gait.duration
+    mean_square = sum(squares) / sum(one.duration for one in gait.steps)
     torque, rate = (np.concatenate(parts) for parts in zip(*each, strict=True))
     peak_torque, peak_speed = float(np.abs(torque).max()), float(np.abs(rate).max())
     return {
@@ -501,7 +536,7 @@ def _figures(
     }
 
 
-def _limit(gait: Gait, kind: str, joints: list[int]) -> float | None:
+def _limit(gait: Recorded, kind: str, joints: list[int]) -> float | None:
     limits = gait.joint_limit(kind)
     if limits is None:
         return None

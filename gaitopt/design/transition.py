@@ -2,26 +2,42 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from gaitopt.bounds import shown
-from gaitopt.design.audit import problem_of
+from gaitopt.design.audit import (
+    ROBOT_FACTS,
+    Audit,
+    differences_of,
+    facts_that_differ,
+    imposed,
+    problem_of,
+    robot_differences,
+)
 from gaitopt.design.certificate import Certificate, certify, worst_rows
+from gaitopt.design.known_walk import with_instants_of
 from gaitopt.design.options import SIGMA, DesignOptions
 from gaitopt.design.pipeline import attempt, is_walk, polished, proof_record
 from gaitopt.design.refinement import with_work
-from gaitopt.errors import EvaluationError, InputError, NoGaitFoundError, StoppedError
-from gaitopt.gait.assemble import limits_record, robot_record, step_arrays
+from gaitopt.errors import (
+    EvaluationError,
+    GaitFileError,
+    InputError,
+    NoGaitFoundError,
+    StoppedError,
+)
+from gaitopt.gait.assemble import gait_at, limits_record, robot_record, step_arrays
 from gaitopt.gait.constraints import imposed_limit
 from gaitopt.gait.initial_guess import perturbed, transition_guess
+from gaitopt.gait.plugin import Extension
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.quantities import PEAK
-from gaitopt.gait.result import Gait
+from gaitopt.gait.result import Gait, array_names
 from gaitopt.gait.standing import STRETCH, standing, wrench_standing
-from gaitopt.gait.task import Task, task_record
+from gaitopt.gait.task import Task, task_from_record, task_record
 from gaitopt.gait.terrain import Level
 from gaitopt.gait.trajectory import StepSequence
 from gaitopt.gait.transition import Transition, standing_phase
@@ -48,6 +64,8 @@ LOOSENED = (
 POSTURES = 3
 """Intermediate postures of each step, if the walk has fewer: such steps are less alike."""
 _ATTEMPTS, _ITERATIONS = 3, 150
+_OWN_FACTS = ("durations", "step_lengths", "cost")  # of the record
+_Walk = tuple[WalkProblem, Gait]
 _SHORTEST, _LONGEST = 0.05, 5.0  # duration of a step [s]
 
 
@@ -119,6 +137,7 @@ def design_transition(
     assert isinstance(found, TransitionProblem)
     certificate = certify_transition(found, solution.x, fine)
     proof = proof_record(solution, certificate, refined)
+    proof["findings"] = [finding.record() for finding in found.robot.findings]
     result = transition_at(found, solution.x, before, after, {"stretch": stretch, **proof})
     return TransitionDesign(result, certificate, solution, found)
 
@@ -138,26 +157,118 @@ def transition_problem(
     Raises:
         InputError: as there.
     """
-    walks = [None if gait is None else _walk(gait) for gait in (before, after)]
-    known = [walk for walk in walks if walk is not None]
-    if not known:
-        raise InputError("a transition leads from or to a gait; give at least one")
-    if before is not None and after is not None:
-        _check_same_robot(before, after)
-    chosen, junction = known[-1]
     _check_steps(steps)
+    (chosen, begin, finish), _ = _ends(before, after, stretch)
     task = chosen.task.with_margins({"step_width": None, **(margins or {})})
     task = replace(task, postures=max(task.postures, POSTURES) if postures is None else postures)
-    still = None
-    if None in walks:
-        still = standing(chosen.robot, junction.geometry, stretch)
-        _check_standing(chosen.robot, task, still)
-    begin, finish = (walk[1] if walk is not None else still for walk in walks)
-    assert begin is not None
-    assert finish is not None
+    for end in (begin, finish):
+        if end.rests:
+            _check_standing(chosen.robot, task, end)
     lasts = _durations(durations, begin, finish, steps)
     asked = TransitionTask(task, begin, finish, lasts, free=durations is None)
     return TransitionProblem(chosen.robot, asked)
+
+
+def audit_transition(transition: Transition, known: Iterable[Extension] = ()) -> Audit:
+    """Compute a transition again from its parameters and its gaits, as `audit` does a gait.
+
+    Args:
+        transition: as read from its file.
+        known: constraints and costs that are not gaitopt's own.
+
+    Raises:
+        GaitFileError: it lacks what is needed for that, or its parameters make no steps, or its
+            gaits no walks.
+        RobotError: its URDF is not a biped.
+    """
+    before, after = transition.before, transition.after
+    try:
+        problem, walks = _recorded_problem(transition, known)
+        again = transition_at(problem, transition.parameters, before, after, {})
+        certificate = certify_transition(problem, transition.parameters)
+        whole = [gait_at(walk, gait.parameters, {}) for walk, gait in walks]
+    except EvaluationError as error:
+        raise GaitFileError(f"the parameters do not make a transition: {error}") from error
+    differences = differences_of(transition, again, ("standing", "front_wrench", "mirror"))
+    steps = (f"step {number + 1}" for number in range(len(transition.steps)))
+    ends = (end for end, gait in (("before", before), ("after", after)) if gait is not None)
+    pairs = zip((*steps, *ends), transition.every, (*again.steps, *whole), strict=True)
+    for words, stored, computed in pairs:
+        own = differences_of(stored, computed, array_names())
+        differences |= {f"{words} {name}": value for name, value in own.items()}
+    robot = problem.robot
+    body = transition.steps[0].multibody
+    if body is not None:
+        differences |= robot_differences(body, robot.multibody)
+    facts = facts_that_differ(transition, again, (*ROBOT_FACTS, "choices", *_OWN_FACTS))
+    claimed = transition.certified
+    if not claimed and certificate.certified:
+        facts.append("certificate")
+    facts += [
+        name
+        for name, frame in (
+            ("stance_sole", robot.stance_sole), ("swing_sole_frame", robot.swing_sole),
+        )
+        if getattr(transition, name) != frame
+    ]  # fmt: skip
+    return Audit(differences, tuple(facts), certificate, claimed, imposed(problem))
+
+
+def _recorded_problem(
+    transition: Transition, known: Iterable[Extension]
+) -> tuple[TransitionProblem, list[_Walk]]:
+    """Return the program that a transition says it solves, and those of the walks at its ends."""
+    try:
+        stretch = transition.number("stretch")
+        task = task_from_record(transition.fact("task"), known)
+        (chosen, begin, finish), walks = _ends(
+            transition.before, transition.after, STRETCH if stretch is None else stretch, known
+        )
+        given, free = (transition.fact("given", name) for name in ("durations", "free"))
+        if not isinstance(given, list) or not isinstance(free, bool):
+            raise InputError("its record 'given' is none of durations")
+        lasts = _durations(given, begin, finish, len(transition.steps))
+        asked = TransitionTask(task, begin, finish, lasts, free)
+        grid = with_instants_of(asked.grid, transition)
+        problem = TransitionProblem(chosen.robot, asked, grid)
+    except InputError as error:
+        raise GaitFileError(f"the transition's record cannot be used: {error}") from error
+    if transition.parameter_names != problem.layout.names:
+        raise GaitFileError(
+            "the transition's parameter names are not those of its robot and task; it was not "
+            "designed by gaitopt, or its URDF or task has been changed"
+        )
+    return problem, walks
+
+
+def _ends(
+    before: Gait | None, after: Gait | None, stretch: float, known: Iterable[Extension] = ()
+) -> tuple[tuple[WalkProblem, Junction, Junction], list[_Walk]]:
+    """Return the walk whose robot and limits are those of a transition, and its given states.
+
+    Also the program of each gait, with that gait.
+
+    Raises:
+        InputError: neither is a gait, they do not go together, or the robot cannot stand.
+    """
+    if before is None and after is None:
+        raise InputError("a transition leads from or to a gait; give at least one")
+    if before is not None and after is not None:
+        _check_same_robot(before, after)
+    walks, states = list[_Walk](), list[Junction | None]()
+    for gait in (before, after):
+        state = None
+        if gait is not None:
+            problem, state = _walk(gait, known)
+            walks.append((problem, gait))
+        states.append(state)
+    chosen = walks[-1][0]
+    walked = next(state for state in reversed(states) if state is not None)
+    begin, finish = (
+        standing(chosen.robot, walked.geometry, stretch) if state is None else state
+        for state in states
+    )
+    return (chosen, begin, finish), walks
 
 
 def certify_transition(
@@ -202,14 +313,15 @@ def transition_at(
         **robot_record(robot),
         "choices": choices_record(robot.choices),
         "limits": limits_record(problem),
+        "task": task_record(asked.task),
     }
     steps = []
     for model, step in zip(problem.models, problem.steps(x), strict=True):
         steps.append(
             Gait(
                 **step_arrays(model, step),
-                parameters=step.x,
-                parameter_names=model.layout.names,
+                parameters=np.zeros(0),
+                parameter_names=(),
                 joint_names=robot.joint_names,
                 mirror=model.exchange,
                 urdf=robot.urdf,
@@ -230,7 +342,6 @@ def transition_at(
         problem.layout.names,
         {
             **facts,
-            "task": task_record(asked.task),
             "durations": [step.duration for step in whole.steps],
             "given": {"durations": list(asked.durations), "free": asked.free},
             "step_lengths": list(whole.lengths),
@@ -241,7 +352,7 @@ def transition_at(
     )
 
 
-def _walk(gait: Gait) -> tuple[WalkProblem, Junction]:
+def _walk(gait: Gait, known: Iterable[Extension] = ()) -> tuple[WalkProblem, Junction]:
     """Return the program of a gait and the state with which its steps begin."""
     if gait.second is not None or len(gait.phases) > 1:
         raise InputError(
@@ -249,7 +360,7 @@ def _walk(gait: Gait) -> tuple[WalkProblem, Junction]:
             "that differ: give one designed without --toe-off, --heel-strike, --double-support, "
             "--stride, --lateral-speed and --turn-rate"
         )
-    problem = problem_of(gait)
+    problem = problem_of(gait, known)
     if problem.task.ground != Level() or problem.task.terrain is not None:
         raise InputError("transitions are on level ground; give a gait without slope or stairs")
     if PEAK in problem.task.cost.reads:

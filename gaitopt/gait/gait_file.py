@@ -7,7 +7,7 @@ import io
 import json
 import math
 import zipfile
-from collections.abc import Container, Mapping, Sequence
+from collections.abc import Container, Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Any
@@ -21,7 +21,7 @@ from gaitopt.contact.flat_foot import FlatFoot
 from gaitopt.contact.schedule import LegExchange, PhaseEnd
 from gaitopt.errors import GaitFileError, InputError, RobotError
 from gaitopt.gait.result import DOUBLE, FLAT, FOOT, LANDING, LARGEST, SHAPES, Gait, array_names
-from gaitopt.gait.trajectory import TrajectoryPhase
+from gaitopt.gait.trajectory import TrajectoryPhase, TrajectorySamples
 from gaitopt.importers.ties import DEGREE
 from gaitopt.model.multibody import Multibody, checked_multibody
 from gaitopt.tolerances import SAME
@@ -29,16 +29,16 @@ from gaitopt.version import __version__
 
 FORMAT = 2  # raised when a reader of the older format would misread the file
 GROUND_NORMAL = (0.0, 0.0, 1.0)
-_WRITTEN_BY = "version"  # key of `meta`: the gaitopt that wrote the file
-_TEXTS = ("urdf", "stance_sole", "swing_sole_frame")
+WRITTEN_BY = "version"  # key of `meta`: the gaitopt that wrote the file
+TEXTS = ("urdf", "stance_sole", "swing_sole_frame")
 _NAMES = ("parameter_names", "joint_names")
-_OLD = (*(n for n in SHAPES if n != "coefficients"), *_TEXTS, *_NAMES, "meta")  # of format 1
+_OLD = (*(n for n in SHAPES if n != "coefficients"), *TEXTS, *_NAMES, "meta")  # of format 1
 _HEADERS = {
     (1, 0): np.lib.format.read_array_header_1_0,
     (2, 0): np.lib.format.read_array_header_2_0,
 }
 _EPOCH = (1980, 1, 1, 0, 0, 0)  # equal gaits give equal files: no time of writing inside
-_Arrays = dict[str, NDArray[Any]]
+Arrays = dict[str, NDArray[Any]]
 
 
 @dataclass(frozen=True)
@@ -175,13 +175,15 @@ _HIGHER = DEGREE - 1  # powers beyond the first
 BENT = (Member("robot_tie_bend", "float64", ("t", _HIGHER), "1/rad, 1/rad², 1/rad³", "joint"),)
 """Further array, of one with joints that follow others by a polynomial."""
 _TIED = tuple(member.name for member in TIED)
-_BASE = ("base_position", "base_quaternion", "base_twist", "base_acceleration")
-_OF_STEP = (
-    "time", "q", "dq", "ddq", "torque", "ground_wrench", "cop", "swing_sole", *_BASE, "knots_0",
-    "coefficients_0", "impulse", "rate_before", "rate_after",
+_BASE_TRACK = ("base_position", "base_quaternion", "base_twist", "base_acceleration")
+OF_STEP = (
+    "time", "q", "dq", "ddq", "torque", "ground_wrench", "cop", "swing_sole", *_BASE_TRACK,
+    "knots_0", "coefficients_0", "impulse", "rate_before", "rate_after",
 )  # fmt: skip
+STEP_MARK = "step_1_time"
+"""Array that tells the file of a transition (`gaitopt.gait.transition_file`) from a gait's."""
 _SECOND, _STRIDE = "second_", "stride"
-STRIDE = tuple(replace(m, name=f"{_SECOND}{m.name}") for m in MEMBERS if m.name in _OF_STEP)
+STRIDE = tuple(replace(m, name=f"{_SECOND}{m.name}") for m in MEMBERS if m.name in OF_STEP)
 """Further arrays, of a gait whose second step is no mirror image of the first: as those of the
 first, of the second's mirror image; where its base is, as it is."""
 SECOND_PHASES = tuple(tuple(replace(m, name=f"{_SECOND}{m.name}") for m in part) for part in PHASES)
@@ -214,7 +216,12 @@ def gait_bytes(gait: Gait) -> bytes:
     Raises:
         RobotError: the gait has no `multibody`, and its URDF is not its robot.
     """
-    parts = {name: _bytes(array) for name, array in gait_members(gait).items()}
+    return archive_bytes(gait_members(gait))
+
+
+def archive_bytes(members: Mapping[str, NDArray[Any]]) -> bytes:
+    """Return a file of arrays with the digest of each."""
+    parts = {name: _bytes(array) for name, array in members.items()}
     digest = {name: hashlib.sha256(data).hexdigest() for name, data in parts.items()}
     parts["digest"] = _bytes(np.array(json.dumps(digest)))
     buffer = io.BytesIO()
@@ -239,31 +246,25 @@ def load_gait(path: str | Path, *, verify: bool = True) -> Gait:
         InputError: the file was changed after it was written.
     """
     source = Path(path)
-    members, digests = _read(source)
-    meta = _meta(source, members)
-    version = meta.pop("format", 1)
-    if version not in (1, FORMAT):
-        raise _bad(
-            source, f"its format is {version}, this gaitopt reads {FORMAT}; install a newer gaitopt"
-        )
+    members, digests = read_members(source)
+    version, meta = read_meta(source, members)
+    if STEP_MARK in members:
+        raise bad_file(source, "it is a transition, and this is for the gait of a walk")
     wanted = _OLD if version == 1 else tuple(member.name for member in _of_format_2(members))
     if missing := [name for name in wanted if name not in members]:
-        raise _bad(source, f"it is not a complete gait file, '{missing[0]}' is missing")
+        raise bad_file(source, f"it is not a complete gait file, '{missing[0]}' is missing")
     try:
         if version == 1:
             return _gait(members, meta, {})
-        if verify and (altered := _altered(members, digests)):
-            raise InputError(
-                f"'{altered[0]}' was changed after the file was written, its digest is another; "
-                "gaitopt check says what follows from the parameters"
-            )
+        if verify:
+            refuse_altered(altered(members, digests))
         return _new_gait(members, meta)
     except (InputError, RobotError) as error:
-        raise _bad(source, str(error)) from error
+        raise bad_file(source, str(error)) from error
 
 
 def altered_members(path: str | Path) -> tuple[str, ...]:
-    """Return the arrays of a gait file that were changed after it was written, by its digest.
+    """Return the arrays of a file that were changed after it was written, by its digest.
 
     Files of format 1 have none: nothing is known of them.
 
@@ -271,13 +272,26 @@ def altered_members(path: str | Path) -> tuple[str, ...]:
         GaitFileError: the file cannot be read.
     """
     source = Path(path)
-    members, digests = _read(source)
-    if _meta(source, members).get("format", 1) == 1:
+    members, digests = read_members(source)
+    if read_meta(source, members)[0] == 1:
         return ()
-    return _altered(members, digests)
+    return altered(members, digests)
 
 
-def gait_members(gait: Gait) -> _Arrays:
+def refuse_altered(names: Sequence[str]) -> None:
+    """Refuse a file some of whose arrays were changed after it was written.
+
+    Raises:
+        InputError: there are any.
+    """
+    if names:
+        raise InputError(
+            f"'{names[0]}' was changed after the file was written, its digest is another; "
+            "gaitopt check says what follows from the parameters"
+        )
+
+
+def gait_members(gait: Gait) -> Arrays:
     """Return the arrays of a gait's file by name, all but the digest.
 
     Raises:
@@ -285,34 +299,48 @@ def gait_members(gait: Gait) -> _Arrays:
     """
     trajectory = gait.trajectory
     at = trajectory.at(gait.time, before=_ends_phase(gait))
-    found: dict[str, object] = {_RENAMED.get(n, n): getattr(gait, n) for n in array_names()}
+    found = step_arrays(gait, at) | {"mirror": gait.mirror, "parameters": gait.parameters}
     found |= _of_phases(trajectory.phases)
     found |= _of_standing_impact(gait)
-    found |= {name: getattr(at, name) for name in _BASE}
-    found |= {name: getattr(gait, name) for name in (*_TEXTS, *_NAMES)}
+    found |= {name: getattr(gait, name) for name in (*TEXTS, *_NAMES)}
     found |= {key: getattr(trajectory.body, name) for name, key in _OF_ROBOT.items()}
     if gait.second is not None:
-        later = {_RENAMED.get(n, n): getattr(gait.second, n) for n in array_names()}
         times = gait.duration + gait.second.time
         at = trajectory.at(times, before=_ends_phase(gait.second))
-        later |= {name: getattr(at, name) for name in _BASE}
         phases = _of_phases(trajectory.second or ()) | _of_standing_impact(gait.second)
-        later |= phases
-        found |= {f"{_SECOND}{name}": later[name] for name in (*_OF_STEP, *phases)}
+        later = step_arrays(gait.second, at) | phases
+        found |= {f"{_SECOND}{name}": later[name] for name in (*OF_STEP, *phases)}
     for name in ("multipliers", "bound_multipliers"):
         values = getattr(gait, name)
         found[name] = np.zeros(0) if values is None else values
     found["ground_normal"] = np.array(GROUND_NORMAL)
-    found["schedule"] = _json(_schedule(gait))
-    found["meta"] = _json({**gait.meta, "format": FORMAT, _WRITTEN_BY: __version__})
-    kinds: dict[str, Any] = {m.name: np.str_ if m.kind == "str" else m.kind for m in MEMBERS}
-    kinds |= {m.name: m.kind for part in GROUPS for m in part}
+    found["schedule"] = json_text(_schedule(gait))
+    found["meta"] = json_text({**gait.meta, "format": FORMAT, WRITTEN_BY: __version__})
     if not trajectory.body.bends:
         found.pop(BENT[0].name)
     if not len(trajectory.body.tied):
         found = {name: value for name, value in found.items() if name not in _TIED}
-    written = [m.name for m in _of_format_2(found) if m.name != "digest"]
-    return {name: np.array(found[name], kinds[name]) for name in written}
+    return typed(found, _of_format_2(found))
+
+
+def step_arrays(step: Gait, at: TrajectorySamples) -> dict[str, object]:
+    """Return the arrays `OF_STEP` of a step, by name.
+
+    Args:
+        step: of one phase, or of several whose splines are those of the whole.
+        at: the motion at its times.
+    """
+    found: dict[str, object] = {name: getattr(at, name) for name in _BASE_TRACK}
+    return found | {_RENAMED.get(name, name): getattr(step, name) for name in _names_of_step()}
+
+
+def typed(found: Mapping[str, object], members: Iterable[Member]) -> Arrays:
+    """Return the arrays of a file, the digest apart, in their kinds and their order."""
+    return {
+        m.name: np.array(found[m.name], np.str_ if m.kind == "str" else m.kind)
+        for m in members
+        if m.name != "digest"
+    }
 
 
 def _of_phases(phases: Sequence[TrajectoryPhase]) -> dict[str, object]:
@@ -379,7 +407,8 @@ def _schedule(gait: Gait) -> dict[str, object]:
     return {"phases": phases, "symmetry": _STRIDE}
 
 
-def _json(record: Mapping[str, object]) -> str:
+def json_text(record: Mapping[str, object]) -> str:
+    """Return a record as text, the same for equal records."""
     return json.dumps(record, sort_keys=True, ensure_ascii=False)
 
 
@@ -389,7 +418,7 @@ def _bytes(array: NDArray[Any]) -> bytes:
     return buffer.getvalue()
 
 
-def _gait(members: _Arrays, meta: Mapping[str, object], more: Mapping[str, Any]) -> Gait:
+def _gait(members: Arrays, meta: Mapping[str, object], more: Mapping[str, Any]) -> Gait:
     names = (*array_names(), *FOOT, *LANDING, *FLAT, *DOUBLE)
     arrays: dict[str, Any] = {n: members[n] for n in names if n in members}
     return Gait(
@@ -404,33 +433,26 @@ def _gait(members: _Arrays, meta: Mapping[str, object], more: Mapping[str, Any])
     )
 
 
-def _new_gait(members: _Arrays, meta: dict[str, object]) -> Gait:
+def _new_gait(members: Arrays, meta: dict[str, object]) -> Gait:
     """Return the gait of a file of format 2.
 
     Raises:
         InputError: something in it is not what it should be.
     """
-    _check_members(members)
-    meta.pop(_WRITTEN_BY, None)
-    robot: dict[str, Any] = {n: members[k] for n, k in _OF_ROBOT.items() if k in members}
-    robot |= {name: str(robot[name]) for name in ("name", "base")}
-    robot["joint_names"] = tuple(map(str, robot["joint_names"]))
-    robot["sole_names"] = (str(members["stance_sole"]), str(members["swing_sole_frame"]))
-    robot.setdefault("tie_bend", np.zeros((len(robot.get("tied", ())), _HIGHER)))
-    body = checked_multibody(Multibody(**robot))
-    more = {name: members[name] for name in ("multipliers", "bound_multipliers")}
-    more = {name: values for name, values in more.items() if values.size}
-    named = {name: members[key] for name, key in _RENAMED.items()}
-    contacts: dict[str, str] = {}
+    check_members(members, _of_format_2(members))
+    meta.pop(WRITTEN_BY, None)
+    body = read_body(members)
+    named: Arrays = {}
+    contacts: dict[str, Any] = {}
     strides = STRIDE[0].name in members
     if _has_phases(members):
-        named |= _joined(members)
+        named = _joined(members)
         first, last = _contacts(members)
         if "landing_hinge" in named:
             contacts["landing_contact"] = first
         if "foot_hinge" in named:
             contacts["foot_contact"] = last
-    gait = _gait({**members, **named}, meta, {**more, **contacts, "multibody": body})
+    gait = gait_of({**members, **named}, meta, body, contacts)
     if strides:
         own = {n[len(_SECOND) :]: a for n, a in members.items() if n.startswith(_SECOND)}
         later: dict[str, Any] = {n: own[_RENAMED.get(n, n)] for n in _names_of_step()}
@@ -441,17 +463,54 @@ def _new_gait(members: _Arrays, meta: dict[str, object]) -> Gait:
     return gait
 
 
-def _has_phases(members: _Arrays) -> bool:
+def gait_of(
+    members: Arrays,
+    meta: Mapping[str, object],
+    body: Multibody,
+    more: Mapping[str, Any] | None = None,
+) -> Gait:
+    """Return the gait of the arrays of a file of format 2, those of one phase alone.
+
+    Args:
+        members: of the file.
+        meta: its record.
+        body: its robot.
+        more: attributes of the gait besides.
+
+    Raises:
+        InputError: they make none.
+    """
+    multipliers = ("multipliers", "bound_multipliers")
+    known = {n: members[n] for n in multipliers if n in members and members[n].size}
+    named = {name: members[key] for name, key in _RENAMED.items() if name not in members}
+    return _gait({**members, **named}, meta, {**known, **(more or {}), "multibody": body})
+
+
+def read_body(members: Arrays) -> Multibody:
+    """Return the robot of a file.
+
+    Raises:
+        InputError: it is none.
+    """
+    robot: dict[str, Any] = {n: members[k] for n, k in _OF_ROBOT.items() if k in members}
+    robot |= {name: str(robot[name]) for name in ("name", "base")}
+    robot["joint_names"] = tuple(map(str, robot["joint_names"]))
+    robot["sole_names"] = (str(members["stance_sole"]), str(members["swing_sole_frame"]))
+    robot.setdefault("tie_bend", np.zeros((len(robot.get("tied", ())), _HIGHER)))
+    return checked_multibody(Multibody(**robot))
+
+
+def _has_phases(members: Arrays) -> bool:
     """Whether a file has arrays of several phases, or of a foot that turns."""
     return any(member.name in members for part in PHASES for member in part)
 
 
 def _names_of_step() -> list[str]:
     """Return the names of a gait's arrays that are of one step."""
-    return [name for name in array_names() if _RENAMED.get(name, name) in _OF_STEP]
+    return [name for name in array_names() if _RENAMED.get(name, name) in OF_STEP]
 
 
-def _contacts(members: _Arrays) -> tuple[str, str]:
+def _contacts(members: Arrays) -> tuple[str, str]:
     """Return those of the first and the last phase, "?" where the schedule names none."""
     try:
         schedule, standing = json.loads(str(members["schedule"])), str(members["stance_sole"])
@@ -464,7 +523,7 @@ def _contacts(members: _Arrays) -> tuple[str, str]:
         return "?", "?"
 
 
-def _joined(members: _Arrays) -> _Arrays:
+def _joined(members: Arrays) -> Arrays:
     """Return the splines over a step of several phases, and the turns of the foot in it."""
     whole = sum(f"knots_{k}" in members for k in range(_MOST))
     if whole > 1 and "knots_1" not in members:
@@ -493,7 +552,7 @@ def _joined(members: _Arrays) -> _Arrays:
     return found
 
 
-def _closed(members: _Arrays, last: int, touch: float, before: _Arrays) -> _Arrays:
+def _closed(members: Arrays, last: int, touch: float, before: Arrays) -> Arrays:
     """Return the arrays of the double support, and of a turn of the rear foot that goes on in it.
 
     Args:
@@ -517,10 +576,14 @@ def _closed(members: _Arrays, last: int, touch: float, before: _Arrays) -> _Arra
     return found
 
 
-def _check_members(members: _Arrays) -> None:
-    """Refuse arrays of another kind or shape than their own."""
+def check_members(members: Arrays, kinds: Iterable[Member]) -> None:
+    """Refuse arrays of another kind or shape than their own.
+
+    Raises:
+        InputError: one is.
+    """
     sizes: dict[int | str, int] = {}
-    for member in _of_format_2(members):
+    for member in kinds:
         array = members[member.name]
         kind = "U" if member.kind == "str" else np.dtype(member.kind).kind
         if array.dtype.kind != kind:
@@ -541,18 +604,15 @@ def _check_members(members: _Arrays) -> None:
             raise InputError(f"its '{member.name}' holds a number that is no SI value")
 
 
-def _check_statements(gait: Gait, members: _Arrays) -> None:
+def _check_statements(gait: Gait, members: Arrays) -> None:
     """Refuse a base track, a schedule or a ground that are not those of the gait itself."""
     found = gait_members(gait)
     groups = (*PHASES, STRIDE, *SECOND_PHASES)
     splines = [m.name for part in groups for m in part if m.name in members]
     if splines and found.keys() != {*members} - {"digest"}:
         raise InputError("its arrays of several phases or steps are not those of a gait")
-    for name in (*_BASE, *splines, *(_RENAMED.values() if splines else ())):
-        if found[name].shape != members[name].shape:
-            raise InputError(f"its '{name}' is not that of its splines and its robot")
-        size = max(1.0, float(np.abs(found[name]).max()))
-        if np.abs(found[name] - members[name]).max() > SAME * size:
+    for name in (*_BASE_TRACK, *splines, *(_RENAMED.values() if splines else ())):
+        if not same_numbers(found[name], members[name]):
             raise InputError(f"its '{name}' is not that of its splines and its robot")
     if not np.array_equal(members["ground_normal"], found["ground_normal"]):
         raise InputError("its ground is not level; this gaitopt reads gaits on level ground")
@@ -569,13 +629,21 @@ def _check_statements(gait: Gait, members: _Arrays) -> None:
         )
 
 
-def _read(source: Path) -> tuple[_Arrays, dict[str, str]]:
+def same_numbers(computed: NDArray[Any], stored: NDArray[Any]) -> bool:
+    """Whether an array of a file is that which was computed, to rounding."""
+    if computed.shape != stored.shape:
+        return False
+    size = max(1.0, float(np.abs(computed).max(initial=0.0)))
+    return bool(np.abs(computed - stored).max(initial=0.0) <= SAME * size)
+
+
+def read_members(source: Path) -> tuple[Arrays, dict[str, str]]:
     """Return the arrays of a file, and the digest of each."""
     if source.is_dir():
         inside = f"; there is '{source / 'gait.npz'}'" if (source / "gait.npz").is_file() else ""
-        raise _bad(source, f"is a directory{inside}")
+        raise bad_file(source, f"is a directory{inside}")
     if not source.is_file():
-        raise _bad(source, "there is no such file")
+        raise bad_file(source, "there is no such file")
     # Damaged archives raise a dozen unrelated exceptions: zip, zlib, header parser, decoder.
     try:
         if large := too_large(source.stat().st_size, GAIT):
@@ -587,9 +655,9 @@ def _read(source: Path) -> tuple[_Arrays, dict[str, str]]:
             data = {e.filename.removesuffix(".npy"): archive.read(e) for e in entries}
         arrays = {name: _array(name, part) for name, part in data.items()}
     except zipfile.BadZipFile as error:
-        raise _bad(source, "it is truncated, or not a gait file") from error
+        raise bad_file(source, "it is truncated, or not a gait file") from error
     except Exception as error:
-        raise _bad(source, f"it is damaged, or not a gait file ({error})") from error
+        raise bad_file(source, f"it is damaged, or not a gait file ({error})") from error
     return arrays, {name: hashlib.sha256(part).hexdigest() for name, part in data.items()}
 
 
@@ -611,34 +679,45 @@ def _array(name: str, data: bytes) -> NDArray[Any]:
     return array
 
 
-def _altered(members: _Arrays, digests: Mapping[str, str]) -> tuple[str, ...]:
-    """Return the arrays whose digest is not the one recorded."""
+def altered(members: Arrays, digests: Mapping[str, str]) -> tuple[str, ...]:
+    """Return the arrays of a file whose digests are not those recorded."""
     try:
         recorded = json.loads(str(members.get("digest")))
     except (ValueError, RecursionError):
         recorded = None
     if not isinstance(recorded, dict):
         return ("digest",)
-    names = [member.name for member in _of_format_2(members) if member.name != "digest"]
+    names = [name for name in dict.fromkeys([*members, *recorded]) if name != "digest"]
     return tuple(n for n in names if n not in digests or recorded.get(n) != digests[n])
 
 
-def _meta(source: Path, members: _Arrays) -> dict[str, object]:
+def read_meta(source: Path, members: Arrays) -> tuple[object, dict[str, object]]:
+    """Return the number of a file's format, and its record.
+
+    Raises:
+        GaitFileError: it has no record, or is of a newer format.
+    """
     if "meta" not in members:
         reason = "it is not a complete gait file, 'meta' is missing"
         if "joint_names" in members and "parameters" not in members:
             reason += " (it is a motion that gaitopt export wrote)"
-        raise _bad(source, reason)
+        raise bad_file(source, reason)
     try:
         meta = json.loads(str(members["meta"]))
     except (ValueError, RecursionError) as error:
-        raise _bad(source, "its 'meta' is not JSON") from error
+        raise bad_file(source, "its 'meta' is not JSON") from error
     if not isinstance(meta, dict):
-        raise _bad(source, "its 'meta' is not a JSON object")
-    return meta
+        raise bad_file(source, "its 'meta' is not a JSON object")
+    version = meta.pop("format", 1)
+    if version not in (1, FORMAT):
+        raise bad_file(
+            source, f"its format is {version}, this gaitopt reads {FORMAT}; install a newer gaitopt"
+        )
+    return version, meta
 
 
-def _bad(source: Path, reason: str) -> GaitFileError:
+def bad_file(source: Path, reason: str) -> GaitFileError:
+    """Return the error of a file that is no gait's."""
     return GaitFileError(
         f"cannot read the gait file '{source}': {reason}; give one that gaitopt optimise "
         "--output wrote (in Python, save_gait)"

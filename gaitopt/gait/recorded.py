@@ -12,7 +12,7 @@ from gaitopt.actuators.linkages import linkages_from_rows
 from gaitopt.errors import GaitFileError, GaitoptError, RobotError
 from gaitopt.escape import printable
 from gaitopt.gait.motor_space import DrivenJoints, MotorSpace, joints_of_linkages
-from gaitopt.gait.result import Gait, is_number
+from gaitopt.gait.result import Gait, Recorded, is_number
 from gaitopt.importers.physics import PARTS
 from gaitopt.model.feet.sole import LEVEL, Sole
 from gaitopt.model.import_options import ImportOptions, choices_from_record
@@ -20,7 +20,7 @@ from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array
 
 
-def recorded_choices(gait: Gait) -> ImportOptions:
+def recorded_choices(gait: Recorded) -> ImportOptions:
     """Return what was chosen about a gait's robot; nothing for a gait that does not record it.
 
     Raises:
@@ -30,7 +30,7 @@ def recorded_choices(gait: Gait) -> ImportOptions:
     return choices_from_record(record) if isinstance(record, Mapping) else ImportOptions()
 
 
-def robot_of(gait: Gait) -> Robot:
+def robot_of(gait: Recorded) -> Robot:
     """Return the robot a gait was designed for, on the ground that it walks on.
 
     Raises:
@@ -54,7 +54,7 @@ def robot_of(gait: Gait) -> Robot:
     )
 
 
-def recorded_linkages(gait: Gait) -> list[DrivenJoints]:
+def recorded_linkages(gait: Recorded) -> list[DrivenJoints]:
     """Return the joints that motors turn through linkages, of the robot's file and of its task.
 
     Both legs stand one after the other for each linkage. None of a gait whose records are damaged.
@@ -70,7 +70,7 @@ def recorded_linkages(gait: Gait) -> list[DrivenJoints]:
     return []
 
 
-def _of_its_time(gait: Gait, choices: ImportOptions) -> ImportOptions:
+def _of_its_time(gait: Recorded, choices: ImportOptions) -> ImportOptions:
     """Return the choices; a gait of version 0.1 counted nothing but rotor inertias."""
     if gait.fact("physics") is not None:
         return choices
@@ -138,7 +138,7 @@ class Ground:
         return np.concatenate([one + k * np.array([step, self.rise]) for k in range(first, last)])
 
 
-def ground_of(gait: Gait) -> Ground:
+def ground_of(gait: Recorded) -> Ground:
     """Return the ground that a gait walks on; level where it records none, or nonsense."""
     down, outline = gait.fact("ground", "down"), gait.fact("ground", "outline")
     points = _rows(outline, 2)

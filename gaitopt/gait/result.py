@@ -88,8 +88,60 @@ class ContactPhase:
     end: float
 
 
+class Recorded:
+    """What moves a robot and has a record: a gait, or a transition.
+
+    Attributes:
+        joint_names, mirror, urdf, stance_sole, swing_sole_frame, meta: as of a gait.
+        trajectory: the motion as a function of time.
+    """
+
+    joint_names: tuple[str, ...]
+    mirror: Array
+    urdf: str
+    stance_sole: str
+    swing_sole_frame: str
+    meta: Mapping[str, object]
+    trajectory: Trajectory
+
+    def fact(self, *keys: str) -> object | None:
+        """Return `meta[key][key]...`, None if any of the keys is absent."""
+        value: object | None = self.meta
+        for key in keys:
+            value = value.get(key) if isinstance(value, Mapping) else None
+        return value
+
+    def number(self, *keys: str) -> float | None:
+        """Return a number of `meta`, None if it is absent or not a number."""
+        value = self.fact(*keys)
+        return float(value) if is_number(value) else None  # type: ignore[arg-type]
+
+    def text(self, *keys: str) -> str | None:
+        """Return a text of `meta`, None if it is absent or not a text."""
+        value = self.fact(*keys)
+        return value if isinstance(value, str) else None
+
+    @property
+    def leg_joints(self) -> int:
+        """Number of joints of each leg, the first of `joint_names`; six if it is not recorded."""
+        return int(self.number("leg_joints") or _LEG_JOINTS)
+
+    def joint_limit(self, kind: str) -> Array | None:
+        """Return `meta["limits"][kind]`, shape (J,), None if it is absent or no list of numbers.
+
+        Args:
+            kind: "torque" [N·m], "speed" [rad/s], "lower" or "upper" [rad].
+        """
+        value = self.fact("limits", kind)
+        if not isinstance(value, list) or len(value) != len(self.joint_names):
+            return None
+        if not all(v is None or is_number(v) for v in value):
+            return None
+        return np.array([np.nan if v is None else v for v in value], dtype=np.float64)
+
+
 @dataclass(frozen=True, eq=False)
-class Gait:
+class Gait(Recorded):
     """One step of a cyclic gait; the next step is its mirror image. All arrays are read-only.
 
     The joints are in the order stance leg from ankle to hip, then swing leg from hip to ankle,
@@ -398,7 +450,7 @@ class Gait:
         return words.replace(" per metre", " per second") if self.in_place else words
 
     @cached_property
-    def trajectory(self) -> Trajectory:
+    def trajectory(self) -> Trajectory:  # type: ignore[override]
         """The walk as a function of time, from the splines that were optimised.
 
         Raises:
@@ -440,41 +492,6 @@ class Gait:
             late = TrajectoryPhase(*spline, turning=after, front=self.front_wrench)
             phases = [*phases, late]
         return tuple(phases)
-
-    def fact(self, *keys: str) -> object | None:
-        """Return `meta[key][key]...`, None if any of the keys is absent."""
-        value: object | None = self.meta
-        for key in keys:
-            value = value.get(key) if isinstance(value, Mapping) else None
-        return value
-
-    def number(self, *keys: str) -> float | None:
-        """Return a number of `meta`, None if it is absent or not a number."""
-        value = self.fact(*keys)
-        return float(value) if is_number(value) else None  # type: ignore[arg-type]
-
-    def text(self, *keys: str) -> str | None:
-        """Return a text of `meta`, None if it is absent or not a text."""
-        value = self.fact(*keys)
-        return value if isinstance(value, str) else None
-
-    @property
-    def leg_joints(self) -> int:
-        """Number of joints of each leg, the first of `joint_names`; six if it is not recorded."""
-        return int(self.number("leg_joints") or _LEG_JOINTS)
-
-    def joint_limit(self, kind: str) -> Array | None:
-        """Return `meta["limits"][kind]`, shape (J,), None if it is absent or no list of numbers.
-
-        Args:
-            kind: "torque" [N·m], "speed" [rad/s], "lower" or "upper" [rad].
-        """
-        value = self.fact("limits", kind)
-        if not isinstance(value, list) or len(value) != len(self.joint_names):
-            return None
-        if not all(v is None or is_number(v) for v in value):
-            return None
-        return np.array([np.nan if v is None else v for v in value], dtype=np.float64)
 
 
 def _laid_flat(ends: Array, hinge: Array) -> Array:

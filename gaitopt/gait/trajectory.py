@@ -256,6 +256,13 @@ class Trajectory:
         return self._steps * self.step_duration
 
     @property
+    def changes(self) -> Array:
+        """Times within a period at which a phase ends, its own end among them [s], shape (k,)."""
+        return np.asarray(
+            [step * self.step_duration + end for step in range(self._steps) for end in self._ends]
+        )
+
+    @property
     def joint_names(self) -> tuple[str, ...]:
         """Names of the joints of samples, all of the file."""
         return self.body.joint_names
@@ -499,6 +506,11 @@ class StepSequence(Trajectory):
     def step_duration(self) -> float:
         """Mean duration of a step [s]."""
         return self.period / len(self.phases)
+
+    @property
+    def changes(self) -> Array:
+        """Times at which a phase ends [s], shape (k,)."""
+        return self._ends
 
     def advance(self, step: int) -> pin.SE3:
         """Return the placement in the world of the sole that stands in a step, from step 0."""

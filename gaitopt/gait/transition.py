@@ -10,7 +10,7 @@ import numpy as np
 
 from gaitopt.errors import InputError
 from gaitopt.gait.costs import TorqueCost, per_second
-from gaitopt.gait.result import Gait
+from gaitopt.gait.result import Gait, Recorded
 from gaitopt.gait.trajectory import StepSequence, TrajectoryPhase
 from gaitopt.nlp import Array
 
@@ -20,18 +20,20 @@ _CYCLE = 2  # steps of a walk that its motion walks before and after
 
 
 @dataclass(frozen=True, eq=False)
-class Transition:
+class Transition(Recorded):
     """Steps from rest or from a walk to another walk or to rest.
 
     Attributes:
         steps: as of a gait, each seen from its own stance foot, as mirror images; the first one
-            stands on the foot of the gaits' `stance_sole`.
+            stands on the foot of the gaits' `stance_sole`. Their parameters are among those of the
+            whole.
         before, after: the gaits that it leads from and to; None at rest.
         standing: joint angles of the robot at rest (n,) [rad]; empty where it rests at neither end.
         front_wrench: of the ground on the swing foot there, in its sole frame (6,) [N, N·m], or
             empty; the other foot has the rest.
         parameters, parameter_names: of the program, (P,).
         meta: JSON-able record (robot, task, durations, cost, solver, certificate, versions).
+        joint_names, mirror, urdf, stance_sole, swing_sole_frame: as of its steps.
 
     Raises:
         InputError: there is no step, or its ends do not fit.
@@ -45,16 +47,22 @@ class Transition:
     parameters: Array
     parameter_names: tuple[str, ...]
     meta: Mapping[str, object] = field(default_factory=dict)
+    joint_names: tuple[str, ...] = field(init=False)
+    mirror: Array = field(init=False)
+    urdf: str = field(init=False)
+    stance_sole: str = field(init=False)
+    swing_sole_frame: str = field(init=False)
 
     def __post_init__(self) -> None:
         if not self.steps or any(len(one.phases) > 1 or one.second for one in self.every):
             raise InputError("a transition has one step or more, and all its steps on flat feet")
-        names = self.steps[0].joint_names
+        for name in ("joint_names", "mirror", "urdf", "stance_sole", "swing_sole_frame"):
+            object.__setattr__(self, name, getattr(self.steps[0], name))
+        names = self.joint_names
         if any(one.joint_names != names for one in self.every):
             raise InputError("the steps of a transition move other joints than its gaits")
-        rests = self.before is None or self.after is None
         sizes = self.standing.shape, self.front_wrench.shape
-        if sizes != (((len(names),), (6,)) if rests else ((0,), (0,))):
+        if sizes != (((len(names),), (6,)) if self.rests else ((0,), (0,))):
             raise InputError(
                 "a transition from or to rest has the posture and the wrench of a robot at rest, "
                 "another has neither"
@@ -71,15 +79,35 @@ class Transition:
         return f"<Transition {self.words}: {len(self.steps)} steps, {self.duration:.3f} s, {proof}>"
 
     @property
+    def rests(self) -> bool:
+        """Whether it leads from or to rest."""
+        return self.before is None or self.after is None
+
+    @property
     def every(self) -> tuple[Gait, ...]:
         """Its steps, then the gaits at its ends."""
         return (*self.steps, *(one for one in (self.before, self.after) if one is not None))
 
     @property
+    def ends(self) -> tuple[str, str]:
+        """What it leads from and to, in words: "standing", "1 m/s"."""
+        before, after = ("standing" if g is None else g.way for g in (self.before, self.after))
+        return before, after
+
+    @property
     def words(self) -> str:
-        """What it leads from and to: "from standing to 1 m/s"."""
-        ends = ["standing" if one is None else one.way for one in (self.before, self.after)]
-        return f"from {ends[0]} to {ends[1]}"
+        """Both in words: "from standing to 1 m/s"."""
+        return f"from {self.ends[0]} to {self.ends[1]}"
+
+    @property
+    def step_lengths(self) -> tuple[float, ...]:
+        """How far ahead of the standing foot the other lands in each step [m]."""
+        ends = self.begins + np.cumsum([step.duration for step in self.steps])
+        samples = self.trajectory.at(ends, before=True)
+        each = zip(samples.sole, samples.standing, strict=True)
+        return tuple(
+            float((np.linalg.inv(soles[foot]) @ soles[1 - foot])[0, 3]) for soles, foot in each
+        )
 
     @property
     def duration(self) -> float:
@@ -89,8 +117,7 @@ class Transition:
     @property
     def cost(self) -> float | None:
         """Mean of the cost per second, None if it was not recorded."""
-        value = self.meta.get("cost")
-        return float(value) if isinstance(value, float | int) else None
+        return self.number("cost")
 
     @property
     def cost_unit(self) -> str:
@@ -101,13 +128,7 @@ class Transition:
     @property
     def certified(self) -> bool:
         """Whether its record says that it is proven."""
-        found = self.meta.get("certificate")
-        return isinstance(found, Mapping) and found.get("certified") is True
-
-    @property
-    def urdf(self) -> str:
-        """Text of the robot's file."""
-        return self.steps[0].urdf
+        return self.fact("certificate", "certified") is True
 
     @property
     def speed(self) -> float:
@@ -130,7 +151,7 @@ class Transition:
         return 0.0
 
     @cached_property
-    def trajectory(self) -> StepSequence:
+    def trajectory(self) -> StepSequence:  # type: ignore[override]
         """The motion: a stride of the walk before, or a rest, the steps, and the same after them.
 
         Time is 0 where that begins; the transition itself begins at `begins`.
@@ -140,6 +161,15 @@ class Transition:
         body = first.trajectory.body
         phases = (*lead, *(_phase(step) for step in self.steps), *tail)
         return StepSequence(body, phases, first.mirror, first=-len(lead))
+
+    @property
+    def phase_names(self) -> tuple[str, ...]:
+        """What the phases of its trajectory are, in words, "standing", "step 1"."""
+        lead, tail = (
+            [words] * len(self._around(gait))
+            for words, gait in zip(self.ends, (self.before, self.after), strict=True)
+        )
+        return (*lead, *(f"step {number + 1}" for number in range(len(self.steps))), *tail)
 
     @property
     def begins(self) -> float:

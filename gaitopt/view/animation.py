@@ -7,6 +7,7 @@ of the scene only, so that to follow the robot the world is moved the other way.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,6 +15,7 @@ import pinocchio as pin
 from numpy.typing import ArrayLike, NDArray
 
 from gaitopt.bounds import FRAMES, STEPS, at_most, shown
+from gaitopt.contact.flat_foot import FlatFoot
 from gaitopt.contact.heel_line import HeelLine
 from gaitopt.contact.schedule import BOTH_FEET
 from gaitopt.contact.toe_line import ToeLine
@@ -21,6 +23,7 @@ from gaitopt.errors import InputError
 from gaitopt.gait.recorded import Ground, ground_of
 from gaitopt.gait.result import Gait
 from gaitopt.gait.trajectory import TrajectorySamples
+from gaitopt.gait.transition import Transition
 from gaitopt.mechanics.spatial import quaternions, upright
 from gaitopt.model.multibody import Multibody
 from gaitopt.nlp import Array
@@ -43,6 +46,8 @@ _SWITCH = 1e-4  # s: marks leave the old foot this long before they are on the n
 _PRINT = 0.004  # m: thickness of the marks on the ground
 _BORDER = 0.05  # m: by how much the mark of the standing foot is larger than its sole
 _LINE_WIDTH = 0.03  # m: of the mark of a foot that stands on a line
+_SMOOTH = 0.25  # s: the camera follows a robot that walks faster and faster within about this
+_SAME = 1e-6  # m: footprints nearer to each other are one
 _HIDDEN = 1e-4  # size of a mark that is not to be seen
 _GROUND_SIZE = 20.0  # m, square
 _GRID = 0.5  # m between the lines on the ground
@@ -183,9 +188,30 @@ def frames(gait: Gait, steps: int = DEFAULT_STEPS) -> TrajectorySamples:
     return gait.trajectory.at(times, before=before)
 
 
+def transition_frames(transition: Transition) -> TrajectorySamples:
+    """Return a transition, with what it leads from and to, at times as near as those of a step.
+
+    Where a step follows another there are two frames of one posture, as in `frames`.
+
+    Raises:
+        InputError: there are too many frames.
+    """
+    trajectory = transition.trajectory
+    ends = np.array([0.0, *trajectory.changes])
+    near = min(float(np.diff(step.time).max()) for step in transition.steps)
+    counts = np.ceil(np.diff(ends) / near).astype(int) + 1
+    at_most(int(counts.sum()), FRAMES, "frames")
+    each = [
+        np.linspace(begin, end, count)
+        for begin, end, count in zip(ends, ends[1:], counts, strict=False)
+    ]
+    before = np.concatenate([np.arange(count) == count - 1 for count in counts])
+    return trajectory.at(np.concatenate(each), before=before)
+
+
 def build_scene(
     viewer: meshcat.Visualizer,
-    gait: Gait,
+    gait: Gait | Transition,
     steps: int,
     package_dirs: tuple[str, ...] = (),
     drawn: RobotShapes | None = None,
@@ -194,7 +220,7 @@ def build_scene(
 
     Args:
         viewer: an empty one.
-        gait: one step.
+        gait: one step, or a transition, of which all is shown.
         steps: how many to show; then the animation starts again.
         package_dirs: where to look for meshes.
         drawn: what the viewer shows already of this robot: objects are only moved then, and what
@@ -207,7 +233,7 @@ def build_scene(
         InputError: steps < 1.
         RobotError: the robot cannot be drawn.
     """
-    samples = frames(gait, steps)
+    samples = transition_frames(gait) if isinstance(gait, Transition) else frames(gait, steps)
     return _scene(viewer, gait, (samples, _key_times(samples)), steps, package_dirs, drawn, None)
 
 
@@ -240,7 +266,7 @@ def build_beside(
 
 def _scene(
     viewer: meshcat.Visualizer,
-    gait: Gait,
+    gait: Gait | Transition,
     walk: tuple[TrajectorySamples, Array],
     steps: int,
     package_dirs: tuple[str, ...],
@@ -252,7 +278,7 @@ def _scene(
     new = drawn is None
     shapes = robot_shapes(gait, package_dirs) if drawn is None else drawn
     hips = hip_height(body, samples)
-    force_scale = _force_scale(gait, hips)
+    force_scale = _force_scale(samples, hips)
     if new:
         _prepare(viewer, hips)
     viewer[_WORLD].set_transform(_turn(upright(body.gravity)))
@@ -266,22 +292,19 @@ def _scene(
     lane_of_other = [] if other is None else [world["robot"]]
     if other is not None and new:
         lane.set_transform(_shift([0.0, gap, 0.0]))
-    _draw_footprints(lane["footprints"], gait, steps, new)
+    prints = _footprints(gait, steps)
+    _draw_footprints(lane["footprints"], body, prints, new)
     if other is not None:
-        _draw_footprints(world["footprints"], gait, steps, new)
+        _draw_footprints(world["footprints"], body, prints, new)
         draw_robot(world["robot"], moves, body, shapes, other.configuration, times, new)
         _draw_pushes(world["push"], moves, body, other, hips, new)
     robot, first = lane["robot"], new and other is None
     draw_robot(robot, moves, body, shapes, samples.configuration, times, first)
-    walked = samples, times
-    for index, phase in enumerate(gait.phases):
-        node, contact = lane[f"standing_sole/{index}"], (index, phase.contact)
-        _draw_standing_sole(node, moves, body, walked, contact, samples.standing, new)
-        if phase.contact == BOTH_FEET:
-            node, front = lane[f"front_sole/{index}"], 1 - samples.standing
-            _draw_standing_sole(node, moves, body, walked, contact, front, new)
+    for mark in _marks(gait, samples):
+        _draw_mark(lane[mark.node], moves, body, (samples, times), mark, new)
     _draw_force(lane["ground_force"], moves, samples, times, force_scale, new)
-    _follow(world, moves, samples, times, (0.5 * gap, TARGET_HEIGHT * hips))
+    steady = not isinstance(gait, Transition)
+    _follow(world, moves, samples, times, (0.5 * gap, TARGET_HEIGHT * hips), steady)
     if new:
         moves.show(viewer, whole=other is None)
     robots = [*lane_of_other, robot]
@@ -333,9 +356,9 @@ def _standing(samples: TrajectorySamples) -> Array:
     return np.asarray(samples.sole[each, samples.standing])
 
 
-def _force_scale(gait: Gait, hips: float) -> float:
+def _force_scale(samples: TrajectorySamples, hips: float) -> float:
     """Return metres of arrow for 1 N: 10 cm for 1, 2 or 5 times a power of ten."""
-    force = float(gait.ground_wrench[:, 2].mean())
+    force = float(samples.wrench[..., 2].sum(axis=1).mean())
     exact = 0.1 * force / (_ARROW * hips)  # N for 10 cm
     power = 10.0 ** np.floor(np.log10(exact))
     return 0.1 / float(
@@ -431,11 +454,26 @@ def _painted(
     return kind(color=colour, depthWrite=False)
 
 
-def _draw_footprints(node: meshcat.Visualizer, gait: Gait, steps: int, new: bool) -> None:
-    body, trajectory = gait.trajectory.body, gait.trajectory
-    standing = trajectory.at((np.arange(steps) + 1e-6) * gait.duration).standing
-    for number, foot in enumerate(standing):
-        place = trajectory.advance(number).homogeneous
+def _footprints(gait: Gait | Transition, steps: int) -> list[tuple[int, Array]]:
+    """Return the foot of each footprint, and the placement of its sole in the world (4, 4)."""
+    trajectory = gait.trajectory
+    if not isinstance(gait, Transition):
+        standing = trajectory.at((np.arange(steps) + 1e-6) * gait.duration).standing
+        return [(int(f), trajectory.advance(k).homogeneous) for k, f in enumerate(standing)]
+    samples = trajectory.at(np.concatenate([[0.0], trajectory.changes]), before=True)
+    found = list[tuple[int, Array]]()
+    for k in range(len(samples.time)):
+        for foot in np.flatnonzero(samples.contact[k]):
+            place = samples.sole[k, foot]
+            if not any(f == foot and np.allclose(place, known, atol=_SAME) for f, known in found):
+                found.append((int(foot), place))
+    return found
+
+
+def _draw_footprints(
+    node: meshcat.Visualizer, body: Multibody, prints: Sequence[tuple[int, Array]], new: bool
+) -> None:
+    for number, (foot, place) in enumerate(prints):
         print_ = node[str(number)]
         if new:
             size = [*np.ptp(body.sole_corners[foot], axis=0)[:2], _PRINT]
@@ -444,27 +482,58 @@ def _draw_footprints(node: meshcat.Visualizer, gait: Gait, steps: int, new: bool
         print_.set_transform(place @ _shift(_centre(body, foot, -0.5 * _PRINT)))
 
 
-def _draw_standing_sole(
+@dataclass(frozen=True, eq=False)
+class _Mark:
+    """What shows that a foot rests on the ground, in the colour of its contact.
+
+    Attributes:
+        node: path of it.
+        contact: its name.
+        feet: whose sole is marked, shape (N,).
+        shown: when, shape (N,); None: always.
+    """
+
+    node: str
+    contact: str
+    feet: NDArray[np.int64]
+    shown: NDArray[np.bool_] | None
+
+
+def _marks(gait: Gait | Transition, samples: TrajectorySamples) -> list[_Mark]:
+    """Return the marks of the feet that stand."""
+    standing, both = samples.standing, np.asarray(samples.contact.all(axis=1))
+    if isinstance(gait, Transition):
+        phases = [(FlatFoot.name, ~both), (BOTH_FEET, both)][: 1 + bool(both.any())]
+    else:
+        phases = [(one.contact, samples.phase == k) for k, one in enumerate(gait.phases)]
+    marks = []
+    for index, (contact, during) in enumerate(phases):
+        shown = during if len(phases) > 1 else None
+        marks.append(_Mark(f"standing_sole/{index}", contact, standing, shown))
+        if contact == BOTH_FEET:
+            marks.append(_Mark(f"front_sole/{index}", contact, 1 - standing, shown))
+    return marks
+
+
+def _draw_mark(
     node: meshcat.Visualizer,
     moves: Animation,
     body: Multibody,
     walk: tuple[TrajectorySamples, Array],
-    phase: tuple[int, str],
-    feet: NDArray[np.int64],
+    mark: _Mark,
     new: bool,
 ) -> None:
-    """Mark what of the standing foot rests in one phase of the steps, in the contact's colour.
+    """Mark what of a foot rests on the ground.
 
     Args:
         node: of the mark.
         moves: collects the motion.
         body: the robot.
         walk: its samples, and the times of the frames.
-        phase: its number, and the contact.
-        feet: whose sole is marked, shape (N,).
+        mark: what is marked, and when.
         new: whether the mark is still to be put there.
     """
-    (samples, times), (index, contact) = walk, phase
+    (samples, times), feet, contact = walk, mark.feet, mark.contact
     corners = body.sole_corners[0]
     size = np.ptp(corners, axis=0)[:2]
     ends = {ToeLine.name: corners[:, 0].max(), HeelLine.name: corners[:, 0].min()}
@@ -481,8 +550,8 @@ def _draw_standing_sole(
     at = (places[:, :3, :3] @ own)[..., 0] + places[:, :3, 3]
     moves.place(node, times, at - [0.0, 0.0, 0.49 * _PRINT])
     moves.turn(node, times, np.array([_level(place[:3, :3]) for place in places]))
-    if samples.phase.any():
-        shown = np.where(samples.phase == index, 1.0, _HIDDEN)
+    if mark.shown is not None:
+        shown = np.where(mark.shown, 1.0, _HIDDEN)
         moves.stretch(node, times, np.tile(shown[:, None], (1, 3)))
 
 
@@ -572,18 +641,23 @@ def _follow(
     samples: TrajectorySamples,
     times: Array,
     target: tuple[float, float],
+    steady: bool,
 ) -> None:
-    """Move the world back at the mean walking speed, so that the robot stays in the picture.
+    """Move the world back, so that the robot stays in the picture.
 
     Args:
         world: its node.
         moves: collects the motion.
         samples, times: of the walk, and of the frames [s].
         target: what the camera looks at: to the left of the robot's path, above the ground [m].
+        steady: whether at the mean speed; otherwise as the robot moves, smoothed.
     """
     root = samples.base_position[:, :2]
     share = samples.time / samples.time[-1]
     x = root[0, 0] + share * (root[-1, 0] - root[0, 0])
+    if not steady:
+        near = np.exp(-0.5 * ((samples.time[:, None] - samples.time) / _SMOOTH) ** 2)
+        x = near @ root[:, 0] / near.sum(axis=1)
     y = np.full_like(x, root[:, 1].mean() + target[0])
     climb = samples.base_position[-1, 2] - samples.base_position[0, 2]  # a whole walk's, as x
     z = target[1] + share * (climb if abs(climb) > _LEVEL else 0.0)

@@ -83,6 +83,7 @@ class Panel {
   scales() {
     const values = this.panel.lines.flatMap(line => [...line.y]).filter(known);
     const largest = Math.max(...values.map(Math.abs), 1e-9);
+    this.rounding = 1e-9 * largest;
     const near = this.panel.limits.filter(l => Math.abs(l) < FAR * largest);
     const box = this.panel.box;
     [this.low, this.high] = calm(this.low, this.high, span(
@@ -138,7 +139,7 @@ class Panel {
     const words = [];
     this.panel.lines.forEach((line, k) => {
       const y = line.y[index];
-      if (known(y) && !this.points) words.push(brief(y, 3));
+      if (known(y) && !this.points) words.push(brief(Math.abs(y) < this.rounding ? 0 : y, 3));
       if (!this.dots) return;
       const gone = !known(y) || !known(line.x[index]);
       this.dots[k].style.display = gone ? "none" : "";

@@ -7,6 +7,7 @@ from gaitopt.contact.heel_line import HeelLine
 from gaitopt.contact.schedule import BOTH_FEET
 from gaitopt.contact.toe_line import ToeLine
 from gaitopt.gait.result import ContactPhase, Gait
+from gaitopt.gait.transition import Transition
 
 COLOURS = {FlatFoot.name: "#009E73", ToeLine.name: "#CC79A7", HeelLine.name: "#56B4E9"} | {
     BOTH_FEET: "#F0E442"
@@ -28,8 +29,10 @@ def contact_words(contact: str) -> str:
     return contact if contact == FlatFoot.name else f"on the {contact}"
 
 
-def contacts(gait: Gait) -> list[str]:
-    """Return the contacts of a step, each once, in their order."""
+def contacts(gait: Gait | Transition) -> list[str]:
+    """Return the contacts of a step, each once, in their order, or those of a transition."""
+    if isinstance(gait, Transition):
+        return [BOTH_FEET, FlatFoot.name][not gait.rests :]
     return list(dict.fromkeys(phase.contact for phase in gait.phases))
 
 

@@ -11,16 +11,17 @@ from collections.abc import Iterable
 import numpy as np
 
 from gaitopt.design.summary import joint_groups, linkage_motors, pair_name
-from gaitopt.gait.result import Gait
+from gaitopt.gait.result import Recorded
 from gaitopt.gait.trajectory import TrajectorySamples
+from gaitopt.gait.transition import Transition
 from gaitopt.nlp import Array
 
 POINTS = 301  # of a period
 Record = dict[str, object]
 
 
-def curves(gait: Gait) -> Record:
-    """Return the curves of a gait over its period, as data for the page's charts.
+def curves(gait: Recorded) -> Record:
+    """Return the curves of a gait over its period, or of a transition, as data for charts.
 
     Returns:
         `period` and `step` [s], `time` (N,) [s], and `tabs`: for each a name and its panels. A
@@ -56,21 +57,19 @@ def curves(gait: Gait) -> Record:
     tabs.append({"name": "ground", "panels": list(_ground(gait, samples))})
     return {
         "period": trajectory.period,
-        "step": trajectory.step_duration,
+        "step": trajectory.period if isinstance(gait, Transition) else trajectory.step_duration,
         "time": times,
         "tabs": tabs,
     }
 
 
-def _instants(gait: Gait) -> tuple[Array, Array]:
+def _instants(gait: Recorded) -> tuple[Array, Array]:
     """Return times [s] of a period, and whether each is the end of the phase before.
 
     Where the walk jumps there are two instants, before and after.
     """
     trajectory = gait.trajectory
-    ends = np.cumsum([phase.duration for phase in trajectory.phases])
-    steps = round(trajectory.period / trajectory.step_duration)
-    jumps = np.add.outer(np.arange(steps) * trajectory.step_duration, ends).ravel()
+    jumps = trajectory.changes
     inner = np.linspace(0.0, trajectory.period, POINTS)
     inner = inner[np.abs(inner[:, None] - jumps).min(axis=1) > 1e-9]
     times = np.concatenate([inner, jumps, jumps[:-1]])
@@ -81,7 +80,7 @@ def _instants(gait: Gait) -> tuple[Array, Array]:
     return times[order], before[order]
 
 
-def _sides(gait: Gait, group: tuple[int, ...]) -> Iterable[tuple[int, str, str]]:
+def _sides(gait: Recorded, group: tuple[int, ...]) -> Iterable[tuple[int, str, str]]:
     """Yield joint, name and side of the joints of a panel; a lone joint has no side."""
     sides = ("stance", "swing") if len(group) > 1 else ("",)
     for joint, side in zip(group, sides, strict=True):
@@ -89,7 +88,7 @@ def _sides(gait: Gait, group: tuple[int, ...]) -> Iterable[tuple[int, str, str]]
 
 
 def _joints(
-    gait: Gait,
+    gait: Recorded,
     title: str,
     group: tuple[int, ...],
     unit: str,
@@ -109,7 +108,7 @@ def _joints(
     }  # fmt: skip
 
 
-def _linkages(gait: Gait, torque: Array, rate: Array, q: Array) -> list[dict[str, Record]]:
+def _linkages(gait: Recorded, torque: Array, rate: Array, q: Array) -> list[dict[str, Record]]:
     """Return for each motor of a linkage its panels by the names of tabs, but for their unit."""
     found = []
     for title, pair, k in linkage_motors(gait):
@@ -131,7 +130,7 @@ def _linkages(gait: Gait, torque: Array, rate: Array, q: Array) -> list[dict[str
     return found
 
 
-def _ground(gait: Gait, samples: TrajectorySamples) -> Iterable[Record]:
+def _ground(gait: Recorded, samples: TrajectorySamples) -> Iterable[Record]:
     """Yield panels of force, friction and centre of pressure of both feet."""
     force = samples.force
     for axis, title in ((2, "vertical force"), (0, "forward force"), (1, "force to the left")):
@@ -164,7 +163,7 @@ def _ground(gait: Gait, samples: TrajectorySamples) -> Iterable[Record]:
         }  # fmt: skip
 
 
-def _feet(gait: Gait) -> Iterable[tuple[int, str, str]]:
+def _feet(gait: Recorded) -> Iterable[tuple[int, str, str]]:
     names = (gait.stance_sole, gait.swing_sole_frame)
     for k, side in enumerate(("stance", "swing")):
         yield k, names[k].replace("_sole", " foot").replace("_", " "), side

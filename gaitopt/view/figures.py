@@ -18,17 +18,31 @@ from matplotlib.patches import Rectangle
 from numpy.typing import ArrayLike
 
 from gaitopt.atomic import make_directory, write_atomically
-from gaitopt.design.summary import joint_groups, pair_name, partner
+from gaitopt.design.summary import pair_name, partner
 from gaitopt.errors import InputError
-from gaitopt.gait.recorded import ground_of
 from gaitopt.gait.result import Gait
+from gaitopt.gait.transition import Transition
 from gaitopt.importers.physics import STANDARD_GRAVITY
 from gaitopt.mechanics.spatial import upright
 from gaitopt.model.physics_report import GRAVITY_KEY
 from gaitopt.nlp import Array
 from gaitopt.view.contacts import contact_colour, contact_words, contacts
+from gaitopt.view.figure_parts import (
+    FRONT,
+    SIDE,
+    Standing,
+    draw_ground,
+    draw_limit,
+    draw_sticks,
+    ground_words,
+    joint_panels,
+    name_panel,
+    panel_joints,
+    reach,
+    scale,
+    share_legend,
+)
 from gaitopt.view.figure_style import (
-    GROUND,
     INSIDE,
     LIMIT,
     MEAN,
@@ -42,23 +56,12 @@ from gaitopt.view.figure_style import (
     styled,
 )
 from gaitopt.view.stick_figures import StickFigures, stick_figures, trunk_top
+from gaitopt.view.transition_figures import TRANSITION_FIGURES
 
-_SIDE, _FRONT = 0, 1  # the horizontal axis of each view: x forward, y left
 _FAINT = 0.22  # opacity of the first of the superposed figures; the last is solid
-_GROUND_DEPTH = 0.02  # m, drawn
-_BESIDE = 0.1  # m of ground ahead and behind
-_EDGES = ([[0, 1], [2, 3]], [[0, 2], [1, 3]])  # ends of a sole seen from the side: toe, heel; front
 _AROUND = 0.012  # m, shown around the sole
 _COP_WIDTH, _COP_INSIDE, _COP_TEXT = 6.4, 4.95, 0.9  # inch: figure, panel; text above and below
 _COP_HEIGHTS = (1.2, 5.0)  # inch, of the panel
-_ROW, _COLUMNS = 2.5, 3  # panels of joints: inch, number
-# Six panels are laid out by measuring each of their labels twice, which takes longer than drawing.
-_PLACE = {"left": 0.075, "right": 0.99, "wspace": 0.16, "hspace": 0.17}
-_BELOW, _ABOVE, _TITLE = 0.9, 0.475, 0.1  # inch: legend; title with its space, and above it
-_LEGEND_ROW = 0.2  # inch
-_FAR = 1.5  # a limit this many times the panel's own largest value would flatten its curves
-_FLAT = 0.02  # of the figure's largest value: a panel shows no less, lest rounding looks like waves
-_SPACE = 0.08  # free above and below the curves, in their heights
 _PHASES = 0.035  # of a panel's height: the band of the phases at its foot
 
 
@@ -76,15 +79,17 @@ def step_figure(gait: Gait, count: int = 9) -> Figure:
     indices = np.linspace(0, len(gait.time) - 1, count).round().astype(int)
     along, standing = _sticks(gait, gait.time, before=gait.time > 0.0)
     whole = along.turned(upright(gait.trajectory.body.gravity))
-    seen = {_SIDE: whole.at(indices), _FRONT: along.at(indices)}  # along the ground from behind
+    seen = {SIDE: whole.at(indices), FRONT: along.at(indices)}  # along the ground from behind
     figure = new_figure(6.6, 4.9)
-    spans = [np.ptp(_reach(sticks, view)) for view, sticks in seen.items()]  # for both to one scale
+    spans = [np.ptp(reach(sticks, view)) for view, sticks in seen.items()]  # for both to one scale
     side, front = figure.subplots(1, 2, sharey=True, width_ratios=spans)
     opacity = np.linspace(_FAINT, 1.0, count)
-    for axes, view in ((side, _SIDE), (front, _FRONT)):
-        _draw_ground(axes, seen[view], view, gait)
+    for axes, view in ((side, SIDE), (front, FRONT)):
+        draw_ground(axes, seen[view], view, gait)
         for index in range(count):
-            _draw(axes, seen[view], index, view, float(opacity[index]), standing[indices[index]])
+            draw_sticks(
+                axes, seen[view], index, view, float(opacity[index]), standing[indices[index]]
+            )
     toes = whole.soles[:, 1, :2].mean(axis=1)
     side.plot(
         toes[:, 0], toes[:, 2], color=SWING, linewidth=0.9, linestyle=":",
@@ -94,7 +99,7 @@ def step_figure(gait: Gait, count: int = 9) -> Figure:
     label_axes(front, "left y [m]", "", "from behind")
     front.invert_xaxis()
     _name_legs(figure, side, gait)
-    where = f", {words}" if (words := _ground_words(gait)) else ""
+    where = f", {words}" if (words := ground_words(gait)) else ""
     figure.suptitle(f"{_which(gait)}: {gait.step_length:.3f} m in {gait.duration:.3f} s{where}")
     return figure
 
@@ -113,91 +118,32 @@ def walking_figure(gait: Gait, steps: int = 3, per_step: int = 6) -> Figure:
     sticks = along.turned(upright(gait.trajectory.body.gravity))
     figure = new_figure(7.4, 5.2)
     axes = figure.subplots()
-    _draw_ground(axes, sticks, _SIDE, gait)
+    draw_ground(axes, sticks, SIDE, gait)
     for index in range(len(sticks.legs)):
         opacity = 0.95 if index % per_step == 0 else 0.4
-        _draw(axes, sticks, index, _SIDE, opacity, standing[index])
+        draw_sticks(axes, sticks, index, SIDE, opacity, standing[index])
     label_axes(axes, "forward x [m]", "height z [m]")
     _name_legs(figure, axes, gait, (gait.stance_sole, gait.swing_sole_frame))
-    where = f" {words}" if (words := _ground_words(gait)) else ""
+    where = f" {words}" if (words := ground_words(gait)) else ""
     figure.suptitle(f"{steps} steps at {gait.way}{where}; solid: the landings")
     return figure
 
 
-_Standing = tuple[int, str]
-"""The foot that stands, and the colour of its contact; empty where that never changes."""
-
-
 def _sticks(
     gait: Gait, times: Array, before: ArrayLike = False
-) -> tuple[StickFigures, list[_Standing]]:
+) -> tuple[StickFigures, list[Standing]]:
     """Return stick figures of a walk at times [s], and how it stands in each."""
     samples = gait.trajectory.at(times, before=before)
     sticks = stick_figures(gait.trajectory.body, samples.configuration, trunk_top(gait))
-    feet, several = samples.standing, len(gait.phases) > 1
+    several = len(gait.phases) > 1
     standing = [
-        (int(foot), contact_colour(gait.phases[phase].contact) if several else "")
-        for foot, phase in zip(feet, samples.phase, strict=True)
+        (
+            tuple(np.flatnonzero(feet).tolist()),
+            contact_colour(gait.phases[phase].contact) if several else "",
+        )
+        for feet, phase in zip(samples.contact, samples.phase, strict=True)
     ]
     return sticks, standing
-
-
-def _draw(
-    axes: Axes, sticks: StickFigures, index: int, view: int, opacity: float, standing: _Standing
-) -> None:
-    """Draw one stick figure: far leg, trunk, near leg."""
-    foot, contact = standing
-    for leg, colour in ((1, SWING), (0, STANCE)):
-        points = sticks.legs[index, leg]
-        axes.plot(points[:, view], points[:, 2], "o-", markersize=2.4, color=colour, alpha=opacity)
-        own = contact if contact and leg == foot else colour
-        _draw_foot(axes, points[0], sticks.soles[index, leg], view, own, opacity)
-    hips = sticks.legs[index, :, -1]
-    axes.plot(hips[:, view], hips[:, 2], color=TRUNK, alpha=opacity, linewidth=1.7)
-    trunk = sticks.trunk[index]
-    axes.plot(trunk[:, view], trunk[:, 2], color=TRUNK, alpha=opacity, linewidth=2.2)
-
-
-def _draw_foot(
-    axes: Axes, ankle: Array, sole: Array, view: int, colour: str, opacity: float
-) -> None:
-    """Draw the sole's middle line in this view and its ends to the ankle."""
-    first, second = (sole[pair].mean(axis=0) for pair in _EDGES[view])
-    outline = np.array([ankle, first, second, ankle])
-    axes.plot(outline[:, view], outline[:, 2], linewidth=1.1, color=colour, alpha=opacity)
-
-
-def _ground_words(gait: Gait) -> str:
-    """Return the words of the ground, in which a dollar begins no formula."""
-    return ground_of(gait).words.replace("$", r"\$")
-
-
-def _draw_ground(axes: Axes, sticks: StickFigures, view: int, gait: Gait) -> None:
-    """Draw the ground: from the side with its slope or its shape."""
-    x = _reach(sticks, view)
-    z = np.zeros(2)
-    if view == _SIDE:
-        step = gait.step_length or float(np.ptp(x))  # in place any will do
-        ends = np.sort(x / step)  # backward the steps go the other way
-        first, last = (int(k) for k in np.floor(ends) + np.array([-1.0, 2.0]))
-        along, height = ground_of(gait).along(first, last + 1, step).T
-        R = upright(gait.trajectory.body.gravity)
-        along, height = R[[0, 2]][:, [0, 2]] @ np.stack([along, height])
-        order = np.argsort(along, kind="stable")
-        along, height = along[order], height[order]
-        inside = (along > x[0]) & (along < x[1])
-        z = np.interp(x, along, height)
-        x, z = np.r_[x[0], along[inside], x[1]], np.r_[z[0], height[inside], z[1]]
-    axes.fill_between(x, z - _GROUND_DEPTH, z, color=GROUND, linewidth=0)
-    axes.set_aspect("equal", adjustable="box")
-    axes.grid(False)
-
-
-def _reach(sticks: StickFigures, view: int) -> Array:
-    """Return the ends (2,) of the ground that a view shows [m]."""
-    points = (sticks.soles, sticks.trunk, sticks.legs)
-    along = np.concatenate([part[..., view].ravel() for part in points])
-    return np.array([along.min() - _BESIDE, along.max() + _BESIDE])
 
 
 def _name_legs(
@@ -247,87 +193,26 @@ def angle_figure(gait: Gait) -> Figure:
 def _grid(gait: Gait, name: str, limits: Array | None, unit: str, title: str) -> Figure:
     """Draw panels from hip to ankle, in each the joint of both legs, in its own scale."""
     values = np.concatenate([getattr(one, name) for one in gait.steps])
-    joints = _panels(gait)
-    rows = -(-len(joints) // _COLUMNS)
-    height = rows * _ROW
-    figure = new_figure(9.0, height, layout=None)
+    joints = panel_joints(gait)
     wide = len(gait.phases) > 1 or gait.second is not None
-    below = _BELOW + (_LEGEND_ROW if wide else 0.0)
-    place = {**_PLACE, "bottom": below / height, "top": 1.0 - _ABOVE / height}
-    panels = figure.subplots(rows, _COLUMNS, sharex=True, squeeze=False, gridspec_kw=place)
-    for axes in panels.flat[len(joints) :]:
-        axes.set_visible(False)
-    figure.suptitle(title, y=1.0 - _TITLE / height)
-    least = _FLAT * float(np.abs(values).max())
-    for panel, (axes, stance) in enumerate(zip(panels.flat, joints, strict=False)):
+    figure, panels = joint_panels(len(joints), title, wide)
+    for panel, (axes, stance) in enumerate(zip(panels, joints, strict=True)):
         both = [stance, partner(gait, stance)]
         axes.axhline(0.0, color="#C8C8C8", linewidth=0.8)
         for own, line, words in zip(gait.steps, _LINES, _STEPS, strict=False):
             at, later = getattr(own, name), words if gait.second is not None else ""
             axes.plot(own.time, at[:, both[0]], line, color=STANCE, label=f"stance leg{later}")
             axes.plot(own.time, at[:, both[1]], line, color=SWING, label=f"swing leg{later}")
-        drawn = [] if limits is None else _draw_limit(axes, values[:, both], limits[both])
-        _scale(axes, np.append(values[:, both], drawn), least)
+        drawn = [] if limits is None else draw_limit(axes, values[:, both], limits[both])
+        scale(axes, np.append(values[:, both], drawn), float(np.abs(values).max()))
         _mark_phases(axes, gait)
-        axes.xaxis.set_tick_params(labelbottom=panel >= len(joints) - _COLUMNS)
-        label_axes(
-            axes,
-            "time [s]" if panel >= len(joints) - _COLUMNS else "",
-            unit if panel % _COLUMNS == 0 else "",
-            name_on_figure(pair_name(gait, stance)),
-        )
-    _share_legend(figure, list(panels.flat[: len(joints)]))
+        name_panel(axes, panel, len(joints), unit, pair_name(gait, stance))
+    share_legend(figure, panels)
     return figure
 
 
 def _which(gait: Gait) -> str:
     return "One step" if gait.second is None else "First step of a stride"
-
-
-def _panels(gait: Gait) -> list[int]:
-    """Return one joint of each pair: the stance leg's from the hip down, then all others."""
-    return [group[0] for group in joint_groups(gait)]
-
-
-def _draw_limit(axes: Axes, values: Array, limits: Array) -> list[float]:
-    """Write the limit of both joints and the share used; draw it where their curves come near.
-
-    Returns:
-        The values at which there is a line.
-    """
-    limit = float(np.min(limits))
-    if not np.isfinite(limit) or limit <= 0.0:
-        return []
-    used = np.abs(values).max(axis=0) / limits
-    colour = LIMIT if used.max() >= 0.999 else "#555555"
-    share = f"limit {limit:.4g}: {100.0 * used[0]:.0f} % / {100.0 * used[1]:.0f} %"
-    near = [side * limit for side in (-1, 1) if limit < _FAR * (side * values).max()]
-    axes.set_title(share, loc="right", fontsize=7.5, color=colour)
-    for line in near:
-        axes.axhline(line, color=LIMIT, linestyle="--", linewidth=1.0, label="limit")
-    return near
-
-
-def _scale(axes: Axes, shown: Array, least: float) -> None:
-    """Make a panel hold its own values, zero, and at least so much on either side of it."""
-    low, high = min(float(shown.min()), -least), max(float(shown.max()), least)
-    space = _SPACE * (high - low)
-    axes.set_ylim(low - space, high + space)
-
-
-def _share_legend(figure: Figure, panels: list[Axes]) -> None:
-    """Write one legend of whatever is drawn in any panel."""
-    found = {
-        label: handle
-        for axes in panels
-        for handle, label in zip(*axes.get_legend_handles_labels(), strict=True)
-    }
-    told = "above each panel: the limit, and its share used by stance / swing leg"
-    title = told if any(axes.get_title(loc="right") for axes in panels) else None
-    figure.legend(
-        list(found.values()), list(found), loc="lower center", ncols=3, title=title,
-        title_fontsize=8.0,
-    )  # fmt: skip
 
 
 def force_figure(gait: Gait) -> Figure:
@@ -456,23 +341,30 @@ FIGURES: dict[str, Callable[[Gait], Figure]] = {
 }
 
 
-def make_figure(gait: Gait, name: str) -> Figure:
-    """Return one of the figures named in `FIGURES`.
+def make_figure(gait: Gait | Transition, name: str) -> Figure:
+    """Return one of the figures named in `FIGURES`, of a transition in `TRANSITION_FIGURES`.
 
     Raises:
         InputError: there is no figure of that name.
         RobotError: the gait's URDF cannot be drawn.
     """
-    if name not in FIGURES:
-        raise InputError(f"there is no figure '{name}'; choose from {', '.join(FIGURES)}")
+    names = _names(gait)
+    if name not in names:
+        raise InputError(f"there is no figure '{name}'; choose from {', '.join(names)}")
     with styled():
+        if isinstance(gait, Transition):
+            return TRANSITION_FIGURES[name](gait)
         return FIGURES[name](gait)
 
 
+def _names(gait: Gait | Transition) -> tuple[str, ...]:
+    return tuple(TRANSITION_FIGURES if isinstance(gait, Transition) else FIGURES)
+
+
 def write_figures(
-    gait: Gait, directory: str | Path, formats: tuple[str, ...] = ("png",)
+    gait: Gait | Transition, directory: str | Path, formats: tuple[str, ...] = ("png",)
 ) -> list[Path]:
-    """Write every figure of a gait to a directory, which is made if it does not exist.
+    """Write every figure of a gait or a transition to a directory, made if it does not exist.
 
     Args:
         gait: what to draw.
@@ -491,7 +383,7 @@ def write_figures(
         raise InputError(f"figures cannot be written as {sorted(unknown)}; choose png, svg, pdf")
     folder = make_directory(Path(directory))
     written = []
-    for name in FIGURES:
+    for name in _names(gait):
         figure = make_figure(gait, name)
         for kind in formats:
             written.append(write_atomically(folder / f"{name}.{kind}", rendered(figure, kind)))

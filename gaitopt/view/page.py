@@ -11,11 +11,13 @@ from typing import Any
 import numpy as np
 
 from gaitopt.atomic import write_atomically
+from gaitopt.contact.flat_foot import FlatFoot
 from gaitopt.contact.schedule import BOTH_FEET
 from gaitopt.design.summary import payload_words, proof_rows, summarise
 from gaitopt.escape import filled_template, html_text
 from gaitopt.gait.recorded import ground_of
-from gaitopt.gait.result import Gait
+from gaitopt.gait.result import Gait, Recorded
+from gaitopt.gait.transition import Transition
 from gaitopt.importers.report import findings_of
 from gaitopt.view.animation import DEFAULT_STEPS, Scene, build_scene
 from gaitopt.view.contacts import contact_colour, contact_words, contacts
@@ -27,7 +29,7 @@ from gaitopt.view.viewer import Recorder, data_text, meshcat, packed_viewer, pag
 
 
 def write_page(
-    gait: Gait,
+    gait: Gait | Transition,
     path: str | Path,
     steps: int = DEFAULT_STEPS,
     package_dirs: tuple[str, ...] = (),
@@ -39,7 +41,7 @@ def write_page(
     `page.html#t=0.35&paused&tab=power&theme=dark` opens it at an instant.
 
     Args:
-        gait: one step.
+        gait: one step, or a transition, of which all is shown.
         path: the .html file.
         steps: how many to show.
         package_dirs: where to look for meshes named `package://...` in the URDF.
@@ -54,7 +56,9 @@ def write_page(
     return write_atomically(path, page_text(gait, steps, package_dirs).encode("utf-8"))
 
 
-def page_text(gait: Gait, steps: int = DEFAULT_STEPS, package_dirs: tuple[str, ...] = ()) -> Page:
+def page_text(
+    gait: Gait | Transition, steps: int = DEFAULT_STEPS, package_dirs: tuple[str, ...] = ()
+) -> Page:
     """Return the text of the page of `write_page`; a notebook shows it.
 
     Raises:
@@ -67,7 +71,11 @@ def page_text(gait: Gait, steps: int = DEFAULT_STEPS, package_dirs: tuple[str, .
 
 
 def gait_page(
-    gait: Gait, scene: Scene, commands: str, steps: int, extra: Mapping[str, str] | None = None
+    gait: Gait | Transition,
+    scene: Scene,
+    commands: str,
+    steps: int,
+    extra: Mapping[str, str] | None = None,
 ) -> Page:
     """Return the text of the page of a gait in a scene; arguments as of `page_of`."""
     data = {**film(gait, scene, steps), "curves": curves(gait)}
@@ -103,7 +111,7 @@ def page_of(
     return Page(filled_template(page_file("page.html"), parts))
 
 
-def headline(gait: Gait) -> dict[str, str]:
+def headline(gait: Gait | Transition) -> dict[str, str]:
     """Return what a page says first of a gait: HTML by name of its place."""
     rows = (f"<div><dt>{k}</dt><dd>{html_text(v)}</dd></div>" for k, v in facts(gait))
     return {
@@ -113,7 +121,7 @@ def headline(gait: Gait) -> dict[str, str]:
     }
 
 
-def details(gait: Gait, scene: Scene) -> dict[str, str]:
+def details(gait: Gait | Transition, scene: Scene) -> dict[str, str]:
     """Return the rest that a page says, likewise: tables, notes, and what the picture means."""
     right, left = (foot.replace(" sole", " leg") for foot in _feet(gait))
     note = f"<p>{html_text(scene.shapes.note)}</p>" if scene.shapes.note else ""
@@ -121,26 +129,30 @@ def details(gait: Gait, scene: Scene) -> dict[str, str]:
         "tables": "".join(map(table_text, _sections(gait))),
         "notes": note + _robot(gait),
         "standing": ";\n     ".join(_mark(contact) for contact in contacts(gait)),
+        "span": "all of it" if isinstance(gait, Transition) else "a whole period",
         "right": html_text(right),
         "left": html_text(left),
         "scale": f"{0.1 / scene.force_scale:.4g}",
     }
 
 
-def film(gait: Gait, scene: Scene, steps: int) -> dict[str, object]:
+def film(gait: Gait | Transition, scene: Scene, steps: int) -> dict[str, object]:
     """Return what a page must know of the steps that it shows."""
+    whole = isinstance(gait, Transition)
     return {
-        "duration": gait.duration * steps,
-        "step": gait.duration,
-        "phases": _phases(gait),
+        "duration": gait.trajectory.period if whole else gait.duration * steps,
+        "step": gait.trajectory.period if whole else gait.duration,
+        "phases": list(_phases(gait)),
         "feet": _feet(gait),
         "robots": scene.robots,
     }
 
 
-def _sections(gait: Gait) -> Iterator[Section]:
-    """Yield the tables of the page: motors, ground, proof, and what limits cost."""
+def _sections(gait: Gait | Transition) -> Iterator[Section]:
+    """Yield the tables of the page: steps of a transition, motors, proof, what limits cost."""
     known: Any = summarise(gait)
+    if isinstance(gait, Transition):
+        yield _steps(known["transition"])
     yield Section(
         "Motors",
         ("joint", "leg", ">peak\nN·m", ">RMS\nN·m", ">of limit", ">peak\nrad/s", ">of limit",
@@ -156,10 +168,31 @@ def _sections(gait: Gait) -> Iterator[Section]:
         ),
     )  # fmt: skip
     yield Section("Proof", ("check", "result", ">allowed"), tuple(_proof(known)))
-    prices = tuple(_prices(known["shadow_prices"]))
+    prices = tuple(_prices(known.get("shadow_prices")))
     if prices:
         columns = ("number", ">value", ">one unit more changes the cost by")
         yield Section("What limits cost", columns, prices)
+
+
+def _steps(known: Any) -> Section:
+    """Return the table of the steps of a transition."""
+    rows = []
+    for number, one in enumerate(known["steps"]):
+        contact, impact = one["contact"], one["impact"]
+        edges = contact["cop_to_edge_mm"] or {}
+        rows.append(
+            (
+                str(number + 1), f"{one['duration_s']:.3f}", f"{one['step_length_m']:.3f}",
+                f"{one['peak_torque_Nm']:.1f}", _fixed(contact["friction_used"], 2),
+                _fixed(min(edges.values(), default=None), 1),
+                f"{impact['vertical_impulse_Ns']:.2f}",
+            )
+        )  # fmt: skip
+    columns = (
+        "step", ">duration\ns", ">length\nm", ">peak torque\nN·m", ">friction\nused",
+        ">pressure to\nthe edge, mm", ">landing\nN·s",
+    )  # fmt: skip
+    return Section("Steps", columns, tuple(rows))
 
 
 def _proof(known: Any) -> Iterator[tuple[str, str, str]]:
@@ -179,22 +212,37 @@ def _prices(records: Any) -> Iterator[tuple[str, str, str]]:
             )
 
 
+def _fixed(value: float | None, decimals: int) -> str:
+    return "-" if value is None else f"{value:.{decimals}f}"
+
+
 def _share(used: float | None) -> str:
     return "no limit" if used is None else f"{100.0 * used:.0f} %"
 
 
-def facts(gait: Gait) -> list[tuple[str, str]]:
-    """Return what is known about a gait, for people: name, and value with unit."""
+def facts(gait: Gait | Transition) -> list[tuple[str, str]]:
+    """Return what is known about a gait or a transition, for people: name, and value with unit."""
     cost, mass = gait.cost, gait.number("mass")
+    way: list[tuple[str, object]]
+    if isinstance(gait, Transition):
+        way = [
+            ("from", gait.ends[0]),
+            ("to", gait.ends[1]),
+            ("steps", f"{len(gait.steps)} in {gait.duration:.3f} s"),
+        ]
+    else:
+        way = [
+            ("speed", gait.way),
+            ("step", f"{gait.step_length:.3f} m in {gait.duration:.3f} s"),
+            ("ground", ground_of(gait).words or None),
+            ("landing", _landing(gait)),
+            ("stance foot", _stance(gait)),
+        ]
     known = [
-        ("speed", gait.way),
-        ("step", f"{gait.step_length:.3f} m in {gait.duration:.3f} s"),
-        ("ground", ground_of(gait).words or None),
+        *way,
         ("load", payload_words(gait) or None),
         ("mass", None if mass is None else f"{mass:.2f} kg"),
         ("cost", None if cost is None else f"{cost:.6g} {gait.cost_unit}"),
-        ("landing", _landing(gait)),
-        ("stance foot", _stance(gait)),
         ("solver", gait.fact("status")),
     ]
     return [(name, str(value)) for name, value in known if value is not None]
@@ -206,20 +254,34 @@ def _mark(contact: str) -> str:
     return f"{colour} foot {html_text(contact_words(contact))}"
 
 
-def _phases(gait: Gait) -> list[dict[str, object]]:
-    """Return the phases of a step for the bar under the time: words, colour, end as a share."""
-    return [
-        {
-            "words": html_text(contact_words(phase.contact)),
-            "colour": contact_colour(phase.contact),
-            "end": phase.end / gait.duration,
-            "both": phase.contact == BOTH_FEET,
-        }
-        for phase in gait.phases
-    ]
+def _phases(gait: Gait | Transition) -> Iterator[dict[str, object]]:
+    """Yield the phases that the bar under the time repeats, over a step, or over a transition.
+
+    Each has words, colour, begin and end as shares of `step` of `film`, the foot that stands, and
+    whether the other one does too. The feet change roles where the bar is repeated.
+    """
+    if not isinstance(gait, Transition):
+        for phase in gait.phases:
+            begin, end = phase.begin / gait.duration, phase.end / gait.duration
+            yield _phase(phase.contact, (begin, end), 0, contact_words(phase.contact))
+        return
+    trajectory = gait.trajectory
+    ends = np.array([0.0, *trajectory.changes]) / trajectory.period
+    names = gait.phase_names
+    middle = trajectory.at(0.5 * (ends[1:] + ends[:-1]) * trajectory.period)
+    for k, name in enumerate(names):
+        contact = BOTH_FEET if middle.contact[k].all() else FlatFoot.name
+        yield _phase(contact, (ends[k], ends[k + 1]), int(middle.standing[k]), name)
 
 
-def _feet(gait: Gait) -> list[str]:
+def _phase(contact: str, shares: tuple[float, float], foot: int, words: str) -> dict[str, object]:
+    return {
+        "words": html_text(words), "colour": contact_colour(contact), "begin": shares[0],
+        "end": shares[1], "foot": foot, "both": contact == BOTH_FEET,
+    }  # fmt: skip
+
+
+def _feet(gait: Recorded) -> list[str]:
     """Return what the feet are called, the one that stands first before the other."""
     return [name.replace("_", " ") for name in (gait.stance_sole, gait.swing_sole_frame)]
 
@@ -241,7 +303,7 @@ def _landing(gait: Gait) -> str | None:
     return f"{gait.landing_contact}, {angle:.1f}° at the impact, flat at {gait.flat_from:.3f} s"
 
 
-def _robot(gait: Gait) -> str:
+def _robot(gait: Recorded) -> str:
     """Return what is odd, changed and guessed about the robot, folded up; empty if nothing is."""
     known = findings_of(gait.fact("findings"))
     told = [f for how in ("warning", "changed", "guessed") for f in known if f.how == how]
@@ -254,6 +316,7 @@ def _robot(gait: Gait) -> str:
     return f"<details><summary>about the robot: {head}</summary><ul>{rows}</ul></details>"
 
 
-def _title(gait: Gait) -> str:
+def _title(gait: Gait | Transition) -> str:
     name = gait.text("robot")
-    return f"{name or 'Walking'}{' walks' if name else ''} at {gait.way}"
+    way = gait.words if isinstance(gait, Transition) else f"at {gait.way}"
+    return f"{name or 'Walking'}{' walks' if name else ''} {way}"

@@ -8,6 +8,7 @@ import webbrowser
 from types import TracebackType
 
 from gaitopt.gait.result import Gait
+from gaitopt.gait.transition import Transition
 from gaitopt.view.animation import DEFAULT_STEPS, build_scene
 from gaitopt.view.viewer import LOCAL, SceneServer, meshcat
 
@@ -55,7 +56,7 @@ class Player:
 
 
 def play(
-    gait: Gait,
+    gait: Gait | Transition,
     steps: int = DEFAULT_STEPS,
     *,
     open_browser: bool = True,
@@ -66,7 +67,7 @@ def play(
     """Serve a page with the robot walking, over and over, from this process.
 
     Args:
-        gait: one step.
+        gait: one step, or a transition.
         steps: how many before the film starts again.
         open_browser: whether to open the page.
         package_dirs: where to look for meshes.

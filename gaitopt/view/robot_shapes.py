@@ -17,7 +17,7 @@ import pinocchio as pin
 
 from gaitopt.errors import RobotError
 from gaitopt.gait.recorded import recorded_choices
-from gaitopt.gait.result import Gait
+from gaitopt.gait.result import Recorded
 from gaitopt.importers.meshes import MeshProblem
 from gaitopt.importers.source import Source, load_mesh, read_source
 from gaitopt.model.multibody import Multibody
@@ -58,7 +58,7 @@ class RobotShapes:
         return tuple(sorted({body for body, _, _ in self.shapes}))
 
 
-def robot_shapes(gait: Gait, package_dirs: tuple[str, ...] = ()) -> RobotShapes:
+def robot_shapes(gait: Recorded, package_dirs: tuple[str, ...] = ()) -> RobotShapes:
     """Return the visual shapes of a gait's robot, a skeleton if those of a leg are missing.
 
     Args:
@@ -145,7 +145,7 @@ def capsule(radius: float, half: float) -> tuple[Array, Array]:
     return corners, faces
 
 
-def _source(gait: Gait, package_dirs: tuple[str, ...]) -> Source:
+def _source(gait: Recorded, package_dirs: tuple[str, ...]) -> Source:
     directories = (*package_dirs, *recorded_choices(gait).package_dirs)
     try:
         return read_source(gait.urdf, tuple(dict.fromkeys(directories)))
@@ -161,7 +161,7 @@ def _note(lost: MeshProblem, count: int) -> str:
     )
 
 
-def _add_payloads(gait: Gait, source: Source, shapes: pin.GeometryModel) -> None:
+def _add_payloads(gait: Recorded, source: Source, shapes: pin.GeometryModel) -> None:
     """Add the loads that the robot carries, as boxes in their links."""
     model = source.model()
     for number, load in enumerate(recorded_choices(gait).payloads):
@@ -176,7 +176,7 @@ def _add_payloads(gait: Gait, source: Source, shapes: pin.GeometryModel) -> None
 
 
 def _carried(
-    gait: Gait, body: Multibody, source: Source, shapes: pin.GeometryModel
+    gait: Recorded, body: Multibody, source: Source, shapes: pin.GeometryModel
 ) -> Iterator[tuple[int, pin.GeometryObject, pin.SE3]]:
     """Yield each shape with the nearest body towards the base that moves, and its place there."""
     model, data = at_reference(gait, source)
@@ -189,7 +189,7 @@ def _carried(
         yield rows.get(str(model.names[joint]), 0), item, inside
 
 
-def _skeleton(gait: Gait, body: Multibody) -> Iterator[tuple[int, pin.GeometryObject, pin.SE3]]:
+def _skeleton(gait: Recorded, body: Multibody) -> Iterator[tuple[int, pin.GeometryObject, pin.SE3]]:
     """Yield capsules from joint to joint, plates for the feet and a bar for the trunk."""
     at_rest = np.concatenate([[0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0], body.posture])[None]
     places = body.placements(at_rest)[0]

@@ -10,7 +10,7 @@ import pinocchio as pin
 from numpy.typing import NDArray
 
 from gaitopt.gait.recorded import recorded_choices
-from gaitopt.gait.result import Gait
+from gaitopt.gait.result import Recorded
 from gaitopt.importers.source import Source, read_source
 from gaitopt.model.legs.reference_posture import reference_configuration
 from gaitopt.model.multibody import Multibody
@@ -60,7 +60,7 @@ def stick_figures(body: Multibody, configurations: Array, top: Array) -> StickFi
     return StickFigures(legs, corners, np.stack([legs[:, :, -1].mean(axis=1), above], axis=1))
 
 
-def trunk_top(gait: Gait) -> Array:
+def trunk_top(gait: Recorded) -> Array:
     """Return the top of the trunk, above the middle of the hips, in the base's frame, (3,) [m].
 
     It is the highest joint, or the top of what the robot's file draws with simple shapes; in
@@ -80,7 +80,7 @@ def trunk_top(gait: Gait) -> Array:
     return np.asarray(middle + up * (above if above > _STUB * leg else _TRUNK_TO_LEG * leg))
 
 
-def at_reference(gait: Gait, source: Source) -> tuple[pin.Model, pin.Data]:
+def at_reference(gait: Recorded, source: Source) -> tuple[pin.Model, pin.Data]:
     """Return the model of a gait's file and its kinematics, in the posture of what stands still.
 
     Raises:
@@ -95,7 +95,7 @@ def at_reference(gait: Gait, source: Source) -> tuple[pin.Model, pin.Data]:
     return model, data
 
 
-def _drawn_top(gait: Gait, up: Array) -> float:
+def _drawn_top(gait: Recorded, up: Array) -> float:
     """Return the highest point of the shapes that are no meshes [m], -inf if none."""
     # Read from its text alone, without directories, a robot has no meshes: loading them takes long.
     source = read_source(gait.urdf)

@@ -1,4 +1,3 @@
-import hashlib
 import io
 import json
 import os
@@ -11,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from gait_archives import changed, documented, holds_what_is_documented, written
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from sample_gait import bare_gait, sample_gait
@@ -50,20 +50,6 @@ def rewritten(path, seal=True, **changes):
     with np.load(path) as content:
         members = {k: content[k] for k in content.files} | changes
     return written(path, {k: v for k, v in members.items() if v is not None}, seal)
-
-
-def written(path, members, seal):
-    """A file with these members, and with digests that are theirs if it is sealed."""
-    np.savez(path, **members)
-    if seal and "digest" in members:
-        with zipfile.ZipFile(path) as archive:
-            digest = {
-                n.removesuffix(".npy"): hashlib.sha256(archive.read(n)).hexdigest()
-                for n in archive.namelist()
-                if n != "digest.npy"
-            }
-        np.savez(path, **{**members, "digest": np.array(json.dumps(digest))})
-    return path
 
 
 @pytest.mark.parametrize("gait", [sample_gait(), bare_gait()])
@@ -257,22 +243,6 @@ def designed(tmp_path_factory, refined_design):
     return save_gait(refined_design.gait, tmp_path_factory.mktemp("designed") / "gait.npz")
 
 
-def changed(name, array):
-    """The array with another value in it, of the same kind and shape where that has any."""
-    array = np.array(array)
-    if name == "urdf":
-        return np.array(str(array).replace('mass value="1', 'mass value="2', 1))
-    if array.dtype.kind == "U":
-        flat = array.reshape(-1).astype(object)
-        flat[0] = flat[0].replace("1", "2", 1) if "1" in flat[0] else flat[0] + "x"
-        return flat.astype(str).reshape(array.shape)
-    if array.dtype.kind == "b":
-        return ~array
-    largest = np.unravel_index(np.abs(array).argmax(), array.shape)
-    array[largest] = array[largest] + 1 if array.dtype.kind == "i" else array[largest] * 1.001 + 1.0
-    return array
-
-
 def with_changed(designed, tmp_path, name, seal):
     with np.load(designed) as content:
         members = {k: content[k] for k in content.files}
@@ -370,38 +340,21 @@ def test_a_file_of_version_0_1_is_read_and_checked(tmp_path):
 # --- the document ----------------------------------------------------------------------------
 
 
-def documented():
-    """Rows of the table of arrays: name, kind, shape, unit, frame."""
-    rows = re.findall(r"^\| `(\w+)` \|(.*)\|$", DOCUMENT.read_text(), flags=re.MULTILINE)
-    cells = [(name, *(cell.strip() for cell in rest.split("|"))) for name, rest in rows]
-    return [row for row in cells if len(row) == 6]
-
-
 def test_the_document_lists_what_is_written():
     expected = [
         (m.name, m.kind, " × ".join(map(str, m.shape)) or "scalar", m.unit or "–", m.frame or "–")
         for m in (*MEMBERS, *(member for part in (*PHASES, TIED, BENT) for member in part))
     ]
-    assert [row[:5] for row in documented()] == expected
-    assert all(row[5] for row in documented())
+    rows = documented()[: len(expected)]  # the others: tests/gait/test_transition_file.py
+    assert [row[:5] for row in rows] == expected
+    assert all(row[5] for row in rows)
 
 
 def test_the_file_holds_what_the_document_says(designed):
-    sizes = {}
     with np.load(designed) as content:
         always = documented()[: len(MEMBERS)]  # the others: tests/gait/test_toe_off.py
         assert content.files == [row[0] for row in always]
-        for name, kind, shape, *_ in always:
-            array = content[name]
-            assert array.dtype.kind == {"str": "U"}.get(kind, np.dtype(kind).kind), name
-            assert array.dtype.byteorder in "<=|", name
-            assert array.flags.c_contiguous
-            letters = [] if shape == "scalar" else shape.split(" × ")
-            assert array.ndim == len(letters), name
-            for letter, found in zip(letters, array.shape, strict=True):
-                base, _, more = letter.partition(" + ")
-                wanted = int(base) if base.isdigit() else sizes.setdefault(base, found)
-                assert found == wanted + int(more or 0), name
+        sizes = holds_what_is_documented(content, always)
         meta = json.loads(str(content["meta"]))
         schedule = json.loads(str(content["schedule"]))
     text = DOCUMENT.read_text()

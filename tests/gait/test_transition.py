@@ -1,7 +1,6 @@
 """From standing to a walk, back, and from walk to walk."""
 
 from dataclasses import replace
-from functools import cache
 
 import mujoco
 import numpy as np
@@ -10,11 +9,10 @@ import pytest
 from reference_cases import biped
 from strides import check_slopes
 from synthetic_bipeds import synthetic
+from transitions import ALONE, from_rest, to_rest, walk
 
 from gaitopt.contact.schedule import AFTER
 from gaitopt.design.audit import problem_of
-from gaitopt.design.design import design
-from gaitopt.design.options import DesignOptions
 from gaitopt.design.transition import (
     design_transition,
     standing_torque,
@@ -37,25 +35,6 @@ from gaitopt.motions.export import export_transition
 from gaitopt.motions.motion import motion
 from gaitopt.simulate.mujoco_model import simulated_robot
 from gaitopt.simulate.second_engine import sole_jacobian
-from gaitopt.solvers import solver_by_name
-
-ALONE = DesignOptions(solver=solver_by_name("sqp"))
-
-
-@cache
-def walk(speed=1.0, **changes):
-    task = preset_task(speed=speed, **changes)
-    return design(biped(), task, ALONE).gait
-
-
-@cache
-def from_rest():
-    return design_transition(None, walk(), steps=2, options=ALONE)
-
-
-@cache
-def to_rest():
-    return design_transition(walk(), None, steps=2, options=ALONE)
 
 
 def problem_between(robot, task, ends, steps, free):
@@ -151,6 +130,7 @@ def test_a_transition_is_certified(found):
     assert result.certificate.rear_foot_lifts
     assert result.transition.certified
     assert len(result.transition.steps) == 2
+    assert result.transition.step_lengths == pytest.approx(result.transition.meta["step_lengths"])
 
 
 @pytest.mark.parametrize("found", [from_rest, to_rest])
