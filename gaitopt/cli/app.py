@@ -577,6 +577,9 @@ class TransitionOptions:
     duration: str | None = entry(
         None, "Duration of each step, as 0.4 or 0.3,0.4; by default it is searched.", metavar="S"
     )
+    shift: float = entry(
+        0.0, "From standing: time in which the weight moves over one foot while both stand.", "s"
+    )
     stretch: float = entry(
         0.96, "Of the legs of a robot that stands: distance of hip and ankle over their length.",
         metavar="RATIO",
@@ -590,7 +593,7 @@ def transition(options: TransitionOptions) -> None:
 
     work.run(
         options.begin, options.finish, options.output, steps=options.steps,
-        duration=options.duration, stretch=options.stretch,
+        duration=options.duration, shift=options.shift, stretch=options.stretch,
     )  # fmt: skip
 
 

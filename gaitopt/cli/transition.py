@@ -24,6 +24,7 @@ def run(
     *,
     steps: int,
     duration: str | None,
+    shift: float,
     stretch: float,
 ) -> None:
     """Design a transition and write its file.
@@ -31,7 +32,7 @@ def run(
     Args:
         begin, finish: gait files, or "standing".
         output: file to write.
-        steps, stretch: as of `design_transition`.
+        steps, shift, stretch: as of `design_transition`.
         duration: of the steps [s], one or several joined by commas; None: searched.
 
     Raises:
@@ -49,7 +50,9 @@ def run(
         raise InputError(f"'{output}' is one of the gaits; give another file to write")
     before, after = (None if end == STANDING else loaded(Path(end)) for end in (begin, finish))
     lasts = _durations(duration)
-    found = design_transition(before, after, steps=steps, durations=lasts, stretch=stretch)
+    found = design_transition(
+        before, after, steps=steps, durations=lasts, shift=shift, stretch=stretch
+    )
     for line in _lines(found):
         typer.echo(line)
     typer.echo(f"wrote {save_transition(found.transition, output)}")
@@ -73,6 +76,8 @@ def _lines(found: TransitionDesign) -> list[str]:
     """Return what a person wants to know of a transition."""
     result, certificate, solution = found.transition, found.certificate, found.solution
     lines = [f"{result.words}, {len(result.steps)} steps in {result.duration:.3f} s"]
+    if result.shift is not None:
+        lines.append(f"  weight shift: {result.shift.duration:.3f} s")
     for number, (step, length) in enumerate(zip(result.steps, result.step_lengths, strict=True)):
         peak = float(abs(step.torque).max())
         lines.append(

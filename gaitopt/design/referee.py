@@ -111,7 +111,7 @@ def ask_referee(
     tied = robot.coupling
     landing = tied.at(step.q_end)
     last = step.rate_before
-    if step.double is not None:
+    if step.double is not None and not step.double.opens:
         last = step.double.liftoff.motion[1, 0, step.hinges :]
     q_end, before = tied.angles(step.q_end), at_rest(landing.rates(last))
     if step.turn is not None:

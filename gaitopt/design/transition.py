@@ -36,11 +36,12 @@ from gaitopt.gait.plugin import Extension
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.quantities import PEAK
 from gaitopt.gait.result import Gait, array_names
+from gaitopt.gait.shift_step import ShiftStepModel
 from gaitopt.gait.standing import STRETCH, standing, wrench_standing
 from gaitopt.gait.task import Task, task_from_record, task_record
 from gaitopt.gait.terrain import Level
 from gaitopt.gait.trajectory import StepSequence
-from gaitopt.gait.transition import Transition, standing_phase
+from gaitopt.gait.transition import Transition, WeightShift, standing_phase
 from gaitopt.gait.transition_problem import (
     Junction,
     TransitionProblem,
@@ -64,6 +65,7 @@ LOOSENED = (
 POSTURES = 3
 """Intermediate postures of each step, if the walk has fewer: such steps are less alike."""
 _ATTEMPTS, _ITERATIONS = 3, 150
+_OF_SHIFT = ("knots", "coefficients", "front_wrench")
 _OWN_FACTS = ("durations", "step_lengths", "cost")  # of the record
 _Walk = tuple[WalkProblem, Gait]
 _SHORTEST, _LONGEST = 0.05, 5.0  # duration of a step [s]
@@ -96,6 +98,7 @@ def design_transition(
     *,
     steps: int = STEPS,
     durations: Sequence[float] | float | None = None,
+    shift: float = 0.0,
     stretch: float = STRETCH,
     postures: int | None = None,
     margins: Mapping[str, float | bool | None] | None = None,
@@ -114,6 +117,8 @@ def design_transition(
         steps: number of steps between.
         durations: of each of them, or of all [s]; by default they are searched, from those of the
             walks and less next to rest.
+        shift: from standing, time for which the weight moves over the first stance foot while both
+            feet are on the ground [s], longer or shorter where durations are searched; 0: none.
         stretch: of the legs of a robot that stands: distance of hip and ankle over their length.
         postures: intermediate ones of each step, by default those of the walk, or `POSTURES`.
         margins: limits other than those of the walk, by name as in `Margins`.
@@ -129,8 +134,8 @@ def design_transition(
     """
     options = options or DesignOptions()
     problem = transition_problem(
-        before, after, steps=steps, durations=durations, stretch=stretch, postures=postures,
-        margins=margins,
+        before, after, steps=steps, durations=durations, shift=shift, stretch=stretch,
+        postures=postures, margins=margins,
     )  # fmt: skip
     solution = _searched(problem, options, on_progress, stop)
     found, solution, refined, fine = polished(problem, solution, options, on_progress, stop)
@@ -148,6 +153,7 @@ def transition_problem(
     *,
     steps: int = STEPS,
     durations: Sequence[float] | float | None = None,
+    shift: float = 0.0,
     stretch: float = STRETCH,
     postures: int | None = None,
     margins: Mapping[str, float | bool | None] | None = None,
@@ -165,7 +171,8 @@ def transition_problem(
         if end.rests:
             _check_standing(chosen.robot, task, end)
     lasts = _durations(durations, begin, finish, steps)
-    asked = TransitionTask(task, begin, finish, lasts, free=durations is None)
+    front = _check_shift(shift, chosen.robot, begin)
+    asked = TransitionTask(task, begin, finish, lasts, durations is None, shift, front)
     return TransitionProblem(chosen.robot, asked)
 
 
@@ -190,6 +197,9 @@ def audit_transition(transition: Transition, known: Iterable[Extension] = ()) ->
     except EvaluationError as error:
         raise GaitFileError(f"the parameters do not make a transition: {error}") from error
     differences = differences_of(transition, again, ("standing", "front_wrench", "mirror"))
+    if transition.shift is not None and again.shift is not None:
+        own = differences_of(transition.shift, again.shift, _OF_SHIFT)
+        differences |= {f"shift {name}": value for name, value in own.items()}
     steps = (f"step {number + 1}" for number in range(len(transition.steps)))
     ends = (end for end, gait in (("before", before), ("after", after)) if gait is not None)
     pairs = zip((*steps, *ends), transition.every, (*again.steps, *whole), strict=True)
@@ -201,6 +211,8 @@ def audit_transition(transition: Transition, known: Iterable[Extension] = ()) ->
     if body is not None:
         differences |= robot_differences(body, robot.multibody)
     facts = facts_that_differ(transition, again, (*ROBOT_FACTS, "choices", *_OWN_FACTS))
+    if (transition.shift is None) != (again.shift is None):
+        facts.append("shift")
     claimed = transition.certified
     if not claimed and certificate.certified:
         facts.append("certificate")
@@ -228,7 +240,9 @@ def _recorded_problem(
         if not isinstance(given, list) or not isinstance(free, bool):
             raise InputError("its record 'given' is none of durations")
         lasts = _durations(given, begin, finish, len(transition.steps))
-        asked = TransitionTask(task, begin, finish, lasts, free)
+        shift = transition.number("given", "shift") or 0.0
+        front = _check_shift(shift, chosen.robot, begin)
+        asked = TransitionTask(task, begin, finish, lasts, free, shift, front)
         grid = with_instants_of(asked.grid, transition)
         problem = TransitionProblem(chosen.robot, asked, grid)
     except InputError as error:
@@ -309,6 +323,11 @@ def transition_at(
     """
     robot, asked, whole = problem.robot, problem.transition, problem.whole(x)
     assert isinstance(whole, TransitionSteps)
+    first, model = problem.steps(x)[0], problem.models[0]
+    shift, durations = None, [step.duration for step in whole.steps]
+    if isinstance(model, ShiftStepModel):
+        shift = WeightShift(*model.splines(first), model.points(first))
+        durations[0] = model.swing_duration(first)
     facts = {
         **robot_record(robot),
         "choices": choices_record(robot.choices),
@@ -342,13 +361,18 @@ def transition_at(
         problem.layout.names,
         {
             **facts,
-            "durations": [step.duration for step in whole.steps],
-            "given": {"durations": list(asked.durations), "free": asked.free},
+            "durations": durations,
+            "given": {
+                "durations": list(asked.durations),
+                "free": asked.free,
+                "shift": asked.shift,
+            },
             "step_lengths": list(whole.lengths),
             "instants": problem.grid.instants[problem.grid.nodes :].tolist(),
             "cost": problem.cost.value(whole),
             **meta,
         },
+        shift,
     )
 
 
@@ -410,6 +434,27 @@ def _durations(
             f"from {_SHORTEST} to {_LONGEST} s"
         )
     return tuple(float(one) for one in values)
+
+
+def _check_shift(shift: float, robot: Robot, begin: Junction) -> Array:
+    """Return the wrench on the foot that swings first as a shift begins, (6,), or (0,) without.
+
+    Raises:
+        InputError: it is out of range, or there is none for such a robot or beginning.
+    """
+    if shift == 0.0:
+        return np.zeros(0)
+    if isinstance(shift, bool) or not _SHORTEST <= shift <= _LONGEST:
+        raise InputError(
+            f"a shift of the weight lasts {shown(shift)} s; give {_SHORTEST} to {_LONGEST} s, or 0"
+        )
+    if not begin.rests:
+        raise InputError("the weight is shifted before a first step from standing; leave it out")
+    if not (robot.tree.determined and robot.coupling.none):
+        raise InputError(
+            "a shift of the weight is for two legs of six joints and no others; leave it out"
+        )
+    return wrench_standing(robot)
 
 
 def _check_standing(robot: Robot, task: Task, still: Junction) -> None:

@@ -468,6 +468,10 @@ class FrontTorsion(_OfFront):
         return self.while_both(context, torsion, labels, 0.0, TORSION_SCALE)
 
 
+FRONT = (FrontLoad(), FrontFriction(), FrontCentreOfPressure(), FrontTorsion())
+"""What a second foot that stands must keep."""
+
+
 class _OfImpact(Constraint):
     """A constraint on an impact, which says nothing of a landing at zero speed."""
 

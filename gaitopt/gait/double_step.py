@@ -73,15 +73,15 @@ from gaitopt.mechanics.closed_chain import (
     TIED,
     ClosedChain,
     ClosedMotion,
-    apply_last,
-    nested,
     refuse_open,
+    taken_hessian,
+    taken_jacobian,
 )
 from gaitopt.mechanics.closed_impact import ClosedImpact
 from gaitopt.mechanics.hinged import standing_robot
 from gaitopt.mechanics.impact import Impact, ImpactDerivatives, ImpactState, Turning
 from gaitopt.mechanics.single_support import SingleSupport, SupportState
-from gaitopt.mechanics.spatial import apply, cross_force, force_cross_matrix, motion_cross_matrix
+from gaitopt.mechanics.spatial import apply
 from gaitopt.model.joint_tree import TWIST
 from gaitopt.model.robot import Robot, cached_workspace
 from gaitopt.nlp import Array
@@ -508,7 +508,7 @@ class DoubleStepModel:
         q_touch = at_touch[self._angles]
         rate_touch, jump, rear = at_touch[self._rates], np.zeros((0, P)), np.zeros((0, P))
         if double.struck is not None:
-            taken = self._taken_jacobian(
+            taken = taken_jacobian(
                 double.sole, double.touchdown, self._push(step), q_touch[None], geometry,
                 matrix[layout.push][None],
             )[0]  # fmt: skip
@@ -559,7 +559,7 @@ class DoubleStepModel:
         angles = motion[:, :m]
         effort = support.effort @ motion
         chain = double.motion.axes.shape[1]
-        effort[self.both, : TWIST + chain] -= self._taken_jacobian(
+        effort[self.both, : TWIST + chain] -= taken_jacobian(
             double.sole, double.motion, double.wrench, angles[self.both, :chain], at.geometry,
             at.wrench,
         )  # fmt: skip
@@ -596,37 +596,6 @@ class DoubleStepModel:
             **chained(local.optional, angles, turned),
         }
 
-    def _front_local(self, sole: pin.SE3, targets: Array, force: Array) -> tuple[Array, Array]:
-        """Derivatives of a front wrench in the stance frame: in g (M, 6, G), in itself (6, 6)."""
-        by_amount = np.stack(
-            [cross_force(np.broadcast_to(t, force.shape), force) for t in targets], axis=2
-        )
-        return by_amount @ self._drive, np.asarray(sole.toDualActionMatrix())
-
-    def _taken_jacobian(
-        self,
-        sole: pin.SE3,
-        closed: ClosedMotion,
-        wrench: Array,
-        angles: Array,
-        geometry: Array,
-        by_x: Array,
-    ) -> Array:
-        """Derivatives of what the front foot takes off wrench and torques, (M, 6 + n, P).
-
-        Args:
-            sole: placement of the front sole.
-            closed: the chain at M instants.
-            wrench: on the front foot, in its sole frame, shape (M, 6).
-            angles, geometry, by_x: derivatives of the angles (M, n, P), of the quantities (G, P)
-                and of the wrench (M, 6, P).
-        """
-        axes, force = closed.axes, np.asarray(wrench @ sole.toDualActionMatrix().T)
-        by_geometry, by_wrench = self._front_local(sole, closed.targets, force)
-        in_world = by_geometry @ geometry + by_wrench @ by_x
-        torque = axes @ in_world + nested_moments(axes, force) @ angles
-        return np.concatenate([in_world, torque], axis=1)
-
     def own_hessian(
         self, step: Step, derivatives: StepDerivatives, first: dict[Quantity, Array]
     ) -> tuple[Array, OnEnds]:
@@ -641,7 +610,7 @@ class DoubleStepModel:
         effort = np.concatenate(parts, axis=1)
         gradient = local_gradient(derivatives, first, effort, h)
         chain = double.motion.axes.shape[1]
-        taken, H = self._taken_hessian(
+        taken, H = taken_hessian(
             double.sole, double.motion, double.wrench, motion[self.both, :chain], at.geometry,
             at.wrench, -effort[self.both, : TWIST + chain],
         )  # fmt: skip
@@ -800,57 +769,12 @@ class DoubleStepModel:
         bent = self.closed_impact.hessian(struck, e)
         mixed = along.T @ bent.qa[0] @ at.jump
         H += along.T @ bent.qq[0] @ along + mixed + mixed.T
-        taken, of_front = self._taken_hessian(
+        taken, of_front = taken_hessian(
             double.sole, double.touchdown, self._push(step), along[None], at.geometry,
             self.chart.matrix[self.layout.push][None], -e[None],
         )  # fmt: skip
         H += of_front
         return np.asarray(e @ struck.of_posture + taken[0])
-
-    def _taken_hessian(
-        self,
-        sole: pin.SE3,
-        closed: ClosedMotion,
-        wrench: Array,
-        angles: Array,
-        geometry: Array,
-        by_x: Array,
-        weights: Array,
-    ) -> tuple[Array, Array]:
-        """Gradient in the angles (M, n) and Hessian in x of weights . (what the front foot takes).
-
-        Of weights e, c = e_W + sum_j e_j S_j is a motion, and the sum is c . W(g, w).
-
-        Args:
-            sole, closed, wrench, angles, geometry, by_x: as of `_taken_jacobian`.
-            weights: of wrench and torques, shape (M, 6 + n).
-        """
-        axes, targets = closed.axes, closed.targets
-        force = np.asarray(wrench @ sole.toDualActionMatrix().T)
-        e = weights[:, TWIST:]
-        _, triple, _ = nested(axes, force, 3)
-        bent = apply_last(triple, e)  # in the angles
-        c = weights[:, :TWIST] + (e[..., None] * axes).sum(axis=1)
-        # d c / d q_k = S_k x sum over m > k of e_m S_m
-        moved = e[..., None] * axes
-        beyond = moved.sum(axis=1, keepdims=True) - np.cumsum(moved, axis=1)
-        of_c = apply(motion_cross_matrix(axes), beyond)  # (M, n, 6)
-        by_geometry, by_wrench = self._front_local(sole, targets, force)
-        in_world = by_geometry @ geometry + by_wrench @ by_x  # (M, 6, P)
-        mixed = angles.swapaxes(1, 2) @ (of_c @ in_world)
-        H = (angles.swapaxes(1, 2) @ (bent @ angles) + mixed + mixed.swapaxes(1, 2)).sum(axis=0)
-        across = force_cross_matrix(targets)  # (k, 6, 6)
-        drive, count = self._drive, len(targets)
-        for a in range(count):
-            row = c @ across[a]  # c . (G_a x* .)
-            turned = (row[:, None] @ (by_wrench @ by_x))[:, 0].sum(axis=0)
-            both = np.outer(drive[a] @ geometry, turned)
-            H += both + both.T
-            for b in range(a, count):
-                value = float(np.sum(row * (force @ across[b].T)))
-                pair = value * np.outer(drive[a] @ geometry, drive[b] @ geometry)
-                H += pair if a == b else pair + pair.T
-        return (of_c @ force[..., None])[..., 0], np.asarray(H)
 
 
 @dataclass(frozen=True)
@@ -1023,8 +947,3 @@ def _by_accelerations(h: float) -> Array:
 def _bent(closed: ClosedMotion, weights: Array, along: Array) -> Array:
     """What closed chains bend, shape (P, P)."""
     return np.asarray(np.tensordot(along, closed.hessian(weights) @ along, ((0, 1), (0, 1))))
-
-
-def nested_moments(axes: Array, force: Array) -> Array:
-    """Return the derivatives of S_j . force in the angles, shape (M, j, k)."""
-    return np.asarray(nested(axes, force, 2)[0].swapaxes(1, 2))

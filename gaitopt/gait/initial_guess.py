@@ -32,7 +32,11 @@ from gaitopt.gait.parameters import (
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.gait.step_model import after_each
 from gaitopt.gait.stride import StepsLayout
-from gaitopt.gait.transition_problem import TransitionProblem
+from gaitopt.gait.transition_problem import (
+    TransitionLayout,
+    TransitionProblem,
+    TransitionTask,
+)
 from gaitopt.mechanics.inverse_kinematics import LegKinematics, loop_gap
 from gaitopt.model.joint_tree import TWIST
 from gaitopt.nlp import Array
@@ -45,6 +49,7 @@ _EXTRA_LIFT = 0.02  # m above the clearance profile
 _FOOT_ANGLE = 0.15  # rad at the end, where the stance foot turns; from less a heel may never rise
 _LANDING_ANGLE = 0.15  # rad, where the foot lands on its heel
 _HAIR = 1e-12  # between bounds that are equal: least squares wants room
+_BESIDE = 0.4  # of the pelvis' distance from the stance foot at rest, as the other foot leaves
 _WIDER = 1.2  # steps of a transition than of a walk: it begins to fall sideways, or ceases to
 _LOWERED, _LOWER = 10, 0.02  # times, and by how much of the leg's length, for a leg to reach
 _RATE_FRACTION = 0.5  # of the last secant: the foot slows down before it lands
@@ -136,7 +141,7 @@ def transition_guess(problem: TransitionProblem) -> Array:
         UnreachableError: a double support between is out of reach.
     """
     asked, layout = problem.transition, problem.layout
-    assert isinstance(layout, StepsLayout)
+    assert isinstance(layout, TransitionLayout)
     count = len(asked.durations)
     first, last = asked.begin.geometry, asked.finish.geometry
     shares = np.linspace(0.0, 1.0, count + 1)
@@ -145,13 +150,28 @@ def transition_guess(problem: TransitionProblem) -> Array:
         geometry[FOOT_SPACING] *= _WIDER
     starts = [_lowered_start(problem, geometry) for geometry in geometries]
     starts[0] = replace(starts[0], q=asked.begin.q)
+    if asked.shift:
+        starts[0] = _shifted_start(problem, geometries[0])
     starts[-1] = replace(starts[-1], q=asked.finish.q)
     parts = []
-    for k, (own, duration) in enumerate(zip(layout.steps, asked.durations, strict=True)):
+    for k, (own, duration) in enumerate(zip(layout.steps, asked.lasts, strict=True)):
         geometry = geometries[k].copy()
         geometry[DURATION] = duration
         parts.append(_guessed_step(problem, own, starts[k], geometry, starts[k + 1].q))
-    return layout.pack(parts)
+    return layout.pack(parts, _guessed_shift(asked, starts[0].q) if asked.shift else None)
+
+
+def _shifted_start(problem: TransitionProblem, geometry: Array) -> _Start:
+    """Return how the foot leaves after a shift: the pelvis nearer to the foot that stands."""
+    geometry[PELVIS_LATERAL] *= _BESIDE
+    return _lowered_start(problem, geometry)
+
+
+def _guessed_shift(asked: TransitionTask, q: Array) -> Array:
+    """Return the parameters of a shift that moves evenly to a posture (n,), as the load does."""
+    leg, share = slice(TWIST), 2.0 / 3.0
+    posture = asked.begin.q[leg] + (3.0 - 2.0 * share) * share**2 * (q - asked.begin.q)[leg]
+    return np.concatenate([posture, share * asked.front, (1.0 - share) * asked.front])
 
 
 def _lowered_start(problem: WalkProblem, geometry: Array) -> _Start:

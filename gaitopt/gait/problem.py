@@ -134,9 +134,9 @@ class WalkProblem(NLP):
         self.cost = cost_function(cost, context, penalty)
         self.cost_scale = 1.0 / cost.typical(context)
         self.has_hessian = True
-        read = {one for block in self.blocks for one in block.reads} | {*cost.reads}
+        self.read = {one for block in self.blocks for one in block.reads} | {*cost.reads}
         grids = (self.grid,) if one else parts(self.grid, self.edges, self.schedule.changes)
-        steps = self.robots, self.layout, grids, read, self.schedule
+        steps = self.robots, self.layout, grids, self.read, self.schedule
         self.models: tuple[StepModel, ...] = ()  # of the steps, that follow each other by impacts
         self.closing: tuple[DoubleStepModel, ...] = ()  # or, with a double support, by lift-offs
         if self.schedule.closing:

@@ -197,6 +197,11 @@ class DoubleSupportPart:
     front: Array
     struck: ClosedJump | None = None
 
+    @property
+    def opens(self) -> bool:
+        """Whether it begins the step; otherwise it ends it."""
+        return False
+
     @cached_property
     def in_world(self) -> Array:
         """The wrench on the front foot in the stance sole frame, shape (M, 6)."""

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from gaitopt.gait import quantities
 from gaitopt.gait.parameters import DURATION
 from gaitopt.gait.quantities import Quantity
+from gaitopt.gait.shift_step import ShiftStepModel
 from gaitopt.gait.step import Period, ShapedTurn, Step, StepDerivatives
 from gaitopt.gait.step_model import StepModel
 from gaitopt.mechanics.forward_kinematics import body_inertias
@@ -164,6 +165,9 @@ def _step_gradient(
     effort = np.concatenate([wrench, of_hinge, torque] if step.hinges else [wrench, torque], axis=1)
     gradient = local_gradient(derivatives, first, effort, step.hinges)
     by_order = gradient.reshape(len(effort), 3, -1)
+    if isinstance(model, ShiftStepModel):
+        by_order[model.both, 0] += model.front_gradient(step, derivatives, effort)
+        return effort, by_order, model.on_coefficients(step, by_order), []
     by_sample = by_order[:, :, step.hinges :].reshape(-1, model.layout.joints)
     width = step.coefficients.shape[0]
     on_coefficients = model.basis.at(step.duration).reshape(-1, width).T @ by_sample
@@ -219,7 +223,12 @@ def _own_hessian(
         at_impact = _alone(model, impact)
     else:  # the impact's single posture costs little more in one sweep with the others than nothing
         dynamics, at_impact = derivatives.support.hessians(effort, impact.dynamics)
-    H = _motion_hessian(model, step, derivatives, local_hessian(derivatives, first, dynamics))
+    local = local_hessian(derivatives, first, dynamics)
+    shifts = isinstance(model, ShiftStepModel)
+    if isinstance(model, ShiftStepModel):
+        H = model.motion_hessian(step, derivatives, local.whole, back.by_order, effort)
+    else:
+        H = _motion_hessian(model, step, derivatives, local)
     inputs = np.concatenate([derivatives.coefficients[-3], derivatives.coefficients[-1]])
     if step.turn is not None:
         rate = matrix[model.layout.turn.stop - 1]
@@ -236,10 +245,10 @@ def _own_hessian(
         step.posture, derivatives.posture, back.q_start,
         first[quantities.LEGS], first[quantities.GAPS],
     )  # fmt: skip
-    own, boundary = model.layout.boundary_columns, model.at_start
-    H += boundary.T @ posture[np.ix_(own, own)] @ boundary
+    columns, boundary = model.layout.boundary_columns, model.at_start
+    H += boundary.T @ posture[np.ix_(columns, columns)] @ boundary
     lasts = model.along("duration")
-    if lasts is not None:
+    if lasts is not None and not shifts:
         H += _duration_hessian(model, step, derivatives, back.by_sample, lasts)
         for number, one in enumerate(derivatives.turns):
             H += foot_duration_hessian(one, back.by_order[:, :, number], step.duration, lasts)

@@ -245,7 +245,7 @@ class StepModel:
         angle = float(following.z[self.layout.landed][0])
         return Turning(self.line, angle, impact.turn_rate)
 
-    def _course(self, opening: Opening, landing: Landing, before: ImpactState) -> _Course:
+    def _course(self, opening: Opening, landing: Landing, before: ImpactState) -> Course:
         z, geometry, flat = opening.z, opening.geometry, None
         rates = []
         if self._flat_impact is not None:
@@ -264,13 +264,13 @@ class StepModel:
         )
         motion = self._motion(coefficients, geometry)
         foot = self._foot_motion(z, before.turn_rate, geometry)
-        return _Course(coefficients, motion, foot, flat)
+        return Course(coefficients, motion, foot, flat)
 
     def _step(
         self,
         opening: Opening,
         landing: Landing,
-        course: _Course,
+        course: Course,
         support: SupportState,
         read: dict[Quantity, Array],
         yaw_end: float,
@@ -547,8 +547,13 @@ class Landing:
 
 
 @dataclass(frozen=True)
-class _Course:
-    """The motion of a step; as of `Step`."""
+class Course:
+    """The motion of a step.
+
+    Attributes:
+        coefficients, motion: as of `Step`.
+        foot, flat: its `foot_motion` and `flat`.
+    """
 
     coefficients: Array
     motion: Array

@@ -392,8 +392,20 @@ class Stride(Steps):
 
 
 def side_by_side(each: Sequence[dict[Quantity, Array]]) -> dict[Quantity, Array]:
-    """Return quantities (K, entries) of steps one after another, or their Jacobians."""
-    return {what: np.concatenate([one[what] for one in each]) for what in each[0]}
+    """Return quantities (K, entries) of steps one after another, or their Jacobians.
+
+    A quantity without entries in some of them, as the wrench on a second foot that stands, is 0.
+    """
+    found = {}
+    for what in each[0]:
+        parts, width = [one[what] for one in each], max(one[what].shape[1] for one in each)
+        found[what] = np.concatenate(
+            [
+                part if part.shape[1] == width else np.zeros((len(part), width, *part.shape[2:]))
+                for part in parts
+            ]
+        )
+    return found
 
 
 _ADVANCE = (GEOMETRY_NAMES.index("step_length"), FOOT_SPACING, DURATION)

@@ -485,13 +485,13 @@ class StepSequence(Trajectory):
     """Steps one after another, each of one phase, that do not repeat; before and after it is still.
 
     Every second step is given as its mirror image, as of a periodic walk. Time begins with the
-    first step.
+    first step. A step that begins with both feet on the ground is two of them, with one number.
 
     Attributes:
-        first: number of the first step; even ones are as given, odd ones mirror images.
+        numbers: of the steps; even ones are as given, odd ones mirror images.
     """
 
-    first: int = 0
+    numbers: tuple[int, ...] = (0,)
 
     def __repr__(self) -> str:
         """Return it in one line: the whole of it is pages long."""
@@ -550,7 +550,8 @@ class StepSequence(Trajectory):
         for step, phase in enumerate(self.phases[:-1]):
             end = self._exchanged(phase.motion(np.array([phase.duration]))[0], step)[0]
             soles, standing = kinematics.soles(end), self._standing(step, 0)
-            place = place * soles[standing].inverse() * soles[1 - standing]
+            if self.numbers[step + 1] != self.numbers[step]:
+                place = place * soles[standing].inverse() * soles[1 - standing]
             places.append(place)
         line = _heading([(one,) for one in places])
         return tuple(line * one for one in places)
@@ -559,7 +560,7 @@ class StepSequence(Trajectory):
         return (self.phases[step],)
 
     def _mirrored(self, step: int) -> bool:
-        return super()._mirrored(step + self.first)
+        return super()._mirrored(self.numbers[step])
 
     def _place(self, step: int, phase: int) -> pin.SE3:
         del phase

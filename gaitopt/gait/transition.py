@@ -20,6 +20,33 @@ _CYCLE = 2  # steps of a walk that its motion walks before and after
 
 
 @dataclass(frozen=True, eq=False)
+class WeightShift:
+    """How the weight moves over the first stance foot before the other leaves the ground.
+
+    Attributes:
+        knots: of the joints' splines [s], shape (m,).
+        coefficients: angles at the knots [rad], rates at the start and at the end, (m + 2, n): the
+            leg that will swing is near its splines, where its sole rests.
+        front_wrench: of the ground on the foot that will swing, in its sole frame: control points
+            of a cubic in Bernstein's form [N, N·m], shape (4, 6).
+    """
+
+    knots: Array
+    coefficients: Array
+    front_wrench: Array
+
+    @property
+    def duration(self) -> float:
+        """Duration of it [s]."""
+        return float(self.knots[-1])
+
+    @property
+    def phase(self) -> TrajectoryPhase:
+        """It as a phase of the motion."""
+        return TrajectoryPhase(0, self.knots, self.coefficients, front=self.front_wrench)
+
+
+@dataclass(frozen=True, eq=False)
 class Transition(Recorded):
     """Steps from rest or from a walk to another walk or to rest.
 
@@ -32,6 +59,7 @@ class Transition(Recorded):
         front_wrench: of the ground on the swing foot there, in its sole frame (6,) [N, N·m], or
             empty; the other foot has the rest.
         parameters, parameter_names: of the program, (P,).
+        shift: what comes before the first step; None where its foot leaves at once.
         meta: JSON-able record (robot, task, durations, cost, solver, certificate, versions).
         joint_names, mirror, urdf, stance_sole, swing_sole_frame: as of its steps.
 
@@ -47,6 +75,7 @@ class Transition(Recorded):
     parameters: Array
     parameter_names: tuple[str, ...]
     meta: Mapping[str, object] = field(default_factory=dict)
+    shift: WeightShift | None = None
     joint_names: tuple[str, ...] = field(init=False)
     mirror: Array = field(init=False)
     urdf: str = field(init=False)
@@ -67,6 +96,8 @@ class Transition(Recorded):
                 "a transition from or to rest has the posture and the wrench of a robot at rest, "
                 "another has neither"
             )
+        if self.shift is not None and self.before is not None:
+            raise InputError("a transition from a walk has no shift of the weight")
         if len(self.parameters) != len(self.parameter_names):
             raise InputError(
                 f"a transition has {len(self.parameters)} parameters and "
@@ -102,7 +133,7 @@ class Transition(Recorded):
     @property
     def step_lengths(self) -> tuple[float, ...]:
         """How far ahead of the standing foot the other lands in each step [m]."""
-        ends = self.begins + np.cumsum([step.duration for step in self.steps])
+        ends = self.begins + self.shifts_for + np.cumsum([step.duration for step in self.steps])
         samples = self.trajectory.at(ends, before=True)
         each = zip(samples.sole, samples.standing, strict=True)
         return tuple(
@@ -111,8 +142,13 @@ class Transition(Recorded):
 
     @property
     def duration(self) -> float:
-        """Duration of all its steps [s]."""
-        return sum(step.duration for step in self.steps)
+        """Duration of all its steps, with the shift of the weight [s]."""
+        return self.shifts_for + sum(step.duration for step in self.steps)
+
+    @property
+    def shifts_for(self) -> float:
+        """Duration of the shift of the weight [s]; 0 where there is none."""
+        return 0.0 if self.shift is None else self.shift.duration
 
     @property
     def cost(self) -> float | None:
@@ -159,8 +195,11 @@ class Transition(Recorded):
         first = self.steps[0]
         lead, tail = self._around(self.before), self._around(self.after)
         body = first.trajectory.body
-        phases = (*lead, *(_phase(step) for step in self.steps), *tail)
-        return StepSequence(body, phases, first.mirror, first=-len(lead))
+        shift = () if self.shift is None else (self.shift.phase,)
+        phases = (*lead, *shift, *(_phase(step) for step in self.steps), *tail)
+        others = range(len(phases) - len(lead) - len(shift))
+        numbers = (*range(-len(lead), 0), *(0 for _ in shift), *others)
+        return StepSequence(body, phases, first.mirror, numbers=numbers)
 
     @property
     def phase_names(self) -> tuple[str, ...]:
@@ -169,7 +208,9 @@ class Transition(Recorded):
             [words] * len(self._around(gait))
             for words, gait in zip(self.ends, (self.before, self.after), strict=True)
         )
-        return (*lead, *(f"step {number + 1}" for number in range(len(self.steps))), *tail)
+        shift = () if self.shift is None else ("weight shift",)
+        steps = (f"step {number + 1}" for number in range(len(self.steps)))
+        return (*lead, *shift, *steps, *tail)
 
     @property
     def begins(self) -> float:

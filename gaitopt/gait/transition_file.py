@@ -46,7 +46,7 @@ from gaitopt.gait.gait_file import (
     typed,
 )
 from gaitopt.gait.result import Gait
-from gaitopt.gait.transition import Transition
+from gaitopt.gait.transition import Transition, WeightShift
 from gaitopt.version import __version__
 
 SYMMETRY = "transition"
@@ -71,6 +71,14 @@ STANDING = (
     Member("standing_wrench", "float64", (6,), "N, N·m", "sole"),
 )
 """Further arrays, of a transition that leads from or to rest."""
+
+
+SHIFT = (
+    Member("shift_knots", "float64", ("k",), "s"),
+    Member("shift_coefficients", "float64", ("k + 2", "J"), "rad, rad/s", "joint"),
+    Member("shift_front_wrench", "float64", (4, 6), "N, N·m", "sole"),
+)
+"""Further arrays, of a transition whose first step begins with a shift of the weight."""
 
 
 def step_members(number: int) -> tuple[Member, ...]:
@@ -99,7 +107,9 @@ def _with_prefix(prefix: str, names: tuple[str, ...], index: str) -> tuple[Membe
 def members_of(names: Container[str]) -> tuple[Member, ...]:
     """Return the arrays that the file of a transition has, given those of it, or some of them."""
     ends = [end_members(end) for end in _ENDS]
-    groups = [part for part in (STANDING, *ends, TIED, BENT) if any(m.name in names for m in part)]
+    groups = [
+        part for part in (STANDING, SHIFT, *ends, TIED, BENT) if any(m.name in names for m in part)
+    ]
     steps = (member for number in _numbers(names) for member in step_members(number))
     *shared, digest = SHARED
     return (*shared, *steps, *(member for part in groups for member in part), digest)
@@ -133,7 +143,7 @@ def transition_members(transition: Transition) -> Arrays:
     """Return the arrays of a transition's file by name, all but the digest."""
     first, trajectory = transition.steps[0], transition.trajectory
     found: dict[str, Any] = dict(gait_members(first))
-    begin = transition.begins
+    begin = transition.begins + transition.shifts_for
     for number, step in enumerate(transition.steps):
         at = trajectory.at(begin + step.time, before=step.time > step.duration / 2.0)
         found |= {f"step_{number + 1}_{n}": a for n, a in step_arrays(step, at).items()}
@@ -145,6 +155,9 @@ def transition_members(transition: Transition) -> Arrays:
     if transition.rests:
         values = (transition.standing, transition.front_wrench)
         found |= {member.name: value for member, value in zip(STANDING, values, strict=True)}
+    if transition.shift is not None:
+        shift = transition.shift
+        found |= {m.name: getattr(shift, m.name.removeprefix("shift_")) for m in SHIFT}
     found |= {
         "parameters": transition.parameters,
         "parameter_names": transition.parameter_names,
@@ -223,8 +236,10 @@ def _transition(members: Arrays, meta: dict[str, object]) -> Transition:
     rests = [members.get(one.name, np.zeros(0)) for one in STANDING]
     names = tuple(map(str, members["parameter_names"].reshape(-1)))
     before, after = ends
+    shifts = SHIFT[0].name in members
+    shift = WeightShift(*(members[one.name] for one in SHIFT)) if shifts else None
     result = Transition(
-        tuple(steps), before, after, rests[0], rests[1], members["parameters"], names, meta
+        tuple(steps), before, after, rests[0], rests[1], members["parameters"], names, meta, shift
     )
     _check_statements(result, members)
     return result
@@ -246,7 +261,7 @@ def _schedule(transition: Transition) -> dict[str, object]:
     feet = (transition.stance_sole, transition.swing_sole_frame)
     last = PhaseEnd.TOUCH_DOWN if transition.after is None else PhaseEnd.IMPACT
     ends = [PhaseEnd.IMPACT] * (len(transition.steps) - 1) + [last]
-    phases = [
+    phases: list[dict[str, object]] = [
         {
             "contacts": {feet[number % 2]: FlatFoot.name},
             "duration": step.duration,
@@ -254,6 +269,13 @@ def _schedule(transition: Transition) -> dict[str, object]:
         }
         for number, (step, end) in enumerate(zip(transition.steps, ends, strict=True))
     ]
+    if transition.shift is not None:
+        both: dict[str, object] = {
+            "contacts": dict.fromkeys(feet, FlatFoot.name),
+            "duration": transition.shift.duration,
+            "end": PhaseEnd.LIFT_OFF.value,
+        }
+        phases = [both, *phases]
     return {"phases": phases, "symmetry": SYMMETRY}
 
 

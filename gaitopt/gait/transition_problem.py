@@ -12,19 +12,27 @@ so that nothing else would end in the same walk.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gaitopt.gait import quantities
-from gaitopt.gait.constraint import ConstraintBlock, ConstraintContext
-from gaitopt.gait.constraints import UNLIMITED_HEIGHT, Clearance, LandingSpeed
+from gaitopt.gait.constraint import Constraint, ConstraintBlock, ConstraintContext
+from gaitopt.gait.constraints import (
+    FRONT,
+    LEAST_FORCE,
+    UNLIMITED_HEIGHT,
+    Clearance,
+    LandingSpeed,
+)
 from gaitopt.gait.functions import Linear
 from gaitopt.gait.grid import Grid, parts, phase_grid
 from gaitopt.gait.parameters import (
     DURATION,
+    FOOT_SPACING,
+    FOOT_YAW,
     GEOMETRY_NAMES,
     STEP_LENGTH,
     Chart,
@@ -34,15 +42,22 @@ from gaitopt.gait.parameters import (
 )
 from gaitopt.gait.problem import WalkProblem, asked_blocks, walk_layout
 from gaitopt.gait.quantities import Quantity
+from gaitopt.gait.shift_step import SIZE as SHIFT_SIZE
+from gaitopt.gait.shift_step import Shift, ShiftStepModel, shift_names, shift_scale, while_shifting
 from gaitopt.gait.step import Step, StepDerivatives
-from gaitopt.gait.step_model import Ends, Opening
+from gaitopt.gait.step_model import Ends, Opening, StepModel
 from gaitopt.gait.stride import Steps, StepsLayout, joined_blocks, side_by_side
 from gaitopt.gait.task import Task
 from gaitopt.mechanics.impact import ImpactState
+from gaitopt.model.joint_tree import TWIST
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array
 
 PERIOD = "transition"
+LAST_LOAD = 2.0 * LEAST_FORCE
+"""With which the foot that swings presses on the ground as it leaves after a shift [N]."""
+_SOON = 1e-9  # share of a swing, of instants before it
+_FEET = (FOOT_SPACING, STEP_LENGTH, FOOT_YAW)
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,6 +101,10 @@ class TransitionTask:
         durations: of its steps [s], one or more; where they are free, their first guess and what
             the steps weigh in the cost.
         free: whether the durations are parameters, within `ROOM` of those given.
+        shift: time before the first step for which the weight moves over its stance foot while both
+            feet stand [s]; 0: none. Only from rest; it lasts longer or shorter as the step does.
+        front: wrench of the ground on the foot that swings first, in its sole frame, while the
+            robot stands (6,) [N, N·m]; empty without a shift.
     """
 
     task: Task
@@ -93,16 +112,35 @@ class TransitionTask:
     finish: Junction
     durations: tuple[float, ...]
     free: bool = False
+    shift: float = 0.0
+    front: Array = field(default_factory=lambda: np.zeros(0))
+
+    @property
+    def lasts(self) -> tuple[float, ...]:
+        """Duration of each step, the shift part of the first [s]."""
+        first, *others = self.durations
+        return (self.shift + first, *others)
+
+    @property
+    def shifted(self) -> float:
+        """Share of the first step in which both feet stand."""
+        return self.shift / self.lasts[0]
 
     @property
     def duration(self) -> float:
         """Of all steps [s]."""
-        return float(sum(self.durations))
+        return float(sum(self.lasts))
+
+    @property
+    def changes(self) -> Array:
+        """Shares of the transition at which the contacts change, shape (k,)."""
+        lifts = [self.shifted * self.edges[1]] if self.shift else []
+        return np.array([*lifts, *self.edges[1:-1]])
 
     @cached_property
     def edges(self) -> Array:
         """Shares of the transition at which steps begin and end, shape (steps + 1,)."""
-        ends = np.cumsum(self.durations) / self.duration
+        ends = np.cumsum(self.lasts) / self.duration
         ends[-1] = 1.0
         return np.concatenate([[0.0], ends])
 
@@ -110,7 +148,7 @@ class TransitionTask:
     def grid(self) -> Grid:
         """The instants at which it is looked at first."""
         count = len(self.durations) * (self.task.samples - 1) + 1
-        return phase_grid(count, self.task.quadrature, self.edges[1:-1])
+        return phase_grid(count, self.task.quadrature, self.changes)
 
 
 @dataclass(frozen=True)
@@ -121,12 +159,15 @@ class TransitionLayout(StepsLayout):
         geometry: the table as it is asked for, complete.
         steps: layouts of the steps.
         begin, finish: the given states.
+        shifts: whether the first step begins with a shift of the weight: then the posture in which
+            the foot leaves is free, but for where the feet are.
     """
 
     geometry: tuple[GeometricParameter, ...]
     steps: tuple[Layout, ...]
     begin: Junction
     finish: Junction
+    shifts: bool = False
 
     @cached_property
     def own(self) -> tuple[NDArray[np.int_], ...]:
@@ -136,17 +177,31 @@ class TransitionLayout(StepsLayout):
             free = np.ones(layout.size, dtype=bool)
             if number == 0:
                 free[layout.boundary] = False
-                lasts = layout.index("duration")  # of the step, not of where it begins
-                if lasts is not None:
-                    free[lasts] = True
+                free[layout.start] = self.shifts
+                free[[k for name in self._of_first if (k := layout.index(name)) is not None]] = True
             if number == len(self.steps) - 1:
                 free[layout.rates] = False
             found.append(np.flatnonzero(free))
         return tuple(found)
 
+    @property
+    def _of_first(self) -> tuple[str, ...]:
+        """Geometric quantities of the first step that are free: its duration, not where it begins.
+
+        After a shift all but those that say where the feet are.
+        """
+        if not self.shifts:
+            return ("duration",)
+        return tuple(name for k, name in enumerate(GEOMETRY_NAMES) if k not in _FEET)
+
+    @property
+    def shift(self) -> slice:
+        """Entries of the shift; or none."""
+        return slice(self._begins[-1], self._begins[-1] + SHIFT_SIZE * self.shifts)
+
     @cached_property
     def _begins(self) -> list[int]:
-        """Entry of x with which the parameters of each step begin, and the length of x."""
+        """Entry of x with which the parameters of each step begin, and their end."""
         return [0, *np.cumsum([len(own) for own in self.own]).tolist()]
 
     @property
@@ -157,26 +212,28 @@ class TransitionLayout(StepsLayout):
     @property
     def size(self) -> int:
         """Length of x."""
-        return self._begins[-1]
+        return int(self.shift.stop)
 
     @cached_property
     def names(self) -> tuple[str, ...]:
         """Name of every entry of x."""
-        return tuple(
+        names = [
             f"step_{number + 1}_{layout.names[k]}"
             for number, (layout, own) in enumerate(zip(self.steps, self.own, strict=True))
             for k in own
-        )
+        ]
+        return (*names, *(shift_names(self.joint_names) if self.shifts else ()))
 
     @property
     def of_joints(self) -> list[int]:
         """Entries of x that are angles or rates of joints."""
-        return [
+        found = [
             begin + k
             for begin, layout, own in zip(self._begins, self.steps, self.own, strict=False)
             for k, entry in enumerate(own)
             if entry < layout.start.stop
         ]
+        return [*found, *range(self.shift.start, self.shift.stop)[:TWIST]]
 
     def index(self, name: str) -> int | None:
         """Return where a geometric quantity first stands in x, or None if it never does."""
@@ -186,19 +243,24 @@ class TransitionLayout(StepsLayout):
     def bounds(self) -> tuple[Array, Array]:
         """Return lower and upper bounds of x."""
         both = [layout.bounds() for layout in self.steps]
+        free = np.full(self.shift.stop - self.shift.start, np.inf)
         lower, upper = (
-            np.concatenate([b[k][own] for b, own in zip(both, self.own, strict=True)])
-            for k in range(2)
+            np.concatenate(
+                [*(b[k][own] for b, own in zip(both, self.own, strict=True)), sign * free]
+            )
+            for k, sign in enumerate((-1.0, 1.0))
         )
         return lower, upper
 
     def scale(self) -> Array:
         """Return the size of a sensible step of each entry of x."""
-        return self.pack([layout.scale() for layout in self.steps])
+        steps = [layout.scale() for layout in self.steps]
+        return self.pack(steps, shift_scale() if self.shifts else None)
 
-    def pack(self, parts: Sequence[Array]) -> Array:
-        """Return x from the parameters of all steps (p,), what is given left out."""
-        return np.concatenate([z[own] for z, own in zip(parts, self.own, strict=True)])
+    def pack(self, parts: Sequence[Array], shift: Array | None = None) -> Array:
+        """Return x from the parameters of steps (p,) and of a shift (18,), less what is given."""
+        steps = [z[own] for z, own in zip(parts, self.own, strict=True)]
+        return np.concatenate([*steps, np.zeros(0) if shift is None else shift])
 
     def _chart(self, number: int) -> Chart:
         layout, own = self.steps[number], self.own[number]
@@ -263,7 +325,36 @@ class TransitionProblem(WalkProblem):
         self.layout = transition_layout(robot, transition)
         self.blocks = _blocks(robot, transition, self.grid)
         self._set_up(0.0)
+        if transition.shift:
+            self.models = (self._shifting(self.models[0]), *self.models[1:])
+            self.each, self.model = self.models, self.models[0]
         self.given = self._given()
+
+    def _shifting(self, model: StepModel) -> StepModel:
+        """Return the model of the first step, which begins with a shift of the weight."""
+        asked = self.transition
+        last = asked.front * (LAST_LOAD / asked.front[2])  # where it presses, as good as nothing
+        layout = self.layout
+        assert isinstance(layout, TransitionLayout)
+        shift = Shift(asked.shifted, layout.shift, asked.begin.q, np.stack([asked.front, last]))
+        return ShiftStepModel(
+            self.robot, model.layout, model.grid, self.read, self.schedule, model.chart, shift
+        )
+
+    @cached_property
+    def breaks(self) -> Array:
+        """Shares of the transition between which every quantity is smooth, shape (k,)."""
+        each = zip(self.edges, np.diff(self.edges), self.models, strict=False)
+        found = [
+            begin + length * (one.knots if isinstance(one, ShiftStepModel) else one.basis.knots)
+            for begin, length, one in each
+        ]
+        return np.unique(np.concatenate([knots[:-1] for knots in found] + [[1.0]]))
+
+    @property
+    def changes(self) -> Array:
+        """Shares of the transition at which the contacts change, shape (k,)."""
+        return self.transition.changes
 
     def with_grid(self, grid: Grid) -> TransitionProblem:
         """Return the same transition looked at on another grid."""
@@ -324,7 +415,7 @@ def transition_layout(robot: Robot, transition: TransitionTask) -> TransitionLay
     layout = walk_layout(robot, transition.task)
     assert isinstance(layout, Layout)
     steps = []
-    for number, duration in enumerate(transition.durations):
+    for number, duration in enumerate(transition.lasts):
         room = {"lower": ROOM[0] * duration, "upper": ROOM[1] * duration}
         changes: dict[str, dict[str, float | bool]] = {
             "duration": {"free": transition.free, "value": duration, **room},
@@ -336,7 +427,10 @@ def transition_layout(robot: Robot, transition: TransitionTask) -> TransitionLay
                 value = float(transition.begin.geometry[GEOMETRY_NAMES.index(name)])
                 changes[name] = {"value": value}
         steps.append(replace(layout, geometry=set_geometry(layout.geometry, changes)))
-    return TransitionLayout(steps[-1].geometry, tuple(steps), transition.begin, transition.finish)
+    return TransitionLayout(
+        steps[-1].geometry, tuple(steps), transition.begin, transition.finish,
+        transition.shift > 0.0,
+    )  # fmt: skip
 
 
 _OF_START = (quantities.LEGS, quantities.GAPS)
@@ -350,17 +444,26 @@ _OF_IMPACT = (quantities.IMPULSE, quantities.SOLE_TWIST)
 def _blocks(robot: Robot, transition: TransitionTask, grid: Grid) -> tuple[ConstraintBlock, ...]:
     """Return the rows of every constraint of the walk but its speed, over all steps."""
     task, edges = transition.task, transition.edges
+    each = parts(grid, edges)
+    first, (own, swings) = each[0].instants, _aloft(transition, each)
     contexts = [
-        ConstraintContext(
-            robot, own, task.margins, task.speed, duration, "penalty", task.boundary,
-            task.schedule, task.ground,
+        TransitionContext(
+            robot, part, task.margins, task.speed, duration, "penalty", task.boundary,
+            task.schedule, task.ground, swings=aloft,
         )
-        for own, duration in zip(parts(grid, edges), transition.durations, strict=True)
+        for part, duration, aloft in zip(own, transition.durations, swings, strict=True)
     ]  # fmt: skip
     found = []
+    for front in FRONT if transition.shift else ():
+        if Constraint.asked(front, contexts[0]):
+            blocks = [front.block(context) for context in contexts]
+            found.append(joined_blocks(blocks, grid, edges, robot, PERIOD))
     for blocks in asked_blocks(task, contexts):
         name = blocks[0].name
-        blocks[0] = _inside(_without(blocks[0], _OF_START), 0.0)
+        if transition.shift:
+            blocks[0] = _while_both(blocks[0], swings[0], first == 0.0)
+        else:
+            blocks[0] = _inside(_without(blocks[0], _OF_START), 0.0)
         blocks[-1] = _inside(_without(blocks[-1], _OF_IMPACT), 1.0)
         if name == LandingSpeed.name and transition.finish.rests:
             lower = np.full(blocks[-1].lower.shape, UNLIMITED_HEIGHT)
@@ -371,6 +474,58 @@ def _blocks(robot: Robot, transition: TransitionTask, grid: Grid) -> tuple[Const
             blocks[-1] = _weighed(blocks[-1], False, ends[1])
         found.append(joined_blocks(blocks, grid, edges, robot, PERIOD))
     return tuple(found)
+
+
+@dataclass(frozen=True)
+class TransitionContext(ConstraintContext):
+    """One step of a transition; its instants are shares of the time for which one foot swings.
+
+    Attributes:
+        swings: at which of them one does, shape (N,).
+    """
+
+    swings: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, dtype=np.bool_))
+
+    @property
+    def swinging(self) -> NDArray[np.bool_]:
+        """At which instants one foot swings, shape (N,)."""
+        return self.swings
+
+
+def _aloft(
+    transition: TransitionTask, grids: Sequence[Grid]
+) -> tuple[list[Grid], list[NDArray[np.bool_]]]:
+    """Return the instants of each step as shares of its swing, and at which one foot swings."""
+    swings = [np.ones(grid.count, dtype=np.bool_) for grid in grids]
+    own, s = list(grids), transition.shifted
+    if transition.shift:
+        swings[0] = ~while_shifting(grids[0], s)
+        instants = grids[0].instants
+        shares = np.clip((instants - s) / (1.0 - s), 0.0, 1.0)
+        shares[~swings[0] & (instants > 0.0)] = _SOON  # so that every instant inside has its rows
+        own[0] = replace(grids[0], instants=shares)
+    return own, swings
+
+
+def _while_both(
+    block: ConstraintBlock, swings: NDArray[np.bool_], at_start: NDArray[np.bool_]
+) -> ConstraintBlock:
+    """Return the rows of a step that begins with a shift: then no foot has a height.
+
+    Of the state alone those at the start, which is given, are left out.
+    """
+    if block.times is None:
+        return block
+    if block.name in _HEIGHTS:
+        low = np.where(swings[block.instants][:, None], block.lower, UNLIMITED_HEIGHT)
+        return replace(block, lower=low)
+    kept = np.ones(len(block.instants), dtype=np.bool_)
+    if set(block.reads) <= set(_OF_STATE):
+        kept = ~at_start[block.instants]
+    return replace(
+        block, instants=block.instants[kept], times=block.times[kept], lower=block.lower[kept],
+        upper=block.upper[kept],
+    )  # fmt: skip
 
 
 _HEIGHTS = (Clearance.name, LandingSpeed.name)

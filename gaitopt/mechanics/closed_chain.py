@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 
 from gaitopt.errors import InputError, UnreachableError
 from gaitopt.mechanics.inverse_kinematics import LegKinematics
-from gaitopt.mechanics.spatial import apply, motion_cross_matrix
+from gaitopt.mechanics.spatial import apply, cross_force, force_cross_matrix, motion_cross_matrix
 from gaitopt.model.joint_tree import TWIST
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array
@@ -365,3 +365,85 @@ def _orders(m: int) -> tuple[NDArray[np.bool_], _Sorted, _Sorted]:
         grids = np.sort(np.stack(np.meshgrid(*[last] * outer, indexing="ij")), axis=0)
         found.append((tuple(grids), grids[-1][..., None] < last))
     return last[:, None] < last, found[0], found[1]
+
+
+def nested_moments(axes: Array, force: Array) -> Array:
+    """Return the derivatives of S_j . force in the angles, shape (M, j, k)."""
+    return np.asarray(nested(axes, force, 2)[0].swapaxes(1, 2))
+
+
+def _front_local(sole: pin.SE3, closed: ClosedMotion, force: Array) -> tuple[Array, Array]:
+    """Derivatives of a front wrench in the stance frame: in g (M, 6, G), in itself (6, 6)."""
+    by_amount = np.zeros((*force.shape, len(closed.targets)))
+    for k, target in enumerate(closed.targets):
+        by_amount[:, :, k] = cross_force(np.broadcast_to(target, force.shape), force)
+    return by_amount @ closed.drive, np.asarray(sole.toDualActionMatrix())
+
+
+def taken_jacobian(
+    sole: pin.SE3,
+    closed: ClosedMotion,
+    wrench: Array,
+    angles: Array,
+    geometry: Array,
+    by_x: Array,
+) -> Array:
+    """Derivatives of what the front foot takes off wrench and torques, (M, 6 + n, P).
+
+    Args:
+        sole: placement of the front sole.
+        closed: the chain at M instants.
+        wrench: on the front foot, in its sole frame, shape (M, 6).
+        angles, geometry, by_x: derivatives of the angles (M, n, P), of the quantities (G, P)
+            and of the wrench (M, 6, P).
+    """
+    axes, force = closed.axes, np.asarray(wrench @ sole.toDualActionMatrix().T)
+    by_geometry, by_wrench = _front_local(sole, closed, force)
+    in_world = by_geometry @ geometry + by_wrench @ by_x
+    torque = axes @ in_world + nested_moments(axes, force) @ angles
+    return np.concatenate([in_world, torque], axis=1)
+
+
+def taken_hessian(
+    sole: pin.SE3,
+    closed: ClosedMotion,
+    wrench: Array,
+    angles: Array,
+    geometry: Array,
+    by_x: Array,
+    weights: Array,
+) -> tuple[Array, Array]:
+    """Gradient in the angles (M, n) and Hessian in x of weights . (what the front foot takes).
+
+    Of weights e, c = e_W + sum_j e_j S_j is a motion, and the sum is c . W(g, w).
+
+    Args:
+        sole, closed, wrench, angles, geometry, by_x: as of `taken_jacobian`.
+        weights: of wrench and torques, shape (M, 6 + n).
+    """
+    axes, targets = closed.axes, closed.targets
+    force = np.asarray(wrench @ sole.toDualActionMatrix().T)
+    e = weights[:, TWIST:]
+    _, triple, _ = nested(axes, force, 3)
+    bent = apply_last(triple, e)  # in the angles
+    c = weights[:, :TWIST] + (e[..., None] * axes).sum(axis=1)
+    # d c / d q_k = S_k x sum over m > k of e_m S_m
+    moved = e[..., None] * axes
+    beyond = moved.sum(axis=1, keepdims=True) - np.cumsum(moved, axis=1)
+    of_c = apply(motion_cross_matrix(axes), beyond)  # (M, n, 6)
+    by_geometry, by_wrench = _front_local(sole, closed, force)
+    in_world = by_geometry @ geometry + by_wrench @ by_x  # (M, 6, P)
+    mixed = angles.swapaxes(1, 2) @ (of_c @ in_world)
+    H = (angles.swapaxes(1, 2) @ (bent @ angles) + mixed + mixed.swapaxes(1, 2)).sum(axis=0)
+    across = force_cross_matrix(targets)  # (k, 6, 6)
+    drive, count = closed.drive, len(targets)
+    for a in range(count):
+        row = c @ across[a]  # c . (G_a x* .)
+        turned = (row[:, None] @ (by_wrench @ by_x))[:, 0].sum(axis=0)
+        both = np.outer(drive[a] @ geometry, turned)
+        H += both + both.T
+        for b in range(a, count):
+            value = float(np.sum(row * (force @ across[b].T)))
+            pair = value * np.outer(drive[a] @ geometry, drive[b] @ geometry)
+            H += pair if a == b else pair + pair.T
+    return (of_c @ force[..., None])[..., 0], np.asarray(H)

@@ -101,6 +101,8 @@ def test_what_does_not_go_with_it_is_refused(
         (("standing", "WALK", "-o", "m.npz", "--duration", "soon"), "give seconds"),
         (("standing", "WALK", "-o", "m.npz", "--duration", "nan"), "from 0.05 to 5.0 s"),
         (("standing", "WALK", "-o", "m.npz", "--steps", "9"), "give 1 to 8"),
+        (("standing", "WALK", "-o", "m.npz", "--shift", "-1"), "or 0"),
+        (("WALK", "standing", "-o", "m.npz", "--shift", "0.3"), "from standing"),
         (("standing", "WALK", "-o", "m.npz", "--stretch", "0.1"), "from 0.5 to 0.999"),
     ],
 )

@@ -16,6 +16,7 @@ from gaitopt.design.transition import audit_transition
 from gaitopt.errors import GaitFileError, GaitoptError
 from gaitopt.gait.gait_file import altered_members, load_gait, save_gait
 from gaitopt.gait.transition_file import (
+    SHIFT,
     STANDING,
     end_members,
     load,
@@ -169,7 +170,7 @@ def test_a_record_that_is_none_is_refused_when_it_is_checked(members, tmp_path, 
 def test_the_document_lists_what_is_written():
     expected = [
         (m.name, m.kind, " × ".join(map(str, m.shape)) or "scalar", m.unit or "–", m.frame or "–")
-        for m in (*STANDING, *step_members(1), *end_members("before"))
+        for m in (*STANDING, *SHIFT, *step_members(1), *end_members("before"))
     ]
     begins = [row[0] for row in documented()].index(STANDING[0].name)
     rows = documented()[begins : begins + len(expected)]

@@ -1,0 +1,437 @@
+"""A first step from rest: the weight moves over one foot while both stand, then the other swings.
+
+    x -> posture as the foot leaves -> stance leg -> closed chain -> rates as it leaves -> swing leg
+
+Until the foot leaves the ground the robot is one closed chain (`mechanics/closed_chain.py`): the
+stance leg moves as it is told, the leg that will swing is where its sole rests, and takes a wrench
+that is a cubic of time in Bernstein's form, from that of a robot at rest to nothing. The stance leg
+follows one spline over the whole step, whose first acceleration is zero, so that neither torques
+nor forces jump as the robot begins to move. The other leg follows a spline of its own from where it
+is let go, at rest on the ground.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pinocchio as pin
+from numpy.typing import NDArray
+
+from gaitopt.contact.schedule import AFTER, Schedule
+from gaitopt.gait import quantities
+from gaitopt.gait.double_support import Posture
+from gaitopt.gait.grid import Grid
+from gaitopt.gait.parameters import DURATION, FORCE_SCALE, KNOT_SCALE, MOMENT_SCALE, Chart, Layout
+from gaitopt.gait.quantities import Quantity
+from gaitopt.gait.spline import JumpingSpline, SplineBasis, bernstein, spline_basis
+from gaitopt.gait.step import DoubleSupportPart, ShapedTurn, Step, StepDerivatives
+from gaitopt.gait.step_model import Course, Landing, Opening, StepModel
+from gaitopt.mechanics.closed_chain import (
+    FREE,
+    ClosedChain,
+    ClosedMotion,
+    taken_hessian,
+    taken_jacobian,
+)
+from gaitopt.mechanics.impact import ImpactState
+from gaitopt.mechanics.inverse_kinematics import LegKinematics
+from gaitopt.mechanics.single_support import SupportState
+from gaitopt.mechanics.spatial import apply
+from gaitopt.model.joint_tree import TWIST
+from gaitopt.model.robot import Robot, cached_workspace
+from gaitopt.nlp import Array
+
+SIZE = 3 * TWIST
+"""Parameters of a shift: a posture of the stance leg, and two control points of the wrench."""
+_PARTS = tuple(f"{kind}_{axis}" for kind in ("force", "moment") for axis in "xyz")
+_KNOTS = np.array([0.0, 1.0, 2.0]) / 3.0  # of the shift; then it ends
+_DETERMINED, _POSTURE = 1, 2  # knots: by the acceleration at rest, and by the parameters
+_LEAVES = 1e-9  # share of the swing: instants this near to the one at which the foot leaves are it
+_NOTHING = np.zeros((0, TWIST))  # what places the sole that rests: nothing in x does
+
+
+@dataclass(frozen=True, eq=False)
+class Shift:
+    """How a first step begins with both feet on the ground.
+
+    Attributes:
+        share: of the step, in which both stand.
+        entries: of its parameters in x.
+        q: joint angles at rest (n,) [rad].
+        ends: wrench of the ground on the foot that will swing as it begins and as it ends, in its
+            sole frame, shape (2, 6) [N, N·m].
+    """
+
+    share: float
+    entries: slice
+    q: Array
+    ends: Array
+
+
+def while_shifting(grid: Grid, share: float) -> NDArray[np.bool_]:
+    """Return at which instants of a step both feet stand, which they do up to a share of it."""
+    return np.asarray(grid.instants <= share + 0.5 * AFTER)
+
+
+def shift_names(joint_names: tuple[str, ...]) -> tuple[str, ...]:
+    """Return the names of the parameters of a shift."""
+    leg = [f"shift_{joint}" for joint in joint_names[:TWIST]]
+    return (*leg, *(f"shift_foot_{part}_{k}" for k in (1, 2) for part in _PARTS))
+
+
+def shift_scale() -> Array:
+    """Return the size of a sensible step of the parameters of a shift, shape (SIZE,)."""
+    wrench = np.repeat([FORCE_SCALE, MOMENT_SCALE], 3)
+    return np.concatenate([np.full(TWIST, KNOT_SCALE), wrench, wrench])
+
+
+def starting_still(basis: SplineBasis) -> SplineBasis:
+    """Return the basis of splines that begin without acceleration.
+
+    The value at the second knot is what that makes it; its coefficient counts no more.
+    """
+    first = spline_basis(basis.knots, np.zeros(1)).unit[0, 2]
+    by_others = -first / first[_DETERMINED]
+    unit = basis.unit + basis.unit[:, :, [_DETERMINED]] * by_others
+    return replace(basis, unit=unit)
+
+
+@dataclass(frozen=True)
+class ShiftPart(DoubleSupportPart):
+    """The double support that begins a step; as of `DoubleSupportPart`, whose touch-down is rest.
+
+    Attributes:
+        swing: control points of the wrench on the foot that will swing, shape (4, 6).
+        free: coefficients of the stance leg's spline over the whole step, shape (K, 6).
+        both: at which instants both feet stand, shape (N,).
+    """
+
+    free: Array = None  # type: ignore[assignment]  # after fields with defaults
+    both: NDArray[np.bool_] = None  # type: ignore[assignment]
+
+    @property
+    def opens(self) -> bool:
+        """True: it begins the step."""
+        return True
+
+
+@dataclass(frozen=True)
+class _ShiftOpening(Opening):
+    """The double support as the foot leaves, and the parameters of the shift (SIZE,)."""
+
+    shift: Array
+
+
+@dataclass(frozen=True)
+class _ShiftCourse(Course):
+    """The motion of a step with the double support that begins it."""
+
+    part: ShiftPart
+
+
+class ShiftStepModel(StepModel):
+    """Evaluates first steps that begin with a shift of the weight, among those that follow."""
+
+    def __init__(
+        self,
+        robot: Robot,
+        layout: Layout,
+        grid: Grid,
+        optional: Collection[Quantity],
+        schedule: Schedule,
+        chart: Chart,
+        shift: Shift,
+    ) -> None:
+        """Prepare what does not depend on x; arguments as of `StepModel`, and the shift."""
+        super().__init__(robot, layout, grid, optional, schedule, chart)
+        self.shift, s = shift, shift.share
+        self.both = while_shifting(grid, s)
+        inner = self.basis.knots
+        swinging = np.clip((grid.instants - s) / (1.0 - s), 0.0, 1.0)
+        swinging[swinging < _LEAVES] = 0.0
+        self.basis = spline_basis(inner, swinging)
+        self.knots = np.concatenate([s * _KNOTS, s + (1.0 - s) * inner])
+        until = np.minimum(grid.instants[self.both], s)
+        self._free = starting_still(spline_basis(self.knots, until))
+        self._leaving = starting_still(spline_basis(self.knots, np.array([s])))
+        self._at_knots = starting_still(spline_basis(self.knots, s * np.append(_KNOTS, 1.0)))
+        self._shares = bernstein(until / s)
+        self.sole: pin.SE3 = LegKinematics(robot).placements(shift.q)[1]
+        self._rest = self._closed(_at_rest(shift.q))
+
+    @property
+    def closed(self) -> ClosedChain:
+        """The closed chain of the robot."""
+        return cached_workspace(self.robot, ClosedChain)
+
+    def opening(self, x: Array, posture: Posture | None = None) -> Opening:
+        """Return the double support as the foot leaves; as of `StepModel`."""
+        found = super().opening(x, posture)
+        return _ShiftOpening(found.z, found.geometry, found.posture, x[self.shift.entries])
+
+    def _closed(self, free: Array) -> ClosedMotion:
+        motion, axes = self.closed.motion(np.ascontiguousarray(free), self.sole)
+        return ClosedMotion(motion, axes, _NOTHING, np.zeros((0, 0)))
+
+    def _course(self, opening: Opening, landing: Landing, before: ImpactState) -> Course:
+        del before  # it begins at rest
+        assert isinstance(opening, _ShiftOpening)
+        z, T, n = opening.z, float(opening.geometry[DURATION]), self.layout.joints
+        q, knots = opening.posture.q_start, z[self.layout.knots].reshape(-1, n)
+        free = np.zeros((self.knots.size + 2, TWIST))
+        free[0], free[_POSTURE] = self.shift.q[FREE], opening.shift[:TWIST]
+        free[3:-2] = np.vstack([q, knots, landing.q_end])[:, FREE]
+        free[-1] = landing.rate_before[FREE]
+        leaves = self._closed((self._leaving.at(T) @ free).swapaxes(0, 1))
+        closed = self._closed((self._free.at(T) @ free).swapaxes(0, 1))
+        coefficients = np.vstack(
+            [q, knots, landing.q_end, leaves.motion[1, 0], landing.rate_before]
+        )
+        motion = self._motion(coefficients, opening.geometry)
+        motion[:, self.both] = closed.motion
+        first, last = self.shift.ends
+        points = np.vstack([first, opening.shift[TWIST:].reshape(2, TWIST), last])
+        wrench = self._shares @ points
+        front = np.zeros((self.grid.count, TWIST))
+        front[self.both] = wrench
+        part = ShiftPart(
+            closed, self._rest, leaves, self.sole, wrench, points, front, None, free, self.both
+        )
+        return _ShiftCourse(coefficients, motion, np.zeros((3, self.grid.count, 0)), None, part)
+
+    def _motion(self, coefficients: Array, geometry: Array) -> Array:
+        motion = self.basis.at((1.0 - self.shift.share) * float(geometry[DURATION])) @ coefficients
+        return np.ascontiguousarray(motion.swapaxes(0, 1))
+
+    def _step(
+        self,
+        opening: Opening,
+        landing: Landing,
+        course: Course,
+        support: SupportState,
+        read: dict[Quantity, Array],
+        yaw_end: float,
+    ) -> Step:
+        assert isinstance(course, _ShiftCourse)
+        part, effort = course.part, support.effort.copy()
+        effort[self.both, :TWIST] -= part.in_world
+        effort[self.both, TWIST:] -= apply(part.motion.axes, part.in_world)
+        own = SupportState(effort, support.corners)
+        step = super()._step(opening, landing, course, own, read, yaw_end)
+        return replace(step, double=part)
+
+    def swing_duration(self, step: Step) -> float:
+        """Return for how long one foot swings [s]."""
+        return (1.0 - self.shift.share) * step.duration
+
+    def points(self, step: Step) -> Array:
+        """Return the control points of the wrench on the foot that will swing, shape (4, 6)."""
+        part = step.double
+        assert isinstance(part, ShiftPart)
+        return part.swing
+
+    def splines(self, step: Step) -> tuple[Array, Array]:
+        """Return knots [s] (m,) and coefficients (m + 2, n) of the joints while both feet stand.
+
+        The leg that will swing is near its splines, exact at the knots and in its last rates.
+        """
+        part = step.double
+        assert isinstance(part, ShiftPart)
+        free = (self._at_knots.at(step.duration) @ part.free).swapaxes(0, 1)
+        motion = self._closed(free).motion
+        times = self.knots[: len(_KNOTS) + 1] * step.duration
+        return times, np.concatenate([motion[0], motion[1, [0, -1]]])
+
+    def _motion_jacobian(
+        self, step: Step, coefficients: Array, turns: tuple[ShapedTurn, ...]
+    ) -> Array:
+        """Derivatives of (q, dq, ddq), shape (N, 3 n, P)."""
+        del turns  # the foot stands flat
+        part = step.double
+        assert isinstance(part, ShiftPart)
+        T, s, n, lasts = step.duration, self.shift.share, self.layout.joints, self.along("duration")
+        free = self._free_jacobian(coefficients)
+        along = self._along(self._leaving, T, free, part.free)
+        coefficients = coefficients.copy()
+        coefficients[-2] = (part.liftoff.jacobian[0] @ along[0])[n : 2 * n]
+        moved = np.einsum("nok,kjp->nojp", self.basis.at((1.0 - s) * T), coefficients)
+        if lasts is not None:
+            stretched = (1.0 - s) * self.basis.at((1.0 - s) * T, 1) @ step.coefficients
+            moved += stretched[..., None] * lasts
+        found = moved.reshape(self.grid.count, 3 * n, -1)
+        found[self.both] = part.motion.jacobian @ self._along(self._free, T, free, part.free)
+        return np.asarray(found)
+
+    def _free_jacobian(self, coefficients: Array) -> Array:
+        """Derivatives of the stance leg's coefficients, (K, 6, P), from those of the swing."""
+        P = coefficients.shape[-1]
+        free = np.zeros((self.knots.size + 2, TWIST, P))
+        first = self.shift.entries.start
+        free[_POSTURE] = np.eye(P)[first : first + TWIST]
+        free[3:-2], free[-1] = coefficients[:-2, FREE], coefficients[-1, FREE]
+        return free
+
+    def _along(self, basis: SplineBasis, T: float, free: Array, values: Array) -> Array:
+        """Derivatives of (u, du, ddu) at a basis' instants, (M, 18, P)."""
+        found = np.einsum("nok,kjp->nojp", basis.at(T), free)
+        lasts = self.along("duration")
+        if lasts is not None:
+            found += (basis.at(T, 1) @ values)[..., None] * lasts
+        return np.asarray(found.reshape(len(found), 3 * TWIST, -1))
+
+    def _wrench_jacobian(self, size: int) -> Array:
+        """Derivatives of the wrench on the other foot while both stand, (M, 6, P)."""
+        first = self.shift.entries.start + TWIST
+        points = np.eye(size)[first : first + 2 * TWIST].reshape(2, TWIST, size)
+        return np.asarray(np.einsum("mb,bjp->mjp", self._shares[:, 1:3], points))
+
+    def chain(
+        self,
+        step: Step,
+        local: StepDerivatives,
+        q_start: Array,
+        q_end: Array,
+        after: Array,
+        before: Array,
+        turn_rate: float,
+        landing_angle: Array | None,
+        yaw_end: Array | None,
+    ) -> StepDerivatives:
+        """Return the derivatives of the step in x; as of `StepModel`."""
+        found = super().chain(
+            step, local, q_start, q_end, after, before, turn_rate, landing_angle, yaw_end
+        )
+        part, n, P = step.double, self.layout.joints, found.motion.shape[-1]
+        assert isinstance(part, ShiftPart)
+        by_x, none = self._wrench_jacobian(P), np.zeros((0, P))
+        taken = taken_jacobian(
+            part.sole, part.motion, part.wrench, found.motion[self.both, :n], none, by_x
+        )
+        reads = dict(found.jacobians)
+        reads[quantities.WRENCH] = reads[quantities.WRENCH].copy()
+        reads[quantities.TORQUE] = reads[quantities.TORQUE].copy()
+        reads[quantities.WRENCH][self.both] -= taken[:, :TWIST]
+        reads[quantities.TORQUE][self.both] -= taken[:, TWIST:]
+        front = np.zeros((self.grid.count, TWIST, P))
+        front[self.both] = by_x
+        reads[quantities.FRONT_WRENCH] = front
+        return replace(found, jacobians=reads)
+
+    def on_coefficients(self, step: Step, by_order: Array) -> Array:
+        """Weights of the coefficients after the foot has left, those of the shift included.
+
+        Args:
+            step: the step.
+            by_order: derivative of a function in (q, dq, ddq) at the instants, shape (N, 3, n).
+
+        Returns:
+            Shape (k + 4, n); the rates as the foot leaves, which follow from the rest, have none.
+        """
+        on_swing, at_free, leaving = self._weights(step, by_order)
+        free = np.einsum("nok,noj->kj", self._free.at(step.duration), at_free)
+        free += np.einsum("nok,noj->kj", self._leaving.at(step.duration), leaving)
+        on_swing[-2] = 0.0
+        on_swing[:-2, FREE] += free[3:-2]
+        on_swing[-1, FREE] += free[-1]
+        return on_swing
+
+    def _weights(self, step: Step, by_order: Array) -> tuple[Array, Array, Array]:
+        """Weights of the swing's coefficients (k + 4, n), and of (u, du, ddu), (M, 3, 6) each.
+
+        Those while both feet stand, and as the foot leaves.
+        """
+        part, n = step.double, self.layout.joints
+        assert isinstance(part, ShiftPart)
+        swings = self.swing_duration(step)
+        alone = by_order * ~self.both[:, None, None]
+        on_swing = np.einsum("nok,noj->kj", self.basis.at(swings), alone)
+        flat = by_order[self.both].reshape(-1, 1, 3 * n)
+        at_free = (flat @ part.motion.jacobian).reshape(-1, 3, TWIST)
+        rates = np.zeros((1, 1, 3 * n))
+        rates[0, 0, n : 2 * n] = on_swing[-2]
+        leaving = (rates @ part.liftoff.jacobian).reshape(1, 3, TWIST)
+        return on_swing, at_free, leaving
+
+    def front_gradient(self, step: Step, derivatives: StepDerivatives, effort: Array) -> Array:
+        """Gradient in the angles (M, n) of what the other foot takes off weighed efforts (N, .)."""
+        return self._taken(step, derivatives.motion, derivatives.motion.shape[-1], effort)[0]
+
+    def _taken(self, step: Step, motion: Array, P: int, effort: Array) -> tuple[Array, Array]:
+        part, n = step.double, self.layout.joints
+        assert isinstance(part, ShiftPart)
+        return taken_hessian(
+            part.sole, part.motion, part.wrench, motion[self.both, :n], np.zeros((0, P)),
+            self._wrench_jacobian(P), -effort[self.both],
+        )  # fmt: skip
+
+    def motion_hessian(
+        self, step: Step, derivatives: StepDerivatives, local: Array, by_order: Array, effort: Array
+    ) -> Array:
+        """What the motion bends of the function that weights differentiate, shape (P, P).
+
+        Args:
+            step, derivatives: of the step.
+            local: Hessian in (q, dq, ddq) at the instants, shape (N, 3 n, 3 n).
+            by_order: gradient there, shape (N, 3, n).
+            effort: weights of wrench and torques, shape (N, 6 + n).
+        """
+        part, motion, n = step.double, derivatives.motion, self.layout.joints
+        assert isinstance(part, ShiftPart)
+        H = np.tensordot(motion, local @ motion, ((0, 1), (0, 1)))
+        H += self._taken(step, motion, motion.shape[-1], effort)[1]
+        T, s = step.duration, self.shift.share
+        on_swing, at_free, leaving = self._weights(step, by_order)
+        free = self._free_jacobian(derivatives.coefficients)
+        flat = by_order[self.both].reshape(-1, 3 * n)
+        along = self._along(self._free, T, free, part.free)
+        H += np.tensordot(along, part.motion.hessian(flat) @ along, ((0, 1), (0, 1)))
+        rates = np.zeros((1, 3 * n))
+        rates[0, n : 2 * n] = on_swing[-2]
+        leaves = self._along(self._leaving, T, free, part.free)
+        H += np.tensordot(leaves, part.liftoff.hessian(rates) @ leaves, ((0, 1), (0, 1)))
+        if self.along("duration") is None:
+            return np.asarray(H)
+        swing = derivatives.coefficients.copy()
+        swing[-2] = (part.liftoff.jacobian[0] @ leaves[0])[n : 2 * n]
+        alone = by_order * ~self.both[:, None, None]
+        for basis, scale, weights, values, jacobian in (
+            (self.basis, 1.0 - s, alone, step.coefficients, swing),
+            (self._free, 1.0, at_free, part.free, free),
+            (self._leaving, 1.0, leaving, part.free, free),
+        ):
+            self._in_time(basis, scale, T, weights, (values, jacobian), H)
+        return np.asarray(H)
+
+    def _in_time(
+        self,
+        basis: SplineBasis | JumpingSpline,
+        scale: float,
+        T: float,
+        weights: Array,
+        spline: tuple[Array, Array],
+        H: Array,
+    ) -> None:
+        """Add to H what a free duration bends of weights . motion.
+
+        Args:
+            basis: of a spline, whose duration is `scale` times that of the step, T [s].
+            scale, T: likewise.
+            weights: of the motion, shape (M, 3, j).
+            spline: coefficients (K, j) and their derivatives (K, j, P).
+            H: Hessian in x, shape (P, P).
+        """
+        lasts, (values, jacobian) = self.along("duration"), spline
+        assert lasts is not None
+        first, second = (
+            scale**order * np.einsum("nok,noj->kj", basis.at(scale * T, order), weights)
+            for order in (1, 2)
+        )
+        both = np.outer(lasts, np.einsum("kj,kjp->p", first, jacobian))
+        H += both + both.T + float(np.sum(second * values)) * np.outer(lasts, lasts)
+
+
+def _at_rest(q: Array) -> Array:
+    """Return (u, 0, 0) of the stance leg at rest, shape (3, 1, 6)."""
+    return np.stack([q[FREE], np.zeros(TWIST), np.zeros(TWIST)])[:, None]
