@@ -18,10 +18,10 @@ import numpy as np
 from gaitopt.actuators.motors import JointMotor, joint_motors
 from gaitopt.design.active_set import ACTIVE_MULTIPLIER
 from gaitopt.design.robot_changes import LENGTH, Anatomy, RobotChange
-from gaitopt.design.shadow_prices import SETTING, shadow_prices
+from gaitopt.design.shadow_prices import SETTING, kinks, pressing, shadow_prices
 from gaitopt.errors import InputError
 from gaitopt.gait import quantities
-from gaitopt.gait.constraint import ConstraintBlock, ConstraintContext
+from gaitopt.gait.constraint import ConstraintContext
 from gaitopt.gait.constraints import CONSTRAINTS
 from gaitopt.gait.costs import CostContext, cost_function, motors_replaced
 from gaitopt.gait.double_step import DoubleStepModel
@@ -45,6 +45,8 @@ _RATIO_STEP = 0.1
 _NEAR = 0.01  # scaled distance to a limit that nothing holds
 _ENDS = 0.1  # of the step: there every swing foot is near the ground
 _BARELY = 1e-3  # of the largest multiplier
+_HELD = 1e-8  # scaled distance to a limit that the walk is at
+_DEPENDENT = 1e-6  # singular value of unit gradients of which one follows from the others
 _SOLE = (
     "cop", "lift-off", "clearance", "lateral", "impulse cop", "swing tilt", "swing height",
     "landing speed",
@@ -260,15 +262,8 @@ class Envelope:
         for one in (*CONSTRAINTS, *task.cost.constraints, *task.constraints):
             if one.name in self._pressed and (not only or one.name in only):
                 block = one.block(context_of)
-                total += _pressing(block, own[one.name], self._pressed[one.name], step)
+                total += pressing(block, own[one.name], self._pressed[one.name], step)
         return total
-
-
-def _pressing(block: ConstraintBlock, own: ConstraintBlock, y: Array, step: Step) -> float:
-    values = block.function.value(block.take(step.values))
-    limits = np.where(y > 0.0, block.upper, block.lower)
-    held = y != 0.0
-    return float((y / own.scale)[held] @ (values - limits)[held])
 
 
 def _with_edge(robot: Robot, edge: str, move: float) -> Robot:
@@ -348,7 +343,11 @@ def sensitivities(
         name = price.words if price.kind == SETTING else f"{price.name}, {price.words} limit"
         found.append(told(name, LIMITS, price.unit, step, price.cost_per_unit))
     found.sort(key=lambda one: -abs(one.share))
-    said = (*untold(at), *doubts(at), *_idle_bounds(at, multipliers[1]))
+    ended = "{} is worth another amount on the other side of its value: told is where limits give"
+    said = (
+        *untold(at), *doubts(at), *_idle_bounds(at, multipliers[1]), *_shared(at, multipliers[1]),
+        *map(ended.format, kinks(problem, x, multipliers[0])),
+    )  # fmt: skip
     return SensitivityReport(cost, problem.task.cost.unit, tuple(found), said)
 
 
@@ -445,3 +444,51 @@ def _idle_bounds(at: Envelope, multipliers: Array) -> Iterator[str]:
             f"{variables.names[index]} is at its bound without pressing on it: derivatives jump "
             "where it begins to"
         )
+
+
+def _shared(at: Envelope, bound_multipliers: Array) -> Iterator[str]:
+    """Say which limits hold the same, so that their multipliers, and prices, are not unique."""
+    problem, variables = at.problem, at.problem.variables
+    point = problem.point(at.x)
+    lower, upper, value, y = (
+        np.append(*pair)
+        for pair in (
+            (problem.rows.lower, variables.lower), (problem.rows.upper, variables.upper),
+            (point.rows, at.x), (at.multipliers, bound_multipliers),
+        )
+    )  # fmt: skip
+    away, count = np.minimum(value - lower, upper - value), point.rows.size
+    gradients, names = [], []
+    for index in map(int, np.flatnonzero((np.abs(y) > ACTIVE_MULTIPLIER) | (away < _HELD))):
+        if index < count:
+            row = problem.address(index)
+            slopes = point.jacobian[index] * variables.scale
+            name = row.block.label(row.instant, row.entry)
+        else:
+            slopes, name = np.eye(at.x.size)[index - count], variables.names[index - count]
+        size = float(np.linalg.norm(slopes))
+        if size > 0.0:
+            side = (
+                "upper" if upper[index] - value[index] <= value[index] - lower[index] else "lower"
+            )
+            gradients.append(slopes / size)
+            names.append("" if lower[index] == upper[index] else f"{name} ({side})")
+    if not gradients:
+        return
+    directions, sizes, _ = np.linalg.svd(np.array(gradients))
+    free = directions[:, int((sizes > _DEPENDENT).sum()) :]
+    linked = np.abs(free @ free.T) > _DEPENDENT
+    left = {int(k) for k in np.flatnonzero(linked.diagonal())}
+    while left:
+        group: set[int] = set()
+        reached = {left.pop()}
+        while reached:
+            group |= reached
+            reached = {int(k) for one in reached for k in np.flatnonzero(linked[one])} - group
+        left -= group
+        same = sorted({names[k] for k in group} - {""})
+        if len(same) > 1:
+            yield (
+                f"{', '.join(same)}: these limits hold the same, and only what all of them are "
+                "worth together is told; the derivative of one alone jumps"
+            )

@@ -3,7 +3,8 @@
 By the envelope theorem the optimal cost changes with a limit as the Lagrangian does at the optimum
 (Nocedal & Wright, 2006, section 12.8): by the limit's multiplier, in scaled units. The prices hold
 for small changes, as long as the same limits stay active; where several limits say the same, their
-multipliers are not unique and neither are the prices.
+multipliers are not unique and neither are the prices. Where a number acts otherwise above than
+below its value, as a lift-off speed of zero does, the price is that of limits that give.
 """
 
 from __future__ import annotations
@@ -14,11 +15,16 @@ from dataclasses import asdict, dataclass
 import numpy as np
 
 from gaitopt.design.active_set import ACTIVE_MULTIPLIER
-from gaitopt.design.relaxation import limit_adjustments, step_width_adjustment
-from gaitopt.gait.problem import WalkProblem
+from gaitopt.design.relaxation import LimitAdjustment, limit_adjustments, step_width_adjustment
+from gaitopt.gait.constraint import ConstraintBlock
+from gaitopt.gait.problem import WalkProblem, constraint_blocks
+from gaitopt.gait.step import Step
+from gaitopt.gait.stride import Steps
 from gaitopt.nlp import Array
 
 SETTING, LIMIT = "setting", "limit"
+_KINK = 1e-5  # of a rate: a difference between both sides that is none of rounding
+_SHARE = 1e-4  # of a change that matters: rows are linear in a limit, but not as far as any other
 
 
 @dataclass(frozen=True)
@@ -65,24 +71,18 @@ def shadow_prices(
         EvaluationError: the walk is not defined at x.
     """
     found = [
-        *_of_settings(problem, problem.values(x).rows, *multipliers),
+        *_of_settings(problem, problem.whole(x), *multipliers),
         *_of_limits(problem, multipliers[0]),
     ]
     return tuple(sorted(found, key=lambda price: (price.kind != SETTING, -abs(price.effect))))
 
 
 def _of_settings(
-    problem: WalkProblem, rows: Array, multipliers: Array, bound_multipliers: Array
+    problem: WalkProblem, whole: Step | Steps, multipliers: Array, bound_multipliers: Array
 ) -> Iterator[ShadowPrice]:
-    pressed = {
-        block.name
-        for block in problem.blocks
-        if (np.abs(multipliers[problem.rows_of(block.name)]) > ACTIVE_MULTIPLIER).any()
-    }
+    pressed = _pressed(problem, multipliers)
     for setting in limit_adjustments(problem):
-        if pressed.isdisjoint(setting.constraints):
-            continue
-        rate = -setting.relaxation(problem).relief(rows, multipliers) / problem.cost_scale
+        rate = _rate(problem, whole, pressed, setting) / problem.cost_scale
         if rate != 0.0:
             yield ShadowPrice(
                 SETTING,
@@ -107,6 +107,75 @@ def _of_settings(
             rate * width.step,
             problem.task.cost_unit,
         )
+
+
+def kinks(problem: WalkProblem, x: Array, multipliers: Array) -> Iterator[str]:
+    """Yield words of the margins that are worth more on one side of their value than on the other.
+
+    Args:
+        problem: the walk.
+        x: its optimal parameters, shape (P,).
+        multipliers: there, of the scaled rows (m,).
+    """
+    whole, pressed = problem.whole(x), _pressed(problem, multipliers)
+    for setting in limit_adjustments(problem):
+        if setting.name in problem.task.declared:
+            sides = (1.0, -1.0)
+            gives, takes = (_rate(problem, whole, pressed, setting, side) for side in sides)
+            if abs(gives - takes) > _KINK * abs(gives):
+                yield setting.words
+
+
+def _pressed(problem: WalkProblem, multipliers: Array) -> dict[str, Array]:
+    """Return the multipliers of rows that press, by the names of their constraints."""
+    held = np.where(np.abs(multipliers) > ACTIVE_MULTIPLIER, multipliers, 0.0)
+    return {
+        block.name: y.reshape(block.lower.shape)
+        for block in problem.blocks
+        if (y := held[problem.rows_of(block.name)]).any()
+    }
+
+
+def _rate(
+    problem: WalkProblem,
+    whole: Step | Steps,
+    pressed: dict[str, Array],
+    setting: LimitAdjustment,
+    side: float = 1.0,
+) -> float:
+    """Return what a change that matters does to the scaled Lagrangian of the walk as it is.
+
+    Args:
+        problem: the walk.
+        whole: it at its optimal parameters.
+        pressed: multipliers of its rows.
+        setting: what changes.
+        side: 1.0 where limits give, -1.0 where they take.
+    """
+    value = setting.before + side * _SHARE * setting.step
+    robot, task = setting.changed(problem.robot, problem.task, value)
+    blocks = zip(problem.blocks, constraint_blocks(robot, task, problem.grid), strict=True)
+    changes = (
+        pressing(new, old, pressed[old.name], whole) - pressing(old, old, pressed[old.name], whole)
+        for old, new in blocks
+        if old.name in pressed
+    )
+    return side * sum(changes, 0.0) / _SHARE
+
+
+def pressing(block: ConstraintBlock, own: ConstraintBlock, y: Array, whole: Step | Steps) -> float:
+    """Return multipliers . (rows - limits) of a walk as it is, by other rows and limits.
+
+    Args:
+        block: the rows.
+        own: those of the walk, by which the multipliers are scaled.
+        y: multipliers of the walk's rows, shape (K, k).
+        whole: the walk.
+    """
+    values = block.function.value(block.take(whole.values))
+    limits = np.where(y > 0.0, block.upper, block.lower)
+    held = y != 0.0
+    return float((y / own.scale)[held] @ (values - limits)[held])
 
 
 def _of_limits(problem: WalkProblem, multipliers: Array) -> Iterator[ShadowPrice]:

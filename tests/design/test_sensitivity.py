@@ -15,17 +15,20 @@ from gaitopt.catalogue.parameters import PARAMETERS, changed
 from gaitopt.catalogue.urdf_writer import urdf_text
 from gaitopt.design.design import design
 from gaitopt.design.options import DesignOptions
+from gaitopt.design.relaxation import limit_adjustments, step_width_adjustment
 from gaitopt.design.robot_changes import Anatomy
 from gaitopt.design.sensitivity import Envelope, sensitivities
+from gaitopt.design.shadow_prices import LIMIT, SETTING, shadow_prices
 from gaitopt.gait.constraints import MotorEnvelope
 from gaitopt.gait.costs import ElectricalEnergy
 from gaitopt.gait.initial_guess import first_guess
 from gaitopt.gait.model_gradient import OF_ROBOT
+from gaitopt.gait.parameters import GEOMETRY, set_geometry
 from gaitopt.gait.presets import preset_task
 from gaitopt.gait.problem import WalkProblem
 from gaitopt.model.import_options import ImportOptions, LimitOverride
 from gaitopt.model.robot import Robot
-from gaitopt.nlp import Start
+from gaitopt.nlp import Rows, Start
 from gaitopt.solvers import solver_by_name
 
 TIGHT = solver_by_name("sqp", tolerance=1e-9)
@@ -42,15 +45,20 @@ class Walk:
         self.found = found.solution
         again = TIGHT.solve(self.problem, Start(self.found.x, self.found.multipliers))
         self.x, self.multipliers = again.x, again.multipliers
+        self.bound_multipliers = again.bound_multipliers
         self.report = sensitivities(self.problem, again.x, (again.multipliers,
                                                             again.bound_multipliers))  # fmt: skip
 
     def cost(self, robot=None, task=None):
         """Of the optimal walk of another robot or task."""
         problem = WalkProblem(robot or self.robot, task or self.problem.task, self.problem.grid)
+        return self.solved(problem).cost
+
+    def solved(self, problem):
+        """The optimal walk of a problem near this one."""
         found = TIGHT.solve(problem, Start(self.x, self.multipliers))
         assert found.optimality <= 1e-8
-        return found.cost
+        return found
 
     def difference(self, make, step):
         """Of the optimal cost, central, per unit of what `make` changes."""
@@ -364,3 +372,201 @@ def test_soles_about_whose_edges_a_foot_turns_are_left_out(robot, turn):
     names = {change.name for change in at.changes}
     assert {"shin", "foot width", "trunk mass"} <= names
     assert not {"foot length", "sole forward"} & names
+
+
+LIMITED = {  # nearly every limit presses on this walk of the biped, or on that of G1
+    "torque_limit": 70.0, "speed_limit": 6.0, "friction": 0.4, "trunk_pitch": 0.1,
+    "trunk_roll": 0.05, "trunk_yaw": 0.05, "step_width": 0.2, "landing_impulse": 0.15,
+    "landing_speed": 0.1, "swing_tilt": 0.2, "swing_height": 0.08, "torsional_friction": 0.02,
+    "leg_gap": 0.01, "minimum_load": 100.0, "leg_extension": 0.99, "lateral_gap": 0.03,
+    "liftoff_speed": -0.005,
+}  # fmt: skip
+
+
+SMALL = 2e-4
+
+
+@pytest.fixture(scope="module")
+def limited(robot):
+    return Walk(robot, preset_task(samples=21, **LIMITED))
+
+
+def held(problem, x):
+    """Which rows and bounds a walk is at."""
+    rows, bounds, values = problem.rows, problem.variables, problem.values(x).rows
+    away = (
+        np.minimum(values - rows.lower, rows.upper - values),
+        np.minimum(x - bounds.lower, bounds.upper - x),
+    )
+    return np.concatenate(away) < 1e-7
+
+
+class Limits:
+    """The limits of a walk and what they are worth."""
+
+    def __init__(self, walk):
+        self.walk, self.problem = walk, walk.problem
+        self.held = held(walk.problem, walk.x)
+        prices = shadow_prices(walk.problem, walk.x,
+                               (walk.multipliers, walk.bound_multipliers))  # fmt: skip
+        self.prices = [price for price in prices if price.kind == SETTING]
+        self.single = [price for price in prices if price.kind == LIMIT]
+        width = step_width_adjustment(walk.problem)
+        self.settings = (*limit_adjustments(walk.problem), *([width] if width else []))
+
+    def price(self, setting):
+        """Of a setting, zero where none is told."""
+        told = [one.cost_per_unit for one in self.prices if one.name == setting.name]
+        assert len(told) <= 1
+        return told[0] if told else 0.0
+
+    def difference(self, changed, step):
+        """Of the optimal cost, central, of fourth order, so near that the same limits are held."""
+        for nearer in (1.0, 0.1, 0.01):
+            costs = []
+            for times in (-2.0, -1.0, 1.0, 2.0):
+                problem = changed(times * nearer * step)
+                found = self.walk.solved(problem)
+                if (held(problem, found.x) != self.held).any():
+                    break
+                costs.append(found.cost)
+            else:
+                once, twice = (costs[2] - costs[1]) / 2.0, (costs[3] - costs[0]) / 4.0
+                return (4.0 * once - twice) / 3.0 / (nearer * step)
+        raise AssertionError("other limits get held, however little changes")
+
+    def step(self, unit, price):
+        """A small change: of the unit that matters, or of the cost."""
+        small = SMALL * abs(unit)
+        return min(small, SMALL * self.walk.report.cost / abs(price)) if price else small
+
+    def with_settings(self, amounts):
+        """The walk with settings moved by amounts."""
+        robot, task = self.walk.robot, self.problem.task
+        for setting, amount in amounts:
+            robot, task = setting.changed(robot, task, setting.before + amount)
+        return WalkProblem(robot, task, self.problem.grid)
+
+    def with_rows(self, amounts):
+        """The walk with single limits, as prices name them, moved by amounts."""
+        problem = WalkProblem(self.walk.robot, self.problem.task, self.problem.grid)
+        lower, upper = problem.rows.lower.copy(), problem.rows.upper.copy()
+        for price, amount in amounts:
+            limits = upper if price.words == "upper" else lower
+            for block in problem.blocks:
+                if price.name in block.labels:
+                    entry = block.labels.index(price.name)
+                    part = limits[problem.rows_of(block.name)].reshape(block.lower.shape)
+                    part[:, entry] += amount / block.scale[entry]
+        problem.rows = Rows(lower, upper)
+        return problem
+
+
+@needs_example_robots
+@pytest.mark.parametrize("which", ["limited", "g1"])
+def test_of_each_limit(which, request):
+    walk = request.getfixturevalue(which)
+    limits = Limits(walk)
+    assert len(limits.settings) > len(limits.prices) > 7
+    for setting in limits.settings:
+        price = limits.price(setting)
+        found = limits.difference(
+            lambda amount, setting=setting: limits.with_settings([(setting, amount)]),
+            limits.step(setting.step, price),
+        )
+        zero = 1e-9 * walk.report.cost / abs(setting.step)
+        assert price == pytest.approx(found, rel=CLOSE, abs=zero), setting.name
+
+
+def alone(walk, limits):
+    """Prices of single limits, without those that are said to hold what others hold."""
+    said = [text for text in walk.report.doubts if "hold the same" in text]
+    return [one for one in limits.single
+            if not any(f"{one.name} ({one.words})" in text for text in said)]  # fmt: skip
+
+
+@needs_example_robots
+@pytest.mark.parametrize("which", ["limited", "g1"])
+def test_of_all_limits_together(which, request):
+    walk = request.getfixturevalue(which)
+    limits, random = Limits(walk), np.random.default_rng(3)
+    settings = [(one, limits.price(one), one.step) for one in limits.settings]
+    single = [(one, one.cost_per_unit, 0.1 * one.effect / one.cost_per_unit)
+              for one in alone(walk, limits)]  # fmt: skip
+    for several, other in ((settings, limits.with_settings), (single, limits.with_rows)):
+        sizes = [(one, random.uniform(0.5, 1.5) * limits.step(unit, price) * (np.sign(price) or 1))
+                 for one, price, unit in several]  # fmt: skip
+        exact = sum(price * size for (_, price, _), (_, size) in zip(several, sizes, strict=True))
+        found = limits.difference(
+            lambda amount, sizes=sizes, other=other: other(
+                [(one, amount * size) for one, size in sizes]
+            ),
+            0.2,
+        )
+        assert len(several) > 7
+        assert exact == pytest.approx(found, rel=CLOSE)
+
+
+@needs_example_robots
+@pytest.mark.parametrize("which", ["limited", "g1"])
+def test_of_single_limits(which, request):
+    walk = request.getfixturevalue(which)
+    limits = Limits(walk)
+    for one in alone(walk, limits)[:4]:
+        found = limits.difference(
+            lambda amount, one=one: limits.with_rows([(one, amount)]),
+            limits.step(0.1 * one.effect / one.cost_per_unit, one.cost_per_unit),
+        )
+        assert one.cost_per_unit == pytest.approx(found, rel=CLOSE), one.name
+
+
+@pytest.mark.parametrize(
+    ("name", "asked"),
+    [
+        # while the foot turns, the margin narrows the strip under its toe sideways only
+        ("cop_margin", {"toe_off": 0.7, "toe_strip": 0.03, "cop_margin": 0.02}),
+        # V T of the duration found, not of that asked for
+        ("speed", {"geometry": set_geometry(GEOMETRY, {"duration": {"free": True}})}),
+    ],
+)
+def test_of_limits_that_depend_on_the_walk(robot, name, asked):
+    limits = Limits(Walk(robot, preset_task(samples=21, **asked)))
+    (setting,) = (one for one in limits.settings if one.name == name)
+    price = limits.price(setting)
+    found = limits.difference(
+        lambda amount: limits.with_settings([(setting, amount)]), limits.step(setting.step, price)
+    )
+    assert price == pytest.approx(found, rel=CLOSE)
+    assert price != 0.0
+
+
+def one_sided(walk, name, step):
+    """The price of a limit, and derivatives of the optimal cost above and below its value."""
+    limits = Limits(walk)
+    (setting,) = (one for one in limits.settings if one.name == name)
+    here = walk.solved(walk.problem).cost
+    once, twice = (
+        np.array([walk.solved(limits.with_settings([(setting, k * side * step)])).cost - here
+                  for side in (1.0, -1.0)])
+        for k in (1.0, 2.0)
+    )  # fmt: skip
+    return limits.price(setting), (4.0 * once - twice) / (2.0 * step) * [1.0, -1.0]
+
+
+def test_a_limit_that_acts_otherwise_on_either_side_is_said(robot):
+    walk = Walk(robot, preset_task(samples=21, torque_limit=60.0, friction=0.3))
+    price, (above, below) = one_sided(walk, "liftoff_speed", 1e-5)
+    assert price == pytest.approx(below, rel=CLOSE)  # where the foot may sink, and limits give
+    assert price != pytest.approx(above, rel=1e-4)
+    assert [text for text in walk.report.doubts
+            if text.startswith("the least lift-off speed") and "other side" in text]  # fmt: skip
+
+
+@needs_example_robots
+def test_limits_that_hold_the_same_are_said(g1):
+    walk = Walk(g1.robot, preset_task("humanoid", g1.robot, speed=0.6))
+    price, (above, below) = one_sided(walk, "trunk_yaw", 1e-5)
+    assert abs(above) < 1e-4 * abs(below)  # the pelvis has the same bound, and does not give
+    assert abs(above) < abs(price) < abs(below)
+    (said,) = (text for text in walk.report.doubts if "pelvis_yaw" in text)
+    assert said.startswith("pelvis_yaw (upper), trunk yaw (lower), trunk yaw (upper): ")
