@@ -105,8 +105,9 @@ def test_each_joint_and_body_by_itself(case):
             def value(amount, moved=moved, robot=robot):
                 return case.value(changed(robot, moved, float(amount[0])))
 
+            # One body changes the value little: smaller steps drown in rounding.
             check_derivative(
-                value, exact, np.zeros(1), np.ones(1), step=1e-3, tolerance=1e-5
+                value, exact, np.zeros(1), np.ones(1), step=3e-3, tolerance=1e-5
             )  # fmt: skip
 
 
