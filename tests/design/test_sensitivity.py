@@ -374,7 +374,7 @@ def test_soles_about_whose_edges_a_foot_turns_are_left_out(robot, turn):
     assert not {"foot length", "sole forward"} & names
 
 
-LIMITED = {  # nearly every limit presses on this walk of the biped, or on that of G1
+LIMITED = {  # every limit presses on one of these walks of the biped, or on that of G1
     "torque_limit": 70.0, "speed_limit": 6.0, "friction": 0.4, "trunk_pitch": 0.1,
     "trunk_roll": 0.05, "trunk_yaw": 0.05, "step_width": 0.2, "landing_impulse": 0.15,
     "landing_speed": 0.1, "swing_tilt": 0.2, "swing_height": 0.08, "torsional_friction": 0.02,
@@ -383,12 +383,27 @@ LIMITED = {  # nearly every limit presses on this walk of the biped, or on that 
 }  # fmt: skip
 
 
+CLOSE_LEGS = {
+    "minimum_load": 300.0, "leg_extension": 0.97, "lateral_gap": -0.05, "leg_gap": 0.06,
+    "liftoff_speed": -0.02,
+}  # fmt: skip
 SMALL = 2e-4
 
 
 @pytest.fixture(scope="module")
 def limited(robot):
     return Walk(robot, preset_task(samples=21, **LIMITED))
+
+
+@pytest.fixture(scope="module")
+def soft(robot):
+    return Walk(robot, preset_task(samples=21, landing_impulse=0.1, **CLOSE_LEGS))
+
+
+@pytest.fixture(scope="module")
+def swift(robot):
+    return Walk(robot, preset_task(samples=21, **CLOSE_LEGS | {"landing_speed": 0.3,
+                                                              "leg_extension": 0.985}))  # fmt: skip
 
 
 def held(problem, x):
@@ -463,11 +478,27 @@ class Limits:
 
 
 @needs_example_robots
-@pytest.mark.parametrize("which", ["limited", "g1"])
-def test_of_each_limit(which, request):
+@pytest.mark.parametrize(
+    ("which", "pressed"),
+    [
+        (
+            "limited",
+            "torque_limit speed_limit friction lateral_gap liftoff_speed torsional_friction "
+            "trunk_roll trunk_pitch trunk_yaw swing_tilt swing_height speed",
+        ),
+        ("soft", "landing_impulse leg_gap leg_extension minimum_load cop_margin clearance"),
+        ("swift", "landing_speed leg_gap cop_margin friction"),
+        (
+            "g1",
+            "knee_flexion step_width trunk_roll swing_height cop_margin clearance speed",
+        ),
+    ],
+)
+def test_of_each_limit(which, pressed, request):
     walk = request.getfixturevalue(which)
     limits = Limits(walk)
-    assert len(limits.settings) > len(limits.prices) > 7
+    assert {one.name for one in limits.prices} >= set(pressed.split())
+    assert len(limits.settings) > len(limits.prices)
     for setting in limits.settings:
         price = limits.price(setting)
         found = limits.difference(
