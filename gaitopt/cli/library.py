@@ -279,7 +279,8 @@ def _gait_at(library: Library, values: dict[str, float], plugin: Path | None) ->
     known = () if plugin is None else load_plugin(plugin).extensions
     found = interpolate(library, values, known=known)
     if point is None:
-        return found.design.gait, f"between {' and '.join(found.sources)}; {found.sentence}"
+        first, *_, last = found.sources  # opposite corners of the cell
+        return found.design.gait, f"between {first} and {last}; {found.sentence}"
     return found.design.gait, (
         f"the stored gait of {found.sources[0]} is not certified; designed again from there"
     )
