@@ -58,7 +58,7 @@ def point_of(name, robot=None):
     return problem, perturbed(problem, first_guess(problem), 0.05, seed=3)
 
 
-STEPS = steps(4e-4, 6)
+STEPS = steps(4e-4, 7)
 
 
 def directions(problem, count=2):

@@ -246,7 +246,7 @@ PAIRS = tuple(
     if not (constraint == "walking speed" and "penalty" in walk)
     and not (constraint == "closure" and "lifted" not in walk)
     and not (constraint in SWITCHED and "upright" not in walk)
-    and not (constraint in OF_ARMS and "arms" not in walk)
+    and not (constraint in OF_ARMS and "arms" not in walk and "that follow" not in walk)
     and not (constraint in OF_TURN and "toe off" not in walk and "heel strike" not in walk)
     and not (constraint in SOFT and "soft" not in walk)
     and not (

@@ -23,8 +23,16 @@ import numpy as np
 
 from gaitopt.errors import SpecError
 from gaitopt.importers.text_files import check_keys, parse_toml, read_text
-from gaitopt.model.closure import Closure, Series, dot, motor_series, turned_about
-from gaitopt.model.loops import MOST_JOINTS, Linkage, Rod
+from gaitopt.model.closure import (
+    MOST_JOINTS,
+    Closure,
+    Linkage,
+    Rod,
+    Series,
+    dot,
+    motor_series,
+    turned_about,
+)
 from gaitopt.nlp import Array
 from gaitopt.units import read_quantity
 

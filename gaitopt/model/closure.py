@@ -1,4 +1,6 @@
-"""Loops of bodies as functions of the joints of the leg: Newton's method, then power series.
+"""Motors that turn joints through loops of bodies, and loops of any shape as functions of joints.
+
+Newton's method and power series follow what has no closed form.
 
 All joints of a loop are lines in one frame, that of the body which carries them, where the joints
 of the leg are at 0. With q of these and u of all others, its ends stay together where
@@ -32,6 +34,8 @@ _FASTEST = 25.0  # turns of a motor per turn of a joint: more is a dead point
 _LEAST = 0.02  # determinant of rates of size 1: less moves joints in one way only
 OPEN = 1e-4
 """Of a loop [m]: what is open by more is not closed."""
+MOST_JOINTS = 2
+"""Of a leg that motors turn in common."""
 
 
 class Closure(NamedTuple):
@@ -75,6 +79,49 @@ _PRODUCTS = [
 ]
 _LEFT, _RIGHT = ([one[side] for one in _PRODUCTS] for side in (0, 1))
 _GATHER = np.array([[float(c == k) for _, _, c in _PRODUCTS] for k in range(len(_POWERS))])
+
+
+class Rod(NamedTuple):
+    """A crank on a motor and the rod to a point beyond the joints, where all joints are at 0.
+
+    All are in the frame of the body before the first joint.
+
+    Attributes:
+        crank_centre: a point of the motor's axis [m].
+        crank_axis: its direction; the motor turns about it as a right-handed screw.
+        crank_end: where the rod is on the crank [m].
+        rod_end: where the rod is on the link beyond the last joint [m].
+    """
+
+    crank_centre: Point
+    crank_axis: Point
+    crank_end: Point
+    rod_end: Point
+
+
+class Linkage(NamedTuple):
+    """Motors that turn joints of one leg together; the other leg has their mirror image.
+
+    Attributes:
+        joints: their names, from the pelvis on.
+        motors: names of as many motors.
+        jacobian: rates of the motors per rate of the joints, a row for each motor; empty with rods.
+        rods: of each motor; empty with a Jacobian.
+        torque, speed, power: limits of each motor [N·m, rad/s, W]; None for none.
+        range: least and largest angle of each motor, which is at 0 where all joints are [rad];
+            None for none.
+        closure: loops of other shapes than a crank with a rod; with neither Jacobian nor rods.
+    """
+
+    joints: tuple[str, ...]
+    motors: tuple[str, ...]
+    jacobian: tuple[tuple[float, ...], ...]
+    rods: tuple[Rod, ...]
+    torque: tuple[float | None, ...]
+    speed: tuple[float | None, ...]
+    power: tuple[float | None, ...]
+    range: tuple[tuple[float, float] | None, ...]
+    closure: Closure | None = None
 
 
 class Series:

@@ -22,12 +22,9 @@ from gaitopt.errors import RobotError
 from gaitopt.importers.physics import STANDARD_GRAVITY, LoopFrames
 from gaitopt.importers.report import Finding, listed
 from gaitopt.importers.xml_document import FileProblem
-from gaitopt.model.closure import OPEN, Closure, Point, first_fault
+from gaitopt.model.closure import MOST_JOINTS, OPEN, Closure, Linkage, Point, Rod, first_fault
 from gaitopt.model.legs.kinematic_tree import LOOP, LegJoints
 from gaitopt.nlp import Array
-
-MOST_JOINTS = 2
-"""Of a leg that motors turn in common."""
 
 _STEP = 0.05  # rad: of a joint of the leg, while its loops are followed
 _NEWTON = 30  # iterations from one step to the next; a handful are needed
@@ -39,49 +36,6 @@ _UNLIKE = 1e-3  # relative: of the motors of both legs
 _WIDEST = math.pi  # rad: range of a joint that has none
 _ARM = 0.1  # m: of axes that are held together
 _MEET = 1e-5  # m: lines that pass a point nearer than that meet there
-
-
-class Rod(NamedTuple):
-    """A crank on a motor and the rod to a point beyond the joints, where all joints are at 0.
-
-    All are in the frame of the body before the first joint.
-
-    Attributes:
-        crank_centre: a point of the motor's axis [m].
-        crank_axis: its direction; the motor turns about it as a right-handed screw.
-        crank_end: where the rod is on the crank [m].
-        rod_end: where the rod is on the link beyond the last joint [m].
-    """
-
-    crank_centre: Point
-    crank_axis: Point
-    crank_end: Point
-    rod_end: Point
-
-
-class Linkage(NamedTuple):
-    """Motors that turn joints of one leg together; the other leg has their mirror image.
-
-    Attributes:
-        joints: their names, from the pelvis on.
-        motors: names of as many motors.
-        jacobian: rates of the motors per rate of the joints, a row for each motor; empty with rods.
-        rods: of each motor; empty with a Jacobian.
-        torque, speed, power: limits of each motor [N·m, rad/s, W]; None for none.
-        range: least and largest angle of each motor, which is at 0 where all joints are [rad];
-            None for none.
-        closure: loops of other shapes than a crank with a rod; with neither Jacobian nor rods.
-    """
-
-    joints: tuple[str, ...]
-    motors: tuple[str, ...]
-    jacobian: tuple[tuple[float, ...], ...]
-    rods: tuple[Rod, ...]
-    torque: tuple[float | None, ...]
-    speed: tuple[float | None, ...]
-    power: tuple[float | None, ...]
-    range: tuple[tuple[float, float] | None, ...]
-    closure: Closure | None = None
 
 
 @dataclass(frozen=True)

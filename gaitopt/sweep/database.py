@@ -56,7 +56,7 @@ def read_database(directory: Path) -> tuple[dict[str, Any], dict[str, Any]] | No
             raise GaitFileError(f"cannot read '{path}': {reason}")
         with closing(_connected(path)) as connection:
             return _read(connection, path)
-    except (sqlite3.Error, OSError, OverflowError) as error:
+    except (sqlite3.Error, OSError, OverflowError, UnicodeDecodeError) as error:
         raise GaitFileError(
             f"cannot read '{path}': {_reason(error)}; make the library again, in another directory"
         ) from error

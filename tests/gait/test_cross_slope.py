@@ -103,8 +103,9 @@ def test_walks_across_are_certified_mirror_images(tmp_path):
         assert engine.agrees
         assert engine.largest < 1e-9
     assert left.gait.cost == pytest.approx(right.gait.cost, rel=1e-7)
+    # A minimum is flat: costs that agree to 1e-7 leave motions apart by the root of that.
     for one, other in zip(left.gait.steps, reversed(right.gait.steps), strict=True):
-        assert relative_error(one.torque, other.torque) < 1e-4
+        assert relative_error(one.torque, other.torque) < 1e-3
     assert left.gait.cost > found().gait.cost
     first, second = left.gait.steps
     assert relative_error(first.torque, second.torque) > 0.1
