@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Version:  adam-robotics 0.5.0, mujoco 4.0.0
 # Does:     KinDynComputations.from_mujoco_model adds the place of a hinge in its body (pos) to the
-#           offset of the body, where it stays: the shin hangs lower by it, at every angle. The angle at
+#           offset of the body, where it stays: the shin hangs lower by it. The angle at
 #           which the file is drawn (ref) is taken as turned by that much. Nothing says either.
 # Guess:    pos is where the body turns and ref how its angle is counted; at the drawn posture
 #           bodies are where the file puts them.

@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # Version:  sapien 3.0.3
-# Does:     SAPIEN's URDF loader holds a mimic joint to its leader where the two are neighbours or hang on
-#           the same link; one that is two joints away is a free joint, and nothing says so. Efforts of
-#           limits are not read: every joint may give 3.4e38 N·m.
+# Does:     SAPIEN's URDF loader holds a mimic joint to its leader where it is the next one in the
+#           tree; one that is two joints away is a free joint, and nothing says so. Efforts of limits are
+#           not read: every joint may give 3.4e38 N·m.
 # Guess:    a mimic joint follows its leader wherever it is in the tree, as in URDF.
 # Means:    the foot that a linkage keeps parallel to the trunk hangs loose: ankles that follow the hip
 #           past the knee are free in simulation. Compare the tie after some steps.
