@@ -77,7 +77,7 @@ def best_walks(
         for changes in ({}, {"toe_off": BEGIN}):
             for one in attempted(robot, task.with_changes(**changes)):
                 own = "flat" if one.problem.task.toe_off is None else "toe"
-                if own not in best or rank(one) < rank(best[own]):
+                if own not in best or one.rank < best[own].rank:
                     best[own] = one
     return {kind: record(one) for kind, one in best.items()}
 
@@ -91,11 +91,6 @@ def attempted(robot: Robot, task: Task) -> list[Design]:
         return [design_gait(robot, task, DesignOptions(diagnose=False))]
     except GaitoptError:
         return []
-
-
-def rank(one: Design) -> tuple[bool, float]:
-    """Proven walks before others, then by cost."""
-    return not one.proven, one.solution.cost
 
 
 def record(one: Design) -> dict[str, Any]:

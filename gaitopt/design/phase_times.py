@@ -108,7 +108,7 @@ def best_times(
         try:
             for timing, x in walks_at_best_times(robot, task, options, start, stop):
                 found = designed(timing, x, quiet)
-                timed = found if timed is None else min(timed, found, key=_rank)
+                timed = found if timed is None or found.rank < timed.rank else timed
                 if found.proven or stop():
                     break
         except StoppedError:
@@ -119,7 +119,7 @@ def best_times(
     walks = [one for one in (flat, timed) if one is not None]
     if not walks:
         return TimesChoice(designed(flat_task, flat_start, options), "")  # tells why
-    kept = min(walks, key=_rank)
+    kept = min(walks, key=lambda one: one.rank)
     if stop():
         kept = replace(kept, solution=replace(kept.solution, status=Status.INTERRUPTED))
     record = {
@@ -239,11 +239,6 @@ def _first_walks(
     found = attempt(slower, options, first_guess(slower), None, stop)
     if is_walk(found):
         yield attempt(problem, near, found.x, None, stop)
-
-
-def _rank(found: Design) -> tuple[bool, float]:
-    """Proven walks before others, then by cost."""
-    return not found.proven, found.solution.cost
 
 
 _WORDS = {

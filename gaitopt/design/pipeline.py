@@ -77,6 +77,11 @@ class Design:
             return certificate.certified
         return certificate.optimal and certificate.refereed
 
+    @property
+    def rank(self) -> tuple[bool, float]:
+        """Order among designs of the same cost function: proven first, then by cost."""
+        return not self.proven, self.solution.cost
+
 
 def attempt(
     problem: WalkProblem,

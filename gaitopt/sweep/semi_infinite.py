@@ -119,12 +119,8 @@ def finish(scenario: Scenario, walk: WarmStart, options: DesignOptions) -> Desig
     if first is not None and (first.certificate.certified or not options.refine):
         return first
     second = _designed(scenario, walk, options)
-    return min((d for d in (first, second) if d is not None), key=rank, default=None)
-
-
-def rank(found: Design) -> tuple[bool, float]:
-    """Order gaits: certified ones first, then by cost."""
-    return not found.certificate.certified, found.solution.cost
+    walks = (one for one in (first, second) if one is not None)
+    return min(walks, key=lambda one: one.rank, default=None)
 
 
 def _refined(scenario: Scenario, walk: WarmStart, options: DesignOptions) -> Design | None:
