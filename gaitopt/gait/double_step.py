@@ -81,7 +81,6 @@ from gaitopt.mechanics.closed_impact import ClosedImpact
 from gaitopt.mechanics.hinged import standing_robot
 from gaitopt.mechanics.impact import Impact, ImpactDerivatives, ImpactState, Turning
 from gaitopt.mechanics.single_support import SingleSupport, SupportState
-from gaitopt.mechanics.spatial import apply
 from gaitopt.model.joint_tree import TWIST
 from gaitopt.model.robot import Robot, cached_workspace
 from gaitopt.nlp import Array
@@ -426,11 +425,7 @@ class DoubleStepModel:
             angle, *_, rate = parts.x[self.layout.turn]
             turn = Turning(self.hinge, float(angle), float(rate))
             twist = turn.twist
-        effort = support.effort.copy()
-        force = double.in_world
-        effort[self.both, :TWIST] -= force
-        axes = double.motion.axes
-        effort[self.both, TWIST : TWIST + axes.shape[1]] -= apply(axes, force)
+        effort = double.without_front(support.effort, self.both)
         impact = ImpactState(np.concatenate([twist, after]), impulse)
         start = parts.geometry[FOOT_YAW]
         yaw = start + self.grid.instants * (parts.yaw_end - start)

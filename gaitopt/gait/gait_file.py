@@ -243,10 +243,19 @@ def load_gait(path: str | Path, *, verify: bool = True) -> Gait:
     Raises:
         GaitFileError: the file is missing, truncated, not a gait file, of a newer format, changed,
             or what it holds is not a gait (missing arrays, kinds, shapes, NaN, times, E, JSON).
-        InputError: the file was changed after it was written.
     """
     source = Path(path)
-    members, digests = read_members(source)
+    return read_gait(source, *read_members(source), verify)
+
+
+def read_gait(source: Path, members: Arrays, digests: Mapping[str, str], verify: bool) -> Gait:
+    """Validate the arrays of a gait file and return its gait; errors as of `load_gait`.
+
+    Args:
+        source: the file.
+        members, digests: as of `read_members`.
+        verify: whether a file that was changed after it was written is refused.
+    """
     version, meta = read_meta(source, members)
     if STEP_MARK in members:
         raise bad_file(source, "it is a transition, and this is for the gait of a walk")
@@ -616,11 +625,7 @@ def _check_statements(gait: Gait, members: Arrays) -> None:
             raise InputError(f"its '{name}' is not that of its splines and its robot")
     if not np.array_equal(members["ground_normal"], found["ground_normal"]):
         raise InputError("its ground is not level; this gaitopt reads gaits on level ground")
-    try:
-        schedule = json.loads(str(members["schedule"]))
-    except (ValueError, RecursionError) as error:
-        raise InputError("its 'schedule' is not JSON") from error
-    if schedule != _schedule(gait):
+    if read_json(members, "schedule") != _schedule(gait):
         raise InputError(
             "its 'schedule' is not that of its arrays: a phase on the flat foot that stands, at "
             "most one before and one after it in which it turns about a line, ended by the impact "
@@ -691,6 +696,30 @@ def altered(members: Arrays, digests: Mapping[str, str]) -> tuple[str, ...]:
     return tuple(n for n in names if n not in digests or recorded.get(n) != digests[n])
 
 
+def read_json(members: Arrays, name: str) -> object:
+    """Return what a text of a file says.
+
+    Raises:
+        InputError: it is not JSON.
+    """
+    try:
+        return json.loads(str(members[name]))
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"its '{name}' is not JSON") from error
+
+
+def read_record(members: Arrays, name: str) -> dict[str, object]:
+    """Return a record of a file.
+
+    Raises:
+        InputError: it is not JSON, or no object.
+    """
+    record = read_json(members, name)
+    if not isinstance(record, dict):
+        raise InputError(f"its '{name}' is not a JSON object")
+    return record
+
+
 def read_meta(source: Path, members: Arrays) -> tuple[object, dict[str, object]]:
     """Return the number of a file's format, and its record.
 
@@ -703,11 +732,9 @@ def read_meta(source: Path, members: Arrays) -> tuple[object, dict[str, object]]
             reason += " (it is a motion that gaitopt export wrote)"
         raise bad_file(source, reason)
     try:
-        meta = json.loads(str(members["meta"]))
-    except (ValueError, RecursionError) as error:
-        raise bad_file(source, "its 'meta' is not JSON") from error
-    if not isinstance(meta, dict):
-        raise bad_file(source, "its 'meta' is not a JSON object")
+        meta = read_record(members, "meta")
+    except InputError as error:
+        raise bad_file(source, str(error)) from error
     version = meta.pop("format", 1)
     if version not in (1, FORMAT):
         raise bad_file(

@@ -13,7 +13,7 @@ is let go, at rest on the ground.
 from __future__ import annotations
 
 from collections.abc import Collection
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import pinocchio as pin
@@ -38,7 +38,6 @@ from gaitopt.mechanics.closed_chain import (
 from gaitopt.mechanics.impact import ImpactState
 from gaitopt.mechanics.inverse_kinematics import LegKinematics
 from gaitopt.mechanics.single_support import SupportState
-from gaitopt.mechanics.spatial import apply
 from gaitopt.model.joint_tree import TWIST
 from gaitopt.model.robot import Robot, cached_workspace
 from gaitopt.nlp import Array
@@ -105,11 +104,9 @@ class ShiftPart(DoubleSupportPart):
     Attributes:
         swing: control points of the wrench on the foot that will swing, shape (4, 6).
         free: coefficients of the stance leg's spline over the whole step, shape (K, 6).
-        both: at which instants both feet stand, shape (N,).
     """
 
-    free: Array = None  # type: ignore[assignment]  # after fields with defaults
-    both: NDArray[np.bool_] = None  # type: ignore[assignment]
+    free: Array = field(kw_only=True)
 
     @property
     def opens(self) -> bool:
@@ -196,9 +193,7 @@ class ShiftStepModel(StepModel):
         wrench = self._shares @ points
         front = np.zeros((self.grid.count, TWIST))
         front[self.both] = wrench
-        part = ShiftPart(
-            closed, self._rest, leaves, self.sole, wrench, points, front, None, free, self.both
-        )
+        part = ShiftPart(closed, self._rest, leaves, self.sole, wrench, points, front, free=free)
         return _ShiftCourse(coefficients, motion, np.zeros((3, self.grid.count, 0)), None, part)
 
     def _motion(self, coefficients: Array, geometry: Array) -> Array:
@@ -215,12 +210,9 @@ class ShiftStepModel(StepModel):
         yaw_end: float,
     ) -> Step:
         assert isinstance(course, _ShiftCourse)
-        part, effort = course.part, support.effort.copy()
-        effort[self.both, :TWIST] -= part.in_world
-        effort[self.both, TWIST:] -= apply(part.motion.axes, part.in_world)
-        own = SupportState(effort, support.corners)
+        own = SupportState(course.part.without_front(support.effort, self.both), support.corners)
         step = super()._step(opening, landing, course, own, read, yaw_end)
-        return replace(step, double=part)
+        return replace(step, double=course.part)
 
     def swing_duration(self, step: Step) -> float:
         """Return for how long one foot swings [s]."""

@@ -13,6 +13,7 @@ from typing import Protocol
 
 import numpy as np
 import pinocchio as pin
+from numpy.typing import NDArray
 
 from gaitopt.errors import EvaluationError
 from gaitopt.gait import quantities
@@ -33,8 +34,10 @@ from gaitopt.mechanics.forward_kinematics import (
 )
 from gaitopt.mechanics.impact import ImpactDerivatives, ImpactState, Turning
 from gaitopt.mechanics.single_support import SupportDerivatives, SupportState
+from gaitopt.mechanics.spatial import apply
 from gaitopt.mechanics.trunk import ROLL, YAW, Trunk
 from gaitopt.model.coupling import Tangent
+from gaitopt.model.joint_tree import TWIST
 from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array
 
@@ -206,6 +209,18 @@ class DoubleSupportPart:
     def in_world(self) -> Array:
         """The wrench on the front foot in the stance sole frame, shape (M, 6)."""
         return np.asarray(self.wrench @ self.sole.toDualActionMatrix().T)
+
+    def without_front(self, effort: Array, both: NDArray[np.bool_]) -> Array:
+        """Return wrench and torques less what the front foot takes of them.
+
+        Args:
+            effort: wrench and torques with one foot on the ground, shape (N, 6 + h + n).
+            both: at which instants both stand, shape (N,).
+        """
+        found, force, axes = effort.copy(), self.in_world, self.motion.axes
+        found[both, :TWIST] -= force
+        found[both, TWIST : TWIST + axes.shape[1]] -= apply(axes, force)
+        return found
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,6 @@ again. docs/gait-file.md documents all of it.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Container, Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -36,10 +35,12 @@ from gaitopt.gait.gait_file import (
     gait_members,
     gait_of,
     json_text,
-    load_gait,
     read_body,
+    read_gait,
+    read_json,
     read_members,
     read_meta,
+    read_record,
     refuse_altered,
     same_numbers,
     step_arrays,
@@ -194,9 +195,9 @@ def load(path: str | Path, *, verify: bool = True) -> Gait | Transition:
     """
     source = Path(path)
     members, digests = read_members(source)
-    _, meta = read_meta(source, members)
     if STEP_MARK not in members:
-        return load_gait(source, verify=verify)
+        return read_gait(source, members, digests, verify)
+    _, meta = read_meta(source, members)
     wanted = members_of(members)
     if missing := [one.name for one in wanted if one.name not in members]:
         raise bad_file(source, f"it is not a complete transition, '{missing[0]}' is missing")
@@ -247,12 +248,7 @@ def _transition(members: Arrays, meta: dict[str, object]) -> Transition:
 
 def _record(members: Arrays, end: str) -> dict[str, object]:
     """Return the record of a gait at an end."""
-    try:
-        record = json.loads(str(members[f"{end}_meta"]))
-    except (ValueError, RecursionError) as error:
-        raise InputError(f"its '{end}_meta' is not JSON") from error
-    if not isinstance(record, dict):
-        raise InputError(f"its '{end}_meta' is not a JSON object")
+    record = read_record(members, f"{end}_meta")
     return {name: one for name, one in record.items() if name not in ("format", WRITTEN_BY)}
 
 
@@ -291,9 +287,5 @@ def _check_statements(transition: Transition, members: Arrays) -> None:
     for name, array in found.items():
         if array.dtype.kind == "f" and not same_numbers(array, members[name]):
             raise InputError(f"its '{name}' is not that of its splines and its robot")
-    try:
-        schedule = json.loads(str(members["schedule"]))
-    except (ValueError, RecursionError) as error:
-        raise InputError("its 'schedule' is not JSON") from error
-    if schedule != json.loads(str(found["schedule"])):
+    if read_json(members, "schedule") != _schedule(transition):
         raise InputError("its 'schedule' is not that of its steps; this gaitopt reads no other")

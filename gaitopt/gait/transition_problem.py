@@ -519,13 +519,7 @@ def _while_both(
     if block.name in _HEIGHTS:
         low = np.where(swings[block.instants][:, None], block.lower, UNLIMITED_HEIGHT)
         return replace(block, lower=low)
-    kept = np.ones(len(block.instants), dtype=np.bool_)
-    if set(block.reads) <= set(_OF_STATE):
-        kept = ~at_start[block.instants]
-    return replace(
-        block, instants=block.instants[kept], times=block.times[kept], lower=block.lower[kept],
-        upper=block.upper[kept],
-    )  # fmt: skip
+    return _state_only_at(block, ~at_start[block.instants])
 
 
 _HEIGHTS = (Clearance.name, LandingSpeed.name)
@@ -574,9 +568,13 @@ def _inside(block: ConstraintBlock, end: float) -> ConstraintBlock:
 
     Their multipliers could be anything where a walk presses on such a limit.
     """
+    return block if block.times is None else _state_only_at(block, block.times != end)
+
+
+def _state_only_at(block: ConstraintBlock, kept: NDArray[np.bool_]) -> ConstraintBlock:
+    """Return some of the instants (N,) of a block of the state alone; all of any other."""
     if block.times is None or not set(block.reads) <= set(_OF_STATE):
         return block
-    kept = block.times != end
     return replace(
         block, instants=block.instants[kept], times=block.times[kept], lower=block.lower[kept],
         upper=block.upper[kept],

@@ -428,9 +428,7 @@ def taken_hessian(
     bent = apply_last(triple, e)  # in the angles
     c = weights[:, :TWIST] + (e[..., None] * axes).sum(axis=1)
     # d c / d q_k = S_k x sum over m > k of e_m S_m
-    moved = e[..., None] * axes
-    beyond = moved.sum(axis=1, keepdims=True) - np.cumsum(moved, axis=1)
-    of_c = apply(motion_cross_matrix(axes), beyond)  # (M, n, 6)
+    of_c = apply(motion_cross_matrix(axes), _beyond(axes, e))  # (M, n, 6)
     by_geometry, by_wrench = _front_local(sole, closed, force)
     in_world = by_geometry @ geometry + by_wrench @ by_x  # (M, 6, P)
     mixed = angles.swapaxes(1, 2) @ (of_c @ in_world)
