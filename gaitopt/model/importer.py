@@ -47,7 +47,7 @@ from gaitopt.model.legs.reference_posture import (
 )
 from gaitopt.model.legs.upper_body import Pairs, moving_joints, moving_pairs
 from gaitopt.model.loops import apply_loops, leg_loops, rods_on_balls
-from gaitopt.model.payload import add_payloads
+from gaitopt.model.payload import add_payloads, loaded_joints
 from gaitopt.model.physics_report import armature_findings
 from gaitopt.model.symmetry.averaging import Symmetrised
 from gaitopt.model.symmetry.leg_exchange import leg_exchange
@@ -261,8 +261,9 @@ def import_robot(source: Source, choices: ImportOptions) -> ImportedRobot:
     side = standing_side(model, pair.legs, choices)
     straight = legs_at_zero(posed, pair.legs)
     others, locked = moving_pairs(
-        replace(posed, problems=problems), pair.legs, heading.rotation, choices.moving, ties
-    )
+        replace(posed, problems=problems), pair.legs, heading.rotation, choices.moving, ties,
+        loaded_joints(model, choices.payloads),
+    )  # fmt: skip
     sized: list[Finding] = []
     moving = (*pair.legs[0], *pair.legs[1], *(joint for both in others for joint in both))
     if choices.proportions:

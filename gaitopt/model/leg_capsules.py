@@ -25,9 +25,9 @@ from gaitopt.model.robot import Robot
 from gaitopt.nlp import Array
 
 DEFAULT_RADIUS = 0.05
-_OF_SPACING = 0.42  # of the distance between the hips: the largest radius of such capsules
 """Radius of a body whose shape is unknown [m]."""
 
+_OF_SPACING = 0.42  # of the distance between the hips: the largest radius of such capsules
 _SHORT = 1e-3  # m: a body without shapes between joints this near is part of its neighbours
 _INSIDE = 1.0 + 1e-9  # of a radius: rounding
 _TINY = 1e-9  # m: rounding
@@ -62,13 +62,14 @@ class Capsule:
 
 @dataclass(frozen=True)
 class CapsuleKey:
-    """A robot, equal to all others of the same shape, whatever their limits.
+    """A robot, equal to all others of the same shape, whatever their limits and masses.
 
     Attributes:
         urdf: text of its description.
         package_dirs: where its meshes are.
         soles, sole: names of the sole frames, and their rectangle.
         joints: names of those that move.
+        places: of joints and links on the bodies that carry them, which proportions change.
         payloads: what it carries.
         robot: itself, which is not compared.
     """
@@ -78,6 +79,7 @@ class CapsuleKey:
     soles: tuple[str, str]
     sole: Sole
     joints: tuple[str, ...]
+    places: tuple[float, ...]
     payloads: tuple[Payload, ...]
     robot: Robot = field(compare=False)
 
@@ -85,8 +87,10 @@ class CapsuleKey:
     def of(cls, robot: Robot) -> CapsuleKey:
         """Return that of a robot."""
         choices, soles = robot.choices, (robot.stance_sole, robot.swing_sole)
+        placed = [*robot.model.jointPlacements, *(f.placement for f in robot.model.frames)]
+        places = tuple(np.array([place.homogeneous for place in placed]).ravel().tolist())
         return cls(
-            robot.urdf, choices.package_dirs, soles, robot.sole, robot.tree.names,
+            robot.urdf, choices.package_dirs, soles, robot.sole, robot.tree.names, places,
             choices.payloads, robot,
         )  # fmt: skip
 

@@ -48,6 +48,14 @@ def add_payloads(
     return tuple(placed), findings
 
 
+def loaded_joints(model: pin.Model, payloads: Iterable[Payload]) -> frozenset[int]:
+    """Return the joints of the links that loads name; those of no such link are left out."""
+    links = _links(model)
+    return frozenset(
+        int(model.frames[links[p.link]].parentJoint) for p in payloads if p.link in links
+    )
+
+
 def _links(model: pin.Model) -> dict[str, int]:
     """Return the frames of links by name."""
     return {

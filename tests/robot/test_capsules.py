@@ -9,6 +9,7 @@ from urdf_edits import edited_urdf
 
 from gaitopt.model.feet.foot_shape import points_of
 from gaitopt.model.feet.sole import Sole
+from gaitopt.model.import_options import PartChange
 from gaitopt.model.leg_capsules import DEFAULT_RADIUS, bar_radius, leg_capsules
 from gaitopt.model.robot import Robot
 
@@ -93,6 +94,16 @@ def test_bars_of_small_robots_leave_room_between_the_legs(robot):
     assert bar_radius(robot) == DEFAULT_RADIUS
     narrow = replace(robot, legs=replace(robot.legs, hips=robot.legs.hips / 2.0))
     assert bar_radius(narrow) == pytest.approx(0.42 * 0.06)
+
+
+def test_capsules_are_those_of_the_proportions(robot):
+    """The standing shin is drawn from the ankle below on: it moves along where it gets longer."""
+    longer = robot.choices.over(proportions=(PartChange("shin", longer=0.1),))
+    was, now = (
+        by_name(leg_capsules(one))["right_shin"].ends
+        for one in (robot, Robot.from_urdf(robot.urdf, choices=longer))
+    )
+    np.testing.assert_allclose(now - was, [[0.0, 0.0, 0.1]] * 2, atol=1e-12)
 
 
 def test_a_robot_that_shows_nothing_has_capsules_between_its_joints(robot):

@@ -15,7 +15,7 @@ from gaitopt.errors import RobotError
 from gaitopt.importers.source import read_source
 from gaitopt.importers.ties import Tie, resolved, tied_to
 from gaitopt.model.coupling import couple
-from gaitopt.model.import_options import ImportOptions
+from gaitopt.model.import_options import SIDES, ImportOptions, Payload
 from gaitopt.model.legs.joint_limits import JointLimits
 from gaitopt.model.robot import Robot
 
@@ -319,24 +319,47 @@ def test_the_fingers_of_talos_follow_its_grippers():
     assert sorted(set(robot.multibody.tie[:, 0])) == [-1.0, 1.0]
 
 
+def with_rods(root):
+    """Rods of no mass that follow the knees, as the twin legs of some robots."""
+    add_drives(root)
+    for side in ("left", "right"):
+        drive = joint(root, f"{side}_knee_drive")
+        drive.set("name", f"{side}_rod")
+        link(root, f"{side}_drive").remove(link(root, f"{side}_drive").find("inertial"))
+        tie = joint(root, f"{side}_knee").find("mimic")
+        joint(root, f"{side}_knee").remove(tie)
+        mimic(root, f"{side}_rod", f"{side}_knee", multiplier=-1.0)
+
+
 def test_what_follows_without_mass_stays_out():
-    """Rods of a linkage that only draw it, as the twin legs of some robots."""
-
-    def edit(root):
-        add_drives(root)
-        for side in ("left", "right"):
-            drive = joint(root, f"{side}_knee_drive")
-            drive.set("name", f"{side}_rod")
-            link(root, f"{side}_drive").remove(link(root, f"{side}_drive").find("inertial"))
-            tie = joint(root, f"{side}_knee").find("mimic")
-            joint(root, f"{side}_knee").remove(tie)
-            mimic(root, f"{side}_rod", f"{side}_knee", multiplier=-1.0)
-
-    robot = Robot.from_urdf(edited_urdf(edit))
+    """Rods of a linkage that only draw it."""
+    robot = Robot.from_urdf(edited_urdf(with_rods))
     assert robot.coupling.none
     told = said(robot, "ties")
     assert len(told) == 2
     assert all("but is locked: it moves no mass" in text for text in told)
+
+
+def with_loaded_rods(*sides):
+    loads = tuple(Payload(f"{side}_drive", 0.4, (0.05, 0.0, 0.1)) for side in sides)
+    choices = ImportOptions(payloads=loads, asymmetry=1.0)
+    return Robot.from_urdf(edited_urdf(with_rods), choices=choices)
+
+
+def test_what_follows_moves_with_a_load():
+    robot = with_loaded_rods("left", "right")
+    assert {"left_rod", "right_rod"} == {*robot.coupling.names} - {*robot.joint_names}
+    masses = [robot.model.inertias[robot.model.getJointId(f"{s}_rod")].mass for s in SIDES]
+    assert masses == pytest.approx([0.4, 0.4])
+    assert not [text for text in said(robot, "ties") if "locked" in text]
+    again = Robot.from_urdf(robot.urdf, choices=robot.choices)
+    assert again.model == robot.model
+
+
+def test_a_load_on_one_side_moves_neither():
+    robot = with_loaded_rods("left")
+    assert robot.coupling.none
+    assert len([text for text in said(robot, "ties") if "moves no mass" in text]) == 2
 
 
 BENT = "bent elbows and shanks"

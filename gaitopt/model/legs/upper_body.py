@@ -10,6 +10,7 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import pinocchio as pin
 
 from gaitopt.errors import RobotError
 from gaitopt.importers.ties import Tie, tied_to
@@ -86,6 +87,7 @@ def moving_pairs(
     rotation: Array,
     patterns: Sequence[str],
     ties: Mapping[str, Tie],
+    loaded: Collection[int] = (),
 ) -> tuple[Pairs, dict[str, str]]:
     """Return the joints beside the legs that are to move, those that move others first.
 
@@ -101,6 +103,7 @@ def moving_pairs(
         patterns: "arms", "waist", or patterns of joint names as in a shell; a joint's partner moves
             with it.
         ties: of joints that follow others.
+        loaded: joints of the links on which loads hang.
 
     Raises:
         RobotError: nothing matches, or a joint has no mirror image or no motor.
@@ -128,7 +131,10 @@ def moving_pairs(
         for name, how in more.items():
             joint = int(model.getJointId(name))
             fault = _fault(posed, joint, partners)
-            if how == "follows" and not any(model.inertias[j].mass for j in model.subtrees[joint]):
+            both = joint, partners.get(joint, joint)  # of which no one can move without mass
+            if how == "follows" and not (
+                _moves_mass(model, joint) or all(_moves_mass(model, one, loaded) for one in both)
+            ):
                 fault = "it moves no mass"
             if not fault:
                 pairs.add((joint, partners[joint]))
@@ -155,6 +161,10 @@ def _fault(posed: PosedModel, joint: int, partners: Mapping[int, int]) -> str:
     if joint not in partners:
         return "no joint mirrors it on the other side, and it is not its own mirror image"
     return ""
+
+
+def _moves_mass(model: pin.Model, joint: int, loaded: Collection[int] = ()) -> bool:
+    return any(model.inertias[j].mass or j in loaded for j in model.subtrees[joint])
 
 
 def _moving_names(
